@@ -1,0 +1,33 @@
+# SPDX-License-Identifier: MIT
+# GLSL to SPIR-V to C arrays, at build time; each module is validated and checked for uncontracted arithmetic.
+find_program(DERMIS_GLSLANG glslangValidator REQUIRED)
+find_program(DERMIS_SPIRV_VAL spirv-val REQUIRED)
+find_program(DERMIS_SPIRV_DIS spirv-dis REQUIRED)
+
+set(DERMIS_GENERATED ${PROJECT_BINARY_DIR}/generated)
+set(DERMIS_KERNELS)
+foreach(kernel press fields reduce)
+    set(source ${PROJECT_SOURCE_DIR}/kernels/${kernel}.comp)
+    set(module ${DERMIS_GENERATED}/${kernel}.spv)
+    set(header ${DERMIS_GENERATED}/${kernel}_spv.h)
+    add_custom_command(
+        OUTPUT ${header}
+        COMMAND ${DERMIS_GLSLANG} -V --quiet --target-env vulkan1.1 -I${PROJECT_SOURCE_DIR}/kernels --depfile ${module}.d -o ${module} ${source}
+        COMMAND ${DERMIS_SPIRV_VAL} --target-env vulkan1.1 ${module}
+        COMMAND ${CMAKE_COMMAND} -DDISASSEMBLER=${DERMIS_SPIRV_DIS} -DMODULE=${module} -P ${PROJECT_SOURCE_DIR}/cmake/check_contraction.cmake
+        COMMAND ${DERMIS_GLSLANG} -V --quiet --target-env vulkan1.1 -I${PROJECT_SOURCE_DIR}/kernels --vn ${kernel}_spv -o ${header} ${source}
+        DEPENDS ${source} ${PROJECT_SOURCE_DIR}/cmake/check_contraction.cmake
+        DEPFILE ${module}.d
+        COMMENT "Kernel ${kernel}"
+        VERBATIM)
+    list(APPEND DERMIS_KERNELS ${header})
+endforeach()
+file(MAKE_DIRECTORY ${DERMIS_GENERATED})
+
+# A text file as a C++ raw string `name`, in generated/<name>.h.
+function(dermis_embed_text file name)
+    set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${file})
+    file(READ ${file} text)
+    file(CONFIGURE OUTPUT ${DERMIS_GENERATED}/${name}.h CONTENT
+        "#pragma once\ninline constexpr char ${name}[] = R\"embedded(@text@)embedded\";\n" @ONLY)
+endfunction()

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: MIT
+// The dermis command. Exit status: 0 done, 1 failed or cells differ, 2 bad input.
+#include "host/cli/study.hpp"
+#include "host/device.hpp"
+
+#include <cmath>
+#include <numbers>
+#include <thread>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+namespace dermis::cli {
+namespace {
+
+std::string shown(const DeviceInfo& d) { return d.driver.empty() ? d.name : fmt::format("{} ({})", d.name, d.driver); }
+
+// What a user should know of a scene before trusting it.
+void print_scene(const Scene& s, const Result& r) {
+    const double tau = s.material.viscosity / s.material.modulus;
+    fmt::print("tau = {:.6g} s, z = dt/tau = {:.6g}, greatest |l*C| = {:.4g}\n", tau, s.time.step / tau, r.greatest_gain);
+    if (r.greatest_gain > 1) fmt::print("warning: |l*C| above 1: responses change sign there\n");
+    double ridge = INFINITY;
+    if (s.surface.kind == Surface::Kind::wave) ridge = s.grid.width / s.surface.ridges.value_or(15);
+    if (s.surface.kind == Surface::Kind::spiral) ridge = 2 * std::numbers::pi * s.grid.width / s.surface.ridges.value_or(25);
+    if (std::isfinite(ridge)) fmt::print("{:.1f} cells per ridge\n", std::abs(ridge));
+    if (std::abs(ridge) < 8) fmt::print("warning: fewer than 8 cells per ridge: curvature is coarse\n");
+}
+
+int run_scene(const std::string& file, const Path& out, const std::string& device_name, const std::string& precision,
+              bool check, const std::vector<std::string>& overrides) {
+    const Scene scene = Scene::from_file(file, overrides);
+    const Device device = Device::open(device_name);
+    if (!device.info().refused.empty()) fmt::print("{}\n", device.info().refused);
+    if (!device.info().exact) fmt::print("warning: the bits of {} differ from the CPU path's\n", device.info().name);
+    RunOptions options;
+    if (!precision.empty()) options.precision = precision == "f64" ? Precision::f64 : Precision::f32;
+    options.check = check;
+    Progress progress(file);
+    options.progress = std::ref(progress);
+    const Result r = run(scene, device, options);
+    write_result(out, scene, r);
+    const double cells = double(scene.grid.width) * scene.grid.height;
+    fmt::print("{}: {} x {} cells, {} steps, {}, {} on {}: {:.3f} s, {:.2f} ns per cell-step\n", file, scene.grid.width,
+               scene.grid.height, r.steps, name(scene.method), name(r.precision), shown(r.device), r.seconds,
+               1e9 * r.seconds / (cells * double(r.steps)));
+    print_scene(scene, r);
+    if (check) fmt::print("{} cells compared, {} different\n", r.cells_compared, r.cells_different);
+    fmt::print("{}\n", (out / "traces.csv").string());
+    return r.cells_different ? 1 : 0;
+}
+
+int list_devices() {
+    fmt::print("cpu: the CPU path, {} threads\n", std::thread::hardware_concurrency());
+    try {
+        int row = 0;
+        for (const DeviceInfo& d : Device::list())
+            fmt::print("{}: {}, {}, {}{}\n", row++, d.name, d.kind, d.driver, d.refused.empty() ? "" : "; not usable: " + d.refused);
+    } catch (const Error& e) {
+        if (e.code() != Error::Code::no_device) throw;
+        fmt::print("no Vulkan device: {}\n", e.what());
+    }
+    return 0;
+}
+
+int check_devices(const std::string& only) {
+    std::vector<std::string> rows = {only};
+    if (only.empty()) {
+        rows.clear();
+        for (size_t i = 0; i < Device::list().size(); ++i) rows.push_back(std::to_string(i));
+    }
+    bool exact = true;
+    for (const std::string& row : rows) {
+        const Device device = Device::open(row);
+        const SelfTest test = self_test(device);
+        fmt::print("{}:", shown(device.info()));
+        for (const SelfTest::Kernel& k : test.kernels) fmt::print(" {} {:016x} {} of {} differ;", k.name, k.hash, k.different, k.values);
+        fmt::print(" {}\n", test.exact() ? "exact" : "NOT exact");
+        exact &= test.exact();
+    }
+    return exact ? 0 : 1;
+}
+
+} // namespace
+} // namespace dermis::cli
+
+int main(int argc, char** argv) {
+    using namespace dermis;
+    CLI::App app{"dermis: pressure on skin in, mechanoreceptor responses out"};
+    app.require_subcommand(1);
+    std::string scene, out, device = "auto", only, precision;
+    std::vector<std::string> overrides;
+    bool check = false;
+    const std::string devices_help = "auto, cpu, vulkan, a row of `dermis devices`, or part of a name";
+
+    CLI::App* run = app.add_subcommand("run", "Run a scene file");
+    run->add_option("scene", scene, "A scene file (TOML)")->required();
+    run->add_option("--out", out, "Folder for the results")->required();
+    run->add_option("--device", device, devices_help)->capture_default_str();
+    run->add_option("--precision", precision, "f32 or f64 (CPU only)")->check(CLI::IsMember({"f32", "f64"}));
+    run->add_flag("--check", check, "Also run the other backend and compare every cell's bits");
+    run->add_option("--set", overrides, "Override a key: time.step=0.001")->take_all()->allow_extra_args(false);
+    CLI::App* study = app.add_subcommand("study", "Reproduce the published study, with figures and claims");
+    study->add_option("--out", out, "Folder for the results")->required();
+    CLI::App* devices = app.add_subcommand("devices", "List devices");
+    CLI::App* self = app.add_subcommand("check", "Compare every kernel's bits on every device with the CPU path");
+    self->add_option("--device", only, devices_help);
+
+    try {
+        app.parse(argc, argv);
+        if (*run) return cli::run_scene(scene, out, device, precision, check, overrides);
+        if (*study) return cli::study(out);
+        if (*devices) return cli::list_devices();
+        return cli::check_devices(only);
+    } catch (const CLI::ParseError& e) {
+        return app.exit(e) ? 2 : 0;
+    } catch (const Error& e) {
+        fmt::print(stderr, "dermis: {}\n", e.what());
+        return e.code() == Error::Code::bad_input ? 2 : 1;
+    } catch (const std::exception& e) {
+        fmt::print(stderr, "dermis: {}\n", e.what());
+        return 1;
+    }
+}

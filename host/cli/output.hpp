@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: MIT
+// What a run leaves on disk, and what it says while it works.
+#pragma once
+
+#include "dermis/dermis.hpp"
+
+#include <chrono>
+#include <filesystem>
+
+namespace dermis::cli {
+
+using Path = std::filesystem::path;
+
+// Each is written beside its place and renamed; throws Error::io naming the file.
+void write_file(const Path&, const std::string& content);
+void write_npy(const Path&, const std::vector<double>& map, int width, int height);
+// traces.csv, impulses.csv, fields, summary.json. `scene` as it was run.
+void write_result(const Path& folder, const Scene& scene, const Result&);
+
+// A line on the terminal that tells how far the work is, from the second second on; nothing where stderr is no terminal.
+class Progress {
+  public:
+    explicit Progress(std::string what) : what_(std::move(what)) {}
+    ~Progress();
+    void operator()(double done);
+
+  private:
+    std::string what_;
+    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now(), shown_ = start_;
+    bool showing_ = false;
+};
+
+} // namespace dermis::cli

@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "host/plan/marcher.hpp"
+
+#include <memory>
+
+namespace dermis::cpu {
+
+// threads: 0 = one per core. `plan` outlives the marcher.
+std::unique_ptr<plan::Marcher> march(const plan::Plan& plan, Precision, int threads, plan::Marcher::Sink);
+
+} // namespace dermis::cpu

@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: MIT
+#include "host/device.hpp"
+
+#include "host/cpu/march.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cctype>
+
+namespace dermis {
+namespace {
+
+using vulkan::Physical;
+
+std::string lower(std::string s) {
+    std::transform(s.begin(), s.end(), s.begin(), [](unsigned char c) { return char(std::tolower(c)); });
+    return s;
+}
+
+[[noreturn]] void no_device(const std::string& which, const std::string& why) {
+    throw Error(Error::Code::no_device, "device", "device = \"" + which + "\": " + why);
+}
+
+Device open_vulkan(const std::shared_ptr<const vulkan::Instance>& instance, const Physical& physical) {
+    auto impl = std::make_shared<Device::Impl>();
+    impl->info = physical.info;
+    impl->context = std::make_shared<vulkan::Context>(instance, physical);
+    Device device(impl);
+    impl->info.exact = self_test(device).exact();
+    return device;
+}
+
+// The first of `candidates` that works and computes the CPU path's bits; otherwise says why not in `why`.
+std::optional<Device> first_exact(const std::shared_ptr<const vulkan::Instance>& instance, bool hardware_only, std::string& why) {
+    for (const Physical& p : instance->devices()) {
+        std::string reason = p.info.refused;
+        if (reason.empty() && hardware_only && p.properties.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU)
+            reason = "a software driver, slower than the CPU path";
+        if (reason.empty()) {
+            try {
+                Device device = open_vulkan(instance, p);
+                if (device.info().exact) return device;
+                reason = "its bits differ from the CPU path's; ask for it by name to use it all the same";
+            } catch (const Error& e) {
+                reason = e.what();
+            }
+        }
+        why += (why.empty() ? "" : "; ") + p.info.name + ": " + reason;
+    }
+    return {};
+}
+
+const Physical& named(const std::vector<Physical>& devices, const std::string& which) {
+    std::string names;
+    const bool number = !which.empty() && which.size() < 6 && std::all_of(which.begin(), which.end(), [](unsigned char c) { return std::isdigit(c); });
+    for (size_t i = 0; i < devices.size(); ++i) {
+        const std::string& name = devices[i].info.name;
+        if (number ? size_t(std::stoi(which)) == i : lower(name).find(lower(which)) != std::string::npos) return devices[i];
+        names += ", " + std::to_string(i) + " or part of \"" + name + "\"";
+    }
+    throw Error(Error::Code::bad_input, "device", "device = \"" + which + "\": no such device; allowed: auto, cpu, vulkan" + names);
+}
+
+plan::Plan self_test_plan(Stencil stencil, Edges edges) {
+    Scene s;
+    s.grid = {67, 13, {}};
+    s.stencil = stencil;
+    s.edges = edges;
+    s.material = {2.5, 0.75, {}, {}};
+    s.time = {0.125, 1};
+    s.load.start = 0.2;
+    s.receptors = {0.5, Fa2::step_mean, {0.75, -0.375}};
+    s.output.fields = {{0.3, {Quantity::curvature, Quantity::deformation}}};
+    s.surface.kind = Surface::Kind::map;
+    s.load.kind = Load::Kind::map;
+    uint32_t random = 12345;
+    for (std::vector<double>* map : {&s.surface.map, &s.load.map})
+        for (int i = 0; i < 67 * 13; ++i) {
+            random = random * 1664525u + 1013904223u;
+            map->push_back((double(random >> 8) / (1 << 24) - 0.25) * (i % 7 ? 1 : 1e-18)); // some below the flush
+        }
+    return plan::make_plan(s);
+}
+
+void compare(SelfTest::Kernel& kernel, double device, double cpu) {
+    const auto bits = std::bit_cast<uint64_t>(device);
+    for (int i = 0; i < 8; ++i) kernel.hash = (kernel.hash ^ (bits >> (8 * i) & 255)) * 1099511628211u;
+    ++kernel.values;
+    kernel.different += bits != std::bit_cast<uint64_t>(cpu);
+}
+
+} // namespace
+
+SelfTest self_test(const Device& device) {
+    SelfTest test;
+    const std::vector<Quantity> pressed = {Quantity::strain, Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2};
+    const std::vector<Quantity> derived = {Quantity::curvature, Quantity::deformation};
+    for (auto [stencil, edges] : {std::pair{Stencil::five_point, Edges::mirror}, {Stencil::fourth_order, Edges::periodic}, {Stencil::published, Edges::published}}) {
+        const plan::Plan plan = self_test_plan(stencil, edges);
+        std::vector<plan::Sample> samples[2];
+        const auto take = [&](int i) { return [&samples, i](auto&, auto& sample) { samples[i].push_back(sample); }; };
+        const auto one = march(device, plan, Precision::f32, take(0));
+        const auto two = cpu::march(plan, Precision::f32, 1, take(1));
+        plan::Timeline timeline(plan);
+        for (plan::Step step; timeline.next(step);) {
+            one->press(step);
+            two->press(step);
+            for (const auto& [what, kernel] : {std::pair{&pressed, 0}, {&derived, 1}}) {
+                const auto a = one->read(*what), b = two->read(*what);
+                for (size_t q = 0; q < a.size(); ++q)
+                    for (size_t i = 0; i < a[q].size(); ++i) compare(test.kernels[kernel], a[q][i], b[q][i]);
+            }
+        }
+        one->finish();
+        for (size_t i = 0; i < samples[1].size(); ++i)
+            for (int q = 0; q < REDUCE_QUANTITIES; ++q) {
+                const plan::Totals a = samples[0][i].totals[q], b = samples[1][i].totals[q];
+                compare(test.kernels[2], a.mean, b.mean);
+                compare(test.kernels[2], a.min, b.min);
+                compare(test.kernels[2], a.max, b.max);
+            }
+    }
+    return test;
+}
+
+Device open_device(const std::string& which, const vulkan::Loader& loader, const vulkan::InstanceOptions& options) {
+    if (which == "cpu") return Device::cpu();
+    std::string why;
+    try {
+        const auto instance = std::make_shared<const vulkan::Instance>(loader, options);
+        if (which == "auto" || which == "vulkan") {
+            if (auto device = first_exact(instance, which == "auto", why)) return *device;
+        } else {
+            const Physical& p = named(instance->devices(), which);
+            if (!p.info.refused.empty()) no_device(which, p.info.name + ": " + p.info.refused);
+            return open_vulkan(instance, p);
+        }
+    } catch (const Error& e) {
+        if (which != "auto" && (which != "vulkan" || e.parameter() == "device")) {
+            if (e.parameter() == "device") throw;
+            no_device(which, e.what());
+        }
+        why = e.what();
+    }
+    if (which == "vulkan") no_device(which, why);
+    Device device = Device::cpu();
+    device.impl().info.refused = "no Vulkan device used: " + why;
+    return device;
+}
+
+std::unique_ptr<plan::Marcher> march(const Device& device, const plan::Plan& plan, Precision precision, plan::Marcher::Sink sink) {
+    const Device::Impl& d = device.impl();
+    return d.context ? vulkan::march(plan, d.context, std::move(sink)) : cpu::march(plan, precision, d.threads, std::move(sink));
+}
+
+Device Device::cpu(int threads) {
+    if (threads < 0 || threads > 1024)
+        throw Error(Error::Code::bad_input, "threads", "threads = " + std::to_string(threads) + "; allowed: 0 (one per core) .. 1024");
+    auto impl = std::make_shared<Impl>();
+    impl->info.name = "cpu";
+    impl->info.kind = "cpu path";
+    impl->threads = threads;
+    return Device(impl);
+}
+
+Device Device::open(const std::string& which) { return open_device(which, vulkan::system_loader()); }
+
+std::vector<DeviceInfo> Device::list() {
+    const vulkan::Instance instance(vulkan::system_loader());
+    std::vector<DeviceInfo> list;
+    for (const Physical& p : instance.devices()) list.push_back(p.info);
+    return list;
+}
+
+const DeviceInfo& Device::info() const noexcept { return impl_->info; }
+
+} // namespace dermis

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: MIT
+#include "host/plan/coefficients.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace dermis::plan {
+namespace {
+
+// Degree 12 on [0, 1]: within 6e-5 units of 2^-53.
+constexpr double p3_series[] = {0.16666666666666666,     -0.041666666666666664,  0.008333333333333314,
+                                -0.0013888888888884815,  0.0001984126984080311,  -2.480158726973578e-05,
+                                2.7557317827207793e-06,  -2.755727811568642e-07, 2.505127832212774e-08,
+                                -2.0865204732880175e-09, 1.594972230606643e-10,  -1.0793584416656275e-11,
+                                5.114980229101037e-13};
+
+// Divided differences of e^x over {-z, -y}, {0, -z, -y} and {0, 0, -z, -y}: what an adapting integral of a relaxing
+// strain needs. At y = 0 they are P1, P2, P3 of z.
+struct Divided {
+    double d1, d2, d3;
+};
+
+Divided divided(double z, double y) {
+    const double small = std::min(z, y), large = std::max(z, y);
+    const Phi p = phi(small);
+    Divided d;
+    d.d1 = p.p0 == 0 ? 0 : p.p0 * phi(large - small).p1;
+    if (large > 1) {
+        d.d2 = (p.p1 - d.d1) / large;
+        d.d3 = (p.p2 - d.d2) / large;
+        return d;
+    }
+    // d3 = sum over k of (-1)^k h_k/(k + 3)!, h_k the sum of all products of k factors small or large
+    double h = 1, power = 1, factorial = 6, sign = 1;
+    d.d3 = 0;
+    for (int k = 0; k < 18; ++k) {
+        d.d3 += sign * h / factorial;
+        power *= small;
+        h = large * h + power;
+        factorial *= k + 4;
+        sign = -sign;
+    }
+    d.d2 = p.p2 - large * d.d3;
+    return d;
+}
+
+} // namespace
+
+Phi phi(double z) {
+    Phi p;
+    if (z <= 1) {
+        p.p3 = 0;
+        for (int i = 12; i >= 0; --i) p.p3 = p.p3 * z + p3_series[i];
+        p.p2 = 0.5 - z * p.p3;
+        p.p1 = 1 - z * p.p2;
+        p.p0 = 1 - z * p.p1;
+        return p;
+    }
+    p.p0 = std::exp(-z);
+    p.p1 = (1 - p.p0) / z;
+    p.p2 = (1 - p.p1) / z;
+    p.p3 = (0.5 - p.p2) / z;
+    return p;
+}
+
+f64::Row exact_row(const Medium& m, double dt) {
+    f64::Row k{};
+    const double E = m.modulus, eta = m.viscosity;
+    k.E = E;
+    if (dt == 0) {
+        k.v0 = eta > 0 ? 1 / eta : 0;
+        k.a0 = m.step_mean ? 0 : -E * k.v0 * k.v0;
+        return k;
+    }
+    const double z = eta > 0 ? E * dt / eta : INFINITY, y = dt / m.sa2_adaptation;
+    const Phi p = phi(z);
+    const Divided d = divided(z, y);
+    // dt/eta times a function of z; above 1 the recurrence divides by E instead, so viscosity 0 is a limit, not a case
+    const double q = z <= 1 ? dt / eta : 0;
+    k.b = z <= 1 ? q * p.p1 : (1 - p.p0) / E;
+    k.f = z <= 1 ? q * p.p2 : (1 - p.p1) / E;
+    k.i0 = dt * d.d1;
+    if (std::max(z, y) > 1 && z >= y) { // divided() divided by z
+        k.i1 = dt * ((phi(y).p1 - d.d1) / E);
+        k.i2 = dt * ((phi(y).p2 - d.d2) / E);
+    } else {
+        k.i1 = dt * (dt / eta * d.d2);
+        k.i2 = dt * (dt / eta * d.d3);
+    }
+    k.leak = y * phi(y).p1;
+    k.v0 = p.p0 > 0 ? p.p0 / eta : 0;
+    k.v1 = k.b / dt;
+    if (!m.step_mean) {
+        k.a0 = k.v0 > 0 ? -E * k.v0 / eta : 0;
+        k.a1 = k.v0 / dt;
+    } else if (eta > 0) {
+        k.a0 = -E * k.v1 / eta;
+        k.a1 = k.v1 / dt;
+        k.a2 = 1 / (eta * dt);
+    }
+    return k;
+}
+
+f64::Row euler_row(const Medium& m, double dt) {
+    f64::Row k{};
+    const double eta = m.viscosity, R = 1 - m.modulus * dt / eta;
+    k.E = m.modulus;
+    k.b = dt / eta;
+    k.i0 = dt;
+    k.leak = dt / m.sa2_adaptation;
+    k.v0 = R / eta;
+    k.a0 = -m.modulus / eta * (m.step_mean ? 1 / eta : k.v0);
+    k.a2 = m.step_mean ? 1 / (eta * dt) : 0;
+    return k;
+}
+
+f64::Row published_row(const Medium& m, double dt) {
+    f64::Row k{};
+    k.E = m.modulus;
+    k.b = dt / m.viscosity;
+    k.i0 = dt * (1 - m.modulus * k.b);
+    k.i1 = dt * k.b;
+    k.v0 = 1 / m.viscosity;
+    k.a2 = 1;
+    return k;
+}
+
+f64::Row impulse_row(const Medium& m) {
+    f64::Row k{};
+    k.E = m.modulus;
+    if (m.viscosity > 0)
+        k.a2 = 1 / m.viscosity;
+    else
+        k.v1 = 1 / m.modulus; // times Constants::rise, which carries the jump
+    return k;
+}
+
+} // namespace dermis::plan

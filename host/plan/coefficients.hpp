@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: MIT
+// The coefficients of one step: all transcendental work of the model, in double, once per material and step length.
+#pragma once
+
+#include "host/plan/model.hpp"
+
+namespace dermis::plan {
+
+// P1 = (1 - e^-z)/z, P2 = (e^-z - 1 + z)/z^2, P3 = (1 - z + z^2/2 - e^-z)/z^3, each 1/k! at z = 0; z >= 0, infinity too.
+struct Phi {
+    double p0, p1, p2, p3;
+};
+Phi phi(double z);
+
+struct Medium {
+    double modulus, viscosity; // Pa, Pa s; >= 0, not both 0
+    double sa2_adaptation;     // s; infinity: the plain integral
+    bool step_mean;            // FA2 as the mean over the step, else its density at the step's end
+};
+
+// Exact for a pressure that jumps at the step's start and then runs linearly; dt >= 0 s.
+f64::Row exact_row(const Medium&, double dt);
+// Forward Euler, pressure held: the same kernel with another constant; dt > 0, viscosity > 0.
+f64::Row euler_row(const Medium&, double dt);
+// Forward Euler with the published study's outputs: FA1 is the rate at the step's start, SA2 a running sum of the
+// strain after the step, and FA2 a scalar of the load's jump (Constants::jump), made in the timeline.
+f64::Row published_row(const Medium&, double dt);
+// A step of length 0 across a jump: the impulses it puts into FA2, or at viscosity 0 into FA1.
+f64::Row impulse_row(const Medium&);
+
+} // namespace dermis::plan

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+// What every backend does: press the skin step by step and hand over what each step's end holds.
+#pragma once
+
+#include "host/plan/plan.hpp"
+
+namespace dermis::plan {
+
+struct Totals {
+    double mean, min, max;
+};
+
+// Of one responding step: strain, SA1, SA2, FA1, FA2 over all cells, and in the probes.
+struct Sample {
+    std::array<Totals, REDUCE_QUANTITIES> totals;
+    std::vector<double> probes; // [quantity][probe]
+};
+
+class Marcher {
+  public:
+    // Called once for each step that responds, in order, perhaps some steps later.
+    using Sink = std::function<void(const Step&, const Sample&)>;
+
+    virtual ~Marcher() = default;
+    virtual void press(const Step&) = 0;
+    virtual void finish() = 0; // every sample has been handed over
+    // Maps at the end of the last press: width*height values for each quantity.
+    virtual std::vector<std::vector<double>> read(const std::vector<Quantity>&) = 0;
+    virtual long long dispatches() const { return 0; }
+};
+
+// Tiles in row order, in double (see kernels/reduce.h).
+template <class Summary> Totals total_of(const Summary* tiles, size_t count, size_t cells) {
+    double sum = 0;
+    Summary all = tiles[0];
+    for (size_t i = 0; i < count; ++i) {
+        sum += tiles[i].sum;
+        all.low = tiles[i].low < all.low ? tiles[i].low : all.low;
+        all.high = all.high < tiles[i].high ? tiles[i].high : all.high;
+    }
+    return {sum / double(cells), double(all.low), double(all.high)};
+}
+
+// A map in the precision of a backend, rows padded to the pitch with zeros. Throws Error::bad_input naming `parameter`
+// where a value is too large for it.
+template <class real> std::vector<real> padded(const std::vector<double>& map, const Plan& plan, const char* parameter) {
+    const int width = plan.constants.width, height = plan.constants.height;
+    std::vector<real> out(size_t(plan.pitch) * height, real(0));
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            const double v = map[size_t(y) * width + x];
+            if (!(v <= double(std::numeric_limits<real>::max()) && v >= double(std::numeric_limits<real>::lowest())))
+                throw Error(Error::Code::bad_input, parameter,
+                            std::string(parameter) + " = " + std::to_string(v) + " in cell [" + std::to_string(x) + ", " +
+                                std::to_string(y) + "]; allowed in f32: up to 3.4e38; or precision f64");
+            out[size_t(y) * plan.pitch + x] = real(v);
+        }
+    return out;
+}
+
+} // namespace dermis::plan

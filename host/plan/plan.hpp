@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: MIT
+// A scene made ready to march: maps in double, constants, and the steps from output to output.
+#pragma once
+
+#include "dermis/dermis.hpp"
+#include "host/plan/coefficients.hpp"
+
+namespace dermis::plan {
+
+struct Plan {
+    Scene scene; // validated, every default filled in
+    SceneMaps maps;
+    int pitch = 0, tiles = 0;        // cells, tiles per row
+    int stencil = 0, edges = 0;      // names in kernels/layout.h
+    f64::Constants constants{};      // what does not change from step to step
+    long long outputs = 0;           // rows of the traces
+    std::vector<double> field_times; // sorted, each once
+};
+
+Plan make_plan(const Scene&); // throws Error::bad_input
+
+// One press of every cell, from the last kept state to `time`. `keep`: the new state replaces the old one; otherwise
+// the step only looks (a field between outputs, an impulse). trace, impulse, field: what its end belongs to, or -1.
+struct Step {
+    f64::Row row{};
+    double start = 0, rise = 0, jump = 0; // see Constants in kernels/layout.h
+    double time = 0;
+    bool keep = true;
+    long long trace = -1;
+    int impulse = -1, field = -1;
+    bool respond() const { return trace >= 0 || impulse >= 0 || field >= 0; }
+};
+
+// The steps of a plan, in order.
+class Timeline {
+  public:
+    explicit Timeline(const Plan&);
+    bool next(Step&);
+
+  private:
+    // The load over time is piecewise linear: at a knot it may jump, between knots it runs straight.
+    struct Knot {
+        double time, left, right;
+    };
+    double output_time(long long n) const;
+    double snapped(double t) const;
+    double load_before(double t) const;
+    double load_after(double t) const;
+    Step exact_step(double from, double to) const;
+    Step held_step(long long n);
+    void look(Step step, int impulse, int field, double jump);
+    void fill();
+
+    const Plan& plan_;
+    Medium medium_;
+    f64::Row regular_{};
+    std::vector<Knot> knots_;
+    std::vector<Step> pending_; // of the output under way, last first
+    long long output_ = 0;      // next row of the traces
+    size_t field_ = 0, knot_ = 0;
+    int impulses_ = 0;
+    double rate_before_ = 0, rate_ = 0, strain_ = 0; // published: d[n-1], d[n], eps[n] under unit pressure
+};
+
+// Constants of one step in the precision of a backend.
+template <class Constants> Constants constants_of(const Plan& plan, const Step& step) {
+    using real = decltype(Constants::bend);
+    const auto r = [](double x) { return static_cast<real>(x); };
+    const f64::Row& k = step.row;
+    const f64::Constants& p = plan.constants;
+    Constants c{};
+    c.row = {r(k.E), r(k.b), r(k.f), r(k.i0), r(k.i1), r(k.i2), r(k.leak), r(k.v0), r(k.v1), r(k.a0), r(k.a1), r(k.a2)};
+    c.start = r(step.start);
+    c.rise = r(step.rise);
+    c.jump = r(step.jump);
+    c.bend = r(p.bend);
+    c.curvature_length = r(p.curvature_length);
+    c.gain_plus = r(p.gain_plus);
+    c.gain_minus = r(p.gain_minus);
+    c.thickness = r(p.thickness);
+    c.width = p.width;
+    c.height = p.height;
+    c.pitch = p.pitch;
+    c.respond = step.respond();
+    return c;
+}
+
+} // namespace dermis::plan

@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: MIT
+// Scene -> Plan -> backend -> Result.
+#include "host/device.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <chrono>
+#include <cmath>
+
+namespace dermis {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+const std::vector<Quantity> reduced = {Quantity::strain, Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2};
+
+// Puts samples where they belong in a Result; tells where a step has left the numbers.
+class Collector {
+  public:
+    Collector(Result& result, const plan::Plan& plan) : result_(result), plan_(plan) {
+        const Output& output = plan.scene.output;
+        for (Quantity q : output.traces) {
+            Trace& t = result.traces.emplace_back();
+            t.quantity = q;
+            t.probes.resize(output.probes.size());
+        }
+    }
+
+    void operator()(const plan::Step& step, const plan::Sample& sample) {
+        const size_t probes = plan_.scene.output.probes.size();
+        if (step.trace >= 0) {
+            result_.time.push_back(step.time);
+            for (Trace& t : result_.traces) {
+                const plan::Totals& totals = sample.totals[int(t.quantity)];
+                t.mean.push_back(totals.mean);
+                t.min.push_back(totals.min);
+                t.max.push_back(totals.max);
+                for (size_t i = 0; i < probes; ++i) t.probes[i].push_back(sample.probes[int(t.quantity) * probes + i]);
+                if (!std::isfinite(totals.mean) && !plan_.scene.allow_unstable)
+                    throw Error(Error::Code::bad_input, "material.modulus",
+                                std::string(name(t.quantity)) + " overflows at t = " + std::to_string(step.time) +
+                                    " s; allowed: loads and materials whose results stay below 3.4e38 in f32, 1.8e308 in f64");
+            }
+        }
+        if (step.impulse >= 0) {
+            Impulse& i = result_.impulses.emplace_back();
+            i.time = step.time;
+            i.quantity = plan_.scene.material.viscosity > 0 ? Quantity::fa2 : Quantity::fa1;
+            const plan::Totals& totals = sample.totals[int(i.quantity)];
+            i.mean = totals.mean;
+            i.min = totals.min;
+            i.max = totals.max;
+            const auto first = sample.probes.begin() + int(i.quantity) * probes;
+            i.probes.assign(first, first + probes);
+        }
+    }
+
+  private:
+    Result& result_;
+    const plan::Plan& plan_;
+};
+
+bool same_bits(double a, double b) { return std::bit_cast<uint64_t>(a) == std::bit_cast<uint64_t>(b); }
+
+long long different(const std::vector<double>& a, const std::vector<double>& b) {
+    long long n = 0;
+    for (size_t i = 0; i < a.size(); ++i) n += !same_bits(a[i], b[i]);
+    return n;
+}
+
+// A second backend that takes the same steps; every cell of every output is compared, and every sample.
+class Check {
+  public:
+    Check(const Device& device, const plan::Plan& plan, Result& result)
+        : result_(result), collected_(other_result_, plan), marcher_(march(device, plan, Precision::f32, [this](auto& s, auto& x) { collected_(s, x); })) {}
+
+    void press(const plan::Step& step, plan::Marcher& first) {
+        marcher_->press(step);
+        if (!step.respond()) return;
+        std::vector<Quantity> what = reduced;
+        if (step.field >= 0) what.insert(what.end(), {Quantity::curvature, Quantity::deformation});
+        const auto a = first.read(what), b = marcher_->read(what);
+        for (size_t q = 0; q < what.size(); ++q) {
+            result_.cells_compared += static_cast<long long>(a[q].size());
+            result_.cells_different += different(a[q], b[q]);
+        }
+    }
+
+    void finish() {
+        marcher_->finish();
+        for (size_t i = 0; i < result_.traces.size(); ++i) {
+            const Trace &a = result_.traces[i], &b = other_result_.traces[i];
+            result_.cells_different += different(a.mean, b.mean) + different(a.min, b.min) + different(a.max, b.max);
+            for (size_t p = 0; p < a.probes.size(); ++p) result_.cells_different += different(a.probes[p], b.probes[p]);
+        }
+    }
+
+  private:
+    Result& result_;
+    Result other_result_;
+    Collector collected_;
+    std::unique_ptr<plan::Marcher> marcher_;
+};
+
+} // namespace
+
+const Trace& Result::trace(Quantity q) const {
+    const auto t = std::find_if(traces.begin(), traces.end(), [q](auto& trace) { return trace.quantity == q; });
+    if (t == traces.end())
+        throw Error(Error::Code::bad_input, "output.traces", std::string("output.traces has no \"") + name(q) + "\"; allowed: what the scene asked for");
+    return *t;
+}
+
+Result run(const Scene& scene, const Device& device, const RunOptions& options) {
+    const plan::Plan plan = plan::make_plan(scene);
+    Result result;
+    result.device = device.info();
+    result.precision = options.precision.value_or(Precision::f32);
+    if (result.precision == Precision::f64 && device.info().vulkan)
+        throw Error(Error::Code::bad_input, "precision", "precision = f64; allowed on \"" + device.info().name + "\": f32; f64 on the CPU path alone");
+    if (result.precision == Precision::f64 && options.check)
+        throw Error(Error::Code::bad_input, "precision", "precision = f64; allowed with a check of backends: f32");
+    Collector collect(result, plan);
+    const auto marcher = march(device, plan, result.precision, std::ref(collect));
+    std::unique_ptr<Check> check;
+    if (options.check)
+        check = std::make_unique<Check>(device.info().vulkan ? Device::cpu() : Device::open("vulkan"), plan, result);
+
+    const auto start = Clock::now();
+    plan::Timeline timeline(plan);
+    for (plan::Step step; timeline.next(step);) {
+        marcher->press(step);
+        ++result.steps;
+        if (check) check->press(step, *marcher);
+        if (step.field >= 0)
+            for (const FieldRequest& f : plan.scene.output.fields)
+                if (f.at == plan.field_times[size_t(step.field)]) {
+                    auto maps = marcher->read(f.what);
+                    for (size_t i = 0; i < maps.size(); ++i) result.fields.push_back({f.at, f.what[i], std::move(maps[i])});
+                }
+        if (options.progress && step.trace >= 0 && step.trace % 16 == 0)
+            options.progress(double(step.trace + 1) / double(plan.outputs));
+    }
+    marcher->finish();
+    if (check) check->finish();
+    result.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    for (const std::vector<double>& map : {plan.maps.rest_curvature, marcher->read({Quantity::curvature})[0]})
+        for (double C : map) result.greatest_gain = std::max(result.greatest_gain, std::abs(*plan.scene.material.curvature_length * C));
+    result.dispatches = marcher->dispatches();
+    if (options.progress) options.progress(1);
+    return result;
+}
+
+} // namespace dermis

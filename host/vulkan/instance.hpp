@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: MIT
+// The loader, an instance, and what devices it offers.
+#pragma once
+
+#include "dermis/dermis.hpp"
+#include "host/vulkan/volk.hpp"
+
+#include <mutex>
+
+namespace dermis::vulkan {
+
+// Where Vulkan comes from: the system's loader, or what a test puts in its place. `missing` says why there is none.
+struct Loader {
+    PFN_vkGetInstanceProcAddr get = nullptr;
+    std::string missing;
+};
+Loader system_loader();
+
+struct InstanceOptions {
+    // Validation with synchronization validation; each message of warning or error goes here. Throws where the layer is
+    // not installed.
+    std::function<void(const std::string&)> validation;
+};
+
+struct Physical {
+    VkPhysicalDevice handle = VK_NULL_HANDLE;
+    VkPhysicalDeviceProperties properties{};
+    VkPhysicalDeviceMemoryProperties memory{};
+    uint32_t family = 0; // a queue family that computes
+    bool portability_subset = false;
+    DeviceInfo info;
+};
+
+// Throws Error::no_device naming what is missing: loader, driver.
+class Instance {
+  public:
+    explicit Instance(const Loader&, const InstanceOptions& = {});
+    ~Instance();
+    Instance(const Instance&) = delete;
+    Instance& operator=(const Instance&) = delete;
+
+    // Every device, best first: discrete, integrated, virtual, software.
+    const std::vector<Physical>& devices() const { return devices_; }
+    // A logical device with one queue of the compute family.
+    VkDevice open(const Physical&, VolkDeviceTable& table) const;
+
+  private:
+    void find_devices();
+    void describe(Physical&) const;
+
+    InstanceOptions options_;
+    VkInstance handle_ = VK_NULL_HANDLE;
+    VkDebugUtilsMessengerEXT messenger_ = VK_NULL_HANDLE;
+    PFN_vkDestroyInstance destroy_ = nullptr;
+    PFN_vkDestroyDebugUtilsMessengerEXT destroy_messenger_ = nullptr;
+    PFN_vkGetInstanceProcAddr get_ = nullptr;
+    std::vector<Physical> devices_;
+};
+
+// volk keeps instance functions in variables of the whole process: whoever fills or uses them holds this.
+std::mutex& volk_mutex();
+
+// Throws Error::device naming the call unless the result is success.
+void check(VkResult, const char* call);
+
+} // namespace dermis::vulkan

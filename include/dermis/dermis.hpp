@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: MIT
+// dermis: pressure on skin in, mechanoreceptor responses out. This header is the manual.
+//
+//     eta*eps' + E*eps = sigma      strain eps in each cell under pressure sigma (Kelvin-Voigt, no lateral coupling)
+//     C = L(S) - h*L(eps)           curvature of the deformed surface S - h*eps; L is the Laplacian; C < 0 on crests
+//     SA1 = eps*(1 + l*C)           Merkel          SA2 = integral of eps*(1 + l*C)   Ruffini
+//     FA1 = eps'*(1 + l*C)          Meissner        FA2 = eps''*(1 + l*C)             Pacinian
+//
+//     dermis::Result r = dermis::run(dermis::Scene::from_file("scene.toml"));
+//
+// Maps are row-major, row 0 first: index = y*width + x. Every output at a time t is the left limit at t, and 0 at t = 0
+// until the load has acted. Functions throw dermis::Error, and check all input before they allocate or write anything.
+#pragma once
+
+#include <array>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace dermis {
+
+class Error : public std::runtime_error {
+  public:
+    enum class Code {
+        bad_input, // a parameter; the message names it, its value and the allowed range
+        no_device, // no such device, or none that can compute; the message says what is missing
+        device,    // a device failed while working; the message names the call
+        io         // a file could not be written
+    };
+    Error(Code code, std::string parameter, const std::string& message)
+        : std::runtime_error(message), code_(code), parameter_(std::move(parameter)) {}
+    Code code() const noexcept { return code_; }
+    // Dotted name of the parameter at fault, as in a scene file ("time.step"); empty when there is none.
+    const std::string& parameter() const noexcept { return parameter_; }
+
+  private:
+    Code code_;
+    std::string parameter_;
+};
+
+enum class Quantity { strain, sa1, sa2, fa1, fa2, curvature, deformation };
+const char* name(Quantity) noexcept;
+
+// exact: the closed solution of each step, at any step length. euler: forward Euler, a baseline. published: forward
+// Euler with the published study's stencil, edges, SA2 as a running sum and FA2 as a central difference.
+enum class Method { exact, euler, published };
+const char* name(Method) noexcept;
+
+enum class Precision { f32, f64 }; // f64 on the CPU only
+const char* name(Precision) noexcept;
+
+enum class Stencil { five_point, fourth_order, published };
+enum class Edges { mirror, periodic, published }; // mirror is half-sample: cell -1 is cell 0, cell -2 is cell 1
+enum class Fa2 { point, step_mean };
+
+struct Cell {
+    int x = 0, y = 0;
+};
+
+// width, height: cells, 1..16384. spacing: metres between cells, > 0. Without spacing a scene is dimensionless: spacing,
+// relief, thickness and curvature_length are then 1; with it the last three are required.
+struct Grid {
+    int width = 150, height = 150;
+    std::optional<double> spacing;
+};
+
+// flat: 0.5. wave: sin(2 pi ridges (x/width + 0.3 sin(y/30))) + noise. spiral: sin(ridges r/width + angle) + noise.
+// wave and spiral are scaled to 0..1; then everything is multiplied by relief.
+struct Surface {
+    enum class Kind { flat, wave, spiral, map } kind = Kind::flat;
+    std::optional<double> ridges;       // wave 15, spiral 25; any finite number
+    std::optional<double> noise;        // amplitude of Perlin noise relative to the ridge; wave 2, spiral 0.5; >= 0
+    std::optional<double> noise_length; // cells; wave 50, spiral 40; > 0
+    std::optional<double> relief;       // m per unit of height; > 0
+    std::vector<double> map;            // Kind::map: width*height finite heights
+};
+
+struct Material {
+    double modulus = 1.54;                  // E, Pa, >= 0; modulus and viscosity not both 0
+    double viscosity = 1;                   // eta, Pa s, >= 0
+    std::optional<double> thickness;        // h, m, >= 0: h*eps is the indentation
+    std::optional<double> curvature_length; // l, m, any finite number: a gain
+};
+
+// circular: 1 - r/radius. linear: 1 - |y - center.y|/radius. point: a unit impulse smoothed by a Gaussian of radius/4.
+struct Load {
+    enum class Kind { circular, point, linear, map } kind = Kind::circular;
+    std::optional<Cell> center; // default width/2, height/2; inside the grid
+    std::optional<int> radius;  // cells, >= 1; default min(width, height)/4, at least 1
+    double intensity = 1;       // Pa, any finite number; multiplies maps too
+    std::vector<double> map;    // Kind::map: width*height finite pressures
+    double start = 0;           // s, >= 0: the load is 0 before and full from here on
+};
+
+// Outputs stand at 0, step, 2 step ..; there are ceil(duration/step - 1e-9) of them.
+struct Time {
+    double step = 0.01;   // s, > 0
+    double duration = 10; // s, >= step
+};
+
+struct Receptors {
+    std::optional<double> sa2_adaptation;       // s, > 0: tau_a*y' = -y + tau_a*eps, bounded; none: the plain integral
+    std::optional<Fa2> fa2;                     // default point: the density of eps'' (jumps are listed as impulses);
+                                                // step_mean: mean of eps'' over the step, jumps included
+    std::array<double, 2> fa2_gains = {1, -1};  // k+, k-: k+*max(a, 0) + k-*max(-a, 0) of a = eps''(1 + l*C)
+};
+
+struct FieldRequest {
+    double at = 0; // s, 0..duration
+    std::vector<Quantity> what;
+};
+
+struct Output {
+    std::vector<Quantity> traces = {Quantity::strain, Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2};
+    std::vector<Cell> probes; // inside the grid
+    std::vector<FieldRequest> fields;
+};
+
+struct SkinDescription {
+    Grid grid;
+    Surface surface;
+    Material material;
+    std::optional<Stencil> stencil; // default five_point, with Method::published published
+    std::optional<Edges> edges;     // default mirror, with Method::published published
+    Receptors receptors;
+};
+
+struct Scene : SkinDescription {
+    Method method = Method::exact;
+    bool allow_unstable = false; // run an explicit method beyond its limit all the same
+    Load load;
+    Time time;
+    Output output;
+
+    // Reads a TOML file (README.md lists the keys); paths in it are relative to it. Each of `overrides` is "key=value"
+    // and replaces a key. Throws Error::bad_input with file, line, key, value and allowed range.
+    static Scene from_file(const std::string& path, const std::vector<std::string>& overrides = {});
+};
+
+struct DeviceInfo {
+    std::string name;   // "cpu", or what the driver calls the device
+    std::string kind;   // "cpu path", "discrete GPU", "integrated GPU", "virtual GPU", "software", "other"
+    std::string driver; // name and version; empty for the CPU path
+    bool vulkan = false;
+    bool exact = true;   // a self-test gave the bits of the CPU path
+    std::string refused; // why the device cannot be used; empty when it can
+};
+
+class Device {
+  public:
+    // threads: 0 = one per core, 1 = the calling thread alone.
+    static Device cpu(int threads = 0);
+    // "auto": a hardware GPU if there is one, else the CPU path; info().refused then says in one line why no Vulkan
+    // device is used. "cpu". "vulkan": the best Vulkan device, software too. A number: that row of list(). Anything
+    // else: a Vulkan device with this in its name. Throws Error::no_device; a device whose bits differ from the CPU
+    // path in a self-test is refused unless asked for by number or name.
+    static Device open(const std::string& which);
+    // Every Vulkan device found, usable or not. Throws Error::no_device when there is no loader or no driver.
+    static std::vector<DeviceInfo> list();
+
+    const DeviceInfo& info() const noexcept;
+
+    struct Impl;
+    explicit Device(std::shared_ptr<Impl> impl) : impl_(std::move(impl)) {}
+    Impl& impl() const noexcept { return *impl_; }
+
+  private:
+    std::shared_ptr<Impl> impl_;
+};
+
+// One quantity over time: over all cells, and in each probe. With many decimals: mean is a double even in f32.
+struct Trace {
+    Quantity quantity = Quantity::strain;
+    std::vector<double> mean, min, max;
+    std::vector<std::vector<double>> probes; // [probe][time]
+};
+
+// A jump of the load at `time` puts an impulse into FA2, or at viscosity 0 into FA1: its weight, per cell.
+struct Impulse {
+    double time = 0;
+    Quantity quantity = Quantity::fa2;
+    double mean = 0, min = 0, max = 0;
+    std::vector<double> probes;
+};
+
+struct Field {
+    double at = 0;
+    Quantity quantity = Quantity::strain;
+    std::vector<double> values; // width*height
+};
+
+struct Result {
+    std::vector<double> time; // s
+    std::vector<Trace> traces;
+    std::vector<Impulse> impulses;
+    std::vector<Field> fields;
+    DeviceInfo device;
+    Precision precision = Precision::f32;
+    long long steps = 0;      // of every cell
+    long long dispatches = 0; // of GPU kernels
+    double seconds = 0;       // stepping, without set-up
+    double greatest_gain = 0; // of |l*C| over all cells, at rest and at the end; above 1 responses change sign
+    long long cells_compared = 0, cells_different = 0; // RunOptions::check
+
+    const Trace& trace(Quantity) const; // throws Error::bad_input when it was not asked for
+};
+
+struct RunOptions {
+    std::optional<Precision> precision; // default f32
+    // Also march on the other backend in f32 and compare the bits of every cell of every output (Vulkan device: against
+    // the CPU path; CPU path: against the best Vulkan device).
+    bool check = false;
+    std::function<void(double)> progress; // called now and then with the part done, 0..1
+};
+
+// What the scene is made of, before any load: the surface S, its curvature L(S) and the pressure map, width*height each.
+struct SceneMaps {
+    std::vector<double> surface, rest_curvature, pressure;
+};
+SceneMaps maps(const Scene&);
+
+Result run(const Scene&, const Device& = Device::open("auto"), const RunOptions& = {});
+
+} // namespace dermis

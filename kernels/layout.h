@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+// What host and kernels agree on: the parameter block, binding numbers, sizes, names of variants.
+
+// Maps are row-major, index = y*pitch + x; pitch is the width rounded up to PITCH_CELLS.
+#define PITCH_CELLS 4
+// `press` and `fields` run one cell per invocation in groups of WORKGROUP_CELLS x 1; `reduce` one tile of a row per group.
+#define WORKGROUP_CELLS 64
+#define TILE_CELLS 256
+#define REDUCE_THREADS 128
+
+#define STENCIL_FIVE_POINT 0
+#define STENCIL_FOURTH_ORDER 1
+#define STENCIL_PUBLISHED 2
+#define EDGES_MIRROR 0
+#define EDGES_PERIODIC 1
+#define EDGES_PUBLISHED 2
+
+#define PRESS_PRESSURE 0
+#define PRESS_REST_CURVATURE 1
+#define PRESS_STRAIN_FROM 2
+#define PRESS_SUM_FROM 3
+#define PRESS_STRAIN_TO 4
+#define PRESS_SUM_TO 5
+#define PRESS_SA1 6
+#define PRESS_SA2 7
+#define PRESS_FA1 8
+#define PRESS_FA2 9
+#define PRESS_BINDINGS 10
+
+#define FIELDS_SURFACE 0
+#define FIELDS_REST_CURVATURE 1
+#define FIELDS_STRAIN 2
+#define FIELDS_CURVATURE 3
+#define FIELDS_DEFORMATION 4
+#define FIELDS_BINDINGS 5
+
+// strain, SA1, SA2, FA1, FA2, in this order everywhere
+#define REDUCE_QUANTITIES 5
+#define REDUCE_SUMMARIES 5
+#define REDUCE_BINDINGS 6
+
+// Coefficients of one step of one material, made on the host in double (host/plan/coefficients). With
+//   r = s0 - E*eps            s0 the pressure after the jump sj at the step's start, s0 + ds the pressure at its end
+//   eps += b*r + f*ds         strain
+//   I   += i0*eps + i1*s0 + i2*ds - leak*I      its integral, or with leak > 0 its adapting integral
+//   eps'  = v0*r + v1*ds              at the end of the step, from the left
+//   eps'' = a0*r + a1*ds + a2*sj
+struct Row {
+    real E, b, f;
+    real i0, i1, i2, leak;
+    real v0, v1;
+    real a0, a1, a2;
+};
+
+struct Constants {
+    Row row;
+    real start, rise, jump;     // pressure = start*p after a jump of jump*p, then rising by rise*p
+    real bend;                  // thickness / spacing^2: turns the stencil's sum over eps into curvature
+    real curvature_length;      // l in 1 + l*C
+    real gain_plus, gain_minus; // FA2 = gain_plus*max(a, 0) + gain_minus*max(-a, 0)
+    real thickness;             // h in D = S - h*eps
+    int width, height, pitch;   // cells
+    int respond;                // 0: advance the state alone
+    int slot;                   // `reduce`: where in the ring this step's summaries go
+};

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: MIT
+// One language for GLSL and C++. In C++ the includer opens a namespace, says `using real = float` (or double, or
+// glm::vec4) and includes model.h; GLM lends the GLSL names. Rules for every function here (a build check counts them):
+// only + - * compare and select, each intermediate a `precise` local, literals real(...), structs filled member by member.
+#ifdef __cplusplus
+#define precise
+using glm::abs;
+using glm::lessThan;
+using glm::max;
+using glm::min;
+using glm::mix;
+template <class T, class = std::enable_if_t<std::is_floating_point_v<T>>>
+inline bool lessThan(T a, T b) {
+    return a < b;
+}
+#else
+#define inline
+#define real float
+bool lessThan(float a, float b) { return a < b; }
+#endif
+
+// Every stored value passes here: |x| < 2^-64 becomes +0, so no denormal and no -0 is ever kept.
+inline real flush(real x) { return mix(x, real(0.0), lessThan(abs(x), real(5.421010862427522e-20))); }

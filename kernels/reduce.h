@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: MIT
+// Sum, least and greatest over a tile of TILE_CELLS columns of one row: tile[i] joins tile[i + half], half = 128, 64 .. 1,
+// beyond the row's end with a sum of 0. The host joins tiles in double, in order. So any workgroup, band or number of
+// threads gives the same bits.
+struct Summary {
+    real sum, low, high;
+};
+
+inline Summary summary_of(real x) {
+    Summary s;
+    s.sum = x;
+    s.low = x;
+    s.high = x;
+    return s;
+}
+
+inline Summary join(Summary a, Summary b) {
+    precise real sum = a.sum + b.sum;
+    Summary s;
+    s.sum = sum;
+    s.low = mix(a.low, b.low, lessThan(b.low, a.low));
+    s.high = mix(a.high, b.high, lessThan(a.high, b.high));
+    return s;
+}
