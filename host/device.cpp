@@ -113,7 +113,7 @@ SelfTest self_test(const Device& device) {
         }
         one->finish();
         for (size_t i = 0; i < samples[1].size(); ++i)
-            for (int q = 0; q < REDUCE_QUANTITIES; ++q) {
+            for (int q = 0; q < REDUCED_MAPS; ++q) {
                 const plan::Totals a = samples[0][i].totals[q], b = samples[1][i].totals[q];
                 compare(test.kernels[2], a.mean, b.mean);
                 compare(test.kernels[2], a.min, b.min);

@@ -3,10 +3,11 @@
 
 // Maps are row-major, index = y*pitch + x; pitch is the width rounded up to PITCH_CELLS.
 #define PITCH_CELLS 4
-// `press` and `fields` run one cell per invocation in groups of WORKGROUP_CELLS x 1; `reduce` one tile of a row per group.
+// `press` and `fields` run one cell per invocation in groups of WORKGROUP_CELLS x 1; `reduce` one
+// tile of TILE_CELLS columns per invocation in groups of REDUCE_ROWS rows.
 #define WORKGROUP_CELLS 64
-#define TILE_CELLS 256
-#define REDUCE_THREADS 128
+#define TILE_CELLS 64
+#define REDUCE_ROWS 64
 
 #define STENCIL_FIVE_POINT 0
 #define STENCIL_FOURTH_ORDER 1
@@ -34,10 +35,11 @@
 #define FIELDS_DEFORMATION 4
 #define FIELDS_BINDINGS 5
 
-// strain, SA1, SA2, FA1, FA2, in this order everywhere
-#define REDUCE_QUANTITIES 5
-#define REDUCE_SUMMARIES 5
-#define REDUCE_BINDINGS 6
+#define REDUCE_MAP 0
+#define REDUCE_SUMMARIES 1
+#define REDUCE_BINDINGS 2
+// what is reduced: strain, SA1, SA2, FA1, FA2, in this order everywhere
+#define REDUCED_MAPS 5
 
 // Coefficients of one step of one material, made on the host in double (host/plan/coefficients). With
 //   r = s0 - E*eps            s0 the pressure after the jump sj at the step's start, s0 + ds the pressure at its end

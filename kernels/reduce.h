@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Sum, least and greatest over a tile of TILE_CELLS columns of one row: tile[i] joins tile[i + half], half = 128, 64 .. 1,
-// beyond the row's end with a sum of 0. The host joins tiles in double, in order. So any workgroup, band or number of
-// threads gives the same bits.
+// Sum, least and greatest over a tile of TILE_CELLS columns of one row, by a fixed tree: cell i joins cell i + reach,
+// reach = 32, 16 .. 1; beyond the row's end cells add 0. The host joins tiles in double, in order. So any workgroup, band
+// or number of threads gives the same bits, and a constant map sums without error.
 struct Summary {
     real sum, low, high;
 };

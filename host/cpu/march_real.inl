@@ -15,7 +15,7 @@ class March : public plan::Marcher {
           pressure_(plan::padded<real>(plan.maps.pressure, plan, "load.intensity")),
           rest_(plan::padded<real>(plan.maps.rest_curvature, plan, "surface.relief")),
           surface_(plan::padded<real>(plan.maps.surface, plan, "surface.relief")),
-          tiles_(size_t(REDUCE_QUANTITIES) * plan.constants.height * plan.tiles) {
+          tiles_(size_t(REDUCED_MAPS) * plan.constants.height * plan.tiles) {
         const size_t cells = pressure_.size();
         for (auto& state : {&strain_[0], &strain_[1], &sum_[0], &sum_[1]}) state->assign(cells, real(0));
         for (auto& r : response_) r.assign(cells, std::numeric_limits<real>::quiet_NaN()); // to be written, never read
@@ -118,16 +118,24 @@ class March : public plan::Marcher {
     }
 
     void summarize(int y, const Constants& c) {
-        Summary tile[TILE_CELLS];
-        for (int q = 0; q < REDUCE_QUANTITIES; ++q)
+        real sum[TILE_CELLS], low[TILE_CELLS], high[TILE_CELLS]; // Summary by parts, for the compiler's vectors
+        for (int q = 0; q < REDUCED_MAPS; ++q)
             for (int t = 0; t < plan_.tiles; ++t) {
                 const real* values = plane(q) + row(y) + size_t(t) * TILE_CELLS;
                 const int count = std::min(TILE_CELLS, c.width - t * TILE_CELLS);
-                for (int i = 0; i < TILE_CELLS; ++i) tile[i] = summary_of(values[i < count ? i : 0]);
-                for (int i = count; i < TILE_CELLS; ++i) tile[i].sum = real(0);
+                for (int i = 0; i < count; ++i) sum[i] = low[i] = high[i] = values[i];
+                for (int i = count; i < TILE_CELLS; ++i) {
+                    sum[i] = real(0);
+                    low[i] = high[i] = values[0];
+                }
                 for (int reach = TILE_CELLS / 2; reach > 0; reach /= 2)
-                    for (int i = 0; i < reach; ++i) tile[i] = join(tile[i], tile[i + reach]);
-                tiles_[(size_t(q) * c.height + y) * plan_.tiles + t] = tile[0];
+                    for (int i = 0; i < reach; ++i) {
+                        const Summary joined = join({sum[i], low[i], high[i]}, {sum[i + reach], low[i + reach], high[i + reach]});
+                        sum[i] = joined.sum;
+                        low[i] = joined.low;
+                        high[i] = joined.high;
+                    }
+                tiles_[(size_t(q) * c.height + y) * plan_.tiles + t] = {sum[0], low[0], high[0]};
             }
     }
 
@@ -135,7 +143,7 @@ class March : public plan::Marcher {
         if (step.trace < 0 && step.impulse < 0) return;
         const size_t cells = plan_.maps.pressure.size(), tiles = size_t(plan_.constants.height) * plan_.tiles;
         plan::Sample sample;
-        for (int q = 0; q < REDUCE_QUANTITIES; ++q) {
+        for (int q = 0; q < REDUCED_MAPS; ++q) {
             sample.totals[q] = plan::total_of(tiles_.data() + q * tiles, tiles, cells);
             for (const Cell& p : plan_.scene.output.probes) sample.probes.push_back(double(plane(q)[row(p.y) + p.x]));
         }

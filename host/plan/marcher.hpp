@@ -12,7 +12,7 @@ struct Totals {
 
 // Of one responding step: strain, SA1, SA2, FA1, FA2 over all cells, and in the probes.
 struct Sample {
-    std::array<Totals, REDUCE_QUANTITIES> totals;
+    std::array<Totals, REDUCED_MAPS> totals;
     std::vector<double> probes; // [quantity][probe]
 };
 

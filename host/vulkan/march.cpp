@@ -42,8 +42,8 @@ class March : public plan::Marcher {
     March(const plan::Plan& plan, std::shared_ptr<Context> context, Sink sink)
         : plan_(plan), context_(std::move(context)), sink_(std::move(sink)),
           plane_(VkDeviceSize(plan.pitch) * plan.constants.height * sizeof(float)),
-          summaries_(size_t(REDUCE_QUANTITIES) * plan.constants.height * plan.tiles),
-          probes_(REDUCE_QUANTITIES * plan.scene.output.probes.size()) {
+          summaries_(size_t(REDUCED_MAPS) * plan.constants.height * plan.tiles),
+          probes_(REDUCED_MAPS * plan.scene.output.probes.size()) {
         const double per_step = double(summaries_ * sizeof(Summary) + probes_ * sizeof(float));
         ring_ = size_t(std::clamp(std::min(cell_steps_per_submit / double(plane_ / sizeof(float)), ring_bytes / per_step), 1.0, 1024.0));
         check_fits(plan, *context_, plane_, ring_ * summaries_ * sizeof(Summary));
@@ -61,14 +61,17 @@ class March : public plan::Marcher {
     void press(const plan::Step& step) override {
         const VkCommandBuffer commands = recording();
         Constants c = plan::constants_of<Constants>(plan_, step);
-        c.slot = int(kept_.size());
         press_->record(commands, size_t(from_), &c, groups(c.width, WORKGROUP_CELLS), uint32_t(c.height), 1);
         context_->barrier(commands);
         ++dispatches_;
         shown_ = 1 - from_;
         if (step.trace >= 0 || step.impulse >= 0) {
-            reduce_->record(commands, size_t(shown_), &c, uint32_t(plan_.tiles), uint32_t(c.height), REDUCE_QUANTITIES);
-            ++dispatches_;
+            for (int q = 0; q < REDUCED_MAPS; ++q) {
+                c.slot = int(kept_.size()) * REDUCED_MAPS + q;
+                const size_t set = q == 0 ? size_t(shown_) : size_t(q) + 1; // strain0, strain1, SA1, SA2, FA1, FA2
+                reduce_->record(commands, set, &c, groups(c.height, REDUCE_ROWS), uint32_t(plan_.tiles), 1);
+                ++dispatches_;
+            }
             copy_probes(commands);
             context_->barrier(commands);
             kept_.push_back(step);
@@ -86,7 +89,7 @@ class March : public plan::Marcher {
         for (size_t slot = 0; slot < kept_.size(); ++slot) {
             plan::Sample sample;
             const auto* summary = static_cast<const Summary*>(buffers_[ring_summaries].data()) + slot * summaries_;
-            for (int q = 0; q < REDUCE_QUANTITIES; ++q) sample.totals[q] = plan::total_of(summary + q * tiles, tiles, cells);
+            for (int q = 0; q < REDUCED_MAPS; ++q) sample.totals[q] = plan::total_of(summary + q * tiles, tiles, cells);
             if (probes_) {
                 const auto* probe = static_cast<const float*>(buffers_[ring_probes].data()) + slot * probes_;
                 sample.probes.assign(probe, probe + probes_);
@@ -137,8 +140,8 @@ class March : public plan::Marcher {
             const int to = 1 - from;
             press.push_back({b(pressure), b(rest), b(strain0 + from), b(sum0 + from), b(strain0 + to), b(sum0 + to), b(sa1), b(sa2), b(fa1), b(fa2)});
             fields.push_back({b(surface), b(rest), b(strain0 + from), b(curvature), b(deformation)});
-            reduce.push_back({b(strain0 + from), b(sa1), b(sa2), b(fa1), b(fa2), b(ring_summaries)});
         }
+        for (int map : {strain0, strain1, sa1, sa2, fa1, fa2}) reduce.push_back({&buffers_[map], &buffers_[ring_summaries]});
         press_ = std::make_unique<Kernel>(*context_, press_spv, sizeof press_spv, PRESS_BINDINGS, variant, press);
         fields_ = std::make_unique<Kernel>(*context_, fields_spv, sizeof fields_spv, FIELDS_BINDINGS, variant, fields);
         reduce_ = std::make_unique<Kernel>(*context_, reduce_spv, sizeof reduce_spv, REDUCE_BINDINGS, std::vector<uint32_t>{}, reduce);
@@ -178,7 +181,7 @@ class March : public plan::Marcher {
         const std::vector<Cell>& probes = plan_.scene.output.probes;
         if (probes.empty()) return;
         std::vector<VkBufferCopy> regions(probes.size());
-        for (int q = 0; q < REDUCE_QUANTITIES; ++q) {
+        for (int q = 0; q < REDUCED_MAPS; ++q) {
             for (size_t i = 0; i < probes.size(); ++i) {
                 const VkDeviceSize from = VkDeviceSize(probes[i].y) * plan_.pitch + probes[i].x;
                 const VkDeviceSize to = kept_.size() * probes_ + q * probes.size() + i;
