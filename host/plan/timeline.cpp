@@ -132,7 +132,7 @@ void Timeline::fill() {
             const Knot& k = knots_[knot_];
             if (k.right != k.left) look(exact_step(from, k.time), impulses_++, -1, k.right - k.left);
         }
-        while (field_at() < to) look(exact_step(from, field_at()), -1, int(field_++), 0);
+        for (; field_at() < to; ++field_) look(exact_step(from, field_at()), -1, int(field_), 0);
     }
     if (n < plan_.outputs) {
         Step s;

@@ -28,8 +28,8 @@ int hash(int i) { return permutation[i & 255]; }
 
 // The gradient that the low four bits choose, times the way from the corner.
 double corner(int i, int j, double dx, double dy) {
-    static constexpr int gx[16] = {1, -1, 1, -1, 1, -1, 1, -1, 0, 0, 0, 0, 1, 0, -1, 0};
-    static constexpr int gy[16] = {1, 1, -1, -1, 0, 0, 0, 0, 1, -1, 1, -1, 0, -1, 0, 1};
+    static constexpr int gx[16] = {1, -1, 1, -1, 1, -1, 1, -1, 0, 0, 0, 0, 1, -1, 0, 0};
+    static constexpr int gy[16] = {1, 1, -1, -1, 0, 0, 0, 0, 1, -1, 1, -1, 0, 0, -1, 1};
     const int h = hash(hash(hash(i) + j)) & 15;
     return gx[h] * dx + gy[h] * dy;
 }

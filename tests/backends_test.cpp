@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: MIT
+// One body over every backend: the CPU in float, Vulkan, against the CPU in double and closed forms.
+#include "tests/support.hpp"
+
+using namespace test;
+
+namespace {
+
+constexpr double u = 0x1p-24;
+
+Result truth(const Scene& s) {
+    RunOptions f64;
+    f64.precision = Precision::f64;
+    return run(s, Device::cpu(), f64);
+}
+
+// Rounding of a march in float: each step adds one unit and forgets e^-z of the old ones; the stencil multiplies what
+// the strain carries by its 8 neighbours, h*l/spacing^2 being 1 in these scenes.
+double rounding_bound(const Scene& s) {
+    const double steps = s.time.duration / s.time.step, z = s.time.step * s.material.modulus / s.material.viscosity;
+    return 10 * u * (std::min(steps, 1 / -std::expm1(-z)) + steps + 8);
+}
+
+void check_close(const Scene& s, const Result& r, const Result& exact) {
+    REQUIRE(r.time == exact.time);
+    for (const Trace& t : exact.traces) {
+        CAPTURE(name(t.quantity));
+        double largest = 0;
+        for (const auto* part : {&t.min, &t.max})
+            for (double v : *part) largest = std::max(largest, std::abs(v));
+        const auto close = [&](const std::vector<double>& a, const std::vector<double>& b) {
+            for (size_t i = 0; i < a.size(); ++i) REQUIRE(std::abs(a[i] - b[i]) <= rounding_bound(s) * largest + 1e-18);
+        };
+        close(r.trace(t.quantity).mean, t.mean);
+        close(r.trace(t.quantity).min, t.min);
+        close(r.trace(t.quantity).max, t.max);
+        for (size_t p = 0; p < t.probes.size(); ++p) close(r.trace(t.quantity).probes[p], t.probes[p]);
+    }
+}
+
+} // namespace
+
+TEST_CASE("on every backend and grid, every cell has the same bits, and they are close to double") {
+    const Validated vulkan;
+    RunOptions check;
+    check.check = true;
+    const std::pair<int, int> grids[] = {{1, 1}, {1, 9}, {9, 1}, {2, 2}, {3, 3}, {7, 5}, {31, 37}, {63, 3}, {64, 3}, {65, 3},
+                                         {127, 4}, {128, 63}, {129, 64}, {5, 65}, {257, 2}, {150, 150}};
+    for (auto [width, height] : grids)
+        for (Method method : {Method::exact, Method::euler, Method::published}) {
+            if (method == Method::published && std::min(width, height) < 2) continue;
+            CAPTURE(width);
+            CAPTURE(height);
+            CAPTURE(name(method));
+            Scene s = small_scene(width, height);
+            s.method = method;
+            s.output.fields = {{0.2, {Quantity::curvature}}};
+            const Result exact = truth(s);
+            for (const Device& device : {Device::cpu(), vulkan.device()}) {
+                const Result r = run(s, device, check);
+                CHECK(r.cells_compared >= 8LL * 5 * width * height);
+                CHECK(r.cells_different == 0);
+                check_close(s, r, exact);
+            }
+        }
+}
+
+TEST_CASE("every stencil with every edge has the same bits on CPU and Vulkan") {
+    const Validated vulkan;
+    RunOptions check;
+    check.check = true;
+    for (auto [width, height] : {std::pair{1, 1}, {2, 1}, {1, 3}, {2, 2}, {4, 3}, {17, 9}})
+        for (auto [stencil, edges] : {std::pair{Stencil::five_point, Edges::periodic}, {Stencil::fourth_order, Edges::mirror},
+                                      {Stencil::fourth_order, Edges::periodic}, {Stencil::published, Edges::mirror},
+                                      {Stencil::published, Edges::periodic}, {Stencil::published, Edges::published}}) {
+            if (edges == Edges::published && std::min(width, height) < 2) continue;
+            Scene s = small_scene(width, height);
+            s.stencil = stencil;
+            s.edges = edges;
+            s.output.fields = {{0.2, {Quantity::curvature, Quantity::deformation}}, {0.33, {Quantity::fa2}}};
+            CHECK(run(s, vulkan.device(), check).cells_different == 0);
+        }
+}
+
+TEST_CASE("the study's scene has the same bits on CPU and Vulkan in every cell at each of 1000 times") {
+    const Validated vulkan;
+    RunOptions check;
+    check.check = true;
+    Scene s;
+    s.surface.kind = Surface::Kind::spiral;
+    s.output.probes = {{75, 75}, {85, 85}, {60, 80}, {37, 37}, {112, 112}};
+    const Result r = run(s, vulkan.device(), check);
+    CHECK(r.cells_compared >= 1000LL * 5 * 22500);
+    CHECK(r.cells_different == 0);
+}
+
+TEST_CASE("a run without a check gives the same traces as one with: the ring of results changes nothing") {
+    const Validated vulkan;
+    Scene s = small_scene(33, 20);
+    s.time = {0.001, 3}; // more outputs than the ring holds
+    s.output.fields = {{0.5, {Quantity::sa2}}, {2.0005, {Quantity::sa2}}};
+    RunOptions check;
+    check.check = true;
+    const Result a = run(s, vulkan.device(), check), b = run(s, vulkan.device()), c = run(s, Device::cpu(1));
+    CHECK(a.cells_different == 0);
+    REQUIRE(a.time.size() == 3000);
+    for (const Result* other : {&b, &c}) {
+        CHECK(other->time == a.time);
+        for (const Trace& t : a.traces) {
+            CHECK(other->trace(t.quantity).mean == t.mean);
+            CHECK(other->trace(t.quantity).probes == t.probes);
+        }
+        for (size_t i = 0; i < a.fields.size(); ++i) CHECK(other->fields.at(i).values == a.fields[i].values);
+    }
+}
+
+TEST_CASE("any number of threads gives the same bits") {
+    Scene s = small_scene(517, 391);
+    s.time.duration = 0.2;
+    const Result one = run(s, Device::cpu(1));
+    for (int threads : {2, 3, 7}) {
+        const Result many = run(s, Device::cpu(threads));
+        for (const Trace& t : one.traces) {
+            CHECK(many.trace(t.quantity).mean == t.mean);
+            CHECK(many.trace(t.quantity).max == t.max);
+        }
+    }
+}
+
+TEST_CASE("the exact method is the closed form at any step, in double to rounding") {
+    for (double step : {1e-4, 0.01, 0.3, 40.0}) {
+        CAPTURE(step);
+        Scene s = small_scene(20, 16);
+        s.time = {step, 20 * step};
+        const double E = s.material.modulus, eta = s.material.viscosity, tau = eta / E;
+        const Result r = truth(s);
+        const std::vector<double> p = maps(s).pressure;
+        const double peak = *std::max_element(p.begin(), p.end());
+        for (size_t n = 0; n < r.time.size(); ++n) {
+            const double t = r.time[n], rise = -std::expm1(-t / tau);
+            CHECK(r.trace(Quantity::strain).max[n] == doctest::Approx(peak * rise / E).epsilon(1e-13));
+        }
+        // C = 0 everywhere: responses are the bare strain, its integral and derivatives
+        s.surface.kind = Surface::Kind::flat;
+        s.load.kind = Load::Kind::map;
+        s.load.map.assign(20 * 16, 2.5);
+        const Result bare = truth(s);
+        for (size_t n = 1; n < bare.time.size(); ++n) {
+            const double t = bare.time[n], decay = std::exp(-t / tau);
+            CAPTURE(n);
+            CHECK(bare.trace(Quantity::sa1).mean[n] == doctest::Approx(2.5 * -std::expm1(-t / tau) / E).epsilon(1e-13));
+            CHECK(bare.trace(Quantity::sa2).mean[n] == doctest::Approx(2.5 / E * (t + tau * std::expm1(-t / tau))).epsilon(2e-11));
+            // carried by the strain: absolute to its peak, see NUMERICS on the tail
+            CHECK(bare.trace(Quantity::fa1).mean[n] - 2.5 * decay / eta == doctest::Approx(0).scale(2.5 / eta).epsilon(1e-12));
+            CHECK(bare.trace(Quantity::fa2).mean[n] + 2.5 * E * decay / (eta * eta) == doctest::Approx(0).scale(2.5 * E).epsilon(1e-12));
+        }
+    }
+}
+
+TEST_CASE("curvature: C is 0 on a level skin, and on a paraboloid it is its Laplacian whatever the offset") {
+    Scene s = small_scene(30, 20);
+    s.grid.spacing = 2e-3;
+    s.surface.kind = Surface::Kind::map;
+    s.surface.relief = 1;
+    s.material.thickness = 0;
+    s.material.curvature_length = 1;
+    s.output.fields = {{0.2, {Quantity::curvature}}};
+    for (double offset : {0.0, 1e4}) {
+        s.surface.map.assign(600, offset);
+        const std::vector<double> level = run(s, Device::cpu()).fields[0].values;
+        for (double C : level) REQUIRE(C == 0);
+        for (int y = 0; y < 20; ++y)
+            for (int x = 0; x < 30; ++x) s.surface.map[y * 30 + x] = offset + (3 * x * x + 5 * y * y) * 1024.0;
+        for (Stencil stencil : {Stencil::five_point, Stencil::fourth_order, Stencil::published}) {
+            s.stencil = stencil;
+            const std::vector<double> C = run(s, Device::cpu()).fields[0].values;
+            CHECK(C[10 * 30 + 15] == doctest::Approx(16 * 1024.0 / 4e-6).epsilon(1e-6));
+        }
+    }
+}

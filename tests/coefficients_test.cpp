@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: MIT
+#include "host/plan/coefficients.hpp"
+#include "tests/support.hpp"
+
+#include <random>
+
+using namespace test;
+using dermis::plan::Medium;
+
+namespace {
+
+using Long = long double;
+
+// P1..P3 in 64 bits of mantissa: the power series, or where it needs too many terms the recurrence.
+Long phi_reference(int k, Long z) {
+    if (z > 3) {
+        Long p = std::exp(-z), one_over_factorial = 1;
+        for (int i = 1; i <= k; ++i) {
+            p = (one_over_factorial - p) / z;
+            one_over_factorial /= i;
+        }
+        return p;
+    }
+    Long term = 1, sum = 0;
+    for (int i = 1; i <= k; ++i) term /= i;
+    for (int i = 0; i < 60; ++i) {
+        sum += term;
+        term *= -z / (i + 1 + k);
+    }
+    return sum;
+}
+
+double units(double x, Long reference) {
+    return reference == 0 ? (x == 0 ? 0 : INFINITY) : double(std::abs((Long(x) - reference) / reference)) * 0x1p53;
+}
+
+} // namespace
+
+TEST_CASE("coefficients are within a few units of 2^-53 over all moduli, times and steps") {
+    std::mt19937_64 random(1);
+    std::uniform_real_distribution<double> unit(0, 1);
+    const auto decades = [&](double low, double high) { return std::pow(10, low + (high - low) * unit(random)); };
+    double worst_b = 0, worst_f = 0, worst_i0 = 0, worst_i1 = 0, worst_i2 = 0, worst_decay = 0;
+    for (int i = 0; i < 4000; ++i) {
+        const double E = decades(-9, 9), eta = E * decades(-12, 12), dt = decades(-9, 6);
+        const auto k = plan::exact_row({E, eta, INFINITY, false}, dt);
+        const Long q = Long(dt) / eta, z = E * q;
+        worst_b = std::max(worst_b, units(k.b, q * phi_reference(1, z)));
+        worst_f = std::max(worst_f, units(k.f, q * phi_reference(2, z)));
+        worst_i0 = std::max(worst_i0, units(k.i0, dt * phi_reference(1, z)));
+        worst_i1 = std::max(worst_i1, units(k.i1, dt * q * phi_reference(2, z)));
+        worst_i2 = std::max(worst_i2, units(k.i2, dt * q * phi_reference(3, z)));
+        if (z < 700) worst_decay = std::max(worst_decay, units(k.v0 * eta, std::exp(-z)) / double(6 + 2 * z));
+    }
+    CHECK(worst_b <= 4);
+    CHECK(worst_f <= 4);
+    CHECK(worst_i0 <= 4);
+    CHECK(worst_i1 <= 5);
+    CHECK(worst_i2 <= 8);
+    CHECK(worst_decay <= 1);
+}
+
+TEST_CASE("modulus 0 and viscosity 0 are limits, not errors") {
+    const auto dashpot = plan::exact_row({0, 2, INFINITY, false}, 0.5);
+    CHECK(dashpot.b == 0.25);
+    CHECK(dashpot.i0 == 0.5);
+    CHECK(dashpot.i1 == 0.0625);
+    CHECK(dashpot.v0 == 0.5);
+    const auto spring = plan::exact_row({4, 0, INFINITY, true}, 0.5);
+    CHECK(spring.b == 0.25);
+    CHECK(spring.f == 0.25);
+    CHECK(spring.i0 == 0);
+    CHECK(spring.i1 == 0.125);
+    CHECK(spring.i2 == 0.0625);
+    CHECK(spring.v0 == 0);
+    CHECK(spring.v1 == 0.5);
+}
+
+TEST_CASE("an adapting integral's coefficients solve their equation, at any pair of time constants") {
+    // tau_a*y' = -y + tau_a*eps beside eta*eps' + E*eps = s0 + ds*t/dt, by classical Runge-Kutta in long double
+    for (double tau : {1e-3, 0.1, 0.5, 0.5000001, 3.0, 1e4})
+        for (double adaptation : {0.02, 0.5, 7.0, 1e5}) {
+            CAPTURE(tau);
+            CAPTURE(adaptation);
+            const double dt = 0.4, E = 2, eta = E * tau;
+            const auto k = plan::exact_row({E, eta, adaptation, false}, dt);
+            const int n = 20000;
+            const Long h = Long(dt) / n;
+            for (int part = 0; part < 3; ++part) { // eps(0) = 1, or s0 = 1, or ds = 1
+                Long eps = part == 0, y = 0;
+                const auto slope = [&](Long t, Long e, Long v, Long& de, Long& dv) {
+                    de = ((part == 1) + (part == 2) * t / dt - E * e) / eta;
+                    dv = e - v / adaptation;
+                };
+                for (int i = 0; i < n; ++i) {
+                    Long a, b, c, d, A, B, C, D;
+                    slope(i * h, eps, y, a, A);
+                    slope((i + 0.5L) * h, eps + h / 2 * a, y + h / 2 * A, b, B);
+                    slope((i + 0.5L) * h, eps + h / 2 * b, y + h / 2 * B, c, C);
+                    slope((i + 1) * h, eps + h * c, y + h * C, d, D);
+                    eps += h / 6 * (a + 2 * b + 2 * c + d);
+                    y += h / 6 * (A + 2 * B + 2 * C + D);
+                }
+                const double computed = part == 0 ? k.i0 : part == 1 ? k.i1 : k.i2;
+                CHECK(computed == doctest::Approx(double(y)).epsilon(1e-10));
+            }
+            CHECK(k.leak == doctest::Approx(-std::expm1(-dt / adaptation)).epsilon(1e-14));
+        }
+    const auto plain = plan::exact_row({1.54, 1, INFINITY, false}, 0.01), slow = plan::exact_row({1.54, 1, 1e12, false}, 0.01);
+    CHECK(slow.i0 == doctest::Approx(plain.i0).epsilon(1e-13));
+    CHECK(slow.i1 == doctest::Approx(plain.i1).epsilon(1e-13));
+    CHECK(plain.leak == 0);
+}

@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: MIT
+// What an output means: left limits, impulses, breakpoints, SA2 and FA2.
+#include "tests/support.hpp"
+
+#include <numeric>
+
+using namespace test;
+
+namespace {
+
+// One cell under pressure 1: responses are the model itself.
+Scene one_cell() {
+    Scene s;
+    s.grid = {1, 1, {}};
+    s.load.kind = Load::Kind::map;
+    s.load.map = {1};
+    return s;
+}
+
+Result in_double(const Scene& s) {
+    RunOptions f64;
+    f64.precision = Precision::f64;
+    return run(s, Device::cpu(), f64);
+}
+
+const std::vector<double>& mean(const Result& r, Quantity q) { return r.trace(q).mean; }
+
+} // namespace
+
+TEST_CASE("outputs are left limits, and 0 at t = 0") {
+    const Result r = in_double(one_cell());
+    REQUIRE(r.time.size() == 1000);
+    CHECK(r.time[999] == 999 * 0.01);
+    CHECK(mean(r, Quantity::fa1)[0] == 0);
+    CHECK(mean(r, Quantity::fa1)[1] == doctest::Approx(std::exp(-0.0154)));
+    CHECK(mean(r, Quantity::fa2)[0] == 0);
+    CHECK(mean(r, Quantity::fa2)[1] == doctest::Approx(-1.54 * std::exp(-0.0154)));
+    REQUIRE(r.impulses.size() == 1);
+    CHECK(r.impulses[0].time == 0);
+    CHECK(r.impulses[0].quantity == Quantity::fa2);
+    CHECK(r.impulses[0].mean == doctest::Approx(1));
+}
+
+TEST_CASE("the step mean of FA2 holds the jump, and sums to the rate at the end") {
+    Scene s = one_cell();
+    s.receptors.fa2 = Fa2::step_mean;
+    const Result r = in_double(s);
+    CHECK(mean(r, Quantity::fa2)[0] == 0);
+    CHECK(mean(r, Quantity::fa2)[1] == doctest::Approx(std::exp(-0.0154) / 0.01));
+    const auto& fa2 = mean(r, Quantity::fa2);
+    CHECK(std::accumulate(fa2.begin(), fa2.end(), 0.0) * 0.01 == doctest::Approx(mean(r, Quantity::fa1).back()).scale(1).epsilon(1e-12));
+}
+
+TEST_CASE("a load that starts between outputs acts from its own instant") {
+    for (Fa2 fa2 : {Fa2::point, Fa2::step_mean})
+        for (double start : {0.5, 0.5037, 0.50999999999}) {
+            CAPTURE(start);
+            Scene s = one_cell();
+            s.time.duration = 1;
+            s.load.start = start;
+            s.receptors.fa2 = fa2;
+            s.output.fields = {{0.5071, {Quantity::sa1, Quantity::fa1}}};
+            const Result r = in_double(s);
+            const double begin = start > 0.509 ? 0.51 : start; // within 1e-6 of a step it is the output's
+            double before = 0;
+            for (size_t n = 0; n < r.time.size(); ++n) {
+                const double t = r.time[n] - begin, rate = t > 1e-12 ? std::exp(-1.54 * t) : 0;
+                CHECK(mean(r, Quantity::strain)[n] == doctest::Approx(t > 0 ? -std::expm1(-1.54 * t) / 1.54 : 0).epsilon(1e-12));
+                CHECK(mean(r, Quantity::sa2)[n] == doctest::Approx(t > 0 ? (t + std::expm1(-1.54 * t) / 1.54) / 1.54 : 0).epsilon(1e-10));
+                CHECK(mean(r, Quantity::fa1)[n] == doctest::Approx(rate).epsilon(1e-12));
+                CHECK(mean(r, Quantity::fa2)[n] == doctest::Approx(fa2 == Fa2::point ? -1.54 * rate : (rate - before) / 0.01).epsilon(1e-9));
+                before = rate;
+            }
+            const double t = std::max(0.0, 0.5071 - begin);
+            CHECK(r.fields[0].values[0] == doctest::Approx(-std::expm1(-1.54 * t) / 1.54).epsilon(1e-12));
+            CHECK(r.fields[1].values[0] == doctest::Approx(t > 0 ? std::exp(-1.54 * t) : 0).epsilon(1e-12));
+            REQUIRE(r.impulses.size() == 1);
+            CHECK(r.impulses[0].time == doctest::Approx(begin));
+            CHECK(r.impulses[0].mean == doctest::Approx(1));
+        }
+}
+
+TEST_CASE("E*integral(eps) + eta*eps = integral(sigma), at every output") {
+    Scene s = one_cell();
+    s.material = {0.7, 3.1, {}, {}};
+    s.load.start = 1.237;
+    const Result r = in_double(s);
+    for (size_t n = 0; n < r.time.size(); ++n)
+        CHECK(0.7 * mean(r, Quantity::sa2)[n] + 3.1 * mean(r, Quantity::strain)[n] ==
+              doctest::Approx(std::max(0.0, r.time[n] - 1.237)).epsilon(1e-11));
+}
+
+TEST_CASE("an impulse is weighted by the curvature at its instant") {
+    Scene s = small_scene(21, 21);
+    s.load.start = 0.12;
+    s.output.probes = {{10, 10}};
+    const Result r = in_double(s);
+    const SceneMaps m = maps(s);
+    const size_t centre = 10 * 21 + 10;
+    REQUIRE(r.impulses.size() == 1);
+    CHECK(r.impulses[0].probes[0] == doctest::Approx(m.pressure[centre] * (1 + m.rest_curvature[centre])).epsilon(1e-12));
+}
+
+TEST_CASE("viscosity 0 is an elastic skin: strain follows the load, its jump is an impulse of FA1") {
+    Scene s = one_cell();
+    s.material.viscosity = 0;
+    s.receptors.fa2 = Fa2::step_mean;
+    s.time.duration = 0.1;
+    const Result r = in_double(s);
+    CHECK(mean(r, Quantity::strain)[1] == doctest::Approx(1 / 1.54));
+    CHECK(mean(r, Quantity::sa2)[5] == doctest::Approx(0.05 / 1.54));
+    CHECK(mean(r, Quantity::fa1)[1] == 0);
+    REQUIRE(r.impulses.size() == 1);
+    CHECK(r.impulses[0].quantity == Quantity::fa1);
+    CHECK(r.impulses[0].mean == doctest::Approx(1 / 1.54));
+}
+
+TEST_CASE("modulus 0 is a dashpot: strain creeps without end") {
+    Scene s = one_cell();
+    s.material.modulus = 0;
+    const Result r = in_double(s);
+    CHECK(mean(r, Quantity::strain)[500] == doctest::Approx(5));
+    CHECK(mean(r, Quantity::sa2)[500] == doctest::Approx(12.5));
+    CHECK(mean(r, Quantity::fa1)[500] == doctest::Approx(1));
+    CHECK(mean(r, Quantity::fa2)[500] == 0);
+}
+
+TEST_CASE("SA2 with an adaptation time is bounded and known in closed form; without end it is the plain integral") {
+    Scene s = one_cell();
+    const double tau = 1 / 1.54;
+    for (double adaptation : {0.2, tau, 3.0}) {
+        CAPTURE(adaptation);
+        s.receptors.sa2_adaptation = adaptation;
+        const Result r = in_double(s);
+        for (size_t n = 1; n < r.time.size(); ++n) {
+            const double t = r.time[n], a = adaptation;
+            const double y = a == tau ? tau * a * (1 - (1 + t / tau) * std::exp(-t / tau))
+                                      : tau * a * (1 - (a * std::exp(-t / a) - tau * std::exp(-t / tau)) / (a - tau));
+            CHECK(mean(r, Quantity::sa2)[n] == doctest::Approx(y).epsilon(1e-9));
+            CHECK(mean(r, Quantity::sa2)[n] <= adaptation / 1.54);
+        }
+    }
+    s.receptors.sa2_adaptation = {};
+    const Result plain = in_double(s);
+    CHECK(mean(plain, Quantity::sa2)[999] - mean(plain, Quantity::sa2)[899] == doctest::Approx(1 / 1.54).epsilon(1e-5));
+    s.receptors.sa2_adaptation = 1e9;
+    CHECK(difference(mean(in_double(s), Quantity::sa2), mean(plain, Quantity::sa2)) < 1e-7);
+}
+
+TEST_CASE("FA2 gains act on the two signs apart: (1, -1) signed, (1, 0) half-wave, (1, 1) full-wave") {
+    Scene s = small_scene(31, 31);
+    s.surface.noise = 0;
+    s.receptors.fa2 = Fa2::step_mean;
+    s.output.fields = {{0.35, {Quantity::fa2}}};
+    const std::vector<double> raw = run(s, Device::cpu()).fields[0].values;
+    REQUIRE(*std::min_element(raw.begin(), raw.end()) < 0);
+    for (auto [plus, minus] : {std::pair{1.0, 0.0}, {1.0, 1.0}, {0.5, 0.25}, {0.0, -1.0}}) {
+        s.receptors.fa2_gains = {plus, minus};
+        const std::vector<double> out = run(s, Device::cpu()).fields[0].values;
+        for (size_t i = 0; i < raw.size(); ++i) REQUIRE(out[i] == (raw[i] >= 0 ? plus * raw[i] : minus * -raw[i]));
+    }
+}
+
+TEST_CASE("no FA2 peak depends on the step: the density and the impulses do not, the published spike does") {
+    double published_before = 0;
+    for (double step : {0.02, 0.01, 0.005}) {
+        Scene s = one_cell();
+        s.time = {step, 1};
+        const Result r = in_double(s);
+        const auto& density = mean(r, Quantity::fa2);
+        for (size_t n = 1; n < density.size(); ++n) REQUIRE(std::abs(density[n]) <= 1.54);
+        CHECK(r.impulses[0].mean == doctest::Approx(1));
+        s.grid = {2, 2, {}};
+        s.load.map = {1, 1, 1, 1};
+        s.method = Method::published;
+        const double spike = mean(in_double(s), Quantity::fa2)[1];
+        CHECK(spike == doctest::Approx((1 - 1.54 * step) / (2 * step)));
+        CHECK(spike > 1.9 * published_before);
+        published_before = spike;
+    }
+}

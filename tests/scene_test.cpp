@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: MIT
+// Bad input: one clear error that names parameter, value and allowed range.
+#include "tests/support.hpp"
+
+#include <filesystem>
+#include <fstream>
+
+using namespace test;
+
+namespace {
+
+std::filesystem::path folder() {
+    const auto path = std::filesystem::temp_directory_path() / ("dermis_scene_test_" + std::to_string(getpid()));
+    std::filesystem::create_directories(path);
+    return path;
+}
+
+std::string write(const std::string& name, const std::string& content) {
+    const auto path = folder() / name;
+    std::ofstream(path, std::ios::binary) << content;
+    return path.string();
+}
+
+std::string npy(const std::string& descr, const std::string& shape, size_t bytes, const std::string& order = "False") {
+    std::string header = "{'descr': '" + descr + "', 'fortran_order': " + order + ", 'shape': " + shape + ", }";
+    header.resize(118, ' ');
+    header.back() = '\n';
+    return std::string("\x93NUMPY\x01\x00\x76\x00", 10) + header + std::string(bytes, '\0');
+}
+
+struct Bad {
+    const char* toml;
+    const char* says; // parts, separated by |
+};
+
+} // namespace
+
+TEST_CASE("every bad scene file is refused with file, line, key, value and allowed range") {
+    write("nan.npy", npy("<f4", "(2, 2)", 12) + std::string("\x00\x00\xc0\x7f", 4));
+    write("short.npy", npy("<f8", "(2, 2)", 31));
+    write("long.npy", npy("<f8", "(2, 2)", 33));
+    write("wide.npy", npy("<f8", "(2, 3)", 48));
+    write("ints.npy", npy("<i4", "(2, 2)", 16));
+    write("fortran.npy", npy("<f8", "(2, 2)", 32, "True"));
+    write("text.npy", "hello");
+    const std::string map = "[grid]\nwidth = 2\nheight = 2\n[load]\nkind = \"file\"\npath = ";
+    const Bad scenes[] = {
+        {"[material]\nviscosity = 0\nmodulus = 0", "scene.toml:2|material.viscosity = 0|> 0 where material.modulus is 0"},
+        {"[material]\nviscosity = -1", "scene.toml:2|material.viscosity = -1|>= 0"},
+        {"[material]\nmodulus = -1e-9", "material.modulus = -1e-09|>= 0"},
+        {"[material]\nmodulus = nan", "material.modulus = nan|finite"},
+        {"[material]\nmodulus = \"soft\"", "material.modulus|soft|a number"},
+        {"[time]\nstep = 0", "scene.toml:2|time.step = 0|> 0"},
+        {"[time]\n\nstep = -0.5", "scene.toml:3|time.step = -0.5|> 0"},
+        {"[time]\nstep = inf", "time.step = inf|> 0"},
+        {"[time]\nduration = 0", "time.duration = 0|> 0"},
+        {"[time]\nstep = 1e-300", "time.step = 1e-300|1e8"},
+        {"[output]\nprobes = [[0, 0], [150, 3]]", "scene.toml:2|output.probes[1] = [150, 3]|0..149"},
+        {"[output]\nprobes = [[0.5, 0]]", "output.probes|0.5|whole"},
+        {"[output]\nprobes = [[1, 2, 3]]", "output.probes|[x, y]"},
+        {"[output]\ntraces = [\"sa3\"]", "output.traces|sa3|\"sa1\""},
+        {"[output]\ntraces = [\"curvature\"]", "output.traces|curvature|fields"},
+        {"[output]\nfields = [{ at = 11, what = [\"sa1\"] }]", "output.fields.at = 11|0..10"},
+        {"[output]\nfields = [{ at = 1 }]", "output.fields|both at and what"},
+        {"[output]\nfields = [{ at = 1, what = [\"sa1\"], why = 2 }]", "output.fields.why|no such key"},
+        {"colour = 3", "scene.toml:1|colour = 3|no such key|method"},
+        {"[surface]\nridge = 3", "scene.toml:2|surface.ridge = 3|no such key|ridges"},
+        {"[surface]\nkind = \"bumpy\"", "surface.kind|bumpy|\"spiral\""},
+        {"[surface]\nridges = 3", "surface.ridges = 3|only with"},
+        {"[surface]\nkind = \"wave\"\nnoise = -1", "surface.noise = -1|>= 0"},
+        {"[surface]\nrelief = 2", "surface.relief = 2|grid.spacing"},
+        {"[surface]\npath = \"x.npy\"", "surface.path|only then"},
+        {"[surface]\nkind = \"file\"", "surface.path|not given"},
+        {"[grid]\nspacing = 1e-3", "surface.relief|required with grid.spacing"},
+        {"[grid]\nspacing = 0", "grid.spacing = 0|> 0"},
+        {"[grid]\nwidth = 0", "grid.width = 0|1..16384"},
+        {"[grid]\nwidth = 3000000000", "grid.width = 3000000000|whole"},
+        {"[grid]\nwidth = 100000\nheight = 100000", "grid.width = 100000|1..16384"},
+        {"[grid]\nwidth = 3.5", "grid.width = 3.5|whole"},
+        {"grid = 3", "grid = 3|a table"},
+        {"[load]\ncenter = [150, 0]", "load.center = [150, 0]|0..149"},
+        {"[load]\nradius = 0", "load.radius = 0|1.."},
+        {"[load]\nintensity = inf", "load.intensity = inf|finite"},
+        {"[load]\nstart = -1", "load.start = -1|>= 0"},
+        {"[load]\nkind = \"file\"\npath = \"missing.npy\"", "load.path|missing.npy|cannot be read"},
+        {"[grid]\nwidth = 2\nheight = 2\n[load]\nkind = \"file\"\ncenter = [1, 1]\npath = \"zero.npy\"", "load.center|only with"},
+        {"[receptors]\nsa2_adaptation = 0", "receptors.sa2_adaptation = 0|> 0"},
+        {"[receptors]\nfa2_gains = [1]", "receptors.fa2_gains|two"},
+        {"[receptors]\nfa2_gains = [1, nan]", "receptors.fa2_gains = nan|finite"},
+        {"[receptors]\nfa2 = \"mean\"", "receptors.fa2|mean|step-mean"},
+        {"[material]\nviscosity = 0", "material.viscosity = 0|step-mean"},
+        {"method = \"rk4\"", "method|rk4|\"euler\""},
+        {"method = \"euler\"\n[time]\nstep = 1.5", "scene.toml:3|time.step = 1.5|1.2987|allow_unstable"},
+        {"method = \"euler\"\n[material]\nviscosity = 0", "material.viscosity = 0|> 0 with method"},
+        {"method = \"published\"\n[curvature]\nstencil = \"five-point\"", "curvature.stencil|published"},
+        {"method = \"published\"\n[receptors]\nfa2 = \"point\"", "receptors.fa2|published"},
+        {"method = \"published\"\n[receptors]\nsa2_adaptation = 1", "receptors.sa2_adaptation = 1|published"},
+        {"method = \"published\"\n[grid]\nwidth = 1", "grid.width = 1|at least 2"},
+        {"method = \"euler\"\n[output]\nfields = [{ at = 0.005, what = [\"sa1\"] }]", "output.fields.at = 0.005|multiple"},
+        {"[curvature]\nedges = \"published\"", "curvature.edges|only with"},
+        {"[time\nstep = 1", "scene.toml:1"},
+    };
+    for (const Bad& bad : scenes) {
+        CAPTURE(bad.toml);
+        write("zero.npy", npy("<f8", "(2, 2)", 32));
+        const std::string message = refusal(Error::Code::bad_input, [&] { Scene::from_file(write("scene.toml", bad.toml)); });
+        CHECK(message.find("scene.toml") != std::string::npos);
+        std::istringstream parts(bad.says);
+        for (std::string part; std::getline(parts, part, '|');) CHECK_MESSAGE(message.find(part) != std::string::npos, message);
+    }
+    for (auto [file, says] : {std::pair{"nan.npy", "cell [1, 1] is NaN"}, {"short.npy", "cut short"}, {"long.npy", "goes on"},
+                              {"wide.npy", "(2, 3)"}, {"ints.npy", "<i4"}, {"fortran.npy", "Fortran"}, {"text.npy", "not a .npy"}}) {
+        const std::string message = refusal(Error::Code::bad_input, [&, file = file] { Scene::from_file(write("scene.toml", map + "\"" + file + "\"")); });
+        CAPTURE(message);
+        CHECK(message.find(says) != std::string::npos);
+        CHECK(message.find("load.path") != std::string::npos);
+        CHECK(message.find("shape (2, 2)") + message.find("finite numbers") != 2 * std::string::npos);
+    }
+    CHECK(refusal(Error::Code::bad_input, [] { Scene::from_file((folder() / "nowhere.toml").string()); }).find("nowhere.toml") != std::string::npos);
+    std::filesystem::remove_all(folder());
+}
+
+TEST_CASE("bad values in a Scene made by hand are refused alike") {
+    Scene s;
+    s.load.kind = Load::Kind::map;
+    s.load.map.assign(22500, 1);
+    s.load.map[151] = NAN;
+    CHECK(refusal(Error::Code::bad_input, [&] { run(s, Device::cpu()); }).find("[1, 1]") != std::string::npos);
+    s.load.map.resize(3);
+    CHECK(refusal(Error::Code::bad_input, [&] { run(s, Device::cpu()); }).find("22500") != std::string::npos);
+    s = {};
+    s.load.intensity = 1e300; // finite, but not in float
+    CHECK(refusal(Error::Code::bad_input, [&] { run(s, Device::cpu()); }).find("f64") != std::string::npos);
+    s.load.intensity = 1e30;
+    s.material = {1e-20, 1e-20, {}, {}};
+    CHECK(refusal(Error::Code::bad_input, [&] { run(s, Device::cpu()); }).find("overflows") != std::string::npos);
+}
+
+TEST_CASE("a scene file says the same as a Scene made by hand") {
+    const std::string file = write("good.toml", R"(
+method = "exact"
+[grid]
+width = 31
+height = 17
+spacing = 1e-4
+[surface]
+kind = "spiral"
+ridges = 30
+noise = 0.25
+noise_length = 20
+relief = 6e-5
+[material]
+modulus = 20e3
+viscosity = 3
+thickness = 1e-3
+curvature_length = 2e-5
+[load]
+kind = "linear"
+center = [3, 4]
+radius = 9
+intensity = 5e3
+start = 0.013
+[time]
+step = 0.001
+duration = 0.05
+[curvature]
+stencil = "fourth-order"
+edges = "periodic"
+[receptors]
+sa2_adaptation = 0.5
+fa2 = "step-mean"
+fa2_gains = [1, 0.5]
+[output]
+traces = ["fa2", "strain"]
+probes = [[1, 2], [30, 16]]
+fields = [{ at = 0.02, what = ["deformation"] }]
+)");
+    const Scene a = Scene::from_file(file, {"load.radius=8", "time.duration=0.04", "surface.kind=wave"});
+    Scene b;
+    b.grid = {31, 17, 1e-4};
+    b.surface = {Surface::Kind::wave, 30, 0.25, 20, 6e-5, {}};
+    b.material = {20e3, 3, 1e-3, 2e-5};
+    b.load = {Load::Kind::linear, Cell{3, 4}, 8, 5e3, {}, 0.013};
+    b.time = {0.001, 0.04};
+    b.stencil = Stencil::fourth_order;
+    b.edges = Edges::periodic;
+    b.receptors = {0.5, Fa2::step_mean, {1, 0.5}};
+    b.output = {{Quantity::fa2, Quantity::strain}, {{1, 2}, {30, 16}}, {{0.02, {Quantity::deformation}}}};
+    const Result x = run(a, Device::cpu()), y = run(b, Device::cpu());
+    REQUIRE(x.traces.size() == 2);
+    CHECK(x.time.size() == 40);
+    CHECK(x.traces[0].quantity == Quantity::fa2);
+    for (int i = 0; i < 2; ++i) {
+        CHECK(x.traces[i].mean == y.traces[i].mean);
+        CHECK(x.traces[i].probes == y.traces[i].probes);
+    }
+    CHECK(x.fields.at(0).values == y.fields.at(0).values);
+    CHECK(x.impulses.at(0).time == doctest::Approx(0.013));
+    std::filesystem::remove_all(folder());
+}

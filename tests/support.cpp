@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: MIT
+#include "tests/support.hpp"
+
+#include "host/device.hpp"
+#include "host/scene/scene.hpp"
+
+#include <fstream>
+#include <sstream>
+
+namespace test {
+
+std::string data(const std::string& name) { return std::string(DERMIS_TEST_DATA) + "/" + name; }
+
+Columns read_csv(const std::string& path) {
+    std::ifstream in(path);
+    REQUIRE_MESSAGE(in.good(), path);
+    std::string line, cell;
+    std::getline(in, line);
+    std::vector<std::string> names;
+    for (std::istringstream header(line); std::getline(header, cell, ',');) names.push_back(cell);
+    Columns columns;
+    while (std::getline(in, line)) {
+        std::istringstream row(line);
+        for (const std::string& name : names) {
+            std::getline(row, cell, ',');
+            columns[name].push_back(std::strtod(cell.c_str(), nullptr));
+        }
+    }
+    return columns;
+}
+
+std::vector<double> read_map(const std::string& name) { return scene::read_npy(data(name), 150, 150, name); }
+
+Scene small_scene(int width, int height) {
+    Scene s;
+    s.grid = {width, height, {}};
+    s.surface.kind = Surface::Kind::wave;
+    s.time = {0.05, 0.4};
+    s.output.probes = {{width / 2, height / 2}, {width - 1, 0}};
+    return s;
+}
+
+Validated::Validated() : messages_(std::make_shared<std::vector<std::string>>()) {
+    vulkan::InstanceOptions options;
+    options.validation = [messages = messages_](const std::string& m) { messages->push_back(m); };
+    device_ = std::make_unique<Device>(open_device("vulkan", vulkan::system_loader(), options));
+}
+
+Validated::~Validated() {
+    device_.reset();
+    for (const std::string& m : *messages_) FAIL_CHECK(m);
+}
+
+double difference(const std::vector<double>& a, const std::vector<double>& b) {
+    REQUIRE(a.size() == b.size());
+    double worst = 0, largest = 0;
+    for (size_t i = 0; i < a.size(); ++i) {
+        worst = std::max(worst, std::isfinite(a[i]) ? std::abs(a[i] - b[i]) : INFINITY);
+        largest = std::max(largest, std::abs(b[i]));
+    }
+    return largest > 0 ? worst / largest : worst;
+}
+
+} // namespace test

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "dermis/dermis.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace test {
+
+using namespace dermis;
+
+// tests/data/<name>
+std::string data(const std::string& name);
+using Columns = std::map<std::string, std::vector<double>>;
+Columns read_csv(const std::string& path);
+std::vector<double> read_map(const std::string& name); // 150 x 150
+
+// Wave ridges under a circular load, small and quick.
+Scene small_scene(int width, int height);
+
+// A Vulkan device with synchronization validation on; when it goes out of scope every message it gave is a failure.
+// Fails, never skips, where there is no device.
+class Validated {
+  public:
+    Validated();
+    ~Validated();
+    Device device() const { return *device_; }
+    const std::vector<std::string>& messages() const { return *messages_; }
+    void forgive() { messages_->clear(); } // the canary's own
+
+  private:
+    std::shared_ptr<std::vector<std::string>> messages_;
+    std::unique_ptr<Device> device_;
+};
+
+// Greatest |a - b| over greatest |b|.
+double difference(const std::vector<double>& a, const std::vector<double>& b);
+
+// The message of the Error that `call` throws; fails the test where it throws none, or one of another code.
+template <class Call> std::string refusal(Error::Code code, Call&& call) {
+    try {
+        call();
+    } catch (const Error& e) {
+        CHECK(int(e.code()) == int(code));
+        return e.what();
+    }
+    FAIL_CHECK("accepted");
+    return "";
+}
+
+} // namespace test
