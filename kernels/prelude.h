@@ -5,6 +5,7 @@
 #ifdef __cplusplus
 #define precise
 using glm::abs;
+using std::abs; // for scalars: no branch, so loops vectorize
 using glm::lessThan;
 using glm::max;
 using glm::min;

@@ -30,10 +30,13 @@ class March : public plan::Marcher {
         shown_ = 1 - from_;
         if (c.respond) {
             pool_.rows(c.height, [&](int first, int last) {
-                for (int y = first; y < last; ++y) {
-                    respond(y, c);
-                    summarize(y, c);
-                }
+                for (int y = first; y < last; ++y)
+                    for (int t = 0; t < plan_.tiles; ++t) {
+                        const int x = t * TILE_CELLS, count = std::min(TILE_CELLS, c.width - x);
+                        respond(y, x, x + count, c);
+                        for (int q = 0; q < REDUCED_MAPS; ++q)
+                            tiles_[(size_t(q) * c.height + y) * plan_.tiles + t] = summarize(plane(q) + row(y) + x, count);
+                    }
             });
             hand_over(step);
         }
@@ -58,7 +61,8 @@ class March : public plan::Marcher {
   private:
     size_t row(int y) const { return size_t(y) * plan_.pitch; }
 
-    void advance(int y, const Constants& c) {
+    void advance(int y, const Constants& constants) {
+        const Constants c = constants; // a copy: no store can change it
         const real* __restrict p = pressure_.data() + row(y);
         const real* __restrict eps = strain_[from_].data() + row(y);
         const real* __restrict sum = sum_[from_].data() + row(y);
@@ -71,24 +75,46 @@ class March : public plan::Marcher {
         }
     }
 
-    // Responses in columns first..last of a row, with the Laplacian that `laplacian(x)` gives.
-    template <class Laplacian> void respond(int y, int first, int last, const Constants& c, Laplacian&& laplacian) {
-        const real* __restrict p = pressure_.data() + row(y);
-        const real* __restrict rest = rest_.data() + row(y);
-        const real* __restrict eps = strain_[from_].data() + row(y);
-        const real* __restrict after = strain_[1 - from_].data() + row(y);
-        const real* __restrict sum = sum_[1 - from_].data() + row(y);
-        real* __restrict sa1 = response_[0].data() + row(y);
-        real* __restrict sa2 = response_[1].data() + row(y);
-        real* __restrict fa1 = response_[2].data() + row(y);
-        real* __restrict fa2 = response_[3].data() + row(y);
-        for (int x = first; x < last; ++x) {
-            const Load load = load_of(p[x], c);
-            const real C = curvature_of(rest[x], laplacian(x), c.bend), l = c.curvature_length;
-            sa1[x] = response(after[x], C, l);
-            sa2[x] = response(sum[x], C, l);
-            fa1[x] = response(rate_after(eps[x], load, c.row), C, l);
-            fa2[x] = rectified(response(acceleration_after(eps[x], load, c.row), C, l), c.gain_plus, c.gain_minus);
+    // L(eps) in columns first..last of a row.
+    void laplacian(int y, int first, int last, const Constants& c, real* __restrict L) const {
+        const auto gather = [&](int x) { L[x - first] = laplacian_at(x, y, c); };
+        if (plan_.stencil != STENCIL_FIVE_POINT || c.width < 3) {
+            for (int x = first; x < last; ++x) gather(x);
+            return;
+        }
+        const real* after = strain_[shown_].data();
+        const real* __restrict here = after + row(y);
+        const real* __restrict low = after + row(wrapped(y - 1, c.height, plan_.edges));
+        const real* __restrict high = after + row(wrapped(y + 1, c.height, plan_.edges));
+        const int begin = std::max(first, 1), end = std::min(last, c.width - 1);
+        if (first < begin) gather(first);
+        for (int x = begin; x < end; ++x)
+            L[x - first] = add(second_difference(here[x - 1], here[x], here[x + 1]), second_difference(low[x], here[x], high[x]));
+        if (end < last) gather(last - 1);
+    }
+
+    void respond(int y, int first, int last, const Constants& c) {
+        const size_t at = row(y) + first;
+        real L[TILE_CELLS];
+        laplacian(y, first, last, c, L);
+        respond_cells(last - first, c, pressure_.data() + at, rest_.data() + at, L, strain_[from_].data() + at,
+                      strain_[shown_].data() + at, sum_[shown_].data() + at, response_[0].data() + at, response_[1].data() + at,
+                      response_[2].data() + at, response_[3].data() + at);
+    }
+
+    // Apart, so that the compiler believes that nothing overlaps.
+    static void respond_cells(int count, const Constants c, const real* __restrict p, const real* __restrict rest,
+                              const real* __restrict L, const real* __restrict eps, const real* __restrict after,
+                              const real* __restrict sum, real* __restrict sa1, real* __restrict sa2, real* __restrict fa1,
+                              real* __restrict fa2) {
+        const real l = c.curvature_length;
+        for (int i = 0; i < count; ++i) {
+            const Load load = load_of(p[i], c);
+            const real C = curvature_of(rest[i], L[i], c.bend);
+            sa1[i] = response(after[i], C, l);
+            sa2[i] = response(sum[i], C, l);
+            fa1[i] = response(rate_after(eps[i], load, c.row), C, l);
+            fa2[i] = rectified(response(acceleration_after(eps[i], load, c.row), C, l), c.gain_plus, c.gain_minus);
         }
     }
 
@@ -99,44 +125,30 @@ class March : public plan::Marcher {
                    stored.laplacian_along_y(x, y, centre, c.height, plan_.stencil, plan_.edges));
     }
 
-    void respond(int y, const Constants& c) {
-        const auto anywhere = [&](int x) { return laplacian_at(x, y, c); };
-        if (plan_.stencil != STENCIL_FIVE_POINT || c.width < 3) return respond(y, 0, c.width, c, anywhere);
-        const real* after = strain_[shown_].data();
-        const real* here = after + row(y);
-        const real* low = after + row(wrapped(y - 1, c.height, plan_.edges));
-        const real* high = after + row(wrapped(y + 1, c.height, plan_.edges));
-        respond(y, 0, 1, c, anywhere);
-        respond(y, 1, c.width - 1, c, [=](int x) {
-            return add(second_difference(here[x - 1], here[x], here[x + 1]), second_difference(low[x], here[x], high[x]));
-        });
-        respond(y, c.width - 1, c.width, c, anywhere);
-    }
-
     const real* plane(int quantity) const {
         return quantity == 0 ? strain_[shown_].data() : response_[quantity - 1].data();
     }
 
-    void summarize(int y, const Constants& c) {
-        real sum[TILE_CELLS], low[TILE_CELLS], high[TILE_CELLS]; // Summary by parts, for the compiler's vectors
-        for (int q = 0; q < REDUCED_MAPS; ++q)
-            for (int t = 0; t < plan_.tiles; ++t) {
-                const real* values = plane(q) + row(y) + size_t(t) * TILE_CELLS;
-                const int count = std::min(TILE_CELLS, c.width - t * TILE_CELLS);
-                for (int i = 0; i < count; ++i) sum[i] = low[i] = high[i] = values[i];
-                for (int i = count; i < TILE_CELLS; ++i) {
-                    sum[i] = real(0);
-                    low[i] = high[i] = values[0];
-                }
-                for (int reach = TILE_CELLS / 2; reach > 0; reach /= 2)
-                    for (int i = 0; i < reach; ++i) {
-                        const Summary joined = join({sum[i], low[i], high[i]}, {sum[i + reach], low[i + reach], high[i + reach]});
-                        sum[i] = joined.sum;
-                        low[i] = joined.low;
-                        high[i] = joined.high;
-                    }
-                tiles_[(size_t(q) * c.height + y) * plan_.tiles + t] = {sum[0], low[0], high[0]};
-            }
+    // See kernels/reduce.h. Sum, least and greatest apart and lengths known, for the compiler's vectors.
+    template <int reach> static void fold(real* __restrict sum, real* __restrict low, real* __restrict high) {
+        for (int i = 0; i < reach; ++i) {
+            const Summary joined = join({sum[i], low[i], high[i]}, {sum[i + reach], low[i + reach], high[i + reach]});
+            sum[i] = joined.sum;
+            low[i] = joined.low;
+            high[i] = joined.high;
+        }
+        if constexpr (reach > 1) fold<reach / 2>(sum, low, high);
+    }
+
+    static Summary summarize(const real* values, int count) {
+        real sum[TILE_CELLS], low[TILE_CELLS], high[TILE_CELLS];
+        std::copy_n(values, count, sum);
+        std::fill(sum + count, sum + TILE_CELLS, real(0));
+        std::copy_n(values, count, low);
+        std::fill(low + count, low + TILE_CELLS, values[0]);
+        std::copy_n(low, TILE_CELLS, high);
+        fold<TILE_CELLS / 2>(sum, low, high);
+        return {sum[0], low[0], high[0]};
     }
 
     void hand_over(const plan::Step& step) {

@@ -2,6 +2,7 @@
 // kernels/*.h as C++: f32 is what a device must reproduce bit for bit, f64 is what the host computes and the truth.
 #pragma once
 
+#include <cmath>
 #include <glm/common.hpp>
 #include <glm/vec4.hpp>
 #include <glm/vector_relational.hpp>
