@@ -79,10 +79,11 @@ class Check {
         if (!step.respond()) return;
         std::vector<Quantity> what = reduced;
         if (step.field >= 0) what.insert(what.end(), {Quantity::curvature, Quantity::deformation});
-        const auto a = first.read(what), b = marcher_->read(what);
+        first.read(what, ours_);
+        marcher_->read(what, theirs_);
         for (size_t q = 0; q < what.size(); ++q) {
-            result_.cells_compared += static_cast<long long>(a[q].size());
-            result_.cells_different += different(a[q], b[q]);
+            result_.cells_compared += static_cast<long long>(ours_[q].size());
+            result_.cells_different += different(ours_[q], theirs_[q]);
         }
     }
 
@@ -98,6 +99,7 @@ class Check {
   private:
     Result& result_;
     Result other_result_;
+    std::vector<std::vector<double>> ours_, theirs_;
     Collector collected_;
     std::unique_ptr<plan::Marcher> marcher_;
 };
@@ -135,7 +137,8 @@ Result run(const Scene& scene, const Device& device, const RunOptions& options) 
         if (step.field >= 0)
             for (const FieldRequest& f : plan.scene.output.fields)
                 if (f.at == plan.field_times[size_t(step.field)]) {
-                    auto maps = marcher->read(f.what);
+                    std::vector<std::vector<double>> maps;
+                    marcher->read(f.what, maps);
                     for (size_t i = 0; i < maps.size(); ++i) result.fields.push_back({f.at, f.what[i], std::move(maps[i])});
                 }
         if (options.progress && step.trace >= 0 && step.trace % 16 == 0)
@@ -144,8 +147,10 @@ Result run(const Scene& scene, const Device& device, const RunOptions& options) 
     marcher->finish();
     if (check) check->finish();
     result.seconds = std::chrono::duration<double>(Clock::now() - start).count();
-    for (const std::vector<double>& map : {plan.maps.rest_curvature, marcher->read({Quantity::curvature})[0]})
-        for (double C : map) result.greatest_gain = std::max(result.greatest_gain, std::abs(*plan.scene.material.curvature_length * C));
+    std::vector<std::vector<double>> curved;
+    marcher->read({Quantity::curvature}, curved);
+    for (const auto* map : {&plan.maps.rest_curvature, static_cast<const std::vector<double>*>(&curved[0])})
+        for (double C : *map) result.greatest_gain = std::max(result.greatest_gain, std::abs(*plan.scene.material.curvature_length * C));
     result.dispatches = marcher->dispatches();
     if (options.progress) options.progress(1);
     return result;

@@ -35,11 +35,15 @@
 #define FIELDS_DEFORMATION 4
 #define FIELDS_BINDINGS 5
 
-#define REDUCE_MAP 0
-#define REDUCE_SUMMARIES 1
-#define REDUCE_BINDINGS 2
-// what is reduced: strain, SA1, SA2, FA1, FA2, in this order everywhere
+#define REDUCE_STRAIN 0
+#define REDUCE_SA1 1
+#define REDUCE_SA2 2
+#define REDUCE_FA1 3
+#define REDUCE_FA2 4
 #define REDUCED_MAPS 5
+#define REDUCE_PROBES 5
+#define REDUCE_SUMMARIES 6
+#define REDUCE_BINDINGS 7
 
 // Coefficients of one step of one material, made on the host in double (host/plan/coefficients). With
 //   r = s0 - E*eps            s0 the pressure after the jump sj at the step's start, s0 + ds the pressure at its end
@@ -63,5 +67,10 @@ struct Constants {
     real thickness;             // h in D = S - h*eps
     int width, height, pitch;   // cells
     int respond;                // 0: advance the state alone
-    int slot;                   // `reduce`: where in the ring this step's summaries go
+};
+
+struct ReduceConstants {
+    int width, height, pitch; // cells
+    int probes;               // cells whose value is wanted too
+    int slot;                 // where in the ring of results all this goes
 };

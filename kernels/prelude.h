@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // One language for GLSL and C++. In C++ the includer opens a namespace, says `using real = float` (or double, or
-// glm::vec4) and includes model.h; GLM lends the GLSL names. Rules for every function here (a build check counts them):
+// glm::vec4) and includes model.h; GLM lends the GLSL names. In GLSL real is float, or vec4 where that is defined first. Rules for every function here (a build check counts them):
 // only + - * compare and select, each intermediate a `precise` local, literals real(...), structs filled member by member.
 #ifdef __cplusplus
 #define precise
@@ -16,8 +16,10 @@ inline bool lessThan(T a, T b) {
 }
 #else
 #define inline
+#ifndef real
 #define real float
 bool lessThan(float a, float b) { return a < b; }
+#endif
 #endif
 
 // Every stored value passes here: |x| < 2^-64 becomes +0, so no denormal and no -0 is ever kept.

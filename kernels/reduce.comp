@@ -1,41 +1,80 @@
 #version 450
 // SPDX-License-Identifier: MIT
-// Sum, least and greatest of one map over each tile of each row (see reduce.h): summaries[slot][row][tile].
-// One invocation per tile, no shared memory: software drivers run barriers as coroutines, 20 times slower.
+// Sum, least and greatest of each map over each tile of each row (see reduce.h): summaries[slot][map][row][tile]; after
+// the map's rows one more per probe, whose tile 0 is the value of that cell. One invocation per tile (x: row, y: tile, z: map),
+// four cells at a time, no shared memory: on a software driver barriers and single loads are slow.
 #extension GL_GOOGLE_include_directive : require
+#define real vec4
 #include "prelude.h"
 #include "layout.h"
 #include "reduce.h"
 
 layout(local_size_x = REDUCE_ROWS) in;
-layout(push_constant) uniform Push { Constants c; };
-layout(std430, binding = REDUCE_MAP) readonly restrict buffer Map { float map[]; };
-layout(std430, binding = REDUCE_SUMMARIES) writeonly restrict buffer Summaries { Summary summaries[]; };
+layout(push_constant) uniform Push { ReduceConstants c; };
+// maps of pitch/4 times height
+layout(std430, binding = REDUCE_STRAIN) readonly restrict buffer Strain { vec4 strain[]; };
+layout(std430, binding = REDUCE_SA1) readonly restrict buffer Sa1 { vec4 sa1[]; };
+layout(std430, binding = REDUCE_SA2) readonly restrict buffer Sa2 { vec4 sa2[]; };
+layout(std430, binding = REDUCE_FA1) readonly restrict buffer Fa1 { vec4 fa1[]; };
+layout(std430, binding = REDUCE_FA2) readonly restrict buffer Fa2 { vec4 fa2[]; };
+layout(std430, binding = REDUCE_PROBES) readonly restrict buffer Probes { int probes[]; }; // cells, y*pitch + x
+struct TileSummary {
+    float sum, low, high;
+};
+layout(std430, binding = REDUCE_SUMMARIES) writeonly restrict buffer Summaries { TileSummary summaries[]; };
 
-// Beyond the row's end: adds nothing, and repeats the tile's first value for least and greatest.
-Summary cell(int x, int first, int row) {
-    Summary s = summary_of(map[row + (x < c.width ? x : first)]);
-    if (x >= c.width) s.sum = real(0.0);
+vec4 map_at(int i) {
+    switch (gl_WorkGroupID.z) {
+    case 0: return strain[i];
+    case 1: return sa1[i];
+    case 2: return sa2[i];
+    case 3: return fa1[i];
+    default: return fa2[i];
+    }
+}
+
+// Four cells from column x on. Beyond the row's end: adds nothing, and repeats `first` for least and greatest.
+Summary cells(int x, int row, float first) {
+    vec4 v = map_at(row + min(x, c.pitch - 4) / 4);
+    bvec4 outside = greaterThanEqual(ivec4(x, x + 1, x + 2, x + 3), ivec4(c.width));
+    Summary s = summary_of(mix(v, vec4(first), outside));
+    s.sum = mix(v, vec4(0.0), outside);
     return s;
 }
 
-// Cells x, x + 8 .. x + 56 of a tile.
-Summary eighth(int x, int first, int row) {
-    Summary a = join(join(cell(x, first, row), cell(x + 32, first, row)), join(cell(x + 16, first, row), cell(x + 48, first, row)));
-    Summary b = join(join(cell(x + 8, first, row), cell(x + 40, first, row)), join(cell(x + 24, first, row), cell(x + 56, first, row)));
+// Cells x .. x + 3 joined with those 8, 16 .. 56 further on.
+Summary eighths(int x, int row, float first) {
+    Summary a = join(join(cells(x, row, first), cells(x + 32, row, first)), join(cells(x + 16, row, first), cells(x + 48, row, first)));
+    Summary b = join(join(cells(x + 8, row, first), cells(x + 40, row, first)), join(cells(x + 24, row, first), cells(x + 56, row, first)));
     return join(a, b);
+}
+
+// Each cell joined with the one `reach` lanes further on; lanes below reach hold the results.
+Summary folded(Summary s, int reach) {
+    Summary t;
+    t.sum = reach == 2 ? s.sum.zwxy : s.sum.yxwz;
+    t.low = reach == 2 ? s.low.zwxy : s.low.yxwz;
+    t.high = reach == 2 ? s.high.zwxy : s.high.yxwz;
+    return join(s, t);
 }
 
 void main() {
     int y = int(gl_GlobalInvocationID.x);
     int tile = int(gl_WorkGroupID.y);
-    if (y >= c.height) return;
-    int first = tile * TILE_CELLS;
-    int row = y * c.pitch;
-    Summary part[8];
-    for (int i = 0; i < 8; ++i) part[i] = eighth(first + i, first, row);
-    Summary even = join(join(part[0], part[4]), join(part[2], part[6]));
-    Summary odd = join(join(part[1], part[5]), join(part[3], part[7]));
-    int tiles = int(gl_NumWorkGroups.y);
-    summaries[(c.slot * c.height + y) * tiles + tile] = join(even, odd);
+    int rows = c.height + c.probes;
+    if (y >= rows) return;
+    Summary s;
+    if (y < c.height) {
+        int x = tile * TILE_CELLS;
+        int row = y * (c.pitch / 4);
+        float first = map_at(row + x / 4).x;
+        s = folded(folded(join(eighths(x, row, first), eighths(x + 4, row, first)), 2), 1);
+    } else {
+        int cell = probes[y - c.height];
+        s = summary_of(vec4(map_at(cell / 4)[cell % 4]));
+    }
+    int i = ((c.slot * REDUCED_MAPS + int(gl_WorkGroupID.z)) * rows + y) * int(gl_NumWorkGroups.y) + tile;
+    summaries[i].sum = s.sum.x;
+    summaries[i].low = s.low.x;
+    summaries[i].high = s.high.x;
 }

@@ -130,8 +130,9 @@ void write_result(const Path& folder, const Scene& scene, const Result& result) 
     write_file(folder / "summary.json", summary_json(scene, result));
 }
 
-Progress::~Progress() {
+void Progress::clear() {
     if (showing_) fmt::print(stderr, "\r\033[K");
+    showing_ = false;
 }
 
 void Progress::operator()(double done) {

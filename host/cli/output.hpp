@@ -21,8 +21,9 @@ void write_result(const Path& folder, const Scene& scene, const Result&);
 class Progress {
   public:
     explicit Progress(std::string what) : what_(std::move(what)) {}
-    ~Progress();
+    ~Progress() { clear(); }
     void operator()(double done);
+    void clear(); // takes the line away, so that something else can be printed
 
   private:
     std::string what_;

@@ -45,17 +45,18 @@ class March : public plan::Marcher {
 
     void finish() override {}
 
-    std::vector<std::vector<double>> read(const std::vector<Quantity>& what) override {
+    void read(const std::vector<Quantity>& what, std::vector<std::vector<double>>& maps) override {
         const DefaultFloats guard;
         const Constants c = plan::constants_of<Constants>(plan_, {});
-        std::vector<std::vector<double>> maps;
-        for (Quantity q : what) {
-            std::vector<double>& map = maps.emplace_back();
-            map.reserve(size_t(c.width) * c.height);
+        maps.resize(what.size());
+        for (size_t i = 0; i < what.size(); ++i) {
+            maps[i].clear();
             for (int y = 0; y < c.height; ++y)
-                for (int x = 0; x < c.width; ++x) map.push_back(double(value(q, x, y, c)));
+                if (what[i] < Quantity::curvature)
+                    maps[i].insert(maps[i].end(), plane(int(what[i])) + row(y), plane(int(what[i])) + row(y) + c.width);
+                else
+                    for (int x = 0; x < c.width; ++x) maps[i].push_back(double(derived(what[i], x, y, c)));
         }
-        return maps;
     }
 
   private:
@@ -162,11 +163,10 @@ class March : public plan::Marcher {
         sink_(step, sample);
     }
 
-    real value(Quantity q, int x, int y, const Constants& c) const {
+    real derived(Quantity q, int x, int y, const Constants& c) const {
         const size_t i = row(y) + x;
         if (q == Quantity::curvature) return flush(curvature_of(rest_[i], laplacian_at(x, y, c), c.bend));
-        if (q == Quantity::deformation) return flush(deformation_of(surface_[i], strain_[shown_][i], c.thickness));
-        return plane(int(q))[i];
+        return flush(deformation_of(surface_[i], strain_[shown_][i], c.thickness));
     }
 
     const plan::Plan& plan_;

@@ -24,8 +24,8 @@ class Marcher {
     virtual ~Marcher() = default;
     virtual void press(const Step&) = 0;
     virtual void finish() = 0; // every sample has been handed over
-    // Maps at the end of the last press: width*height values for each quantity.
-    virtual std::vector<std::vector<double>> read(const std::vector<Quantity>&) = 0;
+    // Maps at the end of the last press: width*height values for each quantity, into vectors that may be used again.
+    virtual void read(const std::vector<Quantity>&, std::vector<std::vector<double>>& maps) = 0;
     virtual long long dispatches() const { return 0; }
 };
 

@@ -49,8 +49,8 @@ Buffer::~Buffer() {
 }
 
 Kernel::Kernel(Context& context, const uint32_t* code, size_t bytes, uint32_t bindings,
-               const std::vector<uint32_t>& specialization, const std::vector<std::vector<const Buffer*>>& sets)
-    : context_(context) {
+               uint32_t constants_bytes, const std::vector<uint32_t>& specialization, const std::vector<std::vector<const Buffer*>>& sets)
+    : context_(context), constants_bytes_(constants_bytes) {
     const VolkDeviceTable& vk = context.calls();
     const VkDevice device = context.device();
     VkShaderModule module = VK_NULL_HANDLE;
@@ -63,7 +63,7 @@ Kernel::Kernel(Context& context, const uint32_t* code, size_t bytes, uint32_t bi
         set_info.pBindings = slots.data();
         check(vk.vkCreateDescriptorSetLayout(device, &set_info, nullptr, &set_layout_), "vkCreateDescriptorSetLayout");
 
-        const VkPushConstantRange range{VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof(f32::Constants)};
+        const VkPushConstantRange range{VK_SHADER_STAGE_COMPUTE_BIT, 0, constants_bytes_};
         VkPipelineLayoutCreateInfo layout_info{VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO};
         layout_info.setLayoutCount = 1;
         layout_info.pSetLayouts = &set_layout_;
@@ -137,7 +137,7 @@ void Kernel::record(VkCommandBuffer commands, size_t set, const void* constants,
     const VolkDeviceTable& vk = context_.calls();
     vk.vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_);
     vk.vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, layout_, 0, 1, &sets_[set], 0, nullptr);
-    vk.vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof(f32::Constants), constants);
+    vk.vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_COMPUTE_BIT, 0, constants_bytes_, constants);
     vk.vkCmdDispatch(commands, x, y, z);
 }
 

@@ -32,10 +32,11 @@ class Buffer {
     void* data_ = nullptr;
 };
 
-// A compute pipeline over storage buffers 0..bindings-1, constants pushed, and `sets` descriptor sets.
+// A compute pipeline over storage buffers 0..bindings-1, constants of so many bytes pushed, and `sets` descriptor sets.
 class Kernel {
   public:
-    Kernel(Context&, const uint32_t* code, size_t bytes, uint32_t bindings, const std::vector<uint32_t>& specialization,
+    Kernel(Context&, const uint32_t* code, size_t bytes, uint32_t bindings, uint32_t constants_bytes,
+           const std::vector<uint32_t>& specialization,
            const std::vector<std::vector<const Buffer*>>& sets);
     ~Kernel();
     Kernel(const Kernel&) = delete;
@@ -45,6 +46,7 @@ class Kernel {
   private:
     void destroy();
     Context& context_;
+    uint32_t constants_bytes_;
     VkDescriptorSetLayout set_layout_ = VK_NULL_HANDLE;
     VkPipelineLayout layout_ = VK_NULL_HANDLE;
     VkPipeline pipeline_ = VK_NULL_HANDLE;

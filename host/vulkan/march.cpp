@@ -42,37 +42,32 @@ class March : public plan::Marcher {
     March(const plan::Plan& plan, std::shared_ptr<Context> context, Sink sink)
         : plan_(plan), context_(std::move(context)), sink_(std::move(sink)),
           plane_(VkDeviceSize(plan.pitch) * plan.constants.height * sizeof(float)),
-          summaries_(size_t(REDUCED_MAPS) * plan.constants.height * plan.tiles),
-          probes_(REDUCED_MAPS * plan.scene.output.probes.size()) {
-        const double per_step = double(summaries_ * sizeof(Summary) + probes_ * sizeof(float));
-        ring_ = size_t(std::clamp(std::min(cell_steps_per_submit / double(plane_ / sizeof(float)), ring_bytes / per_step), 1.0, 1024.0));
-        check_fits(plan, *context_, plane_, ring_ * summaries_ * sizeof(Summary));
+          probes_(int(plan.scene.output.probes.size())) {
+        const VkDeviceSize per_step = VkDeviceSize(REDUCED_MAPS) * (plan.constants.height + probes_) * plan.tiles * sizeof(Summary);
+        ring_ = size_t(std::clamp(std::min(cell_steps_per_submit * sizeof(float) / double(plane_), ring_bytes / double(per_step)), 1.0, 1024.0));
+        check_fits(plan, *context_, plane_, ring_ * per_step);
         // throws where a value does not fit, so before buffers
         const std::vector<float> maps[] = {plan::padded<float>(plan.maps.pressure, plan, "load.intensity"),
                                            plan::padded<float>(plan.maps.rest_curvature, plan, "surface.relief"),
                                            plan::padded<float>(plan.maps.surface, plan, "surface.relief")};
         for (int i = 0; i < planes; ++i) buffers_.emplace_back(*context_, plane_, Buffer::Place::device);
-        buffers_.emplace_back(*context_, ring_ * summaries_ * sizeof(Summary), Buffer::Place::host);
-        if (probes_) buffers_.emplace_back(*context_, ring_ * probes_ * sizeof(float), Buffer::Place::host);
+        buffers_.emplace_back(*context_, ring_ * per_step, Buffer::Place::host);
+        buffers_.emplace_back(*context_, std::max(probes_, 1) * sizeof(int), Buffer::Place::host);
         make_kernels();
         upload(maps);
     }
 
     void press(const plan::Step& step) override {
         const VkCommandBuffer commands = recording();
-        Constants c = plan::constants_of<Constants>(plan_, step);
+        const Constants c = plan::constants_of<Constants>(plan_, step);
         press_->record(commands, size_t(from_), &c, groups(c.width, WORKGROUP_CELLS), uint32_t(c.height), 1);
         context_->barrier(commands);
         ++dispatches_;
         shown_ = 1 - from_;
         if (step.trace >= 0 || step.impulse >= 0) {
-            for (int q = 0; q < REDUCED_MAPS; ++q) {
-                c.slot = int(kept_.size()) * REDUCED_MAPS + q;
-                const size_t set = q == 0 ? size_t(shown_) : size_t(q) + 1; // strain0, strain1, SA1, SA2, FA1, FA2
-                reduce_->record(commands, set, &c, groups(c.height, REDUCE_ROWS), uint32_t(plan_.tiles), 1);
-                ++dispatches_;
-            }
-            copy_probes(commands);
+            const f32::ReduceConstants reduce{c.width, c.height, c.pitch, probes_, int(kept_.size())};
+            reduce_->record(commands, size_t(shown_), &reduce, groups(c.height + probes_, REDUCE_ROWS), uint32_t(plan_.tiles), REDUCED_MAPS);
+            ++dispatches_;
             context_->barrier(commands);
             kept_.push_back(step);
         }
@@ -86,20 +81,19 @@ class March : public plan::Marcher {
         commands_ = VK_NULL_HANDLE;
         recorded_ = 0;
         const size_t tiles = size_t(plan_.constants.height) * plan_.tiles, cells = plan_.maps.pressure.size();
-        for (size_t slot = 0; slot < kept_.size(); ++slot) {
+        const auto* map = static_cast<const Summary*>(buffers_[ring_summaries].data());
+        for (const plan::Step& step : kept_) {
             plan::Sample sample;
-            const auto* summary = static_cast<const Summary*>(buffers_[ring_summaries].data()) + slot * summaries_;
-            for (int q = 0; q < REDUCED_MAPS; ++q) sample.totals[q] = plan::total_of(summary + q * tiles, tiles, cells);
-            if (probes_) {
-                const auto* probe = static_cast<const float*>(buffers_[ring_probes].data()) + slot * probes_;
-                sample.probes.assign(probe, probe + probes_);
+            for (int q = 0; q < REDUCED_MAPS; ++q, map += tiles + size_t(probes_) * plan_.tiles) {
+                sample.totals[q] = plan::total_of(map, tiles, cells);
+                for (int i = 0; i < probes_; ++i) sample.probes.push_back(map[tiles + size_t(i) * plan_.tiles].sum);
             }
-            sink_(kept_[slot], sample);
+            sink_(step, sample);
         }
         kept_.clear();
     }
 
-    std::vector<std::vector<double>> read(const std::vector<Quantity>& what) override {
+    void read(const std::vector<Quantity>& what, std::vector<std::vector<double>>& maps) override {
         const VkCommandBuffer commands = recording();
         const auto derived = [](Quantity q) { return q == Quantity::curvature || q == Quantity::deformation; };
         if (std::any_of(what.begin(), what.end(), derived)) {
@@ -116,21 +110,21 @@ class March : public plan::Marcher {
         }
         context_->barrier(commands);
         finish();
-        std::vector<std::vector<double>> maps;
+        maps.resize(what.size());
         for (size_t i = 0; i < what.size(); ++i) {
             const auto* values = static_cast<const float*>(staging_->data()) + i * plane_ / sizeof(float);
-            std::vector<double>& map = maps.emplace_back();
+            std::vector<double>& map = maps[i];
+            map.clear();
             for (int y = 0; y < plan_.constants.height; ++y)
                 map.insert(map.end(), values + size_t(y) * plan_.pitch, values + size_t(y) * plan_.pitch + plan_.constants.width);
         }
-        return maps;
     }
 
     long long dispatches() const override { return dispatches_; }
 
   private:
-    // Planes of one map each, then the rings.
-    enum { pressure, rest, surface, strain0, strain1, sum0, sum1, sa1, sa2, fa1, fa2, curvature, deformation, planes, ring_summaries = planes, ring_probes };
+    // Planes of one map each, the ring of results, and which cells are probed.
+    enum { pressure, rest, surface, strain0, strain1, sum0, sum1, sa1, sa2, fa1, fa2, curvature, deformation, planes, ring_summaries = planes, probe_cells };
 
     void make_kernels() {
         const std::vector<uint32_t> variant = {uint32_t(plan_.stencil), uint32_t(plan_.edges)};
@@ -140,24 +134,28 @@ class March : public plan::Marcher {
             const int to = 1 - from;
             press.push_back({b(pressure), b(rest), b(strain0 + from), b(sum0 + from), b(strain0 + to), b(sum0 + to), b(sa1), b(sa2), b(fa1), b(fa2)});
             fields.push_back({b(surface), b(rest), b(strain0 + from), b(curvature), b(deformation)});
+            reduce.push_back({b(strain0 + from), b(sa1), b(sa2), b(fa1), b(fa2), b(probe_cells), b(ring_summaries)});
         }
-        for (int map : {strain0, strain1, sa1, sa2, fa1, fa2}) reduce.push_back({&buffers_[map], &buffers_[ring_summaries]});
-        press_ = std::make_unique<Kernel>(*context_, press_spv, sizeof press_spv, PRESS_BINDINGS, variant, press);
-        fields_ = std::make_unique<Kernel>(*context_, fields_spv, sizeof fields_spv, FIELDS_BINDINGS, variant, fields);
-        reduce_ = std::make_unique<Kernel>(*context_, reduce_spv, sizeof reduce_spv, REDUCE_BINDINGS, std::vector<uint32_t>{}, reduce);
+        press_ = std::make_unique<Kernel>(*context_, press_spv, sizeof press_spv, PRESS_BINDINGS, sizeof(Constants), variant, press);
+        fields_ = std::make_unique<Kernel>(*context_, fields_spv, sizeof fields_spv, FIELDS_BINDINGS, sizeof(Constants), variant, fields);
+        reduce_ = std::make_unique<Kernel>(*context_, reduce_spv, sizeof reduce_spv, REDUCE_BINDINGS, sizeof(f32::ReduceConstants), std::vector<uint32_t>{}, reduce);
     }
 
     // Maps to the device; the state at rest; everything else poisoned, so that what a kernel forgets to write shows.
     void upload(const std::vector<float> (&maps)[3]) {
         staging_ = std::make_unique<Buffer>(*context_, 3 * plane_, Buffer::Place::host);
         for (int i = 0; i < 3; ++i) std::memcpy(static_cast<char*>(staging_->data()) + i * plane_, maps[i].data(), plane_);
+        for (int i = 0; i < probes_; ++i) {
+            const Cell p = plan_.scene.output.probes[size_t(i)];
+            static_cast<int*>(buffers_[probe_cells].data())[i] = p.y * plan_.pitch + p.x;
+        }
         const VkCommandBuffer commands = recording();
         const VolkDeviceTable& vk = context_->calls();
         for (int i = 0; i < 3; ++i) {
             const VkBufferCopy region{i * plane_, 0, plane_};
             vk.vkCmdCopyBuffer(commands, staging_->handle(), buffers_[i].handle(), 1, &region);
         }
-        for (size_t i = strain0; i < buffers_.size(); ++i)
+        for (int i = strain0; i <= ring_summaries; ++i)
             vk.vkCmdFillBuffer(commands, buffers_[i].handle(), 0, VK_WHOLE_SIZE, i <= sum1 ? 0 : 0xffffffff);
         context_->barrier(commands);
         finish();
@@ -177,26 +175,12 @@ class March : public plan::Marcher {
         }
     }
 
-    void copy_probes(VkCommandBuffer commands) const {
-        const std::vector<Cell>& probes = plan_.scene.output.probes;
-        if (probes.empty()) return;
-        std::vector<VkBufferCopy> regions(probes.size());
-        for (int q = 0; q < REDUCED_MAPS; ++q) {
-            for (size_t i = 0; i < probes.size(); ++i) {
-                const VkDeviceSize from = VkDeviceSize(probes[i].y) * plan_.pitch + probes[i].x;
-                const VkDeviceSize to = kept_.size() * probes_ + q * probes.size() + i;
-                regions[i] = {from * sizeof(float), to * sizeof(float), sizeof(float)};
-            }
-            context_->calls().vkCmdCopyBuffer(commands, plane_of(Quantity(q)).handle(), buffers_[ring_probes].handle(),
-                                              uint32_t(regions.size()), regions.data());
-        }
-    }
-
     const plan::Plan& plan_;
     std::shared_ptr<Context> context_;
     Sink sink_;
     VkDeviceSize plane_; // bytes
-    size_t summaries_, probes_, ring_ = 1; // per step; steps
+    int probes_;
+    size_t ring_ = 1; // steps whose results there is room for
     std::vector<Buffer> buffers_;
     std::unique_ptr<Kernel> press_, fields_, reduce_;
     std::unique_ptr<Buffer> staging_;
