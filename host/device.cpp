@@ -31,7 +31,8 @@ Device open_vulkan(const std::shared_ptr<const vulkan::Instance>& instance, cons
 }
 
 // The first of `candidates` that works and computes the CPU path's bits; otherwise says why not in `why`.
-std::optional<Device> first_exact(const std::shared_ptr<const vulkan::Instance>& instance, bool hardware_only, std::string& why) {
+std::optional<Device> first_exact(const std::shared_ptr<const vulkan::Instance>& instance, bool hardware_only,
+                                  std::string& why) {
     for (const Physical& p : instance->devices()) {
         std::string reason = p.info.refused;
         if (reason.empty() && hardware_only && p.properties.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU)
@@ -52,13 +53,16 @@ std::optional<Device> first_exact(const std::shared_ptr<const vulkan::Instance>&
 
 const Physical& named(const std::vector<Physical>& devices, const std::string& which) {
     std::string names;
-    const bool number = !which.empty() && which.size() < 6 && std::all_of(which.begin(), which.end(), [](unsigned char c) { return std::isdigit(c); });
+    const bool number = !which.empty() && which.size() < 6 &&
+                        std::all_of(which.begin(), which.end(), [](unsigned char c) { return std::isdigit(c); });
     for (size_t i = 0; i < devices.size(); ++i) {
         const std::string& name = devices[i].info.name;
-        if (number ? size_t(std::stoi(which)) == i : lower(name).find(lower(which)) != std::string::npos) return devices[i];
+        if (number ? size_t(std::stoi(which)) == i : lower(name).find(lower(which)) != std::string::npos)
+            return devices[i];
         names += ", " + std::to_string(i) + " or part of \"" + name + "\"";
     }
-    throw Error(Error::Code::bad_input, "device", "device = \"" + which + "\": no such device; allowed: auto, cpu, vulkan" + names);
+    throw Error(Error::Code::bad_input, "device",
+                "device = \"" + which + "\": no such device; allowed: auto, cpu, vulkan" + names);
 }
 
 plan::Plan self_test_plan(Stencil stencil, Edges edges) {
@@ -93,9 +97,12 @@ void compare(SelfTest::Kernel& kernel, double device, double cpu) {
 
 SelfTest self_test(const Device& device) {
     SelfTest test;
-    const std::vector<Quantity> pressed = {Quantity::strain, Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2};
+    const std::vector<Quantity> pressed = {Quantity::strain, Quantity::sa1, Quantity::sa2, Quantity::fa1,
+                                           Quantity::fa2};
     const std::vector<Quantity> derived = {Quantity::curvature, Quantity::deformation};
-    for (auto [stencil, edges] : {std::pair{Stencil::five_point, Edges::mirror}, {Stencil::fourth_order, Edges::periodic}, {Stencil::published, Edges::published}}) {
+    for (auto [stencil, edges] : {std::pair{Stencil::five_point, Edges::mirror},
+                                  {Stencil::fourth_order, Edges::periodic},
+                                  {Stencil::published, Edges::published}}) {
         const plan::Plan plan = self_test_plan(stencil, edges);
         std::vector<plan::Sample> samples[2];
         const auto take = [&](int i) { return [&samples, i](auto&, auto& sample) { samples[i].push_back(sample); }; };
@@ -150,14 +157,17 @@ Device open_device(const std::string& which, const vulkan::Loader& loader, const
     return device;
 }
 
-std::unique_ptr<plan::Marcher> march(const Device& device, const plan::Plan& plan, Precision precision, plan::Marcher::Sink sink) {
+std::unique_ptr<plan::Marcher> march(const Device& device, const plan::Plan& plan, Precision precision,
+                                     plan::Marcher::Sink sink) {
     const Device::Impl& d = device.impl();
-    return d.context ? vulkan::march(plan, d.context, std::move(sink)) : cpu::march(plan, precision, d.threads, std::move(sink));
+    return d.context ? vulkan::march(plan, d.context, std::move(sink))
+                     : cpu::march(plan, precision, d.threads, std::move(sink));
 }
 
 Device Device::cpu(int threads) {
     if (threads < 0 || threads > 1024)
-        throw Error(Error::Code::bad_input, "threads", "threads = " + std::to_string(threads) + "; allowed: 0 (one per core) .. 1024");
+        throw Error(Error::Code::bad_input, "threads",
+                    "threads = " + std::to_string(threads) + "; allowed: 0 (one per core) .. 1024");
     auto impl = std::make_shared<Impl>();
     impl->info.name = "cpu";
     impl->info.kind = "cpu path";

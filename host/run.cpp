@@ -37,9 +37,10 @@ class Collector {
                 t.max.push_back(totals.max);
                 for (size_t i = 0; i < probes; ++i) t.probes[i].push_back(sample.probes[int(t.quantity) * probes + i]);
                 if (!std::isfinite(totals.mean) && !plan_.scene.allow_unstable)
-                    throw Error(Error::Code::bad_input, "material.modulus",
-                                std::string(name(t.quantity)) + " overflows at t = " + std::to_string(step.time) +
-                                    " s; allowed: loads and materials whose results stay below 3.4e38 in f32, 1.8e308 in f64");
+                    throw Error(
+                        Error::Code::bad_input, "material.modulus",
+                        std::string(name(t.quantity)) + " overflows at t = " + std::to_string(step.time) +
+                            " s; allowed: loads and materials whose results stay below 3.4e38 in f32, 1.8e308 in f64");
             }
         }
         if (step.impulse >= 0) {
@@ -72,7 +73,8 @@ long long different(const std::vector<double>& a, const std::vector<double>& b) 
 class Check {
   public:
     Check(const Device& device, const plan::Plan& plan, Result& result)
-        : result_(result), collected_(other_result_, plan), marcher_(march(device, plan, Precision::f32, [this](auto& s, auto& x) { collected_(s, x); })) {}
+        : result_(result), collected_(other_result_, plan),
+          marcher_(march(device, plan, Precision::f32, [this](auto& s, auto& x) { collected_(s, x); })) {}
 
     void press(const plan::Step& step, plan::Marcher& first) {
         marcher_->press(step);
@@ -109,7 +111,8 @@ class Check {
 const Trace& Result::trace(Quantity q) const {
     const auto t = std::find_if(traces.begin(), traces.end(), [q](auto& trace) { return trace.quantity == q; });
     if (t == traces.end())
-        throw Error(Error::Code::bad_input, "output.traces", std::string("output.traces has no \"") + name(q) + "\"; allowed: what the scene asked for");
+        throw Error(Error::Code::bad_input, "output.traces",
+                    std::string("output.traces has no \"") + name(q) + "\"; allowed: what the scene asked for");
     return *t;
 }
 
@@ -119,7 +122,8 @@ Result run(const Scene& scene, const Device& device, const RunOptions& options) 
     result.device = device.info();
     result.precision = options.precision.value_or(Precision::f32);
     if (result.precision == Precision::f64 && device.info().vulkan)
-        throw Error(Error::Code::bad_input, "precision", "precision = f64; allowed on \"" + device.info().name + "\": f32; f64 on the CPU path alone");
+        throw Error(Error::Code::bad_input, "precision",
+                    "precision = f64; allowed on \"" + device.info().name + "\": f32; f64 on the CPU path alone");
     if (result.precision == Precision::f64 && options.check)
         throw Error(Error::Code::bad_input, "precision", "precision = f64; allowed with a check of backends: f32");
     Collector collect(result, plan);
@@ -139,7 +143,8 @@ Result run(const Scene& scene, const Device& device, const RunOptions& options) 
                 if (f.at == plan.field_times[size_t(step.field)]) {
                     std::vector<std::vector<double>> maps;
                     marcher->read(f.what, maps);
-                    for (size_t i = 0; i < maps.size(); ++i) result.fields.push_back({f.at, f.what[i], std::move(maps[i])});
+                    for (size_t i = 0; i < maps.size(); ++i)
+                        result.fields.push_back({f.at, f.what[i], std::move(maps[i])});
                 }
         if (options.progress && step.trace >= 0 && step.trace % 16 == 0)
             options.progress(double(step.trace + 1) / double(plan.outputs));
@@ -150,7 +155,8 @@ Result run(const Scene& scene, const Device& device, const RunOptions& options) 
     std::vector<std::vector<double>> curved;
     marcher->read({Quantity::curvature}, curved);
     for (const auto* map : {&plan.maps.rest_curvature, static_cast<const std::vector<double>*>(&curved[0])})
-        for (double C : *map) result.greatest_gain = std::max(result.greatest_gain, std::abs(*plan.scene.material.curvature_length * C));
+        for (double C : *map)
+            result.greatest_gain = std::max(result.greatest_gain, std::abs(*plan.scene.material.curvature_length * C));
     result.dispatches = marcher->dispatches();
     if (options.progress) options.progress(1);
     return result;

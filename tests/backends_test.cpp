@@ -44,8 +44,9 @@ TEST_CASE("on every backend and grid, every cell has the same bits, and they are
     const Validated vulkan;
     RunOptions check;
     check.check = true;
-    const std::pair<int, int> grids[] = {{1, 1}, {1, 9}, {9, 1}, {2, 2}, {3, 3}, {7, 5}, {31, 37}, {63, 3}, {64, 3}, {65, 3},
-                                         {127, 4}, {128, 63}, {129, 64}, {5, 65}, {257, 2}, {150, 150}};
+    const std::pair<int, int> grids[] = {{1, 1},    {1, 9},  {9, 1},   {2, 2},    {3, 3},   {7, 5},
+                                         {31, 37},  {63, 3}, {64, 3},  {65, 3},   {127, 4}, {128, 63},
+                                         {129, 64}, {5, 65}, {257, 2}, {150, 150}};
     for (auto [width, height] : grids)
         for (Method method : {Method::exact, Method::euler, Method::published}) {
             if (method == Method::published && std::min(width, height) < 2) continue;
@@ -70,9 +71,12 @@ TEST_CASE("every stencil with every edge has the same bits on CPU and Vulkan") {
     RunOptions check;
     check.check = true;
     for (auto [width, height] : {std::pair{1, 1}, {2, 1}, {1, 3}, {2, 2}, {4, 3}, {17, 9}})
-        for (auto [stencil, edges] : {std::pair{Stencil::five_point, Edges::periodic}, {Stencil::fourth_order, Edges::mirror},
-                                      {Stencil::fourth_order, Edges::periodic}, {Stencil::published, Edges::mirror},
-                                      {Stencil::published, Edges::periodic}, {Stencil::published, Edges::published}}) {
+        for (auto [stencil, edges] : {std::pair{Stencil::five_point, Edges::periodic},
+                                      {Stencil::fourth_order, Edges::mirror},
+                                      {Stencil::fourth_order, Edges::periodic},
+                                      {Stencil::published, Edges::mirror},
+                                      {Stencil::published, Edges::periodic},
+                                      {Stencil::published, Edges::published}}) {
             if (edges == Edges::published && std::min(width, height) < 2) continue;
             Scene s = small_scene(width, height);
             s.stencil = stencil;
@@ -149,10 +153,13 @@ TEST_CASE("the exact method is the closed form at any step, in double to roundin
             const double t = bare.time[n], decay = std::exp(-t / tau);
             CAPTURE(n);
             CHECK(bare.trace(Quantity::sa1).mean[n] == doctest::Approx(2.5 * -std::expm1(-t / tau) / E).epsilon(1e-13));
-            CHECK(bare.trace(Quantity::sa2).mean[n] == doctest::Approx(2.5 / E * (t + tau * std::expm1(-t / tau))).epsilon(2e-11));
+            CHECK(bare.trace(Quantity::sa2).mean[n] ==
+                  doctest::Approx(2.5 / E * (t + tau * std::expm1(-t / tau))).epsilon(2e-11));
             // carried by the strain: absolute to its peak, see NUMERICS on the tail
-            CHECK(bare.trace(Quantity::fa1).mean[n] - 2.5 * decay / eta == doctest::Approx(0).scale(2.5 / eta).epsilon(1e-12));
-            CHECK(bare.trace(Quantity::fa2).mean[n] + 2.5 * E * decay / (eta * eta) == doctest::Approx(0).scale(2.5 * E).epsilon(1e-12));
+            CHECK(bare.trace(Quantity::fa1).mean[n] - 2.5 * decay / eta ==
+                  doctest::Approx(0).scale(2.5 / eta).epsilon(1e-12));
+            CHECK(bare.trace(Quantity::fa2).mean[n] + 2.5 * E * decay / (eta * eta) ==
+                  doctest::Approx(0).scale(2.5 * E).epsilon(1e-12));
         }
     }
 }

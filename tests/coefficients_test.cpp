@@ -106,7 +106,8 @@ TEST_CASE("an adapting integral's coefficients solve their equation, at any pair
             }
             CHECK(k.leak == doctest::Approx(-std::expm1(-dt / adaptation)).epsilon(1e-14));
         }
-    const auto plain = plan::exact_row({1.54, 1, INFINITY, false}, 0.01), slow = plan::exact_row({1.54, 1, 1e12, false}, 0.01);
+    const auto plain = plan::exact_row({1.54, 1, INFINITY, false}, 0.01),
+               slow = plan::exact_row({1.54, 1, 1e12, false}, 0.01);
     CHECK(slow.i0 == doctest::Approx(plain.i0).epsilon(1e-13));
     CHECK(slow.i1 == doctest::Approx(plain.i1).epsilon(1e-13));
     CHECK(plain.leak == 0);

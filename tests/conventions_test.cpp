@@ -48,7 +48,8 @@ TEST_CASE("the step mean of FA2 holds the jump, and sums to the rate at the end"
     CHECK(mean(r, Quantity::fa2)[0] == 0);
     CHECK(mean(r, Quantity::fa2)[1] == doctest::Approx(std::exp(-0.0154) / 0.01));
     const auto& fa2 = mean(r, Quantity::fa2);
-    CHECK(std::accumulate(fa2.begin(), fa2.end(), 0.0) * 0.01 == doctest::Approx(mean(r, Quantity::fa1).back()).scale(1).epsilon(1e-12));
+    CHECK(std::accumulate(fa2.begin(), fa2.end(), 0.0) * 0.01 ==
+          doctest::Approx(mean(r, Quantity::fa1).back()).scale(1).epsilon(1e-12));
 }
 
 TEST_CASE("a load that starts between outputs acts from its own instant") {
@@ -65,10 +66,13 @@ TEST_CASE("a load that starts between outputs acts from its own instant") {
             double before = 0;
             for (size_t n = 0; n < r.time.size(); ++n) {
                 const double t = r.time[n] - begin, rate = t > 1e-12 ? std::exp(-1.54 * t) : 0;
-                CHECK(mean(r, Quantity::strain)[n] == doctest::Approx(t > 0 ? -std::expm1(-1.54 * t) / 1.54 : 0).epsilon(1e-12));
-                CHECK(mean(r, Quantity::sa2)[n] == doctest::Approx(t > 0 ? (t + std::expm1(-1.54 * t) / 1.54) / 1.54 : 0).epsilon(1e-10));
+                CHECK(mean(r, Quantity::strain)[n] ==
+                      doctest::Approx(t > 0 ? -std::expm1(-1.54 * t) / 1.54 : 0).epsilon(1e-12));
+                CHECK(mean(r, Quantity::sa2)[n] ==
+                      doctest::Approx(t > 0 ? (t + std::expm1(-1.54 * t) / 1.54) / 1.54 : 0).epsilon(1e-10));
                 CHECK(mean(r, Quantity::fa1)[n] == doctest::Approx(rate).epsilon(1e-12));
-                CHECK(mean(r, Quantity::fa2)[n] == doctest::Approx(fa2 == Fa2::point ? -1.54 * rate : (rate - before) / 0.01).epsilon(1e-9));
+                CHECK(mean(r, Quantity::fa2)[n] ==
+                      doctest::Approx(fa2 == Fa2::point ? -1.54 * rate : (rate - before) / 0.01).epsilon(1e-9));
                 before = rate;
             }
             const double t = std::max(0.0, 0.5071 - begin);
@@ -98,7 +102,8 @@ TEST_CASE("an impulse is weighted by the curvature at its instant") {
     const SceneMaps m = maps(s);
     const size_t centre = 10 * 21 + 10;
     REQUIRE(r.impulses.size() == 1);
-    CHECK(r.impulses[0].probes[0] == doctest::Approx(m.pressure[centre] * (1 + m.rest_curvature[centre])).epsilon(1e-12));
+    CHECK(r.impulses[0].probes[0] ==
+          doctest::Approx(m.pressure[centre] * (1 + m.rest_curvature[centre])).epsilon(1e-12));
 }
 
 TEST_CASE("viscosity 0 is an elastic skin: strain follows the load, its jump is an impulse of FA1") {

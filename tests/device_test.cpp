@@ -33,7 +33,8 @@ VKAPI_ATTR void VKAPI_CALL properties(VkPhysicalDevice p, VkPhysicalDeviceProper
 }
 
 // A compiler that gets one constant wrong: 4/3 of the fourth-order stencil.
-VKAPI_ATTR VkResult VKAPI_CALL module(VkDevice d, const VkShaderModuleCreateInfo* info, const VkAllocationCallbacks* a, VkShaderModule* m) {
+VKAPI_ATTR VkResult VKAPI_CALL module(VkDevice d, const VkShaderModuleCreateInfo* info, const VkAllocationCallbacks* a,
+                                      VkShaderModule* m) {
     std::vector<uint32_t> code(info->pCode, info->pCode + info->codeSize / 4);
     for (uint32_t& word : code)
         if (word == 0x3faaaaab) word ^= 1;
@@ -55,9 +56,12 @@ VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL instance_address(VkInstance instance, c
     const PFN_vkVoidFunction real = shim.real(instance, name);
     const auto is = [name](const char* other) { return std::strcmp(name, other) == 0; };
     if (shim.no_driver && is("vkCreateInstance")) return reinterpret_cast<PFN_vkVoidFunction>(no_instance);
-    if (shim.no_compute && is("vkGetPhysicalDeviceQueueFamilyProperties")) return shim.queues = real, reinterpret_cast<PFN_vkVoidFunction>(queues);
-    if (shim.few_buffers && is("vkGetPhysicalDeviceProperties")) return shim.properties = real, reinterpret_cast<PFN_vkVoidFunction>(properties);
-    if (is("vkGetDeviceProcAddr")) return shim.device_address = real, reinterpret_cast<PFN_vkVoidFunction>(device_address);
+    if (shim.no_compute && is("vkGetPhysicalDeviceQueueFamilyProperties"))
+        return shim.queues = real, reinterpret_cast<PFN_vkVoidFunction>(queues);
+    if (shim.few_buffers && is("vkGetPhysicalDeviceProperties"))
+        return shim.properties = real, reinterpret_cast<PFN_vkVoidFunction>(properties);
+    if (is("vkGetDeviceProcAddr"))
+        return shim.device_address = real, reinterpret_cast<PFN_vkVoidFunction>(device_address);
     return real;
 }
 
@@ -76,7 +80,8 @@ TEST_CASE("the canary: validation with synchronization is on, and reports a haza
     const VkCommandBuffer commands = context->begin();
     const VkBufferCopy all{0, 0, 64};
     context->calls().vkCmdCopyBuffer(commands, a.handle(), b.handle(), 1, &all);
-    context->calls().vkCmdCopyBuffer(commands, b.handle(), a.handle(), 1, &all); // no barrier: reads what is being written
+    context->calls().vkCmdCopyBuffer(commands, b.handle(), a.handle(), 1,
+                                     &all); // no barrier: reads what is being written
     context->submit();
     bool hazard = false;
     for (const std::string& m : vulkan.messages()) hazard |= m.find("SYNC-HAZARD") != std::string::npos;
@@ -84,7 +89,8 @@ TEST_CASE("the canary: validation with synchronization is on, and reports a haza
     vulkan.forgive();
 }
 
-TEST_CASE("without a loader, a driver or a compute queue: auto says so and uses the CPU, vulkan names what is missing") {
+TEST_CASE(
+    "without a loader, a driver or a compute queue: auto says so and uses the CPU, vulkan names what is missing") {
     struct Fault {
         Loader loader;
         const char* says;

@@ -13,33 +13,34 @@ using real = glm::vec4;
 namespace {
 
 // Everything a cell's press goes through, in the reals of whichever namespace.
-#define PRESS_ONE_CELL(space)                                                                                                    \
-    space::real press_##space(space::real p, space::real eps, space::real I, space::real rest, double scale) {                   \
-        using real = space::real;                                                                                                \
-        space::Row k{};                                                                                                          \
-        const auto r = [scale](double x) { return real(float(scale * x)); };                                                     \
-        k.E = r(1.5);                                                                                                            \
-        k.b = r(0.3);                                                                                                            \
-        k.f = r(0.1);                                                                                                            \
-        k.i0 = r(0.2);                                                                                                           \
-        k.i1 = r(0.07);                                                                                                          \
-        k.i2 = r(0.01);                                                                                                          \
-        k.leak = r(0.05);                                                                                                        \
-        k.v0 = r(0.6);                                                                                                           \
-        k.v1 = r(0.11);                                                                                                          \
-        k.a0 = r(-0.9);                                                                                                          \
-        k.a1 = r(0.4);                                                                                                           \
-        k.a2 = r(0.2);                                                                                                           \
-        space::Constants c{};                                                                                                    \
-        c.start = r(0.9);                                                                                                        \
-        c.rise = r(-0.3);                                                                                                        \
-        c.jump = r(0.7);                                                                                                         \
-        const space::Load s = space::load_of(p, c);                                                                              \
-        const real after = space::strain_after(eps, s, k), sum = space::sum_after(eps, I, s, k);                                 \
-        const real C = space::curvature_of(rest, space::second_difference(eps, after, I), r(0.5));                               \
-        const real x = space::response(space::acceleration_after(eps, s, k), C, r(1.1));                                         \
-        return space::join(space::summary_of(space::rectified(x, r(0.8), r(-0.4))), space::summary_of(after + sum)).sum +       \
-               space::rate_after(eps, s, k) + space::deformation_of(rest, eps, r(0.3));                                          \
+#define PRESS_ONE_CELL(space)                                                                                          \
+    space::real press_##space(space::real p, space::real eps, space::real I, space::real rest, double scale) {         \
+        using real = space::real;                                                                                      \
+        space::Row k{};                                                                                                \
+        const auto r = [scale](double x) { return real(float(scale * x)); };                                           \
+        k.E = r(1.5);                                                                                                  \
+        k.b = r(0.3);                                                                                                  \
+        k.f = r(0.1);                                                                                                  \
+        k.i0 = r(0.2);                                                                                                 \
+        k.i1 = r(0.07);                                                                                                \
+        k.i2 = r(0.01);                                                                                                \
+        k.leak = r(0.05);                                                                                              \
+        k.v0 = r(0.6);                                                                                                 \
+        k.v1 = r(0.11);                                                                                                \
+        k.a0 = r(-0.9);                                                                                                \
+        k.a1 = r(0.4);                                                                                                 \
+        k.a2 = r(0.2);                                                                                                 \
+        space::Constants c{};                                                                                          \
+        c.start = r(0.9);                                                                                              \
+        c.rise = r(-0.3);                                                                                              \
+        c.jump = r(0.7);                                                                                               \
+        const space::Load s = space::load_of(p, c);                                                                    \
+        const real after = space::strain_after(eps, s, k), sum = space::sum_after(eps, I, s, k);                       \
+        const real C = space::curvature_of(rest, space::second_difference(eps, after, I), r(0.5));                     \
+        const real x = space::response(space::acceleration_after(eps, s, k), C, r(1.1));                               \
+        return space::join(space::summary_of(space::rectified(x, r(0.8), r(-0.4))), space::summary_of(after + sum))    \
+                   .sum +                                                                                              \
+               space::rate_after(eps, s, k) + space::deformation_of(rest, eps, r(0.3));                                \
     }
 PRESS_ONE_CELL(vec4)
 namespace f32 = dermis::f32;
@@ -51,7 +52,9 @@ PRESS_ONE_CELL(f64)
 
 TEST_CASE("four cells at a time have the bits of one") {
     uint32_t random = 7;
-    const auto next = [&] { return (random = random * 1664525u + 1013904223u, float(random >> 8) / (1 << 24) * 4 - 2); };
+    const auto next = [&] {
+        return (random = random * 1664525u + 1013904223u, float(random >> 8) / (1 << 24) * 4 - 2);
+    };
     for (int i = 0; i < 1000; ++i) {
         glm::vec4 p, eps, I, rest;
         for (int lane = 0; lane < 4; ++lane) {
@@ -64,7 +67,8 @@ TEST_CASE("four cells at a time have the bits of one") {
         for (int lane = 0; lane < 4; ++lane) {
             const float one = press_f32(p[lane], eps[lane], I[lane], rest[lane], 1);
             REQUIRE(std::bit_cast<uint32_t>(four[lane]) == std::bit_cast<uint32_t>(one));
-            CHECK(double(one) == doctest::Approx(press_f64(p[lane], eps[lane], I[lane], rest[lane], 1)).epsilon(1e-5).scale(1));
+            CHECK(double(one) ==
+                  doctest::Approx(press_f64(p[lane], eps[lane], I[lane], rest[lane], 1)).epsilon(1e-5).scale(1));
         }
     }
 }

@@ -68,16 +68,19 @@ TEST_CASE("the published method in double reproduces every reference column to 1
             compare("strain_max", r.trace(Quantity::strain).max);
             for (Quantity q : {Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2}) {
                 compare(name(q) + std::string("_mean"), r.trace(q).mean);
-                for (int p = 0; p < 5; ++p) compare(name(q) + std::string("_probe") + std::to_string(p), r.trace(q).probes[p]);
+                for (int p = 0; p < 5; ++p)
+                    compare(name(q) + std::string("_probe") + std::to_string(p), r.trace(q).probes[p]);
             }
             CHECK(columns == int(reference.size()) - 1); // all but "step"
             if (std::string(load) == "circular")
-                CHECK(difference(r.fields.at(0).values, read_map(std::string("curvature_last_") + surface + "_circular.npy")) < 1e-12);
+                CHECK(difference(r.fields.at(0).values,
+                                 read_map(std::string("curvature_last_") + surface + "_circular.npy")) < 1e-12);
         }
 }
 
 TEST_CASE("generated surfaces agree with the study's float32 ones to 1e-6") {
-    for (auto [kind, file] : {std::pair{Surface::Kind::wave, "surface_wave_150.npy"}, {Surface::Kind::spiral, "surface_spiral_150.npy"}}) {
+    for (auto [kind, file] :
+         {std::pair{Surface::Kind::wave, "surface_wave_150.npy"}, {Surface::Kind::spiral, "surface_spiral_150.npy"}}) {
         Scene s;
         s.surface.kind = kind;
         CHECK(difference(maps(s).surface, read_map(file)) < 1e-6);

@@ -45,7 +45,8 @@ TEST_CASE("every bad scene file is refused with file, line, key, value and allow
     write("text.npy", "hello");
     const std::string map = "[grid]\nwidth = 2\nheight = 2\n[load]\nkind = \"file\"\npath = ";
     const Bad scenes[] = {
-        {"[material]\nviscosity = 0\nmodulus = 0", "scene.toml:2|material.viscosity = 0|> 0 where material.modulus is 0"},
+        {"[material]\nviscosity = 0\nmodulus = 0",
+         "scene.toml:2|material.viscosity = 0|> 0 where material.modulus is 0"},
         {"[material]\nviscosity = -1", "scene.toml:2|material.viscosity = -1|>= 0"},
         {"[material]\nmodulus = -1e-9", "material.modulus = -1e-09|>= 0"},
         {"[material]\nmodulus = nan", "material.modulus = nan|finite"},
@@ -83,7 +84,8 @@ TEST_CASE("every bad scene file is refused with file, line, key, value and allow
         {"[load]\nintensity = inf", "load.intensity = inf|finite"},
         {"[load]\nstart = -1", "load.start = -1|>= 0"},
         {"[load]\nkind = \"file\"\npath = \"missing.npy\"", "load.path|missing.npy|cannot be read"},
-        {"[grid]\nwidth = 2\nheight = 2\n[load]\nkind = \"file\"\ncenter = [1, 1]\npath = \"zero.npy\"", "load.center|only with"},
+        {"[grid]\nwidth = 2\nheight = 2\n[load]\nkind = \"file\"\ncenter = [1, 1]\npath = \"zero.npy\"",
+         "load.center|only with"},
         {"[receptors]\nsa2_adaptation = 0", "receptors.sa2_adaptation = 0|> 0"},
         {"[receptors]\nfa2_gains = [1]", "receptors.fa2_gains|two"},
         {"[receptors]\nfa2_gains = [1, nan]", "receptors.fa2_gains = nan|finite"},
@@ -96,27 +98,39 @@ TEST_CASE("every bad scene file is refused with file, line, key, value and allow
         {"method = \"published\"\n[receptors]\nfa2 = \"point\"", "receptors.fa2|published"},
         {"method = \"published\"\n[receptors]\nsa2_adaptation = 1", "receptors.sa2_adaptation = 1|published"},
         {"method = \"published\"\n[grid]\nwidth = 1", "grid.width = 1|at least 2"},
-        {"method = \"euler\"\n[output]\nfields = [{ at = 0.005, what = [\"sa1\"] }]", "output.fields.at = 0.005|multiple"},
+        {"method = \"euler\"\n[output]\nfields = [{ at = 0.005, what = [\"sa1\"] }]",
+         "output.fields.at = 0.005|multiple"},
         {"[curvature]\nedges = \"published\"", "curvature.edges|only with"},
         {"[time\nstep = 1", "scene.toml:1"},
     };
     for (const Bad& bad : scenes) {
         CAPTURE(bad.toml);
         write("zero.npy", npy("<f8", "(2, 2)", 32));
-        const std::string message = refusal(Error::Code::bad_input, [&] { Scene::from_file(write("scene.toml", bad.toml)); });
+        const std::string message =
+            refusal(Error::Code::bad_input, [&] { Scene::from_file(write("scene.toml", bad.toml)); });
         CHECK(message.find("scene.toml") != std::string::npos);
         std::istringstream parts(bad.says);
-        for (std::string part; std::getline(parts, part, '|');) CHECK_MESSAGE(message.find(part) != std::string::npos, message);
+        for (std::string part; std::getline(parts, part, '|');)
+            CHECK_MESSAGE(message.find(part) != std::string::npos, message);
     }
-    for (auto [file, says] : {std::pair{"nan.npy", "cell [1, 1] is NaN"}, {"short.npy", "cut short"}, {"long.npy", "goes on"},
-                              {"wide.npy", "(2, 3)"}, {"ints.npy", "<i4"}, {"fortran.npy", "Fortran"}, {"text.npy", "not a .npy"}}) {
-        const std::string message = refusal(Error::Code::bad_input, [&, file = file] { Scene::from_file(write("scene.toml", map + "\"" + file + "\"")); });
+    for (auto [file, says] : {std::pair{"nan.npy", "cell [1, 1] is NaN"},
+                              {"short.npy", "cut short"},
+                              {"long.npy", "goes on"},
+                              {"wide.npy", "(2, 3)"},
+                              {"ints.npy", "<i4"},
+                              {"fortran.npy", "Fortran"},
+                              {"text.npy", "not a .npy"}}) {
+        const std::string message = refusal(Error::Code::bad_input, [&, file = file] {
+            Scene::from_file(write("scene.toml", map + "\"" + file + "\""));
+        });
         CAPTURE(message);
         CHECK(message.find(says) != std::string::npos);
         CHECK(message.find("load.path") != std::string::npos);
         CHECK(message.find("shape (2, 2)") + message.find("finite numbers") != 2 * std::string::npos);
     }
-    CHECK(refusal(Error::Code::bad_input, [] { Scene::from_file((folder() / "nowhere.toml").string()); }).find("nowhere.toml") != std::string::npos);
+    CHECK(refusal(Error::Code::bad_input, [] {
+              Scene::from_file((folder() / "nowhere.toml").string());
+          }).find("nowhere.toml") != std::string::npos);
     std::filesystem::remove_all(folder());
 }
 

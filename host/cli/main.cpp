@@ -4,6 +4,7 @@
 #include "host/device.hpp"
 
 #include <cmath>
+#include <csignal>
 #include <numbers>
 #include <thread>
 
@@ -18,11 +19,13 @@ std::string shown(const DeviceInfo& d) { return d.driver.empty() ? d.name : fmt:
 // What a user should know of a scene before trusting it.
 void print_scene(const Scene& s, const Result& r) {
     const double tau = s.material.viscosity / s.material.modulus;
-    fmt::print("tau = {:.6g} s, z = dt/tau = {:.6g}, greatest |l*C| = {:.4g}\n", tau, s.time.step / tau, r.greatest_gain);
+    fmt::print("tau = {:.6g} s, z = dt/tau = {:.6g}, greatest |l*C| = {:.4g}\n", tau, s.time.step / tau,
+               r.greatest_gain);
     if (r.greatest_gain > 1) fmt::print("warning: |l*C| above 1: responses change sign there\n");
     double ridge = INFINITY;
     if (s.surface.kind == Surface::Kind::wave) ridge = s.grid.width / s.surface.ridges.value_or(15);
-    if (s.surface.kind == Surface::Kind::spiral) ridge = 2 * std::numbers::pi * s.grid.width / s.surface.ridges.value_or(25);
+    if (s.surface.kind == Surface::Kind::spiral)
+        ridge = 2 * std::numbers::pi * s.grid.width / s.surface.ridges.value_or(25);
     if (std::isfinite(ridge)) fmt::print("{:.1f} cells per ridge\n", std::abs(ridge));
     if (std::abs(ridge) < 8) fmt::print("warning: fewer than 8 cells per ridge: curvature is coarse\n");
 }
@@ -55,7 +58,8 @@ int list_devices() {
     try {
         int row = 0;
         for (const DeviceInfo& d : Device::list())
-            fmt::print("{}: {}, {}, {}{}\n", row++, d.name, d.kind, d.driver, d.refused.empty() ? "" : "; not usable: " + d.refused);
+            fmt::print("{}: {}, {}, {}{}\n", row++, d.name, d.kind, d.driver,
+                       d.refused.empty() ? "" : "; not usable: " + d.refused);
     } catch (const Error& e) {
         if (e.code() != Error::Code::no_device) throw;
         fmt::print("no Vulkan device: {}\n", e.what());
@@ -74,7 +78,8 @@ int check_devices(const std::string& only) {
         const Device device = Device::open(row);
         const SelfTest test = self_test(device);
         fmt::print("{}:", shown(device.info()));
-        for (const SelfTest::Kernel& k : test.kernels) fmt::print(" {} {:016x} {} of {} differ;", k.name, k.hash, k.different, k.values);
+        for (const SelfTest::Kernel& k : test.kernels)
+            fmt::print(" {} {:016x} {} of {} differ;", k.name, k.hash, k.different, k.values);
         fmt::print(" {}\n", test.exact() ? "exact" : "NOT exact");
         exact &= test.exact();
     }
@@ -86,6 +91,7 @@ int check_devices(const std::string& only) {
 
 int main(int argc, char** argv) {
     using namespace dermis;
+    std::signal(SIGXFSZ, SIG_IGN); // a file that grows too large is then an error of write()
     CLI::App app{"dermis: pressure on skin in, mechanoreceptor responses out"};
     app.require_subcommand(1);
     std::string scene, out, device = "auto", only, precision;

@@ -21,10 +21,8 @@ std::string quoted(const std::string& text) {
     std::string out = "\"";
     for (char c : text) {
         if (c == '"' || c == '\\') out += '\\';
-        if (static_cast<unsigned char>(c) < 32)
-            out += fmt::format("\\u{:04x}", c);
-        else
-            out += c;
+        if (static_cast<unsigned char>(c) < 32) out += fmt::format("\\u{:04x}", c);
+        else out += c;
     }
     return out + '"';
 }
@@ -65,7 +63,8 @@ std::string impulses_csv(const Result& r) {
 
 std::string summary_json(const Scene& s, const Result& r) {
     std::string check = "null";
-    if (r.cells_compared) check = fmt::format("{{\"cells\": {}, \"different\": {}}}", r.cells_compared, r.cells_different);
+    if (r.cells_compared)
+        check = fmt::format("{{\"cells\": {}, \"different\": {}}}", r.cells_compared, r.cells_different);
     const double tau = s.material.viscosity / s.material.modulus, z = s.time.step / tau;
     const auto number = [](double x) { return std::isfinite(x) ? shortest(x) : "null"; };
     return fmt::format(R"({{
@@ -77,9 +76,9 @@ std::string summary_json(const Scene& s, const Result& r) {
   "tau": {}, "z": {}, "greatest_gain": {}
 }}
 )",
-                       quoted(r.device.name), quoted(r.device.kind), quoted(r.device.driver), r.device.exact, name(s.method),
-                       name(r.precision), s.grid.width, s.grid.height, r.steps, r.time.size(), r.dispatches, shortest(r.seconds), check,
-                       number(tau), number(z), number(r.greatest_gain));
+                       quoted(r.device.name), quoted(r.device.kind), quoted(r.device.driver), r.device.exact,
+                       name(s.method), name(r.precision), s.grid.width, s.grid.height, r.steps, r.time.size(),
+                       r.dispatches, shortest(r.seconds), check, number(tau), number(z), number(r.greatest_gain));
 }
 
 } // namespace
@@ -122,11 +121,13 @@ void write_npy(const Path& path, const std::vector<double>& map, int width, int 
 void write_result(const Path& folder, const Scene& scene, const Result& result) {
     std::error_code error;
     std::filesystem::create_directories(folder, error);
-    if (error) throw Error(Error::Code::io, "", fmt::format("{}: cannot be created ({})", folder.string(), error.message()));
+    if (error)
+        throw Error(Error::Code::io, "", fmt::format("{}: cannot be created ({})", folder.string(), error.message()));
     write_file(folder / "traces.csv", traces_csv(result));
     if (scene.method == Method::exact) write_file(folder / "impulses.csv", impulses_csv(result));
     for (const Field& f : result.fields)
-        write_npy(folder / fmt::format("{}_t{}.npy", name(f.quantity), shortest(f.at)), f.values, scene.grid.width, scene.grid.height);
+        write_npy(folder / fmt::format("{}_t{}.npy", name(f.quantity), shortest(f.at)), f.values, scene.grid.width,
+                  scene.grid.height);
     write_file(folder / "summary.json", summary_json(scene, result));
 }
 

@@ -17,7 +17,8 @@ void write_npy(const Path&, const std::vector<double>& map, int width, int heigh
 // traces.csv, impulses.csv, fields, summary.json. `scene` as it was run.
 void write_result(const Path& folder, const Scene& scene, const Result&);
 
-// A line on the terminal that tells how far the work is, from the second second on; nothing where stderr is no terminal.
+// A line on the terminal that tells how far the work is, from the second second on; nothing where stderr is no
+// terminal.
 class Progress {
   public:
     explicit Progress(std::string what) : what_(std::move(what)) {}

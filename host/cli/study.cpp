@@ -27,7 +27,8 @@ std::map<std::string, Scene> all_scenes() {
     std::map<std::string, Scene> scenes;
     for (Method method : methods) {
         for (auto [surface, s] : surfaces)
-            for (auto [load, l] : loads) scenes[fmt::format("{}/{}_{}", name(method), surface, load)] = study_scene(s, l, method);
+            for (auto [load, l] : loads)
+                scenes[fmt::format("{}/{}_{}", name(method), surface, load)] = study_scene(s, l, method);
         for (int i = 0; i < 5; ++i) {
             Scene scene = study_scene(Surface::Kind::wave, Load::Kind::circular, method);
             scene.material.modulus = 1 + 0.25 * i;
@@ -60,7 +61,8 @@ class Stages {
   public:
     void next(const std::string& stage) {
         const auto now = Clock::now();
-        if (!stage_.empty()) fmt::print("  {:<34} {:6.2f} s\n", stage_, std::chrono::duration<double>(now - start_).count());
+        if (!stage_.empty())
+            fmt::print("  {:<34} {:6.2f} s\n", stage_, std::chrono::duration<double>(now - start_).count());
         std::fflush(stdout);
         stage_ = stage;
         start_ = now;
@@ -139,7 +141,8 @@ int study(const Path& out) {
     }
     const Device* vulkan = devices[1] ? devices[0].get() : nullptr;
     const std::map<std::string, Scene> scenes = all_scenes();
-    fmt::print("{:<36} {:>12} {:>14} {:>15} {:>10}\n", "scene", "cells x steps", "cells compared", "cells different", "f32 error");
+    fmt::print("{:<36} {:>12} {:>14} {:>15} {:>10}\n", "scene", "cells x steps", "cells compared", "cells different",
+               "f32 error");
     const auto start = Clock::now();
     StudyRuns runs;
     long long cell_steps = 0, compared = 0, different = 0;
@@ -148,14 +151,16 @@ int study(const Path& out) {
         std::vector<std::pair<std::string, std::future<Done>>> lanes;
         for (auto& device : devices)
             if (next != scenes.end()) {
-                lanes.emplace_back(next->first, std::async(std::launch::async, run_both, next->second, vulkan ? device.get() : nullptr));
+                lanes.emplace_back(next->first, std::async(std::launch::async, run_both, next->second,
+                                                           vulkan ? device.get() : nullptr));
                 ++next;
             }
         for (auto& [folder, lane] : lanes) {
             Done done = lane.get();
             const long long work = 22500LL * done.f32.steps;
             progress.clear();
-            fmt::print("{:<36} {:>12} {:>14} {:>15} {:>10.1e}\n", folder, work, done.f32.cells_compared, done.f32.cells_different, float_error(done.f32, done.f64));
+            fmt::print("{:<36} {:>12} {:>14} {:>15} {:>10.1e}\n", folder, work, done.f32.cells_compared,
+                       done.f32.cells_different, float_error(done.f32, done.f64));
             write_result(out / folder, scenes.at(folder), done.f32);
             cell_steps += work;
             compared += done.f32.cells_compared;
@@ -167,24 +172,25 @@ int study(const Path& out) {
     progress.clear();
     fmt::print("{} scenes, {} cell-steps each on {}; {} cells compared, {} different\n", scenes.size(), cell_steps,
                vulkan ? "Vulkan, CPU float and CPU double" : "CPU float and CPU double", compared, different);
-    fmt::print("  {:<34} {:6.2f} s\n", "scenes and sweeps", std::chrono::duration<double>(Clock::now() - start).count());
+    fmt::print("  {:<34} {:6.2f} s\n", "scenes and sweeps",
+               std::chrono::duration<double>(Clock::now() - start).count());
     Stages stages;
     stages.next("claims");
     write_file(out / "claims.md", claims(runs));
     stages.next("error against time");
     write_file(out / "chart.csv", error_against_time(vulkan));
     write_file(out / "chart_device.txt",
-               vulkan ? fmt::format("Vulkan: {}{}\n", vulkan->info().name, vulkan->info().kind == "software" ? ", a software driver on the CPU's own cores" : "")
-                      : "no Vulkan device\n");
+               vulkan
+                   ? fmt::format("Vulkan: {}{}\n", vulkan->info().name,
+                                 vulkan->info().kind == "software" ? ", a software driver on the CPU's own cores" : "")
+                   : "no Vulkan device\n");
     stages.next("pictures");
     write_maps(out / "maps");
     const bool drawn = draw(out);
     stages.next("");
     fmt::print("claims    {}\n", (out / "claims.md").string());
-    if (drawn)
-        fmt::print("pictures  {}\n", (out / "figures").string());
-    else
-        fmt::print("no pictures: /usr/bin/python3 has no matplotlib (Debian: python3-matplotlib)\n");
+    if (drawn) fmt::print("pictures  {}\n", (out / "figures").string());
+    else fmt::print("no pictures: /usr/bin/python3 has no matplotlib (Debian: python3-matplotlib)\n");
     return different ? 1 : 0;
 }
 

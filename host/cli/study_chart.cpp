@@ -34,7 +34,8 @@ std::string error_against_time(const Device* vulkan) {
     std::string csv = "method,precision,device,step,steps,error_strain,error_fa1,ns_per_cell_step,ns_per_cell_second\n";
     const Device cpu = Device::cpu(1);
     for (Method method : {Method::euler, Method::exact})
-        for (const auto& [device, precision] : {std::pair{&cpu, Precision::f32}, {&cpu, Precision::f64}, {vulkan, Precision::f32}})
+        for (const auto& [device, precision] :
+             {std::pair{&cpu, Precision::f32}, {&cpu, Precision::f64}, {vulkan, Precision::f32}})
             for (double step = 0.64; device && step > 0.009; step /= 2) {
                 // curvature gain 0: FA1 is the bare rate, which has a closed form; the kernels do the same work
                 Scene s = study_scene(Surface::Kind::wave, Load::Kind::circular, method);
@@ -53,8 +54,9 @@ std::string error_against_time(const Device* vulkan) {
                 std::sort(seconds.begin(), seconds.end());
                 const double cells = 22500, median = seconds[1] * 1e9 / cells;
                 const Errors e = errors(r, s.material);
-                csv += fmt::format("{},{},{},{},{},{},{},{},{}\n", name(method), name(precision), device == &cpu ? "cpu" : "vulkan",
-                                   shortest(step), r.steps, shortest(e.strain), shortest(e.rate), shortest(median / double(r.steps)),
+                csv += fmt::format("{},{},{},{},{},{},{},{},{}\n", name(method), name(precision),
+                                   device == &cpu ? "cpu" : "vulkan", shortest(step), r.steps, shortest(e.strain),
+                                   shortest(e.rate), shortest(median / double(r.steps)),
                                    shortest(median / s.time.duration));
             }
     return csv;

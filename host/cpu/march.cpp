@@ -20,7 +20,8 @@ namespace f64 {
 
 namespace cpu {
 
-std::unique_ptr<plan::Marcher> march(const plan::Plan& plan, Precision precision, int threads, plan::Marcher::Sink sink) {
+std::unique_ptr<plan::Marcher> march(const plan::Plan& plan, Precision precision, int threads,
+                                     plan::Marcher::Sink sink) {
     if (threads == 0) threads = int(std::thread::hardware_concurrency());
     // a thread is worth waking from some 32768 cells a step on
     const int useful = std::clamp(int(plan.maps.pressure.size() / 32768), 1, std::max(threads, 1));

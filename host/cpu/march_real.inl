@@ -35,7 +35,8 @@ class March : public plan::Marcher {
                         const int x = t * TILE_CELLS, count = std::min(TILE_CELLS, c.width - x);
                         respond(y, x, x + count, c);
                         for (int q = 0; q < REDUCED_MAPS; ++q)
-                            tiles_[(size_t(q) * c.height + y) * plan_.tiles + t] = summarize(plane(q) + row(y) + x, count);
+                            tiles_[(size_t(q) * c.height + y) * plan_.tiles + t] =
+                                summarize(plane(q) + row(y) + x, count);
                     }
             });
             hand_over(step);
@@ -90,7 +91,8 @@ class March : public plan::Marcher {
         const int begin = std::max(first, 1), end = std::min(last, c.width - 1);
         if (first < begin) gather(first);
         for (int x = begin; x < end; ++x)
-            L[x - first] = add(second_difference(here[x - 1], here[x], here[x + 1]), second_difference(low[x], here[x], high[x]));
+            L[x - first] =
+                add(second_difference(here[x - 1], here[x], here[x + 1]), second_difference(low[x], here[x], high[x]));
         if (end < last) gather(last - 1);
     }
 
@@ -99,15 +101,15 @@ class March : public plan::Marcher {
         real L[TILE_CELLS];
         laplacian(y, first, last, c, L);
         respond_cells(last - first, c, pressure_.data() + at, rest_.data() + at, L, strain_[from_].data() + at,
-                      strain_[shown_].data() + at, sum_[shown_].data() + at, response_[0].data() + at, response_[1].data() + at,
-                      response_[2].data() + at, response_[3].data() + at);
+                      strain_[shown_].data() + at, sum_[shown_].data() + at, response_[0].data() + at,
+                      response_[1].data() + at, response_[2].data() + at, response_[3].data() + at);
     }
 
     // Apart, so that the compiler believes that nothing overlaps.
     static void respond_cells(int count, const Constants c, const real* __restrict p, const real* __restrict rest,
                               const real* __restrict L, const real* __restrict eps, const real* __restrict after,
-                              const real* __restrict sum, real* __restrict sa1, real* __restrict sa2, real* __restrict fa1,
-                              real* __restrict fa2) {
+                              const real* __restrict sum, real* __restrict sa1, real* __restrict sa2,
+                              real* __restrict fa1, real* __restrict fa2) {
         const real l = c.curvature_length;
         for (int i = 0; i < count; ++i) {
             const Load load = load_of(p[i], c);

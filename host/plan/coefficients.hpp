@@ -6,7 +6,8 @@
 
 namespace dermis::plan {
 
-// P1 = (1 - e^-z)/z, P2 = (e^-z - 1 + z)/z^2, P3 = (1 - z + z^2/2 - e^-z)/z^3, each 1/k! at z = 0; z >= 0, infinity too.
+// P1 = (1 - e^-z)/z, P2 = (e^-z - 1 + z)/z^2, P3 = (1 - z + z^2/2 - e^-z)/z^3, each 1/k! at z = 0; z >= 0, infinity
+// too.
 struct Phi {
     double p0, p1, p2, p3;
 };

@@ -43,7 +43,8 @@ template <class Summary> Totals total_of(const Summary* tiles, size_t count, siz
 
 // A map in the precision of a backend, rows padded to the pitch with zeros. Throws Error::bad_input naming `parameter`
 // where a value is too large for it.
-template <class real> std::vector<real> padded(const std::vector<double>& map, const Plan& plan, const char* parameter) {
+template <class real>
+std::vector<real> padded(const std::vector<double>& map, const Plan& plan, const char* parameter) {
     const int width = plan.constants.width, height = plan.constants.height;
     std::vector<real> out(size_t(plan.pitch) * height, real(0));
     for (int y = 0; y < height; ++y)
@@ -51,8 +52,8 @@ template <class real> std::vector<real> padded(const std::vector<double>& map, c
             const double v = map[size_t(y) * width + x];
             if (!(v <= double(std::numeric_limits<real>::max()) && v >= double(std::numeric_limits<real>::lowest())))
                 throw Error(Error::Code::bad_input, parameter,
-                            std::string(parameter) + " = " + std::to_string(v) + " in cell [" + std::to_string(x) + ", " +
-                                std::to_string(y) + "]; allowed in f32: up to 3.4e38; or precision f64");
+                            std::string(parameter) + " = " + std::to_string(v) + " in cell [" + std::to_string(x) +
+                                ", " + std::to_string(y) + "]; allowed in f32: up to 3.4e38; or precision f64");
             out[size_t(y) * plan.pitch + x] = real(v);
         }
     return out;

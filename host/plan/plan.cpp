@@ -30,9 +30,9 @@ std::vector<double> laplacian(const std::vector<double>& map, const Scene& s) {
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x) {
             const double centre = heights.strain_at(x, y);
-            result[size_t(y) * width + x] =
-                f64::add(heights.laplacian_along_x(x, y, centre, width, stencil, edges),
-                         heights.laplacian_along_y(x, y, centre, height, stencil, edges)) / (spacing * spacing);
+            result[size_t(y) * width + x] = f64::add(heights.laplacian_along_x(x, y, centre, width, stencil, edges),
+                                                     heights.laplacian_along_y(x, y, centre, height, stencil, edges)) /
+                                            (spacing * spacing);
         }
     return result;
 }

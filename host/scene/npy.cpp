@@ -15,20 +15,20 @@ std::vector<double> read_npy(const std::string& path, int width, int height, con
     const auto fail = [&](const std::string& what) -> Error {
         return Error(Error::Code::bad_input, parameter, parameter + " = \"" + path + "\": " + what);
     };
-    const std::string wanted =
-        "a .npy file of float32 or float64, C order, shape (" + std::to_string(height) + ", " + std::to_string(width) + ")";
+    const std::string wanted = "a .npy file of float32 or float64, C order, shape (" + std::to_string(height) + ", " +
+                               std::to_string(width) + ")";
     std::ifstream in(path, std::ios::binary);
     if (!in) throw fail(std::string("cannot be read (") + std::strerror(errno) + "); allowed: " + wanted);
     char magic[8] = {};
-    if (!in.read(magic, 8) || std::memcmp(magic, "\x93NUMPY", 6) != 0) throw fail("is not a .npy file; allowed: " + wanted);
+    if (!in.read(magic, 8) || std::memcmp(magic, "\x93NUMPY", 6) != 0)
+        throw fail("is not a .npy file; allowed: " + wanted);
     unsigned char length[4] = {};
     in.read(reinterpret_cast<char*>(length), magic[6] == 1 ? 2 : 4);
     const uint32_t size = length[0] | length[1] << 8 | uint32_t(length[2]) << 16 | uint32_t(length[3]) << 24;
     if (!in || size > 4096) throw fail("has a damaged header; allowed: " + wanted);
     std::string header(size, ' ');
     std::smatch descr, shape;
-    if (!in.read(header.data(), size) ||
-        !std::regex_search(header, descr, std::regex("'descr': *'([^']*)'")) ||
+    if (!in.read(header.data(), size) || !std::regex_search(header, descr, std::regex("'descr': *'([^']*)'")) ||
         !std::regex_search(header, shape, std::regex("'shape': *(\\([^)]*\\))")))
         throw fail("has a damaged header; allowed: " + wanted);
     const bool f4 = descr[1] == "<f4", f8 = descr[1] == "<f8";

@@ -49,16 +49,14 @@ std::vector<double> pressure_map(const Scene& scene) {
     const Cell center = *l.center;
     const double radius = *l.radius;
     std::vector<double> map;
-    if (l.kind == Load::Kind::map)
-        map = l.map;
-    else if (l.kind == Load::Kind::point)
-        map = point_map(width, height, center, radius / 4);
+    if (l.kind == Load::Kind::map) map = l.map;
+    else if (l.kind == Load::Kind::point) map = point_map(width, height, center, radius / 4);
     else {
         map.resize(size_t(width) * height);
         for (int y = 0; y < height; ++y)
             for (int x = 0; x < width; ++x) {
-                const double distance = l.kind == Load::Kind::circular ? std::hypot(x - center.x, y - center.y)
-                                                                       : std::abs(y - center.y);
+                const double distance =
+                    l.kind == Load::Kind::circular ? std::hypot(x - center.x, y - center.y) : std::abs(y - center.y);
                 map[size_t(y) * width + x] = std::max(0.0, 1 - distance / radius);
             }
     }

@@ -66,7 +66,8 @@ class Section {
         std::string known;
         for (const std::string& key : asked_) known += (known.empty() ? "" : ", ") + key;
         for (auto&& [key, node] : *table_)
-            if (!asked_.count(std::string(key.str()))) refuse(node, path_ + std::string(key.str()), "no such key here; known: " + known);
+            if (!asked_.count(std::string(key.str())))
+                refuse(node, path_ + std::string(key.str()), "no such key here; known: " + known);
     }
 
     [[noreturn]] static void refuse(const toml::node& node, const std::string& parameter, const std::string& allowed) {
@@ -78,7 +79,8 @@ class Section {
         refuse(node, parameter, "a number");
     }
     static int as_whole(const toml::node& node, const std::string& parameter) {
-        if (!node.is_integer() || std::abs(double(**node.as_integer())) > 1e9) refuse(node, parameter, "a whole number");
+        if (!node.is_integer() || std::abs(double(**node.as_integer())) > 1e9)
+            refuse(node, parameter, "a whole number");
         return int(**node.as_integer());
     }
     static Cell as_cell(const toml::node& node, const std::string& parameter) {
@@ -87,7 +89,8 @@ class Section {
         return {as_whole((*a)[0], parameter), as_whole((*a)[1], parameter)};
     }
     template <class Kind>
-    static Kind as_choice(const toml::node& node, const std::string& parameter, const std::map<std::string, Kind>& allowed) {
+    static Kind as_choice(const toml::node& node, const std::string& parameter,
+                          const std::map<std::string, Kind>& allowed) {
         std::string names;
         for (auto& [text, kind] : allowed) {
             if (node.is_string() && **node.as_string() == text) return kind;
@@ -107,9 +110,13 @@ class Section {
     std::set<std::string> asked_;
 };
 
-const std::map<std::string, Quantity> quantities = {
-    {"strain", Quantity::strain}, {"sa1", Quantity::sa1}, {"sa2", Quantity::sa2}, {"fa1", Quantity::fa1},
-    {"fa2", Quantity::fa2}, {"curvature", Quantity::curvature}, {"deformation", Quantity::deformation}};
+const std::map<std::string, Quantity> quantities = {{"strain", Quantity::strain},
+                                                    {"sa1", Quantity::sa1},
+                                                    {"sa2", Quantity::sa2},
+                                                    {"fa1", Quantity::fa1},
+                                                    {"fa2", Quantity::fa2},
+                                                    {"curvature", Quantity::curvature},
+                                                    {"deformation", Quantity::deformation}};
 
 // kind = "file" reads `path` into `map`; a path beside another kind is an error.
 template <class Kind>
@@ -119,15 +126,17 @@ void read_map(Section& section, const std::string& name, Kind& kind, const std::
     const auto path = section.text("path");
     if ((kind == Kind::map) != path.has_value())
         throw Error(Code::bad_input, name + ".path",
-                    name + ".path = " + (path ? "\"" + *path + "\"" : "(not given)") + "; allowed: a .npy file, with " + name +
-                        ".kind = \"file\" and only then");
+                    name + ".path = " + (path ? "\"" + *path + "\"" : "(not given)") + "; allowed: a .npy file, with " +
+                        name + ".kind = \"file\" and only then");
     if (path) map = scene::read_npy((folder / *path).string(), grid.width, grid.height, name + ".path");
 }
 
 Scene read(const toml::table& file, const std::filesystem::path& folder) {
     Scene s;
     Section top(&file, "");
-    top.choice("method", s.method, std::map<std::string, Method>{{"exact", Method::exact}, {"euler", Method::euler}, {"published", Method::published}});
+    top.choice("method", s.method,
+               std::map<std::string, Method>{
+                   {"exact", Method::exact}, {"euler", Method::euler}, {"published", Method::published}});
     top.boolean("allow_unstable", s.allow_unstable);
 
     Section grid = top.section("grid");
@@ -137,12 +146,16 @@ Scene read(const toml::table& file, const std::filesystem::path& folder) {
     grid.finish();
     for (auto [key, cells] : {std::pair{"grid.width", s.grid.width}, {"grid.height", s.grid.height}})
         if (cells < 1 || cells > 16384) // before a map of this size is read
-            throw Error(Code::bad_input, key, std::string(key) + " = " + std::to_string(cells) + "; allowed: whole cells, 1..16384");
+            throw Error(Code::bad_input, key,
+                        std::string(key) + " = " + std::to_string(cells) + "; allowed: whole cells, 1..16384");
 
     Section surface = top.section("surface");
     using SurfaceKind = Surface::Kind;
     read_map(surface, "surface", s.surface.kind,
-             {{"flat", SurfaceKind::flat}, {"wave", SurfaceKind::wave}, {"spiral", SurfaceKind::spiral}, {"file", SurfaceKind::map}},
+             {{"flat", SurfaceKind::flat},
+              {"wave", SurfaceKind::wave},
+              {"spiral", SurfaceKind::spiral},
+              {"file", SurfaceKind::map}},
              s.surface.map, s.grid, folder);
     surface.number("ridges", s.surface.ridges);
     surface.number("noise", s.surface.noise);
@@ -160,7 +173,10 @@ Scene read(const toml::table& file, const std::filesystem::path& folder) {
     Section load = top.section("load");
     using LoadKind = Load::Kind;
     read_map(load, "load", s.load.kind,
-             {{"circular", LoadKind::circular}, {"point", LoadKind::point}, {"linear", LoadKind::linear}, {"file", LoadKind::map}},
+             {{"circular", LoadKind::circular},
+              {"point", LoadKind::point},
+              {"linear", LoadKind::linear},
+              {"file", LoadKind::map}},
              s.load.map, s.grid, folder);
     load.cell("center", s.load.center);
     load.whole("radius", s.load.radius);
@@ -176,32 +192,48 @@ Scene read(const toml::table& file, const std::filesystem::path& folder) {
     time.finish();
 
     Section curvature = top.section("curvature");
-    curvature.choice("stencil", s.stencil, std::map<std::string, Stencil>{{"five-point", Stencil::five_point}, {"fourth-order", Stencil::fourth_order}, {"published", Stencil::published}});
-    curvature.choice("edges", s.edges, std::map<std::string, Edges>{{"mirror", Edges::mirror}, {"periodic", Edges::periodic}, {"published", Edges::published}});
+    curvature.choice("stencil", s.stencil,
+                     std::map<std::string, Stencil>{{"five-point", Stencil::five_point},
+                                                    {"fourth-order", Stencil::fourth_order},
+                                                    {"published", Stencil::published}});
+    curvature.choice("edges", s.edges,
+                     std::map<std::string, Edges>{
+                         {"mirror", Edges::mirror}, {"periodic", Edges::periodic}, {"published", Edges::published}});
     curvature.finish();
 
     Section receptors = top.section("receptors");
     receptors.number("sa2_adaptation", s.receptors.sa2_adaptation);
-    receptors.choice("fa2", s.receptors.fa2, std::map<std::string, Fa2>{{"point", Fa2::point}, {"step-mean", Fa2::step_mean}});
+    receptors.choice("fa2", s.receptors.fa2,
+                     std::map<std::string, Fa2>{{"point", Fa2::point}, {"step-mean", Fa2::step_mean}});
     std::vector<double> gains;
-    receptors.list("fa2_gains", [&](auto& node, const std::string& parameter) { gains.push_back(Section::as_number(node, parameter)); });
+    receptors.list("fa2_gains", [&](auto& node, const std::string& parameter) {
+        gains.push_back(Section::as_number(node, parameter));
+    });
     if (receptors.has("fa2_gains")) {
         if (gains.size() != 2)
-            throw Error(Code::bad_input, "receptors.fa2_gains", "receptors.fa2_gains has " + std::to_string(gains.size()) + " numbers; allowed: two, [k_plus, k_minus]");
+            throw Error(Code::bad_input, "receptors.fa2_gains",
+                        "receptors.fa2_gains has " + std::to_string(gains.size()) +
+                            " numbers; allowed: two, [k_plus, k_minus]");
         s.receptors.fa2_gains = {gains[0], gains[1]};
     }
     receptors.finish();
 
     Section output = top.section("output");
     if (output.has("traces")) s.output.traces.clear();
-    output.list("traces", [&](auto& node, const std::string& parameter) { s.output.traces.push_back(Section::as_choice(node, parameter, quantities)); });
-    output.list("probes", [&](auto& node, const std::string& parameter) { s.output.probes.push_back(Section::as_cell(node, parameter)); });
+    output.list("traces", [&](auto& node, const std::string& parameter) {
+        s.output.traces.push_back(Section::as_choice(node, parameter, quantities));
+    });
+    output.list("probes", [&](auto& node, const std::string& parameter) {
+        s.output.probes.push_back(Section::as_cell(node, parameter));
+    });
     output.list("fields", [&](const toml::node& node, const std::string& parameter) {
         if (!node.is_table()) Section::refuse(node, parameter, "tables { at = seconds, what = [...] }");
         Section request(node.as_table(), parameter + ".");
         FieldRequest f;
         request.number("at", f.at);
-        request.list("what", [&](auto& item, const std::string& key) { f.what.push_back(Section::as_choice(item, key, quantities)); });
+        request.list("what", [&](auto& item, const std::string& key) {
+            f.what.push_back(Section::as_choice(item, key, quantities));
+        });
         request.finish();
         if (!request.has("at") || f.what.empty()) Section::refuse(node, parameter, "both at and what");
         s.output.fields.push_back(f);
@@ -241,7 +273,8 @@ void replace(toml::table& file, const std::string& override_) {
     std::getline(parts, part, '.');
     for (; std::getline(parts, next, '.'); part = next) {
         if (!table->contains(part)) table->insert(part, toml::table{});
-        if (!table->get(part)->is_table()) throw Error(Code::bad_input, key, "--set " + override_ + ": " + part + " is not a table");
+        if (!table->get(part)->is_table())
+            throw Error(Code::bad_input, key, "--set " + override_ + ": " + part + " is not a table");
         table = table->get(part)->as_table();
     }
     table->insert_or_assign(part, *value.get("value"));
@@ -255,7 +288,8 @@ Scene Scene::from_file(const std::string& path, const std::vector<std::string>& 
         file = toml::parse_file(path);
     } catch (const toml::parse_error& e) {
         const auto line = e.source().begin.line;
-        throw Error(Code::bad_input, "", path + (line ? ":" + std::to_string(line) : "") + ": " + std::string(e.description()));
+        throw Error(Code::bad_input, "",
+                    path + (line ? ":" + std::to_string(line) : "") + ": " + std::string(e.description()));
     }
     try {
         for (const std::string& o : overrides) replace(file, o);

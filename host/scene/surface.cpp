@@ -65,10 +65,12 @@ std::vector<double> surface_map(const Scene& scene) {
         for (int y = 0; y < height; ++y)
             for (int x = 0; x < width; ++x) {
                 const double dx = x - width / 2, dy = y - height / 2; // centre in whole cells
-                const double phase = s.kind == Surface::Kind::wave
-                                         ? 2 * std::numbers::pi * *s.ridges * (double(x) / width + 0.3 * std::sin(y / 30.0))
-                                         : *s.ridges * std::hypot(dx, dy) / width + std::atan2(dy, dx);
-                map[size_t(y) * width + x] = std::sin(phase) + *s.noise * noise(x / *s.noise_length, y / *s.noise_length);
+                const double phase =
+                    s.kind == Surface::Kind::wave
+                        ? 2 * std::numbers::pi * *s.ridges * (double(x) / width + 0.3 * std::sin(y / 30.0))
+                        : *s.ridges * std::hypot(dx, dy) / width + std::atan2(dy, dx);
+                map[size_t(y) * width + x] =
+                    std::sin(phase) + *s.noise * noise(x / *s.noise_length, y / *s.noise_length);
             }
         const auto [low, high] = std::minmax_element(map.begin(), map.end());
         const double base = *low, range = *high - *low;

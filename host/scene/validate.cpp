@@ -26,7 +26,9 @@ namespace {
 void need(bool ok, const char* parameter, double value, const std::string& allowed) {
     if (!ok) refuse(parameter, shortest(value), allowed);
 }
-void need_positive(const char* parameter, double v) { need(std::isfinite(v) && v > 0, parameter, v, "a finite number > 0"); }
+void need_positive(const char* parameter, double v) {
+    need(std::isfinite(v) && v > 0, parameter, v, "a finite number > 0");
+}
 void need_not_negative(const char* parameter, double v) {
     need(std::isfinite(v) && v >= 0, parameter, v, "a finite number >= 0");
 }
@@ -36,7 +38,8 @@ std::string text(Cell c) { return "[" + std::to_string(c.x) + ", " + std::to_str
 
 void need_inside(const std::string& parameter, Cell c, const Grid& g) {
     if (c.x < 0 || c.y < 0 || c.x >= g.width || c.y >= g.height)
-        refuse(parameter, text(c), "[x, y] with x in 0.." + std::to_string(g.width - 1) + ", y in 0.." + std::to_string(g.height - 1));
+        refuse(parameter, text(c),
+               "[x, y] with x in 0.." + std::to_string(g.width - 1) + ", y in 0.." + std::to_string(g.height - 1));
 }
 
 void need_map(const char* parameter, const std::vector<double>& map, const Grid& g) {
@@ -45,13 +48,16 @@ void need_map(const char* parameter, const std::vector<double>& map, const Grid&
          "width*height = " + std::to_string(cells) + " cells, row 0 first");
     for (size_t i = 0; i < cells; ++i)
         if (!std::isfinite(map[i]))
-            refuse(parameter, shortest(map[i]) + " in cell " + text({int(i % g.width), int(i / g.width)}), "finite numbers");
+            refuse(parameter, shortest(map[i]) + " in cell " + text({int(i % g.width), int(i / g.width)}),
+                   "finite numbers");
 }
 
 void check_surface(Scene& s) {
     Surface& f = s.surface;
     const bool ridged = f.kind == Surface::Kind::wave || f.kind == Surface::Kind::spiral;
-    for (auto [key, value] : {std::pair{"surface.ridges", &f.ridges}, {"surface.noise", &f.noise}, {"surface.noise_length", &f.noise_length}})
+    for (auto [key, value] : {std::pair{"surface.ridges", &f.ridges},
+                              {"surface.noise", &f.noise},
+                              {"surface.noise_length", &f.noise_length}})
         need(ridged || !*value, key, value->value_or(0), "only with surface.kind \"wave\" or \"spiral\"");
     const bool wave = f.kind == Surface::Kind::wave;
     if (!f.ridges) f.ridges = wave ? 15 : 25;
@@ -65,9 +71,12 @@ void check_surface(Scene& s) {
 
 // With spacing a scene has units and its lengths must be given; without, they are 1.
 void check_lengths(Scene& s) {
-    for (auto [key, value] : {std::pair{"surface.relief", &s.surface.relief}, {"material.thickness", &s.material.thickness}, {"material.curvature_length", &s.material.curvature_length}}) {
+    for (auto [key, value] : {std::pair{"surface.relief", &s.surface.relief},
+                              {"material.thickness", &s.material.thickness},
+                              {"material.curvature_length", &s.material.curvature_length}}) {
         if (s.grid.spacing && !*value) refuse(key, "(not given)", "a number of metres, required with grid.spacing");
-        need(s.grid.spacing || !*value, key, value->value_or(0), "only with grid.spacing; without it the scene is dimensionless");
+        need(s.grid.spacing || !*value, key, value->value_or(0),
+             "only with grid.spacing; without it the scene is dimensionless");
         if (!*value) *value = 1;
     }
     need_positive("surface.relief", *s.surface.relief);
@@ -78,8 +87,10 @@ void check_lengths(Scene& s) {
 void check_load(Scene& s) {
     Load& l = s.load;
     const bool shaped = l.kind != Load::Kind::map;
-    if (!shaped && l.center) refuse("load.center", text(*l.center), "only with load.kind \"circular\", \"point\" or \"linear\"");
-    need(shaped || !l.radius, "load.radius", l.radius.value_or(0), "only with load.kind \"circular\", \"point\" or \"linear\"");
+    if (!shaped && l.center)
+        refuse("load.center", text(*l.center), "only with load.kind \"circular\", \"point\" or \"linear\"");
+    need(shaped || !l.radius, "load.radius", l.radius.value_or(0),
+         "only with load.kind \"circular\", \"point\" or \"linear\"");
     if (!l.center) l.center = Cell{s.grid.width / 2, s.grid.height / 2};
     need_inside("load.center", *l.center, s.grid);
     if (!l.radius) l.radius = std::max(1, std::min(s.grid.width, s.grid.height) / 4);
@@ -109,21 +120,25 @@ void check_method(Scene& s) {
         s.edges = Edges::published;
     }
     if (s.method != Method::exact) {
-        need(m.viscosity > 0, "material.viscosity", m.viscosity, std::string("> 0 with method = \"") + name(s.method) + "\"");
+        need(m.viscosity > 0, "material.viscosity", m.viscosity,
+             std::string("> 0 with method = \"") + name(s.method) + "\"");
         const double z = m.modulus * s.time.step / m.viscosity;
         need(z <= 2 || s.allow_unstable, "time.step", s.time.step,
-             "at most 2*viscosity/modulus = " + shortest(2 * m.viscosity / m.modulus) + " s with method = \"" + name(s.method) +
-                 "\", stable up to dt/tau = 2 (here " + shortest(z) + "); or method = \"exact\", or allow_unstable = true");
+             "at most 2*viscosity/modulus = " + shortest(2 * m.viscosity / m.modulus) + " s with method = \"" +
+                 name(s.method) + "\", stable up to dt/tau = 2 (here " + shortest(z) +
+                 "); or method = \"exact\", or allow_unstable = true");
     }
     if (!s.stencil) s.stencil = Stencil::five_point;
     if (!s.edges) s.edges = Edges::mirror;
     if (*s.edges == Edges::published) {
-        if (*s.stencil != Stencil::published) refuse("curvature.edges", "\"published\"", "only with curvature.stencil = \"published\"");
+        if (*s.stencil != Stencil::published)
+            refuse("curvature.edges", "\"published\"", "only with curvature.stencil = \"published\"");
         need(s.grid.width >= 2, "grid.width", s.grid.width, "at least 2 with the published edges");
         need(s.grid.height >= 2, "grid.height", s.grid.height, "at least 2 with the published edges");
     }
     if (!s.receptors.fa2) s.receptors.fa2 = Fa2::point;
-    need(m.viscosity > 0 || *s.receptors.fa2 == Fa2::step_mean || !wants(s.output, Quantity::fa2), "material.viscosity", 0,
+    need(m.viscosity > 0 || *s.receptors.fa2 == Fa2::step_mean || !wants(s.output, Quantity::fa2), "material.viscosity",
+         0,
          "> 0 for FA2 as a density; with viscosity 0 set receptors.fa2 = \"step-mean\" or leave fa2 out of [output]");
     if (s.receptors.sa2_adaptation) need_positive("receptors.sa2_adaptation", *s.receptors.sa2_adaptation);
     for (double gain : s.receptors.fa2_gains) need_finite("receptors.fa2_gains", gain);
@@ -131,24 +146,31 @@ void check_method(Scene& s) {
 
 void check_time(const Scene& s) {
     need_positive("time.step", s.time.step);
-    need(std::isfinite(s.time.duration) && s.time.duration > 0, "time.duration", s.time.duration, "a finite number > 0");
+    need(std::isfinite(s.time.duration) && s.time.duration > 0, "time.duration", s.time.duration,
+         "a finite number > 0");
     const double rows = s.time.duration / s.time.step;
     const double bytes = rows * s.output.traces.size() * (3 + s.output.probes.size()) * 8;
     need(rows <= 1e8 && bytes <= 8e9, "time.step", s.time.step,
-         "duration/step = " + shortest(rows) + " outputs of the traces asked for must be at most 1e8 and fit into 8 GB");
+         "duration/step = " + shortest(rows) +
+             " outputs of the traces asked for must be at most 1e8 and fit into 8 GB");
 }
 
 void check_output(const Scene& s) {
     for (size_t i = 0; i < s.output.probes.size(); ++i)
         need_inside("output.probes[" + std::to_string(i) + "]", s.output.probes[i], s.grid);
     for (Quantity q : s.output.traces)
-        if (q >= Quantity::curvature) refuse("output.traces", std::string("\"") + name(q) + "\"", "strain, sa1, sa2, fa1, fa2; curvature and deformation as fields");
+        if (q >= Quantity::curvature)
+            refuse("output.traces", std::string("\"") + name(q) + "\"",
+                   "strain, sa1, sa2, fa1, fa2; curvature and deformation as fields");
     for (const FieldRequest& f : s.output.fields) {
         need(std::isfinite(f.at) && f.at >= 0 && f.at <= s.time.duration, "output.fields.at", f.at,
              "0.." + shortest(s.time.duration) + ", within time.duration");
         const double n = f.at / s.time.step;
-        need(s.method == Method::exact || (std::abs(n - std::round(n)) <= 1e-6 && std::round(n) < double(outputs(s.time))),
-             "output.fields.at", f.at, std::string("an output time (a multiple of time.step, before duration) with method = \"") + name(s.method) + "\"");
+        need(s.method == Method::exact ||
+                 (std::abs(n - std::round(n)) <= 1e-6 && std::round(n) < double(outputs(s.time))),
+             "output.fields.at", f.at,
+             std::string("an output time (a multiple of time.step, before duration) with method = \"") +
+                 name(s.method) + "\"");
     }
 }
 

@@ -19,7 +19,8 @@ Buffer::Buffer(Context& context, VkDeviceSize bytes, Place place) : context_(&co
     const VolkDeviceTable& vk = context.calls();
     VkBufferCreateInfo info{VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO};
     info.size = bytes;
-    info.usage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
+    info.usage =
+        VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
     check(vk.vkCreateBuffer(context.device(), &info, nullptr, &handle_), "vkCreateBuffer");
     try {
         VkMemoryRequirements needs{};
@@ -48,8 +49,8 @@ Buffer::~Buffer() {
     context_->calls().vkFreeMemory(context_->device(), memory_, nullptr);
 }
 
-Kernel::Kernel(Context& context, const uint32_t* code, size_t bytes, uint32_t bindings,
-               uint32_t constants_bytes, const std::vector<uint32_t>& specialization, const std::vector<std::vector<const Buffer*>>& sets)
+Kernel::Kernel(Context& context, const uint32_t* code, size_t bytes, uint32_t bindings, uint32_t constants_bytes,
+               const std::vector<uint32_t>& specialization, const std::vector<std::vector<const Buffer*>>& sets)
     : context_(context), constants_bytes_(constants_bytes) {
     const VolkDeviceTable& vk = context.calls();
     const VkDevice device = context.device();
@@ -78,7 +79,8 @@ Kernel::Kernel(Context& context, const uint32_t* code, size_t bytes, uint32_t bi
 
         std::vector<VkSpecializationMapEntry> entries;
         for (uint32_t i = 0; i < specialization.size(); ++i) entries.push_back({i, i * 4, 4});
-        const VkSpecializationInfo special{uint32_t(entries.size()), entries.data(), specialization.size() * 4, specialization.data()};
+        const VkSpecializationInfo special{uint32_t(entries.size()), entries.data(), specialization.size() * 4,
+                                           specialization.data()};
         VkComputePipelineCreateInfo info{VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO};
         info.stage.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO;
         info.stage.stage = VK_SHADER_STAGE_COMPUTE_BIT;
@@ -86,7 +88,8 @@ Kernel::Kernel(Context& context, const uint32_t* code, size_t bytes, uint32_t bi
         info.stage.pName = "main";
         info.stage.pSpecializationInfo = &special;
         info.layout = layout_;
-        check(vk.vkCreateComputePipelines(device, VK_NULL_HANDLE, 1, &info, nullptr, &pipeline_), "vkCreateComputePipelines");
+        check(vk.vkCreateComputePipelines(device, VK_NULL_HANDLE, 1, &info, nullptr, &pipeline_),
+              "vkCreateComputePipelines");
 
         const VkDescriptorPoolSize size{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, uint32_t(bindings * sets.size())};
         VkDescriptorPoolCreateInfo pool_info{VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO};
@@ -133,7 +136,8 @@ void Kernel::destroy() {
     vk.vkDestroyDescriptorSetLayout(context_.device(), set_layout_, nullptr);
 }
 
-void Kernel::record(VkCommandBuffer commands, size_t set, const void* constants, uint32_t x, uint32_t y, uint32_t z) const {
+void Kernel::record(VkCommandBuffer commands, size_t set, const void* constants, uint32_t x, uint32_t y,
+                    uint32_t z) const {
     const VolkDeviceTable& vk = context_.calls();
     vk.vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_);
     vk.vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, layout_, 0, 1, &sets_[set], 0, nullptr);
@@ -216,7 +220,8 @@ void Context::barrier(VkCommandBuffer commands) const {
     all.srcAccessMask = VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_WRITE_BIT;
     all.dstAccessMask = VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_READ_BIT |
                         VK_ACCESS_TRANSFER_WRITE_BIT | VK_ACCESS_HOST_READ_BIT;
-    calls_.vkCmdPipelineBarrier(commands, stages, stages | VK_PIPELINE_STAGE_HOST_BIT, 0, 1, &all, 0, nullptr, 0, nullptr);
+    calls_.vkCmdPipelineBarrier(commands, stages, stages | VK_PIPELINE_STAGE_HOST_BIT, 0, 1, &all, 0, nullptr, 0,
+                                nullptr);
 }
 
 } // namespace dermis::vulkan

@@ -36,8 +36,7 @@ class Buffer {
 class Kernel {
   public:
     Kernel(Context&, const uint32_t* code, size_t bytes, uint32_t bindings, uint32_t constants_bytes,
-           const std::vector<uint32_t>& specialization,
-           const std::vector<std::vector<const Buffer*>>& sets);
+           const std::vector<uint32_t>& specialization, const std::vector<std::vector<const Buffer*>>& sets);
     ~Kernel();
     Kernel(const Kernel&) = delete;
     Kernel& operator=(const Kernel&) = delete;

@@ -23,7 +23,8 @@ VKAPI_ATTR VkBool32 VKAPI_CALL on_message(VkDebugUtilsMessageSeverityFlagBitsEXT
 
 VkDebugUtilsMessengerCreateInfoEXT messenger_info(const InstanceOptions& options) {
     VkDebugUtilsMessengerCreateInfoEXT info{VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT};
-    info.messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT | VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT;
+    info.messageSeverity =
+        VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT | VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT;
     info.messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT | VK_DEBUG_UTILS_MESSAGE_TYPE_GENERAL_BIT_EXT;
     info.pfnUserCallback = on_message;
     info.pUserData = const_cast<InstanceOptions*>(&options);
@@ -45,7 +46,8 @@ const char* kind_of(VkPhysicalDeviceType type) {
 }
 
 int rank(const Physical& p) {
-    constexpr VkPhysicalDeviceType order[] = {VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU, VK_PHYSICAL_DEVICE_TYPE_INTEGRATED_GPU,
+    constexpr VkPhysicalDeviceType order[] = {VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU,
+                                              VK_PHYSICAL_DEVICE_TYPE_INTEGRATED_GPU,
                                               VK_PHYSICAL_DEVICE_TYPE_VIRTUAL_GPU, VK_PHYSICAL_DEVICE_TYPE_OTHER};
     return int(std::find(std::begin(order), std::end(order), p.properties.deviceType) - std::begin(order));
 }
@@ -88,7 +90,8 @@ Instance::Instance(const Loader& loader, const InstanceOptions& options) : optio
     const DefaultFloats guard; // a software driver's threads inherit it
     const std::lock_guard lock(volk_mutex());
     volkInitializeCustom(loader.get);
-    if (!vkCreateInstance || !vkEnumerateInstanceExtensionProperties) no_device("the Vulkan loader lacks vkCreateInstance");
+    if (!vkCreateInstance || !vkEnumerateInstanceExtensionProperties)
+        no_device("the Vulkan loader lacks vkCreateInstance");
 
     uint32_t count = 0;
     vkEnumerateInstanceExtensionProperties(nullptr, &count, nullptr);
@@ -119,15 +122,18 @@ Instance::Instance(const Loader& loader, const InstanceOptions& options) : optio
     info.enabledExtensionCount = uint32_t(enabled.size());
     info.ppEnabledExtensionNames = enabled.data();
     const VkResult created = vkCreateInstance(&info, nullptr, &handle_);
-    if (created == VK_ERROR_INCOMPATIBLE_DRIVER) no_device("the Vulkan loader finds no driver (on Debian: mesa-vulkan-drivers)");
-    if (created == VK_ERROR_LAYER_NOT_PRESENT) no_device(std::string("the layer ") + validation_layer + " is not installed");
+    if (created == VK_ERROR_INCOMPATIBLE_DRIVER)
+        no_device("the Vulkan loader finds no driver (on Debian: mesa-vulkan-drivers)");
+    if (created == VK_ERROR_LAYER_NOT_PRESENT)
+        no_device(std::string("the layer ") + validation_layer + " is not installed");
     check(created, "vkCreateInstance");
     volkLoadInstanceOnly(handle_);
     destroy_ = vkDestroyInstance;
     destroy_messenger_ = vkDestroyDebugUtilsMessengerEXT;
     try {
         if (options_.validation)
-            check(vkCreateDebugUtilsMessengerEXT(handle_, &messenger, nullptr, &messenger_), "vkCreateDebugUtilsMessengerEXT");
+            check(vkCreateDebugUtilsMessengerEXT(handle_, &messenger, nullptr, &messenger_),
+                  "vkCreateDebugUtilsMessengerEXT");
         find_devices();
     } catch (...) {
         if (messenger_) destroy_messenger_(handle_, messenger_, nullptr);
@@ -176,17 +182,17 @@ void Instance::describe(Physical& p) const {
     vkGetPhysicalDeviceQueueFamilyProperties(p.handle, &count, nullptr);
     std::vector<VkQueueFamilyProperties> families(count);
     vkGetPhysicalDeviceQueueFamilyProperties(p.handle, &count, families.data());
-    const auto computes = std::find_if(families.begin(), families.end(), [](auto& f) { return f.queueFlags & VK_QUEUE_COMPUTE_BIT && f.queueCount > 0; });
+    const auto computes = std::find_if(families.begin(), families.end(),
+                                       [](auto& f) { return f.queueFlags & VK_QUEUE_COMPUTE_BIT && f.queueCount > 0; });
     p.family = uint32_t(computes - families.begin());
 
     const VkPhysicalDeviceLimits& limits = p.properties.limits;
-    if (p.properties.apiVersion < VK_API_VERSION_1_1)
-        p.info.refused = "Vulkan 1.0; 1.1 is needed";
-    else if (computes == families.end())
-        p.info.refused = "no compute queue";
+    if (p.properties.apiVersion < VK_API_VERSION_1_1) p.info.refused = "Vulkan 1.0; 1.1 is needed";
+    else if (computes == families.end()) p.info.refused = "no compute queue";
     else if (limits.maxPerStageDescriptorStorageBuffers < storage_buffers_needed)
-        p.info.refused = "maxPerStageDescriptorStorageBuffers = " + std::to_string(limits.maxPerStageDescriptorStorageBuffers) +
-                         "; " + std::to_string(storage_buffers_needed) + " are needed";
+        p.info.refused =
+            "maxPerStageDescriptorStorageBuffers = " + std::to_string(limits.maxPerStageDescriptorStorageBuffers) +
+            "; " + std::to_string(storage_buffers_needed) + " are needed";
     if (!p.info.refused.empty()) return;
     vkEnumerateDeviceExtensionProperties(p.handle, nullptr, &count, nullptr);
     std::vector<VkExtensionProperties> extensions(count);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Records presses into one command buffer, as many as fit a ring of results, and hands the results over when it is full.
+// Records presses into one command buffer, as many as fit a ring of results, and hands the results over when it is
+// full.
 #include "host/vulkan/march.hpp"
 
 #include "fields_spv.h"
@@ -26,12 +27,13 @@ void check_fits(const plan::Plan& plan, const Context& context, VkDeviceSize pla
     const std::string grid = std::to_string(plan.constants.width) + " x " + std::to_string(plan.constants.height);
     const auto refuse = [&](VkDeviceSize needed, const char* limit, VkDeviceSize allowed) {
         throw Error(Error::Code::bad_input, "grid.width",
-                    "grid of " + grid + " needs " + std::to_string(needed) + " bytes; allowed on this device: " + limit + " = " +
-                        std::to_string(allowed) + "; or device cpu");
+                    "grid of " + grid + " needs " + std::to_string(needed) + " bytes; allowed on this device: " +
+                        limit + " = " + std::to_string(allowed) + "; or device cpu");
     };
     const VkPhysicalDeviceLimits& limits = context.limits();
     const VkDeviceSize all = 13 * plane + ring;
-    if (std::max(plane, ring) > limits.maxStorageBufferRange) refuse(std::max(plane, ring), "maxStorageBufferRange", limits.maxStorageBufferRange);
+    if (std::max(plane, ring) > limits.maxStorageBufferRange)
+        refuse(std::max(plane, ring), "maxStorageBufferRange", limits.maxStorageBufferRange);
     if (all > context.heap_bytes()) refuse(all, "device memory", context.heap_bytes());
     if (uint32_t(plan.constants.height) > limits.maxComputeWorkGroupCount[1])
         refuse(plane, "maxComputeWorkGroupCount[1]", limits.maxComputeWorkGroupCount[1]);
@@ -43,8 +45,11 @@ class March : public plan::Marcher {
         : plan_(plan), context_(std::move(context)), sink_(std::move(sink)),
           plane_(VkDeviceSize(plan.pitch) * plan.constants.height * sizeof(float)),
           probes_(int(plan.scene.output.probes.size())) {
-        const VkDeviceSize per_step = VkDeviceSize(REDUCED_MAPS) * (plan.constants.height + probes_) * plan.tiles * sizeof(Summary);
-        ring_ = size_t(std::clamp(std::min(cell_steps_per_submit * sizeof(float) / double(plane_), ring_bytes / double(per_step)), 1.0, 1024.0));
+        const VkDeviceSize per_step =
+            VkDeviceSize(REDUCED_MAPS) * (plan.constants.height + probes_) * plan.tiles * sizeof(Summary);
+        ring_ = size_t(
+            std::clamp(std::min(cell_steps_per_submit * sizeof(float) / double(plane_), ring_bytes / double(per_step)),
+                       1.0, 1024.0));
         check_fits(plan, *context_, plane_, ring_ * per_step);
         // throws where a value does not fit, so before buffers
         const std::vector<float> maps[] = {plan::padded<float>(plan.maps.pressure, plan, "load.intensity"),
@@ -66,7 +71,8 @@ class March : public plan::Marcher {
         shown_ = 1 - from_;
         if (step.trace >= 0 || step.impulse >= 0) {
             const f32::ReduceConstants reduce{c.width, c.height, c.pitch, probes_, int(kept_.size())};
-            reduce_->record(commands, size_t(shown_), &reduce, groups(c.height + probes_, REDUCE_ROWS), uint32_t(plan_.tiles), REDUCED_MAPS);
+            reduce_->record(commands, size_t(shown_), &reduce, groups(c.height + probes_, REDUCE_ROWS),
+                            uint32_t(plan_.tiles), REDUCED_MAPS);
             ++dispatches_;
             context_->barrier(commands);
             kept_.push_back(step);
@@ -116,7 +122,8 @@ class March : public plan::Marcher {
             std::vector<double>& map = maps[i];
             map.clear();
             for (int y = 0; y < plan_.constants.height; ++y)
-                map.insert(map.end(), values + size_t(y) * plan_.pitch, values + size_t(y) * plan_.pitch + plan_.constants.width);
+                map.insert(map.end(), values + size_t(y) * plan_.pitch,
+                           values + size_t(y) * plan_.pitch + plan_.constants.width);
         }
     }
 
@@ -124,7 +131,24 @@ class March : public plan::Marcher {
 
   private:
     // Planes of one map each, the ring of results, and which cells are probed.
-    enum { pressure, rest, surface, strain0, strain1, sum0, sum1, sa1, sa2, fa1, fa2, curvature, deformation, planes, ring_summaries = planes, probe_cells };
+    enum {
+        pressure,
+        rest,
+        surface,
+        strain0,
+        strain1,
+        sum0,
+        sum1,
+        sa1,
+        sa2,
+        fa1,
+        fa2,
+        curvature,
+        deformation,
+        planes,
+        ring_summaries = planes,
+        probe_cells
+    };
 
     void make_kernels() {
         const std::vector<uint32_t> variant = {uint32_t(plan_.stencil), uint32_t(plan_.edges)};
@@ -132,19 +156,24 @@ class March : public plan::Marcher {
         for (int from = 0; from < 2; ++from) {
             const auto b = [&](int i) { return &buffers_[i]; };
             const int to = 1 - from;
-            press.push_back({b(pressure), b(rest), b(strain0 + from), b(sum0 + from), b(strain0 + to), b(sum0 + to), b(sa1), b(sa2), b(fa1), b(fa2)});
+            press.push_back({b(pressure), b(rest), b(strain0 + from), b(sum0 + from), b(strain0 + to), b(sum0 + to),
+                             b(sa1), b(sa2), b(fa1), b(fa2)});
             fields.push_back({b(surface), b(rest), b(strain0 + from), b(curvature), b(deformation)});
             reduce.push_back({b(strain0 + from), b(sa1), b(sa2), b(fa1), b(fa2), b(probe_cells), b(ring_summaries)});
         }
-        press_ = std::make_unique<Kernel>(*context_, press_spv, sizeof press_spv, PRESS_BINDINGS, sizeof(Constants), variant, press);
-        fields_ = std::make_unique<Kernel>(*context_, fields_spv, sizeof fields_spv, FIELDS_BINDINGS, sizeof(Constants), variant, fields);
-        reduce_ = std::make_unique<Kernel>(*context_, reduce_spv, sizeof reduce_spv, REDUCE_BINDINGS, sizeof(f32::ReduceConstants), std::vector<uint32_t>{}, reduce);
+        press_ = std::make_unique<Kernel>(*context_, press_spv, sizeof press_spv, PRESS_BINDINGS, sizeof(Constants),
+                                          variant, press);
+        fields_ = std::make_unique<Kernel>(*context_, fields_spv, sizeof fields_spv, FIELDS_BINDINGS, sizeof(Constants),
+                                           variant, fields);
+        reduce_ = std::make_unique<Kernel>(*context_, reduce_spv, sizeof reduce_spv, REDUCE_BINDINGS,
+                                           sizeof(f32::ReduceConstants), std::vector<uint32_t>{}, reduce);
     }
 
     // Maps to the device; the state at rest; everything else poisoned, so that what a kernel forgets to write shows.
     void upload(const std::vector<float> (&maps)[3]) {
         staging_ = std::make_unique<Buffer>(*context_, 3 * plane_, Buffer::Place::host);
-        for (int i = 0; i < 3; ++i) std::memcpy(static_cast<char*>(staging_->data()) + i * plane_, maps[i].data(), plane_);
+        for (int i = 0; i < 3; ++i)
+            std::memcpy(static_cast<char*>(staging_->data()) + i * plane_, maps[i].data(), plane_);
         for (int i = 0; i < probes_; ++i) {
             const Cell p = plan_.scene.output.probes[size_t(i)];
             static_cast<int*>(buffers_[probe_cells].data())[i] = p.y * plan_.pitch + p.x;
@@ -193,7 +222,8 @@ class March : public plan::Marcher {
 
 } // namespace
 
-std::unique_ptr<plan::Marcher> march(const plan::Plan& plan, std::shared_ptr<Context> context, plan::Marcher::Sink sink) {
+std::unique_ptr<plan::Marcher> march(const plan::Plan& plan, std::shared_ptr<Context> context,
+                                     plan::Marcher::Sink sink) {
     return std::make_unique<March>(plan, std::move(context), std::move(sink));
 }
 

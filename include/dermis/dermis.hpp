@@ -60,8 +60,8 @@ struct Cell {
     int x = 0, y = 0;
 };
 
-// width, height: cells, 1..16384. spacing: metres between cells, > 0. Without spacing a scene is dimensionless: spacing,
-// relief, thickness and curvature_length are then 1; with it the last three are required.
+// width, height: cells, 1..16384. spacing: metres between cells, > 0. Without spacing a scene is dimensionless:
+// spacing, relief, thickness and curvature_length are then 1; with it the last three are required.
 struct Grid {
     int width = 150, height = 150;
     std::optional<double> spacing;
@@ -102,10 +102,10 @@ struct Time {
 };
 
 struct Receptors {
-    std::optional<double> sa2_adaptation;       // s, > 0: tau_a*y' = -y + tau_a*eps, bounded; none: the plain integral
-    std::optional<Fa2> fa2;                     // default point: the density of eps'' (jumps are listed as impulses);
-                                                // step_mean: mean of eps'' over the step, jumps included
-    std::array<double, 2> fa2_gains = {1, -1};  // k+, k-: k+*max(a, 0) + k-*max(-a, 0) of a = eps''(1 + l*C)
+    std::optional<double> sa2_adaptation;      // s, > 0: tau_a*y' = -y + tau_a*eps, bounded; none: the plain integral
+    std::optional<Fa2> fa2;                    // default point: the density of eps'' (jumps are listed as impulses);
+                                               // step_mean: mean of eps'' over the step, jumps included
+    std::array<double, 2> fa2_gains = {1, -1}; // k+, k-: k+*max(a, 0) + k-*max(-a, 0) of a = eps''(1 + l*C)
 };
 
 struct FieldRequest {
@@ -216,7 +216,8 @@ struct RunOptions {
     std::function<void(double)> progress; // called now and then with the part done, 0..1
 };
 
-// What the scene is made of, before any load: the surface S, its curvature L(S) and the pressure map, width*height each.
+// What the scene is made of, before any load: the surface S, its curvature L(S) and the pressure map, width*height
+// each.
 struct SceneMaps {
     std::vector<double> surface, rest_curvature, pressure;
 };

@@ -15,12 +15,9 @@ Map gradient(const Map& f, int width, int height, bool along_y) {
         for (int x = 0; x < width; ++x) {
             const size_t here = size_t(y) * width + x;
             const int i = along_y ? y : x;
-            if (i == 0)
-                g[here] = f[here + stride] - f[here];
-            else if (i == n - 1)
-                g[here] = f[here] - f[here - stride];
-            else
-                g[here] = (f[here + stride] - f[here - stride]) / 2.0;
+            if (i == 0) g[here] = f[here + stride] - f[here];
+            else if (i == n - 1) g[here] = f[here] - f[here - stride];
+            else g[here] = (f[here + stride] - f[here - stride]) / 2.0;
         }
     return g;
 }

@@ -12,7 +12,8 @@ struct Frame { // after step n, row-major
 };
 
 // Calls `each` with n = 0 .. steps-1 in order.
-void study(const std::vector<double>& surface, const std::vector<double>& pressure, int width, int height, double modulus,
-           double viscosity, double dt, int steps, const std::function<void(int n, const Frame&)>& each);
+void study(const std::vector<double>& surface, const std::vector<double>& pressure, int width, int height,
+           double modulus, double viscosity, double dt, int steps,
+           const std::function<void(int n, const Frame&)>& each);
 
 } // namespace oracle
