@@ -14,9 +14,9 @@ foreach(kernel press fields reduce)
         OUTPUT ${header}
         COMMAND ${DERMIS_GLSLANG} -V --quiet --target-env vulkan1.1 -I${PROJECT_SOURCE_DIR}/kernels --depfile ${module}.d -o ${module} ${source}
         COMMAND ${DERMIS_SPIRV_VAL} --target-env vulkan1.1 ${module}
-        COMMAND ${CMAKE_COMMAND} -DDISASSEMBLER=${DERMIS_SPIRV_DIS} -DMODULE=${module} -P ${PROJECT_SOURCE_DIR}/cmake/check_contraction.cmake
+        COMMAND ${CMAKE_COMMAND} -DDISASSEMBLER=${DERMIS_SPIRV_DIS} -DMODULE=${module} -P ${PROJECT_SOURCE_DIR}/kernels/check_contraction.cmake
         COMMAND ${DERMIS_GLSLANG} -V --quiet --target-env vulkan1.1 -I${PROJECT_SOURCE_DIR}/kernels --vn ${kernel}_spv -o ${header} ${source}
-        DEPENDS ${source} ${PROJECT_SOURCE_DIR}/cmake/check_contraction.cmake
+        DEPENDS ${source} ${PROJECT_SOURCE_DIR}/kernels/check_contraction.cmake
         DEPFILE ${module}.d
         COMMENT "Kernel ${kernel}"
         VERBATIM)
