@@ -132,16 +132,17 @@ void write_result(const Path& folder, const Scene& scene, const Result& result) 
 }
 
 void Progress::clear() {
-    if (showing_) fmt::print(stderr, "\r\033[K");
+    if (showing_) fmt::print(to_, "\r\033[K");
     showing_ = false;
 }
 
 void Progress::operator()(double done) {
     const auto now = std::chrono::steady_clock::now();
-    if (now - start_ < std::chrono::seconds(1) || now - shown_ < std::chrono::milliseconds(100) || !isatty(2)) return;
+    if (now - start_ < std::chrono::seconds(1) || now - shown_ < std::chrono::milliseconds(100) || !on_terminal_)
+        return;
     shown_ = now;
     showing_ = true;
-    fmt::print(stderr, "\r\033[K{} {:3.0f} %", what_, 100 * done);
+    fmt::print(to_, "\r\033[K{} {:3.0f} %", what_, 100 * done);
 }
 
 } // namespace dermis::cli

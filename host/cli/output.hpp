@@ -5,7 +5,10 @@
 #include "dermis/dermis.hpp"
 
 #include <chrono>
+#include <cstdio>
 #include <filesystem>
+
+#include <unistd.h>
 
 namespace dermis::cli {
 
@@ -21,13 +24,16 @@ void write_result(const Path& folder, const Scene& scene, const Result&);
 // terminal.
 class Progress {
   public:
-    explicit Progress(std::string what) : what_(std::move(what)) {}
+    explicit Progress(std::string what, bool on_terminal = isatty(2), FILE* to = stderr)
+        : what_(std::move(what)), on_terminal_(on_terminal), to_(to) {}
     ~Progress() { clear(); }
     void operator()(double done);
     void clear(); // takes the line away, so that something else can be printed
 
   private:
     std::string what_;
+    bool on_terminal_;
+    FILE* to_;
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now(), shown_ = start_;
     bool showing_ = false;
 };
