@@ -4,21 +4,21 @@
 // Along one axis: the cells a stencil reads, and the weights of the published one.
 struct Axis {
     int far_low, low, high, far_high;
-    real w_low, w_high, w;
+    scalar w_low, w_high, w;
 };
 
 // mirror is half-sample: -1 -> 0, -2 -> 1. An axis of one cell reads itself and so contributes 0.
 inline int wrapped(int i, int n, int edges) {
-    if (edges == EDGES_PERIODIC) return (i + 2 * n) % n;
+    if (edges == EDGES_PERIODIC) return (i + 4 * n) % n;
     int m = i < 0 ? -1 - i : (i >= n ? 2 * n - 1 - i : i);
     return min(max(m, 0), n - 1);
 }
 
 inline Axis axis(int i, int n, int stencil, int edges) {
     Axis a;
-    a.w_low = real(0.5);
-    a.w_high = real(0.5);
-    a.w = real(0.5);
+    a.w_low = scalar(0.5);
+    a.w_high = scalar(0.5);
+    a.w = scalar(0.5);
     if (stencil != STENCIL_PUBLISHED) {
         a.far_low = wrapped(i - 2, n, edges);
         a.low = wrapped(i - 1, n, edges);
@@ -37,9 +37,9 @@ inline Axis axis(int i, int n, int stencil, int edges) {
         a.low = min(g_low + 1, n - 1);
         a.high = max(g_high - 1, 0);
         a.far_high = min(g_high + 1, n - 1);
-        if (a.low - a.far_low < 2) a.w_low = real(1.0);
-        if (a.far_high - a.high < 2) a.w_high = real(1.0);
-        if (g_high - g_low < 2) a.w = real(1.0);
+        if (a.low - a.far_low < 2) a.w_low = scalar(1.0);
+        if (a.far_high - a.high < 2) a.w_high = scalar(1.0);
+        if (g_high - g_low < 2) a.w = scalar(1.0);
     }
     return a;
 }
@@ -70,13 +70,13 @@ inline real add(real along_x, real along_y) {
 }
 
 // C = L(S) - h*L(eps); L(S) was taken once, in double
-inline real curvature_of(real rest_curvature, real strain_laplacian, real bend) {
+inline real curvature_of(real rest_curvature, real strain_laplacian, scalar bend) {
     precise real C = rest_curvature - bend * strain_laplacian;
     return C;
 }
 
 // D = S - h*eps
-inline real deformation_of(real surface, real eps, real thickness) {
+inline real deformation_of(real surface, real eps, scalar thickness) {
     precise real D = surface - thickness * eps;
     return D;
 }

@@ -6,7 +6,7 @@
 #include "layout.h"
 #include "curvature.h"
 
-layout(local_size_x = WORKGROUP_CELLS) in;
+layout(local_size_x = FIELDS_X) in;
 layout(constant_id = 0) const int STENCIL = STENCIL_FIVE_POINT;
 layout(constant_id = 1) const int EDGES = EDGES_MIRROR;
 layout(push_constant) uniform Push { Constants c; };

@@ -3,9 +3,12 @@
 
 // Maps are row-major, index = y*pitch + x; pitch is the width rounded up to PITCH_CELLS.
 #define PITCH_CELLS 4
-// `press` and `fields` run one cell per invocation in groups of WORKGROUP_CELLS x 1; `reduce` one
-// tile of TILE_CELLS columns per invocation in groups of REDUCE_ROWS rows.
-#define WORKGROUP_CELLS 64
+// `press` runs PRESS_CELLS cells per invocation in groups of PRESS_X x PRESS_Y; `fields` one in groups of FIELDS_X x 1;
+// `reduce` one tile of TILE_CELLS columns per invocation in groups of REDUCE_ROWS rows.
+#define PRESS_CELLS 4
+#define PRESS_X 16
+#define PRESS_Y 4
+#define FIELDS_X 64
 #define TILE_CELLS 64
 #define REDUCE_ROWS 64
 
@@ -52,19 +55,19 @@
 //   eps'  = v0*r + v1*ds              at the end of the step, from the left
 //   eps'' = a0*r + a1*ds + a2*sj
 struct Row {
-    real E, b, f;
-    real i0, i1, i2, leak;
-    real v0, v1;
-    real a0, a1, a2;
+    scalar E, b, f;
+    scalar i0, i1, i2, leak;
+    scalar v0, v1;
+    scalar a0, a1, a2;
 };
 
 struct Constants {
     Row row;
-    real start, rise, jump;     // pressure = start*p after a jump of jump*p, then rising by rise*p
-    real bend;                  // thickness / spacing^2: turns the stencil's sum over eps into curvature
-    real curvature_length;      // l in 1 + l*C
-    real gain_plus, gain_minus; // FA2 = gain_plus*max(a, 0) + gain_minus*max(-a, 0)
-    real thickness;             // h in D = S - h*eps
+    scalar start, rise, jump;     // pressure = start*p after a jump of jump*p, then rising by rise*p
+    scalar bend;                  // thickness / spacing^2: turns the stencil's sum over eps into curvature
+    scalar curvature_length;      // l in 1 + l*C
+    scalar gain_plus, gain_minus; // FA2 = gain_plus*max(a, 0) + gain_minus*max(-a, 0)
+    scalar thickness;             // h in D = S - h*eps
     int width, height, pitch;   // cells
     int respond;                // 0: advance the state alone
 };

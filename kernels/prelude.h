@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// One language for GLSL and C++. In C++ the includer opens a namespace, says `using real = float` (or double, or
-// glm::vec4) and includes model.h; GLM lends the GLSL names. In GLSL real is float, or vec4 where that is defined first. Rules for every function here (a build check counts them):
+// One language for GLSL and C++. In C++ the includer opens a namespace, says what `real` and `scalar` are (float
+// and float, double and double, or glm::vec4 and float: four cells at a time) and includes model.h; GLM lends the GLSL
+// names. In GLSL real is float, or vec4 where that is defined first. Rules for every function here (a build check counts them):
 // only + - * compare and select, each intermediate a `precise` local, literals real(...), structs filled member by member.
 #ifdef __cplusplus
 #define precise
@@ -16,6 +17,7 @@ inline bool lessThan(T a, T b) {
 }
 #else
 #define inline
+#define scalar float
 #ifndef real
 #define real float
 bool lessThan(float a, float b) { return a < b; }

@@ -2,53 +2,101 @@
 // SPDX-License-Identifier: MIT
 // One step of every cell and, if asked, its responses:
 //   eps, I -> eps, I at the step's end       X*(1 + l*C), X = eps, I, eps', eps'', C = L(S) - h*L(eps)
-// A neighbour's new strain is computed again from its old state, so one dispatch is enough; hence two copies of the state.
+// Four cells of a row per invocation: a software driver moves vec4s at twice the pace of floats. A neighbour's new strain
+// is computed again from its old state, so one dispatch is enough; hence two copies of the state.
 #extension GL_GOOGLE_include_directive : require
+#define real vec4
 #include "prelude.h"
 #include "layout.h"
 #include "press.h"
 #include "curvature.h"
 
-layout(local_size_x = WORKGROUP_CELLS) in;
+layout(local_size_x = PRESS_X, local_size_y = PRESS_Y) in;
 layout(constant_id = 0) const int STENCIL = STENCIL_FIVE_POINT;
 layout(constant_id = 1) const int EDGES = EDGES_MIRROR;
 layout(push_constant) uniform Push { Constants c; };
-// all of pitch*height floats
-layout(std430, binding = PRESS_PRESSURE) readonly restrict buffer Pressure { float pressure[]; };
-layout(std430, binding = PRESS_REST_CURVATURE) readonly restrict buffer Rest { float rest_curvature[]; };
-layout(std430, binding = PRESS_STRAIN_FROM) readonly restrict buffer StrainFrom { float strain_from[]; };
-layout(std430, binding = PRESS_SUM_FROM) readonly restrict buffer SumFrom { float sum_from[]; };
-layout(std430, binding = PRESS_STRAIN_TO) writeonly restrict buffer StrainTo { float strain_to[]; };
-layout(std430, binding = PRESS_SUM_TO) writeonly restrict buffer SumTo { float sum_to[]; };
-layout(std430, binding = PRESS_SA1) writeonly restrict buffer Sa1 { float sa1[]; };
-layout(std430, binding = PRESS_SA2) writeonly restrict buffer Sa2 { float sa2[]; };
-layout(std430, binding = PRESS_FA1) writeonly restrict buffer Fa1 { float fa1[]; };
-layout(std430, binding = PRESS_FA2) writeonly restrict buffer Fa2 { float fa2[]; };
+// all of pitch/4*height; the last cells of a row may lie beyond its width, and are never read
+layout(std430, binding = PRESS_PRESSURE) readonly buffer Pressure { vec4 pressure[]; };
+layout(std430, binding = PRESS_REST_CURVATURE) readonly restrict buffer Rest { vec4 rest_curvature[]; };
+layout(std430, binding = PRESS_STRAIN_FROM) readonly buffer StrainFrom { vec4 strain_from[]; };
+layout(std430, binding = PRESS_SUM_FROM) readonly restrict buffer SumFrom { vec4 sum_from[]; };
+layout(std430, binding = PRESS_STRAIN_TO) writeonly restrict buffer StrainTo { vec4 strain_to[]; };
+layout(std430, binding = PRESS_SUM_TO) writeonly restrict buffer SumTo { vec4 sum_to[]; };
+layout(std430, binding = PRESS_SA1) writeonly restrict buffer Sa1 { vec4 sa1[]; };
+layout(std430, binding = PRESS_SA2) writeonly restrict buffer Sa2 { vec4 sa2[]; };
+layout(std430, binding = PRESS_FA1) writeonly restrict buffer Fa1 { vec4 fa1[]; };
+layout(std430, binding = PRESS_FA2) writeonly restrict buffer Fa2 { vec4 fa2[]; };
+// the same maps, cell by cell
+layout(std430, binding = PRESS_PRESSURE) readonly buffer PressureCells { float pressure_cells[]; };
+layout(std430, binding = PRESS_STRAIN_FROM) readonly buffer StrainCells { float strain_cells[]; };
 
-real strain_at(int x, int y) {
-    int i = y * c.pitch + x;
-    return strain_after(strain_from[i], load_of(pressure[i], c), c.row);
+vec4 stepped(vec4 eps, vec4 p) { return strain_after(eps, load_of(p, c), c.row); }
+
+// New strain of one cell; a column beyond an end is the one that the edge rule names.
+float strain_of(int x, int y) {
+    int i = y * c.pitch + wrapped(x, c.width, EDGES);
+    return stepped(vec4(strain_cells[i]), vec4(pressure_cells[i])).x;
 }
-#include "gather.h"
+
+// New strain of cells x .. x + 3, likewise.
+vec4 strains(int x, int y) {
+    if (x + 3 < c.width) {
+        int i = (y * c.pitch + x) / 4;
+        return stepped(strain_from[i], pressure[i]);
+    }
+    return vec4(strain_of(x, y), strain_of(x + 1, y), strain_of(x + 2, y), strain_of(x + 3, y));
+}
+
+vec4 laplacian_along_x(int x, int y, vec4 here) {
+    float low = strain_of(x - 1, y);
+    float high = strain_of(x + 4, y);
+    if (STENCIL == STENCIL_FIVE_POINT) return second_difference(vec4(low, here.xyz), here, vec4(here.yzw, high));
+    float far_low = strain_of(x - 2, y);
+    float far_high = strain_of(x + 5, y);
+    vec4 two_low = vec4(far_low, low, here.xy);
+    vec4 two_high = vec4(here.zw, high, far_high);
+    if (STENCIL == STENCIL_FOURTH_ORDER)
+        return fourth_order(two_low, vec4(low, here.xyz), here, vec4(here.yzw, high), two_high);
+    if (EDGES != EDGES_PUBLISHED) return published_difference(two_low, here, here, two_high, axis(x, c.width, STENCIL, EDGES));
+    float row[8] = float[8](far_low, low, here.x, here.y, here.z, here.w, high, far_high);
+    vec4 sum;
+    for (int i = 0; i < 4; ++i) { // at its ends each cell has weights of its own
+        Axis a = axis(min(x + i, c.width - 1), c.width, STENCIL, EDGES);
+        int first = x - 2;
+        sum[i] = published_difference(vec4(row[a.far_low - first]), vec4(row[a.low - first]), vec4(row[a.high - first]),
+                                      vec4(row[a.far_high - first]), a).x;
+    }
+    return sum;
+}
+
+vec4 laplacian_along_y(int x, int y, vec4 here) {
+    Axis a = axis(y, c.height, STENCIL, EDGES);
+    vec4 low = strains(x, a.low);
+    vec4 high = strains(x, a.high);
+    if (STENCIL == STENCIL_FIVE_POINT) return second_difference(low, here, high);
+    vec4 far_low = strains(x, a.far_low);
+    vec4 far_high = strains(x, a.far_high);
+    if (STENCIL == STENCIL_FOURTH_ORDER) return fourth_order(far_low, low, here, high, far_high);
+    return published_difference(far_low, low, high, far_high, a);
+}
 
 void main() {
-    int x = int(gl_GlobalInvocationID.x);
+    int x = int(gl_GlobalInvocationID.x) * PRESS_CELLS;
     int y = int(gl_GlobalInvocationID.y);
     if (x >= c.width || y >= c.height) return;
-    int i = y * c.pitch + x;
+    int i = (y * c.pitch + x) / 4;
     Load load = load_of(pressure[i], c);
-    real eps = strain_from[i];
-    real after = strain_after(eps, load, c.row);
-    real sum = sum_after(eps, sum_from[i], load, c.row);
+    vec4 eps = strain_from[i];
+    vec4 after = strains(x, y);
+    vec4 sum = sum_after(eps, sum_from[i], load, c.row);
     strain_to[i] = after;
     sum_to[i] = sum;
     if (c.respond == 0) return;
-    real L = add(laplacian_along_x(x, y, after, c.width, STENCIL, EDGES),
-                 laplacian_along_y(x, y, after, c.height, STENCIL, EDGES));
-    real C = curvature_of(rest_curvature[i], L, c.bend);
+    vec4 L = add(laplacian_along_x(x, y, after), laplacian_along_y(x, y, after));
+    vec4 C = curvature_of(rest_curvature[i], L, c.bend);
     sa1[i] = response(after, C, c.curvature_length);
     sa2[i] = response(sum, C, c.curvature_length);
     fa1[i] = response(rate_after(eps, load, c.row), C, c.curvature_length);
-    real a = response(acceleration_after(eps, load, c.row), C, c.curvature_length);
+    vec4 a = response(acceleration_after(eps, load, c.row), C, c.curvature_length);
     fa2[i] = rectified(a, c.gain_plus, c.gain_minus);
 }

@@ -47,14 +47,14 @@ inline real acceleration_after(real eps, Load s, Row k) {
 }
 
 // x*(1 + l*C)
-inline real response(real x, real C, real l) {
+inline real response(real x, real C, scalar l) {
     precise real gain = real(1.0) + l * C;
     precise real scaled = x * gain;
     return flush(scaled);
 }
 
 // Pacinian transduction has a gain for each sign; (1, -1) passes the signal unchanged.
-inline real rectified(real a, real gain_plus, real gain_minus) {
+inline real rectified(real a, scalar gain_plus, scalar gain_minus) {
     precise real plus = gain_plus * max(a, real(0.0));
     precise real minus = gain_minus * max(-a, real(0.0));
     precise real passed = plus + minus;

@@ -14,10 +14,12 @@
 
 namespace dermis::f32 {
 using real = float;
+using scalar = float;
 #include "kernels/model.h"
 } // namespace dermis::f32
 
 namespace dermis::f64 {
 using real = double;
+using scalar = double;
 #include "kernels/model.h"
 } // namespace dermis::f64

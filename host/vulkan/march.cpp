@@ -65,7 +65,7 @@ class March : public plan::Marcher {
     void press(const plan::Step& step) override {
         const VkCommandBuffer commands = recording();
         const Constants c = plan::constants_of<Constants>(plan_, step);
-        press_->record(commands, size_t(from_), &c, groups(c.width, WORKGROUP_CELLS), uint32_t(c.height), 1);
+        press_->record(commands, size_t(from_), &c, groups(c.width, PRESS_CELLS * PRESS_X), groups(c.height, PRESS_Y), 1);
         context_->barrier(commands);
         ++dispatches_;
         shown_ = 1 - from_;
@@ -104,7 +104,7 @@ class March : public plan::Marcher {
         const auto derived = [](Quantity q) { return q == Quantity::curvature || q == Quantity::deformation; };
         if (std::any_of(what.begin(), what.end(), derived)) {
             const Constants c = plan::constants_of<Constants>(plan_, {});
-            fields_->record(commands, size_t(shown_), &c, groups(c.width, WORKGROUP_CELLS), uint32_t(c.height), 1);
+            fields_->record(commands, size_t(shown_), &c, groups(c.width, FIELDS_X), uint32_t(c.height), 1);
             ++dispatches_;
             context_->barrier(commands);
         }
