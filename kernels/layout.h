@@ -10,7 +10,7 @@
 #define PRESS_Y 4
 #define FIELDS_X 64
 #define TILE_CELLS 64
-#define REDUCE_ROWS 64
+#define REDUCE_ROWS 32
 
 #define STENCIL_FIVE_POINT 0
 #define STENCIL_FOURTH_ORDER 1
@@ -38,15 +38,12 @@
 #define FIELDS_DEFORMATION 4
 #define FIELDS_BINDINGS 5
 
-#define REDUCE_STRAIN 0
-#define REDUCE_SA1 1
-#define REDUCE_SA2 2
-#define REDUCE_FA1 3
-#define REDUCE_FA2 4
+#define REDUCE_MAP 0
+#define REDUCE_PROBES 1
+#define REDUCE_SUMMARIES 2
+#define REDUCE_BINDINGS 3
+// what is reduced: strain, SA1, SA2, FA1, FA2, in this order everywhere
 #define REDUCED_MAPS 5
-#define REDUCE_PROBES 5
-#define REDUCE_SUMMARIES 6
-#define REDUCE_BINDINGS 7
 
 // Coefficients of one step of one material, made on the host in double (host/plan/coefficients). With
 //   r = s0 - E*eps            s0 the pressure after the jump sj at the step's start, s0 + ds the pressure at its end

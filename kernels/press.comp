@@ -38,33 +38,37 @@ float strain_of(int x, int y) {
     return stepped(vec4(strain_cells[i]), vec4(pressure_cells[i])).x;
 }
 
-// New strain of cells x .. x + 3, likewise.
+// New strain of cells x .. x + 3; those beyond the width are of no use.
 vec4 strains(int x, int y) {
-    if (x + 3 < c.width) {
-        int i = (y * c.pitch + x) / 4;
-        return stepped(strain_from[i], pressure[i]);
-    }
-    return vec4(strain_of(x, y), strain_of(x + 1, y), strain_of(x + 2, y), strain_of(x + 3, y));
+    int i = (y * c.pitch + x) / 4;
+    return stepped(strain_from[i], pressure[i]);
 }
 
 vec4 laplacian_along_x(int x, int y, vec4 here) {
+    // Columns x - 2 .. x + 5 as far_low, low, row, next. Beyond the width the edge rule takes over: in the row's last
+    // cells, without a branch, because a software driver walks both sides of one.
+    bool far = STENCIL != STENCIL_FIVE_POINT;
+    int cells = min(c.width - x, 4);
     float low = strain_of(x - 1, y);
-    float high = strain_of(x + 4, y);
-    if (STENCIL == STENCIL_FIVE_POINT) return second_difference(vec4(low, here.xyz), here, vec4(here.yzw, high));
-    float far_low = strain_of(x - 2, y);
-    float far_high = strain_of(x + 5, y);
-    vec4 two_low = vec4(far_low, low, here.xy);
-    vec4 two_high = vec4(here.zw, high, far_high);
+    float far_low = far ? strain_of(x - 2, y) : low;
+    float high = strain_of(x + cells, y);
+    float far_high = far ? strain_of(x + cells + 1, y) : high;
+    ivec4 lane = ivec4(0, 1, 2, 3);
+    vec4 row = mix(mix(here, vec4(high), equal(lane, ivec4(cells))), vec4(far_high), equal(lane, ivec4(cells + 1)));
+    vec2 next = vec2(cells == 4 ? high : far_high, far_high);
+    vec4 two_low = vec4(far_low, low, row.xy);
+    vec4 two_high = vec4(row.zw, next);
+    if (STENCIL == STENCIL_FIVE_POINT) return second_difference(vec4(low, row.xyz), here, vec4(row.yzw, next.x));
     if (STENCIL == STENCIL_FOURTH_ORDER)
-        return fourth_order(two_low, vec4(low, here.xyz), here, vec4(here.yzw, high), two_high);
+        return fourth_order(two_low, vec4(low, row.xyz), here, vec4(row.yzw, next.x), two_high);
     if (EDGES != EDGES_PUBLISHED) return published_difference(two_low, here, here, two_high, axis(x, c.width, STENCIL, EDGES));
-    float row[8] = float[8](far_low, low, here.x, here.y, here.z, here.w, high, far_high);
+    float columns[8] = float[8](far_low, low, row.x, row.y, row.z, row.w, next.x, next.y);
+    int first = x - 2;
     vec4 sum;
     for (int i = 0; i < 4; ++i) { // at its ends each cell has weights of its own
         Axis a = axis(min(x + i, c.width - 1), c.width, STENCIL, EDGES);
-        int first = x - 2;
-        sum[i] = published_difference(vec4(row[a.far_low - first]), vec4(row[a.low - first]), vec4(row[a.high - first]),
-                                      vec4(row[a.far_high - first]), a).x;
+        sum[i] = published_difference(vec4(columns[a.far_low - first]), vec4(columns[a.low - first]),
+                                      vec4(columns[a.high - first]), vec4(columns[a.far_high - first]), a).x;
     }
     return sum;
 }

@@ -1,8 +1,8 @@
 #version 450
 // SPDX-License-Identifier: MIT
-// Sum, least and greatest of each map over each tile of each row (see reduce.h): summaries[slot][map][row][tile]; after
-// the map's rows one more per probe, whose tile 0 is the value of that cell. One invocation per tile (x: row, y: tile, z: map),
-// four cells at a time, no shared memory: on a software driver barriers and single loads are slow.
+// Sum, least and greatest of a map over each tile of each row (see reduce.h): summaries[slot][row][tile]; after the map's
+// rows one more per probe, whose tile 0 is the value of that cell. One invocation per tile (x: row, y: tile), four cells
+// at a time, no shared memory: on a software driver barriers and single loads are slow.
 #extension GL_GOOGLE_include_directive : require
 #define real vec4
 #include "prelude.h"
@@ -11,31 +11,16 @@
 
 layout(local_size_x = REDUCE_ROWS) in;
 layout(push_constant) uniform Push { ReduceConstants c; };
-// maps of pitch/4 times height
-layout(std430, binding = REDUCE_STRAIN) readonly restrict buffer Strain { vec4 strain[]; };
-layout(std430, binding = REDUCE_SA1) readonly restrict buffer Sa1 { vec4 sa1[]; };
-layout(std430, binding = REDUCE_SA2) readonly restrict buffer Sa2 { vec4 sa2[]; };
-layout(std430, binding = REDUCE_FA1) readonly restrict buffer Fa1 { vec4 fa1[]; };
-layout(std430, binding = REDUCE_FA2) readonly restrict buffer Fa2 { vec4 fa2[]; };
+layout(std430, binding = REDUCE_MAP) readonly restrict buffer Map { vec4 map[]; }; // pitch/4 times height
 layout(std430, binding = REDUCE_PROBES) readonly restrict buffer Probes { int probes[]; }; // cells, y*pitch + x
 struct TileSummary {
     float sum, low, high;
 };
 layout(std430, binding = REDUCE_SUMMARIES) writeonly restrict buffer Summaries { TileSummary summaries[]; };
 
-vec4 map_at(int i) {
-    switch (gl_WorkGroupID.z) {
-    case 0: return strain[i];
-    case 1: return sa1[i];
-    case 2: return sa2[i];
-    case 3: return fa1[i];
-    default: return fa2[i];
-    }
-}
-
 // Four cells from column x on. Beyond the row's end: adds nothing, and repeats `first` for least and greatest.
 Summary cells(int x, int row, float first) {
-    vec4 v = map_at(row + min(x, c.pitch - 4) / 4);
+    vec4 v = map[row + min(x, c.pitch - 4) / 4];
     bvec4 outside = greaterThanEqual(ivec4(x, x + 1, x + 2, x + 3), ivec4(c.width));
     Summary s = summary_of(mix(v, vec4(first), outside));
     s.sum = mix(v, vec4(0.0), outside);
@@ -67,13 +52,13 @@ void main() {
     if (y < c.height) {
         int x = tile * TILE_CELLS;
         int row = y * (c.pitch / 4);
-        float first = map_at(row + x / 4).x;
+        float first = map[row + x / 4].x;
         s = folded(folded(join(eighths(x, row, first), eighths(x + 4, row, first)), 2), 1);
     } else {
         int cell = probes[y - c.height];
-        s = summary_of(vec4(map_at(cell / 4)[cell % 4]));
+        s = summary_of(vec4(map[cell / 4][cell % 4]));
     }
-    int i = ((c.slot * REDUCED_MAPS + int(gl_WorkGroupID.z)) * rows + y) * int(gl_NumWorkGroups.y) + tile;
+    int i = (c.slot * rows + y) * int(gl_NumWorkGroups.y) + tile;
     summaries[i].sum = s.sum.x;
     summaries[i].low = s.low.x;
     summaries[i].high = s.high.x;

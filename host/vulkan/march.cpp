@@ -70,10 +70,13 @@ class March : public plan::Marcher {
         ++dispatches_;
         shown_ = 1 - from_;
         if (step.trace >= 0 || step.impulse >= 0) {
-            const f32::ReduceConstants reduce{c.width, c.height, c.pitch, probes_, int(kept_.size())};
-            reduce_->record(commands, size_t(shown_), &reduce, groups(c.height + probes_, REDUCE_ROWS),
-                            uint32_t(plan_.tiles), REDUCED_MAPS);
-            ++dispatches_;
+            for (int q = 0; q < REDUCED_MAPS; ++q) {
+                const int slot = int(kept_.size()) * REDUCED_MAPS + q;
+                const f32::ReduceConstants reduce{c.width, c.height, c.pitch, probes_, slot};
+                const size_t map = q == 0 ? size_t(shown_) : size_t(q) + 1; // strain0, strain1, SA1, SA2, FA1, FA2
+                reduce_->record(commands, map, &reduce, groups(c.height + probes_, REDUCE_ROWS), uint32_t(plan_.tiles), 1);
+                ++dispatches_;
+            }
             context_->barrier(commands);
             kept_.push_back(step);
         }
@@ -159,8 +162,9 @@ class March : public plan::Marcher {
             press.push_back({b(pressure), b(rest), b(strain0 + from), b(sum0 + from), b(strain0 + to), b(sum0 + to),
                              b(sa1), b(sa2), b(fa1), b(fa2)});
             fields.push_back({b(surface), b(rest), b(strain0 + from), b(curvature), b(deformation)});
-            reduce.push_back({b(strain0 + from), b(sa1), b(sa2), b(fa1), b(fa2), b(probe_cells), b(ring_summaries)});
         }
+        for (int map : {strain0, strain1, sa1, sa2, fa1, fa2})
+            reduce.push_back({&buffers_[map], &buffers_[probe_cells], &buffers_[ring_summaries]});
         press_ = std::make_unique<Kernel>(*context_, press_spv, sizeof press_spv, PRESS_BINDINGS, sizeof(Constants),
                                           variant, press);
         fields_ = std::make_unique<Kernel>(*context_, fields_spv, sizeof fields_spv, FIELDS_BINDINGS, sizeof(Constants),
