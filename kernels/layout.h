@@ -10,7 +10,7 @@
 #define PRESS_Y 4
 #define FIELDS_X 64
 #define TILE_CELLS 64
-#define REDUCE_ROWS 32
+#define REDUCE_ROWS 16
 
 #define STENCIL_FIVE_POINT 0
 #define STENCIL_FOURTH_ORDER 1
