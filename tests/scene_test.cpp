@@ -91,7 +91,7 @@ TEST_CASE("every bad scene file is refused with file, line, key, value and allow
         {"[receptors]\nfa2_gains = [1, nan]", "receptors.fa2_gains = nan|finite"},
         {"[receptors]\nfa2 = \"mean\"", "receptors.fa2|mean|step-mean"},
         {"[material]\nviscosity = 0", "material.viscosity = 0|step-mean"},
-        {"method = \"rk4\"", "method|rk4|\"euler\""},
+        {"method = \"rk5\"", "method|rk5|\"euler\""},
         {"method = \"euler\"\n[time]\nstep = 1.5", "scene.toml:3|time.step = 1.5|1.2987|allow_unstable"},
         {"method = \"euler\"\n[material]\nviscosity = 0", "material.viscosity = 0|> 0 with method"},
         {"method = \"published\"\n[curvature]\nstencil = \"five-point\"", "curvature.stencil|published"},
@@ -104,7 +104,8 @@ TEST_CASE("every bad scene file is refused with file, line, key, value and allow
         {"[time\nstep = 1", "scene.toml:1"},
     };
     for (const Bad& bad : scenes) {
-        CAPTURE(bad.toml);
+        const std::string text = bad.toml;
+        CAPTURE(text);
         write("zero.npy", npy("<f8", "(2, 2)", 32));
         const std::string message =
             refusal(Error::Code::bad_input, [&] { Scene::from_file(write("scene.toml", bad.toml)); });

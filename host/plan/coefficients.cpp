@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace dermis::plan {
 namespace {
@@ -101,16 +102,42 @@ f64::Row exact_row(const Medium& m, double dt) {
     return k;
 }
 
-f64::Row euler_row(const Medium& m, double dt) {
+Relaxation relaxation(Method method, double z) {
+    Relaxation r{};
+    const double g = 1 - 1 / std::numbers::sqrt2; // SDIRK2's diagonal
+    switch (method) {
+    case Method::rk2: r.T = 0.5; break;
+    case Method::rk4: r.T = 0.5 - z / 6 * (1 - z / 4); break;
+    case Method::backward_euler: r.T = 1 / (1 + z); break;
+    case Method::crank_nicolson: r.T = 1 / (2 + z); break;
+    case Method::sdirk2: r.T = (0.5 + g * g * z) / ((1 + g * z) * (1 + g * z)); break;
+    default: break; // forward Euler: 0
+    }
+    r.S = 1 - z * r.T;
+    r.R = 1 - z * r.S;
+    // what cancels there at large z
+    if (method == Method::backward_euler) r.S = r.R = 1 / (1 + z);
+    if (method == Method::crank_nicolson) r.S = 2 / (2 + z), r.R = (2 - z) / (2 + z);
+    if (method == Method::sdirk2) {
+        const double d = (1 + g * z) * (1 + g * z);
+        r.S = (1 + g * g * z) / d;
+        r.R = (1 - (1 - 2 * g) * z) / d;
+    }
+    return r;
+}
+
+f64::Row baseline_row(Method method, const Medium& m, double dt) {
     f64::Row k{};
-    const double eta = m.viscosity, R = 1 - m.modulus * dt / eta;
+    const double q = dt / m.viscosity;
+    const Relaxation r = relaxation(method, m.modulus * q);
     k.E = m.modulus;
-    k.b = dt / eta;
-    k.i0 = dt;
-    k.leak = dt / m.sa2_adaptation;
-    k.v0 = R / eta;
-    k.a0 = -m.modulus / eta * (m.step_mean ? 1 / eta : k.v0);
-    k.a2 = m.step_mean ? 1 / (eta * dt) : 0;
+    k.b = q * r.S;
+    k.i0 = dt * r.S; // the method on I' = eps beside it
+    k.i1 = dt * q * r.T;
+    k.leak = dt / m.sa2_adaptation; // forward Euler's; refused with the others
+    k.v0 = r.R / m.viscosity;
+    k.a0 = -m.modulus / m.viscosity * (m.step_mean ? r.S / m.viscosity : k.v0);
+    k.a2 = m.step_mean ? 1 / (m.viscosity * dt) : 0;
     return k;
 }
 

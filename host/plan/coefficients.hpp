@@ -2,6 +2,7 @@
 // The coefficients of one step: all transcendental work of the model, in double, once per material and step length.
 #pragma once
 
+#include "dermis/dermis.hpp"
 #include "host/plan/model.hpp"
 
 namespace dermis::plan {
@@ -21,8 +22,13 @@ struct Medium {
 
 // Exact for a pressure that jumps at the step's start and then runs linearly; dt >= 0 s.
 f64::Row exact_row(const Medium&, double dt);
-// Forward Euler, pressure held: the same kernel with another constant; dt > 0, viscosity > 0.
-f64::Row euler_row(const Medium&, double dt);
+// A baseline, pressure held: the same kernel with another constant, R(z) in place of e^-z; dt > 0, viscosity > 0.
+f64::Row baseline_row(Method, const Medium&, double dt);
+// R, S = (1 - R)/z and T = (1 - S)/z at z = dt/tau.
+struct Relaxation {
+    double R, S, T;
+};
+Relaxation relaxation(Method, double z);
 // Forward Euler with the published study's outputs: FA1 is the rate at the step's start, SA2 a running sum of the
 // strain after the step, and FA2 a scalar of the load's jump (Constants::jump), made in the timeline.
 f64::Row published_row(const Medium&, double dt);

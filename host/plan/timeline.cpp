@@ -12,8 +12,8 @@ Timeline::Timeline(const Plan& plan) : plan_(plan) {
                *s.receptors.fa2 == Fa2::step_mean};
     switch (s.method) {
     case Method::exact: regular_ = exact_row(medium_, s.time.step); break;
-    case Method::euler: regular_ = euler_row(medium_, s.time.step); break;
     case Method::published: regular_ = published_row(medium_, s.time.step); break;
+    default: regular_ = baseline_row(s.method, medium_, s.time.step); break;
     }
     knots_ = {{snapped(s.load.start), 0, 1}};
 }

@@ -134,9 +134,9 @@ void read_map(Section& section, const std::string& name, Kind& kind, const std::
 Scene read(const toml::table& file, const std::filesystem::path& folder) {
     Scene s;
     Section top(&file, "");
-    top.choice("method", s.method,
-               std::map<std::string, Method>{
-                   {"exact", Method::exact}, {"euler", Method::euler}, {"published", Method::published}});
+    std::map<std::string, Method> methods;
+    for (Method m = Method::exact; m <= Method::published; m = Method(int(m) + 1)) methods[name(m)] = m;
+    top.choice("method", s.method, methods);
     top.boolean("allow_unstable", s.allow_unstable);
 
     Section grid = top.section("grid");

@@ -12,7 +12,8 @@ const char* name(Quantity q) noexcept {
     return names[int(q)];
 }
 const char* name(Method m) noexcept {
-    static constexpr const char* names[] = {"exact", "euler", "published"};
+    static constexpr const char* names[] = {"exact",          "euler",          "rk2",    "rk4",
+                                            "backward-euler", "crank-nicolson", "sdirk2", "published"};
     return names[int(m)];
 }
 const char* name(Precision p) noexcept { return p == Precision::f32 ? "f32" : "f64"; }
@@ -100,6 +101,12 @@ void check_load(Scene& s) {
     if (!shaped) need_map("load.path", l.map, s.grid);
 }
 
+// Of dt/tau: beyond it an explicit method grows without end.
+double stability_limit(Method m) {
+    if (m == Method::euler || m == Method::rk2 || m == Method::published) return 2;
+    return m == Method::rk4 ? 2.785293563405282 : INFINITY;
+}
+
 bool wants(const Output& o, Quantity q) {
     const auto in = [q](const std::vector<Quantity>& list) { return std::count(list.begin(), list.end(), q) > 0; };
     return in(o.traces) || std::any_of(o.fields.begin(), o.fields.end(), [&](auto& f) { return in(f.what); });
@@ -122,11 +129,13 @@ void check_method(Scene& s) {
     if (s.method != Method::exact) {
         need(m.viscosity > 0, "material.viscosity", m.viscosity,
              std::string("> 0 with method = \"") + name(s.method) + "\"");
-        const double z = m.modulus * s.time.step / m.viscosity;
-        need(z <= 2 || s.allow_unstable, "time.step", s.time.step,
-             "at most 2*viscosity/modulus = " + shortest(2 * m.viscosity / m.modulus) + " s with method = \"" +
-                 name(s.method) + "\", stable up to dt/tau = 2 (here " + shortest(z) +
-                 "); or method = \"exact\", or allow_unstable = true");
+        const double z = m.modulus * s.time.step / m.viscosity, limit = stability_limit(s.method);
+        need(z <= limit || s.allow_unstable, "time.step", s.time.step,
+             "at most " + shortest(limit) + "*viscosity/modulus = " + shortest(limit * m.viscosity / m.modulus) +
+                 " s with method = \"" + name(s.method) + "\", which is stable up to dt/tau = " + shortest(limit) +
+                 " (here " + shortest(z) + "); or method = \"exact\", or allow_unstable = true");
+        need(!s.receptors.sa2_adaptation || s.method == Method::euler, "receptors.sa2_adaptation",
+             s.receptors.sa2_adaptation.value_or(0), "only with method = \"exact\" or \"euler\"");
     }
     if (!s.stencil) s.stencil = Stencil::five_point;
     if (!s.edges) s.edges = Edges::mirror;

@@ -44,9 +44,10 @@ class Error : public std::runtime_error {
 enum class Quantity { strain, sa1, sa2, fa1, fa2, curvature, deformation };
 const char* name(Quantity) noexcept;
 
-// exact: the closed solution of each step, at any step length. euler: forward Euler, a baseline. published: forward
-// Euler with the published study's stencil, edges, SA2 as a running sum and FA2 as a central difference.
-enum class Method { exact, euler, published };
+// exact: the closed solution of each step, at any step length. euler .. sdirk2: one-step baselines, for comparison; they
+// hold the load over a step and are constants of the same kernel. published: forward Euler with the published study's
+// stencil, edges, SA2 as a running sum and FA2 as a central difference.
+enum class Method { exact, euler, rk2, rk4, backward_euler, crank_nicolson, sdirk2, published };
 const char* name(Method) noexcept;
 
 enum class Precision { f32, f64 }; // f64 on the CPU only

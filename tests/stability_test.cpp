@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: MIT
+// Where the usual methods fail, as theory says, and that the exact one does not. One cell, one elastic unit of load.
+#include "host/plan/coefficients.hpp"
+#include "tests/support.hpp"
+
+using namespace test;
+
+namespace {
+
+// Strain after 1 .. steps steps at z = dt/tau under pressure 1.
+std::vector<double> under_load(Method method, double z, int steps, Precision precision, double E) {
+    Scene s;
+    s.grid = {2, 2, {}};
+    s.load.kind = Load::Kind::map;
+    s.load.map.assign(4, 1.0);
+    s.method = method;
+    s.allow_unstable = true;
+    s.material = {E, 1, {}, {}};
+    s.time = {z / E, (steps + 1) * z / E};
+    s.output.traces = {Quantity::strain};
+    RunOptions options;
+    options.precision = precision;
+    std::vector<double> strain = run(s, Device::cpu(1), options).trace(Quantity::strain).mean;
+    strain.erase(strain.begin());
+    return strain;
+}
+
+// The same in units of sigma/E.
+std::vector<double> relax(Method method, double z, int steps, Precision precision = Precision::f64, double E = 1) {
+    std::vector<double> strain = under_load(method, z, steps, precision, E);
+    for (double& v : strain) v *= E;
+    return strain;
+}
+
+double last_error(Method method, double z, int steps) { return std::abs(relax(method, z, steps).back() - 1); }
+
+bool within_load(const std::vector<double>& strain) {
+    for (double v : strain)
+        if (!(v >= 0 && v <= 1 + 1e-12)) return false;
+    return true;
+}
+
+const Method baselines[] = {Method::euler,          Method::rk2,   Method::rk4, Method::backward_euler,
+                            Method::crank_nicolson, Method::sdirk2};
+
+} // namespace
+
+TEST_CASE("forward Euler: 0, 2, 0, 2 at z = 2, slow decay just below, growth just above") {
+    const std::vector<double> at_limit = relax(Method::euler, 2, 100);
+    for (size_t n = 0; n < at_limit.size(); ++n) CHECK(at_limit[n] == doctest::Approx(n % 2 ? 0 : 2).epsilon(1e-12));
+    CHECK(last_error(Method::euler, 2 * (1 - 1e-3), 1000) == doctest::Approx(0.1351).epsilon(1e-3));
+    CHECK(last_error(Method::euler, 2 * (1 + 1e-3), 1000) == doctest::Approx(7.374).epsilon(1e-3));
+    CHECK(last_error(Method::euler, 2 * 1.01, 1000) == doctest::Approx(3.98e8).epsilon(1e-2));
+    CHECK(std::abs(relax(Method::euler, 2 * (1 + 1e-3), 1000, Precision::f32).back() - 1) ==
+          doctest::Approx(7.375).epsilon(1e-2));
+}
+
+TEST_CASE("RK2 grows without changing sign just above z = 2, RK4 just above 2.7853") {
+    CHECK(last_error(Method::rk2, 2 * (1 + 1e-3), 1000) == doctest::Approx(7.389).epsilon(1e-2));
+    CHECK(last_error(Method::rk2, 2 * (1 - 1e-3), 1000) == doctest::Approx(0.1353).epsilon(1e-2));
+    const std::vector<double> rk2 = relax(Method::rk2, 2 * (1 + 1e-3), 1000);
+    for (size_t n = 1; n < rk2.size(); ++n) REQUIRE(rk2[n] < rk2[n - 1]); // away from 1, always on the same side
+    const double limit = 2.785293563405282;
+    CHECK(last_error(Method::rk4, limit * (1 + 1e-3), 1000) == doctest::Approx(66.6).epsilon(1e-2));
+    CHECK(last_error(Method::rk4, limit * (1 - 1e-3), 1000) == doctest::Approx(0.0150).epsilon(2e-2));
+    CHECK(last_error(Method::rk4, limit * 1.01, 1000) > 1e17);
+}
+
+TEST_CASE("with the units that the study prints forward Euler overflows at step 11 in float and 75 in double; exact is "
+          "at sigma/E") {
+    const double z = 15400, E = 1.54e6;
+    const auto overflow = [&](Precision p) {
+        const std::vector<double> strain = under_load(Method::euler, z, 100, p, E);
+        return std::find_if(strain.begin(), strain.end(), [](double v) { return !std::isfinite(v); }) - strain.begin() +
+               1;
+    };
+    CHECK(overflow(Precision::f32) == 11);
+    CHECK(overflow(Precision::f64) == 75);
+    for (Precision p : {Precision::f32, Precision::f64})
+        CHECK(relax(Method::exact, z, 3, p, E)[0] ==
+              doctest::Approx(1).epsilon(p == Precision::f32 ? 0x1p-23 : 0x1p-52));
+    for (Method m : {Method::euler, Method::rk2, Method::rk4}) {
+        Scene s;
+        s.material.modulus = E;
+        s.method = m;
+        const std::string message = refusal(Error::Code::bad_input, [&] { run(s, Device::cpu()); });
+        CHECK(message.find("here 15400") != std::string::npos);
+        CHECK(message.find("allow_unstable") != std::string::npos);
+    }
+}
+
+TEST_CASE("Crank-Nicolson rings at large z; backward Euler and the exact method stay between 0 and sigma/E at any") {
+    const std::vector<double> ringing = relax(Method::crank_nicolson, 15400, 1000);
+    CHECK(ringing[0] == doctest::Approx(1.99974).epsilon(1e-5));
+    CHECK(ringing[1] == doctest::Approx(5.19e-4).epsilon(1e-2));
+    CHECK(std::abs(ringing[999] - 1) == doctest::Approx(0.77125).epsilon(1e-4));
+    CHECK(within_load(relax(Method::crank_nicolson, 1.9, 50)));
+    CHECK_FALSE(within_load(relax(Method::crank_nicolson, 2.1, 50)));
+    for (double z : {1e-3, 0.1, 1.0, 3.0, 100.0, 1e6})
+        for (Method m : {Method::backward_euler, Method::exact}) CHECK(within_load(relax(m, z, 50)));
+}
+
+TEST_CASE("SDIRK2 overshoots to 1.207 at z = 8.24, though one step of 1e6 lands; Crank-Nicolson's does not") {
+    CHECK(relax(Method::sdirk2, 8.24, 1)[0] == doctest::Approx(1.207).epsilon(1e-3));
+    CHECK(within_load(relax(Method::sdirk2, 2.41, 50)));
+    CHECK_FALSE(within_load(relax(Method::sdirk2, 2.42, 50)));
+    for (Method m : {Method::exact, Method::backward_euler, Method::sdirk2}) CHECK(last_error(m, 1e6, 1) < 1e-5);
+    CHECK(last_error(Method::crank_nicolson, 1e6, 1) > 0.99);
+}
+
+TEST_CASE("baselines converge at their orders, at their asymptotic errors; the exact method has none at any step") {
+    const auto worst = [](Method m, double z) {
+        const std::vector<double> strain = relax(m, z, int(5 / z));
+        double error = 0;
+        for (size_t n = 0; n < strain.size(); ++n)
+            error = std::max(error, std::abs(strain[n] + std::expm1(-double(n + 1) * z)));
+        return error;
+    };
+    const std::pair<Method, int> orders[] = {
+        {Method::euler, 1},          {Method::rk2, 2},   {Method::rk4, 4}, {Method::backward_euler, 1},
+        {Method::crank_nicolson, 2}, {Method::sdirk2, 2}};
+    for (auto [method, order] : orders) {
+        CAPTURE(name(method));
+        const double z = order == 4 ? 0.1 : 0.01;
+        CHECK(std::log2(worst(method, z) / worst(method, z / 2)) == doctest::Approx(order).epsilon(0.03));
+    }
+    CHECK(worst(Method::euler, 0.0154) == doctest::Approx(0.0154 / (2 * std::exp(1))).epsilon(0.02));
+    CHECK(worst(Method::rk2, 0.0154) == doctest::Approx(1.5e-5).epsilon(0.05));
+    CHECK(worst(Method::rk4, 0.154) == doctest::Approx(2.0e-6).epsilon(0.05));
+    CHECK(worst(Method::crank_nicolson, 0.154) == doctest::Approx(7.3e-4).epsilon(0.02));
+    CHECK(worst(Method::sdirk2, 0.154) == doctest::Approx(3.6e-4).epsilon(0.02));
+    for (double z : {1e-3, 0.0154, 0.5, 2.5}) CHECK(worst(Method::exact, z) < 5e-15);
+}
+
+TEST_CASE("baselines keep E*integral(eps) + eta*eps = integral(sigma), whatever their error") {
+    for (Method method : baselines) {
+        CAPTURE(name(method));
+        Scene s;
+        s.grid = {1, 1, {}};
+        s.load.kind = Load::Kind::map;
+        s.load.map = {2.0};
+        s.method = method;
+        s.time = {0.3, 9};
+        RunOptions f64;
+        f64.precision = Precision::f64;
+        const Result r = run(s, Device::cpu(), f64);
+        for (size_t n = 0; n < r.time.size(); ++n)
+            CHECK(1.54 * r.trace(Quantity::sa2).mean[n] + r.trace(Quantity::strain).mean[n] ==
+                  doctest::Approx(2 * r.time[n]).epsilon(1e-12));
+    }
+}
+
+TEST_CASE("1 - exp(-z) in float loses the cell at small z, the polynomial does not; affine and sum forms lose what "
+          "increments keep") {
+    const float z = 1e-8f;
+    CHECK((1 - std::exp(-z)) / z == 0); // the cell never moves
+    CHECK(plan::phi(1e-8).p1 == doctest::Approx(1 - 0.5e-8).epsilon(1e-15));
+
+    // strain under a held load at z = 1e-6 for 1e6 steps: a*eps + b*sigma against eps + b*(sigma - E*eps)
+    const float a = float(std::exp(-1e-6)), b = float(-std::expm1(-1e-6));
+    float affine = 0, increment = 0;
+    for (int n = 0; n < 1000000; ++n) {
+        affine = a * affine + b;
+        increment = increment + b * (1 - increment);
+    }
+    const double exact = -std::expm1(-1.0);
+    CHECK(std::abs(affine / exact - 1) == doctest::Approx(6.3e-3).epsilon(0.3));
+    CHECK(std::abs(increment / exact - 1) < 2e-3);
+
+    // ridges of 128 cells on an offset of 1e4: W + E + N + S - 4c against differences
+    double sum_error = 0, difference_error = 0, size = 0;
+    for (int x = 1; x < 400; ++x) {
+        const auto ridge = [](int i) { return float(1e4 + std::sin(2 * 3.14159265358979 * i / 128)); };
+        const float w = ridge(x - 1), c = ridge(x), e = ridge(x + 1);
+        const double truth = double(w) - 2.0 * c + e; // of the rounded input
+        const float sum = w + e + c + c - 4 * c, difference = dermis::f32::second_difference(w, c, e);
+        sum_error += (sum - truth) * (sum - truth);
+        difference_error += (difference - truth) * (difference - truth);
+        size += truth * truth;
+    }
+    CHECK(std::sqrt(sum_error / size) > 0.5);
+    CHECK(difference_error == 0);
+}
+
+TEST_CASE("FA2 by differencing FA1 gets worse as the step shrinks, the method's own does not") {
+    const auto errors = [](double dt) {
+        Scene s;
+        s.grid = {1, 1, {}};
+        s.load.kind = Load::Kind::map;
+        s.load.map = {1.0};
+        s.time = {dt, 2};
+        const Result r = run(s, Device::cpu());
+        const auto &rate = r.trace(Quantity::fa1).mean, &fa2 = r.trace(Quantity::fa2).mean;
+        std::pair<double, double> worst{0, 0};
+        for (size_t n = 2; n + 1 < rate.size(); ++n) {
+            const double truth = -1.54 * std::exp(-1.54 * r.time[n]);
+            worst.first = std::max(worst.first, std::abs((rate[n + 1] - rate[n - 1]) / (2 * dt) - truth));
+            worst.second = std::max(worst.second, std::abs(fa2[n] - truth));
+        }
+        return worst;
+    };
+    const auto coarse = errors(1e-2), fine = errors(1e-4);
+    CHECK(fine.first > 5 * coarse.first);
+    CHECK(fine.second < 1e-3);
+    CHECK(fine.second < fine.first / 10);
+}
