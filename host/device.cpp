@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "host/device.hpp"
+#include "host/plan/float_environment.hpp"
 
 #include "host/cpu/march.hpp"
 
@@ -72,7 +73,7 @@ plan::Plan self_test_plan(Stencil stencil, Edges edges) {
     s.edges = edges;
     s.material = {2.5, 0.75, {}, {}};
     s.time = {0.125, 1};
-    s.load.start = 0.2;
+    s.load.envelope.start = 0.2;
     s.receptors = {0.5, Fa2::step_mean, {0.75, -0.375}};
     s.output.fields = {{0.3, {Quantity::curvature, Quantity::deformation}}};
     s.surface.kind = Surface::Kind::map;
@@ -96,6 +97,7 @@ void compare(SelfTest::Kernel& kernel, double device, double cpu) {
 } // namespace
 
 SelfTest self_test(const Device& device) {
+    const DefaultFloats guard;
     SelfTest test;
     const std::vector<Quantity> pressed = {Quantity::strain, Quantity::sa1, Quantity::sa2, Quantity::fa1,
                                            Quantity::fa2};

@@ -2,11 +2,11 @@
 # Fails unless every float addition, subtraction, multiplication and negation of MODULE is decorated NoContraction, and
 # unless there is no float division: only then do a device's bits have to be the CPU's.
 execute_process(COMMAND ${DISASSEMBLER} --raw-id ${MODULE} OUTPUT_VARIABLE text COMMAND_ERROR_IS_FATAL ANY)
-string(REGEX MATCHALL "%[0-9]+ = Op(FAdd|FSub|FMul|FNegate|FDiv|FRem|FMod)" arithmetic "${text}")
+string(REGEX MATCHALL "%[0-9]+ = Op(FAdd|FSub|FMul|FNegate|FDiv|FRem|FMod|VectorTimesScalar|Dot|MatrixTimes[A-Za-z]+)" arithmetic "${text}")
 foreach(line ${arithmetic})
     string(REGEX MATCH "%[0-9]+" id "${line}")
-    if(line MATCHES "FDiv|FRem|FMod")
-        message(FATAL_ERROR "${MODULE}: ${line}: kernels do not divide")
+    if(line MATCHES "FDiv|FRem|FMod|Dot|Matrix")
+        message(FATAL_ERROR "${MODULE}: ${line}: kernels add, subtract and multiply alone")
     elseif(NOT text MATCHES "OpDecorate ${id} NoContraction")
         message(FATAL_ERROR "${MODULE}: ${line} may be contracted: give its result a `precise` local")
     endif()

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: MIT
 // One body over every backend: the CPU in float, Vulkan, against the CPU in double and closed forms.
+#include "host/device.hpp"
+#include "tests/oracle/oracle.hpp"
 #include "tests/support.hpp"
+
+#include <cfenv>
 
 using namespace test;
 
@@ -184,4 +188,65 @@ TEST_CASE("curvature: C is 0 on a level skin, and on a paraboloid it is its Lapl
             CHECK(C[10 * 30 + 15] == doctest::Approx(16 * 1024.0 / 4e-6).epsilon(1e-6));
         }
     }
+}
+
+TEST_CASE("every field, with every length in it, is what the formulas say, on every backend, stencil and edge") {
+    const Validated vulkan;
+    for (auto [width, height] : {std::pair{7, 5}, {12, 9}, {2, 6}})
+        for (bool periodic : {false, true})
+            for (bool fourth_order : {false, true}) {
+                Scene s = small_scene(width, height);
+                s.grid.spacing = 0.5;
+                s.surface.relief = 3;
+                s.material = {1.3, 0.8, 2, 0.3};
+                s.load.intensity = 0.7;
+                s.stencil = fourth_order ? Stencil::fourth_order : Stencil::five_point;
+                s.edges = periodic ? Edges::periodic : Edges::mirror;
+                const std::vector<Quantity> all = {Quantity::strain,     Quantity::sa1, Quantity::sa2,
+                                                   Quantity::fa1,        Quantity::fa2, Quantity::curvature,
+                                                   Quantity::deformation};
+                s.output.fields = {{0.3, all}, {0.333, all}};
+                const SceneMaps m = maps(s);
+                const oracle::Skin skin{
+                    width,       height, 0.5, 2,
+                    0.3,         1.3,    0.8, periodic ? oracle::Outside::periodic : oracle::Outside::mirror,
+                    fourth_order};
+                for (auto [device, precision, tolerance] : {std::tuple{Device::cpu(), Precision::f64, 1e-12},
+                                                            {Device::cpu(), Precision::f32, 3e-6},
+                                                            {vulkan.device(), Precision::f32, 3e-6}}) {
+                    RunOptions options;
+                    options.precision = precision;
+                    const Result r = run(s, device, options);
+                    REQUIRE(r.fields.size() == 14);
+                    for (size_t i = 0; i < 14; ++i) {
+                        const oracle::Fields f = oracle::model(skin, m.surface, m.pressure, i < 7 ? 0.3 : 0.333);
+                        const std::vector<double>* expected[] = {&f.strain, &f.sa1,       &f.sa2,        &f.fa1,
+                                                                 &f.fa2,    &f.curvature, &f.deformation};
+                        CAPTURE(name(r.fields[i].quantity));
+                        CHECK(difference(r.fields[i].values, *expected[i % 7]) < tolerance);
+                    }
+                }
+            }
+}
+
+TEST_CASE("a caller's rounding mode changes nothing") {
+    const Validated vulkan;
+    Scene s = small_scene(40, 30);
+    const Result before = run(s, Device::cpu());
+    std::fesetround(FE_UPWARD);
+    const bool exact = self_test(vulkan.device()).exact();
+    RunOptions check;
+    check.check = true;
+    const Result after = run(s, vulkan.device(), check);
+    const Result fresh = run(s, Device::open("llvmpipe"));
+    const bool kept = std::fegetround() == FE_UPWARD;
+    std::fesetround(FE_TONEAREST);
+    CHECK(kept);
+    CHECK(exact);
+    CHECK(after.cells_different == 0);
+    for (const Result* r : {&after, &fresh})
+        for (const Trace& t : before.traces) {
+            CHECK(r->trace(t.quantity).mean == t.mean);
+            CHECK(r->trace(t.quantity).max == t.max);
+        }
 }

@@ -2,6 +2,7 @@
 // What an output means: left limits, impulses, breakpoints, SA2 and FA2.
 #include "tests/support.hpp"
 
+#include <algorithm>
 #include <numeric>
 
 using namespace test;
@@ -58,7 +59,7 @@ TEST_CASE("a load that starts between outputs acts from its own instant") {
             CAPTURE(start);
             Scene s = one_cell();
             s.time.duration = 1;
-            s.load.start = start;
+            s.load.envelope.start = start;
             s.receptors.fa2 = fa2;
             s.output.fields = {{0.5071, {Quantity::sa1, Quantity::fa1}}};
             const Result r = in_double(s);
@@ -87,7 +88,7 @@ TEST_CASE("a load that starts between outputs acts from its own instant") {
 TEST_CASE("E*integral(eps) + eta*eps = integral(sigma), at every output") {
     Scene s = one_cell();
     s.material = {0.7, 3.1, {}, {}};
-    s.load.start = 1.237;
+    s.load.envelope.start = 1.237;
     const Result r = in_double(s);
     for (size_t n = 0; n < r.time.size(); ++n)
         CHECK(0.7 * mean(r, Quantity::sa2)[n] + 3.1 * mean(r, Quantity::strain)[n] ==
@@ -96,7 +97,7 @@ TEST_CASE("E*integral(eps) + eta*eps = integral(sigma), at every output") {
 
 TEST_CASE("an impulse is weighted by the curvature at its instant") {
     Scene s = small_scene(21, 21);
-    s.load.start = 0.12;
+    s.load.envelope.start = 0.12;
     s.output.probes = {{10, 10}};
     const Result r = in_double(s);
     const SceneMaps m = maps(s);
@@ -182,5 +183,125 @@ TEST_CASE("no FA2 peak depends on the step: the density and the impulses do not,
         CHECK(spike == doctest::Approx((1 - 1.54 * step) / (2 * step)));
         CHECK(spike > 1.9 * published_before);
         published_before = spike;
+    }
+}
+
+TEST_CASE("two requests for one output, written differently, are both answered, and later ones too") {
+    for (Method method : {Method::exact, Method::euler}) {
+        Scene s = one_cell();
+        s.method = method;
+        s.time = {0.1, 1};
+        s.load.envelope.start = 0.3;
+        s.output.fields = {{0.3, {Quantity::fa1}}, {3 * 0.1, {Quantity::fa1}}, {0.5, {Quantity::fa1}}};
+        const Result r = in_double(s);
+        REQUIRE(r.fields.size() == 3);
+        CHECK(r.fields[0].values[0] == 0);
+        CHECK(r.fields[1].values[0] == 0);
+        CHECK(r.fields[2].values[0] > 0.5);
+    }
+}
+
+TEST_CASE("every envelope: the identity holds, FA1 is the rate, FA2 its slope or its step mean, jumps are impulses") {
+    struct Case {
+        Envelope envelope;
+        double jumps; // their sum
+    };
+    Envelope ramp, sine, pulse, table;
+    ramp.kind = Envelope::Kind::ramp;
+    ramp.start = 0.113;
+    ramp.rise = 0.5;
+    sine.kind = Envelope::Kind::sine;
+    sine.frequency = 3;
+    sine.phase = 0.4;
+    sine.mean = 0.25;
+    sine.amplitude = 0.75;
+    pulse.kind = Envelope::Kind::pulse;
+    pulse.start = 0.1234;
+    pulse.length = 0.0321;
+    pulse.period = 0.2;
+    table.kind = Envelope::Kind::table;
+    table.times = {0.05, 0.3, 0.3, 0.7001};
+    table.values = {0.5, 1.5, -1, 2};
+    const auto g = [](const Envelope& e, double t) { // left limits
+        switch (e.kind) {
+        case Envelope::Kind::ramp: return std::clamp((t - e.start) / e.rise, 0.0, 1.0);
+        case Envelope::Kind::sine:
+            return t > 0 ? e.mean + e.amplitude * std::sin(2 * M_PI * e.frequency * t + e.phase) : 0;
+        case Envelope::Kind::pulse: {
+            const double into = std::fmod(t - e.start, e.period);
+            return t > e.start && (into > 0 ? into : e.period) <= e.length ? 1.0 : 0.0;
+        }
+        case Envelope::Kind::table:
+            return t <= 0.05 ? 0 : t <= 0.3 ? 0.5 + (t - 0.05) * 4 : t <= 0.7001 ? -1 + (t - 0.3) * 3 / 0.4001 : 2.0;
+        default: return 1.0;
+        }
+    };
+    for (const Case& c : {Case{ramp, 0}, {sine, 0.25 + 0.75 * std::sin(0.4)}, {pulse, 0}, {table, 0.5 - 2.5}})
+        for (double viscosity : {1.0, 0.003})
+            for (Fa2 fa2 : {Fa2::point, Fa2::step_mean}) {
+                CAPTURE(int(c.envelope.kind));
+                CAPTURE(viscosity);
+                Scene s = one_cell();
+                s.material.viscosity = viscosity;
+                s.load.envelope = c.envelope;
+                s.time = {0.01, 1};
+                s.receptors.fa2 = fa2;
+                const Result r = in_double(s);
+                // the integral of g and the strain, by steps so fine that the load is straight on each
+                const int fine = 4000;
+                const double h = 0.01 / fine, tau = viscosity / 1.54, a = std::exp(-h / tau),
+                             p = -std::expm1(-h / tau) / (h / tau);
+                double J = 0, eps = 0;
+                for (size_t n = 1; n < r.time.size(); ++n) {
+                    for (int i = 0; i < fine; ++i) {
+                        const double t = r.time[n - 1] + i * h, s0 = g(c.envelope, t + 1e-9 * h),
+                                     s1 = g(c.envelope, t + h);
+                        J += h * (s0 + s1) / 2;
+                        eps = a * eps + (s0 * (p - a) + s1 * (1 - p)) / 1.54;
+                    }
+                    const double load = g(c.envelope, r.time[n]);
+                    CHECK(1.54 * mean(r, Quantity::sa2)[n] + viscosity * mean(r, Quantity::strain)[n] ==
+                          doctest::Approx(J).epsilon(2e-5));
+                    CHECK(mean(r, Quantity::strain)[n] ==
+                          doctest::Approx(eps).scale(1).epsilon(viscosity < 1 ? 2e-3 : 1e-5));
+                    CHECK(mean(r, Quantity::fa1)[n] ==
+                          doctest::Approx((load - 1.54 * mean(r, Quantity::strain)[n]) / viscosity)
+                              .scale(1 / viscosity)
+                              .epsilon(1e-11));
+                    if (fa2 == Fa2::step_mean)
+                        CHECK(mean(r, Quantity::fa2)[n] ==
+                              doctest::Approx((mean(r, Quantity::fa1)[n] - mean(r, Quantity::fa1)[n - 1]) / 0.01)
+                                  .scale(100 / viscosity)
+                                  .epsilon(1e-11));
+                    else if (c.envelope.kind == Envelope::Kind::sine)
+                        CHECK(mean(r, Quantity::fa2)[n] ==
+                              doctest::Approx((0.75 * 6 * M_PI * std::cos(6 * M_PI * r.time[n] + 0.4) -
+                                               1.54 * mean(r, Quantity::fa1)[n]) /
+                                              viscosity)
+                                  .scale(20 / viscosity)
+                                  .epsilon(1e-10));
+                }
+                double impulses = 0;
+                for (const Impulse& i : r.impulses) impulses += i.mean * viscosity;
+                CHECK(impulses == doctest::Approx(c.jumps).scale(1).epsilon(1e-12));
+            }
+}
+
+TEST_CASE("a slow sine is known in closed form at any step: no error in time") {
+    for (double step : {0.001, 0.07, 0.9}) {
+        Scene s = one_cell();
+        s.load.envelope.kind = Envelope::Kind::sine;
+        s.load.envelope.frequency = 0.5;
+        s.time = {step, 20 * step};
+        s.receptors.sa2_adaptation = 0.3;
+        const Result r = in_double(s);
+        const double w = M_PI, E = 1.54, G = 1 / std::sqrt(E * E + w * w), d = std::atan2(w, E);
+        for (size_t n = 1; n < r.time.size(); ++n) {
+            const double t = r.time[n], decay = std::exp(-E * t);
+            CHECK(mean(r, Quantity::strain)[n] ==
+                  doctest::Approx(G * (std::sin(w * t - d) + std::sin(d) * decay)).scale(1).epsilon(1e-13));
+            CHECK(mean(r, Quantity::fa1)[n] ==
+                  doctest::Approx(G * (w * std::cos(w * t - d) - E * std::sin(d) * decay)).scale(1).epsilon(1e-12));
+        }
     }
 }

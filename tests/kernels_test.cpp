@@ -18,7 +18,7 @@ namespace {
     space::real press_##space(space::real p, space::real eps, space::real I, space::real rest, double scale) {         \
         using real = space::real;                                                                                      \
         space::Row k{};                                                                                                \
-        const auto r = [scale](double x) { return space::scalar(float(scale * x)); };                                           \
+        const auto r = [scale](double x) { return space::scalar(float(scale * x)); };                                  \
         k.E = r(1.5);                                                                                                  \
         k.b = r(0.3);                                                                                                  \
         k.f = r(0.1);                                                                                                  \

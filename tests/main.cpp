@@ -4,7 +4,8 @@
 
 #include <dlfcn.h>
 
-// Validation layer 1.3.239 with synchronization validation leaks some 3 KB for each command buffer allocated, freed or not.
+// Validation layer 1.3.239 with synchronization validation leaks some 3 KB for each command buffer allocated, freed or
+// not.
 extern "C" const char* __lsan_default_suppressions() { return "leak:libVkLayer_khronos_validation.so\n"; }
 
 int main(int argc, char** argv) {

@@ -54,7 +54,7 @@ TEST_CASE("every bad scene file is refused with file, line, key, value and allow
         {"[time]\nstep = 0", "scene.toml:2|time.step = 0|> 0"},
         {"[time]\n\nstep = -0.5", "scene.toml:3|time.step = -0.5|> 0"},
         {"[time]\nstep = inf", "time.step = inf|> 0"},
-        {"[time]\nduration = 0", "time.duration = 0|> 0"},
+        {"[time]\nduration = 0", "time.duration = 0|at least time.step = 0.01"},
         {"[time]\nstep = 1e-300", "time.step = 1e-300|1e8"},
         {"[output]\nprobes = [[0, 0], [150, 3]]", "scene.toml:2|output.probes[1] = [150, 3]|0..149"},
         {"[output]\nprobes = [[0.5, 0]]", "output.probes|0.5|whole"},
@@ -86,6 +86,18 @@ TEST_CASE("every bad scene file is refused with file, line, key, value and allow
         {"[load]\nkind = \"file\"\npath = \"missing.npy\"", "load.path|missing.npy|cannot be read"},
         {"[grid]\nwidth = 2\nheight = 2\n[load]\nkind = \"file\"\ncenter = [1, 1]\npath = \"zero.npy\"",
          "load.center|only with"},
+        {"[load]\nenvelope = \"ramp\"\nrise = 0", "scene.toml:3|load.rise = 0|> 0"},
+        {"[load]\nrise = 2", "scene.toml:2|load.rise = 2|another load.envelope"},
+        {"[load]\nenvelope = \"sine\"\nstart = 1", "load.start = 1|another load.envelope"},
+        {"[load]\nenvelope = \"sine\"\nfrequency = -1", "load.frequency = -1|> 0"},
+        {"[load]\nenvelope = \"pulse\"\nlength = 2", "load.period = 1|> load.length"},
+        {"[load]\nenvelope = \"pulse\"\nlength = 1e-9\nperiod = 1e-8", "load.period = 1e-08|1e6 pulses"},
+        {"[load]\nenvelope = \"table\"", "load.times|at least one"},
+        {"[load]\nenvelope = \"table\"\ntimes = [0, 2, 1]\nvalues = [1, 2, 3]", "load.times = 1|ascending"},
+        {"[load]\nenvelope = \"table\"\ntimes = [0, 1]\nvalues = [1]", "load.values = 1|as many"},
+        {"[load]\nenvelope = \"table\"\ntimes = [0, 1e-9]\nvalues = [1, 2]", "load.times = 1e-09|1e-5 of time.step"},
+        {"method = \"euler\"\n[receptors]\nsa2_adaptation = 0.004", "time.step = 0.01|0.008"},
+        {"method = \"rk4\"\n[receptors]\nsa2_adaptation = 4", "receptors.sa2_adaptation = 4|euler"},
         {"[receptors]\nsa2_adaptation = 0", "receptors.sa2_adaptation = 0|> 0"},
         {"[receptors]\nfa2_gains = [1]", "receptors.fa2_gains|two"},
         {"[receptors]\nfa2_gains = [1, nan]", "receptors.fa2_gains = nan|finite"},
@@ -195,7 +207,7 @@ fields = [{ at = 0.02, what = ["deformation"] }]
     b.grid = {31, 17, 1e-4};
     b.surface = {Surface::Kind::wave, 30, 0.25, 20, 6e-5, {}};
     b.material = {20e3, 3, 1e-3, 2e-5};
-    b.load = {Load::Kind::linear, Cell{3, 4}, 8, 5e3, {}, 0.013};
+    b.load = {Load::Kind::linear, Cell{3, 4}, 8, 5e3, {}, {Envelope::Kind::step, 0.013}};
     b.time = {0.001, 0.04};
     b.stencil = Stencil::fourth_order;
     b.edges = Edges::periodic;

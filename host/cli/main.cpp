@@ -33,7 +33,8 @@ void print_scene(const Scene& s, const Result& r) {
 int run_scene(const std::string& file, const Path& out, const std::string& device_name, const std::string& precision,
               bool check, const std::vector<std::string>& overrides) {
     const Scene scene = Scene::from_file(file, overrides);
-    const Device device = Device::open(device_name);
+    // double is the CPU path's alone, so auto means that
+    const Device device = Device::open(device_name == "auto" && precision == "f64" ? "cpu" : device_name);
     if (!device.info().refused.empty()) fmt::print("{}\n", device.info().refused);
     if (!device.info().exact) fmt::print("warning: the bits of {} differ from the CPU path's\n", device.info().name);
     RunOptions options;
@@ -44,9 +45,11 @@ int run_scene(const std::string& file, const Path& out, const std::string& devic
     const Result r = run(scene, device, options);
     write_result(out, scene, r);
     const double cells = double(scene.grid.width) * scene.grid.height;
-    fmt::print("{}: {} x {} cells, {} steps, {}, {} on {}: {:.3f} s, {:.2f} ns per cell-step\n", file, scene.grid.width,
-               scene.grid.height, r.steps, name(scene.method), name(r.precision), shown(r.device), r.seconds,
-               1e9 * r.seconds / (cells * double(r.steps)));
+    fmt::print("{}: {} x {} cells, {} steps, {}, {} on {}", file, scene.grid.width, scene.grid.height, r.steps,
+               name(scene.method), name(r.precision), shown(r.device));
+    if (!check)
+        fmt::print(": {:.3f} s, {:.2f} ns per cell-step", r.seconds, 1e9 * r.seconds / (cells * double(r.steps)));
+    fmt::print("\n");
     print_scene(scene, r);
     if (check) fmt::print("{} cells compared, {} different\n", r.cells_compared, r.cells_different);
     fmt::print("{}\n", (out / "traces.csv").string());

@@ -124,7 +124,7 @@ void write_result(const Path& folder, const Scene& scene, const Result& result) 
     if (error)
         throw Error(Error::Code::io, "", fmt::format("{}: cannot be created ({})", folder.string(), error.message()));
     write_file(folder / "traces.csv", traces_csv(result));
-    if (scene.method == Method::exact) write_file(folder / "impulses.csv", impulses_csv(result));
+    write_file(folder / "impulses.csv", impulses_csv(result));
     for (const Field& f : result.fields)
         write_npy(folder / fmt::format("{}_t{}.npy", name(f.quantity), shortest(f.at)), f.values, scene.grid.width,
                   scene.grid.height);

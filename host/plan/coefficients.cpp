@@ -152,12 +152,4 @@ f64::Row published_row(const Medium& m, double dt) {
     return k;
 }
 
-f64::Row impulse_row(const Medium& m) {
-    f64::Row k{};
-    k.E = m.modulus;
-    if (m.viscosity > 0) k.a2 = 1 / m.viscosity;
-    else k.v1 = 1 / m.modulus; // times Constants::rise, which carries the jump
-    return k;
-}
-
 } // namespace dermis::plan

@@ -32,7 +32,5 @@ Relaxation relaxation(Method, double z);
 // Forward Euler with the published study's outputs: FA1 is the rate at the step's start, SA2 a running sum of the
 // strain after the step, and FA2 a scalar of the load's jump (Constants::jump), made in the timeline.
 f64::Row published_row(const Medium&, double dt);
-// A step of length 0 across a jump: the impulses it puts into FA2, or at viscosity 0 into FA1.
-f64::Row impulse_row(const Medium&);
 
 } // namespace dermis::plan

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "host/plan/plan.hpp"
+#include "host/scene/text.hpp"
 
 namespace dermis::plan {
 
@@ -52,8 +53,9 @@ std::vector<real> padded(const std::vector<double>& map, const Plan& plan, const
             const double v = map[size_t(y) * width + x];
             if (!(v <= double(std::numeric_limits<real>::max()) && v >= double(std::numeric_limits<real>::lowest())))
                 throw Error(Error::Code::bad_input, parameter,
-                            std::string(parameter) + " = " + std::to_string(v) + " in cell [" + std::to_string(x) +
-                                ", " + std::to_string(y) + "]; allowed in f32: up to 3.4e38; or precision f64");
+                            std::string(parameter) + " = " + shortest(v) + " in cell [" + std::to_string(x) + ", " +
+                                std::to_string(y) + "]; allowed: up to " +
+                                shortest(double(std::numeric_limits<real>::max())) + " (f32: 3.4e38, f64: 1.8e308)");
             out[size_t(y) * plan.pitch + x] = real(v);
         }
     return out;

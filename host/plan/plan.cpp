@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "host/plan/plan.hpp"
+#include "host/plan/float_environment.hpp"
 
 #include "host/scene/scene.hpp"
 
@@ -47,7 +48,10 @@ SceneMaps maps_of(const Scene& validated) {
 
 } // namespace
 
-SceneMaps maps(const Scene& scene) { return maps_of(scene::validated(scene)); }
+SceneMaps maps(const Scene& scene) {
+    const DefaultFloats guard;
+    return maps_of(scene::validated(scene));
+}
 
 namespace plan {
 
@@ -70,7 +74,7 @@ Plan make_plan(const Scene& scene) {
     p.constants.height = s.grid.height;
     p.constants.pitch = p.pitch;
     p.outputs = scene::outputs(s.time);
-    for (const FieldRequest& f : s.output.fields) p.field_times.push_back(f.at);
+    for (const FieldRequest& f : s.output.fields) p.field_times.push_back(scene::Waveform::snapped(f.at, s.time.step));
     std::sort(p.field_times.begin(), p.field_times.end());
     p.field_times.erase(std::unique(p.field_times.begin(), p.field_times.end()), p.field_times.end());
     return p;

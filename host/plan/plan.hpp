@@ -4,6 +4,7 @@
 
 #include "dermis/dermis.hpp"
 #include "host/plan/coefficients.hpp"
+#include "host/scene/waveform.hpp"
 
 namespace dermis::plan {
 
@@ -14,7 +15,7 @@ struct Plan {
     int stencil = 0, edges = 0;      // names in kernels/layout.h
     f64::Constants constants{};      // what does not change from step to step
     long long outputs = 0;           // rows of the traces
-    std::vector<double> field_times; // sorted, each once
+    std::vector<double> field_times; // sorted, each once; within 1e-6 of a step from an output: that output's
 };
 
 Plan make_plan(const Scene&); // throws Error::bad_input
@@ -38,15 +39,10 @@ class Timeline {
     bool next(Step&);
 
   private:
-    // The load over time is piecewise linear: at a knot it may jump, between knots it runs straight.
-    struct Knot {
-        double time, left, right;
-    };
     double output_time(long long n) const;
-    double snapped(double t) const;
-    double load_before(double t) const;
-    double load_after(double t) const;
     Step exact_step(double from, double to) const;
+    void force_straight(Step&, double from, double to) const;
+    void force_sine(Step&, double from, double to) const;
     Step held_step(long long n);
     void look(Step step, int impulse, int field, double jump);
     void fill();
@@ -54,7 +50,7 @@ class Timeline {
     const Plan& plan_;
     Medium medium_;
     f64::Row regular_{};
-    std::vector<Knot> knots_;
+    scene::Waveform load_;
     std::vector<Step> pending_; // of the output under way, last first
     long long output_ = 0;      // next row of the traces
     size_t field_ = 0, knot_ = 0;

@@ -8,36 +8,29 @@
 namespace dermis::scene {
 namespace {
 
-// Smooths along one axis of stride `stride` with a Gaussian, reflecting at the ends (d c b a | a b c d | d c b a).
-void smooth(std::vector<double>& map, const std::vector<double>& kernel, int n, size_t stride, int lines, size_t line) {
-    const int radius = int(kernel.size()) - 1;
-    std::vector<double> in(n);
-    for (int l = 0; l < lines; ++l) {
-        double* first = map.data() + l * line;
-        for (int i = 0; i < n; ++i) in[i] = first[i * stride];
-        const auto at = [&](int i) {
-            i = ((i % (2 * n)) + 2 * n) % (2 * n);
-            return in[i < n ? i : 2 * n - 1 - i];
-        };
-        for (int i = 0; i < n; ++i) {
-            double sum = kernel[0] * in[i];
-            for (int k = 1; k <= radius; ++k) sum += kernel[k] * (at(i - k) + at(i + k));
-            first[i * stride] = sum;
-        }
+// A unit impulse at `center` of n cells, smoothed by a Gaussian cut at four standard deviations and reflected at the
+// ends (d c b a | a b c d | d c b a).
+std::vector<double> smoothed_impulse(int n, int center, double sigma) {
+    const int radius = int(4 * sigma + 0.5);
+    std::vector<double> line(n, 0.0);
+    double total = 0;
+    for (int k = -radius; k <= radius; ++k) {
+        const double weight = std::exp(-0.5 * k * k / (sigma * sigma));
+        total += weight;
+        const int i = (((center + k) % (2 * n)) + 2 * n) % (2 * n);
+        line[i < n ? i : 2 * n - 1 - i] += weight;
     }
+    for (double& v : line) v /= total;
+    return line;
 }
 
-// A unit impulse smoothed by a Gaussian, cut at four standard deviations.
 std::vector<double> point_map(int width, int height, Cell center, double sigma) {
-    const int radius = int(4 * sigma + 0.5);
-    std::vector<double> kernel(radius + 1);
-    double total = 0;
-    for (int k = 0; k <= radius; ++k) total += (k ? 2 : 1) * (kernel[k] = std::exp(-0.5 * k * k / (sigma * sigma)));
-    for (double& w : kernel) w /= total;
-    std::vector<double> map(size_t(width) * height, 0);
-    map[size_t(center.y) * width + center.x] = 1;
-    smooth(map, kernel, height, width, width, 1);
-    smooth(map, kernel, width, 1, height, width);
+    const std::vector<double> row = smoothed_impulse(width, center.x, sigma),
+                              column = smoothed_impulse(height, center.y, sigma);
+    std::vector<double> map;
+    map.reserve(size_t(width) * height);
+    for (double y : column)
+        for (double x : row) map.push_back(y * x);
     return map;
 }
 

@@ -60,6 +60,9 @@ class Section {
         return Section(node ? node->as_table() : nullptr, path_ + key + ".");
     }
     bool has(const char* key) const { return table_ && table_->contains(key); }
+    [[noreturn]] void misplaced(const char* key, const char* allowed) const {
+        refuse(*table_->get(key), path_ + key, allowed);
+    }
 
     void finish() const {
         if (!table_) return;
@@ -181,9 +184,35 @@ Scene read(const toml::table& file, const std::filesystem::path& folder) {
     load.cell("center", s.load.center);
     load.whole("radius", s.load.radius);
     load.number("intensity", s.load.intensity);
-    enum class Envelope { step } envelope = Envelope::step;
-    load.choice("envelope", envelope, std::map<std::string, Envelope>{{"step", Envelope::step}});
-    load.number("start", s.load.start);
+    Envelope& e = s.load.envelope;
+    using Kind = Envelope::Kind;
+    load.choice("envelope", e.kind,
+                std::map<std::string, Kind>{{"step", Kind::step},
+                                            {"ramp", Kind::ramp},
+                                            {"sine", Kind::sine},
+                                            {"pulse", Kind::pulse},
+                                            {"table", Kind::table}});
+    const auto only = [&](const char* key, bool fits) {
+        if (load.has(key) && !fits) load.misplaced(key, "only with another load.envelope");
+    };
+    only("start", e.kind == Kind::step || e.kind == Kind::ramp || e.kind == Kind::pulse);
+    load.number("start", e.start);
+    for (auto [key, value, kind] : {std::tuple{"rise", &e.rise, Kind::ramp},
+                                    {"frequency", &e.frequency, Kind::sine},
+                                    {"phase", &e.phase, Kind::sine},
+                                    {"mean", &e.mean, Kind::sine},
+                                    {"amplitude", &e.amplitude, Kind::sine},
+                                    {"length", &e.length, Kind::pulse},
+                                    {"period", &e.period, Kind::pulse}}) {
+        only(key, e.kind == kind);
+        load.number(key, *value);
+    }
+    for (auto [key, list] : {std::pair{"times", &e.times}, {"values", &e.values}}) {
+        only(key, e.kind == Kind::table);
+        load.list(key, [list = list](auto& node, const std::string& parameter) {
+            list->push_back(Section::as_number(node, parameter));
+        });
+    }
     load.finish();
 
     Section time = top.section("time");

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
+#include "host/scene/refusal.hpp"
 #include "host/scene/scene.hpp"
-#include "host/scene/text.hpp"
+#include "host/scene/waveform.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -20,20 +21,6 @@ const char* name(Precision p) noexcept { return p == Precision::f32 ? "f32" : "f
 
 namespace scene {
 namespace {
-
-[[noreturn]] void refuse(const std::string& parameter, const std::string& value, const std::string& allowed) {
-    throw Error(Error::Code::bad_input, parameter, parameter + " = " + value + "; allowed: " + allowed);
-}
-void need(bool ok, const char* parameter, double value, const std::string& allowed) {
-    if (!ok) refuse(parameter, shortest(value), allowed);
-}
-void need_positive(const char* parameter, double v) {
-    need(std::isfinite(v) && v > 0, parameter, v, "a finite number > 0");
-}
-void need_not_negative(const char* parameter, double v) {
-    need(std::isfinite(v) && v >= 0, parameter, v, "a finite number >= 0");
-}
-void need_finite(const char* parameter, double v) { need(std::isfinite(v), parameter, v, "a finite number"); }
 
 std::string text(Cell c) { return "[" + std::to_string(c.x) + ", " + std::to_string(c.y) + "]"; }
 
@@ -97,7 +84,7 @@ void check_load(Scene& s) {
     if (!l.radius) l.radius = std::max(1, std::min(s.grid.width, s.grid.height) / 4);
     need(*l.radius >= 1 && *l.radius <= 65536, "load.radius", *l.radius, "whole cells, 1..65536");
     need_finite("load.intensity", l.intensity);
-    need_not_negative("load.start", l.start);
+    check_envelope(l.envelope, s.time);
     if (!shaped) need_map("load.path", l.map, s.grid);
 }
 
@@ -134,6 +121,10 @@ void check_method(Scene& s) {
              "at most " + shortest(limit) + "*viscosity/modulus = " + shortest(limit * m.viscosity / m.modulus) +
                  " s with method = \"" + name(s.method) + "\", which is stable up to dt/tau = " + shortest(limit) +
                  " (here " + shortest(z) + "); or method = \"exact\", or allow_unstable = true");
+        const double adaptation = s.receptors.sa2_adaptation.value_or(INFINITY);
+        need(s.time.step <= 2 * adaptation || s.allow_unstable, "time.step", s.time.step,
+             "at most 2*receptors.sa2_adaptation = " + shortest(2 * adaptation) +
+                 " s with method = \"euler\"; or allow_unstable = true");
         need(!s.receptors.sa2_adaptation || s.method == Method::euler, "receptors.sa2_adaptation",
              s.receptors.sa2_adaptation.value_or(0), "only with method = \"exact\" or \"euler\"");
     }
@@ -155,8 +146,8 @@ void check_method(Scene& s) {
 
 void check_time(const Scene& s) {
     need_positive("time.step", s.time.step);
-    need(std::isfinite(s.time.duration) && s.time.duration > 0, "time.duration", s.time.duration,
-         "a finite number > 0");
+    need(std::isfinite(s.time.duration) && s.time.duration >= s.time.step, "time.duration", s.time.duration,
+         "at least time.step = " + shortest(s.time.step) + " s");
     const double rows = s.time.duration / s.time.step;
     const double bytes = rows * s.output.traces.size() * (3 + s.output.probes.size()) * 8;
     need(rows <= 1e8 && bytes <= 8e9, "time.step", s.time.step,

@@ -169,7 +169,10 @@ Context::Context(std::shared_ptr<const Instance> instance, const Physical& physi
 }
 
 Context::~Context() {
-    if (stuck_) return;
+    if (stuck_) { // the driver still works: leave it everything, the instance too
+        new std::shared_ptr<const Instance>(std::move(instance_));
+        return;
+    }
     calls_.vkDestroyFence(device_, fence_, nullptr);
     calls_.vkDestroyCommandPool(device_, pool_, nullptr);
     calls_.vkDestroyDevice(device_, nullptr);
@@ -196,6 +199,8 @@ uint32_t Context::memory_type(uint32_t allowed, Buffer::Place place) const {
 }
 
 VkCommandBuffer Context::begin() {
+    if (stuck_)
+        throw Error(Error::Code::device, "", physical_.info.name + " has not come back from an earlier submission");
     VkCommandBufferBeginInfo info{VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO};
     info.flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
     check(calls_.vkBeginCommandBuffer(commands_, &info), "vkBeginCommandBuffer");

@@ -65,7 +65,8 @@ class March : public plan::Marcher {
     void press(const plan::Step& step) override {
         const VkCommandBuffer commands = recording();
         const Constants c = plan::constants_of<Constants>(plan_, step);
-        press_->record(commands, size_t(from_), &c, groups(c.width, PRESS_CELLS * PRESS_X), groups(c.height, PRESS_Y), 1);
+        press_->record(commands, size_t(from_), &c, groups(c.width, PRESS_CELLS * PRESS_X), groups(c.height, PRESS_Y),
+                       1);
         context_->barrier(commands);
         ++dispatches_;
         shown_ = 1 - from_;
@@ -74,7 +75,8 @@ class March : public plan::Marcher {
                 const int slot = int(kept_.size()) * REDUCED_MAPS + q;
                 const f32::ReduceConstants reduce{c.width, c.height, c.pitch, probes_, slot};
                 const size_t map = q == 0 ? size_t(shown_) : size_t(q) + 1; // strain0, strain1, SA1, SA2, FA1, FA2
-                reduce_->record(commands, map, &reduce, groups(c.height + probes_, REDUCE_ROWS), uint32_t(plan_.tiles), 1);
+                reduce_->record(commands, map, &reduce, groups(c.height + probes_, REDUCE_ROWS), uint32_t(plan_.tiles),
+                                1);
                 ++dispatches_;
             }
             context_->barrier(commands);

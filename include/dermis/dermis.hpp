@@ -44,9 +44,9 @@ class Error : public std::runtime_error {
 enum class Quantity { strain, sa1, sa2, fa1, fa2, curvature, deformation };
 const char* name(Quantity) noexcept;
 
-// exact: the closed solution of each step, at any step length. euler .. sdirk2: one-step baselines, for comparison; they
-// hold the load over a step and are constants of the same kernel. published: forward Euler with the published study's
-// stencil, edges, SA2 as a running sum and FA2 as a central difference.
+// exact: the closed solution of each step, at any step length. euler .. sdirk2: one-step baselines, for comparison;
+// they hold the load over a step and are constants of the same kernel. published: forward Euler with the published
+// study's stencil, edges, SA2 as a running sum and FA2 as a central difference.
 enum class Method { exact, euler, rk2, rk4, backward_euler, crank_nicolson, sdirk2, published };
 const char* name(Method) noexcept;
 
@@ -86,6 +86,20 @@ struct Material {
     std::optional<double> curvature_length; // l, m, any finite number: a gain
 };
 
+// The load over time: the pressure is map*intensity*g(t), and 0 before t = 0.
+//   step   1 from start on                                       ramp   0 at start to 1 at start + rise, then 1
+//   sine   mean + amplitude*sin(2 pi frequency t + phase)        pulse  1 for length from start, start + period ..
+//   table  straight between (times, values), 0 before the first, the last kept; a time given twice is a jump
+struct Envelope {
+    enum class Kind { step, ramp, sine, pulse, table } kind = Kind::step;
+    double start = 0;                  // s, >= 0
+    double rise = 1;                   // s, > 0
+    double frequency = 1, phase = 0;   // Hz, > 0; rad
+    double mean = 0, amplitude = 1;    // finite
+    double length = 0.5, period = 1;   // s, > 0; period > length
+    std::vector<double> times, values; // s, ascending, >= 0; finite
+};
+
 // circular: 1 - r/radius. linear: 1 - |y - center.y|/radius. point: a unit impulse smoothed by a Gaussian of radius/4.
 struct Load {
     enum class Kind { circular, point, linear, map } kind = Kind::circular;
@@ -93,7 +107,7 @@ struct Load {
     std::optional<int> radius;  // cells, >= 1; default min(width, height)/4, at least 1
     double intensity = 1;       // Pa, any finite number; multiplies maps too
     std::vector<double> map;    // Kind::map: width*height finite pressures
-    double start = 0;           // s, >= 0: the load is 0 before and full from here on
+    Envelope envelope;
 };
 
 // Outputs stand at 0, step, 2 step ..; there are ceil(duration/step - 1e-9) of them.
@@ -202,7 +216,7 @@ struct Result {
     Precision precision = Precision::f32;
     long long steps = 0;      // of every cell
     long long dispatches = 0; // of GPU kernels
-    double seconds = 0;       // stepping, without set-up
+    double seconds = 0;       // stepping, without set-up; 0 with RunOptions::check, which does more
     double greatest_gain = 0; // of |l*C| over all cells, at rest and at the end; above 1 responses change sign
     long long cells_compared = 0, cells_different = 0; // RunOptions::check
 

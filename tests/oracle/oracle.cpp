@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "tests/oracle/oracle.hpp"
 
+#include <cmath>
+#include <utility>
+
 namespace oracle {
 namespace {
 
@@ -56,6 +59,43 @@ void study(const Map& surface, const Map& pressure, int width, int height, doubl
         rate_before = rate;
         rate = rate_after;
     }
+}
+
+Fields model(const Skin& skin, const Map& surface, const Map& pressure, double t) {
+    const int w = skin.width, h = skin.height;
+    const double tau = skin.viscosity / skin.modulus, decay = std::exp(-t / tau);
+    Fields f;
+    for (size_t i = 0; i < surface.size(); ++i) {
+        f.strain.push_back(pressure[i] / skin.modulus * (1 - decay));
+        f.deformation.push_back(surface[i] - skin.thickness * f.strain[i]);
+    }
+    // the deformed surface with two cells added on every side
+    const auto beyond = [&](int i, int n) {
+        while (i < 0 || i >= n) {
+            if (skin.outside == Outside::periodic) i += i < 0 ? n : -n;
+            else i = i < 0 ? -i - 1 : 2 * n - i - 1;
+        }
+        return i;
+    };
+    const auto deformed = [&](int x, int y) { return f.deformation[size_t(beyond(y, h)) * w + beyond(x, w)]; };
+    for (int y = 0; y < h; ++y)
+        for (int x = 0; x < w; ++x) {
+            double sum = 0;
+            for (auto [dx, dy] : {std::pair{1, 0}, {0, 1}}) {
+                const double near = deformed(x - dx, y - dy) + deformed(x + dx, y + dy) - 2 * deformed(x, y);
+                const double far =
+                    deformed(x - 2 * dx, y - 2 * dy) + deformed(x + 2 * dx, y + 2 * dy) - 2 * deformed(x, y);
+                sum += skin.fourth_order ? (16 * near - far) / 12 : near;
+            }
+            const double C = sum / (skin.spacing * skin.spacing), gain = 1 + skin.curvature_length * C;
+            const size_t i = size_t(y) * w + x;
+            f.curvature.push_back(C);
+            f.sa1.push_back(f.strain[i] * gain);
+            f.sa2.push_back(pressure[i] / skin.modulus * (t - tau * (1 - decay)) * gain);
+            f.fa1.push_back(pressure[i] / skin.viscosity * decay * gain);
+            f.fa2.push_back(-pressure[i] * skin.modulus / (skin.viscosity * skin.viscosity) * decay * gain);
+        }
+    return f;
 }
 
 } // namespace oracle

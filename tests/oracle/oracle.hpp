@@ -16,4 +16,18 @@ void study(const std::vector<double>& surface, const std::vector<double>& pressu
            double modulus, double viscosity, double dt, int steps,
            const std::function<void(int n, const Frame&)>& each);
 
+// The model on a small grid with every length in it, from its formulas alone: at time t after a unit step of the load
+// on skin at rest. Cells beyond an edge come from `outside`.
+enum class Outside { mirror, periodic };
+struct Skin {
+    int width, height;
+    double spacing, thickness, curvature_length, modulus, viscosity;
+    Outside outside;
+    bool fourth_order;
+};
+struct Fields {
+    std::vector<double> strain, sa1, sa2, fa1, fa2, curvature, deformation;
+};
+Fields model(const Skin&, const std::vector<double>& surface, const std::vector<double>& pressure, double t);
+
 } // namespace oracle

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: MIT
+#include "host/scene/waveform.hpp"
+
+#include "host/scene/refusal.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace dermis::scene {
+namespace {
+
+std::vector<Knot> knots_of(const Envelope& e, const Time& time) {
+    std::vector<Knot> knots;
+    switch (e.kind) {
+    case Envelope::Kind::step: knots = {{e.start, 0, 1}}; break;
+    case Envelope::Kind::ramp: knots = {{e.start, 0, 0}, {e.start + e.rise, 1, 1}}; break;
+    case Envelope::Kind::sine: knots = {{0, 0, e.mean + e.amplitude * std::sin(e.phase)}}; break;
+    case Envelope::Kind::pulse:
+        for (double k = 0; e.start + k * e.period <= time.duration; ++k) {
+            knots.push_back({e.start + k * e.period, 0, 1});
+            knots.push_back({e.start + k * e.period + e.length, 1, 0});
+        }
+        break;
+    case Envelope::Kind::table:
+        for (size_t i = 0; i < e.times.size(); ++i) {
+            if (i > 0 && e.times[i] == e.times[i - 1]) knots.back().right = e.values[i]; // a time given twice is a jump
+            else knots.push_back({e.times[i], i > 0 ? e.values[i] : 0, e.values[i]});
+        }
+        break;
+    }
+    return knots;
+}
+
+} // namespace
+
+double Waveform::snapped(double t, double step) {
+    const double n = std::round(t / step);
+    return std::abs(t - n * step) <= 1e-6 * step ? n * step : t;
+}
+
+Waveform::Waveform(const Envelope& envelope, const Time& time) : envelope_(envelope), knots_(knots_of(envelope, time)) {
+    for (Knot& k : knots_) k.time = snapped(k.time, time.step);
+}
+
+double Waveform::angular_frequency() const { return 2 * std::numbers::pi * envelope_.frequency; }
+
+double Waveform::before(double t) const {
+    if (t <= knots_.front().time) return 0;
+    if (sine()) return envelope_.mean + envelope_.amplitude * std::sin(angular_frequency() * t + envelope_.phase);
+    const auto next =
+        std::lower_bound(knots_.begin(), knots_.end(), t, [](const Knot& k, double at) { return k.time < at; });
+    const Knot& last = *(next - 1);
+    if (next == knots_.end()) return last.right;
+    if (next->time == t) return next->left;
+    return last.right + (next->left - last.right) * ((t - last.time) / (next->time - last.time));
+}
+
+double Waveform::after(double t) const {
+    const auto at =
+        std::lower_bound(knots_.begin(), knots_.end(), t, [](const Knot& k, double x) { return k.time < x; });
+    return at != knots_.end() && at->time == t ? at->right : before(t);
+}
+
+void check_envelope(const Envelope& e, const Time& time) {
+    need_not_negative("load.start", e.start);
+    if (e.kind == Envelope::Kind::ramp) need_positive("load.rise", e.rise);
+    if (e.kind == Envelope::Kind::sine) {
+        need_positive("load.frequency", e.frequency);
+        need_finite("load.phase", e.phase);
+        need_finite("load.mean", e.mean);
+        need_finite("load.amplitude", e.amplitude);
+    }
+    if (e.kind == Envelope::Kind::pulse) {
+        need_positive("load.length", e.length);
+        need(std::isfinite(e.period) && e.period > e.length, "load.period", e.period, "a finite number > load.length");
+        need(time.duration / e.period <= 1e6, "load.period", e.period, "at most 1e6 pulses within time.duration");
+    }
+    if (e.kind == Envelope::Kind::table) {
+        need(!e.times.empty(), "load.times", 0, "at least one time");
+        need(e.values.size() == e.times.size(), "load.values", double(e.values.size()), "as many values as load.times");
+        for (size_t i = 0; i < e.times.size(); ++i) {
+            need_not_negative("load.times", e.times[i]);
+            need_finite("load.values", e.values[i]);
+            need(i == 0 || e.times[i] >= e.times[i - 1], "load.times", e.times[i],
+                 "ascending times; twice the same for a jump");
+            need(i < 2 || e.times[i] != e.times[i - 2], "load.times", e.times[i], "each time at most twice");
+        }
+    }
+    const std::vector<Knot> knots = knots_of(e, time);
+    for (size_t i = 1; i < knots.size(); ++i) {
+        const char* parameter = e.kind == Envelope::Kind::ramp    ? "load.rise"
+                                : e.kind == Envelope::Kind::pulse ? "load.length"
+                                                                  : "load.times";
+        need(knots[i].time - knots[i - 1].time > 1e-5 * time.step, parameter, knots[i].time - knots[i - 1].time,
+             "breakpoints of the load more than 1e-5 of time.step apart");
+    }
+}
+
+} // namespace dermis::scene
