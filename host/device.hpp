@@ -18,7 +18,7 @@ struct Device::Impl {
 // Device::open with a loader of the caller's choice and validation.
 Device open_device(const std::string& which, const vulkan::Loader&, const vulkan::InstanceOptions& = {});
 
-std::unique_ptr<plan::Marcher> march(const Device&, const plan::Plan&, Precision, plan::Marcher::Sink);
+std::unique_ptr<plan::Marcher> march(const Device&, const plan::Plan&, plan::Marcher::Sink);
 
 // Each kernel on small grids in every variant, on the device and on the CPU path.
 struct SelfTest {

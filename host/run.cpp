@@ -82,7 +82,7 @@ class Check {
   public:
     Check(const Device& device, const plan::Plan& plan, Result& result)
         : result_(result), collected_(other_result_, plan),
-          marcher_(march(device, plan, Precision::f32, [this](auto& s, auto& x) { collected_(s, x); })) {}
+          marcher_(march(device, plan, [this](auto& s, auto& x) { collected_(s, x); })) {}
 
     void press(const plan::Step& step, plan::Marcher& first) {
         marcher_->press(step);
@@ -126,17 +126,17 @@ const Trace& Result::trace(Quantity q) const {
 
 Result run(const Scene& scene, const Device& device, const RunOptions& options) {
     const DefaultFloats guard;
-    const plan::Plan plan = plan::make_plan(scene);
+    const plan::Plan plan = plan::make_plan(scene, options.precision);
     Result result;
     result.device = device.info();
-    result.precision = options.precision.value_or(Precision::f32);
+    result.precision = plan.precision;
     if (result.precision == Precision::f64 && device.info().vulkan)
         throw Error(Error::Code::bad_input, "precision",
                     "precision = f64; allowed on \"" + device.info().name + "\": f32; f64 on the CPU path alone");
     if (result.precision == Precision::f64 && options.check)
         throw Error(Error::Code::bad_input, "precision", "precision = f64; allowed with a check of backends: f32");
     Collector collect(result, plan);
-    const auto marcher = march(device, plan, result.precision, std::ref(collect));
+    const auto marcher = march(device, plan, std::ref(collect));
     std::unique_ptr<Check> check;
     if (options.check)
         check = std::make_unique<Check>(device.info().vulkan ? Device::cpu() : Device::open("vulkan"), plan, result);
@@ -164,7 +164,10 @@ Result run(const Scene& scene, const Device& device, const RunOptions& options) 
     if (check) check->finish();
     else result.seconds = std::chrono::duration<double>(Clock::now() - start).count();
     std::vector<std::vector<double>> curved;
-    marcher->read({Quantity::curvature}, curved);
+    marcher->read({Quantity::curvature, Quantity::strain}, curved);
+    const plan::StencilEstimate estimate = plan::stencil_estimate(plan, curved[1]);
+    result.stencil_estimate = estimate.greatest;
+    result.kinks = estimate.kinks;
     for (const auto* map : {&plan.maps.rest_curvature, static_cast<const std::vector<double>*>(&curved[0])})
         for (double C : *map)
             result.greatest_gain = std::max(result.greatest_gain, std::abs(*plan.scene.material.curvature_length * C));

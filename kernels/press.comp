@@ -14,8 +14,10 @@
 layout(local_size_x = PRESS_X, local_size_y = PRESS_Y) in;
 layout(constant_id = 0) const int STENCIL = STENCIL_FIVE_POINT;
 layout(constant_id = 1) const int EDGES = EDGES_MIRROR;
+// Strain and sum are carried with what they have lost: a second map behind the first in the same buffer.
+layout(constant_id = 2) const int COMPENSATED = 0;
 layout(push_constant) uniform Push { Constants c; };
-// all of pitch/4*height; the last cells of a row may lie beyond its width, and are never read
+// all of pitch/4*height, strain and sum twice that if COMPENSATED; a row's last cells may lie beyond its width
 layout(std430, binding = PRESS_PRESSURE) readonly buffer Pressure { vec4 pressure[]; };
 layout(std430, binding = PRESS_REST_CURVATURE) readonly restrict buffer Rest { vec4 rest_curvature[]; };
 layout(std430, binding = PRESS_STRAIN_FROM) readonly buffer StrainFrom { vec4 strain_from[]; };
@@ -30,18 +32,24 @@ layout(std430, binding = PRESS_FA2) writeonly restrict buffer Fa2 { vec4 fa2[]; 
 layout(std430, binding = PRESS_PRESSURE) readonly buffer PressureCells { float pressure_cells[]; };
 layout(std430, binding = PRESS_STRAIN_FROM) readonly buffer StrainCells { float strain_cells[]; };
 
-vec4 stepped(vec4 eps, vec4 p) { return strain_after(eps, load_of(p, c), c.row); }
+// New strain under pressure p of cells that have eps and lost.
+vec4 stepped(vec4 eps, vec4 lost, vec4 p) {
+    vec4 step = strain_step(eps, load_of(p, c), c.row);
+    return COMPENSATED != 0 ? added_compensated(eps, lost, step).value : added(eps, step);
+}
 
 // New strain of one cell; a column beyond an end is the one that the edge rule names.
 float strain_of(int x, int y) {
     int i = y * c.pitch + wrapped(x, c.width, EDGES);
-    return stepped(vec4(strain_cells[i]), vec4(pressure_cells[i])).x;
+    float lost = COMPENSATED != 0 ? strain_cells[i + c.pitch * c.height] : 0.0;
+    return stepped(vec4(strain_cells[i]), vec4(lost), vec4(pressure_cells[i])).x;
 }
 
 // New strain of cells x .. x + 3; those beyond the width are of no use.
 vec4 strains(int x, int y) {
     int i = (y * c.pitch + x) / 4;
-    return stepped(strain_from[i], pressure[i]);
+    vec4 lost = COMPENSATED != 0 ? strain_from[i + c.pitch / 4 * c.height] : vec4(0.0);
+    return stepped(strain_from[i], lost, pressure[i]);
 }
 
 vec4 laplacian_along_x(int x, int y, vec4 here) {
@@ -91,8 +99,22 @@ void main() {
     int i = (y * c.pitch + x) / 4;
     Load load = load_of(pressure[i], c);
     vec4 eps = strain_from[i];
-    vec4 after = strains(x, y);
-    vec4 sum = sum_after(eps, sum_from[i], load, c.row);
+    vec4 after;
+    vec4 sum;
+    vec4 step = strain_step(eps, load, c.row);
+    vec4 gained = sum_step(eps, sum_from[i], load, c.row);
+    if (COMPENSATED != 0) {
+        int behind = i + c.pitch / 4 * c.height;
+        Compensated carried = added_compensated(eps, strain_from[behind], step);
+        after = carried.value;
+        strain_to[behind] = carried.lost;
+        carried = added_compensated(sum_from[i], sum_from[behind], gained);
+        sum = carried.value;
+        sum_to[behind] = carried.lost;
+    } else {
+        after = added(eps, step);
+        sum = added(sum_from[i], gained);
+    }
     strain_to[i] = after;
     sum_to[i] = sum;
     if (c.respond == 0) return;

@@ -21,17 +21,38 @@ inline real dashpot(real eps, Load s, Row k) {
     return r;
 }
 
-inline real strain_after(real eps, Load s, Row k) {
+// What a step adds to the strain, and to its integral.
+inline real strain_step(real eps, Load s, Row k) {
     precise real r = dashpot(eps, s, k);
     precise real step = k.b * r + k.f * s.ds;
-    precise real after = eps + step;
+    return step;
+}
+
+inline real sum_step(real eps, real I, Load s, Row k) {
+    precise real gained = k.i0 * eps + k.i1 * s.s0 + k.i2 * s.ds;
+    precise real step = gained - k.leak * I;
+    return step;
+}
+
+inline real added(real value, real step) {
+    precise real after = value + step;
     return flush(after);
 }
 
-inline real sum_after(real eps, real I, Load s, Row k) {
-    precise real gained = k.i0 * eps + k.i1 * s.s0 + k.i2 * s.ds;
-    precise real after = I + (gained - k.leak * I);
-    return flush(after);
+// Kahan's sum: `lost` is what earlier additions have rounded away; it is taken off the next step. Exact to a few units
+// over any number of steps.
+struct Compensated {
+    real value, lost;
+};
+
+inline Compensated added_compensated(real value, real lost, real step) {
+    precise real corrected = step - lost;
+    precise real after = value + corrected;
+    precise real gone = (after - value) - corrected;
+    Compensated c;
+    c.value = flush(after);
+    c.lost = flush(gone);
+    return c;
 }
 
 inline real rate_after(real eps, Load s, Row k) {

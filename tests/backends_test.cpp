@@ -61,7 +61,10 @@ TEST_CASE("on every backend and grid, every cell has the same bits, and they are
             s.method = method;
             s.output.fields = {{0.2, {Quantity::curvature}}};
             const Result exact = truth(s);
-            for (const Device& device : {Device::cpu(), vulkan.device()}) {
+            for (auto [device, precision] : {std::pair{Device::cpu(), Precision::f32},
+                                             {vulkan.device(), Precision::f32},
+                                             {vulkan.device(), Precision::f32_compensated}}) {
+                check.precision = precision;
                 const Result r = run(s, device, check);
                 CHECK(r.cells_compared >= 8LL * 5 * width * height);
                 CHECK(r.cells_different == 0);

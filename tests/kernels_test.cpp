@@ -36,7 +36,8 @@ namespace {
         c.rise = r(-0.3);                                                                                              \
         c.jump = r(0.7);                                                                                               \
         const space::Load s = space::load_of(p, c);                                                                    \
-        const real after = space::strain_after(eps, s, k), sum = space::sum_after(eps, I, s, k);                       \
+        const real after = space::added(eps, space::strain_step(eps, s, k));                                           \
+        const real sum = space::added_compensated(I, rest, space::sum_step(eps, I, s, k)).value;                       \
         const real C = space::curvature_of(rest, space::second_difference(eps, after, I), r(0.5));                     \
         const real x = space::response(space::acceleration_after(eps, s, k), C, r(1.1));                               \
         return space::join(space::summary_of(space::rectified(x, r(0.8), r(-0.4))), space::summary_of(after + sum))    \

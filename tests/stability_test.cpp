@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Where the usual methods fail, as theory says, and that the exact one does not. One cell, one elastic unit of load.
-#include "host/plan/coefficients.hpp"
+#include "host/device.hpp"
 #include "tests/support.hpp"
 
 using namespace test;
@@ -203,4 +203,129 @@ TEST_CASE("FA2 by differencing FA1 gets worse as the step shrinks, the method's 
     CHECK(fine.first > 5 * coarse.first);
     CHECK(fine.second < 1e-3);
     CHECK(fine.second < fine.first / 10);
+}
+
+TEST_CASE("long runs: plain float stalls or drifts, compensated float does not, on CPU and Vulkan alike") {
+    // the last output of a march of one cell in each precision, under pressure 1
+    const auto last = [](double z, long long steps, Quantity q, Precision p, const Device& device) {
+        Scene s;
+        s.grid = {1, 1, {}};
+        s.load.kind = Load::Kind::map;
+        s.load.map = {1.0};
+        s.material = {1, 1, {}, {}};
+        s.time = {z, z * double(steps + 1)};
+        s.output.traces = {q};
+        const plan::Plan plan = plan::make_plan(s, p);
+        double value = NAN;
+        const auto marcher =
+            march(device, plan, [&](auto&, const plan::Sample& sample) { value = sample.totals[int(q)].mean; });
+        plan::Timeline timeline(plan);
+        for (plan::Step step; timeline.next(step);) {
+            if (step.trace < steps) step.trace = -1; // nobody looks
+            marcher->press(step);
+        }
+        marcher->finish();
+        return value;
+    };
+    const Device cpu = Device::cpu(1);
+    const double creep = -std::expm1(-1e-2);
+    CHECK(std::abs(last(1e-8, 1000000, Quantity::strain, Precision::f32_compensated, cpu) / creep - 1) < 1e-7);
+    CHECK(std::abs(last(1e-8, 1000000, Quantity::strain, Precision::f32, cpu) / creep - 1) > 1e-4);
+
+    // three hours at 1 kHz, tau = 1 s
+    const double t = 10800, integral = t - 1 + std::exp(-t);
+    CHECK(std::abs(last(1e-3, 10800000, Quantity::sa2, Precision::f32_compensated, cpu) / integral - 1) < 1e-6);
+    CHECK(std::abs(last(1e-3, 10800000, Quantity::sa2, Precision::f32, cpu) / integral - 1) > 0.01);
+
+    const Validated vulkan;
+    for (Precision p : {Precision::f32, Precision::f32_compensated})
+        CHECK(last(1e-4, 3000, Quantity::sa2, p, vulkan.device()) == last(1e-4, 3000, Quantity::sa2, p, cpu));
+}
+
+TEST_CASE("what plain sums would lose beyond 1e-4 is carried without being asked for") {
+    Scene s = test::small_scene(4, 4);
+    CHECK(run(s, Device::cpu()).precision == Precision::f32);
+    s.time = {1e-4, 0.5};
+    CHECK(run(s, Device::cpu()).precision == Precision::f32_compensated);
+    RunOptions plain;
+    plain.precision = Precision::f32;
+    CHECK(run(s, Device::cpu(), plain).precision == Precision::f32);
+}
+
+TEST_CASE("a float sum of 1e8 ones is 16777216; the mean of a large map is right to 1e-7") {
+    float sum = 0;
+    for (int i = 0; i < 100000000; ++i) sum += 1;
+    CHECK(sum == 16777216); // 17 % of it
+    Scene s;
+    s.grid = {3008, 1700, {}};
+    s.load.kind = Load::Kind::map;
+    s.load.map.assign(3008 * 1700, 0.1);
+    s.time = {0.1, 0.2};
+    const Result f32 = run(s, Device::cpu());
+    const double strain = 0.1 / 1.54 * -std::expm1(-0.154);
+    CHECK(std::abs(f32.trace(Quantity::strain).mean[1] / f32.trace(Quantity::strain).max[1] - 1) <
+          1e-12); // equal cells: no error
+    CHECK(std::abs(f32.trace(Quantity::strain).mean[1] / strain - 1) < 1e-7);
+    for (size_t i = 0; i < s.load.map.size(); ++i) s.load.map[i] = 0.5 + 0.5 * std::sin(double(i) * 0.7);
+    RunOptions f64;
+    f64.precision = Precision::f64;
+    const Result exact = run(s, Device::cpu(), f64), rounded = run(s, Device::cpu());
+    for (Quantity q : {Quantity::strain, Quantity::fa1})
+        CHECK(std::abs(rounded.trace(q).mean[1] / exact.trace(q).mean[1] - 1) < 1e-7);
+}
+
+TEST_CASE("stencils converge at orders 2, 4 and 2 on smooth fields that fit the edges") {
+    for (Edges edges : {Edges::periodic, Edges::mirror})
+        for (auto [stencil, order] :
+             {std::pair{Stencil::five_point, 2}, {Stencil::fourth_order, 4}, {Stencil::published, 2}}) {
+            CAPTURE(int(stencil));
+            CAPTURE(int(edges));
+            double error[2];
+            for (int k = 0; k < 2; ++k) {
+                const int n = 32 << k;
+                Scene s;
+                s.grid = {n, n, 1.0 / n};
+                s.surface.kind = Surface::Kind::map;
+                s.surface.relief = 1;
+                s.material.thickness = 0;
+                s.material.curvature_length = 0;
+                s.stencil = stencil;
+                s.edges = edges;
+                // periodic: whole waves; mirror: even about the edge, half a cell beyond the first cell
+                const double w = 2 * M_PI, phase = edges == Edges::mirror ? M_PI / 2 : 0.3;
+                for (int y = 0; y < n; ++y)
+                    for (int x = 0; x < n; ++x)
+                        s.surface.map.push_back(std::sin(w * (x + 0.5) / n + phase) *
+                                                std::sin(w * (y + 0.5) / n + phase));
+                const SceneMaps m = maps(s);
+                error[k] = 0;
+                for (size_t i = 0; i < m.surface.size(); ++i)
+                    error[k] = std::max(error[k], std::abs(m.rest_curvature[i] + 2 * w * w * m.surface[i]));
+            }
+            CHECK(std::log2(error[0] / error[1]) == doctest::Approx(order).epsilon(0.02));
+        }
+}
+
+TEST_CASE("the stencil estimate is the five-point error on a smooth skin, and names kinks") {
+    Scene s;
+    s.surface.kind = Surface::Kind::map;
+    s.grid = {60, 60, {}};
+    s.edges = Edges::periodic;
+    const double k = 2 * M_PI / 20;
+    for (int y = 0; y < 60; ++y)
+        for (int x = 0; x < 60; ++x) s.surface.map.push_back(std::sin(k * x));
+    s.load.kind = Load::Kind::map;
+    s.load.map.assign(3600, 0.0);
+    s.time = {0.1, 0.2};
+    const Result smooth = run(s, Device::cpu());
+    double error = 0;
+    const std::vector<double> C = maps(s).rest_curvature;
+    for (size_t i = 0; i < C.size(); ++i) error = std::max(error, std::abs(C[i] + k * k * s.surface.map[i]));
+    CHECK(smooth.stencil_estimate == doctest::Approx(error).epsilon(0.05));
+    CHECK(smooth.kinks == 0);
+    s.load.map.clear();
+    s.load.kind = Load::Kind::circular; // apex and rim
+    s.surface = {};
+    s.time = {1, 20};
+    CHECK(run(s, Device::cpu()).kinks > 20);
 }

@@ -22,6 +22,8 @@ void print_scene(const Scene& s, const Result& r) {
     fmt::print("tau = {:.6g} s, z = dt/tau = {:.6g}, greatest |l*C| = {:.4g}\n", tau, s.time.step / tau,
                r.greatest_gain);
     if (r.greatest_gain > 1) fmt::print("warning: |l*C| above 1: responses change sign there\n");
+    fmt::print("stencil estimate |C5 - C4| = {:.3g}\n", r.stencil_estimate);
+    if (r.kinks) fmt::print("warning: {} cells not convergent: kink\n", r.kinks);
     double ridge = INFINITY;
     if (s.surface.kind == Surface::Kind::wave) ridge = s.grid.width / s.surface.ridges.value_or(15);
     if (s.surface.kind == Surface::Kind::spiral)
@@ -38,7 +40,8 @@ int run_scene(const std::string& file, const Path& out, const std::string& devic
     if (!device.info().refused.empty()) fmt::print("{}\n", device.info().refused);
     if (!device.info().exact) fmt::print("warning: the bits of {} differ from the CPU path's\n", device.info().name);
     RunOptions options;
-    if (!precision.empty()) options.precision = precision == "f64" ? Precision::f64 : Precision::f32;
+    for (Precision p : {Precision::f32, Precision::f32_compensated, Precision::f64})
+        if (precision == name(p)) options.precision = p;
     options.check = check;
     Progress progress(file);
     options.progress = std::ref(progress);
@@ -106,7 +109,8 @@ int main(int argc, char** argv) {
     run->add_option("scene", scene, "A scene file (TOML)")->required();
     run->add_option("--out", out, "Folder for the results")->required();
     run->add_option("--device", device, devices_help)->capture_default_str();
-    run->add_option("--precision", precision, "f32 or f64 (CPU only)")->check(CLI::IsMember({"f32", "f64"}));
+    run->add_option("--precision", precision, "f32, f32-compensated or f64 (CPU only)")
+        ->check(CLI::IsMember({"f32", "f32-compensated", "f64"}));
     run->add_flag("--check", check, "Also run the other backend and compare every cell's bits");
     run->add_option("--set", overrides, "Override a key: time.step=0.001")->take_all()->allow_extra_args(false);
     CLI::App* study = app.add_subcommand("study", "Reproduce the published study, with figures and claims");

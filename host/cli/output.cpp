@@ -73,12 +73,13 @@ std::string summary_json(const Scene& s, const Result& r) {
   "grid": {{"width": {}, "height": {}}},
   "steps": {}, "outputs": {}, "dispatches": {}, "seconds": {},
   "cross_check": {},
-  "tau": {}, "z": {}, "greatest_gain": {}
+  "tau": {}, "z": {}, "greatest_gain": {}, "stencil_estimate": {}, "kinks": {}
 }}
 )",
                        quoted(r.device.name), quoted(r.device.kind), quoted(r.device.driver), r.device.exact,
                        name(s.method), name(r.precision), s.grid.width, s.grid.height, r.steps, r.time.size(),
-                       r.dispatches, shortest(r.seconds), check, number(tau), number(z), number(r.greatest_gain));
+                       r.dispatches, shortest(r.seconds), check, number(tau), number(z), number(r.greatest_gain),
+                       number(r.stencil_estimate), r.kinks);
 }
 
 } // namespace

@@ -8,6 +8,6 @@
 namespace dermis::cpu {
 
 // threads: 0 = one per core. `plan` outlives the marcher.
-std::unique_ptr<plan::Marcher> march(const plan::Plan& plan, Precision, int threads, plan::Marcher::Sink);
+std::unique_ptr<plan::Marcher> march(const plan::Plan& plan, int threads, plan::Marcher::Sink);
 
 } // namespace dermis::cpu

@@ -18,6 +18,9 @@ class March : public plan::Marcher {
           tiles_(size_t(REDUCED_MAPS) * plan.constants.height * plan.tiles) {
         const size_t cells = pressure_.size();
         for (auto& state : {&strain_[0], &strain_[1], &sum_[0], &sum_[1]}) state->assign(cells, real(0));
+        if (plan.compensated)
+            for (auto& lost : {&strain_lost_[0], &strain_lost_[1], &sum_lost_[0], &sum_lost_[1]})
+                lost->assign(cells, real(0));
         for (auto& r : response_) r.assign(cells, std::numeric_limits<real>::quiet_NaN()); // to be written, never read
     }
 
@@ -63,17 +66,40 @@ class March : public plan::Marcher {
   private:
     size_t row(int y) const { return size_t(y) * plan_.pitch; }
 
-    void advance(int y, const Constants& constants) {
-        const Constants c = constants; // a copy: no store can change it
-        const real* __restrict p = pressure_.data() + row(y);
-        const real* __restrict eps = strain_[from_].data() + row(y);
-        const real* __restrict sum = sum_[from_].data() + row(y);
-        real* __restrict eps_to = strain_[1 - from_].data() + row(y);
-        real* __restrict sum_to = sum_[1 - from_].data() + row(y);
-        for (int x = 0; x < c.width; ++x) {
-            const Load load = load_of(p[x], c);
-            eps_to[x] = strain_after(eps[x], load, c.row);
-            sum_to[x] = sum_after(eps[x], sum[x], load, c.row);
+    void advance(int y, const Constants& c) {
+        const size_t at = row(y);
+        const int to = 1 - from_;
+        if (plan_.compensated)
+            advance_compensated(c.width, c, pressure_.data() + at, strain_[from_].data() + at, sum_[from_].data() + at,
+                                strain_lost_[from_].data() + at, sum_lost_[from_].data() + at, strain_[to].data() + at,
+                                sum_[to].data() + at, strain_lost_[to].data() + at, sum_lost_[to].data() + at);
+        else
+            advance_cells(c.width, c, pressure_.data() + at, strain_[from_].data() + at, sum_[from_].data() + at,
+                          strain_[to].data() + at, sum_[to].data() + at);
+    }
+
+    // Apart, so that the compiler believes that nothing overlaps; so is respond_cells.
+    static void advance_cells(int count, const Constants c, const real* __restrict p, const real* __restrict eps,
+                              const real* __restrict sum, real* __restrict eps_to, real* __restrict sum_to) {
+        for (int i = 0; i < count; ++i) {
+            const Load load = load_of(p[i], c);
+            eps_to[i] = added(eps[i], strain_step(eps[i], load, c.row));
+            sum_to[i] = added(sum[i], sum_step(eps[i], sum[i], load, c.row));
+        }
+    }
+
+    static void advance_compensated(int count, const Constants c, const real* __restrict p, const real* __restrict eps,
+                                    const real* __restrict sum, const real* __restrict eps_lost,
+                                    const real* __restrict sum_lost, real* __restrict eps_to, real* __restrict sum_to,
+                                    real* __restrict eps_lost_to, real* __restrict sum_lost_to) {
+        for (int i = 0; i < count; ++i) {
+            const Load load = load_of(p[i], c);
+            const Compensated strain = added_compensated(eps[i], eps_lost[i], strain_step(eps[i], load, c.row));
+            const Compensated integral = added_compensated(sum[i], sum_lost[i], sum_step(eps[i], sum[i], load, c.row));
+            eps_to[i] = strain.value;
+            eps_lost_to[i] = strain.lost;
+            sum_to[i] = integral.value;
+            sum_lost_to[i] = integral.lost;
         }
     }
 
@@ -105,7 +131,6 @@ class March : public plan::Marcher {
                       response_[1].data() + at, response_[2].data() + at, response_[3].data() + at);
     }
 
-    // Apart, so that the compiler believes that nothing overlaps.
     static void respond_cells(int count, const Constants c, const real* __restrict p, const real* __restrict rest,
                               const real* __restrict L, const real* __restrict eps, const real* __restrict after,
                               const real* __restrict sum, real* __restrict sa1, real* __restrict sa2,
@@ -175,6 +200,7 @@ class March : public plan::Marcher {
     Sink sink_;
     Pool pool_;
     std::vector<real> pressure_, rest_, surface_, strain_[2], sum_[2], response_[4];
+    std::vector<real> strain_lost_[2], sum_lost_[2]; // compensated
     std::vector<Summary> tiles_;
     int from_ = 0, shown_ = 0; // which state is kept, which one the last press made
 };

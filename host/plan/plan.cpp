@@ -5,6 +5,7 @@
 #include "host/scene/scene.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace dermis {
 namespace f64 {
@@ -22,18 +23,18 @@ struct Heights {
 
 namespace {
 
-// L(S), once and in double: what is left to a kernel is L(eps).
-std::vector<double> laplacian(const std::vector<double>& map, const Scene& s) {
-    const int width = s.grid.width, height = s.grid.height, stencil = int(*s.stencil), edges = int(*s.edges);
-    const double spacing = s.grid.spacing.value_or(1);
-    f64::Heights heights{map.data(), width};
+// In double: of the surface once, so that only L(eps) is left to a kernel.
+std::vector<double> laplacian(const std::vector<double>& map, const Grid& grid, int stencil, int edges) {
+    const double spacing = grid.spacing.value_or(1);
+    f64::Heights heights{map.data(), grid.width};
     std::vector<double> result(map.size());
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x) {
+    for (int y = 0; y < grid.height; ++y)
+        for (int x = 0; x < grid.width; ++x) {
             const double centre = heights.strain_at(x, y);
-            result[size_t(y) * width + x] = f64::add(heights.laplacian_along_x(x, y, centre, width, stencil, edges),
-                                                     heights.laplacian_along_y(x, y, centre, height, stencil, edges)) /
-                                            (spacing * spacing);
+            result[size_t(y) * grid.width + x] =
+                f64::add(heights.laplacian_along_x(x, y, centre, grid.width, stencil, edges),
+                         heights.laplacian_along_y(x, y, centre, grid.height, stencil, edges)) /
+                (spacing * spacing);
         }
     return result;
 }
@@ -41,7 +42,7 @@ std::vector<double> laplacian(const std::vector<double>& map, const Scene& s) {
 SceneMaps maps_of(const Scene& validated) {
     SceneMaps m;
     m.surface = scene::surface_map(validated);
-    m.rest_curvature = laplacian(m.surface, validated);
+    m.rest_curvature = laplacian(m.surface, validated.grid, int(*validated.stencil), int(*validated.edges));
     m.pressure = scene::pressure_map(validated);
     return m;
 }
@@ -55,7 +56,37 @@ SceneMaps maps(const Scene& scene) {
 
 namespace plan {
 
-Plan make_plan(const Scene& scene) {
+namespace {
+
+// Each step rounds by 2^-24 and forgets e^-z of what was before; the plain integral forgets nothing.
+Precision choose(const Scene& s, long long steps) {
+    const double z = s.time.step * s.material.modulus / s.material.viscosity, N = double(steps);
+    const double strain = std::min(N, 1 / -std::expm1(-z)),
+                 sum = std::min(N, s.receptors.sa2_adaptation.value_or(INFINITY) / s.time.step);
+    return 0x1p-24 * (strain + sum) > 1e-4 ? Precision::f32_compensated : Precision::f32;
+}
+
+} // namespace
+
+StencilEstimate stencil_estimate(const Plan& plan, const std::vector<double>& strain) {
+    const Scene& s = plan.scene;
+    std::vector<double> deformed = plan.maps.surface;
+    for (size_t i = 0; i < deformed.size(); ++i) deformed[i] -= *s.material.thickness * strain[i];
+    const int edges = *s.edges == Edges::periodic ? EDGES_PERIODIC : EDGES_MIRROR;
+    const std::vector<double> second = laplacian(deformed, s.grid, STENCIL_FIVE_POINT, edges);
+    const std::vector<double> fourth = laplacian(deformed, s.grid, STENCIL_FOURTH_ORDER, edges);
+    double largest = 0;
+    for (double C : second) largest = std::max(largest, std::abs(C));
+    StencilEstimate e;
+    for (size_t i = 0; i < second.size(); ++i) {
+        const double differs = std::abs(second[i] - fourth[i]);
+        e.greatest = std::max(e.greatest, differs);
+        e.kinks += differs > std::abs(second[i]) / 2 && differs > 1e-3 * largest; // below: an inflection, not a kink
+    }
+    return e;
+}
+
+Plan make_plan(const Scene& scene, std::optional<Precision> precision) {
     Plan p;
     p.scene = scene::validated(scene);
     const Scene& s = p.scene;
@@ -74,6 +105,8 @@ Plan make_plan(const Scene& scene) {
     p.constants.height = s.grid.height;
     p.constants.pitch = p.pitch;
     p.outputs = scene::outputs(s.time);
+    p.precision = precision.value_or(choose(s, p.outputs));
+    p.compensated = p.precision == Precision::f32_compensated;
     for (const FieldRequest& f : s.output.fields) p.field_times.push_back(scene::Waveform::snapped(f.at, s.time.step));
     std::sort(p.field_times.begin(), p.field_times.end());
     p.field_times.erase(std::unique(p.field_times.begin(), p.field_times.end()), p.field_times.end());

@@ -11,14 +11,25 @@ namespace dermis::plan {
 struct Plan {
     Scene scene; // validated, every default filled in
     SceneMaps maps;
-    int pitch = 0, tiles = 0;        // cells, tiles per row
-    int stencil = 0, edges = 0;      // names in kernels/layout.h
+    int pitch = 0, tiles = 0;   // cells, tiles per row
+    int stencil = 0, edges = 0; // names in kernels/layout.h
+    Precision precision = Precision::f32;
+    bool compensated = false;        // f32 with what each sum has lost carried along
     f64::Constants constants{};      // what does not change from step to step
     long long outputs = 0;           // rows of the traces
     std::vector<double> field_times; // sorted, each once; within 1e-6 of a step from an output: that output's
 };
 
-Plan make_plan(const Scene&); // throws Error::bad_input
+// Without a precision: f32, compensated where plain sums could lose more than 1e-4. Throws Error::bad_input.
+Plan make_plan(const Scene&, std::optional<Precision> = {});
+
+// |C5 - C4| of the skin under this strain: what the five-point stencil is off by, and in how many cells it exceeds
+// |C|/2, which no refinement mends: a kink.
+struct StencilEstimate {
+    double greatest = 0;
+    long long kinks = 0;
+};
+StencilEstimate stencil_estimate(const Plan&, const std::vector<double>& strain);
 
 // One press of every cell, from the last kept state to `time`. `keep`: the new state replaces the old one; otherwise
 // the step only looks (a field between outputs, an impulse). trace, impulse, field: what its end belongs to, or -1.

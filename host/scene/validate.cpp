@@ -17,7 +17,10 @@ const char* name(Method m) noexcept {
                                             "backward-euler", "crank-nicolson", "sdirk2", "published"};
     return names[int(m)];
 }
-const char* name(Precision p) noexcept { return p == Precision::f32 ? "f32" : "f64"; }
+const char* name(Precision p) noexcept {
+    static constexpr const char* names[] = {"f32", "f32-compensated", "f64"};
+    return names[int(p)];
+}
 
 namespace scene {
 namespace {

@@ -31,9 +31,9 @@ void check_fits(const plan::Plan& plan, const Context& context, VkDeviceSize pla
                         limit + " = " + std::to_string(allowed) + "; or device cpu");
     };
     const VkPhysicalDeviceLimits& limits = context.limits();
-    const VkDeviceSize all = 13 * plane + ring;
-    if (std::max(plane, ring) > limits.maxStorageBufferRange)
-        refuse(std::max(plane, ring), "maxStorageBufferRange", limits.maxStorageBufferRange);
+    const VkDeviceSize state = plan.compensated ? 2 * plane : plane, all = 9 * plane + 4 * state + ring;
+    if (std::max(state, ring) > limits.maxStorageBufferRange)
+        refuse(std::max(state, ring), "maxStorageBufferRange", limits.maxStorageBufferRange);
     if (all > context.heap_bytes()) refuse(all, "device memory", context.heap_bytes());
     if (uint32_t(plan.constants.height) > limits.maxComputeWorkGroupCount[1])
         refuse(plane, "maxComputeWorkGroupCount[1]", limits.maxComputeWorkGroupCount[1]);
@@ -55,7 +55,10 @@ class March : public plan::Marcher {
         const std::vector<float> maps[] = {plan::padded<float>(plan.maps.pressure, plan, "load.intensity"),
                                            plan::padded<float>(plan.maps.rest_curvature, plan, "surface.relief"),
                                            plan::padded<float>(plan.maps.surface, plan, "surface.relief")};
-        for (int i = 0; i < planes; ++i) buffers_.emplace_back(*context_, plane_, Buffer::Place::device);
+        for (int i = 0; i < planes; ++i) {
+            const bool state = i >= strain0 && i <= sum1;
+            buffers_.emplace_back(*context_, plan.compensated && state ? 2 * plane_ : plane_, Buffer::Place::device);
+        }
         buffers_.emplace_back(*context_, ring_ * per_step, Buffer::Place::host);
         buffers_.emplace_back(*context_, std::max(probes_, 1) * sizeof(int), Buffer::Place::host);
         make_kernels();
@@ -156,7 +159,7 @@ class March : public plan::Marcher {
     };
 
     void make_kernels() {
-        const std::vector<uint32_t> variant = {uint32_t(plan_.stencil), uint32_t(plan_.edges)};
+        const std::vector<uint32_t> variant = {uint32_t(plan_.stencil), uint32_t(plan_.edges), plan_.compensated};
         std::vector<std::vector<const Buffer*>> press, fields, reduce;
         for (int from = 0; from < 2; ++from) {
             const auto b = [&](int i) { return &buffers_[i]; };
