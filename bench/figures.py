@@ -259,6 +259,38 @@ def error_vs_time(study):
     save(figure, study, "error_vs_time")
 
 
+@plt.rc_context({"font.size": 10, "legend.fontsize": 9})
+def stability(study):
+    rows = np.genfromtxt(study / "stability.csv", delimiter=",", names=True, dtype=None, encoding="utf-8")
+    courses = np.genfromtxt(study / "failures.csv", delimiter=",", names=True, dtype=None, encoding="utf-8")
+    figure, (errors, failures) = plt.subplots(1, 2, figsize=(10, 4.4), width_ratios=[3, 2])
+    colours = {"euler": VERMILLION, "rk2": ORANGE, "rk4": PURPLE, "backward-euler": GREEN, "crank-nicolson": "grey",
+               "sdirk2": "saddlebrown", "exact": BLUE}
+    top = 1e3
+    for method, colour in colours.items():
+        for precision in ("f32", "f64"):
+            line = rows[(rows["method"] == method) & (rows["precision"] == precision)]
+            if not line.size:
+                continue
+            bare = method != "exact"
+            errors.loglog(line["z"], np.clip(line["error"], 1e-17, top), color=colour, lw=1.6 if bare else 2.4,
+                          ls="-" if precision == "f64" else "--", label=method if bare else f"{method}, {precision}")
+    errors.axhspan(1, top, color="black", alpha=0.06)
+    errors.text(1.5e-6, 20, "error as large as the strain: unstable", fontsize=9)
+    errors.set(xlabel="step over retardation time, z = dt/tau", ylabel="greatest error / final strain", ylim=(1e-17, top),
+               title="held load, first steps at each z")
+    errors.grid(alpha=0.3)
+    errors.legend(loc="lower right", bbox_to_anchor=(1, 0.03), fontsize=8)
+    for method in dict.fromkeys(courses["method"]):
+        line = courses[courses["method"] == method]
+        failures.plot(line["step"], line["strain"], color=colours[method], marker="o", ms=3,
+                      label=f"{method}, z = {line['z'][0]:g}")
+    failures.axhline(1, color="black", lw=0.8, ls=":")
+    failures.set(xlabel="step", ylabel="strain / (pressure/modulus)", ylim=(-1.5, 3.2), title="what failing looks like")
+    failures.legend(fontsize=8, ncol=2, loc="upper center", bbox_to_anchor=(0.5, -0.15))
+    save(figure, study, "stability")
+
+
 if len(sys.argv) != 2:
     sys.exit("usage: figures.py DIR")
 folder = Path(sys.argv[1])
@@ -266,5 +298,5 @@ folder = Path(sys.argv[1])
 plt.rcParams.update({"figure.dpi": 150, "figure.constrained_layout.use": True, "font.size": 9, "axes.titlesize": 9.5,
                      "legend.fontsize": 8})
 for draw in (figure_3, figure_4, figure_5, figure_6, figure_7, figure_8, figure_9, figure_10, figure_11, figure_12,
-             error_vs_time):
+             error_vs_time, stability):
     draw(folder)

@@ -55,7 +55,7 @@ TEST_CASE("coefficients are within a few units of 2^-53 over all moduli, times a
     CHECK(worst_b <= 4);
     CHECK(worst_f <= 4);
     CHECK(worst_i0 <= 4);
-    CHECK(worst_i1 <= 5);
+    CHECK(worst_i1 <= 4);
     CHECK(worst_i2 <= 8);
     CHECK(worst_decay <= 1);
 }

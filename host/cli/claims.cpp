@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The study's claims beside what was computed. Every number is taken from a run, and every verdict from its numbers.
+// The study's claims beside what was computed: numbers from the runs, a verdict from its numbers where they can decide.
 #include "host/cli/study.hpp"
 
 #include <algorithm>
@@ -91,7 +91,8 @@ class Report {
                "said.\n"
                "*Published* is its own method (forward Euler, its stencil and edges), *exact* the solution without "
                "error in time and\n"
-               "with the five-point stencil; both in double. Each number below was computed by the run that wrote this "
+               "with the five-point stencil; both in double. What is measured below was computed by the run that wrote "
+               "this "
                "file.\n\n"
                "| # | claim | computed | verdict |\n|---|---|---|---|\n";
         displacement();

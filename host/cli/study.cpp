@@ -184,6 +184,9 @@ int study(const Path& out) {
                    ? fmt::format("Vulkan: {}{}\n", vulkan->info().name,
                                  vulkan->info().kind == "software" ? ", a software driver on the CPU's own cores" : "")
                    : "no Vulkan device\n");
+    stages.next("stability map");
+    write_file(out / "stability.csv", stability_map());
+    write_file(out / "failures.csv", failing_courses());
     stages.next("pictures");
     write_maps(out / "maps");
     const bool drawn = draw(out);

@@ -28,4 +28,8 @@ std::string claims(const StudyRuns&);
 // Error against time: euler and exact, f32 and f64, CPU and Vulkan (null: none), over a ladder of steps, as CSV.
 std::string error_against_time(const Device* vulkan);
 
+// Greatest strain error of every method for dt/tau = 1e-6 .. 1e6, and how methods fail, step by step; as CSV.
+std::string stability_map();
+std::string failing_courses();
+
 } // namespace dermis::cli

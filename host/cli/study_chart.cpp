@@ -28,6 +28,22 @@ Errors errors(const Result& r, const Material& m) {
     return e;
 }
 
+// Strain of one cell after 0 .. steps steps at z = dt/tau, in units of pressure/modulus.
+std::vector<double> relaxation(Method method, double z, int steps, Precision precision) {
+    Scene s;
+    s.grid = {1, 1, {}};
+    s.load.kind = Load::Kind::map;
+    s.load.map = {1.0};
+    s.material = {1, 1, {}, {}};
+    s.method = method;
+    s.allow_unstable = true;
+    s.time = {z, z * (steps + 1)};
+    s.output.traces = {Quantity::strain};
+    RunOptions options;
+    options.precision = precision;
+    return run(s, Device::cpu(1), options).trace(Quantity::strain).mean;
+}
+
 } // namespace
 
 std::string error_against_time(const Device* vulkan) {
@@ -59,6 +75,39 @@ std::string error_against_time(const Device* vulkan) {
                                    shortest(e.rate), shortest(median / double(r.steps)),
                                    shortest(median / s.time.duration));
             }
+    return csv;
+}
+
+std::string stability_map() {
+    std::string csv = "method,precision,z,steps,error\n";
+    for (Method method : {Method::euler, Method::rk2, Method::rk4, Method::backward_euler, Method::crank_nicolson,
+                          Method::sdirk2, Method::exact})
+        for (Precision precision : {Precision::f32, Precision::f64})
+            for (int i = -30; i <= 30; ++i) {
+                if (precision == Precision::f32 && method != Method::exact) continue;
+                const double z = std::pow(10, i / 5.0), steps = std::clamp(std::ceil(3 / z), 50.0, 3000.0);
+                const std::vector<double> strain = relaxation(method, z, int(steps), precision);
+                double error = 0;
+                for (size_t n = 0; n < strain.size(); ++n)
+                    error = std::max(error, std::abs(strain[n] + std::expm1(-z * double(n))));
+                csv += fmt::format("{},{},{},{},{}\n", name(method), name(precision), shortest(z), steps,
+                                   std::isfinite(error) ? shortest(error) : "inf");
+            }
+    return csv;
+}
+
+std::string failing_courses() {
+    std::string csv = "method,z,step,strain\n";
+    for (auto [method, z] : {std::pair{Method::euler, 2.1},
+                             {Method::rk2, 2.1},
+                             {Method::crank_nicolson, 20.0},
+                             {Method::sdirk2, 8.24},
+                             {Method::backward_euler, 8.24},
+                             {Method::exact, 8.24}}) {
+        const std::vector<double> strain = relaxation(method, z, 12, Precision::f64);
+        for (size_t n = 0; n < strain.size(); ++n)
+            csv += fmt::format("{},{},{},{}\n", name(method), shortest(z), n, shortest(strain[n]));
+    }
     return csv;
 }
 

@@ -9,7 +9,7 @@
 //     dermis::Result r = dermis::run(dermis::Scene::from_file("scene.toml"));
 //
 // Maps are row-major, row 0 first: index = y*width + x. Every output at a time t is the left limit at t, and 0 at t = 0
-// until the load has acted. Functions throw dermis::Error, and check all input before they allocate or write anything.
+// until the load has acted. Functions throw dermis::Error, and check their input before they write anything.
 #pragma once
 
 #include <array>
@@ -119,7 +119,7 @@ struct Time {
 
 struct Receptors {
     std::optional<double> sa2_adaptation;      // s, > 0: tau_a*y' = -y + tau_a*eps, bounded; none: the plain integral
-    std::optional<Fa2> fa2;                    // default point: the density of eps'' (jumps are listed as impulses);
+    std::optional<Fa2> fa2;                    // default point: the density of eps'' (jumps are in Result::impulses);
                                                // step_mean: mean of eps'' over the step, jumps included
     std::array<double, 2> fa2_gains = {1, -1}; // k+, k-: k+*max(a, 0) + k-*max(-a, 0) of a = eps''(1 + l*C)
 };
@@ -195,6 +195,7 @@ struct Trace {
 };
 
 // A jump of the load at `time` puts an impulse into FA2, or at viscosity 0 into FA1: its weight, per cell.
+// Listed by Method::exact, with the curvature at its instant and after fa2_gains.
 struct Impulse {
     double time = 0;
     Quantity quantity = Quantity::fa2;
@@ -215,12 +216,12 @@ struct Result {
     std::vector<Field> fields;
     DeviceInfo device;
     Precision precision = Precision::f32;
-    long long steps = 0;      // of every cell
-    long long dispatches = 0; // of GPU kernels
-    double seconds = 0;       // stepping, without set-up; 0 with RunOptions::check, which does more
+    long long steps = 0;         // of every cell
+    long long dispatches = 0;    // of GPU kernels
+    double seconds = 0;          // stepping, without set-up; 0 with RunOptions::check, which does more
     double stencil_estimate = 0; // 1/m: greatest |C5 - C4| at the end, the error of a five-point curvature
     long long kinks = 0;         // cells where it exceeds |C|/2: curvature does not converge there
-    double greatest_gain = 0; // of |l*C| over all cells, at rest and at the end; above 1 responses change sign
+    double greatest_gain = 0;    // of |l*C| over all cells, at rest and at the end; above 1 responses change sign
     long long cells_compared = 0, cells_different = 0; // RunOptions::check
 
     const Trace& trace(Quantity) const; // throws Error::bad_input when it was not asked for
