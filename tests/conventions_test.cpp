@@ -305,3 +305,59 @@ TEST_CASE("a slow sine is known in closed form at any step: no error in time") {
         }
     }
 }
+
+TEST_CASE("an elastic skin: FA1 is the load's slope over the modulus, FA2 the step mean of its change") {
+    Envelope ramp, sine, table;
+    ramp.kind = Envelope::Kind::ramp;
+    ramp.start = 0.113;
+    ramp.rise = 0.5;
+    sine.kind = Envelope::Kind::sine;
+    sine.frequency = 3;
+    table.kind = Envelope::Kind::table;
+    table.times = {0, 0.25, 0.5, 0.5, 0.6};
+    table.values = {1, 2, 0, 1, -1};
+    for (const Envelope& e : {ramp, sine, table}) {
+        CAPTURE(int(e.kind));
+        Scene s = one_cell();
+        s.material.viscosity = 0;
+        s.load.envelope = e;
+        s.receptors.fa2 = Fa2::step_mean;
+        s.time = {0.01, 1};
+        const Result r = in_double(s);
+        const auto &fa1 = mean(r, Quantity::fa1), &fa2 = mean(r, Quantity::fa2);
+        for (size_t n = 1; n < r.time.size(); ++n) {
+            const double t = r.time[n];
+            double slope = 0;
+            if (e.kind == Envelope::Kind::ramp) slope = t > 0.113 && t <= 0.613 ? 2 : 0;
+            if (e.kind == Envelope::Kind::sine) slope = 6 * M_PI * std::cos(6 * M_PI * t);
+            if (e.kind == Envelope::Kind::table) slope = t < 0.255 ? 4 : t < 0.505 ? -8 : t < 0.605 ? -20 : 0;
+            CHECK(fa1[n] == doctest::Approx(slope / 1.54).scale(1).epsilon(1e-11));
+            CHECK(fa2[n] == doctest::Approx((fa1[n] - fa1[n - 1]) / 0.01).scale(100).epsilon(1e-11));
+        }
+    }
+}
+
+TEST_CASE(
+    "a 250 Hz vibration sampled at 1 kHz keeps its FA2 when frames are samples, and loses it when frames are held") {
+    Scene s = one_cell();
+    s.time = {0.001, 0.2};
+    s.receptors.fa2 = Fa2::step_mean;
+    Envelope& e = s.load.envelope;
+    e.kind = Envelope::Kind::sine;
+    e.frequency = 250;
+    e.phase = 0.3;
+    const std::vector<double> truth = mean(in_double(s), Quantity::fa2);
+    const double peak = *std::max_element(truth.begin() + 2, truth.end());
+    e.kind = Envelope::Kind::table;
+    for (int n = 0; n <= 200; ++n) {
+        e.times.push_back(n * 0.001);
+        e.values.push_back(std::sin(2 * M_PI * 0.25 * n + 0.3));
+    }
+    const std::vector<double> sampled = mean(in_double(s), Quantity::fa2);
+    for (size_t n = 1; n < truth.size(); ++n) CHECK(std::abs(sampled[n] - truth[n]) < 0.01 * peak);
+    // held over each step, eps'' is -(E/eta)*eps' and nothing more
+    s.method = Method::euler;
+    s.receptors.fa2 = Fa2::point;
+    const std::vector<double> held = mean(in_double(s), Quantity::fa2);
+    for (double v : held) CHECK(std::abs(v) < 0.03 * peak);
+}

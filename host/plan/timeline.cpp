@@ -33,6 +33,13 @@ Step Timeline::exact_step(double from, double to) const {
     if (to == from) return s;
     if (load_.sine()) force_sine(s, from, regular ? from + whole : to);
     else force_straight(s, from, to);
+    if (medium_.viscosity == 0 && medium_.step_mean) {
+        // an elastic skin's rate is not in its state: the one before comes from the load
+        f64::Row& k = s.row;
+        if (s.rise == 0) k.f = k.i2 = k.v1 = 0;
+        s.rise = 1;
+        k.a1 = (k.v1 - load_.slope_before(from) / medium_.modulus) / (to - from);
+    }
     return s;
 }
 

@@ -56,6 +56,15 @@ double Waveform::before(double t) const {
     return last.right + (next->left - last.right) * ((t - last.time) / (next->time - last.time));
 }
 
+double Waveform::slope_before(double t) const {
+    if (t <= knots_.front().time) return 0;
+    if (sine()) return envelope_.amplitude * angular_frequency() * std::cos(angular_frequency() * t + envelope_.phase);
+    const auto next =
+        std::lower_bound(knots_.begin(), knots_.end(), t, [](const Knot& k, double at) { return k.time < at; });
+    if (next == knots_.end()) return 0;
+    return (next->left - (next - 1)->right) / (next->time - (next - 1)->time);
+}
+
 double Waveform::after(double t) const {
     const auto at =
         std::lower_bound(knots_.begin(), knots_.end(), t, [](const Knot& k, double x) { return k.time < x; });
