@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: MIT
 // One step of every cell and, if asked, its responses:
 //   eps, I -> eps, I at the step's end       X*(1 + l*C), X = eps, I, eps', eps'', C = L(S) - h*L(eps)
-// Four cells of a row per invocation: a software driver moves vec4s at twice the pace of floats. A neighbour's new strain
+// Four cells of a row per invocation: a software driver moves vec4s faster than floats. A neighbour's new strain
 // is computed again from its old state, so one dispatch is enough; hence two copies of the state.
 #extension GL_GOOGLE_include_directive : require
 #define real vec4

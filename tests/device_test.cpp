@@ -91,10 +91,6 @@ TEST_CASE("the canary: validation with synchronization is on, and reports a haza
 
 TEST_CASE(
     "without a loader, a driver or a compute queue: auto says so and uses the CPU, vulkan names what is missing") {
-    struct Fault {
-        Loader loader;
-        const char* says;
-    };
     const auto check = [](const Loader& loader, const char* says) {
         CAPTURE(says);
         const Device automatic = open_device("auto", loader);

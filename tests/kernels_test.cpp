@@ -15,10 +15,10 @@ namespace {
 
 // Everything a cell's press goes through, in the reals of whichever namespace.
 #define PRESS_ONE_CELL(space)                                                                                          \
-    space::real press_##space(space::real p, space::real eps, space::real I, space::real rest, double scale) {         \
+    space::real press_##space(space::real p, space::real eps, space::real I, space::real rest) {                       \
         using real = space::real;                                                                                      \
         space::Row k{};                                                                                                \
-        const auto r = [scale](double x) { return space::scalar(float(scale * x)); };                                  \
+        const auto r = [](double x) { return space::scalar(float(x)); };                                               \
         k.E = r(1.5);                                                                                                  \
         k.b = r(0.3);                                                                                                  \
         k.f = r(0.1);                                                                                                  \
@@ -65,12 +65,12 @@ TEST_CASE("four cells at a time have the bits of one") {
             I[lane] = next();
             rest[lane] = next();
         }
-        const glm::vec4 four = press_vec4(p, eps, I, rest, 1);
+        const glm::vec4 four = press_vec4(p, eps, I, rest);
         for (int lane = 0; lane < 4; ++lane) {
-            const float one = press_f32(p[lane], eps[lane], I[lane], rest[lane], 1);
+            const float one = press_f32(p[lane], eps[lane], I[lane], rest[lane]);
             REQUIRE(std::bit_cast<uint32_t>(four[lane]) == std::bit_cast<uint32_t>(one));
             CHECK(double(one) ==
-                  doctest::Approx(press_f64(p[lane], eps[lane], I[lane], rest[lane], 1)).epsilon(1e-5).scale(1));
+                  doctest::Approx(press_f64(p[lane], eps[lane], I[lane], rest[lane])).epsilon(1e-5).scale(1));
         }
     }
 }

@@ -143,7 +143,7 @@ class Report {
                         p.max[last], p.mean[last], force("point"), force("circular"), force("linear"),
                         p.mean[last] / force("point"), c.mean[last] / force("circular"),
                         l.mean[last] / force("linear")),
-            verdict(p.max[last] < c.max[last], "holds, by the scaling of the maps alone"));
+            verdict(p.max[last] < c.max[last], "holds, by the maps' scaling alone"));
         const auto [low, high] = std::minmax_element(at("exact/flat_circular").result.fields[1].values.begin(),
                                                      at("exact/flat_circular").result.fields[1].values.end());
         row("On a flat surface there is no curvature (3.4)",
@@ -163,7 +163,7 @@ class Report {
                         percent(spiral.authors, flat.authors), percent(spiral.points, flat.points),
                         percent(spiral.mean, flat.mean), percent(spiral.rms, flat.rms), percent(s.mean, f.mean),
                         percent(s.rms, f.rms)),
-            verdict(spiral.mean > 1.01 * flat.mean, "holds", "not in the mean: it rests on which points are read"));
+            verdict(spiral.mean > 1.01 * flat.mean, "holds", "not in the mean: it rests on the points read"));
         row("The spiral amplifies more than the wave (4, figs. 8, 9)",
             fmt::format("wave against flat {:+.2f} %, {:+.2f} %, {:+.3f} %, {:+.2f} % in the same four readings "
                         "(exact, pressed cells: {:+.3f} %, {:+.2f} %)",
@@ -180,7 +180,7 @@ class Report {
                         "{:+.4f} and {:+.4f}; so "
                         "1 + C damps on crests and amplifies in valleys",
                         wave_crest, wave_valley, spiral_crest, spiral_valley),
-            verdict(wave_crest > 0 && spiral_crest > 0, "holds", "the other way round: C < 0 on crests"));
+            verdict(wave_crest > 0 && spiral_crest > 0, "holds", "the reverse: C < 0 on crests"));
         row("The spiral's curvature is greater, being omnidirectional (4)",
             fmt::format("rms of C at rest: wave {:.4f}, spiral {:.4f}: the spiral's ridges are {:.1f} cells apart, the "
                         "wave's 10",
@@ -211,7 +211,7 @@ class Report {
                         0.01 * double(std::find_if(fa2.begin() + 2, fa2.end(),
                                                    [&](double v) { return std::abs(v) < 0.01 * std::abs(fa2[2]); }) -
                                       fa2.begin())),
-            "an impulse and a decay over tau, not a spike");
+            "an impulse and a decay, not a spike");
     }
 
     std::string list(const char* sweep, const std::vector<std::string>& values, Method m, Quantity q, size_t n,
@@ -289,7 +289,7 @@ class Report {
         }
         row("Negative FA2 is unusual and may be a numerical error (4, 5)",
             "under a held load eps'' = -(E/eta) eps' < 0 after the jump; what is wrong is the positive spike",
-            "not an error: it is the answer");
+            "no error: it is the answer");
         row("Negative FA2 is isolated to viscosity 0.1 (fig. 12)",
             "negative among outputs 2..100, published and exact, and second over first published value" + counts,
             verdict(!all, "holds", "does not hold: always there, merely visible in one curve"));

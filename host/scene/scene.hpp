@@ -15,9 +15,6 @@ long long outputs(const Time&); // rows of the traces
 std::vector<double> surface_map(const Scene&);
 std::vector<double> pressure_map(const Scene&);
 
-// Perlin's improved gradient noise in two dimensions, four octaves, about -1..1.
-double noise(double x, double y);
-
 // A .npy file of float32 or float64, row-major, of exactly this shape. Throws Error::bad_input naming `parameter`.
 std::vector<double> read_npy(const std::string& path, int width, int height, const std::string& parameter);
 

@@ -45,8 +45,7 @@ double octave(double x, double y) {
     return std::lerp(low, high, v);
 }
 
-} // namespace
-
+// Perlin's improved gradient noise in two dimensions, four octaves, about -1..1.
 double noise(double x, double y) {
     double sum = 0, amplitude = 1, total = 0;
     for (int k = 0; k < 4; ++k, x *= 2, y *= 2, amplitude /= 2) {
@@ -55,6 +54,8 @@ double noise(double x, double y) {
     }
     return sum / total;
 }
+
+} // namespace
 
 std::vector<double> surface_map(const Scene& scene) {
     const Surface& s = scene.surface;
