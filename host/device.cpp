@@ -66,12 +66,13 @@ const Physical& named(const std::vector<Physical>& devices, const std::string& w
                 "device = \"" + which + "\": no such device; allowed: auto, cpu, vulkan" + names);
 }
 
-plan::Plan self_test_plan(Stencil stencil, Edges edges, Precision precision) {
+plan::Plan self_test_plan(Stencil stencil, Edges edges, Precision precision, bool materials, bool framed) {
     Scene s;
     s.grid = {67, 13, {}};
     s.stencil = stencil;
     s.edges = edges;
-    s.material = {2.5, 0.75, {}, {}};
+    s.material.modulus = 2.5;
+    s.material.viscosity = 0.75;
     s.time = {0.125, 1};
     s.load.envelope.start = 0.2;
     s.receptors = {0.5, Fa2::step_mean, {0.75, -0.375}};
@@ -84,7 +85,11 @@ plan::Plan self_test_plan(Stencil stencil, Edges edges, Precision precision) {
             random = random * 1664525u + 1013904223u;
             map->push_back((double(random >> 8) / (1 << 24) - 0.25) * (i % 7 ? 1 : 1e-18)); // some below the flush
         }
-    return plan::make_plan(s, precision);
+    if (materials)
+        for (double p : s.load.map) s.material.modulus_map.push_back(1.5 + p);
+    plan::Plan plan = plan::make_plan(s, precision);
+    plan.framed = framed;
+    return plan;
 }
 
 void compare(SelfTest::Kernel& kernel, double device, double cpu) {
@@ -102,10 +107,12 @@ SelfTest self_test(const Device& device) {
     const std::vector<Quantity> pressed = {Quantity::strain, Quantity::sa1, Quantity::sa2, Quantity::fa1,
                                            Quantity::fa2};
     const std::vector<Quantity> derived = {Quantity::curvature, Quantity::deformation};
-    for (auto [stencil, edges, precision] : {std::tuple{Stencil::five_point, Edges::mirror, Precision::f32},
-                                             {Stencil::fourth_order, Edges::periodic, Precision::f32_compensated},
-                                             {Stencil::published, Edges::published, Precision::f32}}) {
-        const plan::Plan plan = self_test_plan(stencil, edges, precision);
+    for (auto [stencil, edges, precision, materials, framed] :
+         {std::tuple{Stencil::five_point, Edges::mirror, Precision::f32, false, false},
+          {Stencil::five_point, Edges::mirror, Precision::f32, true, true},
+          {Stencil::fourth_order, Edges::periodic, Precision::f32_compensated, false, true},
+          {Stencil::published, Edges::published, Precision::f32, true, false}}) {
+        const plan::Plan plan = self_test_plan(stencil, edges, precision, materials, framed);
         std::vector<plan::Sample> samples[2];
         const auto take = [&](int i) { return [&samples, i](auto&, auto& sample) { samples[i].push_back(sample); }; };
         const auto one = march(device, plan, take(0));
@@ -113,6 +120,10 @@ SelfTest self_test(const Device& device) {
         std::vector<std::vector<double>> a, b;
         plan::Timeline timeline(plan);
         for (plan::Step step; timeline.next(step);) {
+            if (framed) {
+                one->frame(step.keep ? plan.maps.pressure : plan.maps.surface);
+                two->frame(step.keep ? plan.maps.pressure : plan.maps.surface);
+            }
             one->press(step);
             two->press(step);
             for (const auto& [what, kernel] : {std::pair{&pressed, 0}, {&derived, 1}}) {

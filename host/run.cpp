@@ -41,10 +41,14 @@ class Collector {
                 for (size_t i = 0; i < probes; ++i) t.probes[i].push_back(sample.probes[int(t.quantity) * probes + i]);
             }
         }
-        if (step.impulse >= 0) {
+        if (step.impulse < 0) return;
+        for (auto [quantity, elastic] : {std::pair{Quantity::fa1, true}, {Quantity::fa2, false}}) {
+            if (std::none_of(plan_.media.begin(), plan_.media.end(),
+                             [elastic = elastic](auto& m) { return (m.viscosity == 0) == elastic; }))
+                continue;
             Impulse& i = result_.impulses.emplace_back();
             i.time = step.time;
-            i.quantity = plan_.scene.material.viscosity > 0 ? Quantity::fa2 : Quantity::fa1;
+            i.quantity = quantity;
             const plan::Totals& totals = sample.totals[int(i.quantity)];
             i.mean = totals.mean;
             i.min = totals.min;
@@ -83,6 +87,8 @@ class Check {
     Check(const Device& device, const plan::Plan& plan, Result& result)
         : result_(result), collected_(other_result_, plan),
           marcher_(march(device, plan, [this](auto& s, auto& x) { collected_(s, x); })) {}
+
+    void frame(const std::vector<double>& pressure) { marcher_->frame(pressure); }
 
     void press(const plan::Step& step, plan::Marcher& first) {
         marcher_->press(step);
@@ -135,6 +141,11 @@ Result run(const Scene& scene, const Device& device, const RunOptions& options) 
                     "precision = f64; allowed on \"" + device.info().name + "\": f32; f64 on the CPU path alone");
     if (result.precision == Precision::f64 && options.check)
         throw Error(Error::Code::bad_input, "precision", "precision = f64; allowed with a check of backends: f32");
+    result.tau_min = INFINITY;
+    for (const plan::Medium& m : plan.media) {
+        result.tau_min = std::min(result.tau_min, m.viscosity / m.modulus);
+        result.tau_max = std::max(result.tau_max, m.viscosity / m.modulus);
+    }
     Collector collect(result, plan);
     const auto marcher = march(device, plan, std::ref(collect));
     std::unique_ptr<Check> check;
@@ -143,7 +154,15 @@ Result run(const Scene& scene, const Device& device, const RunOptions& options) 
 
     const auto start = Clock::now();
     plan::Timeline timeline(plan);
+    long long frames = 0; // handed over
+    std::vector<double> frame;
     for (plan::Step step; timeline.next(step);) {
+        for (; frames < step.frame + 2 && step.frame >= 0; ++frames) {
+            plan.frames->read(std::min(frames, plan.frames->maps() - 1), frame);
+            for (double& p : frame) p *= plan.scene.load.intensity;
+            marcher->frame(frame);
+            if (check) check->frame(frame);
+        }
         marcher->press(step);
         ++result.steps;
         if (check) check->press(step, *marcher);

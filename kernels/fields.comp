@@ -10,7 +10,7 @@ layout(local_size_x = FIELDS_X) in;
 layout(constant_id = 0) const int STENCIL = STENCIL_FIVE_POINT;
 layout(constant_id = 1) const int EDGES = EDGES_MIRROR;
 layout(push_constant) uniform Push { Constants c; };
-// all of pitch*height floats
+// all of pitch*height floats; a state begins with the strain
 layout(std430, binding = FIELDS_SURFACE) readonly restrict buffer Surface { float surface[]; };
 layout(std430, binding = FIELDS_REST_CURVATURE) readonly restrict buffer Rest { float rest_curvature[]; };
 layout(std430, binding = FIELDS_STRAIN) readonly restrict buffer Strain { float strain[]; };

@@ -19,17 +19,22 @@
 #define EDGES_PERIODIC 1
 #define EDGES_PUBLISHED 2
 
-#define PRESS_PRESSURE 0
-#define PRESS_REST_CURVATURE 1
-#define PRESS_STRAIN_FROM 2
-#define PRESS_SUM_FROM 3
-#define PRESS_STRAIN_TO 4
-#define PRESS_SUM_TO 5
-#define PRESS_SA1 6
-#define PRESS_SA2 7
-#define PRESS_FA1 8
-#define PRESS_FA2 9
-#define PRESS_BINDINGS 10
+#define PRESS_PRESSURE_FROM 0
+#define PRESS_PRESSURE_TO 1
+#define PRESS_REST_CURVATURE 2
+#define PRESS_STATE_FROM 3
+#define PRESS_STATE_TO 4
+#define PRESS_SA1 5
+#define PRESS_SA2 6
+#define PRESS_FA1 7
+#define PRESS_FA2 8
+#define PRESS_ROWS 9
+#define PRESS_MATERIAL 10
+#define PRESS_BINDINGS 11
+// A state is this many maps, one behind the other: strain, its integral, and if compensated what each has lost.
+#define STATE_SUM 1
+#define STATE_STRAIN_LOST 2
+#define STATE_SUM_LOST 3
 
 #define FIELDS_SURFACE 0
 #define FIELDS_REST_CURVATURE 1
@@ -59,8 +64,9 @@ struct Row {
 };
 
 struct Constants {
-    Row row;
-    scalar start, rise, jump;     // pressure = start*p after a jump of jump*p, then rising by rise*p
+    Row row;                      // of a uniform material; otherwise a table holds rows, and each cell has an index into it
+    scalar start, rise, jump;     // pressure = start*p after a jump of jump*p, then rising by rise*p; or between frames
+                                  // p and q: start of the way from p to q, then rise of it, after a jump of jump*p
     scalar bend;                  // thickness / spacing^2: turns the stencil's sum over eps into curvature
     scalar curvature_length;      // l in 1 + l*C
     scalar gain_plus, gain_minus; // FA2 = gain_plus*max(a, 0) + gain_minus*max(-a, 0)

@@ -14,42 +14,81 @@
 layout(local_size_x = PRESS_X, local_size_y = PRESS_Y) in;
 layout(constant_id = 0) const int STENCIL = STENCIL_FIVE_POINT;
 layout(constant_id = 1) const int EDGES = EDGES_MIRROR;
-// Strain and sum are carried with what they have lost: a second map behind the first in the same buffer.
-layout(constant_id = 2) const int COMPENSATED = 0;
+layout(constant_id = 2) const int COMPENSATED = 0; // the state carries what its sums have lost
+layout(constant_id = 3) const int MATERIALS = 0; // rows differ from cell to cell
+layout(constant_id = 4) const int FRAMES = 0;    // pressure runs from one map to another
 layout(push_constant) uniform Push { Constants c; };
-// all of pitch/4*height, strain and sum twice that if COMPENSATED; a row's last cells may lie beyond its width
-layout(std430, binding = PRESS_PRESSURE) readonly buffer Pressure { vec4 pressure[]; };
+// all of pitch/4*height, a state several times that; a row's last cells may lie beyond its width
+layout(std430, binding = PRESS_PRESSURE_FROM) readonly buffer PressureFrom { vec4 pressure_from[]; };
+layout(std430, binding = PRESS_PRESSURE_TO) readonly buffer PressureTo { vec4 pressure_to[]; };
 layout(std430, binding = PRESS_REST_CURVATURE) readonly restrict buffer Rest { vec4 rest_curvature[]; };
-layout(std430, binding = PRESS_STRAIN_FROM) readonly buffer StrainFrom { vec4 strain_from[]; };
-layout(std430, binding = PRESS_SUM_FROM) readonly restrict buffer SumFrom { vec4 sum_from[]; };
-layout(std430, binding = PRESS_STRAIN_TO) writeonly restrict buffer StrainTo { vec4 strain_to[]; };
-layout(std430, binding = PRESS_SUM_TO) writeonly restrict buffer SumTo { vec4 sum_to[]; };
+layout(std430, binding = PRESS_STATE_FROM) readonly buffer StateFrom { vec4 state_from[]; };
+layout(std430, binding = PRESS_STATE_TO) writeonly restrict buffer StateTo { vec4 state_to[]; };
 layout(std430, binding = PRESS_SA1) writeonly restrict buffer Sa1 { vec4 sa1[]; };
 layout(std430, binding = PRESS_SA2) writeonly restrict buffer Sa2 { vec4 sa2[]; };
 layout(std430, binding = PRESS_FA1) writeonly restrict buffer Fa1 { vec4 fa1[]; };
 layout(std430, binding = PRESS_FA2) writeonly restrict buffer Fa2 { vec4 fa2[]; };
+layout(std430, binding = PRESS_ROWS) readonly restrict buffer Table { Row table[]; };
+layout(std430, binding = PRESS_MATERIAL) readonly buffer Material { ivec4 material[]; };
 // the same maps, cell by cell
-layout(std430, binding = PRESS_PRESSURE) readonly buffer PressureCells { float pressure_cells[]; };
-layout(std430, binding = PRESS_STRAIN_FROM) readonly buffer StrainCells { float strain_cells[]; };
+layout(std430, binding = PRESS_PRESSURE_FROM) readonly buffer PressureFromCells { float pressure_from_cells[]; };
+layout(std430, binding = PRESS_PRESSURE_TO) readonly buffer PressureToCells { float pressure_to_cells[]; };
+layout(std430, binding = PRESS_STATE_FROM) readonly buffer StateCells { float state_cells[]; };
+layout(std430, binding = PRESS_MATERIAL) readonly buffer MaterialCells { int material_cells[]; };
 
-// New strain under pressure p of cells that have eps and lost.
-vec4 stepped(vec4 eps, vec4 lost, vec4 p) {
-    vec4 step = strain_step(eps, load_of(p, c), c.row);
+Rows rows_of_four(Row a, Row b, Row d, Row e) {
+    Rows r;
+    r.E = vec4(a.E, b.E, d.E, e.E);
+    r.b = vec4(a.b, b.b, d.b, e.b);
+    r.f = vec4(a.f, b.f, d.f, e.f);
+    r.i0 = vec4(a.i0, b.i0, d.i0, e.i0);
+    r.i1 = vec4(a.i1, b.i1, d.i1, e.i1);
+    r.i2 = vec4(a.i2, b.i2, d.i2, e.i2);
+    r.leak = vec4(a.leak, b.leak, d.leak, e.leak);
+    r.v0 = vec4(a.v0, b.v0, d.v0, e.v0);
+    r.v1 = vec4(a.v1, b.v1, d.v1, e.v1);
+    r.a0 = vec4(a.a0, b.a0, d.a0, e.a0);
+    r.a1 = vec4(a.a1, b.a1, d.a1, e.a1);
+    r.a2 = vec4(a.a2, b.a2, d.a2, e.a2);
+    return r;
+}
+
+// Of cells 4i .. 4i + 3.
+Rows rows_at(int i) {
+    if (MATERIALS == 0) return rows_of(c.row);
+    ivec4 m = material[i];
+    return rows_of_four(table[m.x], table[m.y], table[m.z], table[m.w]);
+}
+
+Rows rows_of_cell(int i) {
+    if (MATERIALS == 0) return rows_of(c.row);
+    return rows_of(table[material_cells[i]]);
+}
+
+Load load_at(int i) {
+    return FRAMES != 0 ? load_between(pressure_from[i], pressure_to[i], c) : load_of(pressure_from[i], c);
+}
+
+// New strain of cells that have eps and lost.
+vec4 stepped(vec4 eps, vec4 lost, Load load, Rows k) {
+    vec4 step = strain_step(eps, load, k);
     return COMPENSATED != 0 ? added_compensated(eps, lost, step).value : added(eps, step);
 }
 
 // New strain of one cell; a column beyond an end is the one that the edge rule names.
 float strain_of(int x, int y) {
     int i = y * c.pitch + wrapped(x, c.width, EDGES);
-    float lost = COMPENSATED != 0 ? strain_cells[i + c.pitch * c.height] : 0.0;
-    return stepped(vec4(strain_cells[i]), vec4(lost), vec4(pressure_cells[i])).x;
+    float lost = COMPENSATED != 0 ? state_cells[i + STATE_STRAIN_LOST * c.pitch * c.height] : 0.0;
+    vec4 p = vec4(pressure_from_cells[i]);
+    Load load = FRAMES != 0 ? load_between(p, vec4(pressure_to_cells[i]), c) : load_of(p, c);
+    return stepped(vec4(state_cells[i]), vec4(lost), load, rows_of_cell(i)).x;
 }
 
 // New strain of cells x .. x + 3; those beyond the width are of no use.
 vec4 strains(int x, int y) {
     int i = (y * c.pitch + x) / 4;
-    vec4 lost = COMPENSATED != 0 ? strain_from[i + c.pitch / 4 * c.height] : vec4(0.0);
-    return stepped(strain_from[i], lost, pressure[i]);
+    vec4 lost = COMPENSATED != 0 ? state_from[i + STATE_STRAIN_LOST * (c.pitch / 4) * c.height] : vec4(0.0);
+    return stepped(state_from[i], lost, load_at(i), rows_at(i));
 }
 
 vec4 laplacian_along_x(int x, int y, vec4 here) {
@@ -97,32 +136,34 @@ void main() {
     int y = int(gl_GlobalInvocationID.y);
     if (x >= c.width || y >= c.height) return;
     int i = (y * c.pitch + x) / 4;
-    Load load = load_of(pressure[i], c);
-    vec4 eps = strain_from[i];
+    int map = c.pitch / 4 * c.height;
+    Load load = load_at(i);
+    Rows k = rows_at(i);
+    vec4 eps = state_from[i];
+    vec4 integral = state_from[i + STATE_SUM * map];
     vec4 after;
     vec4 sum;
-    vec4 step = strain_step(eps, load, c.row);
-    vec4 gained = sum_step(eps, sum_from[i], load, c.row);
+    vec4 step = strain_step(eps, load, k);
+    vec4 gained = sum_step(eps, integral, load, k);
     if (COMPENSATED != 0) {
-        int behind = i + c.pitch / 4 * c.height;
-        Compensated carried = added_compensated(eps, strain_from[behind], step);
+        Compensated carried = added_compensated(eps, state_from[i + STATE_STRAIN_LOST * map], step);
         after = carried.value;
-        strain_to[behind] = carried.lost;
-        carried = added_compensated(sum_from[i], sum_from[behind], gained);
+        state_to[i + STATE_STRAIN_LOST * map] = carried.lost;
+        carried = added_compensated(integral, state_from[i + STATE_SUM_LOST * map], gained);
         sum = carried.value;
-        sum_to[behind] = carried.lost;
+        state_to[i + STATE_SUM_LOST * map] = carried.lost;
     } else {
         after = added(eps, step);
-        sum = added(sum_from[i], gained);
+        sum = added(integral, gained);
     }
-    strain_to[i] = after;
-    sum_to[i] = sum;
+    state_to[i] = after;
+    state_to[i + STATE_SUM * map] = sum;
     if (c.respond == 0) return;
     vec4 L = add(laplacian_along_x(x, y, after), laplacian_along_y(x, y, after));
     vec4 C = curvature_of(rest_curvature[i], L, c.bend);
     sa1[i] = response(after, C, c.curvature_length);
     sa2[i] = response(sum, C, c.curvature_length);
-    fa1[i] = response(rate_after(eps, load, c.row), C, c.curvature_length);
-    vec4 a = response(acceleration_after(eps, load, c.row), C, c.curvature_length);
+    fa1[i] = response(rate_after(eps, load, k), C, c.curvature_length);
+    vec4 a = response(acceleration_after(eps, load, k), C, c.curvature_length);
     fa2[i] = rectified(a, c.gain_plus, c.gain_minus);
 }

@@ -1,6 +1,28 @@
 // SPDX-License-Identifier: MIT
 // One step of eta*eps' + E*eps = sigma in one cell, and the four receptor responses at its end.
 
+// Row of the cells at hand.
+struct Rows {
+    real E, b, f, i0, i1, i2, leak, v0, v1, a0, a1, a2;
+};
+
+inline Rows rows_of(Row k) {
+    Rows r;
+    r.E = real(k.E);
+    r.b = real(k.b);
+    r.f = real(k.f);
+    r.i0 = real(k.i0);
+    r.i1 = real(k.i1);
+    r.i2 = real(k.i2);
+    r.leak = real(k.leak);
+    r.v0 = real(k.v0);
+    r.v1 = real(k.v1);
+    r.a0 = real(k.a0);
+    r.a1 = real(k.a1);
+    r.a2 = real(k.a2);
+    return r;
+}
+
 struct Load {
     real s0, ds, sj;
 };
@@ -16,19 +38,32 @@ inline Load load_of(real p, Constants c) {
     return s;
 }
 
-inline real dashpot(real eps, Load s, Row k) {
+// Straight from frame p to frame q.
+inline Load load_between(real p, real q, Constants c) {
+    precise real way = q - p;
+    precise real s0 = p + c.start * way;
+    precise real ds = c.rise * way;
+    precise real sj = c.jump * p;
+    Load s;
+    s.s0 = s0;
+    s.ds = ds;
+    s.sj = sj;
+    return s;
+}
+
+inline real dashpot(real eps, Load s, Rows k) {
     precise real r = s.s0 - k.E * eps;
     return r;
 }
 
 // What a step adds to the strain, and to its integral.
-inline real strain_step(real eps, Load s, Row k) {
+inline real strain_step(real eps, Load s, Rows k) {
     precise real r = dashpot(eps, s, k);
     precise real step = k.b * r + k.f * s.ds;
     return step;
 }
 
-inline real sum_step(real eps, real I, Load s, Row k) {
+inline real sum_step(real eps, real I, Load s, Rows k) {
     precise real gained = k.i0 * eps + k.i1 * s.s0 + k.i2 * s.ds;
     precise real step = gained - k.leak * I;
     return step;
@@ -55,13 +90,13 @@ inline Compensated added_compensated(real value, real lost, real step) {
     return c;
 }
 
-inline real rate_after(real eps, Load s, Row k) {
+inline real rate_after(real eps, Load s, Rows k) {
     precise real r = dashpot(eps, s, k);
     precise real rate = k.v0 * r + k.v1 * s.ds;
     return rate;
 }
 
-inline real acceleration_after(real eps, Load s, Row k) {
+inline real acceleration_after(real eps, Load s, Rows k) {
     precise real r = dashpot(eps, s, k);
     precise real acceleration = k.a0 * r + k.a1 * s.ds + k.a2 * s.sj;
     return acceleration;

@@ -17,25 +17,27 @@ namespace {
 #define PRESS_ONE_CELL(space)                                                                                          \
     space::real press_##space(space::real p, space::real eps, space::real I, space::real rest) {                       \
         using real = space::real;                                                                                      \
-        space::Row k{};                                                                                                \
+        space::Row row{};                                                                                              \
         const auto r = [](double x) { return space::scalar(float(x)); };                                               \
-        k.E = r(1.5);                                                                                                  \
-        k.b = r(0.3);                                                                                                  \
-        k.f = r(0.1);                                                                                                  \
-        k.i0 = r(0.2);                                                                                                 \
-        k.i1 = r(0.07);                                                                                                \
-        k.i2 = r(0.01);                                                                                                \
-        k.leak = r(0.05);                                                                                              \
-        k.v0 = r(0.6);                                                                                                 \
-        k.v1 = r(0.11);                                                                                                \
-        k.a0 = r(-0.9);                                                                                                \
-        k.a1 = r(0.4);                                                                                                 \
-        k.a2 = r(0.2);                                                                                                 \
+        row.E = r(1.5);                                                                                                \
+        row.b = r(0.3);                                                                                                \
+        row.f = r(0.1);                                                                                                \
+        row.i0 = r(0.2);                                                                                               \
+        row.i1 = r(0.07);                                                                                              \
+        row.i2 = r(0.01);                                                                                              \
+        row.leak = r(0.05);                                                                                            \
+        row.v0 = r(0.6);                                                                                               \
+        row.v1 = r(0.11);                                                                                              \
+        row.a0 = r(-0.9);                                                                                              \
+        row.a1 = r(0.4);                                                                                               \
+        row.a2 = r(0.2);                                                                                               \
         space::Constants c{};                                                                                          \
         c.start = r(0.9);                                                                                              \
         c.rise = r(-0.3);                                                                                              \
         c.jump = r(0.7);                                                                                               \
-        const space::Load s = space::load_of(p, c);                                                                    \
+        const space::Rows k = space::rows_of(row);                                                                     \
+        const space::Load held = space::load_of(p, c);                                                                 \
+        const space::Load s = space::load_between(held.s0, held.ds, c);                                                \
         const real after = space::added(eps, space::strain_step(eps, s, k));                                           \
         const real sum = space::added_compensated(I, rest, space::sum_step(eps, I, s, k)).value;                       \
         const real C = space::curvature_of(rest, space::second_difference(eps, after, I), r(0.5));                     \

@@ -50,7 +50,10 @@ TEST_CASE("every bad scene file is refused with file, line, key, value and allow
         {"[material]\nviscosity = -1", "scene.toml:2|material.viscosity = -1|>= 0"},
         {"[material]\nmodulus = -1e-9", "material.modulus = -1e-09|>= 0"},
         {"[material]\nmodulus = nan", "material.modulus = nan|finite"},
-        {"[material]\nmodulus = \"soft\"", "material.modulus|soft|a number"},
+        {"[material]\nmodulus = \"soft\"", "material.modulus|soft|.npy"},
+        {"[material]\nviscosity = [1]", "material.viscosity|a number"},
+        {"[load]\nkind = \"sequence\"", "load.path|(not given)|sequence"},
+        {"[load]\ninterval = 0.1", "load.interval = 0.1|sequence"},
         {"[time]\nstep = 0", "scene.toml:2|time.step = 0|> 0"},
         {"[time]\n\nstep = -0.5", "scene.toml:3|time.step = -0.5|> 0"},
         {"[time]\nstep = inf", "time.step = inf|> 0"},
@@ -126,7 +129,7 @@ TEST_CASE("every bad scene file is refused with file, line, key, value and allow
         for (std::string part; std::getline(parts, part, '|');)
             CHECK_MESSAGE(message.find(part) != std::string::npos, message);
     }
-    for (auto [file, says] : {std::pair{"nan.npy", "cell [1, 1] is NaN"},
+    for (auto [file, says] : {std::pair{"nan.npy", "cell [1, 1] is nan"},
                               {"short.npy", "cut short"},
                               {"long.npy", "goes on"},
                               {"wide.npy", "(2, 3)"},

@@ -18,9 +18,11 @@ std::string shown(const DeviceInfo& d) { return d.driver.empty() ? d.name : fmt:
 
 // What a user should know of a scene before trusting it.
 void print_scene(const Scene& s, const Result& r) {
-    const double tau = s.material.viscosity / s.material.modulus;
-    fmt::print("tau = {:.6g} s, z = dt/tau = {:.6g}, greatest |l*C| = {:.4g}\n", tau, s.time.step / tau,
-               r.greatest_gain);
+    const auto span = [](double a, double b) {
+        return a == b ? fmt::format("{:.6g}", a) : fmt::format("{:.6g}..{:.6g}", a, b);
+    };
+    fmt::print("tau = {} s, z = dt/tau = {}, greatest |l*C| = {:.4g}\n", span(r.tau_min, r.tau_max),
+               span(s.time.step / r.tau_max, s.time.step / r.tau_min), r.greatest_gain);
     if (r.greatest_gain > 1) fmt::print("warning: |l*C| above 1: responses change sign there\n");
     fmt::print("stencil estimate |C5 - C4| = {:.3g}\n", r.stencil_estimate);
     if (r.kinks) fmt::print("warning: {} cells not convergent: kink\n", r.kinks);

@@ -65,7 +65,6 @@ std::string summary_json(const Scene& s, const Result& r) {
     std::string check = "null";
     if (r.cells_compared)
         check = fmt::format("{{\"cells\": {}, \"different\": {}}}", r.cells_compared, r.cells_different);
-    const double tau = s.material.viscosity / s.material.modulus, z = s.time.step / tau;
     const auto number = [](double x) { return std::isfinite(x) ? shortest(x) : "null"; };
     return fmt::format(R"({{
   "device": {{"name": {}, "kind": {}, "driver": {}, "exact": {}}},
@@ -73,12 +72,13 @@ std::string summary_json(const Scene& s, const Result& r) {
   "grid": {{"width": {}, "height": {}}},
   "steps": {}, "outputs": {}, "dispatches": {}, "seconds": {},
   "cross_check": {},
-  "tau": {}, "z": {}, "greatest_gain": {}, "stencil_estimate": {}, "kinks": {}
+  "tau_min": {}, "tau_max": {}, "z_min": {}, "z_max": {}, "greatest_gain": {}, "stencil_estimate": {}, "kinks": {}
 }}
 )",
                        quoted(r.device.name), quoted(r.device.kind), quoted(r.device.driver), r.device.exact,
                        name(s.method), name(r.precision), s.grid.width, s.grid.height, r.steps, r.time.size(),
-                       r.dispatches, shortest(r.seconds), check, number(tau), number(z), number(r.greatest_gain),
+                       r.dispatches, shortest(r.seconds), check, number(r.tau_min), number(r.tau_max),
+                       number(s.time.step / r.tau_max), number(s.time.step / r.tau_min), number(r.greatest_gain),
                        number(r.stencil_estimate), r.kinks);
 }
 

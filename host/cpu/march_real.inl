@@ -12,11 +12,13 @@ class March : public plan::Marcher {
   public:
     March(const plan::Plan& plan, int threads, Sink sink)
         : plan_(plan), sink_(std::move(sink)), pool_(threads),
-          pressure_(plan::padded<real>(plan.maps.pressure, plan, "load.intensity")),
+          pressure_{plan.framed ? std::vector<real>(size_t(plan.pitch) * plan.constants.height)
+                                : plan::padded<real>(plan.maps.pressure, plan, "load.intensity")},
           rest_(plan::padded<real>(plan.maps.rest_curvature, plan, "surface.relief")),
           surface_(plan::padded<real>(plan.maps.surface, plan, "surface.relief")),
           tiles_(size_t(REDUCED_MAPS) * plan.constants.height * plan.tiles) {
-        const size_t cells = pressure_.size();
+        const size_t cells = pressure_[0].size();
+        if (plan.framed) pressure_[1].assign(cells, real(0));
         for (auto& state : {&strain_[0], &strain_[1], &sum_[0], &sum_[1]}) state->assign(cells, real(0));
         if (plan.compensated)
             for (auto& lost : {&strain_lost_[0], &strain_lost_[1], &sum_lost_[0], &sum_lost_[1]})
@@ -24,9 +26,19 @@ class March : public plan::Marcher {
         for (auto& r : response_) r.assign(cells, std::numeric_limits<real>::quiet_NaN()); // to be written, never read
     }
 
+    void frame(const std::vector<double>& pressure) override {
+        std::swap(pressure_[0], pressure_[1]);
+        pressure_[1] = plan::padded<real>(pressure, plan_, "load.intensity");
+    }
+
     void press(const plan::Step& step) override {
         const DefaultFloats guard;
         const Constants c = plan::constants_of<Constants>(plan_, step);
+        if (!plan_.material.empty() && step.rows != rows_) {
+            rows_ = step.rows;
+            table_.clear();
+            for (const f64::Row& k : *rows_) table_.push_back(plan::rounded<Row>(k));
+        }
         pool_.rows(c.height, [&](int first, int last) {
             for (int y = first; y < last; ++y) advance(y, c);
         });
@@ -66,40 +78,64 @@ class March : public plan::Marcher {
   private:
     size_t row(int y) const { return size_t(y) * plan_.pitch; }
 
+    // Cells of a row from `at` on: what their load and rows are made of.
+    struct Cells {
+        const real *p, *q;
+        const int* material;
+        const Row* table;
+    };
+    Cells cells(size_t at) const {
+        return {pressure_[0].data() + at, plan_.framed ? pressure_[1].data() + at : nullptr,
+                plan_.material.empty() ? nullptr : plan_.material.data() + at, table_.data()};
+    }
+
+    // Calls body(framed, materials, compensated), constants known to the compiler.
+    template <class Body> void in_variant(Body&& body) const {
+        const auto with = [&](auto framed, auto materials) {
+            plan_.compensated ? body(framed, materials, std::true_type()) : body(framed, materials, std::false_type());
+        };
+        const auto under = [&](auto framed) {
+            plan_.material.empty() ? with(framed, std::false_type()) : with(framed, std::true_type());
+        };
+        plan_.framed ? under(std::true_type()) : under(std::false_type());
+    }
+
     void advance(int y, const Constants& c) {
         const size_t at = row(y);
         const int to = 1 - from_;
-        if (plan_.compensated)
-            advance_compensated(c.width, c, pressure_.data() + at, strain_[from_].data() + at, sum_[from_].data() + at,
-                                strain_lost_[from_].data() + at, sum_lost_[from_].data() + at, strain_[to].data() + at,
-                                sum_[to].data() + at, strain_lost_[to].data() + at, sum_lost_[to].data() + at);
-        else
-            advance_cells(c.width, c, pressure_.data() + at, strain_[from_].data() + at, sum_[from_].data() + at,
-                          strain_[to].data() + at, sum_[to].data() + at);
+        in_variant([&](auto framed, auto materials, auto compensated) {
+            const auto lost = [&](std::vector<real>& map) { return compensated ? map.data() + at : nullptr; };
+            const Cells k = cells(at);
+            advance_cells<framed, materials, compensated>(
+                c.width, c, k.p, k.q, k.material, k.table, strain_[from_].data() + at, sum_[from_].data() + at,
+                lost(strain_lost_[from_]), lost(sum_lost_[from_]), strain_[to].data() + at, sum_[to].data() + at,
+                lost(strain_lost_[to]), lost(sum_lost_[to]));
+        });
     }
 
     // Apart, so that the compiler believes that nothing overlaps; so is respond_cells.
-    static void advance_cells(int count, const Constants c, const real* __restrict p, const real* __restrict eps,
-                              const real* __restrict sum, real* __restrict eps_to, real* __restrict sum_to) {
+    template <bool framed, bool materials, bool compensated>
+    static void advance_cells(int count, const Constants c, const real* __restrict p, const real* __restrict q,
+                              const int* __restrict material, const Row* __restrict table, const real* __restrict eps,
+                              const real* __restrict sum, const real* __restrict eps_lost,
+                              const real* __restrict sum_lost, real* __restrict eps_to, real* __restrict sum_to,
+                              real* __restrict eps_lost_to, real* __restrict sum_lost_to) {
+        const Rows uniform = rows_of(c.row);
         for (int i = 0; i < count; ++i) {
-            const Load load = load_of(p[i], c);
-            eps_to[i] = added(eps[i], strain_step(eps[i], load, c.row));
-            sum_to[i] = added(sum[i], sum_step(eps[i], sum[i], load, c.row));
-        }
-    }
-
-    static void advance_compensated(int count, const Constants c, const real* __restrict p, const real* __restrict eps,
-                                    const real* __restrict sum, const real* __restrict eps_lost,
-                                    const real* __restrict sum_lost, real* __restrict eps_to, real* __restrict sum_to,
-                                    real* __restrict eps_lost_to, real* __restrict sum_lost_to) {
-        for (int i = 0; i < count; ++i) {
-            const Load load = load_of(p[i], c);
-            const Compensated strain = added_compensated(eps[i], eps_lost[i], strain_step(eps[i], load, c.row));
-            const Compensated integral = added_compensated(sum[i], sum_lost[i], sum_step(eps[i], sum[i], load, c.row));
-            eps_to[i] = strain.value;
-            eps_lost_to[i] = strain.lost;
-            sum_to[i] = integral.value;
-            sum_lost_to[i] = integral.lost;
+            const Load load = framed ? load_between(p[i], q[i], c) : load_of(p[i], c);
+            const Rows k = materials ? rows_of(table[material[i]]) : uniform;
+            const real step = strain_step(eps[i], load, k), gained = sum_step(eps[i], sum[i], load, k);
+            if constexpr (compensated) {
+                const Compensated strain = added_compensated(eps[i], eps_lost[i], step);
+                const Compensated integral = added_compensated(sum[i], sum_lost[i], gained);
+                eps_to[i] = strain.value;
+                eps_lost_to[i] = strain.lost;
+                sum_to[i] = integral.value;
+                sum_lost_to[i] = integral.lost;
+            } else {
+                eps_to[i] = added(eps[i], step);
+                sum_to[i] = added(sum[i], gained);
+            }
         }
     }
 
@@ -126,23 +162,32 @@ class March : public plan::Marcher {
         const size_t at = row(y) + first;
         real L[TILE_CELLS];
         laplacian(y, first, last, c, L);
-        respond_cells(last - first, c, pressure_.data() + at, rest_.data() + at, L, strain_[from_].data() + at,
-                      strain_[shown_].data() + at, sum_[shown_].data() + at, response_[0].data() + at,
-                      response_[1].data() + at, response_[2].data() + at, response_[3].data() + at);
+        const Cells k = cells(at);
+        in_variant([&](auto framed, auto materials, auto) {
+            respond_cells<framed, materials>(last - first, c, k.p, k.q, k.material, k.table, rest_.data() + at, L,
+                                             strain_[from_].data() + at, strain_[shown_].data() + at,
+                                             sum_[shown_].data() + at, response_[0].data() + at,
+                                             response_[1].data() + at, response_[2].data() + at,
+                                             response_[3].data() + at);
+        });
     }
 
-    static void respond_cells(int count, const Constants c, const real* __restrict p, const real* __restrict rest,
+    template <bool framed, bool materials>
+    static void respond_cells(int count, const Constants c, const real* __restrict p, const real* __restrict q,
+                              const int* __restrict material, const Row* __restrict table, const real* __restrict rest,
                               const real* __restrict L, const real* __restrict eps, const real* __restrict after,
                               const real* __restrict sum, real* __restrict sa1, real* __restrict sa2,
                               real* __restrict fa1, real* __restrict fa2) {
         const real l = c.curvature_length;
+        const Rows uniform = rows_of(c.row);
         for (int i = 0; i < count; ++i) {
-            const Load load = load_of(p[i], c);
+            const Load load = framed ? load_between(p[i], q[i], c) : load_of(p[i], c);
+            const Rows k = materials ? rows_of(table[material[i]]) : uniform;
             const real C = curvature_of(rest[i], L[i], c.bend);
             sa1[i] = response(after[i], C, l);
             sa2[i] = response(sum[i], C, l);
-            fa1[i] = response(rate_after(eps[i], load, c.row), C, l);
-            fa2[i] = rectified(response(acceleration_after(eps[i], load, c.row), C, l), c.gain_plus, c.gain_minus);
+            fa1[i] = response(rate_after(eps[i], load, k), C, l);
+            fa2[i] = rectified(response(acceleration_after(eps[i], load, k), C, l), c.gain_plus, c.gain_minus);
         }
     }
 
@@ -199,8 +244,11 @@ class March : public plan::Marcher {
     const plan::Plan& plan_;
     Sink sink_;
     Pool pool_;
-    std::vector<real> pressure_, rest_, surface_, strain_[2], sum_[2], response_[4];
+    std::vector<real> pressure_[2]; // framed: from and to
+    std::vector<real> rest_, surface_, strain_[2], sum_[2], response_[4];
     std::vector<real> strain_lost_[2], sum_lost_[2]; // compensated
+    std::shared_ptr<const std::vector<f64::Row>> rows_; // what table_ was made from
+    std::vector<Row> table_;
     std::vector<Summary> tiles_;
     int from_ = 0, shown_ = 0; // which state is kept, which one the last press made
 };

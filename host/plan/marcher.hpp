@@ -23,6 +23,8 @@ class Marcher {
     using Sink = std::function<void(const Step&, const Sample&)>;
 
     virtual ~Marcher() = default;
+    // With Plan::framed: the pressure runs to this map (width*height) from the one handed over before, at first from 0.
+    virtual void frame(const std::vector<double>& pressure) = 0;
     virtual void press(const Step&) = 0;
     virtual void finish() = 0; // every sample has been handed over
     // Maps at the end of the last press: width*height values for each quantity, into vectors that may be used again.

@@ -2,10 +2,9 @@
 #include "host/plan/plan.hpp"
 #include "host/plan/float_environment.hpp"
 
-#include "host/scene/scene.hpp"
-
 #include <algorithm>
 #include <cmath>
+#include <unordered_map>
 
 namespace dermis {
 namespace f64 {
@@ -60,11 +59,40 @@ namespace plan {
 namespace {
 
 // Each step rounds by 2^-24 and forgets e^-z of what was before; the plain integral forgets nothing.
-Precision choose(const Scene& s, long long steps) {
-    const double z = s.time.step * s.material.modulus / s.material.viscosity, N = double(steps);
-    const double strain = std::min(N, 1 / -std::expm1(-z)),
-                 sum = std::min(N, s.receptors.sa2_adaptation.value_or(INFINITY) / s.time.step);
-    return 0x1p-24 * (strain + sum) > 1e-4 ? Precision::f32_compensated : Precision::f32;
+Precision choose(const Plan& p) {
+    const Scene& s = p.scene;
+    double strain = 0;
+    for (const Medium& m : p.media) strain = std::max(strain, 1 / -std::expm1(-s.time.step * m.modulus / m.viscosity));
+    const double N = double(p.outputs), sum = std::min(N, s.receptors.sa2_adaptation.value_or(INFINITY) / s.time.step);
+    return 0x1p-24 * (std::min(N, strain) + sum) > 1e-4 ? Precision::f32_compensated : Precision::f32;
+}
+
+struct PairHash {
+    size_t operator()(const std::pair<double, double>& p) const {
+        const std::hash<double> hash;
+        return hash(p.first) * 31 + hash(p.second);
+    }
+};
+
+// Each material once, in the order of its first cell, and which one every cell is.
+void find_materials(Plan& p) {
+    const Scene& s = p.scene;
+    const double adaptation = s.receptors.sa2_adaptation.value_or(INFINITY);
+    const bool mean = *s.receptors.fa2 == Fa2::step_mean;
+    if (s.material.modulus_map.empty() && s.material.viscosity_map.empty()) {
+        p.media = {{s.material.modulus, s.material.viscosity, adaptation, mean}};
+        return;
+    }
+    std::unordered_map<std::pair<double, double>, int, PairHash> known;
+    p.material.assign(size_t(p.pitch) * s.grid.height, 0);
+    for (size_t i = 0, y = 0; y < size_t(s.grid.height); ++y)
+        for (int x = 0; x < s.grid.width; ++x, ++i) {
+            const double E = scene::modulus_at(s.material, i), eta = scene::viscosity_at(s.material, i);
+            const auto [material, fresh] = known.try_emplace({E, eta}, int(p.media.size()));
+            if (fresh) p.media.push_back({E, eta, adaptation, mean});
+            p.material[y * p.pitch + x] = material->second;
+        }
+    if (p.media.size() == 1) p.material.clear();
 }
 
 } // namespace
@@ -109,7 +137,14 @@ Plan make_plan(const Scene& scene, std::optional<Precision> precision) {
     p.constants.height = s.grid.height;
     p.constants.pitch = p.pitch;
     p.outputs = scene::outputs(s.time);
-    p.precision = precision.value_or(choose(s, p.outputs));
+    find_materials(p);
+    if (s.load.kind == Load::Kind::sequence) {
+        p.framed = true;
+        p.frames = std::make_shared<scene::NpyFile>(s.load.path, s.grid.width, s.grid.height, true, "load.path");
+        std::vector<double> frame;
+        for (long long k = 0; k < p.frames->maps(); ++k) p.frames->read(k, frame); // finite, before anything else
+    }
+    p.precision = precision.value_or(choose(p));
     p.compensated = p.precision == Precision::f32_compensated;
     for (const FieldRequest& f : s.output.fields) p.field_times.push_back(scene::Waveform::snapped(f.at, s.time.step));
     std::sort(p.field_times.begin(), p.field_times.end());

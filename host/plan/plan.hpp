@@ -4,6 +4,7 @@
 
 #include "dermis/dermis.hpp"
 #include "host/plan/coefficients.hpp"
+#include "host/scene/scene.hpp"
 #include "host/scene/waveform.hpp"
 
 namespace dermis::plan {
@@ -14,10 +15,14 @@ struct Plan {
     int pitch = 0, tiles = 0;   // cells, tiles per row
     int stencil = 0, edges = 0; // names in kernels/layout.h
     Precision precision = Precision::f32;
-    bool compensated = false;        // f32 with what each sum has lost carried along
-    f64::Constants constants{};      // what does not change from step to step
-    long long outputs = 0;           // rows of the traces
-    std::vector<double> field_times; // sorted, each once; within 1e-6 of a step from an output: that output's
+    bool compensated = false;               // f32 with what each sum has lost carried along
+    f64::Constants constants{};             // what does not change from step to step
+    std::vector<Medium> media;              // each material once
+    std::vector<int> material;              // which of them a cell is, pitch*height; empty where there is one
+    bool framed = false;                    // pressure runs from frame to frame: those handed to Marcher::frame
+    std::shared_ptr<scene::NpyFile> frames; // the scene's, null without
+    long long outputs = 0;                  // rows of the traces
+    std::vector<double> field_times;        // sorted, each once; within 1e-6 of a step from an output: that output's
 };
 
 // Without a precision: f32, compensated where plain sums could lose more than 1e-4. Throws Error::bad_input.
@@ -34,8 +39,9 @@ StencilEstimate stencil_estimate(const Plan&, const std::vector<double>& strain)
 // One press of every cell, from the last kept state to `time`. `keep`: the new state replaces the old one; otherwise
 // the step only looks (a field between outputs, an impulse). trace, impulse, field: what its end belongs to, or -1.
 struct Step {
-    f64::Row row{};
-    double start = 0, rise = 0, jump = 0; // see Constants in kernels/layout.h
+    std::shared_ptr<const std::vector<f64::Row>> rows; // of Plan::media; the same pointer as before: the same rows
+    double start = 0, rise = 0, jump = 0;              // see Constants in kernels/layout.h
+    long long frame = -1;                              // of a sequence: pressure runs from this frame to the next
     double time = 0;
     bool keep = true;
     long long trace = -1;
@@ -50,17 +56,22 @@ class Timeline {
     bool next(Step&);
 
   private:
+    using Rows = std::vector<f64::Row>;
+    using SharedRows = std::shared_ptr<const Rows>;
     double output_time(long long n) const;
+    double frame_time(long long k) const;
+    long long frame_at(double t) const;
+    bool regular(double from, double to) const;
+    SharedRows rows_over(double from, double to) const;
     Step exact_step(double from, double to) const;
-    void force_straight(Step&, double from, double to) const;
-    void force_sine(Step&, double from, double to) const;
+    Step framed_step(double from, double to) const;
     Step held_step(long long n);
     void look(Step step, int impulse, int field, double jump);
     void fill();
+    void fill_frames(double from, double to);
 
     const Plan& plan_;
-    Medium medium_;
-    f64::Row regular_{};
+    SharedRows regular_; // of a whole step
     scene::Waveform load_;
     std::vector<Step> pending_; // of the output under way, last first
     long long output_ = 0;      // next row of the traces
@@ -69,14 +80,18 @@ class Timeline {
     double rate_before_ = 0, rate_ = 0, strain_ = 0; // published: d[n-1], d[n], eps[n] under unit pressure
 };
 
+// A row in the precision of a backend.
+template <class Row> Row rounded(const f64::Row& k) {
+    const auto r = [](double x) { return static_cast<decltype(Row::E)>(x); };
+    return {r(k.E), r(k.b), r(k.f), r(k.i0), r(k.i1), r(k.i2), r(k.leak), r(k.v0), r(k.v1), r(k.a0), r(k.a1), r(k.a2)};
+}
+
 // Constants of one step in the precision of a backend.
 template <class Constants> Constants constants_of(const Plan& plan, const Step& step) {
-    using real = decltype(Constants::bend);
-    const auto r = [](double x) { return static_cast<real>(x); };
-    const f64::Row& k = step.row;
+    const auto r = [](double x) { return static_cast<decltype(Constants::bend)>(x); };
     const f64::Constants& p = plan.constants;
     Constants c{};
-    c.row = {r(k.E), r(k.b), r(k.f), r(k.i0), r(k.i1), r(k.i2), r(k.leak), r(k.v0), r(k.v1), r(k.a0), r(k.a1), r(k.a2)};
+    if (step.rows) c.row = rounded<decltype(c.row)>(step.rows->front());
     c.start = r(step.start);
     c.rise = r(step.rise);
     c.jump = r(step.jump);

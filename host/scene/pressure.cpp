@@ -43,6 +43,7 @@ std::vector<double> pressure_map(const Scene& scene) {
     const double radius = *l.radius;
     std::vector<double> map;
     if (l.kind == Load::Kind::map) map = l.map;
+    else if (l.kind == Load::Kind::sequence) NpyFile(l.path, width, height, true, "load.path").read(0, map);
     else if (l.kind == Load::Kind::point) map = point_map(width, height, center, radius / 4);
     else {
         map.resize(size_t(width) * height);

@@ -5,9 +5,18 @@
 #include "dermis/dermis.hpp"
 #include "host/scene/text.hpp"
 
-#include <cmath>
+#include <bit>
+#include <cstdint>
 
 namespace dermis::scene {
+
+// By its bits, so that no compiler's view of what numbers can be has a say.
+inline bool finite(double x) { return (std::bit_cast<uint64_t>(x) >> 52 & 0x7ff) != 0x7ff; }
+
+// [x, y] of a cell in a map.
+inline std::string cell_text(size_t i, int width) {
+    return "[" + std::to_string(i % size_t(width)) + ", " + std::to_string(i / size_t(width)) + "]";
+}
 
 [[noreturn]] inline void refuse(const std::string& parameter, const std::string& value, const std::string& allowed) {
     throw Error(Error::Code::bad_input, parameter, parameter + " = " + value + "; allowed: " + allowed);
@@ -16,11 +25,11 @@ inline void need(bool ok, const char* parameter, double value, const std::string
     if (!ok) refuse(parameter, shortest(value), allowed);
 }
 inline void need_positive(const char* parameter, double v) {
-    need(std::isfinite(v) && v > 0, parameter, v, "a finite number > 0");
+    need(finite(v) && v > 0, parameter, v, "a finite number > 0");
 }
 inline void need_not_negative(const char* parameter, double v) {
-    need(std::isfinite(v) && v >= 0, parameter, v, "a finite number >= 0");
+    need(finite(v) && v >= 0, parameter, v, "a finite number >= 0");
 }
-inline void need_finite(const char* parameter, double v) { need(std::isfinite(v), parameter, v, "a finite number"); }
+inline void need_finite(const char* parameter, double v) { need(finite(v), parameter, v, "a finite number"); }
 
 } // namespace dermis::scene

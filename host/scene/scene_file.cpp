@@ -59,6 +59,7 @@ class Section {
         if (node && !node->is_table()) refuse(*node, path_ + key, "a table");
         return Section(node ? node->as_table() : nullptr, path_ + key + ".");
     }
+    bool is_text(const char* key) const { return has(key) && table_->get(key)->is_string(); }
     bool has(const char* key) const { return table_ && table_->contains(key); }
     [[noreturn]] void misplaced(const char* key, const char* allowed) const {
         refuse(*table_->get(key), path_ + key, allowed);
@@ -121,17 +122,15 @@ const std::map<std::string, Quantity> quantities = {{"strain", Quantity::strain}
                                                     {"curvature", Quantity::curvature},
                                                     {"deformation", Quantity::deformation}};
 
-// kind = "file" reads `path` into `map`; a path beside another kind is an error.
-template <class Kind>
-void read_map(Section& section, const std::string& name, Kind& kind, const std::map<std::string, Kind>& kinds,
-              std::vector<double>& map, const Grid& grid, const std::filesystem::path& folder) {
-    section.choice("kind", kind, kinds);
+// The `path` of a section, which must be there for some kinds and must not for others; empty without.
+std::string path_in(Section& section, const std::string& name, bool wanted, const char* kinds,
+                    const std::filesystem::path& folder) {
     const auto path = section.text("path");
-    if ((kind == Kind::map) != path.has_value())
+    if (wanted != path.has_value())
         throw Error(Code::bad_input, name + ".path",
                     name + ".path = " + (path ? "\"" + *path + "\"" : "(not given)") + "; allowed: a .npy file, with " +
-                        name + ".kind = \"file\" and only then");
-    if (path) map = scene::read_npy((folder / *path).string(), grid.width, grid.height, name + ".path");
+                        name + ".kind = " + kinds + " and only then");
+    return path ? (folder / *path).string() : "";
 }
 
 Scene read(const toml::table& file, const std::filesystem::path& folder) {
@@ -154,12 +153,14 @@ Scene read(const toml::table& file, const std::filesystem::path& folder) {
 
     Section surface = top.section("surface");
     using SurfaceKind = Surface::Kind;
-    read_map(surface, "surface", s.surface.kind,
-             {{"flat", SurfaceKind::flat},
-              {"wave", SurfaceKind::wave},
-              {"spiral", SurfaceKind::spiral},
-              {"file", SurfaceKind::map}},
-             s.surface.map, s.grid, folder);
+    surface.choice("kind", s.surface.kind,
+                   std::map<std::string, SurfaceKind>{{"flat", SurfaceKind::flat},
+                                                      {"wave", SurfaceKind::wave},
+                                                      {"spiral", SurfaceKind::spiral},
+                                                      {"file", SurfaceKind::map}});
+    const bool relief = s.surface.kind == SurfaceKind::map;
+    const std::string relief_path = path_in(surface, "surface", relief, "\"file\"", folder);
+    if (relief) s.surface.map = scene::read_npy(relief_path, s.grid.width, s.grid.height, "surface.path");
     surface.number("ridges", s.surface.ridges);
     surface.number("noise", s.surface.noise);
     surface.number("noise_length", s.surface.noise_length);
@@ -167,20 +168,29 @@ Scene read(const toml::table& file, const std::filesystem::path& folder) {
     surface.finish();
 
     Section material = top.section("material");
-    material.number("modulus", s.material.modulus);
-    material.number("viscosity", s.material.viscosity);
+    const auto number_or_map = [&](const char* key, double& value, std::vector<double>& map) {
+        if (!material.is_text(key)) return material.number(key, value);
+        const std::string path = (folder / *material.text(key)).string();
+        map = scene::read_npy(path, s.grid.width, s.grid.height, std::string("material.") + key);
+    };
+    number_or_map("modulus", s.material.modulus, s.material.modulus_map);
+    number_or_map("viscosity", s.material.viscosity, s.material.viscosity_map);
     material.number("thickness", s.material.thickness);
     material.number("curvature_length", s.material.curvature_length);
     material.finish();
 
     Section load = top.section("load");
     using LoadKind = Load::Kind;
-    read_map(load, "load", s.load.kind,
-             {{"circular", LoadKind::circular},
-              {"point", LoadKind::point},
-              {"linear", LoadKind::linear},
-              {"file", LoadKind::map}},
-             s.load.map, s.grid, folder);
+    load.choice("kind", s.load.kind,
+                std::map<std::string, LoadKind>{{"circular", LoadKind::circular},
+                                                {"point", LoadKind::point},
+                                                {"linear", LoadKind::linear},
+                                                {"file", LoadKind::map},
+                                                {"sequence", LoadKind::sequence}});
+    const bool map = s.load.kind == LoadKind::map, sequence = s.load.kind == LoadKind::sequence;
+    s.load.path = path_in(load, "load", map || sequence, "\"file\" or \"sequence\"", folder);
+    if (map) s.load.map = scene::read_npy(s.load.path, s.grid.width, s.grid.height, "load.path");
+    load.number("interval", s.load.interval);
     load.cell("center", s.load.center);
     load.whole("radius", s.load.radius);
     load.number("intensity", s.load.intensity);

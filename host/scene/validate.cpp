@@ -38,9 +38,8 @@ void need_map(const char* parameter, const std::vector<double>& map, const Grid&
     need(map.size() == cells, parameter, double(map.size()),
          "width*height = " + std::to_string(cells) + " cells, row 0 first");
     for (size_t i = 0; i < cells; ++i)
-        if (!std::isfinite(map[i]))
-            refuse(parameter, shortest(map[i]) + " in cell " + text({int(i % g.width), int(i / g.width)}),
-                   "finite numbers");
+        if (!finite(map[i]))
+            refuse(parameter, shortest(map[i]) + " in cell " + cell_text(i, g.width), "finite numbers");
 }
 
 void check_surface(Scene& s) {
@@ -75,20 +74,34 @@ void check_lengths(Scene& s) {
     need_finite("material.curvature_length", *s.material.curvature_length);
 }
 
+void check_sequence(const Scene& s) {
+    const Load& l = s.load;
+    const std::string allowed = "only without load.kind = \"sequence\", which is all of the load";
+    if (l.envelope.kind != Envelope::Kind::step || l.envelope.start != 0) refuse("load.envelope", "(given)", allowed);
+    if (s.method != Method::exact)
+        refuse("method", std::string("\"") + name(s.method) + "\"", "\"exact\" with load.kind = \"sequence\"");
+    if (!l.interval) refuse("load.interval", "(not given)", "seconds between frames, required with a sequence");
+    need_positive("load.interval", *l.interval);
+    need(s.time.duration / *l.interval <= 1e8, "load.interval", *l.interval, "at most 1e8 frames within time.duration");
+    NpyFile(l.path, s.grid.width, s.grid.height, true, "load.path");
+}
+
 void check_load(Scene& s) {
     Load& l = s.load;
-    const bool shaped = l.kind != Load::Kind::map;
+    const bool sequence = l.kind == Load::Kind::sequence, shaped = l.kind != Load::Kind::map && !sequence;
     if (!shaped && l.center)
         refuse("load.center", text(*l.center), "only with load.kind \"circular\", \"point\" or \"linear\"");
     need(shaped || !l.radius, "load.radius", l.radius.value_or(0),
          "only with load.kind \"circular\", \"point\" or \"linear\"");
+    need(sequence || !l.interval, "load.interval", l.interval.value_or(0), "only with load.kind = \"sequence\"");
     if (!l.center) l.center = Cell{s.grid.width / 2, s.grid.height / 2};
     need_inside("load.center", *l.center, s.grid);
     if (!l.radius) l.radius = std::max(1, std::min(s.grid.width, s.grid.height) / 4);
     need(*l.radius >= 1 && *l.radius <= 65536, "load.radius", *l.radius, "whole cells, 1..65536");
     need_finite("load.intensity", l.intensity);
     check_envelope(l.envelope, s.time);
-    if (!shaped) need_map("load.path", l.map, s.grid);
+    if (l.kind == Load::Kind::map) need_map("load.path", l.map, s.grid);
+    if (sequence) check_sequence(s);
 }
 
 // Of dt/tau: beyond it an explicit method grows without end.
@@ -102,11 +115,57 @@ bool wants(const Output& o, Quantity q) {
     return in(o.traces) || std::any_of(o.fields.begin(), o.fields.end(), [&](auto& f) { return in(f.what); });
 }
 
-void check_method(Scene& s) {
+// What FA2 is formed from must be there.
+void check_fa2(const Scene& s, double viscosity, const std::string& where) {
+    if (!wants(s.output, Quantity::fa2)) return;
+    const bool mean = *s.receptors.fa2 == Fa2::step_mean, sequence = s.load.kind == Load::Kind::sequence;
+    if (viscosity == 0 && (sequence || !mean))
+        refuse("material.viscosity", "0" + where,
+               sequence ? "> 0 for FA2 of a sequence; with viscosity 0 leave fa2 out of [output]"
+                        : "> 0 for FA2 as a density; with viscosity 0 set receptors.fa2 = \"step-mean\" or leave fa2 "
+                          "out of [output]");
+    if (sequence && mean && !steps_per_frame(s))
+        refuse("load.interval", shortest(*s.load.interval),
+               "a whole multiple of time.step = " + shortest(s.time.step) +
+                   " s for FA2 as a mean over a step; or receptors.fa2 = \"point\", or leave fa2 out of [output]");
+}
+
+void check_stability(const Scene& s, double modulus, double viscosity, const std::string& where) {
+    if (s.method == Method::exact) return;
+    const double z = modulus * s.time.step / viscosity, limit = stability_limit(s.method);
+    need(z <= limit || s.allow_unstable, "time.step", s.time.step,
+         "at most " + shortest(limit) + "*viscosity/modulus = " + shortest(limit * viscosity / modulus) +
+             " s with method = \"" + name(s.method) + "\", which is stable up to dt/tau = " + shortest(limit) +
+             " (here " + shortest(z) + where + "); or method = \"exact\", or allow_unstable = true");
+}
+
+void check_material(const Scene& s) {
     const Material& m = s.material;
-    need_not_negative("material.modulus", m.modulus);
-    need_not_negative("material.viscosity", m.viscosity);
-    need(m.modulus > 0 || m.viscosity > 0, "material.viscosity", m.viscosity, "> 0 where material.modulus is 0");
+    const bool maps = !m.modulus_map.empty() || !m.viscosity_map.empty();
+    if (!m.modulus_map.empty()) need_map("material.modulus", m.modulus_map, s.grid);
+    if (!m.viscosity_map.empty()) need_map("material.viscosity", m.viscosity_map, s.grid);
+    if (maps && s.method == Method::published)
+        refuse(m.modulus_map.empty() ? "material.viscosity" : "material.modulus", "(a map)",
+               "one number with method = \"published\"");
+    const size_t cells = maps ? size_t(s.grid.width) * s.grid.height : 1;
+    size_t worst = 0; // the cell of the greatest dt/tau
+    double greatest = -1;
+    const auto where = [&](size_t i) { return maps ? " in cell " + cell_text(i, s.grid.width) : ""; };
+    for (size_t i = 0; i < cells; ++i) {
+        const double E = modulus_at(m, i), eta = viscosity_at(m, i);
+        for (auto [key, value] : {std::pair{"material.modulus", E}, {"material.viscosity", eta}})
+            if (!finite(value) || value < 0) refuse(key, shortest(value) + where(i), "a finite number >= 0");
+        if (E == 0 && eta == 0) refuse("material.viscosity", "0" + where(i), "> 0 where material.modulus is 0");
+        if (eta == 0 && s.method != Method::exact)
+            refuse("material.viscosity", "0" + where(i), std::string("> 0 with method = \"") + name(s.method) + "\"");
+        check_fa2(s, eta, where(i));
+        const double z = eta > 0 ? E / eta : INFINITY;
+        if (z > greatest) greatest = z, worst = i;
+    }
+    check_stability(s, modulus_at(m, worst), viscosity_at(m, worst), where(worst));
+}
+
+void check_method(Scene& s) {
     if (s.method == Method::published) {
         const std::string allowed = "not beside method = \"published\", which sets it";
         if (s.stencil) refuse("curvature.stencil", "(given)", allowed);
@@ -116,14 +175,9 @@ void check_method(Scene& s) {
         s.stencil = Stencil::published;
         s.edges = Edges::published;
     }
+    if (!s.receptors.fa2) s.receptors.fa2 = s.load.kind == Load::Kind::sequence ? Fa2::step_mean : Fa2::point;
+    check_material(s);
     if (s.method != Method::exact) {
-        need(m.viscosity > 0, "material.viscosity", m.viscosity,
-             std::string("> 0 with method = \"") + name(s.method) + "\"");
-        const double z = m.modulus * s.time.step / m.viscosity, limit = stability_limit(s.method);
-        need(z <= limit || s.allow_unstable, "time.step", s.time.step,
-             "at most " + shortest(limit) + "*viscosity/modulus = " + shortest(limit * m.viscosity / m.modulus) +
-                 " s with method = \"" + name(s.method) + "\", which is stable up to dt/tau = " + shortest(limit) +
-                 " (here " + shortest(z) + "); or method = \"exact\", or allow_unstable = true");
         const double adaptation = s.receptors.sa2_adaptation.value_or(INFINITY);
         need(s.time.step <= 2 * adaptation || s.allow_unstable, "time.step", s.time.step,
              "at most 2*receptors.sa2_adaptation = " + shortest(2 * adaptation) +
@@ -139,17 +193,13 @@ void check_method(Scene& s) {
         need(s.grid.width >= 2, "grid.width", s.grid.width, "at least 2 with the published edges");
         need(s.grid.height >= 2, "grid.height", s.grid.height, "at least 2 with the published edges");
     }
-    if (!s.receptors.fa2) s.receptors.fa2 = Fa2::point;
-    need(m.viscosity > 0 || *s.receptors.fa2 == Fa2::step_mean || !wants(s.output, Quantity::fa2), "material.viscosity",
-         0,
-         "> 0 for FA2 as a density; with viscosity 0 set receptors.fa2 = \"step-mean\" or leave fa2 out of [output]");
     if (s.receptors.sa2_adaptation) need_positive("receptors.sa2_adaptation", *s.receptors.sa2_adaptation);
     for (double gain : s.receptors.fa2_gains) need_finite("receptors.fa2_gains", gain);
 }
 
 void check_time(const Scene& s) {
     need_positive("time.step", s.time.step);
-    need(std::isfinite(s.time.duration) && s.time.duration >= s.time.step, "time.duration", s.time.duration,
+    need(finite(s.time.duration) && s.time.duration >= s.time.step, "time.duration", s.time.duration,
          "at least time.step = " + shortest(s.time.step) + " s");
     const double rows = s.time.duration / s.time.step;
     const double bytes = rows * s.output.traces.size() * (3 + s.output.probes.size()) * 8;
@@ -166,7 +216,7 @@ void check_output(const Scene& s) {
             refuse("output.traces", std::string("\"") + name(q) + "\"",
                    "strain, sa1, sa2, fa1, fa2; curvature and deformation as fields");
     for (const FieldRequest& f : s.output.fields) {
-        need(std::isfinite(f.at) && f.at >= 0 && f.at <= s.time.duration, "output.fields.at", f.at,
+        need(finite(f.at) && f.at >= 0 && f.at <= s.time.duration, "output.fields.at", f.at,
              "0.." + shortest(s.time.duration) + ", within time.duration");
         const double n = f.at / s.time.step;
         need(s.method == Method::exact ||
@@ -178,6 +228,11 @@ void check_output(const Scene& s) {
 }
 
 } // namespace
+
+long long steps_per_frame(const Scene& s) {
+    const double ratio = *s.load.interval / s.time.step, whole = std::round(ratio);
+    return whole >= 1 && whole <= 1e9 && std::abs(ratio - whole) <= 1e-9 * whole ? static_cast<long long>(whole) : 0;
+}
 
 long long outputs(const Time& t) { return static_cast<long long>(std::ceil(t.duration / t.step - 1e-9)); }
 

@@ -82,7 +82,7 @@ void check_envelope(const Envelope& e, const Time& time) {
     }
     if (e.kind == Envelope::Kind::pulse) {
         need_positive("load.length", e.length);
-        need(std::isfinite(e.period) && e.period > e.length, "load.period", e.period, "a finite number > load.length");
+        need(finite(e.period) && e.period > e.length, "load.period", e.period, "a finite number > load.length");
         need(time.duration / e.period <= 1e6, "load.period", e.period, "at most 1e6 pulses within time.duration");
     }
     if (e.kind == Envelope::Kind::table) {

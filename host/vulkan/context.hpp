@@ -8,7 +8,7 @@
 
 namespace dermis::vulkan {
 
-constexpr uint32_t storage_buffers_needed = 12; // per stage; `press` uses 10, two are kept for material rows
+constexpr uint32_t storage_buffers_needed = 12; // per stage; `press` uses 11
 
 class Context;
 

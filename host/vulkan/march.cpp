@@ -19,6 +19,10 @@ using f32::Summary;
 // A submission is cut at about this many cell-steps, so that no driver's watchdog and no user waits long.
 constexpr double cell_steps_per_submit = 2e7;
 constexpr double ring_bytes = 16e6;
+constexpr VkDeviceSize upload_bytes = 16 << 20;
+
+// Maps in a state (see kernels/layout.h).
+int state_planes(const plan::Plan& plan) { return plan.compensated ? 4 : 2; }
 
 uint32_t groups(int cells, int size) { return uint32_t((cells + size - 1) / size); }
 
@@ -31,9 +35,11 @@ void check_fits(const plan::Plan& plan, const Context& context, VkDeviceSize pla
                         limit + " = " + std::to_string(allowed) + "; or device cpu");
     };
     const VkPhysicalDeviceLimits& limits = context.limits();
-    const VkDeviceSize state = plan.compensated ? 2 * plane : plane, all = 9 * plane + 4 * state + ring;
-    if (std::max(state, ring) > limits.maxStorageBufferRange)
-        refuse(std::max(state, ring), "maxStorageBufferRange", limits.maxStorageBufferRange);
+    const VkDeviceSize state = state_planes(plan) * plane, table = plan.media.size() * sizeof(f32::Row),
+                       all = (plan.framed ? 10 : 9) * plane + 2 * state + ring +
+                             (plan.material.empty() ? 0 : table + plane);
+    const VkDeviceSize largest = std::max({state, ring, table});
+    if (largest > limits.maxStorageBufferRange) refuse(largest, "maxStorageBufferRange", limits.maxStorageBufferRange);
     if (all > context.heap_bytes()) refuse(all, "device memory", context.heap_bytes());
     if (uint32_t(plan.constants.height) > limits.maxComputeWorkGroupCount[1])
         refuse(plane, "maxComputeWorkGroupCount[1]", limits.maxComputeWorkGroupCount[1]);
@@ -52,24 +58,48 @@ class March : public plan::Marcher {
                        1.0, 1024.0));
         check_fits(plan, *context_, plane_, ring_ * per_step);
         // throws where a value does not fit, so before buffers
-        const std::vector<float> maps[] = {plan::padded<float>(plan.maps.pressure, plan, "load.intensity"),
-                                           plan::padded<float>(plan.maps.rest_curvature, plan, "surface.relief"),
-                                           plan::padded<float>(plan.maps.surface, plan, "surface.relief")};
-        for (int i = 0; i < planes; ++i) {
-            const bool state = i >= strain0 && i <= sum1;
-            buffers_.emplace_back(*context_, plan.compensated && state ? 2 * plane_ : plane_, Buffer::Place::device);
-        }
+        const std::vector<float> rest_map = plan::padded<float>(plan.maps.rest_curvature, plan, "surface.relief"),
+                                 surface_map = plan::padded<float>(plan.maps.surface, plan, "surface.relief"),
+                                 pressure_map = plan.framed
+                                                    ? std::vector<float>()
+                                                    : plan::padded<float>(plan.maps.pressure, plan, "load.intensity");
+        for (int i = 0; i < places; ++i) buffers_.emplace_back(*context_, bytes_of(i), Buffer::Place::device);
         buffers_.emplace_back(*context_, ring_ * per_step, Buffer::Place::host);
         buffers_.emplace_back(*context_, std::max(probes_, 1) * sizeof(int), Buffer::Place::host);
         make_kernels();
-        upload(maps);
+        for (int i = 0; i < probes_; ++i) {
+            const Cell p = plan_.scene.output.probes[size_t(i)];
+            static_cast<int*>(buffers_[probe_cells].data())[i] = p.y * plan_.pitch + p.x;
+        }
+        // The skin at rest; responses poisoned, so that what a kernel forgets to write shows.
+        const VkCommandBuffer commands = recording();
+        for (int i = 0; i <= ring_summaries; ++i)
+            context_->calls().vkCmdFillBuffer(commands, buffers_[i].handle(), 0, VK_WHOLE_SIZE,
+                                              i >= sa1 && i != rows && i != material ? 0xffffffff : 0);
+        context_->barrier(commands);
+        stage(rest_map, rest);
+        stage(surface_map, surface);
+        if (!plan.framed) stage(pressure_map, pressure0);
+        if (!plan.material.empty()) stage(plan.material, material);
+        finish();
+    }
+
+    void frame(const std::vector<double>& map) override {
+        to_ = 1 - to_;
+        stage(plan::padded<float>(map, plan_, "load.intensity"), pressure0 + to_);
     }
 
     void press(const plan::Step& step) override {
+        if (!plan_.material.empty() && step.rows != rows_) {
+            rows_ = step.rows;
+            std::vector<f32::Row> table;
+            for (const f64::Row& k : *rows_) table.push_back(plan::rounded<f32::Row>(k));
+            stage(table, rows);
+        }
         const VkCommandBuffer commands = recording();
         const Constants c = plan::constants_of<Constants>(plan_, step);
-        press_->record(commands, size_t(from_), &c, groups(c.width, PRESS_CELLS * PRESS_X), groups(c.height, PRESS_Y),
-                       1);
+        press_->record(commands, size_t(from_ + 2 * to_), &c, groups(c.width, PRESS_CELLS * PRESS_X),
+                       groups(c.height, PRESS_Y), 1);
         context_->barrier(commands);
         ++dispatches_;
         shown_ = 1 - from_;
@@ -77,7 +107,7 @@ class March : public plan::Marcher {
             for (int q = 0; q < REDUCED_MAPS; ++q) {
                 const int slot = int(kept_.size()) * REDUCED_MAPS + q;
                 const f32::ReduceConstants reduce{c.width, c.height, c.pitch, probes_, slot};
-                const size_t map = q == 0 ? size_t(shown_) : size_t(q) + 1; // strain0, strain1, SA1, SA2, FA1, FA2
+                const size_t map = q == 0 ? size_t(shown_) : size_t(q) + 1; // either state, SA1, SA2, FA1, FA2
                 reduce_->record(commands, map, &reduce, groups(c.height + probes_, REDUCE_ROWS), uint32_t(plan_.tiles),
                                 1);
                 ++dispatches_;
@@ -94,6 +124,7 @@ class March : public plan::Marcher {
         context_->submit();
         commands_ = VK_NULL_HANDLE;
         recorded_ = 0;
+        staged_ = 0;
         const size_t tiles = size_t(plan_.constants.height) * plan_.tiles, cells = plan_.maps.pressure.size();
         const auto* map = static_cast<const Summary*>(buffers_[ring_summaries].data());
         for (const plan::Step& step : kept_) {
@@ -138,37 +169,47 @@ class March : public plan::Marcher {
     long long dispatches() const override { return dispatches_; }
 
   private:
-    // Planes of one map each, the ring of results, and which cells are probed.
+    // Buffers: on the device, then the ring of results, and which cells are probed.
     enum {
-        pressure,
         rest,
         surface,
-        strain0,
-        strain1,
-        sum0,
-        sum1,
+        pressure0,
+        pressure1,
+        state0,
+        state1,
         sa1,
         sa2,
         fa1,
         fa2,
         curvature,
         deformation,
-        planes,
-        ring_summaries = planes,
+        rows,
+        material,
+        places,
+        ring_summaries = places,
         probe_cells
     };
 
+    VkDeviceSize bytes_of(int place) const {
+        const bool uniform = plan_.material.empty(); // then what it does not need is bound all the same
+        if (place == state0 || place == state1) return VkDeviceSize(state_planes(plan_)) * plane_;
+        if (place == rows) return uniform ? 4 : plan_.media.size() * sizeof(f32::Row);
+        if ((place == material && uniform) || (place == pressure1 && !plan_.framed)) return 4;
+        return plane_;
+    }
+
     void make_kernels() {
-        const std::vector<uint32_t> variant = {uint32_t(plan_.stencil), uint32_t(plan_.edges), plan_.compensated};
+        const std::vector<uint32_t> variant = {uint32_t(plan_.stencil), uint32_t(plan_.edges), plan_.compensated,
+                                               !plan_.material.empty(), plan_.framed};
+        const auto b = [&](int i) { return &buffers_[i]; };
         std::vector<std::vector<const Buffer*>> press, fields, reduce;
-        for (int from = 0; from < 2; ++from) {
-            const auto b = [&](int i) { return &buffers_[i]; };
-            const int to = 1 - from;
-            press.push_back({b(pressure), b(rest), b(strain0 + from), b(sum0 + from), b(strain0 + to), b(sum0 + to),
-                             b(sa1), b(sa2), b(fa1), b(fa2)});
-            fields.push_back({b(surface), b(rest), b(strain0 + from), b(curvature), b(deformation)});
-        }
-        for (int map : {strain0, strain1, sa1, sa2, fa1, fa2})
+        for (int to = 0; to < 2; ++to) // pressure runs from the other one
+            for (int from = 0; from < 2; ++from)
+                press.push_back({b(pressure0 + (1 - to)), b(pressure0 + to), b(rest), b(state0 + from),
+                                 b(state1 - from), b(sa1), b(sa2), b(fa1), b(fa2), b(rows), b(material)});
+        for (int state : {state0, state1})
+            fields.push_back({b(surface), b(rest), b(state), b(curvature), b(deformation)});
+        for (int map : {state0, state1, sa1, sa2, fa1, fa2})
             reduce.push_back({&buffers_[map], &buffers_[probe_cells], &buffers_[ring_summaries]});
         press_ = std::make_unique<Kernel>(*context_, press_spv, sizeof press_spv, PRESS_BINDINGS, sizeof(Constants),
                                           variant, press);
@@ -178,25 +219,21 @@ class March : public plan::Marcher {
                                            sizeof(f32::ReduceConstants), std::vector<uint32_t>{}, reduce);
     }
 
-    // Maps to the device; the state at rest; everything else poisoned, so that what a kernel forgets to write shows.
-    void upload(const std::vector<float> (&maps)[3]) {
-        staging_ = std::make_unique<Buffer>(*context_, 3 * plane_, Buffer::Place::host);
-        for (int i = 0; i < 3; ++i)
-            std::memcpy(static_cast<char*>(staging_->data()) + i * plane_, maps[i].data(), plane_);
-        for (int i = 0; i < probes_; ++i) {
-            const Cell p = plan_.scene.output.probes[size_t(i)];
-            static_cast<int*>(buffers_[probe_cells].data())[i] = p.y * plan_.pitch + p.x;
+    // Copies values to a buffer in the order of what is recorded. Staging holds them until the next submission.
+    template <class T> void stage(const std::vector<T>& values, int place) {
+        const VkDeviceSize bytes = values.size() * sizeof(T);
+        if (!uploads_ || staged_ + bytes > uploads_->bytes()) {
+            finish();
+            if (!uploads_ || bytes > uploads_->bytes())
+                uploads_ = std::make_unique<Buffer>(*context_, std::max<VkDeviceSize>(bytes, upload_bytes),
+                                                    Buffer::Place::host);
         }
+        std::memcpy(static_cast<char*>(uploads_->data()) + staged_, values.data(), bytes);
         const VkCommandBuffer commands = recording();
-        const VolkDeviceTable& vk = context_->calls();
-        for (int i = 0; i < 3; ++i) {
-            const VkBufferCopy region{i * plane_, 0, plane_};
-            vk.vkCmdCopyBuffer(commands, staging_->handle(), buffers_[i].handle(), 1, &region);
-        }
-        for (int i = strain0; i <= ring_summaries; ++i)
-            vk.vkCmdFillBuffer(commands, buffers_[i].handle(), 0, VK_WHOLE_SIZE, i <= sum1 ? 0 : 0xffffffff);
+        const VkBufferCopy region{staged_, 0, bytes};
+        context_->calls().vkCmdCopyBuffer(commands, uploads_->handle(), buffers_[place].handle(), 1, &region);
         context_->barrier(commands);
-        finish();
+        staged_ += (bytes + 15) / 16 * 16;
     }
 
     VkCommandBuffer recording() {
@@ -206,7 +243,7 @@ class March : public plan::Marcher {
 
     const Buffer& plane_of(Quantity q) const {
         switch (q) {
-        case Quantity::strain: return buffers_[strain0 + shown_];
+        case Quantity::strain: return buffers_[state0 + shown_];
         case Quantity::curvature: return buffers_[curvature];
         case Quantity::deformation: return buffers_[deformation];
         default: return buffers_[sa1 + int(q) - int(Quantity::sa1)];
@@ -221,11 +258,13 @@ class March : public plan::Marcher {
     size_t ring_ = 1; // steps whose results there is room for
     std::vector<Buffer> buffers_;
     std::unique_ptr<Kernel> press_, fields_, reduce_;
-    std::unique_ptr<Buffer> staging_;
-    VkCommandBuffer commands_ = VK_NULL_HANDLE; // while recording
-    std::vector<plan::Step> kept_;              // whose results stand in the ring
+    std::unique_ptr<Buffer> staging_, uploads_;
+    VkDeviceSize staged_ = 0;                           // bytes of uploads_ in use
+    std::shared_ptr<const std::vector<f64::Row>> rows_; // what the table was made from
+    VkCommandBuffer commands_ = VK_NULL_HANDLE;         // while recording
+    std::vector<plan::Step> kept_;                      // whose results stand in the ring
     size_t recorded_ = 0;
-    int from_ = 0, shown_ = 0;
+    int from_ = 0, shown_ = 0, to_ = 1; // states; the pressure that is run to
     long long dispatches_ = 0;
 };
 

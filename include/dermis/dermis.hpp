@@ -85,6 +85,8 @@ struct Material {
     double viscosity = 1;                   // eta, Pa s, >= 0
     std::optional<double> thickness;        // h, m, >= 0: h*eps is the indentation
     std::optional<double> curvature_length; // l, m, any finite number: a gain
+    // In place of the numbers, cell by cell: width*height each, same ranges; empty: the number everywhere.
+    std::vector<double> modulus_map, viscosity_map;
 };
 
 // The load over time: the pressure is map*intensity*g(t), and 0 before t = 0.
@@ -102,13 +104,17 @@ struct Envelope {
 };
 
 // circular: 1 - r/radius. linear: 1 - |y - center.y|/radius. point: a unit impulse smoothed by a Gaussian of radius/4.
+// sequence: frames of a continuous pressure, straight from one to the next, in place of map and envelope. Frame 0 meets
+// a skin at rest at t = 0, the last is kept. FA2 is then the mean over a step unless Receptors::fa2 says otherwise.
 struct Load {
-    enum class Kind { circular, point, linear, map } kind = Kind::circular;
+    enum class Kind { circular, point, linear, map, sequence } kind = Kind::circular;
     std::optional<Cell> center; // default width/2, height/2; inside the grid
     std::optional<int> radius;  // cells, >= 1; default min(width, height)/4, at least 1
     double intensity = 1;       // Pa, any finite number; multiplies maps too
     std::vector<double> map;    // Kind::map: width*height finite pressures
     Envelope envelope;
+    std::string path;               // Kind::sequence: a .npy file of shape (frames, height, width), read frame by frame
+    std::optional<double> interval; // Kind::sequence: s between frames, > 0
 };
 
 // Outputs stand at 0, step, 2 step ..; there are ceil(duration/step - 1e-9) of them.
@@ -120,7 +126,8 @@ struct Time {
 struct Receptors {
     std::optional<double> sa2_adaptation;      // s, > 0: tau_a*y' = -y + tau_a*eps, bounded; none: the plain integral
     std::optional<Fa2> fa2;                    // default point: the density of eps'' (jumps are in Result::impulses);
-                                               // step_mean: mean of eps'' over the step, jumps included
+                                               // step_mean (of a sequence the default): mean of eps'' over the step,
+                                               // jumps included
     std::array<double, 2> fa2_gains = {1, -1}; // k+, k-: k+*max(a, 0) + k-*max(-a, 0) of a = eps''(1 + l*C)
 };
 
@@ -216,12 +223,13 @@ struct Result {
     std::vector<Field> fields;
     DeviceInfo device;
     Precision precision = Precision::f32;
-    long long steps = 0;         // of every cell
-    long long dispatches = 0;    // of GPU kernels
-    double seconds = 0;          // stepping, without set-up; 0 with RunOptions::check, which does more
-    double stencil_estimate = 0; // 1/m: greatest |C5 - C4| at the end, the error of a five-point curvature
-    long long kinks = 0;         // cells where it exceeds |C|/2: curvature does not converge there
-    double greatest_gain = 0;    // of |l*C| over all cells, at rest and at the end; above 1 responses change sign
+    long long steps = 0;             // of every cell
+    long long dispatches = 0;        // of GPU kernels
+    double seconds = 0;              // stepping, without set-up; 0 with RunOptions::check, which does more
+    double tau_min = 0, tau_max = 0; // s: viscosity/modulus of the materials; infinite where a modulus is 0
+    double stencil_estimate = 0;     // 1/m: greatest |C5 - C4| at the end, the error of a five-point curvature
+    long long kinks = 0;             // cells where it exceeds |C|/2: curvature does not converge there
+    double greatest_gain = 0;        // of |l*C| over all cells, at rest and at the end; above 1 responses change sign
     long long cells_compared = 0, cells_different = 0; // RunOptions::check
 
     const Trace& trace(Quantity) const; // throws Error::bad_input when it was not asked for

@@ -1,0 +1,308 @@
+// SPDX-License-Identifier: MIT
+// Sequences: frames are samples of a continuous pressure.
+#include "host/device.hpp"
+#include "tests/support.hpp"
+
+#include <filesystem>
+#include <fstream>
+#include <numbers>
+#include <random>
+
+using namespace test;
+
+namespace {
+
+template <class T> std::string write_frames(const std::vector<std::vector<double>>& frames, int width, int height) {
+    static int number = 0;
+    const auto path = std::filesystem::temp_directory_path() /
+                      ("dermis_frames_" + std::to_string(getpid()) + "_" + std::to_string(number++) + ".npy");
+    std::string header = std::string("{'descr': '<f") + (sizeof(T) == 8 ? "8" : "4") +
+                         "', 'fortran_order': False, 'shape': (" + std::to_string(frames.size()) + ", " +
+                         std::to_string(height) + ", " + std::to_string(width) + "), }";
+    header.resize(118, ' ');
+    header.back() = '\n';
+    std::ofstream out(path, std::ios::binary);
+    out << std::string("\x93NUMPY\x01\x00\x76\x00", 10) << header;
+    for (const auto& frame : frames)
+        for (double v : frame) {
+            const T value = T(v);
+            out.write(reinterpret_cast<const char*>(&value), sizeof value);
+        }
+    return path.string();
+}
+
+struct File { // removed at the end
+    std::string path;
+    ~File() { std::filesystem::remove(path); }
+};
+
+// A scene with the frames values[k]*map, and the same as a table.
+struct Both {
+    Scene sequence, table;
+    File file;
+};
+Both both(const std::vector<double>& values, double interval, double step) {
+    Both b;
+    b.table = small_scene(14, 10);
+    b.table.time = {step, 0.5};
+    const std::vector<double> map = maps(b.table).pressure;
+    std::vector<std::vector<double>> frames;
+    for (double v : values) {
+        frames.push_back(map);
+        for (double& p : frames.back()) p *= v;
+    }
+    b.file.path = write_frames<double>(frames, 14, 10);
+    b.sequence = b.table;
+    b.sequence.load.kind = Load::Kind::sequence;
+    b.sequence.load.path = b.file.path;
+    b.sequence.load.interval = interval;
+    Envelope& e = b.table.load.envelope;
+    e.kind = Envelope::Kind::table;
+    e.values = values;
+    for (size_t k = 0; k < values.size(); ++k) e.times.push_back(double(k) * interval);
+    const std::vector<Quantity> what = {Quantity::strain, Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2};
+    b.table.output.fields = b.sequence.output.fields = {{0, what}, {0.123, what}, {0.31, what}, {0.4987, what}};
+    return b;
+}
+
+void check_same(const Result& a, const Result& b, double tolerance) {
+    REQUIRE(a.time == b.time);
+    for (const Trace& t : b.traces) {
+        CAPTURE(name(t.quantity));
+        CHECK(difference(a.trace(t.quantity).mean, t.mean) < tolerance);
+        CHECK(difference(a.trace(t.quantity).max, t.max) < tolerance);
+        CHECK(difference(a.trace(t.quantity).probes[0], t.probes[0]) < tolerance);
+    }
+    REQUIRE(a.fields.size() == b.fields.size());
+    for (size_t i = 0; i < a.fields.size(); ++i) CHECK(difference(a.fields[i].values, b.fields[i].values) < tolerance);
+    REQUIRE(a.impulses.size() == b.impulses.size());
+    for (size_t i = 0; i < a.impulses.size(); ++i) {
+        CHECK(a.impulses[i].time == b.impulses[i].time);
+        CHECK(a.impulses[i].mean == doctest::Approx(b.impulses[i].mean).epsilon(tolerance));
+        CHECK(a.impulses[i].max == doctest::Approx(b.impulses[i].max).epsilon(tolerance));
+    }
+}
+
+const std::vector<double> wavering = {0.8, 1.1, 0.3, 0.9, -0.4, 0.2, 1.7, 1.2, 0.5};
+
+} // namespace
+
+TEST_CASE("frames of one map are a table of its values, however outputs and frames lie to each other") {
+    const Validated vulkan;
+    for (auto [interval, step, fa2] : {std::tuple{0.05, 0.05, Fa2::step_mean},
+                                       {0.05, 0.0125, Fa2::step_mean},
+                                       {0.05, 0.05, Fa2::point},
+                                       {0.04, 0.1, Fa2::point},
+                                       {0.017, 0.05, Fa2::point},
+                                       {0.13, 0.05, Fa2::point}}) {
+        CAPTURE(interval);
+        CAPTURE(step);
+        Both b = both(wavering, interval, step);
+        b.sequence.receptors.fa2 = b.table.receptors.fa2 = fa2;
+        RunOptions f64, check;
+        f64.precision = Precision::f64;
+        check.check = true;
+        const Result truth = run(b.table, Device::cpu(), f64);
+        check_same(run(b.sequence, Device::cpu(), f64), truth, 1e-12);
+        const Result device = run(b.sequence, vulkan.device(), check);
+        CHECK(device.cells_different == 0);
+        CHECK(device.cells_compared > 0);
+        check_same(device, truth, 2e-5);
+        check_same(run(b.sequence, vulkan.device()), truth, 2e-5); // many presses in one submission
+    }
+}
+
+TEST_CASE("frames and materials together: the identity E*int(eps) + eta*eps = int(sigma) in every cell") {
+    const Validated vulkan;
+    const int width = 9, height = 7, cells = 63;
+    std::mt19937 random(5);
+    std::uniform_real_distribution<double> number(-1, 1);
+    std::vector<std::vector<double>> frames(6);
+    for (auto& frame : frames)
+        for (int i = 0; i < cells; ++i) frame.push_back(number(random));
+    const File file{write_frames<float>(frames, width, height)};
+    Scene s = small_scene(width, height);
+    s.grid.spacing = s.surface.relief = s.material.curvature_length = 1;
+    s.material.thickness = 0;
+    s.surface.kind = Surface::Kind::flat;
+    s.load.kind = Load::Kind::sequence;
+    s.load.path = file.path;
+    s.load.interval = 0.1;
+    s.load.intensity = 2;
+    s.time = {0.05, 0.8};
+    for (int i = 0; i < cells; ++i) s.material.modulus_map.push_back(2 + number(random));
+    for (int i = 0; i < cells; ++i) s.material.viscosity_map.push_back(0.3 + 0.25 * number(random));
+    s.output.fields = {{0.7, {Quantity::strain, Quantity::sa2}}};
+    for (auto [device, precision, tolerance] : {std::tuple{Device::cpu(), Precision::f64, 1e-7}, // frames are float
+                                                {Device::cpu(), Precision::f32, 1e-5},
+                                                {vulkan.device(), Precision::f32_compensated, 1e-5}}) {
+        RunOptions options;
+        options.precision = precision;
+        const Result r = run(s, device, options);
+        for (int i = 0; i < cells; ++i) {
+            double load = 0;
+            for (int k = 0; k < 5; ++k) load += 2 * 0.1 * (frames[k][i] + frames[k + 1][i]) / 2;
+            load += 2 * 0.2 * frames[5][i]; // the last is kept
+            const double left =
+                s.material.modulus_map[i] * r.fields[1].values[i] + s.material.viscosity_map[i] * r.fields[0].values[i];
+            CHECK(left == doctest::Approx(load).epsilon(tolerance).scale(1));
+        }
+    }
+}
+
+TEST_CASE("one frame is a step; it meets a skin at rest at t = 0") {
+    Both b = both({0.7}, 1, 0.05);
+    b.sequence.receptors.fa2 = b.table.receptors.fa2 = Fa2::step_mean;
+    b.table.load.envelope = {};
+    b.table.load.intensity = 0.7;
+    RunOptions f64;
+    f64.precision = Precision::f64;
+    const Result r = run(b.sequence, Device::cpu(), f64);
+    check_same(r, run(b.table, Device::cpu(), f64), 1e-13);
+    CHECK(r.impulses.size() == 1);
+}
+
+TEST_CASE("a 250 Hz load sampled at 1 kHz has its FA2 within 1 %; held frames would lose it") {
+    const double w = 2 * std::numbers::pi * 250;
+    std::vector<std::vector<double>> frames;
+    for (int k = 0; k <= 200; ++k) frames.push_back({1 + std::sin(w * k * 1e-3 + 0.3)});
+    const File file{write_frames<double>(frames, 1, 1)};
+    Scene s;
+    s.grid = {1, 1, {}};
+    s.time = {1e-3, 0.2};
+    s.load.kind = Load::Kind::map;
+    s.load.map = {1};
+    s.load.envelope.kind = Envelope::Kind::sine;
+    s.load.envelope.frequency = 250;
+    s.load.envelope.phase = 0.3;
+    s.load.envelope.mean = 1;
+    s.receptors.fa2 = Fa2::step_mean;
+    RunOptions f64;
+    f64.precision = Precision::f64;
+    const std::vector<double> exact = run(s, Device::cpu(), f64).trace(Quantity::fa2).mean;
+    s.load.map.clear();
+    s.load.kind = Load::Kind::sequence;
+    s.load.path = file.path;
+    s.load.interval = 1e-3;
+    s.load.envelope = {};
+    s.receptors.fa2.reset(); // the step mean by itself
+    const std::vector<double> framed = run(s, Device::cpu(), f64).trace(Quantity::fa2).mean;
+    double worst = 0, largest = 0, held = 0;
+    for (size_t n = 20; n < exact.size(); ++n) {
+        worst = std::max(worst, std::abs(framed[n] - exact[n]));
+        largest = std::max(largest, std::abs(exact[n]));
+        // frames held over a step: FA2 as a density is -E/eta of FA1, some (p - E*eps)/eta
+        held = std::max(held, std::abs(1.54 * (frames[n][0] - 1)));
+    }
+    CHECK(worst < 0.01 * largest);
+    CHECK(held < 0.03 * largest);
+}
+
+TEST_CASE("press by press, with steps of any length and of none: every response is the solution of the equation") {
+    const Validated vulkan;
+    const double E = 1.7, eta = 0.6, tau = eta / E;
+    Scene s = small_scene(5, 1);
+    s.grid.spacing = s.surface.relief = s.material.curvature_length = 1;
+    s.material.modulus = E;
+    s.material.viscosity = eta;
+    s.material.thickness = 0;
+    s.surface.kind = Surface::Kind::flat;
+    s.receptors.fa2 = Fa2::step_mean;
+    for (auto [device, precision, tolerance] : {std::tuple{Device::cpu(), Precision::f64, 1e-12},
+                                                {Device::cpu(), Precision::f32, 1e-5},
+                                                {vulkan.device(), Precision::f32, 1e-5}}) {
+        plan::Plan plan = plan::make_plan(s, precision);
+        plan.framed = true;
+        const auto marcher = march(device, plan, [](auto&, auto&) {});
+        const std::vector<Quantity> what = {Quantity::strain, Quantity::sa1, Quantity::sa2, Quantity::fa1,
+                                            Quantity::fa2};
+        std::vector<std::vector<double>> fields;
+        double before = 0, eps = 0, integral = 0, rate = 0;
+        const std::pair<double, double> presses[] = {{0.01, 1},    {0.003, 1.4}, {0, 1.4}, {0.2, -0.5},
+                                                     {1e-6, -0.5}, {5, 2},       {0, 2},   {0.01, 2.1}};
+        for (auto [dt, p] : presses) {
+            CAPTURE(dt);
+            plan::Step step;
+            step.rows = std::make_shared<std::vector<f64::Row>>(1, plan::exact_row(plan.media[0], dt));
+            step.rise = 1;
+            step.field = 0;
+            marcher->frame({p, 2 * p, 0, p, p});
+            marcher->press(step);
+            marcher->read(what, fields);
+            double acceleration = 0;
+            if (dt > 0) { // sigma = before + slope*t, and its solution less what it misses at t = 0
+                const double slope = (p - before) / dt, q0 = before / E - slope * eta / (E * E);
+                const double left = std::exp(-dt / tau), gone = -std::expm1(-dt / tau);
+                integral += q0 * dt + slope * dt * dt / (2 * E) + (eps - q0) * tau * gone;
+                eps = q0 + slope * dt / E + (eps - q0) * left;
+                const double now = (p - E * eps) / eta;
+                acceleration = (now - rate) / dt;
+                rate = now;
+            }
+            before = p;
+            const auto check = [&, tolerance = tolerance](int quantity, double expected, double scale) {
+                CAPTURE(quantity);
+                CHECK(fields[quantity][0] - expected == doctest::Approx(0).scale(scale).epsilon(tolerance));
+                CHECK(fields[quantity][1] - 2 * expected == doctest::Approx(0).scale(scale).epsilon(2 * tolerance));
+                CHECK(fields[quantity][2] == 0);
+            };
+            check(0, eps, 1);
+            check(1, eps, 1);
+            check(2, integral, std::max(1.0, std::abs(integral)));
+            check(3, rate, 3);
+            if (dt > 1e-5) check(4, acceleration, std::max(30.0, std::abs(acceleration)));
+            else CHECK(std::isfinite(fields[4][0]));
+        }
+    }
+}
+
+TEST_CASE("bad sequences are refused, with file, frame and cell") {
+    std::vector<std::vector<double>> frames(4, std::vector<double>(6, 1.0));
+    const File good{write_frames<float>(frames, 3, 2)};
+    frames[2][4] = NAN;
+    const File bad{write_frames<float>(frames, 3, 2)};
+    Scene s = small_scene(3, 2);
+    s.load.kind = Load::Kind::sequence;
+    s.load.path = good.path;
+    s.load.interval = 0.05;
+    s.time = {0.05, 0.4};
+    CHECK(run(s, Device::cpu()).time.size() == 8);
+    const auto refused = [](const Scene& scene, const std::vector<std::string>& says) {
+        const std::string message = refusal(Error::Code::bad_input, [&] { run(scene, Device::cpu()); });
+        for (const std::string& part : says) CHECK_MESSAGE(message.find(part) != std::string::npos, message);
+    };
+    Scene b = s;
+    b.load.path = bad.path;
+    refused(b, {"load.path", bad.path, "frame 2", "cell [1, 1]", "nan", "finite"});
+    b = s;
+    b.grid.width = 2;
+    b.output.probes.clear();
+    refused(b, {"(4, 2, 3)", "(frames, 2, 2)"});
+    b = s;
+    b.load.interval = 0.07;
+    refused(b, {"load.interval = 0.07", "multiple of time.step", "point"});
+    b.receptors.fa2 = Fa2::point;
+    CHECK(run(b, Device::cpu()).time.size() == 8);
+    b = s;
+    b.load.interval.reset();
+    refused(b, {"load.interval = (not given)"});
+    b.load.interval = -1;
+    refused(b, {"load.interval = -1"});
+    b = s;
+    b.method = Method::euler;
+    refused(b, {"method = \"euler\"", "exact"});
+    b = s;
+    b.load.envelope.start = 0.1;
+    refused(b, {"load.envelope"});
+    b = s;
+    b.material.viscosity = 0;
+    refused(b, {"material.viscosity = 0", "FA2 of a sequence"});
+    b.output.traces = {Quantity::fa1};
+    CHECK(run(b, Device::cpu()).trace(Quantity::fa1).mean.size() == 8);
+    b = s;
+    b.load.intensity = 1e39;
+    refused(b, {"load.intensity = 1e+39", "cell [0, 0]", "3.4e38"});
+    b = s;
+    b.load.kind = Load::Kind::circular;
+    refused(b, {"load.interval"});
+}

@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: MIT
+// Materials that differ from cell to cell: each cell is what a uniform skin of its material would be.
+#include "tests/support.hpp"
+
+#include <random>
+
+using namespace test;
+
+namespace {
+
+// A level skin without thickness: no cell looks at another, so responses are the bare strain and its like.
+Scene level(int width, int height) {
+    Scene s = small_scene(width, height);
+    s.surface.kind = Surface::Kind::flat;
+    s.grid.spacing = s.surface.relief = s.material.curvature_length = 1;
+    s.material.thickness = 0;
+    return s;
+}
+
+const std::vector<Quantity> all = {Quantity::strain, Quantity::sa1,       Quantity::sa2,        Quantity::fa1,
+                                   Quantity::fa2,    Quantity::curvature, Quantity::deformation};
+
+struct Backend {
+    Device device;
+    Precision precision;
+};
+std::vector<Backend> backends(const Validated& vulkan) {
+    return {{Device::cpu(), Precision::f64},
+            {Device::cpu(), Precision::f32},
+            {Device::cpu(), Precision::f32_compensated},
+            {vulkan.device(), Precision::f32},
+            {vulkan.device(), Precision::f32_compensated}};
+}
+
+Result run_on(const Scene& s, const Backend& b) {
+    RunOptions options;
+    options.precision = b.precision;
+    return run(s, b.device, options);
+}
+
+} // namespace
+
+TEST_CASE("a map of one number has the bits of the number") {
+    const Validated vulkan;
+    Scene one = small_scene(21, 10), map = one;
+    one.output.fields = map.output.fields = {{0.21, all}};
+    map.material.modulus_map.assign(210, one.material.modulus);
+    map.material.viscosity_map.assign(210, one.material.viscosity);
+    for (const Backend& b : backends(vulkan)) {
+        const Result r = run_on(one, b), m = run_on(map, b);
+        for (const Trace& t : r.traces) CHECK(m.trace(t.quantity).mean == t.mean);
+        for (size_t i = 0; i < all.size(); ++i) CHECK(m.fields[i].values == r.fields[i].values);
+    }
+}
+
+TEST_CASE("every cell has the bits of a uniform skin of its material, under every envelope") {
+    const int width = 11, height = 6;
+    const std::pair<double, double> kinds[] = {{1.5, 1}, {4, 0.02}, {0, 3}, {2.5, 100}};
+    for (Envelope::Kind envelope : {Envelope::Kind::step, Envelope::Kind::ramp, Envelope::Kind::sine,
+                                    Envelope::Kind::pulse, Envelope::Kind::table})
+        for (Fa2 fa2 : {Fa2::point, Fa2::step_mean}) {
+            Scene s = level(width, height);
+            s.receptors = {0.3, fa2, {1, -0.5}};
+            Envelope& e = s.load.envelope;
+            e.kind = envelope;
+            if (envelope != Envelope::Kind::table && envelope != Envelope::Kind::sine) e.start = 0.07;
+            e.rise = 0.11;
+            e.length = 0.03;
+            e.period = 0.13;
+            if (envelope == Envelope::Kind::table) e.times = {0.02, 0.15, 0.15, 0.3}, e.values = {1, 0.5, -1, 2};
+            s.output.fields = {{0.05, all}, {0.23, all}, {0.35, all}};
+            Scene mixed = s;
+            for (int i = 0; i < width * height; ++i) {
+                mixed.material.modulus_map.push_back(kinds[i % 4].first);
+                mixed.material.viscosity_map.push_back(kinds[i % 4].second);
+            }
+            for (Precision precision : {Precision::f64, Precision::f32}) {
+                const Backend b{Device::cpu(), precision};
+                const Result r = run_on(mixed, b);
+                for (int kind = 0; kind < 4; ++kind) {
+                    Scene uniform = s;
+                    uniform.material.modulus = kinds[kind].first;
+                    uniform.material.viscosity = kinds[kind].second;
+                    const Result own = run_on(uniform, b);
+                    for (size_t f = 0; f < r.fields.size(); ++f)
+                        for (int i = kind; i < width * height; i += 4)
+                            REQUIRE(r.fields[f].values[i] == own.fields[f].values[i]);
+                }
+            }
+        }
+}
+
+TEST_CASE("with a material in every cell, CPU and Vulkan have the same bits for every stencil, edge and envelope") {
+    const Validated vulkan;
+    RunOptions check;
+    check.check = true;
+    std::mt19937 random(3);
+    std::uniform_real_distribution<double> decades(-2, 2);
+    for (auto [width, height] : {std::pair{1, 1}, {5, 3}, {30, 17}, {130, 3}})
+        for (auto [stencil, edges] : {std::pair{Stencil::five_point, Edges::mirror},
+                                      {Stencil::fourth_order, Edges::periodic},
+                                      {Stencil::published, Edges::published}})
+            for (Envelope::Kind envelope : {Envelope::Kind::step, Envelope::Kind::sine})
+                for (Precision precision : {Precision::f32, Precision::f32_compensated}) {
+                    if (edges == Edges::published && std::min(width, height) < 2) continue;
+                    Scene s = small_scene(width, height);
+                    s.stencil = stencil;
+                    s.edges = edges;
+                    s.load.envelope.kind = envelope;
+                    for (int i = 0; i < width * height; ++i) {
+                        s.material.modulus_map.push_back(std::pow(10, decades(random)));
+                        s.material.viscosity_map.push_back(std::pow(10, decades(random)));
+                    }
+                    s.output.fields = {{0.17, {Quantity::curvature}}};
+                    check.precision = precision;
+                    const Result r = run(s, vulkan.device(), check);
+                    CHECK(r.cells_compared >= 8LL * 5 * width * height);
+                    CHECK(r.cells_different == 0);
+                }
+}
+
+TEST_CASE("curvature of a skin of many materials is that of its strain") {
+    const Validated vulkan;
+    Scene s = small_scene(12, 9);
+    for (int i = 0; i < 108; ++i) s.material.modulus_map.push_back(1 + 0.3 * (i % 5));
+    s.output.fields = {{0.33, all}};
+    for (const Backend& b : backends(vulkan)) {
+        const Result r = run_on(s, b);
+        const SceneMaps m = maps(s);
+        const auto strain = [&](int x, int y) {
+            return r.fields[0].values[std::clamp(y, 0, 8) * 12 + std::clamp(x, 0, 11)];
+        };
+        std::vector<double> C, sa1;
+        for (int y = 0; y < 9; ++y)
+            for (int x = 0; x < 12; ++x) {
+                const double L =
+                    strain(x - 1, y) + strain(x + 1, y) + strain(x, y - 1) + strain(x, y + 1) - 4 * strain(x, y);
+                C.push_back(m.rest_curvature[y * 12 + x] - L);
+                sa1.push_back(strain(x, y) * (1 + C.back()));
+            }
+        const double tolerance = b.precision == Precision::f64 ? 1e-14 : 1e-6;
+        CHECK(difference(r.fields[5].values, C) < tolerance);
+        CHECK(difference(r.fields[1].values, sa1) < tolerance);
+    }
+}
+
+TEST_CASE("retardation times from 1e-7 s to 1e7 s live in one grid, each cell at its closed form") {
+    const Validated vulkan;
+    Scene s = level(15, 1);
+    s.load.kind = Load::Kind::map;
+    s.load.map.assign(15, 2.0);
+    for (int i = 0; i < 15; ++i) {
+        const double tau = std::pow(10, i - 7);
+        s.material.modulus_map.push_back(i % 2 ? 3 : 0.1);
+        s.material.viscosity_map.push_back(tau * s.material.modulus_map.back());
+    }
+    s.time = {0.01, 3};
+    s.output.fields = {{3, {Quantity::strain, Quantity::sa2, Quantity::fa1}}};
+    for (const Backend& b : backends(vulkan)) {
+        CAPTURE(name(b.precision));
+        const Result r = run_on(s, b);
+        const double tolerance = b.precision == Precision::f64 ? 1e-11 : 2e-5;
+        for (int i = 0; i < 15; ++i) {
+            CAPTURE(i);
+            const double E = s.material.modulus_map[i], eta = s.material.viscosity_map[i], tau = eta / E, t = 3;
+            const double z = t / tau, strain = -2 / E * std::expm1(-z);
+            // the integral in a series where the closed form cancels
+            const double integral =
+                z < 1e-2 ? 2 * t * t / eta * (0.5 - z / 6 + z * z / 24 - z * z * z / 120) : (2 * t - eta * strain) / E;
+            CHECK(r.fields[0].values[i] == doctest::Approx(strain).epsilon(tolerance));
+            CHECK(r.fields[1].values[i] == doctest::Approx(integral).epsilon(tolerance));
+            CHECK(r.fields[2].values[i] - 2 / eta * std::exp(-z) ==
+                  doctest::Approx(0).scale(2 / eta).epsilon(tolerance));
+        }
+    }
+}
+
+TEST_CASE("elastic and viscous cells in one skin: each kind has its impulses, the other none") {
+    Scene s = level(2, 1);
+    s.load.kind = Load::Kind::map;
+    s.load.map = {1, 1};
+    s.material.viscosity_map = {0, 4};
+    s.receptors.fa2 = Fa2::step_mean;
+    s.output.probes = {{0, 0}, {1, 0}};
+    RunOptions options;
+    options.precision = Precision::f64;
+    const Result r = run(s, Device::cpu(), options);
+    REQUIRE(r.impulses.size() == 2);
+    CHECK(int(r.impulses[0].quantity) == int(Quantity::fa1));
+    CHECK(r.impulses[0].probes == std::vector<double>{1 / 1.54, 0});
+    CHECK(int(r.impulses[1].quantity) == int(Quantity::fa2));
+    CHECK(r.impulses[1].probes == std::vector<double>{0, 0.25});
+}
+
+TEST_CASE("a bad material is refused with its cell") {
+    Scene s = level(3, 2);
+    const auto refused = [](const Scene& scene, const std::vector<std::string>& says) {
+        const std::string message = refusal(Error::Code::bad_input, [&] { run(scene, Device::cpu()); });
+        for (const std::string& part : says) CHECK_MESSAGE(message.find(part) != std::string::npos, message);
+    };
+    s.material.modulus_map = {1, 2, 3, 4, -5, 6};
+    refused(s, {"material.modulus = -5 in cell [1, 1]", ">= 0"});
+    s.material.modulus_map[4] = NAN;
+    refused(s, {"material.modulus = nan in cell [1, 1]", "finite"});
+    s.material.modulus_map.pop_back();
+    refused(s, {"material.modulus = 5", "6 cells"});
+    s.material.modulus_map = {1, 2, 0, 4, 5, 6};
+    s.material.viscosity_map = {1, 1, 0, 1, 1, 1};
+    refused(s, {"material.viscosity = 0 in cell [2, 0]", "modulus is 0"});
+    s.material.modulus_map[2] = 1;
+    refused(s, {"material.viscosity = 0 in cell [2, 0]", "step-mean"});
+    s.material.viscosity_map[2] = 1e-3;
+    s.method = Method::rk4;
+    refused(s, {"time.step = 0.05", "2.785", "0.00278", "here 50 in cell [2, 0]", "allow_unstable"});
+    s.method = Method::published;
+    refused(s, {"material.modulus = (a map)", "published"});
+}
