@@ -138,6 +138,37 @@ TEST_CASE("any number of threads gives the same bits") {
     }
 }
 
+TEST_CASE("two bands of rows, each with what its stencil sees of the other, give the bits of one grid") {
+    const Validated vulkan;
+    const int width = 97, height = 40, cut = 23;
+    const std::vector<Quantity> what = {Quantity::strain, Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2};
+    Scene whole = small_scene(width, height);
+    whole.surface.kind = Surface::Kind::flat; // L(S) is the whole surface's, made once, not a band's
+    whole.output.fields = {{0.31, what}};
+    whole.output.traces = what;
+    for (Stencil stencil : {Stencil::five_point, Stencil::fourth_order})
+        for (const Device& device : {Device::cpu(), vulkan.device()}) {
+            whole.stencil = stencil;
+            const Result one = run(whole, device);
+            const std::vector<double> p = maps(whole).pressure;
+            std::vector<std::vector<double>> joined(what.size());
+            for (auto [first, last] : {std::pair{0, cut}, {cut, height}}) {
+                const int begin = std::max(first - 2, 0), end = std::min(last + 2, height);
+                Scene band = whole;
+                band.grid.height = end - begin;
+                band.load.kind = Load::Kind::map;
+                band.load.map.assign(p.begin() + begin * width, p.begin() + end * width);
+                band.output.probes.clear();
+                const Result r = run(band, device);
+                for (size_t q = 0; q < what.size(); ++q) {
+                    const auto from = r.fields[q].values.begin() + (first - begin) * width;
+                    joined[q].insert(joined[q].end(), from, from + (last - first) * width);
+                }
+            }
+            for (size_t q = 0; q < what.size(); ++q) CHECK(joined[q] == one.fields[q].values);
+        }
+}
+
 TEST_CASE("the exact method is the closed form at any step, in double to rounding") {
     for (double step : {1e-4, 0.01, 0.3, 40.0}) {
         CAPTURE(step);

@@ -228,3 +228,36 @@ fields = [{ at = 0.02, what = ["deformation"] }]
     CHECK(x.impulses.at(0).time == doctest::Approx(0.013));
     std::filesystem::remove_all(folder());
 }
+
+TEST_CASE("a scene file takes materials and sequences from files beside it") {
+    const auto doubles = [](std::initializer_list<double> values) {
+        return std::string(reinterpret_cast<const char*>(values.begin()), values.size() * sizeof(double));
+    };
+    write("soft.npy", npy("<f8", "(1, 2)", 0) + doubles({1.5, 3}));
+    write("frames.npy", npy("<f8", "(2, 1, 2)", 0) + doubles({0, 0, 4, 4}));
+    const std::string file = write("files.toml", R"(
+[grid]
+width = 2
+height = 1
+[material]
+modulus = "soft.npy"
+viscosity = 0.01
+[load]
+kind = "sequence"
+path = "frames.npy"
+interval = 0.1
+intensity = 3
+[time]
+step = 0.1
+duration = 3
+[output]
+traces = ["strain"]
+probes = [[0, 0], [1, 0]]
+)");
+    const Trace strain = run(Scene::from_file(file), Device::cpu()).trace(Quantity::strain);
+    CHECK(strain.probes[0].back() == doctest::Approx(3 * 4 / 1.5)); // long after: sigma/E
+    CHECK(strain.probes[1].back() == doctest::Approx(3 * 4 / 3.0));
+    const std::string cut = refusal(Error::Code::bad_input, [&] { Scene::from_file(file, {"grid.height=2"}); });
+    CHECK(cut.find("material.modulus") != std::string::npos);
+    std::filesystem::remove_all(folder());
+}
