@@ -1,12 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The CPU path, in the `real` of the namespace that includes this. Two passes a step: state, then responses.
 
-struct Stored {
-    const real* strain;
-    int pitch;
-    real strain_at(int x, int y) const { return strain[size_t(y) * pitch + x]; }
-#include "kernels/gather.h"
-};
+#include "host/plan/laplacian.inl"
 
 class March : public plan::Marcher {
   public:
@@ -139,29 +134,15 @@ class March : public plan::Marcher {
         }
     }
 
-    // L(eps) in columns first..last of a row.
-    void laplacian(int y, int first, int last, const Constants& c, real* __restrict L) const {
-        const auto gather = [&](int x) { L[x - first] = laplacian_at(x, y, c); };
-        if (plan_.stencil != STENCIL_FIVE_POINT || c.width < 3) {
-            for (int x = first; x < last; ++x) gather(x);
-            return;
-        }
-        const real* after = strain_[shown_].data();
-        const real* __restrict here = after + row(y);
-        const real* __restrict low = after + row(wrapped(y - 1, c.height, plan_.edges));
-        const real* __restrict high = after + row(wrapped(y + 1, c.height, plan_.edges));
-        const int begin = std::max(first, 1), end = std::min(last, c.width - 1);
-        if (first < begin) gather(first);
-        for (int x = begin; x < end; ++x)
-            L[x - first] =
-                add(second_difference(here[x - 1], here[x], here[x + 1]), second_difference(low[x], here[x], high[x]));
-        if (end < last) gather(last - 1);
+    Stored strain() const {
+        const f64::Constants& k = plan_.constants;
+        return {strain_[shown_].data(), k.pitch, k.width, k.height, plan_.stencil, plan_.edges};
     }
 
     void respond(int y, int first, int last, const Constants& c) {
         const size_t at = row(y) + first;
         real L[TILE_CELLS];
-        laplacian(y, first, last, c, L);
+        strain().laplacian(y, first, last, L);
         const Cells k = cells(at);
         in_variant([&](auto framed, auto materials, auto) {
             respond_cells<framed, materials>(last - first, c, k.p, k.q, k.material, k.table, rest_.data() + at, L,
@@ -189,13 +170,6 @@ class March : public plan::Marcher {
             fa1[i] = response(rate_after(eps[i], load, k), C, l);
             fa2[i] = rectified(response(acceleration_after(eps[i], load, k), C, l), c.gain_plus, c.gain_minus);
         }
-    }
-
-    real laplacian_at(int x, int y, const Constants& c) const {
-        Stored stored{strain_[shown_].data(), plan_.pitch};
-        const real centre = stored.strain_at(x, y);
-        return add(stored.laplacian_along_x(x, y, centre, c.width, plan_.stencil, plan_.edges),
-                   stored.laplacian_along_y(x, y, centre, c.height, plan_.stencil, plan_.edges));
     }
 
     const real* plane(int quantity) const {
@@ -237,7 +211,7 @@ class March : public plan::Marcher {
 
     real derived(Quantity q, int x, int y, const Constants& c) const {
         const size_t i = row(y) + x;
-        if (q == Quantity::curvature) return flush(curvature_of(rest_[i], laplacian_at(x, y, c), c.bend));
+        if (q == Quantity::curvature) return flush(curvature_of(rest_[i], strain().laplacian_at(x, y), c.bend));
         return flush(deformation_of(surface_[i], strain_[shown_][i], c.thickness));
     }
 

@@ -9,40 +9,29 @@
 namespace dermis {
 namespace f64 {
 namespace {
-
-struct Heights {
-    const double* map;
-    int width;
-    double strain_at(int x, int y) const { return map[size_t(y) * width + x]; }
-#include "kernels/gather.h"
-};
-
+#include "host/plan/laplacian.inl"
 } // namespace
 } // namespace f64
 
-namespace {
+namespace plan {
 
-double laplacian_at(const std::vector<double>& map, int x, int y, const Grid& grid, int stencil, int edges) {
-    f64::Heights heights{map.data(), grid.width};
-    const double centre = heights.strain_at(x, y), spacing = grid.spacing.value_or(1);
-    return f64::add(heights.laplacian_along_x(x, y, centre, grid.width, stencil, edges),
-                    heights.laplacian_along_y(x, y, centre, grid.height, stencil, edges)) /
-           (spacing * spacing);
-}
-
-// L(S), once and in double: what is left to a kernel is L(eps).
 std::vector<double> laplacian(const std::vector<double>& map, const Grid& grid, int stencil, int edges) {
-    std::vector<double> result;
-    result.reserve(map.size());
-    for (int y = 0; y < grid.height; ++y)
-        for (int x = 0; x < grid.width; ++x) result.push_back(laplacian_at(map, x, y, grid, stencil, edges));
+    const f64::Stored stored{map.data(), grid.width, grid.width, grid.height, stencil, edges};
+    std::vector<double> result(map.size());
+    const double area = grid.spacing.value_or(1) * grid.spacing.value_or(1);
+    for (int y = 0; y < grid.height; ++y) stored.laplacian(y, 0, grid.width, result.data() + size_t(y) * grid.width);
+    for (double& L : result) L /= area;
     return result;
 }
+
+} // namespace plan
+
+namespace {
 
 SceneMaps maps_of(const Scene& validated) {
     SceneMaps m;
     m.surface = scene::surface_map(validated);
-    m.rest_curvature = laplacian(m.surface, validated.grid, int(*validated.stencil), int(*validated.edges));
+    m.rest_curvature = plan::laplacian(m.surface, validated.grid, int(*validated.stencil), int(*validated.edges));
     m.pressure = scene::pressure_map(validated);
     return m;
 }
@@ -102,17 +91,17 @@ StencilEstimate stencil_estimate(const Plan& plan, const std::vector<double>& st
     std::vector<double> deformed = plan.maps.surface;
     for (size_t i = 0; i < deformed.size(); ++i) deformed[i] -= *s.material.thickness * strain[i];
     const int edges = *s.edges == Edges::periodic ? EDGES_PERIODIC : EDGES_MIRROR;
+    const std::vector<double> second = laplacian(deformed, s.grid, STENCIL_FIVE_POINT, edges),
+                              fourth = laplacian(deformed, s.grid, STENCIL_FOURTH_ORDER, edges);
     StencilEstimate e;
     double largest = 0;
     std::vector<double> kinks;
-    for (int y = 0; y < s.grid.height; ++y)
-        for (int x = 0; x < s.grid.width; ++x) {
-            const double C = laplacian_at(deformed, x, y, s.grid, STENCIL_FIVE_POINT, edges);
-            const double differs = std::abs(C - laplacian_at(deformed, x, y, s.grid, STENCIL_FOURTH_ORDER, edges));
-            largest = std::max(largest, std::abs(C));
-            e.greatest = std::max(e.greatest, differs);
-            if (differs > std::abs(C) / 2) kinks.push_back(differs);
-        }
+    for (size_t i = 0; i < second.size(); ++i) {
+        const double differs = std::abs(second[i] - fourth[i]);
+        largest = std::max(largest, std::abs(second[i]));
+        e.greatest = std::max(e.greatest, differs);
+        if (differs > std::abs(second[i]) / 2) kinks.push_back(differs);
+    }
     // small against the largest: an inflection, not a kink
     e.kinks = std::count_if(kinks.begin(), kinks.end(), [=](double differs) { return differs > 1e-3 * largest; });
     return e;

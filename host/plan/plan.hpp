@@ -28,6 +28,9 @@ struct Plan {
 // Without a precision: f32, compensated where plain sums could lose more than 1e-4. Throws Error::bad_input.
 Plan make_plan(const Scene&, std::optional<Precision> = {});
 
+// L of a map of width*height, 1/m^2 of its unit; stencil and edges as in kernels/layout.h.
+std::vector<double> laplacian(const std::vector<double>& map, const Grid&, int stencil, int edges);
+
 // |C5 - C4| of the skin under this strain: what the five-point stencil is off by, and in how many cells it exceeds
 // |C|/2, which no refinement mends: a kink.
 struct StencilEstimate {
