@@ -151,11 +151,16 @@ Device open_device(const std::string& which, const vulkan::Loader& loader, const
     try {
         const auto instance = std::make_shared<const vulkan::Instance>(loader, options);
         if (which == "auto" || which == "vulkan") {
-            if (auto device = first_exact(instance, which == "auto", why)) return *device;
+            if (auto device = first_exact(instance, which == "auto", why)) {
+                device->impl().asked = which == "vulkan";
+                return *device;
+            }
         } else {
             const Physical& p = named(instance->devices(), which);
             if (!p.info.refused.empty()) no_device(which, p.info.name + ": " + p.info.refused);
-            return open_vulkan(instance, p);
+            Device device = open_vulkan(instance, p);
+            device.impl().asked = true;
+            return device;
         }
     } catch (const Error& e) {
         if (which != "auto" && (which != "vulkan" || e.parameter() == "device")) {

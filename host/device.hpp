@@ -12,6 +12,7 @@ namespace dermis {
 struct Device::Impl {
     DeviceInfo info;
     int threads = 0;                          // CPU path
+    bool asked = false;                       // for by name or as Vulkan: then it is this device that works
     std::shared_ptr<vulkan::Context> context; // null: the CPU path
 };
 

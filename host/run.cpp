@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Scene -> Plan -> backend -> Result.
 #include "host/device.hpp"
+#include "host/model/separable.hpp"
 #include "host/plan/float_environment.hpp"
 #include "host/scene/text.hpp"
 
@@ -130,24 +131,64 @@ const Trace& Result::trace(Quantity q) const {
     return *t;
 }
 
-Result run(const Scene& scene, const Device& device, const RunOptions& options) {
-    const DefaultFloats guard;
-    const plan::Plan plan = plan::make_plan(scene, options.precision);
-    Result result;
-    result.device = device.info();
-    result.precision = plan.precision;
-    if (result.precision == Precision::f64 && device.info().vulkan)
+namespace {
+
+Model decide(const plan::Plan& plan, const Device& device, const RunOptions& options) {
+    const auto refuse = [&](Model m, const std::string& why) {
+        throw Error(Error::Code::bad_input, "model",
+                    std::string("model = \"") + name(m) + "\"; not allowed here: " + why);
+    };
+    if (const auto model = plan.scene.model) {
+        const std::string why =
+            options.check && *model != Model::march ? "a check compares marches" : plan::why_not(plan, *model);
+        if (!why.empty()) refuse(*model, why);
+        return *model;
+    }
+    const bool single = options.precision && *options.precision != Precision::f64;
+    if (device.impl().asked || single || options.check) return Model::march;
+    for (Model m : {Model::moments, Model::maps})
+        if (plan::why_not(plan, m).empty()) return m;
+    return Model::march;
+}
+
+void check_precision(const plan::Plan& plan, const Device& device, const RunOptions& options) {
+    if (plan.model != Model::march || plan.precision != Precision::f64) return;
+    if (device.info().vulkan)
         throw Error(Error::Code::bad_input, "precision",
                     "precision = f64; allowed on \"" + device.info().name + "\": f32; f64 on the CPU path alone");
-    if (result.precision == Precision::f64 && options.check)
+    if (options.check)
         throw Error(Error::Code::bad_input, "precision", "precision = f64; allowed with a check of backends: f32");
+}
+
+// What the numbers printed beside a result are taken from: the skin at its last step.
+void look_at_end(Result& result, const plan::Plan& plan, plan::Marcher& marcher) {
+    std::vector<std::vector<double>> curved;
+    marcher.read({Quantity::curvature, Quantity::strain}, curved);
+    const plan::StencilEstimate estimate = plan::stencil_estimate(plan, curved[1]);
+    result.stencil_estimate = estimate.greatest;
+    result.kinks = estimate.kinks;
+    for (const auto* map : {&plan.maps.rest_curvature, static_cast<const std::vector<double>*>(&curved[0])})
+        for (double C : *map)
+            result.greatest_gain = std::max(result.greatest_gain, std::abs(*plan.scene.material.curvature_length * C));
+}
+
+using SharedMoments = std::shared_ptr<const model::Moments>;
+
+Result run_plan(const plan::Plan& plan, const SharedMoments& moments, const Device& device, const RunOptions& options,
+                const Result* like = nullptr) {
+    const bool marches = plan.model == Model::march;
+    Result result;
+    result.device = marches ? device.info() : Device::cpu().info();
+    result.model = plan.model;
+    result.precision = marches ? plan.precision : Precision::f64;
     result.tau_min = INFINITY;
     for (const plan::Medium& m : plan.media) {
         result.tau_min = std::min(result.tau_min, m.viscosity / m.modulus);
         result.tau_max = std::max(result.tau_max, m.viscosity / m.modulus);
     }
     Collector collect(result, plan);
-    const auto marcher = march(device, plan, std::ref(collect));
+    const auto marcher =
+        marches ? march(device, plan, std::ref(collect)) : model::separable(plan, moments, std::ref(collect));
     std::unique_ptr<Check> check;
     if (options.check)
         check = std::make_unique<Check>(device.info().vulkan ? Device::cpu() : Device::open("vulkan"), plan, result);
@@ -182,17 +223,54 @@ Result run(const Scene& scene, const Device& device, const RunOptions& options) 
     marcher->finish();
     if (check) check->finish();
     else result.seconds = std::chrono::duration<double>(Clock::now() - start).count();
-    std::vector<std::vector<double>> curved;
-    marcher->read({Quantity::curvature, Quantity::strain}, curved);
-    const plan::StencilEstimate estimate = plan::stencil_estimate(plan, curved[1]);
-    result.stencil_estimate = estimate.greatest;
-    result.kinks = estimate.kinks;
-    for (const auto* map : {&plan.maps.rest_curvature, static_cast<const std::vector<double>*>(&curved[0])})
-        for (double C : *map)
-            result.greatest_gain = std::max(result.greatest_gain, std::abs(*plan.scene.material.curvature_length * C));
+    if (like) {
+        result.stencil_estimate = like->stencil_estimate;
+        result.kinks = like->kinks;
+        result.greatest_gain = like->greatest_gain;
+    } else {
+        look_at_end(result, plan, *marcher);
+    }
     result.dispatches = marcher->dispatches();
     if (options.progress) options.progress(1);
     return result;
+}
+
+} // namespace
+
+Result run(const Scene& scene, const Device& device, const RunOptions& options) {
+    const DefaultFloats guard;
+    plan::Plan plan = plan::make_plan(scene, options.precision);
+    plan.model = decide(plan, device, options);
+    check_precision(plan, device, options);
+    return run_plan(plan, plan.model == Model::march ? nullptr : model::moments_of(plan), device, options);
+}
+
+std::vector<Result> run(const Scene& scene, const std::vector<Material>& materials, const Device& device,
+                        const RunOptions& options) {
+    const DefaultFloats guard;
+    std::vector<Result> results;
+    std::optional<plan::Plan> plan; // of the material before, as long as its maps serve
+    SharedMoments moments;
+    for (const Material& material : materials) {
+        const Result* like = nullptr;
+        const auto same_lengths = [&](const Material& m) {
+            return m.thickness == material.thickness && m.curvature_length == material.curvature_length;
+        };
+        if (moments && same_lengths(results.empty() ? scene.material : materials[results.size() - 1]) &&
+            material.modulus_map.empty() && material.viscosity_map.empty()) {
+            plan::set_material(*plan, material);
+            like = &results.front();
+        } else {
+            Scene with = scene;
+            with.material = material;
+            plan = plan::make_plan(with, options.precision);
+            plan->model = decide(*plan, device, options);
+            check_precision(*plan, device, options);
+            moments = plan->model == Model::march ? nullptr : model::moments_of(*plan);
+        }
+        results.push_back(run_plan(*plan, moments, device, options, like));
+    }
+    return results;
 }
 
 } // namespace dermis

@@ -124,7 +124,7 @@ TEST_CASE("without a driver auto says so in one line and uses the CPU; vulkan na
     const Outcome automatic = command(folder, "run " + scene + " --out " + (folder / "a").string(), none);
     CHECK(automatic.status == 0);
     CHECK(automatic.out.find("no Vulkan device used: the Vulkan loader finds no driver") == 0);
-    CHECK(automatic.out.find("f32 on cpu") != std::string::npos);
+    CHECK(automatic.out.find("maps, f64 on cpu") != std::string::npos);
     const Outcome vulkan = command(folder, "run " + scene + " --device vulkan --out " + (folder / "b").string(), none);
     CHECK(vulkan.status == 1);
     CHECK(vulkan.err.find("finds no driver (on Debian: mesa-vulkan-drivers)") != std::string::npos);

@@ -18,10 +18,19 @@ Scene one_cell() {
     return s;
 }
 
-Result in_double(const Scene& s) {
+// Marched; and where closed forms can serve the scene, they say the same.
+Result in_double(Scene s) {
     RunOptions f64;
     f64.precision = Precision::f64;
-    return run(s, Device::cpu(), f64);
+    s.model = Model::march;
+    const Result marched = run(s, Device::cpu(), f64);
+    s.model.reset();
+    const Result free = run(s, Device::cpu(), f64);
+    for (const Trace& t : marched.traces) CHECK(difference(free.trace(t.quantity).mean, t.mean) < 1e-12);
+    REQUIRE(free.impulses.size() == marched.impulses.size());
+    for (size_t i = 0; i < free.impulses.size(); ++i)
+        CHECK(free.impulses[i].max == doctest::Approx(marched.impulses[i].max).epsilon(1e-12));
+    return marched;
 }
 
 const std::vector<double>& mean(const Result& r, Quantity q) { return r.trace(q).mean; }
@@ -155,6 +164,7 @@ TEST_CASE("SA2 with an adaptation time is bounded and known in closed form; with
 
 TEST_CASE("FA2 gains act on the two signs apart: (1, -1) signed, (1, 0) half-wave, (1, 1) full-wave") {
     Scene s = small_scene(31, 31);
+    s.model = Model::march;
     s.surface.noise = 0;
     s.receptors.fa2 = Fa2::step_mean;
     s.output.fields = {{0.35, {Quantity::fa2}}};

@@ -14,6 +14,7 @@ const Cell probes[] = {{75, 75}, {85, 85}, {60, 80}, {37, 37}, {112, 112}};
 
 Scene published_scene(const std::string& surface, const std::string& load) {
     Scene s;
+    s.model = Model::march;
     s.method = Method::published;
     if (surface != "flat") {
         s.surface.kind = Surface::Kind::map;

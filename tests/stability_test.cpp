@@ -10,6 +10,7 @@ namespace {
 // Strain after 1 .. steps steps at z = dt/tau under pressure 1.
 std::vector<double> under_load(Method method, double z, int steps, Precision precision, double E) {
     Scene s;
+    s.model = Model::march;
     s.grid = {2, 2, {}};
     s.load.kind = Load::Kind::map;
     s.load.map.assign(4, 1.0);
@@ -81,6 +82,7 @@ TEST_CASE("with the units that the study prints forward Euler overflows at step 
               doctest::Approx(1).epsilon(p == Precision::f32 ? 0x1p-23 : 0x1p-52));
     for (Method m : {Method::euler, Method::rk2, Method::rk4}) {
         Scene s;
+        s.model = Model::march;
         s.material.modulus = E;
         s.method = m;
         const std::string message = refusal(Error::Code::bad_input, [&] { run(s, Device::cpu()); });
@@ -136,6 +138,7 @@ TEST_CASE("baselines keep E*integral(eps) + eta*eps = integral(sigma), whatever 
     for (Method method : baselines) {
         CAPTURE(name(method));
         Scene s;
+        s.model = Model::march;
         s.grid = {1, 1, {}};
         s.load.kind = Load::Kind::map;
         s.load.map = {2.0};
@@ -185,6 +188,7 @@ TEST_CASE("1 - exp(-z) in float loses the cell at small z, the polynomial does n
 TEST_CASE("FA2 by differencing FA1 gets worse as the step shrinks, the method's own does not") {
     const auto errors = [](double dt) {
         Scene s;
+        s.model = Model::march;
         s.grid = {1, 1, {}};
         s.load.kind = Load::Kind::map;
         s.load.map = {1.0};
@@ -209,6 +213,7 @@ TEST_CASE("long runs: plain float stalls or drifts, compensated float does not, 
     // the last output of a march of one cell in each precision, under pressure 1
     const auto last = [](double z, long long steps, Quantity q, Precision p, const Device& device) {
         Scene s;
+        s.model = Model::march;
         s.grid = {1, 1, {}};
         s.load.kind = Load::Kind::map;
         s.load.map = {1.0};
@@ -244,6 +249,7 @@ TEST_CASE("long runs: plain float stalls or drifts, compensated float does not, 
 
 TEST_CASE("what plain sums would lose beyond 1e-4 is carried without being asked for") {
     Scene s = test::small_scene(4, 4);
+    s.model = Model::march;
     CHECK(run(s, Device::cpu()).precision == Precision::f32);
     s.time = {1e-4, 0.5};
     CHECK(run(s, Device::cpu()).precision == Precision::f32_compensated);
@@ -257,6 +263,7 @@ TEST_CASE("a float sum of 1e8 ones is 16777216; the mean of a large map is right
     for (int i = 0; i < 100000000; ++i) sum += 1;
     CHECK(sum == 16777216); // 17 % of it
     Scene s;
+    s.model = Model::march;
     s.grid = {3008, 1700, {}};
     s.load.kind = Load::Kind::map;
     s.load.map.assign(3008 * 1700, 0.1);
@@ -284,6 +291,7 @@ TEST_CASE("stencils converge at orders 2, 4 and 2 on smooth fields that fit the 
             for (int k = 0; k < 2; ++k) {
                 const int n = 32 << k;
                 Scene s;
+                s.model = Model::march;
                 s.grid = {n, n, 1.0 / n};
                 s.surface.kind = Surface::Kind::map;
                 s.surface.relief = 1;
@@ -308,6 +316,7 @@ TEST_CASE("stencils converge at orders 2, 4 and 2 on smooth fields that fit the 
 
 TEST_CASE("the stencil estimate is the five-point error on a smooth skin, and names kinks") {
     Scene s;
+    s.model = Model::march;
     s.surface.kind = Surface::Kind::map;
     s.grid = {60, 60, {}};
     s.edges = Edges::periodic;

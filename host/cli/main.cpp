@@ -50,8 +50,8 @@ int run_scene(const std::string& file, const Path& out, const std::string& devic
     const Result r = run(scene, device, options);
     write_result(out, scene, r);
     const double cells = double(scene.grid.width) * scene.grid.height;
-    fmt::print("{}: {} x {} cells, {} steps, {}, {} on {}", file, scene.grid.width, scene.grid.height, r.steps,
-               name(scene.method), name(r.precision), shown(r.device));
+    fmt::print("{}: {} x {} cells, {} steps, {}, {}, {} on {}", file, scene.grid.width, scene.grid.height, r.steps,
+               name(scene.method), name(r.model), name(r.precision), shown(r.device));
     if (!check)
         fmt::print(": {:.3f} s, {:.2f} ns per cell-step", r.seconds, 1e9 * r.seconds / (cells * double(r.steps)));
     fmt::print("\n");

@@ -72,6 +72,7 @@ void find_materials(Plan& p) {
         p.media = {{s.material.modulus, s.material.viscosity, adaptation, mean}};
         return;
     }
+    p.media.clear();
     std::unordered_map<std::pair<double, double>, int, PairHash> known;
     p.material.assign(size_t(p.pitch) * s.grid.height, 0);
     for (size_t i = 0, y = 0; y < size_t(s.grid.height); ++y)
@@ -105,6 +106,24 @@ StencilEstimate stencil_estimate(const Plan& plan, const std::vector<double>& st
     // small against the largest: an inflection, not a kink
     e.kinks = std::count_if(kinks.begin(), kinks.end(), [=](double differs) { return differs > 1e-3 * largest; });
     return e;
+}
+
+std::string why_not(const Plan& p, Model model) {
+    const auto& gains = p.scene.receptors.fa2_gains;
+    if (model == Model::march) return "";
+    if (model == Model::sites) return "not built yet";
+    if (p.media.size() > 1) return "the material is not uniform";
+    if (p.framed) return "the load is not one map times an envelope";
+    if (gains[0] != -gains[1]) return "receptors.fa2_gains make FA2 depend on its sign";
+    if (model == Model::moments && !p.scene.output.fields.empty()) return "fields are asked for";
+    return "";
+}
+
+void set_material(Plan& p, const Material& material) {
+    p.scene.material.modulus = material.modulus;
+    p.scene.material.viscosity = material.viscosity;
+    scene::check_material(p.scene);
+    find_materials(p);
 }
 
 Plan make_plan(const Scene& scene, std::optional<Precision> precision) {

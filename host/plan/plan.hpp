@@ -14,6 +14,7 @@ struct Plan {
     SceneMaps maps;
     int pitch = 0, tiles = 0;   // cells, tiles per row
     int stencil = 0, edges = 0; // names in kernels/layout.h
+    Model model = Model::march;
     Precision precision = Precision::f32;
     bool compensated = false;               // f32 with what each sum has lost carried along
     f64::Constants constants{};             // what does not change from step to step
@@ -25,8 +26,14 @@ struct Plan {
     std::vector<double> field_times;        // sorted, each once; within 1e-6 of a step from an output: that output's
 };
 
-// Without a precision: f32, compensated where plain sums could lose more than 1e-4. Throws Error::bad_input.
+// For a march. Without a precision: f32, compensated where plain sums could lose more than 1e-4. Throws
+// Error::bad_input.
 Plan make_plan(const Scene&, std::optional<Precision> = {});
+// Another modulus and viscosity, one number each, for the same skin. Throws Error::bad_input.
+void set_material(Plan&, const Material&);
+
+// Why a model cannot serve the scene; empty where it can.
+std::string why_not(const Plan&, Model);
 
 // L of a map of width*height, 1/m^2 of its unit; stencil and edges as in kernels/layout.h.
 std::vector<double> laplacian(const std::vector<double>& map, const Grid&, int stencil, int edges);

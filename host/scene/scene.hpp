@@ -11,6 +11,9 @@ namespace dermis::scene {
 // Checks every parameter and fills every default in; throws Error::bad_input.
 Scene validated(const Scene&);
 
+// Of a scene in which all else is validated. Throws Error::bad_input.
+void check_material(const Scene&);
+
 long long outputs(const Time&); // rows of the traces
 
 // Of cell i.

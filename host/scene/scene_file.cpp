@@ -139,6 +139,9 @@ Scene read(const toml::table& file, const std::filesystem::path& folder) {
     std::map<std::string, Method> methods;
     for (Method m = Method::exact; m <= Method::published; m = Method(int(m) + 1)) methods[name(m)] = m;
     top.choice("method", s.method, methods);
+    std::map<std::string, Model> models;
+    for (Model m = Model::moments; m <= Model::march; m = Model(int(m) + 1)) models[name(m)] = m;
+    top.choice("model", s.model, models);
     top.boolean("allow_unstable", s.allow_unstable);
 
     Section grid = top.section("grid");

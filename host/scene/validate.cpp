@@ -17,6 +17,10 @@ const char* name(Method m) noexcept {
                                             "backward-euler", "crank-nicolson", "sdirk2", "published"};
     return names[int(m)];
 }
+const char* name(Model m) noexcept {
+    static constexpr const char* names[] = {"moments", "maps", "sites", "march"};
+    return names[int(m)];
+}
 const char* name(Precision p) noexcept {
     static constexpr const char* names[] = {"f32", "f32-compensated", "f64"};
     return names[int(p)];
@@ -139,32 +143,6 @@ void check_stability(const Scene& s, double modulus, double viscosity, const std
              " (here " + shortest(z) + where + "); or method = \"exact\", or allow_unstable = true");
 }
 
-void check_material(const Scene& s) {
-    const Material& m = s.material;
-    const bool maps = !m.modulus_map.empty() || !m.viscosity_map.empty();
-    if (!m.modulus_map.empty()) need_map("material.modulus", m.modulus_map, s.grid);
-    if (!m.viscosity_map.empty()) need_map("material.viscosity", m.viscosity_map, s.grid);
-    if (maps && s.method == Method::published)
-        refuse(m.modulus_map.empty() ? "material.viscosity" : "material.modulus", "(a map)",
-               "one number with method = \"published\"");
-    const size_t cells = maps ? size_t(s.grid.width) * s.grid.height : 1;
-    size_t worst = 0; // the cell of the greatest dt/tau
-    double greatest = -1;
-    const auto where = [&](size_t i) { return maps ? " in cell " + cell_text(i, s.grid.width) : ""; };
-    for (size_t i = 0; i < cells; ++i) {
-        const double E = modulus_at(m, i), eta = viscosity_at(m, i);
-        for (auto [key, value] : {std::pair{"material.modulus", E}, {"material.viscosity", eta}})
-            if (!finite(value) || value < 0) refuse(key, shortest(value) + where(i), "a finite number >= 0");
-        if (E == 0 && eta == 0) refuse("material.viscosity", "0" + where(i), "> 0 where material.modulus is 0");
-        if (eta == 0 && s.method != Method::exact)
-            refuse("material.viscosity", "0" + where(i), std::string("> 0 with method = \"") + name(s.method) + "\"");
-        check_fa2(s, eta, where(i));
-        const double z = eta > 0 ? E / eta : INFINITY;
-        if (z > greatest) greatest = z, worst = i;
-    }
-    check_stability(s, modulus_at(m, worst), viscosity_at(m, worst), where(worst));
-}
-
 void check_method(Scene& s) {
     if (s.method == Method::published) {
         const std::string allowed = "not beside method = \"published\", which sets it";
@@ -228,6 +206,32 @@ void check_output(const Scene& s) {
 }
 
 } // namespace
+
+void check_material(const Scene& s) {
+    const Material& m = s.material;
+    const bool maps = !m.modulus_map.empty() || !m.viscosity_map.empty();
+    if (!m.modulus_map.empty()) need_map("material.modulus", m.modulus_map, s.grid);
+    if (!m.viscosity_map.empty()) need_map("material.viscosity", m.viscosity_map, s.grid);
+    if (maps && s.method == Method::published)
+        refuse(m.modulus_map.empty() ? "material.viscosity" : "material.modulus", "(a map)",
+               "one number with method = \"published\"");
+    const size_t cells = maps ? size_t(s.grid.width) * s.grid.height : 1;
+    size_t worst = 0; // the cell of the greatest dt/tau
+    double greatest = -1;
+    const auto where = [&](size_t i) { return maps ? " in cell " + cell_text(i, s.grid.width) : ""; };
+    for (size_t i = 0; i < cells; ++i) {
+        const double E = modulus_at(m, i), eta = viscosity_at(m, i);
+        for (auto [key, value] : {std::pair{"material.modulus", E}, {"material.viscosity", eta}})
+            if (!finite(value) || value < 0) refuse(key, shortest(value) + where(i), "a finite number >= 0");
+        if (E == 0 && eta == 0) refuse("material.viscosity", "0" + where(i), "> 0 where material.modulus is 0");
+        if (eta == 0 && s.method != Method::exact)
+            refuse("material.viscosity", "0" + where(i), std::string("> 0 with method = \"") + name(s.method) + "\"");
+        check_fa2(s, eta, where(i));
+        const double z = eta > 0 ? E / eta : INFINITY;
+        if (z > greatest) greatest = z, worst = i;
+    }
+    check_stability(s, modulus_at(m, worst), viscosity_at(m, worst), where(worst));
+}
 
 long long steps_per_frame(const Scene& s) {
     const double ratio = *s.load.interval / s.time.step, whole = std::round(ratio);

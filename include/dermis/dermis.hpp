@@ -50,6 +50,14 @@ const char* name(Quantity) noexcept;
 enum class Method { exact, euler, rk2, rk4, backward_euler, crank_nicolson, sdirk2, published };
 const char* name(Method) noexcept;
 
+// How a result is come by; every pair agrees where both can serve a scene.
+//   moments   all means, extremes and probes from three means and a hull   exact for a uniform material under map x
+//   maps      the same, and fields in one pass each                        envelope, and linear fa2_gains; in double
+//   sites     receptors and probes with their stencil's cells alone        any material and load; in double
+//   march     every cell, from output to output                            any
+enum class Model { moments, maps, sites, march };
+const char* name(Model) noexcept;
+
 // f32_compensated carries what each sum has rounded away, for long runs and small steps. f64 on the CPU only.
 enum class Precision { f32, f32_compensated, f64 };
 const char* name(Precision) noexcept;
@@ -152,6 +160,8 @@ struct SkinDescription {
 };
 
 struct Scene : SkinDescription {
+    // Default: the cheapest that serves the scene; march where a Vulkan device, Precision::f32 or a check is asked for.
+    std::optional<Model> model;
     Method method = Method::exact;
     bool allow_unstable = false; // run an explicit method beyond its limit all the same
     Load load;
@@ -221,7 +231,8 @@ struct Result {
     std::vector<Trace> traces;
     std::vector<Impulse> impulses;
     std::vector<Field> fields;
-    DeviceInfo device;
+    DeviceInfo device; // the CPU path for all models but march
+    Model model = Model::march;
     Precision precision = Precision::f32;
     long long steps = 0;             // of every cell
     long long dispatches = 0;        // of GPU kernels
@@ -236,7 +247,7 @@ struct Result {
 };
 
 struct RunOptions {
-    std::optional<Precision> precision; // default f32, compensated where plain sums could lose more than 1e-4
+    std::optional<Precision> precision; // of a march: default f32, compensated where plain sums could lose above 1e-4
     // Also march on the other backend in f32 and compare the bits of every cell of every output (Vulkan device: against
     // the CPU path; CPU path: against the best Vulkan device).
     bool check = false;
@@ -251,5 +262,10 @@ struct SceneMaps {
 SceneMaps maps(const Scene&);
 
 Result run(const Scene&, const Device& = Device::open("auto"), const RunOptions& = {});
+
+// The scene under each of these materials in place of its own. Models but march read the maps once; then stencil
+// estimate, kinks and greatest gain are those of the first material.
+std::vector<Result> run(const Scene&, const std::vector<Material>&, const Device& = Device::open("auto"),
+                        const RunOptions& = {});
 
 } // namespace dermis

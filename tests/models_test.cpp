@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: MIT
+// Every two models agree where both can serve a scene.
+#include "tests/support.hpp"
+
+#include <random>
+
+using namespace test;
+
+namespace {
+
+Result under(Scene s, Model model) {
+    RunOptions options;
+    options.precision = Precision::f64;
+    s.model = model;
+    const Result r = run(s, Device::cpu(), options);
+    CHECK(int(r.model) == int(model));
+    return r;
+}
+
+void check_agree(const Result& a, const Result& b, double tolerance) {
+    REQUIRE(a.time == b.time);
+    for (const Trace& t : b.traces) {
+        CAPTURE(name(t.quantity));
+        const Trace& other = a.trace(t.quantity);
+        // by the greatest value of any cell: a mean may cancel
+        double largest = 1e-300;
+        for (const auto* part : {&t.min, &t.max})
+            for (double v : *part) largest = std::max(largest, std::abs(v));
+        const auto close = [&](const std::vector<double>& x, const std::vector<double>& y) {
+            for (size_t i = 0; i < x.size(); ++i) REQUIRE(std::abs(x[i] - y[i]) <= tolerance * largest);
+        };
+        close(other.mean, t.mean);
+        close(other.min, t.min);
+        close(other.max, t.max);
+        for (size_t p = 0; p < t.probes.size(); ++p) close(other.probes[p], t.probes[p]);
+    }
+    REQUIRE(a.fields.size() == b.fields.size());
+    for (size_t i = 0; i < a.fields.size(); ++i) {
+        CAPTURE(name(a.fields[i].quantity));
+        CHECK(difference(a.fields[i].values, b.fields[i].values) < tolerance);
+    }
+    REQUIRE(a.impulses.size() == b.impulses.size());
+    for (size_t i = 0; i < a.impulses.size(); ++i) {
+        CHECK(a.impulses[i].mean == doctest::Approx(b.impulses[i].mean).epsilon(tolerance));
+        CHECK(a.impulses[i].min == doctest::Approx(b.impulses[i].min).epsilon(tolerance));
+        CHECK(difference(a.impulses[i].probes, b.impulses[i].probes) < tolerance);
+    }
+}
+
+} // namespace
+
+TEST_CASE("moments, maps and march agree to 1e-12 under every method, envelope, stencil, edge and receptor") {
+    std::mt19937 random(11);
+    std::uniform_real_distribution<double> number(-1, 1);
+    const std::vector<Quantity> all = {Quantity::strain, Quantity::sa1,       Quantity::sa2,        Quantity::fa1,
+                                       Quantity::fa2,    Quantity::curvature, Quantity::deformation};
+    for (int i = 0; i < 120; ++i) {
+        CAPTURE(i);
+        Scene s = small_scene(3 + int(random() % 90), 2 + int(random() % 40));
+        s.method = Method(i % 8);
+        s.surface.kind = Surface::Kind(random() % 3);
+        s.load.kind = Load::Kind(random() % 3);
+        s.load.intensity = 3 * number(random);
+        s.material.modulus = std::pow(10, number(random));
+        s.material.viscosity = std::pow(10, number(random));
+        s.allow_unstable = true;
+        Envelope& e = s.load.envelope;
+        e.kind = Envelope::Kind(random() % 5);
+        if (e.kind == Envelope::Kind::table) e.times = {0.03, 0.21, 0.21}, e.values = {1, -0.5, 2};
+        else e.start = e.kind == Envelope::Kind::sine ? 0 : 0.1;
+        e.length = 0.07;
+        e.period = 0.17;
+        e.frequency = 4;
+        if (s.method == Method::published) {
+            if (std::min(s.grid.width, s.grid.height) < 2) continue;
+        } else {
+            s.stencil = Stencil(random() % 3);
+            s.edges = *s.stencil == Stencil::published ? Edges::published : Edges(random() % 2);
+            s.receptors.fa2 = Fa2(random() % 2);
+            if (s.method == Method::exact && random() % 2) s.receptors.sa2_adaptation = 0.3;
+            const double gain = 1 + number(random) / 2;
+            s.receptors.fa2_gains = {gain, -gain};
+        }
+        s.time.duration = 0.5;
+        const Result march = under(s, Model::march);
+        check_agree(under(s, Model::moments), march, 1e-12);
+        s.output.fields = {{0.3, all}, {0, all}};
+        if (s.method == Method::exact) s.output.fields.push_back({0.123, all});
+        check_agree(under(s, Model::maps), under(s, Model::march), 1e-12);
+    }
+}
+
+TEST_CASE("the hull finds the extremes of a million cells, whatever lies on it") {
+    Scene s = small_scene(1000, 1000);
+    s.surface.kind = Surface::Kind::spiral;
+    s.time.duration = 0.15;
+    for (Load::Kind kind : {Load::Kind::circular, Load::Kind::point, Load::Kind::linear}) {
+        s.load.kind = kind;
+        check_agree(under(s, Model::moments), under(s, Model::march), 1e-12);
+    }
+}
+
+TEST_CASE("materials in a row give what each gives alone, and read the maps once") {
+    Scene s = small_scene(64, 40);
+    std::vector<Material> materials;
+    for (double E : {0.5, 1.0, 3.0})
+        for (double eta : {0.1, 2.0}) materials.push_back({E, eta, {}, {}});
+    const std::vector<Result> row = run(s, materials, Device::cpu());
+    REQUIRE(row.size() == 6);
+    for (size_t i = 0; i < row.size(); ++i) {
+        s.material = materials[i];
+        const Result alone = run(s, Device::cpu());
+        for (const Trace& t : alone.traces) {
+            CHECK(row[i].trace(t.quantity).mean == t.mean);
+            CHECK(row[i].trace(t.quantity).max == t.max);
+        }
+    }
+    materials[3].viscosity = -1;
+    CHECK(refusal(Error::Code::bad_input, [&] { run(s, materials, Device::cpu()); }).find("viscosity = -1") !=
+          std::string::npos);
+}
+
+TEST_CASE("a model that cannot serve a scene is refused, and why; left free, the cheapest that can is taken") {
+    const auto why = [](const Scene& s) { return refusal(Error::Code::bad_input, [&] { run(s, Device::cpu()); }); };
+    Scene s = small_scene(8, 8);
+    CHECK(int(run(s, Device::cpu()).model) == int(Model::moments));
+    s.output.fields = {{0.1, {Quantity::sa1}}};
+    CHECK(int(run(s, Device::cpu()).model) == int(Model::maps));
+    s.model = Model::moments;
+    CHECK(why(s).find("fields") != std::string::npos);
+    s.model.reset();
+    s.receptors.fa2_gains = {1, 0};
+    CHECK(int(run(s, Device::cpu()).model) == int(Model::march));
+    s.model = Model::maps;
+    CHECK(why(s).find("fa2_gains") != std::string::npos);
+    s = small_scene(8, 8);
+    s.material.modulus_map.assign(64, 1);
+    s.material.modulus_map[3] = 2;
+    CHECK(int(run(s, Device::cpu()).model) == int(Model::march));
+    s.model = Model::moments;
+    CHECK(why(s).find("not uniform") != std::string::npos);
+    s = small_scene(8, 8);
+    RunOptions options;
+    options.precision = Precision::f32;
+    CHECK(int(run(s, Device::cpu(), options).model) == int(Model::march));
+    CHECK(int(run(s, Device::open("vulkan")).model) == int(Model::march));
+    s.model = Model::moments;
+    CHECK(int(run(s, Device::open("vulkan")).model) == int(Model::moments));
+}
