@@ -2,6 +2,7 @@
 // Scene -> Plan -> backend -> Result.
 #include "host/device.hpp"
 #include "host/model/separable.hpp"
+#include "host/model/sites.hpp"
 #include "host/plan/float_environment.hpp"
 #include "host/scene/text.hpp"
 
@@ -30,8 +31,10 @@ class Collector {
     }
 
     void operator()(const plan::Step& step, const plan::Sample& sample) {
-        const size_t probes = plan_.scene.output.probes.size();
-        for (Quantity q : reduced) check_finite(sample.totals[int(q)].mean, q, step.time);
+        const size_t probes = plan_.scene.output.probes.size(), places = plan_.places.size();
+        const bool whole = plan_.model != Model::sites; // otherwise no other cells are known
+        for (Quantity q : reduced)
+            if (whole) check_finite(sample.totals[int(q)].mean, q, step.time);
         if (step.trace >= 0) {
             result_.time.push_back(step.time);
             for (Trace& t : result_.traces) {
@@ -39,10 +42,17 @@ class Collector {
                 t.mean.push_back(totals.mean);
                 t.min.push_back(totals.min);
                 t.max.push_back(totals.max);
-                for (size_t i = 0; i < probes; ++i) t.probes[i].push_back(sample.probes[int(t.quantity) * probes + i]);
+                for (size_t i = 0; i < probes; ++i)
+                    t.probes[i].push_back(sample.probes[size_t(t.quantity) * places + i]);
             }
         }
-        if (step.impulse < 0) return;
+        if (step.trace >= 0)
+            for (size_t i = probes; i < places; ++i) {
+                const Quantity type = plan_.scene.sites[i - probes].type;
+                result_.responses.push_back(sample.probes[size_t(type) * places + i]);
+                check_finite(result_.responses.back(), type, step.time);
+            }
+        if (step.impulse < 0 || !whole) return;
         for (auto [quantity, elastic] : {std::pair{Quantity::fa1, true}, {Quantity::fa2, false}}) {
             if (std::none_of(plan_.media.begin(), plan_.media.end(),
                              [elastic = elastic](auto& m) { return (m.viscosity == 0) == elastic; }))
@@ -54,8 +64,8 @@ class Collector {
             i.mean = totals.mean;
             i.min = totals.min;
             i.max = totals.max;
-            const auto first = sample.probes.begin() + int(i.quantity) * probes;
-            i.probes.assign(first, first + probes);
+            const auto first = sample.probes.begin() + int(i.quantity) * int(places);
+            i.probes.assign(first, first + int(probes));
         }
     }
 
@@ -146,6 +156,10 @@ Model decide(const plan::Plan& plan, const Device& device, const RunOptions& opt
     }
     const bool single = options.precision && *options.precision != Precision::f64;
     if (device.impl().asked || single || options.check) return Model::march;
+    if (plan::why_not(plan, Model::sites).empty()) { // a cell at a site costs some three of a whole field
+        const bool few = 3 * model::cells_of_sites(plan) < plan.maps.pressure.size();
+        return few || plan::why_not_separable(plan).empty() ? Model::sites : Model::march;
+    }
     for (Model m : {Model::moments, Model::maps})
         if (plan::why_not(plan, m).empty()) return m;
     return Model::march;
@@ -187,8 +201,9 @@ Result run_plan(const plan::Plan& plan, const SharedMoments& moments, const Devi
         result.tau_max = std::max(result.tau_max, m.viscosity / m.modulus);
     }
     Collector collect(result, plan);
-    const auto marcher =
-        marches ? march(device, plan, std::ref(collect)) : model::separable(plan, moments, std::ref(collect));
+    const auto marcher = marches   ? march(device, plan, std::ref(collect))
+                         : moments ? model::separable(plan, moments, std::ref(collect))
+                                   : model::sites(plan, std::ref(collect));
     std::unique_ptr<Check> check;
     if (options.check)
         check = std::make_unique<Check>(device.info().vulkan ? Device::cpu() : Device::open("vulkan"), plan, result);
@@ -223,7 +238,9 @@ Result run_plan(const plan::Plan& plan, const SharedMoments& moments, const Devi
     marcher->finish();
     if (check) check->finish();
     else result.seconds = std::chrono::duration<double>(Clock::now() - start).count();
-    if (like) {
+    if (plan.model == Model::sites) {
+        // nothing is known of the other cells
+    } else if (like) {
         result.stencil_estimate = like->stencil_estimate;
         result.kinks = like->kinks;
         result.greatest_gain = like->greatest_gain;
@@ -235,14 +252,25 @@ Result run_plan(const plan::Plan& plan, const SharedMoments& moments, const Devi
     return result;
 }
 
+plan::Plan decided(const Scene& scene, const Device& device, const RunOptions& options) {
+    plan::Plan plan = plan::prepare(scene, options.precision);
+    plan.model = decide(plan, device, options);
+    check_precision(plan, device, options);
+    if (plan.model != Model::sites) plan::complete(plan);
+    return plan;
+}
+
+// Null where cells have to march.
+SharedMoments moments_for(const plan::Plan& plan) {
+    return plan.model == Model::march || !plan::why_not_separable(plan).empty() ? nullptr : model::moments_of(plan);
+}
+
 } // namespace
 
 Result run(const Scene& scene, const Device& device, const RunOptions& options) {
     const DefaultFloats guard;
-    plan::Plan plan = plan::make_plan(scene, options.precision);
-    plan.model = decide(plan, device, options);
-    check_precision(plan, device, options);
-    return run_plan(plan, plan.model == Model::march ? nullptr : model::moments_of(plan), device, options);
+    const plan::Plan plan = decided(scene, device, options);
+    return run_plan(plan, moments_for(plan), device, options);
 }
 
 std::vector<Result> run(const Scene& scene, const std::vector<Material>& materials, const Device& device,
@@ -263,10 +291,8 @@ std::vector<Result> run(const Scene& scene, const std::vector<Material>& materia
         } else {
             Scene with = scene;
             with.material = material;
-            plan = plan::make_plan(with, options.precision);
-            plan->model = decide(*plan, device, options);
-            check_precision(*plan, device, options);
-            moments = plan->model == Model::march ? nullptr : model::moments_of(*plan);
+            plan = decided(with, device, options);
+            moments = moments_for(*plan);
         }
         results.push_back(run_plan(*plan, moments, device, options, like));
     }

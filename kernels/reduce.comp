@@ -1,7 +1,7 @@
 #version 450
 // SPDX-License-Identifier: MIT
-// Sum, least and greatest of a map over each tile of each row (see reduce.h): summaries[slot][row][tile]; after the map's
-// rows one more per probe, whose tile 0 is the value of that cell. One invocation per tile (x: row, y: tile), four cells
+// Sum, least and greatest of a map over each tile of each row (see reduce.h): summaries[slot][row][tile], and behind them in
+// each slot the value of each probe's cell. One invocation per tile (x: row, y: tile), four cells
 // at a time, no shared memory: on a software driver barriers and single loads are slow.
 #extension GL_GOOGLE_include_directive : require
 #define real vec4
@@ -47,18 +47,21 @@ void main() {
     int y = int(gl_GlobalInvocationID.x);
     int tile = int(gl_WorkGroupID.y);
     int rows = c.height + c.probes;
-    if (y >= rows) return;
+    if (y >= rows || (y >= c.height && tile > 0)) return;
+    int tiles = int(gl_NumWorkGroups.y);
+    int i = c.slot * (c.height * tiles + c.probes);
     Summary s;
     if (y < c.height) {
+        i += y * tiles + tile;
         int x = tile * TILE_CELLS;
         int row = y * (c.pitch / 4);
         float first = map[row + x / 4].x;
         s = folded(folded(join(eighths(x, row, first), eighths(x + 4, row, first)), 2), 1);
     } else {
+        i += c.height * tiles + (y - c.height);
         int cell = probes[y - c.height];
         s = summary_of(vec4(map[cell / 4][cell % 4]));
     }
-    int i = (c.slot * rows + y) * int(gl_NumWorkGroups.y) + tile;
     summaries[i].sum = s.sum.x;
     summaries[i].low = s.low.x;
     summaries[i].high = s.high.x;

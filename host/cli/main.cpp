@@ -24,6 +24,10 @@ void print_scene(const Scene& s, const Result& r) {
     fmt::print("tau = {} s, z = dt/tau = {}, greatest |l*C| = {:.4g}\n", span(r.tau_min, r.tau_max),
                span(s.time.step / r.tau_max, s.time.step / r.tau_min), r.greatest_gain);
     if (r.greatest_gain > 1) fmt::print("warning: |l*C| above 1: responses change sign there\n");
+    if (r.model == Model::sites) {
+        fmt::print("{} receptors, without the rest of the skin\n", s.sites.size());
+        return;
+    }
     fmt::print("stencil estimate |C5 - C4| = {:.3g}\n", r.stencil_estimate);
     if (r.kinks) fmt::print("warning: {} cells not convergent: kink\n", r.kinks);
     double ridge = INFINITY;

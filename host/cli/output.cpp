@@ -129,6 +129,14 @@ void write_result(const Path& folder, const Scene& scene, const Result& result) 
     for (const Field& f : result.fields)
         write_npy(folder / fmt::format("{}_t{}.npy", name(f.quantity), shortest(f.at)), f.values, scene.grid.width,
                   scene.grid.height);
+    if (!scene.sites.empty()) {
+        std::string list = "id,type,x,y\n";
+        for (size_t i = 0; i < scene.sites.size(); ++i)
+            list += fmt::format("{},{},{},{}\n", i, name(scene.sites[i].type), scene.sites[i].cell.x,
+                                scene.sites[i].cell.y);
+        write_file(folder / "receptors.csv", list);
+        write_npy(folder / "responses.npy", result.responses, int(scene.sites.size()), int(result.time.size()));
+    }
     write_file(folder / "summary.json", summary_json(scene, result));
 }
 

@@ -204,7 +204,7 @@ class March : public plan::Marcher {
         plan::Sample sample;
         for (int q = 0; q < REDUCED_MAPS; ++q) {
             sample.totals[q] = plan::total_of(tiles_.data() + q * tiles, tiles, cells);
-            for (const Cell& p : plan_.scene.output.probes) sample.probes.push_back(double(plane(q)[row(p.y) + p.x]));
+            for (const Cell& p : plan_.places) sample.probes.push_back(double(plane(q)[row(p.y) + p.x]));
         }
         sink_(step, sample);
     }

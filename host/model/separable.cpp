@@ -14,9 +14,11 @@ struct Shape {
     const double *pressure, *rest_curvature, *laplacian;
     double length, bend;
 
+    Shape(const double* p, const double* rest, const double* L, const plan::Plan& plan)
+        : pressure(p), rest_curvature(rest), laplacian(L), length(plan.constants.curvature_length),
+          bend(plan.constants.bend) {}
     Shape(const plan::Plan& plan, const Moments& m)
-        : pressure(plan.maps.pressure.data()), rest_curvature(plan.maps.rest_curvature.data()),
-          laplacian(m.laplacian.data()), length(plan.constants.curvature_length), bend(plan.constants.bend) {}
+        : Shape(plan.maps.pressure.data(), plan.maps.rest_curvature.data(), m.laplacian.data(), plan) {}
     double p(size_t i) const { return pressure[i]; }
     double a(size_t i) const { return p(i) * (1 + length * rest_curvature[i]); }
     double b(size_t i) const { return p(i) * (length * (bend * laplacian[i])); }
@@ -119,7 +121,7 @@ class Separable : public plan::Marcher {
     void hand_over(const plan::Step& step) {
         const Moments& m = *moments_;
         const double g = shown_.g;
-        double high = m.upper.front().a - g * m.upper.front().b, low = m.lower.front().a - g * m.lower.front().b;
+        double high = -INFINITY, low = INFINITY;
         for (const Point& p : m.upper) high = std::max(high, p.a - g * p.b);
         for (const Point& p : m.lower) low = std::min(low, p.a - g * p.b);
         const auto ordered = [](double x, double y) { return std::pair{std::min(x, y), std::max(x, y)}; };
@@ -129,7 +131,7 @@ class Separable : public plan::Marcher {
             const bool strain = Quantity(q) == Quantity::strain;
             const auto [min, max] = strain ? ordered(X * m.least, X * m.greatest) : ordered(X * low, X * high);
             sample_.totals[q] = {strain ? X * m.p : X * (m.a - g * m.b), min, max};
-            for (const Moments::Place& p : m.probes) sample_.probes.push_back(strain ? p.p * X : X * (p.a - g * p.b));
+            for (const Moments::Place& p : m.places) sample_.probes.push_back(strain ? p.p * X : X * (p.a - g * p.b));
         }
         sink_(step, sample_);
     }
@@ -143,9 +145,27 @@ class Separable : public plan::Marcher {
 
 } // namespace
 
+namespace {
+
+void add_places(Moments& m, const plan::Plan& plan) {
+    Grid unit = plan.scene.grid;
+    unit.spacing.reset();
+    for (const Cell& c : plan.places) {
+        const double p = plan.maps.pressure[size_t(c.y) * unit.width + c.x],
+                     rest = plan::laplacian_at(plan.maps.surface, c, plan.scene.grid, plan.stencil, plan.edges),
+                     L = plan::laplacian_at(plan.maps.pressure, c, unit, plan.stencil, plan.edges);
+        const Shape shape(&p, &rest, &L, plan);
+        m.places.push_back({shape.p(0), shape.a(0), shape.b(0)});
+    }
+}
+
+} // namespace
+
 std::shared_ptr<const Moments> moments_of(const plan::Plan& plan) {
     const size_t cells = plan.maps.pressure.size(), width = size_t(plan.scene.grid.width);
     auto m = std::make_shared<Moments>();
+    add_places(*m, plan);
+    if (plan.model == Model::sites) return m; // nothing else is asked for
     Grid unit = plan.scene.grid;
     unit.spacing.reset();
     m->laplacian = plan::laplacian(plan.maps.pressure, unit, plan.stencil, plan.edges);
@@ -183,10 +203,6 @@ std::shared_ptr<const Moments> moments_of(const plan::Plan& plan) {
     }
     m->upper = hull_of_many(points, 1);
     m->lower = hull_of_many(points, -1);
-    for (const Cell& c : plan.scene.output.probes) {
-        const size_t i = size_t(c.y) * width + size_t(c.x);
-        m->probes.push_back({shape.p(i), shape.a(i), shape.b(i)});
-    }
     return m;
 }
 

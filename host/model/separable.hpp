@@ -23,7 +23,7 @@ struct Moments {
     struct Place {
         double p, a, b;
     };
-    std::vector<Place> probes;
+    std::vector<Place> places; // of Plan::places
 };
 std::shared_ptr<const Moments> moments_of(const plan::Plan&);
 

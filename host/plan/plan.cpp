@@ -24,6 +24,11 @@ std::vector<double> laplacian(const std::vector<double>& map, const Grid& grid, 
     return result;
 }
 
+double laplacian_at(const std::vector<double>& map, Cell c, const Grid& grid, int stencil, int edges) {
+    const f64::Stored stored{map.data(), grid.width, grid.width, grid.height, stencil, edges};
+    return stored.laplacian_at(c.x, c.y) / (grid.spacing.value_or(1) * grid.spacing.value_or(1));
+}
+
 } // namespace plan
 
 namespace {
@@ -31,7 +36,6 @@ namespace {
 SceneMaps maps_of(const Scene& validated) {
     SceneMaps m;
     m.surface = scene::surface_map(validated);
-    m.rest_curvature = plan::laplacian(m.surface, validated.grid, int(*validated.stencil), int(*validated.edges));
     m.pressure = scene::pressure_map(validated);
     return m;
 }
@@ -40,7 +44,10 @@ SceneMaps maps_of(const Scene& validated) {
 
 SceneMaps maps(const Scene& scene) {
     const DefaultFloats guard;
-    return maps_of(scene::validated(scene));
+    const Scene s = scene::validated(scene);
+    SceneMaps m = maps_of(s);
+    m.rest_curvature = plan::laplacian(m.surface, s.grid, int(*s.stencil), int(*s.edges));
+    return m;
 }
 
 namespace plan {
@@ -108,15 +115,23 @@ StencilEstimate stencil_estimate(const Plan& plan, const std::vector<double>& st
     return e;
 }
 
-std::string why_not(const Plan& p, Model model) {
+std::string why_not_separable(const Plan& p) {
     const auto& gains = p.scene.receptors.fa2_gains;
-    if (model == Model::march) return "";
-    if (model == Model::sites) return "not built yet";
     if (p.media.size() > 1) return "the material is not uniform";
     if (p.framed) return "the load is not one map times an envelope";
     if (gains[0] != -gains[1]) return "receptors.fa2_gains make FA2 depend on its sign";
-    if (model == Model::moments && !p.scene.output.fields.empty()) return "fields are asked for";
     return "";
+}
+
+std::string why_not(const Plan& p, Model model) {
+    const Output& o = p.scene.output;
+    if (model == Model::march) return "";
+    if (model == Model::sites) {
+        if (p.scene.sites.empty()) return "there are no sites";
+        return o.traces.empty() && o.fields.empty() ? "" : "traces or fields of all cells are asked for";
+    }
+    if (model == Model::moments && !o.fields.empty()) return "fields are asked for";
+    return why_not_separable(p);
 }
 
 void set_material(Plan& p, const Material& material) {
@@ -127,6 +142,14 @@ void set_material(Plan& p, const Material& material) {
 }
 
 Plan make_plan(const Scene& scene, std::optional<Precision> precision) {
+    Plan p = prepare(scene, precision);
+    complete(p);
+    return p;
+}
+
+void complete(Plan& p) { p.maps.rest_curvature = laplacian(p.maps.surface, p.scene.grid, p.stencil, p.edges); }
+
+Plan prepare(const Scene& scene, std::optional<Precision> precision) {
     Plan p;
     p.scene = scene::validated(scene);
     const Scene& s = p.scene;
@@ -145,6 +168,8 @@ Plan make_plan(const Scene& scene, std::optional<Precision> precision) {
     p.constants.height = s.grid.height;
     p.constants.pitch = p.pitch;
     p.outputs = scene::outputs(s.time);
+    p.places = s.output.probes;
+    for (const Site& site : s.sites) p.places.push_back(site.cell);
     find_materials(p);
     if (s.load.kind == Load::Kind::sequence) {
         p.framed = true;

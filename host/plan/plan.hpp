@@ -22,21 +22,25 @@ struct Plan {
     std::vector<int> material;              // which of them a cell is, pitch*height; empty where there is one
     bool framed = false;                    // pressure runs from frame to frame: those handed to Marcher::frame
     std::shared_ptr<scene::NpyFile> frames; // the scene's, null without
+    std::vector<Cell> places;               // whose values are wanted: Output::probes, then sites
     long long outputs = 0;                  // rows of the traces
     std::vector<double> field_times;        // sorted, each once; within 1e-6 of a step from an output: that output's
 };
 
-// For a march. Without a precision: f32, compensated where plain sums could lose more than 1e-4. Throws
-// Error::bad_input.
-Plan make_plan(const Scene&, std::optional<Precision> = {});
+// Without a precision: f32, compensated where plain sums could lose more than 1e-4. Throws Error::bad_input.
+Plan prepare(const Scene&, std::optional<Precision>);        // all but the rest curvature,
+void complete(Plan&);                                        // which Model::sites does without
+Plan make_plan(const Scene&, std::optional<Precision> = {}); // both
 // Another modulus and viscosity, one number each, for the same skin. Throws Error::bad_input.
 void set_material(Plan&, const Material&);
 
 // Why a model cannot serve the scene; empty where it can.
 std::string why_not(const Plan&, Model);
+std::string why_not_separable(const Plan&); // into a map and scalars of time
 
 // L of a map of width*height, 1/m^2 of its unit; stencil and edges as in kernels/layout.h.
 std::vector<double> laplacian(const std::vector<double>& map, const Grid&, int stencil, int edges);
+double laplacian_at(const std::vector<double>& map, Cell, const Grid&, int stencil, int edges);
 
 // |C5 - C4| of the skin under this strain: what the five-point stencil is off by, and in how many cells it exceeds
 // |C|/2, which no refinement mends: a kink.

@@ -51,6 +51,9 @@ class NpyFile {
     std::vector<float> raw_;
 };
 
+// A list of receptors: type,x,y. Throws Error::bad_input.
+std::vector<Site> read_sites(const std::string& path);
+
 std::vector<double> read_npy(const std::string& path, int width, int height, const std::string& parameter);
 
 } // namespace dermis::scene

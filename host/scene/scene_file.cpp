@@ -260,6 +260,22 @@ Scene read(const toml::table& file, const std::filesystem::path& folder) {
     }
     receptors.finish();
 
+    Section sites = top.section("sites");
+    const bool drawn = sites.has("density") || sites.has("seed");
+    if (const auto path = sites.text("path")) {
+        if (drawn) sites.misplaced("path", "either path, or density and seed");
+        s.sites = scene::read_sites((folder / *path).string());
+    }
+    Section density = sites.section("density");
+    Density d;
+    for (auto [key, value] : {std::pair{"sa1", &d.sa1}, {"sa2", &d.sa2}, {"fa1", &d.fa1}, {"fa2", &d.fa2}})
+        density.number(key, *value);
+    density.finish();
+    int seed = 1;
+    sites.whole("seed", seed);
+    sites.finish();
+    if (drawn) s.sites = population(s.grid, d, static_cast<unsigned long long>(seed));
+
     Section output = top.section("output");
     if (output.has("traces")) s.output.traces.clear();
     output.list("traces", [&](auto& node, const std::string& parameter) {

@@ -114,14 +114,16 @@ double stability_limit(Method m) {
     return m == Method::rk4 ? 2.785293563405282 : INFINITY;
 }
 
-bool wants(const Output& o, Quantity q) {
+bool wants(const Scene& s, Quantity q) {
+    const Output& o = s.output;
     const auto in = [q](const std::vector<Quantity>& list) { return std::count(list.begin(), list.end(), q) > 0; };
-    return in(o.traces) || std::any_of(o.fields.begin(), o.fields.end(), [&](auto& f) { return in(f.what); });
+    return in(o.traces) || std::any_of(s.sites.begin(), s.sites.end(), [q](auto& site) { return site.type == q; }) ||
+           std::any_of(o.fields.begin(), o.fields.end(), [&](auto& f) { return in(f.what); });
 }
 
 // What FA2 is formed from must be there.
 void check_fa2(const Scene& s, double viscosity, const std::string& where) {
-    if (!wants(s.output, Quantity::fa2)) return;
+    if (!wants(s, Quantity::fa2)) return;
     const bool mean = *s.receptors.fa2 == Fa2::step_mean, sequence = s.load.kind == Load::Kind::sequence;
     if (viscosity == 0 && (sequence || !mean))
         refuse("material.viscosity", "0" + where,
@@ -180,15 +182,21 @@ void check_time(const Scene& s) {
     need(finite(s.time.duration) && s.time.duration >= s.time.step, "time.duration", s.time.duration,
          "at least time.step = " + shortest(s.time.step) + " s");
     const double rows = s.time.duration / s.time.step;
-    const double bytes = rows * s.output.traces.size() * (3 + s.output.probes.size()) * 8;
+    const double bytes = rows * 8 * (s.output.traces.size() * (3 + s.output.probes.size()) + s.sites.size());
     need(rows <= 1e8 && bytes <= 8e9, "time.step", s.time.step,
          "duration/step = " + shortest(rows) +
-             " outputs of the traces asked for must be at most 1e8 and fit into 8 GB");
+             " outputs of the traces and sites asked for must be at most 1e8 and fit into 8 GB");
 }
 
 void check_output(const Scene& s) {
     for (size_t i = 0; i < s.output.probes.size(); ++i)
         need_inside("output.probes[" + std::to_string(i) + "]", s.output.probes[i], s.grid);
+    for (size_t i = 0; i < s.sites.size(); ++i) {
+        const std::string site = "sites[" + std::to_string(i) + "]";
+        need_inside(site, s.sites[i].cell, s.grid);
+        if (s.sites[i].type < Quantity::sa1 || s.sites[i].type > Quantity::fa2)
+            refuse(site, std::string("\"") + name(s.sites[i].type) + "\"", "sa1, sa2, fa1, fa2");
+    }
     for (Quantity q : s.output.traces)
         if (q >= Quantity::curvature)
             refuse("output.traces", std::string("\"") + name(q) + "\"",

@@ -49,10 +49,9 @@ class March : public plan::Marcher {
   public:
     March(const plan::Plan& plan, std::shared_ptr<Context> context, Sink sink)
         : plan_(plan), context_(std::move(context)), sink_(std::move(sink)),
-          plane_(VkDeviceSize(plan.pitch) * plan.constants.height * sizeof(float)),
-          probes_(int(plan.scene.output.probes.size())) {
+          plane_(VkDeviceSize(plan.pitch) * plan.constants.height * sizeof(float)), probes_(int(plan.places.size())) {
         const VkDeviceSize per_step =
-            VkDeviceSize(REDUCED_MAPS) * (plan.constants.height + probes_) * plan.tiles * sizeof(Summary);
+            VkDeviceSize(REDUCED_MAPS) * (VkDeviceSize(plan.constants.height) * plan.tiles + probes_) * sizeof(Summary);
         ring_ = size_t(
             std::clamp(std::min(cell_steps_per_submit * sizeof(float) / double(plane_), ring_bytes / double(per_step)),
                        1.0, 1024.0));
@@ -68,7 +67,7 @@ class March : public plan::Marcher {
         buffers_.emplace_back(*context_, std::max(probes_, 1) * sizeof(int), Buffer::Place::host);
         make_kernels();
         for (int i = 0; i < probes_; ++i) {
-            const Cell p = plan_.scene.output.probes[size_t(i)];
+            const Cell p = plan_.places[size_t(i)];
             static_cast<int*>(buffers_[probe_cells].data())[i] = p.y * plan_.pitch + p.x;
         }
         // The skin at rest; responses poisoned, so that what a kernel forgets to write shows.
@@ -129,9 +128,9 @@ class March : public plan::Marcher {
         const auto* map = static_cast<const Summary*>(buffers_[ring_summaries].data());
         for (const plan::Step& step : kept_) {
             plan::Sample sample;
-            for (int q = 0; q < REDUCED_MAPS; ++q, map += tiles + size_t(probes_) * plan_.tiles) {
+            for (int q = 0; q < REDUCED_MAPS; ++q, map += tiles + size_t(probes_)) {
                 sample.totals[q] = plan::total_of(map, tiles, cells);
-                for (int i = 0; i < probes_; ++i) sample.probes.push_back(map[tiles + size_t(i) * plan_.tiles].sum);
+                for (int i = 0; i < probes_; ++i) sample.probes.push_back(map[tiles + size_t(i)].sum);
             }
             sink_(step, sample);
         }

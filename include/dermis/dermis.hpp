@@ -53,7 +53,7 @@ const char* name(Method) noexcept;
 // How a result is come by; every pair agrees where both can serve a scene.
 //   moments   all means, extremes and probes from three means and a hull   exact for a uniform material under map x
 //   maps      the same, and fields in one pass each                        envelope, and linear fa2_gains; in double
-//   sites     receptors and probes with their stencil's cells alone        any material and load; in double
+//   sites     receptors with their stencil's cells alone, no traces        any material and load; in double
 //   march     every cell, from output to output                            any
 enum class Model { moments, maps, sites, march };
 const char* name(Model) noexcept;
@@ -139,6 +139,20 @@ struct Receptors {
     std::array<double, 2> fa2_gains = {1, -1}; // k+, k-: k+*max(a, 0) + k-*max(-a, 0) of a = eps''(1 + l*C)
 };
 
+// A receptor in the cell under it. It answers what the field of its class has there.
+struct Site {
+    Quantity type = Quantity::sa1; // sa1, sa2, fa1 or fa2
+    Cell cell;                     // inside the grid
+};
+
+// Receptors per cm2. Default: the human fingertip, after Johansson and Vallbo (1979).
+struct Density {
+    double sa1 = 70, sa2 = 10, fa1 = 140, fa2 = 25; // >= 0
+};
+// round(density*area) receptors of each class, class by class, each in any cell alike; the same for the same seed
+// everywhere. Needs Grid::spacing. Throws Error::bad_input.
+std::vector<Site> population(const Grid&, const Density& = {}, unsigned long long seed = 1);
+
 struct FieldRequest {
     double at = 0; // s, 0..duration
     std::vector<Quantity> what;
@@ -157,6 +171,7 @@ struct SkinDescription {
     std::optional<Stencil> stencil; // default five_point, with Method::published published
     std::optional<Edges> edges;     // default mirror, with Method::published published
     Receptors receptors;
+    std::vector<Site> sites;
 };
 
 struct Scene : SkinDescription {
@@ -229,7 +244,8 @@ struct Field {
 struct Result {
     std::vector<double> time; // s
     std::vector<Trace> traces;
-    std::vector<Impulse> impulses;
+    std::vector<double> responses; // of the scene's sites: [time][site]
+    std::vector<Impulse> impulses; // none with Model::sites, which sees no other cells
     std::vector<Field> fields;
     DeviceInfo device; // the CPU path for all models but march
     Model model = Model::march;

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: MIT
+#include "host/model/sites.hpp"
+
+#include <algorithm>
+
+namespace dermis::model {
+namespace {
+
+using f64::Axis;
+
+// The cells that the stencil of a place reads, along each axis: far_low, low, high, far_high.
+struct Neighbours {
+    Axis x, y;
+    size_t along_x[4], along_y[4];
+};
+
+Neighbours neighbours_of(const plan::Plan& plan, Cell c) {
+    const size_t width = size_t(plan.constants.width);
+    Neighbours n;
+    n.x = f64::axis(c.x, plan.constants.width, plan.stencil, plan.edges);
+    n.y = f64::axis(c.y, plan.constants.height, plan.stencil, plan.edges);
+    const int xs[] = {n.x.far_low, n.x.low, n.x.high, n.x.far_high};
+    const int ys[] = {n.y.far_low, n.y.low, n.y.high, n.y.far_high};
+    for (int i = 0; i < 4; ++i) {
+        n.along_x[i] = size_t(c.y) * width + size_t(xs[i]);
+        n.along_y[i] = size_t(ys[i]) * width + size_t(c.x);
+    }
+    if (plan.stencil == STENCIL_FIVE_POINT) // looks no further
+        for (size_t* along : {n.along_x, n.along_y}) along[0] = along[1], along[3] = along[2];
+    return n;
+}
+
+std::vector<size_t> cells_needed(const plan::Plan& plan) {
+    std::vector<size_t> cells;
+    for (const Cell& c : plan.places) {
+        const Neighbours n = neighbours_of(plan, c);
+        cells.push_back(size_t(c.y) * size_t(plan.constants.width) + size_t(c.x));
+        cells.insert(cells.end(), n.along_x, n.along_x + 4);
+        cells.insert(cells.end(), n.along_y, n.along_y + 4);
+    }
+    std::sort(cells.begin(), cells.end());
+    cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
+    return cells;
+}
+
+class Sites : public plan::Marcher {
+  public:
+    Sites(const plan::Plan& plan, Sink sink) : plan_(plan), sink_(std::move(sink)), cells_(cells_needed(plan)) {
+        const size_t width = size_t(plan.constants.width);
+        for (const Cell& c : plan.places) {
+            Place p{neighbours_of(plan, c), rank(size_t(c.y) * width + size_t(c.x)),
+                    plan::laplacian_at(plan.maps.surface, c, plan.scene.grid, plan.stencil, plan.edges)};
+            for (auto& along : {&p.looks.along_x, &p.looks.along_y})
+                for (size_t& cell : *along) cell = rank(cell);
+            places_.push_back(p);
+        }
+        state_.resize(cells_.size());
+        shown_.resize(cells_.size());
+        for (size_t cell : cells_) {
+            from_.push_back(0);
+            to_.push_back(plan.framed ? 0 : plan.maps.pressure[cell]);
+            material_.push_back(plan.material.empty() ? 0 : plan.material[cell / width * plan.pitch + cell % width]);
+        }
+    }
+
+    void frame(const std::vector<double>& pressure) override {
+        from_.swap(to_);
+        for (size_t i = 0; i < cells_.size(); ++i) to_[i] = pressure[cells_[i]];
+    }
+
+    void press(const plan::Step& step) override {
+        const auto c = plan::constants_of<f64::Constants>(plan_, step);
+        rows_.clear();
+        for (const f64::Row& k : *step.rows) rows_.push_back(f64::rows_of(k));
+        for (size_t i = 0; i < cells_.size(); ++i) {
+            const f64::Load load = load_of(i, c);
+            const f64::Rows& k = rows_[size_t(material_[i])];
+            shown_[i].eps = f64::added(state_[i].eps, f64::strain_step(state_[i].eps, load, k));
+            shown_[i].sum = f64::added(state_[i].sum, f64::sum_step(state_[i].eps, state_[i].sum, load, k));
+        }
+        if (step.trace >= 0) respond(step, c);
+        if (step.keep) state_.swap(shown_);
+    }
+
+    void finish() override {}
+    void read(const std::vector<Quantity>&, std::vector<std::vector<double>>&) override {} // plan::why_not: no fields
+
+  private:
+    struct State {
+        double eps = 0, sum = 0;
+    };
+    struct Place {
+        Neighbours looks;
+        size_t cell;
+        double rest_curvature;
+    };
+
+    size_t rank(size_t cell) const {
+        return size_t(std::lower_bound(cells_.begin(), cells_.end(), cell) - cells_.begin());
+    }
+
+    f64::Load load_of(size_t i, const f64::Constants& c) const {
+        return plan_.framed ? f64::load_between(from_[i], to_[i], c) : f64::load_of(to_[i], c);
+    }
+
+    double along(const size_t (&cells)[4], double centre, const Axis& axis) const {
+        const auto eps = [&](int i) { return shown_[cells[i]].eps; };
+        if (plan_.stencil == STENCIL_FIVE_POINT) return f64::second_difference(eps(1), centre, eps(2));
+        if (plan_.stencil == STENCIL_FOURTH_ORDER) return f64::fourth_order(eps(0), eps(1), centre, eps(2), eps(3));
+        return f64::published_difference(eps(0), eps(1), eps(2), eps(3), axis);
+    }
+
+    void respond(const plan::Step& step, const f64::Constants& c) {
+        const size_t n = places_.size();
+        sample_.probes.resize(n * REDUCED_MAPS);
+        const double l = c.curvature_length;
+        for (size_t j = 0; j < n; ++j) {
+            const Place& p = places_[j];
+            const f64::Load load = load_of(p.cell, c);
+            const f64::Rows& k = rows_[size_t(material_[p.cell])];
+            const double eps = state_[p.cell].eps, after = shown_[p.cell].eps;
+            const double L =
+                f64::add(along(p.looks.along_x, after, p.looks.x), along(p.looks.along_y, after, p.looks.y));
+            const double C = f64::curvature_of(p.rest_curvature, L, c.bend);
+            double* out = sample_.probes.data() + j;
+            out[0] = after;
+            out[n] = f64::response(after, C, l);
+            out[2 * n] = f64::response(shown_[p.cell].sum, C, l);
+            out[3 * n] = f64::response(f64::rate_after(eps, load, k), C, l);
+            out[4 * n] =
+                f64::rectified(f64::response(f64::acceleration_after(eps, load, k), C, l), c.gain_plus, c.gain_minus);
+        }
+        sink_(step, sample_);
+    }
+
+    const plan::Plan& plan_;
+    Sink sink_;
+    std::vector<size_t> cells_; // ascending; all else here is by rank in it
+    std::vector<Place> places_;
+    std::vector<State> state_, shown_;
+    std::vector<double> from_, to_; // pressure
+    std::vector<int> material_;
+    std::vector<f64::Rows> rows_;
+    plan::Sample sample_{};
+};
+
+} // namespace
+
+size_t cells_of_sites(const plan::Plan& plan) { return cells_needed(plan).size(); }
+
+std::unique_ptr<plan::Marcher> sites(const plan::Plan& plan, plan::Marcher::Sink sink) {
+    return std::make_unique<Sites>(plan, std::move(sink));
+}
+
+} // namespace dermis::model

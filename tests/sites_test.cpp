@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: MIT
+// Receptor populations: drawn, read, and answering what the field has in their cells.
+#include "tests/support.hpp"
+
+#include <filesystem>
+#include <fstream>
+#include <random>
+
+using namespace test;
+
+namespace {
+
+std::vector<Site> scattered(int width, int height, int count) {
+    std::mt19937 random(9);
+    std::vector<Site> sites = {{Quantity::sa1, {0, 0}}, {Quantity::fa2, {width - 1, height - 1}}}; // corners
+    while (int(sites.size()) < count)
+        sites.push_back({Quantity(1 + random() % 4), {int(random() % width), int(random() % height)}});
+    return sites;
+}
+
+} // namespace
+
+TEST_CASE("a site has the bits of the field at its cell, in every model that can serve it") {
+    const Validated vulkan;
+    const std::vector<Quantity> classes = {Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2};
+    for (bool materials : {false, true})
+        for (auto [stencil, edges] : {std::pair{Stencil::five_point, Edges::mirror},
+                                      {Stencil::five_point, Edges::periodic},
+                                      {Stencil::fourth_order, Edges::mirror},
+                                      {Stencil::published, Edges::published}}) {
+            CAPTURE(materials);
+            Scene s = small_scene(37, 21);
+            s.stencil = stencil;
+            s.edges = edges;
+            s.output.probes.clear();
+            if (materials)
+                for (int i = 0; i < 37 * 21; ++i) s.material.modulus_map.push_back(1 + 0.1 * (i % 11));
+            Scene field = s;
+            field.output.traces.clear();
+            for (int n = 1; n < 8; ++n) field.output.fields.push_back({n * 0.05, classes});
+            s.sites = scattered(37, 21, 40);
+            s.output.traces.clear();
+            const auto check = [&](const Result& sites, const Result& fields) {
+                REQUIRE(sites.responses.size() == 8 * 40);
+                for (size_t n = 1; n < 8; ++n)
+                    for (size_t i = 0; i < 40; ++i) {
+                        const Site& site = s.sites[i];
+                        const Field& f = fields.fields[(n - 1) * 4 + size_t(site.type) - 1];
+                        REQUIRE(sites.responses[n * 40 + i] == f.values[site.cell.y * 37 + site.cell.x]);
+                    }
+            };
+            RunOptions f64, f32;
+            f64.precision = Precision::f64;
+            f32.precision = Precision::f32;
+            s.model = Model::sites;
+            check(run(s, Device::cpu(), f64), run(field, Device::cpu(), f64));
+            s.model.reset();
+            check(run(s, Device::cpu(), f32), run(field, Device::cpu(), f32));
+            check(run(s, vulkan.device()), run(field, vulkan.device()));
+        }
+}
+
+TEST_CASE("sites under a sequence see their frames") {
+    Scene s = small_scene(16, 16);
+    const auto path = std::filesystem::temp_directory_path() / ("dermis_sites_" + std::to_string(getpid()) + ".npy");
+    {
+        std::ofstream out(path, std::ios::binary);
+        std::string header = "{'descr': '<f8', 'fortran_order': False, 'shape': (3, 16, 16), }";
+        header.resize(118, ' ');
+        header.back() = '\n';
+        out << std::string("\x93NUMPY\x01\x00\x76\x00", 10) << header;
+        for (int i = 0; i < 3 * 256; ++i) {
+            const double p = std::sin(i);
+            out.write(reinterpret_cast<const char*>(&p), 8);
+        }
+    }
+    s.load.kind = Load::Kind::sequence;
+    s.load.path = path.string();
+    s.load.interval = 0.1;
+    s.output.probes.clear();
+    Scene field = s;
+    field.output.fields = {{0.35, {Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2}}};
+    s.output.traces.clear();
+    s.sites = {{Quantity::fa1, {3, 4}}, {Quantity::fa2, {15, 0}}};
+    RunOptions f64;
+    f64.precision = Precision::f64;
+    const Result a = run(s, Device::cpu(), f64), b = run(field, Device::cpu(), f64);
+    CHECK(int(a.model) == int(Model::sites));
+    CHECK(a.responses[7 * 2] == b.fields[2].values[4 * 16 + 3]);
+    CHECK(a.responses[7 * 2 + 1] == b.fields[3].values[15]);
+    std::filesystem::remove(path);
+}
+
+TEST_CASE("a population has the densities asked for, anywhere alike, and is the same for the same seed") {
+    Grid g{400, 200, 50e-6}; // 2 cm2
+    const std::vector<Site> sites = population(g);
+    std::map<Quantity, int> count;
+    double x = 0, y = 0;
+    for (const Site& s : sites) {
+        ++count[s.type];
+        x += s.cell.x;
+        y += s.cell.y;
+        REQUIRE((s.cell.x >= 0 && s.cell.x < 400 && s.cell.y >= 0 && s.cell.y < 200));
+    }
+    CHECK(count[Quantity::sa1] == 140);
+    CHECK(count[Quantity::sa2] == 20);
+    CHECK(count[Quantity::fa1] == 280);
+    CHECK(count[Quantity::fa2] == 50);
+    CHECK(x / 490 == doctest::Approx(199.5).epsilon(0.1)); // 5 standard deviations are 13 %
+    CHECK(y / 490 == doctest::Approx(99.5).epsilon(0.1));
+    // splitmix64 from seed 1 begins with 0x910a2dec89025cc1, 0xbeeb8da1658eec67
+    CHECK(sites[0].cell.x == int(0x910a2dec89025cc1 / 18446744073709551616.0 * 400));
+    CHECK(sites[0].cell.y == int(0xbeeb8da1658eec67 / 18446744073709551616.0 * 200));
+    const std::vector<Site> other = population(g, {}, 2), few = population(g, {1, 0, 0, 0});
+    CHECK(other[0].cell.x != sites[0].cell.x);
+    CHECK(few.size() == 2);
+    CHECK(refusal(Error::Code::bad_input, [&] { population(g, {-1}); }).find("sites.density.sa1 = -1") !=
+          std::string::npos);
+    g.spacing.reset();
+    CHECK(refusal(Error::Code::bad_input, [&] { population(g); }).find("grid.spacing") != std::string::npos);
+}
+
+TEST_CASE("sites or the whole field: by the number of cells that sites and their stencils need") {
+    Scene s = small_scene(30, 30);
+    s.output.traces.clear();
+    for (int i = 0; i < 900; ++i) s.material.modulus_map.push_back(1 + i % 3);
+    s.sites = scattered(30, 30, 20); // some 100 cells
+    CHECK(int(run(s, Device::cpu()).model) == int(Model::sites));
+    s.sites = scattered(30, 30, 200);
+    CHECK(int(run(s, Device::cpu()).model) == int(Model::march));
+    s.output.traces = {Quantity::sa1};
+    s.model = Model::sites;
+    CHECK(refusal(Error::Code::bad_input, [&] { run(s, Device::cpu()); }).find("traces or fields") !=
+          std::string::npos);
+    s.sites[3].cell.x = 30;
+    CHECK(refusal(Error::Code::bad_input, [&] { run(s, Device::cpu()); }).find("sites[3] = [30, ") !=
+          std::string::npos);
+}
+
+TEST_CASE("a list of receptors is read from a file, and a bad one refused with its line") {
+    const auto folder = std::filesystem::temp_directory_path() / ("dermis_sites_test_" + std::to_string(getpid()));
+    std::filesystem::create_directories(folder);
+    const auto scene = [&](const std::string& list, const std::string& more = "") {
+        std::ofstream(folder / "list.csv") << list;
+        std::ofstream(folder / "scene.toml")
+            << "[grid]\nwidth = 20\nheight = 20\n[sites]\npath = \"list.csv\"\n" + more + "[output]\ntraces = []\n";
+        return (folder / "scene.toml").string();
+    };
+    const Scene s = Scene::from_file(scene("type,x,y\nsa1,3,4\r\nfa2,19,0\n"));
+    REQUIRE(s.sites.size() == 2);
+    CHECK(int(s.sites[1].type) == int(Quantity::fa2));
+    CHECK(s.sites[1].cell.x == 19);
+    for (auto [list, says] : {std::pair{"sa1,3,4\n", "begins with sa1"},
+                              {"type,x,y\nsa1,3\n", "line 2 is sa1,3"},
+                              {"type,x,y\nsa1,1,1\nsa3,3,4\n", "line 3 is sa3"},
+                              {"type,x,y\nsa1,1,1,1\n", "line 2"},
+                              {"type,x,y\n", "no receptor"},
+                              {"type,x,y\nsa1,20,1\n", "sites[0] = [20, 1]"}})
+        CHECK(refusal(Error::Code::bad_input, [&] { Scene::from_file(scene(list)); }).find(says) != std::string::npos);
+    CHECK(refusal(Error::Code::bad_input, [&] {
+              Scene::from_file(scene("type,x,y\nsa1,1,1\n", "seed = 3\n"));
+          }).find("sites.path") != std::string::npos);
+    std::filesystem::remove_all(folder);
+}
