@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Scene -> Plan -> backend -> Result.
 #include "host/device.hpp"
+#include "host/model/choice.hpp"
 #include "host/model/separable.hpp"
 #include "host/model/sites.hpp"
 #include "host/plan/float_environment.hpp"
@@ -143,37 +144,6 @@ const Trace& Result::trace(Quantity q) const {
 
 namespace {
 
-Model decide(const plan::Plan& plan, const Device& device, const RunOptions& options) {
-    const auto refuse = [&](Model m, const std::string& why) {
-        throw Error(Error::Code::bad_input, "model",
-                    std::string("model = \"") + name(m) + "\"; not allowed here: " + why);
-    };
-    if (const auto model = plan.scene.model) {
-        const std::string why =
-            options.check && *model != Model::march ? "a check compares marches" : plan::why_not(plan, *model);
-        if (!why.empty()) refuse(*model, why);
-        return *model;
-    }
-    const bool single = options.precision && *options.precision != Precision::f64;
-    if (device.impl().asked || single || options.check) return Model::march;
-    if (plan::why_not(plan, Model::sites).empty()) { // a cell at a site costs some three of a whole field
-        const bool few = 3 * model::cells_of_sites(plan) < plan.maps.pressure.size();
-        return few || plan::why_not_separable(plan).empty() ? Model::sites : Model::march;
-    }
-    for (Model m : {Model::moments, Model::maps})
-        if (plan::why_not(plan, m).empty()) return m;
-    return Model::march;
-}
-
-void check_precision(const plan::Plan& plan, const Device& device, const RunOptions& options) {
-    if (plan.model != Model::march || plan.precision != Precision::f64) return;
-    if (device.info().vulkan)
-        throw Error(Error::Code::bad_input, "precision",
-                    "precision = f64; allowed on \"" + device.info().name + "\": f32; f64 on the CPU path alone");
-    if (options.check)
-        throw Error(Error::Code::bad_input, "precision", "precision = f64; allowed with a check of backends: f32");
-}
-
 // What the numbers printed beside a result are taken from: the skin at its last step.
 void look_at_end(Result& result, const plan::Plan& plan, plan::Marcher& marcher) {
     std::vector<std::vector<double>> curved;
@@ -192,7 +162,7 @@ Result run_plan(const plan::Plan& plan, const SharedMoments& moments, const Devi
                 const Result* like = nullptr) {
     const bool marches = plan.model == Model::march;
     Result result;
-    result.device = marches ? device.info() : Device::cpu().info();
+    result.device = device.info();
     result.model = plan.model;
     result.precision = marches ? plan.precision : Precision::f64;
     result.tau_min = INFINITY;
@@ -201,24 +171,27 @@ Result run_plan(const plan::Plan& plan, const SharedMoments& moments, const Devi
         result.tau_max = std::max(result.tau_max, m.viscosity / m.modulus);
     }
     Collector collect(result, plan);
+    std::optional<model::SiteCells> cells;
+    plan::Plan timed;
+    if (!marches && !moments) {
+        cells.emplace(plan, plan.places);
+        timed = plan::timing(plan, cells->media, plan.scene.method);
+    }
     const auto marcher = marches   ? march(device, plan, std::ref(collect))
                          : moments ? model::separable(plan, moments, std::ref(collect))
-                                   : model::sites(plan, std::ref(collect));
+                                   : model::sites(plan, *cells, std::ref(collect));
     std::unique_ptr<Check> check;
     if (options.check)
         check = std::make_unique<Check>(device.info().vulkan ? Device::cpu() : Device::open("vulkan"), plan, result);
 
     const auto start = Clock::now();
-    plan::Timeline timeline(plan);
-    long long frames = 0; // handed over
-    std::vector<double> frame;
+    plan::Timeline timeline(cells ? timed : plan);
+    plan::FrameFeed feed(plan);
     for (plan::Step step; timeline.next(step);) {
-        for (; frames < step.frame + 2 && step.frame >= 0; ++frames) {
-            plan.frames->read(std::min(frames, plan.frames->maps() - 1), frame);
-            for (double& p : frame) p *= plan.scene.load.intensity;
+        feed.before(step, [&](const std::vector<double>& frame) {
             marcher->frame(frame);
             if (check) check->frame(frame);
-        }
+        });
         marcher->press(step);
         ++result.steps;
         if (check) check->press(step, *marcher);
@@ -253,11 +226,16 @@ Result run_plan(const plan::Plan& plan, const SharedMoments& moments, const Devi
 }
 
 plan::Plan decided(const Scene& scene, const Device& device, const RunOptions& options) {
-    plan::Plan plan = plan::prepare(scene, options.precision);
-    plan.model = decide(plan, device, options);
-    check_precision(plan, device, options);
-    if (plan.model != Model::sites) plan::complete(plan);
+    plan::Plan plan = plan::prepare(scene);
+    model::choose(plan, device, options, false);
+    if (plan.model != Model::sites && plan.maps.rest_curvature.empty()) plan::complete(plan);
     return plan;
+}
+
+// All but a march in float is the CPU path's.
+Device working(const plan::Plan& plan, const Device& device) {
+    return device.info().vulkan && (plan.model != Model::march || plan.precision == Precision::f64) ? Device::cpu()
+                                                                                                    : device;
 }
 
 // Null where cells have to march.
@@ -267,10 +245,16 @@ SharedMoments moments_for(const plan::Plan& plan) {
 
 } // namespace
 
+Explanation explain(const Scene& scene, const Device& device, const RunOptions& options) {
+    const DefaultFloats guard;
+    plan::Plan plan = plan::prepare(scene);
+    return model::choose(plan, device, options, true);
+}
+
 Result run(const Scene& scene, const Device& device, const RunOptions& options) {
     const DefaultFloats guard;
     const plan::Plan plan = decided(scene, device, options);
-    return run_plan(plan, moments_for(plan), device, options);
+    return run_plan(plan, moments_for(plan), working(plan, device), options);
 }
 
 std::vector<Result> run(const Scene& scene, const std::vector<Material>& materials, const Device& device,
@@ -294,7 +278,7 @@ std::vector<Result> run(const Scene& scene, const std::vector<Material>& materia
             plan = decided(with, device, options);
             moments = moments_for(*plan);
         }
-        results.push_back(run_plan(*plan, moments, device, options, like));
+        results.push_back(run_plan(*plan, moments, working(*plan, device), options, like));
     }
     return results;
 }

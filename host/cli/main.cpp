@@ -21,13 +21,14 @@ void print_scene(const Scene& s, const Result& r) {
     const auto span = [](double a, double b) {
         return a == b ? fmt::format("{:.6g}", a) : fmt::format("{:.6g}..{:.6g}", a, b);
     };
-    fmt::print("tau = {} s, z = dt/tau = {}, greatest |l*C| = {:.4g}\n", span(r.tau_min, r.tau_max),
-               span(s.time.step / r.tau_max, s.time.step / r.tau_min), r.greatest_gain);
-    if (r.greatest_gain > 1) fmt::print("warning: |l*C| above 1: responses change sign there\n");
+    fmt::print("tau = {} s, z = dt/tau = {}\n", span(r.tau_min, r.tau_max),
+               span(s.time.step / r.tau_max, s.time.step / r.tau_min));
     if (r.model == Model::sites) {
         fmt::print("{} receptors, without the rest of the skin\n", s.sites.size());
         return;
     }
+    fmt::print("greatest |l*C| = {:.4g}\n", r.greatest_gain);
+    if (r.greatest_gain > 1) fmt::print("warning: |l*C| above 1: responses change sign there\n");
     fmt::print("stencil estimate |C5 - C4| = {:.3g}\n", r.stencil_estimate);
     if (r.kinks) fmt::print("warning: {} cells not convergent: kink\n", r.kinks);
     double ridge = INFINITY;
@@ -38,6 +39,40 @@ void print_scene(const Scene& s, const Result& r) {
     if (std::abs(ridge) < 8) fmt::print("warning: fewer than 8 cells per ridge: curvature is coarse\n");
 }
 
+std::string engineering(double x) {
+    for (auto [unit, size] : {std::pair{"T", 1e12}, {"G", 1e9}, {"M", 1e6}, {"k", 1e3}})
+        if (x >= size) return fmt::format("{:.3g} {}", x / size, unit);
+    return fmt::format("{:.3g} ", x);
+}
+
+RunOptions options_of(const std::string& precision) {
+    RunOptions options;
+    for (Precision p : {Precision::f32, Precision::f32_compensated, Precision::f64})
+        if (precision == name(p)) options.precision = p;
+    return options;
+}
+
+// What a run would do, why, and why not otherwise.
+int explain_scene(const std::string& file, const std::string& device_name, const std::string& precision,
+                  const std::vector<std::string>& overrides) {
+    const Scene scene = Scene::from_file(file, overrides);
+    const Device device = Device::open(device_name == "auto" && precision == "f64" ? "cpu" : device_name);
+    const Explanation e = explain(scene, device, options_of(precision));
+    fmt::print("{}: {} x {} cells, {} outputs, method {}, tolerance {}{}\n", file, scene.grid.width, scene.grid.height,
+               e.candidates[e.chosen].steps, name(scene.method), e.tolerance,
+               e.binding ? "" : " (default: of what is chosen freely)");
+    for (size_t i = 0; i < e.candidates.size(); ++i) {
+        const Candidate& c = e.candidates[i];
+        fmt::print("{} {} in {} on {}\n", i == e.chosen ? "->" : "  ", name(c.model), name(c.precision), c.device);
+        if (c.steps)
+            fmt::print("       {} steps, {} dispatches, {}flop, {}B moved, {}B of memory, about {:.2g} s\n", c.steps,
+                       c.dispatches, engineering(c.flops), engineering(c.traffic), engineering(c.bytes), c.seconds);
+        if (!std::isnan(c.error)) fmt::print("       error at most {:.2g}\n", c.error);
+        if (!c.refused.empty()) fmt::print("       not taken: {}\n", c.refused);
+    }
+    return 0;
+}
+
 int run_scene(const std::string& file, const Path& out, const std::string& device_name, const std::string& precision,
               bool check, const std::vector<std::string>& overrides) {
     const Scene scene = Scene::from_file(file, overrides);
@@ -45,9 +80,7 @@ int run_scene(const std::string& file, const Path& out, const std::string& devic
     const Device device = Device::open(device_name == "auto" && precision == "f64" ? "cpu" : device_name);
     if (!device.info().refused.empty()) fmt::print("{}\n", device.info().refused);
     if (!device.info().exact) fmt::print("warning: the bits of {} differ from the CPU path's\n", device.info().name);
-    RunOptions options;
-    for (Precision p : {Precision::f32, Precision::f32_compensated, Precision::f64})
-        if (precision == name(p)) options.precision = p;
+    RunOptions options = options_of(precision);
     options.check = check;
     Progress progress(file);
     options.progress = std::ref(progress);
@@ -119,6 +152,12 @@ int main(int argc, char** argv) {
         ->check(CLI::IsMember({"f32", "f32-compensated", "f64"}));
     run->add_flag("--check", check, "Also run the other backend and compare every cell's bits");
     run->add_option("--set", overrides, "Override a key: time.step=0.001")->take_all()->allow_extra_args(false);
+    CLI::App* plan = app.add_subcommand("plan", "Say how a scene would be run, why, and why not otherwise");
+    plan->add_option("scene", scene, "A scene file (TOML)")->required();
+    plan->add_option("--device", device, devices_help)->capture_default_str();
+    plan->add_option("--precision", precision, "f32, f32-compensated or f64 (CPU only)")
+        ->check(CLI::IsMember({"f32", "f32-compensated", "f64"}));
+    plan->add_option("--set", overrides, "Override a key: time.step=0.001")->take_all()->allow_extra_args(false);
     CLI::App* study = app.add_subcommand("study", "Reproduce the published study, with figures and claims");
     study->add_option("--out", out, "Folder for the results")->required();
     CLI::App* devices = app.add_subcommand("devices", "List devices");
@@ -128,6 +167,7 @@ int main(int argc, char** argv) {
     try {
         app.parse(argc, argv);
         if (*run) return cli::run_scene(scene, out, device, precision, check, overrides);
+        if (*plan) return cli::explain_scene(scene, device, precision, overrides);
         if (*study) return cli::study(out);
         if (*devices) return cli::list_devices();
         return cli::check_devices(only);

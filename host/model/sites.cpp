@@ -2,6 +2,7 @@
 #include "host/model/sites.hpp"
 
 #include <algorithm>
+#include <unordered_map>
 
 namespace dermis::model {
 namespace {
@@ -30,24 +31,12 @@ Neighbours neighbours_of(const plan::Plan& plan, Cell c) {
     return n;
 }
 
-std::vector<size_t> cells_needed(const plan::Plan& plan) {
-    std::vector<size_t> cells;
-    for (const Cell& c : plan.places) {
-        const Neighbours n = neighbours_of(plan, c);
-        cells.push_back(size_t(c.y) * size_t(plan.constants.width) + size_t(c.x));
-        cells.insert(cells.end(), n.along_x, n.along_x + 4);
-        cells.insert(cells.end(), n.along_y, n.along_y + 4);
-    }
-    std::sort(cells.begin(), cells.end());
-    cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
-    return cells;
-}
-
 class Sites : public plan::Marcher {
   public:
-    Sites(const plan::Plan& plan, Sink sink) : plan_(plan), sink_(std::move(sink)), cells_(cells_needed(plan)) {
+    Sites(const plan::Plan& plan, const SiteCells& cells, Sink sink)
+        : plan_(plan), sink_(std::move(sink)), cells_(cells.cells), material_(cells.material) {
         const size_t width = size_t(plan.constants.width);
-        for (const Cell& c : plan.places) {
+        for (const Cell& c : cells.places) {
             Place p{neighbours_of(plan, c), rank(size_t(c.y) * width + size_t(c.x)),
                     plan::laplacian_at(plan.maps.surface, c, plan.scene.grid, plan.stencil, plan.edges)};
             for (auto& along : {&p.looks.along_x, &p.looks.along_y})
@@ -59,7 +48,6 @@ class Sites : public plan::Marcher {
         for (size_t cell : cells_) {
             from_.push_back(0);
             to_.push_back(plan.framed ? 0 : plan.maps.pressure[cell]);
-            material_.push_back(plan.material.empty() ? 0 : plan.material[cell / width * plan.pitch + cell % width]);
         }
     }
 
@@ -70,8 +58,11 @@ class Sites : public plan::Marcher {
 
     void press(const plan::Step& step) override {
         const auto c = plan::constants_of<f64::Constants>(plan_, step);
-        rows_.clear();
-        for (const f64::Row& k : *step.rows) rows_.push_back(f64::rows_of(k));
+        if (step.rows != from_rows_) {
+            from_rows_ = step.rows;
+            rows_.clear();
+            for (const f64::Row& k : *step.rows) rows_.push_back(f64::rows_of(k));
+        }
         for (size_t i = 0; i < cells_.size(); ++i) {
             const f64::Load load = load_of(i, c);
             const f64::Rows& k = rows_[size_t(material_[i])];
@@ -141,15 +132,33 @@ class Sites : public plan::Marcher {
     std::vector<double> from_, to_; // pressure
     std::vector<int> material_;
     std::vector<f64::Rows> rows_;
+    std::shared_ptr<const std::vector<f64::Row>> from_rows_;
     plan::Sample sample_{};
 };
 
 } // namespace
 
-size_t cells_of_sites(const plan::Plan& plan) { return cells_needed(plan).size(); }
+SiteCells::SiteCells(const plan::Plan& plan, const std::vector<Cell>& at) : places(at) {
+    const size_t width = size_t(plan.constants.width);
+    for (const Cell& c : places) {
+        const Neighbours n = neighbours_of(plan, c);
+        cells.push_back(size_t(c.y) * width + size_t(c.x));
+        cells.insert(cells.end(), n.along_x, n.along_x + 4);
+        cells.insert(cells.end(), n.along_y, n.along_y + 4);
+    }
+    std::sort(cells.begin(), cells.end());
+    cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
+    std::unordered_map<int, int> known;
+    for (size_t cell : cells) {
+        const int kind = plan.material.empty() ? 0 : plan.material[cell / width * plan.pitch + cell % width];
+        const auto [rank, fresh] = known.try_emplace(kind, int(media.size()));
+        if (fresh) media.push_back(plan.media[size_t(kind)]);
+        material.push_back(rank->second);
+    }
+}
 
-std::unique_ptr<plan::Marcher> sites(const plan::Plan& plan, plan::Marcher::Sink sink) {
-    return std::make_unique<Sites>(plan, std::move(sink));
+std::unique_ptr<plan::Marcher> sites(const plan::Plan& plan, const SiteCells& cells, plan::Marcher::Sink sink) {
+    return std::make_unique<Sites>(plan, cells, std::move(sink));
 }
 
 } // namespace dermis::model

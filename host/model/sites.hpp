@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The model `sites`: a march, in double, of no more cells than sites and their stencils need. A site has the bits that
-// the CPU path in double gives its cell.
+// The model `sites`: a march, in double, of no more cells than some places and their stencils need. A place has the
+// bits that the CPU path in double gives its cell.
 #pragma once
 
 #include "host/plan/marcher.hpp"
@@ -9,8 +9,15 @@
 
 namespace dermis::model {
 
-size_t cells_of_sites(const plan::Plan&); // distinct, with those of their stencils
+struct SiteCells {
+    SiteCells(const plan::Plan&, const std::vector<Cell>& places);
+    std::vector<Cell> places;
+    std::vector<size_t> cells;       // y*width + x, ascending, each once
+    std::vector<plan::Medium> media; // theirs; rows of a step come in this order
+    std::vector<int> material;       // which of media each of cells is
+};
 
-std::unique_ptr<plan::Marcher> sites(const plan::Plan&, plan::Marcher::Sink);
+// Takes the steps of plan::timing(plan, cells.media, ..).
+std::unique_ptr<plan::Marcher> sites(const plan::Plan&, const SiteCells& cells, plan::Marcher::Sink);
 
 } // namespace dermis::model

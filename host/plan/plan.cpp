@@ -54,15 +54,6 @@ namespace plan {
 
 namespace {
 
-// Each step rounds by 2^-24 and forgets e^-z of what was before; the plain integral forgets nothing.
-Precision choose(const Plan& p) {
-    const Scene& s = p.scene;
-    double strain = 0;
-    for (const Medium& m : p.media) strain = std::max(strain, 1 / -std::expm1(-s.time.step * m.modulus / m.viscosity));
-    const double N = double(p.outputs), sum = std::min(N, s.receptors.sa2_adaptation.value_or(INFINITY) / s.time.step);
-    return 0x1p-24 * (std::min(N, strain) + sum) > 1e-4 ? Precision::f32_compensated : Precision::f32;
-}
-
 struct PairHash {
     size_t operator()(const std::pair<double, double>& p) const {
         const std::hash<double> hash;
@@ -141,15 +132,17 @@ void set_material(Plan& p, const Material& material) {
     find_materials(p);
 }
 
-Plan make_plan(const Scene& scene, std::optional<Precision> precision) {
-    Plan p = prepare(scene, precision);
+Plan make_plan(const Scene& scene, Precision precision) {
+    Plan p = prepare(scene);
+    p.precision = precision;
+    p.compensated = precision == Precision::f32_compensated;
     complete(p);
     return p;
 }
 
 void complete(Plan& p) { p.maps.rest_curvature = laplacian(p.maps.surface, p.scene.grid, p.stencil, p.edges); }
 
-Plan prepare(const Scene& scene, std::optional<Precision> precision) {
+Plan prepare(const Scene& scene) {
     Plan p;
     p.scene = scene::validated(scene);
     const Scene& s = p.scene;
@@ -175,10 +168,13 @@ Plan prepare(const Scene& scene, std::optional<Precision> precision) {
         p.framed = true;
         p.frames = std::make_shared<scene::NpyFile>(s.load.path, s.grid.width, s.grid.height, true, "load.path");
         std::vector<double> frame;
-        for (long long k = 0; k < p.frames->maps(); ++k) p.frames->read(k, frame); // finite, before anything else
+        for (long long k = 0; k < p.frames->maps(); ++k) { // finite, before anything else
+            p.frames->read(k, frame);
+            double peak = 0;
+            for (double v : frame) peak = std::max(peak, std::abs(v));
+            p.frame_peaks.push_back(peak * std::abs(s.load.intensity));
+        }
     }
-    p.precision = precision.value_or(choose(p));
-    p.compensated = p.precision == Precision::f32_compensated;
     for (const FieldRequest& f : s.output.fields) p.field_times.push_back(scene::Waveform::snapped(f.at, s.time.step));
     std::sort(p.field_times.begin(), p.field_times.end());
     p.field_times.erase(std::unique(p.field_times.begin(), p.field_times.end()), p.field_times.end());

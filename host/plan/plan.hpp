@@ -21,16 +21,16 @@ struct Plan {
     std::vector<Medium> media;              // each material once
     std::vector<int> material;              // which of them a cell is, pitch*height; empty where there is one
     bool framed = false;                    // pressure runs from frame to frame: those handed to Marcher::frame
+    std::vector<double> frame_peaks;        // of a sequence: greatest |pressure| of each frame
     std::shared_ptr<scene::NpyFile> frames; // the scene's, null without
     std::vector<Cell> places;               // whose values are wanted: Output::probes, then sites
     long long outputs = 0;                  // rows of the traces
     std::vector<double> field_times;        // sorted, each once; within 1e-6 of a step from an output: that output's
 };
 
-// Without a precision: f32, compensated where plain sums could lose more than 1e-4. Throws Error::bad_input.
-Plan prepare(const Scene&, std::optional<Precision>);        // all but the rest curvature,
-void complete(Plan&);                                        // which Model::sites does without
-Plan make_plan(const Scene&, std::optional<Precision> = {}); // both
+Plan prepare(const Scene&);              // all but model and precision, and the rest curvature,
+void complete(Plan&);                    // which Model::sites does without. Throw Error::bad_input.
+Plan make_plan(const Scene&, Precision); // for a march
 // Another modulus and viscosity, one number each, for the same skin. Throws Error::bad_input.
 void set_material(Plan&, const Material&);
 
@@ -61,6 +61,21 @@ struct Step {
     long long trace = -1;
     int impulse = -1, field = -1;
     bool respond() const { return trace >= 0 || impulse >= 0 || field >= 0; }
+};
+
+// What a timeline needs of a plan, for these materials and this method.
+Plan timing(const Plan&, std::vector<Medium>, Method);
+
+// Hands over the frames of a sequence as steps come to need them.
+class FrameFeed {
+  public:
+    explicit FrameFeed(const Plan& plan) : plan_(plan) {}
+    void before(const Step&, const std::function<void(const std::vector<double>&)>& give);
+
+  private:
+    const Plan& plan_;
+    long long given_ = 0;
+    std::vector<double> frame_;
 };
 
 // The steps of a plan, in order.

@@ -74,6 +74,28 @@ void force_sine(f64::Row& k, const Medium& m, const Sine& s, double dt) {
 
 } // namespace
 
+Plan timing(const Plan& p, std::vector<Medium> media, Method method) {
+    Plan t;
+    t.scene.method = method;
+    t.scene.time = p.scene.time;
+    t.scene.load.envelope = p.scene.load.envelope;
+    t.scene.load.interval = p.scene.load.interval;
+    t.media = std::move(media);
+    t.outputs = p.outputs;
+    t.field_times = p.field_times;
+    t.framed = p.framed;
+    t.frames = p.frames;
+    return t;
+}
+
+void FrameFeed::before(const Step& step, const std::function<void(const std::vector<double>&)>& give) {
+    for (; step.frame >= 0 && given_ < step.frame + 2; ++given_) {
+        plan_.frames->read(std::min(given_, plan_.frames->maps() - 1), frame_);
+        for (double& p : frame_) p *= plan_.scene.load.intensity;
+        give(frame_);
+    }
+}
+
 Timeline::Timeline(const Plan& plan) : plan_(plan), load_(plan.scene.load.envelope, plan.scene.time) {
     const double dt = plan.scene.time.step;
     Rows rows;

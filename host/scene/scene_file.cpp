@@ -142,6 +142,10 @@ Scene read(const toml::table& file, const std::filesystem::path& folder) {
     std::map<std::string, Model> models;
     for (Model m = Model::moments; m <= Model::march; m = Model(int(m) + 1)) models[name(m)] = m;
     top.choice("model", s.model, models);
+    std::map<std::string, Precision> precisions;
+    for (Precision p : {Precision::f32, Precision::f32_compensated, Precision::f64}) precisions[name(p)] = p;
+    top.choice("precision", s.precision, precisions);
+    top.number("tolerance", s.tolerance);
     top.boolean("allow_unstable", s.allow_unstable);
 
     Section grid = top.section("grid");

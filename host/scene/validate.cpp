@@ -253,6 +253,7 @@ Scene validated(const Scene& scene) {
     for (auto [key, cells] : {std::pair{"grid.width", s.grid.width}, {"grid.height", s.grid.height}})
         need(cells >= 1 && cells <= 16384, key, cells, "whole cells, 1..16384");
     if (s.grid.spacing) need_positive("grid.spacing", *s.grid.spacing);
+    if (s.tolerance) need_positive("tolerance", *s.tolerance);
     check_time(s);
     check_surface(s);
     check_lengths(s);

@@ -13,6 +13,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -177,6 +178,12 @@ struct SkinDescription {
 struct Scene : SkinDescription {
     // Default: the cheapest that serves the scene; march where a Vulkan device, Precision::f32 or a check is asked for.
     std::optional<Model> model;
+    // Of what is chosen freely; RunOptions::precision comes first.
+    std::optional<Precision> precision;
+    // Greatest |X - X_exact| over cells and output times, by the greatest |X_exact|, of each output of strain and the
+    // four responses; X_exact has no error in time or arithmetic on the grid, maps and load as given. > 0. Given, it
+    // always binds: a run that cannot promise it is refused, with what can be had. Not given, 1e-4 for a free choice.
+    std::optional<double> tolerance;
     Method method = Method::exact;
     bool allow_unstable = false; // run an explicit method beyond its limit all the same
     Load load;
@@ -276,6 +283,30 @@ struct SceneMaps {
     std::vector<double> surface, rest_curvature, pressure;
 };
 SceneMaps maps(const Scene&);
+
+// One way to run a scene.
+struct Candidate {
+    Model model = Model::march;
+    Precision precision = Precision::f32;
+    std::string device;
+    long long steps = 0, dispatches = 0;
+    double bytes = 0;   // of memory at most, the scene's own maps apart
+    double traffic = 0; // bytes moved
+    double flops = 0;
+    double seconds = 0;          // by a table of rates: to choose by, no promise
+    double error = std::nan(""); // bound of what Scene::tolerance says; NaN: not needed to choose
+    std::string refused;         // why it is not taken; empty: it is
+};
+
+struct Explanation {
+    std::vector<Candidate> candidates; // cheapest first
+    size_t chosen = 0;
+    double tolerance = 0;
+    bool binding = false; // given by the scene
+};
+
+// How run() would go about it, like a database's EXPLAIN; nothing is run.
+Explanation explain(const Scene&, const Device& = Device::open("auto"), const RunOptions& = {});
 
 Result run(const Scene&, const Device& = Device::open("auto"), const RunOptions& = {});
 
