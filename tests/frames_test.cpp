@@ -301,6 +301,7 @@ TEST_CASE("bad sequences are refused, with file, frame and cell") {
     CHECK(run(b, Device::cpu()).trace(Quantity::fa1).mean.size() == 8);
     b = s;
     b.load.intensity = 1e39;
+    b.precision = Precision::f32;
     refused(b, {"load.intensity = 1e+39", "cell [0, 0]", "3.4e38"});
     b = s;
     b.load.kind = Load::Kind::circular;

@@ -159,7 +159,7 @@ TEST_CASE("bad values in a Scene made by hand are refused alike") {
     s.load.map.resize(3);
     CHECK(refusal(Error::Code::bad_input, [&] { run(s, Device::cpu()); }).find("22500") != std::string::npos);
     s = {};
-    s.model = Model::march;
+    s.precision = Precision::f32;
     s.load.intensity = 1e300; // finite, but not in float
     CHECK(refusal(Error::Code::bad_input, [&] { run(s, Device::cpu()); }).find("f64") != std::string::npos);
     s.load.intensity = 1e30;

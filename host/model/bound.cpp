@@ -32,6 +32,29 @@ double rest_peak(const plan::Plan& p) {
     return largest;
 }
 
+// What a stencil can make of a strain of 1 at most: of any strain; of a uniform skin's, which has the load's shape.
+struct Roughness {
+    double laplacian, differences;
+};
+
+Roughness roughness_of(const plan::Plan& p, double peak) {
+    const double weight = p.constants.bend * weight_of(p);
+    Roughness r{weight, 2 * weight};
+    if (p.media.size() > 1 || p.framed || peak == 0) return r;
+    Grid unit = p.scene.grid;
+    unit.spacing.reset();
+    r.laplacian = p.constants.bend * largest_of(plan::laplacian(p.maps.pressure, unit, p.stencil, p.edges)) / peak;
+    double step = 0; // between neighbours
+    const size_t width = size_t(unit.width);
+    const std::vector<double>& map = p.maps.pressure;
+    for (size_t i = 0; i < map.size(); ++i) {
+        if (i % width) step = std::max(step, std::abs(map[i] - map[i - 1]));
+        if (i >= width) step = std::max(step, std::abs(map[i] - map[i - width]));
+    }
+    if (p.edges != EDGES_PERIODIC) r.differences = weight * std::min(2 * step / peak, 2.0); // two cells apart at most
+    return r;
+}
+
 // A few of very many materials, from the fastest to the slowest.
 std::vector<plan::Medium> media_of(const plan::Plan& p) {
     if (p.media.size() <= some) return p.media;
@@ -58,31 +81,60 @@ struct Running {
     }
 };
 
-struct Arithmetic {
-    double u, carry, flush; // a rounding; what a sum's own rounding leaves in it; what is stored as 0
+// Arithmetic that keeps count: a value, and what it may be off by.
+struct Counted {
+    double value, off;
 };
 
-// Terms of press.h in their order, each rounding u, a coefficient 2^-50 more.
-Running pressed(const Running& c, const f64::Row& k, double s0, double ds, double sj, bool bound, const Arithmetic& a) {
-    const double u = a.u, v = a.u + 0x1p-50;
-    const auto both = [&](double x, double y) { return bound ? std::abs(x) + std::abs(y) : x + y; };
-    const double r = bound ? std::abs(s0) + k.E * c.eps : s0 - k.E * c.eps;
-    const double d_r = k.E * c.d_eps + v * (3 * std::abs(s0) + 2 * k.E * std::abs(c.eps) + std::abs(r));
-    const double step = both(k.b * r, k.f * ds), gained = both(both(k.i0 * c.eps, k.i1 * s0), k.i2 * ds);
-    const double keep = std::abs(1 - k.b * k.E);
+struct Arithmetic {
+    double u, peak;        // of a rounding; greatest pressure: values are per unit of it
+    bool single, bound;    // between frames values are bounds and never cancel
+    double carried, flush; // what of a sum's own rounding stays in it; what is stored as 0
+
+    // Half a unit in the last place of the greatest cell's value; of no other cell is it more.
+    double rounding(double x) const {
+        int exponent = 0;
+        std::frexp(peak * std::abs(x) * (1 + 1e-5), &exponent);
+        return x == 0 || peak == 0 ? 0 : std::ldexp(u, exponent - 1) / peak;
+    }
+    Counted of(double coefficient) const { // as it comes to the kernel
+        const double off =
+            single ? std::abs(double(float(coefficient)) - coefficient) : 0x1p-50 * std::abs(coefficient);
+        return {coefficient, off};
+    }
+    Counted times(Counted a, Counted b) const {
+        const double x = a.value * b.value, off = std::abs(a.value) * b.off + std::abs(b.value) * a.off;
+        return {x, off + (std::abs(a.value) == 1 ? 0 : rounding(x))};
+    }
+    Counted plus(Counted a, Counted b) const {
+        const double x = bound ? std::abs(a.value) + std::abs(b.value) : a.value + b.value;
+        return {x, a.off + b.off + (a.value == 0 || b.value == 0 ? 0 : rounding(x))};
+    }
+};
+
+// press.h, counted. What eps and sum were off by before is carried on linearly, where the kernel's terms cancel.
+Running pressed(const Running& c, const f64::Row& k, double s0_, double ds_, double sj_, const Arithmetic& a) {
+    const double u = a.u;
+    const Counted p{1, (a.bound ? 4 : 1) * (a.single ? u : 0)}; // rounded to float; frames are joined in it
+    const Counted s0 = a.times(a.of(s0_), p), ds = a.times(a.of(ds_), p), sj = a.times(a.of(sj_), p);
+    const Counted eps{c.eps, 0}, sum{c.sum, 0};
+    const Counted r = a.plus(s0, a.times(a.of(-k.E), eps));
+    const Counted step = a.plus(a.times(a.of(k.b), r), a.times(a.of(k.f), ds));
+    const Counted gained = a.plus(a.plus(a.times(a.of(k.i0), eps), a.times(a.of(k.i1), s0)), a.times(a.of(k.i2), ds));
+    const Counted leaked = a.plus(gained, a.times(a.of(-k.leak), sum));
+    const Counted rate = a.plus(a.times(a.of(k.v0), r), a.times(a.of(k.v1), ds));
+    const Counted acceleration =
+        a.plus(a.plus(a.times(a.of(k.a0), r), a.times(a.of(k.a1), ds)), a.times(a.of(k.a2), sj));
+    const double keep = std::abs(1 - k.b * k.E), keep_sum = std::abs(1 - k.leak);
     Running n;
-    n.eps = bound ? keep * c.eps + std::abs(k.b * s0) + std::abs(k.f * ds) : c.eps + step;
-    n.sum = bound ? std::abs(1 - k.leak) * c.sum + gained : c.sum + gained - k.leak * c.sum;
-    n.rate = both(k.v0 * r, k.v1 * ds);
-    n.acceleration = both(both(k.a0 * r, k.a1 * ds), k.a2 * sj);
-    n.d_eps = keep * c.d_eps + std::abs(k.b) * (d_r - k.E * c.d_eps) + v * 2 * std::abs(k.b * r) +
-              v * 4 * std::abs(k.f * ds) + u * std::abs(step) + a.carry * std::abs(n.eps) + a.flush;
-    n.d_sum = std::abs(1 - k.leak) * c.d_sum + std::abs(k.i0) * c.d_eps +
-              v * (2 * std::abs(k.i0 * c.eps) + 4 * std::abs(k.i1 * s0) + 5 * std::abs(k.i2 * ds)) +
-              v * 3 * (std::abs(gained) + std::abs(k.leak * c.sum)) + a.carry * std::abs(n.sum) + a.flush;
-    n.d_rate = std::abs(k.v0) * d_r + v * (3 * std::abs(k.v0 * r) + 5 * std::abs(k.v1 * ds));
-    n.d_acceleration =
-        std::abs(k.a0) * d_r + v * (4 * std::abs(k.a0 * r) + 6 * std::abs(k.a1 * ds) + 6 * std::abs(k.a2 * sj));
+    n.eps = a.bound ? keep * c.eps + std::abs(k.b * s0_) + std::abs(k.f * ds_) : c.eps + step.value;
+    n.sum = a.bound ? keep_sum * c.sum + gained.value : c.sum + leaked.value;
+    n.rate = rate.value;
+    n.acceleration = acceleration.value;
+    n.d_eps = keep * c.d_eps + step.off + a.carried * a.rounding(n.eps) + a.flush;
+    n.d_sum = keep_sum * c.d_sum + std::abs(k.i0) * c.d_eps + leaked.off + a.carried * a.rounding(n.sum) + a.flush;
+    n.d_rate = rate.off + std::abs(k.v0 * k.E) * c.d_eps;
+    n.d_acceleration = acceleration.off + std::abs(k.a0 * k.E) * c.d_eps;
     return n;
 }
 
@@ -125,19 +177,21 @@ Errors measured_peaks(const plan::Plan& plan) {
 
 Errors predicted_errors(const plan::Plan& plan, Precision precision, bool flushed, const Errors& largest) {
     const double u = precision == Precision::f64 ? 0x1p-53 : 0x1p-24, flush = flushed ? 0x1p-64 : 0;
-    const double carry = precision == Precision::f32_compensated ? 2 * u * u : u;
+    const double carried = precision == Precision::f32_compensated ? 2 * u : 1;
     const double last = precision == Precision::f32_compensated ? u : 0; // of the value, once, where sums carry
     const f64::Constants& c = plan.constants;
     const double weight = c.bend * weight_of(plan), rest = rest_peak(plan), l = std::abs(c.curvature_length);
     const double peak = plan.framed ? 1 : largest_of(plan.maps.pressure); // frames come with their own
-    const Arithmetic arithmetic{u, carry, peak > 0 ? 2 * flush / peak : 0};
+    const Arithmetic arithmetic{u,           peak,    precision != Precision::f64,
+                                plan.framed, carried, peak > 0 ? 2 * flush / peak : 0};
+    const Roughness rough = roughness_of(plan, peak);
     const std::vector<plan::Medium> media = media_of(plan);
     const plan::Plan timed = plan::timing(plan, media, plan.scene.method),
                      exact_timed = plan::timing(plan, media, Method::exact);
     plan::Timeline timeline(timed), exact_timeline(exact_timed);
     const bool baseline = plan.scene.method != Method::exact;
     std::vector<Running> kept(media.size()), now(media.size()), exact(media.size()), exact_now(media.size());
-    Errors worst{};
+    Errors worst{}, values{};
     for (plan::Step step, true_step; timeline.next(step);) {
         const auto frame_peak = [&](long long k) {
             return k < 0 ? 0 : plan.frame_peaks[std::min(size_t(k), plan.frame_peaks.size() - 1)];
@@ -151,22 +205,23 @@ Errors predicted_errors(const plan::Plan& plan, Precision precision, bool flushe
         }
         double strain = 0, d_strain = 0;
         for (size_t i = 0; i < media.size(); ++i) {
-            now[i] = pressed(kept[i], (*step.rows)[i], s0, ds, sj, plan.framed, arithmetic);
+            now[i] = pressed(kept[i], (*step.rows)[i], s0, ds, sj, arithmetic);
             if (baseline) {
                 exact_now[i] = pressed(exact[i], (*true_step.rows)[i], true_step.start, true_step.rise, true_step.jump,
-                                       false, arithmetic);
+                                       arithmetic);
                 exact[i] = exact_now[i];
             }
             const double gone = baseline ? std::abs(now[i].eps - exact_now[i].eps) : 0;
             strain = std::max(strain, peak * std::abs(now[i].eps));
             d_strain = std::max(d_strain, peak * (now[i].d_eps + last * std::abs(now[i].eps) + gone));
         }
-        const double gain = 1 + l * (rest + weight * strain);
-        const double d_C = weight * d_strain + u * (2 * rest + 6 * weight * strain);
+        const double gain = 1 + l * (rest + rough.laplacian * strain);
+        const double d_C = weight * d_strain + u * (2 * rest + (rough.laplacian + rough.differences) * strain);
         if (step.trace >= 0 || step.field >= 0)
             for (size_t i = 0; i < media.size(); ++i)
                 for (int q = 0; q < REDUCED_MAPS; ++q) {
                     const double x = peak * now[i].value(q);
+                    values[q] = std::max(values[q], x);
                     double gone = 0;
                     if (baseline) {
                         const Running &m = now[i], &e = exact_now[i];
@@ -175,7 +230,8 @@ Errors predicted_errors(const plan::Plan& plan, Precision precision, bool flushe
                         gone = peak * std::abs(apart[q]);
                     }
                     const double d_x = peak * (now[i].error(q) + (q < 3 ? last * now[i].value(q) : 0)) + gone;
-                    const double error = q == 0 ? d_x + flush : d_x * gain + x * (l * d_C + 4 * u * gain) + 2 * flush;
+                    if (precision != Precision::f64 && !(x * gain < 3e38)) worst[q] = INFINITY;
+                    const double error = q == 0 ? d_x + flush : d_x * gain + x * (l * d_C + 3 * u * gain) + 2 * flush;
                     worst[q] = std::max(worst[q], error);
                 }
         if (step.keep) kept = now;
@@ -183,9 +239,8 @@ Errors predicted_errors(const plan::Plan& plan, Precision precision, bool flushe
     const auto& gains = plan.scene.receptors.fa2_gains;
     worst[4] *= std::max(std::abs(gains[0]), std::abs(gains[1]));
     for (int q = 0; q < REDUCED_MAPS; ++q) {
-        if (peak == 0 || worst[q] <= 2.1 * flush * (q == 4 ? std::max(std::abs(gains[0]), std::abs(gains[1])) : 1))
-            worst[q] = 0; // nothing but zeros
-        else worst[q] = worst[q] / largest[q];
+        const double stored = 2.1 * flush * (q == 4 ? std::max(std::abs(gains[0]), std::abs(gains[1])) : 1);
+        worst[q] = values[q] == 0 && worst[q] <= stored ? 0 : worst[q] / largest[q]; // nothing but zeros is exact
         if (std::isnan(worst[q])) worst[q] = INFINITY;
     }
     return worst;

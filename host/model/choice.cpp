@@ -56,7 +56,7 @@ Candidate costed(const plan::Plan& plan, Model model, Precision precision, const
         c.flops = cells * steps * (precision == Precision::f32_compensated ? 66 : 52);
         c.bytes =
             cells * (whole + real * (kept + sums) + maps) + (maps > 0 ? double(plan.media.size()) * 12 * real : 0);
-        c.seconds = cells * steps * march_rate(device, precision);
+        c.seconds = steps * (2e-6 + cells * march_rate(device, precision));
         if (device.info().vulkan) c.dispatches = c.steps * (1 + REDUCED_MAPS), c.seconds += double(c.dispatches) * 5e-6;
     }
     return c;

@@ -95,7 +95,7 @@ f64::Row exact_row(const Medium& m, double dt) {
         k.a0 = k.v0 > 0 ? -E * k.v0 / eta : 0;
         k.a1 = k.v0 / dt;
     } else if (eta > 0) {
-        k.a0 = -E * k.v1 / eta;
+        k.a0 = z <= 1 ? -E * k.v1 / eta : -(1 - p.p0) / (eta * dt); // at e^-z = 0 what a jump adds, exactly
         k.a1 = k.v1 / dt;
         k.a2 = 1 / (eta * dt);
     }
