@@ -28,6 +28,8 @@ class Collector {
             Trace& t = result.traces.emplace_back();
             t.quantity = q;
             t.probes.resize(output.probes.size());
+            for (auto* column : {&t.mean, &t.min, &t.max}) column->reserve(size_t(plan.outputs));
+            for (auto& column : t.probes) column.reserve(size_t(plan.outputs));
         }
     }
 
@@ -146,14 +148,14 @@ namespace {
 
 // What the numbers printed beside a result are taken from: the skin at its last step.
 void look_at_end(Result& result, const plan::Plan& plan, plan::Marcher& marcher) {
-    std::vector<std::vector<double>> curved;
-    marcher.read({Quantity::curvature, Quantity::strain}, curved);
-    const plan::StencilEstimate estimate = plan::stencil_estimate(plan, curved[1]);
+    std::vector<std::vector<double>> strain;
+    marcher.read({Quantity::strain}, strain);
+    const plan::StencilEstimate estimate = plan::stencil_estimate(plan, strain[0]);
     result.stencil_estimate = estimate.greatest;
     result.kinks = estimate.kinks;
-    for (const auto* map : {&plan.maps.rest_curvature, static_cast<const std::vector<double>*>(&curved[0])})
-        for (double C : *map)
-            result.greatest_gain = std::max(result.greatest_gain, std::abs(*plan.scene.material.curvature_length * C));
+    double largest = estimate.curvature; // or at rest
+    for (double C : plan.maps.rest_curvature) largest = std::max(largest, std::abs(C));
+    result.greatest_gain = std::abs(*plan.scene.material.curvature_length) * largest;
 }
 
 using SharedMoments = std::shared_ptr<const model::Moments>;

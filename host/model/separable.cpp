@@ -38,34 +38,40 @@ std::vector<Point> hull_of(std::vector<Point> points, double sign) {
     return hull;
 }
 
-// Of very many points: a hull of a few already holds most others inside, which one comparison per point finds out.
+// Of very many points: the outermost of each of some buckets make a hull that already holds most others inside, which
+// one comparison per point finds out.
 std::vector<Point> hull_of_many(const std::vector<Point>& points, double sign) {
-    constexpr size_t few = 1024;
     constexpr int buckets = 256;
-    if (points.size() <= few) return hull_of(points, sign);
-    std::vector<Point> some;
-    for (size_t i = 0; i < few; ++i) some.push_back(points[i * points.size() / few]);
-    const auto by_b = [](const Point& x, const Point& y) { return x.b < y.b; };
-    const auto [first, last] = std::minmax_element(points.begin(), points.end(), by_b);
-    const double begin = first->b, width = last->b / buckets - begin / buckets;
-    some.push_back(*first);
-    some.push_back(*last);
-    const std::vector<Point> rough = hull_of(some, sign);
-    // what lies below both ends of a bucket of this concave line lies below the line
-    std::vector<double> line;
-    for (size_t i = 0, k = 1; i <= buckets; ++i) {
-        const double b = begin + double(i) * width;
-        while (k + 1 < rough.size() && rough[k].b < b) ++k;
-        const Point &from = rough[k - 1], &to = rough[std::min(k, rough.size() - 1)];
-        line.push_back(to.b > from.b ? from.a + (to.a - from.a) * (std::min(b, to.b) - from.b) / (to.b - from.b)
-                                     : to.a);
+    if (points.size() <= 4 * buckets) return hull_of(points, sign);
+    double begin = points[0].b, end = points[0].b;
+    for (const Point& p : points) {
+        begin = std::min(begin, p.b);
+        end = std::max(end, p.b);
     }
-    std::vector<double> floor;
-    for (int i = 0; i < buckets; ++i) floor.push_back(std::min(sign * line[i], sign * line[i + 1]));
+    const double width = end / buckets - begin / buckets, scale = width > 0 ? 1 / width : 0;
+    const auto bucket_of = [&](const Point& p) { return std::min(int((p.b - begin) * scale), buckets - 1); };
+    std::vector<const Point*> outer(buckets, nullptr), ends(2, nullptr);
+    for (const Point& p : points) {
+        const Point*& best = outer[size_t(bucket_of(p))];
+        if (!best || sign * p.a > sign * best->a) best = &p;
+        if (p.b == begin && (!ends[0] || sign * p.a > sign * ends[0]->a)) ends[0] = &p;
+        if (p.b == end && (!ends[1] || sign * p.a > sign * ends[1]->a)) ends[1] = &p;
+    }
+    std::vector<Point> some = {*ends[0], *ends[1]};
+    for (const Point* p : outer)
+        if (p) some.push_back(*p);
+    const std::vector<Point> rough = hull_of(some, sign);
+    std::vector<size_t> segment; // that a bucket begins in: from vertex k - 1 to k
+    for (size_t i = 0, k = 1; i < buckets; ++i) {
+        while (k + 1 < rough.size() && rough[k].b < begin + double(i) * width) ++k;
+        segment.push_back(k);
+    }
     std::vector<Point> candidates = rough;
-    const double scale = width > 0 ? 1 / width : 0;
-    for (const Point& p : points)
-        if (sign * p.a >= floor[std::min(int((p.b - begin) * scale), buckets - 1)]) candidates.push_back(p);
+    for (const Point& p : points) {
+        size_t k = segment[size_t(bucket_of(p))];
+        while (k + 1 < rough.size() && rough[k].b < p.b) ++k;
+        if (rough.size() < 2 || sign * turn(rough[k - 1], rough[k], p) > 0) candidates.push_back(p);
+    }
     return hull_of(std::move(candidates), sign);
 }
 

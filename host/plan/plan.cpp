@@ -33,7 +33,7 @@ double laplacian_at(const std::vector<double>& map, Cell c, const Grid& grid, in
 
 namespace {
 
-SceneMaps maps_of(const Scene& validated) {
+SceneMaps maps_of(Scene& validated) {
     SceneMaps m;
     m.surface = scene::surface_map(validated);
     m.pressure = scene::pressure_map(validated);
@@ -44,7 +44,7 @@ SceneMaps maps_of(const Scene& validated) {
 
 SceneMaps maps(const Scene& scene) {
     const DefaultFloats guard;
-    const Scene s = scene::validated(scene);
+    Scene s = scene::validated(scene);
     SceneMaps m = maps_of(s);
     m.rest_curvature = plan::laplacian(m.surface, s.grid, int(*s.stencil), int(*s.edges));
     return m;
@@ -89,18 +89,31 @@ StencilEstimate stencil_estimate(const Plan& plan, const std::vector<double>& st
     const Scene& s = plan.scene;
     std::vector<double> deformed = plan.maps.surface;
     for (size_t i = 0; i < deformed.size(); ++i) deformed[i] -= *s.material.thickness * strain[i];
+    const int width = s.grid.width, height = s.grid.height;
     const int edges = *s.edges == Edges::periodic ? EDGES_PERIODIC : EDGES_MIRROR;
-    const std::vector<double> second = laplacian(deformed, s.grid, STENCIL_FIVE_POINT, edges),
-                              fourth = laplacian(deformed, s.grid, STENCIL_FOURTH_ORDER, edges);
+    const auto of = [&](int stencil, int edge) {
+        return f64::Stored{deformed.data(), width, width, height, stencil, edge};
+    };
+    const f64::Stored five = of(STENCIL_FIVE_POINT, edges), fourth = of(STENCIL_FOURTH_ORDER, edges),
+                      own = of(plan.stencil, plan.edges);
     StencilEstimate e;
     double largest = 0;
-    std::vector<double> kinks;
-    for (size_t i = 0; i < second.size(); ++i) {
-        const double differs = std::abs(second[i] - fourth[i]);
-        largest = std::max(largest, std::abs(second[i]));
-        e.greatest = std::max(e.greatest, differs);
-        if (differs > std::abs(second[i]) / 2) kinks.push_back(differs);
+    std::vector<double> kinks, C5(width), C4(width), C(width);
+    for (int y = 0; y < height; ++y) {
+        five.laplacian(y, 0, width, C5.data());
+        fourth.laplacian(y, 0, width, C4.data());
+        own.laplacian(y, 0, width, C.data());
+        for (int x = 0; x < width; ++x) {
+            const double differs = std::abs(C5[x] - C4[x]);
+            largest = std::max(largest, std::abs(C5[x]));
+            e.curvature = std::max(e.curvature, std::abs(C[x]));
+            e.greatest = std::max(e.greatest, differs);
+            if (differs > std::abs(C5[x]) / 2) kinks.push_back(differs);
+        }
     }
+    const double area = s.grid.spacing.value_or(1) * s.grid.spacing.value_or(1);
+    e.greatest /= area;
+    e.curvature /= area;
     // small against the largest: an inflection, not a kink
     e.kinks = std::count_if(kinks.begin(), kinks.end(), [=](double differs) { return differs > 1e-3 * largest; });
     return e;
@@ -148,7 +161,7 @@ Plan prepare(const Scene& scene) {
     const Scene& s = p.scene;
     p.stencil = int(*s.stencil);
     p.edges = int(*s.edges);
-    p.maps = maps_of(s);
+    p.maps = maps_of(p.scene);
     p.pitch = (s.grid.width + PITCH_CELLS - 1) / PITCH_CELLS * PITCH_CELLS;
     p.tiles = (s.grid.width + TILE_CELLS - 1) / TILE_CELLS;
     const double spacing = s.grid.spacing.value_or(1);

@@ -45,7 +45,7 @@ double laplacian_at(const std::vector<double>& map, Cell, const Grid&, int stenc
 // |C5 - C4| of the skin under this strain: what the five-point stencil is off by, and in how many cells it exceeds
 // |C|/2, which no refinement mends: a kink.
 struct StencilEstimate {
-    double greatest = 0;
+    double greatest = 0, curvature = 0; // |C5 - C4|; |C| by the plan's own stencil
     long long kinks = 0;
 };
 StencilEstimate stencil_estimate(const Plan&, const std::vector<double>& strain);

@@ -132,11 +132,15 @@ Step Timeline::exact_step(double from, double to) const {
     s.rows = rows_over(from, to);
     if (to == from) return s;
     const double dt = regular(from, to) ? plan_.scene.time.step : to - from;
-    const std::vector<Piece> pieces = load_.sine() ? std::vector<Piece>{} : pieces_of(load_, from, to);
-    const bool held = pieces.size() == 1 && pieces[0].du == 0;
+    const bool straight = !load_.sine() && !load_.breaks(from, to);
+    const double du = straight ? load_.before(to) - s.start : 0;
+    const bool held = straight && du == 0;
     // an elastic skin's rate is not in its state: the one before a step comes from the load
     const auto from_slope = [](const Medium& m) { return m.viscosity == 0 && m.step_mean; };
     if (held && std::none_of(plan_.media.begin(), plan_.media.end(), from_slope)) return s;
+    std::vector<Piece> pieces;
+    if (straight) pieces = {{dt, 0, du}};
+    else if (!load_.sine()) pieces = pieces_of(load_, from, to);
     const double w = load_.angular_frequency(), amplitude = plan_.scene.load.envelope.amplitude;
     const Sine sine{w, amplitude * std::exp(Complex(0, w * from + plan_.scene.load.envelope.phase)),
                     std::exp(Complex(0, w * dt))};

@@ -57,11 +57,12 @@ double noise(double x, double y) {
 
 } // namespace
 
-std::vector<double> surface_map(const Scene& scene) {
-    const Surface& s = scene.surface;
+std::vector<double> surface_map(Scene& scene) {
+    Surface& s = scene.surface;
     const int width = scene.grid.width, height = scene.grid.height;
-    std::vector<double> map(size_t(width) * height, 0.5);
-    if (s.kind == Surface::Kind::map) map = s.map;
+    std::vector<double> map;
+    if (s.kind == Surface::Kind::map) map = std::move(s.map);
+    else map.assign(size_t(width) * height, 0.5);
     if (s.kind == Surface::Kind::wave || s.kind == Surface::Kind::spiral) {
         for (int y = 0; y < height; ++y)
             for (int x = 0; x < width; ++x) {

@@ -71,6 +71,12 @@ double Waveform::after(double t) const {
     return at != knots_.end() && at->time == t ? at->right : before(t);
 }
 
+bool Waveform::breaks(double from, double to) const {
+    const auto next =
+        std::upper_bound(knots_.begin(), knots_.end(), from, [](double t, const Knot& k) { return t < k.time; });
+    return next != knots_.end() && next->time < to;
+}
+
 void check_envelope(const Envelope& e, const Time& time) {
     need_not_negative("load.start", e.start);
     if (e.kind == Envelope::Kind::ramp) need_positive("load.rise", e.rise);

@@ -19,6 +19,7 @@ class Waveform {
     double after(double t) const;                             // right limit
     double slope_before(double t) const;                      // 1/s, left limit
     const std::vector<Knot>& knots() const { return knots_; } // ascending, each time once
+    bool breaks(double from, double to) const;                // a knot between
     bool sine() const { return envelope_.kind == Envelope::Kind::sine; }
     double angular_frequency() const;
 
