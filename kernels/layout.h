@@ -72,11 +72,13 @@ struct Constants {
     scalar gain_plus, gain_minus; // FA2 = gain_plus*max(a, 0) + gain_minus*max(-a, 0)
     scalar thickness;             // h in D = S - h*eps
     int width, height, pitch;   // cells
-    int respond;                // 0: advance the state alone
+    int first_column, first_row; // where the invocations begin: cells before are never pressed, so all they have is +0
+    int respond;                 // 0: advance the state alone
 };
 
 struct ReduceConstants {
-    int width, height, pitch; // cells
-    int probes;               // cells whose value is wanted too
-    int slot;                 // where in the ring of results all this goes
+    int width, height, pitch, tiles; // cells; tiles of a row
+    int first_tile, first_row, rows; // which of them
+    int probes;                      // cells whose value is wanted too
+    int slot;                        // where in the ring of results all this goes
 };

@@ -132,8 +132,8 @@ vec4 laplacian_along_y(int x, int y, vec4 here) {
 }
 
 void main() {
-    int x = int(gl_GlobalInvocationID.x) * PRESS_CELLS;
-    int y = int(gl_GlobalInvocationID.y);
+    int x = int(gl_GlobalInvocationID.x) * PRESS_CELLS + c.first_column;
+    int y = int(gl_GlobalInvocationID.y) + c.first_row;
     if (x >= c.width || y >= c.height) return;
     int i = (y * c.pitch + x) / 4;
     int map = c.pitch / 4 * c.height;

@@ -45,21 +45,20 @@ Summary folded(Summary s, int reach) {
 
 void main() {
     int y = int(gl_GlobalInvocationID.x);
-    int tile = int(gl_WorkGroupID.y);
-    int rows = c.height + c.probes;
-    if (y >= rows || (y >= c.height && tile > 0)) return;
-    int tiles = int(gl_NumWorkGroups.y);
-    int i = c.slot * (c.height * tiles + c.probes);
+    int tile = int(gl_WorkGroupID.y) + c.first_tile;
+    if (y >= c.rows + c.probes || (y >= c.rows && tile > c.first_tile)) return;
+    int i = c.slot * (c.height * c.tiles + c.probes);
     Summary s;
-    if (y < c.height) {
-        i += y * tiles + tile;
+    if (y < c.rows) {
+        y += c.first_row;
+        i += y * c.tiles + tile;
         int x = tile * TILE_CELLS;
         int row = y * (c.pitch / 4);
         float first = map[row + x / 4].x;
         s = folded(folded(join(eighths(x, row, first), eighths(x + 4, row, first)), 2), 1);
     } else {
-        i += c.height * tiles + (y - c.height);
-        int cell = probes[y - c.height];
+        i += c.height * c.tiles + (y - c.rows);
+        int cell = probes[y - c.rows];
         s = summary_of(vec4(map[cell / 4][cell % 4]));
     }
     summaries[i].sum = s.sum.x;

@@ -127,6 +127,43 @@ TEST_CASE("a run without a check gives the same traces as one with: the ring of 
     }
 }
 
+TEST_CASE("cells that are never pressed are left out, with the same bits") {
+    const Validated vulkan;
+    const std::vector<Quantity> what = {Quantity::strain, Quantity::sa1,       Quantity::sa2,        Quantity::fa1,
+                                        Quantity::fa2,    Quantity::curvature, Quantity::deformation};
+    for (Load::Kind kind : {Load::Kind::circular, Load::Kind::point, Load::Kind::map})
+        for (const Device& device : {Device::cpu(1), Device::cpu(3), vulkan.device()}) {
+            Scene s = small_scene(300, 90);
+            s.load.kind = kind;
+            if (kind == Load::Kind::map) s.load.map.assign(300 * 90, 0.0); // nothing at all is pressed
+            else s.load.center = Cell{210, 11}, s.load.radius = 9;
+            s.load.envelope.kind = Envelope::Kind::sine;
+            plan::Plan part = plan::make_plan(s, Precision::f32), whole = part;
+            whole.pressed = {0, 90, 0, whole.tiles};
+            CHECK(part.pressed.last_row - part.pressed.first_row < 30);
+            std::vector<plan::Sample> samples[2];
+            std::vector<std::vector<double>> fields[2];
+            for (int i = 0; i < 2; ++i) {
+                const plan::Plan& plan = i ? whole : part;
+                const auto marcher = march(device, plan, [&, i](auto&, auto& sample) { samples[i].push_back(sample); });
+                plan::Timeline timeline(plan);
+                for (plan::Step step; timeline.next(step);) marcher->press(step);
+                marcher->read(what, fields[i]);
+                marcher->finish();
+            }
+            CHECK(fields[0] == fields[1]);
+            REQUIRE(samples[0].size() == samples[1].size());
+            for (size_t n = 0; n < samples[0].size(); ++n) {
+                CHECK(samples[0][n].probes == samples[1][n].probes);
+                for (int q = 0; q < REDUCED_MAPS; ++q) {
+                    CHECK(samples[0][n].totals[q].mean == samples[1][n].totals[q].mean);
+                    CHECK(samples[0][n].totals[q].min == samples[1][n].totals[q].min);
+                    CHECK(samples[0][n].totals[q].max == samples[1][n].totals[q].max);
+                }
+            }
+        }
+}
+
 TEST_CASE("any number of threads gives the same bits") {
     Scene s = small_scene(517, 391);
     s.model = Model::march;

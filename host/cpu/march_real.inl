@@ -18,7 +18,13 @@ class March : public plan::Marcher {
         if (plan.compensated)
             for (auto& lost : {&strain_lost_[0], &strain_lost_[1], &sum_lost_[0], &sum_lost_[1]})
                 lost->assign(cells, real(0));
-        for (auto& r : response_) r.assign(cells, std::numeric_limits<real>::quiet_NaN()); // to be written, never read
+        const plan::Pressed& box = plan.pressed;
+        for (auto& r : response_) {
+            r.assign(cells, real(0));
+            for (int y = box.first_row; y < box.last_row; ++y) // to be written before it is read
+                std::fill(r.begin() + row(y) + first_column(), r.begin() + row(y) + last_column(),
+                          std::numeric_limits<real>::quiet_NaN());
+        }
     }
 
     void frame(const std::vector<double>& pressure) override {
@@ -34,14 +40,16 @@ class March : public plan::Marcher {
             table_.clear();
             for (const f64::Row& k : *rows_) table_.push_back(plan::rounded<Row>(k));
         }
-        pool_.rows(c.height, [&](int first, int last) {
-            for (int y = first; y < last; ++y) advance(y, c);
+        const plan::Pressed& box = plan_.pressed;
+        const int rows = box.last_row - box.first_row;
+        pool_.rows(rows, [&](int first, int last) {
+            for (int y = first; y < last; ++y) advance(box.first_row + y, c);
         });
         shown_ = 1 - from_;
         if (c.respond) {
-            pool_.rows(c.height, [&](int first, int last) {
-                for (int y = first; y < last; ++y)
-                    for (int t = 0; t < plan_.tiles; ++t) {
+            pool_.rows(rows, [&](int first, int last) {
+                for (int y = box.first_row + first; y < box.first_row + last; ++y)
+                    for (int t = box.first_tile; t < box.last_tile; ++t) {
                         const int x = t * TILE_CELLS, count = std::min(TILE_CELLS, c.width - x);
                         respond(y, x, x + count, c);
                         for (int q = 0; q < REDUCED_MAPS; ++q)
@@ -72,6 +80,8 @@ class March : public plan::Marcher {
 
   private:
     size_t row(int y) const { return size_t(y) * plan_.pitch; }
+    int first_column() const { return plan_.pressed.first_tile * TILE_CELLS; }
+    int last_column() const { return std::min(plan_.pressed.last_tile * TILE_CELLS, plan_.constants.width); }
 
     // Cells of a row from `at` on: what their load and rows are made of.
     struct Cells {
@@ -96,13 +106,13 @@ class March : public plan::Marcher {
     }
 
     void advance(int y, const Constants& c) {
-        const size_t at = row(y);
-        const int to = 1 - from_;
+        const size_t at = row(y) + first_column();
+        const int to = 1 - from_, count = last_column() - first_column();
         in_variant([&](auto framed, auto materials, auto compensated) {
             const auto lost = [&](std::vector<real>& map) { return compensated ? map.data() + at : nullptr; };
             const Cells k = cells(at);
             advance_cells<framed, materials, compensated>(
-                c.width, c, k.p, k.q, k.material, k.table, strain_[from_].data() + at, sum_[from_].data() + at,
+                count, c, k.p, k.q, k.material, k.table, strain_[from_].data() + at, sum_[from_].data() + at,
                 lost(strain_lost_[from_]), lost(sum_lost_[from_]), strain_[to].data() + at, sum_[to].data() + at,
                 lost(strain_lost_[to]), lost(sum_lost_[to]));
         });

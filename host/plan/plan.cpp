@@ -83,6 +83,19 @@ void find_materials(Plan& p) {
     if (p.media.size() == 1) p.material.clear();
 }
 
+// Widens what is pressed by a map.
+void add_pressed(Plan& p, const std::vector<double>& map) {
+    const int width = p.scene.grid.width;
+    for (size_t i = 0; i < map.size(); ++i) {
+        if (map[i] == 0) continue;
+        const int y = int(i / size_t(width)), tile = int(i % size_t(width)) / TILE_CELLS;
+        p.pressed.first_row = std::min(p.pressed.first_row, y);
+        p.pressed.last_row = std::max(p.pressed.last_row, y + 1);
+        p.pressed.first_tile = std::min(p.pressed.first_tile, tile);
+        p.pressed.last_tile = std::max(p.pressed.last_tile, tile + 1);
+    }
+}
+
 } // namespace
 
 StencilEstimate stencil_estimate(const Plan& plan, const std::vector<double>& strain) {
@@ -177,17 +190,21 @@ Plan prepare(const Scene& scene) {
     p.places = s.output.probes;
     for (const Site& site : s.sites) p.places.push_back(site.cell);
     find_materials(p);
+    p.pressed = {s.grid.height, 0, p.tiles, 0};
+    if (s.load.kind != Load::Kind::sequence) add_pressed(p, p.maps.pressure);
     if (s.load.kind == Load::Kind::sequence) {
         p.framed = true;
         p.frames = std::make_shared<scene::NpyFile>(s.load.path, s.grid.width, s.grid.height, true, "load.path");
         std::vector<double> frame;
         for (long long k = 0; k < p.frames->maps(); ++k) { // finite, before anything else
             p.frames->read(k, frame);
+            add_pressed(p, frame);
             double peak = 0;
             for (double v : frame) peak = std::max(peak, std::abs(v));
             p.frame_peaks.push_back(peak * std::abs(s.load.intensity));
         }
     }
+    if (p.pressed.last_row == 0) p.pressed = {0, 0, 0, 0};
     for (const FieldRequest& f : s.output.fields) p.field_times.push_back(scene::Waveform::snapped(f.at, s.time.step));
     std::sort(p.field_times.begin(), p.field_times.end());
     p.field_times.erase(std::unique(p.field_times.begin(), p.field_times.end()), p.field_times.end());

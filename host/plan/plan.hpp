@@ -9,6 +9,11 @@
 
 namespace dermis::plan {
 
+// Rows and tiles of columns outside which no cell is ever pressed: all that such cells have is +0.
+struct Pressed {
+    int first_row, last_row, first_tile, last_tile; // the last is one behind
+};
+
 struct Plan {
     Scene scene; // validated, every default filled in
     SceneMaps maps;
@@ -23,9 +28,10 @@ struct Plan {
     bool framed = false;                    // pressure runs from frame to frame: those handed to Marcher::frame
     std::vector<double> frame_peaks;        // of a sequence: greatest |pressure| of each frame
     std::shared_ptr<scene::NpyFile> frames; // the scene's, null without
-    std::vector<Cell> places;               // whose values are wanted: Output::probes, then sites
-    long long outputs = 0;                  // rows of the traces
-    std::vector<double> field_times;        // sorted, each once; within 1e-6 of a step from an output: that output's
+    Pressed pressed{};
+    std::vector<Cell> places;        // whose values are wanted: Output::probes, then sites
+    long long outputs = 0;           // rows of the traces
+    std::vector<double> field_times; // sorted, each once; within 1e-6 of a step from an output: that output's
 };
 
 Plan prepare(const Scene&);              // all but model and precision, and the rest curvature,
@@ -132,6 +138,8 @@ template <class Constants> Constants constants_of(const Plan& plan, const Step& 
     c.width = p.width;
     c.height = p.height;
     c.pitch = p.pitch;
+    c.first_column = plan.pressed.first_tile * TILE_CELLS;
+    c.first_row = plan.pressed.first_row;
     c.respond = step.respond();
     return c;
 }

@@ -70,11 +70,14 @@ class March : public plan::Marcher {
             const Cell p = plan_.places[size_t(i)];
             static_cast<int*>(buffers_[probe_cells].data())[i] = p.y * plan_.pitch + p.x;
         }
-        // The skin at rest; responses poisoned, so that what a kernel forgets to write shows.
+        // The skin at rest; responses of cells that are pressed poisoned, so that what a kernel forgets to write shows.
+        const plan::Pressed& box = plan.pressed;
+        const bool whole = box.first_row == 0 && box.last_row == plan.constants.height && box.first_tile == 0 &&
+                           box.last_tile == plan.tiles;
         const VkCommandBuffer commands = recording();
         for (int i = 0; i <= ring_summaries; ++i)
             context_->calls().vkCmdFillBuffer(commands, buffers_[i].handle(), 0, VK_WHOLE_SIZE,
-                                              i >= sa1 && i != rows && i != material ? 0xffffffff : 0);
+                                              whole && i >= sa1 && i != rows && i != material ? 0xffffffff : 0);
         context_->barrier(commands);
         stage(rest_map, rest);
         stage(surface_map, surface);
@@ -97,18 +100,23 @@ class March : public plan::Marcher {
         }
         const VkCommandBuffer commands = recording();
         const Constants c = plan::constants_of<Constants>(plan_, step);
-        press_->record(commands, size_t(from_ + 2 * to_), &c, groups(c.width, PRESS_CELLS * PRESS_X),
-                       groups(c.height, PRESS_Y), 1);
+        const plan::Pressed& box = plan_.pressed;
+        const int columns = box.last_tile * TILE_CELLS - c.first_column, pressed_rows = box.last_row - box.first_row;
+        if (pressed_rows > 0) // vkCmdDispatch of 0 groups is allowed, but not by every layer
+            press_->record(commands, size_t(from_ + 2 * to_), &c, groups(columns, PRESS_CELLS * PRESS_X),
+                           groups(pressed_rows, PRESS_Y), 1);
         context_->barrier(commands);
         ++dispatches_;
         shown_ = 1 - from_;
         if (step.trace >= 0 || step.impulse >= 0) {
             for (int q = 0; q < REDUCED_MAPS; ++q) {
                 const int slot = int(kept_.size()) * REDUCED_MAPS + q;
-                const f32::ReduceConstants reduce{c.width, c.height, c.pitch, probes_, slot};
+                const f32::ReduceConstants reduce{c.width,       c.height,     c.pitch, plan_.tiles, box.first_tile,
+                                                  box.first_row, pressed_rows, probes_, slot};
                 const size_t map = q == 0 ? size_t(shown_) : size_t(q) + 1; // either state, SA1, SA2, FA1, FA2
-                reduce_->record(commands, map, &reduce, groups(c.height + probes_, REDUCE_ROWS), uint32_t(plan_.tiles),
-                                1);
+                if (pressed_rows + probes_ > 0)
+                    reduce_->record(commands, map, &reduce, groups(pressed_rows + probes_, REDUCE_ROWS),
+                                    uint32_t(std::max(box.last_tile - box.first_tile, 1)), 1);
                 ++dispatches_;
             }
             context_->barrier(commands);
