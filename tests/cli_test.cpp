@@ -193,3 +193,42 @@ TEST_CASE("work longer than a second shows progress on a terminal; shorter work,
                              " --device cpu --precision f64 --out " + (folder / "out").string();
     CHECK(command(folder, call).err.empty());
 }
+
+TEST_CASE("several values of a key make a sweep: a folder for each, and a table") {
+    const Folder folder;
+    const std::string scene = folder.write("scene.toml", small);
+    const Outcome o = command(folder, "run " + scene + " --device cpu --out " + (folder / "s").string() +
+                                          " --set material.modulus=1,2 --set material.viscosity=0.5,1,2");
+    CHECK(o.status == 0);
+    CHECK(fs::exists(folder / "s/6/traces.csv"));
+    CHECK_FALSE(fs::exists(folder / "s/7"));
+    std::ifstream table(folder / "s/runs.csv");
+    std::string line, all;
+    while (std::getline(table, line)) all += line + "\n";
+    CHECK(all.find("6,maps,f64") != std::string::npos);
+    CHECK(all.find("material.modulus=2 material.viscosity=0.5") != std::string::npos);
+    const Outcome alone = command(folder, "run " + scene + " --device cpu --out " + (folder / "a").string() +
+                                              " --set material.modulus=2 --set material.viscosity=0.5");
+    CHECK(alone.status == 0);
+    const auto text = [&](const char* file) {
+        std::ifstream in(folder / file);
+        return std::string(std::istreambuf_iterator<char>(in), {});
+    };
+    CHECK(text("s/4/traces.csv") == text("a/traces.csv"));
+    CHECK(command(folder, "run " + scene + " --out " + (folder / "b").string() + " --set time.step=0.1,-1").status ==
+          2);
+    CHECK_FALSE(fs::exists(folder / "b"));
+}
+
+TEST_CASE("plan says what a run would take, and why not the rest") {
+    const Folder folder;
+    const std::string scene = folder.write("scene.toml", small);
+    const Outcome o = command(folder, "plan " + scene + " --device cpu");
+    CHECK(o.status == 0);
+    for (const char* says : {"-> maps in f64 on cpu", "error at most", "not taken: fields are asked for",
+                             "not taken: there are no sites", "march in f32-compensated"})
+        CHECK_MESSAGE(o.out.find(says) != std::string::npos, o.out);
+    const Outcome no = command(folder, "plan " + scene + " --device cpu --precision f32 --set tolerance=1e-9");
+    CHECK(no.status == 2);
+    CHECK(no.err.find("attainable here") != std::string::npos);
+}

@@ -3,9 +3,11 @@
 #include "host/cli/study.hpp"
 #include "host/device.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <csignal>
 #include <numbers>
+#include <sstream>
 #include <thread>
 
 #include <CLI/CLI.hpp>
@@ -73,15 +75,76 @@ int explain_scene(const std::string& file, const std::string& device_name, const
     return 0;
 }
 
+// key=v1,v2,..: several values make a sweep. A list in brackets, or a text in quotes, is one value.
+std::vector<std::string> values_of(const std::string& override_) {
+    const size_t equals = override_.find('=');
+    if (equals == std::string::npos || override_.find_first_of("[{\"'", equals) != std::string::npos)
+        return {override_};
+    std::vector<std::string> all;
+    std::istringstream values(override_.substr(equals + 1));
+    for (std::string value; std::getline(values, value, ',');) all.push_back(override_.substr(0, equals + 1) + value);
+    return all.empty() ? std::vector<std::string>{override_} : all;
+}
+
+// Every combination of the values, the last key fastest.
+std::vector<std::vector<std::string>> combinations(const std::vector<std::string>& overrides) {
+    std::vector<std::vector<std::string>> all = {{}};
+    for (const std::string& o : overrides) {
+        std::vector<std::vector<std::string>> longer;
+        for (const auto& before : all)
+            for (const std::string& value : values_of(o)) {
+                longer.push_back(before);
+                longer.back().push_back(value);
+            }
+        all = std::move(longer);
+    }
+    return all;
+}
+
+// OUT/1, OUT/2 .. and OUT/runs.csv. Where only the numbers of the material vary, the maps are read once.
+int sweep(const std::string& file, const Path& out, const Device& device, const RunOptions& options,
+          const std::vector<std::string>& overrides) {
+    const auto runs = combinations(overrides);
+    std::vector<Scene> scenes;
+    for (const auto& values : runs)
+        scenes.push_back(Scene::from_file(file, values)); // all of them good, before any runs
+    const bool materials_only = std::all_of(overrides.begin(), overrides.end(), [](const std::string& o) {
+        return values_of(o).size() == 1 || o.rfind("material.modulus=", 0) == 0 ||
+               o.rfind("material.viscosity=", 0) == 0;
+    });
+    std::vector<Result> results;
+    if (materials_only) {
+        std::vector<Material> materials;
+        for (const Scene& s : scenes) materials.push_back(s.material);
+        results = run(scenes[0], materials, device, options);
+    } else {
+        for (const Scene& s : scenes) results.push_back(run(s, device, options));
+    }
+    std::string table = "run,model,precision,seconds,cells_compared,cells_different,set\n";
+    bool same = true;
+    for (size_t i = 0; i < runs.size(); ++i) {
+        const Result& r = results[i];
+        write_result(out / std::to_string(i + 1), scenes[i], r);
+        table += fmt::format("{},{},{},{},{},{},\"{}\"\n", i + 1, name(r.model), name(r.precision), r.seconds,
+                             r.cells_compared, r.cells_different, fmt::join(runs[i], " "));
+        same &= r.cells_different == 0;
+    }
+    write_file(out / "runs.csv", table);
+    fmt::print("{}: {} runs\n{}\n", file, runs.size(), (out / "runs.csv").string());
+    return same ? 0 : 1;
+}
+
 int run_scene(const std::string& file, const Path& out, const std::string& device_name, const std::string& precision,
               bool check, const std::vector<std::string>& overrides) {
-    const Scene scene = Scene::from_file(file, overrides);
+    const auto runs = combinations(overrides);
+    const Scene scene = Scene::from_file(file, runs[0]);
     // double is the CPU path's alone, so auto means that
     const Device device = Device::open(device_name == "auto" && precision == "f64" ? "cpu" : device_name);
     if (!device.info().refused.empty()) fmt::print("{}\n", device.info().refused);
     if (!device.info().exact) fmt::print("warning: the bits of {} differ from the CPU path's\n", device.info().name);
     RunOptions options = options_of(precision);
     options.check = check;
+    if (runs.size() > 1) return sweep(file, out, device, options, overrides);
     Progress progress(file);
     options.progress = std::ref(progress);
     const Result r = run(scene, device, options);

@@ -124,6 +124,7 @@ struct Done {
 
 Done run_both(const Scene& scene, const Device* vulkan) {
     RunOptions options;
+    options.precision = Precision::f32;
     options.check = vulkan != nullptr;
     return {run(scene, vulkan ? *vulkan : Device::cpu(1), options), in_double(scene)};
 }
