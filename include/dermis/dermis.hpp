@@ -270,7 +270,7 @@ struct Result {
 };
 
 struct RunOptions {
-    std::optional<Precision> precision; // of a march: default f32, compensated where plain sums could lose above 1e-4
+    std::optional<Precision> precision; // in place of the scene's
     // Also march on the other backend in f32 and compare the bits of every cell of every output (Vulkan device: against
     // the CPU path; CPU path: against the best Vulkan device).
     bool check = false;
