@@ -167,6 +167,7 @@ Result run_plan(const plan::Plan& plan, const SharedMoments& moments, const Devi
     result.device = device.info();
     result.model = plan.model;
     result.precision = marches ? plan.precision : Precision::f64;
+    result.predicted_error = plan.predicted_error;
     result.tau_min = INFINITY;
     for (const plan::Medium& m : plan.media) {
         result.tau_min = std::min(result.tau_min, m.viscosity / m.modulus);
@@ -229,7 +230,8 @@ Result run_plan(const plan::Plan& plan, const SharedMoments& moments, const Devi
 
 plan::Plan decided(const Scene& scene, const Device& device, const RunOptions& options) {
     plan::Plan plan = plan::prepare(scene);
-    model::choose(plan, device, options, false);
+    const Explanation e = model::choose(plan, device, options, false);
+    plan.predicted_error = e.candidates[e.chosen].error;
     if (plan.model != Model::sites && plan.maps.rest_curvature.empty()) plan::complete(plan);
     return plan;
 }
@@ -273,6 +275,7 @@ std::vector<Result> run(const Scene& scene, const std::vector<Material>& materia
         if (moments && same_lengths(results.empty() ? scene.material : materials[results.size() - 1]) &&
             material.modulus_map.empty() && material.viscosity_map.empty()) {
             plan::set_material(*plan, material);
+            plan->predicted_error = std::nan(""); // the first one's
             like = &results.front();
         } else {
             Scene with = scene;

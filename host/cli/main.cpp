@@ -63,6 +63,7 @@ int explain_scene(const std::string& file, const std::string& device_name, const
     fmt::print("{}: {} x {} cells, {} outputs, method {}, tolerance {}{}\n", file, scene.grid.width, scene.grid.height,
                e.candidates[e.chosen].steps, name(scene.method), e.tolerance,
                e.binding ? "" : " (default: of what is chosen freely)");
+    fmt::print("   stencil estimate |C5 - C4| = {:.3g}, apart from the errors below\n", e.stencil_estimate);
     for (size_t i = 0; i < e.candidates.size(); ++i) {
         const Candidate& c = e.candidates[i];
         fmt::print("{} {} in {} on {}\n", i == e.chosen ? "->" : "  ", name(c.model), name(c.precision), c.device);
@@ -156,6 +157,7 @@ int run_scene(const std::string& file, const Path& out, const std::string& devic
         fmt::print(": {:.3f} s, {:.2f} ns per cell-step", r.seconds, 1e9 * r.seconds / (cells * double(r.steps)));
     fmt::print("\n");
     print_scene(scene, r);
+    if (!std::isnan(r.predicted_error)) fmt::print("predicted error at most {:.2g}\n", r.predicted_error);
     if (check) fmt::print("{} cells compared, {} different\n", r.cells_compared, r.cells_different);
     fmt::print("{}\n", (out / "traces.csv").string());
     return r.cells_different ? 1 : 0;

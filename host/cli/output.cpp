@@ -68,7 +68,7 @@ std::string summary_json(const Scene& s, const Result& r) {
     const auto number = [](double x) { return std::isfinite(x) ? shortest(x) : "null"; };
     return fmt::format(R"({{
   "device": {{"name": {}, "kind": {}, "driver": {}, "exact": {}}},
-  "plan": {{"model": "{}", "method": "{}", "precision": "{}"}},
+  "plan": {{"model": "{}", "method": "{}", "precision": "{}", "predicted_error": {}}},
   "grid": {{"width": {}, "height": {}}},
   "steps": {}, "outputs": {}, "dispatches": {}, "seconds": {},
   "cross_check": {},
@@ -76,10 +76,10 @@ std::string summary_json(const Scene& s, const Result& r) {
 }}
 )",
                        quoted(r.device.name), quoted(r.device.kind), quoted(r.device.driver), r.device.exact,
-                       name(r.model), name(s.method), name(r.precision), s.grid.width, s.grid.height, r.steps,
-                       r.time.size(), r.dispatches, shortest(r.seconds), check, number(r.tau_min), number(r.tau_max),
-                       number(s.time.step / r.tau_max), number(s.time.step / r.tau_min), number(r.greatest_gain),
-                       number(r.stencil_estimate), r.kinks);
+                       name(r.model), name(s.method), name(r.precision), number(r.predicted_error), s.grid.width,
+                       s.grid.height, r.steps, r.time.size(), r.dispatches, shortest(r.seconds), check,
+                       number(r.tau_min), number(r.tau_max), number(s.time.step / r.tau_max),
+                       number(s.time.step / r.tau_min), number(r.greatest_gain), number(r.stencil_estimate), r.kinks);
 }
 
 } // namespace

@@ -154,7 +154,8 @@ Errors measured_peaks(const plan::Plan& plan) {
             size_t& cell = best[kind % best.size()];
             if (std::abs(p[i]) > std::abs(p[cell])) cell = i;
         }
-        for (size_t i = 0; i < some; ++i) best.push_back((2 * i + 1) * p.size() / (2 * some));
+        const size_t more = std::min(some, p.size() / 4);
+        for (size_t i = 0; i < more; ++i) best.push_back((2 * i + 1) * p.size() / (2 * more));
         for (size_t i : best) cells.push_back({int(i % width), int(i / width)});
     }
     Errors largest{};

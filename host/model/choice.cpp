@@ -113,8 +113,8 @@ Explanation choose(plan::Plan& plan, const Device& device, const RunOptions& opt
         else if (asked && vulkan && march && c.precision == Precision::f64) c.refused = "f64 on the CPU path alone";
         const bool possible = c.refused.empty();
         // what is the only one anyway, or exact but for rounding in double, needs no bound to be taken
-        const bool free = march && !precision;
-        if (everything || (possible && !taken && (e.binding || free))) {
+        const bool free = march && !precision, forced = s.model || precision || s.method != Method::exact;
+        if (everything || (possible && !taken && (e.binding || free || forced))) {
             plan.model = c.model;
             if (c.model != Model::sites && plan.maps.rest_curvature.empty()) plan::complete(plan);
             auto& peak = peaks[c.model == Model::sites];
@@ -142,6 +142,8 @@ Explanation choose(plan::Plan& plan, const Device& device, const RunOptions& opt
     for (size_t i = 0; i < e.candidates.size(); ++i)
         if (i != *taken && e.candidates[i].refused.empty()) e.candidates[i].refused = "dearer than the one taken";
     e.chosen = *taken;
+    if (everything && !plan.maps.rest_curvature.empty())
+        e.stencil_estimate = plan::stencil_estimate(plan, std::vector<double>(plan.maps.surface.size(), 0.0)).greatest;
     plan.model = e.candidates[*taken].model;
     plan.precision = e.candidates[*taken].precision;
     plan.compensated = plan.precision == Precision::f32_compensated;

@@ -21,6 +21,7 @@ struct Plan {
     int stencil = 0, edges = 0; // names in kernels/layout.h
     Model model = Model::march;
     Precision precision = Precision::f32;
+    double predicted_error = std::nan("");
     bool compensated = false;               // f32 with what each sum has lost carried along
     f64::Constants constants{};             // what does not change from step to step
     std::vector<Medium> media;              // each material once

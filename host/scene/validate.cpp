@@ -123,11 +123,11 @@ bool wants(const Scene& s, Quantity q) {
            std::any_of(o.fields.begin(), o.fields.end(), [&](auto& f) { return in(f.what); });
 }
 
-// What FA2 is formed from must be there.
-void check_fa2(const Scene& s, double viscosity, const std::string& where) {
+// What FA2 is formed from must be there. `where` is a cell without viscosity.
+void check_fa2(const Scene& s, bool elastic, const std::string& where) {
     if (!wants(s, Quantity::fa2)) return;
     const bool mean = *s.receptors.fa2 == Fa2::step_mean, sequence = s.load.kind == Load::Kind::sequence;
-    if (viscosity == 0 && (sequence || !mean))
+    if (elastic && (sequence || !mean))
         refuse("material.viscosity", "0" + where,
                sequence ? "> 0 for FA2 of a sequence; with viscosity 0 leave fa2 out of [output]"
                         : "> 0 for FA2 as a density; with viscosity 0 set receptors.fa2 = \"step-mean\" or leave fa2 "
@@ -226,20 +226,22 @@ void check_material(const Scene& s) {
         refuse(m.modulus_map.empty() ? "material.viscosity" : "material.modulus", "(a map)",
                "one number with method = \"published\"");
     const size_t cells = maps ? size_t(s.grid.width) * s.grid.height : 1;
-    size_t worst = 0; // the cell of the greatest dt/tau
+    const size_t none = cells;
+    size_t worst = 0, elastic = none; // the cell of the greatest dt/tau; one without viscosity
     double greatest = -1;
     const auto where = [&](size_t i) { return maps ? " in cell " + cell_text(i, s.grid.width) : ""; };
     for (size_t i = 0; i < cells; ++i) {
         const double E = modulus_at(m, i), eta = viscosity_at(m, i);
-        for (auto [key, value] : {std::pair{"material.modulus", E}, {"material.viscosity", eta}})
-            if (!finite(value) || value < 0) refuse(key, shortest(value) + where(i), "a finite number >= 0");
+        if (!(finite(E) && E >= 0)) refuse("material.modulus", shortest(E) + where(i), "a finite number >= 0");
+        if (!(finite(eta) && eta >= 0)) refuse("material.viscosity", shortest(eta) + where(i), "a finite number >= 0");
         if (E == 0 && eta == 0) refuse("material.viscosity", "0" + where(i), "> 0 where material.modulus is 0");
-        if (eta == 0 && s.method != Method::exact)
-            refuse("material.viscosity", "0" + where(i), std::string("> 0 with method = \"") + name(s.method) + "\"");
-        check_fa2(s, eta, where(i));
+        if (eta == 0) elastic = i;
         const double z = eta > 0 ? E / eta : INFINITY;
         if (z > greatest) greatest = z, worst = i;
     }
+    if (elastic != none && s.method != Method::exact)
+        refuse("material.viscosity", "0" + where(elastic), std::string("> 0 with method = \"") + name(s.method) + "\"");
+    check_fa2(s, elastic != none, where(elastic));
     check_stability(s, modulus_at(m, worst), viscosity_at(m, worst), where(worst));
 }
 

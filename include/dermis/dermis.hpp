@@ -261,9 +261,11 @@ struct Result {
     long long dispatches = 0;        // of GPU kernels
     double seconds = 0;              // stepping, without set-up; 0 with RunOptions::check, which does more
     double tau_min = 0, tau_max = 0; // s: viscosity/modulus of the materials; infinite where a modulus is 0
-    double stencil_estimate = 0;     // 1/m: greatest |C5 - C4| at the end, the error of a five-point curvature
-    long long kinks = 0;             // cells where it exceeds |C|/2: curvature does not converge there
-    double greatest_gain = 0;        // of |l*C| over all cells, at rest and at the end; above 1 responses change sign
+    double predicted_error =
+        std::nan("");            // as in Candidate; known where it was needed to choose or the choice was forced
+    double stencil_estimate = 0; // 1/m: greatest |C5 - C4| at the end, the error of a five-point curvature
+    long long kinks = 0;         // cells where it exceeds |C|/2: curvature does not converge there
+    double greatest_gain = 0;    // of |l*C| over all cells, at rest and at the end; above 1 responses change sign
     long long cells_compared = 0, cells_different = 0; // RunOptions::check
 
     const Trace& trace(Quantity) const; // throws Error::bad_input when it was not asked for
@@ -301,6 +303,7 @@ struct Candidate {
 struct Explanation {
     std::vector<Candidate> candidates; // cheapest first
     size_t chosen = 0;
+    double stencil_estimate = 0; // 1/m: greatest |C5 - C4| at rest; apart from all errors here
     double tolerance = 0;
     bool binding = false; // given by the scene
 };
