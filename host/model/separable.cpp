@@ -127,6 +127,16 @@ class Separable : public plan::Marcher {
     void hand_over(const plan::Step& step) {
         const Moments& m = *moments_;
         const double g = shown_.g;
+        if (plan_.model == Model::sites) { // each its own class alone
+            const std::vector<Site>& sites = plan_.scene.sites;
+            const size_t n = m.places.size(), first = n - sites.size();
+            sample_.probes.resize(n * REDUCED_MAPS);
+            for (size_t i = 0; i < sites.size(); ++i) {
+                const Moments::Place& p = m.places[first + i];
+                sample_.probes[size_t(sites[i].type) * n + first + i] = scalar(sites[i].type) * (p.a - g * p.b);
+            }
+            return sink_(step, sample_);
+        }
         double high = -INFINITY, low = INFINITY;
         for (const Point& p : m.upper) high = std::max(high, p.a - g * p.b);
         for (const Point& p : m.lower) low = std::min(low, p.a - g * p.b);
