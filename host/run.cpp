@@ -153,9 +153,7 @@ void look_at_end(Result& result, const plan::Plan& plan, plan::Marcher& marcher)
     const plan::StencilEstimate estimate = plan::stencil_estimate(plan, strain[0]);
     result.stencil_estimate = estimate.greatest;
     result.kinks = estimate.kinks;
-    double largest = estimate.curvature; // or at rest
-    for (double C : plan.maps.rest_curvature) largest = std::max(largest, std::abs(C));
-    result.greatest_gain = std::abs(*plan.scene.material.curvature_length) * largest;
+    result.greatest_gain = std::abs(*plan.scene.material.curvature_length) * estimate.curvature;
 }
 
 using SharedMoments = std::shared_ptr<const model::Moments>;
@@ -232,7 +230,7 @@ plan::Plan decided(const Scene& scene, const Device& device, const RunOptions& o
     plan::Plan plan = plan::prepare(scene);
     const Explanation e = model::choose(plan, device, options, false);
     plan.predicted_error = e.candidates[e.chosen].error;
-    if (plan.model != Model::sites && plan.maps.rest_curvature.empty()) plan::complete(plan);
+    if (plan.model == Model::march && plan.maps.rest_curvature.empty()) plan::complete(plan);
     return plan;
 }
 

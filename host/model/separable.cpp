@@ -9,70 +9,111 @@ namespace {
 
 using Point = Moments::Point;
 
-// p, a and b of a cell.
+// p, L(S), a and b of the cells of a row.
 struct Shape {
-    const double *pressure, *rest_curvature, *laplacian;
-    double length, bend;
+    const double* p = nullptr;
+    std::vector<double> rest, L, a, b;
 
-    Shape(const double* p, const double* rest, const double* L, const plan::Plan& plan)
-        : pressure(p), rest_curvature(rest), laplacian(L), length(plan.constants.curvature_length),
-          bend(plan.constants.bend) {}
-    Shape(const plan::Plan& plan, const Moments& m)
-        : Shape(plan.maps.pressure.data(), plan.maps.rest_curvature.data(), m.laplacian.data(), plan) {}
-    double p(size_t i) const { return pressure[i]; }
-    double a(size_t i) const { return p(i) * (1 + length * rest_curvature[i]); }
-    double b(size_t i) const { return p(i) * (length * (bend * laplacian[i])); }
+    void take(const plan::Plan& plan, int y) {
+        const SceneMaps& maps = plan.maps;
+        const size_t width = size_t(plan.constants.width);
+        const double length = plan.constants.curvature_length, bend = plan.constants.bend;
+        for (auto* row : {&rest, &L, &a, &b}) row->resize(width);
+        Grid unit = plan.scene.grid;
+        unit.spacing.reset();
+        plan::laplacian_row(maps.surface, y, plan.scene.grid, plan.stencil, plan.edges, rest.data());
+        plan::laplacian_row(maps.pressure, y, unit, plan.stencil, plan.edges, L.data());
+        p = maps.pressure.data() + size_t(y) * width;
+        for (size_t x = 0; x < width; ++x) {
+            a[x] = p[x] * (1 + length * rest[x]);
+            b[x] = p[x] * (length * (bend * L[x]));
+        }
+    }
 };
 
-double turn(Point o, Point p, Point q) { return (p.b - o.b) * (q.a - o.a) - (p.a - o.a) * (q.b - o.b); }
+// Quickhull, over one array that is sorted apart without branches: of the points above a line between two vertices the
+// furthest is a vertex, and what is not above the two lines to it is inside.
+class Hull {
+  public:
+    // The side that is seen from above; the points of least and greatest b are known.
+    static std::vector<Point> seen(const std::vector<Point>& points, Point from, Point to) {
+        Hull h;
+        h.above_.resize(points.size() + 1);
+        h.aside_.resize(points.size() + 1);
+        size_t n = 0;
+        for (const Point& p : points) {
+            h.above_[n] = p;
+            n += above(from, to, p) > 0;
+        }
+        h.vertices_.push_back(from);
+        h.between(from, to, h.above_.data(), n, h.aside_.data());
+        if (to.b > from.b) h.vertices_.push_back(to);
+        return std::move(h.vertices_);
+    }
 
-// Ascending in b, seen from above (sign 1) or below (-1).
-std::vector<Point> hull_of(std::vector<Point> points, double sign) {
-    std::sort(points.begin(), points.end(),
-              [](const Point& x, const Point& y) { return x.b != y.b ? x.b < y.b : x.a < y.a; });
-    std::vector<Point> hull;
-    for (const Point& p : points) {
-        while (hull.size() > 1 && sign * turn(hull[hull.size() - 2], hull.back(), p) >= 0) hull.pop_back();
-        hull.push_back(p);
+  private:
+    // How far p lies above the line from one point to another.
+    static double above(const Point& from, const Point& to, const Point& p) {
+        return (p.a - from.a) * (to.b - from.b) - (p.b - from.b) * (to.a - from.a);
+    }
+
+    void between(const Point& from, const Point& to, Point* points, size_t n, Point* aside) {
+        if (n == 0) return;
+        Point top = points[0];
+        double furthest = above(from, to, top);
+        for (size_t i = 1; i < n; ++i)
+            if (const double way = above(from, to, points[i]); way > furthest) furthest = way, top = points[i];
+        size_t left = 0, right = 0;
+        for (size_t i = 0; i < n; ++i) {
+            const Point p = points[i];
+            aside[right] = p;
+            points[left] = p;
+            left += above(from, top, p) > 0;
+            right += above(top, to, p) > 0;
+        }
+        between(from, top, points, left, aside + right);
+        vertices_.push_back(top);
+        between(top, to, aside, right, points);
+    }
+
+    std::vector<Point> vertices_, above_, aside_;
+};
+
+// Both sides of some points' hull; the lower one is kept upside down.
+struct Sides {
+    std::vector<Point> upper, lower;
+
+    // Of at least one point; turns them upside down.
+    explicit Sides(std::vector<Point>& points) {
+        Point ends[4] = {points[0], points[0], points[0], points[0]}; // first and last, of the upper and the lower side
+        for (const Point& p : points) {
+            if (p.b <= ends[0].b && (p.b < ends[0].b || p.a > ends[0].a)) ends[0] = p;
+            if (p.b >= ends[1].b && (p.b > ends[1].b || p.a > ends[1].a)) ends[1] = p;
+            if (p.b <= ends[2].b && (p.b < ends[2].b || p.a < ends[2].a)) ends[2] = p;
+            if (p.b >= ends[3].b && (p.b > ends[3].b || p.a < ends[3].a)) ends[3] = p;
+        }
+        upper = Hull::seen(points, ends[0], ends[1]);
+        for (Point& p : points) p.a = -p.a;
+        lower = Hull::seen(points, {ends[2].b, -ends[2].a}, {ends[3].b, -ends[3].a});
+    }
+};
+
+Moments::Hull with_slopes(const std::vector<Point>& points, double sign) {
+    Moments::Hull hull{points, {}};
+    for (size_t i = 0; i < hull.points.size(); ++i) {
+        hull.points[i].a *= sign;
+        const Point &p = hull.points[i], &before = hull.points[i ? i - 1 : 0];
+        if (i) hull.slopes.push_back((p.a - before.a) / (p.b - before.b));
     }
     return hull;
 }
 
-// Of very many points: the outermost of each of some buckets make a hull that already holds most others inside, which
-// one comparison per point finds out.
-std::vector<Point> hull_of_many(const std::vector<Point>& points, double sign) {
-    constexpr int buckets = 256;
-    if (points.size() <= 4 * buckets) return hull_of(points, sign);
-    double begin = points[0].b, end = points[0].b;
-    for (const Point& p : points) {
-        begin = std::min(begin, p.b);
-        end = std::max(end, p.b);
-    }
-    const double width = end / buckets - begin / buckets, scale = width > 0 ? 1 / width : 0;
-    const auto bucket_of = [&](const Point& p) { return std::min(int((p.b - begin) * scale), buckets - 1); };
-    std::vector<const Point*> outer(buckets, nullptr), ends(2, nullptr);
-    for (const Point& p : points) {
-        const Point*& best = outer[size_t(bucket_of(p))];
-        if (!best || sign * p.a > sign * best->a) best = &p;
-        if (p.b == begin && (!ends[0] || sign * p.a > sign * ends[0]->a)) ends[0] = &p;
-        if (p.b == end && (!ends[1] || sign * p.a > sign * ends[1]->a)) ends[1] = &p;
-    }
-    std::vector<Point> some = {*ends[0], *ends[1]};
-    for (const Point* p : outer)
-        if (p) some.push_back(*p);
-    const std::vector<Point> rough = hull_of(some, sign);
-    std::vector<size_t> segment; // that a bucket begins in: from vertex k - 1 to k
-    for (size_t i = 0, k = 1; i < buckets; ++i) {
-        while (k + 1 < rough.size() && rough[k].b < begin + double(i) * width) ++k;
-        segment.push_back(k);
-    }
-    std::vector<Point> candidates = rough;
-    for (const Point& p : points) {
-        size_t k = segment[size_t(bucket_of(p))];
-        while (k + 1 < rough.size() && rough[k].b < p.b) ++k;
-        if (rough.size() < 2 || sign * turn(rough[k - 1], rough[k], p) > 0) candidates.push_back(p);
-    }
-    return hull_of(std::move(candidates), sign);
+// Greatest (sign 1) or least (-1) of a - g*b.
+double extreme(const Moments::Hull& hull, double g, double sign) {
+    const auto edge = std::partition_point(hull.slopes.begin(), hull.slopes.end(),
+                                           [=](double slope) { return sign * slope > sign * g; });
+    const Point& p = hull.points[size_t(edge - hull.slopes.begin())];
+    return p.a - g * p.b;
 }
 
 class Separable : public plan::Marcher {
@@ -97,20 +138,24 @@ class Separable : public plan::Marcher {
     void finish() override {}
 
     void read(const std::vector<Quantity>& what, std::vector<std::vector<double>>& maps) override {
-        const Shape shape(plan_, *moments_);
         const f64::Constants& c = plan_.constants;
+        const double g = shown_.g;
         maps.resize(what.size());
-        for (size_t q = 0; q < what.size(); ++q) {
-            std::vector<double>& map = maps[q];
-            map.resize(plan_.maps.pressure.size());
-            const double g = shown_.g, X = scalar(what[q]);
-            for (size_t i = 0; i < map.size(); ++i)
-                if (what[q] == Quantity::strain) map[i] = shape.p(i) * g;
-                else if (what[q] == Quantity::deformation)
-                    map[i] = plan_.maps.surface[i] - c.thickness * shape.p(i) * g;
-                else if (what[q] == Quantity::curvature)
-                    map[i] = plan_.maps.rest_curvature[i] - c.bend * shape.laplacian[i] * g;
-                else map[i] = X * (shape.a(i) - g * shape.b(i));
+        for (auto& map : maps) map.resize(plan_.maps.pressure.size());
+        const size_t width = size_t(c.width);
+        Shape row;
+        for (int y = 0; y < c.height; ++y) {
+            row.take(plan_, y);
+            for (size_t q = 0; q < what.size(); ++q) {
+                double* map = maps[q].data() + size_t(y) * width;
+                const double* surface = plan_.maps.surface.data() + size_t(y) * width;
+                const double X = scalar(what[q]);
+                for (size_t x = 0; x < width; ++x)
+                    if (what[q] == Quantity::strain) map[x] = row.p[x] * g;
+                    else if (what[q] == Quantity::deformation) map[x] = surface[x] - c.thickness * row.p[x] * g;
+                    else if (what[q] == Quantity::curvature) map[x] = row.rest[x] - c.bend * row.L[x] * g;
+                    else map[x] = X * (row.a[x] - g * row.b[x]);
+            }
         }
     }
 
@@ -137,9 +182,7 @@ class Separable : public plan::Marcher {
             }
             return sink_(step, sample_);
         }
-        double high = -INFINITY, low = INFINITY;
-        for (const Point& p : m.upper) high = std::max(high, p.a - g * p.b);
-        for (const Point& p : m.lower) low = std::min(low, p.a - g * p.b);
+        const double high = extreme(m.upper, g, 1), low = extreme(m.lower, g, -1);
         const auto ordered = [](double x, double y) { return std::pair{std::min(x, y), std::max(x, y)}; };
         sample_.probes.clear();
         for (int q = 0; q < REDUCED_MAPS; ++q) {
@@ -159,66 +202,90 @@ class Separable : public plan::Marcher {
     Scalars state_, shown_;
 };
 
-} // namespace
-
-namespace {
-
 void add_places(Moments& m, const plan::Plan& plan) {
     Grid unit = plan.scene.grid;
     unit.spacing.reset();
+    const double length = plan.constants.curvature_length, bend = plan.constants.bend;
     for (const Cell& c : plan.places) {
         const double p = plan.maps.pressure[size_t(c.y) * unit.width + c.x],
                      rest = plan::laplacian_at(plan.maps.surface, c, plan.scene.grid, plan.stencil, plan.edges),
                      L = plan::laplacian_at(plan.maps.pressure, c, unit, plan.stencil, plan.edges);
-        const Shape shape(&p, &rest, &L, plan);
-        m.places.push_back({shape.p(0), shape.a(0), shape.b(0)});
+        m.places.push_back({p, p * (1 + length * rest), p * (length * (bend * L))});
     }
 }
+
+// Of some rows: sums by columns, which stay short, and points of the hull.
+struct Band {
+    Moments sums;
+    std::vector<Point> hull; // of its points, or more
+
+    void take(const plan::Plan& plan, int first, int last) {
+        const size_t width = size_t(plan.constants.width);
+        std::vector<double> p(width), a(width), b(width), least(width), greatest(width);
+        std::vector<Point> points;
+        Shape row;
+        for (int y = first; y < last; ++y) {
+            row.take(plan, y);
+            const size_t known = points.size();
+            points.resize(known + width);
+            Point* next = points.data() + known;
+            for (size_t x = 0; x < width; ++x) {
+                p[x] += row.p[x];
+                a[x] += row.a[x];
+                b[x] += row.b[x];
+                least[x] = row.p[x] < least[x] || y == first ? row.p[x] : least[x];
+                greatest[x] = greatest[x] < row.p[x] || y == first ? row.p[x] : greatest[x];
+                if (row.p[x] != 0) *next++ = {row.b[x], row.a[x]};
+            }
+            const size_t pressed = size_t(next - points.data()) - known;
+            if (pressed < width) points[known + pressed] = {0, 0}; // all without pressure are one point
+            points.resize(known + std::min(pressed + 1, width));
+        }
+        for (size_t x = 0; x < width; ++x) {
+            sums.p += p[x];
+            sums.a += a[x];
+            sums.b += b[x];
+        }
+        sums.least = *std::min_element(least.begin(), least.end());
+        sums.greatest = *std::max_element(greatest.begin(), greatest.end());
+        if (!std::isfinite(sums.p + sums.a + sums.b)) return; // see moments_of
+        const Sides sides(points);
+        hull = sides.upper;
+        for (const Point& p : sides.lower) hull.push_back({p.b, -p.a});
+    }
+};
 
 } // namespace
 
 std::shared_ptr<const Moments> moments_of(const plan::Plan& plan) {
-    const size_t cells = plan.maps.pressure.size(), width = size_t(plan.scene.grid.width);
     auto m = std::make_shared<Moments>();
     add_places(*m, plan);
     if (plan.model == Model::sites) return m; // nothing else is asked for
-    Grid unit = plan.scene.grid;
-    unit.spacing.reset();
-    m->laplacian = plan::laplacian(plan.maps.pressure, unit, plan.stencil, plan.edges);
-    const Shape shape(plan, *m);
+    constexpr int band_rows = 64;             // the same on any machine, and so the bits
+    const int height = plan.constants.height;
+    std::vector<Band> bands(size_t((height + band_rows - 1) / band_rows));
+    for (size_t i = 0; i < bands.size(); ++i)
+        bands[i].take(plan, int(i) * band_rows, std::min(int(i + 1) * band_rows, height));
     std::vector<Point> points;
-    points.reserve(cells);
-    m->least = m->greatest = shape.p(0);
-    bool idle = false; // cells without pressure are one point
-    for (size_t row = 0; row < cells; row += width) {
-        double p = 0, a = 0, b = 0; // by rows: sums stay short
-        for (size_t i = row; i < row + width; ++i) {
-            const double pressure = shape.p(i);
-            m->least = std::min(m->least, pressure);
-            m->greatest = std::max(m->greatest, pressure);
-            if (pressure == 0) {
-                idle = true;
-                continue;
-            }
-            points.push_back({shape.b(i), shape.a(i)});
-            p += pressure;
-            a += points.back().a;
-            b += points.back().b;
-        }
-        m->p += p;
-        m->a += a;
-        m->b += b;
+    m->least = m->greatest = plan.maps.pressure[0];
+    for (Band& band : bands) {
+        m->p += band.sums.p;
+        m->a += band.sums.a;
+        m->b += band.sums.b;
+        m->least = std::min(m->least, band.sums.least);
+        m->greatest = std::max(m->greatest, band.sums.greatest);
+        points.insert(points.end(), band.hull.begin(), band.hull.end());
     }
-    if (idle) points.push_back({0, 0});
     for (double* mean : {&m->p, &m->a, &m->b}) {
         if (!std::isfinite(*mean))
             throw Error(
                 Error::Code::bad_input, "",
                 "pressure times curvature overflows; allowed: loads and lengths whose products stay below 1.8e308");
-        *mean /= double(cells);
+        *mean /= double(plan.maps.pressure.size());
     }
-    m->upper = hull_of_many(points, 1);
-    m->lower = hull_of_many(points, -1);
+    const Sides sides(points);
+    m->upper = with_slopes(sides.upper, 1);
+    m->lower = with_slopes(sides.lower, -1);
     return m;
 }
 

@@ -13,13 +13,16 @@ namespace dermis::model {
 
 // What no change of modulus, viscosity or envelope changes.
 struct Moments {
-    std::vector<double> laplacian;  // L(p), cell by cell, in units of the grid
     double p = 0, a = 0, b = 0;     // means over all cells
     double least = 0, greatest = 0; // p
     struct Point {
         double b, a;
     };
-    std::vector<Point> upper, lower; // hulls, ascending in b
+    struct Hull {                   // one side of it
+        std::vector<Point> points;  // ascending in b
+        std::vector<double> slopes; // from each to the next
+    };
+    Hull upper, lower;
     struct Place {
         double p, a, b;
     };

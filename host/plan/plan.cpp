@@ -16,12 +16,17 @@ namespace {
 namespace plan {
 
 std::vector<double> laplacian(const std::vector<double>& map, const Grid& grid, int stencil, int edges) {
-    const f64::Stored stored{map.data(), grid.width, grid.width, grid.height, stencil, edges};
     std::vector<double> result(map.size());
-    const double area = grid.spacing.value_or(1) * grid.spacing.value_or(1);
-    for (int y = 0; y < grid.height; ++y) stored.laplacian(y, 0, grid.width, result.data() + size_t(y) * grid.width);
-    for (double& L : result) L /= area;
+    for (int y = 0; y < grid.height; ++y)
+        laplacian_row(map, y, grid, stencil, edges, result.data() + size_t(y) * grid.width);
     return result;
+}
+
+void laplacian_row(const std::vector<double>& map, int y, const Grid& grid, int stencil, int edges, double* L) {
+    f64::Stored{map.data(), grid.width, grid.width, grid.height, stencil, edges}.laplacian(y, 0, grid.width, L);
+    if (!grid.spacing) return;
+    const double area = *grid.spacing * *grid.spacing;
+    for (int x = 0; x < grid.width; ++x) L[x] /= area;
 }
 
 double laplacian_at(const std::vector<double>& map, Cell c, const Grid& grid, int stencil, int edges) {
@@ -85,48 +90,69 @@ void find_materials(Plan& p) {
 
 // Widens what is pressed by a map.
 void add_pressed(Plan& p, const std::vector<double>& map) {
-    const int width = p.scene.grid.width;
-    for (size_t i = 0; i < map.size(); ++i) {
-        if (map[i] == 0) continue;
-        const int y = int(i / size_t(width)), tile = int(i % size_t(width)) / TILE_CELLS;
+    const int width = p.scene.grid.width, height = p.scene.grid.height;
+    int first = p.pressed.first_tile * TILE_CELLS, last = p.pressed.last_tile * TILE_CELLS; // columns
+    for (int y = 0; y < height; ++y) {
+        const double* row = map.data() + size_t(y) * width;
+        bool none = true; // without a way out, for the compiler's vectors
+        for (int x = 0; x < width; ++x) none &= row[x] == 0;
+        if (none) continue;
         p.pressed.first_row = std::min(p.pressed.first_row, y);
         p.pressed.last_row = std::max(p.pressed.last_row, y + 1);
-        p.pressed.first_tile = std::min(p.pressed.first_tile, tile);
-        p.pressed.last_tile = std::max(p.pressed.last_tile, tile + 1);
+        first = int(std::find_if(row, row + std::min(first, width), [](double v) { return v != 0; }) - row);
+        for (int x = width; x > last; --x)
+            if (row[x - 1] != 0) last = x;
     }
+    p.pressed.first_tile = first / TILE_CELLS;
+    p.pressed.last_tile = (last + TILE_CELLS - 1) / TILE_CELLS;
 }
 
 } // namespace
 
 StencilEstimate stencil_estimate(const Plan& plan, const std::vector<double>& strain) {
     const Scene& s = plan.scene;
-    std::vector<double> deformed = plan.maps.surface;
-    for (size_t i = 0; i < deformed.size(); ++i) deformed[i] -= *s.material.thickness * strain[i];
     const int width = s.grid.width, height = s.grid.height;
     const int edges = *s.edges == Edges::periodic ? EDGES_PERIODIC : EDGES_MIRROR;
-    const auto of = [&](int stencil, int edge) {
-        return f64::Stored{deformed.data(), width, width, height, stencil, edge};
+    const bool five_is_own = plan.stencil == STENCIL_FIVE_POINT; // never with the published edges
+    std::vector<double> deformed = plan.maps.surface;
+    for (size_t i = 0; i < deformed.size(); ++i) deformed[i] -= *s.material.thickness * strain[i];
+    const auto of = [&](const std::vector<double>& map, int stencil, int edge) {
+        return f64::Stored{map.data(), width, width, height, stencil, edge};
     };
-    const f64::Stored five = of(STENCIL_FIVE_POINT, edges), fourth = of(STENCIL_FOURTH_ORDER, edges),
-                      own = of(plan.stencil, plan.edges);
-    StencilEstimate e;
-    double largest = 0;
-    std::vector<double> kinks, C5(width), C4(width), C(width);
+    const f64::Stored five = of(deformed, STENCIL_FIVE_POINT, edges),
+                      fourth = of(deformed, STENCIL_FOURTH_ORDER, edges), own = of(deformed, plan.stencil, plan.edges),
+                      rest = of(plan.maps.surface, plan.stencil, plan.edges);
+    // by columns, and without a way out, for the compiler's vectors
+    std::vector<double> C5(width), C4(width), C(width), R(width), differ(width), bent(width), curved(width), kinks;
+    const auto larger = [](double a, double b) { return a < b ? b : a; };
+    double largest = 0; // |C5| so far
     for (int y = 0; y < height; ++y) {
         five.laplacian(y, 0, width, C5.data());
         fourth.laplacian(y, 0, width, C4.data());
-        own.laplacian(y, 0, width, C.data());
+        rest.laplacian(y, 0, width, R.data());
+        if (!five_is_own) own.laplacian(y, 0, width, C.data());
+        const double *c5 = C5.data(), *c4 = C4.data(), *c = five_is_own ? c5 : C.data(), *r = R.data();
+        double *d = differ.data(), *b = bent.data(), *k = curved.data();
+        bool kinked = false;
         for (int x = 0; x < width; ++x) {
-            const double differs = std::abs(C5[x] - C4[x]);
-            largest = std::max(largest, std::abs(C5[x]));
-            e.curvature = std::max(e.curvature, std::abs(C[x]));
-            e.greatest = std::max(e.greatest, differs);
-            if (differs > std::abs(C5[x]) / 2) kinks.push_back(differs);
+            const double differs = std::abs(c5[x] - c4[x]), bend = std::abs(c5[x]);
+            d[x] = larger(d[x], differs);
+            b[x] = larger(b[x], bend);
+            k[x] = larger(larger(k[x], std::abs(c[x])), std::abs(r[x]));
+            kinked |= differs > bend / 2;
         }
+        if (!kinked) continue;
+        for (int x = 0; x < width; ++x)
+            if (const double differs = std::abs(c5[x] - c4[x]);
+                differs > std::abs(c5[x]) / 2 && differs > 1e-3 * largest)
+                kinks.push_back(differs);
+        largest = *std::max_element(bent.begin(), bent.end());
     }
+    largest = *std::max_element(bent.begin(), bent.end());
     const double area = s.grid.spacing.value_or(1) * s.grid.spacing.value_or(1);
-    e.greatest /= area;
-    e.curvature /= area;
+    StencilEstimate e;
+    e.greatest = *std::max_element(differ.begin(), differ.end()) / area;
+    e.curvature = *std::max_element(curved.begin(), curved.end()) / area;
     // small against the largest: an inflection, not a kink
     e.kinks = std::count_if(kinks.begin(), kinks.end(), [=](double differs) { return differs > 1e-3 * largest; });
     return e;
