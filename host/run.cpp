@@ -17,12 +17,17 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-const std::vector<Quantity> reduced = {Quantity::strain, Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2};
+std::vector<Quantity> wanted(const plan::Plan& plan) {
+    std::vector<Quantity> list;
+    for (int q = 0; q < REDUCED_MAPS; ++q)
+        if (plan.wanted[q]) list.push_back(Quantity(q));
+    return list;
+}
 
 // Puts samples where they belong in a Result; tells where a step has left the numbers.
 class Collector {
   public:
-    Collector(Result& result, const plan::Plan& plan) : result_(result), plan_(plan) {
+    Collector(Result& result, const plan::Plan& plan) : result_(result), plan_(plan), wanted_(wanted(plan)) {
         const Output& output = plan.scene.output;
         for (Quantity q : output.traces) {
             Trace& t = result.traces.emplace_back();
@@ -36,7 +41,7 @@ class Collector {
     void operator()(const plan::Step& step, const plan::Sample& sample) {
         const size_t probes = plan_.scene.output.probes.size(), places = plan_.places.size();
         const bool whole = plan_.model != Model::sites; // otherwise no other cells are known
-        for (Quantity q : reduced)
+        for (Quantity q : wanted_)
             if (whole) check_finite(sample.totals[int(q)].mean, q, step.time);
         if (step.trace >= 0) {
             result_.time.push_back(step.time);
@@ -57,6 +62,7 @@ class Collector {
             }
         if (step.impulse < 0 || !whole) return;
         for (auto [quantity, elastic] : {std::pair{Quantity::fa1, true}, {Quantity::fa2, false}}) {
+            if (!plan_.wanted[int(quantity)]) continue;
             if (std::none_of(plan_.media.begin(), plan_.media.end(),
                              [elastic = elastic](auto& m) { return (m.viscosity == 0) == elastic; }))
                 continue;
@@ -85,6 +91,7 @@ class Collector {
   private:
     Result& result_;
     const plan::Plan& plan_;
+    std::vector<Quantity> wanted_;
 };
 
 bool same_bits(double a, double b) { return std::bit_cast<uint64_t>(a) == std::bit_cast<uint64_t>(b); }
@@ -99,7 +106,7 @@ long long different(const std::vector<double>& a, const std::vector<double>& b) 
 class Check {
   public:
     Check(const Device& device, const plan::Plan& plan, Result& result)
-        : result_(result), collected_(other_result_, plan),
+        : result_(result), wanted_(wanted(plan)), collected_(other_result_, plan),
           marcher_(march(device, plan, [this](auto& s, auto& x) { collected_(s, x); })) {}
 
     void frame(const std::vector<double>& pressure) { marcher_->frame(pressure); }
@@ -107,7 +114,7 @@ class Check {
     void press(const plan::Step& step, plan::Marcher& first) {
         marcher_->press(step);
         if (!step.respond()) return;
-        std::vector<Quantity> what = reduced;
+        std::vector<Quantity> what = wanted_;
         if (step.field >= 0) what.insert(what.end(), {Quantity::curvature, Quantity::deformation});
         first.read(what, ours_);
         marcher_->read(what, theirs_);
@@ -128,6 +135,7 @@ class Check {
 
   private:
     Result& result_;
+    const std::vector<Quantity> wanted_;
     Result other_result_;
     std::vector<std::vector<double>> ours_, theirs_;
     Collector collected_;
@@ -230,6 +238,7 @@ plan::Plan decided(const Scene& scene, const Device& device, const RunOptions& o
     plan::Plan plan = plan::prepare(scene);
     const Explanation e = model::choose(plan, device, options, false);
     plan.predicted_error = e.candidates[e.chosen].error;
+    plan.keeps_maps |= options.check;
     if (plan.model == Model::march && plan.maps.rest_curvature.empty()) plan::complete(plan);
     return plan;
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // What host and kernels agree on: the parameter block, binding numbers, sizes, names of variants.
 
-// Maps are row-major, index = y*pitch + x; pitch is the width rounded up to PITCH_CELLS.
-#define PITCH_CELLS 4
+// Maps are row-major, index = y*pitch + x; pitch is the width rounded up to PITCH_CELLS: a cache line of floats.
+#define PITCH_CELLS 16
 // `press` runs PRESS_CELLS cells per invocation in groups of PRESS_X x PRESS_Y; `fields` one in groups of FIELDS_X x 1;
 // `reduce` one tile of TILE_CELLS columns per invocation in groups of REDUCE_ROWS rows.
 #define PRESS_CELLS 4

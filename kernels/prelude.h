@@ -1,20 +1,10 @@
 // SPDX-License-Identifier: MIT
 // One language for GLSL and C++. In C++ the includer opens a namespace, says what `real` and `scalar` are (float
-// and float, double and double, or glm::vec4 and float: four cells at a time) and includes model.h; GLM lends the GLSL
-// names. In GLSL real is float, or vec4 where that is defined first. Rules for every function here (a build check counts them):
+// and float, double and double, or glm::vec4 and float: four cells at a time) and lends the GLSL words abs, min, max, mix,
+// lessThan: by model.h those of GLM. In GLSL real is float, or vec4 where that is defined first. Rules for every function here (a build check counts them):
 // only + - * compare and select, each intermediate a `precise` local, literals real(...), structs filled member by member.
 #ifdef __cplusplus
 #define precise
-using glm::abs;
-using std::abs; // for scalars: no branch, so loops vectorize
-using glm::lessThan;
-using glm::max;
-using glm::min;
-using glm::mix;
-template <class T, class = std::enable_if_t<std::is_floating_point_v<T>>>
-inline bool lessThan(T a, T b) {
-    return a < b;
-}
 #else
 #define inline
 #define scalar float

@@ -27,15 +27,19 @@ struct Load {
     real s0, ds, sj;
 };
 
-inline Load load_of(real p, Constants c) {
-    precise real s0 = c.start * p;
-    precise real ds = c.rise * p;
-    precise real sj = c.jump * p;
+inline Load load(real s0, real ds, real sj) {
     Load s;
     s.s0 = s0;
     s.ds = ds;
     s.sj = sj;
     return s;
+}
+
+inline Load load_of(real p, Constants c) {
+    precise real s0 = c.start * p;
+    precise real ds = c.rise * p;
+    precise real sj = c.jump * p;
+    return load(s0, ds, sj);
 }
 
 // Straight from frame p to frame q.
@@ -44,11 +48,7 @@ inline Load load_between(real p, real q, Constants c) {
     precise real s0 = p + c.start * way;
     precise real ds = c.rise * way;
     precise real sj = c.jump * p;
-    Load s;
-    s.s0 = s0;
-    s.ds = ds;
-    s.sj = sj;
-    return s;
+    return load(s0, ds, sj);
 }
 
 inline real dashpot(real eps, Load s, Rows k) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // One text of the model in float, double and four cells at a time.
-#include "host/plan/model.hpp"
+#include "host/loops/model.hpp"
 #include "tests/support.hpp"
 
 #include <bit>

@@ -1,15 +1,18 @@
 // SPDX-License-Identifier: MIT
 #include "host/cpu/march.hpp"
 
-#include "host/cpu/pool.hpp"
+#include "host/loops/pool.hpp"
 #include "host/plan/float_environment.hpp"
 
 #include <algorithm>
+#include <array>
+#include <barrier>
 #include <limits>
+#include <new>
 
 namespace dermis {
 
-using cpu::Pool;
+using loops::Pool;
 
 namespace f32 {
 #include "host/cpu/march_real.inl"
@@ -20,13 +23,12 @@ namespace f64 {
 
 namespace cpu {
 
-std::unique_ptr<plan::Marcher> march(const plan::Plan& plan, int threads, plan::Marcher::Sink sink) {
-    if (threads == 0) threads = int(std::thread::hardware_concurrency());
-    // a thread is worth waking from some 32768 cells a step on
-    const int useful = std::clamp(int(plan.maps.pressure.size() / 32768), 1, std::max(threads, 1));
+std::unique_ptr<plan::Marcher> march(const plan::Plan& plan, int threads, plan::Marcher::Sink sink,
+                                     const loops::Set& set) {
     const DefaultFloats guard; // threads inherit it
-    if (plan.precision == Precision::f64) return std::make_unique<f64::March>(plan, useful, std::move(sink));
-    return std::make_unique<f32::March>(plan, useful, std::move(sink));
+    threads = loops::useful_threads(plan.maps.pressure.size(), threads);
+    if (plan.precision == Precision::f64) return std::make_unique<f64::March>(plan, threads, set, std::move(sink));
+    return std::make_unique<f32::March>(plan, threads, set, std::move(sink));
 }
 
 } // namespace cpu

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "host/model/separable.hpp"
 
+#include "host/loops/loops.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -14,20 +16,17 @@ struct Shape {
     const double* p = nullptr;
     std::vector<double> rest, L, a, b;
 
-    void take(const plan::Plan& plan, int y) {
+    void take(const plan::Plan& plan, int y, const loops::Columns& sums) {
         const SceneMaps& maps = plan.maps;
         const size_t width = size_t(plan.constants.width);
-        const double length = plan.constants.curvature_length, bend = plan.constants.bend;
         for (auto* row : {&rest, &L, &a, &b}) row->resize(width);
         Grid unit = plan.scene.grid;
         unit.spacing.reset();
         plan::laplacian_row(maps.surface, y, plan.scene.grid, plan.stencil, plan.edges, rest.data());
         plan::laplacian_row(maps.pressure, y, unit, plan.stencil, plan.edges, L.data());
         p = maps.pressure.data() + size_t(y) * width;
-        for (size_t x = 0; x < width; ++x) {
-            a[x] = p[x] * (1 + length * rest[x]);
-            b[x] = p[x] * (length * (bend * L[x]));
-        }
+        loops::best().shape(p, rest.data(), L.data(), int(width), plan.constants.curvature_length, plan.constants.bend,
+                            a.data(), b.data(), sums);
     }
 };
 
@@ -144,8 +143,11 @@ class Separable : public plan::Marcher {
         for (auto& map : maps) map.resize(plan_.maps.pressure.size());
         const size_t width = size_t(c.width);
         Shape row;
+        std::vector<double> unused(5 * width);
+        const loops::Columns sums{&unused[0], &unused[width], &unused[2 * width], &unused[3 * width],
+                                  &unused[4 * width]};
         for (int y = 0; y < c.height; ++y) {
-            row.take(plan_, y);
+            row.take(plan_, y, sums);
             for (size_t q = 0; q < what.size(); ++q) {
                 double* map = maps[q].data() + size_t(y) * width;
                 const double* surface = plan_.maps.surface.data() + size_t(y) * width;
@@ -221,25 +223,23 @@ struct Band {
 
     void take(const plan::Plan& plan, int first, int last) {
         const size_t width = size_t(plan.constants.width);
-        std::vector<double> p(width), a(width), b(width), least(width), greatest(width);
+        const auto row_of = [&](const std::vector<double>& map) { return map.begin() + first * std::ptrdiff_t(width); };
+        std::vector<double> p(width), a(width), b(width),
+            least(row_of(plan.maps.pressure), row_of(plan.maps.pressure) + std::ptrdiff_t(width)), greatest = least;
+        const loops::Columns columns{p.data(), a.data(), b.data(), least.data(), greatest.data()};
         std::vector<Point> points;
         Shape row;
         for (int y = first; y < last; ++y) {
-            row.take(plan, y);
+            row.take(plan, y, columns);
             const size_t known = points.size();
-            points.resize(known + width);
+            points.resize(known + width + 1);
             Point* next = points.data() + known;
             for (size_t x = 0; x < width; ++x) {
-                p[x] += row.p[x];
-                a[x] += row.a[x];
-                b[x] += row.b[x];
-                least[x] = row.p[x] < least[x] || y == first ? row.p[x] : least[x];
-                greatest[x] = greatest[x] < row.p[x] || y == first ? row.p[x] : greatest[x];
-                if (row.p[x] != 0) *next++ = {row.b[x], row.a[x]};
+                *next = {row.b[x], row.a[x]};
+                next += row.p[x] != 0;
             }
-            const size_t pressed = size_t(next - points.data()) - known;
-            if (pressed < width) points[known + pressed] = {0, 0}; // all without pressure are one point
-            points.resize(known + std::min(pressed + 1, width));
+            if (size_t(next - points.data()) - known < width) *next++ = {0, 0}; // all without pressure are one point
+            points.resize(size_t(next - points.data()));
         }
         for (size_t x = 0; x < width; ++x) {
             sums.p += p[x];

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "dermis/dermis.hpp"
-#include "host/plan/model.hpp"
+#include "host/loops/model.hpp"
 
 namespace dermis::plan {
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "host/plan/plan.hpp"
+#include "host/loops/loops.hpp"
 #include "host/plan/float_environment.hpp"
 
 #include <algorithm>
@@ -7,13 +8,15 @@
 #include <unordered_map>
 
 namespace dermis {
-namespace f64 {
-namespace {
-#include "host/plan/laplacian.inl"
-} // namespace
-} // namespace f64
-
 namespace plan {
+namespace {
+
+loops::Lines<double> lines_of(const std::vector<double>& map, int y, const Grid& grid, int stencil, int edges) {
+    return loops::lines<double>(y, grid.width, grid.height, stencil, edges,
+                                [&](int row) { return map.data() + size_t(row) * grid.width; });
+}
+
+} // namespace
 
 std::vector<double> laplacian(const std::vector<double>& map, const Grid& grid, int stencil, int edges) {
     std::vector<double> result(map.size());
@@ -23,15 +26,16 @@ std::vector<double> laplacian(const std::vector<double>& map, const Grid& grid, 
 }
 
 void laplacian_row(const std::vector<double>& map, int y, const Grid& grid, int stencil, int edges, double* L) {
-    f64::Stored{map.data(), grid.width, grid.width, grid.height, stencil, edges}.laplacian(y, 0, grid.width, L);
+    loops::best().f64.laplacian(lines_of(map, y, grid, stencil, edges), 0, grid.width, L);
     if (!grid.spacing) return;
     const double area = *grid.spacing * *grid.spacing;
     for (int x = 0; x < grid.width; ++x) L[x] /= area;
 }
 
 double laplacian_at(const std::vector<double>& map, Cell c, const Grid& grid, int stencil, int edges) {
-    const f64::Stored stored{map.data(), grid.width, grid.width, grid.height, stencil, edges};
-    return stored.laplacian_at(c.x, c.y) / (grid.spacing.value_or(1) * grid.spacing.value_or(1));
+    double L = 0;
+    loops::best().f64.laplacian(lines_of(map, c.y, grid, stencil, edges), c.x, c.x + 1, &L);
+    return grid.spacing ? L / (*grid.spacing * *grid.spacing) : L;
 }
 
 } // namespace plan
@@ -116,35 +120,22 @@ StencilEstimate stencil_estimate(const Plan& plan, const std::vector<double>& st
     const bool five_is_own = plan.stencil == STENCIL_FIVE_POINT; // never with the published edges
     std::vector<double> deformed = plan.maps.surface;
     for (size_t i = 0; i < deformed.size(); ++i) deformed[i] -= *s.material.thickness * strain[i];
-    const auto of = [&](const std::vector<double>& map, int stencil, int edge) {
-        return f64::Stored{map.data(), width, width, height, stencil, edge};
-    };
-    const f64::Stored five = of(deformed, STENCIL_FIVE_POINT, edges),
-                      fourth = of(deformed, STENCIL_FOURTH_ORDER, edges), own = of(deformed, plan.stencil, plan.edges),
-                      rest = of(plan.maps.surface, plan.stencil, plan.edges);
-    // by columns, and without a way out, for the compiler's vectors
+    // by columns
     std::vector<double> C5(width), C4(width), C(width), R(width), differ(width), bent(width), curved(width), kinks;
-    const auto larger = [](double a, double b) { return a < b ? b : a; };
+    Grid unit = s.grid;
+    unit.spacing.reset();
     double largest = 0; // |C5| so far
     for (int y = 0; y < height; ++y) {
-        five.laplacian(y, 0, width, C5.data());
-        fourth.laplacian(y, 0, width, C4.data());
-        rest.laplacian(y, 0, width, R.data());
-        if (!five_is_own) own.laplacian(y, 0, width, C.data());
-        const double *c5 = C5.data(), *c4 = C4.data(), *c = five_is_own ? c5 : C.data(), *r = R.data();
-        double *d = differ.data(), *b = bent.data(), *k = curved.data();
-        bool kinked = false;
-        for (int x = 0; x < width; ++x) {
-            const double differs = std::abs(c5[x] - c4[x]), bend = std::abs(c5[x]);
-            d[x] = larger(d[x], differs);
-            b[x] = larger(b[x], bend);
-            k[x] = larger(larger(k[x], std::abs(c[x])), std::abs(r[x]));
-            kinked |= differs > bend / 2;
-        }
-        if (!kinked) continue;
+        laplacian_row(deformed, y, unit, STENCIL_FIVE_POINT, edges, C5.data());
+        laplacian_row(deformed, y, unit, STENCIL_FOURTH_ORDER, edges, C4.data());
+        laplacian_row(plan.maps.surface, y, unit, plan.stencil, plan.edges, R.data());
+        if (!five_is_own) laplacian_row(deformed, y, unit, plan.stencil, plan.edges, C.data());
+        if (!loops::best().compare(C5.data(), C4.data(), five_is_own ? C5.data() : C.data(), R.data(), width,
+                                   differ.data(), bent.data(), curved.data()))
+            continue;
         for (int x = 0; x < width; ++x)
-            if (const double differs = std::abs(c5[x] - c4[x]);
-                differs > std::abs(c5[x]) / 2 && differs > 1e-3 * largest)
+            if (const double differs = std::abs(C5[x] - C4[x]);
+                differs > std::abs(C5[x]) / 2 && differs > 1e-3 * largest)
                 kinks.push_back(differs);
         largest = *std::max_element(bent.begin(), bent.end());
     }
@@ -188,6 +179,8 @@ Plan make_plan(const Scene& scene, Precision precision) {
     Plan p = prepare(scene);
     p.precision = precision;
     p.compensated = precision == Precision::f32_compensated;
+    p.wanted.fill(true);
+    p.keeps_maps = true;
     complete(p);
     return p;
 }
@@ -215,6 +208,8 @@ Plan prepare(const Scene& scene) {
     p.outputs = scene::outputs(s.time);
     p.places = s.output.probes;
     for (const Site& site : s.sites) p.places.push_back(site.cell);
+    for (int q = 0; q < REDUCED_MAPS; ++q) p.wanted[q] = scene::wants(s, Quantity(q));
+    p.keeps_maps = !p.places.empty() || !s.output.fields.empty();
     find_materials(p);
     p.pressed = {s.grid.height, 0, p.tiles, 0};
     if (s.load.kind != Load::Kind::sequence) add_pressed(p, p.maps.pressure);

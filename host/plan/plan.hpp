@@ -30,14 +30,16 @@ struct Plan {
     std::vector<double> frame_peaks;        // of a sequence: greatest |pressure| of each frame
     std::shared_ptr<scene::NpyFile> frames; // the scene's, null without
     Pressed pressed{};
-    std::vector<Cell> places;        // whose values are wanted: Output::probes, then sites
-    long long outputs = 0;           // rows of the traces
-    std::vector<double> field_times; // sorted, each once; within 1e-6 of a step from an output: that output's
+    std::vector<Cell> places;                // whose values are wanted: Output::probes, then sites
+    long long outputs = 0;                   // rows of the traces
+    std::array<bool, REDUCED_MAPS> wanted{}; // strain, SA1, SA2, FA1, FA2: of which anything is asked
+    bool keeps_maps = false;                 // maps of responses are read, not their totals alone
+    std::vector<double> field_times;         // sorted, each once; within 1e-6 of a step from an output: that output's
 };
 
 Plan prepare(const Scene&);              // all but model and precision, and the rest curvature,
 void complete(Plan&);                    // which Model::sites does without. Throw Error::bad_input.
-Plan make_plan(const Scene&, Precision); // for a march
+Plan make_plan(const Scene&, Precision); // for a march of which every map is read
 // Another modulus and viscosity, one number each, for the same skin. Throws Error::bad_input.
 void set_material(Plan&, const Material&);
 

@@ -14,6 +14,8 @@ Scene validated(const Scene&);
 // Of a scene in which all else is validated. Throws Error::bad_input.
 void check_material(const Scene&);
 
+bool wants(const Scene&, Quantity); // in a trace, a field or a site
+
 long long outputs(const Time&); // rows of the traces
 
 // Of cell i.

@@ -116,13 +116,6 @@ double stability_limit(Method m) {
     return m == Method::rk4 ? 2.785293563405282 : INFINITY;
 }
 
-bool wants(const Scene& s, Quantity q) {
-    const Output& o = s.output;
-    const auto in = [q](const std::vector<Quantity>& list) { return std::count(list.begin(), list.end(), q) > 0; };
-    return in(o.traces) || std::any_of(s.sites.begin(), s.sites.end(), [q](auto& site) { return site.type == q; }) ||
-           std::any_of(o.fields.begin(), o.fields.end(), [&](auto& f) { return in(f.what); });
-}
-
 // What FA2 is formed from must be there. `where` is a cell without viscosity.
 void check_fa2(const Scene& s, bool elastic, const std::string& where) {
     if (!wants(s, Quantity::fa2)) return;
@@ -216,6 +209,13 @@ void check_output(const Scene& s) {
 }
 
 } // namespace
+
+bool wants(const Scene& s, Quantity q) {
+    const Output& o = s.output;
+    const auto in = [q](const std::vector<Quantity>& list) { return std::count(list.begin(), list.end(), q) > 0; };
+    return in(o.traces) || std::any_of(s.sites.begin(), s.sites.end(), [q](auto& site) { return site.type == q; }) ||
+           std::any_of(o.fields.begin(), o.fields.end(), [&](auto& f) { return in(f.what); });
+}
 
 void check_material(const Scene& s) {
     const Material& m = s.material;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "host/vulkan/context.hpp"
 
-#include "host/plan/model.hpp"
+#include "host/loops/model.hpp"
 
 #include <utility>
 

@@ -114,6 +114,7 @@ class March : public plan::Marcher {
                 const f32::ReduceConstants reduce{c.width,       c.height,     c.pitch, plan_.tiles, box.first_tile,
                                                   box.first_row, pressed_rows, probes_, slot};
                 const size_t map = q == 0 ? size_t(shown_) : size_t(q) + 1; // either state, SA1, SA2, FA1, FA2
+                if (!plan_.wanted[q]) continue;
                 if (pressed_rows + probes_ > 0)
                     reduce_->record(commands, map, &reduce, groups(pressed_rows + probes_, REDUCE_ROWS),
                                     uint32_t(std::max(box.last_tile - box.first_tile, 1)), 1);
@@ -135,7 +136,7 @@ class March : public plan::Marcher {
         const size_t tiles = size_t(plan_.constants.height) * plan_.tiles, cells = plan_.maps.pressure.size();
         const auto* map = static_cast<const Summary*>(buffers_[ring_summaries].data());
         for (const plan::Step& step : kept_) {
-            plan::Sample sample;
+            plan::Sample sample{};
             for (int q = 0; q < REDUCED_MAPS; ++q, map += tiles + size_t(probes_)) {
                 sample.totals[q] = plan::total_of(map, tiles, cells);
                 for (int i = 0; i < probes_; ++i) sample.probes.push_back(map[tiles + size_t(i)].sum);

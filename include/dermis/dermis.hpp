@@ -234,7 +234,7 @@ struct Trace {
 };
 
 // A jump of the load at `time` puts an impulse into FA2, or at viscosity 0 into FA1: its weight, per cell.
-// Listed by Method::exact, with the curvature at its instant and after fa2_gains.
+// Listed by Method::exact where that receptor is asked for, with the curvature at its instant and after fa2_gains.
 struct Impulse {
     double time = 0;
     Quantity quantity = Quantity::fa2;

@@ -1,9 +1,15 @@
 // SPDX-License-Identifier: MIT
-#include "host/cpu/pool.hpp"
+#include "host/loops/pool.hpp"
 
+#include <algorithm>
 #include <system_error>
 
-namespace dermis::cpu {
+namespace dermis::loops {
+
+int useful_threads(size_t cells, int asked) {
+    if (asked == 0) asked = int(std::thread::hardware_concurrency());
+    return std::clamp(int(cells / 32768), 1, std::max(asked, 1));
+}
 
 Pool::Pool(int threads) {
     try {
@@ -21,20 +27,23 @@ Pool::~Pool() {
     for (std::thread& t : threads_) t.join();
 }
 
-void Pool::rows(int rows, const std::function<void(int, int)>& body) {
-    const int bands = int(threads_.size()) + 1;
-    if (bands == 1) return body(0, rows);
+void Pool::each(const std::function<void(int)>& body) {
+    if (threads_.empty()) return body(0);
     {
         std::lock_guard lock(mutex_);
         body_ = &body;
-        rows_ = rows;
-        running_ = bands - 1;
+        running_ = int(threads_.size());
         ++round_;
     }
     start_.notify_all();
-    body(0, rows / bands);
+    body(0);
     std::unique_lock lock(mutex_);
     done_.wait(lock, [this] { return running_ == 0; });
+}
+
+void Pool::rows(int rows, const std::function<void(int, int)>& body) {
+    const long long bands = this->bands();
+    each([&](int band) { body(int(rows * band / bands), int(rows * (band + 1) / bands)); });
 }
 
 void Pool::work(int band) {
@@ -44,13 +53,12 @@ void Pool::work(int band) {
         start_.wait(lock, [&] { return stop_ || round_ != seen; });
         if (stop_) return;
         seen = round_;
-        const long long bands = long(threads_.size()) + 1, rows = rows_;
         const auto* body = body_;
         lock.unlock();
-        (*body)(int(rows * band / bands), int(rows * (band + 1) / bands));
+        (*body)(band);
         lock.lock();
         if (--running_ == 0) done_.notify_one();
     }
 }
 
-} // namespace dermis::cpu
+} // namespace dermis::loops

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <condition_variable>
+#include <functional>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace dermis::loops {
+
+// Of those asked for (0: one per core), as many as are worth waking: one for some 32768 cells.
+int useful_threads(size_t cells, int asked);
+
+// Threads that share the work of a call; the calling one takes part.
+class Pool {
+  public:
+    explicit Pool(int threads);
+    ~Pool();
+    int bands() const { return int(threads_.size()) + 1; }
+    // body(0) .. body(bands() - 1), at the same time; returns when all are done.
+    void each(const std::function<void(int)>& body);
+    // body(first, last) over bands that together are 0..rows.
+    void rows(int rows, const std::function<void(int, int)>& body);
+
+  private:
+    void work(int band);
+
+    std::mutex mutex_;
+    std::condition_variable start_, done_;
+    const std::function<void(int)>* body_ = nullptr;
+    int running_ = 0;
+    long long round_ = 0;
+    bool stop_ = false;
+    std::vector<std::thread> threads_;
+};
+
+} // namespace dermis::loops

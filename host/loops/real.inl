@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: MIT
+// kernels/*.h over cells of a row, in the `real` of the namespace that includes this.
+
+using scalar = real;
+using Constants = Of<real>::Constants;
+using Row = Of<real>::Row;
+inline real min(real a, real b) { return b < a ? b : a; }
+inline real max(real a, real b) { return a < b ? b : a; }
+using loops::max;
+using loops::min;
+inline bool lessThan(real a, real b) { return a < b; }
+inline real mix(real a, real b, bool second) { return second ? b : a; }
+// clang-format off
+#include "kernels/prelude.h"
+#include "kernels/press.h"
+#include "kernels/curvature.h"
+#include "kernels/reduce.h"
+// clang-format on
+#undef precise
+
+struct InRow {
+    const real* row;
+    real strain_at(int x, int) { return row[x]; }
+#include "kernels/gather.h"
+};
+
+Axis across(const Lines<real>& l) {
+    Axis a{};
+    a.w_low = l.w_low;
+    a.w_high = l.w_high;
+    a.w = l.w;
+    return a;
+}
+
+// Columns away from the ends of a row: every cell looks at the same distances.
+template <int kind> void inner(const Lines<real>& l, int begin, int end, real* L) {
+    const Axis y = across(l);
+    Axis x = y; // the weights of an inner cell
+    x.w_low = x.w_high = x.w = real(0.5);
+    const real *here = l.here + begin, *far_low = l.far_low + begin, *low = l.low + begin, *high = l.high + begin,
+               *far_high = l.far_high + begin;
+#pragma GCC ivdep
+    for (int i = 0; i < end - begin; ++i) {
+        if constexpr (kind == STENCIL_FIVE_POINT)
+            L[i] =
+                add(second_difference(here[i - 1], here[i], here[i + 1]), second_difference(low[i], here[i], high[i]));
+        else if constexpr (kind == STENCIL_FOURTH_ORDER)
+            L[i] = add(fourth_order(here[i - 2], here[i - 1], here[i], here[i + 1], here[i + 2]),
+                       fourth_order(far_low[i], low[i], here[i], high[i], far_high[i]));
+        else
+            L[i] = add(published_difference(here[i - 2], here[i], here[i], here[i + 2], x),
+                       published_difference(far_low[i], low[i], high[i], far_high[i], y));
+    }
+}
+
+real at_end(const Lines<real>& l, int x) {
+    InRow row{l.here};
+    const real centre = l.here[x];
+    const real along_x = row.laplacian_along_x(x, 0, centre, l.width, l.stencil, l.edges);
+    if (l.stencil == STENCIL_FIVE_POINT) return add(along_x, second_difference(l.low[x], centre, l.high[x]));
+    if (l.stencil == STENCIL_FOURTH_ORDER)
+        return add(along_x, fourth_order(l.far_low[x], l.low[x], centre, l.high[x], l.far_high[x]));
+    return add(along_x, published_difference(l.far_low[x], l.low[x], l.high[x], l.far_high[x], across(l)));
+}
+
+void laplacian(const Lines<real>& l, int first, int last, real* L) {
+    const int reach = l.stencil == STENCIL_FIVE_POINT ? 1 : 2;
+    const int begin = min(max(first, reach), last), end = max(min(last, l.width - reach), begin);
+    for (int x = first; x < begin; ++x) L[x - first] = at_end(l, x);
+    if (l.stencil == STENCIL_FIVE_POINT) inner<STENCIL_FIVE_POINT>(l, begin, end, L + (begin - first));
+    else if (l.stencil == STENCIL_FOURTH_ORDER) inner<STENCIL_FOURTH_ORDER>(l, begin, end, L + (begin - first));
+    else inner<STENCIL_PUBLISHED>(l, begin, end, L + (begin - first));
+    for (int x = end; x < last; ++x) L[x - first] = at_end(l, x);
+}
+
+template <bool framed, bool materials, bool compensated> void advance_in(const Advance<real> a, const Constants c) {
+    const Rows uniform = rows_of(c.row);
+#pragma GCC ivdep
+    for (int i = 0; i < a.count; ++i) {
+        const Load load = framed ? load_between(a.p[i], a.q[i], c) : load_of(a.p[i], c);
+        const Rows k = materials ? rows_of(a.table[a.material[i]]) : uniform;
+        const real eps = a.eps[i], sum = a.sum[i];
+        const real step = strain_step(eps, load, k), gained = sum_step(eps, sum, load, k);
+        a.rate[i] = rate_after(eps, load, k);
+        a.acceleration[i] = acceleration_after(eps, load, k);
+        if constexpr (compensated) {
+            const Compensated strain = added_compensated(eps, a.eps_lost[i], step);
+            const Compensated integral = added_compensated(sum, a.sum_lost[i], gained);
+            a.eps_to[i] = strain.value;
+            a.eps_lost_to[i] = strain.lost;
+            a.sum_to[i] = integral.value;
+            a.sum_lost_to[i] = integral.lost;
+        } else {
+            a.eps_to[i] = added(eps, step);
+            a.sum_to[i] = added(sum, gained);
+        }
+    }
+}
+
+template <bool framed, bool materials> void advance_for(const Advance<real>& a, const Constants& c) {
+    a.eps_lost ? advance_in<framed, materials, true>(a, c) : advance_in<framed, materials, false>(a, c);
+}
+
+void advance(const Advance<real>& a, const Constants& c) {
+    if (a.q) a.material ? advance_for<true, true>(a, c) : advance_for<true, false>(a, c);
+    else a.material ? advance_for<false, true>(a, c) : advance_for<false, false>(a, c);
+}
+
+// See kernels/reduce.h. Sum, least and greatest apart and lengths known, for the compiler's vectors.
+template <int reach> void fold(real* sum, real* low, real* high) {
+#pragma GCC ivdep
+    for (int i = 0; i < reach; ++i) {
+        Summary a{}, b{};
+        a.sum = sum[i], a.low = low[i], a.high = high[i];
+        b.sum = sum[i + reach], b.low = low[i + reach], b.high = high[i + reach];
+        const Summary joined = join(a, b);
+        sum[i] = joined.sum;
+        low[i] = joined.low;
+        high[i] = joined.high;
+    }
+    if constexpr (reach > 1) fold<reach / 2>(sum, low, high);
+}
+
+// Tiles of `count` values.
+void summarize(const real* values, int count, Of<real>::Summary* tiles) {
+    for (; count > 0; count -= TILE_CELLS, values += TILE_CELLS, ++tiles) {
+        real sum[TILE_CELLS], low[TILE_CELLS], high[TILE_CELLS];
+        const int n = min(count, TILE_CELLS);
+        for (int i = 0; i < TILE_CELLS; ++i) {
+            sum[i] = i < n ? values[i] : real(0);
+            low[i] = high[i] = i < n ? values[i] : values[0];
+        }
+        fold<TILE_CELLS / 2>(sum, low, high);
+        tiles->sum = sum[0];
+        tiles->low = low[0];
+        tiles->high = high[0];
+    }
+}
+
+void respond(const Respond<real>& r, const Constants& constants) {
+    const Constants c = constants;
+    const real l = c.curvature_length;
+    for (int x = r.first; x < r.last; x += chunk) {
+        const int n = min(chunk, r.last - x), tile = x / TILE_CELLS;
+        alignas(64) real L[chunk], C[chunk], made[chunk];
+        if (r.tiles[0]) summarize(r.after.here + x, n, r.tiles[0] + tile);
+        laplacian(r.after, x, x + n, L);
+        for (int i = 0; i < n; ++i) C[i] = curvature_of(r.rest[x + i], L[i], c.bend);
+        const auto finish = [&](int q) {
+            if (r.tiles[q + 1]) summarize(made, n, r.tiles[q + 1] + tile);
+            if (r.response[q]) stream(r.response[q] + x, made, size_t(n) * sizeof(real));
+        };
+        const auto wanted = [&](int q) { return r.response[q] || r.tiles[q + 1]; };
+        const real* from[] = {r.after.here + x, r.sum + x, r.rate + x};
+        for (int q = 0; q < 3; ++q) {
+            if (!wanted(q)) continue;
+            const real* X = from[q];
+            for (int i = 0; i < n; ++i) made[i] = response(X[i], C[i], l);
+            finish(q);
+        }
+        if (!wanted(3)) continue;
+        for (int i = 0; i < n; ++i)
+            made[i] = rectified(response(r.acceleration[x + i], C[i], l), c.gain_plus, c.gain_minus);
+        finish(3);
+    }
+}
