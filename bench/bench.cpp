@@ -86,7 +86,7 @@ int main(int argc, char** argv) {
     hand.material = {20e3, 1e3, 1e-3, 1e-5};
     hand.load.intensity = 1e4;
     hand = with_maps(hand);
-    for (int i = 0; i < 4096 * 4096; ++i) hand.material.modulus_map.push_back(20e3 * (1 + (i / 512) % 4));
+    for (int i = 0; i < 4096 * 4096; ++i) hand.material.modulus_map.edit().push_back(20e3 * (1 + (i / 512) % 4));
     hand.time = {0.01, 0.5};
     Scene field = hand;
     hand.sites = population(hand.grid);

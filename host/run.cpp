@@ -29,6 +29,7 @@ class Collector {
   public:
     Collector(Result& result, const plan::Plan& plan) : result_(result), plan_(plan), wanted_(wanted(plan)) {
         const Output& output = plan.scene.output;
+        result.responses.reserve(size_t(plan.outputs) * plan.scene.sites.size());
         for (Quantity q : output.traces) {
             Trace& t = result.traces.emplace_back();
             t.quantity = q;
@@ -156,9 +157,7 @@ namespace {
 
 // What the numbers printed beside a result are taken from: the skin at its last step.
 void look_at_end(Result& result, const plan::Plan& plan, plan::Marcher& marcher) {
-    std::vector<std::vector<double>> strain;
-    marcher.read({Quantity::strain}, strain);
-    const plan::StencilEstimate estimate = plan::stencil_estimate(plan, strain[0]);
+    const plan::StencilEstimate estimate = marcher.estimate(plan);
     result.stencil_estimate = estimate.greatest;
     result.kinks = estimate.kinks;
     result.greatest_gain = std::abs(*plan.scene.material.curvature_length) * estimate.curvature;
@@ -188,7 +187,7 @@ Result run_plan(const plan::Plan& plan, const SharedMoments& moments, const Devi
     }
     const auto marcher = marches   ? march(device, plan, std::ref(collect))
                          : moments ? model::separable(plan, moments, std::ref(collect))
-                                   : model::sites(plan, *cells, std::ref(collect));
+                                   : model::sites(plan, *cells, device.impl().threads, std::ref(collect));
     std::unique_ptr<Check> check;
     if (options.check)
         check = std::make_unique<Check>(device.info().vulkan ? Device::cpu() : Device::open("vulkan"), plan, result);
@@ -250,8 +249,10 @@ Device working(const plan::Plan& plan, const Device& device) {
 }
 
 // Null where cells have to march.
-SharedMoments moments_for(const plan::Plan& plan) {
-    return plan.model == Model::march || !plan::why_not_separable(plan).empty() ? nullptr : model::moments_of(plan);
+SharedMoments moments_for(const plan::Plan& plan, const Device& device) {
+    return plan.model == Model::march || !plan::why_not_separable(plan).empty()
+               ? nullptr
+               : model::moments_of(plan, device.impl().threads);
 }
 
 } // namespace
@@ -265,7 +266,7 @@ Explanation explain(const Scene& scene, const Device& device, const RunOptions& 
 Result run(const Scene& scene, const Device& device, const RunOptions& options) {
     const DefaultFloats guard;
     const plan::Plan plan = decided(scene, device, options);
-    return run_plan(plan, moments_for(plan), working(plan, device), options);
+    return run_plan(plan, moments_for(plan, device), working(plan, device), options);
 }
 
 std::vector<Result> run(const Scene& scene, const std::vector<Material>& materials, const Device& device,
@@ -288,7 +289,7 @@ std::vector<Result> run(const Scene& scene, const std::vector<Material>& materia
             Scene with = scene;
             with.material = material;
             plan = decided(with, device, options);
-            moments = moments_for(*plan);
+            moments = moments_for(*plan, device);
         }
         results.push_back(run_plan(*plan, moments, working(*plan, device), options, like));
     }

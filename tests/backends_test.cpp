@@ -135,7 +135,7 @@ TEST_CASE("cells that are never pressed are left out, with the same bits") {
         for (const Device& device : {Device::cpu(1), Device::cpu(3), vulkan.device()}) {
             Scene s = small_scene(300, 90);
             s.load.kind = kind;
-            if (kind == Load::Kind::map) s.load.map.assign(300 * 90, 0.0); // nothing at all is pressed
+            if (kind == Load::Kind::map) s.load.map.edit().assign(300 * 90, 0.0); // nothing at all is pressed
             else s.load.center = Cell{210, 11}, s.load.radius = 9;
             s.load.envelope.kind = Envelope::Kind::sine;
             plan::Plan part = plan::make_plan(s, Precision::f32), whole = part;
@@ -198,7 +198,7 @@ TEST_CASE("two bands of rows, each with what its stencil sees of the other, give
                 Scene band = whole;
                 band.grid.height = end - begin;
                 band.load.kind = Load::Kind::map;
-                band.load.map.assign(p.begin() + begin * width, p.begin() + end * width);
+                band.load.map.edit().assign(p.begin() + begin * width, p.begin() + end * width);
                 band.output.probes.clear();
                 const Result r = run(band, device);
                 for (size_t q = 0; q < what.size(); ++q) {
@@ -226,7 +226,7 @@ TEST_CASE("the exact method is the closed form at any step, in double to roundin
         // C = 0 everywhere: responses are the bare strain, its integral and derivatives
         s.surface.kind = Surface::Kind::flat;
         s.load.kind = Load::Kind::map;
-        s.load.map.assign(20 * 16, 2.5);
+        s.load.map.edit().assign(20 * 16, 2.5);
         const Result bare = truth(s);
         for (size_t n = 1; n < bare.time.size(); ++n) {
             const double t = bare.time[n], decay = std::exp(-t / tau);
@@ -253,11 +253,11 @@ TEST_CASE("curvature: C is 0 on a level skin, and on a paraboloid it is its Lapl
     s.material.curvature_length = 1;
     s.output.fields = {{0.2, {Quantity::curvature}}};
     for (double offset : {0.0, 1e4}) {
-        s.surface.map.assign(600, offset);
+        s.surface.map.edit().assign(600, offset);
         const std::vector<double> level = run(s, Device::cpu()).fields[0].values;
         for (double C : level) REQUIRE(C == 0);
         for (int y = 0; y < 20; ++y)
-            for (int x = 0; x < 30; ++x) s.surface.map[y * 30 + x] = offset + (3 * x * x + 5 * y * y) * 1024.0;
+            for (int x = 0; x < 30; ++x) s.surface.map.edit()[y * 30 + x] = offset + (3 * x * x + 5 * y * y) * 1024.0;
         for (Stencil stencil : {Stencil::five_point, Stencil::fourth_order, Stencil::published}) {
             s.stencil = stencil;
             const std::vector<double> C = run(s, Device::cpu()).fields[0].values;

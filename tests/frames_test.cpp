@@ -130,8 +130,8 @@ TEST_CASE("frames and materials together: the identity E*int(eps) + eta*eps = in
     s.load.interval = 0.1;
     s.load.intensity = 2;
     s.time = {0.05, 0.8};
-    for (int i = 0; i < cells; ++i) s.material.modulus_map.push_back(2 + number(random));
-    for (int i = 0; i < cells; ++i) s.material.viscosity_map.push_back(0.3 + 0.25 * number(random));
+    for (int i = 0; i < cells; ++i) s.material.modulus_map.edit().push_back(2 + number(random));
+    for (int i = 0; i < cells; ++i) s.material.viscosity_map.edit().push_back(0.3 + 0.25 * number(random));
     s.output.fields = {{0.7, {Quantity::strain, Quantity::sa2}}};
     for (auto [device, precision, tolerance] : {std::tuple{Device::cpu(), Precision::f64, 1e-7}, // frames are float
                                                 {Device::cpu(), Precision::f32, 1e-5},
@@ -180,7 +180,7 @@ TEST_CASE("a 250 Hz load sampled at 1 kHz has its FA2 within 1 %; held frames wo
     RunOptions f64;
     f64.precision = Precision::f64;
     const std::vector<double> exact = run(s, Device::cpu(), f64).trace(Quantity::fa2).mean;
-    s.load.map.clear();
+    s.load.map = {};
     s.load.kind = Load::Kind::sequence;
     s.load.path = file.path;
     s.load.interval = 1e-3;

@@ -47,8 +47,8 @@ TEST_CASE("a map of one number has the bits of the number") {
     one.model = Model::march;
     Scene map = one;
     one.output.fields = map.output.fields = {{0.21, all}};
-    map.material.modulus_map.assign(210, one.material.modulus);
-    map.material.viscosity_map.assign(210, one.material.viscosity);
+    map.material.modulus_map.edit().assign(210, one.material.modulus);
+    map.material.viscosity_map.edit().assign(210, one.material.viscosity);
     for (const Backend& b : backends(vulkan)) {
         const Result r = run_on(one, b), m = run_on(map, b);
         for (const Trace& t : r.traces) CHECK(m.trace(t.quantity).mean == t.mean);
@@ -74,8 +74,8 @@ TEST_CASE("every cell has the bits of a uniform skin of its material, under ever
             s.output.fields = {{0.05, all}, {0.23, all}, {0.35, all}};
             Scene mixed = s;
             for (int i = 0; i < width * height; ++i) {
-                mixed.material.modulus_map.push_back(kinds[i % 4].first);
-                mixed.material.viscosity_map.push_back(kinds[i % 4].second);
+                mixed.material.modulus_map.edit().push_back(kinds[i % 4].first);
+                mixed.material.viscosity_map.edit().push_back(kinds[i % 4].second);
             }
             for (Precision precision : {Precision::f64, Precision::f32}) {
                 const Backend b{Device::cpu(), precision};
@@ -111,8 +111,8 @@ TEST_CASE("with a material in every cell, CPU and Vulkan have the same bits for 
                     s.edges = edges;
                     s.load.envelope.kind = envelope;
                     for (int i = 0; i < width * height; ++i) {
-                        s.material.modulus_map.push_back(std::pow(10, decades(random)));
-                        s.material.viscosity_map.push_back(std::pow(10, decades(random)));
+                        s.material.modulus_map.edit().push_back(std::pow(10, decades(random)));
+                        s.material.viscosity_map.edit().push_back(std::pow(10, decades(random)));
                     }
                     s.output.fields = {{0.17, {Quantity::curvature}}};
                     check.precision = precision;
@@ -125,7 +125,7 @@ TEST_CASE("with a material in every cell, CPU and Vulkan have the same bits for 
 TEST_CASE("curvature of a skin of many materials is that of its strain") {
     const Validated vulkan;
     Scene s = small_scene(12, 9);
-    for (int i = 0; i < 108; ++i) s.material.modulus_map.push_back(1 + 0.3 * (i % 5));
+    for (int i = 0; i < 108; ++i) s.material.modulus_map.edit().push_back(1 + 0.3 * (i % 5));
     s.output.fields = {{0.33, all}};
     for (const Backend& b : backends(vulkan)) {
         const Result r = run_on(s, b);
@@ -151,11 +151,11 @@ TEST_CASE("retardation times from 1e-7 s to 1e7 s live in one grid, each cell at
     const Validated vulkan;
     Scene s = level(15, 1);
     s.load.kind = Load::Kind::map;
-    s.load.map.assign(15, 2.0);
+    s.load.map.edit().assign(15, 2.0);
     for (int i = 0; i < 15; ++i) {
         const double tau = std::pow(10, i - 7);
-        s.material.modulus_map.push_back(i % 2 ? 3 : 0.1);
-        s.material.viscosity_map.push_back(tau * s.material.modulus_map.back());
+        s.material.modulus_map.edit().push_back(i % 2 ? 3 : 0.1);
+        s.material.viscosity_map.edit().push_back(tau * s.material.modulus_map.edit().back());
     }
     s.time = {0.01, 3};
     s.output.fields = {{3, {Quantity::strain, Quantity::sa2, Quantity::fa1}}};
@@ -203,16 +203,16 @@ TEST_CASE("a bad material is refused with its cell") {
     };
     s.material.modulus_map = {1, 2, 3, 4, -5, 6};
     refused(s, {"material.modulus = -5 in cell [1, 1]", ">= 0"});
-    s.material.modulus_map[4] = NAN;
+    s.material.modulus_map.edit()[4] = NAN;
     refused(s, {"material.modulus = nan in cell [1, 1]", "finite"});
-    s.material.modulus_map.pop_back();
+    s.material.modulus_map.edit().pop_back();
     refused(s, {"material.modulus = 5", "6 cells"});
     s.material.modulus_map = {1, 2, 0, 4, 5, 6};
     s.material.viscosity_map = {1, 1, 0, 1, 1, 1};
     refused(s, {"material.viscosity = 0 in cell [2, 0]", "modulus is 0"});
-    s.material.modulus_map[2] = 1;
+    s.material.modulus_map.edit()[2] = 1;
     refused(s, {"material.viscosity = 0 in cell [2, 0]", "step-mean"});
-    s.material.viscosity_map[2] = 1e-3;
+    s.material.viscosity_map.edit()[2] = 1e-3;
     s.method = Method::rk4;
     refused(s, {"time.step = 0.05", "2.785", "0.00278", "here 50 in cell [2, 0]", "allow_unstable"});
     s.method = Method::published;

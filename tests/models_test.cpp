@@ -134,8 +134,8 @@ TEST_CASE("a model that cannot serve a scene is refused, and why; left free, the
     s.model = Model::maps;
     CHECK(why(s).find("fa2_gains") != std::string::npos);
     s = small_scene(8, 8);
-    s.material.modulus_map.assign(64, 1);
-    s.material.modulus_map[3] = 2;
+    s.material.modulus_map.edit().assign(64, 1);
+    s.material.modulus_map.edit()[3] = 2;
     CHECK(int(run(s, Device::cpu()).model) == int(Model::march));
     s.model = Model::moments;
     CHECK(why(s).find("not uniform") != std::string::npos);

@@ -33,7 +33,7 @@ class Family {
         if (below(4) == 0) { // far from 0
             Scene shape = s;
             s.surface = {Surface::Kind::map, {}, {}, {}, {}, maps(shape).surface};
-            for (double& v : s.surface.map) v += 1e4;
+            for (double& v : s.surface.map.edit()) v += 1e4;
         }
         s.time.step = std::pow(10, real(-4, 0));
         s.time.duration = s.time.step * (20 + below(300));
@@ -44,8 +44,8 @@ class Family {
         const int kind = below(4); // uniform, uniform, classes, per cell
         for (int i = 0; kind > 1 && i < cells; ++i) {
             const double decades = kind == 2 ? i % 3 : real(-1, 1);
-            s.material.modulus_map.push_back(E * std::pow(10, decades));
-            s.material.viscosity_map.push_back(s.material.viscosity * std::pow(10, -decades * real(0, 1)));
+            s.material.modulus_map.edit().push_back(E * std::pow(10, decades));
+            s.material.viscosity_map.edit().push_back(s.material.viscosity * std::pow(10, -decades * real(0, 1)));
         }
         s.load.kind = Load::Kind(below(3)); // circular, point and linear maps: kinks
         s.load.intensity = std::pow(10, real(-3, 3)) * (below(2) ? 1 : -1) * E * 0.01;
@@ -134,7 +134,7 @@ Outputs marched(const Scene& s, Precision precision) {
 
 Outputs in_closed_form(const Scene& s) {
     const plan::Plan plan = plan::make_plan(s, Precision::f64);
-    return outputs_of(plan, *model::separable(plan, model::moments_of(plan), [](auto&, auto&) {}));
+    return outputs_of(plan, *model::separable(plan, model::moments_of(plan, 0), [](auto&, auto&) {}));
 }
 
 double median(std::vector<double> v) {

@@ -153,10 +153,10 @@ TEST_CASE("every bad scene file is refused with file, line, key, value and allow
 TEST_CASE("bad values in a Scene made by hand are refused alike") {
     Scene s;
     s.load.kind = Load::Kind::map;
-    s.load.map.assign(22500, 1);
-    s.load.map[151] = NAN;
+    s.load.map.edit().assign(22500, 1);
+    s.load.map.edit()[151] = NAN;
     CHECK(refusal(Error::Code::bad_input, [&] { run(s, Device::cpu()); }).find("[1, 1]") != std::string::npos);
-    s.load.map.resize(3);
+    s.load.map.edit().resize(3);
     CHECK(refusal(Error::Code::bad_input, [&] { run(s, Device::cpu()); }).find("22500") != std::string::npos);
     s = {};
     s.precision = Precision::f32;

@@ -34,7 +34,7 @@ TEST_CASE("a site has the bits of the field at its cell, in every model that can
             s.edges = edges;
             s.output.probes.clear();
             if (materials)
-                for (int i = 0; i < 37 * 21; ++i) s.material.modulus_map.push_back(1 + 0.1 * (i % 11));
+                for (int i = 0; i < 37 * 21; ++i) s.material.modulus_map.edit().push_back(1 + 0.1 * (i % 11));
             Scene field = s;
             field.output.traces.clear();
             for (int n = 1; n < 8; ++n) field.output.fields.push_back({n * 0.05, classes});
@@ -123,10 +123,12 @@ TEST_CASE("a population has the densities asked for, anywhere alike, and is the 
 TEST_CASE("sites or the whole field: by the number of cells that sites and their stencils need") {
     Scene s = small_scene(30, 30);
     s.output.traces.clear();
-    for (int i = 0; i < 900; ++i) s.material.modulus_map.push_back(1 + i % 3);
+    for (int i = 0; i < 900; ++i) s.material.modulus_map.edit().push_back(1 + i % 3);
+    s.load.kind = Load::Kind::map;
+    s.load.map = std::vector<double>(900, 1.0);
     s.sites = scattered(30, 30, 20); // some 100 cells
     CHECK(int(run(s, Device::cpu()).model) == int(Model::sites));
-    s.sites = scattered(30, 30, 200);
+    s.sites = scattered(30, 30, 2000); // all of them
     CHECK(int(run(s, Device::cpu()).model) == int(Model::march));
     s.output.traces = {Quantity::sa1};
     s.model = Model::sites;

@@ -7,8 +7,7 @@ class March : public plan::Marcher {
   public:
     March(const plan::Plan& plan, int threads, const loops::Set& set, Sink sink)
         : plan_(plan), sink_(std::move(sink)), set_(set), cells_(plan, threads, set),
-          rest_(plan::padded<real>(plan.maps.rest_curvature, plan, "surface.relief")),
-          surface_(plan::padded<real>(plan.maps.surface, plan, "surface.relief")) {
+          rest_(plan::padded<real>(plan.maps.rest_curvature, plan, "surface.relief")) {
         const size_t cells = size_t(plan.pitch) * plan.constants.height;
         if (plan.framed) pressure_[0] = pressure_[1] = std::vector<real>(cells);
         else pressure_[0] = plan::padded<real>(plan.maps.pressure, plan, "load.intensity");
@@ -87,8 +86,9 @@ class March : public plan::Marcher {
     void derive(Quantity q, int y, const Constants& c, real* out) const {
         const real* eps = cells_.strain();
         if (q == Quantity::deformation) {
+            const double* surface = plan_.maps.surface.data() + size_t(y) * c.width;
             for (int x = 0; x < c.width; ++x)
-                out[x] = flush(deformation_of(surface_[row(y) + x], eps[row(y) + x], c.thickness));
+                out[x] = flush(deformation_of(real(surface[x]), eps[row(y) + x], c.thickness));
             return;
         }
         set_.of<real>().laplacian(
@@ -102,7 +102,7 @@ class March : public plan::Marcher {
     const loops::Set& set_;
     Cells cells_;
     std::vector<real> pressure_[2]; // framed: from and to
-    std::vector<real> rest_, surface_;
+    std::vector<real> rest_;
     Plane response_[4];
     std::shared_ptr<const std::vector<f64::Row>> rows_; // what table_ was made from
     std::vector<Row> table_;

@@ -58,9 +58,9 @@ template <class real> struct Respond {
     typename Of<real>::Summary* tiles[REDUCED_MAPS]; // null: not asked for
 };
 
-// Sums by columns over rows of p, a and b (see host/model/separable.hpp), and the range of p.
+// Sums by columns over rows of p, a and b (see host/model/separable.hpp), and the ranges of p and b.
 struct Columns {
-    double *p, *a, *b, *least, *greatest;
+    double *p, *a, *b, *least_p, *greatest_p, *least_b, *greatest_b;
 };
 
 template <class real> struct Loops {

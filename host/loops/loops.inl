@@ -46,6 +46,14 @@ void settle() {
 #endif
 }
 
+// At the end of each loop that is called from elsewhere: code for all processors stalls for hundreds of cycles on
+// registers that are still wide, and GCC 12 does not always see to it itself.
+inline void leave() {
+#ifdef __AVX__
+    _mm256_zeroupper();
+#endif
+}
+
 inline int min(int a, int b) { return b < a ? b : a; }
 inline int max(int a, int b) { return a < b ? b : a; }
 
@@ -70,9 +78,12 @@ void shape(const double* p, const double* rest, const double* L, int width, doub
         sums.p[x] += p[x];
         sums.a[x] += a[x];
         sums.b[x] += b[x];
-        sums.least[x] = p[x] < sums.least[x] ? p[x] : sums.least[x];
-        sums.greatest[x] = sums.greatest[x] < p[x] ? p[x] : sums.greatest[x];
+        sums.least_p[x] = p[x] < sums.least_p[x] ? p[x] : sums.least_p[x];
+        sums.greatest_p[x] = sums.greatest_p[x] < p[x] ? p[x] : sums.greatest_p[x];
+        sums.least_b[x] = b[x] < sums.least_b[x] ? b[x] : sums.least_b[x];
+        sums.greatest_b[x] = sums.greatest_b[x] < b[x] ? b[x] : sums.greatest_b[x];
     }
+    leave();
 }
 
 bool compare(const double* five, const double* fourth, const double* own, const double* rest, int width, double* differ,
@@ -87,6 +98,7 @@ bool compare(const double* five, const double* fourth, const double* own, const 
         curved[x] = curved[x] < larger ? larger : curved[x];
         kinked |= differs > bend / 2;
     }
+    leave();
     return kinked != 0;
 }
 

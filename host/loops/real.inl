@@ -63,7 +63,7 @@ real at_end(const Lines<real>& l, int x) {
     return add(along_x, published_difference(l.far_low[x], l.low[x], l.high[x], l.far_high[x], across(l)));
 }
 
-void laplacian(const Lines<real>& l, int first, int last, real* L) {
+void laplacian_inside(const Lines<real>& l, int first, int last, real* L) {
     const int reach = l.stencil == STENCIL_FIVE_POINT ? 1 : 2;
     const int begin = min(max(first, reach), last), end = max(min(last, l.width - reach), begin);
     for (int x = first; x < begin; ++x) L[x - first] = at_end(l, x);
@@ -71,6 +71,11 @@ void laplacian(const Lines<real>& l, int first, int last, real* L) {
     else if (l.stencil == STENCIL_FOURTH_ORDER) inner<STENCIL_FOURTH_ORDER>(l, begin, end, L + (begin - first));
     else inner<STENCIL_PUBLISHED>(l, begin, end, L + (begin - first));
     for (int x = end; x < last; ++x) L[x - first] = at_end(l, x);
+}
+
+void laplacian(const Lines<real>& l, int first, int last, real* L) {
+    laplacian_inside(l, first, last, L);
+    leave();
 }
 
 template <bool framed, bool materials, bool compensated> void advance_in(const Advance<real> a, const Constants c) {
@@ -104,6 +109,7 @@ template <bool framed, bool materials> void advance_for(const Advance<real>& a, 
 void advance(const Advance<real>& a, const Constants& c) {
     if (a.q) a.material ? advance_for<true, true>(a, c) : advance_for<true, false>(a, c);
     else a.material ? advance_for<false, true>(a, c) : advance_for<false, false>(a, c);
+    leave();
 }
 
 // See kernels/reduce.h. Sum, least and greatest apart and lengths known, for the compiler's vectors.
@@ -124,12 +130,15 @@ template <int reach> void fold(real* sum, real* low, real* high) {
 // Tiles of `count` values.
 void summarize(const real* values, int count, Of<real>::Summary* tiles) {
     for (; count > 0; count -= TILE_CELLS, values += TILE_CELLS, ++tiles) {
-        real sum[TILE_CELLS], low[TILE_CELLS], high[TILE_CELLS];
+        alignas(64) real sum[TILE_CELLS], low[TILE_CELLS], high[TILE_CELLS];
         const int n = min(count, TILE_CELLS);
-        for (int i = 0; i < TILE_CELLS; ++i) {
-            sum[i] = i < n ? values[i] : real(0);
-            low[i] = high[i] = i < n ? values[i] : values[0];
+        __builtin_memcpy(sum, values, size_t(n) * sizeof(real));
+        __builtin_memcpy(low, values, size_t(n) * sizeof(real));
+        for (int i = n; i < TILE_CELLS; ++i) { // beyond the row's end
+            sum[i] = real(0);
+            low[i] = values[0];
         }
+        __builtin_memcpy(high, low, sizeof high);
         fold<TILE_CELLS / 2>(sum, low, high);
         tiles->sum = sum[0];
         tiles->low = low[0];
@@ -144,7 +153,7 @@ void respond(const Respond<real>& r, const Constants& constants) {
         const int n = min(chunk, r.last - x), tile = x / TILE_CELLS;
         alignas(64) real L[chunk], C[chunk], made[chunk];
         if (r.tiles[0]) summarize(r.after.here + x, n, r.tiles[0] + tile);
-        laplacian(r.after, x, x + n, L);
+        laplacian_inside(r.after, x, x + n, L);
         for (int i = 0; i < n; ++i) C[i] = curvature_of(r.rest[x + i], L[i], c.bend);
         const auto finish = [&](int q) {
             if (r.tiles[q + 1]) summarize(made, n, r.tiles[q + 1] + tile);
@@ -163,4 +172,5 @@ void respond(const Respond<real>& r, const Constants& constants) {
             made[i] = rectified(response(r.acceleration[x + i], C[i], l), c.gain_plus, c.gain_minus);
         finish(3);
     }
+    leave();
 }

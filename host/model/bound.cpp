@@ -160,7 +160,7 @@ Errors measured_peaks(const plan::Plan& plan) {
     }
     Errors largest{};
     const SiteCells needed(plan, cells);
-    const auto marcher = sites(plan, needed, [&](const plan::Step&, const plan::Sample& sample) {
+    const auto marcher = sites(plan, needed, 1, [&](const plan::Step&, const plan::Sample& sample) {
         for (size_t i = 0; i < sample.probes.size(); ++i) {
             double& peak = largest[i / cells.size()];
             peak = std::max(peak, std::abs(sample.probes[i]));

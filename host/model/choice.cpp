@@ -20,17 +20,24 @@ constexpr double default_tolerance = 1e-4;
                 std::string(parameter) + " = " + value + "; not allowed here: " + why);
 }
 
+int threads_of(const Device& device) {
+    const int asked = device.impl().threads;
+    return std::max(asked ? asked : int(std::thread::hardware_concurrency()), 1);
+}
+
 // Seconds per cell and step. Measured on two cores of a server, and for a GPU by its memory: to choose by, no promise.
 double march_rate(const Device& device, Precision precision) {
-    const double factor = precision == Precision::f32 ? 1 : precision == Precision::f32_compensated ? 1.5 : 2;
+    const double factor = precision == Precision::f32 ? 1 : precision == Precision::f32_compensated ? 1.2 : 1.7;
     if (device.info().vulkan) return factor * (device.info().kind == "software" ? 28e-9 : 3e-10);
-    const int threads = device.impl().threads ? device.impl().threads : int(std::thread::hardware_concurrency());
-    return factor * 8e-9 / std::max(threads, 1);
+    return factor * 4.5e-9 / threads_of(device);
 }
 
 Candidate costed(const plan::Plan& plan, Model model, Precision precision, const Device& device) {
     const double cells = double(plan.maps.pressure.size()), maps = plan.material.empty() ? 0 : 4;
     const double fields = double(plan.scene.output.fields.size()), places = double(plan.places.size());
+    const plan::Pressed& box = plan.pressed;
+    const double pressed =
+        double(box.last_row - box.first_row) * std::min((box.last_tile - box.first_tile) * TILE_CELLS, plan.pitch);
     Candidate c;
     c.model = model;
     c.precision = precision;
@@ -39,25 +46,37 @@ Candidate costed(const plan::Plan& plan, Model model, Precision precision, const
               static_cast<long long>(plan.field_times.size());
     const double steps = double(c.steps), whole = 24 + maps; // surface, L(S), pressure in double
     if (model == Model::moments || model == Model::maps) {
-        c.traffic = cells * (88 + 40 * fields);
+        c.traffic = cells * (32 + 40 * fields);
         c.flops = cells * (40 + 6 * fields) + steps * (250 + 10 * places);
-        c.bytes = cells * (whole + 24 + 8 * fields);
-        c.seconds = cells * (2e-8 + 4e-9 * fields) + steps * (5e-7 + 2e-9 * places);
+        c.bytes = cells * (16 + 8 * fields);
+        c.seconds = cells * (1.5e-8 + 4e-9 * fields) + steps * (2e-7 + 2e-9 * places);
     } else if (model == Model::sites) {
         const double needed = double(SiteCells(plan, plan.places).cells.size());
         c.traffic = needed * steps * 48;
         c.flops = needed * steps * 20 + places * steps * 40;
         c.bytes = cells * 16 + needed * 64 + places * 300;
-        c.seconds = plan::why_not_separable(plan).empty() ? places * (3e-7 + steps * 1e-8) : needed * steps * 12e-9;
+        c.seconds = plan::why_not_separable(plan).empty()
+                        ? places * (3e-7 + steps * 1e-8)
+                        : steps * (needed * 4e-9 + places * 10e-9) / threads_of(device);
     } else {
-        const double real = precision == Precision::f64 ? 8 : 4, sums = precision == Precision::f32_compensated ? 8 : 4;
-        const double kept = 7 + (plan.framed ? 1 : 0); // pressure, L(S), S, four responses
-        c.traffic = cells * steps * real * (19 + sums);
-        c.flops = cells * steps * (precision == Precision::f32_compensated ? 66 : 52);
-        c.bytes =
-            cells * (whole + real * (kept + sums) + maps) + (maps > 0 ? double(plan.media.size()) * 12 * real : 0);
-        c.seconds = steps * (2e-6 + cells * march_rate(device, precision));
-        if (device.info().vulkan) c.dispatches = c.steps * (1 + REDUCED_MAPS), c.seconds += double(c.dispatches) * 5e-6;
+        const bool vulkan = device.info().vulkan;
+        const double real = precision == Precision::f64 ? 8 : 4;
+        const double state = precision == Precision::f32_compensated ? 4 : 2; // maps; on a device from and to
+        const double responses = double(std::count(plan.wanted.begin() + 1, plan.wanted.end(), true));
+        const double pressure = plan.framed ? 2 : 1;
+        const bool looks =
+            !plan.field_times.empty() || plan.framed || plan.scene.load.envelope.kind != Envelope::Kind::sine;
+        const double held = vulkan ? pressure + 2 + 2 * state + 6 // L(S), S, four responses, curvature, deformation
+                                   : pressure + 1 + (looks ? 2 : 1) * state + (plan.keeps_maps ? responses : 0);
+        const double tiles = double(plan.tiles) * plan.constants.height * (responses + 1) * 3;
+        c.traffic = pressed * steps * real * (pressure + 1 + 2 * state + (vulkan || plan.keeps_maps ? responses : 0));
+        c.flops = pressed * steps * (precision == Precision::f32_compensated ? 66 : 52);
+        c.bytes = cells * (whole + 8) +
+                  real * (double(plan.pitch) * plan.constants.height * held + tiles) + // 8: strain at the end
+                  (maps > 0 ? double(plan.media.size()) * 12 * real : 0);
+        c.seconds = steps * (2e-6 + pressed * march_rate(device, precision));
+        if (vulkan)
+            c.dispatches = c.steps * (2 + static_cast<long long>(responses)), c.seconds += double(c.dispatches) * 5e-6;
     }
     return c;
 }
@@ -143,7 +162,7 @@ Explanation choose(plan::Plan& plan, const Device& device, const RunOptions& opt
         if (i != *taken && e.candidates[i].refused.empty()) e.candidates[i].refused = "dearer than the one taken";
     e.chosen = *taken;
     if (everything && !plan.maps.rest_curvature.empty())
-        e.stencil_estimate = plan::stencil_estimate(plan, std::vector<double>(plan.maps.surface.size(), 0.0)).greatest;
+        e.stencil_estimate = plan::stencil_estimate(plan, plan.maps.pressure, 0).greatest;
     plan.model = e.candidates[*taken].model;
     plan.precision = e.candidates[*taken].precision;
     plan.compensated = plan.precision == Precision::f32_compensated;

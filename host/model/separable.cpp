@@ -2,6 +2,7 @@
 #include "host/model/separable.hpp"
 
 #include "host/loops/loops.hpp"
+#include "host/loops/pool.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -11,43 +12,54 @@ namespace {
 
 using Point = Moments::Point;
 
-// p, L(S), a and b of the cells of a row.
+// L(S), L(p), a and b of columns first .. last - 1 of a row.
 struct Shape {
-    const double* p = nullptr;
-    std::vector<double> rest, L, a, b;
+    int first, last;
+    std::vector<double> rest, L;
 
-    void take(const plan::Plan& plan, int y, const loops::Columns& sums) {
-        const SceneMaps& maps = plan.maps;
-        const size_t width = size_t(plan.constants.width);
-        for (auto* row : {&rest, &L, &a, &b}) row->resize(width);
+    Shape(int from, int to) : first(from), last(to), rest(size_t(to - from)), L(rest) {}
+
+    void take(const plan::Plan& plan, int y, double* a, double* b, const loops::Columns& sums) {
         Grid unit = plan.scene.grid;
         unit.spacing.reset();
-        plan::laplacian_row(maps.surface, y, plan.scene.grid, plan.stencil, plan.edges, rest.data());
-        plan::laplacian_row(maps.pressure, y, unit, plan.stencil, plan.edges, L.data());
-        p = maps.pressure.data() + size_t(y) * width;
-        loops::best().shape(p, rest.data(), L.data(), int(width), plan.constants.curvature_length, plan.constants.bend,
-                            a.data(), b.data(), sums);
+        plan::laplacian_row(plan.maps.surface, y, first, last, plan.scene.grid, plan.stencil, plan.edges, rest.data());
+        plan::laplacian_row(plan.maps.pressure, y, first, last, unit, plan.stencil, plan.edges, L.data());
+        const double* p = plan.maps.pressure.data() + size_t(y) * size_t(unit.width) + first;
+        loops::best().shape(p, rest.data(), L.data(), last - first, plan.constants.curvature_length,
+                            plan.constants.bend, a, b, sums);
     }
 };
 
-// Quickhull, over one array that is sorted apart without branches: of the points above a line between two vertices the
-// furthest is a vertex, and what is not above the two lines to it is inside.
-class Hull {
+// Both sides of the hull of points (b[i], a[i]), which lie between `least` and `greatest` in b; (0, 0) is one point
+// however often it comes. Quickhull, sorting apart without branches: of the points above a line between two vertices
+// the furthest is a vertex, and what is not above the two lines to it is inside.
+class Sides {
   public:
-    // The side that is seen from above; the points of least and greatest b are known.
-    static std::vector<Point> seen(const std::vector<Point>& points, Point from, Point to) {
-        Hull h;
-        h.above_.resize(points.size() + 1);
-        h.aside_.resize(points.size() + 1);
-        size_t n = 0;
-        for (const Point& p : points) {
-            h.above_[n] = p;
-            n += above(from, to, p) > 0;
+    std::vector<Point> upper, lower; // the lower one upside down
+
+    Sides(const double* b, const double* a, size_t n, double least, double greatest)
+        : above_(new Point[n + 2]), below_(new Point[n + 2]), aside_(new Point[n + 2]) {
+        Point from{least, -INFINITY}, to{greatest, -INFINITY}, from_low = from, to_low = to;
+        from_low.a = to_low.a = INFINITY;
+        for (size_t i = 0; i < n; ++i) {
+            if (b[i] == least) from.a = std::max(from.a, a[i]), from_low.a = std::min(from_low.a, a[i]);
+            if (b[i] == greatest) to.a = std::max(to.a, a[i]), to_low.a = std::min(to_low.a, a[i]);
         }
-        h.vertices_.push_back(from);
-        h.between(from, to, h.above_.data(), n, h.aside_.data());
-        if (to.b > from.b) h.vertices_.push_back(to);
-        return std::move(h.vertices_);
+        size_t high = 0, low = 0;
+        bool none = false;
+        for (size_t i = 0; i < n; ++i) {
+            const Point p{b[i], a[i]};
+            const bool empty = (p.a == 0) & (p.b == 0);
+            above_[high] = p;
+            high += (above(from, to, p) > 0) & !empty;
+            below_[low] = {p.b, -p.a};
+            low += (above(from_low, to_low, p) < 0) & !empty;
+            none |= empty;
+        }
+        if (none && above(from, to, {0, 0}) > 0) above_[high++] = {0, 0};
+        if (none && above(from_low, to_low, {0, 0}) < 0) below_[low++] = {0, 0};
+        side(upper, from, to, above_.get(), high);
+        side(lower, {from_low.b, -from_low.a}, {to_low.b, -to_low.a}, below_.get(), low);
     }
 
   private:
@@ -56,7 +68,13 @@ class Hull {
         return (p.a - from.a) * (to.b - from.b) - (p.b - from.b) * (to.a - from.a);
     }
 
-    void between(const Point& from, const Point& to, Point* points, size_t n, Point* aside) {
+    void side(std::vector<Point>& vertices, Point from, Point to, Point* points, size_t n) {
+        vertices.push_back(from);
+        between(vertices, from, to, points, n, aside_.get());
+        if (to.b > from.b) vertices.push_back(to);
+    }
+
+    void between(std::vector<Point>& vertices, Point from, Point to, Point* points, size_t n, Point* aside) {
         if (n == 0) return;
         Point top = points[0];
         double furthest = above(from, to, top);
@@ -70,31 +88,12 @@ class Hull {
             left += above(from, top, p) > 0;
             right += above(top, to, p) > 0;
         }
-        between(from, top, points, left, aside + right);
-        vertices_.push_back(top);
-        between(top, to, aside, right, points);
+        between(vertices, from, top, points, left, aside + right);
+        vertices.push_back(top);
+        between(vertices, top, to, aside, right, points);
     }
 
-    std::vector<Point> vertices_, above_, aside_;
-};
-
-// Both sides of some points' hull; the lower one is kept upside down.
-struct Sides {
-    std::vector<Point> upper, lower;
-
-    // Of at least one point; turns them upside down.
-    explicit Sides(std::vector<Point>& points) {
-        Point ends[4] = {points[0], points[0], points[0], points[0]}; // first and last, of the upper and the lower side
-        for (const Point& p : points) {
-            if (p.b <= ends[0].b && (p.b < ends[0].b || p.a > ends[0].a)) ends[0] = p;
-            if (p.b >= ends[1].b && (p.b > ends[1].b || p.a > ends[1].a)) ends[1] = p;
-            if (p.b <= ends[2].b && (p.b < ends[2].b || p.a < ends[2].a)) ends[2] = p;
-            if (p.b >= ends[3].b && (p.b > ends[3].b || p.a < ends[3].a)) ends[3] = p;
-        }
-        upper = Hull::seen(points, ends[0], ends[1]);
-        for (Point& p : points) p.a = -p.a;
-        lower = Hull::seen(points, {ends[2].b, -ends[2].a}, {ends[3].b, -ends[3].a});
-    }
+    std::unique_ptr<Point[]> above_, below_, aside_;
 };
 
 Moments::Hull with_slopes(const std::vector<Point>& points, double sign) {
@@ -136,27 +135,33 @@ class Separable : public plan::Marcher {
 
     void finish() override {}
 
+    plan::StencilEstimate estimate(const plan::Plan& plan) override {
+        return plan::stencil_estimate(plan, plan.maps.pressure, shown_.g);
+    }
+
     void read(const std::vector<Quantity>& what, std::vector<std::vector<double>>& maps) override {
         const f64::Constants& c = plan_.constants;
         const double g = shown_.g;
         maps.resize(what.size());
         for (auto& map : maps) map.resize(plan_.maps.pressure.size());
         const size_t width = size_t(c.width);
-        Shape row;
-        std::vector<double> unused(5 * width);
-        const loops::Columns sums{&unused[0], &unused[width], &unused[2 * width], &unused[3 * width],
-                                  &unused[4 * width]};
+        Shape row(0, c.width);
+        std::vector<double> a(width), b(width), unused(7 * width);
+        double* u = unused.data();
+        const loops::Columns sums{
+            u, u + width, u + 2 * width, u + 3 * width, u + 4 * width, u + 5 * width, u + 6 * width};
         for (int y = 0; y < c.height; ++y) {
-            row.take(plan_, y, sums);
+            row.take(plan_, y, a.data(), b.data(), sums);
             for (size_t q = 0; q < what.size(); ++q) {
-                double* map = maps[q].data() + size_t(y) * width;
-                const double* surface = plan_.maps.surface.data() + size_t(y) * width;
+                const size_t at = size_t(y) * width;
+                double* map = maps[q].data() + at;
+                const double *surface = plan_.maps.surface.data() + at, *p = plan_.maps.pressure.data() + at;
                 const double X = scalar(what[q]);
                 for (size_t x = 0; x < width; ++x)
-                    if (what[q] == Quantity::strain) map[x] = row.p[x] * g;
-                    else if (what[q] == Quantity::deformation) map[x] = surface[x] - c.thickness * row.p[x] * g;
+                    if (what[q] == Quantity::strain) map[x] = p[x] * g;
+                    else if (what[q] == Quantity::deformation) map[x] = surface[x] - c.thickness * p[x] * g;
                     else if (what[q] == Quantity::curvature) map[x] = row.rest[x] - c.bend * row.L[x] * g;
-                    else map[x] = X * (row.a[x] - g * row.b[x]);
+                    else map[x] = X * (a[x] - g * b[x]);
             }
         }
     }
@@ -216,65 +221,70 @@ void add_places(Moments& m, const plan::Plan& plan) {
     }
 }
 
-// Of some rows: sums by columns, which stay short, and points of the hull.
+// Of some rows within what is pressed: sums by columns, which stay short, and vertices of the hull.
 struct Band {
-    Moments sums;
-    std::vector<Point> hull; // of its points, or more
+    double p = 0, a = 0, b = 0, least = 0, greatest = 0;
+    std::vector<Point> hull;
 
     void take(const plan::Plan& plan, int first, int last) {
-        const size_t width = size_t(plan.constants.width);
-        const auto row_of = [&](const std::vector<double>& map) { return map.begin() + first * std::ptrdiff_t(width); };
-        std::vector<double> p(width), a(width), b(width),
-            least(row_of(plan.maps.pressure), row_of(plan.maps.pressure) + std::ptrdiff_t(width)), greatest = least;
-        const loops::Columns columns{p.data(), a.data(), b.data(), least.data(), greatest.data()};
-        std::vector<Point> points;
-        Shape row;
-        for (int y = first; y < last; ++y) {
-            row.take(plan, y, columns);
-            const size_t known = points.size();
-            points.resize(known + width + 1);
-            Point* next = points.data() + known;
-            for (size_t x = 0; x < width; ++x) {
-                *next = {row.b[x], row.a[x]};
-                next += row.p[x] != 0;
-            }
-            if (size_t(next - points.data()) - known < width) *next++ = {0, 0}; // all without pressure are one point
-            points.resize(size_t(next - points.data()));
-        }
+        const int from = plan.pressed.first_tile * TILE_CELLS,
+                  to = std::min(plan.pressed.last_tile * TILE_CELLS, plan.constants.width);
+        const size_t width = size_t(to - from), rows = size_t(last - first);
+        std::vector<double> sums(3 * width), ends(4 * width);
+        const auto below = ends.begin() + 2 * std::ptrdiff_t(width);
+        std::fill(ends.begin(), below, INFINITY);
+        std::fill(below, ends.end(), -INFINITY);
+        double *s = sums.data(), *e = ends.data();
+        const loops::Columns columns{s, s + width, s + 2 * width, e, e + 2 * width, e + width, e + 3 * width};
+        const std::unique_ptr<double[]> all_a(new double[rows * width]), all_b(new double[rows * width]);
+        Shape row(from, to);
+        for (size_t i = 0; i < rows; ++i)
+            row.take(plan, first + int(i), all_a.get() + i * width, all_b.get() + i * width, columns);
         for (size_t x = 0; x < width; ++x) {
-            sums.p += p[x];
-            sums.a += a[x];
-            sums.b += b[x];
+            p += s[x];
+            a += s[x + width];
+            b += s[x + 2 * width];
         }
-        sums.least = *std::min_element(least.begin(), least.end());
-        sums.greatest = *std::max_element(greatest.begin(), greatest.end());
-        if (!std::isfinite(sums.p + sums.a + sums.b)) return; // see moments_of
-        const Sides sides(points);
+        const auto column_ends = [&](size_t i) { return std::minmax_element(e + i * width, e + (i + 1) * width); };
+        least = *column_ends(0).first;
+        greatest = *column_ends(2).second;
+        if (!std::isfinite(p + a + b)) return; // see moments_of
+        const Sides sides(all_b.get(), all_a.get(), rows * width, *column_ends(1).first, *column_ends(3).second);
         hull = sides.upper;
-        for (const Point& p : sides.lower) hull.push_back({p.b, -p.a});
+        for (const Point& v : sides.lower) hull.push_back({v.b, -v.a});
     }
 };
 
 } // namespace
 
-std::shared_ptr<const Moments> moments_of(const plan::Plan& plan) {
+std::shared_ptr<const Moments> moments_of(const plan::Plan& plan, int threads) {
     auto m = std::make_shared<Moments>();
     add_places(*m, plan);
     if (plan.model == Model::sites) return m; // nothing else is asked for
-    constexpr int band_rows = 64;             // the same on any machine, and so the bits
-    const int height = plan.constants.height;
-    std::vector<Band> bands(size_t((height + band_rows - 1) / band_rows));
-    for (size_t i = 0; i < bands.size(); ++i)
-        bands[i].take(plan, int(i) * band_rows, std::min(int(i + 1) * band_rows, height));
-    std::vector<Point> points;
-    m->least = m->greatest = plan.maps.pressure[0];
-    for (Band& band : bands) {
-        m->p += band.sums.p;
-        m->a += band.sums.a;
-        m->b += band.sums.b;
-        m->least = std::min(m->least, band.sums.least);
-        m->greatest = std::max(m->greatest, band.sums.greatest);
-        points.insert(points.end(), band.hull.begin(), band.hull.end());
+    constexpr int band_rows = 16;             // the same on any machine, and so the bits
+    const plan::Pressed& box = plan.pressed;
+    const int rows = box.last_row - box.first_row;
+    std::vector<Band> bands(size_t((rows + band_rows - 1) / band_rows));
+    loops::Pool pool(loops::useful_threads(plan.maps.pressure.size(), threads));
+    pool.rows(int(bands.size()), [&](int first, int last) {
+        for (int i = first; i < last; ++i)
+            bands[size_t(i)].take(plan, box.first_row + i * band_rows,
+                                  box.first_row + std::min((i + 1) * band_rows, rows));
+    });
+    const bool full = rows == plan.constants.height && box.first_tile == 0 && box.last_tile == plan.tiles;
+    std::vector<double> a(full ? 0 : 1), b(a); // vertices; cells outside are (0, 0)
+    m->least = full ? bands[0].least : 0;
+    m->greatest = full ? bands[0].greatest : 0;
+    for (const Band& band : bands) {
+        m->p += band.p;
+        m->a += band.a;
+        m->b += band.b;
+        for (const Point& v : band.hull) {
+            a.push_back(v.a);
+            b.push_back(v.b);
+        }
+        m->least = std::min(m->least, band.least);
+        m->greatest = std::max(m->greatest, band.greatest);
     }
     for (double* mean : {&m->p, &m->a, &m->b}) {
         if (!std::isfinite(*mean))
@@ -283,7 +293,8 @@ std::shared_ptr<const Moments> moments_of(const plan::Plan& plan) {
                 "pressure times curvature overflows; allowed: loads and lengths whose products stay below 1.8e308");
         *mean /= double(plan.maps.pressure.size());
     }
-    const Sides sides(points);
+    const auto [least, greatest] = std::minmax_element(b.begin(), b.end());
+    const Sides sides(b.data(), a.data(), b.size(), *least, *greatest);
     m->upper = with_slopes(sides.upper, 1);
     m->lower = with_slopes(sides.lower, -1);
     return m;

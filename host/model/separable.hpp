@@ -28,7 +28,8 @@ struct Moments {
     };
     std::vector<Place> places; // of Plan::places
 };
-std::shared_ptr<const Moments> moments_of(const plan::Plan&);
+// threads: 0 = one per core.
+std::shared_ptr<const Moments> moments_of(const plan::Plan&, int threads);
 
 std::unique_ptr<plan::Marcher> separable(const plan::Plan&, std::shared_ptr<const Moments>, plan::Marcher::Sink);
 

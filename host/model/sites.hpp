@@ -12,12 +12,12 @@ namespace dermis::model {
 struct SiteCells {
     SiteCells(const plan::Plan&, const std::vector<Cell>& places);
     std::vector<Cell> places;
-    std::vector<size_t> cells;       // y*width + x, ascending, each once
+    std::vector<size_t> cells;       // y*width + x, ascending, each once; without those that are never pressed
     std::vector<plan::Medium> media; // theirs; rows of a step come in this order
     std::vector<int> material;       // which of media each of cells is
 };
 
-// Takes the steps of plan::timing(plan, cells.media, ..).
-std::unique_ptr<plan::Marcher> sites(const plan::Plan&, const SiteCells& cells, plan::Marcher::Sink);
+// Takes the steps of plan::timing(plan, cells.media, ..). threads: 0 = one per core.
+std::unique_ptr<plan::Marcher> sites(const plan::Plan&, const SiteCells& cells, int threads, plan::Marcher::Sink);
 
 } // namespace dermis::model

@@ -30,6 +30,12 @@ class Marcher {
     // Maps at the end of the last press: width*height values for each quantity, into vectors that may be used again.
     virtual void read(const std::vector<Quantity>&, std::vector<std::vector<double>>& maps) = 0;
     virtual long long dispatches() const { return 0; }
+    // Of the skin at the end of the last press.
+    virtual StencilEstimate estimate(const Plan& plan) {
+        std::vector<std::vector<double>> strain;
+        read({Quantity::strain}, strain);
+        return stencil_estimate(plan, strain[0], 1);
+    }
 };
 
 // Tiles in row order, in double (see kernels/reduce.h).

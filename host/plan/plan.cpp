@@ -21,28 +21,29 @@ loops::Lines<double> lines_of(const std::vector<double>& map, int y, const Grid&
 std::vector<double> laplacian(const std::vector<double>& map, const Grid& grid, int stencil, int edges) {
     std::vector<double> result(map.size());
     for (int y = 0; y < grid.height; ++y)
-        laplacian_row(map, y, grid, stencil, edges, result.data() + size_t(y) * grid.width);
+        laplacian_row(map, y, 0, grid.width, grid, stencil, edges, result.data() + size_t(y) * grid.width);
     return result;
 }
 
-void laplacian_row(const std::vector<double>& map, int y, const Grid& grid, int stencil, int edges, double* L) {
-    loops::best().f64.laplacian(lines_of(map, y, grid, stencil, edges), 0, grid.width, L);
+void laplacian_row(const std::vector<double>& map, int y, int first, int last, const Grid& grid, int stencil, int edges,
+                   double* L) {
+    loops::best().f64.laplacian(lines_of(map, y, grid, stencil, edges), first, last, L);
     if (!grid.spacing) return;
     const double area = *grid.spacing * *grid.spacing;
-    for (int x = 0; x < grid.width; ++x) L[x] /= area;
+    for (int x = 0; x < last - first; ++x) L[x] /= area;
 }
 
 double laplacian_at(const std::vector<double>& map, Cell c, const Grid& grid, int stencil, int edges) {
     double L = 0;
-    loops::best().f64.laplacian(lines_of(map, c.y, grid, stencil, edges), c.x, c.x + 1, &L);
-    return grid.spacing ? L / (*grid.spacing * *grid.spacing) : L;
+    laplacian_row(map, c.y, c.x, c.x + 1, grid, stencil, edges, &L);
+    return L;
 }
 
 } // namespace plan
 
 namespace {
 
-SceneMaps maps_of(Scene& validated) {
+SceneMaps maps_of(const Scene& validated) {
     SceneMaps m;
     m.surface = scene::surface_map(validated);
     m.pressure = scene::pressure_map(validated);
@@ -53,7 +54,7 @@ SceneMaps maps_of(Scene& validated) {
 
 SceneMaps maps(const Scene& scene) {
     const DefaultFloats guard;
-    Scene s = scene::validated(scene);
+    const Scene s = scene::validated(scene);
     SceneMaps m = maps_of(s);
     m.rest_curvature = plan::laplacian(m.surface, s.grid, int(*s.stencil), int(*s.edges));
     return m;
@@ -113,31 +114,38 @@ void add_pressed(Plan& p, const std::vector<double>& map) {
 
 } // namespace
 
-StencilEstimate stencil_estimate(const Plan& plan, const std::vector<double>& strain) {
+StencilEstimate stencil_estimate(const Plan& plan, const std::vector<double>& shape, double scale) {
     const Scene& s = plan.scene;
     const int width = s.grid.width, height = s.grid.height;
     const int edges = *s.edges == Edges::periodic ? EDGES_PERIODIC : EDGES_MIRROR;
     const bool five_is_own = plan.stencil == STENCIL_FIVE_POINT; // never with the published edges
-    std::vector<double> deformed = plan.maps.surface;
-    for (size_t i = 0; i < deformed.size(); ++i) deformed[i] -= *s.material.thickness * strain[i];
-    // by columns
-    std::vector<double> C5(width), C4(width), C(width), R(width), differ(width), bent(width), curved(width), kinks;
     Grid unit = s.grid;
     unit.spacing.reset();
+    const double bend = *s.material.thickness * scale;
+    std::vector<double> C5(width), C4(width), C(width), R(width), L(width);
+    std::vector<double> differ(width), bent(width), curved(width); // by columns
+    std::vector<double> kinks(size_t(width) + 1);                  // the first ones count
+    size_t count = 0;
+    const auto curvature = [&](int y, int stencil, int edge, std::vector<double>& rest, std::vector<double>& C) {
+        laplacian_row(plan.maps.surface, y, 0, width, unit, stencil, edge, rest.data());
+        laplacian_row(shape, y, 0, width, unit, stencil, edge, L.data());
+        for (int x = 0; x < width; ++x) C[x] = rest[x] - bend * L[x];
+    };
     double largest = 0; // |C5| so far
     for (int y = 0; y < height; ++y) {
-        laplacian_row(deformed, y, unit, STENCIL_FIVE_POINT, edges, C5.data());
-        laplacian_row(deformed, y, unit, STENCIL_FOURTH_ORDER, edges, C4.data());
-        laplacian_row(plan.maps.surface, y, unit, plan.stencil, plan.edges, R.data());
-        if (!five_is_own) laplacian_row(deformed, y, unit, plan.stencil, plan.edges, C.data());
+        curvature(y, STENCIL_FOURTH_ORDER, edges, R, C4);
+        curvature(y, STENCIL_FIVE_POINT, edges, R, C5);
+        if (!five_is_own) curvature(y, plan.stencil, plan.edges, R, C);
         if (!loops::best().compare(C5.data(), C4.data(), five_is_own ? C5.data() : C.data(), R.data(), width,
                                    differ.data(), bent.data(), curved.data()))
             continue;
-        for (int x = 0; x < width; ++x)
-            if (const double differs = std::abs(C5[x] - C4[x]);
-                differs > std::abs(C5[x]) / 2 && differs > 1e-3 * largest)
-                kinks.push_back(differs);
-        largest = *std::max_element(bent.begin(), bent.end());
+        if (kinks.size() < count + size_t(width) + 1) kinks.resize(2 * kinks.size() + size_t(width));
+        for (int x = 0; x < width; ++x) { // without branches
+            const double differs = std::abs(C5[x] - C4[x]);
+            kinks[count] = differs;
+            count += (differs > std::abs(C5[x]) / 2) & (differs > 1e-3 * largest);
+        }
+        if (y % 16 == 0) largest = *std::max_element(bent.begin(), bent.end());
     }
     largest = *std::max_element(bent.begin(), bent.end());
     const double area = s.grid.spacing.value_or(1) * s.grid.spacing.value_or(1);
@@ -145,7 +153,8 @@ StencilEstimate stencil_estimate(const Plan& plan, const std::vector<double>& st
     e.greatest = *std::max_element(differ.begin(), differ.end()) / area;
     e.curvature = *std::max_element(curved.begin(), curved.end()) / area;
     // small against the largest: an inflection, not a kink
-    e.kinks = std::count_if(kinks.begin(), kinks.end(), [=](double differs) { return differs > 1e-3 * largest; });
+    e.kinks = std::count_if(kinks.begin(), kinks.begin() + std::ptrdiff_t(count),
+                            [=](double differs) { return differs > 1e-3 * largest; });
     return e;
 }
 

@@ -50,15 +50,17 @@ std::string why_not_separable(const Plan&); // into a map and scalars of time
 // L of a map of width*height, 1/m^2 of its unit; stencil and edges as in kernels/layout.h.
 std::vector<double> laplacian(const std::vector<double>& map, const Grid&, int stencil, int edges);
 double laplacian_at(const std::vector<double>& map, Cell, const Grid&, int stencil, int edges);
-void laplacian_row(const std::vector<double>& map, int y, const Grid&, int stencil, int edges, double* L);
+// Columns first .. last - 1 of row y.
+void laplacian_row(const std::vector<double>& map, int y, int first, int last, const Grid&, int stencil, int edges,
+                   double* L);
 
-// |C5 - C4| of the skin under this strain: what the five-point stencil is off by, and in how many cells it exceeds
-// |C|/2, which no refinement mends: a kink.
+// |C5 - C4| of the skin under the strain shape*scale: what the five-point stencil is off by, and in how many cells it
+// exceeds |C|/2, which no refinement mends: a kink.
 struct StencilEstimate {
     double greatest = 0, curvature = 0; // |C5 - C4|; |C| by the plan's own stencil, at rest or under the strain
     long long kinks = 0;
 };
-StencilEstimate stencil_estimate(const Plan&, const std::vector<double>& strain);
+StencilEstimate stencil_estimate(const Plan&, const std::vector<double>& shape, double scale);
 
 // One press of every cell, from the last kept state to `time`. `keep`: the new state replaces the old one; otherwise
 // the step only looks (a field between outputs, an impulse). trace, impulse, field: what its end belongs to, or -1.

@@ -36,13 +36,14 @@ std::vector<double> point_map(int width, int height, Cell center, double sigma) 
 
 } // namespace
 
-std::vector<double> pressure_map(Scene& scene) {
-    Load& l = scene.load;
+Map pressure_map(const Scene& scene) {
+    const Load& l = scene.load;
     const int width = scene.grid.width, height = scene.grid.height;
     const Cell center = *l.center;
     const double radius = *l.radius;
     std::vector<double> map;
-    if (l.kind == Load::Kind::map) map = std::move(l.map);
+    if (l.kind == Load::Kind::map && l.intensity == 1) return l.map;
+    if (l.kind == Load::Kind::map) map = l.map;
     else if (l.kind == Load::Kind::sequence) NpyFile(l.path, width, height, true, "load.path").read(0, map);
     else if (l.kind == Load::Kind::point) map = point_map(width, height, center, radius / 4);
     else {

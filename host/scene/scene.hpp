@@ -24,9 +24,9 @@ inline double viscosity_at(const Material& m, size_t i) {
     return m.viscosity_map.empty() ? m.viscosity : m.viscosity_map[i];
 }
 
-// width*height, from a validated scene, whose own maps are used up
-std::vector<double> surface_map(Scene&);
-std::vector<double> pressure_map(Scene&);
+// width*height, from a validated scene
+Map surface_map(const Scene&);
+Map pressure_map(const Scene&);
 
 // time.step goes this many times into load.interval; 0: not a whole number of times.
 long long steps_per_frame(const Scene&);

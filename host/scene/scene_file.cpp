@@ -175,7 +175,7 @@ Scene read(const toml::table& file, const std::filesystem::path& folder) {
     surface.finish();
 
     Section material = top.section("material");
-    const auto number_or_map = [&](const char* key, double& value, std::vector<double>& map) {
+    const auto number_or_map = [&](const char* key, double& value, Map& map) {
         if (!material.is_text(key)) return material.number(key, value);
         const std::string path = (folder / *material.text(key)).string();
         map = scene::read_npy(path, s.grid.width, s.grid.height, std::string("material.") + key);

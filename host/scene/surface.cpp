@@ -57,12 +57,14 @@ double noise(double x, double y) {
 
 } // namespace
 
-std::vector<double> surface_map(Scene& scene) {
-    Surface& s = scene.surface;
+Map surface_map(const Scene& scene) {
+    const Surface& s = scene.surface;
     const int width = scene.grid.width, height = scene.grid.height;
     std::vector<double> map;
-    if (s.kind == Surface::Kind::map) map = std::move(s.map);
-    else map.assign(size_t(width) * height, 0.5);
+    if (s.kind == Surface::Kind::map) {
+        if (*s.relief == 1) return s.map;
+        map = s.map;
+    } else map.assign(size_t(width) * height, 0.5);
     if (s.kind == Surface::Kind::wave || s.kind == Surface::Kind::spiral) {
         for (int y = 0; y < height; ++y)
             for (int x = 0; x < width; ++x) {

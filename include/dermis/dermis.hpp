@@ -15,6 +15,7 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <initializer_list>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -71,6 +72,31 @@ struct Cell {
     int x = 0, y = 0;
 };
 
+// Numbers of every cell, width*height, row 0 first. Copies share them, so a scene is cheap to copy.
+class Map {
+  public:
+    Map() = default;
+    Map(std::vector<double> values) : values_(std::make_shared<std::vector<double>>(std::move(values))) {}
+    Map(std::initializer_list<double> values) : Map(std::vector<double>(values)) {}
+
+    const std::vector<double>& values() const { return *values_; }
+    operator const std::vector<double>&() const { return values(); }
+    bool empty() const { return values().empty(); }
+    size_t size() const { return values().size(); }
+    const double* data() const { return values().data(); }
+    double operator[](size_t i) const { return values()[i]; }
+    auto begin() const { return values().begin(); }
+    auto end() const { return values().end(); }
+    // This one's own, to change.
+    std::vector<double>& edit() {
+        if (values_.use_count() > 1) values_ = std::make_shared<std::vector<double>>(values());
+        return *values_;
+    }
+
+  private:
+    std::shared_ptr<std::vector<double>> values_ = std::make_shared<std::vector<double>>();
+};
+
 // width, height: cells, 1..16384. spacing: metres between cells, > 0. Without spacing a scene is dimensionless:
 // spacing, relief, thickness and curvature_length are then 1; with it the last three are required.
 struct Grid {
@@ -86,7 +112,7 @@ struct Surface {
     std::optional<double> noise;        // amplitude of Perlin noise relative to the ridge; wave 2, spiral 0.5; >= 0
     std::optional<double> noise_length; // cells; wave 50, spiral 40; > 0
     std::optional<double> relief;       // m per unit of height; > 0
-    std::vector<double> map;            // Kind::map: width*height finite heights
+    Map map;                            // Kind::map: width*height finite heights
 };
 
 struct Material {
@@ -95,7 +121,7 @@ struct Material {
     std::optional<double> thickness;        // h, m, >= 0: h*eps is the indentation
     std::optional<double> curvature_length; // l, m, any finite number: a gain
     // In place of the numbers, cell by cell: width*height each, same ranges; empty: the number everywhere.
-    std::vector<double> modulus_map, viscosity_map;
+    Map modulus_map, viscosity_map;
 };
 
 // The load over time: the pressure is map*intensity*g(t), and 0 before t = 0.
@@ -120,7 +146,7 @@ struct Load {
     std::optional<Cell> center; // default width/2, height/2; inside the grid
     std::optional<int> radius;  // cells, >= 1; default min(width, height)/4, at least 1
     double intensity = 1;       // Pa, any finite number; multiplies maps too
-    std::vector<double> map;    // Kind::map: width*height finite pressures
+    Map map;                    // Kind::map: width*height finite pressures
     Envelope envelope;
     std::string path;               // Kind::sequence: a .npy file of shape (frames, height, width), read frame by frame
     std::optional<double> interval; // Kind::sequence: s between frames, > 0
@@ -282,7 +308,7 @@ struct RunOptions {
 // What the scene is made of, before any load: the surface S, its curvature L(S) and the pressure map, width*height
 // each.
 struct SceneMaps {
-    std::vector<double> surface, rest_curvature, pressure;
+    Map surface, rest_curvature, pressure;
 };
 SceneMaps maps(const Scene&);
 
