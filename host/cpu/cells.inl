@@ -3,15 +3,19 @@
 // stepped in place; responses follow as far behind as the stencil reaches, while the rows are still in a cache. What a
 // band of rows needs of the new strain elsewhere it makes for itself before any band begins.
 
-// Values that begin at a cache line, and so do their rows.
+// Values that begin at a cache line, and so do their rows. Planes that are walked side by side have different `place`s:
+// all beginning at the same bits of an address they would fight for the same lines of a cache.
 class Plane {
   public:
     Plane() = default;
-    explicit Plane(size_t cells) : values_(static_cast<real*>(::operator new(cells * sizeof(real), line)), Free()) {
-        std::fill_n(values_.get(), cells, real(0));
+    Plane(size_t cells, int place) : shift_(size_t(place) * 5 * size_t(line) / sizeof(real)) {
+        const size_t all = cells + shift_;
+        values_.reset(static_cast<real*>(::operator new(all * sizeof(real), line)));
+        loops::prefer_large_pages(values_.get(), all * sizeof(real));
+        std::fill_n(values_.get(), all, real(0));
     }
-    real* data() const { return values_.get(); }
-    real* row(int y, int pitch) const { return values_ ? values_.get() + size_t(y) * pitch : nullptr; }
+    real* data() const { return values_ ? values_.get() + shift_ : nullptr; }
+    real* row(int y, int pitch) const { return values_ ? data() + size_t(y) * pitch : nullptr; }
 
   private:
     static constexpr std::align_val_t line{64};
@@ -19,6 +23,7 @@ class Plane {
         void operator()(real* p) const { ::operator delete(p, line); }
     };
     std::unique_ptr<real[], Free> values_;
+    size_t shift_ = 0;
 };
 
 class Cells {
@@ -33,10 +38,11 @@ class Cells {
         : plan_(plan), pool_(threads), set_(set), loops_(set.of<real>()), barrier_(pool_.bands()),
           kept_(state_of(plan)), bands_(size_t(pool_.bands())) {
         for (Band& band : bands_) {
-            for (Plane& row : band.outside) row = Plane(size_t(plan.pitch));
+            int place = 4;
+            for (Plane& row : band.outside) row = Plane(size_t(plan.pitch), 0);
+            for (Plane& row : band.unused) row = Plane(size_t(plan.pitch), 0);
             for (auto* ring : {&band.rate, &band.acceleration})
-                for (Plane& row : *ring) row = Plane(size_t(plan.pitch));
-            for (Plane& row : band.unused) row = Plane(size_t(plan.pitch));
+                for (Plane& row : *ring) row = Plane(size_t(plan.pitch), ++place);
         }
     }
 
@@ -76,8 +82,8 @@ class Cells {
 
     static State state_of(const plan::Plan& plan) {
         const size_t cells = size_t(plan.pitch) * plan.constants.height;
-        State s{Plane(cells), Plane(cells), {}, {}};
-        if (plan.compensated) s.strain_lost = Plane(cells), s.sum_lost = Plane(cells);
+        State s{Plane(cells, 0), Plane(cells, 1), {}, {}};
+        if (plan.compensated) s.strain_lost = Plane(cells, 2), s.sum_lost = Plane(cells, 3);
         return s;
     }
 

@@ -16,7 +16,7 @@ class March : public plan::Marcher {
             if (!plan.wanted[q]) continue;
             tiles_[q].assign(size_t(plan.constants.height) * plan.tiles, Summary{});
             if (q == 0 || !plan.keeps_maps) continue;
-            response_[q - 1] = Plane(cells);
+            response_[q - 1] = Plane(cells, 11 + q);
             for (int y = box.first_row; y < box.last_row; ++y) // to be written before it is read
                 std::fill(response_[q - 1].row(y, plan.pitch) + first_column(),
                           response_[q - 1].row(y, plan.pitch) + last_column(), std::numeric_limits<real>::quiet_NaN());

@@ -4,11 +4,39 @@
 #include <algorithm>
 #include <system_error>
 
+#ifdef __linux__
+#include <sys/mman.h>
+#endif
+
 namespace dermis::loops {
+
+namespace {
+
+// Until it is another: for some microseconds awake, because steps follow each other closely.
+template <class T> void wait_while(const std::atomic<T>& value, T same) {
+    for (int i = 0; i < 2000; ++i) {
+        if (value != same) return;
+#ifdef DERMIS_X86_64
+        __builtin_ia32_pause();
+#endif
+    }
+    value.wait(same);
+}
+
+} // namespace
 
 int useful_threads(size_t cells, int asked) {
     if (asked == 0) asked = int(std::thread::hardware_concurrency());
     return std::clamp(int(cells / 32768), 1, std::max(asked, 1));
+}
+
+void prefer_large_pages([[maybe_unused]] void* memory, [[maybe_unused]] size_t bytes) {
+#ifdef __linux__
+    constexpr size_t large = 2 << 20;
+    const size_t begin = (reinterpret_cast<size_t>(memory) + large - 1) / large * large,
+                 end = (reinterpret_cast<size_t>(memory) + bytes) / large * large;
+    if (begin < end) madvise(reinterpret_cast<void*>(begin), end - begin, MADV_HUGEPAGE);
+#endif
 }
 
 Pool::Pool(int threads) {
@@ -19,26 +47,20 @@ Pool::Pool(int threads) {
 }
 
 Pool::~Pool() {
-    {
-        std::lock_guard lock(mutex_);
-        stop_ = true;
-    }
-    start_.notify_all();
+    stop_ = true;
+    ++round_;
+    round_.notify_all();
     for (std::thread& t : threads_) t.join();
 }
 
 void Pool::each(const std::function<void(int)>& body) {
     if (threads_.empty()) return body(0);
-    {
-        std::lock_guard lock(mutex_);
-        body_ = &body;
-        running_ = int(threads_.size());
-        ++round_;
-    }
-    start_.notify_all();
+    body_ = &body;
+    running_ = int(threads_.size());
+    ++round_;
+    round_.notify_all();
     body(0);
-    std::unique_lock lock(mutex_);
-    done_.wait(lock, [this] { return running_ == 0; });
+    for (int left; (left = running_) != 0;) wait_while(running_, left);
 }
 
 void Pool::rows(int rows, const std::function<void(int, int)>& body) {
@@ -47,17 +69,11 @@ void Pool::rows(int rows, const std::function<void(int, int)>& body) {
 }
 
 void Pool::work(int band) {
-    long long seen = 0;
-    std::unique_lock lock(mutex_);
-    for (;;) {
-        start_.wait(lock, [&] { return stop_ || round_ != seen; });
+    for (unsigned seen = 0;; ++seen) {
+        wait_while(round_, seen);
         if (stop_) return;
-        seen = round_;
-        const auto* body = body_;
-        lock.unlock();
-        (*body)(band);
-        lock.lock();
-        if (--running_ == 0) done_.notify_one();
+        (*body_)(band);
+        if (--running_ == 0) running_.notify_one();
     }
 }
 

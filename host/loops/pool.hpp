@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <condition_variable>
+#include <atomic>
 #include <functional>
-#include <mutex>
 #include <thread>
 #include <vector>
 
@@ -11,6 +10,9 @@ namespace dermis::loops {
 
 // Of those asked for (0: one per core), as many as are worth waking: one for some 32768 cells.
 int useful_threads(size_t cells, int asked);
+
+// A hint: maps of many megabytes are walked from end to end, and small pages would have to be looked up all the way.
+void prefer_large_pages(void* memory, size_t bytes);
 
 // Threads that share the work of a call; the calling one takes part.
 class Pool {
@@ -26,12 +28,10 @@ class Pool {
   private:
     void work(int band);
 
-    std::mutex mutex_;
-    std::condition_variable start_, done_;
     const std::function<void(int)>* body_ = nullptr;
-    int running_ = 0;
-    long long round_ = 0;
-    bool stop_ = false;
+    std::atomic<unsigned> round_{0};
+    std::atomic<int> running_{0};
+    std::atomic<bool> stop_{false};
     std::vector<std::thread> threads_;
 };
 

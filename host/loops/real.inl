@@ -146,31 +146,59 @@ void summarize(const real* values, int count, Of<real>::Summary* tiles) {
     }
 }
 
-void respond(const Respond<real>& r, const Constants& constants) {
-    const Constants c = constants;
+// FA2 of kernels/press.h. Gains of 1 and -1 pass it unchanged to the bit.
+template <bool passed> real fa2_of(real acceleration, real C, const Constants& c) {
+    const real a = response(acceleration, C, c.curvature_length);
+    return passed ? a : rectified(a, c.gain_plus, c.gain_minus);
+}
+
+// All four responses of n cells in one loop.
+template <bool passed>
+void respond_four(int n, const Constants c, const real* rest, const real* L, const real* eps, const real* sum,
+                  const real* rate, const real* acceleration, real (*made)[chunk]) {
     const real l = c.curvature_length;
+#pragma GCC ivdep
+    for (int i = 0; i < n; ++i) {
+        const real C = curvature_of(rest[i], L[i], c.bend);
+        made[0][i] = response(eps[i], C, l);
+        made[1][i] = response(sum[i], C, l);
+        made[2][i] = response(rate[i], C, l);
+        made[3][i] = fa2_of<passed>(acceleration[i], C, c);
+    }
+}
+
+// The one that is asked for.
+template <bool passed>
+void respond_one(int q, int n, const Constants c, const real* rest, const real* L, const real* X, real* made) {
+    const real l = c.curvature_length;
+#pragma GCC ivdep
+    for (int i = 0; i < n; ++i) {
+        const real C = curvature_of(rest[i], L[i], c.bend);
+        made[i] = q == 3 ? fa2_of<passed>(X[i], C, c) : response(X[i], C, l);
+    }
+}
+
+template <bool passed> void respond_in(const Respond<real>& r, const Constants& c) {
+    const auto wanted = [&](int q) { return r.response[q] || r.tiles[q + 1]; };
+    const bool all = wanted(0) && wanted(1) && wanted(2) && wanted(3),
+               any = wanted(0) || wanted(1) || wanted(2) || wanted(3);
     for (int x = r.first; x < r.last; x += chunk) {
         const int n = min(chunk, r.last - x), tile = x / TILE_CELLS;
-        alignas(64) real L[chunk], C[chunk], made[chunk];
+        alignas(64) real L[chunk], made[4][chunk];
         if (r.tiles[0]) summarize(r.after.here + x, n, r.tiles[0] + tile);
-        laplacian_inside(r.after, x, x + n, L);
-        for (int i = 0; i < n; ++i) C[i] = curvature_of(r.rest[x + i], L[i], c.bend);
-        const auto finish = [&](int q) {
-            if (r.tiles[q + 1]) summarize(made, n, r.tiles[q + 1] + tile);
-            if (r.response[q]) stream(r.response[q] + x, made, size_t(n) * sizeof(real));
-        };
-        const auto wanted = [&](int q) { return r.response[q] || r.tiles[q + 1]; };
-        const real* from[] = {r.after.here + x, r.sum + x, r.rate + x};
-        for (int q = 0; q < 3; ++q) {
+        const real* from[] = {r.after.here + x, r.sum + x, r.rate + x, r.acceleration + x};
+        if (any) laplacian_inside(r.after, x, x + n, L);
+        if (all) respond_four<passed>(n, c, r.rest + x, L, from[0], from[1], from[2], from[3], made);
+        for (int q = 0; q < 4; ++q) {
             if (!wanted(q)) continue;
-            const real* X = from[q];
-            for (int i = 0; i < n; ++i) made[i] = response(X[i], C[i], l);
-            finish(q);
+            if (!all) respond_one<passed>(q, n, c, r.rest + x, L, from[q], made[q]);
+            if (r.tiles[q + 1]) summarize(made[q], n, r.tiles[q + 1] + tile);
+            if (r.response[q]) stream(r.response[q] + x, made[q], size_t(n) * sizeof(real));
         }
-        if (!wanted(3)) continue;
-        for (int i = 0; i < n; ++i)
-            made[i] = rectified(response(r.acceleration[x + i], C[i], l), c.gain_plus, c.gain_minus);
-        finish(3);
     }
+}
+
+void respond(const Respond<real>& r, const Constants& c) {
+    c.gain_plus == real(1) && c.gain_minus == real(-1) ? respond_in<true>(r, c) : respond_in<false>(r, c);
     leave();
 }
