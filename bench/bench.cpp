@@ -1,99 +1,148 @@
 // SPDX-License-Identifier: MIT
-// What doing less gains: seconds of one run of this program, medians, as Markdown.
-#include "dermis/dermis.hpp"
+// Speed and error in the same row. Everything is verified before it is timed; ratios hold within one run of this
+// program.
+#include "bench/bench.hpp"
 
 #include <algorithm>
-#include <chrono>
-#include <cstdio>
-#include <functional>
-#include <string>
+#include <fstream>
+#include <iterator>
+#include <thread>
 
-namespace {
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+namespace bench {
 
 using namespace dermis;
 
-double seconds(int runs, const std::function<void()>& work) {
-    std::vector<double> times;
-    work(); // warms up
-    for (int i = 0; i < runs; ++i) {
-        const auto start = std::chrono::steady_clock::now();
-        work();
-        times.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
-    }
-    std::sort(times.begin(), times.end());
-    return times[times.size() / 2];
+double seconds_of(const std::function<void()>& work) {
+    const double start = now();
+    work();
+    return now() - start;
 }
 
-void row(const char* what, double time, const char* against, double other) {
-    std::printf("| %s | %.4g | %s | %.4g | %.0f |\n", what, time, against, other, other / time);
-}
-
-// The scene with its maps made beforehand.
 Scene with_maps(Scene s) {
     const SceneMaps m = maps(s);
     s.surface = {Surface::Kind::map, {}, {}, {}, s.grid.spacing ? std::optional(1.0) : std::nullopt, m.surface};
     s.load.kind = Load::Kind::map;
     s.load.map = m.pressure;
+    s.load.intensity = 1;
+    s.load.radius.reset();
+    s.load.center.reset();
     return s;
 }
 
-std::vector<Scene> nine_scenes() {
-    std::vector<Scene> scenes;
-    for (Surface::Kind surface : {Surface::Kind::flat, Surface::Kind::wave, Surface::Kind::spiral})
-        for (Load::Kind load : {Load::Kind::circular, Load::Kind::point, Load::Kind::linear}) {
-            Scene s;
-            s.surface.kind = surface;
-            s.load.kind = load;
-            s.output.probes = {{75, 75}, {85, 85}, {60, 80}, {37, 37}, {112, 112}};
-            scenes.push_back(with_maps(s));
-        }
-    return scenes;
+Row Bench::cpu(const std::string& workload, long long n, int threads) const {
+    Row r;
+    r.backend = std::string("cpu-") + loops::best().name;
+    r.workload = workload;
+    r.width = r.height = n;
+    r.threads = threads;
+    r.stencil = "five-point";
+    r.method = "exact";
+    return r;
 }
 
-} // namespace
+Row Bench::on_vulkan(const std::string& workload, long long n) const {
+    Row r = cpu(workload, n, 0);
+    const DeviceInfo& info = vulkan->info();
+    const vulkan::Physical& physical = vulkan->impl().context->physical();
+    r.backend = "vulkan";
+    r.device = info.name;
+    r.driver = info.driver.substr(0, info.driver.find(' '));
+    r.driver_version = info.driver.substr(std::min(info.driver.find(' ') + 1, info.driver.size()));
+    r.device_uuid = physical.uuid;
+    r.exact = info.exact;
+    r.model = "march";
+    r.precision = "f32";
+    return r;
+}
 
-// Argument: seconds of one scene in NumPy (bench/numpy_study.py).
+void Bench::add(const Row& r) {
+    rows.push_back(r);
+    const double cells = double(r.width * r.height * std::max(r.steps, 1LL));
+    fmt::print(
+        "{:12} {:18} {}T {:>6} {:8} {:16} {:14} {:10.4g} s  {:8.4g} ns per cell and step{}{}\n", r.workload, r.backend,
+        r.threads, r.width, r.model, r.precision, r.method, r.wall.median, r.wall.median / cells * 1e9,
+        std::isnan(r.of_limit) ? "" : fmt::format("  {:.2f} of {} at {:.1f} GB/s", r.of_limit, r.limit, r.limit_GBs),
+        r.status == "ok" ? "" : "  " + r.status);
+    std::fflush(stdout);
+}
+
+std::vector<Timing> Bench::paired(const std::vector<std::function<double()>>& work, int times) const {
+    std::vector<std::vector<double>> seconds(work.size());
+    for (const auto& once : work) once();
+    for (int i = 0; i < times; ++i)
+        for (size_t k = 0; k < work.size(); ++k) seconds[k].push_back(work[k]());
+    std::vector<Timing> timings;
+    for (const auto& s : seconds) timings.push_back(timing_of(s));
+    return timings;
+}
+
+void limits(Bench& bench) {
+    for (int all = 0; all < 2; ++all) {
+        const int threads = all ? bench.cores : 1;
+        Limits memory(threads);
+        const auto timings =
+            bench.paired({[&] { return memory.read(); }, [&] { return memory.copy(); }}, std::max(bench.runs, 5));
+        for (int copy = 0; copy < 2; ++copy) {
+            Row r = bench.cpu("limit", 0, threads);
+            r.model = copy ? "copy" : "read";
+            r.method = r.stencil = "";
+            r.wall = timings[size_t(copy)];
+            r.limit = r.model;
+            r.limit_GBs = double(Limits::moved()) / r.wall.median / 1e9;
+            (copy ? bench.copy_GBs : bench.read_GBs)[all] = r.limit_GBs;
+            bench.rows.push_back(r);
+            fmt::print("limit: {} with {} threads: {:.1f} GB/s\n", r.model, threads, r.limit_GBs);
+        }
+    }
+}
+
+} // namespace bench
+
 int main(int argc, char** argv) {
-    const Device cpu = Device::cpu();
-    std::printf("| what | s | against | s | times |\n|---|---|---|---|---|\n");
-    const std::vector<Scene> nine = nine_scenes();
-    const auto all_of = [&](std::optional<Model> model) {
-        return seconds(11, [&] {
-            for (Scene s : nine) {
-                s.model = model;
-                run(s, cpu);
+    using namespace bench;
+    CLI::App app{"What each choice costs in time and in error"};
+    Bench bench;
+    std::string device = "vulkan", out = "results.csv", compare, commit;
+    app.add_option("--device", device, "cpu, vulkan, a row of `dermis devices` or a part of a name")
+        ->capture_default_str();
+    app.add_flag("--quick", bench.quick, "smaller grids, fewer runs: under two minutes");
+    app.add_option("--out", out, "the table")->capture_default_str();
+    app.add_option("--compare", compare, "an earlier table: exit status 1 where something has been lost")
+        ->check(CLI::ExistingFile);
+    app.add_option("--commit", commit, "written into each row");
+    CLI11_PARSE(app, argc, argv);
+    try {
+        bench.runs = bench.quick ? 3 : 7;
+        bench.cores = std::max(int(std::thread::hardware_concurrency()), 1);
+        growth(bench);
+        const std::vector<double> first = device == "cpu" ? std::vector<double>() : first_frames(device, bench.runs);
+        if (device != "cpu") try {
+                bench.vulkan = dermis::Device::open(device);
+            } catch (const dermis::Error& e) {
+                if (device != "vulkan") throw;
+                fmt::print(stderr, "dermis-bench: rows of the CPU alone: {}\n", e.what());
             }
-        });
-    };
-    const double moments = all_of(std::nullopt);
-    if (argc > 1)
-        row("the study's nine scenes, moments", moments, "every cell stepped in NumPy float64", 9 * std::stod(argv[1]));
-    row("the study's nine scenes, moments", moments, "every cell marched in f32", all_of(Model::march));
-
-    Scene large;
-    large.grid = {2048, 2048, {}};
-    large.surface.kind = Surface::Kind::wave;
-    large = with_maps(large);
-    std::vector<Material> materials;
-    for (int i = 0; i < 100; ++i) materials.push_back({1 + 0.01 * i, 1, {}, {}});
-    const double hundred = seconds(5, [&] { run(large, materials, cpu); });
-    row("one of 100 materials on 2048 x 2048", hundred / 100, "one material alone",
-        seconds(5, [&] { run(large, cpu); }));
-
-    Scene hand; // 4 materials: it has to step
-    hand.grid = {4096, 4096, 50e-6};
-    hand.surface.relief = 5e-5;
-    hand.material = {20e3, 1e3, 1e-3, 1e-5};
-    hand.load.intensity = 1e4;
-    hand = with_maps(hand);
-    for (int i = 0; i < 4096 * 4096; ++i) hand.material.modulus_map.edit().push_back(20e3 * (1 + (i / 512) % 4));
-    hand.time = {0.01, 0.5};
-    Scene field = hand;
-    hand.sites = population(hand.grid);
-    hand.output.traces.clear();
-    double sites = 0, whole = 0;
-    seconds(3, [&] { sites = run(hand, cpu).seconds; });
-    field.precision = Precision::f32;
-    seconds(1, [&] { whole = run(field, cpu).seconds; });
-    row("250 receptors per cm2, 4096 x 4096, 50 steps, sites", sites, "the whole field in f32", whole);
+        if (bench.vulkan && !first.empty()) {
+            Row r = bench.on_vulkan("first-frame", 150);
+            r.steps = 1;
+            r.wall = timing_of(first);
+            bench.add(r);
+        }
+        for (auto* part : {limits, streamed_frames, constant_map, study, population, materials, accuracy}) part(bench);
+        const std::string csv = csv_of(bench.rows, commit);
+        std::ofstream(out) << csv;
+        fmt::print("{} rows in {}\n", bench.rows.size(), out);
+        if (compare.empty()) return 0;
+        std::ifstream file(compare);
+        const std::string earlier{std::istreambuf_iterator<char>(file), {}};
+        const std::vector<std::string> complaints = lost(earlier, csv);
+        for (const std::string& line : complaints) fmt::print("{}\n", line);
+        return complaints.empty() ? 0 : 1;
+    } catch (const std::exception& e) {
+        fmt::print(stderr, "dermis-bench: {}\n", e.what());
+        return 1;
+    }
 }

@@ -6,8 +6,8 @@
 // `press` runs PRESS_CELLS cells per invocation in groups of PRESS_X x PRESS_Y; `fields` one in groups of FIELDS_X x 1;
 // `reduce` one tile of TILE_CELLS columns per invocation in groups of REDUCE_ROWS rows.
 #define PRESS_CELLS 4
-#define PRESS_X 16
-#define PRESS_Y 4
+#define PRESS_X 64
+#define PRESS_Y 1
 #define FIELDS_X 64
 #define TILE_CELLS 64
 #define REDUCE_ROWS 16

@@ -17,6 +17,7 @@ layout(constant_id = 1) const int EDGES = EDGES_MIRROR;
 layout(constant_id = 2) const int COMPENSATED = 0; // the state carries what its sums have lost
 layout(constant_id = 3) const int MATERIALS = 0; // rows differ from cell to cell
 layout(constant_id = 4) const int FRAMES = 0;    // pressure runs from one map to another
+layout(constant_id = 5) const int RESPONSES = 15; // which are asked for: bits SA1, SA2, FA1, FA2
 layout(push_constant) uniform Push { Constants c; };
 // all of pitch/4*height, a state several times that; a row's last cells may lie beyond its width
 layout(std430, binding = PRESS_PRESSURE_FROM) readonly buffer PressureFrom { vec4 pressure_from[]; };
@@ -60,11 +61,6 @@ Rows rows_at(int i) {
     return rows_of_four(table[m.x], table[m.y], table[m.z], table[m.w]);
 }
 
-Rows rows_of_cell(int i) {
-    if (MATERIALS == 0) return rows_of(c.row);
-    return rows_of(table[material_cells[i]]);
-}
-
 Load load_at(int i) {
     return FRAMES != 0 ? load_between(pressure_from[i], pressure_to[i], c) : load_of(pressure_from[i], c);
 }
@@ -75,13 +71,29 @@ vec4 stepped(vec4 eps, vec4 lost, Load load, Rows k) {
     return COMPENSATED != 0 ? added_compensated(eps, lost, step).value : added(eps, step);
 }
 
-// New strain of one cell; a column beyond an end is the one that the edge rule names.
-float strain_of(int x, int y) {
-    int i = y * c.pitch + wrapped(x, c.width, EDGES);
-    float lost = COMPENSATED != 0 ? state_cells[i + STATE_STRAIN_LOST * c.pitch * c.height] : 0.0;
-    vec4 p = vec4(pressure_from_cells[i]);
-    Load load = FRAMES != 0 ? load_between(p, vec4(pressure_to_cells[i]), c) : load_of(p, c);
-    return stepped(vec4(state_cells[i]), vec4(lost), load, rows_of_cell(i)).x;
+// New strain of the cells low, high, far_low, far_high beside x .. x + cells - 1; a column beyond an end is the one that
+// the edge rule names. All at once, because one alone would cost as much. The nearest stencil has no far ones.
+vec4 strains_beside(int x, int y, int cells) {
+    bool far = STENCIL != STENCIL_FIVE_POINT;
+    int row = y * c.pitch;
+    int low = row + wrapped(x - 1, c.width, EDGES);
+    int high = row + wrapped(x + cells, c.width, EDGES);
+    int far_low = far ? row + wrapped(x - 2, c.width, EDGES) : low;
+    int far_high = far ? row + wrapped(x + cells + 1, c.width, EDGES) : high;
+#define BESIDE(map, at) \
+    (far ? vec4(map[low + at], map[high + at], map[far_low + at], map[far_high + at]) \
+         : vec2(map[low + at], map[high + at]).xyxy)
+    vec4 eps = BESIDE(state_cells, 0);
+    vec4 lost = vec4(0.0);
+    if (COMPENSATED != 0) lost = BESIDE(state_cells, STATE_STRAIN_LOST * c.pitch * c.height);
+    vec4 p = BESIDE(pressure_from_cells, 0);
+    Load load = load_of(p, c);
+    if (FRAMES != 0) load = load_between(p, BESIDE(pressure_to_cells, 0), c);
+    Rows k = rows_of(c.row);
+    if (MATERIALS != 0)
+        k = rows_of_four(table[material_cells[low]], table[material_cells[high]], table[material_cells[far_low]],
+                         table[material_cells[far_high]]);
+    return stepped(eps, lost, load, k);
 }
 
 // New strain of cells x .. x + 3; those beyond the width are of no use.
@@ -94,12 +106,12 @@ vec4 strains(int x, int y) {
 vec4 laplacian_along_x(int x, int y, vec4 here) {
     // Columns x - 2 .. x + 5 as far_low, low, row, next. Beyond the width the edge rule takes over: in the row's last
     // cells, without a branch, because a software driver walks both sides of one.
-    bool far = STENCIL != STENCIL_FIVE_POINT;
     int cells = min(c.width - x, 4);
-    float low = strain_of(x - 1, y);
-    float far_low = far ? strain_of(x - 2, y) : low;
-    float high = strain_of(x + cells, y);
-    float far_high = far ? strain_of(x + cells + 1, y) : high;
+    vec4 beside = strains_beside(x, y, cells);
+    float low = beside.x;
+    float high = beside.y;
+    float far_low = beside.z;
+    float far_high = beside.w;
     ivec4 lane = ivec4(0, 1, 2, 3);
     vec4 row = mix(mix(here, vec4(high), equal(lane, ivec4(cells))), vec4(far_high), equal(lane, ivec4(cells + 1)));
     vec2 next = vec2(cells == 4 ? high : far_high, far_high);
@@ -158,12 +170,14 @@ void main() {
     }
     state_to[i] = after;
     state_to[i + STATE_SUM * map] = sum;
-    if (c.respond == 0) return;
+    if (c.respond == 0 || RESPONSES == 0) return;
     vec4 L = add(laplacian_along_x(x, y, after), laplacian_along_y(x, y, after));
     vec4 C = curvature_of(rest_curvature[i], L, c.bend);
-    sa1[i] = response(after, C, c.curvature_length);
-    sa2[i] = response(sum, C, c.curvature_length);
-    fa1[i] = response(rate_after(eps, load, k), C, c.curvature_length);
-    vec4 a = response(acceleration_after(eps, load, k), C, c.curvature_length);
+    scalar l = c.curvature_length;
+    if ((RESPONSES & 1) != 0) sa1[i] = response(after, C, l);
+    if ((RESPONSES & 2) != 0) sa2[i] = response(sum, C, l);
+    if ((RESPONSES & 4) != 0) fa1[i] = response(rate_after(eps, load, k), C, l);
+    if ((RESPONSES & 8) == 0) return;
+    vec4 a = response(acceleration_after(eps, load, k), C, l);
     fa2[i] = rectified(a, c.gain_plus, c.gain_minus);
 }

@@ -88,7 +88,7 @@ Kernel::Kernel(Context& context, const uint32_t* code, size_t bytes, uint32_t bi
         info.stage.pName = "main";
         info.stage.pSpecializationInfo = &special;
         info.layout = layout_;
-        check(vk.vkCreateComputePipelines(device, VK_NULL_HANDLE, 1, &info, nullptr, &pipeline_),
+        check(vk.vkCreateComputePipelines(device, context.pipelines(), 1, &info, nullptr, &pipeline_),
               "vkCreateComputePipelines");
 
         const VkDescriptorPoolSize size{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, uint32_t(bindings * sets.size())};
@@ -161,7 +161,10 @@ Context::Context(std::shared_ptr<const Instance> instance, const Physical& physi
         check(calls_.vkAllocateCommandBuffers(device_, &buffer, &commands_), "vkAllocateCommandBuffers");
         const VkFenceCreateInfo fence{VK_STRUCTURE_TYPE_FENCE_CREATE_INFO, nullptr, 0};
         check(calls_.vkCreateFence(device_, &fence, nullptr, &fence_), "vkCreateFence");
+        const VkPipelineCacheCreateInfo cache{VK_STRUCTURE_TYPE_PIPELINE_CACHE_CREATE_INFO};
+        check(calls_.vkCreatePipelineCache(device_, &cache, nullptr, &pipelines_), "vkCreatePipelineCache");
     } catch (...) {
+        calls_.vkDestroyFence(device_, fence_, nullptr);
         calls_.vkDestroyCommandPool(device_, pool_, nullptr);
         calls_.vkDestroyDevice(device_, nullptr);
         throw;
@@ -173,6 +176,7 @@ Context::~Context() {
         new std::shared_ptr<const Instance>(std::move(instance_));
         return;
     }
+    calls_.vkDestroyPipelineCache(device_, pipelines_, nullptr);
     calls_.vkDestroyFence(device_, fence_, nullptr);
     calls_.vkDestroyCommandPool(device_, pool_, nullptr);
     calls_.vkDestroyDevice(device_, nullptr);

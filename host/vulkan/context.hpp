@@ -60,6 +60,8 @@ class Context {
     Context(const Context&) = delete;
     Context& operator=(const Context&) = delete;
 
+    const Physical& physical() const { return physical_; }
+    VkPipelineCache pipelines() const { return pipelines_; } // what one run has compiled serves the next
     const VkPhysicalDeviceLimits& limits() const { return physical_.properties.limits; }
     VkDeviceSize heap_bytes() const; // of the largest device-local heap
     const VolkDeviceTable& calls() const { return calls_; }
@@ -82,6 +84,7 @@ class Context {
     VkCommandPool pool_ = VK_NULL_HANDLE;
     VkCommandBuffer commands_ = VK_NULL_HANDLE;
     VkFence fence_ = VK_NULL_HANDLE;
+    VkPipelineCache pipelines_ = VK_NULL_HANDLE;
     bool stuck_ = false;
 };
 

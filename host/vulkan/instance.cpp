@@ -165,11 +165,15 @@ void Instance::find_devices() {
 // Name, kind, driver, and what a device lacks for these kernels.
 void Instance::describe(Physical& p) const {
     VkPhysicalDeviceDriverProperties driver{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DRIVER_PROPERTIES};
+    VkPhysicalDeviceIDProperties id{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ID_PROPERTIES};
     VkPhysicalDeviceProperties2 properties{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2};
     vkGetPhysicalDeviceProperties(p.handle, &p.properties);
-    if (p.properties.apiVersion >= VK_API_VERSION_1_2) {
-        properties.pNext = &driver;
+    if (p.properties.apiVersion >= VK_API_VERSION_1_1) {
+        properties.pNext = &id;
+        if (p.properties.apiVersion >= VK_API_VERSION_1_2) id.pNext = &driver;
         vkGetPhysicalDeviceProperties2(p.handle, &properties);
+        for (uint8_t byte : id.deviceUUID)
+            for (int digit : {byte >> 4, byte & 15}) p.uuid += "0123456789abcdef"[digit];
     }
     vkGetPhysicalDeviceMemoryProperties(p.handle, &p.memory);
     p.info.name = p.properties.deviceName;

@@ -28,6 +28,7 @@ struct Physical {
     VkPhysicalDeviceMemoryProperties memory{};
     uint32_t family = 0; // a queue family that computes
     bool portability_subset = false;
+    std::string uuid; // hexadecimal
     DeviceInfo info;
 };
 

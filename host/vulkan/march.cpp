@@ -36,7 +36,8 @@ void check_fits(const plan::Plan& plan, const Context& context, VkDeviceSize pla
     };
     const VkPhysicalDeviceLimits& limits = context.limits();
     const VkDeviceSize state = state_planes(plan) * plane, table = plan.media.size() * sizeof(f32::Row),
-                       all = (plan.framed ? 10 : 9) * plane + 2 * state + ring +
+                       responses = VkDeviceSize(std::count(plan.wanted.begin() + 1, plan.wanted.end(), true)),
+                       all = ((plan.framed ? 6 : 5) + responses) * plane + 2 * state + ring +
                              (plan.material.empty() ? 0 : table + plane);
     const VkDeviceSize largest = std::max({state, ring, table});
     if (largest > limits.maxStorageBufferRange) refuse(largest, "maxStorageBufferRange", limits.maxStorageBufferRange);
@@ -202,13 +203,16 @@ class March : public plan::Marcher {
         const bool uniform = plan_.material.empty(); // then what it does not need is bound all the same
         if (place == state0 || place == state1) return VkDeviceSize(state_planes(plan_)) * plane_;
         if (place == rows) return uniform ? 4 : plan_.media.size() * sizeof(f32::Row);
+        if (place >= sa1 && place <= fa2 && !plan_.wanted[place - sa1 + 1]) return 4;
         if ((place == material && uniform) || (place == pressure1 && !plan_.framed)) return 4;
         return plane_;
     }
 
     void make_kernels() {
+        uint32_t responses = 0;
+        for (int q = 1; q < REDUCED_MAPS; ++q) responses |= uint32_t(plan_.wanted[q]) << (q - 1);
         const std::vector<uint32_t> variant = {uint32_t(plan_.stencil), uint32_t(plan_.edges), plan_.compensated,
-                                               !plan_.material.empty(), plan_.framed};
+                                               !plan_.material.empty(), plan_.framed,          responses};
         const auto b = [&](int i) { return &buffers_[i]; };
         std::vector<std::vector<const Buffer*>> press, fields, reduce;
         for (int to = 0; to < 2; ++to) // pressure runs from the other one

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: MIT
+#include "bench/frames.hpp"
+
+#include "press_cell_spv.h"
+#include "press_spv.h"
+
+#include <algorithm>
+#include <cstring>
+
+namespace bench {
+
+using namespace dermis;
+
+namespace {
+
+constexpr int ring = 4; // frames that come in turn
+enum { frames, rest = frames + ring, state0, state1, sa1, sa2, fa1, fa2, unused, buffers };
+
+} // namespace
+
+FrameScene::FrameScene(int n) {
+    Scene s;
+    s.grid = {n, n, {}};
+    s.surface.kind = Surface::Kind::map;
+    s.load.kind = Load::Kind::map;
+    std::vector<double> surface(size_t(n) * size_t(n));
+    for (size_t i = 0; i < surface.size(); ++i)
+        surface[i] = std::sin(0.3 * double(i % size_t(n))) * std::cos(0.2 * double(i / size_t(n)));
+    s.surface.map = surface;
+    s.load.map = std::vector<double>(surface.size(), 1.0);
+    plan = plan::make_plan(s, Precision::f32);
+    plan.framed = true;
+    step.rows = std::make_shared<std::vector<f64::Row>>(1, plan::exact_row(plan.media[0], s.time.step));
+    step.rise = 1;
+    step.trace = 0;
+    for (int i = 0; i < ring; ++i) {
+        const Floats& f = frames.emplace_back(cells());
+        for (size_t k = 0; k < cells(); ++k) f.data()[k] *= float(i % 2 ? 1 : -0.5);
+    }
+}
+
+VulkanFrames::VulkanFrames(const FrameScene& scene, std::shared_ptr<vulkan::Context> context, bool cell)
+    : scene_(scene), context_(std::move(context)), cell_(cell) {
+    using vulkan::Buffer;
+    const VkDeviceSize map = scene.cells() * sizeof(float);
+    for (int i = 0; i < buffers; ++i)
+        buffers_.emplace_back(*context_,
+                              i == unused                  ? 4
+                              : i == state0 || i == state1 ? 2 * map
+                                                           : map,
+                              Buffer::Place::device);
+    const auto b = [&](int i) { return &buffers_[size_t(i)]; };
+    std::vector<std::vector<const Buffer*>> sets;
+    for (int i = 0; i < ring; ++i) // the states change places with each frame
+        sets.push_back({b(frames + i), b(frames + (i + 1) % ring), b(rest), b(state0 + i % 2), b(state1 - i % 2),
+                        b(sa1), b(sa2), b(fa1), b(fa2), b(unused), b(unused)});
+    const std::vector<uint32_t> variant = {uint32_t(scene.plan.stencil), uint32_t(scene.plan.edges), 0, 0, 1, 15};
+    kernel_ = cell ? std::make_unique<vulkan::Kernel>(*context_, press_cell_spv, sizeof press_cell_spv, PRESS_BINDINGS,
+                                                      sizeof(f32::Constants), std::vector<uint32_t>{}, sets)
+                   : std::make_unique<vulkan::Kernel>(*context_, press_spv, sizeof press_spv, PRESS_BINDINGS,
+                                                      sizeof(f32::Constants), variant, sets);
+    VkQueryPoolCreateInfo info{VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO};
+    info.queryType = VK_QUERY_TYPE_TIMESTAMP;
+    info.queryCount = 2;
+    vulkan::check(context_->calls().vkCreateQueryPool(context_->device(), &info, nullptr, &stamps_),
+                  "vkCreateQueryPool");
+    Buffer staging(*context_, map, Buffer::Place::host);
+    const std::vector<float> rest_map = plan::padded<float>(scene.plan.maps.rest_curvature, scene.plan, "rest");
+    const VkBufferCopy region{0, 0, map};
+    for (int i = 0; i <= rest; ++i) {
+        std::memcpy(staging.data(), i < ring ? scene.frames[size_t(i)].data() : rest_map.data(), map);
+        context_->calls().vkCmdCopyBuffer(context_->begin(), staging.handle(), b(i)->handle(), 1, &region);
+        context_->submit();
+    }
+    const VkCommandBuffer commands = context_->begin();
+    for (int i = state0; i < buffers; ++i)
+        context_->calls().vkCmdFillBuffer(commands, b(i)->handle(), 0, VK_WHOLE_SIZE, 0);
+    context_->barrier(commands);
+    context_->submit();
+}
+
+VulkanFrames::~VulkanFrames() { context_->calls().vkDestroyQueryPool(context_->device(), stamps_, nullptr); }
+
+template <class Record> double VulkanFrames::timed(Record&& record) {
+    const VolkDeviceTable& vk = context_->calls();
+    const VkCommandBuffer commands = context_->begin();
+    vk.vkCmdResetQueryPool(commands, stamps_, 0, 2);
+    vk.vkCmdWriteTimestamp(commands, VK_PIPELINE_STAGE_TOP_OF_PIPE_BIT, stamps_, 0);
+    const double start = now();
+    record(commands);
+    recording_ = now() - start;
+    vk.vkCmdWriteTimestamp(commands, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, stamps_, 1);
+    context_->submit();
+    uint64_t ticks[2] = {};
+    vulkan::check(vk.vkGetQueryPoolResults(context_->device(), stamps_, 0, 2, sizeof ticks, ticks, sizeof(uint64_t),
+                                           VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT),
+                  "vkGetQueryPoolResults");
+    return double(ticks[1] - ticks[0]) * double(context_->limits().timestampPeriod) * 1e-9;
+}
+
+double VulkanFrames::press(int count) {
+    const auto c = plan::constants_of<f32::Constants>(scene_.plan, scene_.step);
+    const auto groups = [](int cells, int size) { return uint32_t((cells + size - 1) / size); };
+    const double gpu = timed([&](VkCommandBuffer commands) {
+        for (int i = 0; i < count; ++i, ++frame_) {
+            if (cell_) kernel_->record(commands, size_t(frame_ % ring), &c, groups(c.width, 64), uint32_t(c.height), 1);
+            else
+                kernel_->record(commands, size_t(frame_ % ring), &c, groups(c.width, PRESS_CELLS * PRESS_X),
+                                groups(c.height, PRESS_Y), 1);
+            context_->barrier(commands);
+        }
+    });
+    recording_ /= count;
+    return gpu;
+}
+
+double VulkanFrames::copy(int times) {
+    const VkBufferCopy region{0, 0, buffers_[frames].bytes()};
+    return timed([&](VkCommandBuffer commands) {
+        for (int i = 0; i < times; ++i) {
+            context_->calls().vkCmdCopyBuffer(commands, buffers_[frames].handle(), buffers_[fa1].handle(), 1, &region);
+            context_->barrier(commands);
+        }
+    });
+}
+
+std::vector<float> VulkanFrames::response(int r) {
+    vulkan::Buffer staging(*context_, buffers_[sa1].bytes(), vulkan::Buffer::Place::host);
+    const VkBufferCopy region{0, 0, staging.bytes()};
+    const VkCommandBuffer commands = context_->begin();
+    context_->calls().vkCmdCopyBuffer(commands, buffers_[size_t(sa1 + r)].handle(), staging.handle(), 1, &region);
+    context_->barrier(commands);
+    context_->submit();
+    const auto* values = static_cast<const float*>(staging.data());
+    return {values, values + scene_.cells()};
+}
+
+} // namespace bench

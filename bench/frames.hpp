@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: MIT
+// Workload W1, a streamed frame: a new pressure each step, linear between frames, four responses written.
+#pragma once
+
+#include "bench/limits.hpp"
+#include "host/device.hpp"
+
+namespace bench {
+
+struct FrameScene {
+    explicit FrameScene(int n);
+    dermis::plan::Plan plan;
+    dermis::plan::Step step;    // pressure runs over the whole of it
+    std::vector<Floats> frames; // pitch*height, in turn
+    size_t cells() const { return size_t(plan.pitch) * size_t(plan.constants.height); }
+};
+
+// The frames on a device; `cell`: by the kernel of one cell per invocation.
+class VulkanFrames {
+  public:
+    VulkanFrames(const FrameScene&, std::shared_ptr<dermis::vulkan::Context>, bool cell);
+    ~VulkanFrames();
+    // Records and submits so many frames, waits. Seconds on the device.
+    double press(int frames);
+    double recording() const { return recording_; } // seconds of the host for each of the last frames
+    std::vector<float> response(int r);             // pitch*height of SA1, SA2, FA1, FA2
+
+    // Seconds to copy a map of the frames on the device, so many times.
+    double copy(int times);
+
+  private:
+    template <class Record> double timed(Record&&);
+    const FrameScene& scene_;
+    std::shared_ptr<dermis::vulkan::Context> context_;
+    std::vector<dermis::vulkan::Buffer> buffers_;
+    std::unique_ptr<dermis::vulkan::Kernel> kernel_;
+    VkQueryPool stamps_ = VK_NULL_HANDLE;
+    bool cell_;
+    int frame_ = 0;
+    double recording_ = 0;
+};
+
+} // namespace bench

@@ -1,0 +1,50 @@
+#version 450
+// SPDX-License-Identifier: MIT
+// What kernels/press.comp is measured against: the same streamed frame, one cell per invocation, nothing but the model.
+#extension GL_GOOGLE_include_directive : require
+#include "prelude.h"
+#include "layout.h"
+#include "press.h"
+#include "curvature.h"
+
+layout(local_size_x = 64) in;
+layout(push_constant) uniform Push { Constants c; };
+layout(std430, binding = PRESS_PRESSURE_FROM) readonly buffer PressureFrom { float pressure_from[]; };
+layout(std430, binding = PRESS_PRESSURE_TO) readonly buffer PressureTo { float pressure_to[]; };
+layout(std430, binding = PRESS_REST_CURVATURE) readonly buffer Rest { float rest_curvature[]; };
+layout(std430, binding = PRESS_STATE_FROM) readonly buffer StateFrom { float state_from[]; };
+layout(std430, binding = PRESS_STATE_TO) writeonly buffer StateTo { float state_to[]; };
+layout(std430, binding = PRESS_SA1) writeonly buffer Sa1 { float sa1[]; };
+layout(std430, binding = PRESS_SA2) writeonly buffer Sa2 { float sa2[]; };
+layout(std430, binding = PRESS_FA1) writeonly buffer Fa1 { float fa1[]; };
+layout(std430, binding = PRESS_FA2) writeonly buffer Fa2 { float fa2[]; };
+
+float strain_of(int x, int y) {
+    int i = wrapped(y, c.height, EDGES_MIRROR) * c.pitch + wrapped(x, c.width, EDGES_MIRROR);
+    Load load = load_between(pressure_from[i], pressure_to[i], c);
+    return added(state_from[i], strain_step(state_from[i], load, rows_of(c.row)));
+}
+
+void main() {
+    int x = int(gl_GlobalInvocationID.x);
+    int y = int(gl_GlobalInvocationID.y);
+    if (x >= c.width) return;
+    int i = y * c.pitch + x;
+    int map = c.pitch * c.height;
+    Rows k = rows_of(c.row);
+    Load load = load_between(pressure_from[i], pressure_to[i], c);
+    float eps = state_from[i];
+    float integral = state_from[i + map];
+    float after = added(eps, strain_step(eps, load, k));
+    float sum = added(integral, sum_step(eps, integral, load, k));
+    state_to[i] = after;
+    state_to[i + map] = sum;
+    float L = add(second_difference(strain_of(x - 1, y), after, strain_of(x + 1, y)),
+                  second_difference(strain_of(x, y - 1), after, strain_of(x, y + 1)));
+    float C = curvature_of(rest_curvature[i], L, c.bend);
+    float l = c.curvature_length;
+    sa1[i] = response(after, C, l);
+    sa2[i] = response(sum, C, l);
+    fa1[i] = response(rate_after(eps, load, k), C, l);
+    fa2[i] = rectified(response(acceleration_after(eps, load, k), C, l), c.gain_plus, c.gain_minus);
+}

@@ -1,0 +1,307 @@
+// SPDX-License-Identifier: MIT
+// Workloads that are whole scenes, error against time, growth with cells.
+#include "bench/bench.hpp"
+
+#include <algorithm>
+#include <numbers>
+
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+namespace bench {
+
+using namespace dermis;
+
+void study(Bench& bench) {
+    std::vector<Scene> nine;
+    for (Surface::Kind surface : {Surface::Kind::flat, Surface::Kind::wave, Surface::Kind::spiral})
+        for (Load::Kind load : {Load::Kind::circular, Load::Kind::point, Load::Kind::linear}) {
+            Scene s;
+            s.surface.kind = surface;
+            s.load.kind = load;
+            s.output.probes = {{75, 75}, {85, 85}, {60, 80}, {37, 37}, {112, 112}};
+            nine.push_back(with_maps(s));
+        }
+    const Device cpu = Device::cpu();
+    for (bool marched : {false, true}) {
+        for (Scene& s : nine)
+            if (marched) s.model = Model::march, s.precision = Precision::f32;
+        Row r = bench.cpu("W3", 150, 1);
+        r.model = marched ? "march" : "moments";
+        r.precision = marched ? "f32" : "f64";
+        r.steps = 9 * 1000;
+        r.wall = bench.paired({[&] {
+                                  return seconds_of([&] {
+                                      for (const Scene& s : nine) run(s, cpu);
+                                  });
+                              }},
+                              marched ? bench.runs : 31)[0];
+        bench.add(r);
+    }
+}
+
+void population(Bench& bench) {
+    const int n = bench.quick ? 1024 : 4096;
+    for (bool uniform : {true, false}) {
+        Scene hand; // 50 um cells
+        hand.grid = {n, n, 50e-6};
+        hand.surface.relief = 5e-5;
+        hand.material = {20e3, 1e3, 1e-3, 1e-5, {}, {}};
+        hand.load.intensity = 1e4;
+        hand = with_maps(hand);
+        if (!uniform) { // it has to step
+            std::vector<double>& modulus = hand.material.modulus_map.edit();
+            for (int i = 0; i < n * n; ++i) modulus.push_back(20e3 * (1 + (i / 512) % 4));
+        }
+        hand.time = {0.01, 0.5};
+        Scene field = hand;
+        field.precision = Precision::f32;
+        field.model = Model::march;
+        hand.sites = dermis::population(hand.grid);
+        hand.output.traces.clear();
+        for (bool sites : {true, false}) {
+            Row r = bench.cpu("W4", n, bench.cores);
+            r.model = sites ? "sites" : "march";
+            r.precision = sites ? "f64" : "f32";
+            r.method = uniform ? "exact" : "exact-materials";
+            r.receptors = sites ? static_cast<long long>(hand.sites.size()) : 0;
+            r.steps = 50;
+            r.wall = bench.paired({[&] { return run(sites ? hand : field, Device::cpu()).seconds; }},
+                                  std::min(bench.runs, 3))[0];
+            bench.add(r);
+        }
+    }
+}
+
+void materials(Bench& bench) {
+    Scene s;
+    const int n = bench.quick ? 512 : 2048;
+    s.grid = {n, n, {}};
+    s.surface.kind = Surface::Kind::wave;
+    s.surface.noise = 0;
+    s = with_maps(s);
+    std::vector<Material> hundred;
+    for (int i = 0; i < 100; ++i) hundred.push_back({1 + 0.01 * i, 1, {}, {}, {}, {}});
+    const auto timings = bench.paired({[&] { return seconds_of([&] { run(s, Device::cpu()); }); },
+                                       [&] { return seconds_of([&] { run(s, hundred, Device::cpu()); }); }},
+                                      std::min(bench.runs, 5));
+    for (int all = 0; all < 2; ++all) {
+        Row r = bench.cpu(all ? "materials-100" : "materials-1", n, bench.cores);
+        r.model = "moments";
+        r.precision = "f64";
+        r.steps = 1000;
+        r.wall = timings[size_t(all)];
+        bench.add(r);
+    }
+}
+
+namespace {
+
+constexpr double end = 2.56; // s
+
+// Smooth and periodic, so that the Laplacian of the continuum is known: waves of `cells` cells along each axis.
+struct Smooth {
+    int n;
+    double k;
+    explicit Smooth(int cells, int wave) : n(cells), k(2 * std::numbers::pi / wave) {}
+    double surface(int x, int y) const { return std::sin(k * x) * std::sin(k * y); }
+    double pressure(int x, int y) const { return 1 + 0.5 * std::cos(k * x) * std::cos(k * y); }
+    std::vector<double> map(double (Smooth::*of)(int, int) const) const {
+        std::vector<double> m;
+        for (int y = 0; y < n; ++y)
+            for (int x = 0; x < n; ++x) m.push_back((this->*of)(x, y));
+        return m;
+    }
+    Scene scene() const {
+        Scene s;
+        s.grid = {n, n, {}};
+        s.edges = Edges::periodic;
+        s.surface.kind = Surface::Kind::map;
+        s.surface.map = map(&Smooth::surface);
+        s.load.kind = Load::Kind::map;
+        s.load.map = map(&Smooth::pressure);
+        s.time.duration = end;
+        return s;
+    }
+};
+
+// Greatest error over cells and three instants, over the greatest value: strain and responses against closed forms in
+// time on the scene's own grid, curvature against the continuum's.
+std::array<double, 6> errors_of(const Smooth& smooth, Scene s, const Device& device) {
+    const std::vector<Quantity> all = {Quantity::strain, Quantity::sa1, Quantity::sa2,
+                                       Quantity::fa1,    Quantity::fa2, Quantity::curvature};
+    const double E = s.material.modulus, eta = s.material.viscosity, times[] = {end / 4, end / 2, 3 * end / 4};
+    for (double t : times) s.output.fields.push_back({t, all});
+    if (s.model == Model::moments) s.model = Model::maps;
+    const Result r = run(s, device);
+    Scene unit = s; // L(p), by the same stencil
+    unit.surface.map = s.load.map;
+    const SceneMaps m = maps(s);
+    const Map Lp = maps(unit).rest_curvature;
+    std::array<double, 6> worst{}, largest{};
+    for (const Field& f : r.fields) {
+        const double decay = std::exp(-E / eta * f.at), g = -std::expm1(-E / eta * f.at) / E;
+        const double scalar[] = {g, g, (f.at - eta * g) / E, decay / eta, -E / eta * decay / eta};
+        const auto q = size_t(f.quantity);
+        for (int y = 0; y < smooth.n; ++y)
+            for (int x = 0; x < smooth.n; ++x) {
+                const size_t i = size_t(y) * size_t(smooth.n) + size_t(x);
+                const double p = m.pressure[i], C = m.rest_curvature[i] - g * Lp[i];
+                const double k2 = 2 * smooth.k * smooth.k;
+                double exact = 0;
+                if (f.quantity == Quantity::curvature)
+                    exact = -k2 * smooth.surface(x, y) + g * k2 * (smooth.pressure(x, y) - 1);
+                else exact = p * scalar[q] * (f.quantity == Quantity::strain ? 1 : 1 + C);
+                worst[q] = std::max(worst[q], std::abs(f.values[i] - exact));
+                largest[q] = std::max(largest[q], std::abs(exact));
+            }
+    }
+    for (size_t q = 0; q < 6; ++q) worst[q] /= largest[q];
+    return worst;
+}
+
+} // namespace
+
+void accuracy(Bench& bench) {
+    const Smooth smooth(bench.quick ? 64 : 192, 16);
+    const Device cpu = Device::cpu();
+    struct Series {
+        const Device* device;
+        Model model;
+        Precision precision;
+        Method method;
+        Stencil stencil;
+        double least; // step
+    };
+    std::vector<Series> all;
+    const double finest = bench.quick ? 0.02 : 0.0025;
+    for (Method m : {Method::euler, Method::rk2, Method::rk4, Method::backward_euler, Method::crank_nicolson,
+                     Method::sdirk2, Method::exact})
+        for (Precision p : {Precision::f32, Precision::f64})
+            all.push_back({&cpu, Model::march, p, m, Stencil::five_point, finest});
+    all.push_back({&cpu, Model::march, Precision::f32_compensated, Method::exact, Stencil::five_point, finest});
+    all.push_back({&cpu, Model::march, Precision::f32, Method::exact, Stencil::fourth_order, finest});
+    all.push_back({&cpu, Model::moments, Precision::f64, Method::exact, Stencil::five_point, finest});
+    all.push_back({&cpu, Model::moments, Precision::f64, Method::exact, Stencil::fourth_order, finest});
+    if (bench.vulkan)
+        for (Method m : {Method::euler, Method::rk4, Method::exact})
+            all.push_back(
+                {&*bench.vulkan, Model::march, Precision::f32, m, Stencil::five_point, bench.quick ? 0.08 : 0.01});
+    for (const Series& series : all)
+        for (double step = 0.64; step >= series.least; step /= 2) {
+            Scene s = smooth.scene();
+            s.material.viscosity = 0.25; // dt/tau up to 3.9: methods fail on the way
+            s.model = series.model;
+            s.precision = series.precision;
+            s.method = series.method;
+            s.stencil = series.stencil;
+            s.time.step = step;
+            Row r = series.device == &cpu ? bench.cpu("accuracy", smooth.n, bench.cores)
+                                          : bench.on_vulkan("accuracy", smooth.n);
+            r.model = name(series.model);
+            r.precision = name(series.precision);
+            r.method = name(series.method);
+            r.stencil = series.stencil == Stencil::five_point ? "five-point" : "fourth-order";
+            r.dt_over_tau = step * s.material.modulus / s.material.viscosity;
+            r.steps = static_cast<long long>(std::llround(end / step));
+            try {
+                r.errors = errors_of(smooth, s, *series.device);
+                r.wall =
+                    bench.paired({[&] {
+                                     double seconds = 0;
+                                     const double whole = seconds_of([&] { seconds = run(s, *series.device).seconds; });
+                                     return series.model == Model::march ? seconds : whole; // of which maps are all
+                                 }},
+                                 std::min(bench.runs, 5))[0];
+            } catch (const Error&) { // refused
+                r.status = "unstable";
+            }
+            bench.add(r);
+        }
+}
+
+namespace {
+
+// Of a run in a process of its own: seconds of its steps, seconds from the process's start, peak memory.
+struct Alone {
+    double seconds = NAN, whole = NAN, peak_bytes = NAN;
+};
+
+Alone alone(const std::function<double()>& work) {
+    int ends[2];
+    if (pipe(ends) != 0) return {};
+    const double start = now();
+    const pid_t child = fork();
+    if (child == 0) {
+        const double seconds = work();
+        _exit(write(ends[1], &seconds, sizeof seconds) == sizeof seconds ? 0 : 1);
+    }
+    Alone a;
+    close(ends[1]);
+    if (read(ends[0], &a.seconds, sizeof a.seconds) != sizeof a.seconds) a.seconds = NAN;
+    close(ends[0]);
+    rusage usage{};
+    int status = 0;
+    wait4(child, &status, 0, &usage);
+    a.whole = now() - start;
+    a.peak_bytes = double(usage.ru_maxrss) * 1024;
+    return a;
+}
+
+} // namespace
+
+void growth(Bench& bench) {
+    const Device cpu = Device::cpu();
+    for (int n : bench.quick ? std::vector{1024, 2048} : std::vector{1024, 2048, 4096, 8192, 16384}) {
+        const auto scene = [n] {
+            Scene s;
+            s.grid = {n, n, {}};
+            s.load.kind = Load::Kind::linear;
+            s.load.radius = n;
+            s.model = Model::march;
+            s.precision = Precision::f32;
+            s.time = {0.01, 0.06};
+            return s;
+        };
+        Row r = bench.cpu("growth", n, bench.cores);
+        r.model = "march";
+        r.precision = "f32";
+        r.steps = 6;
+        std::vector<double> seconds;
+        Alone a;
+        for (int i = 0; i < (n > 8192 ? 1 : 3); ++i) {
+            a = alone([&] { return run(scene(), cpu).seconds; });
+            seconds.push_back(a.seconds);
+        }
+        r.wall = timing_of(seconds);
+        const double planned = alone([&] {
+                                   const Explanation e = explain(scene(), cpu);
+                                   return e.candidates[e.chosen].bytes;
+                               }).seconds;
+        r.limit = "planned bytes";
+        r.limit_GBs = planned / 1e9;
+        r.of_limit = a.peak_bytes / planned;
+        bench.add(r);
+    }
+}
+
+std::vector<double> first_frames(const std::string& device, int runs) {
+    std::vector<double> seconds;
+    for (int i = 0; i < runs + 1; ++i) {
+        const Alone a = alone([&] {
+            Scene s;
+            s.time.duration = s.time.step;
+            try {
+                return run(s, Device::open(device)).seconds;
+            } catch (const Error&) {
+                return NAN + 0.0;
+            }
+        });
+        if (std::isnan(a.seconds)) return {};
+        if (i > 0) seconds.push_back(a.whole); // the first one warms caches on disk
+    }
+    return seconds;
+}
+
+} // namespace bench
