@@ -14,6 +14,8 @@ struct Device::Impl {
     int threads = 0;                          // CPU path
     bool asked = false;                       // for by name or as Vulkan: then it is this device that works
     std::shared_ptr<vulkan::Context> context; // null: the CPU path
+    bool named = false;                       // by its name or number: differing bits are then no reason to refuse
+    bool tested = false;                      // in every variant; opening a device tests the plain one alone
 };
 
 // Device::open with a loader of the caller's choice and validation.
@@ -31,6 +33,6 @@ struct SelfTest {
     Kernel kernels[3] = {{"press"}, {"fields"}, {"reduce"}};
     bool exact() const { return kernels[0].different + kernels[1].different + kernels[2].different == 0; }
 };
-SelfTest self_test(const Device&);
+SelfTest self_test(const Device&, bool every_variant = true);
 
 } // namespace dermis

@@ -169,7 +169,6 @@ Result run_plan(const plan::Plan& plan, const SharedMoments& moments, const Devi
                 const Result* like = nullptr) {
     const bool marches = plan.model == Model::march;
     Result result;
-    result.device = device.info();
     result.model = plan.model;
     result.precision = marches ? plan.precision : Precision::f64;
     result.predicted_error = plan.predicted_error;
@@ -188,6 +187,7 @@ Result run_plan(const plan::Plan& plan, const SharedMoments& moments, const Devi
     const auto marcher = marches   ? march(device, plan, std::ref(collect))
                          : moments ? model::separable(plan, moments, std::ref(collect))
                                    : model::sites(plan, *cells, device.impl().threads, std::ref(collect));
+    result.device = device.info(); // what making the march has found out
     std::unique_ptr<Check> check;
     if (options.check)
         check = std::make_unique<Check>(device.info().vulkan ? Device::cpu() : Device::open("vulkan"), plan, result);

@@ -13,7 +13,7 @@ namespace {
 // What stands between the library and the real loader; volk asks by name.
 struct Shim {
     PFN_vkGetInstanceProcAddr real = vulkan::system_loader().get;
-    bool no_driver = false, no_compute = false, few_buffers = false, miscompile = false;
+    bool no_driver = false, no_compute = false, few_buffers = false, miscompile = false, miscompile_far = false;
     PFN_vkVoidFunction queues = nullptr, properties = nullptr, module = nullptr, device_address = nullptr;
 } shim;
 
@@ -32,12 +32,12 @@ VKAPI_ATTR void VKAPI_CALL properties(VkPhysicalDevice p, VkPhysicalDeviceProper
     out->limits.maxPerStageDescriptorStorageBuffers = 4;
 }
 
-// A compiler that gets one constant wrong: 4/3 of the fourth-order stencil.
+// A compiler that gets one constant wrong: the 1 of every response, or 4/3 of the fourth-order stencil.
 VKAPI_ATTR VkResult VKAPI_CALL module(VkDevice d, const VkShaderModuleCreateInfo* info, const VkAllocationCallbacks* a,
                                       VkShaderModule* m) {
     std::vector<uint32_t> code(info->pCode, info->pCode + info->codeSize / 4);
     for (uint32_t& word : code)
-        if (word == 0x3faaaaab) word ^= 1;
+        if (word == (shim.miscompile ? 0x3f800000 : 0x3faaaaab)) word ^= 1;
     VkShaderModuleCreateInfo changed = *info;
     changed.pCode = code.data();
     return reinterpret_cast<PFN_vkCreateShaderModule>(shim.module)(d, &changed, a, m);
@@ -45,7 +45,7 @@ VKAPI_ATTR VkResult VKAPI_CALL module(VkDevice d, const VkShaderModuleCreateInfo
 
 VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL device_address(VkDevice device, const char* name) {
     const PFN_vkVoidFunction real = reinterpret_cast<PFN_vkGetDeviceProcAddr>(shim.device_address)(device, name);
-    if (shim.miscompile && std::strcmp(name, "vkCreateShaderModule") == 0) {
+    if ((shim.miscompile || shim.miscompile_far) && std::strcmp(name, "vkCreateShaderModule") == 0) {
         shim.module = real;
         return reinterpret_cast<PFN_vkVoidFunction>(module);
     }
@@ -122,6 +122,20 @@ TEST_CASE("a device whose bits differ is named and refused, unless asked for by 
         CHECK(test.kernels[0].different > 0);
         CHECK(test.kernels[1].different > 0);
     }
+}
+
+TEST_CASE("a device that fails in one variant alone is refused when a scene needs that one") {
+    const Loader wrong = faulty(&Shim::miscompile_far);
+    Scene s = small_scene(20, 12);
+    s.model = Model::march;
+    Device device = open_device("vulkan", wrong);
+    CHECK(device.info().exact);
+    CHECK(run(s, device).steps > 0);
+    s.stencil = Stencil::fourth_order;
+    CHECK(refusal(Error::Code::no_device, [&] { run(s, device); }).find("bits differ") != std::string::npos);
+    CHECK(refusal(Error::Code::no_device, [&] { run(s, device); }).find("bits differ") != std::string::npos);
+    device = open_device("0", wrong); // asked for: then the result says so
+    CHECK_FALSE(run(s, device).device.exact);
 }
 
 TEST_CASE("auto takes no software driver; vulkan takes it; names are parts of names") {

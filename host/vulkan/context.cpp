@@ -51,46 +51,11 @@ Buffer::~Buffer() {
 
 Kernel::Kernel(Context& context, const uint32_t* code, size_t bytes, uint32_t bindings, uint32_t constants_bytes,
                const std::vector<uint32_t>& specialization, const std::vector<std::vector<const Buffer*>>& sets)
-    : context_(context), constants_bytes_(constants_bytes) {
+    : context_(context), constants_bytes_(constants_bytes),
+      pipeline_(context.pipeline(code, bytes, bindings, constants_bytes, specialization)) {
     const VolkDeviceTable& vk = context.calls();
     const VkDevice device = context.device();
-    VkShaderModule module = VK_NULL_HANDLE;
     try {
-        std::vector<VkDescriptorSetLayoutBinding> slots(bindings);
-        for (uint32_t i = 0; i < bindings; ++i)
-            slots[i] = {i, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, 1, VK_SHADER_STAGE_COMPUTE_BIT, nullptr};
-        VkDescriptorSetLayoutCreateInfo set_info{VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO};
-        set_info.bindingCount = bindings;
-        set_info.pBindings = slots.data();
-        check(vk.vkCreateDescriptorSetLayout(device, &set_info, nullptr, &set_layout_), "vkCreateDescriptorSetLayout");
-
-        const VkPushConstantRange range{VK_SHADER_STAGE_COMPUTE_BIT, 0, constants_bytes_};
-        VkPipelineLayoutCreateInfo layout_info{VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO};
-        layout_info.setLayoutCount = 1;
-        layout_info.pSetLayouts = &set_layout_;
-        layout_info.pushConstantRangeCount = 1;
-        layout_info.pPushConstantRanges = &range;
-        check(vk.vkCreatePipelineLayout(device, &layout_info, nullptr, &layout_), "vkCreatePipelineLayout");
-
-        VkShaderModuleCreateInfo module_info{VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO};
-        module_info.codeSize = bytes;
-        module_info.pCode = code;
-        check(vk.vkCreateShaderModule(device, &module_info, nullptr, &module), "vkCreateShaderModule");
-
-        std::vector<VkSpecializationMapEntry> entries;
-        for (uint32_t i = 0; i < specialization.size(); ++i) entries.push_back({i, i * 4, 4});
-        const VkSpecializationInfo special{uint32_t(entries.size()), entries.data(), specialization.size() * 4,
-                                           specialization.data()};
-        VkComputePipelineCreateInfo info{VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO};
-        info.stage.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO;
-        info.stage.stage = VK_SHADER_STAGE_COMPUTE_BIT;
-        info.stage.module = module;
-        info.stage.pName = "main";
-        info.stage.pSpecializationInfo = &special;
-        info.layout = layout_;
-        check(vk.vkCreateComputePipelines(device, context.pipelines(), 1, &info, nullptr, &pipeline_),
-              "vkCreateComputePipelines");
-
         const VkDescriptorPoolSize size{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, uint32_t(bindings * sets.size())};
         VkDescriptorPoolCreateInfo pool_info{VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO};
         pool_info.maxSets = uint32_t(sets.size());
@@ -101,7 +66,7 @@ Kernel::Kernel(Context& context, const uint32_t* code, size_t bytes, uint32_t bi
             VkDescriptorSetAllocateInfo allocation{VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO};
             allocation.descriptorPool = pool_;
             allocation.descriptorSetCount = 1;
-            allocation.pSetLayouts = &set_layout_;
+            allocation.pSetLayouts = &pipeline_.set_layout;
             check(vk.vkAllocateDescriptorSets(device, &allocation, &sets_.emplace_back()), "vkAllocateDescriptorSets");
             std::vector<VkDescriptorBufferInfo> ranges(bindings);
             std::vector<VkWriteDescriptorSet> writes(bindings);
@@ -117,31 +82,22 @@ Kernel::Kernel(Context& context, const uint32_t* code, size_t bytes, uint32_t bi
             vk.vkUpdateDescriptorSets(device, bindings, writes.data(), 0, nullptr);
         }
     } catch (...) {
-        vk.vkDestroyShaderModule(device, module, nullptr);
-        destroy();
+        vk.vkDestroyDescriptorPool(device, pool_, nullptr);
         throw;
     }
-    vk.vkDestroyShaderModule(device, module, nullptr);
 }
 
 Kernel::~Kernel() {
-    if (!context_.stuck()) destroy();
-}
-
-void Kernel::destroy() {
-    const VolkDeviceTable& vk = context_.calls();
-    vk.vkDestroyDescriptorPool(context_.device(), pool_, nullptr);
-    vk.vkDestroyPipeline(context_.device(), pipeline_, nullptr);
-    vk.vkDestroyPipelineLayout(context_.device(), layout_, nullptr);
-    vk.vkDestroyDescriptorSetLayout(context_.device(), set_layout_, nullptr);
+    if (!context_.stuck()) context_.calls().vkDestroyDescriptorPool(context_.device(), pool_, nullptr);
 }
 
 void Kernel::record(VkCommandBuffer commands, size_t set, const void* constants, uint32_t x, uint32_t y,
                     uint32_t z) const {
     const VolkDeviceTable& vk = context_.calls();
-    vk.vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_);
-    vk.vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, layout_, 0, 1, &sets_[set], 0, nullptr);
-    vk.vkCmdPushConstants(commands, layout_, VK_SHADER_STAGE_COMPUTE_BIT, 0, constants_bytes_, constants);
+    vk.vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_.pipeline);
+    vk.vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_.layout, 0, 1, &sets_[set], 0,
+                               nullptr);
+    vk.vkCmdPushConstants(commands, pipeline_.layout, VK_SHADER_STAGE_COMPUTE_BIT, 0, constants_bytes_, constants);
     vk.vkCmdDispatch(commands, x, y, z);
 }
 
@@ -162,7 +118,7 @@ Context::Context(std::shared_ptr<const Instance> instance, const Physical& physi
         const VkFenceCreateInfo fence{VK_STRUCTURE_TYPE_FENCE_CREATE_INFO, nullptr, 0};
         check(calls_.vkCreateFence(device_, &fence, nullptr, &fence_), "vkCreateFence");
         const VkPipelineCacheCreateInfo cache{VK_STRUCTURE_TYPE_PIPELINE_CACHE_CREATE_INFO};
-        check(calls_.vkCreatePipelineCache(device_, &cache, nullptr, &pipelines_), "vkCreatePipelineCache");
+        check(calls_.vkCreatePipelineCache(device_, &cache, nullptr, &cache_), "vkCreatePipelineCache");
     } catch (...) {
         calls_.vkDestroyFence(device_, fence_, nullptr);
         calls_.vkDestroyCommandPool(device_, pool_, nullptr);
@@ -176,10 +132,70 @@ Context::~Context() {
         new std::shared_ptr<const Instance>(std::move(instance_));
         return;
     }
-    calls_.vkDestroyPipelineCache(device_, pipelines_, nullptr);
+    for (const auto& [key, pipeline] : pipelines_) destroy(pipeline);
+    calls_.vkDestroyPipelineCache(device_, cache_, nullptr);
     calls_.vkDestroyFence(device_, fence_, nullptr);
     calls_.vkDestroyCommandPool(device_, pool_, nullptr);
     calls_.vkDestroyDevice(device_, nullptr);
+}
+
+const Pipeline& Context::pipeline(const uint32_t* code, size_t bytes, uint32_t bindings, uint32_t constants_bytes,
+                                  const std::vector<uint32_t>& specialization) {
+    const auto [entry, fresh] = pipelines_.try_emplace({code, specialization});
+    Pipeline& made = entry->second;
+    if (!fresh) return made;
+    VkShaderModule module = VK_NULL_HANDLE;
+    try {
+        std::vector<VkDescriptorSetLayoutBinding> slots(bindings);
+        for (uint32_t i = 0; i < bindings; ++i)
+            slots[i] = {i, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, 1, VK_SHADER_STAGE_COMPUTE_BIT, nullptr};
+        VkDescriptorSetLayoutCreateInfo set_info{VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO};
+        set_info.bindingCount = bindings;
+        set_info.pBindings = slots.data();
+        check(calls_.vkCreateDescriptorSetLayout(device_, &set_info, nullptr, &made.set_layout),
+              "vkCreateDescriptorSetLayout");
+
+        const VkPushConstantRange range{VK_SHADER_STAGE_COMPUTE_BIT, 0, constants_bytes};
+        VkPipelineLayoutCreateInfo layout_info{VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO};
+        layout_info.setLayoutCount = 1;
+        layout_info.pSetLayouts = &made.set_layout;
+        layout_info.pushConstantRangeCount = 1;
+        layout_info.pPushConstantRanges = &range;
+        check(calls_.vkCreatePipelineLayout(device_, &layout_info, nullptr, &made.layout), "vkCreatePipelineLayout");
+
+        VkShaderModuleCreateInfo module_info{VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO};
+        module_info.codeSize = bytes;
+        module_info.pCode = code;
+        check(calls_.vkCreateShaderModule(device_, &module_info, nullptr, &module), "vkCreateShaderModule");
+
+        std::vector<VkSpecializationMapEntry> entries;
+        for (uint32_t i = 0; i < specialization.size(); ++i) entries.push_back({i, i * 4, 4});
+        const VkSpecializationInfo special{uint32_t(entries.size()), entries.data(), specialization.size() * 4,
+                                           specialization.data()};
+        VkComputePipelineCreateInfo info{VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO};
+        info.stage.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO;
+        info.stage.stage = VK_SHADER_STAGE_COMPUTE_BIT;
+        info.stage.module = module;
+        info.stage.pName = "main";
+        info.stage.pSpecializationInfo = &special;
+        info.layout = made.layout;
+        check(calls_.vkCreateComputePipelines(device_, cache_, 1, &info, nullptr, &made.pipeline),
+              "vkCreateComputePipelines");
+
+    } catch (...) {
+        calls_.vkDestroyShaderModule(device_, module, nullptr);
+        destroy(made);
+        pipelines_.erase(entry);
+        throw;
+    }
+    calls_.vkDestroyShaderModule(device_, module, nullptr);
+    return made;
+}
+
+void Context::destroy(const Pipeline& p) const {
+    calls_.vkDestroyPipeline(device_, p.pipeline, nullptr);
+    calls_.vkDestroyPipelineLayout(device_, p.layout, nullptr);
+    calls_.vkDestroyDescriptorSetLayout(device_, p.set_layout, nullptr);
 }
 
 VkDeviceSize Context::heap_bytes() const {

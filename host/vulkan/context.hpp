@@ -4,6 +4,7 @@
 
 #include "host/vulkan/instance.hpp"
 
+#include <map>
 #include <memory>
 
 namespace dermis::vulkan {
@@ -32,7 +33,14 @@ class Buffer {
     void* data_ = nullptr;
 };
 
-// A compute pipeline over storage buffers 0..bindings-1, constants of so many bytes pushed, and `sets` descriptor sets.
+// A compute pipeline; its context keeps it, because a driver may take long to make one.
+struct Pipeline {
+    VkDescriptorSetLayout set_layout = VK_NULL_HANDLE;
+    VkPipelineLayout layout = VK_NULL_HANDLE;
+    VkPipeline pipeline = VK_NULL_HANDLE;
+};
+
+// A pipeline over storage buffers 0..bindings-1, constants of so many bytes pushed, and `sets` descriptor sets.
 class Kernel {
   public:
     Kernel(Context&, const uint32_t* code, size_t bytes, uint32_t bindings, uint32_t constants_bytes,
@@ -43,12 +51,9 @@ class Kernel {
     void record(VkCommandBuffer, size_t set, const void* constants, uint32_t x, uint32_t y, uint32_t z) const;
 
   private:
-    void destroy();
     Context& context_;
     uint32_t constants_bytes_;
-    VkDescriptorSetLayout set_layout_ = VK_NULL_HANDLE;
-    VkPipelineLayout layout_ = VK_NULL_HANDLE;
-    VkPipeline pipeline_ = VK_NULL_HANDLE;
+    Pipeline pipeline_;
     VkDescriptorPool pool_ = VK_NULL_HANDLE;
     std::vector<VkDescriptorSet> sets_;
 };
@@ -61,7 +66,9 @@ class Context {
     Context& operator=(const Context&) = delete;
 
     const Physical& physical() const { return physical_; }
-    VkPipelineCache pipelines() const { return pipelines_; } // what one run has compiled serves the next
+    // Made once for each code and specialization.
+    const Pipeline& pipeline(const uint32_t* code, size_t bytes, uint32_t bindings, uint32_t constants_bytes,
+                             const std::vector<uint32_t>& specialization);
     const VkPhysicalDeviceLimits& limits() const { return physical_.properties.limits; }
     VkDeviceSize heap_bytes() const; // of the largest device-local heap
     const VolkDeviceTable& calls() const { return calls_; }
@@ -76,6 +83,8 @@ class Context {
     bool stuck() const { return stuck_; }
 
   private:
+    void destroy(const Pipeline&) const;
+
     std::shared_ptr<const Instance> instance_;
     Physical physical_;
     VolkDeviceTable calls_{};
@@ -84,7 +93,8 @@ class Context {
     VkCommandPool pool_ = VK_NULL_HANDLE;
     VkCommandBuffer commands_ = VK_NULL_HANDLE;
     VkFence fence_ = VK_NULL_HANDLE;
-    VkPipelineCache pipelines_ = VK_NULL_HANDLE;
+    VkPipelineCache cache_ = VK_NULL_HANDLE;
+    std::map<std::pair<const uint32_t*, std::vector<uint32_t>>, Pipeline> pipelines_;
     bool stuck_ = false;
 };
 
