@@ -111,11 +111,12 @@ TEST_CASE("what moments and estimates are made of has the same bits on every ins
         for (double& v : maps) v = number(random);
         const double* m = maps.data();
         const auto all = [&](const loops::Set& set) {
-            std::vector<double> out(size_t(n) * 12);
+            std::vector<double> out(size_t(n) * 13);
             double* o = out.data();
             const auto row = [&](int i) { return o + i * n; };
-            set.shape(m, m + n, m + 2 * n, n, 0.3, 1.7, row(0), row(1),
-                      {row(2), row(3), row(4), row(5), row(6), row(7), row(8)});
+            set.shape(m, m + n, m + 2 * n, n, 0.3, 1.7, row(0), row(1), {row(2), row(3), row(4), row(5), row(6)});
+            const loops::Edge edges[] = {{0.1, 0.2, 0.3, -0.4}, {-0.5, 0.1, -0.2, 0.7}, {0, 0, 1, 1}};
+            set.beside(m, m + n, n, edges, 3, row(12));
             out.push_back(set.compare(m, m + n, m + 2 * n, m + 3 * n, n, row(9), row(10), row(11)));
             return out;
         };

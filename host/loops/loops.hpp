@@ -58,9 +58,14 @@ template <class real> struct Respond {
     typename Of<real>::Summary* tiles[REDUCED_MAPS]; // null: not asked for
 };
 
-// Sums by columns over rows of p, a and b (see host/model/separable.hpp), and the ranges of p and b.
+// A line through the point (b, a) along which (along_b, along_a) runs.
+struct Edge {
+    double b, a, along_b, along_a;
+};
+
+// Sums by columns over rows of p, a and b (see host/model/separable.hpp), and the range of p.
 struct Columns {
-    double *p, *a, *b, *least_p, *greatest_p, *least_b, *greatest_b;
+    double *p, *a, *b, *least, *greatest;
 };
 
 template <class real> struct Loops {
@@ -77,6 +82,8 @@ struct Set {
     // a = p*(1 + length*rest) and b = p*(length*(bend*L)) of `width` cells, added to sums
     void (*shape)(const double* p, const double* rest, const double* L, int width, double length, double bend,
                   double* a, double* b, const Columns& sums);
+    // How far each point (b[x], a[x]) lies to the left of the edge that it is furthest to the left of.
+    void (*beside)(const double* a, const double* b, int width, const Edge* edges, int count, double* way);
     // Widens the greatest |five - fourth|, |five| and |own| or |rest| of each column; true where the first is beyond
     // half of |five| somewhere.
     bool (*compare)(const double* five, const double* fourth, const double* own, const double* rest, int width,

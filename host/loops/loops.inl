@@ -78,10 +78,20 @@ void shape(const double* p, const double* rest, const double* L, int width, doub
         sums.p[x] += p[x];
         sums.a[x] += a[x];
         sums.b[x] += b[x];
-        sums.least_p[x] = p[x] < sums.least_p[x] ? p[x] : sums.least_p[x];
-        sums.greatest_p[x] = sums.greatest_p[x] < p[x] ? p[x] : sums.greatest_p[x];
-        sums.least_b[x] = b[x] < sums.least_b[x] ? b[x] : sums.least_b[x];
-        sums.greatest_b[x] = sums.greatest_b[x] < b[x] ? b[x] : sums.greatest_b[x];
+        sums.least[x] = p[x] < sums.least[x] ? p[x] : sums.least[x];
+        sums.greatest[x] = sums.greatest[x] < p[x] ? p[x] : sums.greatest[x];
+    }
+    leave();
+}
+
+void beside(const double* a, const double* b, int width, const Edge* edges, int count, double* way) {
+    for (int e = 0; e < count; ++e) {
+        const Edge k = edges[e];
+#pragma GCC ivdep
+        for (int x = 0; x < width; ++x) {
+            const double left = (a[x] - k.a) * k.along_b - (b[x] - k.b) * k.along_a;
+            way[x] = e > 0 && left < way[x] ? way[x] : left;
+        }
     }
     leave();
 }
@@ -114,6 +124,7 @@ const Set DERMIS_SET = {DERMIS_NAME(DERMIS_SET),
                         {single::laplacian, single::advance, single::respond},
                         {twofold::laplacian, twofold::advance, twofold::respond},
                         shape,
+                        beside,
                         compare,
                         settle};
 

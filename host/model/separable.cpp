@@ -146,7 +146,7 @@ class Separable : public plan::Marcher {
         for (auto& map : maps) map.resize(plan_.maps.pressure.size());
         const size_t width = size_t(c.width);
         Shape row(0, c.width);
-        std::vector<double> a(width), b(width), unused(7 * width);
+        std::vector<double> a(width), b(width), unused(5 * width);
         double* u = unused.data();
         const loops::Columns sums{
             u, u + width, u + 2 * width, u + 3 * width, u + 4 * width, u + 5 * width, u + 6 * width};
@@ -221,37 +221,79 @@ void add_places(Moments& m, const plan::Plan& plan) {
     }
 }
 
+// Edges of a polygon inside the hull, clockwise, so that what is beside none of them is no vertex. None: no such
+// polygon.
+std::vector<loops::Edge> fence_of(const Sides& sides) {
+    std::vector<Point> polygon = sides.upper, fence;
+    for (size_t i = sides.lower.size(); i-- > 0;) {
+        const Point p{sides.lower[i].b, -sides.lower[i].a};
+        if (p.b != polygon.back().b || p.a != polygon.back().a) polygon.push_back(p);
+    }
+    constexpr size_t few = 8;
+    const size_t n = std::min(few, polygon.size());
+    for (size_t i = 0; i < n; ++i) fence.push_back(polygon[i * polygon.size() / n]);
+    std::vector<loops::Edge> edges;
+    for (size_t i = 0; n > 2 && i < n; ++i) {
+        const Point &p = fence[i], &next = fence[(i + 1) % n];
+        edges.push_back({p.b, p.a, next.b - p.b, next.a - p.a});
+    }
+    return edges;
+}
+
 // Of some rows within what is pressed: sums by columns, which stay short, and vertices of the hull.
 struct Band {
     double p = 0, a = 0, b = 0, least = 0, greatest = 0;
     std::vector<Point> hull;
+    std::vector<loops::Edge> fence; // of this band's own
 
-    void take(const plan::Plan& plan, int first, int last) {
+    // Of rows first, first + step .. before last. With a fence of other rows only points outside it are looked at.
+    void take(const plan::Plan& plan, int first, int last, int step, const std::vector<loops::Edge>& others) {
         const int from = plan.pressed.first_tile * TILE_CELLS,
                   to = std::min(plan.pressed.last_tile * TILE_CELLS, plan.constants.width);
-        const size_t width = size_t(to - from), rows = size_t(last - first);
-        std::vector<double> sums(3 * width), ends(4 * width);
-        const auto below = ends.begin() + 2 * std::ptrdiff_t(width);
-        std::fill(ends.begin(), below, INFINITY);
-        std::fill(below, ends.end(), -INFINITY);
-        double *s = sums.data(), *e = ends.data();
-        const loops::Columns columns{s, s + width, s + 2 * width, e, e + 2 * width, e + width, e + 3 * width};
-        const std::unique_ptr<double[]> all_a(new double[rows * width]), all_b(new double[rows * width]);
-        Shape row(from, to);
-        for (size_t i = 0; i < rows; ++i)
-            row.take(plan, first + int(i), all_a.get() + i * width, all_b.get() + i * width, columns);
-        for (size_t x = 0; x < width; ++x) {
-            p += s[x];
-            a += s[x + width];
-            b += s[x + 2 * width];
+        constexpr int block = 256; // columns at a time, all of which stay in the first cache
+        std::vector<double> all_a, all_b;
+        size_t points = 0; // the first ones of all_a and all_b are looked at
+        least = INFINITY;
+        greatest = -INFINITY;
+        for (int column = from; column < to; column += block) {
+            const int end = std::min(column + block, to);
+            const size_t width = size_t(end - column);
+            double sums[3][block] = {}, low[block], high[block], way[block];
+            std::fill_n(low, block, INFINITY);
+            std::fill_n(high, block, -INFINITY);
+            const loops::Columns columns{sums[0], sums[1], sums[2], low, high};
+            Shape row(column, end);
+            for (int y = first; y < last; y += step) {
+                if (all_a.size() < points + width) all_a.resize(2 * points + width), all_b.resize(2 * points + width);
+                double *a_row = all_a.data() + points, *b_row = all_b.data() + points;
+                row.take(plan, y, a_row, b_row, columns);
+                if (others.empty()) {
+                    points += width;
+                    continue;
+                }
+                loops::best().beside(a_row, b_row, int(width), others.data(), int(others.size()), way);
+                size_t kept = 0;
+                for (size_t x = 0; x < width; ++x) { // without branches
+                    a_row[kept] = a_row[x];
+                    b_row[kept] = b_row[x];
+                    kept += way[x] > 0;
+                }
+                points += kept;
+            }
+            for (size_t x = 0; x < width; ++x) {
+                p += sums[0][x];
+                a += sums[1][x];
+                b += sums[2][x];
+                least = std::min(least, low[x]);
+                greatest = std::max(greatest, high[x]);
+            }
         }
-        const auto column_ends = [&](size_t i) { return std::minmax_element(e + i * width, e + (i + 1) * width); };
-        least = *column_ends(0).first;
-        greatest = *column_ends(2).second;
-        if (!std::isfinite(p + a + b)) return; // see moments_of
-        const Sides sides(all_b.get(), all_a.get(), rows * width, *column_ends(1).first, *column_ends(3).second);
+        if (points == 0 || !std::isfinite(p + a + b)) return; // see moments_of
+        const auto [left, right] = std::minmax_element(all_b.begin(), all_b.begin() + std::ptrdiff_t(points));
+        const Sides sides(all_b.data(), all_a.data(), points, *left, *right);
         hull = sides.upper;
         for (const Point& v : sides.lower) hull.push_back({v.b, -v.a});
+        if (others.empty()) fence = fence_of(sides);
     }
 };
 
@@ -260,29 +302,29 @@ struct Band {
 std::shared_ptr<const Moments> moments_of(const plan::Plan& plan, int threads) {
     auto m = std::make_shared<Moments>();
     add_places(*m, plan);
-    if (plan.model == Model::sites) return m; // nothing else is asked for
-    constexpr int band_rows = 16;             // the same on any machine, and so the bits
+    if (plan.model == Model::sites) return m;  // nothing else is asked for
+    constexpr int band_rows = 16, sampled = 8; // the same on any machine, and so the bits
     const plan::Pressed& box = plan.pressed;
-    const int rows = box.last_row - box.first_row;
-    std::vector<Band> bands(size_t((rows + band_rows - 1) / band_rows));
+    const int rows = box.last_row - box.first_row, count = (rows + band_rows - 1) / band_rows;
+    std::vector<Band> bands(static_cast<size_t>(count));
+    Band sample; // some rows from all over: the hull of these already holds most others
+    if (rows > 0) sample.take(plan, box.first_row, box.last_row, std::max(rows / sampled, 1), {});
     loops::Pool pool(loops::useful_threads(plan.maps.pressure.size(), threads));
-    pool.rows(int(bands.size()), [&](int first, int last) {
+    pool.rows(count, [&](int first, int last) {
         for (int i = first; i < last; ++i)
             bands[size_t(i)].take(plan, box.first_row + i * band_rows,
-                                  box.first_row + std::min((i + 1) * band_rows, rows));
+                                  box.first_row + std::min((i + 1) * band_rows, rows), 1, sample.fence);
     });
     const bool full = rows == plan.constants.height && box.first_tile == 0 && box.last_tile == plan.tiles;
-    std::vector<double> a(full ? 0 : 1), b(a); // vertices; cells outside are (0, 0)
+    std::vector<Point> vertices = sample.hull;
+    if (!full) vertices.push_back({0, 0}); // cells outside
     m->least = full ? bands[0].least : 0;
     m->greatest = full ? bands[0].greatest : 0;
     for (const Band& band : bands) {
         m->p += band.p;
         m->a += band.a;
         m->b += band.b;
-        for (const Point& v : band.hull) {
-            a.push_back(v.a);
-            b.push_back(v.b);
-        }
+        vertices.insert(vertices.end(), band.hull.begin(), band.hull.end());
         m->least = std::min(m->least, band.least);
         m->greatest = std::max(m->greatest, band.greatest);
     }
@@ -292,6 +334,11 @@ std::shared_ptr<const Moments> moments_of(const plan::Plan& plan, int threads) {
                 Error::Code::bad_input, "",
                 "pressure times curvature overflows; allowed: loads and lengths whose products stay below 1.8e308");
         *mean /= double(plan.maps.pressure.size());
+    }
+    std::vector<double> a, b;
+    for (const Point& v : vertices) {
+        a.push_back(v.a);
+        b.push_back(v.b);
     }
     const auto [least, greatest] = std::minmax_element(b.begin(), b.end());
     const Sides sides(b.data(), a.data(), b.size(), *least, *greatest);
