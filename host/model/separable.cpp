@@ -148,8 +148,7 @@ class Separable : public plan::Marcher {
         Shape row(0, c.width);
         std::vector<double> a(width), b(width), unused(5 * width);
         double* u = unused.data();
-        const loops::Columns sums{
-            u, u + width, u + 2 * width, u + 3 * width, u + 4 * width, u + 5 * width, u + 6 * width};
+        const loops::Columns sums{u, u + width, u + 2 * width, u + 3 * width, u + 4 * width};
         for (int y = 0; y < c.height; ++y) {
             row.take(plan_, y, a.data(), b.data(), sums);
             for (size_t q = 0; q < what.size(); ++q) {
