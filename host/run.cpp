@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Scene -> Plan -> backend -> Result.
 #include "host/device.hpp"
+#include "host/loops/pool.hpp"
 #include "host/model/choice.hpp"
 #include "host/model/separable.hpp"
 #include "host/model/sites.hpp"
@@ -30,6 +31,7 @@ class Collector {
     Collector(Result& result, const plan::Plan& plan) : result_(result), plan_(plan), wanted_(wanted(plan)) {
         const Output& output = plan.scene.output;
         result.responses.reserve(size_t(plan.outputs) * plan.scene.sites.size());
+        loops::prefer_large_pages(result.responses.data(), result.responses.capacity() * sizeof(double));
         for (Quantity q : output.traces) {
             Trace& t = result.traces.emplace_back();
             t.quantity = q;
@@ -55,12 +57,19 @@ class Collector {
                     t.probes[i].push_back(sample.probes[size_t(t.quantity) * places + i]);
             }
         }
-        if (step.trace >= 0)
-            for (size_t i = probes; i < places; ++i) {
-                const Quantity type = plan_.scene.sites[i - probes].type;
-                result_.responses.push_back(sample.probes[size_t(type) * places + i]);
-                check_finite(result_.responses.back(), type, step.time);
+        if (step.trace >= 0) {
+            const std::vector<Site>& sites = plan_.scene.sites;
+            const double* values = sample.probes.data() + probes;
+            const size_t first = result_.responses.size();
+            bool finite = true;
+            for (size_t i = 0; i < sites.size(); ++i) {
+                const double v = values[size_t(sites[i].type) * places + i];
+                result_.responses.push_back(v);
+                finite &= std::isfinite(v);
             }
+            for (size_t i = 0; !finite && i < sites.size(); ++i)
+                check_finite(result_.responses[first + i], sites[i].type, step.time);
+        }
         if (step.impulse < 0 || !whole) return;
         for (auto [quantity, elastic] : {std::pair{Quantity::fa1, true}, {Quantity::fa2, false}}) {
             if (!plan_.wanted[int(quantity)]) continue;
