@@ -22,7 +22,7 @@ class VulkanFrames {
     ~VulkanFrames();
     // Records and submits so many frames, waits. Seconds on the device.
     double press(int frames);
-    double recording() const { return recording_; } // seconds of the host for each of the last frames
+    double recording() const { return recording_; } // seconds of the host to record each of the last frames
     std::vector<float> response(int r);             // pitch*height of SA1, SA2, FA1, FA2
 
     // Seconds to copy a map of the frames on the device, so many times.

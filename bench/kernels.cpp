@@ -122,6 +122,15 @@ void streamed_frames(Bench& bench) {
             r.against("copy", device ? on_device : copy[r.threads == 1 ? 0 : limits - 1]);
             bench.add(r);
         }
+        if (devices.empty()) continue;
+        Row record = bench.on_vulkan("W1-record", n); // what a frame costs the host beside its submission
+        record.steps = 1;
+        record.wall = bench.paired({[&] {
+                                       devices[0]->press(fewer);
+                                       return devices[0]->recording();
+                                   }},
+                                   bench.runs)[0];
+        bench.add(record);
     }
 }
 

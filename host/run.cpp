@@ -238,6 +238,7 @@ Result run_plan(const plan::Plan& plan, const SharedMoments& moments, const Devi
         look_at_end(result, plan, *marcher);
     }
     result.dispatches = marcher->dispatches();
+    result.left_out = marcher->left_out();
     if (options.progress) options.progress(1);
     return result;
 }

@@ -16,13 +16,9 @@ template <class T> std::string write_frames(const std::vector<std::vector<double
     static int number = 0;
     const auto path = std::filesystem::temp_directory_path() /
                       ("dermis_frames_" + std::to_string(getpid()) + "_" + std::to_string(number++) + ".npy");
-    std::string header = std::string("{'descr': '<f") + (sizeof(T) == 8 ? "8" : "4") +
-                         "', 'fortran_order': False, 'shape': (" + std::to_string(frames.size()) + ", " +
-                         std::to_string(height) + ", " + std::to_string(width) + "), }";
-    header.resize(118, ' ');
-    header.back() = '\n';
     std::ofstream out(path, std::ios::binary);
-    out << std::string("\x93NUMPY\x01\x00\x76\x00", 10) << header;
+    out << npy_header(sizeof(T) == 8 ? "<f8" : "<f4", "(" + std::to_string(frames.size()) + ", " +
+                                                          std::to_string(height) + ", " + std::to_string(width) + ")");
     for (const auto& frame : frames)
         for (double v : frame) {
             const T value = T(v);

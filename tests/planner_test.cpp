@@ -88,11 +88,8 @@ class Family {
     void frames(Scene& s) {
         const int count = 5 + below(20), cells = s.grid.width * s.grid.height;
         std::ofstream out(path_, std::ios::binary);
-        std::string header = "{'descr': '<f8', 'fortran_order': False, 'shape': (" + std::to_string(count) + ", " +
-                             std::to_string(s.grid.height) + ", " + std::to_string(s.grid.width) + "), }";
-        header.resize(118, ' ');
-        header.back() = '\n';
-        out << std::string("\x93NUMPY\x01\x00\x76\x00", 10) << header;
+        out << npy_header("<f8", "(" + std::to_string(count) + ", " + std::to_string(s.grid.height) + ", " +
+                                     std::to_string(s.grid.width) + ")");
         const std::vector<double> map = maps(s).pressure;
         for (int k = 0; k < count; ++k)
             for (int i = 0; i < cells; ++i) {

@@ -22,10 +22,7 @@ std::string write(const std::string& name, const std::string& content) {
 }
 
 std::string npy(const std::string& descr, const std::string& shape, size_t bytes, const std::string& order = "False") {
-    std::string header = "{'descr': '" + descr + "', 'fortran_order': " + order + ", 'shape': " + shape + ", }";
-    header.resize(118, ' ');
-    header.back() = '\n';
-    return std::string("\x93NUMPY\x01\x00\x76\x00", 10) + header + std::string(bytes, '\0');
+    return npy_header(descr, shape, order) + std::string(bytes, '\0');
 }
 
 struct Bad {

@@ -65,10 +65,7 @@ TEST_CASE("sites under a sequence see their frames") {
     const auto path = std::filesystem::temp_directory_path() / ("dermis_sites_" + std::to_string(getpid()) + ".npy");
     {
         std::ofstream out(path, std::ios::binary);
-        std::string header = "{'descr': '<f8', 'fortran_order': False, 'shape': (3, 16, 16), }";
-        header.resize(118, ' ');
-        header.back() = '\n';
-        out << std::string("\x93NUMPY\x01\x00\x76\x00", 10) << header;
+        out << npy_header("<f8", "(3, 16, 16)");
         for (int i = 0; i < 3 * 256; ++i) {
             const double p = std::sin(i);
             out.write(reinterpret_cast<const char*>(&p), 8);

@@ -31,6 +31,13 @@ Columns read_csv(const std::string& path) {
 
 std::vector<double> read_map(const std::string& name) { return scene::read_npy(data(name), 150, 150, name); }
 
+std::string npy_header(const std::string& descr, const std::string& shape, const std::string& order) {
+    std::string header = "{'descr': '" + descr + "', 'fortran_order': " + order + ", 'shape': " + shape + ", }";
+    header.resize(118, ' ');
+    header.back() = '\n';
+    return std::string("\x93NUMPY\x01\x00\x76\x00", 10) + header;
+}
+
 Scene small_scene(int width, int height) {
     Scene s;
     s.grid = {width, height, {}};

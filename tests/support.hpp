@@ -20,6 +20,9 @@ using Columns = std::map<std::string, std::vector<double>>;
 Columns read_csv(const std::string& path);
 std::vector<double> read_map(const std::string& name); // 150 x 150
 
+// What a .npy file begins with: shape as "(2, 3)".
+std::string npy_header(const std::string& descr, const std::string& shape, const std::string& order = "False");
+
 // Wave ridges under a circular load, small and quick.
 Scene small_scene(int width, int height);
 

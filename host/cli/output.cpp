@@ -70,14 +70,14 @@ std::string summary_json(const Scene& s, const Result& r) {
   "device": {{"name": {}, "kind": {}, "driver": {}, "exact": {}}},
   "plan": {{"model": "{}", "method": "{}", "precision": "{}", "predicted_error": {}}},
   "grid": {{"width": {}, "height": {}}},
-  "steps": {}, "outputs": {}, "dispatches": {}, "seconds": {},
+  "steps": {}, "left_out": {}, "outputs": {}, "dispatches": {}, "seconds": {},
   "cross_check": {},
   "tau_min": {}, "tau_max": {}, "z_min": {}, "z_max": {}, "greatest_gain": {}, "stencil_estimate": {}, "kinks": {}
 }}
 )",
                        quoted(r.device.name), quoted(r.device.kind), quoted(r.device.driver), r.device.exact,
                        name(r.model), name(s.method), name(r.precision), number(r.predicted_error), s.grid.width,
-                       s.grid.height, r.steps, r.time.size(), r.dispatches, shortest(r.seconds), check,
+                       s.grid.height, r.steps, r.left_out, r.time.size(), r.dispatches, shortest(r.seconds), check,
                        number(r.tau_min), number(r.tau_max), number(s.time.step / r.tau_max),
                        number(s.time.step / r.tau_min), number(r.greatest_gain), number(r.stencil_estimate), r.kinks);
 }

@@ -49,13 +49,17 @@ class Cells {
     // Rests again.
     void reset() { kept_ = state_of(plan_); }
 
-    // Pressure runs from p to q, or is p where q is null. keep: the state moves on; else it is looked ahead of.
-    void press(const Constants& c, const Row* table, const real* p, const real* q, const real* rest, bool keep,
+    // Pressure runs from p to q, or is p where q is null. keep: the state moves on; else it is looked ahead of. Returns
+    // which of strain (1) and integral (2) are not what they were in some cell.
+    int press(const Constants& c, const Row* table, const real* p, const real* q, const real* rest, bool keep,
                const Handed& handed) {
         if (!keep && !ahead_.strain.data()) ahead_ = state_of(plan_);
         shown_ = keep ? &kept_ : &ahead_;
         const Press press{c, table, p, q, rest, handed};
         pool_.each([&](int band) { stream(press, band); });
+        int changed = 0;
+        for (const Band& band : bands_) changed |= band.changed;
+        return changed;
     }
 
     const real* strain() const { return shown_->strain.data(); }
@@ -69,7 +73,7 @@ class Cells {
     struct Band {
         std::array<Plane, 8> outside;
         std::array<int, 8> row{};
-        int count = 0;
+        int count = 0, changed = 0;
         std::array<Plane, 3> rate, acceleration;
         std::array<Plane, 5> unused;
     };
@@ -97,6 +101,7 @@ class Cells {
         const int reach = plan_.stencil == STENCIL_FIVE_POINT ? 1 : 2;
         const bool respond = press.c.respond != 0;
         Band& band = bands_[size_t(of)];
+        band.changed = 0;
         if (respond) {
             band.count = 0;
             for (int y = first; y < last; ++y) {
@@ -107,7 +112,7 @@ class Cells {
         }
         for (int y = first; y < last + reach; ++y) {
             const int ring = y % 3, behind = y - reach;
-            if (y < last) advance(press, y, *shown_, band.rate[ring], band.acceleration[ring]);
+            if (y < last) band.changed |= advance(press, y, *shown_, band.rate[ring], band.acceleration[ring]);
             if (respond && behind >= first) respond_row(press, band, behind, first, last, reach);
         }
         set_.settle();
@@ -135,18 +140,18 @@ class Cells {
         }
     }
 
-    void advance(const Press& press, int y, State& to, const Plane& rate, const Plane& acceleration) {
+    int advance(const Press& press, int y, State& to, const Plane& rate, const Plane& acceleration) {
         const int pitch = plan_.pitch;
-        advance_to(press, y, to.strain.row(y, pitch), to.sum.row(y, pitch), to.strain_lost.row(y, pitch),
+        return advance_to(press, y, to.strain.row(y, pitch), to.sum.row(y, pitch), to.strain_lost.row(y, pitch),
                    to.sum_lost.row(y, pitch), rate.data(), acceleration.data());
     }
 
-    void advance_to(const Press& press, int y, real* eps, real* sum, real* eps_lost, real* sum_lost, real* rate,
+    int advance_to(const Press& press, int y, real* eps, real* sum, real* eps_lost, real* sum_lost, real* rate,
                     real* acceleration) {
         const int at = first_column(), pitch = plan_.pitch;
         const size_t row = size_t(y) * pitch + at;
         const auto from = [&](real* map) { return map ? map + at : nullptr; };
-        loops_.advance({last_column() - at, press.p + row, press.q ? press.q + row : nullptr,
+        return loops_.advance({last_column() - at, press.p + row, press.q ? press.q + row : nullptr,
                         plan_.material.empty() ? nullptr : plan_.material.data() + row, press.table,
                         from(kept_.strain.row(y, pitch)), from(kept_.sum.row(y, pitch)),
                         from(kept_.strain_lost.row(y, pitch)), from(kept_.sum_lost.row(y, pitch)), from(eps), from(sum),

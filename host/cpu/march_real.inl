@@ -30,24 +30,36 @@ class March : public plan::Marcher {
 
     void press(const plan::Step& step) override {
         const DefaultFloats guard;
+        const bool sampled = step.trace >= 0 || step.impulse >= 0;
+        const bool again = step.keep && step.jump == 0 && step.rows == last_.rows && step.start == last_.start &&
+                           step.rise == last_.rise && step.frame == last_.frame;
+        if (steady_ && again) { // pressed once more, everything stays as it is
+            ++left_out_;
+            if (sampled) hand_over(step);
+            return;
+        }
         const Constants c = plan::constants_of<Constants>(plan_, step);
         if (!plan_.material.empty() && step.rows != rows_) {
             rows_ = step.rows;
             table_.clear();
             for (const f64::Row& k : *rows_) table_.push_back(plan::rounded<Row>(k));
         }
-        const bool sampled = step.trace >= 0 || step.impulse >= 0;
         Cells::Handed handed{};
         for (int q = 0; q < REDUCED_MAPS; ++q) {
             if (sampled && plan_.wanted[q]) handed.tiles[q] = tiles_[q].data();
             if (q > 0) handed.response[q - 1] = response_[q - 1].data();
         }
-        cells_.press(c, table_.data(), pressure_[0].data(), plan_.framed ? pressure_[1].data() : nullptr, rest_.data(),
+        const int changed =
+            cells_.press(c, table_.data(), pressure_[0].data(), plan_.framed ? pressure_[1].data() : nullptr, rest_.data(),
                      step.keep, handed);
         if (sampled) hand_over(step);
+        const int counts = plan_.wanted[int(Quantity::sa2)] ? 3 : 1;
+        steady_ = step.keep && sampled && step.jump == 0 && (changed & counts) == 0;
+        last_ = step;
     }
 
     void finish() override {}
+    long long left_out() const override { return left_out_; }
 
     void read(const std::vector<Quantity>& what, std::vector<std::vector<double>>& maps) override {
         const DefaultFloats guard;
@@ -107,4 +119,7 @@ class March : public plan::Marcher {
     std::shared_ptr<const std::vector<f64::Row>> rows_; // what table_ was made from
     std::vector<Row> table_;
     std::vector<Summary> tiles_[REDUCED_MAPS];
+    plan::Step last_;     // the last one that was pressed
+    bool steady_ = false; // it changed nothing that is asked for
+    long long left_out_ = 0;
 };

@@ -38,7 +38,8 @@ template <class real, class RowOf> Lines<real> lines(int y, int width, int heigh
 }
 
 // `count` cells of a row, one step on. In place or not: state_to may be the same as state_from. Null: q without frames,
-// material and table under a uniform material, what sums have lost unless compensated.
+// material and table under a uniform material, what sums have lost unless compensated. Returns which of strain (1) and
+// integral (2) are not what they were in some cell.
 template <class real> struct Advance {
     int count;
     const real *p, *q; // pressure, or the pressures it runs between
@@ -70,7 +71,7 @@ struct Columns {
 
 template <class real> struct Loops {
     void (*laplacian)(const Lines<real>&, int first, int last, real* L);
-    void (*advance)(const Advance<real>&, const typename Of<real>::Constants&);
+    int (*advance)(const Advance<real>&, const typename Of<real>::Constants&);
     void (*respond)(const Respond<real>&, const typename Of<real>::Constants&);
 };
 

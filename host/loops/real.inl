@@ -78,8 +78,9 @@ void laplacian(const Lines<real>& l, int first, int last, real* L) {
     leave();
 }
 
-template <bool framed, bool materials, bool compensated> void advance_in(const Advance<real> a, const Constants c) {
+template <bool framed, bool materials, bool compensated> int advance_in(const Advance<real> a, const Constants c) {
     const Rows uniform = rows_of(c.row);
+    int moved = 0, grown = 0;
 #pragma GCC ivdep
     for (int i = 0; i < a.count; ++i) {
         const Load load = framed ? load_between(a.p[i], a.q[i], c) : load_of(a.p[i], c);
@@ -91,25 +92,32 @@ template <bool framed, bool materials, bool compensated> void advance_in(const A
         if constexpr (compensated) {
             const Compensated strain = added_compensated(eps, a.eps_lost[i], step);
             const Compensated integral = added_compensated(sum, a.sum_lost[i], gained);
+            moved |= (strain.value != eps) | (strain.lost != a.eps_lost[i]);
+            grown |= (integral.value != sum) | (integral.lost != a.sum_lost[i]);
             a.eps_to[i] = strain.value;
             a.eps_lost_to[i] = strain.lost;
             a.sum_to[i] = integral.value;
             a.sum_lost_to[i] = integral.lost;
         } else {
-            a.eps_to[i] = added(eps, step);
-            a.sum_to[i] = added(sum, gained);
+            const real after = added(eps, step), total = added(sum, gained);
+            moved |= after != eps;
+            grown |= total != sum;
+            a.eps_to[i] = after;
+            a.sum_to[i] = total;
         }
     }
+    return moved | grown << 1;
 }
 
-template <bool framed, bool materials> void advance_for(const Advance<real>& a, const Constants& c) {
-    a.eps_lost ? advance_in<framed, materials, true>(a, c) : advance_in<framed, materials, false>(a, c);
+template <bool framed, bool materials> int advance_for(const Advance<real>& a, const Constants& c) {
+    return a.eps_lost ? advance_in<framed, materials, true>(a, c) : advance_in<framed, materials, false>(a, c);
 }
 
-void advance(const Advance<real>& a, const Constants& c) {
-    if (a.q) a.material ? advance_for<true, true>(a, c) : advance_for<true, false>(a, c);
-    else a.material ? advance_for<false, true>(a, c) : advance_for<false, false>(a, c);
+int advance(const Advance<real>& a, const Constants& c) {
+    const int changed = a.q ? (a.material ? advance_for<true, true>(a, c) : advance_for<true, false>(a, c))
+                            : (a.material ? advance_for<false, true>(a, c) : advance_for<false, false>(a, c));
     leave();
+    return changed;
 }
 
 // See kernels/reduce.h. Sum, least and greatest apart and lengths known, for the compiler's vectors.

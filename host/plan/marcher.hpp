@@ -30,6 +30,7 @@ class Marcher {
     // Maps at the end of the last press: width*height values for each quantity, into vectors that may be used again.
     virtual void read(const std::vector<Quantity>&, std::vector<std::vector<double>>& maps) = 0;
     virtual long long dispatches() const { return 0; }
+    virtual long long left_out() const { return 0; } // steps that could change nothing any more
     // Of the skin at the end of the last press.
     virtual StencilEstimate estimate(const Plan& plan) {
         std::vector<std::vector<double>> strain;

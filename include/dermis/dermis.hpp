@@ -284,6 +284,7 @@ struct Result {
     Model model = Model::march;
     Precision precision = Precision::f32;
     long long steps = 0;             // of every cell
+    long long left_out = 0;          // of these: the skin was steady, so nothing asked for could change
     long long dispatches = 0;        // of GPU kernels
     double seconds = 0;              // stepping, without set-up; 0 with RunOptions::check, which does more
     double tau_min = 0, tau_max = 0; // s: viscosity/modulus of the materials; infinite where a modulus is 0
@@ -318,7 +319,7 @@ struct Candidate {
     Precision precision = Precision::f32;
     std::string device;
     long long steps = 0, dispatches = 0;
-    double bytes = 0;   // of memory at most, the scene's own maps apart
+    double bytes = 0;   // of memory at most
     double traffic = 0; // bytes moved
     double flops = 0;
     double seconds = 0;          // by a table of rates: to choose by, no promise
