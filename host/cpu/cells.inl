@@ -131,7 +131,6 @@ class Cells {
             const auto known = band.row.begin() + band.count;
             if (ready(i, y, first, last, reach) || std::find(band.row.begin(), known, i) != known) continue;
             band.row[size_t(band.count)] = i;
-            State row; // only its strain is of use
             advance_to(press, i, band.outside[size_t(band.count)].data(), band.unused[0].data(),
                        plan_.compensated ? band.unused[1].data() : nullptr,
                        plan_.compensated ? band.unused[2].data() : nullptr, band.unused[3].data(),

@@ -47,6 +47,7 @@ class Sites : public plan::Marcher {
         : plan_(plan), sink_(std::move(sink)), pool_(loops::useful_threads(8 * cells.cells.size(), threads)),
           cells_(cells.cells), material_(cells.material), places_of_(cells.places.size()) {
         const size_t width = size_t(plan.constants.width), sites = plan.scene.sites.size();
+        // the plan's own places, not some that are looked at beforehand
         const bool typed = plan.model == Model::sites && cells.places.size() == plan.places.size();
         for (size_t i = 0; i < cells.places.size(); ++i) {
             const Cell c = cells.places[i];
