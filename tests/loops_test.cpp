@@ -115,9 +115,11 @@ TEST_CASE("what moments and estimates are made of has the same bits on every ins
             double* o = out.data();
             const auto row = [&](int i) { return o + i * n; };
             set.shape(m, m + n, m + 2 * n, n, 0.3, 1.7, row(0), row(1), {row(2), row(3), row(4), row(5), row(6)});
-            const loops::Edge edges[] = {{0.1, 0.2, 0.3, -0.4}, {-0.5, 0.1, -0.2, 0.7}, {0, 0, 1, 1}};
-            set.beside(m, m + n, n, edges, 3, row(12));
-            out.push_back(set.compare(m, m + n, m + 2 * n, m + 3 * n, n, row(9), row(10), row(11)));
+            loops::Edge edges[loops::fence_edges];
+            for (int e = 0; e < loops::fence_edges; ++e) edges[e] = {0.1 * e, 0.2, 0.3 - 0.1 * e, -0.4 + 0.2 * e};
+            const bool outside = set.beside(m, m + n, n, edges, row(12));
+            const bool kinked = set.compare(m, m + n, m + 2 * n, m + 3 * n, n, row(9), row(10), row(11));
+            out.insert(out.end(), {double(outside), double(kinked)});
             return out;
         };
         for (const loops::Set* set : loops::sets()) CHECK(same(all(*set), all(loops::plain)));

@@ -64,6 +64,8 @@ struct Edge {
     double b, a, along_b, along_a;
 };
 
+constexpr int fence_edges = 8;
+
 // Sums by columns over rows of p, a and b (see host/model/separable.hpp), and the range of p.
 struct Columns {
     double *p, *a, *b, *least, *greatest;
@@ -83,8 +85,9 @@ struct Set {
     // a = p*(1 + length*rest) and b = p*(length*(bend*L)) of `width` cells, added to sums
     void (*shape)(const double* p, const double* rest, const double* L, int width, double length, double bend,
                   double* a, double* b, const Columns& sums);
-    // How far each point (b[x], a[x]) lies to the left of the edge that it is furthest to the left of.
-    void (*beside)(const double* a, const double* b, int width, const Edge* edges, int count, double* way);
+    // How far each point (b[x], a[x]) lies to the left of the edge that it is furthest to the left of, of fence_edges;
+    // true where some point is to the left of one.
+    bool (*beside)(const double* a, const double* b, int width, const Edge* edges, double* way);
     // Widens the greatest |five - fourth|, |five| and |own| or |rest| of each column; true where the first is beyond
     // half of |five| somewhere.
     bool (*compare)(const double* five, const double* fourth, const double* own, const double* rest, int width,

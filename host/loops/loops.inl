@@ -84,16 +84,23 @@ void shape(const double* p, const double* rest, const double* L, int width, doub
     leave();
 }
 
-void beside(const double* a, const double* b, int width, const Edge* edges, int count, double* way) {
-    for (int e = 0; e < count; ++e) {
-        const Edge k = edges[e];
+bool beside(const double* a, const double* b, int width, const Edge* edges, double* way) {
+    Edge k[fence_edges];
+    for (int e = 0; e < fence_edges; ++e) k[e] = edges[e];
+    long long outside = 0;
 #pragma GCC ivdep
-        for (int x = 0; x < width; ++x) {
-            const double left = (a[x] - k.a) * k.along_b - (b[x] - k.b) * k.along_a;
-            way[x] = e > 0 && left < way[x] ? way[x] : left;
+    for (int x = 0; x < width; ++x) {
+        double furthest = (a[x] - k[0].a) * k[0].along_b - (b[x] - k[0].b) * k[0].along_a;
+#pragma GCC unroll 8
+        for (int e = 1; e < fence_edges; ++e) {
+            const double left = (a[x] - k[e].a) * k[e].along_b - (b[x] - k[e].b) * k[e].along_a;
+            furthest = left < furthest ? furthest : left;
         }
+        way[x] = furthest;
+        outside |= furthest > 0;
     }
     leave();
+    return outside != 0;
 }
 
 bool compare(const double* five, const double* fourth, const double* own, const double* rest, int width, double* differ,

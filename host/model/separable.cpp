@@ -228,12 +228,11 @@ std::vector<loops::Edge> fence_of(const Sides& sides) {
         const Point p{sides.lower[i].b, -sides.lower[i].a};
         if (p.b != polygon.back().b || p.a != polygon.back().a) polygon.push_back(p);
     }
-    constexpr size_t few = 8;
-    const size_t n = std::min(few, polygon.size());
+    const size_t n = std::min(size_t(loops::fence_edges), polygon.size());
     for (size_t i = 0; i < n; ++i) fence.push_back(polygon[i * polygon.size() / n]);
     std::vector<loops::Edge> edges;
-    for (size_t i = 0; n > 2 && i < n; ++i) {
-        const Point &p = fence[i], &next = fence[(i + 1) % n];
+    for (size_t i = 0; n > 2 && i < loops::fence_edges; ++i) { // the last one as often as it takes
+        const Point &p = fence[std::min(i, n - 1)], &next = fence[(std::min(i, n - 1) + 1) % n];
         edges.push_back({p.b, p.a, next.b - p.b, next.a - p.a});
     }
     return edges;
@@ -270,7 +269,7 @@ struct Band {
                     points += width;
                     continue;
                 }
-                loops::best().beside(a_row, b_row, int(width), others.data(), int(others.size()), way);
+                if (!loops::best().beside(a_row, b_row, int(width), others.data(), way)) continue;
                 size_t kept = 0;
                 for (size_t x = 0; x < width; ++x) { // without branches
                     a_row[kept] = a_row[x];

@@ -237,7 +237,8 @@ class Device {
     // "auto": a hardware GPU if there is one, else the CPU path; info().refused then says in one line why no Vulkan
     // device is used. "cpu". "vulkan": the best Vulkan device, software too. A number: that row of list(). Anything
     // else: a Vulkan device with this in its name. Throws Error::no_device; a device whose bits differ from the CPU
-    // path in a self-test is refused unless asked for by number or name.
+    // path in a self-test is refused unless asked for by number or name. Opening tests the plain kernels; other
+    // stencils, edges, frames and materials are tested, and then refused, by the first run that needs one of them.
     static Device open(const std::string& which);
     // Every Vulkan device found, usable or not. Throws Error::no_device when there is no loader or no driver.
     static std::vector<DeviceInfo> list();
