@@ -46,9 +46,6 @@ class Cells {
         }
     }
 
-    // Rests again.
-    void reset() { kept_ = state_of(plan_); }
-
     // Pressure runs from p to q, or is p where q is null. keep: the state moves on; else it is looked ahead of. Returns
     // which of strain (1) and integral (2) are not what they were in some cell.
     int press(const Constants& c, const Row* table, const real* p, const real* q, const real* rest, bool keep,
@@ -63,7 +60,6 @@ class Cells {
     }
 
     const real* strain() const { return shown_->strain.data(); }
-    Pool& pool() { return pool_; }
 
   private:
     struct State {

@@ -54,7 +54,5 @@ void Frames::press(const plan::Step& step, const float* from, const float* to, f
     impl_->cells.press(c, nullptr, from, to, impl_->rest.data(), true, handed);
 }
 
-const float* Frames::strain() const { return impl_->cells.strain(); }
-
 } // namespace cpu
 } // namespace dermis

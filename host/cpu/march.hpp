@@ -20,7 +20,6 @@ class Frames {
     // Pressure runs from one frame to the next over a step of plan::framed_step; null responses are left out. Past the
     // caches where a response begins at a cache line.
     void press(const plan::Step&, const float* from, const float* to, float* const (&response)[4]);
-    const float* strain() const;
 
   private:
     struct Impl;
