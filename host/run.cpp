@@ -125,6 +125,7 @@ class Check {
         marcher_->press(step);
         if (!step.respond()) return;
         std::vector<Quantity> what = wanted_;
+        if (what.empty() || what[0] != Quantity::strain) what.insert(what.begin(), Quantity::strain); // always there
         if (step.field >= 0) what.insert(what.end(), {Quantity::curvature, Quantity::deformation});
         first.read(what, ours_);
         marcher_->read(what, theirs_);
