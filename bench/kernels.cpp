@@ -85,7 +85,6 @@ void streamed_frames(Bench& bench) {
                 }
         std::vector<std::unique_ptr<VulkanFrames>> devices;
         std::vector<std::shared_ptr<std::vector<double>>> gpu(rows.size());
-        std::shared_ptr<double> device_copy = std::make_shared<double>();
         const int fewer = bench.vulkan && bench.vulkan->info().kind == "software" ? std::max(1, frames / 8) : frames;
         for (bool cell : {false, true}) {
             if (!bench.vulkan) continue;
