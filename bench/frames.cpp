@@ -2,7 +2,6 @@
 #include "bench/frames.hpp"
 
 #include "press_cell_spv.h"
-#include "press_spv.h"
 
 #include <algorithm>
 #include <cstring>
@@ -49,16 +48,18 @@ VulkanFrames::VulkanFrames(const FrameScene& scene, std::shared_ptr<vulkan::Cont
                               : i == state0 || i == state1 ? 2 * map
                                                            : map,
                               Buffer::Place::device);
-    const auto b = [&](int i) { return &buffers_[size_t(i)]; };
-    std::vector<std::vector<const Buffer*>> sets;
+    const auto b = [&](int i) { return buffers_[size_t(i)].all(); };
+    std::vector<std::vector<vulkan::Piece>> sets;
     for (int i = 0; i < ring; ++i) // the states change places with each frame
         sets.push_back({b(frames + i), b(frames + (i + 1) % ring), b(rest), b(state0 + i % 2), b(state1 - i % 2),
-                        b(sa1), b(sa2), b(fa1), b(fa2), b(unused), b(unused)});
+                        b(sa1), b(sa2), b(fa1), b(fa2), b(unused), b(unused), b(unused)});
     const std::vector<uint32_t> variant = {uint32_t(scene.plan.stencil), uint32_t(scene.plan.edges), 0, 0, 1, 15};
-    kernel_ = cell ? std::make_unique<vulkan::Kernel>(*context_, press_cell_spv, sizeof press_cell_spv, PRESS_BINDINGS,
-                                                      sizeof(f32::Constants), std::vector<uint32_t>{}, sets)
-                   : std::make_unique<vulkan::Kernel>(*context_, press_spv, sizeof press_spv, PRESS_BINDINGS,
-                                                      sizeof(f32::Constants), variant, sets);
+    vulkan::Pipelines& pipelines = context_->pipelines();
+    const vulkan::Module module =
+        cell ? vulkan::Module{press_cell_spv, sizeof press_cell_spv} : vulkan::press_module(pipelines.gpu().rounds);
+    kernel_ = std::make_unique<vulkan::Kernel>(pipelines, module, PRESS_BINDINGS, sizeof(f32::Constants),
+                                               cell ? std::vector<uint32_t>{} : variant, uint32_t(sets.size()));
+    for (const auto& set : sets) kernel_->bind(set);
     VkQueryPoolCreateInfo info{VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO};
     info.queryType = VK_QUERY_TYPE_TIMESTAMP;
     info.queryCount = 2;
@@ -69,12 +70,12 @@ VulkanFrames::VulkanFrames(const FrameScene& scene, std::shared_ptr<vulkan::Cont
     const VkBufferCopy region{0, 0, map};
     for (int i = 0; i <= rest; ++i) {
         std::memcpy(staging.data(), i < ring ? scene.frames[size_t(i)].data() : rest_map.data(), map);
-        context_->calls().vkCmdCopyBuffer(context_->begin(), staging.handle(), b(i)->handle(), 1, &region);
+        context_->calls().vkCmdCopyBuffer(context_->begin(), staging.handle(), b(i).buffer, 1, &region);
         context_->submit();
     }
     const VkCommandBuffer commands = context_->begin();
     for (int i = state0; i < buffers; ++i)
-        context_->calls().vkCmdFillBuffer(commands, b(i)->handle(), 0, VK_WHOLE_SIZE, 0);
+        context_->calls().vkCmdFillBuffer(commands, b(i).buffer, 0, VK_WHOLE_SIZE, 0);
     context_->barrier(commands);
     context_->submit();
 }
@@ -103,10 +104,10 @@ double VulkanFrames::press(int count) {
     const auto groups = [](int cells, int size) { return uint32_t((cells + size - 1) / size); };
     const double gpu = timed([&](VkCommandBuffer commands) {
         for (int i = 0; i < count; ++i, ++frame_) {
-            if (cell_) kernel_->record(commands, size_t(frame_ % ring), &c, groups(c.width, 64), uint32_t(c.height), 1);
+            if (cell_) kernel_->record(commands, size_t(frame_ % ring), &c, groups(c.width, 64), uint32_t(c.height));
             else
                 kernel_->record(commands, size_t(frame_ % ring), &c, groups(c.width, PRESS_CELLS * PRESS_X),
-                                groups(c.height, PRESS_Y), 1);
+                                groups(c.height, PRESS_Y));
             context_->barrier(commands);
         }
     });

@@ -249,6 +249,7 @@ plan::Plan decided(const Scene& scene, const Device& device, const RunOptions& o
     const Explanation e = model::choose(plan, device, options, false);
     plan.predicted_error = e.candidates[e.chosen].error;
     plan.keeps_maps |= options.check;
+    plan.derives |= options.check && !scene.output.fields.empty(); // then all of it is compared
     if (plan.model == Model::march && plan.maps.rest_curvature.empty()) plan::complete(plan);
     return plan;
 }

@@ -9,23 +9,25 @@
 layout(local_size_x = FIELDS_X) in;
 layout(constant_id = 0) const int STENCIL = STENCIL_FIVE_POINT;
 layout(constant_id = 1) const int EDGES = EDGES_MIRROR;
+layout(constant_id = 2) const int COMPENSATED = 0;
+layout(constant_id = 5) const int RESPONSES = 15;
 layout(push_constant) uniform Push { Constants c; };
-// all of pitch*height floats; a state begins with the strain
+// All of pitch floats times the rows bound; a state has STATE_ROWS times that, and the strain comes first.
 layout(std430, binding = FIELDS_SURFACE) readonly restrict buffer Surface { float surface[]; };
 layout(std430, binding = FIELDS_REST_CURVATURE) readonly restrict buffer Rest { float rest_curvature[]; };
 layout(std430, binding = FIELDS_STRAIN) readonly restrict buffer Strain { float strain[]; };
 layout(std430, binding = FIELDS_CURVATURE) writeonly restrict buffer Curvature { float curvature[]; };
 layout(std430, binding = FIELDS_DEFORMATION) writeonly restrict buffer Deformation { float deformation[]; };
 
-real strain_at(int x, int y) { return strain[y * c.pitch + x]; }
+real strain_at(int x, int y) { return strain[(y - c.base_row) * STATE_ROWS(COMPENSATED, RESPONSES) * c.pitch + x]; }
 #include "gather.h"
 
 void main() {
     int x = int(gl_GlobalInvocationID.x);
-    int y = int(gl_GlobalInvocationID.y);
+    int y = int(gl_GlobalInvocationID.y) + c.first_row;
     if (x >= c.width || y >= c.height) return;
-    int i = y * c.pitch + x;
-    real eps = strain[i];
+    int i = (y - c.base_row) * c.pitch + x;
+    real eps = strain_at(x, y);
     real L = add(laplacian_along_x(x, y, eps, c.width, STENCIL, EDGES),
                  laplacian_along_y(x, y, eps, c.height, STENCIL, EDGES));
     curvature[i] = flush(curvature_of(rest_curvature[i], L, c.bend));

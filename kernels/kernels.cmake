@@ -7,17 +7,16 @@ find_program(DERMIS_SPIRV_DIS spirv-dis REQUIRED)
 set(DERMIS_GENERATED ${PROJECT_BINARY_DIR}/generated)
 set(DERMIS_KERNELS)
 
-# source.comp to generated/<name>_spv.h, which `header` is set to.
-function(dermis_kernel source header)
-    get_filename_component(kernel ${source} NAME_WE)
+# source.comp to generated/<kernel>_spv.h, which `header` is set to; further arguments go to the compiler.
+function(dermis_kernel source kernel header)
     set(module ${DERMIS_GENERATED}/${kernel}.spv)
     set(made ${DERMIS_GENERATED}/${kernel}_spv.h)
     add_custom_command(
         OUTPUT ${made}
-        COMMAND ${DERMIS_GLSLANG} -V --quiet --target-env vulkan1.1 -I${PROJECT_SOURCE_DIR}/kernels --depfile ${module}.d -o ${module} ${source}
+        COMMAND ${DERMIS_GLSLANG} -V --quiet --target-env vulkan1.1 -I${PROJECT_SOURCE_DIR}/kernels ${ARGN} --depfile ${module}.d -o ${module} ${source}
         COMMAND ${DERMIS_SPIRV_VAL} --target-env vulkan1.1 ${module}
         COMMAND ${CMAKE_COMMAND} -DDISASSEMBLER=${DERMIS_SPIRV_DIS} -DMODULE=${module} -P ${PROJECT_SOURCE_DIR}/kernels/check_contraction.cmake
-        COMMAND ${DERMIS_GLSLANG} -V --quiet --target-env vulkan1.1 -I${PROJECT_SOURCE_DIR}/kernels --vn ${kernel}_spv -o ${made} ${source}
+        COMMAND ${DERMIS_GLSLANG} -V --quiet --target-env vulkan1.1 -I${PROJECT_SOURCE_DIR}/kernels ${ARGN} --vn ${kernel}_spv -o ${made} ${source}
         DEPENDS ${source} ${PROJECT_SOURCE_DIR}/kernels/check_contraction.cmake
         DEPFILE ${module}.d
         COMMENT "Kernel ${kernel}"
@@ -25,9 +24,10 @@ function(dermis_kernel source header)
     set(${header} ${made} PARENT_SCOPE)
 endfunction()
 
-foreach(kernel press fields reduce)
-    dermis_kernel(${PROJECT_SOURCE_DIR}/kernels/${kernel}.comp header)
-    list(APPEND DERMIS_KERNELS ${header})
+foreach(kernel press fields reduce sites)
+    dermis_kernel(${PROJECT_SOURCE_DIR}/kernels/${kernel}.comp ${kernel} plain)
+    dermis_kernel(${PROJECT_SOURCE_DIR}/kernels/${kernel}.comp ${kernel}_rte rounds -DROUNDS)
+    list(APPEND DERMIS_KERNELS ${plain} ${rounds})
 endforeach()
 file(MAKE_DIRECTORY ${DERMIS_GENERATED})
 

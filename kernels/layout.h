@@ -3,12 +3,14 @@
 
 // Maps are row-major, index = y*pitch + x; pitch is the width rounded up to PITCH_CELLS: a cache line of floats.
 #define PITCH_CELLS 16
-// `press` runs PRESS_CELLS cells per invocation in groups of PRESS_X x PRESS_Y; `fields` one in groups of FIELDS_X x 1;
+// `press` runs PRESS_CELLS cells per invocation in groups of PRESS_X x PRESS_Y; `fields` one in groups of FIELDS_X x 1,
+// `sites` one cell or receptor in groups of SITES_X;
 // `reduce` one tile of TILE_CELLS columns per invocation in groups of REDUCE_ROWS rows.
 #define PRESS_CELLS 4
 #define PRESS_X 64
 #define PRESS_Y 1
 #define FIELDS_X 64
+#define SITES_X 64
 #define TILE_CELLS 64
 #define REDUCE_ROWS 16
 
@@ -30,11 +32,14 @@
 #define PRESS_FA2 8
 #define PRESS_ROWS 9
 #define PRESS_MATERIAL 10
-#define PRESS_BINDINGS 11
-// A state is this many maps, one behind the other: strain, its integral, and if compensated what each has lost.
-#define STATE_SUM 1
-#define STATE_STRAIN_LOST 2
-#define STATE_SUM_LOST 3
+#define PRESS_INVALID 11
+#define PRESS_BINDINGS 12
+// A state holds for each row of cells a row of strain, if compensated one of what its sums have lost, and if SA2 is asked
+// for the same of its integral: so a band of rows is one piece of memory. Rows of a state per row of cells:
+#define STATE_SUM(compensated) (1 + (compensated))
+#define STATE_ROWS(compensated, responses) ((1 + (compensated)) * (((responses) & 2) != 0 ? 2 : 1))
+// Bands of rows begin at a multiple of this: every row of any map is then at an offset that every device can bind.
+#define BAND_ROWS 4
 
 #define FIELDS_SURFACE 0
 #define FIELDS_REST_CURVATURE 1
@@ -42,6 +47,17 @@
 #define FIELDS_CURVATURE 3
 #define FIELDS_DEFORMATION 4
 #define FIELDS_BINDINGS 5
+
+#define SITES_PRESSURE_FROM 0
+#define SITES_PRESSURE_TO 1
+#define SITES_CELLS 2
+#define SITES_SITES 3
+#define SITES_STATE_FROM 4
+#define SITES_STATE_TO 5
+#define SITES_RESPONSE 6
+#define SITES_ROWS 7
+#define SITES_INVALID 8
+#define SITES_BINDINGS 9
 
 #define REDUCE_MAP 0
 #define REDUCE_PROBES 1
@@ -73,12 +89,35 @@ struct Constants {
     scalar thickness;             // h in D = S - h*eps
     int width, height, pitch;   // cells
     int first_column, first_row; // where the invocations begin: cells before are never pressed, so all they have is +0
+    int base_row;                // the first row that is bound
     int respond;                 // 0: advance the state alone
+};
+
+// A cell that some receptor looks at, and its material's row of the table.
+struct SiteCell {
+    int cell; // y*pitch + x
+    int row;
+};
+// A receptor; cells by their rank among those above: its own, then along x and y those of its stencil.
+struct SiteLooks {
+    int here;
+    int x_far_low, x_low, x_high, x_far_high;
+    int y_far_low, y_low, y_high, y_far_high;
+    int quantity; // 1..4: SA1, SA2, FA1, FA2
+    int answer;   // where in the response it stands
+    scalar rest_curvature;
+};
+struct SiteConstants {
+    Constants c;
+    int first_cell, cells; // of this band
+    int first_site, sites;
 };
 
 struct ReduceConstants {
     int width, height, pitch, tiles; // cells; tiles of a row
+    int stride;                      // of the map's rows: its pitch, or more in a state
     int first_tile, first_row, rows; // which of them
+    int base_row;                    // the first row that is bound
     int probes;                      // cells whose value is wanted too
     int slot;                        // where in the ring of results all this goes
 };

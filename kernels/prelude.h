@@ -6,6 +6,10 @@
 #ifdef __cplusplus
 #define precise
 #else
+#ifdef ROUNDS // a variant for devices that offer it: RoundingModeRTE, width 32
+#extension GL_EXT_spirv_intrinsics : require
+spirv_execution_mode(extensions = ["SPV_KHR_float_controls"], capabilities = [4467], 4462, 32);
+#endif
 #define inline
 #define scalar float
 #ifndef real

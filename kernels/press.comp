@@ -19,7 +19,7 @@ layout(constant_id = 3) const int MATERIALS = 0; // rows differ from cell to cel
 layout(constant_id = 4) const int FRAMES = 0;    // pressure runs from one map to another
 layout(constant_id = 5) const int RESPONSES = 15; // which are asked for: bits SA1, SA2, FA1, FA2
 layout(push_constant) uniform Push { Constants c; };
-// all of pitch/4*height, a state several times that; a row's last cells may lie beyond its width
+// All of pitch/4 times the rows bound, a state STATE_ROWS times that; a row's last cells may lie beyond its width.
 layout(std430, binding = PRESS_PRESSURE_FROM) readonly buffer PressureFrom { vec4 pressure_from[]; };
 layout(std430, binding = PRESS_PRESSURE_TO) readonly buffer PressureTo { vec4 pressure_to[]; };
 layout(std430, binding = PRESS_REST_CURVATURE) readonly restrict buffer Rest { vec4 rest_curvature[]; };
@@ -31,11 +31,16 @@ layout(std430, binding = PRESS_FA1) writeonly restrict buffer Fa1 { vec4 fa1[]; 
 layout(std430, binding = PRESS_FA2) writeonly restrict buffer Fa2 { vec4 fa2[]; };
 layout(std430, binding = PRESS_ROWS) readonly restrict buffer Table { Row table[]; };
 layout(std430, binding = PRESS_MATERIAL) readonly buffer Material { ivec4 material[]; };
+layout(std430, binding = PRESS_INVALID) restrict buffer Invalid { uint invalid; }; // pressures met that are not finite
 // the same maps, cell by cell
 layout(std430, binding = PRESS_PRESSURE_FROM) readonly buffer PressureFromCells { float pressure_from_cells[]; };
 layout(std430, binding = PRESS_PRESSURE_TO) readonly buffer PressureToCells { float pressure_to_cells[]; };
 layout(std430, binding = PRESS_STATE_FROM) readonly buffer StateCells { float state_cells[]; };
 layout(std430, binding = PRESS_MATERIAL) readonly buffer MaterialCells { int material_cells[]; };
+
+// In vec4s: where the rows of a state that belong to cells 4i .. 4i + 3 of a map begin, and how far they are apart.
+int state_at(int y, int x) { return ((y - c.base_row) * STATE_ROWS(COMPENSATED, RESPONSES) * c.pitch + x) / 4; }
+#define NEXT_ROW (c.pitch / 4)
 
 Rows rows_of_four(Row a, Row b, Row d, Row e) {
     Rows r;
@@ -61,8 +66,12 @@ Rows rows_at(int i) {
     return rows_of_four(table[m.x], table[m.y], table[m.z], table[m.w]);
 }
 
+// Frames come from anywhere: what is not finite counts as 0.
+bvec4 finite(vec4 p) { return notEqual(floatBitsToUint(p) & 0x7f800000u, uvec4(0x7f800000u)); }
+vec4 valid(vec4 p) { return mix(vec4(0.0), p, finite(p)); }
+
 Load load_at(int i) {
-    return FRAMES != 0 ? load_between(pressure_from[i], pressure_to[i], c) : load_of(pressure_from[i], c);
+    return FRAMES != 0 ? load_between(valid(pressure_from[i]), valid(pressure_to[i]), c) : load_of(pressure_from[i], c);
 }
 
 // New strain of cells that have eps and lost.
@@ -75,32 +84,34 @@ vec4 stepped(vec4 eps, vec4 lost, Load load, Rows k) {
 // the edge rule names. All at once, because one alone would cost as much. The nearest stencil has no far ones.
 vec4 strains_beside(int x, int y, int cells) {
     bool far = STENCIL != STENCIL_FIVE_POINT;
-    int row = y * c.pitch;
-    int low = row + wrapped(x - 1, c.width, EDGES);
-    int high = row + wrapped(x + cells, c.width, EDGES);
-    int far_low = far ? row + wrapped(x - 2, c.width, EDGES) : low;
-    int far_high = far ? row + wrapped(x + cells + 1, c.width, EDGES) : high;
-#define BESIDE(map, at) \
-    (far ? vec4(map[low + at], map[high + at], map[far_low + at], map[far_high + at]) \
-         : vec2(map[low + at], map[high + at]).xyxy)
-    vec4 eps = BESIDE(state_cells, 0);
+    int low = wrapped(x - 1, c.width, EDGES);
+    int high = wrapped(x + cells, c.width, EDGES);
+    int far_low = far ? wrapped(x - 2, c.width, EDGES) : low;
+    int far_high = far ? wrapped(x + cells + 1, c.width, EDGES) : high;
+#define BESIDE(map, row) \
+    (far ? vec4(map[(row) + low], map[(row) + high], map[(row) + far_low], map[(row) + far_high]) \
+         : vec2(map[(row) + low], map[(row) + high]).xyxy)
+    int row = (y - c.base_row) * c.pitch;
+    int state = row * STATE_ROWS(COMPENSATED, RESPONSES);
+    vec4 eps = BESIDE(state_cells, state);
     vec4 lost = vec4(0.0);
-    if (COMPENSATED != 0) lost = BESIDE(state_cells, STATE_STRAIN_LOST * c.pitch * c.height);
-    vec4 p = BESIDE(pressure_from_cells, 0);
+    if (COMPENSATED != 0) lost = BESIDE(state_cells, state + c.pitch);
+    vec4 p = BESIDE(pressure_from_cells, row);
     Load load = load_of(p, c);
-    if (FRAMES != 0) load = load_between(p, BESIDE(pressure_to_cells, 0), c);
+    if (FRAMES != 0) load = load_between(valid(p), valid(BESIDE(pressure_to_cells, row)), c);
     Rows k = rows_of(c.row);
     if (MATERIALS != 0)
-        k = rows_of_four(table[material_cells[low]], table[material_cells[high]], table[material_cells[far_low]],
-                         table[material_cells[far_high]]);
+        k = rows_of_four(table[material_cells[row + low]], table[material_cells[row + high]],
+                         table[material_cells[row + far_low]], table[material_cells[row + far_high]]);
     return stepped(eps, lost, load, k);
 }
 
 // New strain of cells x .. x + 3; those beyond the width are of no use.
 vec4 strains(int x, int y) {
-    int i = (y * c.pitch + x) / 4;
-    vec4 lost = COMPENSATED != 0 ? state_from[i + STATE_STRAIN_LOST * (c.pitch / 4) * c.height] : vec4(0.0);
-    return stepped(state_from[i], lost, load_at(i), rows_at(i));
+    int i = ((y - c.base_row) * c.pitch + x) / 4;
+    int state = state_at(y, x);
+    vec4 lost = COMPENSATED != 0 ? state_from[state + NEXT_ROW] : vec4(0.0);
+    return stepped(state_from[state], lost, load_at(i), rows_at(i));
 }
 
 vec4 laplacian_along_x(int x, int y, vec4 here) {
@@ -147,29 +158,41 @@ void main() {
     int x = int(gl_GlobalInvocationID.x) * PRESS_CELLS + c.first_column;
     int y = int(gl_GlobalInvocationID.y) + c.first_row;
     if (x >= c.width || y >= c.height) return;
-    int i = (y * c.pitch + x) / 4;
-    int map = c.pitch / 4 * c.height;
+    int i = ((y - c.base_row) * c.pitch + x) / 4;
+    int state = state_at(y, x);
+    if (FRAMES != 0) {
+        bvec4 met = lessThan(ivec4(x, x + 1, x + 2, x + 3), ivec4(c.width));
+        uvec4 bad = uvec4(mix(bvec4(false), not(finite(pressure_to[i])), met));
+        uint count = bad.x + bad.y + bad.z + bad.w;
+        if (count != 0u) atomicAdd(invalid, count);
+    }
     Load load = load_at(i);
     Rows k = rows_at(i);
-    vec4 eps = state_from[i];
-    vec4 integral = state_from[i + STATE_SUM * map];
-    vec4 after;
-    vec4 sum;
+    vec4 eps = state_from[state];
     vec4 step = strain_step(eps, load, k);
-    vec4 gained = sum_step(eps, integral, load, k);
+    vec4 after;
     if (COMPENSATED != 0) {
-        Compensated carried = added_compensated(eps, state_from[i + STATE_STRAIN_LOST * map], step);
+        Compensated carried = added_compensated(eps, state_from[state + NEXT_ROW], step);
         after = carried.value;
-        state_to[i + STATE_STRAIN_LOST * map] = carried.lost;
-        carried = added_compensated(integral, state_from[i + STATE_SUM_LOST * map], gained);
-        sum = carried.value;
-        state_to[i + STATE_SUM_LOST * map] = carried.lost;
+        state_to[state + NEXT_ROW] = carried.lost;
     } else {
         after = added(eps, step);
-        sum = added(integral, gained);
     }
-    state_to[i] = after;
-    state_to[i + STATE_SUM * map] = sum;
+    state_to[state] = after;
+    vec4 sum = vec4(0.0);
+    if ((RESPONSES & 2) != 0) {
+        int at = state + STATE_SUM(COMPENSATED) * NEXT_ROW;
+        vec4 integral = state_from[at];
+        vec4 gained = sum_step(eps, integral, load, k);
+        if (COMPENSATED != 0) {
+            Compensated carried = added_compensated(integral, state_from[at + NEXT_ROW], gained);
+            sum = carried.value;
+            state_to[at + NEXT_ROW] = carried.lost;
+        } else {
+            sum = added(integral, gained);
+        }
+        state_to[at] = sum;
+    }
     if (c.respond == 0 || RESPONSES == 0) return;
     vec4 L = add(laplacian_along_x(x, y, after), laplacian_along_y(x, y, after));
     vec4 C = curvature_of(rest_curvature[i], L, c.bend);

@@ -11,7 +11,7 @@
 
 layout(local_size_x = REDUCE_ROWS) in;
 layout(push_constant) uniform Push { ReduceConstants c; };
-layout(std430, binding = REDUCE_MAP) readonly restrict buffer Map { vec4 map[]; }; // pitch/4 times height
+layout(std430, binding = REDUCE_MAP) readonly restrict buffer Map { vec4 map[]; }; // stride/4 times the rows bound
 layout(std430, binding = REDUCE_PROBES) readonly restrict buffer Probes { int probes[]; }; // cells, y*pitch + x
 struct TileSummary {
     float sum, low, high;
@@ -53,13 +53,16 @@ void main() {
         y += c.first_row;
         i += y * c.tiles + tile;
         int x = tile * TILE_CELLS;
-        int row = y * (c.pitch / 4);
+        int row = (y - c.base_row) * (c.stride / 4);
         float first = map[row + x / 4].x;
         s = folded(folded(join(eighths(x, row, first), eighths(x + 4, row, first)), 2), 1);
     } else {
         i += c.height * c.tiles + (y - c.rows);
         int cell = probes[y - c.rows];
-        s = summary_of(vec4(map[cell / 4][cell % 4]));
+        int row = cell / c.pitch;
+        if (row < c.first_row || row >= c.first_row + c.rows) return; // another band's, or never pressed: it stays 0
+        int at = (row - c.base_row) * c.stride + cell % c.pitch;
+        s = summary_of(vec4(map[at / 4][at % 4]));
     }
     summaries[i].sum = s.sum.x;
     summaries[i].low = s.low.x;

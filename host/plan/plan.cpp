@@ -189,7 +189,7 @@ Plan make_plan(const Scene& scene, Precision precision) {
     p.precision = precision;
     p.compensated = precision == Precision::f32_compensated;
     p.wanted.fill(true);
-    p.keeps_maps = true;
+    p.keeps_maps = p.derives = true;
     complete(p);
     return p;
 }
@@ -219,6 +219,8 @@ Plan prepare(const Scene& scene) {
     for (const Site& site : s.sites) p.places.push_back(site.cell);
     for (int q = 0; q < REDUCED_MAPS; ++q) p.wanted[q] = scene::wants(s, Quantity(q));
     p.keeps_maps = !p.places.empty() || !s.output.fields.empty();
+    for (const FieldRequest& f : s.output.fields)
+        for (Quantity q : f.what) p.derives |= q >= Quantity::curvature;
     find_materials(p);
     p.pressed = {s.grid.height, 0, p.tiles, 0};
     if (s.load.kind != Load::Kind::sequence) add_pressed(p, p.maps.pressure);

@@ -34,6 +34,7 @@ struct Plan {
     long long outputs = 0;                   // rows of the traces
     std::array<bool, REDUCED_MAPS> wanted{}; // strain, SA1, SA2, FA1, FA2: of which anything is asked
     bool keeps_maps = false;                 // maps of responses are read, not their totals alone
+    bool derives = false;                    // curvature or deformation is read
     std::vector<double> field_times;         // sorted, each once; within 1e-6 of a step from an output: that output's
 };
 

@@ -4,12 +4,9 @@
 
 #include "host/vulkan/instance.hpp"
 
-#include <map>
 #include <memory>
 
 namespace dermis::vulkan {
-
-constexpr uint32_t storage_buffers_needed = 12; // per stage; `press` uses 11
 
 class Context;
 
@@ -22,6 +19,7 @@ class Buffer {
     Buffer(Buffer&&) noexcept;
     Buffer& operator=(Buffer&&) = delete;
     VkBuffer handle() const { return handle_; }
+    Piece all() const { return {handle_, 0, bytes_}; }
     VkDeviceSize bytes() const { return bytes_; }
     void* data() const { return data_; } // Place::host
 
@@ -33,31 +31,6 @@ class Buffer {
     void* data_ = nullptr;
 };
 
-// A compute pipeline; its context keeps it, because a driver may take long to make one.
-struct Pipeline {
-    VkDescriptorSetLayout set_layout = VK_NULL_HANDLE;
-    VkPipelineLayout layout = VK_NULL_HANDLE;
-    VkPipeline pipeline = VK_NULL_HANDLE;
-};
-
-// A pipeline over storage buffers 0..bindings-1, constants of so many bytes pushed, and `sets` descriptor sets.
-class Kernel {
-  public:
-    Kernel(Context&, const uint32_t* code, size_t bytes, uint32_t bindings, uint32_t constants_bytes,
-           const std::vector<uint32_t>& specialization, const std::vector<std::vector<const Buffer*>>& sets);
-    ~Kernel();
-    Kernel(const Kernel&) = delete;
-    Kernel& operator=(const Kernel&) = delete;
-    void record(VkCommandBuffer, size_t set, const void* constants, uint32_t x, uint32_t y, uint32_t z) const;
-
-  private:
-    Context& context_;
-    uint32_t constants_bytes_;
-    Pipeline pipeline_;
-    VkDescriptorPool pool_ = VK_NULL_HANDLE;
-    std::vector<VkDescriptorSet> sets_;
-};
-
 class Context {
   public:
     Context(std::shared_ptr<const Instance>, const Physical&); // throws Error::device
@@ -66,13 +39,11 @@ class Context {
     Context& operator=(const Context&) = delete;
 
     const Physical& physical() const { return physical_; }
-    // Made once for each code and specialization.
-    const Pipeline& pipeline(const uint32_t* code, size_t bytes, uint32_t bindings, uint32_t constants_bytes,
-                             const std::vector<uint32_t>& specialization);
+    Pipelines& pipelines() { return *pipelines_; }
     const VkPhysicalDeviceLimits& limits() const { return physical_.properties.limits; }
     VkDeviceSize heap_bytes() const; // of the largest device-local heap
-    const VolkDeviceTable& calls() const { return calls_; }
-    VkDevice device() const { return device_; }
+    const VolkDeviceTable& calls() const { return gpu_.calls; }
+    VkDevice device() const { return gpu_.device; }
     uint32_t memory_type(uint32_t allowed, Buffer::Place) const;
 
     VkCommandBuffer begin(); // the one command buffer, ready to record
@@ -83,18 +54,14 @@ class Context {
     bool stuck() const { return stuck_; }
 
   private:
-    void destroy(const Pipeline&) const;
-
     std::shared_ptr<const Instance> instance_;
     Physical physical_;
-    VolkDeviceTable calls_{};
-    VkDevice device_ = VK_NULL_HANDLE;
+    Gpu gpu_;
+    std::unique_ptr<Pipelines> pipelines_;
     VkQueue queue_ = VK_NULL_HANDLE;
     VkCommandPool pool_ = VK_NULL_HANDLE;
     VkCommandBuffer commands_ = VK_NULL_HANDLE;
     VkFence fence_ = VK_NULL_HANDLE;
-    VkPipelineCache cache_ = VK_NULL_HANDLE;
-    std::map<std::pair<const uint32_t*, std::vector<uint32_t>>, Pipeline> pipelines_;
     bool stuck_ = false;
 };
 

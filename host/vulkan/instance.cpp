@@ -2,7 +2,7 @@
 #include "host/vulkan/instance.hpp"
 
 #include "host/plan/float_environment.hpp"
-#include "host/vulkan/context.hpp"
+#include "host/vulkan/requirements.hpp"
 
 #include <algorithm>
 #include <cstring>
@@ -57,19 +57,6 @@ int rank(const Physical& p) {
 std::mutex& volk_mutex() {
     static std::mutex mutex;
     return mutex;
-}
-
-void check(VkResult result, const char* call) {
-    if (result == VK_SUCCESS) return;
-    const char* name = "";
-    switch (result) {
-    case VK_TIMEOUT: name = " (timeout)"; break;
-    case VK_ERROR_OUT_OF_HOST_MEMORY: name = " (out of host memory)"; break;
-    case VK_ERROR_OUT_OF_DEVICE_MEMORY: name = " (out of device memory)"; break;
-    case VK_ERROR_DEVICE_LOST: name = " (device lost)"; break;
-    default: break;
-    }
-    throw Error(Error::Code::device, "", std::string(call) + " failed with VkResult " + std::to_string(result) + name);
 }
 
 Loader system_loader() {
@@ -193,18 +180,19 @@ void Instance::describe(Physical& p) const {
     const VkPhysicalDeviceLimits& limits = p.properties.limits;
     if (p.properties.apiVersion < VK_API_VERSION_1_1) p.info.refused = "Vulkan 1.0; 1.1 is needed";
     else if (computes == families.end()) p.info.refused = "no compute queue";
-    else if (limits.maxPerStageDescriptorStorageBuffers < storage_buffers_needed)
-        p.info.refused =
-            "maxPerStageDescriptorStorageBuffers = " + std::to_string(limits.maxPerStageDescriptorStorageBuffers) +
-            "; " + std::to_string(storage_buffers_needed) + " are needed";
+    else p.info.refused = why_not(limits);
     if (!p.info.refused.empty()) return;
     vkEnumerateDeviceExtensionProperties(p.handle, nullptr, &count, nullptr);
     std::vector<VkExtensionProperties> extensions(count);
     vkEnumerateDeviceExtensionProperties(p.handle, nullptr, &count, extensions.data());
-    p.portability_subset = offers(extensions, "VK_KHR_portability_subset");
+    const Requirements needs = requirements();
+    for (const auto& list : {needs.required_if_offered, needs.used_if_enabled})
+        for (const char* name : list)
+            if (offers(extensions, name)) p.extensions.emplace_back(name);
+    p.rounds = rounds_to_even(vkGetPhysicalDeviceProperties2, p.handle, p.extensions);
 }
 
-VkDevice Instance::open(const Physical& p, VolkDeviceTable& table) const {
+void Instance::open(const Physical& p, Gpu& gpu) const {
     const DefaultFloats guard;
     const std::lock_guard lock(volk_mutex());
     volkInitializeCustom(get_);
@@ -214,16 +202,17 @@ VkDevice Instance::open(const Physical& p, VolkDeviceTable& table) const {
     queue.queueFamilyIndex = p.family;
     queue.queueCount = 1;
     queue.pQueuePriorities = &priority;
-    const char* subset = "VK_KHR_portability_subset"; // a device that has it demands it
     VkDeviceCreateInfo info{VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO};
     info.queueCreateInfoCount = 1;
     info.pQueueCreateInfos = &queue;
-    info.enabledExtensionCount = p.portability_subset ? 1 : 0;
-    info.ppEnabledExtensionNames = &subset;
-    VkDevice device = VK_NULL_HANDLE;
-    check(vkCreateDevice(p.handle, &info, nullptr, &device), "vkCreateDevice");
-    volkLoadDeviceTable(&table, device);
-    return device;
+    std::vector<const char*> extensions;
+    for (const std::string& name : p.extensions) extensions.push_back(name.c_str());
+    info.enabledExtensionCount = uint32_t(extensions.size());
+    info.ppEnabledExtensionNames = extensions.data();
+    check(vkCreateDevice(p.handle, &info, nullptr, &gpu.device), "vkCreateDevice");
+    volkLoadDeviceTable(&gpu.calls, gpu.device);
+    gpu.limits = p.properties.limits;
+    gpu.rounds = p.rounds;
 }
 
 } // namespace dermis::vulkan

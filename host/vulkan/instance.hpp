@@ -3,7 +3,7 @@
 #pragma once
 
 #include "dermis/dermis.hpp"
-#include "host/vulkan/volk.hpp"
+#include "host/vulkan/kernel.hpp"
 
 #include <mutex>
 
@@ -26,9 +26,10 @@ struct Physical {
     VkPhysicalDevice handle = VK_NULL_HANDLE;
     VkPhysicalDeviceProperties properties{};
     VkPhysicalDeviceMemoryProperties memory{};
-    uint32_t family = 0; // a queue family that computes
-    bool portability_subset = false;
-    std::string uuid; // hexadecimal
+    uint32_t family = 0;                 // a queue family that computes
+    std::vector<std::string> extensions; // to enable
+    bool rounds = false;                 // see Gpu
+    std::string uuid;                    // hexadecimal
     DeviceInfo info;
 };
 
@@ -43,7 +44,7 @@ class Instance {
     // Every device, best first: discrete, integrated, virtual, software.
     const std::vector<Physical>& devices() const { return devices_; }
     // A logical device with one queue of the compute family.
-    VkDevice open(const Physical&, VolkDeviceTable& table) const;
+    void open(const Physical&, Gpu&) const;
 
   private:
     void find_devices();
@@ -60,8 +61,5 @@ class Instance {
 
 // volk keeps instance functions in variables of the whole process: whoever fills or uses them holds this.
 std::mutex& volk_mutex();
-
-// Throws Error::device naming the call unless the result is success.
-void check(VkResult, const char* call);
 
 } // namespace dermis::vulkan

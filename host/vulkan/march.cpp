@@ -3,9 +3,7 @@
 // full.
 #include "host/vulkan/march.hpp"
 
-#include "fields_spv.h"
-#include "press_spv.h"
-#include "reduce_spv.h"
+#include "host/vulkan/press.hpp"
 
 #include <algorithm>
 #include <cstring>
@@ -21,13 +19,8 @@ constexpr double cell_steps_per_submit = 2e7;
 constexpr double ring_bytes = 16e6;
 constexpr VkDeviceSize upload_bytes = 16 << 20;
 
-// Maps in a state (see kernels/layout.h).
-int state_planes(const plan::Plan& plan) { return plan.compensated ? 4 : 2; }
-
-uint32_t groups(int cells, int size) { return uint32_t((cells + size - 1) / size); }
-
 // What the device must hold, checked before anything is allocated.
-void check_fits(const plan::Plan& plan, const Context& context, VkDeviceSize plane, VkDeviceSize ring) {
+void check_fits(const plan::Plan& plan, const Context& context, VkDeviceSize all, VkDeviceSize ring) {
     const std::string grid = std::to_string(plan.constants.width) + " x " + std::to_string(plan.constants.height);
     const auto refuse = [&](VkDeviceSize needed, const char* limit, VkDeviceSize allowed) {
         throw Error(Error::Code::bad_input, "grid.width",
@@ -35,15 +28,12 @@ void check_fits(const plan::Plan& plan, const Context& context, VkDeviceSize pla
                         limit + " = " + std::to_string(allowed) + "; or device cpu");
     };
     const VkPhysicalDeviceLimits& limits = context.limits();
-    const VkDeviceSize state = state_planes(plan) * plane, table = plan.media.size() * sizeof(f32::Row),
-                       responses = VkDeviceSize(std::count(plan.wanted.begin() + 1, plan.wanted.end(), true)),
-                       all = ((plan.framed ? 6 : 5) + responses) * plane + 2 * state + ring +
-                             (plan.material.empty() ? 0 : table + plane);
-    const VkDeviceSize largest = std::max({state, ring, table});
+    const VkDeviceSize largest =
+        std::max<VkDeviceSize>(ring, plan.material.empty() ? 0 : plan.media.size() * sizeof(f32::Row));
     if (largest > limits.maxStorageBufferRange) refuse(largest, "maxStorageBufferRange", limits.maxStorageBufferRange);
     if (all > context.heap_bytes()) refuse(all, "device memory", context.heap_bytes());
     if (uint32_t(plan.constants.height) > limits.maxComputeWorkGroupCount[1])
-        refuse(plane, "maxComputeWorkGroupCount[1]", limits.maxComputeWorkGroupCount[1]);
+        refuse(all, "maxComputeWorkGroupCount[1]", limits.maxComputeWorkGroupCount[1]);
 }
 
 class March : public plan::Marcher {
@@ -56,7 +46,9 @@ class March : public plan::Marcher {
         ring_ = size_t(
             std::clamp(std::min(cell_steps_per_submit * sizeof(float) / double(plane_), ring_bytes / double(per_step)),
                        1.0, 1024.0));
-        check_fits(plan, *context_, plane_, ring_ * per_step);
+        VkDeviceSize all = ring_ * per_step;
+        for (int i = 0; i < places; ++i) all += bytes_of(i);
+        check_fits(plan, *context_, all, ring_ * per_step);
         // throws where a value does not fit, so before buffers
         const std::vector<float> rest_map = plan::padded<float>(plan.maps.rest_curvature, plan, "surface.relief"),
                                  surface_map = plan::padded<float>(plan.maps.surface, plan, "surface.relief"),
@@ -78,10 +70,10 @@ class March : public plan::Marcher {
         const VkCommandBuffer commands = recording();
         for (int i = 0; i <= ring_summaries; ++i)
             context_->calls().vkCmdFillBuffer(commands, buffers_[i].handle(), 0, VK_WHOLE_SIZE,
-                                              whole && i >= sa1 && i != rows && i != material ? 0xffffffff : 0);
+                                              whole && i >= sa1 && i <= deformation ? 0xffffffff : 0);
         context_->barrier(commands);
         stage(rest_map, rest);
-        stage(surface_map, surface);
+        if (plan.derives) stage(surface_map, surface);
         if (!plan.framed) stage(pressure_map, pressure0);
         if (!plan.material.empty()) stage(plan.material, material);
         finish();
@@ -102,23 +94,33 @@ class March : public plan::Marcher {
         const VkCommandBuffer commands = recording();
         const Constants c = plan::constants_of<Constants>(plan_, step);
         const plan::Pressed& box = plan_.pressed;
-        const int columns = box.last_tile * TILE_CELLS - c.first_column, pressed_rows = box.last_row - box.first_row;
-        if (pressed_rows > 0) // vkCmdDispatch of 0 groups is allowed, but not by every layer
-            press_->record(commands, size_t(from_ + 2 * to_), &c, groups(columns, PRESS_CELLS * PRESS_X),
-                           groups(pressed_rows, PRESS_Y), 1);
+        const size_t bands = press_->bands().size();
+        press_->record(commands, size_t(from_ + 2 * to_), c);
         context_->barrier(commands);
         ++dispatches_;
         shown_ = 1 - from_;
         if (step.trace >= 0 || step.impulse >= 0) {
             for (int q = 0; q < REDUCED_MAPS; ++q) {
-                const int slot = int(kept_.size()) * REDUCED_MAPS + q;
-                const f32::ReduceConstants reduce{c.width,       c.height,     c.pitch, plan_.tiles, box.first_tile,
-                                                  box.first_row, pressed_rows, probes_, slot};
-                const size_t map = q == 0 ? size_t(shown_) : size_t(q) + 1; // either state, SA1, SA2, FA1, FA2
                 if (!plan_.wanted[q]) continue;
-                if (pressed_rows + probes_ > 0)
-                    reduce_->record(commands, map, &reduce, groups(pressed_rows + probes_, REDUCE_ROWS),
-                                    uint32_t(std::max(box.last_tile - box.first_tile, 1)), 1);
+                const size_t map = q == 0 ? size_t(shown_) : size_t(q) + 1; // either state, SA1, SA2, FA1, FA2
+                for (size_t i = 0; i < bands; ++i) {
+                    const Band& band = press_->bands()[i];
+                    const int rows = band.last - band.first;
+                    const f32::ReduceConstants reduce{c.width,
+                                                      c.height,
+                                                      c.pitch,
+                                                      plan_.tiles,
+                                                      q == 0 ? c.pitch * state_rows(plan_) : c.pitch,
+                                                      box.first_tile,
+                                                      band.first,
+                                                      rows,
+                                                      band.base,
+                                                      probes_,
+                                                      int(kept_.size()) * REDUCED_MAPS + q};
+                    if (rows > 0)
+                        reduce_->record(commands, map * bands + i, &reduce, groups(rows + probes_, REDUCE_ROWS),
+                                        uint32_t(std::max(box.last_tile - box.first_tile, 1)));
+                }
                 ++dispatches_;
             }
             context_->barrier(commands);
@@ -151,16 +153,29 @@ class March : public plan::Marcher {
         const VkCommandBuffer commands = recording();
         const auto derived = [](Quantity q) { return q == Quantity::curvature || q == Quantity::deformation; };
         if (std::any_of(what.begin(), what.end(), derived)) {
-            const Constants c = plan::constants_of<Constants>(plan_, {});
-            fields_->record(commands, size_t(shown_), &c, groups(c.width, FIELDS_X), uint32_t(c.height), 1);
+            Constants c = plan::constants_of<Constants>(plan_, {});
+            for (size_t i = 0; i < field_bands_.size(); ++i) {
+                const Band& band = field_bands_[i];
+                c.first_row = band.first;
+                c.base_row = band.base;
+                fields_->record(commands, size_t(shown_) * field_bands_.size() + i, &c, groups(c.width, FIELDS_X),
+                                uint32_t(band.last - band.first));
+            }
             ++dispatches_;
             context_->barrier(commands);
         }
         if (!staging_ || staging_->bytes() < plane_ * what.size())
             staging_ = std::make_unique<Buffer>(*context_, plane_ * what.size(), Buffer::Place::host);
         for (size_t i = 0; i < what.size(); ++i) {
-            const VkBufferCopy region{0, i * plane_, plane_};
-            context_->calls().vkCmdCopyBuffer(commands, plane_of(what[i]).handle(), staging_->handle(), 1, &region);
+            std::vector<VkBufferCopy> regions;
+            const VkDeviceSize row = VkDeviceSize(plan_.pitch) * sizeof(float);
+            if (what[i] == Quantity::strain) // in a state, other rows lie between its rows
+                for (int y = 0; y < plan_.constants.height; ++y)
+                    regions.push_back({VkDeviceSize(y) * row * VkDeviceSize(state_rows(plan_)),
+                                       i * plane_ + VkDeviceSize(y) * row, row});
+            else regions.push_back({0, i * plane_, plane_});
+            context_->calls().vkCmdCopyBuffer(commands, plane_of(what[i]).handle(), staging_->handle(),
+                                              uint32_t(regions.size()), regions.data());
         }
         context_->barrier(commands);
         finish();
@@ -194,6 +209,7 @@ class March : public plan::Marcher {
         deformation,
         rows,
         material,
+        invalid,
         places,
         ring_summaries = places,
         probe_cells
@@ -201,7 +217,9 @@ class March : public plan::Marcher {
 
     VkDeviceSize bytes_of(int place) const {
         const bool uniform = plan_.material.empty(); // then what it does not need is bound all the same
-        if (place == state0 || place == state1) return VkDeviceSize(state_planes(plan_)) * plane_;
+        if (place == state0 || place == state1) return VkDeviceSize(state_rows(plan_)) * plane_;
+        if ((place == surface || place == curvature || place == deformation) && !plan_.derives) return 4;
+        if (place == invalid) return 4;
         if (place == rows) return uniform ? 4 : plan_.media.size() * sizeof(f32::Row);
         if (place >= sa1 && place <= fa2 && !plan_.wanted[place - sa1 + 1]) return 4;
         if ((place == material && uniform) || (place == pressure1 && !plan_.framed)) return 4;
@@ -209,43 +227,62 @@ class March : public plan::Marcher {
     }
 
     void make_kernels() {
-        uint32_t responses = 0;
-        for (int q = 1; q < REDUCED_MAPS; ++q) responses |= uint32_t(plan_.wanted[q]) << (q - 1);
-        const std::vector<uint32_t> variant = {uint32_t(plan_.stencil), uint32_t(plan_.edges), plan_.compensated,
-                                               !plan_.material.empty(), plan_.framed,          responses};
-        const auto b = [&](int i) { return &buffers_[i]; };
-        std::vector<std::vector<const Buffer*>> press, fields, reduce;
+        Pipelines& pipelines = context_->pipelines();
+        const bool rounds = pipelines.gpu().rounds;
+        const auto b = [&](int i) { return buffers_[size_t(i)].all(); };
+        press_ = std::make_unique<Press>(pipelines, plan_, 4);
         for (int to = 0; to < 2; ++to) // pressure runs from the other one
             for (int from = 0; from < 2; ++from)
-                press.push_back({b(pressure0 + (1 - to)), b(pressure0 + to), b(rest), b(state0 + from),
-                                 b(state1 - from), b(sa1), b(sa2), b(fa1), b(fa2), b(rows), b(material)});
-        for (int state : {state0, state1})
-            fields.push_back({b(surface), b(rest), b(state), b(curvature), b(deformation)});
+                press_->bind({b(plan_.framed ? pressure0 + (1 - to) : pressure0),
+                              b(pressure0 + to),
+                              b(rest),
+                              b(state0 + from),
+                              b(state1 - from),
+                              {b(sa1), b(sa2), b(fa1), b(fa2)},
+                              b(rows),
+                              b(material),
+                              b(invalid)});
+        const std::vector<Band>& bands = press_->bands();
+        const int pitch = plan_.pitch, stride = state_rows(plan_);
+        reduce_ =
+            std::make_unique<Kernel>(pipelines, reduce_module(rounds), REDUCE_BINDINGS, sizeof(f32::ReduceConstants),
+                                     std::vector<uint32_t>{}, 6 * uint32_t(bands.size()));
         for (int map : {state0, state1, sa1, sa2, fa1, fa2})
-            reduce.push_back({&buffers_[map], &buffers_[probe_cells], &buffers_[ring_summaries]});
-        press_ = std::make_unique<Kernel>(*context_, press_spv, sizeof press_spv, PRESS_BINDINGS, sizeof(Constants),
-                                          variant, press);
-        fields_ = std::make_unique<Kernel>(*context_, fields_spv, sizeof fields_spv, FIELDS_BINDINGS, sizeof(Constants),
-                                           variant, fields);
-        reduce_ = std::make_unique<Kernel>(*context_, reduce_spv, sizeof reduce_spv, REDUCE_BINDINGS,
-                                           sizeof(f32::ReduceConstants), std::vector<uint32_t>{}, reduce);
+            for (const Band& band : bands) {
+                const bool there = map <= state1 || plan_.wanted[map - sa1 + 1];
+                reduce_->bind({there ? band.of(b(map), pitch, map <= state1 ? stride : 1) : b(map), b(probe_cells),
+                               b(ring_summaries)});
+            }
+        if (!plan_.derives) return;
+        field_bands_ = vulkan::bands(plan_, pipelines.gpu().limits.maxStorageBufferRange, true);
+        fields_ = std::make_unique<Kernel>(pipelines, fields_module(rounds), FIELDS_BINDINGS, sizeof(Constants),
+                                           variant_of(plan_), 2 * uint32_t(field_bands_.size()));
+        for (int state : {state0, state1})
+            for (const Band& band : field_bands_) {
+                const auto map = [&](int i) { return band.of(b(i), pitch); };
+                fields_->bind(
+                    {map(surface), map(rest), band.of(b(state), pitch, stride), map(curvature), map(deformation)});
+            }
     }
 
     // Copies values to a buffer in the order of what is recorded. Staging holds them until the next submission.
     template <class T> void stage(const std::vector<T>& values, int place) {
         const VkDeviceSize bytes = values.size() * sizeof(T);
-        if (!uploads_ || staged_ + bytes > uploads_->bytes()) {
-            finish();
-            if (!uploads_ || bytes > uploads_->bytes())
-                uploads_ = std::make_unique<Buffer>(*context_, std::max<VkDeviceSize>(bytes, upload_bytes),
-                                                    Buffer::Place::host);
+        if (!uploads_)
+            uploads_ = std::make_unique<Buffer>(*context_, std::clamp(bytes, VkDeviceSize(1) << 16, upload_bytes),
+                                                Buffer::Place::host);
+        for (VkDeviceSize done = 0; done < bytes;) {
+            if (staged_ == uploads_->bytes()) finish();
+            const VkDeviceSize part = std::min(bytes - done, uploads_->bytes() - staged_);
+            std::memcpy(static_cast<char*>(uploads_->data()) + staged_,
+                        reinterpret_cast<const char*>(values.data()) + done, part);
+            const VkCommandBuffer commands = recording();
+            const VkBufferCopy region{staged_, done, part};
+            context_->calls().vkCmdCopyBuffer(commands, uploads_->handle(), buffers_[place].handle(), 1, &region);
+            context_->barrier(commands);
+            staged_ += part;
+            done += part;
         }
-        std::memcpy(static_cast<char*>(uploads_->data()) + staged_, values.data(), bytes);
-        const VkCommandBuffer commands = recording();
-        const VkBufferCopy region{staged_, 0, bytes};
-        context_->calls().vkCmdCopyBuffer(commands, uploads_->handle(), buffers_[place].handle(), 1, &region);
-        context_->barrier(commands);
-        staged_ += (bytes + 15) / 16 * 16;
     }
 
     VkCommandBuffer recording() {
@@ -269,7 +306,9 @@ class March : public plan::Marcher {
     int probes_;
     size_t ring_ = 1; // steps whose results there is room for
     std::vector<Buffer> buffers_;
-    std::unique_ptr<Kernel> press_, fields_, reduce_;
+    std::unique_ptr<Press> press_;
+    std::unique_ptr<Kernel> fields_, reduce_;
+    std::vector<Band> field_bands_;
     std::unique_ptr<Buffer> staging_, uploads_;
     VkDeviceSize staged_ = 0;                           // bytes of uploads_ in use
     std::shared_ptr<const std::vector<f64::Row>> rows_; // what the table was made from

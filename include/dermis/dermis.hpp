@@ -341,6 +341,14 @@ Explanation explain(const Scene&, const Device& = Device::open("auto"), const Ru
 
 Result run(const Scene&, const Device& = Device::open("auto"), const RunOptions& = {});
 
+// A skin frame by frame: each press hands it the pressure at the end of a step of time.
+struct SkinOptions {
+    // As fields over all cells, where the description has no sites: sa1, sa2, fa1, fa2, each at most once.
+    std::vector<Quantity> responses = {Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2};
+    // f32 or f32_compensated. Default: compensated where SA2 is asked for as a plain integral, which grows for ever.
+    std::optional<Precision> precision;
+};
+
 // The scene under each of these materials in place of its own. Models but march read the maps once; then stencil
 // estimate, kinks and greatest gain are those of the first material.
 std::vector<Result> run(const Scene&, const std::vector<Material>&, const Device& = Device::open("auto"),

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: MIT
+#include "host/vulkan/kernel.hpp"
+
+#include "dermis/dermis.hpp"
+
+#include <string>
+
+namespace dermis::vulkan {
+
+void check(VkResult result, const char* call) {
+    if (result == VK_SUCCESS) return;
+    const char* name = "";
+    switch (result) {
+    case VK_TIMEOUT: name = " (timeout)"; break;
+    case VK_ERROR_OUT_OF_HOST_MEMORY: name = " (out of host memory)"; break;
+    case VK_ERROR_OUT_OF_DEVICE_MEMORY: name = " (out of device memory)"; break;
+    case VK_ERROR_DEVICE_LOST: name = " (device lost)"; break;
+    default: break;
+    }
+    throw Error(Error::Code::device, "", std::string(call) + " failed with VkResult " + std::to_string(result) + name);
+}
+
+Pipelines::~Pipelines() {
+    if (abandoned_) return;
+    for (const auto& [key, pipeline] : pipelines_) destroy(pipeline);
+}
+
+void Pipelines::destroy(const Pipeline& p) const {
+    gpu_.calls.vkDestroyPipeline(gpu_.device, p.pipeline, gpu_.allocator);
+    gpu_.calls.vkDestroyPipelineLayout(gpu_.device, p.layout, gpu_.allocator);
+    gpu_.calls.vkDestroyDescriptorSetLayout(gpu_.device, p.set_layout, gpu_.allocator);
+}
+
+const Pipeline& Pipelines::get(const Module& source, uint32_t bindings, uint32_t constants_bytes,
+                               const std::vector<uint32_t>& specialization) {
+    const auto [entry, fresh] = pipelines_.try_emplace({source.code, specialization});
+    Pipeline& made = entry->second;
+    if (!fresh) return made;
+    const VolkDeviceTable& vk = gpu_.calls;
+    const VkDevice device = gpu_.device;
+    VkShaderModule module = VK_NULL_HANDLE;
+    try {
+        std::vector<VkDescriptorSetLayoutBinding> slots(bindings);
+        for (uint32_t i = 0; i < bindings; ++i)
+            slots[i] = {i, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, 1, VK_SHADER_STAGE_COMPUTE_BIT, nullptr};
+        VkDescriptorSetLayoutCreateInfo set_info{VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO};
+        set_info.bindingCount = bindings;
+        set_info.pBindings = slots.data();
+        check(vk.vkCreateDescriptorSetLayout(device, &set_info, gpu_.allocator, &made.set_layout),
+              "vkCreateDescriptorSetLayout");
+
+        const VkPushConstantRange range{VK_SHADER_STAGE_COMPUTE_BIT, 0, constants_bytes};
+        VkPipelineLayoutCreateInfo layout_info{VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO};
+        layout_info.setLayoutCount = 1;
+        layout_info.pSetLayouts = &made.set_layout;
+        layout_info.pushConstantRangeCount = 1;
+        layout_info.pPushConstantRanges = &range;
+        check(vk.vkCreatePipelineLayout(device, &layout_info, gpu_.allocator, &made.layout), "vkCreatePipelineLayout");
+
+        VkShaderModuleCreateInfo module_info{VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO};
+        module_info.codeSize = source.bytes;
+        module_info.pCode = source.code;
+        check(vk.vkCreateShaderModule(device, &module_info, gpu_.allocator, &module), "vkCreateShaderModule");
+
+        std::vector<VkSpecializationMapEntry> entries;
+        for (uint32_t i = 0; i < specialization.size(); ++i) entries.push_back({i, i * 4, 4});
+        const VkSpecializationInfo special{uint32_t(entries.size()), entries.data(), specialization.size() * 4,
+                                           specialization.data()};
+        VkComputePipelineCreateInfo info{VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO};
+        info.stage.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO;
+        info.stage.stage = VK_SHADER_STAGE_COMPUTE_BIT;
+        info.stage.module = module;
+        info.stage.pName = "main";
+        info.stage.pSpecializationInfo = &special;
+        info.layout = made.layout;
+        check(vk.vkCreateComputePipelines(device, gpu_.cache, 1, &info, gpu_.allocator, &made.pipeline),
+              "vkCreateComputePipelines");
+    } catch (...) {
+        vk.vkDestroyShaderModule(device, module, gpu_.allocator);
+        destroy(made);
+        pipelines_.erase(entry);
+        throw;
+    }
+    vk.vkDestroyShaderModule(device, module, gpu_.allocator);
+    return made;
+}
+
+Kernel::Kernel(Pipelines& pipelines, const Module& module, uint32_t bindings, uint32_t constants_bytes,
+               const std::vector<uint32_t>& specialization, uint32_t max_sets)
+    : pipelines_(pipelines), constants_bytes_(constants_bytes),
+      pipeline_(pipelines.get(module, bindings, constants_bytes, specialization)) {
+    const Gpu& gpu = pipelines.gpu();
+    const VkDescriptorPoolSize size{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, bindings * max_sets};
+    VkDescriptorPoolCreateInfo info{VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO};
+    info.maxSets = max_sets;
+    info.poolSizeCount = 1;
+    info.pPoolSizes = &size;
+    check(gpu.calls.vkCreateDescriptorPool(gpu.device, &info, gpu.allocator, &pool_), "vkCreateDescriptorPool");
+}
+
+Kernel::~Kernel() {
+    const Gpu& gpu = pipelines_.gpu();
+    if (!pipelines_.abandoned()) gpu.calls.vkDestroyDescriptorPool(gpu.device, pool_, gpu.allocator);
+}
+
+size_t Kernel::bind(const std::vector<Piece>& pieces) {
+    const Gpu& gpu = pipelines_.gpu();
+    VkDescriptorSetAllocateInfo allocation{VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO};
+    allocation.descriptorPool = pool_;
+    allocation.descriptorSetCount = 1;
+    allocation.pSetLayouts = &pipeline_.set_layout;
+    VkDescriptorSet set = VK_NULL_HANDLE;
+    check(gpu.calls.vkAllocateDescriptorSets(gpu.device, &allocation, &set), "vkAllocateDescriptorSets");
+    std::vector<VkDescriptorBufferInfo> ranges;
+    for (const Piece& p : pieces) ranges.push_back({p.buffer, p.offset, p.bytes});
+    VkWriteDescriptorSet write{VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET};
+    std::vector<VkWriteDescriptorSet> writes(pieces.size(), write);
+    for (uint32_t i = 0; i < writes.size(); ++i) {
+        writes[i].dstSet = set;
+        writes[i].dstBinding = i;
+        writes[i].descriptorCount = 1;
+        writes[i].descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
+        writes[i].pBufferInfo = &ranges[i];
+    }
+    gpu.calls.vkUpdateDescriptorSets(gpu.device, uint32_t(writes.size()), writes.data(), 0, nullptr);
+    sets_.push_back(set);
+    return sets_.size() - 1;
+}
+
+void Kernel::record(VkCommandBuffer commands, size_t set, const void* constants, uint32_t x,
+                    uint32_t y) const noexcept {
+    const VolkDeviceTable& vk = pipelines_.gpu().calls;
+    vk.vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_.pipeline);
+    vk.vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_.layout, 0, 1, &sets_[set], 0,
+                               nullptr);
+    vk.vkCmdPushConstants(commands, pipeline_.layout, VK_SHADER_STAGE_COMPUTE_BIT, 0, constants_bytes_, constants);
+    vk.vkCmdDispatch(commands, x, y, 1);
+}
+
+} // namespace dermis::vulkan

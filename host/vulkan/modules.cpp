@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+#include "host/vulkan/modules.hpp"
+
+#include "fields_rte_spv.h"
+#include "fields_spv.h"
+#include "press_rte_spv.h"
+#include "press_spv.h"
+#include "reduce_rte_spv.h"
+#include "reduce_spv.h"
+#include "sites_rte_spv.h"
+#include "sites_spv.h"
+
+namespace dermis::vulkan {
+namespace {
+
+template <size_t n, size_t m> Module one_of(bool rounds, const uint32_t (&rte)[n], const uint32_t (&plain)[m]) {
+    return rounds ? Module{rte, sizeof rte} : Module{plain, sizeof plain};
+}
+
+} // namespace
+
+Module press_module(bool rounds) { return one_of(rounds, press_rte_spv, press_spv); }
+Module fields_module(bool rounds) { return one_of(rounds, fields_rte_spv, fields_spv); }
+Module reduce_module(bool rounds) { return one_of(rounds, reduce_rte_spv, reduce_spv); }
+Module sites_module(bool rounds) { return one_of(rounds, sites_rte_spv, sites_spv); }
+
+} // namespace dermis::vulkan
