@@ -12,6 +12,8 @@
 // until the load has acted. Functions throw dermis::Error, and check their input before they write anything.
 #pragma once
 
+#include <dermis/export.hpp>
+
 #include <array>
 #include <cmath>
 #include <functional>
@@ -24,7 +26,7 @@
 
 namespace dermis {
 
-class Error : public std::runtime_error {
+class DERMIS_API Error : public std::runtime_error {
   public:
     enum class Code {
         bad_input, // a parameter; the message names it, its value and the allowed range
@@ -44,13 +46,13 @@ class Error : public std::runtime_error {
 };
 
 enum class Quantity { strain, sa1, sa2, fa1, fa2, curvature, deformation };
-const char* name(Quantity) noexcept;
+DERMIS_API const char* name(Quantity) noexcept;
 
 // exact: the closed solution of each step, at any step length. euler .. sdirk2: one-step baselines, for comparison;
 // they hold the load over a step and are constants of the same kernel. published: forward Euler with the published
 // study's stencil, edges, SA2 as a running sum and FA2 as a central difference.
 enum class Method { exact, euler, rk2, rk4, backward_euler, crank_nicolson, sdirk2, published };
-const char* name(Method) noexcept;
+DERMIS_API const char* name(Method) noexcept;
 
 // How a result is come by; every pair agrees where both can serve a scene.
 //   moments   all means, extremes and probes from three means and a hull   exact for a uniform material under map x
@@ -58,11 +60,11 @@ const char* name(Method) noexcept;
 //   sites     receptors with their stencil's cells alone, no traces        any material and load; in double
 //   march     every cell, from output to output                            any
 enum class Model { moments, maps, sites, march };
-const char* name(Model) noexcept;
+DERMIS_API const char* name(Model) noexcept;
 
 // f32_compensated carries what each sum has rounded away, for long runs and small steps. f64 on the CPU only.
 enum class Precision { f32, f32_compensated, f64 };
-const char* name(Precision) noexcept;
+DERMIS_API const char* name(Precision) noexcept;
 
 enum class Stencil { five_point, fourth_order, published };
 enum class Edges { mirror, periodic, published }; // mirror is half-sample: cell -1 is cell 0, cell -2 is cell 1
@@ -178,7 +180,7 @@ struct Density {
 };
 // round(density*area) receptors of each class, class by class, each in any cell alike; the same for the same seed
 // everywhere. Needs Grid::spacing. Throws Error::bad_input.
-std::vector<Site> population(const Grid&, const Density& = {}, unsigned long long seed = 1);
+DERMIS_API std::vector<Site> population(const Grid&, const Density& = {}, unsigned long long seed = 1);
 
 struct FieldRequest {
     double at = 0; // s, 0..duration
@@ -218,7 +220,7 @@ struct Scene : SkinDescription {
 
     // Reads a TOML file (README.md lists the keys); paths in it are relative to it. Each of `overrides` is "key=value"
     // and replaces a key. Throws Error::bad_input with file, line, key, value and allowed range.
-    static Scene from_file(const std::string& path, const std::vector<std::string>& overrides = {});
+    DERMIS_API static Scene from_file(const std::string& path, const std::vector<std::string>& overrides = {});
 };
 
 struct DeviceInfo {
@@ -230,7 +232,7 @@ struct DeviceInfo {
     std::string refused; // why the device cannot be used; empty when it can
 };
 
-class Device {
+class DERMIS_API Device {
   public:
     // threads: 0 = one per core, 1 = the calling thread alone.
     static Device cpu(int threads = 0);
@@ -296,7 +298,7 @@ struct Result {
     double greatest_gain = 0;    // of |l*C| over all cells, at rest and at the end; above 1 responses change sign
     long long cells_compared = 0, cells_different = 0; // RunOptions::check
 
-    const Trace& trace(Quantity) const; // throws Error::bad_input when it was not asked for
+    DERMIS_API const Trace& trace(Quantity) const; // throws Error::bad_input when it was not asked for
 };
 
 struct RunOptions {
@@ -312,7 +314,7 @@ struct RunOptions {
 struct SceneMaps {
     Map surface, rest_curvature, pressure;
 };
-SceneMaps maps(const Scene&);
+DERMIS_API SceneMaps maps(const Scene&);
 
 // One way to run a scene.
 struct Candidate {
@@ -337,9 +339,9 @@ struct Explanation {
 };
 
 // How run() would go about it, like a database's EXPLAIN; nothing is run.
-Explanation explain(const Scene&, const Device& = Device::open("auto"), const RunOptions& = {});
+DERMIS_API Explanation explain(const Scene&, const Device& = Device::open("auto"), const RunOptions& = {});
 
-Result run(const Scene&, const Device& = Device::open("auto"), const RunOptions& = {});
+DERMIS_API Result run(const Scene&, const Device& = Device::open("auto"), const RunOptions& = {});
 
 // A skin frame by frame: each press hands it the pressure at the end of a step of time.
 struct SkinOptions {
@@ -351,7 +353,7 @@ struct SkinOptions {
 
 // The scene under each of these materials in place of its own. Models but march read the maps once; then stencil
 // estimate, kinks and greatest gain are those of the first material.
-std::vector<Result> run(const Scene&, const std::vector<Material>&, const Device& = Device::open("auto"),
-                        const RunOptions& = {});
+DERMIS_API std::vector<Result> run(const Scene&, const std::vector<Material>&, const Device& = Device::open("auto"),
+                                   const RunOptions& = {});
 
 } // namespace dermis
