@@ -1,0 +1,15 @@
+# SPDX-License-Identifier: MIT
+# The library with its headers, for CMake and for pkg-config; both find it wherever the prefix is moved to.
+include(GNUInstallDirs)
+include(CMakePackageConfigHelpers)
+set(package ${CMAKE_INSTALL_LIBDIR}/cmake/dermis)
+
+install(TARGETS dermis EXPORT dermis INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+install(DIRECTORY include/dermis DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+install(EXPORT dermis NAMESPACE dermis:: FILE dermisTargets.cmake DESTINATION ${package})
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/dermisConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+install(FILES packaging/dermisConfig.cmake ${PROJECT_BINARY_DIR}/dermisConfigVersion.cmake DESTINATION ${package})
+
+file(RELATIVE_PATH includedir ${CMAKE_INSTALL_FULL_LIBDIR}/pkgconfig ${CMAKE_INSTALL_FULL_INCLUDEDIR})
+configure_file(packaging/dermis.pc.in ${PROJECT_BINARY_DIR}/dermis.pc @ONLY)
+install(FILES ${PROJECT_BINARY_DIR}/dermis.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
