@@ -18,20 +18,17 @@ enum { frames, rest = frames + ring, state0, state1, sa1, sa2, fa1, fa2, unused,
 } // namespace
 
 FrameScene::FrameScene(int n) {
-    Scene s;
-    s.grid = {n, n, {}};
-    s.surface.kind = Surface::Kind::map;
-    s.load.kind = Load::Kind::map;
+    SkinDescription skin;
+    skin.grid = {n, n, {}};
+    skin.surface.kind = Surface::Kind::map;
+    skin.receptors.fa2 = Fa2::point;
     std::vector<double> surface(size_t(n) * size_t(n));
     for (size_t i = 0; i < surface.size(); ++i)
         surface[i] = std::sin(0.3 * double(i % size_t(n))) * std::cos(0.2 * double(i / size_t(n)));
-    s.surface.map = surface;
-    s.load.map = std::vector<double>(surface.size(), 1.0);
-    plan = plan::make_plan(s, Precision::f32);
-    plan.framed = true;
-    step.rows = std::make_shared<std::vector<f64::Row>>(1, plan::exact_row(plan.media[0], s.time.step));
-    step.rise = 1;
-    step.trace = 0;
+    skin.surface.map = surface;
+    SkinOptions options;
+    options.precision = Precision::f32;
+    plan = plan::skin_plan(skin, options);
     for (int i = 0; i < ring; ++i) {
         const Floats& f = frames.emplace_back(cells());
         for (size_t k = 0; k < cells(); ++k) f.data()[k] *= float(i % 2 ? 1 : -0.5);
@@ -100,7 +97,7 @@ template <class Record> double VulkanFrames::timed(Record&& record) {
 }
 
 double VulkanFrames::press(int count) {
-    const auto c = plan::constants_of<f32::Constants>(scene_.plan, scene_.step);
+    const auto c = plan::frame_constants<f32::Constants>(scene_.plan, scene_.plan.media[0], scene_.dt);
     const auto groups = [](int cells, int size) { return uint32_t((cells + size - 1) / size); };
     const double gpu = timed([&](VkCommandBuffer commands) {
         for (int i = 0; i < count; ++i, ++frame_) {

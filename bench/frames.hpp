@@ -4,13 +4,14 @@
 
 #include "bench/limits.hpp"
 #include "host/device.hpp"
+#include "host/plan/frames.hpp"
 
 namespace bench {
 
 struct FrameScene {
     explicit FrameScene(int n);
     dermis::plan::Plan plan;
-    dermis::plan::Step step;    // pressure runs over the whole of it
+    double dt = 0.01;           // s, from frame to frame
     std::vector<Floats> frames; // pitch*height, in turn
     size_t cells() const { return size_t(plan.pitch) * size_t(plan.constants.height); }
 };

@@ -2,7 +2,7 @@
 // Workloads W1, W1s and W2: kernels against what the memory gives.
 #include "bench/bench.hpp"
 #include "bench/frames.hpp"
-#include "host/cpu/march.hpp"
+#include "host/cpu/frames.hpp"
 #include "host/model/separable.hpp"
 
 #include <algorithm>
@@ -26,7 +26,7 @@ Responses after_frames(const FrameScene& scene, int threads, const loops::Set& s
     Responses r;
     for (auto& map : r) map.resize(scene.cells());
     for (size_t i = 0; i < 6; ++i)
-        frames.press(scene.step, scene.frames[i % 4].data(), scene.frames[(i + 1) % 4].data(),
+        frames.press(scene.dt, scene.frames[i % 4].data(), scene.frames[(i + 1) % 4].data(),
                      {r[0].data(), r[1].data(), r[2].data(), r[3].data()});
     return r;
 }
@@ -78,7 +78,7 @@ void streamed_frames(Bench& bench) {
                         float* const response[4] = {to[0], to[1], to[2], to[3]};
                         return seconds_of([&] {
                             for (size_t i = 0; i < size_t(frames); ++i)
-                                stream.press(scene.step, scene.frames[i % 4].data(), scene.frames[(i + 1) % 4].data(),
+                                stream.press(scene.dt, scene.frames[i % 4].data(), scene.frames[(i + 1) % 4].data(),
                                              response);
                         });
                     });

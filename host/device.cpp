@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "host/device.hpp"
 #include "host/plan/float_environment.hpp"
+#include "host/plan/frames.hpp"
 
 #include "host/cpu/march.hpp"
 
@@ -68,25 +69,12 @@ const Physical& named(const std::vector<Physical>& devices, const std::string& w
 
 plan::Plan self_test_plan(Stencil stencil, Edges edges, Precision precision, bool materials, bool framed) {
     Scene s;
-    s.grid = {67, 13, {}};
-    s.stencil = stencil;
-    s.edges = edges;
-    s.material.modulus = 2.5;
-    s.material.viscosity = 0.75;
+    static_cast<SkinDescription&>(s) = plan::sample_skin(stencil, edges, materials);
     s.time = {0.125, 1};
     s.load.envelope.start = 0.2;
-    s.receptors = {0.5, Fa2::step_mean, {0.75, -0.375}};
-    s.output.fields = {{0.3, {Quantity::curvature, Quantity::deformation}}};
-    s.surface.kind = Surface::Kind::map;
     s.load.kind = Load::Kind::map;
-    uint32_t random = 12345;
-    for (std::vector<double>* map : {&s.surface.map.edit(), &s.load.map.edit()})
-        for (int i = 0; i < 67 * 13; ++i) {
-            random = random * 1664525u + 1013904223u;
-            map->push_back((double(random >> 8) / (1 << 24) - 0.25) * (i % 7 ? 1 : 1e-18)); // some below the flush
-        }
-    if (materials)
-        for (double p : s.load.map) s.material.modulus_map.edit().push_back(1.5 + p);
+    s.load.map = plan::sample_pressure();
+    s.output.fields = {{0.3, {Quantity::curvature, Quantity::deformation}}};
     plan::Plan plan = plan::make_plan(s, precision);
     plan.framed = framed;
     return plan;

@@ -47,10 +47,12 @@ Scene small_scene(int width, int height) {
     return s;
 }
 
-Validated::Validated() : messages_(std::make_shared<std::vector<std::string>>()) {
+Validated::Validated() : Validated(vulkan::system_loader()) {}
+
+Validated::Validated(const vulkan::Loader& loader) : messages_(std::make_shared<std::vector<std::string>>()) {
     vulkan::InstanceOptions options;
     options.validation = [messages = messages_](const std::string& m) { messages->push_back(m); };
-    device_ = std::make_unique<Device>(open_device("vulkan", vulkan::system_loader(), options));
+    device_ = std::make_unique<Device>(open_device("vulkan", loader, options));
 }
 
 Validated::~Validated() {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "dermis/dermis.hpp"
+#include "host/vulkan/instance.hpp"
 
 #include <doctest/doctest.h>
 
@@ -31,6 +31,7 @@ Scene small_scene(int width, int height);
 class Validated {
   public:
     Validated();
+    explicit Validated(const vulkan::Loader&);
     ~Validated();
     Device device() const { return *device_; }
     const std::vector<std::string>& messages() const { return *messages_; }

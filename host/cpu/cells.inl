@@ -61,6 +61,12 @@ class Cells {
 
     const real* strain() const { return shown_->strain.data(); }
 
+    void rest() {
+        const size_t cells = size_t(plan_.pitch) * plan_.constants.height;
+        for (const Plane* map : {&kept_.strain, &kept_.sum, &kept_.strain_lost, &kept_.sum_lost})
+            if (map->data()) std::fill_n(map->data(), cells, real(0));
+    }
+
   private:
     struct State {
         Plane strain, sum, strain_lost, sum_lost; // what sums have lost: only compensated

@@ -6,30 +6,32 @@
 #include <algorithm>
 #include <unordered_map>
 
-namespace dermis::model {
+namespace dermis {
+
+namespace f64 {
+#include "host/model/site_loop.inl"
+}
+
+namespace model {
 namespace {
 
-using f64::Axis;
-
-// The cells that the stencil of a place reads, along each axis: far_low, low, high, far_high.
+// Along each axis: far_low, low, high, far_high; the nearest stencil looks no further than low and high.
 struct Neighbours {
-    Axis x, y;
-    size_t along_x[4], along_y[4];
+    size_t x[4], y[4]; // y*width + x
 };
 
 Neighbours neighbours_of(const plan::Plan& plan, Cell c) {
     const size_t width = size_t(plan.constants.width);
+    const f64::Axis x = f64::axis(c.x, plan.constants.width, plan.stencil, plan.edges);
+    const f64::Axis y = f64::axis(c.y, plan.constants.height, plan.stencil, plan.edges);
+    const int xs[] = {x.far_low, x.low, x.high, x.far_high}, ys[] = {y.far_low, y.low, y.high, y.far_high};
     Neighbours n;
-    n.x = f64::axis(c.x, plan.constants.width, plan.stencil, plan.edges);
-    n.y = f64::axis(c.y, plan.constants.height, plan.stencil, plan.edges);
-    const int xs[] = {n.x.far_low, n.x.low, n.x.high, n.x.far_high};
-    const int ys[] = {n.y.far_low, n.y.low, n.y.high, n.y.far_high};
     for (int i = 0; i < 4; ++i) {
-        n.along_x[i] = size_t(c.y) * width + size_t(xs[i]);
-        n.along_y[i] = size_t(ys[i]) * width + size_t(c.x);
+        n.x[i] = size_t(c.y) * width + size_t(xs[i]);
+        n.y[i] = size_t(ys[i]) * width + size_t(c.x);
     }
-    if (plan.stencil == STENCIL_FIVE_POINT) // looks no further
-        for (size_t* along : {n.along_x, n.along_y}) along[0] = along[1], along[3] = along[2];
+    if (plan.stencil == STENCIL_FIVE_POINT)
+        for (size_t* along : {n.x, n.y}) along[0] = along[1], along[3] = along[2];
     return n;
 }
 
@@ -45,24 +47,20 @@ class Sites : public plan::Marcher {
   public:
     Sites(const plan::Plan& plan, const SiteCells& cells, int threads, Sink sink)
         : plan_(plan), sink_(std::move(sink)), pool_(loops::useful_threads(8 * cells.cells.size(), threads)),
-          cells_(cells.cells), material_(cells.material), places_of_(cells.places.size()) {
-        const size_t width = size_t(plan.constants.width), sites = plan.scene.sites.size();
+          loop_(plan, cells.material), cells_(cells.cells), places_of_(cells.places.size()) {
+        const size_t sites = plan.scene.sites.size();
         // the plan's own places, not some that are looked at beforehand
         const bool typed = plan.model == Model::sites && cells.places.size() == plan.places.size();
         for (size_t i = 0; i < cells.places.size(); ++i) {
             const Cell c = cells.places[i];
-            const size_t cell = size_t(c.y) * width + size_t(c.x);
-            if (!ever_pressed(plan, cell)) continue; // all that it has is 0
-            Place p{neighbours_of(plan, c), rank(cell), i, -1,
-                    plan::laplacian_at(plan.maps.surface, c, plan.scene.grid, plan.stencil, plan.edges)};
-            for (auto& along : {&p.looks.along_x, &p.looks.along_y})
-                for (size_t& at : *along) at = rank(at);
+            if (!ever_pressed(plan, size_t(c.y) * size_t(plan.constants.width) + size_t(c.x)))
+                continue; // all that it has is 0
+            Place p{loop_.place(cells, c), i, -1};
             if (typed && i >= places_of_ - sites) p.type = int(plan.scene.sites[i - (places_of_ - sites)].type);
             places_.push_back(p);
         }
-        std::sort(places_.begin(), places_.end(), [](const Place& a, const Place& b) { return a.cell < b.cell; });
-        state_.resize(cells_.size() + 1);
-        shown_.resize(cells_.size() + 1);
+        std::sort(places_.begin(), places_.end(),
+                  [](const Place& a, const Place& b) { return a.at.looks.here < b.at.looks.here; });
         for (size_t cell : cells_) {
             from_.push_back(0);
             to_.push_back(plan.framed ? 0 : plan.maps.pressure[cell]);
@@ -83,12 +81,8 @@ class Sites : public plan::Marcher {
             for (const f64::Row& k : *step.rows) rows_.push_back(f64::rows_of(k));
         }
         pool_.rows(int(cells_.size()), [&](int first, int last) {
-            for (size_t i = size_t(first); i < size_t(last); ++i) {
-                const f64::Load load = load_of(i, c);
-                const f64::Rows& k = rows_[size_t(material_[i])];
-                shown_[i].eps = f64::added(state_[i].eps, f64::strain_step(state_[i].eps, load, k));
-                shown_[i].sum = f64::added(state_[i].sum, f64::sum_step(state_[i].eps, state_[i].sum, load, k));
-            }
+            loop_.advance(c, rows_.data(), plan_.framed ? from_.data() : to_.data(), to_.data(), size_t(first),
+                          size_t(last));
         });
         if (step.trace >= 0) {
             pool_.rows(int(places_.size()), [&](int first, int last) {
@@ -96,68 +90,33 @@ class Sites : public plan::Marcher {
             });
             sink_(step, sample_);
         }
-        if (step.keep) state_.swap(shown_);
+        if (step.keep) loop_.keep();
     }
 
     void finish() override {}
     void read(const std::vector<Quantity>&, std::vector<std::vector<double>>&) override {} // plan::why_not: no fields
 
   private:
-    struct State {
-        double eps = 0, sum = 0;
-    };
     struct Place {
-        Neighbours looks;
-        size_t cell, column; // of a sample
-        int type;            // of a site, whose class alone is asked for; -1: every quantity
-        double rest_curvature;
+        f64::SiteLoop::Place at;
+        size_t column; // of a sample
+        int type;      // of a site, whose class alone is asked for; -1: every quantity
     };
-
-    size_t rank(size_t cell) const {
-        const auto at = std::lower_bound(cells_.begin(), cells_.end(), cell);
-        return size_t((at != cells_.end() && *at == cell ? at : cells_.end()) - cells_.begin());
-    }
-
-    f64::Load load_of(size_t i, const f64::Constants& c) const {
-        return plan_.framed ? f64::load_between(from_[i], to_[i], c) : f64::load_of(to_[i], c);
-    }
-
-    double along(const size_t (&cells)[4], double centre, const Axis& axis) const {
-        const auto eps = [&](int i) { return shown_[cells[i]].eps; };
-        if (plan_.stencil == STENCIL_FIVE_POINT) return f64::second_difference(eps(1), centre, eps(2));
-        if (plan_.stencil == STENCIL_FOURTH_ORDER) return f64::fourth_order(eps(0), eps(1), centre, eps(2), eps(3));
-        return f64::published_difference(eps(0), eps(1), eps(2), eps(3), axis);
-    }
 
     void respond(const Place& p, const f64::Constants& c) {
-        const f64::Rows& k = rows_[size_t(material_[p.cell])];
-        const double eps = state_[p.cell].eps, after = shown_[p.cell].eps;
-        const double L = f64::add(along(p.looks.along_x, after, p.looks.x), along(p.looks.along_y, after, p.looks.y));
-        const double C = f64::curvature_of(p.rest_curvature, L, c.bend), l = c.curvature_length;
-        const f64::Load load = load_of(p.cell, c);
-        const auto value = [&](int q) {
-            switch (Quantity(q)) {
-            case Quantity::strain: return after;
-            case Quantity::sa1: return f64::response(after, C, l);
-            case Quantity::sa2: return f64::response(shown_[p.cell].sum, C, l);
-            case Quantity::fa1: return f64::response(f64::rate_after(eps, load, k), C, l);
-            default:
-                return f64::rectified(f64::response(f64::acceleration_after(eps, load, k), C, l), c.gain_plus,
-                                      c.gain_minus);
-            }
-        };
         for (int q = 0; q < REDUCED_MAPS; ++q)
-            if (p.type < 0 || p.type == q) sample_.probes[size_t(q) * places_of_ + p.column] = value(q);
+            if (p.type < 0 || p.type == q)
+                sample_.probes[size_t(q) * places_of_ + p.column] = loop_.value(
+                    p.at, Quantity(q), c, rows_.data(), plan_.framed ? from_.data() : to_.data(), to_.data());
     }
 
     const plan::Plan& plan_;
     Sink sink_;
     loops::Pool pool_;
-    std::vector<size_t> cells_; // ascending; all else here is by rank in it
-    std::vector<int> material_;
-    size_t places_of_;          // all of them
-    std::vector<Place> places_; // those that are ever pressed
-    std::vector<State> state_, shown_;
+    f64::SiteLoop loop_;
+    const std::vector<size_t>& cells_;
+    size_t places_of_;              // all of them
+    std::vector<Place> places_;     // those that are ever pressed
     std::vector<double> from_, to_; // pressure
     std::vector<f64::Rows> rows_;
     std::shared_ptr<const std::vector<f64::Row>> from_rows_;
@@ -173,7 +132,7 @@ SiteCells::SiteCells(const plan::Plan& plan, const std::vector<Cell>& at) : plac
         const size_t cell = size_t(c.y) * width + size_t(c.x);
         if (!ever_pressed(plan, cell)) continue;
         cells.push_back(cell);
-        for (const auto& along : {n.along_x, n.along_y})
+        for (const auto& along : {n.x, n.y})
             for (int i = 0; i < 4; ++i)
                 if (ever_pressed(plan, along[i])) cells.push_back(along[i]);
     }
@@ -189,9 +148,24 @@ SiteCells::SiteCells(const plan::Plan& plan, const std::vector<Cell>& at) : plac
     if (media.empty()) media.push_back(plan.media.front()); // a timeline has at least one
 }
 
+Looks looks_of(const plan::Plan& plan, const SiteCells& cells, Cell c) {
+    const auto rank = [&](size_t cell) {
+        const auto at = std::lower_bound(cells.cells.begin(), cells.cells.end(), cell);
+        return size_t((at != cells.cells.end() && *at == cell ? at : cells.cells.end()) - cells.cells.begin());
+    };
+    const Neighbours n = neighbours_of(plan, c);
+    Looks looks{rank(size_t(c.y) * size_t(plan.constants.width) + size_t(c.x)), {}, {}};
+    for (int i = 0; i < 4; ++i) {
+        looks.x[i] = rank(n.x[i]);
+        looks.y[i] = rank(n.y[i]);
+    }
+    return looks;
+}
+
 std::unique_ptr<plan::Marcher> sites(const plan::Plan& plan, const SiteCells& cells, int threads,
                                      plan::Marcher::Sink sink) {
     return std::make_unique<Sites>(plan, cells, threads, std::move(sink));
 }
 
-} // namespace dermis::model
+} // namespace model
+} // namespace dermis

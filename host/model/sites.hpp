@@ -17,6 +17,13 @@ struct SiteCells {
     std::vector<int> material;       // which of media each of cells is
 };
 
+// The cells that the stencil of one place reads, by their rank among SiteCells::cells; one behind them: never pressed.
+struct Looks {
+    size_t here;
+    size_t x[4], y[4]; // far_low, low, high, far_high along each axis
+};
+Looks looks_of(const plan::Plan&, const SiteCells&, Cell);
+
 // Takes the steps of plan::timing(plan, cells.media, ..). threads: 0 = one per core.
 std::unique_ptr<plan::Marcher> sites(const plan::Plan&, const SiteCells& cells, int threads, plan::Marcher::Sink);
 

@@ -43,10 +43,10 @@ double laplacian_at(const std::vector<double>& map, Cell c, const Grid& grid, in
 
 namespace {
 
-SceneMaps maps_of(const Scene& validated) {
+SceneMaps maps_of(const Scene& validated, bool frames) {
     SceneMaps m;
     m.surface = scene::surface_map(validated);
-    m.pressure = scene::pressure_map(validated);
+    if (!frames) m.pressure = scene::pressure_map(validated);
     return m;
 }
 
@@ -55,7 +55,7 @@ SceneMaps maps_of(const Scene& validated) {
 SceneMaps maps(const Scene& scene) {
     const DefaultFloats guard;
     const Scene s = scene::validated(scene);
-    SceneMaps m = maps_of(s);
+    SceneMaps m = maps_of(s, false);
     m.rest_curvature = plan::laplacian(m.surface, s.grid, int(*s.stencil), int(*s.edges));
     return m;
 }
@@ -196,13 +196,13 @@ Plan make_plan(const Scene& scene, Precision precision) {
 
 void complete(Plan& p) { p.maps.rest_curvature = laplacian(p.maps.surface, p.scene.grid, p.stencil, p.edges); }
 
-Plan prepare(const Scene& scene) {
+Plan prepare(const Scene& scene, bool frames) {
     Plan p;
     p.scene = scene::validated(scene);
     const Scene& s = p.scene;
     p.stencil = int(*s.stencil);
     p.edges = int(*s.edges);
-    p.maps = maps_of(p.scene);
+    p.maps = maps_of(p.scene, frames);
     p.pitch = (s.grid.width + PITCH_CELLS - 1) / PITCH_CELLS * PITCH_CELLS;
     p.tiles = (s.grid.width + TILE_CELLS - 1) / TILE_CELLS;
     const double spacing = s.grid.spacing.value_or(1);
@@ -223,8 +223,12 @@ Plan prepare(const Scene& scene) {
         for (Quantity q : f.what) p.derives |= q >= Quantity::curvature;
     find_materials(p);
     p.pressed = {s.grid.height, 0, p.tiles, 0};
-    if (s.load.kind != Load::Kind::sequence) add_pressed(p, p.maps.pressure);
-    if (s.load.kind == Load::Kind::sequence) {
+    if (frames) {
+        p.framed = true;
+        p.pressed = {0, s.grid.height, 0, p.tiles};
+    } else if (s.load.kind != Load::Kind::sequence) {
+        add_pressed(p, p.maps.pressure);
+    } else {
         p.framed = true;
         p.frames = std::make_shared<scene::NpyFile>(s.load.path, s.grid.width, s.grid.height, true, "load.path");
         std::vector<double> frame;

@@ -38,7 +38,8 @@ struct Plan {
     std::vector<double> field_times;         // sorted, each once; within 1e-6 of a step from an output: that output's
 };
 
-Plan prepare(const Scene&);              // all but model and precision, and the rest curvature,
+// All but model and precision, and the rest curvature. frames: pressed by those that are handed over, not by its load.
+Plan prepare(const Scene&, bool frames = false);
 void complete(Plan&);                    // which Model::sites does without. Throw Error::bad_input.
 Plan make_plan(const Scene&, Precision); // for a march of which every map is read
 // Another modulus and viscosity, one number each, for the same skin. Throws Error::bad_input.

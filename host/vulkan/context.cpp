@@ -88,6 +88,17 @@ Context::~Context() {
     vk.vkDestroyDevice(device, nullptr);
 }
 
+Handles Context::handles() const {
+    Handles h;
+    h.instance = instance_->handle();
+    h.physical = physical_.handle;
+    h.device = gpu_.device;
+    h.get_instance_proc_addr = instance_->get();
+    h.extensions = physical_.extensions;
+    h.cache = gpu_.cache;
+    return h;
+}
+
 VkDeviceSize Context::heap_bytes() const {
     VkDeviceSize largest = 0;
     for (uint32_t i = 0; i < physical_.memory.memoryHeapCount; ++i)

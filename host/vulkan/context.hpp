@@ -2,6 +2,7 @@
 // One logical device: queue, memory, pipelines, submission. One thread at a time.
 #pragma once
 
+#include "dermis/vulkan.hpp"
 #include "host/vulkan/instance.hpp"
 
 #include <memory>
@@ -39,6 +40,7 @@ class Context {
     Context& operator=(const Context&) = delete;
 
     const Physical& physical() const { return physical_; }
+    Handles handles() const; // as a stranger would hand them to a SkinProgram
     Pipelines& pipelines() { return *pipelines_; }
     const VkPhysicalDeviceLimits& limits() const { return physical_.properties.limits; }
     VkDeviceSize heap_bytes() const; // of the largest device-local heap

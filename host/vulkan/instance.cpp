@@ -59,6 +59,13 @@ std::mutex& volk_mutex() {
     return mutex;
 }
 
+void load_calls(PFN_vkGetInstanceProcAddr get, VkInstance instance, Gpu& gpu) {
+    const std::lock_guard lock(volk_mutex());
+    volkInitializeCustom(get);
+    volkLoadInstanceOnly(instance);
+    volkLoadDeviceTable(&gpu.calls, gpu.device);
+}
+
 Loader system_loader() {
     Loader loader;
     // never closed: a loader must outlive its drivers' threads
@@ -194,9 +201,7 @@ void Instance::describe(Physical& p) const {
 
 void Instance::open(const Physical& p, Gpu& gpu) const {
     const DefaultFloats guard;
-    const std::lock_guard lock(volk_mutex());
-    volkInitializeCustom(get_);
-    volkLoadInstanceOnly(handle_);
+    const auto create = reinterpret_cast<PFN_vkCreateDevice>(get_(handle_, "vkCreateDevice"));
     const float priority = 1;
     VkDeviceQueueCreateInfo queue{VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO};
     queue.queueFamilyIndex = p.family;
@@ -209,8 +214,8 @@ void Instance::open(const Physical& p, Gpu& gpu) const {
     for (const std::string& name : p.extensions) extensions.push_back(name.c_str());
     info.enabledExtensionCount = uint32_t(extensions.size());
     info.ppEnabledExtensionNames = extensions.data();
-    check(vkCreateDevice(p.handle, &info, nullptr, &gpu.device), "vkCreateDevice");
-    volkLoadDeviceTable(&gpu.calls, gpu.device);
+    check(create(p.handle, &info, nullptr, &gpu.device), "vkCreateDevice");
+    load_calls(get_, handle_, gpu);
     gpu.limits = p.properties.limits;
     gpu.rounds = p.rounds;
 }

@@ -43,6 +43,8 @@ class Instance {
 
     // Every device, best first: discrete, integrated, virtual, software.
     const std::vector<Physical>& devices() const { return devices_; }
+    VkInstance handle() const { return handle_; }
+    PFN_vkGetInstanceProcAddr get() const { return get_; }
     // A logical device with one queue of the compute family.
     void open(const Physical&, Gpu&) const;
 
@@ -58,6 +60,9 @@ class Instance {
     PFN_vkGetInstanceProcAddr get_ = nullptr;
     std::vector<Physical> devices_;
 };
+
+// The device's own functions, through nothing but this. Throws nothing; what is not there is null.
+void load_calls(PFN_vkGetInstanceProcAddr, VkInstance, Gpu&);
 
 // volk keeps instance functions in variables of the whole process: whoever fills or uses them holds this.
 std::mutex& volk_mutex();

@@ -254,7 +254,8 @@ class March : public plan::Marcher {
                                b(ring_summaries)});
             }
         if (!plan_.derives) return;
-        field_bands_ = vulkan::bands(plan_, pipelines.gpu().limits.maxStorageBufferRange, true);
+        field_bands_ =
+            vulkan::bands(plan_, 0, plan_.constants.height, stride, pipelines.gpu().limits.maxStorageBufferRange);
         fields_ = std::make_unique<Kernel>(pipelines, fields_module(rounds), FIELDS_BINDINGS, sizeof(Constants),
                                            variant_of(plan_), 2 * uint32_t(field_bands_.size()));
         for (int state : {state0, state1})

@@ -22,10 +22,9 @@ std::vector<uint32_t> variant_of(const plan::Plan& plan) {
             !plan.material.empty(), plan.framed,          responses_of(plan)};
 }
 
-std::vector<Band> bands(const plan::Plan& plan, VkDeviceSize max_bytes, bool all_rows) {
+std::vector<Band> bands(const plan::Plan& plan, int begin, int end, int rows, VkDeviceSize max_bytes) {
     const int height = plan.constants.height, reach = plan.stencil == STENCIL_FIVE_POINT ? 1 : 2;
-    const VkDeviceSize row = VkDeviceSize(plan.pitch) * VkDeviceSize(state_rows(plan)) * sizeof(float);
-    const int begin = all_rows ? 0 : plan.pressed.first_row, end = all_rows ? height : plan.pressed.last_row;
+    const VkDeviceSize row = VkDeviceSize(plan.pitch) * VkDeviceSize(rows) * sizeof(float);
     const int most = int(std::min<VkDeviceSize>(max_bytes / row, VkDeviceSize(height)));
     if (most == height) return {{0, height, begin, end}};
     const int step = most - 2 * reach - BAND_ROWS;
@@ -51,7 +50,8 @@ std::vector<Band> bands(const plan::Plan& plan, VkDeviceSize max_bytes, bool all
 }
 
 Press::Press(Pipelines& pipelines, const plan::Plan& plan, uint32_t max_bindings)
-    : plan_(plan), bands_(vulkan::bands(plan, pipelines.gpu().limits.maxStorageBufferRange)),
+    : plan_(plan), bands_(vulkan::bands(plan, plan.pressed.first_row, plan.pressed.last_row, state_rows(plan),
+                                        pipelines.gpu().limits.maxStorageBufferRange)),
       kernel_(pipelines, press_module(pipelines.gpu().rounds), PRESS_BINDINGS, sizeof(f32::Constants), variant_of(plan),
               max_bindings * uint32_t(bands_.size())) {}
 

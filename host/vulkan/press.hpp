@@ -18,9 +18,9 @@ struct Band {
     }
 };
 
-// Of the rows that are ever pressed, or of all; at least one band. Throws Error::bad_input where edges join rows too
-// far apart.
-std::vector<Band> bands(const plan::Plan&, VkDeviceSize max_bytes, bool all_rows = false);
+// Of rows first .. last - 1, so that none has more than max_bytes of a map with `rows` rows per row of cells; at least
+// one band. Throws Error::bad_input where edges join rows too far apart.
+std::vector<Band> bands(const plan::Plan&, int first, int last, int rows, VkDeviceSize max_bytes);
 
 // As the kernels have it: which responses are asked for, and rows of a state per row of cells.
 uint32_t responses_of(const plan::Plan&);

@@ -351,6 +351,46 @@ struct SkinOptions {
     std::optional<Precision> precision;
 };
 
+// Nothing is allocated from press to press. One thread at a time; skins on the same Vulkan device share it, so one at a
+// time as well.
+class DERMIS_API Skin {
+  public:
+    // On Device::cpu(1) the calling thread works alone. receptors.fa2 is by default the mean over a step, as for all
+    // frames. Throws Error::bad_input; Error::no_device where the device's bits are not the CPU path's and it was not
+    // asked for by name or number; Error::device.
+    Skin(const Device&, const SkinDescription&, const SkinOptions& = {});
+    ~Skin();
+    Skin(Skin&&) noexcept;
+    Skin& operator=(Skin&&) noexcept;
+
+    // pressure: width*height finite floats, Pa, pushing is positive, row 0 first; copied. It is what the skin feels at
+    // the end of a step of dt seconds, on which the pressure ran straight from that of the press before: from 0 on a
+    // skin at rest. dt >= 0, finite; 0 is a pause: the strain is kept, and the next press begins with this pressure.
+    // Throws Error::bad_input naming dt, size or the first cell that is not finite, and nothing has happened;
+    // Error::device.
+    void press(const float* pressure, size_t cells, double dt);
+    void press(const std::vector<float>& pressure, double dt) { press(pressure.data(), pressure.size(), dt); }
+
+    // Of sa1, sa2, fa1 or fa2 at the end of the last press; 0 before the first. width*height floats, row 0 first, or,
+    // where the description has sites, one for each of that class in the order given. The same memory after every
+    // press. Throws Error::bad_input where it was not asked for.
+    struct Response {
+        const float* data;
+        size_t size;
+        const float* begin() const { return data; }
+        const float* end() const { return data + size; }
+        float operator[](size_t i) const { return data[i]; }
+    };
+    Response response(Quantity) const;
+
+    void reset(); // to a skin at rest
+
+    struct Impl;
+
+  private:
+    std::unique_ptr<Impl> impl_;
+};
+
 // The scene under each of these materials in place of its own. Models but march read the maps once; then stencil
 // estimate, kinks and greatest gain are those of the first material.
 DERMIS_API std::vector<Result> run(const Scene&, const std::vector<Material>&, const Device& = Device::open("auto"),

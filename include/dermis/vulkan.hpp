@@ -36,7 +36,7 @@ struct Requirements {
     std::vector<const char*> used_if_enabled;     // device extensions: round-to-nearest-even is then declared
     std::vector<const char*> used_if_enabled_debug; // instance extension: labels in the command buffer
 };
-Requirements requirements();
+DERMIS_API Requirements requirements();
 
 // The host's own. What is given here outlives the program; extensions are copied.
 struct Handles {
@@ -92,7 +92,7 @@ struct Timestamps {
 
 // Several programs, devices and threads may be at work at once. Set-up by one thread at a time; record_press and the
 // other const functions from any number, each into a command buffer of its own.
-class SkinProgram {
+class DERMIS_API SkinProgram {
   public:
     // max_bindings: how often bind() may be called, 1..65536. Throws Error::bad_input naming what is wrong with
     // description, options or handles, or which extension, limit or function the device lacks; Error::device naming the

@@ -38,7 +38,7 @@ if(claim STREQUAL "install")
 
 # With only what the library is made of, which must stay as it is, and no header of what command and tests use.
 elseif(claim STREQUAL "add_subdirectory")
-    set(parts CMakeLists.txt host include kernels packaging)
+    set(parts CMakeLists.txt host include kernels)
     set(copy ${work}/source)
     file(REMOVE_RECURSE ${copy} ${prefix})
     foreach(part ${parts})

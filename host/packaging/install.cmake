@@ -8,8 +8,8 @@ install(TARGETS dermis EXPORT dermis INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUD
 install(DIRECTORY include/dermis DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 install(EXPORT dermis NAMESPACE dermis:: FILE dermisTargets.cmake DESTINATION ${package})
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/dermisConfigVersion.cmake COMPATIBILITY SameMinorVersion)
-install(FILES packaging/dermisConfig.cmake ${PROJECT_BINARY_DIR}/dermisConfigVersion.cmake DESTINATION ${package})
+install(FILES host/packaging/dermisConfig.cmake ${PROJECT_BINARY_DIR}/dermisConfigVersion.cmake DESTINATION ${package})
 
 file(RELATIVE_PATH includedir ${CMAKE_INSTALL_FULL_LIBDIR}/pkgconfig ${CMAKE_INSTALL_FULL_INCLUDEDIR})
-configure_file(packaging/dermis.pc.in ${PROJECT_BINARY_DIR}/dermis.pc @ONLY)
+configure_file(host/packaging/dermis.pc.in ${PROJECT_BINARY_DIR}/dermis.pc @ONLY)
 install(FILES ${PROJECT_BINARY_DIR}/dermis.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)

@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+
+namespace test {
+
+// How often operator new has been called in this process, by any thread.
+size_t allocations();
+
+} // namespace test

@@ -1,0 +1,307 @@
+// SPDX-License-Identifier: MIT
+// dermis::Skin, frame by frame, on the CPU and on Vulkan.
+#include "host/device.hpp"
+#include "host/plan/frames.hpp"
+#include "tests/allocations.hpp"
+#include "tests/shim.hpp"
+#include "tests/support.hpp"
+
+#include <cstring>
+#include <fstream>
+#include <thread>
+
+using namespace test;
+
+namespace {
+
+constexpr Quantity all_responses[] = {Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2};
+
+SkinDescription ridged(int width, int height) {
+    const Scene s = small_scene(width, height);
+    SkinDescription d = s;
+    d.material.modulus = 1.3;
+    return d;
+}
+
+std::vector<float> frame(const SkinDescription& d, int n) {
+    std::vector<float> map(size_t(d.grid.width) * size_t(d.grid.height));
+    for (size_t i = 0; i < map.size(); ++i) map[i] = float(std::sin(0.37 * double(i) + n) + 0.2 * n);
+    return map;
+}
+
+std::vector<float> copy(const Skin::Response& r) { return {r.begin(), r.end()}; }
+
+bool same(const std::vector<float>& a, const std::vector<float>& b) {
+    return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
+}
+
+// Everything that a skin answers over some frames of different lengths.
+std::vector<std::vector<float>> answers(Skin& skin, const SkinDescription& d, const std::vector<Quantity>& what) {
+    std::vector<std::vector<float>> all;
+    int n = 0;
+    for (double dt : {0.01, 0.02, 0.0, 0.005, 3.0}) {
+        skin.press(frame(d, n++), dt);
+        for (Quantity q : what) all.push_back(copy(skin.response(q)));
+    }
+    return all;
+}
+
+} // namespace
+
+TEST_CASE("frame by frame a skin has the bits of the run of the same sequence") {
+    const int width = 45, height = 21, frames = 6;
+    Scene s;
+    static_cast<SkinDescription&>(s) = ridged(width, height);
+    const std::string path = "skin_sequence.npy";
+    {
+        std::ofstream file(path, std::ios::binary);
+        file << npy_header("<f4", "(6, 21, 45)");
+        std::vector<float> rest(size_t(width * height), 0.0f); // the sequence's first frame is a jump, a skin's never
+        for (int n = 0; n < frames; ++n) {
+            const std::vector<float> map = n == 0 ? rest : frame(s, n);
+            file.write(reinterpret_cast<const char*>(map.data()), std::streamsize(map.size() * sizeof(float)));
+        }
+    }
+    s.load.kind = Load::Kind::sequence;
+    s.load.path = path;
+    s.load.interval = s.time.step = 0.02;
+    s.time.duration = 0.02 * frames;
+    s.model = Model::march;
+    s.precision = Precision::f32;
+    for (int n = 1; n < frames; ++n)
+        s.output.fields.push_back({0.02 * n, {std::begin(all_responses), std::end(all_responses)}});
+    const Result run_ = run(s, Device::cpu(1));
+    SkinOptions plain;
+    plain.precision = Precision::f32;
+    Skin skin(Device::cpu(1), s, plain);
+    size_t field = 0;
+    for (int n = 1; n < frames; ++n) {
+        skin.press(frame(s, n), 0.02);
+        for (Quantity q : all_responses) {
+            const Field& f = run_.fields.at(field++);
+            REQUIRE(f.quantity == q);
+            const Skin::Response r = skin.response(q);
+            REQUIRE(r.size == f.values.size());
+            bool equal = true;
+            for (size_t i = 0; i < r.size; ++i) equal &= double(r[i]) == f.values[i];
+            CAPTURE(name(q));
+            CAPTURE(n);
+            CHECK(equal);
+        }
+    }
+    std::remove(path.c_str());
+}
+
+TEST_CASE("a skin of one cell answers the equation's solution under straight pressures, steps of any length") {
+    const Validated vulkan;
+    for (const Device& device : {Device::cpu(1), vulkan.device()}) {
+        SkinDescription d;
+        d.grid = {1, 1, {}};
+        d.material.modulus = 2;
+        d.material.viscosity = 0.5;
+        Skin skin(device, d);
+        const double tau = 0.25;
+        double p = 0, eps = 0, sum = 0, rate = 0;
+        for (const auto& [q, dt] : {std::pair{1.0, 0.1}, {1.0, 0.3}, {-0.5, 1e-3}, {2.0, 2.0}}) {
+            skin.press({float(q)}, dt);
+            const double slope = (q - p) / dt, decay = std::exp(-dt / tau);
+            // eps = particular + free: (p + slope*(t - tau))/E + (eps0 - (p - slope*tau)/E) e^(-t/tau)
+            const double free = eps - (p - slope * tau) / 2, before = rate;
+            const double next = (p + slope * (dt - tau)) / 2 + free * decay;
+            sum += (p * dt + slope * (dt * dt / 2 - tau * dt)) / 2 + free * tau * (1 - decay);
+            rate = slope / 2 - free / tau * decay;
+            eps = next;
+            CHECK(skin.response(Quantity::sa1)[0] == doctest::Approx(eps).epsilon(2e-6));
+            CHECK(skin.response(Quantity::sa2)[0] == doctest::Approx(sum).epsilon(2e-6));
+            CHECK(skin.response(Quantity::fa1)[0] == doctest::Approx(rate).epsilon(5e-6));
+            CHECK(skin.response(Quantity::fa2)[0] == doctest::Approx((rate - before) / dt).epsilon(2e-5));
+            p = q;
+        }
+    }
+}
+
+TEST_CASE("one thread, two threads and Vulkan: the same bits, whatever the skin; and a site has those of its cell") {
+    const Validated vulkan;
+    for (const auto& [stencil, edges] : {std::pair{Stencil::five_point, Edges::mirror},
+                                         {Stencil::fourth_order, Edges::periodic},
+                                         {Stencil::published, Edges::published}})
+        for (bool materials : {false, true})
+            for (int width : {64, 67})
+                for (Precision precision : {Precision::f32, Precision::f32_compensated}) {
+                    CAPTURE(width);
+                    CAPTURE(int(stencil));
+                    CAPTURE(materials);
+                    SkinDescription d = ridged(width, 23);
+                    d.stencil = stencil;
+                    d.edges = edges;
+                    if (materials) {
+                        d.material.modulus_map = std::vector<double>(size_t(width) * 23, 1.5);
+                        for (size_t i = 0; i < d.material.modulus_map.size(); ++i)
+                            d.material.modulus_map.edit()[i] += 0.1 * double(i % 5);
+                    }
+                    SkinOptions options;
+                    options.precision = precision;
+                    options.responses = {Quantity::sa2, Quantity::fa1, Quantity::fa2};
+                    Skin one(Device::cpu(1), d, options);
+                    const auto expected = answers(one, d, options.responses);
+                    Skin two(Device::cpu(2), d, options), three(vulkan.device(), d, options);
+                    CHECK(answers(two, d, options.responses) == expected);
+                    const auto device = answers(three, d, options.responses);
+                    REQUIRE(device.size() == expected.size());
+                    for (size_t i = 0; i < device.size(); ++i) CHECK(same(device[i], expected[i]));
+
+                    for (int i = 0; i < 30; ++i)
+                        d.sites.push_back({options.responses[size_t(i % 3)], {i * 13 % width, i * 7 % 23}});
+                    d.sites.push_back({Quantity::fa1, {width - 1, 0}});
+                    options.responses.clear();
+                    Skin four(Device::cpu(1), d, options), five(vulkan.device(), d, options);
+                    const auto at_sites = answers(four, d, {Quantity::sa2, Quantity::fa1, Quantity::fa2});
+                    CHECK(answers(five, d, {Quantity::sa2, Quantity::fa1, Quantity::fa2}) == at_sites);
+                    for (size_t n = 0; n < 5; ++n) {
+                        size_t next[3] = {};
+                        bool equal = true;
+                        for (const Site& site : d.sites) {
+                            const size_t q = size_t(site.type) - size_t(Quantity::sa2);
+                            equal &= at_sites[3 * n + q].at(next[q]++) ==
+                                     expected[3 * n + q][size_t(site.cell.y) * size_t(width) + size_t(site.cell.x)];
+                        }
+                        CHECK(equal);
+                    }
+                }
+}
+
+TEST_CASE("a pause keeps the state; after a reset a skin answers as a new one") {
+    const Validated vulkan;
+    const SkinDescription d = ridged(33, 12);
+    const std::vector<Quantity> what(std::begin(all_responses), std::end(all_responses));
+    for (const Device& device : {Device::cpu(2), vulkan.device()}) {
+        Skin skin(device, d), twin(device, d);
+        for (float v : skin.response(Quantity::sa1)) REQUIRE(v == 0);
+        const auto first = answers(skin, d, what);
+        skin.reset();
+        for (float v : skin.response(Quantity::fa2)) REQUIRE(v == 0);
+        CHECK(answers(skin, d, what) == first);
+
+        skin.reset();
+        for (Skin* s : {&skin, &twin}) s->press(frame(d, 1), 0.1);
+        for (int i = 0; i < 3; ++i) skin.press(frame(d, 1), 0);
+        const auto strained = copy(twin.response(Quantity::sa1));
+        CHECK(same(copy(skin.response(Quantity::sa1)), strained));
+        for (Skin* s : {&skin, &twin}) s->press(frame(d, 2), 0.1);
+        for (Quantity q : what) CHECK(same(copy(skin.response(q)), copy(twin.response(q))));
+    }
+}
+
+TEST_CASE("what cannot be pressed is named, and nothing has happened") {
+    const Validated vulkan;
+    const SkinDescription d = ridged(20, 10);
+    for (const Device& device : {Device::cpu(1), vulkan.device()}) {
+        Skin skin(device, d), twin(device, d);
+        for (Skin* s : {&skin, &twin}) s->press(frame(d, 1), 0.1);
+        std::vector<float> bad = frame(d, 2);
+        bad[3 * 20 + 7] = INFINITY;
+        bad[5 * 20] = NAN;
+        const auto says = [&](const char* what, auto&& call) {
+            const std::string message = refusal(Error::Code::bad_input, call);
+            CAPTURE(message);
+            CHECK(message.find(what) != std::string::npos);
+        };
+        says("pressure = inf in cell [7, 3]; allowed: finite numbers", [&] { skin.press(bad, 0.1); });
+        says("pressure = 199 cells; allowed: width*height = 200", [&] { skin.press(bad.data(), 199, 0.1); });
+        says("dt = -0.1; allowed: a finite number >= 0", [&] { skin.press(frame(d, 2), -0.1); });
+        says("dt = nan", [&] { skin.press(frame(d, 2), NAN); });
+        says("response = \"strain\"", [&] { skin.response(Quantity::strain); });
+        for (Skin* s : {&skin, &twin}) s->press(frame(d, 3), 0.1);
+        for (Quantity q : all_responses) CHECK(same(copy(skin.response(q)), copy(twin.response(q))));
+    }
+}
+
+TEST_CASE("a skin that cannot be is refused by name") {
+    const auto says = [](const char* what, auto&& change) {
+        SkinDescription d = ridged(20, 10);
+        SkinOptions options;
+        change(d, options);
+        const std::string message = refusal(Error::Code::bad_input, [&] { Skin(Device::cpu(1), d, options); });
+        CAPTURE(message);
+        CHECK(message.find(what) != std::string::npos);
+    };
+    says("grid.width = 0", [](auto& d, auto&) { d.grid.width = 0; });
+    says("responses = \"strain\"", [](auto&, auto& o) { o.responses = {Quantity::strain}; });
+    says("responses = \"fa1\"", [](auto&, auto& o) { o.responses = {Quantity::fa1, Quantity::fa1}; });
+    says("responses = (none)", [](auto&, auto& o) { o.responses = {}; });
+    says("precision = \"f64\"", [](auto&, auto& o) { o.precision = Precision::f64; });
+    says("material.viscosity = 0", [](auto& d, auto&) { d.material.viscosity = 0; });
+    says("sites[0]", [](auto& d, auto&) { d.sites = {{Quantity::fa1, {20, 0}}}; });
+    // without FA2 an elastic skin is fine
+    SkinDescription d = ridged(20, 10);
+    d.material.viscosity = 0;
+    SkinOptions options;
+    options.responses = {Quantity::sa1, Quantity::fa1};
+    Skin elastic(Device::cpu(1), d, options);
+    elastic.press(std::vector<float>(200, 2.0f), 0.5);
+    CHECK(elastic.response(Quantity::fa1).size == 200);
+    refusal(Error::Code::bad_input, [&] { elastic.response(Quantity::fa2); });
+}
+
+TEST_CASE("from press to press nothing is allocated, and a device is called as often every time") {
+    const Device vulkan = open_device("vulkan", shimmed()); // validation would allocate
+    for (bool materials : {false, true})
+        for (bool sites : {false, true}) {
+            SkinDescription d = ridged(67, 40);
+            if (materials) {
+                d.material.viscosity_map = std::vector<double>(67 * 40, 2.0);
+                d.material.viscosity_map.edit()[5 * 67 + 5] = 1;
+            }
+            if (sites) d.sites = {{Quantity::fa1, {5, 5}}, {Quantity::sa1, {66, 39}}};
+            for (const Device& device : {Device::cpu(1), Device::cpu(2), vulkan}) {
+                CAPTURE(device.info().name);
+                Skin skin(device, d);
+                const std::vector<float> a = frame(d, 1), b = frame(d, 2);
+                for (int i = 0; i < 4; ++i) skin.press(i % 2 ? a : b, 0.01); // a driver makes its own beginning
+                shim.calls.reserve(10000);
+                const size_t before = allocations();
+                skin.reset();
+                size_t calls = 0;
+                for (int i = 0; i < 10; ++i) {
+                    shim.calls.clear();
+                    skin.press(i % 2 ? a : b, 0.01 + 0.001 * i);
+                    if (i == 0) calls = shim.calls.size();
+                    REQUIRE(shim.calls.size() == calls);
+                }
+                const size_t after = allocations();
+                CHECK(after == before);
+                CHECK((calls > 0) == device.info().vulkan);
+                CHECK(calls < 24);
+                for (const std::string name : shim.calls)
+                    CHECK_MESSAGE((name.find("vkCreate") == name.npos && name.find("vkAllocate") == name.npos &&
+                                   name.find("vkMap") == name.npos && name != "vkUpdateDescriptorSets"),
+                                  name);
+            }
+        }
+}
+
+TEST_CASE("skins on threads of their own do not disturb one another") {
+    const SkinDescription d = ridged(40, 30);
+    const std::vector<Quantity> what(std::begin(all_responses), std::end(all_responses));
+    Skin alone(Device::cpu(1), d);
+    const auto expected = answers(alone, d, what);
+    std::vector<std::vector<std::vector<float>>> got(4);
+    std::vector<std::thread> threads;
+    for (size_t i = 0; i < got.size(); ++i)
+        threads.emplace_back([&, i] {
+            Skin skin(i < 2 ? Device::cpu(2) : Device::open("vulkan"), d);
+            got[i] = answers(skin, d, what);
+        });
+    for (std::thread& t : threads) t.join();
+    for (const auto& one : got) CHECK(one == expected);
+}
+
+TEST_CASE("a device whose bits differ is refused for a skin too, unless asked for by name") {
+    const vulkan::Loader wrong = faulty(&Shim::miscompile_far);
+    SkinDescription d = ridged(20, 12);
+    const Device device = open_device("vulkan", wrong);
+    CHECK_NOTHROW(Skin(device, d));
+    d.stencil = Stencil::fourth_order;
+    CHECK(refusal(Error::Code::no_device, [&] { Skin(device, d); }).find("bits differ") != std::string::npos);
+    CHECK_NOTHROW(Skin(open_device("0", wrong), d));
+}
