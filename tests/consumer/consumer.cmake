@@ -131,6 +131,10 @@ elseif(claim STREQUAL "symbols")
         message(FATAL_ERROR "in ${library}:\n${foreign}")
     endif()
 
+elseif(claim STREQUAL "frames")
+    configure(../embedding/frames ${work}/frames -DCMAKE_PREFIX_PATH=${prefix} -DCMAKE_COMPILE_WARNING_AS_ERROR=ON)
+    run(${CMAKE_COMMAND} --build ${work}/frames)
+
 else()
     message(FATAL_ERROR "no such claim: ${claim}")
 endif()
