@@ -1,2 +1,453 @@
 // SPDX-License-Identifier: MIT
+// SkinProgram in a host's command buffers: the host here is the test, with memory and submissions of its own.
+#include "dermis/vulkan.hpp"
+#include "host/device.hpp"
+#include "tests/shim.hpp"
 #include "tests/support.hpp"
+
+#include <cstring>
+#include <thread>
+
+using namespace test;
+using vulkan::Binding;
+using vulkan::Buffer;
+using vulkan::Buffers;
+using vulkan::Context;
+using vulkan::Memory;
+using vulkan::SkinProgram;
+
+namespace {
+
+constexpr Quantity all_responses[] = {Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2};
+
+SkinDescription ridged(int width, int height, Stencil stencil = Stencil::five_point, Edges edges = Edges::mirror) {
+    SkinDescription d = small_scene(width, height);
+    d.stencil = stencil;
+    d.edges = edges;
+    d.material.viscosity = 0.7;
+    return d;
+}
+
+std::vector<float> frame(const SkinDescription& d, int n) {
+    std::vector<float> map(size_t(d.grid.width) * size_t(d.grid.height));
+    for (size_t i = 0; i < map.size(); ++i) map[i] = float(std::sin(0.37 * double(i) + n) + 0.2 * n);
+    return map;
+}
+
+// A buffer of the host's with room before the range that is bound, where nothing may be written.
+struct Range {
+    static constexpr VkDeviceSize before = 512;
+    Buffer buffer;
+    VkDescriptorBufferInfo info;
+    Range(Context& context, const Memory& m)
+        : buffer(context, before + m.bytes + 256, Buffer::Place::host), info{buffer.handle(), before, m.bytes} {
+        std::memset(buffer.data(), 0x7b, buffer.bytes());
+        std::memset(data(), 0, m.bytes);
+        std::memcpy(data(), m.initial.data(), m.initial.size());
+    }
+    char* data() const { return static_cast<char*>(buffer.data()) + before; }
+    bool untouched_around() const {
+        const char* all = static_cast<const char*>(buffer.data());
+        bool same = true;
+        for (VkDeviceSize i = 0; i < buffer.bytes(); ++i)
+            same &= (i >= before && i < before + info.range) || all[i] == 0x7b;
+        return same;
+    }
+};
+
+// A host with as many frames as are pressed at once: pressure 0 is at rest, frame n is pressure n.
+struct Host {
+    Context& context;
+    SkinDescription description;
+    SkinProgram program;
+    Range constants, invalid;
+    std::vector<std::unique_ptr<Range>> states, pressures, responses;
+    std::vector<Binding> bindings;
+
+    Host(Context& c, const SkinDescription& d, int frames, const SkinOptions& options = {})
+        : context(c), description(d), program(c.handles(), d, uint32_t(frames), options),
+          constants(c, program.memory().constants), invalid(c, program.memory().invalid) {
+        const auto& m = program.memory();
+        for (int i = 0; i <= frames; ++i) {
+            states.push_back(std::make_unique<Range>(c, m.state));
+            pressures.push_back(std::make_unique<Range>(c, m.pressure));
+            responses.push_back(std::make_unique<Range>(c, m.response));
+        }
+        for (int i = 1; i <= frames; ++i) bindings.push_back(program.bind(buffers(i)));
+    }
+    // Of press i = 1, 2 ..
+    Buffers buffers(int i) const {
+        const auto at = [](const auto& list, int k) { return list[size_t(k)]->info; };
+        return {constants.info,   at(states, i - 1), at(states, i), at(pressures, i - 1),
+                at(pressures, i), at(responses, i),  invalid.info};
+    }
+    void set_pressure(int i, const std::vector<float>& map) {
+        const int width = description.grid.width;
+        auto* to = reinterpret_cast<float*>(pressures[size_t(i)]->data());
+        for (int y = 0; y < description.grid.height; ++y) {
+            std::memcpy(to + y * program.pitch(), map.data() + y * width, size_t(width) * sizeof(float));
+            for (int x = width; x < program.pitch(); ++x) to[y * program.pitch() + x] = NAN; // nobody's
+        }
+    }
+    std::vector<float> response(int i, Quantity q) const {
+        const SkinProgram::Range r = program.range(q);
+        const auto* from = reinterpret_cast<const float*>(responses[size_t(i)]->data()) + r.first;
+        if (!description.sites.empty()) return {from, from + r.count};
+        std::vector<float> map;
+        for (int y = 0; y < description.grid.height; ++y)
+            map.insert(map.end(), from + y * program.pitch(), from + y * program.pitch() + description.grid.width);
+        return map;
+    }
+    uint32_t not_finite() const {
+        uint32_t n = 0;
+        std::memcpy(&n, invalid.data(), sizeof n);
+        return n;
+    }
+    bool untouched_around() const {
+        bool same = constants.untouched_around() && invalid.untouched_around();
+        for (const auto* list : {&states, &pressures, &responses})
+            for (const auto& range : *list) same &= range->untouched_around();
+        return same;
+    }
+};
+
+// What the header says has to stand between presses.
+void barrier(Context& context, VkCommandBuffer commands, const SkinProgram& program) {
+    const auto last = program.last_access(), first = program.first_access();
+    const VkMemoryBarrier memory{VK_STRUCTURE_TYPE_MEMORY_BARRIER, nullptr, last.access, first.access};
+    context.calls().vkCmdPipelineBarrier(commands, last.stages, first.stages, 0, 1, &memory, 0, nullptr, 0, nullptr);
+}
+
+// All frames in one command buffer, and every response against the CPU path's.
+void check_presses(Context& context, const SkinDescription& d, const SkinOptions& options = {}) {
+    const double steps[] = {0.01, 0.02, 0.0, 0.3};
+    Host host(context, d, 4, options);
+    Skin skin(Device::cpu(1), d, options);
+    for (int i = 1; i <= 4; ++i) host.set_pressure(i, frame(d, i));
+    const VkCommandBuffer commands = context.begin();
+    for (int i = 1; i <= 4; ++i) {
+        REQUIRE(host.program.record_press(commands, host.bindings[size_t(i - 1)], steps[i - 1]));
+        barrier(context, commands, host.program);
+    }
+    context.barrier(commands);
+    context.submit();
+    for (int i = 1; i <= 4; ++i) {
+        skin.press(frame(d, i), steps[i - 1]);
+        for (Quantity q : all_responses) {
+            if (host.program.range(q).count == 0) continue;
+            CAPTURE(i);
+            CAPTURE(name(q));
+            const Skin::Response r = skin.response(q);
+            CHECK(host.response(i, q) == std::vector<float>(r.begin(), r.end()));
+        }
+    }
+    CHECK(host.not_finite() == 0);
+    CHECK(host.untouched_around());
+}
+
+SkinDescription with_sites(SkinDescription d, int count) {
+    for (int i = 0; i < count; ++i)
+        d.sites.push_back({all_responses[i % 4], {i * 13 % d.grid.width, i * 7 % d.grid.height}});
+    return d;
+}
+
+SkinDescription with_materials(SkinDescription d) {
+    std::vector<double> moduli;
+    for (int i = 0; i < d.grid.width * d.grid.height; ++i) moduli.push_back(1 + 0.1 * (i % 7));
+    d.material.modulus_map = moduli;
+    return d;
+}
+
+std::string refused(auto&& call) { return refusal(Error::Code::bad_input, call); }
+
+bool says(const std::string& message, const char* what) { return message.find(what) != std::string::npos; }
+
+} // namespace
+
+TEST_CASE("presses in a host's command buffer give the CPU's bits and touch nothing else") {
+    const Validated vulkan;
+    Context& context = *vulkan.device().impl().context;
+    for (const auto& [stencil, edges] : {std::pair{Stencil::five_point, Edges::mirror},
+                                         {Stencil::fourth_order, Edges::periodic},
+                                         {Stencil::published, Edges::published}})
+        for (int width : {64, 67}) {
+            const SkinDescription d = ridged(width, 19, stencil, edges);
+            check_presses(context, d);
+            check_presses(context, with_materials(d));
+            check_presses(context, with_sites(d, 50));
+            check_presses(context, with_sites(with_materials(d), 50));
+        }
+    SkinOptions lean;
+    lean.responses = {Quantity::fa1};
+    check_presses(context, ridged(64, 19), lean);
+    SkinDescription one = ridged(30, 9);
+    one.sites = {{Quantity::sa2, {29, 8}}};
+    check_presses(context, one);
+}
+
+TEST_CASE("a grid beyond what a device binds at once is pressed in bands of rows: the same bits") {
+    const vulkan::Loader loader = shimmed();
+    for (const auto& [stencil, edges] : {std::pair{Stencil::five_point, Edges::mirror},
+                                         {Stencil::fourth_order, Edges::mirror},
+                                         {Stencil::published, Edges::published}}) {
+        shim.range = 1 << 27;
+        const Validated vulkan(loader);
+        shim.range = 50000; // 195 rows of a map of 64 cells, 48 of a state with all it can have
+        const Validated banded(loader);
+        Context& context = *banded.device().impl().context;
+        const SkinDescription d = ridged(64, 301, stencil, edges);
+        shim.calls.clear();
+        check_presses(context, d);
+        size_t dispatches = 0;
+        for (const char* call : shim.calls) dispatches += std::strcmp(call, "vkCmdDispatch") == 0;
+        CHECK(dispatches > 4 * 5);
+        check_presses(context, with_materials(d));
+        check_presses(context, with_sites(d, 60));
+
+        Scene s; // and the march of a whole scene, with traces, probes and fields
+        static_cast<SkinDescription&>(s) = d;
+        s.model = Model::march;
+        s.time = {0.05, 0.3};
+        s.load.radius = 190;
+        s.output.probes = {{32, 150}, {0, 0}, {63, 300}};
+        s.output.fields = {{0.25, {Quantity::strain, Quantity::fa2, Quantity::curvature, Quantity::deformation}}};
+        const Result whole = run(s, vulkan.device()), parts = run(s, banded.device()), cpu = run(s, Device::cpu(1));
+        for (const Result* r : {&parts, &cpu})
+            for (size_t i = 0; i < whole.traces.size(); ++i) {
+                CHECK(r->traces[i].mean == whole.traces[i].mean);
+                CHECK(r->traces[i].probes == whole.traces[i].probes);
+            }
+        for (size_t i = 0; i < whole.fields.size(); ++i) CHECK(parts.fields[i].values == cpu.fields[i].values);
+    }
+    SkinDescription around = ridged(64, 301, Stencil::five_point, Edges::periodic);
+    shim.range = 50000;
+    const Device banded = open_device("0", loader);
+    const std::string message = refused([&] { Skin(banded, around); });
+    CHECK(says(message, "periodic edges"));
+    CHECK(says(message, "maxStorageBufferRange = 50000"));
+}
+
+TEST_CASE("8192 x 8192 with one response: no binding above 128 MiB, the CPU's bits") {
+    SkinDescription d;
+    d.grid = {8192, 8192, {}};
+    SkinOptions one;
+    one.responses = {Quantity::fa1};
+    const Device vulkan = Device::open("vulkan");
+    REQUIRE(vulkan.impl().context->limits().maxStorageBufferRange == 1 << 27);
+    std::vector<float> pressure(size_t(8192) * 8192);
+    for (size_t i = 0; i < pressure.size(); ++i) pressure[i] = float(i % 8191) * 1e-4f + float(i % 127);
+    Skin device(vulkan, d, one);
+    device.press(pressure, 0.01);
+    Skin cpu(Device::cpu(), d, one);
+    cpu.press(pressure, 0.01);
+    const Skin::Response a = device.response(Quantity::fa1), b = cpu.response(Quantity::fa1);
+    REQUIRE(a.size == pressure.size());
+    CHECK(std::memcmp(a.data, b.data, a.size * sizeof(float)) == 0);
+    CHECK(a[5000 * 8192 + 77] != 0);
+}
+
+TEST_CASE("a pressure of the device's that is not finite counts as 0, and is counted") {
+    const Validated vulkan;
+    Context& context = *vulkan.device().impl().context;
+    const SkinDescription d = ridged(67, 19);
+    for (const SkinDescription& skin : {d, with_sites(d, 1)}) {
+        Host host(context, skin, 2);
+        Skin cpu(Device::cpu(1), skin);
+        std::vector<float> bad = frame(d, 1), good = bad;
+        bad[0] = NAN; // the site's
+        good[0] = 0;
+        if (skin.sites.empty()) {
+            bad[5 * 67 + 66] = INFINITY;
+            bad[9 * 67 + 4] = -INFINITY;
+            good[5 * 67 + 66] = good[9 * 67 + 4] = 0;
+        }
+        host.set_pressure(1, bad);
+        host.set_pressure(2, frame(d, 2));
+        const VkCommandBuffer commands = context.begin();
+        for (int i = 0; i < 2; ++i) {
+            REQUIRE(host.program.record_press(commands, host.bindings[size_t(i)], 0.1));
+            barrier(context, commands, host.program);
+        }
+        context.barrier(commands);
+        context.submit();
+        CHECK(host.not_finite() == (skin.sites.empty() ? 3 : 1));
+        cpu.press(good, 0.1);
+        cpu.press(frame(d, 2), 0.1);
+        for (Quantity q : all_responses) {
+            if (host.program.range(q).count == 0) continue;
+            const Skin::Response r = cpu.response(q);
+            CHECK(host.response(2, q) == std::vector<float>(r.begin(), r.end()));
+        }
+    }
+}
+
+TEST_CASE("the recorded check passes on a right device and fails on a wrong one") {
+    const auto passes = [](const Device& device, const SkinDescription& d) {
+        Context& context = *device.impl().context;
+        SkinProgram program(context.handles(), d, 1);
+        Range range(context, program.memory().check);
+        CHECK_FALSE(program.check_passed(range.data())); // nothing has been pressed yet
+        program.bind_check(range.info);
+        const VkCommandBuffer commands = context.begin();
+        program.record_check(commands);
+        context.barrier(commands);
+        context.submit();
+        CHECK(range.untouched_around());
+        return program.check_passed(range.data());
+    };
+    const Validated vulkan;
+    const SkinDescription d = ridged(40, 20);
+    for (const SkinDescription& skin : {d, with_materials(d), with_sites(d, 9), with_sites(with_materials(d), 9)})
+        CHECK(passes(vulkan.device(), skin));
+    const Device wrong = open_device("0", faulty(&Shim::miscompile));
+    CHECK_FALSE(passes(wrong, d));
+    CHECK_FALSE(passes(wrong, with_sites(d, 9)));
+}
+
+TEST_CASE("requirements are data: merged before a device is made, one limit beyond the least of Vulkan 1.1") {
+    const vulkan::Requirements r = vulkan::requirements();
+    CHECK(r.api_version == VK_API_VERSION_1_1);
+    CHECK(r.storage_buffers == 12);
+    const VkPhysicalDeviceFeatures none{};
+    CHECK(std::memcmp(&r.features, &none, sizeof none) == 0);
+    REQUIRE(r.required_if_offered.size() == 1);
+    CHECK(std::string(r.required_if_offered[0]) == "VK_KHR_portability_subset");
+    const Device least = open_device("0", [] { // a device that has no more than that
+        const vulkan::Loader loader = shimmed();
+        shim.least = true;
+        return loader;
+    }());
+    SkinDescription d = ridged(64, 40);
+    check_presses(*least.impl().context, d);
+    check_presses(*least.impl().context, with_sites(d, 40));
+    CHECK(self_test(least).exact());
+}
+
+TEST_CASE("what a host gets wrong is named at set-up") {
+    const Validated vulkan(shimmed());
+    Context& context = *vulkan.device().impl().context;
+    const SkinDescription d = ridged(64, 20);
+    const auto with = [&](auto&& change) {
+        vulkan::Handles h = context.handles();
+        change(h);
+        return refused([&] { SkinProgram(h, d, 1); });
+    };
+    CHECK(says(with([](auto& h) { h.instance = VK_NULL_HANDLE; }), "instance = null"));
+    CHECK(says(with([](auto& h) { h.physical = VK_NULL_HANDLE; }), "physical = null"));
+    CHECK(says(with([](auto& h) { h.device = VK_NULL_HANDLE; }), "device = null"));
+    CHECK(says(with([](auto& h) { h.get_instance_proc_addr = nullptr; }), "get_instance_proc_addr = null"));
+    CHECK(says(with([](auto& h) { h.api_version = VK_API_VERSION_1_0; }), "api_version = 1.0; allowed: at least 1.1"));
+    CHECK(says(with([](auto&) { shim.portability = true; }), "VK_KHR_portability_subset"));
+    shim.portability = false;
+    CHECK(says(with([](auto&) { shim.few_buffers = true; }), "maxPerStageDescriptorStorageBuffers = 4; 12 are needed"));
+    shim.few_buffers = false;
+    CHECK(says(with([](auto&) { shim.absent = "vkCmdDispatch"; }), "vkCmdDispatch"));
+    CHECK(says(with([](auto&) { shim.absent = "vkGetPhysicalDeviceProperties2"; }), "vkGetPhysicalDeviceProperties2"));
+    shim.absent = "";
+    CHECK(says(refused([&] { SkinProgram(context.handles(), d, 0); }), "max_bindings = 0; allowed: 1..65536"));
+    SkinDescription many = d;
+    std::vector<double> moduli;
+    for (int i = 0; i < 64 * 22; ++i) moduli.push_back(1 + 1e-3 * i);
+    many.grid.height = 22;
+    many.material.modulus_map = moduli;
+    CHECK(says(refused([&] { SkinProgram(context.handles(), many, 1); }), "1408 different materials"));
+
+    Host host(context, d, 2);
+    const auto bad = [&](auto&& change) {
+        Buffers b = host.buffers(1);
+        change(b);
+        shim.calls.clear();
+        const std::string message = refused([&] { host.program.bind(b); });
+        for (const char* call : shim.calls) CHECK_MESSAGE(false, call); // nothing made, nothing recorded
+        return message;
+    };
+    const VkDeviceSize state = host.program.memory().state.bytes;
+    CHECK(says(bad([](Buffers& b) { b.state_to.buffer = VK_NULL_HANDLE; }), "state_to.buffer = null"));
+    CHECK(says(bad([](Buffers& b) { b.pressure_to.offset += 4; }), "pressure_to.offset = 516"));
+    CHECK(says(bad([](Buffers& b) { b.state_from.range -= 1; }), ("at least " + std::to_string(state)).c_str()));
+    CHECK(says(bad([](Buffers& b) { b.response.range = 0; }), "response.range = 0"));
+    CHECK(says(bad([](Buffers& b) { b.response.range = VK_WHOLE_SIZE; }), "VK_WHOLE_SIZE"));
+    CHECK(says(bad([](Buffers& b) { b.constants.offset = 1 << 20; }), "within the buffer"));
+    CHECK(says(bad([](Buffers& b) { b.state_to = b.state_from; }), "state_to = in the same memory as state_from"));
+    CHECK(says(bad([](Buffers& b) { b.response = b.pressure_to, b.response.range = 1 << 20; }), "response"));
+    CHECK(says(refused([&] { host.program.bind(host.buffers(1)); }), "max_bindings = 2"));
+    CHECK(says(refused([&] { host.program.bind_check({VK_NULL_HANDLE, 0, 4}); }), "check.buffer = null"));
+
+    const VkCommandBuffer commands = context.begin();
+    shim.calls.clear();
+    for (double dt : {-1.0, double(NAN), double(INFINITY)})
+        CHECK_FALSE(host.program.record_press(commands, host.bindings[0], dt));
+    CHECK_FALSE(host.program.record_press(commands, Binding(), 0.1));
+    CHECK(shim.calls.empty());
+    context.submit();
+}
+
+TEST_CASE("timestamps, labels, the host's allocator and pipeline cache are used") {
+    const Validated vulkan;
+    Context& context = *vulkan.device().impl().context;
+    const VolkDeviceTable& vk = context.calls();
+    static int alive, made;
+    alive = made = 0;
+    VkAllocationCallbacks allocator{};
+    allocator.pfnAllocation = [](void*, size_t bytes, size_t alignment, VkSystemAllocationScope) -> void* {
+        ++alive, ++made;
+        return std::aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment);
+    };
+    allocator.pfnReallocation = [](void*, void*, size_t, size_t, VkSystemAllocationScope) -> void* { return nullptr; };
+    allocator.pfnFree = [](void*, void* p) {
+        alive -= p != nullptr;
+        std::free(p);
+    };
+    VkQueryPoolCreateInfo info{VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO};
+    info.queryType = VK_QUERY_TYPE_TIMESTAMP;
+    info.queryCount = 5;
+    VkQueryPool pool = VK_NULL_HANDLE;
+    REQUIRE(vk.vkCreateQueryPool(context.device(), &info, nullptr, &pool) == VK_SUCCESS);
+    {
+        vulkan::Handles h = context.handles();
+        h.allocator = &allocator;
+        h.extensions.push_back(VK_EXT_DEBUG_UTILS_EXTENSION_NAME);
+        SkinProgram program(h, ridged(64, 20), 1);
+        CHECK(made > 0);
+        Host host(context, ridged(64, 20), 1);
+        const Binding b = program.bind(host.buffers(1));
+        const VkCommandBuffer commands = context.begin();
+        vk.vkCmdResetQueryPool(commands, pool, 0, 5);
+        CHECK(program.record_press(commands, b, 0.1, {pool, 3}));
+        context.submit();
+        uint64_t ticks[2] = {};
+        REQUIRE(vk.vkGetQueryPoolResults(context.device(), pool, 3, 2, sizeof ticks, ticks, 8,
+                                         VK_QUERY_RESULT_64_BIT) == VK_SUCCESS);
+        CHECK(ticks[1] > ticks[0]);
+    }
+    CHECK(alive == 0);
+    vk.vkDestroyQueryPool(context.device(), pool, nullptr);
+}
+
+TEST_CASE("programs on several devices, set up and recorded by several threads, do not disturb one another") {
+    std::vector<std::thread> threads;
+    std::vector<std::string> failures(3);
+    for (size_t i = 0; i < failures.size(); ++i)
+        threads.emplace_back([&failures, i] {
+            const Device device = Device::open("vulkan"); // an instance and a device of its own
+            Context& context = *device.impl().context;
+            const SkinDescription d = ridged(50 + 20 * int(i), 30);
+            Host host(context, i == 1 ? with_sites(d, 30) : d, 3);
+            Skin skin(Device::cpu(1), host.description);
+            for (int n = 1; n <= 3; ++n) {
+                host.set_pressure(n, frame(d, n));
+                skin.press(frame(d, n), 0.1);
+                const VkCommandBuffer commands = context.begin();
+                if (!host.program.record_press(commands, host.bindings[size_t(n - 1)], 0.1)) failures[i] = "refused";
+                context.barrier(commands);
+                context.submit();
+            }
+            for (Quantity q : all_responses) {
+                if (host.program.range(q).count == 0) continue;
+                const Skin::Response r = skin.response(q);
+                if (host.response(3, q) != std::vector<float>(r.begin(), r.end())) failures[i] = name(q);
+            }
+        });
+    for (std::thread& t : threads) t.join();
+    for (const std::string& f : failures) CHECK(f == "");
+}

@@ -26,6 +26,14 @@ VKAPI_ATTR void VKAPI_CALL queues(VkPhysicalDevice p, uint32_t* count, VkQueueFa
 VKAPI_ATTR void VKAPI_CALL properties(VkPhysicalDevice p, VkPhysicalDeviceProperties* out) {
     reinterpret_cast<PFN_vkGetPhysicalDeviceProperties>(real_properties)(p, out);
     if (shim.few_buffers) out->limits.maxPerStageDescriptorStorageBuffers = 4;
+    if (shim.least) {
+        out->limits.maxPerStageDescriptorStorageBuffers = 12;
+        out->limits.maxComputeWorkGroupInvocations = 128;
+        out->limits.maxComputeSharedMemorySize = 16384;
+        out->limits.minStorageBufferOffsetAlignment = 256;
+        for (uint32_t& count : out->limits.maxComputeWorkGroupCount) count = 65535;
+        for (uint32_t& size : out->limits.maxComputeWorkGroupSize) size = 64;
+    }
     if (shim.range) out->limits.maxStorageBufferRange = shim.range;
 }
 

@@ -43,9 +43,8 @@ class March : public plan::Marcher {
           plane_(VkDeviceSize(plan.pitch) * plan.constants.height * sizeof(float)), probes_(int(plan.places.size())) {
         const VkDeviceSize per_step =
             VkDeviceSize(REDUCED_MAPS) * (VkDeviceSize(plan.constants.height) * plan.tiles + probes_) * sizeof(Summary);
-        ring_ = size_t(
-            std::clamp(std::min(cell_steps_per_submit * sizeof(float) / double(plane_), ring_bytes / double(per_step)),
-                       1.0, 1024.0));
+        const double room = std::min(ring_bytes, double(context_->limits().maxStorageBufferRange)) / double(per_step);
+        ring_ = size_t(std::clamp(std::min(cell_steps_per_submit * sizeof(float) / double(plane_), room), 1.0, 1024.0));
         VkDeviceSize all = ring_ * per_step;
         for (int i = 0; i < places; ++i) all += bytes_of(i);
         check_fits(plan, *context_, all, ring_ * per_step);

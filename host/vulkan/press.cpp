@@ -34,8 +34,11 @@ std::vector<Band> bands(const plan::Plan& plan, int begin, int end, int rows, Vk
         int low = first, high = last - 1;
         for (int y = first; y < last; ++y) {
             const f64::Axis a = f64::axis(y, height, plan.stencil, plan.edges);
-            low = std::min({low, a.far_low, a.low, a.high, a.far_high});
-            high = std::max({high, a.far_low, a.low, a.high, a.far_high});
+            low = std::min({low, a.low, a.high});
+            high = std::max({high, a.low, a.high});
+            if (reach == 1) continue;
+            low = std::min({low, a.far_low, a.far_high});
+            high = std::max({high, a.far_low, a.far_high});
         }
         const Band band{low / BAND_ROWS * BAND_ROWS, std::max(high + 1, 1), first, last};
         if (band.end - band.base > most)
