@@ -131,7 +131,9 @@ int main(int argc, char** argv) {
             r.wall = timing_of(first);
             bench.add(r);
         }
-        for (auto* part : {limits, streamed_frames, constant_map, study, population, materials, accuracy}) part(bench);
+        for (auto* part :
+             {limits, streamed_frames, constant_map, study, population, streamed_population, materials, accuracy})
+            part(bench);
         const std::string csv = csv_of(bench.rows, commit);
         std::ofstream(out) << csv;
         fmt::print("{} rows in {}\n", bench.rows.size(), out);

@@ -29,12 +29,13 @@ double seconds_of(const std::function<void()>&);
 dermis::Scene with_maps(dermis::Scene); // its maps made beforehand
 
 void limits(Bench&);
-void streamed_frames(Bench&); // W1, W1s
-void constant_map(Bench&);    // W2
-void study(Bench&);           // W3
-void population(Bench&);      // W4
-void materials(Bench&);       // a hundred on one map
-void accuracy(Bench&);        // error against time
+void streamed_frames(Bench&);     // W1, W1s
+void constant_map(Bench&);        // W2
+void study(Bench&);               // W3
+void population(Bench&);          // W4
+void streamed_population(Bench&); // W4 frame by frame
+void materials(Bench&);           // a hundred on one map
+void accuracy(Bench&);            // error against time
 // Before any device is open, because its processes begin as copies of this one.
 std::vector<double> first_frames(const std::string& device, int runs); // from a process's start; empty without a device
 void growth(Bench&);                                                   // time and memory with cells

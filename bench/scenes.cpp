@@ -74,6 +74,44 @@ void population(Bench& bench) {
     }
 }
 
+// What the kernel `sites` is for: the same population frame by frame, against every cell.
+void streamed_population(Bench& bench) {
+    const int n = bench.quick ? 512 : 2048;
+    SkinDescription hand;
+    hand.grid = {n, n, 50e-6};
+    hand.surface.relief = 5e-5;
+    hand.material = {20e3, 1e3, 1e-3, 1e-5, {}, {}};
+    SkinDescription every = hand;
+    hand.sites = dermis::population(hand.grid);
+    SkinOptions plain;
+    plain.precision = Precision::f32;
+    const std::vector<float> frame(size_t(n) * size_t(n), 1e4f);
+    for (bool device : {false, true}) {
+        if (device && !bench.vulkan) continue;
+        std::vector<std::shared_ptr<Skin>> skins;
+        std::vector<std::function<double()>> work;
+        constexpr int presses = 5;
+        for (const SkinDescription* d : {&hand, &every}) {
+            skins.push_back(std::make_shared<Skin>(device ? *bench.vulkan : Device::cpu(), *d, plain));
+            work.push_back([&frame, skin = skins.back()] {
+                return seconds_of([&] {
+                    for (int i = 0; i < presses; ++i) skin->press(frame, 0.001);
+                });
+            });
+        }
+        const std::vector<Timing> timings = bench.paired(work, bench.runs);
+        for (int fields = 0; fields < 2; ++fields) {
+            Row r = device ? bench.on_vulkan("W4-frames", n) : bench.cpu("W4-frames", n, bench.cores);
+            r.model = fields ? "march" : "sites";
+            r.precision = "f32";
+            r.receptors = fields ? 0 : static_cast<long long>(hand.sites.size());
+            r.steps = presses;
+            r.wall = timings[size_t(fields)];
+            bench.add(r);
+        }
+    }
+}
+
 void materials(Bench& bench) {
     Scene s;
     const int n = bench.quick ? 512 : 2048;
