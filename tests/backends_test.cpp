@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // One body over every backend: the CPU in float, Vulkan, against the CPU in double and closed forms.
 #include "host/device.hpp"
+#include "host/self_test.hpp"
 #include "tests/oracle/oracle.hpp"
 #include "tests/support.hpp"
 

@@ -2,6 +2,7 @@
 // SkinProgram in a host's command buffers: the host here is the test, with memory and submissions of its own.
 #include "dermis/vulkan.hpp"
 #include "host/device.hpp"
+#include "host/self_test.hpp"
 #include "tests/shim.hpp"
 #include "tests/support.hpp"
 
@@ -244,6 +245,25 @@ TEST_CASE("8192 x 8192 with one response: no binding above 128 MiB, the CPU's bi
     REQUIRE(a.size == pressure.size());
     CHECK(std::memcmp(a.data, b.data, a.size * sizeof(float)) == 0);
     CHECK(a[5000 * 8192 + 77] != 0);
+}
+
+TEST_CASE("millions of receptors: no more than 65535 groups along an axis, and every one answers") {
+    const Validated vulkan;
+    SkinDescription d = ridged(1600, 1600);
+    d.surface.kind = Surface::Kind::flat;
+    SkinOptions one;
+    one.responses = {Quantity::fa1};
+    one.precision = Precision::f32;
+    const std::vector<float> pressure = frame(d, 1);
+    Skin fields(Device::cpu(), d, one);
+    for (int i = 0; i < 1600 * 1600; ++i) d.sites.push_back({Quantity::fa1, {i % 1600, i / 1600}});
+    one.responses.clear();
+    Skin sites(vulkan.device(), d, one);
+    fields.press(pressure, 0.1);
+    sites.press(pressure, 0.1);
+    const Skin::Response a = sites.response(Quantity::fa1), b = fields.response(Quantity::fa1);
+    REQUIRE(a.size == b.size);
+    CHECK(std::memcmp(a.data, b.data, a.size * sizeof(float)) == 0);
 }
 
 TEST_CASE("a pressure of the device's that is not finite counts as 0, and is counted") {

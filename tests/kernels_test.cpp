@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // One text of the model in float, double and four cells at a time.
+#include "host/device.hpp"
 #include "host/loops/model.hpp"
 #include "tests/support.hpp"
 
@@ -82,4 +83,25 @@ TEST_CASE("what is below 2^-64 is stored as +0, what is not is kept") {
     for (float x : {0.0f, -0.0f, 0x1p-65f, -0x1.fffffep-65f, 0x1p-149f, -0x1p-149f})
         CHECK(std::bit_cast<uint32_t>(f32::flush(x)) == 0);
     for (float x : {limit, -limit, 1.0f, -0x1.000002p-64f}) CHECK(f32::flush(x) == x);
+}
+
+TEST_CASE("modules need no capability but Shader, and declare round-to-nearest-even where a device offers it") {
+    constexpr uint32_t shader = 1, rounding_mode_rte = 4467, op_capability = 17, op_execution_mode = 16;
+    namespace vulkan = dermis::vulkan;
+    for (auto module : {vulkan::press_module, vulkan::fields_module, vulkan::reduce_module, vulkan::sites_module})
+        for (bool rounds : {false, true}) {
+            const vulkan::Module m = module(rounds);
+            int declared = 0, modes = 0;
+            for (size_t i = 5; i < m.bytes / 4; i += m.code[i] >> 16) {
+                if ((m.code[i] & 0xffff) == op_capability) {
+                    CHECK((m.code[i + 1] == shader || (rounds && m.code[i + 1] == rounding_mode_rte)));
+                    declared += m.code[i + 1] == rounding_mode_rte;
+                }
+                modes += (m.code[i] & 0xffff) == op_execution_mode && m.code[i + 2] == 4462;
+            }
+            CHECK(declared == rounds);
+            CHECK(modes == rounds);
+        }
+    const test::Validated validated;
+    CHECK(validated.device().impl().context->pipelines().gpu().rounds); // lavapipe offers it
 }

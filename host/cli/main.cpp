@@ -2,6 +2,7 @@
 // The dermis command. Exit status: 0 done, 1 failed or cells differ, 2 bad input.
 #include "host/cli/study.hpp"
 #include "host/device.hpp"
+#include "host/self_test.hpp"
 
 #include <algorithm>
 #include <cmath>

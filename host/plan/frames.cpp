@@ -27,6 +27,7 @@ Plan skin_plan(const SkinDescription& description, const SkinOptions& options) {
     static_cast<SkinDescription&>(s) = description;
     if (!s.receptors.fa2) s.receptors.fa2 = Fa2::step_mean;
     s.output.traces.clear();
+    s.time.duration = s.time.step; // time is the caller's: nothing is kept
     for (Quantity q : options.responses) {
         if (q < Quantity::sa1 || q > Quantity::fa2 || std::count(s.output.traces.begin(), s.output.traces.end(), q))
             scene::refuse("responses", std::string("\"") + name(q) + "\"", "sa1, sa2, fa1, fa2, each at most once");
