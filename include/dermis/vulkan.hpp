@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Presses recorded into somebody else's Vulkan command buffer: no queue, no submission, no device memory of its own, no
-// state outside these objects. Device, memory and frame stay the host's. Needs Vulkan headers, no Vulkan library.
+// state outside these objects. Device, memory and frame stay the host's. Needs Vulkan headers, no Vulkan library. A
+// program that has volk includes volk.h before this, or defines VK_NO_PROTOTYPES, as for every header that brings
+// vulkan_core.h.
 //
 //     const auto needs = dermis::vulkan::requirements();                     // before vkCreateDevice
 //     dermis::vulkan::SkinProgram skin(handles, description, 2);             // set-up: checks, pipelines

@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: MIT
 // A program that uses Vulkan itself, through libvulkan or its own volk, before, while and after dermis does.
-#include <dermis/dermis.hpp>
-
 #ifdef OWN_VOLK
 #define VOLK_IMPLEMENTATION
-#include <volk.h>
+#include <volk.h> // first, see dermis/vulkan.hpp
 #else
 #include <vulkan/vulkan.h>
 #endif
 
+#include <dermis/dermis.hpp>
+#include <dermis/vulkan.hpp>
+
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 
 namespace {
 
@@ -27,6 +29,91 @@ std::vector<void (*)()> functions() {
     return list(vkGetInstanceProcAddr, vkEnumerateInstanceVersion, vkCreateInstance, vkDestroyInstance,
                 vkEnumeratePhysicalDevices, vkGetPhysicalDeviceProperties, vkCreateDevice, vkGetDeviceProcAddr,
                 vkCreateBuffer, vkAllocateMemory, vkCmdDispatch, vkQueueSubmit, vkWaitForFences);
+}
+
+// A program on this program's own device, and its recorded check.
+void record(VkInstance instance) {
+    uint32_t count = 1;
+    VkPhysicalDevice physical = VK_NULL_HANDLE;
+    vkEnumeratePhysicalDevices(instance, &count, &physical);
+    const dermis::vulkan::Requirements needs = dermis::vulkan::requirements();
+    vkEnumerateDeviceExtensionProperties(physical, nullptr, &count, nullptr);
+    std::vector<VkExtensionProperties> offered(count);
+    vkEnumerateDeviceExtensionProperties(physical, nullptr, &count, offered.data());
+    std::vector<const char*> extensions;
+    for (const auto& list : {needs.required_if_offered, needs.used_if_enabled})
+        for (const char* name : list)
+            for (const VkExtensionProperties& e : offered)
+                if (std::strcmp(e.extensionName, name) == 0) extensions.push_back(name);
+    const float priority = 1;
+    VkDeviceQueueCreateInfo queues{};
+    queues.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO;
+    queues.queueCount = 1; // of family 0, which computes on lavapipe
+    queues.pQueuePriorities = &priority;
+    VkDeviceCreateInfo info{};
+    info.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO;
+    info.queueCreateInfoCount = 1;
+    info.pQueueCreateInfos = &queues;
+    info.enabledExtensionCount = uint32_t(extensions.size());
+    info.ppEnabledExtensionNames = extensions.data();
+    VkDevice device = VK_NULL_HANDLE;
+    need(vkCreateDevice(physical, &info, nullptr, &device) == VK_SUCCESS, "a device can be made");
+    {
+        dermis::vulkan::Handles handles;
+        handles.instance = instance;
+        handles.physical = physical;
+        handles.device = device;
+        handles.get_instance_proc_addr = vkGetInstanceProcAddr;
+        handles.extensions.assign(extensions.begin(), extensions.end());
+        dermis::vulkan::SkinProgram program(handles, dermis::SkinDescription(), 1);
+        const dermis::vulkan::Memory& check = program.memory().check;
+
+        VkBufferCreateInfo buffer_info{};
+        buffer_info.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO;
+        buffer_info.size = check.bytes;
+        buffer_info.usage = check.usage;
+        VkBuffer buffer = VK_NULL_HANDLE;
+        need(vkCreateBuffer(device, &buffer_info, nullptr, &buffer) == VK_SUCCESS, "a buffer can be made");
+        VkMemoryAllocateInfo allocation{};
+        allocation.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO;
+        allocation.allocationSize = check.bytes + 4096; // of type 0, which on lavapipe is all there is
+        VkDeviceMemory memory = VK_NULL_HANDLE;
+        need(vkAllocateMemory(device, &allocation, nullptr, &memory) == VK_SUCCESS, "memory can be had");
+        vkBindBufferMemory(device, buffer, memory, 0);
+        void* bytes = nullptr;
+        need(vkMapMemory(device, memory, 0, VK_WHOLE_SIZE, 0, &bytes) == VK_SUCCESS, "memory can be mapped");
+        std::memcpy(bytes, check.initial.data(), check.initial.size());
+        program.bind_check({buffer, 0, check.bytes});
+
+        VkCommandPoolCreateInfo pool_info{};
+        pool_info.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO;
+        VkCommandPool pool = VK_NULL_HANDLE;
+        vkCreateCommandPool(device, &pool_info, nullptr, &pool);
+        VkCommandBufferAllocateInfo commands_info{};
+        commands_info.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO;
+        commands_info.commandPool = pool;
+        commands_info.commandBufferCount = 1;
+        VkCommandBuffer commands = VK_NULL_HANDLE;
+        vkAllocateCommandBuffers(device, &commands_info, &commands);
+        VkCommandBufferBeginInfo begin{};
+        begin.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO;
+        vkBeginCommandBuffer(commands, &begin);
+        program.record_check(commands);
+        vkEndCommandBuffer(commands);
+        VkQueue queue = VK_NULL_HANDLE;
+        vkGetDeviceQueue(device, 0, 0, &queue);
+        VkSubmitInfo submit{};
+        submit.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO;
+        submit.commandBufferCount = 1;
+        submit.pCommandBuffers = &commands;
+        need(vkQueueSubmit(queue, 1, &submit, VK_NULL_HANDLE) == VK_SUCCESS, "commands can be submitted");
+        vkQueueWaitIdle(queue);
+        need(program.check_passed(bytes), "the recorded check passes");
+        vkDestroyCommandPool(device, pool, nullptr);
+        vkDestroyBuffer(device, buffer, nullptr);
+        vkFreeMemory(device, memory, nullptr);
+    }
+    vkDestroyDevice(device, nullptr);
 }
 
 } // namespace
@@ -64,6 +151,7 @@ int main() {
     need(r.device.vulkan && r.dispatches > 0, "dermis ran on a Vulkan device");
     need(r.cells_compared > 0 && r.cells_different == 0, "with the bits of the CPU");
 
+    record(instance);
     need(functions() == before, "the functions are what they were");
 #ifdef OWN_VOLK
     need(volkGetLoadedInstance() == instance, "volk has the program's instance");
