@@ -38,9 +38,12 @@ layout(std430, binding = PRESS_PRESSURE_TO) readonly buffer PressureToCells { fl
 layout(std430, binding = PRESS_STATE_FROM) readonly buffer StateCells { float state_cells[]; };
 layout(std430, binding = PRESS_MATERIAL) readonly buffer MaterialCells { int material_cells[]; };
 
-// In vec4s: where the rows of a state that belong to cells 4i .. 4i + 3 of a map begin, and how far they are apart.
-int state_at(int y, int x) { return ((y - c.base_row) * STATE_ROWS(COMPENSATED, RESPONSES) * c.pitch + x) / 4; }
-#define NEXT_ROW (c.pitch / 4)
+// Where in a map, in cells, row y begins; in vec4s, where cells x .. x + 3 of such a row are in a map and in a state, and
+// how far the rows of a state are apart.
+int row_at(int y) { return (y - c.base_row) * c.pitch; }
+int in_map(int row, int x) { return (row + x) >> 2; }
+int in_state(int row, int x) { return (row * STATE_ROWS(COMPENSATED, RESPONSES) + x) >> 2; }
+#define NEXT_ROW (c.pitch >> 2)
 
 Rows rows_of_four(Row a, Row b, Row d, Row e) {
     Rows r;
@@ -91,7 +94,7 @@ vec4 strains_beside(int x, int y, int cells) {
 #define BESIDE(map, row) \
     (far ? vec4(map[(row) + low], map[(row) + high], map[(row) + far_low], map[(row) + far_high]) \
          : vec2(map[(row) + low], map[(row) + high]).xyxy)
-    int row = (y - c.base_row) * c.pitch;
+    int row = row_at(y);
     int state = row * STATE_ROWS(COMPENSATED, RESPONSES);
     vec4 eps = BESIDE(state_cells, state);
     vec4 lost = vec4(0.0);
@@ -108,8 +111,9 @@ vec4 strains_beside(int x, int y, int cells) {
 
 // New strain of cells x .. x + 3; those beyond the width are of no use.
 vec4 strains(int x, int y) {
-    int i = ((y - c.base_row) * c.pitch + x) / 4;
-    int state = state_at(y, x);
+    int row = row_at(y);
+    int i = in_map(row, x);
+    int state = in_state(row, x);
     vec4 lost = COMPENSATED != 0 ? state_from[state + NEXT_ROW] : vec4(0.0);
     return stepped(state_from[state], lost, load_at(i), rows_at(i));
 }
@@ -154,19 +158,22 @@ vec4 laplacian_along_y(int x, int y, vec4 here) {
     return published_difference(far_low, low, high, far_high, a);
 }
 
+void count(vec4 pressure, int x) {
+    bvec4 bad = not(finite(pressure));
+    if (!any(bad)) return;
+    uvec4 met = uvec4(bad) * uvec4(lessThan(ivec4(x, x + 1, x + 2, x + 3), ivec4(c.width)));
+    atomicAdd(invalid, met.x + met.y + met.z + met.w);
+}
+
 void main() {
     int x = int(gl_GlobalInvocationID.x) * PRESS_CELLS + c.first_column;
     int y = int(gl_GlobalInvocationID.y) + c.first_row;
     if (x >= c.width || y >= c.height) return;
-    int i = ((y - c.base_row) * c.pitch + x) / 4;
-    int state = state_at(y, x);
-    if (FRAMES != 0) {
-        bvec4 met = lessThan(ivec4(x, x + 1, x + 2, x + 3), ivec4(c.width));
-        uvec4 bad = uvec4(mix(bvec4(false), not(finite(pressure_to[i])), met));
-        uint count = bad.x + bad.y + bad.z + bad.w;
-        if (count != 0u) atomicAdd(invalid, count);
-    }
-    Load load = load_at(i);
+    int row = row_at(y);
+    int i = in_map(row, x);
+    int state = in_state(row, x);
+    vec4 pressure = FRAMES != 0 ? pressure_to[i] : vec4(0.0);
+    Load load = FRAMES != 0 ? load_between(valid(pressure_from[i]), valid(pressure), c) : load_at(i);
     Rows k = rows_at(i);
     vec4 eps = state_from[state];
     vec4 step = strain_step(eps, load, k);
@@ -193,6 +200,7 @@ void main() {
         }
         state_to[at] = sum;
     }
+    if (FRAMES != 0) count(pressure, x);
     if (c.respond == 0 || RESPONSES == 0) return;
     vec4 L = add(laplacian_along_x(x, y, after), laplacian_along_y(x, y, after));
     vec4 C = curvature_of(rest_curvature[i], L, c.bend);
