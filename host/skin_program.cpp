@@ -64,8 +64,11 @@ Gpu checked(const Handles& h) {
     gpu.limits = properties.limits;
     gpu.allocator = h.allocator;
     gpu.cache = h.cache;
+    std::vector<std::string> enabled = h.extensions;
+    if (std::min(h.api_version, properties.apiVersion) >= VK_API_VERSION_1_2) // part of it
+        enabled.push_back(VK_KHR_SHADER_FLOAT_CONTROLS_EXTENSION_NAME);
     gpu.rounds = rounds_to_even(function<PFN_vkGetPhysicalDeviceProperties2>(h, "vkGetPhysicalDeviceProperties2"),
-                                h.physical, h.extensions);
+                                h.physical, enabled);
     load_calls(h.get_instance_proc_addr, h.instance, gpu);
     if (!gpu.calls.vkCmdDispatch) lacks("get_instance_proc_addr", "get_instance_proc_addr finds no vkCmdDispatch");
     return gpu;
@@ -286,9 +289,9 @@ void SkinProgram::bind_check(const VkDescriptorBufferInfo& range) {
     impl.check_bound = true;
 }
 
-void SkinProgram::record_check(VkCommandBuffer commands) const noexcept {
+bool SkinProgram::record_check(VkCommandBuffer commands) const noexcept {
     const Impl& impl = *impl_;
-    if (!impl.check_bound) return;
+    if (!impl.check_bound) return false;
     for (int i = 0; i < check_presses; ++i) {
         impl.check_with.record(commands, size_t(i), check_dt);
         const VkMemoryBarrier memory{VK_STRUCTURE_TYPE_MEMORY_BARRIER, nullptr, VK_ACCESS_SHADER_WRITE_BIT,
@@ -298,6 +301,7 @@ void SkinProgram::record_check(VkCommandBuffer commands) const noexcept {
                                                 VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, 0, 1, &memory, 0, nullptr, 0,
                                                 nullptr);
     }
+    return true;
 }
 
 bool SkinProgram::check_passed(const void* bytes) const {

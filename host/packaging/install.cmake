@@ -4,7 +4,7 @@ include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 set(package ${CMAKE_INSTALL_LIBDIR}/cmake/dermis)
 
-install(TARGETS dermis EXPORT dermis INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+install(TARGETS dermis_library EXPORT dermis INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 install(DIRECTORY include/dermis DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 install(EXPORT dermis NAMESPACE dermis:: FILE dermisTargets.cmake DESTINATION ${package})
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/dermisConfigVersion.cmake COMPATIBILITY SameMinorVersion)

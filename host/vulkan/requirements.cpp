@@ -11,7 +11,7 @@ Requirements requirements() {
     Requirements r;
     r.required_if_offered = {"VK_KHR_portability_subset"};
     r.used_if_enabled = {VK_KHR_SHADER_FLOAT_CONTROLS_EXTENSION_NAME};
-    r.used_if_enabled_debug = {VK_EXT_DEBUG_UTILS_EXTENSION_NAME};
+    r.used_if_enabled_instance = {VK_EXT_DEBUG_UTILS_EXTENSION_NAME};
     return r;
 }
 

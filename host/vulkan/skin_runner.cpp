@@ -71,7 +71,7 @@ bool SkinRunner::exact() {
     fill(check, m);
     program_.bind_check(info(check));
     const VkCommandBuffer commands = context_->begin();
-    program_.record_check(commands);
+    if (!program_.record_check(commands)) return false;
     context_->barrier(commands);
     const VkBufferCopy region{0, 0, m.bytes};
     context_->calls().vkCmdCopyBuffer(commands, check.handle(), back.handle(), 1, &region);

@@ -345,7 +345,8 @@ DERMIS_API Result run(const Scene&, const Device& = Device::open("auto"), const 
 
 // A skin frame by frame: each press hands it the pressure at the end of a step of time.
 struct SkinOptions {
-    // As fields over all cells, where the description has no sites: sa1, sa2, fa1, fa2, each at most once.
+    // As fields over all cells: sa1, sa2, fa1, fa2, each at most once. Of no effect where the description has sites:
+    // then it is their classes.
     std::vector<Quantity> responses = {Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2};
     // f32 or f32_compensated. Default: compensated where SA2 is asked for as a plain integral, which grows for ever.
     std::optional<Precision> precision;

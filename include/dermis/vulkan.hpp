@@ -19,7 +19,8 @@
 // is not finite, invalid. Make what it reads available and visible to first_access(), and put a barrier from
 // last_access() between it and whatever reads what it has written or writes what it reads, the next press too. What
 // else stands in the command buffer stays, but for the bound compute pipeline, descriptor set 0 of the compute bind
-// point and push constants. All buffers belong to the queue family that runs the commands.
+// point and push constants. All buffers belong to the queue family that runs the commands. In a ring of k slots press n
+// reads slot n - 1 as well: the slot that it writes is free when press n - k + 1 is done.
 #pragma once
 
 #include "dermis/dermis.hpp"
@@ -33,14 +34,14 @@ namespace dermis::vulkan {
 struct Requirements {
     uint32_t api_version = VK_API_VERSION_1_1;    // of instance and device, at least
     uint32_t storage_buffers = 12;                // maxPerStageDescriptorStorageBuffers, at least (Vulkan's least is 4)
-    VkPhysicalDeviceFeatures features{};          // none
     std::vector<const char*> required_if_offered; // device extensions
-    std::vector<const char*> used_if_enabled;     // device extensions: round-to-nearest-even is then declared
-    std::vector<const char*> used_if_enabled_debug; // instance extension: labels in the command buffer
+    // Device extensions: round-to-nearest-even is then declared, as it is where host and device have Vulkan 1.2.
+    std::vector<const char*> used_if_enabled;
+    std::vector<const char*> used_if_enabled_instance; // instance extensions: labels in the command buffer
 };
 DERMIS_API Requirements requirements();
 
-// The host's own. What is given here outlives the program; extensions are copied.
+// The host's own. What is given here outlives the program, but for the extensions, which are copied.
 struct Handles {
     VkInstance instance = VK_NULL_HANDLE;
     VkPhysicalDevice physical = VK_NULL_HANDLE;
@@ -54,10 +55,10 @@ struct Handles {
 
 // A range of a buffer that the host makes.
 struct Memory {
-    VkDeviceSize bytes = 0;     // of the range, at least
-    VkDeviceSize alignment = 0; // of its offset in the buffer: minStorageBufferOffsetAlignment
-    VkBufferUsageFlags usage = 0;
-    std::vector<unsigned char> initial; // what it holds at first; empty: zeros
+    VkDeviceSize bytes = 0;             // of the range, at least
+    VkDeviceSize alignment = 0;         // of its offset in the buffer: minStorageBufferOffsetAlignment
+    VkBufferUsageFlags usage = 0;       // at least; to fill or read it by copies add theirs
+    std::vector<unsigned char> initial; // what it holds at first; empty: zeros, where it is read before it is written
 };
 
 struct MemoryNeeds {
@@ -81,6 +82,7 @@ class Binding {
     uint32_t set = UINT32_MAX;
 };
 
+// One side of a barrier.
 struct Access {
     VkPipelineStageFlags stages;
     VkAccessFlags access;
@@ -92,8 +94,9 @@ struct Timestamps {
     uint32_t first = 0;
 };
 
-// Several programs, devices and threads may be at work at once. Set-up by one thread at a time; record_press and the
-// other const functions from any number, each into a command buffer of its own.
+// Outlives the execution of what it has recorded. Several programs, devices and threads may be at work at once. Set-up
+// by one thread at a time; record_press and the other const functions from any number, each into a command buffer of
+// its own.
 class DERMIS_API SkinProgram {
   public:
     // max_bindings: how often bind() may be called, 1..65536. Throws Error::bad_input naming what is wrong with
@@ -123,10 +126,10 @@ class DERMIS_API SkinProgram {
     [[nodiscard]] bool record_press(VkCommandBuffer, Binding, double dt, const Timestamps& = {}) const noexcept;
 
     // Whether this device gives the CPU's bits: two presses of a small skin by these very pipelines. Bind a range of
-    // memory().check that holds its initial bytes, record and submit; then hand over the bytes of the range. Until it
-    // has passed nothing is known.
+    // memory().check that holds its initial bytes (host-visible memory is the shortest way), record, submit, and hand
+    // over the bytes of the range. Until it has passed nothing is known. record_check is false where none is bound.
     void bind_check(const VkDescriptorBufferInfo&);
-    void record_check(VkCommandBuffer) const noexcept; // after bind_check
+    [[nodiscard]] bool record_check(VkCommandBuffer) const noexcept;
     bool check_passed(const void* bytes) const;
 
   private:

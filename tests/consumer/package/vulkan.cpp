@@ -98,7 +98,7 @@ void record(VkInstance instance) {
         VkCommandBufferBeginInfo begin{};
         begin.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO;
         vkBeginCommandBuffer(commands, &begin);
-        program.record_check(commands);
+        need(program.record_check(commands), "a check is bound");
         vkEndCommandBuffer(commands);
         VkQueue queue = VK_NULL_HANDLE;
         vkGetDeviceQueue(device, 0, 0, &queue);

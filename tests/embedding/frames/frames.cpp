@@ -42,7 +42,6 @@ Totals simulate(int& messages) {
     Wanted wanted;
     wanted.api_version = std::max(wanted.api_version, needs.api_version);
     wanted.storage_buffers = needs.storage_buffers;
-    wanted.features = needs.features;
     for (auto& names : {needs.required_if_offered, needs.used_if_enabled})
         wanted.device_extensions.insert(wanted.device_extensions.end(), names.begin(), names.end());
     Gpu gpu(wanted, messages);
@@ -63,7 +62,7 @@ Totals simulate(int& messages) {
     const Buffer check = buffer(memory.check, Place::host);
     skin.bind_check(check.info());
     gpu.begin(commands[0]);
-    skin.record_check(commands[0]);
+    if (!skin.record_check(commands[0])) throw std::runtime_error("record_check");
     gpu.barrier(commands[0], last, host_reads);
     gpu.wait(gpu.submit(commands[0]));
     if (!skin.check_passed(check.data)) throw std::runtime_error("the device's bits are not the CPU's");

@@ -104,8 +104,7 @@ void Gpu::create(const Wanted& wanted) {
                                     .queueCreateInfoCount = 1,
                                     .pQueueCreateInfos = &queue,
                                     .enabledExtensionCount = uint32_t(enabled.size()),
-                                    .ppEnabledExtensionNames = enabled.data(),
-                                    .pEnabledFeatures = &wanted.features};
+                                    .ppEnabledExtensionNames = enabled.data()};
     check(vkCreateDevice(physical_, &device, nullptr, &device_), "vkCreateDevice");
     vkGetDeviceQueue(device_, family_, 0, &queue_);
 

@@ -9,9 +9,8 @@
 #include <vector>
 
 struct Wanted {
-    uint32_t api_version = VK_API_VERSION_1_2; // timeline semaphores
-    uint32_t storage_buffers = 4;              // maxPerStageDescriptorStorageBuffers, at least
-    VkPhysicalDeviceFeatures features{};
+    uint32_t api_version = VK_API_VERSION_1_2;  // timeline semaphores
+    uint32_t storage_buffers = 4;               // maxPerStageDescriptorStorageBuffers, at least
     std::vector<const char*> device_extensions; // enabled where they are offered
 };
 
