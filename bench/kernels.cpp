@@ -141,6 +141,7 @@ void constant_map(Bench& bench) {
         s.surface.noise = 0;
         s.load.kind = Load::Kind::linear;
         s.load.radius = n;
+        s.output.extremes = false;
         s = with_maps(s);
         plan::Plan plan = plan::prepare(s);
         plan.model = Model::moments;

@@ -36,7 +36,8 @@ class Collector {
             Trace& t = result.traces.emplace_back();
             t.quantity = q;
             t.probes.resize(output.probes.size());
-            for (auto* column : {&t.mean, &t.min, &t.max}) column->reserve(size_t(plan.outputs));
+            t.mean.reserve(size_t(plan.outputs));
+            if (output.extremes) t.min.reserve(size_t(plan.outputs)), t.max.reserve(size_t(plan.outputs));
             for (auto& column : t.probes) column.reserve(size_t(plan.outputs));
         }
     }
@@ -51,8 +52,10 @@ class Collector {
             for (Trace& t : result_.traces) {
                 const plan::Totals& totals = sample.totals[int(t.quantity)];
                 t.mean.push_back(totals.mean);
-                t.min.push_back(totals.min);
-                t.max.push_back(totals.max);
+                if (plan_.scene.output.extremes) {
+                    t.min.push_back(totals.min);
+                    t.max.push_back(totals.max);
+                }
                 for (size_t i = 0; i < probes; ++i)
                     t.probes[i].push_back(sample.probes[size_t(t.quantity) * places + i]);
             }
@@ -81,8 +84,8 @@ class Collector {
             i.quantity = quantity;
             const plan::Totals& totals = sample.totals[int(i.quantity)];
             i.mean = totals.mean;
-            i.min = totals.min;
-            i.max = totals.max;
+            i.min = plan_.scene.output.extremes ? totals.min : NAN;
+            i.max = plan_.scene.output.extremes ? totals.max : NAN;
             const auto first = sample.probes.begin() + int(i.quantity) * int(places);
             i.probes.assign(first, first + int(probes));
         }

@@ -78,6 +78,10 @@ TEST_CASE("dermis run writes traces, impulses, fields and a summary") {
         for (const auto& entry : fs::directory_iterator(out)) CHECK(entry.path().extension() != ".part");
     }
     CHECK(slurp(folder / "cpu" / "traces.csv") == slurp(folder / "vulkan" / "traces.csv"));
+    const fs::path means = folder / "means";
+    CHECK(command(folder, "run " + scene + " --set output.extremes=false --out " + means.string()).status == 0);
+    CHECK(slurp(means / "traces.csv").find("time,strain_mean,sa1_mean,sa2_mean,fa1_mean,fa2_mean,strain_probe0,") == 0);
+    CHECK(slurp(means / "impulses.csv").find("time,quantity,mean,probe0\n0,fa2,") == 0);
     CHECK(slurp(folder / "cpu" / "sa1_t0.05.npy") == slurp(folder / "vulkan" / "sa1_t0.05.npy"));
 }
 

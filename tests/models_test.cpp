@@ -49,6 +49,32 @@ void check_agree(const Result& a, const Result& b, double tolerance) {
 
 } // namespace
 
+TEST_CASE("without extremes: the same means and probes, by every model, and no least and greatest") {
+    Scene s = small_scene(70, 45);
+    s.load.envelope = {Envelope::Kind::pulse};
+    const Validated vulkan;
+    for (const Device& device : {Device::cpu(2), vulkan.device()})
+        for (Model model : {Model::moments, Model::maps, Model::march}) {
+            s.model = model;
+            s.output.extremes = true;
+            const Result all = run(s, device);
+            s.output.extremes = false;
+            const Result means = run(s, device);
+            for (const Trace& t : all.traces) {
+                const Trace& lean = means.trace(t.quantity);
+                CHECK(lean.mean == t.mean);
+                CHECK(lean.probes == t.probes);
+                CHECK(lean.min.empty());
+                CHECK(lean.max.empty());
+                CHECK(t.max.size() == t.mean.size());
+            }
+            REQUIRE(means.impulses.size() == all.impulses.size());
+            REQUIRE(!means.impulses.empty());
+            CHECK(means.impulses[0].mean == all.impulses[0].mean);
+            CHECK(std::isnan(means.impulses[0].max));
+        }
+}
+
 TEST_CASE("moments, maps and march agree to 1e-12 under every method, envelope, stencil, edge and receptor") {
     std::mt19937 random(11);
     std::uniform_real_distribution<double> number(-1, 1);

@@ -29,17 +29,20 @@ std::string quoted(const std::string& text) {
 
 void append(std::string& line, double value) { line += ',' + shortest(value); }
 
+// Without Output::extremes there are no columns min and max.
 std::string traces_csv(const Result& r) {
     std::string out = "time";
     for (const Trace& t : r.traces)
-        for (const char* what : {"mean", "min", "max"}) out += fmt::format(",{}_{}", name(t.quantity), what);
+        for (auto [what, column] : {std::pair{"mean", &t.mean}, {"min", &t.min}, {"max", &t.max}})
+            if (!column->empty()) out += fmt::format(",{}_{}", name(t.quantity), what);
     for (const Trace& t : r.traces)
         for (size_t p = 0; p < t.probes.size(); ++p) out += fmt::format(",{}_probe{}", name(t.quantity), p);
     out += '\n';
     for (size_t n = 0; n < r.time.size(); ++n) {
         out += shortest(r.time[n]);
         for (const Trace& t : r.traces)
-            for (const auto* column : {&t.mean, &t.min, &t.max}) append(out, (*column)[n]);
+            for (const auto* column : {&t.mean, &t.min, &t.max})
+                if (!column->empty()) append(out, (*column)[n]);
         for (const Trace& t : r.traces)
             for (const auto& column : t.probes) append(out, column[n]);
         out += '\n';
@@ -48,13 +51,16 @@ std::string traces_csv(const Result& r) {
 }
 
 std::string impulses_csv(const Result& r) {
-    std::string out = "time,quantity,mean,min,max";
+    const bool extremes = r.impulses.empty() || !std::isnan(r.impulses[0].min);
+    std::string out = extremes ? "time,quantity,mean,min,max" : "time,quantity,mean";
     const size_t probes = r.impulses.empty() ? 0 : r.impulses[0].probes.size();
     for (size_t p = 0; p < probes; ++p) out += fmt::format(",probe{}", p);
     out += '\n';
     for (const Impulse& i : r.impulses) {
         out += fmt::format("{},{}", shortest(i.time), name(i.quantity));
-        for (double v : {i.mean, i.min, i.max}) append(out, v);
+        append(out, i.mean);
+        for (double v : {i.min, i.max})
+            if (extremes) append(out, v);
         for (double v : i.probes) append(out, v);
         out += '\n';
     }

@@ -188,7 +188,8 @@ class Separable : public plan::Marcher {
             }
             return sink_(step, sample_);
         }
-        const double high = extreme(m.upper, g, 1), low = extreme(m.lower, g, -1);
+        const bool extremes = plan_.scene.output.extremes;
+        const double high = extremes ? extreme(m.upper, g, 1) : NAN, low = extremes ? extreme(m.lower, g, -1) : NAN;
         const auto ordered = [](double x, double y) { return std::pair{std::min(x, y), std::max(x, y)}; };
         sample_.probes.clear();
         for (int q = 0; q < REDUCED_MAPS; ++q) {
@@ -265,6 +266,7 @@ struct Band {
                 if (all_a.size() < points + width) all_a.resize(2 * points + width), all_b.resize(2 * points + width);
                 double *a_row = all_a.data() + points, *b_row = all_b.data() + points;
                 row.take(plan, y, a_row, b_row, columns);
+                if (!plan.scene.output.extremes) continue; // the next row may have its place
                 if (others.empty()) {
                     points += width;
                     continue;
@@ -306,7 +308,8 @@ std::shared_ptr<const Moments> moments_of(const plan::Plan& plan, int threads) {
     const int rows = box.last_row - box.first_row, count = (rows + band_rows - 1) / band_rows;
     std::vector<Band> bands(static_cast<size_t>(count));
     Band sample; // some rows from all over: the hull of these already holds most others
-    if (rows > 0) sample.take(plan, box.first_row, box.last_row, std::max(rows / sampled, 1), {});
+    if (rows > 0 && plan.scene.output.extremes)
+        sample.take(plan, box.first_row, box.last_row, std::max(rows / sampled, 1), {});
     loops::Pool pool(loops::useful_threads(plan.maps.pressure.size(), threads));
     pool.rows(count, [&](int first, int last) {
         for (int i = first; i < last; ++i)
@@ -333,6 +336,7 @@ std::shared_ptr<const Moments> moments_of(const plan::Plan& plan, int threads) {
                 "pressure times curvature overflows; allowed: loads and lengths whose products stay below 1.8e308");
         *mean /= double(plan.maps.pressure.size());
     }
+    if (!plan.scene.output.extremes) return m;
     std::vector<double> a, b;
     for (const Point& v : vertices) {
         a.push_back(v.a);

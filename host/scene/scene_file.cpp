@@ -285,6 +285,7 @@ Scene read(const toml::table& file, const std::filesystem::path& folder) {
     output.list("traces", [&](auto& node, const std::string& parameter) {
         s.output.traces.push_back(Section::as_choice(node, parameter, quantities));
     });
+    output.boolean("extremes", s.output.extremes);
     output.list("probes", [&](auto& node, const std::string& parameter) {
         s.output.probes.push_back(Section::as_cell(node, parameter));
     });

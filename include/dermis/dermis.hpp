@@ -191,6 +191,7 @@ struct Output {
     std::vector<Quantity> traces = {Quantity::strain, Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2};
     std::vector<Cell> probes; // inside the grid
     std::vector<FieldRequest> fields;
+    bool extremes = true; // least and greatest of each trace too; Model::moments does without them in half the time
 };
 
 struct SkinDescription {
@@ -255,7 +256,8 @@ class DERMIS_API Device {
     std::shared_ptr<Impl> impl_;
 };
 
-// One quantity over time: over all cells, and in each probe. With many decimals: mean is a double even in f32.
+// One quantity over time: over all cells, and in each probe. With many decimals: mean is a double even in f32. min and
+// max are empty without Output::extremes.
 struct Trace {
     Quantity quantity = Quantity::strain;
     std::vector<double> mean, min, max;
@@ -267,7 +269,7 @@ struct Trace {
 struct Impulse {
     double time = 0;
     Quantity quantity = Quantity::fa2;
-    double mean = 0, min = 0, max = 0;
+    double mean = 0, min = 0, max = 0; // the last two NaN without Output::extremes
     std::vector<double> probes;
 };
 
