@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "bench/frames.hpp"
 
+#include "moves_spv.h"
 #include "press_cell_spv.h"
 
 #include <algorithm>
@@ -35,8 +36,8 @@ FrameScene::FrameScene(int n) {
     }
 }
 
-VulkanFrames::VulkanFrames(const FrameScene& scene, std::shared_ptr<vulkan::Context> context, bool cell)
-    : scene_(scene), context_(std::move(context)), cell_(cell) {
+VulkanFrames::VulkanFrames(const FrameScene& scene, std::shared_ptr<vulkan::Context> context, By by)
+    : scene_(scene), context_(std::move(context)), by_(by) {
     using vulkan::Buffer;
     const VkDeviceSize map = scene.cells() * sizeof(float);
     for (int i = 0; i < buffers; ++i)
@@ -52,10 +53,12 @@ VulkanFrames::VulkanFrames(const FrameScene& scene, std::shared_ptr<vulkan::Cont
                         b(sa1), b(sa2), b(fa1), b(fa2), b(unused), b(unused), b(unused)});
     const std::vector<uint32_t> variant = {uint32_t(scene.plan.stencil), uint32_t(scene.plan.edges), 0, 0, 1, 15};
     vulkan::Pipelines& pipelines = context_->pipelines();
-    const vulkan::Module module =
-        cell ? vulkan::Module{press_cell_spv, sizeof press_cell_spv} : vulkan::press_module(pipelines.gpu().rounds);
-    kernel_ = std::make_unique<vulkan::Kernel>(pipelines, module, PRESS_BINDINGS, sizeof(f32::Constants),
-                                               cell ? std::vector<uint32_t>{} : variant, uint32_t(sets.size()));
+    const vulkan::Module module = by == By::cell    ? vulkan::Module{press_cell_spv, sizeof press_cell_spv}
+                                  : by == By::moves ? vulkan::Module{moves_spv, sizeof moves_spv}
+                                                    : vulkan::press_module(pipelines.gpu().rounds);
+    kernel_ =
+        std::make_unique<vulkan::Kernel>(pipelines, module, PRESS_BINDINGS, sizeof(f32::Constants),
+                                         by == By::press ? variant : std::vector<uint32_t>{}, uint32_t(sets.size()));
     for (const auto& set : sets) kernel_->bind(set);
     VkQueryPoolCreateInfo info{VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO};
     info.queryType = VK_QUERY_TYPE_TIMESTAMP;
@@ -101,7 +104,8 @@ double VulkanFrames::press(int count) {
     const auto groups = [](int cells, int size) { return uint32_t((cells + size - 1) / size); };
     const double gpu = timed([&](VkCommandBuffer commands) {
         for (int i = 0; i < count; ++i, ++frame_) {
-            if (cell_) kernel_->record(commands, size_t(frame_ % ring), &c, groups(c.width, 64), uint32_t(c.height));
+            if (by_ == By::cell)
+                kernel_->record(commands, size_t(frame_ % ring), &c, groups(c.width, 64), uint32_t(c.height));
             else
                 kernel_->record(commands, size_t(frame_ % ring), &c, groups(c.width, PRESS_CELLS * PRESS_X),
                                 groups(c.height, PRESS_Y));

@@ -16,10 +16,11 @@ struct FrameScene {
     size_t cells() const { return size_t(plan.pitch) * size_t(plan.constants.height); }
 };
 
-// The frames on a device; `cell`: by the kernel of one cell per invocation.
+// The frames on a device: by the library's kernel, by one of one cell per invocation, or as much memory moved alone.
 class VulkanFrames {
   public:
-    VulkanFrames(const FrameScene&, std::shared_ptr<dermis::vulkan::Context>, bool cell);
+    enum class By { press, cell, moves };
+    VulkanFrames(const FrameScene&, std::shared_ptr<dermis::vulkan::Context>, By);
     ~VulkanFrames();
     // Records and submits so many frames, waits. Seconds on the device.
     double press(int frames);
@@ -36,7 +37,7 @@ class VulkanFrames {
     std::vector<dermis::vulkan::Buffer> buffers_;
     std::unique_ptr<dermis::vulkan::Kernel> kernel_;
     VkQueryPool stamps_ = VK_NULL_HANDLE;
-    bool cell_;
+    By by_;
     int frame_ = 0;
     double recording_ = 0;
 };

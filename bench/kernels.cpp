@@ -86,16 +86,18 @@ void streamed_frames(Bench& bench) {
         std::vector<std::unique_ptr<VulkanFrames>> devices;
         std::vector<std::shared_ptr<std::vector<double>>> gpu(rows.size());
         const int fewer = bench.vulkan && bench.vulkan->info().kind == "software" ? std::max(1, frames / 8) : frames;
-        for (bool cell : {false, true}) {
+        for (VulkanFrames::By by : {VulkanFrames::By::press, VulkanFrames::By::cell, VulkanFrames::By::moves}) {
             if (!bench.vulkan) continue;
             Row r = bench.on_vulkan("W1", n);
-            if (cell) r.backend = "vulkan-cell";
+            if (by == VulkanFrames::By::cell) r.backend = "vulkan-cell";
+            if (by == VulkanFrames::By::moves) r.backend = "vulkan-moves"; // what no kernel can beat
             r.bytes_per_cell = frame_bytes;
-            r.flops_per_cell = frame_flops;
+            r.flops_per_cell = by == VulkanFrames::By::moves ? 0 : frame_flops;
             VulkanFrames& device =
-                *devices.emplace_back(std::make_unique<VulkanFrames>(scene, bench.vulkan->impl().context, cell));
+                *devices.emplace_back(std::make_unique<VulkanFrames>(scene, bench.vulkan->impl().context, by));
             device.press(6);
-            r.exact = same(plain, {device.response(0), device.response(1), device.response(2), device.response(3)});
+            r.exact = by == VulkanFrames::By::moves ||
+                      same(plain, {device.response(0), device.response(1), device.response(2), device.response(3)});
             if (!r.exact) r.status = "wrong";
             device.press(2); // states and frames are where they began
             rows.push_back(r);
