@@ -61,12 +61,13 @@ Candidate costed(const plan::Plan& plan, Model model, Precision precision, const
     } else {
         const bool vulkan = device.info().vulkan;
         const double real = precision == Precision::f64 ? 8 : 4;
-        const double state = precision == Precision::f32_compensated ? 4 : 2; // maps; on a device from and to
+        const bool integral = plan.wanted[int(Quantity::sa2)] || !vulkan; // a device keeps it where it is asked for
+        const double state = (precision == Precision::f32_compensated ? 2 : 1) * (integral ? 2 : 1); // maps
         const double responses = double(std::count(plan.wanted.begin() + 1, plan.wanted.end(), true));
         const double pressure = plan.framed ? 2 : 1;
         const bool looks =
             !plan.field_times.empty() || plan.framed || plan.scene.load.envelope.kind != Envelope::Kind::sine;
-        const double held = vulkan ? pressure + 2 + 2 * state + 6 // L(S), S, four responses, curvature, deformation
+        const double held = vulkan ? pressure + 1 + 2 * state + responses + (plan.derives ? 3 : 0) // S, C, D
                                    : pressure + 1 + (looks ? 2 : 1) * state + (plan.keeps_maps ? responses : 0);
         const double tiles = double(plan.tiles) * plan.constants.height * (responses + 1) * 3;
         c.traffic = pressed * steps * real * (pressure + 1 + 2 * state + (vulkan || plan.keeps_maps ? responses : 0));
