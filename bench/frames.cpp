@@ -59,7 +59,7 @@ VulkanFrames::VulkanFrames(const FrameScene& scene, std::shared_ptr<vulkan::Cont
     kernel_ =
         std::make_unique<vulkan::Kernel>(pipelines, module, PRESS_BINDINGS, sizeof(f32::Constants),
                                          by == By::press ? variant : std::vector<uint32_t>{}, uint32_t(sets.size()));
-    for (const auto& set : sets) kernel_->bind(set);
+    for (size_t i = 0; i < sets.size(); ++i) kernel_->bind(i, sets[i]);
     VkQueryPoolCreateInfo info{VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO};
     info.queryType = VK_QUERY_TYPE_TIMESTAMP;
     info.queryCount = 2;

@@ -54,6 +54,7 @@ struct Skin::Impl {
     std::optional<Block> memory; // of frames: two pressures, responses of SA1, SA2, FA1, FA2
     float* pressure[2] = {};
     float* answer[4] = {};
+    double dt = -1;              // that of the last press
     std::vector<float> dense[4]; // fields without what lies beyond the width
 
     const float* of(int q) const { // where the backend has put it
@@ -65,11 +66,13 @@ Skin::Skin(const Device& device, const SkinDescription& description, const SkinO
     const DefaultFloats guard;
     impl_ = std::make_unique<Impl>(description, options);
     Impl& s = *impl_;
-    const Device::Impl& d = device.impl();
+    Device::Impl& d = device.impl();
     if (d.context) {
         s.plan.maps = {}; // the program makes its own
         s.runner = std::make_unique<vulkan::SkinRunner>(d.context, description, options);
-        if (!s.runner->exact() && !d.named)
+        const bool exact = s.runner->exact();
+        d.info.exact &= exact;
+        if (!exact && !d.named)
             throw Error(Error::Code::no_device, "device",
                         d.info.name +
                             ": its bits differ from the CPU path's; ask for it by name to use it all the same");
@@ -93,6 +96,12 @@ Skin& Skin::operator=(Skin&&) noexcept = default;
 void Skin::press(const float* pressure, size_t cells, double dt) {
     Impl& s = *impl_;
     if (!scene::finite(dt) || dt < 0) scene::need_not_negative("dt", dt); // whose words are allocated
+    if (dt != s.dt) {
+        const DefaultFloats guard;
+        if (!plan::in_float(s.plan.media, dt))
+            scene::need(false, "dt", dt, "seconds over which the coefficients of a step stay below 3.4e38");
+        s.dt = dt;
+    }
     if (cells != s.width * s.height)
         scene::refuse("pressure", std::to_string(cells) + " cells",
                       "width*height = " + std::to_string(s.width * s.height) + ", row 0 first");

@@ -69,6 +69,7 @@ Gpu checked(const Handles& h) {
         enabled.push_back(VK_KHR_SHADER_FLOAT_CONTROLS_EXTENSION_NAME);
     gpu.rounds = rounds_to_even(function<PFN_vkGetPhysicalDeviceProperties2>(h, "vkGetPhysicalDeviceProperties2"),
                                 h.physical, enabled);
+    function<PFN_vkGetDeviceProcAddr>(h, "vkGetDeviceProcAddr");
     load_calls(h.get_instance_proc_addr, h.instance, gpu);
     if (!gpu.calls.vkCmdDispatch) lacks("get_instance_proc_addr", "get_instance_proc_addr finds no vkCmdDispatch");
     return gpu;
@@ -251,7 +252,9 @@ Binding SkinProgram::bind(const Buffers& b) {
     if (impl.bindings == impl.max_bindings)
         refuse("max_bindings", std::to_string(impl.max_bindings), "as many as are bound, and this is one more");
     Binding binding;
-    binding.set = uint32_t(impl.recorder.bind(b));
+    binding.program = impl_.get();
+    binding.set = impl.bindings;
+    impl.recorder.bind(binding.set, b);
     ++impl.bindings;
     return binding;
 }
@@ -259,7 +262,8 @@ Binding SkinProgram::bind(const Buffers& b) {
 bool SkinProgram::record_press(VkCommandBuffer commands, Binding binding, double dt,
                                const Timestamps& stamps) const noexcept {
     const Impl& impl = *impl_;
-    if (!scene::finite(dt) || dt < 0 || binding.set >= impl.bindings) return false;
+    if (!scene::finite(dt) || dt < 0 || binding.program != &impl) return false;
+    if (!impl.recorder.in_float(dt)) return false;
     const VolkDeviceTable& vk = impl.gpu.calls;
     VkDebugUtilsLabelEXT label{VK_STRUCTURE_TYPE_DEBUG_UTILS_LABEL_EXT};
     label.pLabelName = "dermis press";
@@ -282,10 +286,10 @@ void SkinProgram::bind_check(const VkDescriptorBufferInfo& range) {
         return VkDescriptorBufferInfo{range.buffer, range.offset + at, m.bytes};
     };
     for (int i = 0; i < check_presses; ++i)
-        impl.check_with.bind({part(l.constants, n.constants), part(l.state[i % 2], n.state),
-                              part(l.state[1 - i % 2], n.state), part(l.pressure[i], n.pressure),
-                              part(l.pressure[i + 1], n.pressure), part(l.response[i], n.response),
-                              part(l.invalid, n.invalid)});
+        impl.check_with.bind(size_t(i), {part(l.constants, n.constants), part(l.state[i % 2], n.state),
+                                         part(l.state[1 - i % 2], n.state), part(l.pressure[i], n.pressure),
+                                         part(l.pressure[i + 1], n.pressure), part(l.response[i], n.response),
+                                         part(l.invalid, n.invalid)});
     impl.check_bound = true;
 }
 

@@ -44,7 +44,7 @@ struct Range {
         : buffer(context, before + m.bytes + 256, Buffer::Place::host), info{buffer.handle(), before, m.bytes} {
         std::memset(buffer.data(), 0x7b, buffer.bytes());
         std::memset(data(), 0, m.bytes);
-        std::memcpy(data(), m.initial.data(), m.initial.size());
+        std::copy(m.initial.begin(), m.initial.end(), data());
     }
     char* data() const { return static_cast<char*>(buffer.data()) + before; }
     bool untouched_around() const {
@@ -362,6 +362,7 @@ TEST_CASE("what a host gets wrong is named at set-up") {
     shim.few_buffers = false;
     CHECK(says(with([](auto&) { shim.absent = "vkCmdDispatch"; }), "vkCmdDispatch"));
     CHECK(says(with([](auto&) { shim.absent = "vkGetPhysicalDeviceProperties2"; }), "vkGetPhysicalDeviceProperties2"));
+    CHECK(says(with([](auto&) { shim.absent = "vkGetDeviceProcAddr"; }), "vkGetDeviceProcAddr"));
     shim.absent = "";
     CHECK(says(refused([&] { SkinProgram(context.handles(), d, 0); }), "max_bindings = 0; allowed: 1..65536"));
     SkinDescription many = d;
@@ -392,13 +393,54 @@ TEST_CASE("what a host gets wrong is named at set-up") {
     CHECK(says(refused([&] { host.program.bind(host.buffers(1)); }), "max_bindings = 2"));
     CHECK(says(refused([&] { host.program.bind_check({VK_NULL_HANDLE, 0, 4}); }), "check.buffer = null"));
 
+    const Host other(context, d, 1);
     const VkCommandBuffer commands = context.begin();
     shim.calls.clear();
     for (double dt : {-1.0, double(NAN), double(INFINITY)})
         CHECK_FALSE(host.program.record_press(commands, host.bindings[0], dt));
     CHECK_FALSE(host.program.record_press(commands, Binding(), 0.1));
+    CHECK_FALSE(host.program.record_press(commands, other.bindings[0], 0.1));
+    for (double dt : {1e-39, 5e-324, 1e39, 1e300}) // coefficients beyond float
+        CHECK_FALSE(host.program.record_press(commands, host.bindings[0], dt));
     CHECK(shim.calls.empty());
     context.submit();
+}
+
+TEST_CASE("a binding that fails leaves nothing behind: the next one is whole") {
+    const vulkan::Loader loader = shimmed();
+    shim.range = 50000;
+    const Device banded = open_device("0", loader);
+    Context& context = *banded.impl().context;
+    const SkinDescription d = with_materials(ridged(64, 301));
+    Host host(context, d, 1);
+    SkinProgram program(context.handles(), d, 1);
+    Range lost(context, program.memory().constants); // of the binding that fails
+    Buffers b = host.buffers(1);
+    b.constants = lost.info;
+    shim.sets_left = 1; // of several bands
+    refusal(Error::Code::device, [&] { program.bind(b); });
+    shim.sets_left = -1;
+    const Binding binding = program.bind(host.buffers(1));
+    host.set_pressure(1, frame(d, 1));
+    const VkCommandBuffer commands = context.begin();
+    REQUIRE(program.record_press(commands, binding, 0.1));
+    context.barrier(commands);
+    context.submit();
+    Skin skin(Device::cpu(1), d);
+    skin.press(frame(d, 1), 0.1);
+    const Skin::Response r = skin.response(Quantity::sa1);
+    CHECK(host.response(1, Quantity::sa1) == std::vector<float>(r.begin(), r.end()));
+}
+
+TEST_CASE("nothing of sites is bound beyond the limit either") {
+    const vulkan::Loader loader = shimmed();
+    shim.range = 14000;
+    const Device device = open_device("0", loader);
+    SkinOptions plain;
+    plain.precision = Precision::f32;
+    SkinDescription d = ridged(300, 100, Stencil::fourth_order); // nine cells for each site, none of them another's
+    for (int i = 0; i < 230; ++i) d.sites.push_back({Quantity::fa1, {2 + 5 * (i % 50), 2 + 5 * (i / 50)}});
+    CHECK(says(refused([&] { Skin(device, d, plain); }), "230 sites need 16560 bytes"));
 }
 
 TEST_CASE("timestamps, labels, the host's allocator and pipeline cache are used") {

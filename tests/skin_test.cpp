@@ -303,5 +303,52 @@ TEST_CASE("a device whose bits differ is refused for a skin too, unless asked fo
     CHECK_NOTHROW(Skin(device, d));
     d.stencil = Stencil::fourth_order;
     CHECK(refusal(Error::Code::no_device, [&] { Skin(device, d); }).find("bits differ") != std::string::npos);
-    CHECK_NOTHROW(Skin(open_device("0", wrong), d));
+    const Device named = open_device("0", wrong);
+    CHECK(named.info().exact); // as far as opening it has tested
+    CHECK_NOTHROW(Skin(named, d));
+    CHECK_FALSE(named.info().exact);
+}
+
+TEST_CASE("after a submission that did not come back nothing of a skin is destroyed") {
+    const Device device = open_device("0", shimmed());
+    const SkinDescription d = ridged(20, 12);
+    {
+        Skin skin(device, d);
+        shim.timeout = true;
+        refusal(Error::Code::device, [&] { skin.press(frame(d, 1), 0.1); });
+        shim.calls.clear();
+    }
+    for (const std::string name : shim.calls) CHECK(name != "vkDestroyPipeline");
+}
+
+TEST_CASE("what is beyond float is refused, or is seen to be: never a number that looks right") {
+    const Validated vulkan;
+    for (const Device& device : {Device::cpu(1), vulkan.device()}) {
+        const SkinDescription d = ridged(20, 10);
+        Skin skin(device, d), twin(device, d);
+        for (Skin* s : {&skin, &twin}) s->press(frame(d, 1), 0.1);
+        for (double dt : {1e-39, 5e-324, 1e39, 1e300})
+            CHECK(refusal(Error::Code::bad_input, [&] { skin.press(frame(d, 2), dt); }).find("dt = ") == 0);
+        for (Skin* s : {&skin, &twin}) s->press(frame(d, 3), 0.1);
+        for (Quantity q : all_responses) CHECK(same(copy(skin.response(q)), copy(twin.response(q))));
+        const auto says = [&](const char* what, auto&& change) {
+            SkinDescription wrong = d;
+            change(wrong);
+            CHECK(refusal(Error::Code::bad_input, [&] { Skin(device, wrong); }).find(what) == 0);
+        };
+        says("material.modulus = 1e+39", [](auto& w) { w.material.modulus = 1e39; });
+        says("receptors.fa2_gains = 1e+39", [](auto& w) { w.receptors.fa2_gains = {1e39, 1}; });
+        says("grid.spacing = 1e-20", [](auto& w) {
+            w.grid.spacing = 1e-20;
+            w.surface.relief = w.material.thickness = w.material.curvature_length = 1;
+        });
+        says("surface.relief = ", [](auto& w) {
+            w.surface.kind = Surface::Kind::map;
+            w.surface.map = std::vector<double>(200, 0.0);
+            w.surface.map.edit()[21] = 1e39;
+            w.sites = {{Quantity::fa2, {1, 1}}};
+        });
+        for (float v : {3e38f, -3e38f}) skin.press(std::vector<float>(200, v), 0.1);
+        for (float v : skin.response(Quantity::fa2)) REQUIRE_FALSE(std::isfinite(v));
+    }
 }

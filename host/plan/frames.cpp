@@ -11,6 +11,21 @@ namespace {
 constexpr size_t field_alignment = 64; // floats: 256 bytes, the most that a device may ask of an offset
 constexpr int sample_width = 67, sample_height = 13;
 
+// What kernels take as float must be one: a product with infinity could be NaN, and that a wrong 0.
+void check_float(const Plan& p) {
+    const auto need = [](const char* parameter, double v) {
+        scene::need(scene::finite(double(float(v))), parameter, v, "up to 3.4e38 for a skin in float");
+    };
+    for (const Medium& m : p.media) need("material.modulus", m.modulus);
+    const f64::Constants& c = p.constants;
+    scene::need(scene::finite(double(float(c.bend))), "grid.spacing", p.scene.grid.spacing.value_or(1),
+                "material.thickness/spacing^2 up to 3.4e38 for a skin in float");
+    need("material.curvature_length", c.curvature_length);
+    for (double gain : {c.gain_plus, c.gain_minus}) need("receptors.fa2_gains", gain);
+    for (const Site& site : p.scene.sites) // fields are checked as they are made
+        need("surface.relief", laplacian_at(p.maps.surface, site.cell, p.scene.grid, p.stencil, p.edges));
+}
+
 std::vector<double> noise(uint32_t random) {
     std::vector<double> map;
     for (int i = 0; i < sample_width * sample_height; ++i) {
@@ -21,6 +36,15 @@ std::vector<double> noise(uint32_t random) {
 }
 
 } // namespace
+
+bool in_float(const std::vector<Medium>& media, double dt) {
+    const auto finite = [](float x) { return scene::finite(double(x)); };
+    return finite(float(dt)) && std::all_of(media.begin(), media.end(), [&](const Medium& m) {
+               const f32::Row k = rounded<f32::Row>(exact_row(m, dt));
+               return finite(k.E) && finite(k.b) && finite(k.f) && finite(k.i0) && finite(k.i1) && finite(k.i2) &&
+                      finite(k.leak) && finite(k.v0) && finite(k.v1) && finite(k.a0) && finite(k.a1) && finite(k.a2);
+           });
+}
 
 Plan skin_plan(const SkinDescription& description, const SkinOptions& options) {
     Scene s;
@@ -45,6 +69,7 @@ Plan skin_plan(const SkinDescription& description, const SkinOptions& options) {
     for (const Medium& m : p.media)
         if (m.viscosity == 0 && p.wanted[int(Quantity::fa2)])
             scene::refuse("material.viscosity", "0", "> 0 for FA2 of frames; with viscosity 0 do without fa2");
+    check_float(p);
     if (s.sites.empty()) complete(p);
     return p;
 }

@@ -20,6 +20,9 @@ struct Answers {
 };
 Answers answers_of(const Plan&);
 
+// Whether the coefficients of such a press are numbers in float: dt is not too small or too large for a medium.
+bool in_float(const std::vector<Medium>&, double dt);
+
 // Of a press over dt seconds. Nothing is allocated.
 template <class Constants> Constants frame_constants(const Plan& plan, const Medium& medium, double dt) {
     Constants c = constants_of<Constants>(plan, {});

@@ -103,14 +103,15 @@ Kernel::~Kernel() {
     if (!pipelines_.abandoned()) gpu.calls.vkDestroyDescriptorPool(gpu.device, pool_, gpu.allocator);
 }
 
-size_t Kernel::bind(const std::vector<Piece>& pieces) {
+void Kernel::bind(size_t number, const std::vector<Piece>& pieces) {
     const Gpu& gpu = pipelines_.gpu();
+    if (sets_.size() <= number) sets_.resize(number + 1, VK_NULL_HANDLE);
+    VkDescriptorSet& set = sets_[number];
     VkDescriptorSetAllocateInfo allocation{VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO};
     allocation.descriptorPool = pool_;
     allocation.descriptorSetCount = 1;
     allocation.pSetLayouts = &pipeline_.set_layout;
-    VkDescriptorSet set = VK_NULL_HANDLE;
-    check(gpu.calls.vkAllocateDescriptorSets(gpu.device, &allocation, &set), "vkAllocateDescriptorSets");
+    if (!set) check(gpu.calls.vkAllocateDescriptorSets(gpu.device, &allocation, &set), "vkAllocateDescriptorSets");
     std::vector<VkDescriptorBufferInfo> ranges;
     for (const Piece& p : pieces) ranges.push_back({p.buffer, p.offset, p.bytes});
     VkWriteDescriptorSet write{VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET};
@@ -123,8 +124,6 @@ size_t Kernel::bind(const std::vector<Piece>& pieces) {
         writes[i].pBufferInfo = &ranges[i];
     }
     gpu.calls.vkUpdateDescriptorSets(gpu.device, uint32_t(writes.size()), writes.data(), 0, nullptr);
-    sets_.push_back(set);
-    return sets_.size() - 1;
 }
 
 void Kernel::record(VkCommandBuffer commands, size_t set, const void* constants, uint32_t x,

@@ -66,7 +66,7 @@ class Kernel {
     ~Kernel();
     Kernel(const Kernel&) = delete;
     Kernel& operator=(const Kernel&) = delete;
-    size_t bind(const std::vector<Piece>&); // the number of the set
+    void bind(size_t set, const std::vector<Piece>&); // sets 0, 1 .. max_sets - 1; after a failure the same one again
     void record(VkCommandBuffer, size_t set, const void* constants, uint32_t x, uint32_t y) const noexcept;
 
   private:

@@ -232,36 +232,38 @@ class March : public plan::Marcher {
         press_ = std::make_unique<Press>(pipelines, plan_, 4);
         for (int to = 0; to < 2; ++to) // pressure runs from the other one
             for (int from = 0; from < 2; ++from)
-                press_->bind({b(plan_.framed ? pressure0 + (1 - to) : pressure0),
-                              b(pressure0 + to),
-                              b(rest),
-                              b(state0 + from),
-                              b(state1 - from),
-                              {b(sa1), b(sa2), b(fa1), b(fa2)},
-                              b(rows),
-                              b(material),
-                              b(invalid)});
+                press_->bind(size_t(from + 2 * to), {b(plan_.framed ? pressure0 + (1 - to) : pressure0),
+                                                     b(pressure0 + to),
+                                                     b(rest),
+                                                     b(state0 + from),
+                                                     b(state1 - from),
+                                                     {b(sa1), b(sa2), b(fa1), b(fa2)},
+                                                     b(rows),
+                                                     b(material),
+                                                     b(invalid)});
         const std::vector<Band>& bands = press_->bands();
         const int pitch = plan_.pitch, stride = state_rows(plan_);
         reduce_ =
             std::make_unique<Kernel>(pipelines, reduce_module(rounds), REDUCE_BINDINGS, sizeof(f32::ReduceConstants),
                                      std::vector<uint32_t>{}, 6 * uint32_t(bands.size()));
+        size_t set = 0;
         for (int map : {state0, state1, sa1, sa2, fa1, fa2})
             for (const Band& band : bands) {
                 const bool there = map <= state1 || plan_.wanted[map - sa1 + 1];
-                reduce_->bind({there ? band.of(b(map), pitch, map <= state1 ? stride : 1) : b(map), b(probe_cells),
-                               b(ring_summaries)});
+                reduce_->bind(set++, {there ? band.of(b(map), pitch, map <= state1 ? stride : 1) : b(map),
+                                      b(probe_cells), b(ring_summaries)});
             }
         if (!plan_.derives) return;
         field_bands_ =
             vulkan::bands(plan_, 0, plan_.constants.height, stride, pipelines.gpu().limits.maxStorageBufferRange);
         fields_ = std::make_unique<Kernel>(pipelines, fields_module(rounds), FIELDS_BINDINGS, sizeof(Constants),
                                            variant_of(plan_), 2 * uint32_t(field_bands_.size()));
+        set = 0;
         for (int state : {state0, state1})
             for (const Band& band : field_bands_) {
                 const auto map = [&](int i) { return band.of(b(i), pitch); };
-                fields_->bind(
-                    {map(surface), map(rest), band.of(b(state), pitch, stride), map(curvature), map(deformation)});
+                fields_->bind(set++, {map(surface), map(rest), band.of(b(state), pitch, stride), map(curvature),
+                                      map(deformation)});
             }
     }
 

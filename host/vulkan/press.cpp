@@ -58,9 +58,9 @@ Press::Press(Pipelines& pipelines, const plan::Plan& plan, uint32_t max_bindings
       kernel_(pipelines, press_module(pipelines.gpu().rounds), PRESS_BINDINGS, sizeof(f32::Constants), variant_of(plan),
               max_bindings * uint32_t(bands_.size())) {}
 
-size_t Press::bind(const Maps& m) {
+void Press::bind(size_t binding, const Maps& m) {
     const int pitch = plan_.pitch, rows = state_rows(plan_);
-    size_t last = 0;
+    size_t set = binding * bands_.size();
     for (const Band& band : bands_) {
         const auto map = [&](const Piece& p) { return band.of(p, pitch); };
         std::vector<Piece> pieces = {map(m.pressure_from), plan_.framed ? map(m.pressure_to) : m.pressure_to,
@@ -68,9 +68,8 @@ size_t Press::bind(const Maps& m) {
         for (int q = 1; q < REDUCED_MAPS; ++q)
             pieces.push_back(plan_.wanted[q] ? map(m.response[q - 1]) : m.response[q - 1]);
         pieces.insert(pieces.end(), {m.rows, plan_.material.empty() ? m.material : map(m.material), m.invalid});
-        last = kernel_.bind(pieces);
+        kernel_.bind(set++, pieces);
     }
-    return last / bands_.size();
 }
 
 void Press::record(VkCommandBuffer commands, size_t binding, const f32::Constants& constants) const noexcept {

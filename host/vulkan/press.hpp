@@ -35,7 +35,7 @@ class Press {
         Piece rows, material, invalid; // any in place of rows and material under a uniform material
     };
     Press(Pipelines&, const plan::Plan&, uint32_t max_bindings);
-    size_t bind(const Maps&);
+    void bind(size_t binding, const Maps&);
     void record(VkCommandBuffer, size_t binding, const f32::Constants&) const noexcept;
     const std::vector<Band>& bands() const { return bands_; }
 

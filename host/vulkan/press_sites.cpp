@@ -59,12 +59,11 @@ std::vector<f32::SiteCell> PressSites::cells() const {
     return cells;
 }
 
-size_t PressSites::bind(const Maps& m) {
-    size_t last = 0;
+void PressSites::bind(size_t binding, const Maps& m) {
+    size_t set = binding * bands_.size();
     for (const Band& band : bands_)
-        last = kernel_.bind({band.of(m.pressure_from, plan_.pitch), band.of(m.pressure_to, plan_.pitch), m.cells,
+        kernel_.bind(set++, {band.of(m.pressure_from, plan_.pitch), band.of(m.pressure_to, plan_.pitch), m.cells,
                              m.sites, m.state_from, m.state_to, m.response, m.rows, m.invalid});
-    return last / bands_.size();
 }
 
 void PressSites::record(VkCommandBuffer commands, size_t binding, const f32::Constants& constants) const noexcept {

@@ -15,7 +15,7 @@ class PressSites {
         Piece rows, invalid; // any in place of rows under a uniform material
     };
     PressSites(Pipelines&, const plan::Plan&, uint32_t max_bindings);
-    size_t bind(const Maps&);
+    void bind(size_t binding, const Maps&);
     void record(VkCommandBuffer, size_t binding, const f32::Constants&) const noexcept;
 
     const std::vector<plan::Medium>& media() const { return looked_at_.media; }

@@ -54,7 +54,7 @@ void Recorder::check_limits() const {
                "what vkCmdUpdateBuffer takes at once", most_rows);
     const VkDeviceSize most = gpu_.limits.maxStorageBufferRange;
     if (!sites_) return; // fields go in bands
-    for (VkDeviceSize bytes : {looks_.bytes, needs_.state.bytes})
+    for (VkDeviceSize bytes : {cells_.bytes, looks_.bytes, needs_.state.bytes})
         if (bytes > most)
             refuse("sites",
                    std::to_string(plan_.scene.sites.size()) + " sites need " + std::to_string(bytes) + " bytes",
@@ -70,7 +70,7 @@ template <class T> Recorder::Part Recorder::append(const std::vector<T>& values)
     return part;
 }
 
-size_t Recorder::bind(const Buffers& b) {
+void Recorder::bind(size_t binding, const Buffers& b) {
     const auto piece = [](const VkDescriptorBufferInfo& i, const Memory& m) {
         return Piece{i.buffer, i.offset, m.bytes};
     };
@@ -80,19 +80,25 @@ size_t Recorder::bind(const Buffers& b) {
     const Piece from = piece(b.pressure_from, needs_.pressure), to = piece(b.pressure_to, needs_.pressure);
     const Piece state_from = piece(b.state_from, needs_.state), state_to = piece(b.state_to, needs_.state);
     const Piece response = piece(b.response, needs_.response), invalid = piece(b.invalid, needs_.invalid);
-    tables_.push_back(constant(table_));
+    if (tables_.size() <= binding) tables_.resize(binding + 1);
+    tables_[binding] = constant(table_);
     if (sites_)
-        return sites_->bind({from, to, constant(cells_), constant(looks_), state_from, state_to, response,
-                             table_.bytes ? tables_.back() : constant(cells_), invalid});
+        return sites_->bind(binding, {from, to, constant(cells_), constant(looks_), state_from, state_to, response,
+                                      table_.bytes ? tables_[binding] : constant(cells_), invalid});
     Press::Maps m{from, to, constant(rest_), state_from, state_to, {}, invalid, invalid, invalid};
-    if (table_.bytes) m.rows = tables_.back(), m.material = constant(material_);
+    if (table_.bytes) m.rows = tables_[binding], m.material = constant(material_);
     for (int q = 1; q < REDUCED_MAPS; ++q) {
         const plan::Answers::Range& r = answers_.of[size_t(q)];
         m.response[q - 1] =
             plan_.wanted[q] ? Piece{response.buffer, response.offset + r.first * sizeof(float), r.count * sizeof(float)}
                             : invalid;
     }
-    return fields_->bind(m);
+    fields_->bind(binding, m);
+}
+
+bool Recorder::in_float(double dt) const noexcept {
+    const DefaultFloats guard;
+    return plan::in_float(media(), dt);
 }
 
 void Recorder::record(VkCommandBuffer commands, size_t binding, double dt) const noexcept {

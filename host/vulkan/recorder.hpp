@@ -20,7 +20,8 @@ class Recorder {
     const plan::Answers& answers() const { return answers_; }
     const MemoryNeeds& needs() const { return needs_; }
     bool writes_constants() const { return table_.bytes > 0; }
-    size_t bind(const Buffers&); // as needs() says: nothing is checked
+    void bind(size_t binding, const Buffers&); // as needs() says: nothing is checked
+    bool in_float(double dt) const noexcept;   // whether such a press can be recorded
     void record(VkCommandBuffer, size_t binding, double dt) const noexcept;
 
   private:

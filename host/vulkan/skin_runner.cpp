@@ -45,6 +45,10 @@ SkinRunner::SkinRunner(std::shared_ptr<Context> context, const SkinDescription& 
     reset();
 }
 
+SkinRunner::~SkinRunner() {
+    if (context_->stuck()) new SkinProgram(std::move(program_)); // the driver still works with it
+}
+
 Buffer SkinRunner::buffer(const Memory& m, Buffer::Place place) {
     return Buffer(*context_, std::max<VkDeviceSize>(m.bytes, 4), place);
 }

@@ -10,6 +10,7 @@ namespace dermis::vulkan {
 class SkinRunner {
   public:
     SkinRunner(std::shared_ptr<Context>, const SkinDescription&, const SkinOptions&);
+    ~SkinRunner();
     bool exact(); // gives the CPU path's bits
     int pitch() const { return program_.pitch(); }
     SkinProgram::Range range(Quantity q) const { return program_.range(q); }

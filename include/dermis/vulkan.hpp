@@ -16,10 +16,12 @@
 //
 // Barriers are the host's. A press first accesses its buffers as first_access() says and last as last_access() says; it
 // reads constants, state_from, pressure_from and pressure_to, and overwrites state_to, response and, where a pressure
-// is not finite, invalid. Make what it reads available and visible to first_access(), and put a barrier from
-// last_access() between it and whatever reads what it has written or writes what it reads, the next press too. What
-// else stands in the command buffer stays, but for the bound compute pipeline, descriptor set 0 of the compute bind
-// point and push constants. All buffers belong to the queue family that runs the commands. In a ring of k slots press n
+// is not finite, invalid. Where material varies from cell to cell it also writes coefficients into constants, with
+// barriers of its own around that: presses of one program are then not for two queues at once. Make what it reads
+// available and visible to first_access(), and put a barrier from last_access() between it and whatever reads what it
+// has written or writes what it reads, the next press too. What else stands in the command buffer stays, but for the
+// bound compute pipeline, every descriptor set of the compute bind point (another layout of set 0 disturbs those behind
+// it) and push constants. All buffers belong to the queue family that runs the commands. In a ring of k slots press n
 // reads slot n - 1 as well: the slot that it writes is free when press n - k + 1 is done.
 #pragma once
 
@@ -62,11 +64,12 @@ struct Memory {
 };
 
 struct MemoryNeeds {
-    Memory constants; // one per program: curvature at rest, materials, sites. Never changes.
+    Memory constants; // one per program: curvature at rest, materials, sites. The host never changes it.
     Memory state;     // two at least, for each skin: a press reads one and writes another
     Memory pressure;  // float, Pa, pushing is positive; pitch()*height, row 0 first: index = y*pitch() + x
     Memory response;  // float; see range()
-    Memory invalid;   // uint32_t: adds up the pressures that were not finite, each counted as 0. The host may clear it.
+    Memory invalid;   // uint32_t: adds up the cells of pressure_to, or of those that sites look at, that were not
+                      // finite, each counted as 0. The host may clear it.
     Memory check;     // see record_check
 };
 
@@ -79,6 +82,7 @@ struct Buffers {
 // Of SkinProgram::bind; good as long as its program.
 class Binding {
     friend class SkinProgram;
+    const void* program = nullptr;
     uint32_t set = UINT32_MAX;
 };
 
@@ -122,7 +126,8 @@ class DERMIS_API SkinProgram {
     // have been bound.
     Binding bind(const Buffers&);
     // dt >= 0 s; 0 is a pause: the state is kept, and the next press begins with pressure_to. False, and nothing is
-    // recorded, where dt is not a finite number >= 0 or the binding is not this program's.
+    // recorded, where dt is not a finite number >= 0, where a coefficient of the step is beyond float, or where the
+    // binding is not this program's.
     [[nodiscard]] bool record_press(VkCommandBuffer, Binding, double dt, const Timestamps& = {}) const noexcept;
 
     // Whether this device gives the CPU's bits: two presses of a small skin by these very pipelines. Bind a range of
