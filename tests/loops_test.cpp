@@ -115,6 +115,12 @@ TEST_CASE("what moments and estimates are made of has the same bits on every ins
             double* o = out.data();
             const auto row = [&](int i) { return o + i * n; };
             set.shape(m, m + n, m + 2 * n, n, 0.3, 1.7, row(0), row(1), {row(2), row(3), row(4), row(5), row(6)});
+            std::vector<double> lean(size_t(3 * n));
+            set.means(m, m + n, m + 2 * n, n, 0.3, 1.7,
+                      {lean.data(), lean.data() + n, lean.data() + 2 * n, nullptr, nullptr});
+            for (int x = 0; x < n; ++x) // of one row, from nothing
+                REQUIRE((lean[size_t(x)] == m[x] && lean[size_t(n + x)] == row(0)[x] &&
+                         lean[size_t(2 * n + x)] == row(1)[x]));
             loops::Edge edges[loops::fence_edges];
             for (int e = 0; e < loops::fence_edges; ++e) edges[e] = {0.1 * e, 0.2, 0.3 - 0.1 * e, -0.4 + 0.2 * e};
             const bool outside = set.beside(m, m + n, n, edges, row(12));

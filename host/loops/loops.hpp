@@ -85,6 +85,8 @@ struct Set {
     // a = p*(1 + length*rest) and b = p*(length*(bend*L)) of `width` cells, added to sums
     void (*shape)(const double* p, const double* rest, const double* L, int width, double length, double bend,
                   double* a, double* b, const Columns& sums);
+    void (*means)(const double* p, const double* rest, const double* L, int width, double length, double bend,
+                  const Columns& sums); // p, a, b alone
     // How far each point (b[x], a[x]) lies to the left of the edge that it is furthest to the left of, of fence_edges;
     // true where some point is to the left of one.
     bool (*beside)(const double* a, const double* b, int width, const Edge* edges, double* way);

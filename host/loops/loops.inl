@@ -84,6 +84,18 @@ void shape(const double* p, const double* rest, const double* L, int width, doub
     leave();
 }
 
+// The sums alone, to the bit.
+void means(const double* p, const double* rest, const double* L, int width, double length, double bend,
+           const Columns& sums) {
+#pragma GCC ivdep
+    for (int x = 0; x < width; ++x) {
+        sums.p[x] += p[x];
+        sums.a[x] += p[x] * (1 + length * rest[x]);
+        sums.b[x] += p[x] * (length * (bend * L[x]));
+    }
+    leave();
+}
+
 bool beside(const double* a, const double* b, int width, const Edge* edges, double* way) {
     Edge k[fence_edges];
     for (int e = 0; e < fence_edges; ++e) k[e] = edges[e];
@@ -131,6 +143,7 @@ const Set DERMIS_SET = {DERMIS_NAME(DERMIS_SET),
                         {single::laplacian, single::advance, single::respond},
                         {twofold::laplacian, twofold::advance, twofold::respond},
                         shape,
+                        means,
                         beside,
                         compare,
                         settle};

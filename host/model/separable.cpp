@@ -19,12 +19,18 @@ struct Shape {
 
     Shape(int from, int to) : first(from), last(to), rest(size_t(to - from)), L(rest) {}
 
+    // a and b null: their sums alone.
     void take(const plan::Plan& plan, int y, double* a, double* b, const loops::Columns& sums) {
         Grid unit = plan.scene.grid;
         unit.spacing.reset();
         plan::laplacian_row(plan.maps.surface, y, first, last, plan.scene.grid, plan.stencil, plan.edges, rest.data());
         plan::laplacian_row(plan.maps.pressure, y, first, last, unit, plan.stencil, plan.edges, L.data());
         const double* p = plan.maps.pressure.data() + size_t(y) * size_t(unit.width) + first;
+        if (!a) {
+            loops::best().means(p, rest.data(), L.data(), last - first, plan.constants.curvature_length,
+                                plan.constants.bend, sums);
+            return;
+        }
         loops::best().shape(p, rest.data(), L.data(), last - first, plan.constants.curvature_length,
                             plan.constants.bend, a, b, sums);
     }
@@ -263,10 +269,13 @@ struct Band {
             const loops::Columns columns{sums[0], sums[1], sums[2], low, high};
             Shape row(column, end);
             for (int y = first; y < last; y += step) {
+                if (!plan.scene.output.extremes) {
+                    row.take(plan, y, nullptr, nullptr, columns);
+                    continue;
+                }
                 if (all_a.size() < points + width) all_a.resize(2 * points + width), all_b.resize(2 * points + width);
                 double *a_row = all_a.data() + points, *b_row = all_b.data() + points;
                 row.take(plan, y, a_row, b_row, columns);
-                if (!plan.scene.output.extremes) continue; // the next row may have its place
                 if (others.empty()) {
                     points += width;
                     continue;
