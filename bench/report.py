@@ -147,7 +147,7 @@ def devices(rows, folder):
             found = sorted(of(rows, "W1", width=n, backend=backend), key=lambda r: r["ns"])
             if found:
                 axis.barh(i + 0.25 * (k - 1), found[0]["ns"], 0.22, color=(SKY, BLUE, "black")[k], label=f"{n}²" if backend == order[0] or (i == 1 and not of(rows, "W1", backend=order[0])) else None)
-    axis.set(yticks=range(len(order)), yticklabels=order, xscale="log", xlim=(1, 100), xlabel="ns per cell and step, W1 on all threads",
+    axis.set(yticks=range(len(order)), yticklabels=order, xscale="log", xlim=(0.5, 100), xlabel="ns per cell and step, W1 on all threads",
              title="CPU, Vulkan and peers on the same streamed frame")
     axis.invert_yaxis()
     axis.legend(fontsize=8)
