@@ -78,6 +78,7 @@ Skin::Skin(const Device& device, const SkinDescription& description, const SkinO
                             ": its bits differ from the CPU path's; ask for it by name to use it all the same");
     } else {
         s.frames = std::make_unique<cpu::Frames>(s.plan, d.threads);
+        s.plan.maps = {}; // they have been made use of
         const size_t map = s.pitch * s.height;
         std::vector<size_t> sizes = {map, map};
         for (int q = 1; q < REDUCED_MAPS; ++q) sizes.push_back(s.answers.of[size_t(q)].count);

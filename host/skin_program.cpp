@@ -71,7 +71,31 @@ Gpu checked(const Handles& h) {
                                 h.physical, enabled);
     function<PFN_vkGetDeviceProcAddr>(h, "vkGetDeviceProcAddr");
     load_calls(h.get_instance_proc_addr, h.instance, gpu);
-    if (!gpu.calls.vkCmdDispatch) lacks("get_instance_proc_addr", "get_instance_proc_addr finds no vkCmdDispatch");
+    const VolkDeviceTable& vk = gpu.calls;
+#define NAMED(f)                                                                                                       \
+    std::pair { #f, reinterpret_cast < PFN_vkVoidFunction>(vk.f) }
+    for (const auto& [name, found] : {NAMED(vkAllocateDescriptorSets),
+                                      NAMED(vkCmdBindDescriptorSets),
+                                      NAMED(vkCmdBindPipeline),
+                                      NAMED(vkCmdDispatch),
+                                      NAMED(vkCmdPipelineBarrier),
+                                      NAMED(vkCmdPushConstants),
+                                      NAMED(vkCmdUpdateBuffer),
+                                      NAMED(vkCmdWriteTimestamp),
+                                      NAMED(vkCreateComputePipelines),
+                                      NAMED(vkCreateDescriptorPool),
+                                      NAMED(vkCreateDescriptorSetLayout),
+                                      NAMED(vkCreatePipelineLayout),
+                                      NAMED(vkCreateShaderModule),
+                                      NAMED(vkDestroyDescriptorPool),
+                                      NAMED(vkDestroyDescriptorSetLayout),
+                                      NAMED(vkDestroyPipeline),
+                                      NAMED(vkDestroyPipelineLayout),
+                                      NAMED(vkDestroyShaderModule),
+                                      NAMED(vkGetBufferMemoryRequirements),
+                                      NAMED(vkUpdateDescriptorSets)})
+        if (!found) lacks("get_instance_proc_addr", std::string("get_instance_proc_addr finds no ") + name);
+#undef NAMED
     return gpu;
 }
 

@@ -170,6 +170,21 @@ TEST_CASE("one thread, two threads and Vulkan: the same bits, whatever the skin;
                 }
 }
 
+TEST_CASE("a skin large enough for two threads has the bits of one") {
+    for (const auto& [stencil, edges] : {std::pair{Stencil::five_point, Edges::mirror},
+                                         {Stencil::fourth_order, Edges::periodic},
+                                         {Stencil::published, Edges::published}}) {
+        SkinDescription d = ridged(397, 401);
+        d.stencil = stencil;
+        d.edges = edges;
+        const std::vector<Quantity> what(std::begin(all_responses), std::end(all_responses));
+        Skin one(Device::cpu(1), d), two(Device::cpu(2), d), four(Device::cpu(4), d);
+        const auto expected = answers(one, d, what);
+        CHECK(answers(two, d, what) == expected);
+        CHECK(answers(four, d, what) == expected);
+    }
+}
+
 TEST_CASE("a pause keeps the state; after a reset a skin answers as a new one") {
     const Validated vulkan;
     const SkinDescription d = ridged(33, 12);
@@ -247,12 +262,12 @@ TEST_CASE("from press to press nothing is allocated, and a device is called as o
     const Device vulkan = open_device("vulkan", shimmed()); // validation would allocate
     for (bool materials : {false, true})
         for (bool sites : {false, true}) {
-            SkinDescription d = ridged(67, 40);
+            SkinDescription d = ridged(267, 300);
             if (materials) {
-                d.material.viscosity_map = std::vector<double>(67 * 40, 2.0);
-                d.material.viscosity_map.edit()[5 * 67 + 5] = 1;
+                d.material.viscosity_map = std::vector<double>(267 * 300, 2.0);
+                d.material.viscosity_map.edit()[5 * 267 + 5] = 1;
             }
-            if (sites) d.sites = {{Quantity::fa1, {5, 5}}, {Quantity::sa1, {66, 39}}};
+            if (sites) d.sites = {{Quantity::fa1, {5, 5}}, {Quantity::sa1, {266, 299}}};
             for (const Device& device : {Device::cpu(1), Device::cpu(2), vulkan}) {
                 CAPTURE(device.info().name);
                 Skin skin(device, d);

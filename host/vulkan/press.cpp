@@ -42,11 +42,12 @@ std::vector<Band> bands(const plan::Plan& plan, int begin, int end, int rows, Vk
         }
         const Band band{low / BAND_ROWS * BAND_ROWS, std::max(high + 1, 1), first, last};
         if (band.end - band.base > most)
-            throw Error(Error::Code::bad_input, "curvature.edges",
-                        "a grid of " + std::to_string(plan.constants.width) + " x " + std::to_string(height) +
-                            " is worked on in bands of rows, and periodic edges join the first and the last: "
-                            "maxStorageBufferRange = " +
-                            std::to_string(max_bytes) + "; allowed: maps up to that, other edges, or device cpu");
+            throw Error(
+                Error::Code::bad_input, "curvature.edges",
+                "a grid of " + std::to_string(plan.constants.width) + " x " + std::to_string(height) +
+                    " is worked on in bands of rows, which do not fit; periodic edges join the first and the last: "
+                    "maxStorageBufferRange = " +
+                    std::to_string(max_bytes) + "; allowed: maps up to that, other edges, or device cpu");
         list.push_back(band);
     }
     return list;

@@ -369,9 +369,10 @@ class DERMIS_API Skin {
     // pressure: width*height finite floats, Pa, pushing is positive, row 0 first; copied. It is what the skin feels at
     // the end of a step of dt seconds, on which the pressure ran straight from that of the press before: from 0 on a
     // skin at rest. dt >= 0, finite; 0 is a pause: the strain is kept, and the next press begins with this pressure.
-    // dt must also leave the coefficients of the step in float: about 1e-38 .. 1e19 s at viscosities near 1 Pa s.
-    // Throws Error::bad_input naming dt, size or the first cell that is not finite, and nothing has happened;
-    // Error::device.
+    // Where it is another one than before, that is a jump which no response shows. A response beyond 3.4e38 is
+    // infinite, and then NaN until reset(). dt must also leave the coefficients of the step in float: about 1e-38 ..
+    // 1e19 s at viscosities near 1 Pa s. Throws Error::bad_input naming dt, size or the first cell that is not finite,
+    // and nothing has happened; Error::device.
     void press(const float* pressure, size_t cells, double dt);
     void press(const std::vector<float>& pressure, double dt) { press(pressure.data(), pressure.size(), dt); }
 
