@@ -118,7 +118,7 @@ def roofline(rows, folder):
 
 
 def scaling(rows, folder):
-    figure, (cells, threads) = plt.subplots(1, 2, figsize=(12, 4.8))
+    figure, (cells, steps, threads) = plt.subplots(1, 3, figsize=(16, 4.8))
     growth = sorted(of(rows, "growth"), key=lambda r: r["cells"])
     cells.semilogx([r["cells"] for r in growth], [r["ns"] for r in growth], "o-", color=BLUE, label="march, means and extremes of all five")
     w1 = [r for r in of(rows, "W1") if r["backend"].startswith("cpu") and r["threads"] != "1"]
@@ -133,7 +133,12 @@ def scaling(rows, folder):
             threads.plot(int(r["threads"]), 1 / r["ns"], {"512": "^", "2048": "o", "4096": "s"}[r["width"]],
                          color={"cpu-avx512": VERMILLION, "cpu-avx2": SKY, "cpu-plain": GREEN}[r["backend"]], markerfacecolor="none")
     threads.set(xlabel="threads", xticks=sorted({int(r["threads"]) for r in of(rows, "W1") if r["backend"].startswith("cpu")}), ylabel="cells and steps per ns", title="W1 with threads (△ 512², ○ 2048², □ 4096²)", xlim=(0.5, None), ylim=(0, None))
-    for axis in (cells, threads):
+    for precision, colour in (("f32", VERMILLION), ("f32-compensated", ORANGE), ("f64", BLUE)):
+        ladder = [r for r in of(rows, "accuracy", method="exact", model="march", precision=precision, stencil="five-point") if device_of(r) == "cpu"]
+        steps.loglog([number(r["steps"]) for r in ladder], [r["seconds"] for r in ladder], "o-", color=colour, label=precision)
+    steps.set(xlabel="steps", ylabel="s", title=f"and with the steps alone (march, {int(ladder[0]['width'])}²)")
+    steps.legend(fontsize=8)
+    for axis in (cells, steps, threads):
         axis.grid(alpha=0.25)
     save(figure, folder, "scaling")
 
