@@ -19,20 +19,12 @@ using vulkan::SkinProgram;
 
 namespace {
 
-constexpr Quantity all_responses[] = {Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2};
-
 SkinDescription ridged(int width, int height, Stencil stencil = Stencil::five_point, Edges edges = Edges::mirror) {
     SkinDescription d = small_scene(width, height);
     d.stencil = stencil;
     d.edges = edges;
     d.material.viscosity = 0.7;
     return d;
-}
-
-std::vector<float> frame(const SkinDescription& d, int n) {
-    std::vector<float> map(size_t(d.grid.width) * size_t(d.grid.height));
-    for (size_t i = 0; i < map.size(); ++i) map[i] = float(std::sin(0.37 * double(i) + n) + 0.2 * n);
-    return map;
 }
 
 // A buffer of the host's with room before the range that is bound, where nothing may be written.

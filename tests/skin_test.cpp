@@ -14,19 +14,11 @@ using namespace test;
 
 namespace {
 
-constexpr Quantity all_responses[] = {Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2};
-
 SkinDescription ridged(int width, int height) {
     const Scene s = small_scene(width, height);
     SkinDescription d = s;
     d.material.modulus = 1.3;
     return d;
-}
-
-std::vector<float> frame(const SkinDescription& d, int n) {
-    std::vector<float> map(size_t(d.grid.width) * size_t(d.grid.height));
-    for (size_t i = 0; i < map.size(); ++i) map[i] = float(std::sin(0.37 * double(i) + n) + 0.2 * n);
-    return map;
 }
 
 std::vector<float> copy(const Skin::Response& r) { return {r.begin(), r.end()}; }

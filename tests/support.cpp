@@ -47,6 +47,12 @@ Scene small_scene(int width, int height) {
     return s;
 }
 
+std::vector<float> frame(const SkinDescription& d, int n) {
+    std::vector<float> map(size_t(d.grid.width) * size_t(d.grid.height));
+    for (size_t i = 0; i < map.size(); ++i) map[i] = float(std::sin(0.37 * double(i) + n) + 0.2 * n);
+    return map;
+}
+
 Validated::Validated() : Validated(vulkan::system_loader()) {}
 
 Validated::Validated(const vulkan::Loader& loader) : messages_(std::make_shared<std::vector<std::string>>()) {

@@ -26,6 +26,11 @@ std::string npy_header(const std::string& descr, const std::string& shape, const
 // Wave ridges under a circular load, small and quick.
 Scene small_scene(int width, int height);
 
+inline constexpr Quantity all_responses[] = {Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2};
+
+// The nth pressure on such a skin, width*height.
+std::vector<float> frame(const SkinDescription&, int n);
+
 // A Vulkan device with synchronization validation on; when it goes out of scope every message it gave is a failure.
 // Fails, never skips, where there is no device.
 class Validated {
