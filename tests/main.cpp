@@ -8,6 +8,9 @@
 // not.
 extern "C" const char* __lsan_default_suppressions() { return "leak:libVkLayer_khronos_validation.so\n"; }
 
+// lavapipe's compiler, set up by two threads at once.
+extern "C" const char* __tsan_default_suppressions() { return "race:llvm::sys::DynamicLibrary\n"; }
+
 int main(int argc, char** argv) {
     // The loader unloads drivers and layers with each instance; what their globals still point to would then count as
     // leaked. Kept loaded, a leak report is a leak of ours.
