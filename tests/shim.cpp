@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "tests/shim.hpp"
 
-#include <algorithm>
 #include <cstring>
 #include <mutex>
 
@@ -56,18 +55,12 @@ VKAPI_ATTR VkResult VKAPI_CALL module(VkDevice d, const VkShaderModuleCreateInfo
     return reinterpret_cast<PFN_vkCreateShaderModule>(real_module)(d, &changed, a, m);
 }
 
-PFN_vkVoidFunction real_sets, real_update, real_wait;
+PFN_vkVoidFunction real_sets, real_wait;
 
 VKAPI_ATTR VkResult VKAPI_CALL sets(VkDevice d, const VkDescriptorSetAllocateInfo* info, VkDescriptorSet* set) {
     if (shim.sets_left == 0) return VK_ERROR_OUT_OF_HOST_MEMORY;
     shim.sets_left -= shim.sets_left > 0;
     return reinterpret_cast<PFN_vkAllocateDescriptorSets>(real_sets)(d, info, set);
-}
-
-VKAPI_ATTR void VKAPI_CALL update(VkDevice d, uint32_t count, const VkWriteDescriptorSet* writes, uint32_t copies,
-                                  const VkCopyDescriptorSet* copy) {
-    for (uint32_t i = 0; i < count; ++i) shim.bound = std::max(shim.bound, writes[i].pBufferInfo->range);
-    reinterpret_cast<PFN_vkUpdateDescriptorSets>(real_update)(d, count, writes, copies, copy);
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL wait(VkDevice d, uint32_t count, const VkFence* fences, VkBool32 all, uint64_t ns) {
@@ -110,7 +103,6 @@ VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL device_address(VkDevice device, const c
         f = reinterpret_cast<PFN_vkVoidFunction>(ours);
     };
     instead("vkAllocateDescriptorSets", real_sets, sets);
-    instead("vkUpdateDescriptorSets", real_update, update);
     instead("vkWaitForFences", real_wait, wait);
 #define LOGGED(name_) Logged<__LINE__, PFN_##name_>::take(name, #name_, f) ||
     (void)(LOGGED(vkBeginCommandBuffer) LOGGED(vkEndCommandBuffer) LOGGED(vkQueueSubmit) LOGGED(vkWaitForFences)

@@ -19,7 +19,6 @@ struct Shim {
     bool portability = false;       // VK_KHR_portability_subset is offered
     bool timeout = false;           // submissions do not come back in time
     int sets_left = -1;             // the descriptor sets that can be allocated; -1: all
-    VkDeviceSize bound = 0;         // bytes of the largest range bound
     const char* absent = "";        // a function that is not there
     std::vector<const char*> calls; // of commands, submissions and what is made
 };

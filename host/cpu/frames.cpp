@@ -23,11 +23,8 @@ namespace f32 {
 } // namespace f32
 
 namespace cpu {
-namespace {
 
 using f32::Constants;
-
-} // namespace
 
 struct Frames::Impl {
     Impl(const plan::Plan& plan, int threads, const loops::Set& set) : plan(plan) {

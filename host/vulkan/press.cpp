@@ -5,15 +5,20 @@
 
 namespace dermis::vulkan {
 
-static_assert(sizeof(f32::Constants) <= 128, "push constants: 128 bytes are what every device has");
+namespace {
 
-uint32_t groups(int cells, int size) { return uint32_t((cells + size - 1) / size); }
-
+// Which are asked for, as the kernels have it.
 uint32_t responses_of(const plan::Plan& plan) {
     uint32_t responses = 0;
     for (int q = 1; q < REDUCED_MAPS; ++q) responses |= uint32_t(plan.wanted[q]) << (q - 1);
     return responses;
 }
+
+} // namespace
+
+static_assert(sizeof(f32::Constants) <= 128, "push constants: 128 bytes are what every device has");
+
+uint32_t groups(int cells, int size) { return uint32_t((cells + size - 1) / size); }
 
 int state_rows(const plan::Plan& plan) { return STATE_ROWS(int(plan.compensated), responses_of(plan)); }
 

@@ -22,8 +22,7 @@ struct Band {
 // one band. Throws Error::bad_input where edges join rows too far apart.
 std::vector<Band> bands(const plan::Plan&, int first, int last, int rows, VkDeviceSize max_bytes);
 
-// As the kernels have it: which responses are asked for, and rows of a state per row of cells.
-uint32_t responses_of(const plan::Plan&);
+// Of a state per row of cells, as the kernels have it.
 int state_rows(const plan::Plan&);
 
 // The kernel `press`, and the memory of its bindings.

@@ -12,9 +12,8 @@ class SkinRunner {
     SkinRunner(std::shared_ptr<Context>, const SkinDescription&, const SkinOptions&);
     ~SkinRunner();
     bool exact(); // gives the CPU path's bits
-    int pitch() const { return program_.pitch(); }
-    SkinProgram::Range range(Quantity q) const { return program_.range(q); }
-    // To be filled with the next pressure, pitch*height, before a press; the answers after it, see range().
+    // To be filled with the next pressure, pitch*height, before a press; the answers after it, as plan::answers_of has
+    // them.
     float* pressure() { return static_cast<float*>(upload_.data()); }
     const float* answers() const { return static_cast<const float*>(download_.data()); }
     void press(double dt);
