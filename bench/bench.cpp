@@ -32,9 +32,9 @@ Scene with_maps(Scene s) {
     return s;
 }
 
-Row Bench::cpu(const std::string& workload, long long n, int threads) const {
-    Row r;
-    r.backend = std::string("cpu-") + loops::best().name;
+Measurement Bench::cpu(const std::string& workload, long long n, int threads) const {
+    Measurement r;
+    r.backend = std::string("cpu-") + simd::best().name;
     r.workload = workload;
     r.width = r.height = n;
     r.threads = threads;
@@ -43,10 +43,10 @@ Row Bench::cpu(const std::string& workload, long long n, int threads) const {
     return r;
 }
 
-Row Bench::on_vulkan(const std::string& workload, long long n) const {
-    Row r = cpu(workload, n, 0);
+Measurement Bench::on_vulkan(const std::string& workload, long long n) const {
+    Measurement r = cpu(workload, n, 0);
     const DeviceInfo& info = vulkan->info();
-    const vulkan::Physical& physical = vulkan->impl().context->physical();
+    const vulkan::PhysicalDevice& physical = vulkan->impl().context->physical();
     r.backend = "vulkan";
     r.device = info.name;
     r.driver = info.driver.substr(0, info.driver.find(' '));
@@ -58,7 +58,7 @@ Row Bench::on_vulkan(const std::string& workload, long long n) const {
     return r;
 }
 
-void Bench::add(const Row& r) {
+void Bench::add(const Measurement& r) {
     rows.push_back(r);
     const double cells = double(r.width * r.height * std::max(r.steps, 1LL));
     fmt::print(
@@ -86,7 +86,7 @@ void limits(Bench& bench) {
         const auto timings =
             bench.paired({[&] { return memory.read(); }, [&] { return memory.copy(); }}, std::max(bench.runs, 5));
         for (int copy = 0; copy < 2; ++copy) {
-            Row r = bench.cpu("limit", 0, threads);
+            Measurement r = bench.cpu("limit", 0, threads);
             r.model = copy ? "copy" : "read";
             r.method = r.stencil = "";
             r.wall = timings[size_t(copy)];
@@ -126,7 +126,7 @@ int main(int argc, char** argv) {
                 fmt::print(stderr, "dermis-bench: rows of the CPU alone: {}\n", e.what());
             }
         if (bench.vulkan && !first.empty()) {
-            Row r = bench.on_vulkan("first-frame", 150);
+            Measurement r = bench.on_vulkan("first-frame", 150);
             r.steps = 1;
             r.wall = timing_of(first);
             bench.add(r);

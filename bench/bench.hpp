@@ -4,7 +4,7 @@
 #include "bench/limits.hpp"
 #include "bench/rows.hpp"
 #include "host/device.hpp"
-#include "host/loops/loops.hpp"
+#include "host/simd/isa.hpp"
 
 #include <functional>
 #include <optional>
@@ -16,11 +16,11 @@ struct Bench {
     int runs = 5, cores = 1;
     std::optional<dermis::Device> vulkan;      // without: rows of the CPU alone
     double read_GBs[2] = {}, copy_GBs[2] = {}; // one thread, all cores
-    std::vector<Row> rows;
+    std::vector<Measurement> rows;
 
-    Row cpu(const std::string& workload, long long n, int threads) const;
-    Row on_vulkan(const std::string& workload, long long n) const;
-    void add(const Row&); // and prints it
+    Measurement cpu(const std::string& workload, long long n, int threads) const;
+    Measurement on_vulkan(const std::string& workload, long long n) const;
+    void add(const Measurement&); // and prints it
     // Medians of `runs` runs of each, in turn, after one that warms up.
     std::vector<Timing> paired(const std::vector<std::function<double()>>&, int runs) const;
 };

@@ -45,7 +45,7 @@ VulkanFrames::VulkanFrames(const FrameScene& scene, std::shared_ptr<vulkan::Cont
                               i == unused                  ? 4
                               : i == state0 || i == state1 ? 2 * map
                                                            : map,
-                              Buffer::Place::device);
+                              Buffer::Location::device);
     const auto b = [&](int i) { return buffers_[size_t(i)].all(); };
     std::vector<std::vector<vulkan::Piece>> sets;
     for (int i = 0; i < ring; ++i) // the states change places with each frame
@@ -65,7 +65,7 @@ VulkanFrames::VulkanFrames(const FrameScene& scene, std::shared_ptr<vulkan::Cont
     info.queryCount = 2;
     vulkan::check(context_->calls().vkCreateQueryPool(context_->device(), &info, nullptr, &stamps_),
                   "vkCreateQueryPool");
-    Buffer staging(*context_, map, Buffer::Place::host);
+    Buffer staging(*context_, map, Buffer::Location::host);
     const std::vector<float> rest_map = plan::padded<float>(scene.plan.maps.rest_curvature, scene.plan, "rest");
     const VkBufferCopy region{0, 0, map};
     for (int i = 0; i <= rest; ++i) {
@@ -127,7 +127,7 @@ double VulkanFrames::copy(int times) {
 }
 
 std::vector<float> VulkanFrames::response(int r) {
-    vulkan::Buffer staging(*context_, buffers_[sa1].bytes(), vulkan::Buffer::Place::host);
+    vulkan::Buffer staging(*context_, buffers_[sa1].bytes(), vulkan::Buffer::Location::host);
     const VkBufferCopy region{0, 0, staging.bytes()};
     const VkCommandBuffer commands = context_->begin();
     context_->calls().vkCmdCopyBuffer(commands, buffers_[size_t(sa1 + r)].handle(), staging.handle(), 1, &region);

@@ -2,8 +2,8 @@
 // Workloads W1, W1s and W2: kernels against what the memory gives.
 #include "bench/bench.hpp"
 #include "bench/frames.hpp"
-#include "host/cpu/frames.hpp"
-#include "host/model/separable.hpp"
+#include "host/cpu/stream.hpp"
+#include "host/reduced/moments.hpp"
 
 #include <algorithm>
 #include <array>
@@ -21,8 +21,8 @@ constexpr double frame_flops = 62;
 // The four responses after some frames, to the bit.
 using Responses = std::array<std::vector<float>, 4>;
 
-Responses after_frames(const FrameScene& scene, int threads, const loops::Set& set) {
-    cpu::Frames frames(scene.plan, threads, set);
+Responses after_frames(const FrameScene& scene, int threads, const simd::Isa& isa) {
+    cpu::Frames frames(scene.plan, threads, isa);
     Responses r;
     for (auto& map : r) map.resize(scene.cells());
     for (size_t i = 0; i < 6; ++i)
@@ -43,13 +43,13 @@ void streamed_frames(Bench& bench) {
     for (int n : bench.quick ? std::vector{512, 2048} : std::vector{512, 2048, 4096}) {
         const FrameScene scene(n);
         const int frames = std::max(1, int(4e7 / n / n));
-        const Responses plain = after_frames(scene, 1, loops::plain);
+        const Responses plain = after_frames(scene, 1, simd::plain);
         const std::vector<Floats> out = [&] {
             std::vector<Floats> maps;
             for (int i = 0; i < 4; ++i) maps.emplace_back(scene.cells());
             return maps;
         }();
-        std::vector<Row> rows;
+        std::vector<Measurement> rows;
         std::vector<std::function<double()>> work;
         std::vector<std::unique_ptr<cpu::Frames>> streams;
         const std::vector<int> threads = bench.cores > 1 ? std::vector{1, bench.cores} : std::vector{1};
@@ -58,20 +58,20 @@ void streamed_frames(Bench& bench) {
             work.push_back([memory = std::make_shared<Limits>(t)] { return memory->copy(); });
         }
         const size_t limits = rows.size();
-        for (const loops::Set* set : loops::sets())
+        for (const simd::Isa* isa : simd::isas())
             for (int t : threads)
                 for (bool all : {true, false}) {
-                    if (!all && set != &loops::best()) continue;
-                    Row r = bench.cpu(all ? "W1" : "W1s", n, t);
-                    r.backend = std::string("cpu-") + set->name;
+                    if (!all && isa != &simd::best()) continue;
+                    Measurement r = bench.cpu(all ? "W1" : "W1s", n, t);
+                    r.backend = std::string("cpu-") + isa->name;
                     r.model = "march";
                     r.precision = "f32";
                     r.bytes_per_cell = all ? frame_bytes : frame_bytes - 12;
                     r.flops_per_cell = all ? frame_flops : frame_flops - 17;
-                    r.exact = same(plain, after_frames(scene, t, *set));
+                    r.exact = same(plain, after_frames(scene, t, *isa));
                     if (!r.exact) r.status = "wrong";
                     rows.push_back(r);
-                    cpu::Frames& stream = *streams.emplace_back(std::make_unique<cpu::Frames>(scene.plan, t, *set));
+                    cpu::Frames& stream = *streams.emplace_back(std::make_unique<cpu::Frames>(scene.plan, t, *isa));
                     float* const kept[2][4] = {{nullptr, nullptr, out[2].data(), nullptr},
                                                {out[0].data(), out[1].data(), out[2].data(), out[3].data()}};
                     work.push_back([&scene, &stream, frames, to = std::to_array(kept[all])]() mutable {
@@ -88,7 +88,7 @@ void streamed_frames(Bench& bench) {
         const int fewer = bench.vulkan && bench.vulkan->info().kind == "software" ? std::max(1, frames / 8) : frames;
         for (VulkanFrames::By by : {VulkanFrames::By::press, VulkanFrames::By::cell, VulkanFrames::By::moves}) {
             if (!bench.vulkan) continue;
-            Row r = bench.on_vulkan("W1", n);
+            Measurement r = bench.on_vulkan("W1", n);
             if (by == VulkanFrames::By::cell) r.backend = "vulkan-cell";
             if (by == VulkanFrames::By::moves) r.backend = "vulkan-moves"; // what no kernel can beat
             r.bytes_per_cell = frame_bytes;
@@ -115,7 +115,7 @@ void streamed_frames(Bench& bench) {
             on_device = 2 * double(scene.cells()) * sizeof(float) / timing_of(seconds).median / 1e9;
         }
         for (size_t i = limits; i < rows.size(); ++i) {
-            Row& r = rows[i];
+            Measurement& r = rows[i];
             const bool device = gpu.size() > i && gpu[i];
             r.steps = device ? fewer : frames;
             r.wall = timings[i];
@@ -124,7 +124,7 @@ void streamed_frames(Bench& bench) {
             bench.add(r);
         }
         if (devices.empty()) continue;
-        Row record = bench.on_vulkan("W1-record", n); // what a frame costs the host beside its submission
+        Measurement record = bench.on_vulkan("W1-record", n); // what a frame costs the host beside its submission
         record.steps = 1;
         record.wall = bench.paired({[&] {
                                        devices[0]->press(fewer);
@@ -148,7 +148,7 @@ void constant_map(Bench& bench) {
         plan::Plan plan = plan::prepare(s);
         plan.model = Model::moments;
         for (int t : {1, bench.cores}) {
-            Row r = bench.cpu("W2", n, t);
+            Measurement r = bench.cpu("W2", n, t);
             r.model = "moments";
             r.precision = "f64";
             r.steps = plan.outputs;
@@ -156,12 +156,12 @@ void constant_map(Bench& bench) {
             double last = 0;
             r.wall = bench.paired({[&] {
                                       return seconds_of([&] {
-                                          const auto marcher = model::separable(plan, model::moments_of(plan, t),
+                                          const auto stepper = reduced::separable(plan, reduced::moments_of(plan, t),
                                                                                 [&](auto&, const plan::Sample& sample) {
                                                                                     last += sample.totals[1].mean;
                                                                                 });
                                           plan::Timeline timeline(plan);
-                                          for (plan::Step step; timeline.next(step);) marcher->press(step);
+                                          for (plan::Step step; timeline.next(step);) stepper->press(step);
                                       });
                                   }},
                                   bench.runs)[0];
@@ -172,7 +172,7 @@ void constant_map(Bench& bench) {
         if (n > 512) continue;
         for (bool vulkan : {false, true}) {
             if (vulkan && !bench.vulkan) continue;
-            Row r = vulkan ? bench.on_vulkan("W2", n) : bench.cpu("W2", n, bench.cores);
+            Measurement r = vulkan ? bench.on_vulkan("W2", n) : bench.cpu("W2", n, bench.cores);
             r.model = "march";
             r.precision = "f32";
             Scene marched = s;

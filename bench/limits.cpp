@@ -47,7 +47,7 @@ Floats::Floats(size_t count) {
     static size_t made = 0;
     const size_t shift = made++ % 13 * 5 * line, bytes = (count * sizeof(float) + shift + page - 1) / page * page;
     memory_.reset(std::aligned_alloc(page, bytes));
-    dermis::loops::prefer_large_pages(memory_.get(), bytes);
+    dermis::simd::prefer_large_pages(memory_.get(), bytes);
     begin_ = reinterpret_cast<float*>(static_cast<char*>(memory_.get()) + shift);
     for (size_t i = 0; i < count; ++i) begin_[i] = float(i % 1021) * 1e-3f;
 }

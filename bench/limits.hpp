@@ -2,7 +2,7 @@
 // What the machine's memory gives, measured in the same run as what is held against it.
 #pragma once
 
-#include "host/loops/pool.hpp"
+#include "host/simd/pool.hpp"
 
 #include <cstddef>
 #include <memory>
@@ -32,7 +32,7 @@ class Limits {
 
   private:
     static constexpr size_t count = size_t(48) << 20;
-    dermis::loops::Pool pool_;
+    dermis::simd::Pool pool_;
     Floats from_{count}, to_{count};
 };
 

@@ -22,7 +22,7 @@ layout(std430, binding = PRESS_FA2) writeonly buffer Fa2 { float fa2[]; };
 float strain_of(int x, int y) {
     int i = wrapped(y, c.height, EDGES_MIRROR) * c.pitch + wrapped(x, c.width, EDGES_MIRROR);
     Load load = load_between(pressure_from[i], pressure_to[i], c);
-    return added(state_from[i], strain_step(state_from[i], load, rows_of(c.row)));
+    return added(state_from[i], strain_step(state_from[i], load, lanes_of(c.row)));
 }
 
 void main() {
@@ -31,7 +31,7 @@ void main() {
     if (x >= c.width) return;
     int i = y * c.pitch + x;
     int map = c.pitch * c.height;
-    Rows k = rows_of(c.row);
+    LaneCoefficients k = lanes_of(c.row);
     Load load = load_between(pressure_from[i], pressure_to[i], c);
     float eps = state_from[i];
     float integral = state_from[i + map];

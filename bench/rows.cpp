@@ -28,7 +28,7 @@ std::string text(std::string s) {
 
 using Columns = std::map<std::string, std::string>;
 
-std::vector<Columns> rows_of(const std::string& csv) {
+std::vector<Columns> lanes_of(const std::string& csv) {
     std::istringstream lines(csv);
     std::string line, cell;
     std::getline(lines, line);
@@ -65,18 +65,18 @@ Timing timing_of(std::vector<double> seconds) {
     return {at(0.5), at(0.25), at(0.75), int(seconds.size())};
 }
 
-void Row::against(const std::string& name, double GBs) {
+void Measurement::against(const std::string& name, double GBs) {
     limit = name;
     limit_GBs = GBs;
     of_limit = bytes_per_cell * double(width * height * steps) / wall.median / 1e9 / GBs;
 }
 
-std::string csv_of(const std::vector<Row>& rows, const std::string& commit) {
+std::string csv_of(const std::vector<Measurement>& rows, const std::string& commit) {
     char date[32];
     const std::time_t now = std::time(nullptr);
     std::strftime(date, sizeof date, "%Y-%m-%d", std::gmtime(&now));
     std::string csv = std::string(header) + "\n";
-    for (const Row& r : rows) {
+    for (const Measurement& r : rows) {
         csv += fmt::format("1,{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}",
                            commit, date, text(r.device), r.device_uuid, text(r.driver), text(r.driver_version), r.exact,
                            r.backend, r.threads, r.workload, count(r.width), count(r.height), count(r.steps),
@@ -92,9 +92,9 @@ std::string csv_of(const std::vector<Row>& rows, const std::string& commit) {
 
 std::vector<std::string> lost(const std::string& earlier_csv, const std::string& csv) {
     std::map<std::string, Columns> now;
-    for (const Columns& row : rows_of(csv)) now[key(row)] = row;
+    for (const Columns& row : lanes_of(csv)) now[key(row)] = row;
     std::vector<std::string> complaints;
-    for (Columns before : rows_of(earlier_csv)) {
+    for (Columns before : lanes_of(earlier_csv)) {
         const std::string name = key(before);
         const auto found = now.find(name);
         if (found == now.end()) {

@@ -17,7 +17,7 @@ struct Timing {
 Timing timing_of(std::vector<double> seconds);
 
 // Not known: NAN, or empty. errors: strain, SA1, SA2, FA1, FA2, curvature.
-struct Row {
+struct Measurement {
     std::string backend, workload, model, method, precision, stencil, status = "ok";
     std::string device = "cpu", device_uuid, driver, driver_version;
     bool exact = true; // the device's bits are those of plain loops
@@ -34,7 +34,7 @@ struct Row {
     void against(const std::string& name, double GBs);
 };
 
-std::string csv_of(const std::vector<Row>&, const std::string& commit);
+std::string csv_of(const std::vector<Measurement>&, const std::string& commit);
 
 // What of an earlier table does not hold any more, one line each: errors of exact devices to the bit, of_limit within
 // 10 % and twice its quartile range, no row lost.

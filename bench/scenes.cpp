@@ -27,7 +27,7 @@ void study(Bench& bench) {
     for (bool marched : {false, true}) {
         for (Scene& s : nine)
             if (marched) s.model = Model::march, s.precision = Precision::f32;
-        Row r = bench.cpu("W3", 150, 1);
+        Measurement r = bench.cpu("W3", 150, 1);
         r.model = marched ? "march" : "moments";
         r.precision = marched ? "f32" : "f64";
         r.steps = 9 * 1000;
@@ -61,7 +61,7 @@ void population(Bench& bench) {
         hand.sites = dermis::population(hand.grid);
         hand.output.traces.clear();
         for (bool sites : {true, false}) {
-            Row r = bench.cpu("W4", n, bench.cores);
+            Measurement r = bench.cpu("W4", n, bench.cores);
             r.model = sites ? "sites" : "march";
             r.precision = sites ? "f64" : "f32";
             r.method = uniform ? "exact" : "exact-materials";
@@ -101,7 +101,7 @@ void streamed_population(Bench& bench) {
         }
         const std::vector<Timing> timings = bench.paired(work, bench.runs);
         for (int fields = 0; fields < 2; ++fields) {
-            Row r = device ? bench.on_vulkan("W4-frames", n) : bench.cpu("W4-frames", n, bench.cores);
+            Measurement r = device ? bench.on_vulkan("W4-frames", n) : bench.cpu("W4-frames", n, bench.cores);
             r.model = fields ? "march" : "sites";
             r.precision = "f32";
             r.receptors = fields ? 0 : static_cast<long long>(hand.sites.size());
@@ -125,7 +125,7 @@ void materials(Bench& bench) {
                                        [&] { return seconds_of([&] { run(s, hundred, Device::cpu()); }); }},
                                       std::min(bench.runs, 5));
     for (int all = 0; all < 2; ++all) {
-        Row r = bench.cpu(all ? "materials-100" : "materials-1", n, bench.cores);
+        Measurement r = bench.cpu(all ? "materials-100" : "materials-1", n, bench.cores);
         r.model = "moments";
         r.precision = "f64";
         r.steps = 1000;
@@ -235,7 +235,7 @@ void accuracy(Bench& bench) {
             s.method = series.method;
             s.stencil = series.stencil;
             s.time.step = step;
-            Row r = series.device == &cpu ? bench.cpu("accuracy", smooth.n, bench.cores)
+            Measurement r = series.device == &cpu ? bench.cpu("accuracy", smooth.n, bench.cores)
                                           : bench.on_vulkan("accuracy", smooth.n);
             r.model = name(series.model);
             r.precision = name(series.precision);
@@ -307,7 +307,7 @@ void growth(Bench& bench) {
             s.time = {0.01, 0.06};
             return s;
         };
-        Row r = bench.cpu("growth", n, bench.cores);
+        Measurement r = bench.cpu("growth", n, bench.cores);
         r.model = "march";
         r.precision = "f32";
         r.steps = 6;

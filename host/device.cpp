@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "host/device.hpp"
-#include "host/cpu/march.hpp"
+#include "host/cpu/stepper.hpp"
 #include "host/plan/float_environment.hpp"
-#include "host/self_test.hpp"
+#include "host/check.hpp"
 
 #include <algorithm>
 #include <cctype>
@@ -10,7 +10,7 @@
 namespace dermis {
 namespace {
 
-using vulkan::Physical;
+using vulkan::PhysicalDevice;
 
 std::string lower(std::string s) {
     std::transform(s.begin(), s.end(), s.begin(), [](unsigned char c) { return char(std::tolower(c)); });
@@ -21,7 +21,7 @@ std::string lower(std::string s) {
     throw Error(Error::Code::no_device, "device", "device = \"" + which + "\": " + why);
 }
 
-Device open_vulkan(const std::shared_ptr<const vulkan::Instance>& instance, const Physical& physical) {
+Device open_vulkan(const std::shared_ptr<const vulkan::Instance>& instance, const PhysicalDevice& physical) {
     auto impl = std::make_shared<Device::Impl>();
     impl->info = physical.info;
     impl->context = std::make_shared<vulkan::Context>(instance, physical);
@@ -33,7 +33,7 @@ Device open_vulkan(const std::shared_ptr<const vulkan::Instance>& instance, cons
 // The first of `candidates` that works and computes the CPU path's bits; otherwise says why not in `why`.
 std::optional<Device> first_exact(const std::shared_ptr<const vulkan::Instance>& instance, bool hardware_only,
                                   std::string& why) {
-    for (const Physical& p : instance->devices()) {
+    for (const PhysicalDevice& p : instance->devices()) {
         std::string reason = p.info.refused;
         if (reason.empty() && hardware_only && p.properties.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU)
             reason = "a software driver, slower than the CPU path";
@@ -51,7 +51,7 @@ std::optional<Device> first_exact(const std::shared_ptr<const vulkan::Instance>&
     return {};
 }
 
-const Physical& named(const std::vector<Physical>& devices, const std::string& which) {
+const PhysicalDevice& named(const std::vector<PhysicalDevice>& devices, const std::string& which) {
     std::string names;
     const bool number = !which.empty() && which.size() < 6 &&
                         std::all_of(which.begin(), which.end(), [](unsigned char c) { return std::isdigit(c); });
@@ -78,7 +78,7 @@ Device open_device(const std::string& which, const vulkan::Loader& loader, const
                 return *device;
             }
         } else {
-            const Physical& p = named(instance->devices(), which);
+            const PhysicalDevice& p = named(instance->devices(), which);
             if (!p.info.refused.empty()) no_device(which, p.info.name + ": " + p.info.refused);
             Device device = open_vulkan(instance, p);
             device.impl().asked = device.impl().named = true;
@@ -97,7 +97,7 @@ Device open_device(const std::string& which, const vulkan::Loader& loader, const
     return device;
 }
 
-std::unique_ptr<plan::Marcher> march(const Device& device, const plan::Plan& plan, plan::Marcher::Sink sink) {
+std::unique_ptr<plan::Stepper> march(const Device& device, const plan::Plan& plan, plan::Stepper::Sink sink) {
     Device::Impl& d = device.impl();
     if (!d.context) return cpu::march(plan, d.threads, std::move(sink));
     const bool plain = plan.stencil == STENCIL_FIVE_POINT && plan.edges == EDGES_MIRROR && !plan.compensated &&
@@ -128,7 +128,7 @@ Device Device::open(const std::string& which) { return open_device(which, vulkan
 std::vector<DeviceInfo> Device::list() {
     const vulkan::Instance instance(vulkan::system_loader());
     std::vector<DeviceInfo> list;
-    for (const Physical& p : instance.devices()) list.push_back(p.info);
+    for (const PhysicalDevice& p : instance.devices()) list.push_back(p.info);
     return list;
 }
 

@@ -2,8 +2,8 @@
 // Which device computes, and whether its bits are the CPU path's.
 #pragma once
 
-#include "host/plan/marcher.hpp"
-#include "host/vulkan/march.hpp"
+#include "host/plan/stepper.hpp"
+#include "host/vulkan/stepper.hpp"
 
 namespace dermis {
 
@@ -19,6 +19,6 @@ struct Device::Impl {
 // Device::open with a loader of the caller's choice and validation.
 Device open_device(const std::string& which, const vulkan::Loader&, const vulkan::InstanceOptions& = {});
 
-std::unique_ptr<plan::Marcher> march(const Device&, const plan::Plan&, plan::Marcher::Sink);
+std::unique_ptr<plan::Stepper> march(const Device&, const plan::Plan&, plan::Stepper::Sink);
 
 } // namespace dermis

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 // Scene -> Plan -> backend -> Result.
 #include "host/device.hpp"
-#include "host/loops/pool.hpp"
-#include "host/model/choice.hpp"
-#include "host/model/separable.hpp"
-#include "host/model/sites.hpp"
+#include "host/simd/pool.hpp"
+#include "host/planner/choice.hpp"
+#include "host/reduced/moments.hpp"
+#include "host/reduced/sites.hpp"
 #include "host/plan/float_environment.hpp"
 #include "host/scene/text.hpp"
 
@@ -31,7 +31,7 @@ class Collector {
     Collector(Result& result, const plan::Plan& plan) : result_(result), plan_(plan), wanted_(wanted(plan)) {
         const Output& output = plan.scene.output;
         result.responses.reserve(size_t(plan.outputs) * plan.scene.sites.size());
-        loops::prefer_large_pages(result.responses.data(), result.responses.capacity() * sizeof(double));
+        simd::prefer_large_pages(result.responses.data(), result.responses.capacity() * sizeof(double));
         for (Quantity q : output.traces) {
             Trace& t = result.traces.emplace_back();
             t.quantity = q;
@@ -120,18 +120,18 @@ class Check {
   public:
     Check(const Device& device, const plan::Plan& plan, Result& result)
         : result_(result), wanted_(wanted(plan)), collected_(other_result_, plan),
-          marcher_(march(device, plan, [this](auto& s, auto& x) { collected_(s, x); })) {}
+          stepper_(march(device, plan, [this](auto& s, auto& x) { collected_(s, x); })) {}
 
-    void frame(const std::vector<double>& pressure) { marcher_->frame(pressure); }
+    void frame(const std::vector<double>& pressure) { stepper_->frame(pressure); }
 
-    void press(const plan::Step& step, plan::Marcher& first) {
-        marcher_->press(step);
+    void press(const plan::Step& step, plan::Stepper& first) {
+        stepper_->press(step);
         if (!step.respond()) return;
         std::vector<Quantity> what = wanted_;
         if (what.empty() || what[0] != Quantity::strain) what.insert(what.begin(), Quantity::strain); // always there
         if (step.field >= 0) what.insert(what.end(), {Quantity::curvature, Quantity::deformation});
         first.read(what, ours_);
-        marcher_->read(what, theirs_);
+        stepper_->read(what, theirs_);
         for (size_t q = 0; q < what.size(); ++q) {
             result_.cells_compared += static_cast<long long>(ours_[q].size());
             result_.cells_different += different(ours_[q], theirs_[q]);
@@ -139,7 +139,7 @@ class Check {
     }
 
     void finish() {
-        marcher_->finish();
+        stepper_->finish();
         for (size_t i = 0; i < result_.traces.size(); ++i) {
             const Trace &a = result_.traces[i], &b = other_result_.traces[i];
             result_.cells_different += different(a.mean, b.mean) + different(a.min, b.min) + different(a.max, b.max);
@@ -153,7 +153,7 @@ class Check {
     Result other_result_;
     std::vector<std::vector<double>> ours_, theirs_;
     Collector collected_;
-    std::unique_ptr<plan::Marcher> marcher_;
+    std::unique_ptr<plan::Stepper> stepper_;
 };
 
 } // namespace
@@ -169,14 +169,14 @@ const Trace& Result::trace(Quantity q) const {
 namespace {
 
 // What the numbers printed beside a result are taken from: the skin at its last step.
-void look_at_end(Result& result, const plan::Plan& plan, plan::Marcher& marcher) {
-    const plan::StencilEstimate estimate = marcher.estimate(plan);
+void look_at_end(Result& result, const plan::Plan& plan, plan::Stepper& stepper) {
+    const plan::StencilEstimate estimate = stepper.estimate(plan);
     result.stencil_estimate = estimate.greatest;
     result.kinks = estimate.kinks;
     result.greatest_gain = std::abs(*plan.scene.material.curvature_length) * estimate.curvature;
 }
 
-using SharedMoments = std::shared_ptr<const model::Moments>;
+using SharedMoments = std::shared_ptr<const reduced::Moments>;
 
 Result run_plan(const plan::Plan& plan, const SharedMoments& moments, const Device& device, const RunOptions& options,
                 const Result* like = nullptr) {
@@ -191,15 +191,15 @@ Result run_plan(const plan::Plan& plan, const SharedMoments& moments, const Devi
         result.tau_max = std::max(result.tau_max, m.viscosity / m.modulus);
     }
     Collector collect(result, plan);
-    std::optional<model::SiteCells> cells;
+    std::optional<plan::SiteCells> cells;
     plan::Plan timed;
     if (!marches && !moments) {
         cells.emplace(plan, plan.places);
         timed = plan::timing(plan, cells->media, plan.scene.method);
     }
-    const auto marcher = marches   ? march(device, plan, std::ref(collect))
-                         : moments ? model::separable(plan, moments, std::ref(collect))
-                                   : model::sites(plan, *cells, device.impl().threads, std::ref(collect));
+    const auto stepper = marches   ? march(device, plan, std::ref(collect))
+                         : moments ? reduced::separable(plan, moments, std::ref(collect))
+                                   : reduced::sites(plan, *cells, device.impl().threads, std::ref(collect));
     result.device = device.info(); // what making the march has found out
     std::unique_ptr<Check> check;
     if (options.check)
@@ -210,17 +210,17 @@ Result run_plan(const plan::Plan& plan, const SharedMoments& moments, const Devi
     plan::FrameFeed feed(plan);
     for (plan::Step step; timeline.next(step);) {
         feed.before(step, [&](const std::vector<double>& frame) {
-            marcher->frame(frame);
+            stepper->frame(frame);
             if (check) check->frame(frame);
         });
-        marcher->press(step);
+        stepper->press(step);
         ++result.steps;
-        if (check) check->press(step, *marcher);
+        if (check) check->press(step, *stepper);
         if (step.field >= 0)
             for (const FieldRequest& f : plan.scene.output.fields)
                 if (scene::Waveform::snapped(f.at, plan.scene.time.step) == plan.field_times[size_t(step.field)]) {
                     std::vector<std::vector<double>> maps;
-                    marcher->read(f.what, maps);
+                    stepper->read(f.what, maps);
                     for (size_t i = 0; i < maps.size(); ++i) {
                         for (double v : maps[i]) collect.check_finite(v, f.what[i], f.at);
                         result.fields.push_back({f.at, f.what[i], std::move(maps[i])});
@@ -229,7 +229,7 @@ Result run_plan(const plan::Plan& plan, const SharedMoments& moments, const Devi
         if (options.progress && step.trace >= 0 && step.trace % 16 == 0)
             options.progress(double(step.trace + 1) / double(plan.outputs));
     }
-    marcher->finish();
+    stepper->finish();
     if (check) check->finish();
     else result.seconds = std::chrono::duration<double>(Clock::now() - start).count();
     if (plan.model == Model::sites) {
@@ -239,17 +239,17 @@ Result run_plan(const plan::Plan& plan, const SharedMoments& moments, const Devi
         result.kinks = like->kinks;
         result.greatest_gain = like->greatest_gain;
     } else {
-        look_at_end(result, plan, *marcher);
+        look_at_end(result, plan, *stepper);
     }
-    result.dispatches = marcher->dispatches();
-    result.left_out = marcher->left_out();
+    result.dispatches = stepper->dispatches();
+    result.left_out = stepper->left_out();
     if (options.progress) options.progress(1);
     return result;
 }
 
 plan::Plan decided(const Scene& scene, const Device& device, const RunOptions& options) {
     plan::Plan plan = plan::prepare(scene);
-    const Explanation e = model::choose(plan, device, options, false);
+    const Explanation e = planner::choose(plan, device, options, false);
     plan.predicted_error = e.candidates[e.chosen].error;
     plan.keeps_maps |= options.check;
     plan.derives |= options.check && !scene.output.fields.empty(); // then all of it is compared
@@ -267,7 +267,7 @@ Device working(const plan::Plan& plan, const Device& device) {
 SharedMoments moments_for(const plan::Plan& plan, const Device& device) {
     return plan.model == Model::march || !plan::why_not_separable(plan).empty()
                ? nullptr
-               : model::moments_of(plan, device.impl().threads);
+               : reduced::moments_of(plan, device.impl().threads);
 }
 
 } // namespace
@@ -275,7 +275,7 @@ SharedMoments moments_for(const plan::Plan& plan, const Device& device) {
 Explanation explain(const Scene& scene, const Device& device, const RunOptions& options) {
     const DefaultFloats guard;
     plan::Plan plan = plan::prepare(scene);
-    return model::choose(plan, device, options, true);
+    return planner::choose(plan, device, options, true);
 }
 
 Result run(const Scene& scene, const Device& device, const RunOptions& options) {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 // dermis::Skin: frames in, responses out, on the CPU or on a device.
-#include "host/cpu/frames.hpp"
+#include "host/cpu/stream.hpp"
 #include "host/device.hpp"
 #include "host/plan/float_environment.hpp"
 #include "host/scene/refusal.hpp"
-#include "host/vulkan/skin_runner.hpp"
+#include "host/vulkan/runner.hpp"
 
 #include <algorithm>
 #include <cstring>
@@ -43,12 +43,12 @@ struct Skin::Impl {
     Impl(const SkinDescription& description, const SkinOptions& options)
         : plan(plan::skin_plan(description, options)), width(size_t(plan.constants.width)),
           height(size_t(plan.constants.height)), pitch(size_t(plan.pitch)), fields(plan.scene.sites.empty()),
-          answers(plan::answers_of(plan)) {}
+          answers(plan::response_layout_of(plan)) {}
 
     plan::Plan plan;
     const size_t width, height, pitch;
     const bool fields;
-    const plan::Answers answers;
+    const plan::ResponseLayout answers;
     std::unique_ptr<vulkan::SkinRunner> runner; // either
     std::unique_ptr<cpu::Frames> frames;
     std::optional<Block> memory; // of frames: two pressures, responses of SA1, SA2, FA1, FA2

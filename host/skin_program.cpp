@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // dermis::vulkan::SkinProgram: handles and buffers checked, presses recorded, the CPU path as judge.
-#include "host/cpu/frames.hpp"
+#include "host/cpu/stream.hpp"
 #include "host/plan/float_environment.hpp"
-#include "host/plan/marcher.hpp"
+#include "host/plan/stepper.hpp"
 #include "host/scene/refusal.hpp"
 #include "host/vulkan/instance.hpp"
 #include "host/vulkan/recorder.hpp"
@@ -30,7 +30,7 @@ template <class Function> Function function(const Handles& h, const char* name) 
 }
 
 // What recording needs of the device, after everything about the handles has been looked at.
-Gpu checked(const Handles& h) {
+DeviceTable checked(const Handles& h) {
     const auto need = [](bool there, const char* parameter) {
         if (!there) refuse(parameter, "null", "a handle of the host's own device");
     };
@@ -59,7 +59,7 @@ Gpu checked(const Handles& h) {
             if (std::strcmp(e.extensionName, name) == 0 &&
                 std::find(h.extensions.begin(), h.extensions.end(), name) == h.extensions.end())
                 refuse("extensions", std::string("without ") + name, "with it, because this device offers it");
-    Gpu gpu;
+    DeviceTable gpu;
     gpu.device = h.device;
     gpu.limits = properties.limits;
     gpu.allocator = h.allocator;
@@ -197,7 +197,7 @@ struct SkinProgram::Impl {
                    "within the buffer, which has at most " + std::to_string(there.size));
     }
 
-    const Gpu gpu;
+    const DeviceTable gpu;
     Pipelines pipelines;
     Recorder check_with, recorder;
     uint32_t max_bindings, bindings = 0;
@@ -232,7 +232,7 @@ int SkinProgram::pitch() const noexcept { return impl_->recorder.plan().pitch; }
 
 SkinProgram::Range SkinProgram::range(Quantity q) const noexcept {
     if (q < Quantity::sa1 || q > Quantity::fa2) return {};
-    const plan::Answers::Range& r = impl_->recorder.answers().of[size_t(q)];
+    const plan::ResponseLayout::Range& r = impl_->recorder.answers().of[size_t(q)];
     return {r.first, r.count};
 }
 
@@ -336,10 +336,10 @@ bool SkinProgram::check_passed(const void* bytes) const {
     const DefaultFloats guard;
     const Impl& impl = *impl_;
     const plan::Plan plan = check_plan(impl.recorder.plan()); // with its maps
-    const plan::Answers& answers = impl.check_with.answers();
+    const plan::ResponseLayout& answers = impl.check_with.answers();
     const Impl::Layout l = impl.layout_of_check();
     const auto* memory = static_cast<const unsigned char*>(bytes);
-    cpu::Frames frames(plan, 1, loops::plain);
+    cpu::Frames frames(plan, 1, simd::plain);
     std::vector<float> map[3], mine(answers.all), theirs(answers.all);
     for (int i = 0; i < 3; ++i) map[i] = impl.check_frame(i);
     for (size_t at : impl.not_finite()) map[2][at] = 0;
@@ -350,7 +350,7 @@ bool SkinProgram::check_passed(const void* bytes) const {
     for (int i = 0; i < check_presses; ++i) {
         frames.press(check_dt, map[i].data(), map[i + 1].data(), response);
         std::memcpy(theirs.data(), memory + l.response[i], answers.all * sizeof(float));
-        for (const plan::Answers::Range& r : answers.of)
+        for (const plan::ResponseLayout::Range& r : answers.of)
             for (size_t k = 0; k < r.count; ++k) { // of a field, what lies beyond the width is nobody's
                 if (plan.scene.sites.empty() && int(k % size_t(plan.pitch)) >= plan.constants.width) continue;
                 same &= std::memcmp(&mine[r.first + k], &theirs[r.first + k], sizeof(float)) == 0;

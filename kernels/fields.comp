@@ -12,14 +12,14 @@ layout(constant_id = 1) const int EDGES = EDGES_MIRROR;
 layout(constant_id = 2) const int COMPENSATED = 0;
 layout(constant_id = 5) const int RESPONSES = 15;
 layout(push_constant) uniform Push { Constants c; };
-// All of pitch floats times the rows bound; a state has STATE_ROWS times that, and the strain comes first.
+// All of pitch floats times the rows bound; a state has STATE_PLANES times that, and the strain comes first.
 layout(std430, binding = FIELDS_SURFACE) readonly restrict buffer Surface { float surface[]; };
 layout(std430, binding = FIELDS_REST_CURVATURE) readonly restrict buffer Rest { float rest_curvature[]; };
 layout(std430, binding = FIELDS_STRAIN) readonly restrict buffer Strain { float strain[]; };
 layout(std430, binding = FIELDS_CURVATURE) writeonly restrict buffer Curvature { float curvature[]; };
 layout(std430, binding = FIELDS_DEFORMATION) writeonly restrict buffer Deformation { float deformation[]; };
 
-real strain_at(int x, int y) { return strain[(y - c.base_row) * STATE_ROWS(COMPENSATED, RESPONSES) * c.pitch + x]; }
+real strain_at(int x, int y) { return strain[(y - c.base_row) * STATE_PLANES(COMPENSATED, RESPONSES) * c.pitch + x]; }
 #include "gather.h"
 
 void main() {

@@ -30,16 +30,16 @@
 #define PRESS_SA2 6
 #define PRESS_FA1 7
 #define PRESS_FA2 8
-#define PRESS_ROWS 9
+#define PRESS_COEFFICIENTS 9
 #define PRESS_MATERIAL 10
 #define PRESS_INVALID 11
 #define PRESS_BINDINGS 12
 // A state holds for each row of cells a row of strain, if compensated one of what its sums have lost, and if SA2 is asked
-// for the same of its integral: so a band of rows is one piece of memory. Rows of a state per row of cells:
-#define STATE_SUM(compensated) (1 + (compensated))
-#define STATE_ROWS(compensated, responses) ((1 + (compensated)) * (((responses) & 2) != 0 ? 2 : 1))
+// for the same of its integral: so a band of rows is one piece of memory. LaneCoefficients of a state per row of cells:
+#define STATE_INTEGRAL(compensated) (1 + (compensated))
+#define STATE_PLANES(compensated, responses) ((1 + (compensated)) * (((responses) & 2) != 0 ? 2 : 1))
 // Bands of rows begin at a multiple of this: every row of any map is then at an offset that every device can bind.
-#define BAND_ROWS 4
+#define WINDOW_ROWS 4
 
 #define FIELDS_SURFACE 0
 #define FIELDS_REST_CURVATURE 1
@@ -55,7 +55,7 @@
 #define SITES_STATE_FROM 4
 #define SITES_STATE_TO 5
 #define SITES_RESPONSE 6
-#define SITES_ROWS 7
+#define SITES_COEFFICIENTS 7
 #define SITES_INVALID 8
 #define SITES_BINDINGS 9
 
@@ -72,7 +72,7 @@
 //   I   += i0*eps + i1*s0 + i2*ds - leak*I      its integral, or with leak > 0 its adapting integral
 //   eps'  = v0*r + v1*ds              at the end of the step, from the left
 //   eps'' = a0*r + a1*ds + a2*sj
-struct Row {
+struct Coefficients {
     scalar E, b, f;
     scalar i0, i1, i2, leak;
     scalar v0, v1;
@@ -80,7 +80,7 @@ struct Row {
 };
 
 struct Constants {
-    Row row;                      // of a uniform material; otherwise a table holds rows, and each cell has an index into it
+    Coefficients row;                      // of a uniform material; otherwise a table holds rows, and each cell has an index into it
     scalar start, rise, jump;     // pressure = start*p after a jump of jump*p, then rising by rise*p; or between frames
                                   // p and q: start of the way from p to q, then rise of it, after a jump of jump*p
     scalar bend;                  // thickness / spacing^2: turns the stencil's sum over eps into curvature
@@ -99,7 +99,7 @@ struct SiteCell {
     int row;
 };
 // A receptor; cells by their rank among those above: its own, then along x and y those of its stencil.
-struct SiteLooks {
+struct SiteStencil {
     int here;
     int x_far_low, x_low, x_high, x_far_high;
     int y_far_low, y_low, y_high, y_far_high;

@@ -19,7 +19,7 @@ layout(constant_id = 3) const int MATERIALS = 0; // rows differ from cell to cel
 layout(constant_id = 4) const int FRAMES = 0;    // pressure runs from one map to another
 layout(constant_id = 5) const int RESPONSES = 15; // which are asked for: bits SA1, SA2, FA1, FA2
 layout(push_constant) uniform Push { Constants c; };
-// All of pitch/4 times the rows bound, a state STATE_ROWS times that; a row's last cells may lie beyond its width.
+// All of pitch/4 times the rows bound, a state STATE_PLANES times that; a row's last cells may lie beyond its width.
 layout(std430, binding = PRESS_PRESSURE_FROM) readonly buffer PressureFrom { vec4 pressure_from[]; };
 layout(std430, binding = PRESS_PRESSURE_TO) readonly buffer PressureTo { vec4 pressure_to[]; };
 layout(std430, binding = PRESS_REST_CURVATURE) readonly restrict buffer Rest { vec4 rest_curvature[]; };
@@ -29,7 +29,7 @@ layout(std430, binding = PRESS_SA1) writeonly restrict buffer Sa1 { vec4 sa1[]; 
 layout(std430, binding = PRESS_SA2) writeonly restrict buffer Sa2 { vec4 sa2[]; };
 layout(std430, binding = PRESS_FA1) writeonly restrict buffer Fa1 { vec4 fa1[]; };
 layout(std430, binding = PRESS_FA2) writeonly restrict buffer Fa2 { vec4 fa2[]; };
-layout(std430, binding = PRESS_ROWS) readonly restrict buffer Table { Row table[]; };
+layout(std430, binding = PRESS_COEFFICIENTS) readonly restrict buffer Table { Coefficients table[]; };
 layout(std430, binding = PRESS_MATERIAL) readonly buffer Material { ivec4 material[]; };
 layout(std430, binding = PRESS_INVALID) restrict buffer Invalid { uint invalid; }; // pressures met that are not finite
 // the same maps, cell by cell
@@ -42,11 +42,11 @@ layout(std430, binding = PRESS_MATERIAL) readonly buffer MaterialCells { int mat
 // how far the rows of a state are apart.
 int row_at(int y) { return (y - c.base_row) * c.pitch; }
 int in_map(int row, int x) { return (row + x) >> 2; }
-int in_state(int row, int x) { return (row * STATE_ROWS(COMPENSATED, RESPONSES) + x) >> 2; }
-#define NEXT_ROW (c.pitch >> 2)
+int in_state(int row, int x) { return (row * STATE_PLANES(COMPENSATED, RESPONSES) + x) >> 2; }
+#define NEXT_PLANE (c.pitch >> 2)
 
-Rows rows_of_four(Row a, Row b, Row d, Row e) {
-    Rows r;
+LaneCoefficients lanes_of_four(Coefficients a, Coefficients b, Coefficients d, Coefficients e) {
+    LaneCoefficients r;
     r.E = vec4(a.E, b.E, d.E, e.E);
     r.b = vec4(a.b, b.b, d.b, e.b);
     r.f = vec4(a.f, b.f, d.f, e.f);
@@ -63,10 +63,10 @@ Rows rows_of_four(Row a, Row b, Row d, Row e) {
 }
 
 // Of cells 4i .. 4i + 3.
-Rows rows_at(int i) {
-    if (MATERIALS == 0) return rows_of(c.row);
+LaneCoefficients coefficients_at(int i) {
+    if (MATERIALS == 0) return lanes_of(c.row);
     ivec4 m = material[i];
-    return rows_of_four(table[m.x], table[m.y], table[m.z], table[m.w]);
+    return lanes_of_four(table[m.x], table[m.y], table[m.z], table[m.w]);
 }
 
 // Frames come from anywhere: what is not finite counts as 0.
@@ -78,7 +78,7 @@ Load load_at(int i) {
 }
 
 // New strain of cells that have eps and lost.
-vec4 stepped(vec4 eps, vec4 lost, Load load, Rows k) {
+vec4 stepped(vec4 eps, vec4 lost, Load load, LaneCoefficients k) {
     vec4 step = strain_step(eps, load, k);
     return COMPENSATED != 0 ? added_compensated(eps, lost, step).value : added(eps, step);
 }
@@ -95,16 +95,16 @@ vec4 strains_beside(int x, int y, int cells) {
     (far ? vec4(map[(row) + low], map[(row) + high], map[(row) + far_low], map[(row) + far_high]) \
          : vec2(map[(row) + low], map[(row) + high]).xyxy)
     int row = row_at(y);
-    int state = row * STATE_ROWS(COMPENSATED, RESPONSES);
+    int state = row * STATE_PLANES(COMPENSATED, RESPONSES);
     vec4 eps = BESIDE(state_cells, state);
     vec4 lost = vec4(0.0);
     if (COMPENSATED != 0) lost = BESIDE(state_cells, state + c.pitch);
     vec4 p = BESIDE(pressure_from_cells, row);
     Load load = load_of(p, c);
     if (FRAMES != 0) load = load_between(valid(p), valid(BESIDE(pressure_to_cells, row)), c);
-    Rows k = rows_of(c.row);
+    LaneCoefficients k = lanes_of(c.row);
     if (MATERIALS != 0)
-        k = rows_of_four(table[material_cells[row + low]], table[material_cells[row + high]],
+        k = lanes_of_four(table[material_cells[row + low]], table[material_cells[row + high]],
                          table[material_cells[row + far_low]], table[material_cells[row + far_high]]);
     return stepped(eps, lost, load, k);
 }
@@ -114,8 +114,8 @@ vec4 strains(int x, int y) {
     int row = row_at(y);
     int i = in_map(row, x);
     int state = in_state(row, x);
-    vec4 lost = COMPENSATED != 0 ? state_from[state + NEXT_ROW] : vec4(0.0);
-    return stepped(state_from[state], lost, load_at(i), rows_at(i));
+    vec4 lost = COMPENSATED != 0 ? state_from[state + NEXT_PLANE] : vec4(0.0);
+    return stepped(state_from[state], lost, load_at(i), coefficients_at(i));
 }
 
 vec4 laplacian_along_x(int x, int y, vec4 here) {
@@ -174,27 +174,27 @@ void main() {
     int state = in_state(row, x);
     vec4 pressure = FRAMES != 0 ? pressure_to[i] : vec4(0.0);
     Load load = FRAMES != 0 ? load_between(valid(pressure_from[i]), valid(pressure), c) : load_at(i);
-    Rows k = rows_at(i);
+    LaneCoefficients k = coefficients_at(i);
     vec4 eps = state_from[state];
     vec4 step = strain_step(eps, load, k);
     vec4 after;
     if (COMPENSATED != 0) {
-        Compensated carried = added_compensated(eps, state_from[state + NEXT_ROW], step);
+        Compensated carried = added_compensated(eps, state_from[state + NEXT_PLANE], step);
         after = carried.value;
-        state_to[state + NEXT_ROW] = carried.lost;
+        state_to[state + NEXT_PLANE] = carried.lost;
     } else {
         after = added(eps, step);
     }
     state_to[state] = after;
     vec4 sum = vec4(0.0);
     if ((RESPONSES & 2) != 0) {
-        int at = state + STATE_SUM(COMPENSATED) * NEXT_ROW;
+        int at = state + STATE_INTEGRAL(COMPENSATED) * NEXT_PLANE;
         vec4 integral = state_from[at];
         vec4 gained = sum_step(eps, integral, load, k);
         if (COMPENSATED != 0) {
-            Compensated carried = added_compensated(integral, state_from[at + NEXT_ROW], gained);
+            Compensated carried = added_compensated(integral, state_from[at + NEXT_PLANE], gained);
             sum = carried.value;
-            state_to[at + NEXT_ROW] = carried.lost;
+            state_to[at + NEXT_PLANE] = carried.lost;
         } else {
             sum = added(integral, gained);
         }

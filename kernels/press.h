@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 // One step of eta*eps' + E*eps = sigma in one cell, and the four receptor responses at its end.
 
-// Row of the cells at hand.
-struct Rows {
+// Coefficients of the cells at hand.
+struct LaneCoefficients {
     real E, b, f, i0, i1, i2, leak, v0, v1, a0, a1, a2;
 };
 
-inline Rows rows_of(Row k) {
-    Rows r;
+inline LaneCoefficients lanes_of(Coefficients k) {
+    LaneCoefficients r;
     r.E = real(k.E);
     r.b = real(k.b);
     r.f = real(k.f);
@@ -51,19 +51,19 @@ inline Load load_between(real p, real q, Constants c) {
     return load(s0, ds, sj);
 }
 
-inline real dashpot(real eps, Load s, Rows k) {
+inline real excess_stress(real eps, Load s, LaneCoefficients k) {
     precise real r = s.s0 - k.E * eps;
     return r;
 }
 
 // What a step adds to the strain, and to its integral.
-inline real strain_step(real eps, Load s, Rows k) {
-    precise real r = dashpot(eps, s, k);
+inline real strain_step(real eps, Load s, LaneCoefficients k) {
+    precise real r = excess_stress(eps, s, k);
     precise real step = k.b * r + k.f * s.ds;
     return step;
 }
 
-inline real sum_step(real eps, real I, Load s, Rows k) {
+inline real sum_step(real eps, real I, Load s, LaneCoefficients k) {
     precise real gained = k.i0 * eps + k.i1 * s.s0 + k.i2 * s.ds;
     precise real step = gained - k.leak * I;
     return step;
@@ -90,14 +90,14 @@ inline Compensated added_compensated(real value, real lost, real step) {
     return c;
 }
 
-inline real rate_after(real eps, Load s, Rows k) {
-    precise real r = dashpot(eps, s, k);
+inline real rate_after(real eps, Load s, LaneCoefficients k) {
+    precise real r = excess_stress(eps, s, k);
     precise real rate = k.v0 * r + k.v1 * s.ds;
     return rate;
 }
 
-inline real acceleration_after(real eps, Load s, Rows k) {
-    precise real r = dashpot(eps, s, k);
+inline real acceleration_after(real eps, Load s, LaneCoefficients k) {
+    precise real r = excess_stress(eps, s, k);
     precise real acceleration = k.a0 * r + k.a1 * s.ds + k.a2 * s.sj;
     return acceleration;
 }

@@ -19,12 +19,12 @@ layout(push_constant) uniform Push { SiteConstants s; };
 layout(std430, binding = SITES_PRESSURE_FROM) readonly buffer PressureFrom { float pressure_from[]; };
 layout(std430, binding = SITES_PRESSURE_TO) readonly buffer PressureTo { float pressure_to[]; };
 layout(std430, binding = SITES_CELLS) readonly restrict buffer Cells { SiteCell cells[]; };
-layout(std430, binding = SITES_SITES) readonly restrict buffer Sites { SiteLooks sites[]; };
-// STATE_ROWS numbers for each of the cells
+layout(std430, binding = SITES_SITES) readonly restrict buffer Sites { SiteStencil sites[]; };
+// STATE_PLANES numbers for each of the cells
 layout(std430, binding = SITES_STATE_FROM) readonly restrict buffer StateFrom { float state_from[]; };
 layout(std430, binding = SITES_STATE_TO) writeonly restrict buffer StateTo { float state_to[]; };
 layout(std430, binding = SITES_RESPONSE) writeonly restrict buffer Response { float answers[]; };
-layout(std430, binding = SITES_ROWS) readonly restrict buffer Table { Row table[]; };
+layout(std430, binding = SITES_COEFFICIENTS) readonly restrict buffer Table { Coefficients table[]; };
 layout(std430, binding = SITES_INVALID) restrict buffer Invalid { uint invalid; }; // pressures met that are not finite
 
 bool finite(float p) { return (floatBitsToUint(p) & 0x7f800000u) != 0x7f800000u; }
@@ -37,15 +37,15 @@ Load load_at(int rank) {
     return load_between(valid(pressure_from[i]), valid(pressure_to[i]), s.c);
 }
 
-Rows rows_at(int rank) {
-    if (MATERIALS == 0) return rows_of(s.c.row);
-    return rows_of(table[cells[rank].row]);
+LaneCoefficients coefficients_at(int rank) {
+    if (MATERIALS == 0) return lanes_of(s.c.row);
+    return lanes_of(table[cells[rank].row]);
 }
 
-int state_at(int rank) { return rank * STATE_ROWS(COMPENSATED, RESPONSES); }
+int state_at(int rank) { return rank * STATE_PLANES(COMPENSATED, RESPONSES); }
 
 // At the step's end; compensated or not, `lost` is then what the sum has lost.
-Compensated strain_after(int rank, Load load, Rows k) {
+Compensated strain_after(int rank, Load load, LaneCoefficients k) {
     int at = state_at(rank);
     float eps = state_from[at];
     float step = strain_step(eps, load, k);
@@ -56,8 +56,8 @@ Compensated strain_after(int rank, Load load, Rows k) {
     return after;
 }
 
-Compensated sum_after(int rank, Load load, Rows k) {
-    int at = state_at(rank) + STATE_SUM(COMPENSATED);
+Compensated sum_after(int rank, Load load, LaneCoefficients k) {
+    int at = state_at(rank) + STATE_INTEGRAL(COMPENSATED);
     float I = state_from[at];
     float gained = sum_step(state_from[state_at(rank)], I, load, k);
     if (COMPENSATED != 0) return added_compensated(I, state_from[at + 1], gained);
@@ -70,19 +70,19 @@ Compensated sum_after(int rank, Load load, Rows k) {
 void advance(int rank) {
     if (!finite(pressure_to[bound(rank)])) atomicAdd(invalid, 1u);
     Load load = load_at(rank);
-    Rows k = rows_at(rank);
+    LaneCoefficients k = coefficients_at(rank);
     int at = state_at(rank);
     Compensated strain = strain_after(rank, load, k);
     state_to[at] = strain.value;
     if (COMPENSATED != 0) state_to[at + 1] = strain.lost;
     if ((RESPONSES & 2) == 0) return;
-    at += STATE_SUM(COMPENSATED);
+    at += STATE_INTEGRAL(COMPENSATED);
     Compensated sum = sum_after(rank, load, k);
     state_to[at] = sum.value;
     if (COMPENSATED != 0) state_to[at + 1] = sum.lost;
 }
 
-float strain_at(int rank) { return strain_after(rank, load_at(rank), rows_at(rank)).value; }
+float strain_at(int rank) { return strain_after(rank, load_at(rank), coefficients_at(rank)).value; }
 
 float along(int far_low, int low, float centre, int high, int far_high, Axis a) {
     if (STENCIL == STENCIL_FIVE_POINT) return second_difference(strain_at(low), centre, strain_at(high));
@@ -91,10 +91,10 @@ float along(int far_low, int low, float centre, int high, int far_high, Axis a) 
     return published_difference(strain_at(far_low), strain_at(low), strain_at(high), strain_at(far_high), a);
 }
 
-void respond(SiteLooks site) {
+void respond(SiteStencil site) {
     int cell = cells[site.here].cell;
     Load load = load_at(site.here);
-    Rows k = rows_at(site.here);
+    LaneCoefficients k = coefficients_at(site.here);
     float eps = state_from[state_at(site.here)];
     float after = strain_after(site.here, load, k).value;
     Axis x = axis(cell % s.c.pitch, s.c.width, STENCIL, EDGES);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // One body over every backend: the CPU in float, Vulkan, against the CPU in double and closed forms.
 #include "host/device.hpp"
-#include "host/self_test.hpp"
+#include "host/check.hpp"
 #include "tests/oracle/oracle.hpp"
 #include "tests/support.hpp"
 
@@ -146,11 +146,11 @@ TEST_CASE("cells that are never pressed are left out, with the same bits") {
             std::vector<std::vector<double>> fields[2];
             for (int i = 0; i < 2; ++i) {
                 const plan::Plan& plan = i ? whole : part;
-                const auto marcher = march(device, plan, [&, i](auto&, auto& sample) { samples[i].push_back(sample); });
+                const auto stepper = march(device, plan, [&, i](auto&, auto& sample) { samples[i].push_back(sample); });
                 plan::Timeline timeline(plan);
-                for (plan::Step step; timeline.next(step);) marcher->press(step);
-                marcher->read(what, fields[i]);
-                marcher->finish();
+                for (plan::Step step; timeline.next(step);) stepper->press(step);
+                stepper->read(what, fields[i]);
+                stepper->finish();
             }
             CHECK(fields[0] == fields[1]);
             REQUIRE(samples[0].size() == samples[1].size());

@@ -5,9 +5,9 @@
 
 namespace {
 
-std::vector<bench::Row> table() {
-    std::vector<bench::Row> rows(2);
-    bench::Row &fast = rows[0], &exact = rows[1];
+std::vector<bench::Measurement> table() {
+    std::vector<bench::Measurement> rows(2);
+    bench::Measurement &fast = rows[0], &exact = rows[1];
     fast.backend = "cpu-plain";
     fast.workload = "W1";
     fast.width = fast.height = 512;
@@ -31,7 +31,7 @@ std::string all(const std::vector<std::string>& lines) {
 } // namespace
 
 TEST_CASE("medians and quartiles are those of the runs, and of_limit is bytes by time by bandwidth") {
-    const bench::Row r = table()[0];
+    const bench::Measurement r = table()[0];
     CHECK(r.wall.median == 0.0104);
     CHECK(r.wall.q1 == 0.010);
     CHECK(r.wall.q3 == 0.011);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The command as a user meets it: exit status, messages, files.
-#include "host/cli/output.hpp"
+#include "host/output/output.hpp"
 #include "tests/support.hpp"
 
 #include <cstdlib>
@@ -176,7 +176,7 @@ TEST_CASE("work longer than a second shows progress on a terminal; shorter work,
         const std::string path = (folder / "progress").string();
         FILE* file = std::fopen(path.c_str(), "w");
         {
-            cli::Progress progress("marching", terminal, file);
+            output::Progress progress("marching", terminal, file);
             progress(0.25);
             std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
             progress(0.5);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Choosing a device, and every way in which there is none. Faults come from a loader put before the real one.
 #include "host/device.hpp"
-#include "host/self_test.hpp"
+#include "host/check.hpp"
 #include "tests/shim.hpp"
 #include "tests/support.hpp"
 
@@ -11,7 +11,7 @@ using vulkan::Loader;
 TEST_CASE("the canary: validation with synchronization is on, and reports a hazard") {
     Validated vulkan;
     auto context = vulkan.device().impl().context;
-    vulkan::Buffer a(*context, 64, vulkan::Buffer::Place::device), b(*context, 64, vulkan::Buffer::Place::device);
+    vulkan::Buffer a(*context, 64, vulkan::Buffer::Location::device), b(*context, 64, vulkan::Buffer::Location::device);
     const VkCommandBuffer commands = context->begin();
     const VkBufferCopy all{0, 0, 64};
     context->calls().vkCmdCopyBuffer(commands, a.handle(), b.handle(), 1, &all);

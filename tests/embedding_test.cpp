@@ -2,7 +2,7 @@
 // SkinProgram in a host's command buffers: the host here is the test, with memory and submissions of its own.
 #include "dermis/vulkan.hpp"
 #include "host/device.hpp"
-#include "host/self_test.hpp"
+#include "host/check.hpp"
 #include "tests/shim.hpp"
 #include "tests/support.hpp"
 
@@ -33,7 +33,7 @@ struct Range {
     Buffer buffer;
     VkDescriptorBufferInfo info;
     Range(Context& context, const Memory& m)
-        : buffer(context, before + m.bytes + 256, Buffer::Place::host), info{buffer.handle(), before, m.bytes} {
+        : buffer(context, before + m.bytes + 256, Buffer::Location::host), info{buffer.handle(), before, m.bytes} {
         std::memset(buffer.data(), 0x7b, buffer.bytes());
         std::memset(data(), 0, m.bytes);
         std::copy(m.initial.begin(), m.initial.end(), data());

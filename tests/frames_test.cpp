@@ -209,7 +209,7 @@ TEST_CASE("press by press, with steps of any length and of none: every response 
                                                 {vulkan.device(), Precision::f32, 1e-5}}) {
         plan::Plan plan = plan::make_plan(s, precision);
         plan.framed = true;
-        const auto marcher = march(device, plan, [](auto&, auto&) {});
+        const auto stepper = march(device, plan, [](auto&, auto&) {});
         const std::vector<Quantity> what = {Quantity::strain, Quantity::sa1, Quantity::sa2, Quantity::fa1,
                                             Quantity::fa2};
         std::vector<std::vector<double>> fields;
@@ -219,12 +219,12 @@ TEST_CASE("press by press, with steps of any length and of none: every response 
         for (auto [dt, p] : presses) {
             CAPTURE(dt);
             plan::Step step;
-            step.rows = std::make_shared<std::vector<f64::Row>>(1, plan::exact_row(plan.media[0], dt));
+            step.rows = std::make_shared<std::vector<f64::Coefficients>>(1, plan::exact_coefficients(plan.media[0], dt));
             step.rise = 1;
             step.field = 0;
-            marcher->frame({p, 2 * p, 0, p, p});
-            marcher->press(step);
-            marcher->read(what, fields);
+            stepper->frame({p, 2 * p, 0, p, p});
+            stepper->press(step);
+            stepper->read(what, fields);
             double acceleration = 0;
             if (dt > 0) { // sigma = before + slope*t, and its solution less what it misses at t = 0
                 const double slope = (p - before) / dt, q0 = before / E - slope * eta / (E * E);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // One text of the model in float, double and four cells at a time.
 #include "host/device.hpp"
-#include "host/loops/model.hpp"
+#include "host/simd/model.hpp"
 #include "tests/support.hpp"
 
 #include <bit>
@@ -18,7 +18,7 @@ namespace {
 #define PRESS_ONE_CELL(space)                                                                                          \
     space::real press_##space(space::real p, space::real eps, space::real I, space::real rest) {                       \
         using real = space::real;                                                                                      \
-        space::Row row{};                                                                                              \
+        space::Coefficients row{};                                                                                              \
         const auto r = [](double x) { return space::scalar(float(x)); };                                               \
         row.E = r(1.5);                                                                                                \
         row.b = r(0.3);                                                                                                \
@@ -36,7 +36,7 @@ namespace {
         c.start = r(0.9);                                                                                              \
         c.rise = r(-0.3);                                                                                              \
         c.jump = r(0.7);                                                                                               \
-        const space::Rows k = space::rows_of(row);                                                                     \
+        const space::LaneCoefficients k = space::lanes_of(row);                                                                     \
         const space::Load held = space::load_of(p, c);                                                                 \
         const space::Load s = space::load_between(held.s0, held.ds, c);                                                \
         const real after = space::added(eps, space::strain_step(eps, s, k));                                           \

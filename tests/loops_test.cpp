@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The loops of every instruction set that this processor has, in every variant, against the plain ones.
-#include "host/cpu/march.hpp"
-#include "host/loops/loops.hpp"
+#include "host/cpu/stepper.hpp"
+#include "host/simd/isa.hpp"
 #include "tests/support.hpp"
 
 #include <cstring>
@@ -16,15 +16,15 @@ struct Seen {
     std::vector<double> totals;
 };
 
-Seen seen(const plan::Plan& plan, int threads, const loops::Set& set) {
+Seen seen(const plan::Plan& plan, int threads, const simd::Isa& isa) {
     Seen all;
-    const auto marcher = cpu::march(
+    const auto stepper = cpu::march(
         plan, threads,
         [&](auto&, const plan::Sample& sample) {
             for (const plan::Totals& t : sample.totals) all.totals.insert(all.totals.end(), {t.mean, t.min, t.max});
             all.totals.insert(all.totals.end(), sample.probes.begin(), sample.probes.end());
         },
-        set);
+        isa);
     plan::Timeline timeline(plan);
     std::vector<std::vector<double>> maps;
     double turn = 1;
@@ -32,10 +32,10 @@ Seen seen(const plan::Plan& plan, int threads, const loops::Set& set) {
         if (plan.framed) {
             std::vector<double> frame = plan.maps.pressure;
             for (double& p : frame) p *= turn;
-            marcher->frame(frame);
+            stepper->frame(frame);
         }
-        marcher->press(step);
-        marcher->read({Quantity::strain, Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2,
+        stepper->press(step);
+        stepper->read({Quantity::strain, Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2,
                        Quantity::curvature, Quantity::deformation},
                       maps);
         all.maps.insert(all.maps.end(), maps.begin(), maps.end());
@@ -50,7 +50,7 @@ bool same(const std::vector<double>& a, const std::vector<double>& b) {
 } // namespace
 
 TEST_CASE("every instruction set and number of threads gives the bits of plain loops on one thread") {
-    MESSAGE("instruction sets here: " << loops::sets().size() << ", best " << std::string(loops::best().name));
+    MESSAGE("instruction sets here: " << simd::isas().size() << ", best " << std::string(simd::best().name));
     std::mt19937 random(5);
     std::uniform_real_distribution<double> number(-1, 1);
     for (auto [width, height] : {std::pair{1, 1}, {2, 2}, {5, 3}, {67, 13}, {130, 9}, {333, 211}})
@@ -76,13 +76,13 @@ TEST_CASE("every instruction set and number of threads gives the bits of plain l
                     plan::Plan plan = plan::make_plan(s, variant & 2 ? Precision::f32_compensated : Precision::f32);
                     if (variant == 5) plan = plan::make_plan(s, Precision::f64);
                     plan.framed = (variant & 4) != 0;
-                    const Seen plain = seen(plan, 1, loops::plain);
-                    for (const loops::Set* set : loops::sets())
+                    const Seen plain = seen(plan, 1, simd::plain);
+                    for (const simd::Isa* isa : simd::isas())
                         for (int threads : {1, 2}) {
                             if (threads == 2 && width < 333) continue; // too small to be shared
-                            CAPTURE(set->name);
+                            CAPTURE(isa->name);
                             CAPTURE(threads);
-                            const Seen other = seen(plan, threads, *set);
+                            const Seen other = seen(plan, threads, *isa);
                             CHECK(same(other.totals, plain.totals));
                             REQUIRE(other.maps.size() == plain.maps.size());
                             for (size_t i = 0; i < plain.maps.size(); ++i) CHECK(same(other.maps[i], plain.maps[i]));
@@ -97,7 +97,7 @@ TEST_CASE("a streamed frame in place has the bits of a copy: what a band reads o
         s.edges = Edges::periodic;
         s.time = {0.05, 0.2};
         const plan::Plan plan = plan::make_plan(s, Precision::f32);
-        const Seen one = seen(plan, 1, loops::plain), other = seen(plan, threads, loops::best());
+        const Seen one = seen(plan, 1, simd::plain), other = seen(plan, threads, simd::best());
         CHECK(same(one.totals, other.totals));
         for (size_t i = 0; i < one.maps.size(); ++i) CHECK(same(other.maps[i], one.maps[i]));
     }
@@ -110,24 +110,24 @@ TEST_CASE("what moments and estimates are made of has the same bits on every ins
         std::vector<double> maps(size_t(n) * 4), plain, other;
         for (double& v : maps) v = number(random);
         const double* m = maps.data();
-        const auto all = [&](const loops::Set& set) {
+        const auto all = [&](const simd::Isa& isa) {
             std::vector<double> out(size_t(n) * 13);
             double* o = out.data();
             const auto row = [&](int i) { return o + i * n; };
-            set.shape(m, m + n, m + 2 * n, n, 0.3, 1.7, row(0), row(1), {row(2), row(3), row(4), row(5), row(6)});
+            isa.shape(m, m + n, m + 2 * n, n, 0.3, 1.7, row(0), row(1), {row(2), row(3), row(4), row(5), row(6)});
             std::vector<double> lean(size_t(3 * n));
-            set.means(m, m + n, m + 2 * n, n, 0.3, 1.7,
+            isa.means(m, m + n, m + 2 * n, n, 0.3, 1.7,
                       {lean.data(), lean.data() + n, lean.data() + 2 * n, nullptr, nullptr});
             for (int x = 0; x < n; ++x) // of one row, from nothing
                 REQUIRE((lean[size_t(x)] == m[x] && lean[size_t(n + x)] == row(0)[x] &&
                          lean[size_t(2 * n + x)] == row(1)[x]));
-            loops::Edge edges[loops::fence_edges];
-            for (int e = 0; e < loops::fence_edges; ++e) edges[e] = {0.1 * e, 0.2, 0.3 - 0.1 * e, -0.4 + 0.2 * e};
-            const bool outside = set.beside(m, m + n, n, edges, row(12));
-            const bool kinked = set.compare(m, m + n, m + 2 * n, m + 3 * n, n, row(9), row(10), row(11));
+            simd::Edge edges[simd::fence_edges];
+            for (int e = 0; e < simd::fence_edges; ++e) edges[e] = {0.1 * e, 0.2, 0.3 - 0.1 * e, -0.4 + 0.2 * e};
+            const bool outside = isa.beside(m, m + n, n, edges, row(12));
+            const bool kinked = isa.compare(m, m + n, m + 2 * n, m + 3 * n, n, row(9), row(10), row(11));
             out.insert(out.end(), {double(outside), double(kinked)});
             return out;
         };
-        for (const loops::Set* set : loops::sets()) CHECK(same(all(*set), all(loops::plain)));
+        for (const simd::Isa* isa : simd::isas()) CHECK(same(all(*isa), all(simd::plain)));
     }
 }

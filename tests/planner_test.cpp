@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // What the planner promises is kept: on random scenes, what is measured stays below what was predicted.
 #include "host/device.hpp"
-#include "host/model/bound.hpp"
-#include "host/model/separable.hpp"
+#include "host/planner/bound.hpp"
+#include "host/reduced/moments.hpp"
 #include "tests/support.hpp"
 
 #include <algorithm>
@@ -109,16 +109,16 @@ class Family {
 
 // Every output of a plan's steps, one after another.
 using Outputs = std::vector<std::vector<double>>;
-Outputs outputs_of(const plan::Plan& plan, plan::Marcher& marcher) {
+Outputs outputs_of(const plan::Plan& plan, plan::Stepper& stepper) {
     Outputs outputs(all.size());
     std::vector<std::vector<double>> fields;
     plan::FrameFeed feed(plan);
     plan::Timeline timeline(plan);
     for (plan::Step step; timeline.next(step);) {
-        feed.before(step, [&](const std::vector<double>& frame) { marcher.frame(frame); });
-        marcher.press(step);
+        feed.before(step, [&](const std::vector<double>& frame) { stepper.frame(frame); });
+        stepper.press(step);
         if (step.trace < 0) continue;
-        marcher.read(all, fields);
+        stepper.read(all, fields);
         for (size_t q = 0; q < all.size(); ++q) outputs[q].insert(outputs[q].end(), fields[q].begin(), fields[q].end());
     }
     return outputs;
@@ -131,7 +131,7 @@ Outputs marched(const Scene& s, Precision precision) {
 
 Outputs in_closed_form(const Scene& s) {
     const plan::Plan plan = plan::make_plan(s, Precision::f64);
-    return outputs_of(plan, *model::separable(plan, model::moments_of(plan, 0), [](auto&, auto&) {}));
+    return outputs_of(plan, *reduced::separable(plan, reduced::moments_of(plan, 0), [](auto&, auto&) {}));
 }
 
 double median(std::vector<double> v) {

@@ -222,14 +222,14 @@ TEST_CASE("long runs: plain float stalls or drifts, compensated float does not, 
         s.output.traces = {q};
         const plan::Plan plan = plan::make_plan(s, p);
         double value = NAN;
-        const auto marcher =
+        const auto stepper =
             march(device, plan, [&](auto&, const plan::Sample& sample) { value = sample.totals[int(q)].mean; });
         plan::Timeline timeline(plan);
         for (plan::Step step; timeline.next(step);) {
             if (step.trace < steps) step.trace = -1; // nobody looks
-            marcher->press(step);
+            stepper->press(step);
         }
-        marcher->finish();
+        stepper->finish();
         return value;
     };
     const Device cpu = Device::cpu(1);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The dermis command. Exit status: 0 done, 1 failed or cells differ, 2 bad input.
-#include "host/cli/study.hpp"
+#include "host/study/study.hpp"
 #include "host/device.hpp"
-#include "host/self_test.hpp"
+#include "host/check.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -104,7 +104,7 @@ std::vector<std::vector<std::string>> combinations(const std::vector<std::string
 }
 
 // OUT/1, OUT/2 .. and OUT/runs.csv. Where only the numbers of the material vary, the maps are read once.
-int sweep(const std::string& file, const Path& out, const Device& device, const RunOptions& options,
+int sweep(const std::string& file, const output::Path& out, const Device& device, const RunOptions& options,
           const std::vector<std::string>& overrides) {
     const auto runs = combinations(overrides);
     std::vector<Scene> scenes;
@@ -126,17 +126,17 @@ int sweep(const std::string& file, const Path& out, const Device& device, const 
     bool same = true;
     for (size_t i = 0; i < runs.size(); ++i) {
         const Result& r = results[i];
-        write_result(out / std::to_string(i + 1), scenes[i], r);
+        output::write_result(out / std::to_string(i + 1), scenes[i], r);
         table += fmt::format("{},{},{},{},{},{},\"{}\"\n", i + 1, name(r.model), name(r.precision), r.seconds,
                              r.cells_compared, r.cells_different, fmt::join(runs[i], " "));
         same &= r.cells_different == 0;
     }
-    write_file(out / "runs.csv", table);
+    output::write_file(out / "runs.csv", table);
     fmt::print("{}: {} runs\n{}\n", file, runs.size(), (out / "runs.csv").string());
     return same ? 0 : 1;
 }
 
-int run_scene(const std::string& file, const Path& out, const std::string& device_name, const std::string& precision,
+int run_scene(const std::string& file, const output::Path& out, const std::string& device_name, const std::string& precision,
               bool check, const std::vector<std::string>& overrides) {
     const auto runs = combinations(overrides);
     const Scene scene = Scene::from_file(file, runs[0]);
@@ -147,10 +147,10 @@ int run_scene(const std::string& file, const Path& out, const std::string& devic
     RunOptions options = options_of(precision);
     options.check = check;
     if (runs.size() > 1) return sweep(file, out, device, options, overrides);
-    Progress progress(file);
+    output::Progress progress(file);
     options.progress = std::ref(progress);
     const Result r = run(scene, device, options);
-    write_result(out, scene, r);
+    output::write_result(out, scene, r);
     const double cells = double(scene.grid.width) * scene.grid.height;
     fmt::print("{}: {} x {} cells, {} steps, {}, {}, {} on {}", file, scene.grid.width, scene.grid.height, r.steps,
                name(scene.method), name(r.model), name(r.precision), shown(r.device));
@@ -234,7 +234,7 @@ int main(int argc, char** argv) {
         app.parse(argc, argv);
         if (*run) return cli::run_scene(scene, out, device, precision, check, overrides);
         if (*plan) return cli::explain_scene(scene, device, precision, overrides);
-        if (*study) return cli::study(out);
+        if (*study) return study::reproduce(out);
         if (*devices) return cli::list_devices();
         return cli::check_devices(only);
     } catch (const CLI::ParseError& e) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The state of every cell and one pass over it per step, in the `real` of the namespace that includes this. Rows are
+// The state of every cell and one pass over it per step, in the `real` of the namespace that includes this. LaneCoefficients are
 // stepped in place; responses follow as far behind as the stencil reaches, while the rows are still in a cache. What a
 // band of rows needs of the new strain elsewhere it makes for itself before any band begins.
 
@@ -11,7 +11,7 @@ class Plane {
     Plane(size_t cells, int place) : shift_(size_t(place) * 5 * size_t(line) / sizeof(real)) {
         const size_t all = cells + shift_;
         values_.reset(static_cast<real*>(::operator new(all * sizeof(real), line)));
-        loops::prefer_large_pages(values_.get(), all * sizeof(real));
+        simd::prefer_large_pages(values_.get(), all * sizeof(real));
         std::fill_n(values_.get(), all, real(0));
     }
     real* data() const { return values_ ? values_.get() + shift_ : nullptr; }
@@ -29,13 +29,13 @@ class Plane {
 class Cells {
   public:
     // What one press hands out; null: not wanted. Maps of pitch*height, summaries of tiles*height.
-    struct Handed {
+    struct Outputs {
         real* response[4];
         Summary* tiles[REDUCED_MAPS];
     };
 
-    Cells(const plan::Plan& plan, int threads, const loops::Set& set)
-        : plan_(plan), pool_(threads), set_(set), loops_(set.of<real>()), barrier_(pool_.bands()),
+    Cells(const plan::Plan& plan, int threads, const simd::Isa& isa)
+        : plan_(plan), pool_(threads), isa_(isa), loops_(isa.of<real>()), barrier_(pool_.bands()),
           kept_(state_of(plan)), bands_(size_t(pool_.bands())) {
         for (Band& band : bands_) {
             int place = 4;
@@ -48,10 +48,10 @@ class Cells {
 
     // Pressure runs from p to q, or is p where q is null. keep: the state moves on; else it is looked ahead of. Returns
     // which of strain (1) and integral (2) are not what they were in some cell.
-    int press(const Constants& c, const Row* table, const real* p, const real* q, const real* rest, bool keep,
-               const Handed& handed) {
-        if (!keep && !ahead_.strain.data()) ahead_ = state_of(plan_);
-        shown_ = keep ? &kept_ : &ahead_;
+    int press(const Constants& c, const Coefficients* table, const real* p, const real* q, const real* rest, bool keep,
+               const Outputs& handed) {
+        if (!keep && !scratch_.strain.data()) scratch_ = state_of(plan_);
+        shown_ = keep ? &kept_ : &scratch_;
         const Press press{c, table, p, q, rest, handed};
         pool_.each([&](int band) { stream(press, band); });
         int changed = 0;
@@ -81,9 +81,9 @@ class Cells {
     };
     struct Press {
         const Constants& c;
-        const Row* table;
+        const Coefficients* table;
         const real *p, *q, *rest;
-        const Handed& handed;
+        const Outputs& handed;
     };
 
     static State state_of(const plan::Plan& plan) {
@@ -117,7 +117,7 @@ class Cells {
             if (y < last) band.changed |= advance(press, y, *shown_, band.rate[ring], band.acceleration[ring]);
             if (respond && behind >= first) respond_row(press, band, behind, first, last, reach);
         }
-        set_.settle();
+        isa_.fence_streams();
     }
 
     // Whether the array holds row i's new strain by the time that row y responds.
@@ -168,9 +168,9 @@ class Cells {
             if (ready(i, y, first, last, reach)) return shown_->strain.row(i, pitch);
             return band.outside[size_t(std::find(band.row.begin(), band.row.end(), i) - band.row.begin())].data();
         };
-        loops::Respond<real> r{first_column(),
+        simd::Respond<real> r{first_column(),
                                last_column(),
-                               loops::lines<real>(y, c.width, c.height, plan_.stencil, plan_.edges, strain),
+                               simd::lines<real>(y, c.width, c.height, plan_.stencil, plan_.edges, strain),
                                shown_->sum.row(y, pitch),
                                band.rate[size_t(y % 3)].data(),
                                band.acceleration[size_t(y % 3)].data(),
@@ -185,10 +185,10 @@ class Cells {
 
     const plan::Plan& plan_;
     Pool pool_;
-    const loops::Set& set_;
-    const loops::Loops<real>& loops_;
+    const simd::Isa& isa_;
+    const simd::Loops<real>& loops_;
     std::barrier<> barrier_;
-    State kept_, ahead_;    // ahead of it at a look
+    State kept_, scratch_;    // ahead of it at a look
     State* shown_ = &kept_; // what the last press made
     std::vector<Band> bands_;
 };

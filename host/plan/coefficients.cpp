@@ -64,8 +64,8 @@ Phi phi(double z) {
     return p;
 }
 
-f64::Row exact_row(const Medium& m, double dt) {
-    f64::Row k{};
+f64::Coefficients exact_coefficients(const Medium& m, double dt) {
+    f64::Coefficients k{};
     const double E = m.modulus, eta = m.viscosity;
     k.E = E;
     if (dt == 0) {
@@ -126,8 +126,8 @@ Relaxation relaxation(Method method, double z) {
     return r;
 }
 
-f64::Row baseline_row(Method method, const Medium& m, double dt) {
-    f64::Row k{};
+f64::Coefficients baseline_coefficients(Method method, const Medium& m, double dt) {
+    f64::Coefficients k{};
     const double q = dt / m.viscosity;
     const Relaxation r = relaxation(method, m.modulus * q);
     k.E = m.modulus;
@@ -141,8 +141,8 @@ f64::Row baseline_row(Method method, const Medium& m, double dt) {
     return k;
 }
 
-f64::Row published_row(const Medium& m, double dt) {
-    f64::Row k{};
+f64::Coefficients published_coefficients(const Medium& m, double dt) {
+    f64::Coefficients k{};
     k.E = m.modulus;
     k.b = dt / m.viscosity;
     k.i0 = dt * (1 - m.modulus * k.b);

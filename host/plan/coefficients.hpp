@@ -3,7 +3,7 @@
 #pragma once
 
 #include "dermis/dermis.hpp"
-#include "host/loops/model.hpp"
+#include "host/simd/model.hpp"
 
 namespace dermis::plan {
 
@@ -21,9 +21,9 @@ struct Medium {
 };
 
 // Exact for a pressure that jumps at the step's start and then runs linearly; dt >= 0 s.
-f64::Row exact_row(const Medium&, double dt);
+f64::Coefficients exact_coefficients(const Medium&, double dt);
 // A baseline, pressure held: the same kernel with another constant, R(z) in place of e^-z; dt > 0, viscosity > 0.
-f64::Row baseline_row(Method, const Medium&, double dt);
+f64::Coefficients baseline_coefficients(Method, const Medium&, double dt);
 // R, S = (1 - R)/z and T = (1 - S)/z at z = dt/tau.
 struct Relaxation {
     double R, S, T;
@@ -31,6 +31,6 @@ struct Relaxation {
 Relaxation relaxation(Method, double z);
 // Forward Euler with the published study's outputs: FA1 is the rate at the step's start, SA2 a running sum of the
 // strain after the step, and FA2 a scalar of the load's jump (Constants::jump), made in the timeline.
-f64::Row published_row(const Medium&, double dt);
+f64::Coefficients published_coefficients(const Medium&, double dt);
 
 } // namespace dermis::plan

@@ -40,7 +40,7 @@ std::vector<double> noise(uint32_t random) {
 bool in_float(const std::vector<Medium>& media, double dt) {
     const auto finite = [](float x) { return scene::finite(double(x)); };
     return finite(float(dt)) && std::all_of(media.begin(), media.end(), [&](const Medium& m) {
-               const f32::Row k = rounded<f32::Row>(exact_row(m, dt));
+               const f32::Coefficients k = rounded<f32::Coefficients>(exact_coefficients(m, dt));
                return finite(k.E) && finite(k.b) && finite(k.f) && finite(k.i0) && finite(k.i1) && finite(k.i2) &&
                       finite(k.leak) && finite(k.v0) && finite(k.v1) && finite(k.a0) && finite(k.a1) && finite(k.a2);
            });
@@ -74,8 +74,8 @@ Plan skin_plan(const SkinDescription& description, const SkinOptions& options) {
     return p;
 }
 
-Answers answers_of(const Plan& plan) {
-    Answers a;
+ResponseLayout response_layout_of(const Plan& plan) {
+    ResponseLayout a;
     const std::vector<Site>& sites = plan.scene.sites;
     for (int q = 1; q < REDUCED_MAPS; ++q) {
         a.of[size_t(q)].first = a.all;

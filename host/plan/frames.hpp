@@ -10,7 +10,7 @@ namespace dermis::plan {
 Plan skin_plan(const SkinDescription&, const SkinOptions&);
 
 // Where answers stand among the floats of a response.
-struct Answers {
+struct ResponseLayout {
     struct Range {
         size_t first = 0, count = 0;
     };
@@ -18,7 +18,7 @@ struct Answers {
     std::vector<size_t> site;           // of each site
     size_t all = 0;
 };
-Answers answers_of(const Plan&);
+ResponseLayout response_layout_of(const Plan&);
 
 // Whether the coefficients of such a press are numbers in float: dt is not too small or too large for a medium.
 bool in_float(const std::vector<Medium>&, double dt);
@@ -26,7 +26,7 @@ bool in_float(const std::vector<Medium>&, double dt);
 // Of a press over dt seconds. Nothing is allocated.
 template <class Constants> Constants frame_constants(const Plan& plan, const Medium& medium, double dt) {
     Constants c = constants_of<Constants>(plan, {});
-    c.row = rounded<decltype(c.row)>(exact_row(medium, dt));
+    c.row = rounded<decltype(c.row)>(exact_coefficients(medium, dt));
     c.rise = 1;
     c.respond = 1;
     return c;

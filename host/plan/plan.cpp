@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "host/plan/plan.hpp"
-#include "host/loops/loops.hpp"
+#include "host/simd/isa.hpp"
 #include "host/plan/float_environment.hpp"
 
 #include <algorithm>
@@ -11,8 +11,8 @@ namespace dermis {
 namespace plan {
 namespace {
 
-loops::Lines<double> lines_of(const std::vector<double>& map, int y, const Grid& grid, int stencil, int edges) {
-    return loops::lines<double>(y, grid.width, grid.height, stencil, edges,
+simd::Lines<double> lines_of(const std::vector<double>& map, int y, const Grid& grid, int stencil, int edges) {
+    return simd::lines<double>(y, grid.width, grid.height, stencil, edges,
                                 [&](int row) { return map.data() + size_t(row) * grid.width; });
 }
 
@@ -27,7 +27,7 @@ std::vector<double> laplacian(const std::vector<double>& map, const Grid& grid, 
 
 void laplacian_row(const std::vector<double>& map, int y, int first, int last, const Grid& grid, int stencil, int edges,
                    double* L) {
-    loops::best().f64.laplacian(lines_of(map, y, grid, stencil, edges), first, last, L);
+    simd::best().f64.laplacian(lines_of(map, y, grid, stencil, edges), first, last, L);
     if (!grid.spacing) return;
     const double area = *grid.spacing * *grid.spacing;
     for (int x = 0; x < last - first; ++x) L[x] /= area;
@@ -136,7 +136,7 @@ StencilEstimate stencil_estimate(const Plan& plan, const std::vector<double>& sh
         curvature(y, STENCIL_FOURTH_ORDER, edges, R, C4);
         curvature(y, STENCIL_FIVE_POINT, edges, R, C5);
         if (!five_is_own) curvature(y, plan.stencil, plan.edges, R, C);
-        if (!loops::best().compare(C5.data(), C4.data(), five_is_own ? C5.data() : C.data(), R.data(), width,
+        if (!simd::best().compare(C5.data(), C4.data(), five_is_own ? C5.data() : C.data(), R.data(), width,
                                    differ.data(), bent.data(), curved.data()))
             continue;
         if (kinks.size() < count + size_t(width) + 1) kinks.resize(2 * kinks.size() + size_t(width));

@@ -9,7 +9,7 @@
 
 namespace dermis::plan {
 
-// Rows and tiles of columns outside which no cell is ever pressed: all that such cells have is +0.
+// LaneCoefficients and tiles of columns outside which no cell is ever pressed: all that such cells have is +0.
 struct Pressed {
     int first_row, last_row, first_tile, last_tile; // the last is one behind
 };
@@ -26,7 +26,7 @@ struct Plan {
     f64::Constants constants{};             // what does not change from step to step
     std::vector<Medium> media;              // each material once
     std::vector<int> material;              // which of them a cell is, pitch*height; empty where there is one
-    bool framed = false;                    // pressure runs from frame to frame: those handed to Marcher::frame
+    bool framed = false;                    // pressure runs from frame to frame: those handed to Stepper::frame
     std::vector<double> frame_peaks;        // of a sequence: greatest |pressure| of each frame
     std::shared_ptr<scene::NpyFile> frames; // the scene's, null without
     Pressed pressed{};
@@ -67,7 +67,7 @@ StencilEstimate stencil_estimate(const Plan&, const std::vector<double>& shape, 
 // One press of every cell, from the last kept state to `time`. `keep`: the new state replaces the old one; otherwise
 // the step only looks (a field between outputs, an impulse). trace, impulse, field: what its end belongs to, or -1.
 struct Step {
-    std::shared_ptr<const std::vector<f64::Row>> rows; // of Plan::media; the same pointer as before: the same rows
+    std::shared_ptr<const std::vector<f64::Coefficients>> rows; // of Plan::media; the same pointer as before: the same rows
     double start = 0, rise = 0, jump = 0;              // see Constants in kernels/layout.h
     long long frame = -1;                              // of a sequence: pressure runs from this frame to the next
     double time = 0;
@@ -99,8 +99,8 @@ class Timeline {
     bool next(Step&);
 
   private:
-    using Rows = std::vector<f64::Row>;
-    using SharedRows = std::shared_ptr<const Rows>;
+    using LaneCoefficients = std::vector<f64::Coefficients>;
+    using SharedRows = std::shared_ptr<const LaneCoefficients>;
     double output_time(long long n) const;
     double frame_time(long long k) const;
     long long frame_at(double t) const;
@@ -124,8 +124,8 @@ class Timeline {
 };
 
 // A row in the precision of a backend.
-template <class Row> Row rounded(const f64::Row& k) {
-    const auto r = [](double x) { return static_cast<decltype(Row::E)>(x); };
+template <class Coefficients> Coefficients rounded(const f64::Coefficients& k) {
+    const auto r = [](double x) { return static_cast<decltype(Coefficients::E)>(x); };
     return {r(k.E), r(k.b), r(k.f), r(k.i0), r(k.i1), r(k.i2), r(k.leak), r(k.v0), r(k.v1), r(k.a0), r(k.a1), r(k.a2)};
 }
 

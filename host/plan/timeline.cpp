@@ -28,7 +28,7 @@ std::vector<Piece> pieces_of(const scene::Waveform& load, double from, double to
 }
 
 // What the load does on a step beyond staying at its start, worked out for unit pressure into the factors of ds.
-void force_straight(f64::Row& row, const Medium& medium, const std::vector<Piece>& pieces, double dt) {
+void force_straight(f64::Coefficients& row, const Medium& medium, const std::vector<Piece>& pieces, double dt) {
     if (pieces.size() == 1) { // the row's own factors of a linear rise
         for (double* factor : {&row.f, &row.i2, &row.v1, &row.a1}) *factor *= pieces[0].du;
         return;
@@ -37,7 +37,7 @@ void force_straight(f64::Row& row, const Medium& medium, const std::vector<Piece
     density.step_mean = false;
     double eps = 0, sum = 0, rate = 0, acceleration = 0;
     for (const Piece& p : pieces) {
-        const f64::Row k = exact_row(density, p.length);
+        const f64::Coefficients k = exact_coefficients(density, p.length);
         const double r = p.u0 - k.E * eps;
         rate = k.v0 * r + k.v1 * p.du;
         acceleration = k.a0 * r + k.a1 * p.du;
@@ -59,7 +59,7 @@ struct Sine {
 };
 
 // In closed form: what the skin would do under the sine for ever, less what is left of it from the step's beginning.
-void force_sine(f64::Row& k, const Medium& m, const Sine& s, double dt) {
+void force_sine(f64::Coefficients& k, const Medium& m, const Sine& s, double dt) {
     const Complex iw(0, s.w);
     const Complex eps0 = Complex(0, -1) * s.wave / (m.modulus + iw * m.viscosity);
     const Complex sum0 = eps0 / (1 / m.sa2_adaptation + iw);
@@ -98,13 +98,13 @@ void FrameFeed::before(const Step& step, const std::function<void(const std::vec
 
 Timeline::Timeline(const Plan& plan) : plan_(plan), load_(plan.scene.load.envelope, plan.scene.time) {
     const double dt = plan.scene.time.step;
-    Rows rows;
+    LaneCoefficients rows;
     for (const Medium& m : plan.media) switch (plan.scene.method) {
-        case Method::exact: rows.push_back(exact_row(m, dt)); break;
-        case Method::published: rows.push_back(published_row(m, dt)); break;
-        default: rows.push_back(baseline_row(plan.scene.method, m, dt)); break;
+        case Method::exact: rows.push_back(exact_coefficients(m, dt)); break;
+        case Method::published: rows.push_back(published_coefficients(m, dt)); break;
+        default: rows.push_back(baseline_coefficients(plan.scene.method, m, dt)); break;
         }
-    regular_ = std::make_shared<Rows>(std::move(rows));
+    regular_ = std::make_shared<LaneCoefficients>(std::move(rows));
 }
 
 double Timeline::output_time(long long n) const { return double(n) * plan_.scene.time.step; }
@@ -116,9 +116,9 @@ bool Timeline::regular(double from, double to) const {
 
 Timeline::SharedRows Timeline::rows_over(double from, double to) const {
     if (regular(from, to)) return regular_;
-    Rows rows;
-    for (const Medium& m : plan_.media) rows.push_back(exact_row(m, to - from));
-    return std::make_shared<Rows>(std::move(rows));
+    LaneCoefficients rows;
+    for (const Medium& m : plan_.media) rows.push_back(exact_coefficients(m, to - from));
+    return std::make_shared<LaneCoefficients>(std::move(rows));
 }
 
 // One step with all that the load does on it. `start` is its value after a jump at the beginning; what it does beyond
@@ -144,11 +144,11 @@ Step Timeline::exact_step(double from, double to) const {
     const double w = load_.angular_frequency(), amplitude = plan_.scene.load.envelope.amplitude;
     const Sine sine{w, amplitude * std::exp(Complex(0, w * from + plan_.scene.load.envelope.phase)),
                     std::exp(Complex(0, w * dt))};
-    auto forced = std::make_shared<Rows>(*s.rows);
+    auto forced = std::make_shared<LaneCoefficients>(*s.rows);
     s.rise = 1;
     for (size_t i = 0; i < forced->size(); ++i) {
         const Medium& m = plan_.media[i];
-        f64::Row& k = (*forced)[i];
+        f64::Coefficients& k = (*forced)[i];
         if (load_.sine()) force_sine(k, m, sine, dt);
         else force_straight(k, m, pieces, dt);
         if (from_slope(m)) k.a1 = (k.v1 - load_.slope_before(from) / m.modulus) / (to - from);
@@ -211,10 +211,10 @@ void Timeline::look(Step step, int impulse, int field, double jump) {
     step.impulse = impulse;
     step.field = field;
     if (impulse >= 0) {
-        auto rows = std::make_shared<Rows>(*step.rows);
+        auto rows = std::make_shared<LaneCoefficients>(*step.rows);
         for (size_t i = 0; i < rows->size(); ++i) {
             const Medium& m = plan_.media[i];
-            f64::Row& k = (*rows)[i];
+            f64::Coefficients& k = (*rows)[i];
             // between frames only at t = 0, where the whole pressure is the jump and r and sj are it
             const double fa1 = m.viscosity > 0 ? 0 : jump / m.modulus, fa2 = m.viscosity > 0 ? jump / m.viscosity : 0;
             if (step.rise == 0) k.f = k.i2 = 0;
@@ -271,7 +271,7 @@ void Timeline::fill() {
     }
     if (n < plan_.outputs) {
         Step s;
-        if (n == 0) s.rows = std::make_shared<Rows>(plan_.media.size()); // at rest
+        if (n == 0) s.rows = std::make_shared<LaneCoefficients>(plan_.media.size()); // at rest
         else s = exact ? exact_step(from, to) : held_step(n);
         s.trace = n;
         if (field_at() == to) s.field = int(field_++);

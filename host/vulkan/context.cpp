@@ -11,7 +11,7 @@ constexpr uint64_t patience_ns = 60'000'000'000;
 
 } // namespace
 
-Buffer::Buffer(Context& context, VkDeviceSize bytes, Place place) : context_(&context), bytes_(bytes) {
+Buffer::Buffer(Context& context, VkDeviceSize bytes, Location location) : context_(&context), bytes_(bytes) {
     const VolkDeviceTable& vk = context.calls();
     VkBufferCreateInfo info{VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO};
     info.size = bytes;
@@ -23,10 +23,10 @@ Buffer::Buffer(Context& context, VkDeviceSize bytes, Place place) : context_(&co
         vk.vkGetBufferMemoryRequirements(context.device(), handle_, &needs);
         VkMemoryAllocateInfo allocation{VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO};
         allocation.allocationSize = needs.size;
-        allocation.memoryTypeIndex = context.memory_type(needs.memoryTypeBits, place);
+        allocation.memoryTypeIndex = context.memory_type(needs.memoryTypeBits, location);
         check(vk.vkAllocateMemory(context.device(), &allocation, nullptr, &memory_), "vkAllocateMemory");
         check(vk.vkBindBufferMemory(context.device(), handle_, memory_, 0), "vkBindBufferMemory");
-        if (place == Place::host)
+        if (location == Location::host)
             check(vk.vkMapMemory(context.device(), memory_, 0, VK_WHOLE_SIZE, 0, &data_), "vkMapMemory");
     } catch (...) {
         vk.vkDestroyBuffer(context.device(), handle_, nullptr);
@@ -45,11 +45,11 @@ Buffer::~Buffer() {
     context_->calls().vkFreeMemory(context_->device(), memory_, nullptr);
 }
 
-Context::Context(std::shared_ptr<const Instance> instance, const Physical& physical)
+Context::Context(std::shared_ptr<const Instance> instance, const PhysicalDevice& physical)
     : instance_(std::move(instance)), physical_(physical) {
-    instance_->open(physical_, gpu_);
-    const VkDevice device = gpu_.device;
-    const VolkDeviceTable& vk = gpu_.calls;
+    instance_->open(physical_, device_);
+    const VkDevice device = device_.device;
+    const VolkDeviceTable& vk = device_.calls;
     try {
         vk.vkGetDeviceQueue(device, physical_.family, 0, &queue_);
         VkCommandPoolCreateInfo pool{VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO};
@@ -64,8 +64,8 @@ Context::Context(std::shared_ptr<const Instance> instance, const Physical& physi
         const VkFenceCreateInfo fence{VK_STRUCTURE_TYPE_FENCE_CREATE_INFO, nullptr, 0};
         check(vk.vkCreateFence(device, &fence, nullptr, &fence_), "vkCreateFence");
         const VkPipelineCacheCreateInfo cache{VK_STRUCTURE_TYPE_PIPELINE_CACHE_CREATE_INFO};
-        check(vk.vkCreatePipelineCache(device, &cache, nullptr, &gpu_.cache), "vkCreatePipelineCache");
-        pipelines_ = std::make_unique<Pipelines>(gpu_);
+        check(vk.vkCreatePipelineCache(device, &cache, nullptr, &device_.cache), "vkCreatePipelineCache");
+        pipelines_ = std::make_unique<Pipelines>(device_);
     } catch (...) {
         vk.vkDestroyFence(device, fence_, nullptr);
         vk.vkDestroyCommandPool(device, pool_, nullptr);
@@ -75,14 +75,14 @@ Context::Context(std::shared_ptr<const Instance> instance, const Physical& physi
 }
 
 Context::~Context() {
-    const VolkDeviceTable& vk = gpu_.calls;
-    const VkDevice device = gpu_.device;
+    const VolkDeviceTable& vk = device_.calls;
+    const VkDevice device = device_.device;
     if (stuck_) { // the driver still works: leave it everything, the instance too
         new std::shared_ptr<const Instance>(std::move(instance_));
         return;
     }
     pipelines_.reset();
-    vk.vkDestroyPipelineCache(device, gpu_.cache, nullptr);
+    vk.vkDestroyPipelineCache(device, device_.cache, nullptr);
     vk.vkDestroyFence(device, fence_, nullptr);
     vk.vkDestroyCommandPool(device, pool_, nullptr);
     vk.vkDestroyDevice(device, nullptr);
@@ -92,10 +92,10 @@ Handles Context::handles() const {
     Handles h;
     h.instance = instance_->handle();
     h.physical = physical_.handle;
-    h.device = gpu_.device;
+    h.device = device_.device;
     h.get_instance_proc_addr = instance_->get();
     h.extensions = physical_.extensions;
-    h.cache = gpu_.cache;
+    h.cache = device_.cache;
     return h;
 }
 
@@ -107,10 +107,10 @@ VkDeviceSize Context::heap_bytes() const {
     return largest;
 }
 
-uint32_t Context::memory_type(uint32_t allowed, Buffer::Place place) const {
+uint32_t Context::memory_type(uint32_t allowed, Buffer::Location location) const {
     constexpr VkMemoryPropertyFlags host = VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
     const std::vector<VkMemoryPropertyFlags> wishes =
-        place == Buffer::Place::device
+        location == Buffer::Location::device
             ? std::vector<VkMemoryPropertyFlags>{VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT, 0}
             : std::vector<VkMemoryPropertyFlags>{host | VK_MEMORY_PROPERTY_HOST_CACHED_BIT, host};
     for (VkMemoryPropertyFlags wish : wishes)
@@ -124,21 +124,21 @@ VkCommandBuffer Context::begin() {
         throw Error(Error::Code::device, "", physical_.info.name + " has not come back from an earlier submission");
     VkCommandBufferBeginInfo info{VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO};
     info.flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
-    check(gpu_.calls.vkBeginCommandBuffer(commands_, &info), "vkBeginCommandBuffer");
+    check(device_.calls.vkBeginCommandBuffer(commands_, &info), "vkBeginCommandBuffer");
     return commands_;
 }
 
 void Context::submit() {
-    check(gpu_.calls.vkEndCommandBuffer(commands_), "vkEndCommandBuffer");
+    check(device_.calls.vkEndCommandBuffer(commands_), "vkEndCommandBuffer");
     VkSubmitInfo info{VK_STRUCTURE_TYPE_SUBMIT_INFO};
     info.commandBufferCount = 1;
     info.pCommandBuffers = &commands_;
-    check(gpu_.calls.vkQueueSubmit(queue_, 1, &info, fence_), "vkQueueSubmit");
-    const VkResult waited = gpu_.calls.vkWaitForFences(gpu_.device, 1, &fence_, VK_TRUE, patience_ns);
+    check(device_.calls.vkQueueSubmit(queue_, 1, &info, fence_), "vkQueueSubmit");
+    const VkResult waited = device_.calls.vkWaitForFences(device_.device, 1, &fence_, VK_TRUE, patience_ns);
     stuck_ = waited == VK_TIMEOUT;
     if (stuck_) pipelines_->abandon();
     check(waited, "vkWaitForFences");
-    check(gpu_.calls.vkResetFences(gpu_.device, 1, &fence_), "vkResetFences");
+    check(device_.calls.vkResetFences(device_.device, 1, &fence_), "vkResetFences");
 }
 
 void Context::barrier(VkCommandBuffer commands) const {
@@ -147,7 +147,7 @@ void Context::barrier(VkCommandBuffer commands) const {
     all.srcAccessMask = VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_WRITE_BIT;
     all.dstAccessMask = VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_READ_BIT |
                         VK_ACCESS_TRANSFER_WRITE_BIT | VK_ACCESS_HOST_READ_BIT;
-    gpu_.calls.vkCmdPipelineBarrier(commands, stages, stages | VK_PIPELINE_STAGE_HOST_BIT, 0, 1, &all, 0, nullptr, 0,
+    device_.calls.vkCmdPipelineBarrier(commands, stages, stages | VK_PIPELINE_STAGE_HOST_BIT, 0, 1, &all, 0, nullptr, 0,
                                     nullptr);
 }
 

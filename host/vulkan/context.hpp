@@ -14,15 +14,15 @@ class Context;
 // A buffer with its own memory. On the device, or where the host can read and write it.
 class Buffer {
   public:
-    enum class Place { device, host };
-    Buffer(Context&, VkDeviceSize bytes, Place);
+    enum class Location { device, host };
+    Buffer(Context&, VkDeviceSize bytes, Location);
     ~Buffer();
     Buffer(Buffer&&) noexcept;
     Buffer& operator=(Buffer&&) = delete;
     VkBuffer handle() const { return handle_; }
     Piece all() const { return {handle_, 0, bytes_}; }
     VkDeviceSize bytes() const { return bytes_; }
-    void* data() const { return data_; } // Place::host
+    void* data() const { return data_; } // Location::host
 
   private:
     Context* context_;
@@ -34,19 +34,19 @@ class Buffer {
 
 class Context {
   public:
-    Context(std::shared_ptr<const Instance>, const Physical&); // throws Error::device
+    Context(std::shared_ptr<const Instance>, const PhysicalDevice&); // throws Error::device
     ~Context();
     Context(const Context&) = delete;
     Context& operator=(const Context&) = delete;
 
-    const Physical& physical() const { return physical_; }
+    const PhysicalDevice& physical() const { return physical_; }
     Handles handles() const; // as a stranger would hand them to a SkinProgram
     Pipelines& pipelines() { return *pipelines_; }
     const VkPhysicalDeviceLimits& limits() const { return physical_.properties.limits; }
     VkDeviceSize heap_bytes() const; // of the largest device-local heap
-    const VolkDeviceTable& calls() const { return gpu_.calls; }
-    VkDevice device() const { return gpu_.device; }
-    uint32_t memory_type(uint32_t allowed, Buffer::Place) const;
+    const VolkDeviceTable& calls() const { return device_.calls; }
+    VkDevice device() const { return device_.device; }
+    uint32_t memory_type(uint32_t allowed, Buffer::Location) const;
 
     VkCommandBuffer begin(); // the one command buffer, ready to record
     void submit();           // ends it, submits it and waits
@@ -57,8 +57,8 @@ class Context {
 
   private:
     std::shared_ptr<const Instance> instance_;
-    Physical physical_;
-    Gpu gpu_;
+    PhysicalDevice physical_;
+    DeviceTable device_;
     std::unique_ptr<Pipelines> pipelines_;
     VkQueue queue_ = VK_NULL_HANDLE;
     VkCommandPool pool_ = VK_NULL_HANDLE;

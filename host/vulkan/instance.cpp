@@ -45,7 +45,7 @@ const char* kind_of(VkPhysicalDeviceType type) {
     }
 }
 
-int rank(const Physical& p) {
+int rank(const PhysicalDevice& p) {
     constexpr VkPhysicalDeviceType order[] = {VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU,
                                               VK_PHYSICAL_DEVICE_TYPE_INTEGRATED_GPU,
                                               VK_PHYSICAL_DEVICE_TYPE_VIRTUAL_GPU, VK_PHYSICAL_DEVICE_TYPE_OTHER};
@@ -59,7 +59,7 @@ std::mutex& volk_mutex() {
     return mutex;
 }
 
-void load_calls(PFN_vkGetInstanceProcAddr get, VkInstance instance, Gpu& gpu) {
+void load_calls(PFN_vkGetInstanceProcAddr get, VkInstance instance, DeviceTable& gpu) {
     const std::lock_guard lock(volk_mutex());
     volkInitializeCustom(get);
     volkLoadInstanceOnly(instance);
@@ -148,7 +148,7 @@ void Instance::find_devices() {
     if (count) check(vkEnumeratePhysicalDevices(handle_, &count, handles.data()), "vkEnumeratePhysicalDevices");
     if (handles.empty()) no_device("the Vulkan loader finds no device");
     for (VkPhysicalDevice handle : handles) {
-        Physical p;
+        PhysicalDevice p;
         p.handle = handle;
         describe(p);
         devices_.push_back(p);
@@ -157,7 +157,7 @@ void Instance::find_devices() {
 }
 
 // Name, kind, driver, and what a device lacks for these kernels.
-void Instance::describe(Physical& p) const {
+void Instance::describe(PhysicalDevice& p) const {
     VkPhysicalDeviceDriverProperties driver{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DRIVER_PROPERTIES};
     VkPhysicalDeviceIDProperties id{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ID_PROPERTIES};
     VkPhysicalDeviceProperties2 properties{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2};
@@ -199,7 +199,7 @@ void Instance::describe(Physical& p) const {
     p.rounds = rounds_to_even(vkGetPhysicalDeviceProperties2, p.handle, p.extensions);
 }
 
-void Instance::open(const Physical& p, Gpu& gpu) const {
+void Instance::open(const PhysicalDevice& p, DeviceTable& gpu) const {
     const DefaultFloats guard;
     const auto create = reinterpret_cast<PFN_vkCreateDevice>(get_(handle_, "vkCreateDevice"));
     const float priority = 1;

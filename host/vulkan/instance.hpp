@@ -22,13 +22,13 @@ struct InstanceOptions {
     std::function<void(const std::string&)> validation;
 };
 
-struct Physical {
+struct PhysicalDevice {
     VkPhysicalDevice handle = VK_NULL_HANDLE;
     VkPhysicalDeviceProperties properties{};
     VkPhysicalDeviceMemoryProperties memory{};
     uint32_t family = 0;                 // a queue family that computes
     std::vector<std::string> extensions; // to enable
-    bool rounds = false;                 // see Gpu
+    bool rounds = false;                 // see DeviceTable
     std::string uuid;                    // hexadecimal
     DeviceInfo info;
 };
@@ -42,15 +42,15 @@ class Instance {
     Instance& operator=(const Instance&) = delete;
 
     // Every device, best first: discrete, integrated, virtual, software.
-    const std::vector<Physical>& devices() const { return devices_; }
+    const std::vector<PhysicalDevice>& devices() const { return devices_; }
     VkInstance handle() const { return handle_; }
     PFN_vkGetInstanceProcAddr get() const { return get_; }
     // A logical device with one queue of the compute family.
-    void open(const Physical&, Gpu&) const;
+    void open(const PhysicalDevice&, DeviceTable&) const;
 
   private:
     void find_devices();
-    void describe(Physical&) const;
+    void describe(PhysicalDevice&) const;
 
     InstanceOptions options_;
     VkInstance handle_ = VK_NULL_HANDLE;
@@ -58,11 +58,11 @@ class Instance {
     PFN_vkDestroyInstance destroy_ = nullptr;
     PFN_vkDestroyDebugUtilsMessengerEXT destroy_messenger_ = nullptr;
     PFN_vkGetInstanceProcAddr get_ = nullptr;
-    std::vector<Physical> devices_;
+    std::vector<PhysicalDevice> devices_;
 };
 
 // The device's own functions, through nothing but this. Throws nothing; what is not there is null.
-void load_calls(PFN_vkGetInstanceProcAddr, VkInstance, Gpu&);
+void load_calls(PFN_vkGetInstanceProcAddr, VkInstance, DeviceTable&);
 
 // volk keeps instance functions in variables of the whole process: whoever fills or uses them holds this.
 std::mutex& volk_mutex();

@@ -26,9 +26,9 @@ Pipelines::~Pipelines() {
 }
 
 void Pipelines::destroy(const Pipeline& p) const {
-    gpu_.calls.vkDestroyPipeline(gpu_.device, p.pipeline, gpu_.allocator);
-    gpu_.calls.vkDestroyPipelineLayout(gpu_.device, p.layout, gpu_.allocator);
-    gpu_.calls.vkDestroyDescriptorSetLayout(gpu_.device, p.set_layout, gpu_.allocator);
+    device_.calls.vkDestroyPipeline(device_.device, p.pipeline, device_.allocator);
+    device_.calls.vkDestroyPipelineLayout(device_.device, p.layout, device_.allocator);
+    device_.calls.vkDestroyDescriptorSetLayout(device_.device, p.set_layout, device_.allocator);
 }
 
 const Pipeline& Pipelines::get(const Module& source, uint32_t bindings, uint32_t constants_bytes,
@@ -36,8 +36,8 @@ const Pipeline& Pipelines::get(const Module& source, uint32_t bindings, uint32_t
     const auto [entry, fresh] = pipelines_.try_emplace({source.code, specialization});
     Pipeline& made = entry->second;
     if (!fresh) return made;
-    const VolkDeviceTable& vk = gpu_.calls;
-    const VkDevice device = gpu_.device;
+    const VolkDeviceTable& vk = device_.calls;
+    const VkDevice device = device_.device;
     VkShaderModule module = VK_NULL_HANDLE;
     try {
         std::vector<VkDescriptorSetLayoutBinding> slots(bindings);
@@ -46,7 +46,7 @@ const Pipeline& Pipelines::get(const Module& source, uint32_t bindings, uint32_t
         VkDescriptorSetLayoutCreateInfo set_info{VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO};
         set_info.bindingCount = bindings;
         set_info.pBindings = slots.data();
-        check(vk.vkCreateDescriptorSetLayout(device, &set_info, gpu_.allocator, &made.set_layout),
+        check(vk.vkCreateDescriptorSetLayout(device, &set_info, device_.allocator, &made.set_layout),
               "vkCreateDescriptorSetLayout");
 
         const VkPushConstantRange range{VK_SHADER_STAGE_COMPUTE_BIT, 0, constants_bytes};
@@ -55,12 +55,12 @@ const Pipeline& Pipelines::get(const Module& source, uint32_t bindings, uint32_t
         layout_info.pSetLayouts = &made.set_layout;
         layout_info.pushConstantRangeCount = 1;
         layout_info.pPushConstantRanges = &range;
-        check(vk.vkCreatePipelineLayout(device, &layout_info, gpu_.allocator, &made.layout), "vkCreatePipelineLayout");
+        check(vk.vkCreatePipelineLayout(device, &layout_info, device_.allocator, &made.layout), "vkCreatePipelineLayout");
 
         VkShaderModuleCreateInfo module_info{VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO};
         module_info.codeSize = source.bytes;
         module_info.pCode = source.code;
-        check(vk.vkCreateShaderModule(device, &module_info, gpu_.allocator, &module), "vkCreateShaderModule");
+        check(vk.vkCreateShaderModule(device, &module_info, device_.allocator, &module), "vkCreateShaderModule");
 
         std::vector<VkSpecializationMapEntry> entries;
         for (uint32_t i = 0; i < specialization.size(); ++i) entries.push_back({i, i * 4, 4});
@@ -73,15 +73,15 @@ const Pipeline& Pipelines::get(const Module& source, uint32_t bindings, uint32_t
         info.stage.pName = "main";
         info.stage.pSpecializationInfo = &special;
         info.layout = made.layout;
-        check(vk.vkCreateComputePipelines(device, gpu_.cache, 1, &info, gpu_.allocator, &made.pipeline),
+        check(vk.vkCreateComputePipelines(device, device_.cache, 1, &info, device_.allocator, &made.pipeline),
               "vkCreateComputePipelines");
     } catch (...) {
-        vk.vkDestroyShaderModule(device, module, gpu_.allocator);
+        vk.vkDestroyShaderModule(device, module, device_.allocator);
         destroy(made);
         pipelines_.erase(entry);
         throw;
     }
-    vk.vkDestroyShaderModule(device, module, gpu_.allocator);
+    vk.vkDestroyShaderModule(device, module, device_.allocator);
     return made;
 }
 
@@ -89,7 +89,7 @@ Kernel::Kernel(Pipelines& pipelines, const Module& module, uint32_t bindings, ui
                const std::vector<uint32_t>& specialization, uint32_t max_sets)
     : pipelines_(pipelines), constants_bytes_(constants_bytes),
       pipeline_(pipelines.get(module, bindings, constants_bytes, specialization)) {
-    const Gpu& gpu = pipelines.gpu();
+    const DeviceTable& gpu = pipelines.gpu();
     const VkDescriptorPoolSize size{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, bindings * max_sets};
     VkDescriptorPoolCreateInfo info{VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO};
     info.maxSets = max_sets;
@@ -99,12 +99,12 @@ Kernel::Kernel(Pipelines& pipelines, const Module& module, uint32_t bindings, ui
 }
 
 Kernel::~Kernel() {
-    const Gpu& gpu = pipelines_.gpu();
+    const DeviceTable& gpu = pipelines_.gpu();
     if (!pipelines_.abandoned()) gpu.calls.vkDestroyDescriptorPool(gpu.device, pool_, gpu.allocator);
 }
 
 void Kernel::bind(size_t number, const std::vector<Piece>& pieces) {
-    const Gpu& gpu = pipelines_.gpu();
+    const DeviceTable& gpu = pipelines_.gpu();
     if (sets_.size() <= number) sets_.resize(number + 1, VK_NULL_HANDLE);
     VkDescriptorSet& set = sets_[number];
     VkDescriptorSetAllocateInfo allocation{VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO};

@@ -15,7 +15,7 @@ namespace dermis::vulkan {
 void check(VkResult, const char* call);
 
 // What pipelines and recording need of a device.
-struct Gpu {
+struct DeviceTable {
     VkDevice device = VK_NULL_HANDLE;
     VolkDeviceTable calls{};
     VkPhysicalDeviceLimits limits{};
@@ -33,14 +33,14 @@ struct Pipeline {
 // Each pipeline once, because a driver may take long to make one.
 class Pipelines {
   public:
-    explicit Pipelines(const Gpu& gpu) : gpu_(gpu) {}
+    explicit Pipelines(const DeviceTable& gpu) : device_(gpu) {}
     ~Pipelines();
     Pipelines(const Pipelines&) = delete;
     Pipelines& operator=(const Pipelines&) = delete;
 
     const Pipeline& get(const Module&, uint32_t bindings, uint32_t constants_bytes,
                         const std::vector<uint32_t>& specialization);
-    const Gpu& gpu() const { return gpu_; }
+    const DeviceTable& gpu() const { return device_; }
     // The device did not come back: nothing made here may be destroyed any more.
     void abandon() { abandoned_ = true; }
     bool abandoned() const { return abandoned_; }
@@ -48,7 +48,7 @@ class Pipelines {
   private:
     void destroy(const Pipeline&) const;
 
-    const Gpu& gpu_;
+    const DeviceTable& device_;
     std::map<std::pair<const uint32_t*, std::vector<uint32_t>>, Pipeline> pipelines_;
     bool abandoned_ = false;
 };

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "dermis/vulkan.hpp"
-#include "host/vulkan/press_sites.hpp"
+#include "host/vulkan/sites_kernel.hpp"
 
 #include <optional>
 
@@ -17,7 +17,7 @@ class Recorder {
     Recorder& operator=(const Recorder&) = delete;
 
     const plan::Plan& plan() const { return plan_; }
-    const plan::Answers& answers() const { return answers_; }
+    const plan::ResponseLayout& answers() const { return answers_; }
     const MemoryNeeds& needs() const { return needs_; }
     bool writes_constants() const { return table_.bytes > 0; }
     void bind(size_t binding, const Buffers&); // as needs() says: nothing is checked
@@ -32,11 +32,11 @@ class Recorder {
     const std::vector<plan::Medium>& media() const { return sites_ ? sites_->media() : plan_.media; }
     void check_limits() const;
 
-    const Gpu& gpu_;
+    const DeviceTable& device_;
     plan::Plan plan_;
-    const plan::Answers answers_;
+    const plan::ResponseLayout answers_;
     std::optional<Press> fields_; // either
-    std::optional<PressSites> sites_;
+    std::optional<SitesKernel> sites_;
     MemoryNeeds needs_;
     Part rest_, material_, table_, cells_, looks_;
     std::vector<Piece> tables_; // of each binding

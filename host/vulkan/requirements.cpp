@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "host/vulkan/requirements.hpp"
 
-#include "host/loops/model.hpp"
+#include "host/simd/model.hpp"
 
 #include <algorithm>
 

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: MIT
+#include "host/output/output.hpp"
+
+#include "host/scene/text.hpp"
+
+#include <cerrno>
+#include <cstring>
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <fmt/format.h>
+
+namespace dermis::output {
+namespace {
+
+[[noreturn]] void failed(const Path& path, const char* what) {
+    throw Error(Error::Code::io, "", fmt::format("{}: cannot be {} ({})", path.string(), what, std::strerror(errno)));
+}
+
+std::string quoted(const std::string& text) {
+    std::string out = "\"";
+    for (char c : text) {
+        if (c == '"' || c == '\\') out += '\\';
+        if (static_cast<unsigned char>(c) < 32) out += fmt::format("\\u{:04x}", c);
+        else out += c;
+    }
+    return out + '"';
+}
+
+void append(std::string& line, double value) { line += ',' + shortest(value); }
+
+// Without Output::extremes there are no columns min and max.
+std::string traces_csv(const Result& r) {
+    std::string out = "time";
+    for (const Trace& t : r.traces)
+        for (auto [what, column] : {std::pair{"mean", &t.mean}, {"min", &t.min}, {"max", &t.max}})
+            if (!column->empty()) out += fmt::format(",{}_{}", name(t.quantity), what);
+    for (const Trace& t : r.traces)
+        for (size_t p = 0; p < t.probes.size(); ++p) out += fmt::format(",{}_probe{}", name(t.quantity), p);
+    out += '\n';
+    for (size_t n = 0; n < r.time.size(); ++n) {
+        out += shortest(r.time[n]);
+        for (const Trace& t : r.traces)
+            for (const auto* column : {&t.mean, &t.min, &t.max})
+                if (!column->empty()) append(out, (*column)[n]);
+        for (const Trace& t : r.traces)
+            for (const auto& column : t.probes) append(out, column[n]);
+        out += '\n';
+    }
+    return out;
+}
+
+std::string impulses_csv(const Result& r) {
+    const bool extremes = r.impulses.empty() || !std::isnan(r.impulses[0].min);
+    std::string out = extremes ? "time,quantity,mean,min,max" : "time,quantity,mean";
+    const size_t probes = r.impulses.empty() ? 0 : r.impulses[0].probes.size();
+    for (size_t p = 0; p < probes; ++p) out += fmt::format(",probe{}", p);
+    out += '\n';
+    for (const Impulse& i : r.impulses) {
+        out += fmt::format("{},{}", shortest(i.time), name(i.quantity));
+        append(out, i.mean);
+        for (double v : {i.min, i.max})
+            if (extremes) append(out, v);
+        for (double v : i.probes) append(out, v);
+        out += '\n';
+    }
+    return out;
+}
+
+std::string summary_json(const Scene& s, const Result& r) {
+    std::string check = "null";
+    if (r.cells_compared)
+        check = fmt::format("{{\"cells\": {}, \"different\": {}}}", r.cells_compared, r.cells_different);
+    const auto number = [](double x) { return std::isfinite(x) ? shortest(x) : "null"; };
+    return fmt::format(R"({{
+  "device": {{"name": {}, "kind": {}, "driver": {}, "exact": {}}},
+  "plan": {{"model": "{}", "method": "{}", "precision": "{}", "predicted_error": {}}},
+  "grid": {{"width": {}, "height": {}}},
+  "steps": {}, "left_out": {}, "outputs": {}, "dispatches": {}, "seconds": {},
+  "cross_check": {},
+  "tau_min": {}, "tau_max": {}, "z_min": {}, "z_max": {}, "greatest_gain": {}, "stencil_estimate": {}, "kinks": {}
+}}
+)",
+                       quoted(r.device.name), quoted(r.device.kind), quoted(r.device.driver), r.device.exact,
+                       name(r.model), name(s.method), name(r.precision), number(r.predicted_error), s.grid.width,
+                       s.grid.height, r.steps, r.left_out, r.time.size(), r.dispatches, shortest(r.seconds), check,
+                       number(r.tau_min), number(r.tau_max), number(s.time.step / r.tau_max),
+                       number(s.time.step / r.tau_min), number(r.greatest_gain), number(r.stencil_estimate), r.kinks);
+}
+
+} // namespace
+
+void write_file(const Path& path, const std::string& content) {
+    const Path beside = path.string() + ".part";
+    const int file = ::open(beside.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
+    if (file < 0) failed(path, "created");
+    for (size_t done = 0; done < content.size();) {
+        const ssize_t n = ::write(file, content.data() + done, content.size() - done);
+        if (n < 0 && errno == EINTR) continue;
+        if (n < 0) {
+            const int error = errno;
+            ::close(file);
+            ::unlink(beside.c_str());
+            errno = error;
+            failed(path, "written");
+        }
+        done += size_t(n);
+    }
+    const bool synced = ::fsync(file) == 0 || errno == EINVAL; // EINVAL: not a file that can be synced
+    if (::close(file) != 0 || !synced || ::rename(beside.c_str(), path.c_str()) != 0) {
+        ::unlink(beside.c_str());
+        failed(path, "written");
+    }
+}
+
+void write_npy(const Path& path, const std::vector<double>& map, int width, int height) {
+    std::string header = fmt::format("{{'descr': '<f8', 'fortran_order': False, 'shape': ({}, {}), }}", height, width);
+    header.resize((10 + header.size() + 1 + 63) / 64 * 64 - 10 - 1, ' ');
+    header += '\n';
+    std::string content("\x93NUMPY\x01\x00", 8);
+    content += char(header.size() & 255);
+    content += char(header.size() >> 8);
+    content += header;
+    content.append(reinterpret_cast<const char*>(map.data()), map.size() * sizeof(double));
+    write_file(path, content);
+}
+
+void write_result(const Path& folder, const Scene& scene, const Result& result) {
+    std::error_code error;
+    std::filesystem::create_directories(folder, error);
+    if (error)
+        throw Error(Error::Code::io, "", fmt::format("{}: cannot be created ({})", folder.string(), error.message()));
+    write_file(folder / "traces.csv", traces_csv(result));
+    write_file(folder / "impulses.csv", impulses_csv(result));
+    for (const Field& f : result.fields)
+        write_npy(folder / fmt::format("{}_t{}.npy", name(f.quantity), shortest(f.at)), f.values, scene.grid.width,
+                  scene.grid.height);
+    if (!scene.sites.empty()) {
+        std::string list = "id,type,x,y\n";
+        for (size_t i = 0; i < scene.sites.size(); ++i)
+            list += fmt::format("{},{},{},{}\n", i, name(scene.sites[i].type), scene.sites[i].cell.x,
+                                scene.sites[i].cell.y);
+        write_file(folder / "receptors.csv", list);
+        write_npy(folder / "responses.npy", result.responses, int(scene.sites.size()), int(result.time.size()));
+    }
+    write_file(folder / "summary.json", summary_json(scene, result));
+}
+
+void Progress::clear() {
+    if (showing_) fmt::print(to_, "\r\033[K");
+    showing_ = false;
+}
+
+void Progress::operator()(double done) {
+    const auto now = std::chrono::steady_clock::now();
+    if (now - start_ < std::chrono::seconds(1) || now - shown_ < std::chrono::milliseconds(100) || !on_terminal_)
+        return;
+    shown_ = now;
+    showing_ = true;
+    fmt::print(to_, "\r\033[K{} {:3.0f} %", what_, 100 * done);
+}
+
+} // namespace dermis::output

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: MIT
+// The loops of one instruction set. Everything here has internal linkage and nothing of the standard library or GLM is
+// called: code for one processor must not come to be shared with code for all.
+#include "host/simd/isa.hpp"
+
+#if defined(__AVX__) || defined(__SSE2__)
+#include <immintrin.h>
+#endif
+
+namespace dermis::simd {
+namespace {
+
+constexpr int chunk = 4 * TILE_CELLS; // columns at a time: what is made of them stays in the first cache
+
+// Past the caches, where `to` and the size allow it: nobody reads responses again soon.
+void stream(void* to, const void* from, size_t bytes) {
+    char* t = static_cast<char*>(to);
+    const char* f = static_cast<const char*>(from);
+#if defined(__AVX512F__)
+    if (reinterpret_cast<size_t>(to) % 64 == 0 && bytes % 64 == 0) {
+        for (size_t i = 0; i < bytes; i += 64)
+            _mm512_stream_si512(reinterpret_cast<__m512i*>(t + i), _mm512_loadu_si512(f + i));
+        return;
+    }
+#elif defined(__AVX__)
+    if (reinterpret_cast<size_t>(to) % 32 == 0 && bytes % 32 == 0) {
+        for (size_t i = 0; i < bytes; i += 32)
+            _mm256_stream_si256(reinterpret_cast<__m256i*>(t + i),
+                                _mm256_loadu_si256(reinterpret_cast<const __m256i*>(f + i)));
+        return;
+    }
+#elif defined(__SSE2__)
+    if (reinterpret_cast<size_t>(to) % 16 == 0 && bytes % 16 == 0) {
+        for (size_t i = 0; i < bytes; i += 16)
+            _mm_stream_si128(reinterpret_cast<__m128i*>(t + i),
+                             _mm_loadu_si128(reinterpret_cast<const __m128i*>(f + i)));
+        return;
+    }
+#endif
+    __builtin_memcpy(t, f, bytes);
+}
+
+void fence_streams() {
+#ifdef __SSE2__
+    _mm_sfence();
+#endif
+}
+
+// At the end of each loop that is called from elsewhere: code for all processors stalls for hundreds of cycles on
+// registers that are still wide, and GCC 12 does not always see to it itself.
+inline void end_vector_code() {
+#ifdef __AVX__
+    _mm256_zeroupper();
+#endif
+}
+
+inline int min(int a, int b) { return b < a ? b : a; }
+inline int max(int a, int b) { return a < b ? b : a; }
+
+namespace loops_f32 {
+using real = float;
+inline real abs(real x) { return __builtin_fabsf(x); }
+#include "host/simd/rows.inl"
+} // namespace loops_f32
+
+namespace loops_f64 {
+using real = double;
+inline real abs(real x) { return __builtin_fabs(x); }
+#include "host/simd/rows.inl"
+} // namespace loops_f64
+
+void shape(const double* p, const double* rest, const double* L, int width, double length, double bend, double* a,
+           double* b, const Columns& sums) {
+#pragma GCC ivdep
+    for (int x = 0; x < width; ++x) {
+        a[x] = p[x] * (1 + length * rest[x]);
+        b[x] = p[x] * (length * (bend * L[x]));
+        sums.p[x] += p[x];
+        sums.a[x] += a[x];
+        sums.b[x] += b[x];
+        sums.least[x] = p[x] < sums.least[x] ? p[x] : sums.least[x];
+        sums.greatest[x] = sums.greatest[x] < p[x] ? p[x] : sums.greatest[x];
+    }
+    end_vector_code();
+}
+
+// The sums alone, to the bit.
+void means(const double* p, const double* rest, const double* L, int width, double length, double bend,
+           const Columns& sums) {
+#pragma GCC ivdep
+    for (int x = 0; x < width; ++x) {
+        sums.p[x] += p[x];
+        sums.a[x] += p[x] * (1 + length * rest[x]);
+        sums.b[x] += p[x] * (length * (bend * L[x]));
+    }
+    end_vector_code();
+}
+
+bool beside(const double* a, const double* b, int width, const Edge* edges, double* way) {
+    Edge k[fence_edges];
+    for (int e = 0; e < fence_edges; ++e) k[e] = edges[e];
+    long long outside = 0;
+#pragma GCC ivdep
+    for (int x = 0; x < width; ++x) {
+        double furthest = (a[x] - k[0].a) * k[0].along_b - (b[x] - k[0].b) * k[0].along_a;
+#pragma GCC unroll 8
+        for (int e = 1; e < fence_edges; ++e) {
+            const double left = (a[x] - k[e].a) * k[e].along_b - (b[x] - k[e].b) * k[e].along_a;
+            furthest = left < furthest ? furthest : left;
+        }
+        way[x] = furthest;
+        outside |= furthest > 0;
+    }
+    end_vector_code();
+    return outside != 0;
+}
+
+bool compare(const double* five, const double* fourth, const double* own, const double* rest, int width, double* differ,
+             double* bent, double* curved) {
+    long long kinked = 0;
+#pragma GCC ivdep
+    for (int x = 0; x < width; ++x) {
+        const double differs = __builtin_fabs(five[x] - fourth[x]), bend = __builtin_fabs(five[x]);
+        const double C = __builtin_fabs(own[x]), R = __builtin_fabs(rest[x]), larger = C < R ? R : C;
+        differ[x] = differ[x] < differs ? differs : differ[x];
+        bent[x] = bent[x] < bend ? bend : bent[x];
+        curved[x] = curved[x] < larger ? larger : curved[x];
+        kinked |= differs > bend / 2;
+    }
+    end_vector_code();
+    return kinked != 0;
+}
+
+bool supported() { return DERMIS_SUPPORTED; }
+
+#define DERMIS_TEXT(x) #x
+#define DERMIS_NAME(x) DERMIS_TEXT(x)
+
+} // namespace
+
+const Isa DERMIS_ISA = {DERMIS_NAME(DERMIS_ISA),
+                        supported,
+                        {loops_f32::laplacian, loops_f32::advance, loops_f32::respond},
+                        {loops_f64::laplacian, loops_f64::advance, loops_f64::respond},
+                        shape,
+                        means,
+                        beside,
+                        compare,
+                        fence_streams};
+
+} // namespace dermis::simd

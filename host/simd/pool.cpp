@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: MIT
+#include "host/simd/pool.hpp"
+
+#include <algorithm>
+#include <system_error>
+
+#ifdef __linux__
+#include <sys/mman.h>
+#endif
+
+namespace dermis::simd {
+
+namespace {
+
+// Until it is another: for some microseconds awake, because steps follow each other closely.
+template <class T> void wait_while(const std::atomic<T>& value, T same) {
+    for (int i = 0; i < 2000; ++i) {
+        if (value != same) return;
+#ifdef DERMIS_X86_64
+        __builtin_ia32_pause();
+#endif
+    }
+    value.wait(same);
+}
+
+} // namespace
+
+int useful_threads(size_t cells, int asked) {
+    if (asked == 0) asked = int(std::thread::hardware_concurrency());
+    return std::clamp(int(cells / 32768), 1, std::max(asked, 1));
+}
+
+void prefer_large_pages([[maybe_unused]] void* memory, [[maybe_unused]] size_t bytes) {
+#ifdef __linux__
+    constexpr size_t large = 2 << 20;
+    const size_t begin = (reinterpret_cast<size_t>(memory) + large - 1) / large * large,
+                 end = (reinterpret_cast<size_t>(memory) + bytes) / large * large;
+    if (begin < end) madvise(reinterpret_cast<void*>(begin), end - begin, MADV_HUGEPAGE);
+#endif
+}
+
+Pool::Pool(int threads) {
+    try {
+        for (int band = 1; band < threads; ++band) threads_.emplace_back([this, band] { work(band); });
+    } catch (const std::system_error&) { // fewer threads give the same bits
+    }
+}
+
+Pool::~Pool() {
+    stop_ = true;
+    ++round_;
+    round_.notify_all();
+    for (std::thread& t : threads_) t.join();
+}
+
+void Pool::each(const std::function<void(int)>& body) {
+    if (threads_.empty()) return body(0);
+    body_ = &body;
+    running_ = int(threads_.size());
+    ++round_;
+    round_.notify_all();
+    body(0);
+    for (int left; (left = running_) != 0;) wait_while(running_, left);
+}
+
+void Pool::rows(int rows, const std::function<void(int, int)>& body) {
+    const long long bands = this->bands();
+    each([&](int band) { body(int(rows * band / bands), int(rows * (band + 1) / bands)); });
+}
+
+void Pool::work(int band) {
+    for (unsigned seen = 0;; ++seen) {
+        wait_while(round_, seen);
+        if (stop_) return;
+        (*body_)(band);
+        if (--running_ == 0) running_.notify_one();
+    }
+}
+
+} // namespace dermis::simd

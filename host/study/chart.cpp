@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: MIT
+// What each choice costs in time and in error, on the study's wave under the circular load.
+#include "host/study/study.hpp"
+
+#include "host/scene/text.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace dermis::study {
+namespace {
+
+// Greatest error of the most strained cell over all outputs, against the closed form, over its largest value.
+struct Errors {
+    double strain = 0, rate = 0;
+};
+
+Errors errors(const Result& r, const Material& m) {
+    Errors e;
+    for (size_t n = 1; n < r.time.size(); ++n) {
+        const double decay = std::exp(-r.time[n] * m.modulus / m.viscosity);
+        const double strain = -std::expm1(-r.time[n] * m.modulus / m.viscosity) / m.modulus;
+        e.strain = std::max(e.strain, std::abs(r.trace(Quantity::strain).max[n] - strain) * m.modulus);
+        e.rate = std::max(e.rate, std::abs(r.trace(Quantity::fa1).max[n] - decay / m.viscosity) * m.viscosity);
+    }
+    return e;
+}
+
+// Strain of one cell after 0 .. steps steps at z = dt/tau, in units of pressure/modulus.
+std::vector<double> relaxation(Method method, double z, int steps, Precision precision) {
+    Scene s;
+    s.grid = {1, 1, {}};
+    s.load.kind = Load::Kind::map;
+    s.load.map = {1.0};
+    s.material = {1, 1, {}, {}};
+    s.model = Model::march;
+    s.method = method;
+    s.allow_unstable = true;
+    s.time = {z, z * (steps + 1)};
+    s.output.traces = {Quantity::strain};
+    RunOptions options;
+    options.precision = precision;
+    return run(s, Device::cpu(1), options).trace(Quantity::strain).mean;
+}
+
+} // namespace
+
+std::string error_against_time(const Device* vulkan) {
+    std::string csv = "method,precision,device,step,steps,error_strain,error_fa1,ns_per_cell_step,ns_per_cell_second\n";
+    const Device cpu = Device::cpu(1);
+    for (Method method : {Method::euler, Method::exact})
+        for (const auto& [device, precision] :
+             {std::pair{&cpu, Precision::f32}, {&cpu, Precision::f64}, {vulkan, Precision::f32}})
+            for (double step = 0.64; device && step > 0.009; step /= 2) {
+                // curvature gain 0: FA1 is the bare rate, which has a closed form; the kernels do the same work
+                Scene s = study_scene(Surface::Kind::wave, Load::Kind::circular, method);
+                s.model = Model::march;
+                s.grid.spacing = s.surface.relief = s.material.thickness = 1;
+                s.material.curvature_length = 0;
+                s.time = {step, 2.56};
+                s.output = {{Quantity::strain, Quantity::fa1}, {}, {}};
+                RunOptions options;
+                options.precision = precision;
+                std::vector<double> seconds;
+                Result r;
+                for (int i = 0; i < 3; ++i) { // the first one also warms up
+                    r = run(s, *device, options);
+                    seconds.push_back(r.seconds);
+                }
+                std::sort(seconds.begin(), seconds.end());
+                const double cells = 22500, median = seconds[1] * 1e9 / cells;
+                const Errors e = errors(r, s.material);
+                csv += fmt::format("{},{},{},{},{},{},{},{},{}\n", name(method), name(precision),
+                                   device == &cpu ? "cpu" : "vulkan", shortest(step), r.steps, shortest(e.strain),
+                                   shortest(e.rate), shortest(median / double(r.steps)),
+                                   shortest(median / s.time.duration));
+            }
+    return csv;
+}
+
+std::string stability_map() {
+    std::string csv = "method,precision,z,steps,error\n";
+    for (Method method : {Method::euler, Method::rk2, Method::rk4, Method::backward_euler, Method::crank_nicolson,
+                          Method::sdirk2, Method::exact})
+        for (Precision precision : {Precision::f32, Precision::f64})
+            for (int i = -30; i <= 30; ++i) {
+                if (precision == Precision::f32 && method != Method::exact) continue;
+                const double z = std::pow(10, i / 5.0), steps = std::clamp(std::ceil(3 / z), 50.0, 3000.0);
+                const std::vector<double> strain = relaxation(method, z, int(steps), precision);
+                double error = 0;
+                for (size_t n = 0; n < strain.size(); ++n)
+                    error = std::max(error, std::abs(strain[n] + std::expm1(-z * double(n))));
+                csv += fmt::format("{},{},{},{},{}\n", name(method), name(precision), shortest(z), steps,
+                                   std::isfinite(error) ? shortest(error) : "inf");
+            }
+    return csv;
+}
+
+std::string failing_courses() {
+    std::string csv = "method,z,step,strain\n";
+    for (auto [method, z] : {std::pair{Method::euler, 2.1},
+                             {Method::rk2, 2.1},
+                             {Method::crank_nicolson, 20.0},
+                             {Method::sdirk2, 8.24},
+                             {Method::backward_euler, 8.24},
+                             {Method::exact, 8.24}}) {
+        const std::vector<double> strain = relaxation(method, z, 12, Precision::f64);
+        for (size_t n = 0; n < strain.size(); ++n)
+            csv += fmt::format("{},{},{},{}\n", name(method), shortest(z), n, shortest(strain[n]));
+    }
+    return csv;
+}
+
+} // namespace dermis::study

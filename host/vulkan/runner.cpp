@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: MIT
+#include "host/vulkan/runner.hpp"
+
+#include <algorithm>
+#include <cstring>
+
+namespace dermis::vulkan {
+namespace {
+
+VkDescriptorBufferInfo info(const Buffer& b) { return {b.handle(), 0, b.bytes()}; }
+
+// Refuses what would not fit, before anything is allocated.
+SkinProgram fitting(const Context& context, const SkinDescription& d, const SkinOptions& options) {
+    SkinProgram program(context.handles(), d, 2, options);
+    const MemoryNeeds& n = program.memory();
+    const VkDeviceSize all = n.constants.bytes + 2 * n.state.bytes + 2 * n.pressure.bytes + n.response.bytes;
+    if (all > context.heap_bytes())
+        throw Error(Error::Code::bad_input, "grid.width",
+                    "a skin of " + std::to_string(d.grid.width) + " x " + std::to_string(d.grid.height) + " needs " +
+                        std::to_string(all) + " bytes; allowed on this device: device memory = " +
+                        std::to_string(context.heap_bytes()) + "; or device cpu");
+    return program;
+}
+
+} // namespace
+
+SkinRunner::SkinRunner(std::shared_ptr<Context> context, const SkinDescription& d, const SkinOptions& options)
+    : context_(std::move(context)), program_(fitting(*context_, d, options)),
+      constants_(buffer(program_.memory().constants, Buffer::Location::device)), state_{buffer(program_.memory().state,
+                                                                                            Buffer::Location::device),
+                                                                                     buffer(program_.memory().state,
+                                                                                            Buffer::Location::device)},
+      pressure_{buffer(program_.memory().pressure, Buffer::Location::device),
+                buffer(program_.memory().pressure, Buffer::Location::device)},
+      response_(buffer(program_.memory().response, Buffer::Location::device)),
+      invalid_(buffer(program_.memory().invalid, Buffer::Location::device)),
+      upload_(buffer(program_.memory().pressure, Buffer::Location::host)),
+      download_(buffer(program_.memory().response, Buffer::Location::host)) {
+    fill(constants_, program_.memory().constants);
+    fill(invalid_, program_.memory().invalid);
+    for (int i = 0; i < 2; ++i)
+        bindings_[i] = program_.bind({info(constants_), info(state_[i]), info(state_[1 - i]), info(pressure_[i]),
+                                      info(pressure_[1 - i]), info(response_), info(invalid_)});
+    std::memset(upload_.data(), 0, upload_.bytes()); // beyond the width it stays so
+    reset();
+}
+
+SkinRunner::~SkinRunner() {
+    if (context_->stuck()) new SkinProgram(std::move(program_)); // the driver still works with it
+}
+
+Buffer SkinRunner::buffer(const Memory& m, Buffer::Location place) {
+    return Buffer(*context_, std::max<VkDeviceSize>(m.bytes, 4), place);
+}
+
+void SkinRunner::fill(Buffer& buffer, const Memory& m) {
+    const VkCommandBuffer commands = context_->begin();
+    if (m.initial.empty()) {
+        context_->calls().vkCmdFillBuffer(commands, buffer.handle(), 0, VK_WHOLE_SIZE, 0);
+        context_->barrier(commands);
+        context_->submit();
+        return;
+    }
+    Buffer staging(*context_, m.initial.size(), Buffer::Location::host);
+    std::memcpy(staging.data(), m.initial.data(), m.initial.size());
+    const VkBufferCopy region{0, 0, m.initial.size()};
+    context_->calls().vkCmdCopyBuffer(commands, staging.handle(), buffer.handle(), 1, &region);
+    context_->barrier(commands);
+    context_->submit();
+}
+
+bool SkinRunner::exact() {
+    const Memory& m = program_.memory().check;
+    Buffer check(*context_, m.bytes, Buffer::Location::device), back(*context_, m.bytes, Buffer::Location::host);
+    fill(check, m);
+    program_.bind_check(info(check));
+    const VkCommandBuffer commands = context_->begin();
+    if (!program_.record_check(commands)) return false;
+    context_->barrier(commands);
+    const VkBufferCopy region{0, 0, m.bytes};
+    context_->calls().vkCmdCopyBuffer(commands, check.handle(), back.handle(), 1, &region);
+    context_->barrier(commands);
+    context_->submit();
+    return program_.check_passed(back.data());
+}
+
+void SkinRunner::press(double dt) {
+    const VolkDeviceTable& vk = context_->calls();
+    const VkCommandBuffer commands = context_->begin();
+    const VkBufferCopy in{0, 0, program_.memory().pressure.bytes}, out{0, 0, program_.memory().response.bytes};
+    vk.vkCmdCopyBuffer(commands, upload_.handle(), pressure_[1 - from_].handle(), 1, &in);
+    context_->barrier(commands);
+    if (!program_.record_press(commands, bindings_[from_], dt))
+        throw Error(Error::Code::bad_input, "dt", "a step that cannot be recorded"); // Skin has looked at dt
+    context_->barrier(commands);
+    vk.vkCmdCopyBuffer(commands, response_.handle(), download_.handle(), 1, &out);
+    context_->barrier(commands);
+    context_->submit();
+    from_ = 1 - from_;
+}
+
+void SkinRunner::reset() {
+    from_ = 0;
+    const VkCommandBuffer commands = context_->begin();
+    for (const Buffer* b : {&state_[0], &state_[1], &pressure_[0], &response_})
+        context_->calls().vkCmdFillBuffer(commands, b->handle(), 0, VK_WHOLE_SIZE, 0);
+    context_->barrier(commands);
+    context_->submit();
+    std::memset(download_.data(), 0, download_.bytes());
+}
+
+} // namespace dermis::vulkan
