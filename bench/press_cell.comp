@@ -4,7 +4,8 @@
 #extension GL_GOOGLE_include_directive : require
 #include "prelude.h"
 #include "layout.h"
-#include "press.h"
+#include "step.h"
+#include "responses.h"
 #include "curvature.h"
 
 layout(local_size_x = 64) in;
@@ -22,7 +23,7 @@ layout(std430, binding = PRESS_FA2) writeonly buffer Fa2 { float fa2[]; };
 float strain_of(int x, int y) {
     int i = wrapped(y, c.height, EDGES_MIRROR) * c.pitch + wrapped(x, c.width, EDGES_MIRROR);
     Load load = load_between(pressure_from[i], pressure_to[i], c);
-    return added(state_from[i], strain_step(state_from[i], load, lanes_of(c.row)));
+    return advanced_strain(sum_of(state_from[i], 0.0), load, lanes_of(c.coefficients), 0).value;
 }
 
 void main() {
@@ -31,20 +32,20 @@ void main() {
     if (x >= c.width) return;
     int i = y * c.pitch + x;
     int map = c.pitch * c.height;
-    LaneCoefficients k = lanes_of(c.row);
+    LaneCoefficients k = lanes_of(c.coefficients);
     Load load = load_between(pressure_from[i], pressure_to[i], c);
-    float eps = state_from[i];
-    float integral = state_from[i + map];
-    float after = added(eps, strain_step(eps, load, k));
-    float sum = added(integral, sum_step(eps, integral, load, k));
+    CellState before;
+    before.strain = sum_of(state_from[i], 0.0);
+    before.integral = sum_of(state_from[i + map], 0.0);
+    CellState cell = advanced(before, load, k, 0);
+    float after = cell.strain.value;
     state_to[i] = after;
-    state_to[i + map] = sum;
+    state_to[i + map] = cell.integral.value;
     float L = add(second_difference(strain_of(x - 1, y), after, strain_of(x + 1, y)),
                   second_difference(strain_of(x, y - 1), after, strain_of(x, y + 1)));
     float C = curvature_of(rest_curvature[i], L, c.bend);
-    float l = c.curvature_length;
-    sa1[i] = response(after, C, l);
-    sa2[i] = response(sum, C, l);
-    fa1[i] = response(rate_after(eps, load, k), C, l);
-    fa2[i] = rectified(response(acceleration_after(eps, load, k), C, l), c.gain_plus, c.gain_minus);
+    sa1[i] = answer(QUANTITY_SA1, signal(QUANTITY_SA1, before, cell, load, k), C, c);
+    sa2[i] = answer(QUANTITY_SA2, signal(QUANTITY_SA2, before, cell, load, k), C, c);
+    fa1[i] = answer(QUANTITY_FA1, signal(QUANTITY_FA1, before, cell, load, k), C, c);
+    fa2[i] = answer(QUANTITY_FA2, signal(QUANTITY_FA2, before, cell, load, k), C, c);
 }

@@ -1,29 +1,44 @@
 // SPDX-License-Identifier: MIT
 #include "host/check.hpp"
 
+#include "host/cpu/backend.hpp"
 #include "host/cpu/stream.hpp"
-#include "host/cpu/stepper.hpp"
-#include "host/device.hpp"
 #include "host/plan/float_environment.hpp"
-#include "host/vulkan/runner.hpp"
 
 #include <bit>
-#include <optional>
+#include <cstring>
 
 namespace dermis {
 namespace {
 
-plan::Plan self_test_plan(Stencil stencil, Edges edges, Precision precision, bool materials, bool framed) {
-    Scene s;
-    static_cast<SkinDescription&>(s) = plan::sample_skin(stencil, edges, materials);
-    s.time = {0.125, 1};
-    s.load.envelope.start = 0.2;
-    s.load.kind = Load::Kind::map;
-    s.load.map = plan::sample_pressure();
-    s.output.fields = {{0.3, {Quantity::curvature, Quantity::deformation}}};
-    plan::Plan plan = plan::make_plan(s, precision);
-    plan.framed = framed;
-    return plan;
+constexpr int sample_width = 67, sample_height = 13;
+
+std::vector<double> noise(uint32_t random) {
+    std::vector<double> map;
+    for (int i = 0; i < sample_width * sample_height; ++i) {
+        random = random * 1664525u + 1013904223u;
+        map.push_back((double(random >> 8) / (1 << 24) - 0.25) * (i % 7 ? 1 : 1e-18));
+    }
+    return map;
+}
+
+Map sample_pressure() { return noise(99); }
+
+SkinDescription sample_skin(Stencil stencil, Edges edges, bool materials) {
+    SkinDescription d;
+    d.grid = {sample_width, sample_height, {}};
+    d.stencil = stencil;
+    d.edges = edges;
+    d.material.modulus = 2.5;
+    d.material.viscosity = 0.75;
+    d.receptors = {0.5, Fa2::step_mean, {0.75, -0.375}};
+    d.surface.kind = Surface::Kind::map;
+    d.surface.map = noise(12345);
+    if (materials) {
+        d.material.modulus_map = noise(54321);
+        for (double& E : d.material.modulus_map.edit()) E += 1.5;
+    }
+    return d;
 }
 
 void compare(SelfTest::Kernel& kernel, double device, double cpu) {
@@ -33,87 +48,157 @@ void compare(SelfTest::Kernel& kernel, double device, double cpu) {
     kernel.different += bits != std::bit_cast<uint64_t>(cpu);
 }
 
-// Receptors of a skin pressed frame by frame.
-void compare_sites(SelfTest::Kernel& kernel, const Device& device, Stencil stencil, Edges edges, Precision precision,
-                   bool materials) {
-    SkinDescription d = plan::sample_skin(stencil, edges, materials);
-    for (int i = 0; i < 100; ++i)
-        d.sites.push_back({Quantity(1 + i % 4), {i * 31 % d.grid.width, i * i * 7 % d.grid.height}});
-    SkinOptions options;
-    options.precision = precision;
-    const plan::Plan plan = plan::skin_plan(d, options);
-    const plan::ResponseLayout answers = plan::response_layout_of(plan);
-    std::optional<vulkan::SkinRunner> runner;
-    if (device.impl().context) runner.emplace(device.impl().context, d, options);
-    cpu::Frames one(plan, 1), two(plan, 1, simd::plain);
-    std::vector<float> before(size_t(plan.pitch) * size_t(d.grid.height)), a(answers.all), b(answers.all);
-    const auto press = [&](cpu::Frames& frames, const std::vector<float>& to, std::vector<float>& out) {
-        frames.press(0.125, before.data(), to.data(),
-                     {out.data() + answers.of[1].first, out.data() + answers.of[2].first,
-                      out.data() + answers.of[3].first, out.data() + answers.of[4].first});
-    };
-    for (const Map& pressure : {plan::sample_pressure(), d.surface.map}) {
-        const std::vector<float> to = plan::padded<float>(pressure, plan, "");
-        press(two, to, b);
-        if (runner) {
-            std::copy(to.begin(), to.end(), runner->pressure());
-            runner->press(0.125);
-            std::copy_n(runner->answers(), a.size(), a.begin());
-        } else {
-            press(one, to, a);
+struct TestVariant {
+    Stencil stencil;
+    Edges edges;
+    Precision precision;
+    bool materials, framed;
+};
+
+// A run whose every map is read.
+plan::PreparedRun sample_run(const TestVariant& v) {
+    Scene s;
+    static_cast<SkinDescription&>(s) = sample_skin(v.stencil, v.edges, v.materials);
+    s.time = {0.125, 1};
+    s.load.envelope.start = 0.2;
+    s.load.kind = Load::Kind::map;
+    s.load.map = sample_pressure();
+    s.output.fields = {{0.3, {Quantity::curvature, Quantity::deformation}}};
+    plan::PreparedRun run = plan::prepare_run(s);
+    run.schedule.wanted.fill(true);
+    run.schedule.framed = v.framed;
+    return run;
+}
+
+void compare_samples(SelfTest::Kernel& kernel, const std::vector<plan::Sample>& a, const std::vector<plan::Sample>& b) {
+    for (size_t i = 0; i < b.size(); ++i)
+        for (size_t q = 0; q < REDUCED_MAPS; ++q) {
+            compare(kernel, a[i].totals[q].mean, b[i].totals[q].mean);
+            compare(kernel, a[i].totals[q].min, b[i].totals[q].min);
+            compare(kernel, a[i].totals[q].max, b[i].totals[q].max);
         }
-        before = to;
-        for (size_t i = 0; i < a.size(); ++i) compare(kernel, double(a[i]), double(b[i]));
+}
+
+// The kernels press, fields and reduce in a run.
+void compare_runs(SelfTest& test, plan::Backend& backend, plan::Backend& plain, const TestVariant& v) {
+    const plan::PreparedRun run = sample_run(v);
+    std::vector<plan::Sample> samples[2];
+    const auto take = [&](int i) { return [&samples, i](auto&, auto& sample) { samples[i].push_back(sample); }; };
+    const auto one = backend.stepper(run.skin, run.schedule, v.precision, take(0)),
+               two = plain.stepper(run.skin, run.schedule, v.precision, take(1));
+    const std::vector<Quantity> pressed = {Quantity::strain, Quantity::sa1, Quantity::sa2, Quantity::fa1,
+                                           Quantity::fa2},
+                                derived = {Quantity::curvature, Quantity::deformation};
+    std::vector<std::vector<double>> a, b;
+    plan::Timeline timeline(run.schedule, run.skin);
+    for (plan::Step step; timeline.next(step);) {
+        for (plan::Stepper* stepper : {one.get(), two.get()}) {
+            if (v.framed) stepper->frame(step.keep ? run.schedule.pressure : run.skin.surface);
+            stepper->press(step);
+        }
+        for (const auto& [what, kernel] : {std::pair{&pressed, SelfTest::press}, {&derived, SelfTest::fields}}) {
+            one->read(*what, a);
+            two->read(*what, b);
+            for (size_t q = 0; q < a.size(); ++q)
+                for (size_t i = 0; i < a[q].size(); ++i) compare(test.kernels[kernel], a[q][i], b[q][i]);
+        }
+    }
+    one->finish();
+    compare_samples(test.kernels[SelfTest::reduce], samples[0], samples[1]);
+}
+
+// The kernel sites in a stream of frames.
+void compare_sites(SelfTest::Kernel& kernel, plan::Backend& backend, const TestVariant& v) {
+    const SampleStream sample(v.stencil, v.edges, v.materials, true, v.precision, {false, true, true, true, true});
+    const auto stream = backend.stream(sample.skin());
+    std::vector<std::vector<float>> pressures;
+    for (int i = 0; i <= SampleStream::presses; ++i) pressures.push_back(sample.pressure(i));
+    const std::vector<std::vector<float>> expected = sample.expected(pressures);
+    for (size_t i = 0; i < SampleStream::presses; ++i) {
+        std::copy(pressures[i + 1].begin(), pressures[i + 1].end(), stream->pressure());
+        (void)stream->press(SampleStream::dt); // a sample's coefficients are floats
+        for (int q = QUANTITY_SA1; q < REDUCED_MAPS; ++q) {
+            const plan::ResponseLayout::Range& r = sample.layout().of[size_t(q)];
+            const float* response = stream->response(Quantity(q));
+            for (size_t k = 0; k < r.count; ++k)
+                compare(kernel, double(response[k]), double(expected[i][r.first + k]));
+        }
     }
 }
 
 } // namespace
 
-SelfTest self_test(const Device& device, bool every_variant) {
+SelfTest self_test(plan::Backend& backend, bool every_variant) {
     const DefaultFloats guard;
     SelfTest test;
-    const std::vector<Quantity> pressed = {Quantity::strain, Quantity::sa1, Quantity::sa2, Quantity::fa1,
-                                           Quantity::fa2};
-    const std::vector<Quantity> derived = {Quantity::curvature, Quantity::deformation};
-    for (auto [stencil, edges, precision, materials, framed] :
-         {std::tuple{Stencil::five_point, Edges::mirror, Precision::f32, false, false},
-          {Stencil::five_point, Edges::mirror, Precision::f32, true, true},
-          {Stencil::fourth_order, Edges::periodic, Precision::f32_compensated, false, true},
-          {Stencil::published, Edges::published, Precision::f32, true, false}}) {
-        if (!every_variant && (materials || framed || edges != Edges::mirror)) continue;
-        const plan::Plan plan = self_test_plan(stencil, edges, precision, materials, framed);
-        std::vector<plan::Sample> samples[2];
-        const auto take = [&](int i) { return [&samples, i](auto&, auto& sample) { samples[i].push_back(sample); }; };
-        const Device::Impl& d = device.impl();
-        const auto one = d.context ? vulkan::march(plan, d.context, take(0)) : cpu::march(plan, 1, take(0));
-        const auto two = cpu::march(plan, 1, take(1), simd::plain);
-        std::vector<std::vector<double>> a, b;
-        plan::Timeline timeline(plan);
-        for (plan::Step step; timeline.next(step);) {
-            if (framed) {
-                one->frame(step.keep ? plan.maps.pressure : plan.maps.surface);
-                two->frame(step.keep ? plan.maps.pressure : plan.maps.surface);
-            }
-            one->press(step);
-            two->press(step);
-            for (const auto& [what, kernel] : {std::pair{&pressed, SelfTest::press}, {&derived, SelfTest::fields}}) {
-                one->read(*what, a);
-                two->read(*what, b);
-                for (size_t q = 0; q < a.size(); ++q)
-                    for (size_t i = 0; i < a[q].size(); ++i) compare(test.kernels[kernel], a[q][i], b[q][i]);
-            }
-        }
-        one->finish();
-        for (size_t i = 0; i < samples[1].size(); ++i)
-            for (int q = 0; q < REDUCED_MAPS; ++q) {
-                const plan::Totals a = samples[0][i].totals[q], b = samples[1][i].totals[q];
-                compare(test.kernels[SelfTest::reduce], a.mean, b.mean);
-                compare(test.kernels[SelfTest::reduce], a.min, b.min);
-                compare(test.kernels[SelfTest::reduce], a.max, b.max);
-            }
-        if (every_variant) compare_sites(test.kernels[SelfTest::sites], device, stencil, edges, precision, materials);
+    const auto plain = cpu::backend(1, simd::plain);
+    const TestVariant simplest{Stencil::five_point, Edges::mirror, Precision::f32, false, false};
+    compare_runs(test, backend, *plain, simplest);
+    if (!every_variant) return test;
+    compare_sites(test.kernels[SelfTest::sites], backend, simplest);
+    for (const TestVariant& v :
+         {TestVariant{Stencil::five_point, Edges::mirror, Precision::f32, true, true},
+          TestVariant{Stencil::fourth_order, Edges::periodic, Precision::f32_compensated, false, true},
+          TestVariant{Stencil::published, Edges::published, Precision::f32, true, false}}) {
+        compare_runs(test, backend, *plain, v);
+        compare_sites(test.kernels[SelfTest::sites], backend, v);
     }
     return test;
+}
+
+SampleStream::SampleStream(Stencil stencil, Edges edges, bool materials, bool sites, Precision precision,
+                           const plan::Wanted& wanted) {
+    SkinDescription d = sample_skin(stencil, edges, materials);
+    SkinOptions options;
+    options.precision = precision;
+    options.responses.clear();
+    for (int q = QUANTITY_SA1; q < REDUCED_MAPS; ++q)
+        if (wanted[size_t(q)]) options.responses.push_back(Quantity(q));
+    for (int i = 0; sites && i < 100; ++i)
+        d.sites.push_back({options.responses[size_t(i) % options.responses.size()],
+                           {i * 31 % d.grid.width, i * i * 7 % d.grid.height}});
+    streamed_ = plan::streamed_skin(d, options);
+    layout_ = response_layout_of(streamed_);
+}
+
+SampleStream::SampleStream(const plan::StreamedSkin& like)
+    : SampleStream(*like.skin.description.stencil, *like.skin.description.edges, !like.skin.uniform(),
+                   !like.skin.description.sites.empty(), like.precision, like.wanted) {}
+
+std::vector<float> SampleStream::pressure(int i) const {
+    if (i == 0) return std::vector<float>(streamed_.skin.padded_cells(), 0.0f);
+    return plan::padded<float>(i == 1 ? sample_pressure() : streamed_.skin.description.surface.map, streamed_.skin, "");
+}
+
+std::array<size_t, 2> SampleStream::read_cells() const {
+    const auto at = [&](Cell c) { return size_t(c.y) * size_t(streamed_.skin.pitch) + size_t(c.x); };
+    const std::vector<Site>& sites = streamed_.skin.description.sites;
+    if (sites.empty()) return {at({3, 2}), at({66, 12})};
+    return {at(sites[0].cell), at(sites[1].cell)};
+}
+
+std::vector<std::vector<float>> SampleStream::expected(const std::vector<std::vector<float>>& pressures) const {
+    cpu::FramePress frames(streamed_, 1, simd::plain);
+    std::vector<std::vector<float>> all;
+    for (size_t i = 0; i + 1 < pressures.size(); ++i) {
+        std::vector<float>& out = all.emplace_back(layout_.all);
+        float* response[4];
+        for (size_t r = 0; r < 4; ++r)
+            response[r] = streamed_.wanted[QUANTITY_SA1 + r] ? out.data() + layout_.of[QUANTITY_SA1 + r].first : nullptr;
+        (void)frames.press(dt, pressures[i].data(), pressures[i + 1].data(), response);
+    }
+    return all;
+}
+
+bool SampleStream::same(const float* a, const float* b) const {
+    const bool fields = streamed_.skin.description.sites.empty();
+    const size_t pitch = size_t(streamed_.skin.pitch), width = size_t(streamed_.skin.width());
+    for (const plan::ResponseLayout::Range& r : layout_.of)
+        for (size_t k = 0; k < r.count; ++k) {
+            if (fields && k % pitch >= width) continue;
+            if (std::memcmp(a + r.first + k, b + r.first + k, sizeof(float)) != 0) return false;
+        }
+    return true;
 }
 
 } // namespace dermis

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "host/device.hpp"
-#include "host/cpu/stepper.hpp"
-#include "host/plan/float_environment.hpp"
+
 #include "host/check.hpp"
+#include "host/cpu/backend.hpp"
+#include "host/embedding/backend.hpp"
 
 #include <algorithm>
 #include <cctype>
@@ -24,10 +25,9 @@ std::string lower(std::string s) {
 Device open_vulkan(const std::shared_ptr<const vulkan::Instance>& instance, const PhysicalDevice& physical) {
     auto impl = std::make_shared<Device::Impl>();
     impl->info = physical.info;
-    impl->context = std::make_shared<vulkan::Context>(instance, physical);
-    Device device(impl);
-    impl->info.exact = self_test(device, false).exact();
-    return device;
+    impl->backend = vulkan::backend(std::make_shared<vulkan::Context>(instance, physical));
+    impl->info.exact = self_test(*impl->backend, false).exact();
+    return Device(impl);
 }
 
 // The first of `candidates` that works and computes the CPU path's bits; otherwise says why not in `why`.
@@ -97,19 +97,26 @@ Device open_device(const std::string& which, const vulkan::Loader& loader, const
     return device;
 }
 
-std::unique_ptr<plan::Stepper> march(const Device& device, const plan::Plan& plan, plan::Stepper::Sink sink) {
-    Device::Impl& d = device.impl();
-    if (!d.context) return cpu::march(plan, d.threads, std::move(sink));
-    const bool plain = plan.stencil == STENCIL_FIVE_POINT && plan.edges == EDGES_MIRROR && !plan.compensated &&
-                       plan.material.empty() && !plan.framed;
-    if (!plain && !d.tested) {
-        d.tested = true;
-        d.info.exact &= self_test(device).exact();
-    }
-    if (!plain && !d.info.exact && !d.named)
+void Device::Impl::need_exact() const {
+    if (!info.exact && !named)
         throw Error(Error::Code::no_device, "device",
-                    d.info.name + ": its bits differ from the CPU path's; ask for it by name to use it all the same");
-    return vulkan::march(plan, d.context, std::move(sink));
+                    info.name + ": its bits differ from the CPU path's; ask for it by name to use it all the same");
+}
+
+void Device::Impl::need_exact(const plan::Variant& v) {
+    const bool plain = v.stencil == STENCIL_FIVE_POINT && v.edges == EDGES_MIRROR && !v.compensated && !v.materials &&
+                       !v.framed;
+    if (plain) return;
+    if (!tested) info.exact &= self_test(*backend).exact();
+    tested = true;
+    need_exact();
+}
+
+std::unique_ptr<plan::Stepper> march(const Device& device, const plan::PreparedSkin& skin,
+                                     const plan::Schedule& schedule, Precision precision, plan::Stepper::Sink sink) {
+    Device::Impl& d = device.impl();
+    d.need_exact(variant_of(skin, schedule, precision));
+    return d.backend->stepper(skin, schedule, precision, std::move(sink));
 }
 
 Device Device::cpu(int threads) {
@@ -119,7 +126,8 @@ Device Device::cpu(int threads) {
     auto impl = std::make_shared<Impl>();
     impl->info.name = "cpu";
     impl->info.kind = "cpu path";
-    impl->threads = threads;
+    impl->backend = cpu::backend(threads);
+    impl->tested = true; // the CPU path is what others are tested against
     return Device(impl);
 }
 

@@ -1,162 +1,18 @@
 // SPDX-License-Identifier: MIT
-// Scene -> Plan -> backend -> Result.
+// Scene -> skin and schedule -> decision -> stepper -> Result.
+#include "host/collector.hpp"
 #include "host/device.hpp"
-#include "host/simd/pool.hpp"
+#include "host/plan/float_environment.hpp"
+#include "host/plan/site_cells.hpp"
 #include "host/planner/choice.hpp"
 #include "host/reduced/moments.hpp"
 #include "host/reduced/sites.hpp"
-#include "host/plan/float_environment.hpp"
-#include "host/scene/text.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <chrono>
 #include <cmath>
 
 namespace dermis {
-namespace {
-
-using Clock = std::chrono::steady_clock;
-
-std::vector<Quantity> wanted(const plan::Plan& plan) {
-    std::vector<Quantity> list;
-    for (int q = 0; q < REDUCED_MAPS; ++q)
-        if (plan.wanted[q]) list.push_back(Quantity(q));
-    return list;
-}
-
-// Puts samples where they belong in a Result; tells where a step has left the numbers.
-class Collector {
-  public:
-    Collector(Result& result, const plan::Plan& plan) : result_(result), plan_(plan), wanted_(wanted(plan)) {
-        const Output& output = plan.scene.output;
-        result.responses.reserve(size_t(plan.outputs) * plan.scene.sites.size());
-        simd::prefer_large_pages(result.responses.data(), result.responses.capacity() * sizeof(double));
-        for (Quantity q : output.traces) {
-            Trace& t = result.traces.emplace_back();
-            t.quantity = q;
-            t.probes.resize(output.probes.size());
-            t.mean.reserve(size_t(plan.outputs));
-            if (output.extremes) t.min.reserve(size_t(plan.outputs)), t.max.reserve(size_t(plan.outputs));
-            for (auto& column : t.probes) column.reserve(size_t(plan.outputs));
-        }
-    }
-
-    void operator()(const plan::Step& step, const plan::Sample& sample) {
-        const size_t probes = plan_.scene.output.probes.size(), places = plan_.places.size();
-        const bool whole = plan_.model != Model::sites; // otherwise no other cells are known
-        for (Quantity q : wanted_)
-            if (whole) check_finite(sample.totals[int(q)].mean, q, step.time);
-        if (step.trace >= 0) {
-            result_.time.push_back(step.time);
-            for (Trace& t : result_.traces) {
-                const plan::Totals& totals = sample.totals[int(t.quantity)];
-                t.mean.push_back(totals.mean);
-                if (plan_.scene.output.extremes) {
-                    t.min.push_back(totals.min);
-                    t.max.push_back(totals.max);
-                }
-                for (size_t i = 0; i < probes; ++i)
-                    t.probes[i].push_back(sample.probes[size_t(t.quantity) * places + i]);
-            }
-        }
-        if (step.trace >= 0) {
-            const std::vector<Site>& sites = plan_.scene.sites;
-            const double* values = sample.probes.data() + probes;
-            const size_t first = result_.responses.size();
-            bool finite = true;
-            for (size_t i = 0; i < sites.size(); ++i) {
-                const double v = values[size_t(sites[i].type) * places + i];
-                result_.responses.push_back(v);
-                finite &= std::isfinite(v);
-            }
-            for (size_t i = 0; !finite && i < sites.size(); ++i)
-                check_finite(result_.responses[first + i], sites[i].type, step.time);
-        }
-        if (step.impulse < 0 || !whole) return;
-        for (auto [quantity, elastic] : {std::pair{Quantity::fa1, true}, {Quantity::fa2, false}}) {
-            if (!plan_.wanted[int(quantity)]) continue;
-            if (std::none_of(plan_.media.begin(), plan_.media.end(),
-                             [elastic = elastic](auto& m) { return (m.viscosity == 0) == elastic; }))
-                continue;
-            Impulse& i = result_.impulses.emplace_back();
-            i.time = step.time;
-            i.quantity = quantity;
-            const plan::Totals& totals = sample.totals[int(i.quantity)];
-            i.mean = totals.mean;
-            i.min = plan_.scene.output.extremes ? totals.min : NAN;
-            i.max = plan_.scene.output.extremes ? totals.max : NAN;
-            const auto first = sample.probes.begin() + int(i.quantity) * int(places);
-            i.probes.assign(first, first + int(probes));
-        }
-    }
-
-    // A mean over all cells is finite where every cell is. With allow_unstable growth without end is what was asked
-    // for.
-    void check_finite(double value, Quantity q, double time) const {
-        if (std::isfinite(value) || plan_.scene.allow_unstable) return;
-        throw Error(
-            Error::Code::bad_input, "",
-            std::string(name(q)) + " overflows at t = " + shortest(time) + " s in " + name(result_.precision) +
-                "; allowed: loads, materials and lengths whose results stay below 3.4e38 in f32, 1.8e308 in f64");
-    }
-
-  private:
-    Result& result_;
-    const plan::Plan& plan_;
-    std::vector<Quantity> wanted_;
-};
-
-bool same_bits(double a, double b) { return std::bit_cast<uint64_t>(a) == std::bit_cast<uint64_t>(b); }
-
-long long different(const std::vector<double>& a, const std::vector<double>& b) {
-    long long n = 0;
-    for (size_t i = 0; i < a.size(); ++i) n += !same_bits(a[i], b[i]);
-    return n;
-}
-
-// A second backend that takes the same steps; every cell of every output is compared, and every sample.
-class Check {
-  public:
-    Check(const Device& device, const plan::Plan& plan, Result& result)
-        : result_(result), wanted_(wanted(plan)), collected_(other_result_, plan),
-          stepper_(march(device, plan, [this](auto& s, auto& x) { collected_(s, x); })) {}
-
-    void frame(const std::vector<double>& pressure) { stepper_->frame(pressure); }
-
-    void press(const plan::Step& step, plan::Stepper& first) {
-        stepper_->press(step);
-        if (!step.respond()) return;
-        std::vector<Quantity> what = wanted_;
-        if (what.empty() || what[0] != Quantity::strain) what.insert(what.begin(), Quantity::strain); // always there
-        if (step.field >= 0) what.insert(what.end(), {Quantity::curvature, Quantity::deformation});
-        first.read(what, ours_);
-        stepper_->read(what, theirs_);
-        for (size_t q = 0; q < what.size(); ++q) {
-            result_.cells_compared += static_cast<long long>(ours_[q].size());
-            result_.cells_different += different(ours_[q], theirs_[q]);
-        }
-    }
-
-    void finish() {
-        stepper_->finish();
-        for (size_t i = 0; i < result_.traces.size(); ++i) {
-            const Trace &a = result_.traces[i], &b = other_result_.traces[i];
-            result_.cells_different += different(a.mean, b.mean) + different(a.min, b.min) + different(a.max, b.max);
-            for (size_t p = 0; p < a.probes.size(); ++p) result_.cells_different += different(a.probes[p], b.probes[p]);
-        }
-    }
-
-  private:
-    Result& result_;
-    const std::vector<Quantity> wanted_;
-    Result other_result_;
-    std::vector<std::vector<double>> ours_, theirs_;
-    Collector collected_;
-    std::unique_ptr<plan::Stepper> stepper_;
-};
-
-} // namespace
 
 const Trace& Result::trace(Quantity q) const {
     const auto t = std::find_if(traces.begin(), traces.end(), [q](auto& trace) { return trace.quantity == q; });
@@ -166,147 +22,195 @@ const Trace& Result::trace(Quantity q) const {
     return *t;
 }
 
+SceneMaps maps(const Scene& scene) {
+    const DefaultFloats guard;
+    const plan::PreparedRun run = plan::prepare_run(scene);
+    const SkinDescription& d = run.skin.description;
+    return {.surface = run.skin.surface,
+            .rest_curvature = plan::laplacian(run.skin.surface, d.grid, run.skin.stencil, run.skin.edges),
+            .pressure = run.schedule.pressure};
+}
+
 namespace {
 
-// What the numbers printed beside a result are taken from: the skin at its last step.
-void look_at_end(Result& result, const plan::Plan& plan, plan::Stepper& stepper) {
-    const plan::StencilEstimate estimate = stepper.estimate(plan);
-    result.stencil_estimate = estimate.greatest;
-    result.kinks = estimate.kinks;
-    result.greatest_gain = std::abs(*plan.scene.material.curvature_length) * estimate.curvature;
-}
-
+using Clock = std::chrono::steady_clock;
 using SharedMoments = std::shared_ptr<const reduced::Moments>;
 
-Result run_plan(const plan::Plan& plan, const SharedMoments& moments, const Device& device, const RunOptions& options,
-                const Result* like = nullptr) {
-    const bool marches = plan.model == Model::march;
-    Result result;
-    result.model = plan.model;
-    result.precision = marches ? plan.precision : Precision::f64;
-    result.predicted_error = plan.predicted_error;
-    result.tau_min = INFINITY;
-    for (const plan::Medium& m : plan.media) {
-        result.tau_min = std::min(result.tau_min, m.viscosity / m.modulus);
-        result.tau_max = std::max(result.tau_max, m.viscosity / m.modulus);
-    }
-    Collector collect(result, plan);
-    std::optional<plan::SiteCells> cells;
-    plan::Plan timed;
-    if (!marches && !moments) {
-        cells.emplace(plan, plan.places);
-        timed = plan::timing(plan, cells->media, plan.scene.method);
-    }
-    const auto stepper = marches   ? march(device, plan, std::ref(collect))
-                         : moments ? reduced::separable(plan, moments, std::ref(collect))
-                                   : reduced::sites(plan, *cells, device.impl().threads, std::ref(collect));
-    result.device = device.info(); // what making the march has found out
-    std::unique_ptr<Check> check;
-    if (options.check)
-        check = std::make_unique<Check>(device.info().vulkan ? Device::cpu() : Device::open("vulkan"), plan, result);
-
-    const auto start = Clock::now();
-    plan::Timeline timeline(cells ? timed : plan);
-    plan::FrameFeed feed(plan);
-    for (plan::Step step; timeline.next(step);) {
-        feed.before(step, [&](const std::vector<double>& frame) {
-            stepper->frame(frame);
-            if (check) check->frame(frame);
-        });
-        stepper->press(step);
-        ++result.steps;
-        if (check) check->press(step, *stepper);
-        if (step.field >= 0)
-            for (const FieldRequest& f : plan.scene.output.fields)
-                if (scene::Waveform::snapped(f.at, plan.scene.time.step) == plan.field_times[size_t(step.field)]) {
-                    std::vector<std::vector<double>> maps;
-                    stepper->read(f.what, maps);
-                    for (size_t i = 0; i < maps.size(); ++i) {
-                        for (double v : maps[i]) collect.check_finite(v, f.what[i], f.at);
-                        result.fields.push_back({f.at, f.what[i], std::move(maps[i])});
-                    }
-                }
-        if (options.progress && step.trace >= 0 && step.trace % 16 == 0)
-            options.progress(double(step.trace + 1) / double(plan.outputs));
-    }
-    stepper->finish();
-    if (check) check->finish();
-    else result.seconds = std::chrono::duration<double>(Clock::now() - start).count();
-    if (plan.model == Model::sites) {
-        // nothing is known of the other cells
-    } else if (like) {
-        result.stencil_estimate = like->stencil_estimate;
-        result.kinks = like->kinks;
-        result.greatest_gain = like->greatest_gain;
-    } else {
-        look_at_end(result, plan, *stepper);
-    }
-    result.dispatches = stepper->dispatches();
-    result.left_out = stepper->left_out();
-    if (options.progress) options.progress(1);
-    return result;
+planner::Request request_of(const Scene& scene, const Device& device, const RunOptions& options) {
+    return {.model = scene.model,
+            .precision = options.precision ? options.precision : scene.precision,
+            .tolerance = scene.tolerance,
+            .baseline = scene.method != Method::exact,
+            .check = options.check,
+            .on_device = device.impl().asked && !device.impl().backend->capabilities().f64};
 }
 
-plan::Plan decided(const Scene& scene, const Device& device, const RunOptions& options) {
-    plan::Plan plan = plan::prepare(scene);
-    const Explanation e = planner::choose(plan, device, options, false);
-    plan.predicted_error = e.candidates[e.chosen].error;
-    plan.keeps_maps |= options.check;
-    plan.derives |= options.check && !scene.output.fields.empty(); // then all of it is compared
-    if (plan.model == Model::march && plan.maps.rest_curvature.empty()) plan::complete(plan);
-    return plan;
+Explanation choice_of(const plan::PreparedRun& run, const Scene& scene, const Device& device,
+                      const RunOptions& options, bool everything) {
+    const plan::Capabilities opened = device.impl().backend->capabilities();
+    const planner::Backends backends{opened, opened.f64 ? opened : Device::cpu().impl().backend->capabilities()};
+    return planner::choose(run.skin, run.schedule, request_of(scene, device, options), backends, everything);
 }
 
-// All but a march in float is the CPU path's.
-Device working(const plan::Plan& plan, const Device& device) {
-    return device.info().vulkan && (plan.model != Model::march || plan.precision == Precision::f64) ? Device::cpu()
-                                                                                                    : device;
+// A run whose model and precision are settled.
+struct Decided {
+    plan::PreparedRun run;
+    Candidate decision;
+    Device device;         // that works: the CPU path for all but a march in float
+    SharedMoments moments; // null where cells have to be stepped
+
+    bool sites_alone() const { return decision.model == Model::sites; }
+};
+
+Decided decided(const Scene& scene, const Device& device, const RunOptions& options) {
+    plan::PreparedRun run = plan::prepare_run(scene, options.check);
+    const Explanation e = choice_of(run, scene, device, options, false);
+    const Candidate& taken = e.candidates[e.chosen];
+    const bool march = taken.model == Model::march, f64 = device.impl().backend->capabilities().f64;
+    Decided d{std::move(run), taken, !f64 && (!march || taken.precision == Precision::f64) ? Device::cpu() : device, {}};
+    if (!march && why_not_separable(d.run.skin, d.run.schedule).empty())
+        d.moments = reduced::moments_of(d.run.skin, d.run.schedule, d.sites_alone(),
+                                        d.device.impl().backend->capabilities().threads);
+    return d;
 }
 
-// Null where cells have to march.
-SharedMoments moments_for(const plan::Plan& plan, const Device& device) {
-    return plan.model == Model::march || !plan::why_not_separable(plan).empty()
-               ? nullptr
-               : reduced::moments_of(plan, device.impl().threads);
-}
+// Takes the steps of one run into a Result.
+class Run {
+  public:
+    Run(const Decided& d, const RunOptions& options)
+        : d_(d), skin_(d.run.skin), schedule_(d.run.schedule), options_(options),
+          collect_(result_, skin_, schedule_, !d.sites_alone()) {
+        result_.model = d.decision.model;
+        result_.precision = d.decision.model == Model::march ? d.decision.precision : Precision::f64;
+        result_.predicted_error = d.decision.error;
+        result_.tau_min = INFINITY;
+        for (const plan::Element& m : skin_.materials) {
+            result_.tau_min = std::min(result_.tau_min, m.viscosity / m.modulus);
+            result_.tau_max = std::max(result_.tau_max, m.viscosity / m.modulus);
+        }
+        make_stepper();
+        result_.device = d.device.info(); // what making the stepper has found out
+        if (!options.check) return;
+        const Device other = d.device.info().vulkan ? Device::cpu() : Device::open("vulkan");
+        check_ = std::make_unique<CrossCheck>(
+            [&](plan::Stepper::Sink sink) {
+                return march(other, skin_, schedule_, d.decision.precision, std::move(sink));
+            },
+            result_, skin_, schedule_);
+    }
+
+    // like: a result of the same maps, whose figures of the skin at the end are taken over.
+    Result take(const Result* like) {
+        const auto start = Clock::now();
+        plan::Timeline timeline(schedule_, cells_ ? cells_->materials : skin_.materials, skin_.rule, schedule_.method);
+        plan::FrameFeed feed(schedule_);
+        for (plan::Step step; timeline.next(step);) {
+            feed.before(step, [&](const std::vector<double>& frame) {
+                stepper_->frame(frame);
+                if (check_) check_->frame(frame);
+            });
+            stepper_->press(step);
+            ++result_.steps;
+            if (check_) check_->press(step, *stepper_);
+            if (step.field >= 0) read_fields(step);
+            if (options_.progress && step.trace >= 0 && step.trace % 16 == 0)
+                options_.progress(double(step.trace + 1) / double(schedule_.outputs));
+        }
+        stepper_->finish();
+        if (check_) check_->finish();
+        else result_.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+        if (!d_.sites_alone()) describe_end(like);
+        result_.dispatches = stepper_->dispatches();
+        result_.left_out = stepper_->left_out();
+        if (options_.progress) options_.progress(1);
+        return std::move(result_);
+    }
+
+  private:
+    void make_stepper() {
+        if (d_.decision.model == Model::march) {
+            stepper_ = march(d_.device, skin_, schedule_, d_.decision.precision, std::ref(collect_));
+        } else if (d_.moments) {
+            stepper_ = reduced::separable(skin_, schedule_, d_.moments, d_.sites_alone(), std::ref(collect_));
+        } else {
+            cells_.emplace(skin_, pressed_cells(schedule_), schedule_.points);
+            stepper_ = reduced::sites(skin_, schedule_, *cells_, d_.sites_alone(),
+                                      d_.device.impl().backend->capabilities().threads, std::ref(collect_));
+        }
+    }
+
+    void read_fields(const plan::Step& step) {
+        for (const FieldRequest& f : schedule_.output.fields) {
+            if (scene::Waveform::snapped(f.at, schedule_.time.step) != schedule_.field_times[size_t(step.field)])
+                continue;
+            std::vector<std::vector<double>> maps;
+            stepper_->read(f.what, maps);
+            for (size_t i = 0; i < maps.size(); ++i) {
+                for (double v : maps[i]) collect_.check_finite(v, f.what[i], f.at);
+                result_.fields.push_back({f.at, f.what[i], std::move(maps[i])});
+            }
+        }
+    }
+
+    // The figures printed beside a result, of the skin at its last step.
+    void describe_end(const Result* like) {
+        if (like) {
+            result_.stencil_estimate = like->stencil_estimate;
+            result_.kinks = like->kinks;
+            result_.greatest_gain = like->greatest_gain;
+            return;
+        }
+        const plan::StencilEstimate estimate = stepper_->estimate(skin_);
+        result_.stencil_estimate = estimate.greatest;
+        result_.kinks = estimate.kinks;
+        result_.greatest_gain = std::abs(skin_.constants.curvature_length) * estimate.curvature;
+    }
+
+    const Decided& d_;
+    const plan::PreparedSkin& skin_;
+    const plan::Schedule& schedule_;
+    const RunOptions& options_;
+    Result result_;
+    Collector collect_;
+    std::optional<plan::SiteCells> cells_; // of the model sites, where it steps them
+    std::unique_ptr<plan::Stepper> stepper_;
+    std::unique_ptr<CrossCheck> check_;
+};
 
 } // namespace
 
 Explanation explain(const Scene& scene, const Device& device, const RunOptions& options) {
     const DefaultFloats guard;
-    plan::Plan plan = plan::prepare(scene);
-    return planner::choose(plan, device, options, true);
+    return choice_of(plan::prepare_run(scene), scene, device, options, true);
 }
 
 Result run(const Scene& scene, const Device& device, const RunOptions& options) {
     const DefaultFloats guard;
-    const plan::Plan plan = decided(scene, device, options);
-    return run_plan(plan, moments_for(plan, device), working(plan, device), options);
+    const Decided d = decided(scene, device, options);
+    return Run(d, options).take(nullptr);
 }
 
 std::vector<Result> run(const Scene& scene, const std::vector<Material>& materials, const Device& device,
                         const RunOptions& options) {
     const DefaultFloats guard;
     std::vector<Result> results;
-    std::optional<plan::Plan> plan; // of the material before, as long as its maps serve
-    SharedMoments moments;
-    for (const Material& material : materials) {
-        const Result* like = nullptr;
-        const auto same_lengths = [&](const Material& m) {
-            return m.thickness == material.thickness && m.curvature_length == material.curvature_length;
-        };
-        if (moments && same_lengths(results.empty() ? scene.material : materials[results.size() - 1]) &&
-            material.modulus_map.empty() && material.viscosity_map.empty()) {
-            plan::set_material(*plan, material);
-            plan->predicted_error = std::nan(""); // the first one's
-            like = &results.front();
+    std::optional<Decided> last; // of the material before; its moments serve as long as no length and no map changes
+    for (size_t i = 0; i < materials.size(); ++i) {
+        Scene with = scene;
+        with.material = materials[i];
+        const Material& before = i ? materials[i - 1] : scene.material;
+        const bool same_maps = materials[i].thickness == before.thickness &&
+                               materials[i].curvature_length == before.curvature_length &&
+                               materials[i].modulus_map.empty() && materials[i].viscosity_map.empty();
+        const bool reuse = last && last->moments && same_maps;
+        if (reuse) {
+            const Material material = scene::validate(with).scene.material;
+            last->run.skin = with_material(std::move(last->run.skin), material);
+            last->decision.error = std::nan(""); // the first one's
         } else {
-            Scene with = scene;
-            with.material = material;
-            plan = decided(with, device, options);
-            moments = moments_for(*plan, device);
+            last.emplace(decided(with, device, options));
         }
-        results.push_back(run_plan(*plan, moments, working(*plan, device), options, like));
+        results.push_back(Run(*last, options).take(reuse ? &results.front() : nullptr));
     }
     return results;
 }

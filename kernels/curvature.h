@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The Laplacian in difference form (exact zero on constants, no loss on an offset), and where it looks at an edge.
+// The Laplacian in difference form (exact zero on constants, no loss on an offset), and which cells it reads at an edge.
 
 // Along one axis: the cells a stencil reads, and the weights of the published one.
 struct Axis {
@@ -44,6 +44,9 @@ inline Axis axis(int i, int n, int stencil, int edges) {
     return a;
 }
 
+// How many cells away from its own a stencil reads.
+inline int reach(int stencil) { return stencil == STENCIL_FIVE_POINT ? 1 : 2; }
+
 // (high - 2 centre + low), as two differences
 inline real second_difference(real low, real centre, real high) {
     precise real sum = (high - centre) + (low - centre);
@@ -62,6 +65,14 @@ inline real published_difference(real far_low, real low, real high, real far_hig
     precise real gradient_high = a.w_high * (far_high - high);
     precise real sum = a.w * (gradient_high - gradient_low);
     return sum;
+}
+
+// The stencil's second difference along one axis; the nearest stencil has no use for the far cells, the published one
+// none for the centre.
+inline real difference(real far_low, real low, real centre, real high, real far_high, Axis a, int stencil) {
+    if (stencil == STENCIL_FIVE_POINT) return second_difference(low, centre, high);
+    if (stencil == STENCIL_FOURTH_ORDER) return fourth_order(far_low, low, centre, high, far_high);
+    return published_difference(far_low, low, high, far_high, a);
 }
 
 inline real add(real along_x, real along_y) {

@@ -5,14 +5,11 @@
 #include "prelude.h"
 #include "layout.h"
 #include "curvature.h"
+#include "cells.glsl"
 
 layout(local_size_x = FIELDS_X) in;
-layout(constant_id = 0) const int STENCIL = STENCIL_FIVE_POINT;
-layout(constant_id = 1) const int EDGES = EDGES_MIRROR;
-layout(constant_id = 2) const int COMPENSATED = 0;
-layout(constant_id = 5) const int RESPONSES = 15;
 layout(push_constant) uniform Push { Constants c; };
-// All of pitch floats times the rows bound; a state has STATE_PLANES times that, and the strain comes first.
+// Each map has pitch floats for each row bound; a state has STATE_PLANES times that, and the strain comes first.
 layout(std430, binding = FIELDS_SURFACE) readonly restrict buffer Surface { float surface[]; };
 layout(std430, binding = FIELDS_REST_CURVATURE) readonly restrict buffer Rest { float rest_curvature[]; };
 layout(std430, binding = FIELDS_STRAIN) readonly restrict buffer Strain { float strain[]; };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What host and kernels agree on: the parameter block, binding numbers, sizes, names of variants.
+// What host and kernels agree on: parameter blocks, sizes, and the numbers of bindings and specialization constants.
 
 // Maps are row-major, index = y*pitch + x; pitch is the width rounded up to PITCH_CELLS: a cache line of floats.
 #define PITCH_CELLS 16
@@ -21,12 +21,31 @@
 #define EDGES_PERIODIC 1
 #define EDGES_PUBLISHED 2
 
+// The quantities that are reduced, in this order everywhere; all but the strain are responses.
+#define QUANTITY_STRAIN 0
+#define QUANTITY_SA1 1
+#define QUANTITY_SA2 2
+#define QUANTITY_FA1 3
+#define QUANTITY_FA2 4
+#define REDUCED_MAPS 5
+// The bit of a response in VARIANT_RESPONSES.
+#define RESPONSE_BIT(quantity) (1 << ((quantity)-1))
+
+// Specialization constants of press, sites and fields.
+#define VARIANT_STENCIL 0
+#define VARIANT_EDGES 1
+#define VARIANT_COMPENSATED 2 // the state carries what its sums have lost
+#define VARIANT_MATERIALS 3   // coefficients come from a table, by each cell's index
+#define VARIANT_FRAMES 4      // the pressure runs from one map to another
+#define VARIANT_RESPONSES 5   // the responses asked for, a bit each
+#define VARIANT_CONSTANTS 6
+
 #define PRESS_PRESSURE_FROM 0
 #define PRESS_PRESSURE_TO 1
 #define PRESS_REST_CURVATURE 2
 #define PRESS_STATE_FROM 3
 #define PRESS_STATE_TO 4
-#define PRESS_SA1 5
+#define PRESS_SA1 5 // the other responses follow in order
 #define PRESS_SA2 6
 #define PRESS_FA1 7
 #define PRESS_FA2 8
@@ -34,11 +53,16 @@
 #define PRESS_MATERIAL 10
 #define PRESS_INVALID 11
 #define PRESS_BINDINGS 12
-// A state holds for each row of cells a row of strain, if compensated one of what its sums have lost, and if SA2 is asked
-// for the same of its integral: so a band of rows is one piece of memory. LaneCoefficients of a state per row of cells:
-#define STATE_INTEGRAL(compensated) (1 + (compensated))
-#define STATE_PLANES(compensated, responses) ((1 + (compensated)) * (((responses) & 2) != 0 ? 2 : 1))
-// Bands of rows begin at a multiple of this: every row of any map is then at an offset that every device can bind.
+
+// A state holds, for each row of cells, one row of each of its planes beside one another, so that any window of rows is
+// one piece of memory: the strain, if compensated what its sum has lost, and where SA2 is asked for the same of its
+// integral.
+#define STATE_STRAIN_PLANES(compensated) (1 + (compensated))
+#define STATE_PLANES(compensated, responses) \
+    (STATE_STRAIN_PLANES(compensated) * (((responses) & RESPONSE_BIT(QUANTITY_SA2)) != 0 ? 2 : 1))
+// The planes before the integral's.
+#define STATE_INTEGRAL(compensated) STATE_STRAIN_PLANES(compensated)
+// Windows of rows begin at a multiple of this: every row of any map is then at an offset that every device can bind.
 #define WINDOW_ROWS 4
 
 #define FIELDS_SURFACE 0
@@ -63,8 +87,6 @@
 #define REDUCE_PROBES 1
 #define REDUCE_SUMMARIES 2
 #define REDUCE_BINDINGS 3
-// what is reduced: strain, SA1, SA2, FA1, FA2, in this order everywhere
-#define REDUCED_MAPS 5
 
 // Coefficients of one step of one material, made on the host in double (host/plan/coefficients). With
 //   r = s0 - E*eps            s0 the pressure after the jump sj at the step's start, s0 + ds the pressure at its end
@@ -72,44 +94,45 @@
 //   I   += i0*eps + i1*s0 + i2*ds - leak*I      its integral, or with leak > 0 its adapting integral
 //   eps'  = v0*r + v1*ds              at the end of the step, from the left
 //   eps'' = a0*r + a1*ds + a2*sj
+#define COEFFICIENTS(each) \
+    each(E) each(b) each(f) each(i0) each(i1) each(i2) each(leak) each(v0) each(v1) each(a0) each(a1) each(a2)
+#define SCALAR_MEMBER(name) scalar name;
 struct Coefficients {
-    scalar E, b, f;
-    scalar i0, i1, i2, leak;
-    scalar v0, v1;
-    scalar a0, a1, a2;
+    COEFFICIENTS(SCALAR_MEMBER)
 };
 
 struct Constants {
-    Coefficients row;                      // of a uniform material; otherwise a table holds rows, and each cell has an index into it
-    scalar start, rise, jump;     // pressure = start*p after a jump of jump*p, then rising by rise*p; or between frames
-                                  // p and q: start of the way from p to q, then rise of it, after a jump of jump*p
+    Coefficients coefficients;    // of a uniform material; otherwise a table holds them, and each cell has an index
+    scalar start, rise, jump;     // Pressure over the step, after a jump of jump*p at its start. Map and envelope: from
+                                  // start*p, rising linearly by rise*p. Frames p, q: from p + start*(q - p), rising by
+                                  // rise*(q - p).
     scalar bend;                  // thickness / spacing^2: turns the stencil's sum over eps into curvature
     scalar curvature_length;      // l in 1 + l*C
     scalar gain_plus, gain_minus; // FA2 = gain_plus*max(a, 0) + gain_minus*max(-a, 0)
     scalar thickness;             // h in D = S - h*eps
-    int width, height, pitch;   // cells
-    int first_column, first_row; // where the invocations begin: cells before are never pressed, so all they have is +0
-    int base_row;                // the first row that is bound
-    int respond;                 // 0: advance the state alone
+    int width, height, pitch;     // cells
+    int first_column, first_row;  // where the invocations begin: cells before are never pressed, so all they have is +0
+    int base_row;                 // the first row that is bound
+    int respond;                  // 0: advance the state alone
 };
 
-// A cell that some receptor looks at, and its material's row of the table.
+// A cell that some receptor's stencil reads, and the index of its material.
 struct SiteCell {
     int cell; // y*pitch + x
-    int row;
+    int material;
 };
 // A receptor; cells by their rank among those above: its own, then along x and y those of its stencil.
 struct SiteStencil {
     int here;
     int x_far_low, x_low, x_high, x_far_high;
     int y_far_low, y_low, y_high, y_far_high;
-    int quantity; // 1..4: SA1, SA2, FA1, FA2
-    int answer;   // where in the response it stands
+    int quantity; // QUANTITY_SA1 .. QUANTITY_FA2
+    int response; // index of its float in the response
     scalar rest_curvature;
 };
 struct SiteConstants {
     Constants c;
-    int first_cell, cells; // of this band
+    int first_cell, cells; // of this window of rows
     int first_site, sites;
 };
 

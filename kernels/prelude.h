@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
-// One language for GLSL and C++. In C++ the includer opens a namespace, says what `real` and `scalar` are (float
-// and float, double and double, or glm::vec4 and float: four cells at a time) and lends the GLSL words abs, min, max, mix,
-// lessThan: by model.h those of GLM. In GLSL real is float, or vec4 where that is defined first. Rules for every function here (a build check counts them):
-// only + - * compare and select, each intermediate a `precise` local, literals real(...), structs filled member by member.
+// One language for GLSL and C++. In C++ the includer opens a struct or a namespace, says what `real` and `scalar` are
+// (float and float, double and double, or glm::vec4 and float: four cells at a time) and lends the GLSL words abs, min,
+// max, mix, lessThan. In GLSL real is float, or vec4 where that is defined first. Rules for every function here (a build
+// check counts them): only + - * compare and select, each intermediate a `precise` local, literals real(...), structs
+// filled member by member.
 #ifdef __cplusplus
 #define precise
 #else

@@ -1,20 +1,17 @@
 #version 450
 // SPDX-License-Identifier: MIT
-// One step of the cells that some receptor looks at, and the response of each receptor: no other cell is touched. An
-// invocation takes one cell or one receptor; the new strain beside a receptor is computed again from the old state, so
+// One step of the cells that some receptor's stencil reads, and the response of each receptor: no other cell is touched.
+// An invocation takes one cell or one receptor; the new strain beside a receptor is computed again from the old state, so
 // one dispatch is enough.
 #extension GL_GOOGLE_include_directive : require
 #include "prelude.h"
 #include "layout.h"
-#include "press.h"
+#include "step.h"
+#include "responses.h"
 #include "curvature.h"
+#include "cells.glsl"
 
 layout(local_size_x = SITES_X) in;
-layout(constant_id = 0) const int STENCIL = STENCIL_FIVE_POINT;
-layout(constant_id = 1) const int EDGES = EDGES_MIRROR;
-layout(constant_id = 2) const int COMPENSATED = 0;
-layout(constant_id = 3) const int MATERIALS = 0;
-layout(constant_id = 5) const int RESPONSES = 15;
 layout(push_constant) uniform Push { SiteConstants s; };
 layout(std430, binding = SITES_PRESSURE_FROM) readonly buffer PressureFrom { float pressure_from[]; };
 layout(std430, binding = SITES_PRESSURE_TO) readonly buffer PressureTo { float pressure_to[]; };
@@ -23,12 +20,9 @@ layout(std430, binding = SITES_SITES) readonly restrict buffer Sites { SiteStenc
 // STATE_PLANES numbers for each of the cells
 layout(std430, binding = SITES_STATE_FROM) readonly restrict buffer StateFrom { float state_from[]; };
 layout(std430, binding = SITES_STATE_TO) writeonly restrict buffer StateTo { float state_to[]; };
-layout(std430, binding = SITES_RESPONSE) writeonly restrict buffer Response { float answers[]; };
+layout(std430, binding = SITES_RESPONSE) writeonly restrict buffer Response { float responses[]; };
 layout(std430, binding = SITES_COEFFICIENTS) readonly restrict buffer Table { Coefficients table[]; };
-layout(std430, binding = SITES_INVALID) restrict buffer Invalid { uint invalid; }; // pressures met that are not finite
-
-bool finite(float p) { return (floatBitsToUint(p) & 0x7f800000u) != 0x7f800000u; }
-float valid(float p) { return finite(p) ? p : 0.0; }
+layout(std430, binding = SITES_INVALID) restrict buffer Invalid { uint invalid; }; // counts pressures that are not finite
 
 int bound(int rank) { return cells[rank].cell - s.c.base_row * s.c.pitch; }
 
@@ -38,77 +32,57 @@ Load load_at(int rank) {
 }
 
 LaneCoefficients coefficients_at(int rank) {
-    if (MATERIALS == 0) return lanes_of(s.c.row);
-    return lanes_of(table[cells[rank].row]);
+    if (MATERIALS == 0) return lanes_of(s.c.coefficients);
+    return lanes_of(table[cells[rank].material]);
 }
 
 int state_at(int rank) { return rank * STATE_PLANES(COMPENSATED, RESPONSES); }
 
-// At the step's end; compensated or not, `lost` is then what the sum has lost.
-Compensated strain_after(int rank, Load load, LaneCoefficients k) {
-    int at = state_at(rank);
-    float eps = state_from[at];
-    float step = strain_step(eps, load, k);
-    if (COMPENSATED != 0) return added_compensated(eps, state_from[at + 1], step);
-    Compensated after;
-    after.value = added(eps, step);
-    after.lost = 0.0;
-    return after;
+Sum strain_from(int state) { return sum_of(state_from[state], COMPENSATED != 0 ? state_from[state + 1] : 0.0); }
+
+CellState state_of(int rank) {
+    CellState cell;
+    cell.strain = strain_from(state_at(rank));
+    cell.integral = sum_of(0.0, 0.0);
+    if (asked(QUANTITY_SA2)) cell.integral = strain_from(state_at(rank) + STATE_INTEGRAL(COMPENSATED));
+    return cell;
 }
 
-Compensated sum_after(int rank, Load load, LaneCoefficients k) {
-    int at = state_at(rank) + STATE_INTEGRAL(COMPENSATED);
-    float I = state_from[at];
-    float gained = sum_step(state_from[state_at(rank)], I, load, k);
-    if (COMPENSATED != 0) return added_compensated(I, state_from[at + 1], gained);
-    Compensated after;
-    after.value = added(I, gained);
-    after.lost = 0.0;
-    return after;
+void store(Sum sum, int state) {
+    state_to[state] = sum.value;
+    if (COMPENSATED != 0) state_to[state + 1] = sum.lost;
 }
 
 void advance(int rank) {
     if (!finite(pressure_to[bound(rank)])) atomicAdd(invalid, 1u);
-    Load load = load_at(rank);
-    LaneCoefficients k = coefficients_at(rank);
-    int at = state_at(rank);
-    Compensated strain = strain_after(rank, load, k);
-    state_to[at] = strain.value;
-    if (COMPENSATED != 0) state_to[at + 1] = strain.lost;
-    if ((RESPONSES & 2) == 0) return;
-    at += STATE_INTEGRAL(COMPENSATED);
-    Compensated sum = sum_after(rank, load, k);
-    state_to[at] = sum.value;
-    if (COMPENSATED != 0) state_to[at + 1] = sum.lost;
+    CellState after = advanced(state_of(rank), load_at(rank), coefficients_at(rank), COMPENSATED);
+    store(after.strain, state_at(rank));
+    if (asked(QUANTITY_SA2)) store(after.integral, state_at(rank) + STATE_INTEGRAL(COMPENSATED));
 }
 
-float strain_at(int rank) { return strain_after(rank, load_at(rank), coefficients_at(rank)).value; }
+float strain_at(int rank) {
+    return advanced_strain(strain_from(state_at(rank)), load_at(rank), coefficients_at(rank), COMPENSATED).value;
+}
 
 float along(int far_low, int low, float centre, int high, int far_high, Axis a) {
-    if (STENCIL == STENCIL_FIVE_POINT) return second_difference(strain_at(low), centre, strain_at(high));
-    if (STENCIL == STENCIL_FOURTH_ORDER)
-        return fourth_order(strain_at(far_low), strain_at(low), centre, strain_at(high), strain_at(far_high));
-    return published_difference(strain_at(far_low), strain_at(low), strain_at(high), strain_at(far_high), a);
+    bool far = reach(STENCIL) > 1;
+    return difference(far ? strain_at(far_low) : centre, strain_at(low), centre, strain_at(high),
+                      far ? strain_at(far_high) : centre, a, STENCIL);
 }
 
 void respond(SiteStencil site) {
     int cell = cells[site.here].cell;
     Load load = load_at(site.here);
     LaneCoefficients k = coefficients_at(site.here);
-    float eps = state_from[state_at(site.here)];
-    float after = strain_after(site.here, load, k).value;
-    Axis x = axis(cell % s.c.pitch, s.c.width, STENCIL, EDGES);
-    Axis y = axis(cell / s.c.pitch, s.c.height, STENCIL, EDGES);
-    float L = add(along(site.x_far_low, site.x_low, after, site.x_high, site.x_far_high, x),
-                  along(site.y_far_low, site.y_low, after, site.y_high, site.y_far_high, y));
+    CellState before = state_of(site.here);
+    CellState after = advanced(before, load, k, COMPENSATED);
+    float eps = after.strain.value;
+    float L = add(along(site.x_far_low, site.x_low, eps, site.x_high, site.x_far_high,
+                        axis(cell % s.c.pitch, s.c.width, STENCIL, EDGES)),
+                  along(site.y_far_low, site.y_low, eps, site.y_high, site.y_far_high,
+                        axis(cell / s.c.pitch, s.c.height, STENCIL, EDGES)));
     float C = curvature_of(site.rest_curvature, L, s.c.bend);
-    float l = s.c.curvature_length;
-    float answer = response(after, C, l);
-    if ((RESPONSES & 2) != 0 && site.quantity == 2) answer = response(sum_after(site.here, load, k).value, C, l);
-    if (site.quantity == 3) answer = response(rate_after(eps, load, k), C, l);
-    if (site.quantity == 4)
-        answer = rectified(response(acceleration_after(eps, load, k), C, l), s.c.gain_plus, s.c.gain_minus);
-    answers[site.answer] = answer;
+    responses[site.response] = answer(site.quantity, signal(site.quantity, before, after, load, k), C, s.c);
 }
 
 void main() {

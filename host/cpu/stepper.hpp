@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: MIT
+// The model `march` on the CPU path.
 #pragma once
 
-#include "host/simd/isa.hpp"
 #include "host/plan/stepper.hpp"
-
-#include <memory>
+#include "host/simd/isa.hpp"
 
 namespace dermis::cpu {
 
-// threads: 0 = one per core. `plan` outlives the stepper.
-std::unique_ptr<plan::Stepper> march(const plan::Plan& plan, int threads, plan::Stepper::Sink,
-                                     const simd::Isa& isa = simd::best());
+// threads: 0 = one per core. Skin and schedule outlive the stepper.
+std::unique_ptr<plan::Stepper> stepper(const plan::PreparedSkin&, const plan::Schedule&, Precision, int threads,
+                                       plan::Stepper::Sink, const simd::Isa& isa = simd::best());
 
 } // namespace dermis::cpu

@@ -1,113 +1,188 @@
 // SPDX-License-Identifier: MIT
 #include "host/cpu/stream.hpp"
 
-#include "host/simd/pool.hpp"
-#include "host/reduced/sites.hpp"
+#include "host/cpu/cells.hpp"
 #include "host/plan/float_environment.hpp"
-#include "host/plan/stepper.hpp"
+#include "host/plan/site_stepper.hpp"
+#include "host/simd/pool.hpp"
 
-#include <algorithm>
-#include <array>
-#include <barrier>
-#include <limits>
-#include <new>
+#include <cmath>
 #include <optional>
 
-namespace dermis {
+namespace dermis::cpu {
 
-using simd::Pool;
+using plan::StreamedSkin;
 
-namespace f32 {
-#include "host/cpu/cells.inl"
-#include "host/plan/site_stepper.inl"
-} // namespace f32
+struct FramePress::Impl {
+    explicit Impl(StreamedSkin s) : streamed(std::move(s)) {}
+    virtual ~Impl() = default;
+    virtual void run(const f32::Constants&, const float* from, const float* to, float* const (&response)[4]) = 0;
+    virtual void reset() = 0;
 
-namespace cpu {
+    StreamedSkin streamed;
+    std::vector<plan::Element> materials; // those that are stepped
+    std::vector<f32::Coefficients> table; // theirs, of a press over table_dt
+    double table_dt = std::nan("");
+};
 
-using f32::Constants;
-
-struct Frames::Impl {
-    Impl(const plan::Plan& plan, int threads, const simd::Isa& isa) : plan(plan) {
-        if (plan.scene.sites.empty()) {
-            rest = plan::padded<float>(plan.maps.rest_curvature, plan, "surface.relief");
-            table.resize(plan.material.empty() ? 0 : plan.media.size());
-            cells.emplace(plan, threads, isa);
-        } else {
-            std::vector<Cell> at;
-            for (const Site& site : plan.scene.sites) at.push_back(site.cell);
-            looked_at.emplace(plan, at);
-            loop.emplace(plan, looked_at->material);
-            for (const Cell& c : at) places.push_back(loop->place(*looked_at, c));
-            for (auto* pressure : {&from, &to}) pressure->resize(looked_at->cells.size());
-            rows.resize(looked_at->media.size());
-        }
+struct FramePress::Fields : Impl {
+    Fields(StreamedSkin s, int threads, const simd::Isa& isa)
+        : Impl(std::move(s)), rest(plan::padded_rest_curvature<float>(streamed.skin)),
+          cells(streamed.skin, streamed.variant(), streamed.skin.whole(), threads, isa) {
+        materials = streamed.skin.materials;
+        plan::drop_maps(streamed.skin);
     }
 
-    void press_fields(double dt, const float* p, const float* q, float* const (&response)[4]) {
-        const auto c = plan::frame_constants<Constants>(plan, plan.media.front(), dt);
-        if (dt != table_dt)
-            for (size_t i = 0; i < table.size(); ++i)
-                table[i] = plan::rounded<f32::Coefficients>(plan::exact_coefficients(plan.media[i], dt));
-        table_dt = dt;
-        f32::Cells::Outputs handed{};
-        std::copy(response, response + 4, handed.response);
-        cells->press(c, table.data(), p, q, rest.data(), true, handed);
+    void run(const f32::Constants& c, const float* from, const float* to, float* const (&response)[4]) override {
+        cells.press({.constants = c,
+                     .table = table.data(),
+                     .pressure = from,
+                     .pressure_to = to,
+                     .rest_curvature = rest.data(),
+                     .response = std::to_array(response)});
     }
 
-    void press_sites(double dt, const float* p, const float* q, float* const (&response)[4]) {
-        const auto c = plan::frame_constants<Constants>(plan, looked_at->media.front(), dt);
-        if (dt != table_dt)
-            for (size_t i = 0; i < rows.size(); ++i)
-                rows[i] = f32::lanes_of(plan::rounded<f32::Coefficients>(plan::exact_coefficients(looked_at->media[i], dt)));
-        table_dt = dt;
-        const size_t width = size_t(plan.constants.width);
+    void reset() override { cells.rest(); }
+
+    const std::vector<float> rest;
+    Cells<f32> cells;
+};
+
+struct FramePress::Sites : Impl {
+    explicit Sites(StreamedSkin s)
+        : Impl(std::move(s)), cells(streamed.skin, {streamed.skin.whole()}, site_cells(streamed.skin)),
+          stepper(streamed.skin, cells, streamed.variant()) {
+        for (const Cell& c : cells.points) points.push_back(stepper.point(c));
+        for (auto* pressure : {&from, &to}) pressure->resize(cells.cells.size());
+        materials = cells.materials;
+        lanes.resize(materials.size());
+        plan::drop_maps(streamed.skin);
+    }
+
+    static std::vector<Cell> site_cells(const plan::PreparedSkin& skin) {
+        std::vector<Cell> at;
+        for (const Site& site : skin.description.sites) at.push_back(site.cell);
+        return at;
+    }
+
+    void run(const f32::Constants& c, const float* p, const float* q, float* const (&response)[4]) override {
+        std::transform(table.begin(), table.end(), lanes.begin(), f32::lanes_of);
+        const size_t width = size_t(streamed.skin.width()), pitch = size_t(streamed.skin.pitch);
         for (size_t i = 0; i < from.size(); ++i) {
-            const size_t cell = looked_at->cells[i], at = cell / width * size_t(plan.pitch) + cell % width;
+            const size_t cell = cells.cells[i], at = cell / width * pitch + cell % width;
             from[i] = p[at];
             to[i] = q[at];
         }
-        loop->advance(c, rows.data(), from.data(), to.data(), 0, from.size());
+        stepper.advance(c, lanes.data(), {from.data(), to.data()}, 0, from.size());
         std::array<size_t, 4> next{};
-        for (size_t i = 0; i < places.size(); ++i) {
-            const Quantity type = plan.scene.sites[i].type;
-            const size_t r = size_t(type) - 1;
-            response[r][next[r]++] = loop->value(places[i], type, c, rows.data(), from.data(), to.data());
+        for (size_t i = 0; i < points.size(); ++i) {
+            const Quantity type = streamed.skin.description.sites[i].type;
+            const size_t r = size_t(type) - QUANTITY_SA1;
+            response[r][next[r]++] = stepper.value(points[i], type, c, lanes.data(), {from.data(), to.data()});
         }
-        loop->keep();
+        stepper.keep();
     }
 
-    const plan::Plan& plan;
-    double table_dt = std::nan("");
-    // fields
-    std::optional<f32::Cells> cells;
-    std::vector<float> rest;
-    std::vector<f32::Coefficients> table;
-    // sites
-    std::optional<plan::SiteCells> looked_at;
-    std::optional<f32::SiteStepper> loop;
-    std::vector<f32::SiteStepper::Place> places;
-    std::vector<float> from, to;
-    std::vector<f32::LaneCoefficients> rows;
+    void reset() override { stepper.reset(); }
+
+    const plan::SiteCells cells;
+    plan::SiteStepper<f32> stepper;
+    std::vector<plan::SiteStepper<f32>::Point> points;
+    std::vector<float> from, to; // pressures of the cells
+    std::vector<f32::LaneCoefficients> lanes;
 };
 
-Frames::Frames(const plan::Plan& plan, int threads, const simd::Isa& isa) {
+FramePress::FramePress(StreamedSkin skin, int threads, const simd::Isa& isa) {
     const DefaultFloats guard; // threads inherit it
-    const size_t cells = size_t(plan.constants.width) * size_t(plan.constants.height);
-    impl_ = std::make_unique<Impl>(plan, simd::useful_threads(cells, threads), isa);
+    threads = simd::useful_threads(skin.skin.cells(), threads);
+    if (skin.skin.description.sites.empty()) impl_ = std::make_unique<Fields>(std::move(skin), threads, isa);
+    else impl_ = std::make_unique<Sites>(std::move(skin));
+    impl_->table.resize(impl_->materials.size());
 }
 
-Frames::~Frames() = default;
+FramePress::~FramePress() = default;
 
-void Frames::reset() {
-    if (impl_->looked_at) impl_->loop->reset();
-    else impl_->cells->rest();
-}
+void FramePress::reset() { impl_->reset(); }
 
-void Frames::press(double dt, const float* from, const float* to, float* const (&response)[4]) {
+bool FramePress::press(double dt, const float* from, const float* to, float* const (&response)[4]) {
     const DefaultFloats guard;
-    if (impl_->looked_at) impl_->press_sites(dt, from, to, response);
-    else impl_->press_fields(dt, from, to, response);
+    Impl& s = *impl_;
+    if (dt != s.table_dt) {
+        s.table_dt = std::nan(""); // the table is no longer that of any dt
+        if (!plan::fill_table(s.materials, s.streamed.skin.rule, dt, s.table.data())) return false;
+        s.table_dt = dt;
+    }
+    s.run(plan::frame_constants(s.streamed.skin, s.table.front()), from, to, response);
+    return true;
 }
 
-} // namespace cpu
-} // namespace dermis
+namespace {
+
+// Maps that are walked side by side: each begins at a cache line, and at other bits of an address than its neighbours,
+// which would otherwise compete for the same lines of a cache.
+class SideBySide {
+  public:
+    explicit SideBySide(const std::vector<size_t>& sizes) {
+        size_t all = line;
+        for (size_t size : sizes) all += size + gap;
+        values_.assign(all, 0.0f);
+        size_t at = (64 - reinterpret_cast<uintptr_t>(values_.data()) % 64) % 64 / sizeof(float);
+        for (size_t size : sizes) {
+            begins_.push_back(values_.data() + at);
+            at += (size + line - 1) / line * line + 5 * line;
+        }
+    }
+    float* operator[](size_t i) const { return begins_[i]; }
+    void clear() { std::fill(values_.begin(), values_.end(), 0.0f); }
+
+  private:
+    static constexpr size_t line = 64 / sizeof(float), gap = 6 * line;
+    std::vector<float> values_;
+    std::vector<float*> begins_;
+};
+
+class CpuStream : public plan::Stream {
+  public:
+    CpuStream(const StreamedSkin& skin, int threads, const simd::Isa& isa)
+        : press_(skin, threads, isa), memory_(sizes_of(skin)) {
+        for (size_t i = 0; i < 2; ++i) pressure_[i] = memory_[i];
+        for (size_t r = 0; r < 4; ++r) response_[r] = skin.wanted[QUANTITY_SA1 + r] ? memory_[2 + r] : nullptr;
+    }
+
+    float* pressure() override { return pressure_[1]; }
+
+    bool press(double dt) override {
+        if (!press_.press(dt, pressure_[0], pressure_[1], response_)) return false;
+        std::swap(pressure_[0], pressure_[1]);
+        return true;
+    }
+
+    const float* response(Quantity q) const override { return response_[size_t(q) - QUANTITY_SA1]; }
+
+    void reset() override {
+        press_.reset();
+        memory_.clear();
+    }
+
+  private:
+    static std::vector<size_t> sizes_of(const StreamedSkin& skin) {
+        const size_t map = skin.skin.padded_cells();
+        std::vector<size_t> sizes = {map, map};
+        const plan::ResponseLayout layout = response_layout_of(skin);
+        for (size_t q = QUANTITY_SA1; q < REDUCED_MAPS; ++q) sizes.push_back(layout.of[q].count);
+        return sizes;
+    }
+
+    FramePress press_;
+    SideBySide memory_; // two pressures, then the responses
+    float* pressure_[2];
+    float* response_[4];
+};
+
+} // namespace
+
+std::unique_ptr<plan::Stream> stream(const StreamedSkin& skin, int threads, const simd::Isa& isa) {
+    return std::make_unique<CpuStream>(skin, threads, isa);
+}
+
+} // namespace dermis::cpu

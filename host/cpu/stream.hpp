@@ -1,28 +1,32 @@
 // SPDX-License-Identifier: MIT
+// A skin pressed frame by frame on the CPU path, in f32.
 #pragma once
 
+#include "host/plan/backend.hpp"
 #include "host/simd/isa.hpp"
-#include "host/plan/frames.hpp"
-
-#include <memory>
 
 namespace dermis::cpu {
 
-// A stream of pressure frames in f32, in memory that is the caller's.
-class Frames {
+// A press from any map of pitch*height to any other, into memory that is the caller's.
+class FramePress {
   public:
-    // `plan`, by plan::skin_plan, outlives this. threads: 0 = one per core.
-    Frames(const plan::Plan& plan, int threads, const simd::Isa& isa = simd::best());
-    ~Frames();
-    // Pressure runs from one map of pitch*height to the other in dt seconds. response: where the answers of SA1, SA2,
-    // FA1, FA2 begin, null where one is not asked for; fields past the caches where they begin at a cache line. Nothing
-    // is allocated.
-    void press(double dt, const float* from, const float* to, float* const (&response)[4]);
+    // threads: 0 = one per core.
+    FramePress(plan::StreamedSkin skin, int threads, const simd::Isa& isa = simd::best());
+    ~FramePress();
+    // response: where SA1, SA2, FA1, FA2 begin, null where one is not asked for; fields are streamed past the caches
+    // where they begin at a cache line. False, and nothing has happened, where a coefficient of the step is beyond
+    // float. Nothing is allocated.
+    bool press(double dt, const float* from, const float* to, float* const (&response)[4]);
     void reset(); // to a skin at rest
 
   private:
     struct Impl;
+    struct Fields;
+    struct Sites;
     std::unique_ptr<Impl> impl_;
 };
+
+// threads: 0 = one per core.
+std::unique_ptr<plan::Stream> stream(const plan::StreamedSkin&, int threads, const simd::Isa& isa = simd::best());
 
 } // namespace dermis::cpu

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "host/plan/coefficients.hpp"
 
+#include "host/scene/refusal.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -64,16 +66,16 @@ Phi phi(double z) {
     return p;
 }
 
-f64::Coefficients exact_coefficients(const Medium& m, double dt) {
+f64::Coefficients exact_coefficients(const Element& m, const ResponseRule& rule, double dt) {
     f64::Coefficients k{};
     const double E = m.modulus, eta = m.viscosity;
     k.E = E;
     if (dt == 0) {
         k.v0 = eta > 0 ? 1 / eta : 0;
-        k.a0 = m.step_mean ? 0 : -E * k.v0 * k.v0;
+        k.a0 = rule.step_mean ? 0 : -E * k.v0 * k.v0;
         return k;
     }
-    const double z = eta > 0 ? E * dt / eta : INFINITY, y = dt / m.sa2_adaptation;
+    const double z = eta > 0 ? E * dt / eta : INFINITY, y = dt / rule.sa2_adaptation;
     const Phi p = phi(z);
     const Divided d = divided(z, y);
     // dt/eta times a function of z; above 1 the recurrence divides by E instead, so viscosity 0 is a limit, not a case
@@ -91,7 +93,7 @@ f64::Coefficients exact_coefficients(const Medium& m, double dt) {
     k.leak = y * phi(y).p1;
     k.v0 = p.p0 > 0 ? p.p0 / eta : 0;
     k.v1 = k.b / dt;
-    if (!m.step_mean) {
+    if (!rule.step_mean) {
         k.a0 = k.v0 > 0 ? -E * k.v0 / eta : 0;
         k.a1 = k.v0 / dt;
     } else if (eta > 0) {
@@ -126,7 +128,7 @@ Relaxation relaxation(Method method, double z) {
     return r;
 }
 
-f64::Coefficients baseline_coefficients(Method method, const Medium& m, double dt) {
+f64::Coefficients baseline_coefficients(Method method, const Element& m, const ResponseRule& rule, double dt) {
     f64::Coefficients k{};
     const double q = dt / m.viscosity;
     const Relaxation r = relaxation(method, m.modulus * q);
@@ -134,14 +136,14 @@ f64::Coefficients baseline_coefficients(Method method, const Medium& m, double d
     k.b = q * r.S;
     k.i0 = dt * r.S; // the method on I' = eps beside it
     k.i1 = dt * q * r.T;
-    k.leak = dt / m.sa2_adaptation; // forward Euler's; refused with the others
+    k.leak = dt / rule.sa2_adaptation; // forward Euler's; refused with the others
     k.v0 = r.R / m.viscosity;
-    k.a0 = -m.modulus / m.viscosity * (m.step_mean ? r.S / m.viscosity : k.v0);
-    k.a2 = m.step_mean ? 1 / (m.viscosity * dt) : 0;
+    k.a0 = -m.modulus / m.viscosity * (rule.step_mean ? r.S / m.viscosity : k.v0);
+    k.a2 = rule.step_mean ? 1 / (m.viscosity * dt) : 0;
     return k;
 }
 
-f64::Coefficients published_coefficients(const Medium& m, double dt) {
+f64::Coefficients published_coefficients(const Element& m, double dt) {
     f64::Coefficients k{};
     k.E = m.modulus;
     k.b = dt / m.viscosity;
@@ -150,6 +152,16 @@ f64::Coefficients published_coefficients(const Medium& m, double dt) {
     k.v0 = 1 / m.viscosity;
     k.a2 = 1;
     return k;
+}
+
+std::optional<f32::Coefficients> coefficients_in_float(const Element& element, const ResponseRule& rule, double dt) {
+    const auto finite = [](float x) { return scene::finite(double(x)); };
+    const f32::Coefficients k = rounded<f32>(exact_coefficients(element, rule, dt));
+    bool all = finite(float(dt));
+#define CHECK_FINITE(name) all = all && finite(k.name);
+    COEFFICIENTS(CHECK_FINITE)
+#undef CHECK_FINITE
+    return all ? std::optional(k) : std::nullopt;
 }
 
 } // namespace dermis::plan

@@ -3,7 +3,7 @@
 // |X_exact|, where X_exact solves the model on the scene's grid, maps and load without error in time or arithmetic.
 #pragma once
 
-#include "host/plan/plan.hpp"
+#include "host/plan/timeline.hpp"
 
 namespace dermis::planner {
 
@@ -11,12 +11,14 @@ using Errors = std::array<double, REDUCED_MAPS>; // of strain, SA1, SA2, FA1, FA
 
 // Rounding by a running analysis of one cell of each material under the load; the curvature's share by the stencil's
 // weights; a baseline's truncation as its distance from the exact method. `largest` are measured_peaks.
-Errors predicted_errors(const plan::Plan&, Precision, bool flushed, const Errors& largest);
+// flushed: magnitudes below 2^-64 are stored as 0. points_only: no cell but the schedule's points is read.
+Errors predicted_errors(const plan::PreparedSkin&, const plan::Schedule&, Precision, bool flushed,
+                        const Errors& largest, bool points_only);
 
-// Lower bounds of the largest |X_exact|: the exact solution in some cells.
-Errors measured_peaks(const plan::Plan&);
+// Lower bounds of the largest |X_exact|: the exact solution in some cells, or in some of the schedule's points alone.
+Errors measured_peaks(const plan::PreparedSkin&, const plan::Schedule&, bool points_only);
 
 // The worst of what the scene asks for.
-double worst_asked(const plan::Plan&, const Errors&);
+double worst_asked(const plan::PreparedSkin&, const plan::Schedule&, const Errors&);
 
 } // namespace dermis::planner

@@ -6,8 +6,7 @@
 #pragma once
 
 #include "host/plan/stepper.hpp"
-
-#include <memory>
+#include "host/reduced/hull.hpp"
 
 namespace dermis::reduced {
 
@@ -15,22 +14,18 @@ namespace dermis::reduced {
 struct Moments {
     double p = 0, a = 0, b = 0;     // means over all cells
     double least = 0, greatest = 0; // p
-    struct Point {
-        double b, a;
-    };
-    struct Hull {                   // one side of it
-        std::vector<Point> points;  // ascending in b
-        std::vector<double> slopes; // from each to the next
-    };
     Hull upper, lower;
-    struct Place {
+    struct Point {
         double p, a, b;
     };
-    std::vector<Place> places; // of Plan::points
+    std::vector<Point> points; // Schedule::points
 };
-// threads: 0 = one per core.
-std::shared_ptr<const Moments> moments_of(const plan::Plan&, int threads);
+// threads: 0 = one per core. points_only: nothing is asked of the other cells.
+std::shared_ptr<const Moments> moments_of(const plan::PreparedSkin&, const plan::Schedule&, bool points_only,
+                                          int threads);
 
-std::unique_ptr<plan::Stepper> separable(const plan::Plan&, std::shared_ptr<const Moments>, plan::Stepper::Sink);
+// points_only: as for the moments; each site then asks for its own class alone.
+std::unique_ptr<plan::Stepper> separable(const plan::PreparedSkin&, const plan::Schedule&,
+                                         std::shared_ptr<const Moments>, bool points_only, plan::Stepper::Sink);
 
 } // namespace dermis::reduced

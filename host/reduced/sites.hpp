@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: MIT
-// The model `sites`: a march, in double, of no more cells than some places and their stencils need. A place has the
+// The model `sites`: a march, in double, of no more cells than some points and their stencils need. A point has the
 // bits that the CPU path in double gives its cell.
 #pragma once
 
 #include "host/plan/site_cells.hpp"
 #include "host/plan/stepper.hpp"
 
-#include <memory>
-
 namespace dermis::reduced {
 
-// Takes the steps of plan::timing(plan, cells.media, ..). threads: 0 = one per core.
-std::unique_ptr<plan::Stepper> sites(const plan::Plan&, const plan::SiteCells& cells, int threads, plan::Stepper::Sink);
+// Takes the steps of a timeline of cells.materials; all references outlive it. threads: 0 = one per core.
+// own_class: the last points are the skin's sites, of which each asks for its own class alone; otherwise every quantity
+// of every point is made.
+std::unique_ptr<plan::Stepper> sites(const plan::PreparedSkin&, const plan::Schedule&, const plan::SiteCells& cells,
+                                     bool own_class, int threads, plan::Stepper::Sink);
 
 } // namespace dermis::reduced

@@ -12,7 +12,7 @@ namespace {
 
 constexpr int chunk = 4 * TILE_CELLS; // columns at a time: what is made of them stays in the first cache
 
-// Past the caches, where `to` and the size allow it: nobody reads responses again soon.
+// Copies past the caches, where `to` and the size allow it: nobody reads responses again soon.
 void stream(void* to, const void* from, size_t bytes) {
     char* t = static_cast<char*>(to);
     const char* f = static_cast<const char*>(from);
@@ -58,19 +58,21 @@ inline int min(int a, int b) { return b < a ? b : a; }
 inline int max(int a, int b) { return a < b ? b : a; }
 
 namespace loops_f32 {
+using Kernels = f32;
 using real = float;
 inline real abs(real x) { return __builtin_fabsf(x); }
 #include "host/simd/rows.inl"
 } // namespace loops_f32
 
 namespace loops_f64 {
+using Kernels = f64;
 using real = double;
 inline real abs(real x) { return __builtin_fabs(x); }
 #include "host/simd/rows.inl"
 } // namespace loops_f64
 
-void shape(const double* p, const double* rest, const double* L, int width, double length, double bend, double* a,
-           double* b, const Columns& sums) {
+void moments(const double* p, const double* rest, const double* L, int width, double length, double bend, double* a,
+           double* b, const ColumnSums& sums) {
 #pragma GCC ivdep
     for (int x = 0; x < width; ++x) {
         a[x] = p[x] * (1 + length * rest[x]);
@@ -84,9 +86,9 @@ void shape(const double* p, const double* rest, const double* L, int width, doub
     end_vector_code();
 }
 
-// The sums alone, to the bit.
+// The sums of moments() alone, with the same bits.
 void means(const double* p, const double* rest, const double* L, int width, double length, double bend,
-           const Columns& sums) {
+           const ColumnSums& sums) {
 #pragma GCC ivdep
     for (int x = 0; x < width; ++x) {
         sums.p[x] += p[x];
@@ -96,23 +98,23 @@ void means(const double* p, const double* rest, const double* L, int width, doub
     end_vector_code();
 }
 
-bool beside(const double* a, const double* b, int width, const Edge* edges, double* way) {
-    Edge k[fence_edges];
-    for (int e = 0; e < fence_edges; ++e) k[e] = edges[e];
-    long long outside = 0;
+bool outside(const double* a, const double* b, int width, const HalfPlane* edges, double* way) {
+    HalfPlane k[polygon_edges];
+    for (int e = 0; e < polygon_edges; ++e) k[e] = edges[e];
+    long long any = 0;
 #pragma GCC ivdep
     for (int x = 0; x < width; ++x) {
         double furthest = (a[x] - k[0].a) * k[0].along_b - (b[x] - k[0].b) * k[0].along_a;
 #pragma GCC unroll 8
-        for (int e = 1; e < fence_edges; ++e) {
+        for (int e = 1; e < polygon_edges; ++e) {
             const double left = (a[x] - k[e].a) * k[e].along_b - (b[x] - k[e].b) * k[e].along_a;
             furthest = left < furthest ? furthest : left;
         }
         way[x] = furthest;
-        outside |= furthest > 0;
+        any |= furthest > 0;
     }
     end_vector_code();
-    return outside != 0;
+    return any != 0;
 }
 
 bool compare(const double* five, const double* fourth, const double* own, const double* rest, int width, double* differ,
@@ -138,14 +140,16 @@ bool supported() { return DERMIS_SUPPORTED; }
 
 } // namespace
 
-const Isa DERMIS_ISA = {DERMIS_NAME(DERMIS_ISA),
-                        supported,
-                        {loops_f32::laplacian, loops_f32::advance, loops_f32::respond},
-                        {loops_f64::laplacian, loops_f64::advance, loops_f64::respond},
-                        shape,
-                        means,
-                        beside,
-                        compare,
-                        fence_streams};
+const Isa DERMIS_ISA = {
+    .name = DERMIS_NAME(DERMIS_ISA),
+    .supported = supported,
+    .in_f32 = {loops_f32::laplacian, loops_f32::advance, loops_f32::respond},
+    .in_f64 = {loops_f64::laplacian, loops_f64::advance, loops_f64::respond},
+    .moments = moments,
+    .means = means,
+    .outside = outside,
+    .compare = compare,
+    .fence_streams = fence_streams,
+};
 
 } // namespace dermis::simd

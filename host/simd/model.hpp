@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // kernels/*.h as C++: f32 is what a device must reproduce bit for bit, f64 is what the host computes and the truth.
+// A class template over K = f32 or f64 works in either.
 #pragma once
 
 #include <cmath>
@@ -12,14 +13,35 @@
 #error "-ffast-math changes results; build dermis without it"
 #endif
 
-namespace dermis::f32 {
-using real = float;
-using scalar = float;
-#include "kernels/model.h"
-} // namespace dermis::f32
+namespace dermis {
+namespace kernels {
 
-namespace dermis::f64 {
-using real = double;
-using scalar = double;
+// The words of GLSL that the kernels use.
+using glm::abs;
+using std::abs; // for scalars: it has no branch, so loops vectorise
+using glm::lessThan;
+using glm::max;
+using glm::min;
+using glm::mix;
+template <class T, class = std::enable_if_t<std::is_floating_point_v<T>>> inline bool lessThan(T a, T b) {
+    return a < b;
+}
+
+struct f32 {
+    using real = float;
+    using scalar = float;
 #include "kernels/model.h"
-} // namespace dermis::f64
+};
+
+struct f64 {
+    using real = double;
+    using scalar = double;
+#include "kernels/model.h"
+};
+
+} // namespace kernels
+
+using kernels::f32;
+using kernels::f64;
+
+} // namespace dermis

@@ -12,7 +12,7 @@ namespace dermis::simd {
 
 namespace {
 
-// Until it is another: for some microseconds awake, because steps follow each other closely.
+// Waits until value != same: it spins for some microseconds, because steps follow each other closely, then sleeps.
 template <class T> void wait_while(const std::atomic<T>& value, T same) {
     for (int i = 0; i < 2000; ++i) {
         if (value != same) return;
@@ -41,7 +41,7 @@ void prefer_large_pages([[maybe_unused]] void* memory, [[maybe_unused]] size_t b
 
 Pool::Pool(int threads) {
     try {
-        for (int band = 1; band < threads; ++band) threads_.emplace_back([this, band] { work(band); });
+        for (int thread = 1; thread < threads; ++thread) threads_.emplace_back([this, thread] { work(thread); });
     } catch (const std::system_error&) { // fewer threads give the same bits
     }
 }
@@ -63,16 +63,16 @@ void Pool::each(const std::function<void(int)>& body) {
     for (int left; (left = running_) != 0;) wait_while(running_, left);
 }
 
-void Pool::rows(int rows, const std::function<void(int, int)>& body) {
-    const long long bands = this->bands();
-    each([&](int band) { body(int(rows * band / bands), int(rows * (band + 1) / bands)); });
+void Pool::share(int count, const std::function<void(int, int)>& body) {
+    const long long threads = this->threads();
+    each([&](int thread) { body(int(count * thread / threads), int(count * (thread + 1) / threads)); });
 }
 
-void Pool::work(int band) {
+void Pool::work(int thread) {
     for (unsigned seen = 0;; ++seen) {
         wait_while(round_, seen);
         if (stop_) return;
-        (*body_)(band);
+        (*body_)(thread);
         if (--running_ == 0) running_.notify_one();
     }
 }

@@ -8,7 +8,7 @@
 
 namespace dermis::simd {
 
-// Of those asked for (0: one per core), as many as are worth waking: one for some 32768 cells.
+// As many of the threads asked for (0: one per core) as are worth waking: one for some 32768 cells.
 int useful_threads(size_t cells, int asked);
 
 // A hint: maps of many megabytes are walked from end to end, and small pages would have to be looked up all the way.
@@ -19,14 +19,14 @@ class Pool {
   public:
     explicit Pool(int threads);
     ~Pool();
-    int bands() const { return int(threads_.size()) + 1; }
-    // body(0) .. body(bands() - 1), at the same time; returns when all are done.
+    int threads() const { return int(threads_.size()) + 1; }
+    // Runs body(0) .. body(threads() - 1) at the same time, and returns when all are done.
     void each(const std::function<void(int)>& body);
-    // body(first, last) over bands that together are 0..rows.
-    void rows(int rows, const std::function<void(int, int)>& body);
+    // Runs body(first, last) on each thread over its share of 0..count.
+    void share(int count, const std::function<void(int, int)>& body);
 
   private:
-    void work(int band);
+    void work(int thread);
 
     const std::function<void(int)>* body_ = nullptr;
     std::atomic<unsigned> round_{0};

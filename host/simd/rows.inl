@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
-// kernels/*.h over cells of a row, in the `real` of the namespace that includes this.
+// kernels/*.h over the cells of a row, in the `real` of the namespace that includes this: the same functions again, with
+// the flags of this file, taking the structs of f32 or f64.
 
 using scalar = real;
-using Constants = Of<real>::Constants;
-using Coefficients = Of<real>::Coefficients;
+using Constants = Kernels::Constants;
+using Coefficients = Kernels::Coefficients;
 inline real min(real a, real b) { return b < a ? b : a; }
 inline real max(real a, real b) { return a < b ? b : a; }
 using simd::max;
@@ -12,19 +13,21 @@ inline bool lessThan(real a, real b) { return a < b; }
 inline real mix(real a, real b, bool second) { return second ? b : a; }
 // clang-format off
 #include "kernels/prelude.h"
-#include "kernels/press.h"
+#include "kernels/step.h"
+#include "kernels/responses.h"
 #include "kernels/curvature.h"
 #include "kernels/reduce.h"
 // clang-format on
 #undef precise
 
-struct InRow {
+// Cells of one row, for the Laplacian along it.
+struct RowCells {
     const real* row;
     real strain_at(int x, int) { return row[x]; }
 #include "kernels/gather.h"
 };
 
-Axis across(const Lines<real>& l) {
+Axis across(const RowNeighbours<real>& l) {
     Axis a{};
     a.w_low = l.w_low;
     a.w_high = l.w_high;
@@ -32,95 +35,81 @@ Axis across(const Lines<real>& l) {
     return a;
 }
 
-// Columns away from the ends of a row: every cell looks at the same distances.
-template <int kind> void inner(const Lines<real>& l, int begin, int end, real* L) {
+// The Laplacian at columns away from the ends of a row: every cell reads at the same distances.
+template <int stencil> void laplacian_inside(const RowNeighbours<real>& l, int begin, int end, real* L) {
     const Axis y = across(l);
     Axis x = y; // the weights of an inner cell
     x.w_low = x.w_high = x.w = real(0.5);
+    const int far = reach(stencil), near = stencil == STENCIL_PUBLISHED ? 0 : 1;
     const real *here = l.here + begin, *far_low = l.far_low + begin, *low = l.low + begin, *high = l.high + begin,
                *far_high = l.far_high + begin;
 #pragma GCC ivdep
-    for (int i = 0; i < end - begin; ++i) {
-        if constexpr (kind == STENCIL_FIVE_POINT)
-            L[i] =
-                add(second_difference(here[i - 1], here[i], here[i + 1]), second_difference(low[i], here[i], high[i]));
-        else if constexpr (kind == STENCIL_FOURTH_ORDER)
-            L[i] = add(fourth_order(here[i - 2], here[i - 1], here[i], here[i + 1], here[i + 2]),
-                       fourth_order(far_low[i], low[i], here[i], high[i], far_high[i]));
-        else
-            L[i] = add(published_difference(here[i - 2], here[i], here[i], here[i + 2], x),
-                       published_difference(far_low[i], low[i], high[i], far_high[i], y));
-    }
+    for (int i = 0; i < end - begin; ++i)
+        L[i] = add(difference(here[i - far], here[i - near], here[i], here[i + near], here[i + far], x, stencil),
+                   difference(far_low[i], low[i], here[i], high[i], far_high[i], y, stencil));
 }
 
-real at_end(const Lines<real>& l, int x) {
-    InRow row{l.here};
-    const real centre = l.here[x];
-    const real along_x = row.laplacian_along_x(x, 0, centre, l.width, l.stencil, l.edges);
-    if (l.stencil == STENCIL_FIVE_POINT) return add(along_x, second_difference(l.low[x], centre, l.high[x]));
-    if (l.stencil == STENCIL_FOURTH_ORDER)
-        return add(along_x, fourth_order(l.far_low[x], l.low[x], centre, l.high[x], l.far_high[x]));
-    return add(along_x, published_difference(l.far_low[x], l.low[x], l.high[x], l.far_high[x], across(l)));
+real laplacian_at(const RowNeighbours<real>& l, int x) {
+    RowCells row{l.here};
+    return add(row.laplacian_along_x(x, 0, l.here[x], l.width, l.stencil, l.edges),
+               difference(l.far_low[x], l.low[x], l.here[x], l.high[x], l.far_high[x], across(l), l.stencil));
 }
 
-void laplacian_inside(const Lines<real>& l, int first, int last, real* L) {
-    const int reach = l.stencil == STENCIL_FIVE_POINT ? 1 : 2;
-    const int begin = min(max(first, reach), last), end = max(min(last, l.width - reach), begin);
-    for (int x = first; x < begin; ++x) L[x - first] = at_end(l, x);
-    if (l.stencil == STENCIL_FIVE_POINT) inner<STENCIL_FIVE_POINT>(l, begin, end, L + (begin - first));
-    else if (l.stencil == STENCIL_FOURTH_ORDER) inner<STENCIL_FOURTH_ORDER>(l, begin, end, L + (begin - first));
-    else inner<STENCIL_PUBLISHED>(l, begin, end, L + (begin - first));
-    for (int x = end; x < last; ++x) L[x - first] = at_end(l, x);
+void laplacian_over(const RowNeighbours<real>& l, int first, int last, real* L) {
+    const int far = reach(l.stencil);
+    const int begin = min(max(first, far), last), end = max(min(last, l.width - far), begin);
+    for (int x = first; x < begin; ++x) L[x - first] = laplacian_at(l, x);
+    if (l.stencil == STENCIL_FIVE_POINT) laplacian_inside<STENCIL_FIVE_POINT>(l, begin, end, L + (begin - first));
+    else if (l.stencil == STENCIL_FOURTH_ORDER)
+        laplacian_inside<STENCIL_FOURTH_ORDER>(l, begin, end, L + (begin - first));
+    else laplacian_inside<STENCIL_PUBLISHED>(l, begin, end, L + (begin - first));
+    for (int x = end; x < last; ++x) L[x - first] = laplacian_at(l, x);
 }
 
-void laplacian(const Lines<real>& l, int first, int last, real* L) {
-    laplacian_inside(l, first, last, L);
+void laplacian(const RowNeighbours<real>& l, int first, int last, real* L) {
+    laplacian_over(l, first, last, L);
     end_vector_code();
 }
 
-template <bool framed, bool materials, bool compensated> int advance_in(const Advance<real> a, const Constants c) {
-    const LaneCoefficients uniform = lanes_of(c.row);
+template <bool framed, bool materials, bool compensated>
+int advance_in(const AdvanceArguments<Kernels> a, const Constants c) {
+    const LaneCoefficients uniform = lanes_of(c.coefficients);
     int moved = 0, grown = 0;
 #pragma GCC ivdep
     for (int i = 0; i < a.count; ++i) {
-        const Load load = framed ? load_between(a.p[i], a.q[i], c) : load_of(a.p[i], c);
+        const Load load = framed ? load_between(a.pressure[i], a.pressure_to[i], c) : load_of(a.pressure[i], c);
         const LaneCoefficients k = materials ? lanes_of(a.table[a.material[i]]) : uniform;
-        const real eps = a.eps[i], sum = a.sum[i];
-        const real step = strain_step(eps, load, k), gained = sum_step(eps, sum, load, k);
-        a.rate[i] = rate_after(eps, load, k);
-        a.acceleration[i] = acceleration_after(eps, load, k);
+        CellState before{};
+        before.strain = sum_of(a.strain[i], compensated ? a.strain_lost[i] : real(0));
+        before.integral = sum_of(a.integral[i], compensated ? a.integral_lost[i] : real(0));
+        const CellState after = advanced(before, load, k, compensated);
+        a.rate[i] = signal(QUANTITY_FA1, before, after, load, k);
+        a.acceleration[i] = signal(QUANTITY_FA2, before, after, load, k);
+        moved |= (after.strain.value != before.strain.value) | (after.strain.lost != before.strain.lost);
+        grown |= (after.integral.value != before.integral.value) | (after.integral.lost != before.integral.lost);
+        a.new_strain[i] = after.strain.value;
+        a.new_integral[i] = after.integral.value;
         if constexpr (compensated) {
-            const Compensated strain = added_compensated(eps, a.eps_lost[i], step);
-            const Compensated integral = added_compensated(sum, a.sum_lost[i], gained);
-            moved |= (strain.value != eps) | (strain.lost != a.eps_lost[i]);
-            grown |= (integral.value != sum) | (integral.lost != a.sum_lost[i]);
-            a.eps_to[i] = strain.value;
-            a.eps_lost_to[i] = strain.lost;
-            a.sum_to[i] = integral.value;
-            a.sum_lost_to[i] = integral.lost;
-        } else {
-            const real after = added(eps, step), total = added(sum, gained);
-            moved |= after != eps;
-            grown |= total != sum;
-            a.eps_to[i] = after;
-            a.sum_to[i] = total;
+            a.new_strain_lost[i] = after.strain.lost;
+            a.new_integral_lost[i] = after.integral.lost;
         }
     }
-    return moved | grown << 1;
+    return moved * strain_changed | grown * integral_changed;
 }
 
-template <bool framed, bool materials> int advance_for(const Advance<real>& a, const Constants& c) {
-    return a.eps_lost ? advance_in<framed, materials, true>(a, c) : advance_in<framed, materials, false>(a, c);
+template <bool framed, bool materials> int advance_for(const AdvanceArguments<Kernels>& a, const Constants& c) {
+    return a.strain_lost ? advance_in<framed, materials, true>(a, c) : advance_in<framed, materials, false>(a, c);
 }
 
-int advance(const Advance<real>& a, const Constants& c) {
-    const int changed = a.q ? (a.material ? advance_for<true, true>(a, c) : advance_for<true, false>(a, c))
+int advance(const AdvanceArguments<Kernels>& a, const Constants& c) {
+    const int changed = a.pressure_to
+                            ? (a.material ? advance_for<true, true>(a, c) : advance_for<true, false>(a, c))
                             : (a.material ? advance_for<false, true>(a, c) : advance_for<false, false>(a, c));
     end_vector_code();
     return changed;
 }
 
-// See kernels/reduce.h. Sum, least and greatest apart and lengths known, for the compiler's vectors.
+// The tree of kernels/reduce.h. Sums, minima and maxima lie apart and lengths are constants, so that the loop vectorises.
 template <int reach> void fold(real* sum, real* low, real* high) {
 #pragma GCC ivdep
     for (int i = 0; i < reach; ++i) {
@@ -136,7 +125,7 @@ template <int reach> void fold(real* sum, real* low, real* high) {
 }
 
 // Tiles of `count` values.
-void summarize(const real* values, int count, Of<real>::Summary* tiles) {
+void summarize(const real* values, int count, Kernels::Summary* tiles) {
     for (; count > 0; count -= TILE_CELLS, values += TILE_CELLS, ++tiles) {
         alignas(64) real sum[TILE_CELLS], low[TILE_CELLS], high[TILE_CELLS];
         const int n = min(count, TILE_CELLS);
@@ -154,59 +143,55 @@ void summarize(const real* values, int count, Of<real>::Summary* tiles) {
     }
 }
 
-// FA2 of kernels/press.h. Gains of 1 and -1 pass it unchanged to the bit.
-template <bool passed> real fa2_of(real acceleration, real C, const Constants& c) {
-    const real a = response(acceleration, C, c.curvature_length);
-    return passed ? a : rectified(a, c.gain_plus, c.gain_minus);
+// answer() of kernels/responses.h. FA2's gains 1 and -1 pass it unchanged, to the bit.
+template <bool passed> real answer_of(int quantity, real x, real C, const Constants& c) {
+    return passed ? response(x, C, c.curvature_length) : answer(quantity, x, C, c);
 }
 
 // All four responses of n cells in one loop.
 template <bool passed>
-void respond_four(int n, const Constants c, const real* rest, const real* L, const real* eps, const real* sum,
-                  const real* rate, const real* acceleration, real (*made)[chunk]) {
-    const real l = c.curvature_length;
+void respond_four(int n, const Constants c, const real* rest, const real* L, const real* const (&signals)[4],
+                  real (*made)[chunk]) {
+    const real *strain = signals[0], *integral = signals[1], *rate = signals[2], *acceleration = signals[3];
 #pragma GCC ivdep
     for (int i = 0; i < n; ++i) {
         const real C = curvature_of(rest[i], L[i], c.bend);
-        made[0][i] = response(eps[i], C, l);
-        made[1][i] = response(sum[i], C, l);
-        made[2][i] = response(rate[i], C, l);
-        made[3][i] = fa2_of<passed>(acceleration[i], C, c);
+        made[0][i] = answer_of<passed>(QUANTITY_SA1, strain[i], C, c);
+        made[1][i] = answer_of<passed>(QUANTITY_SA2, integral[i], C, c);
+        made[2][i] = answer_of<passed>(QUANTITY_FA1, rate[i], C, c);
+        made[3][i] = answer_of<passed>(QUANTITY_FA2, acceleration[i], C, c);
     }
 }
 
-// The one that is asked for.
+// One response alone.
 template <bool passed>
-void respond_one(int q, int n, const Constants c, const real* rest, const real* L, const real* X, real* made) {
-    const real l = c.curvature_length;
+void respond_one(int quantity, int n, const Constants c, const real* rest, const real* L, const real* x, real* made) {
 #pragma GCC ivdep
-    for (int i = 0; i < n; ++i) {
-        const real C = curvature_of(rest[i], L[i], c.bend);
-        made[i] = q == 3 ? fa2_of<passed>(X[i], C, c) : response(X[i], C, l);
-    }
+    for (int i = 0; i < n; ++i)
+        made[i] = answer_of<passed>(quantity, x[i], curvature_of(rest[i], L[i], c.bend), c);
 }
 
-template <bool passed> void respond_in(const Respond<real>& r, const Constants& c) {
-    const auto wanted = [&](int q) { return r.response[q] || r.tiles[q + 1]; };
+template <bool passed> void respond_in(const RespondArguments<Kernels>& r, const Constants& c) {
+    const auto wanted = [&](int i) { return r.response[i] || r.tiles[QUANTITY_SA1 + i]; };
     const bool all = wanted(0) && wanted(1) && wanted(2) && wanted(3),
                any = wanted(0) || wanted(1) || wanted(2) || wanted(3);
     for (int x = r.first; x < r.last; x += chunk) {
         const int n = min(chunk, r.last - x), tile = x / TILE_CELLS;
         alignas(64) real L[chunk], made[4][chunk];
-        if (r.tiles[0]) summarize(r.after.here + x, n, r.tiles[0] + tile);
-        const real* from[] = {r.after.here + x, r.sum + x, r.rate + x, r.acceleration + x};
-        if (any) laplacian_inside(r.after, x, x + n, L);
-        if (all) respond_four<passed>(n, c, r.rest + x, L, from[0], from[1], from[2], from[3], made);
-        for (int q = 0; q < 4; ++q) {
-            if (!wanted(q)) continue;
-            if (!all) respond_one<passed>(q, n, c, r.rest + x, L, from[q], made[q]);
-            if (r.tiles[q + 1]) summarize(made[q], n, r.tiles[q + 1] + tile);
-            if (r.response[q]) stream(r.response[q] + x, made[q], size_t(n) * sizeof(real));
+        if (r.tiles[QUANTITY_STRAIN]) summarize(r.strain.here + x, n, r.tiles[QUANTITY_STRAIN] + tile);
+        const real* const signals[] = {r.strain.here + x, r.integral + x, r.rate + x, r.acceleration + x};
+        if (any) laplacian_over(r.strain, x, x + n, L);
+        if (all) respond_four<passed>(n, c, r.rest_curvature + x, L, signals, made);
+        for (int i = 0; i < 4; ++i) {
+            if (!wanted(i)) continue;
+            if (!all) respond_one<passed>(QUANTITY_SA1 + i, n, c, r.rest_curvature + x, L, signals[i], made[i]);
+            if (r.tiles[QUANTITY_SA1 + i]) summarize(made[i], n, r.tiles[QUANTITY_SA1 + i] + tile);
+            if (r.response[i]) stream(r.response[i] + x, made[i], size_t(n) * sizeof(real));
         }
     }
 }
 
-void respond(const Respond<real>& r, const Constants& c) {
+void respond(const RespondArguments<Kernels>& r, const Constants& c) {
     c.gain_plus == real(1) && c.gain_minus == real(-1) ? respond_in<true>(r, c) : respond_in<false>(r, c);
     end_vector_code();
 }

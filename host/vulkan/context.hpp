@@ -20,7 +20,7 @@ class Buffer {
     Buffer(Buffer&&) noexcept;
     Buffer& operator=(Buffer&&) = delete;
     VkBuffer handle() const { return handle_; }
-    Piece all() const { return {handle_, 0, bytes_}; }
+    BufferRange all() const { return {handle_, 0, bytes_}; }
     VkDeviceSize bytes() const { return bytes_; }
     void* data() const { return data_; } // Location::host
 

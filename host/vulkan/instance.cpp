@@ -59,11 +59,11 @@ std::mutex& volk_mutex() {
     return mutex;
 }
 
-void load_calls(PFN_vkGetInstanceProcAddr get, VkInstance instance, DeviceTable& gpu) {
+void load_calls(PFN_vkGetInstanceProcAddr get, VkInstance instance, DeviceTable& table) {
     const std::lock_guard lock(volk_mutex());
     volkInitializeCustom(get);
     volkLoadInstanceOnly(instance);
-    volkLoadDeviceTable(&gpu.calls, gpu.device);
+    volkLoadDeviceTable(&table.calls, table.device);
 }
 
 Loader system_loader() {
@@ -199,7 +199,7 @@ void Instance::describe(PhysicalDevice& p) const {
     p.rounds = rounds_to_even(vkGetPhysicalDeviceProperties2, p.handle, p.extensions);
 }
 
-void Instance::open(const PhysicalDevice& p, DeviceTable& gpu) const {
+void Instance::open(const PhysicalDevice& p, DeviceTable& table) const {
     const DefaultFloats guard;
     const auto create = reinterpret_cast<PFN_vkCreateDevice>(get_(handle_, "vkCreateDevice"));
     const float priority = 1;
@@ -214,10 +214,10 @@ void Instance::open(const PhysicalDevice& p, DeviceTable& gpu) const {
     for (const std::string& name : p.extensions) extensions.push_back(name.c_str());
     info.enabledExtensionCount = uint32_t(extensions.size());
     info.ppEnabledExtensionNames = extensions.data();
-    check(create(p.handle, &info, nullptr, &gpu.device), "vkCreateDevice");
-    load_calls(get_, handle_, gpu);
-    gpu.limits = p.properties.limits;
-    gpu.rounds = p.rounds;
+    check(create(p.handle, &info, nullptr, &table.device), "vkCreateDevice");
+    load_calls(get_, handle_, table);
+    table.limits = p.properties.limits;
+    table.rounds = p.rounds;
 }
 
 } // namespace dermis::vulkan

@@ -89,46 +89,46 @@ Kernel::Kernel(Pipelines& pipelines, const Module& module, uint32_t bindings, ui
                const std::vector<uint32_t>& specialization, uint32_t max_sets)
     : pipelines_(pipelines), constants_bytes_(constants_bytes),
       pipeline_(pipelines.get(module, bindings, constants_bytes, specialization)) {
-    const DeviceTable& gpu = pipelines.gpu();
+    const DeviceTable& table = pipelines.device();
     const VkDescriptorPoolSize size{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, bindings * max_sets};
     VkDescriptorPoolCreateInfo info{VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO};
     info.maxSets = max_sets;
     info.poolSizeCount = 1;
     info.pPoolSizes = &size;
-    check(gpu.calls.vkCreateDescriptorPool(gpu.device, &info, gpu.allocator, &pool_), "vkCreateDescriptorPool");
+    check(table.calls.vkCreateDescriptorPool(table.device, &info, table.allocator, &pool_), "vkCreateDescriptorPool");
 }
 
 Kernel::~Kernel() {
-    const DeviceTable& gpu = pipelines_.gpu();
-    if (!pipelines_.abandoned()) gpu.calls.vkDestroyDescriptorPool(gpu.device, pool_, gpu.allocator);
+    const DeviceTable& table = pipelines_.device();
+    if (!pipelines_.abandoned()) table.calls.vkDestroyDescriptorPool(table.device, pool_, table.allocator);
 }
 
-void Kernel::bind(size_t number, const std::vector<Piece>& pieces) {
-    const DeviceTable& gpu = pipelines_.gpu();
+void Kernel::bind(size_t number, const std::vector<BoundRange>& bound) {
+    const DeviceTable& table = pipelines_.device();
     if (sets_.size() <= number) sets_.resize(number + 1, VK_NULL_HANDLE);
     VkDescriptorSet& set = sets_[number];
     VkDescriptorSetAllocateInfo allocation{VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO};
     allocation.descriptorPool = pool_;
     allocation.descriptorSetCount = 1;
     allocation.pSetLayouts = &pipeline_.set_layout;
-    if (!set) check(gpu.calls.vkAllocateDescriptorSets(gpu.device, &allocation, &set), "vkAllocateDescriptorSets");
+    if (!set) check(table.calls.vkAllocateDescriptorSets(table.device, &allocation, &set), "vkAllocateDescriptorSets");
     std::vector<VkDescriptorBufferInfo> ranges;
-    for (const Piece& p : pieces) ranges.push_back({p.buffer, p.offset, p.bytes});
+    for (const BoundRange& b : bound) ranges.push_back({b.range.buffer, b.range.offset, b.range.bytes});
     VkWriteDescriptorSet write{VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET};
-    std::vector<VkWriteDescriptorSet> writes(pieces.size(), write);
+    std::vector<VkWriteDescriptorSet> writes(bound.size(), write);
     for (uint32_t i = 0; i < writes.size(); ++i) {
         writes[i].dstSet = set;
-        writes[i].dstBinding = i;
+        writes[i].dstBinding = bound[i].binding;
         writes[i].descriptorCount = 1;
         writes[i].descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
         writes[i].pBufferInfo = &ranges[i];
     }
-    gpu.calls.vkUpdateDescriptorSets(gpu.device, uint32_t(writes.size()), writes.data(), 0, nullptr);
+    table.calls.vkUpdateDescriptorSets(table.device, uint32_t(writes.size()), writes.data(), 0, nullptr);
 }
 
 void Kernel::record(VkCommandBuffer commands, size_t set, const void* constants, uint32_t x,
                     uint32_t y) const noexcept {
-    const VolkDeviceTable& vk = pipelines_.gpu().calls;
+    const VolkDeviceTable& vk = pipelines_.device().calls;
     vk.vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_.pipeline);
     vk.vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_.layout, 0, 1, &sets_[set], 0,
                                nullptr);

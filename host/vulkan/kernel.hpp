@@ -14,7 +14,7 @@ namespace dermis::vulkan {
 // Throws Error::device naming the call unless the result is success.
 void check(VkResult, const char* call);
 
-// What pipelines and recording need of a device.
+// A device as pipelines and recording need it.
 struct DeviceTable {
     VkDevice device = VK_NULL_HANDLE;
     VolkDeviceTable calls{};
@@ -30,17 +30,17 @@ struct Pipeline {
     VkPipeline pipeline = VK_NULL_HANDLE;
 };
 
-// Each pipeline once, because a driver may take long to make one.
+// Makes each pipeline once, because a driver may take long to make one.
 class Pipelines {
   public:
-    explicit Pipelines(const DeviceTable& gpu) : device_(gpu) {}
+    explicit Pipelines(const DeviceTable& device) : device_(device) {}
     ~Pipelines();
     Pipelines(const Pipelines&) = delete;
     Pipelines& operator=(const Pipelines&) = delete;
 
     const Pipeline& get(const Module&, uint32_t bindings, uint32_t constants_bytes,
                         const std::vector<uint32_t>& specialization);
-    const DeviceTable& gpu() const { return device_; }
+    const DeviceTable& device() const { return device_; }
     // The device did not come back: nothing made here may be destroyed any more.
     void abandon() { abandoned_ = true; }
     bool abandoned() const { return abandoned_; }
@@ -53,9 +53,15 @@ class Pipelines {
     bool abandoned_ = false;
 };
 
-struct Piece { // of a buffer
+struct BufferRange {
     VkBuffer buffer = VK_NULL_HANDLE;
     VkDeviceSize offset = 0, bytes = 0;
+};
+
+// A range at one of the binding numbers of kernels/layout.h.
+struct BoundRange {
+    uint32_t binding;
+    BufferRange range;
 };
 
 // A pipeline over storage buffers 0..bindings-1, with constants of so many bytes pushed and at most so many bindings.
@@ -66,7 +72,8 @@ class Kernel {
     ~Kernel();
     Kernel(const Kernel&) = delete;
     Kernel& operator=(const Kernel&) = delete;
-    void bind(size_t set, const std::vector<Piece>&); // sets 0, 1 .. max_sets - 1; after a failure the same one again
+    // Sets 0, 1 .. max_sets - 1 in order; every binding has a range. After a failure the same set may be bound again.
+    void bind(size_t set, const std::vector<BoundRange>&);
     void record(VkCommandBuffer, size_t set, const void* constants, uint32_t x, uint32_t y) const noexcept;
 
   private:

@@ -1,52 +1,30 @@
 // SPDX-License-Identifier: MIT
-// Presses of a plan on whatever memory, band by band.
+// The kernel `press` over whatever memory, window by window.
 #pragma once
 
-#include "host/plan/plan.hpp"
-#include "host/vulkan/kernel.hpp"
+#include "host/vulkan/windows.hpp"
 
 namespace dermis::vulkan {
 
-// Some rows of a grid, no more than what a device binds at once.
-struct Band {
-    int base, end;   // rows bound
-    int first, last; // rows worked on; what they look at is bound
-    // So many rows of a map per row of cells.
-    Piece of(const Piece& map, int pitch, int rows = 1) const {
-        const VkDeviceSize row = VkDeviceSize(pitch) * VkDeviceSize(rows) * sizeof(float);
-        return {map.buffer, map.offset + VkDeviceSize(base) * row, VkDeviceSize(end - base) * row};
-    }
-};
-
-// Of rows first .. last - 1, so that none has more than max_bytes of a map with `rows` rows per row of cells; at least
-// one band. Throws Error::bad_input where edges join rows too far apart.
-std::vector<Band> bands(const plan::Plan&, int first, int last, int rows, VkDeviceSize max_bytes);
-
-// Of a state per row of cells, as the kernels have it.
-int state_planes(const plan::Plan&);
-
-// The kernel `press`, and the memory of its bindings.
-class Press {
+class PressKernel {
   public:
     struct Maps {
-        Piece pressure_from, pressure_to, rest, state_from, state_to;
-        Piece response[4];             // any small piece in place of what is not asked for
-        Piece rows, material, invalid; // any in place of rows and material under a uniform material
+        BufferRange pressure_from, pressure_to, rest_curvature, state_from, state_to;
+        std::array<BufferRange, 4> response;       // any small range in place of what is not asked for
+        BufferRange coefficients, material, invalid; // any in place of the first two under a uniform material
     };
-    Press(Pipelines&, const plan::Plan&, uint32_t max_bindings);
+    PressKernel(Pipelines&, const plan::PreparedSkin&, const plan::Variant&, const plan::PressedBox&,
+                uint32_t max_bindings);
     void bind(size_t binding, const Maps&);
     void record(VkCommandBuffer, size_t binding, const f32::Constants&) const noexcept;
-    const std::vector<Band>& bands() const { return bands_; }
+    const std::vector<RowWindow>& windows() const { return windows_; }
 
   private:
-    const plan::Plan& plan_;
-    std::vector<Band> bands_;
+    const plan::Variant variant_;
+    const plan::PressedBox pressed_;
+    const int pitch_;
+    std::vector<RowWindow> windows_;
     Kernel kernel_;
 };
-
-uint32_t groups(int cells, int size);
-
-// Specialization constants of press, fields and sites.
-std::vector<uint32_t> variant_of(const plan::Plan&);
 
 } // namespace dermis::vulkan

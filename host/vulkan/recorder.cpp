@@ -2,125 +2,140 @@
 #include "host/vulkan/recorder.hpp"
 
 #include "host/plan/float_environment.hpp"
-#include "host/plan/stepper.hpp"
+#include "host/plan/laplacian.hpp"
 
 #include <cstring>
 
 namespace dermis::vulkan {
 namespace {
 
-constexpr VkDeviceSize part_alignment = 256;           // the most that a device may ask of an offset
-constexpr size_t most_rows = 65536 / sizeof(f32::Coefficients); // what one vkCmdUpdateBuffer takes
+constexpr VkDeviceSize slice_alignment = 256; // the most that a device may ask of an offset
 
 } // namespace
 
-Recorder::Recorder(Pipelines& pipelines, plan::Plan&& plan, uint32_t max_bindings)
-    : device_(pipelines.gpu()), plan_(std::move(plan)), answers_(plan::response_layout_of(plan_)) {
-    const bool sited = !plan_.scene.sites.empty();
-    if (sited) sites_.emplace(pipelines, plan_, max_bindings);
-    else fields_.emplace(pipelines, plan_, max_bindings);
-    const bool uniform = plan_.material.empty();
-    const VkDeviceSize map = VkDeviceSize(plan_.pitch) * VkDeviceSize(plan_.constants.height) * sizeof(float);
-    VkDeviceSize state = VkDeviceSize(state_planes(plan_)) * map;
-    if (sited) {
+Recorder::Recorder(Pipelines& pipelines, plan::StreamedSkin&& streamed, uint32_t max_bindings)
+    : device_(pipelines.device()), streamed_(std::move(streamed)), layout_(response_layout_of(streamed_)) {
+    const plan::PreparedSkin& skin = streamed_.skin;
+    if (skin.description.sites.empty())
+        fields_.emplace(pipelines, skin, streamed_.variant(), skin.whole(), max_bindings);
+    else sites_.emplace(pipelines, streamed_, layout_, max_bindings);
+    if (sites_) {
         cells_ = append(sites_->cells());
-        looks_ = append(sites_->sites());
-        state = VkDeviceSize(state_planes(plan_)) * sites_->cells().size() * sizeof(float);
+        stencils_ = append(sites_->sites());
     } else {
-        rest_ = append(plan::padded<float>(plan_.maps.rest_curvature, plan_, "surface.relief"));
-        material_ = append(plan_.material);
+        rest_ = append(plan::padded_rest_curvature<float>(skin));
+        material_ = append(skin.material_of);
     }
-    if (!uniform) table_ = append(std::vector<f32::Coefficients>(media().size()));
+    if (!skin.uniform()) table_ = append(std::vector<f32::Coefficients>(materials().size()));
+    fill_needs();
+    check_limits();
+    plan::drop_maps(streamed_.skin);
+}
+
+void Recorder::fill_needs() {
+    const VkDeviceSize map = streamed_.skin.padded_cells() * sizeof(float);
+    const VkDeviceSize planes = VkDeviceSize(state_planes(streamed_.variant()));
     needs_.constants.bytes = needs_.constants.initial.size();
-    needs_.state.bytes = state;
+    needs_.state.bytes = planes * (sites_ ? sites_->cells().size() * sizeof(float) : map);
     needs_.pressure.bytes = map;
-    needs_.response.bytes = answers_.all * sizeof(float);
+    needs_.response.bytes = layout_.all * sizeof(float);
     needs_.invalid.bytes = sizeof(uint32_t);
     for (Memory* m : {&needs_.constants, &needs_.state, &needs_.pressure, &needs_.response, &needs_.invalid}) {
         m->alignment = std::max<VkDeviceSize>(device_.limits.minStorageBufferOffsetAlignment, sizeof(float));
         m->usage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT;
     }
-    if (!uniform) needs_.constants.usage |= VK_BUFFER_USAGE_TRANSFER_DST_BIT;
-    check_limits();
-    plan_.maps = {}; // they stand in the constants
+    if (writes_constants()) needs_.constants.usage |= VK_BUFFER_USAGE_TRANSFER_DST_BIT;
 }
 
 void Recorder::check_limits() const {
     const auto refuse = [](const char* parameter, const std::string& what, const char* limit, VkDeviceSize allowed) {
         throw Error(Error::Code::bad_input, parameter, what + "; allowed: " + limit + " = " + std::to_string(allowed));
     };
-    if (table_.bytes > 0 && media().size() > most_rows)
-        refuse("material", std::to_string(media().size()) + " different materials in modulus and viscosity",
-               "what vkCmdUpdateBuffer takes at once", most_rows);
+    if (writes_constants() && materials().size() > most_materials)
+        refuse("material", std::to_string(materials().size()) + " different materials in modulus and viscosity",
+               "what vkCmdUpdateBuffer takes at once", most_materials);
     const VkDeviceSize most = device_.limits.maxStorageBufferRange;
-    if (!sites_) return; // fields go in bands
-    for (VkDeviceSize bytes : {cells_.bytes, looks_.bytes, needs_.state.bytes})
+    if (!sites_) return; // fields go in windows of rows
+    for (VkDeviceSize bytes : {cells_.bytes, stencils_.bytes, needs_.state.bytes})
         if (bytes > most)
             refuse("sites",
-                   std::to_string(plan_.scene.sites.size()) + " sites need " + std::to_string(bytes) + " bytes",
+                   std::to_string(streamed_.skin.description.sites.size()) + " sites need " + std::to_string(bytes) +
+                       " bytes",
                    "maxStorageBufferRange", most);
 }
 
-template <class T> Recorder::Part Recorder::append(const std::vector<T>& values) {
+template <class T> Recorder::Slice Recorder::append(const std::vector<T>& values) {
     std::vector<unsigned char>& all = needs_.constants.initial;
-    const Part part{(all.size() + part_alignment - 1) / part_alignment * part_alignment, values.size() * sizeof(T)};
-    if (values.empty()) return part;
-    all.resize(part.offset + part.bytes);
-    std::memcpy(all.data() + part.offset, values.data(), part.bytes);
-    return part;
+    const Slice slice{(all.size() + slice_alignment - 1) / slice_alignment * slice_alignment,
+                      values.size() * sizeof(T)};
+    if (values.empty()) return slice;
+    all.resize(slice.offset + slice.bytes);
+    std::memcpy(all.data() + slice.offset, values.data(), slice.bytes);
+    return slice;
 }
 
 void Recorder::bind(size_t binding, const Buffers& b) {
-    const auto piece = [](const VkDescriptorBufferInfo& i, const Memory& m) {
-        return Piece{i.buffer, i.offset, m.bytes};
+    const auto range = [](const VkDescriptorBufferInfo& i, const Memory& m) {
+        return BufferRange{i.buffer, i.offset, m.bytes};
     };
-    const auto constant = [&](const Part& p) {
-        return Piece{b.constants.buffer, b.constants.offset + p.offset, p.bytes};
+    const auto constant = [&](const Slice& s) {
+        return BufferRange{b.constants.buffer, b.constants.offset + s.offset, s.bytes};
     };
-    const Piece from = piece(b.pressure_from, needs_.pressure), to = piece(b.pressure_to, needs_.pressure);
-    const Piece state_from = piece(b.state_from, needs_.state), state_to = piece(b.state_to, needs_.state);
-    const Piece response = piece(b.response, needs_.response), invalid = piece(b.invalid, needs_.invalid);
+    const BufferRange response = range(b.response, needs_.response), invalid = range(b.invalid, needs_.invalid);
     if (tables_.size() <= binding) tables_.resize(binding + 1);
     tables_[binding] = constant(table_);
     if (sites_)
-        return sites_->bind(binding, {from, to, constant(cells_), constant(looks_), state_from, state_to, response,
-                                      table_.bytes ? tables_[binding] : constant(cells_), invalid});
-    Press::Maps m{from, to, constant(rest_), state_from, state_to, {}, invalid, invalid, invalid};
-    if (table_.bytes) m.rows = tables_[binding], m.material = constant(material_);
-    for (int q = 1; q < REDUCED_MAPS; ++q) {
-        const plan::ResponseLayout::Range& r = answers_.of[size_t(q)];
-        m.response[q - 1] =
-            plan_.wanted[q] ? Piece{response.buffer, response.offset + r.first * sizeof(float), r.count * sizeof(float)}
+        return sites_->bind(binding, {.pressure_from = range(b.pressure_from, needs_.pressure),
+                                      .pressure_to = range(b.pressure_to, needs_.pressure),
+                                      .cells = constant(cells_),
+                                      .sites = constant(stencils_),
+                                      .state_from = range(b.state_from, needs_.state),
+                                      .state_to = range(b.state_to, needs_.state),
+                                      .response = response,
+                                      .coefficients = writes_constants() ? tables_[binding] : constant(cells_),
+                                      .invalid = invalid});
+    PressKernel::Maps m{.pressure_from = range(b.pressure_from, needs_.pressure),
+                        .pressure_to = range(b.pressure_to, needs_.pressure),
+                        .rest_curvature = constant(rest_),
+                        .state_from = range(b.state_from, needs_.state),
+                        .state_to = range(b.state_to, needs_.state),
+                        .response = {},
+                        .coefficients = writes_constants() ? tables_[binding] : invalid,
+                        .material = writes_constants() ? constant(material_) : invalid,
+                        .invalid = invalid};
+    for (size_t i = 0; i < m.response.size(); ++i) {
+        const plan::ResponseLayout::Range& r = layout_.of[QUANTITY_SA1 + i];
+        m.response[i] = streamed_.wanted[QUANTITY_SA1 + i]
+                            ? BufferRange{response.buffer, response.offset + r.first * sizeof(float),
+                                          r.count * sizeof(float)}
                             : invalid;
     }
     fields_->bind(binding, m);
 }
 
-bool Recorder::in_float(double dt) const noexcept {
+bool Recorder::fill(PressTable& table, double dt) const noexcept {
     const DefaultFloats guard;
-    return plan::in_float(media(), dt);
+    return plan::fill_table(materials(), streamed_.skin.rule, dt, table.of.data());
 }
 
-void Recorder::record(VkCommandBuffer commands, size_t binding, double dt) const noexcept {
+void Recorder::record(VkCommandBuffer commands, size_t binding, const PressTable& table) const noexcept {
     const DefaultFloats guard;
-    if (table_.bytes) {
-        const auto barrier = [&](VkPipelineStageFlags from, VkPipelineStageFlags to, VkAccessFlags src,
-                                 VkAccessFlags dst) {
-            const VkMemoryBarrier memory{VK_STRUCTURE_TYPE_MEMORY_BARRIER, nullptr, src, dst};
-            device_.calls.vkCmdPipelineBarrier(commands, from, to, 0, 1, &memory, 0, nullptr, 0, nullptr);
-        };
-        constexpr VkPipelineStageFlags compute = VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
-                                       copy = VK_PIPELINE_STAGE_TRANSFER_BIT;
-        std::array<f32::Coefficients, most_rows> rows;
-        for (size_t i = 0; i < media().size(); ++i) rows[i] = plan::rounded<f32::Coefficients>(plan::exact_coefficients(media()[i], dt));
-        barrier(compute, copy, 0, 0); // presses before have read their rows
-        device_.calls.vkCmdUpdateBuffer(commands, tables_[binding].buffer, tables_[binding].offset, table_.bytes,
-                                     rows.data());
-        barrier(copy, compute, VK_ACCESS_TRANSFER_WRITE_BIT, VK_ACCESS_SHADER_READ_BIT);
-    }
-    const auto c = plan::frame_constants<f32::Constants>(plan_, media().front(), dt);
+    if (writes_constants()) update_table(commands, binding, table.of.data());
+    const f32::Constants c = plan::frame_constants(streamed_.skin, table.of.front());
     if (sites_) sites_->record(commands, binding, c);
     else fields_->record(commands, binding, c);
+}
+
+void Recorder::update_table(VkCommandBuffer commands, size_t binding, const f32::Coefficients* table) const noexcept {
+    const auto barrier = [&](VkPipelineStageFlags from, VkPipelineStageFlags to, VkAccessFlags src, VkAccessFlags dst) {
+        const VkMemoryBarrier memory{VK_STRUCTURE_TYPE_MEMORY_BARRIER, nullptr, src, dst};
+        device_.calls.vkCmdPipelineBarrier(commands, from, to, 0, 1, &memory, 0, nullptr, 0, nullptr);
+    };
+    constexpr VkPipelineStageFlags compute = VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
+                                   copy = VK_PIPELINE_STAGE_TRANSFER_BIT;
+    barrier(compute, copy, 0, 0); // presses before have read their coefficients
+    device_.calls.vkCmdUpdateBuffer(commands, tables_[binding].buffer, tables_[binding].offset, table_.bytes, table);
+    barrier(copy, compute, VK_ACCESS_TRANSFER_WRITE_BIT, VK_ACCESS_SHADER_READ_BIT);
 }
 
 } // namespace dermis::vulkan

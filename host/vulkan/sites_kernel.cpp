@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "host/vulkan/sites_kernel.hpp"
 
+#include "host/plan/laplacian.hpp"
+
 #include <algorithm>
 
 namespace dermis::vulkan {
@@ -10,73 +12,105 @@ constexpr uint32_t most_groups = 65535; // along one axis, everywhere
 
 static_assert(sizeof(f32::SiteConstants) <= 128, "push constants: 128 bytes are what every device has");
 
-std::vector<Cell> cells_of(const plan::Plan& plan) {
+std::vector<Cell> cells_of(const plan::PreparedSkin& skin) {
     std::vector<Cell> cells;
-    for (const Site& site : plan.scene.sites) cells.push_back(site.cell);
+    for (const Site& site : skin.description.sites) cells.push_back(site.cell);
     return cells;
+}
+
+f32::SiteStencil stencil_of(const plan::PreparedSkin& skin, const plan::SiteCells& needed, const Site& site,
+                            size_t response) {
+    const plan::StencilCells n = stencil_cells_of(skin, needed, site.cell);
+    f32::SiteStencil s{};
+    s.here = int(n.here);
+    s.x_far_low = int(n.x[0]);
+    s.x_low = int(n.x[1]);
+    s.x_high = int(n.x[2]);
+    s.x_far_high = int(n.x[3]);
+    s.y_far_low = int(n.y[0]);
+    s.y_low = int(n.y[1]);
+    s.y_high = int(n.y[2]);
+    s.y_far_high = int(n.y[3]);
+    s.quantity = int(site.type);
+    s.response = int(response);
+    s.rest_curvature = float(rest_curvature_at(skin, site.cell));
+    return s;
 }
 
 } // namespace
 
-SitesKernel::SitesKernel(Pipelines& pipelines, const plan::Plan& plan, uint32_t max_bindings)
-    : plan_(plan), looked_at_(plan, cells_of(plan)),
-      bands_(vulkan::bands(plan, 0, plan.constants.height, 1, pipelines.gpu().limits.maxStorageBufferRange)),
-      kernel_(pipelines, sites_module(pipelines.gpu().rounds), SITES_BINDINGS, sizeof(f32::SiteConstants),
-              variant_of(plan), max_bindings * uint32_t(bands_.size())) {
-    const plan::ResponseLayout answers = plan::response_layout_of(plan);
-    for (size_t i = 0; i < plan.scene.sites.size(); ++i) {
-        const Site& site = plan.scene.sites[i];
-        const plan::StencilCells n = plan::stencil_cells_of(plan, looked_at_, site.cell);
-        const auto r = [](size_t rank) { return int(rank); };
-        sites_.push_back(
-            {r(n.here), r(n.x[0]), r(n.x[1]), r(n.x[2]), r(n.x[3]), r(n.y[0]), r(n.y[1]), r(n.y[2]), r(n.y[3]),
-             int(site.type), int(answers.site[i]),
-             float(plan::laplacian_at(plan.maps.surface, site.cell, plan.scene.grid, plan.stencil, plan.edges))});
-    }
+SitesKernel::SitesKernel(Pipelines& pipelines, const plan::StreamedSkin& streamed, const plan::ResponseLayout& layout,
+                         uint32_t max_bindings)
+    : width_(streamed.skin.width()), pitch_(streamed.skin.pitch),
+      needed_(streamed.skin, {streamed.skin.whole()}, cells_of(streamed.skin)),
+      windows_(row_windows(streamed.skin, 0, streamed.skin.height(), 1,
+                           pipelines.device().limits.maxStorageBufferRange)),
+      kernel_(pipelines, sites_module(pipelines.device().rounds), SITES_BINDINGS, sizeof(f32::SiteConstants),
+              specialization(streamed.variant()), max_bindings * uint32_t(windows_.size())) {
+    const std::vector<Site>& sites = streamed.skin.description.sites;
+    for (size_t i = 0; i < sites.size(); ++i)
+        sites_.push_back(stencil_of(streamed.skin, needed_, sites[i], layout.site[i]));
     std::sort(sites_.begin(), sites_.end(), [](auto& a, auto& b) { return a.here < b.here; });
-    const size_t width = size_t(plan.constants.width);
-    const auto cell_before = [&](int row) { // how many cells are in rows before this
-        const auto at = std::lower_bound(looked_at_.cells.begin(), looked_at_.cells.end(), size_t(row) * width);
-        return int(at - looked_at_.cells.begin());
+    slice_windows();
+}
+
+void SitesKernel::slice_windows() {
+    const auto cells_before = [&](int row) {
+        const auto at =
+            std::lower_bound(needed_.cells.begin(), needed_.cells.end(), size_t(row) * size_t(width_));
+        return int(at - needed_.cells.begin());
     };
-    const auto site_before = [&](int cell) {
+    const auto sites_before = [&](int cell) {
         const auto at = std::lower_bound(sites_.begin(), sites_.end(), cell, [](auto& s, int c) { return s.here < c; });
         return int(at - sites_.begin());
     };
-    for (const Band& band : bands_) {
-        const int first = cell_before(band.first), last = cell_before(band.last);
-        parts_.push_back({first, last - first, site_before(first), site_before(last) - site_before(first)});
+    for (const RowWindow& window : windows_) {
+        const int first = cells_before(window.first), last = cells_before(window.last);
+        slices_.push_back({.first_cell = first,
+                           .cells = last - first,
+                           .first_site = sites_before(first),
+                           .sites = sites_before(last) - sites_before(first)});
     }
 }
 
 std::vector<f32::SiteCell> SitesKernel::cells() const {
-    const size_t width = size_t(plan_.constants.width);
+    const size_t width = size_t(width_);
     std::vector<f32::SiteCell> cells;
-    for (size_t i = 0; i < looked_at_.cells.size(); ++i) {
-        const size_t cell = looked_at_.cells[i];
-        cells.push_back({int(cell / width * size_t(plan_.pitch) + cell % width), looked_at_.material[i]});
+    for (size_t i = 0; i < needed_.cells.size(); ++i) {
+        const size_t cell = needed_.cells[i];
+        cells.push_back({int(cell / width * size_t(pitch_) + cell % width), needed_.material_of[i]});
     }
     return cells;
 }
 
 void SitesKernel::bind(size_t binding, const Maps& m) {
-    size_t set = binding * bands_.size();
-    for (const Band& band : bands_)
-        kernel_.bind(set++, {band.of(m.pressure_from, plan_.pitch), band.of(m.pressure_to, plan_.pitch), m.cells,
-                             m.sites, m.state_from, m.state_to, m.response, m.rows, m.invalid});
+    size_t set = binding * windows_.size();
+    for (const RowWindow& window : windows_)
+        kernel_.bind(set++, {
+                                {SITES_PRESSURE_FROM, window.of(m.pressure_from, pitch_)},
+                                {SITES_PRESSURE_TO, window.of(m.pressure_to, pitch_)},
+                                {SITES_CELLS, m.cells},
+                                {SITES_SITES, m.sites},
+                                {SITES_STATE_FROM, m.state_from},
+                                {SITES_STATE_TO, m.state_to},
+                                {SITES_RESPONSE, m.response},
+                                {SITES_COEFFICIENTS, m.coefficients},
+                                {SITES_INVALID, m.invalid},
+                            });
 }
 
 void SitesKernel::record(VkCommandBuffer commands, size_t binding, const f32::Constants& constants) const noexcept {
-    f32::SiteConstants s{constants, 0, 0, 0, 0};
-    for (size_t i = 0; i < bands_.size(); ++i) {
-        const Part& part = parts_[i];
-        s.c.base_row = bands_[i].base;
-        s.first_cell = part.first_cell;
-        s.cells = part.cells;
-        s.first_site = part.first_site;
-        s.sites = part.sites;
-        const uint32_t all = groups(part.cells + part.sites, SITES_X), x = std::min(all, most_groups);
-        if (all > 0) kernel_.record(commands, binding * bands_.size() + i, &s, x, (all + x - 1) / x);
+    f32::SiteConstants s{};
+    s.c = constants;
+    for (size_t i = 0; i < windows_.size(); ++i) {
+        const Slice& slice = slices_[i];
+        s.c.base_row = windows_[i].base;
+        s.first_cell = slice.first_cell;
+        s.cells = slice.cells;
+        s.first_site = slice.first_site;
+        s.sites = slice.sites;
+        const uint32_t all = groups(slice.cells + slice.sites, SITES_X), x = std::min(all, most_groups);
+        if (all > 0) kernel_.record(commands, binding * windows_.size() + i, &s, x, (all + x - 1) / x);
     }
 }
 

@@ -1,36 +1,38 @@
 // SPDX-License-Identifier: MIT
+// The kernel `sites` over whatever memory, window by window.
 #pragma once
 
-#include "host/reduced/sites.hpp"
-#include "host/plan/frames.hpp"
-#include "host/vulkan/press_kernel.hpp"
+#include "host/plan/site_cells.hpp"
+#include "host/plan/streamed_skin.hpp"
+#include "host/vulkan/windows.hpp"
 
 namespace dermis::vulkan {
 
-// The kernel `sites`, and the memory of its bindings.
 class SitesKernel {
   public:
     struct Maps {
-        Piece pressure_from, pressure_to, cells, sites, state_from, state_to, response;
-        Piece rows, invalid; // any in place of rows under a uniform material
+        BufferRange pressure_from, pressure_to, cells, sites, state_from, state_to, response;
+        BufferRange coefficients, invalid; // any in place of coefficients under a uniform material
     };
-    SitesKernel(Pipelines&, const plan::Plan&, uint32_t max_bindings);
+    SitesKernel(Pipelines&, const plan::StreamedSkin&, const plan::ResponseLayout&, uint32_t max_bindings);
     void bind(size_t binding, const Maps&);
     void record(VkCommandBuffer, size_t binding, const f32::Constants&) const noexcept;
 
-    const std::vector<plan::Medium>& media() const { return looked_at_.media; }
+    const std::vector<plan::Element>& materials() const { return needed_.materials; }
     std::vector<f32::SiteCell> cells() const;
     const std::vector<f32::SiteStencil>& sites() const { return sites_; }
 
   private:
-    struct Part { // of cells and sites: those of a band
+    struct Slice { // of cells and sites: those of a window
         int first_cell, cells, first_site, sites;
     };
-    const plan::Plan& plan_;
-    plan::SiteCells looked_at_;
+    void slice_windows();
+
+    const int width_, pitch_;
+    const plan::SiteCells needed_;
     std::vector<f32::SiteStencil> sites_; // by cell
-    std::vector<Band> bands_;
-    std::vector<Part> parts_;
+    std::vector<RowWindow> windows_;
+    std::vector<Slice> slices_;
     Kernel kernel_;
 };
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// The model `march` on a Vulkan device, in f32.
 #pragma once
 
 #include "host/plan/stepper.hpp"
@@ -6,8 +7,9 @@
 
 namespace dermis::vulkan {
 
-// f32 on a Vulkan device. Throws Error::bad_input where the grid does not fit the device, naming the limit.
-// `plan` outlives the stepper.
-std::unique_ptr<plan::Stepper> march(const plan::Plan& plan, std::shared_ptr<Context>, plan::Stepper::Sink);
+// Throws Error::bad_input where the grid does not fit the device, naming the limit. Skin and schedule outlive the
+// stepper.
+std::unique_ptr<plan::Stepper> stepper(const plan::PreparedSkin&, const plan::Schedule&, Precision,
+                                       std::shared_ptr<Context>, plan::Stepper::Sink);
 
 } // namespace dermis::vulkan

@@ -138,6 +138,8 @@ class DERMIS_API SkinProgram {
     bool check_passed(const void* bytes) const;
 
   private:
+    friend struct Internal;
+    SkinProgram();
     struct Impl;
     std::unique_ptr<Impl> impl_;
 };

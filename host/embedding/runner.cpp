@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include "host/vulkan/runner.hpp"
+#include "host/embedding/runner.hpp"
+
+#include "host/embedding/skin_program.hpp"
+#include "host/plan/float_environment.hpp"
 
 #include <algorithm>
 #include <cstring>
@@ -10,26 +13,25 @@ namespace {
 VkDescriptorBufferInfo info(const Buffer& b) { return {b.handle(), 0, b.bytes()}; }
 
 // Refuses what would not fit, before anything is allocated.
-SkinProgram fitting(const Context& context, const SkinDescription& d, const SkinOptions& options) {
-    SkinProgram program(context.handles(), d, 2, options);
+SkinProgram fitting(const Context& context, const plan::StreamedSkin& skin) {
+    SkinProgram program = program_of(context.handles(), skin, 2);
     const MemoryNeeds& n = program.memory();
     const VkDeviceSize all = n.constants.bytes + 2 * n.state.bytes + 2 * n.pressure.bytes + n.response.bytes;
     if (all > context.heap_bytes())
         throw Error(Error::Code::bad_input, "grid.width",
-                    "a skin of " + std::to_string(d.grid.width) + " x " + std::to_string(d.grid.height) + " needs " +
-                        std::to_string(all) + " bytes; allowed on this device: device memory = " +
+                    "a skin of " + std::to_string(skin.skin.width()) + " x " + std::to_string(skin.skin.height()) +
+                        " needs " + std::to_string(all) + " bytes; allowed on this device: device memory = " +
                         std::to_string(context.heap_bytes()) + "; or device cpu");
     return program;
 }
 
 } // namespace
 
-SkinRunner::SkinRunner(std::shared_ptr<Context> context, const SkinDescription& d, const SkinOptions& options)
-    : context_(std::move(context)), program_(fitting(*context_, d, options)),
-      constants_(buffer(program_.memory().constants, Buffer::Location::device)), state_{buffer(program_.memory().state,
-                                                                                            Buffer::Location::device),
-                                                                                     buffer(program_.memory().state,
-                                                                                            Buffer::Location::device)},
+SkinRunner::SkinRunner(std::shared_ptr<Context> context, const plan::StreamedSkin& skin)
+    : context_(std::move(context)), program_(fitting(*context_, skin)),
+      constants_(buffer(program_.memory().constants, Buffer::Location::device)),
+      state_{buffer(program_.memory().state, Buffer::Location::device),
+             buffer(program_.memory().state, Buffer::Location::device)},
       pressure_{buffer(program_.memory().pressure, Buffer::Location::device),
                 buffer(program_.memory().pressure, Buffer::Location::device)},
       response_(buffer(program_.memory().response, Buffer::Location::device)),
@@ -39,8 +41,13 @@ SkinRunner::SkinRunner(std::shared_ptr<Context> context, const SkinDescription& 
     fill(constants_, program_.memory().constants);
     fill(invalid_, program_.memory().invalid);
     for (int i = 0; i < 2; ++i)
-        bindings_[i] = program_.bind({info(constants_), info(state_[i]), info(state_[1 - i]), info(pressure_[i]),
-                                      info(pressure_[1 - i]), info(response_), info(invalid_)});
+        bindings_[i] = program_.bind({.constants = info(constants_),
+                                      .state_from = info(state_[i]),
+                                      .state_to = info(state_[1 - i]),
+                                      .pressure_from = info(pressure_[i]),
+                                      .pressure_to = info(pressure_[1 - i]),
+                                      .response = info(response_),
+                                      .invalid = info(invalid_)});
     std::memset(upload_.data(), 0, upload_.bytes()); // beyond the width it stays so
     reset();
 }
@@ -84,19 +91,27 @@ bool SkinRunner::exact() {
     return program_.check_passed(back.data());
 }
 
-void SkinRunner::press(double dt) {
+bool SkinRunner::press(double dt) {
+    const DefaultFloats guard; // a software driver's threads inherit it
     const VolkDeviceTable& vk = context_->calls();
     const VkCommandBuffer commands = context_->begin();
     const VkBufferCopy in{0, 0, program_.memory().pressure.bytes}, out{0, 0, program_.memory().response.bytes};
     vk.vkCmdCopyBuffer(commands, upload_.handle(), pressure_[1 - from_].handle(), 1, &in);
     context_->barrier(commands);
-    if (!program_.record_press(commands, bindings_[from_], dt))
-        throw Error(Error::Code::bad_input, "dt", "a step that cannot be recorded"); // Skin has looked at dt
+    if (!program_.record_press(commands, bindings_[from_], dt)) {
+        (void)vk.vkEndCommandBuffer(commands); // recorded, and never submitted
+        return false;
+    }
     context_->barrier(commands);
     vk.vkCmdCopyBuffer(commands, response_.handle(), download_.handle(), 1, &out);
     context_->barrier(commands);
     context_->submit();
     from_ = 1 - from_;
+    return true;
+}
+
+const float* SkinRunner::response(Quantity q) const {
+    return static_cast<const float*>(download_.data()) + program_.range(q).first;
 }
 
 void SkinRunner::reset() {

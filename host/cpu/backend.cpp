@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT
+#include "host/cpu/backend.hpp"
+
+#include "host/cpu/stepper.hpp"
+#include "host/cpu/stream.hpp"
+
+#include <thread>
+
+namespace dermis::cpu {
+namespace {
+
+class CpuBackend : public plan::Backend {
+  public:
+    CpuBackend(int threads, const simd::Isa& isa) : threads_(threads), isa_(isa) {}
+
+    plan::Capabilities capabilities() const override {
+        const int threads = std::max(threads_ ? threads_ : int(std::thread::hardware_concurrency()), 1);
+        plan::Capabilities c;
+        c.name = "cpu";
+        c.f64 = true;
+        c.threads = threads;
+        c.cell_step = 4.5e-9 / threads; // measured on two cores of a server
+        return c;
+    }
+
+    std::unique_ptr<plan::Stepper> stepper(const plan::PreparedSkin& skin, const plan::Schedule& schedule,
+                                           Precision precision, plan::Stepper::Sink sink) override {
+        return cpu::stepper(skin, schedule, precision, threads_, std::move(sink), isa_);
+    }
+
+    std::unique_ptr<plan::Stream> stream(const plan::StreamedSkin& skin) override {
+        return cpu::stream(skin, threads_, isa_);
+    }
+
+  private:
+    const int threads_;
+    const simd::Isa& isa_;
+};
+
+} // namespace
+
+std::unique_ptr<plan::Backend> backend(int threads, const simd::Isa& isa) {
+    return std::make_unique<CpuBackend>(threads, isa);
+}
+
+} // namespace dermis::cpu

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "host/plan/backend.hpp"
+#include "host/vulkan/context.hpp"
+
+namespace dermis::vulkan {
+
+// A Vulkan device of ours as a backend: runs march on it, and skins are pressed by a SkinProgram.
+class VulkanBackend : public plan::Backend {
+  public:
+    explicit VulkanBackend(std::shared_ptr<Context> context) : context_(std::move(context)) {}
+    plan::Capabilities capabilities() const override;
+    std::unique_ptr<plan::Stepper> stepper(const plan::PreparedSkin&, const plan::Schedule&, Precision,
+                                           plan::Stepper::Sink) override;
+    std::unique_ptr<plan::Stream> stream(const plan::StreamedSkin&) override;
+    const std::shared_ptr<Context>& context() const { return context_; }
+
+  private:
+    std::shared_ptr<Context> context_;
+};
+
+std::shared_ptr<plan::Backend> backend(std::shared_ptr<Context>);
+
+} // namespace dermis::vulkan

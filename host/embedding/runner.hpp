@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: MIT
+// A skin on a device of ours: memory and submissions around a SkinProgram, as a stranger would write them.
+#pragma once
+
+#include "dermis/vulkan.hpp"
+#include "host/plan/backend.hpp"
+#include "host/vulkan/context.hpp"
+
+namespace dermis::vulkan {
+
+class SkinRunner : public plan::Stream {
+  public:
+    SkinRunner(std::shared_ptr<Context>, const plan::StreamedSkin&);
+    ~SkinRunner() override;
+    float* pressure() override { return static_cast<float*>(upload_.data()); }
+    bool press(double dt) override;
+    const float* response(Quantity) const override;
+    void reset() override;
+    bool exact() override;
+
+  private:
+    Buffer buffer(const Memory&, Buffer::Location);
+    void fill(Buffer&, const Memory&);
+
+    std::shared_ptr<Context> context_;
+    SkinProgram program_;
+    Buffer constants_, state_[2], pressure_[2], response_, invalid_, upload_, download_;
+    Binding bindings_[2];
+    int from_ = 0; // state and pressure
+};
+
+} // namespace dermis::vulkan

@@ -1,0 +1,287 @@
+// SPDX-License-Identifier: MIT
+// dermis::vulkan::SkinProgram: presses recorded into a host's command buffer, and the check of its device.
+#include "host/embedding/skin_program.hpp"
+
+#include "host/check.hpp"
+#include "host/embedding/handles.hpp"
+#include "host/plan/float_environment.hpp"
+#include "host/scene/refusal.hpp"
+#include "host/vulkan/recorder.hpp"
+
+#include <cmath>
+#include <cstring>
+
+namespace dermis::vulkan {
+namespace {
+
+using scene::refuse;
+
+constexpr int presses = SampleStream::presses;
+
+// Where things stand in the one range of a check: constants, two states, three pressures, a response for each press, and
+// the count of what was not finite.
+struct CheckLayout {
+    VkDeviceSize constants = 0, state[2], pressure[presses + 1], response[presses], invalid = 0, end = 0;
+
+    explicit CheckLayout(const MemoryNeeds& n) {
+        constants = place(n.constants);
+        for (VkDeviceSize& at : state) at = place(n.state);
+        for (VkDeviceSize& at : pressure) at = place(n.pressure);
+        for (VkDeviceSize& at : response) at = place(n.response);
+        invalid = place(n.invalid);
+    }
+
+  private:
+    VkDeviceSize place(const Memory& m) {
+        const VkDeviceSize at = end;
+        end = (at + m.bytes + 255) / 256 * 256; // the most that a device may ask of an offset
+        return at;
+    }
+};
+
+// A sample skin pressed by the program's own pipelines; in its last pressure two cells are not finite.
+class DeviceCheck {
+  public:
+    DeviceCheck(Pipelines& pipelines, const plan::StreamedSkin& like)
+        : sample_(like), recorder_(pipelines, plan::StreamedSkin(sample_.skin()), presses), layout_(recorder_.needs()) {
+    }
+
+    bool bound() const { return bound_; }
+
+    // The range, with the bytes that it holds at first.
+    Memory memory() const {
+        Memory m = recorder_.needs().constants;
+        m.initial.resize(layout_.end, 0);
+        m.bytes = layout_.end;
+        for (int i = 0; i <= presses; ++i) {
+            std::vector<float> map = sample_.pressure(i);
+            const auto [first, second] = sample_.read_cells();
+            if (i == presses) map[first] = NAN, map[second] = -INFINITY;
+            std::memcpy(m.initial.data() + layout_.pressure[i], map.data(), map.size() * sizeof(float));
+        }
+        return m;
+    }
+
+    void bind(const VkDescriptorBufferInfo& range) {
+        const MemoryNeeds& n = recorder_.needs();
+        const auto part = [&](VkDeviceSize at, const Memory& m) {
+            return VkDescriptorBufferInfo{range.buffer, range.offset + at, m.bytes};
+        };
+        const CheckLayout& l = layout_;
+        for (int i = 0; i < presses; ++i)
+            recorder_.bind(size_t(i), {.constants = part(l.constants, n.constants),
+                                       .state_from = part(l.state[i % 2], n.state),
+                                       .state_to = part(l.state[1 - i % 2], n.state),
+                                       .pressure_from = part(l.pressure[i], n.pressure),
+                                       .pressure_to = part(l.pressure[i + 1], n.pressure),
+                                       .response = part(l.response[i], n.response),
+                                       .invalid = part(l.invalid, n.invalid)});
+        bound_ = true;
+    }
+
+    void record(VkCommandBuffer commands, const VolkDeviceTable& vk) const noexcept {
+        PressTable table;
+        (void)recorder_.fill(table, SampleStream::dt); // a sample's coefficients are floats
+        for (int i = 0; i < presses; ++i) {
+            recorder_.record(commands, size_t(i), table);
+            const VkMemoryBarrier memory{VK_STRUCTURE_TYPE_MEMORY_BARRIER, nullptr, VK_ACCESS_SHADER_WRITE_BIT,
+                                         VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT};
+            if (i + 1 < presses)
+                vk.vkCmdPipelineBarrier(commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
+                                        VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, 0, 1, &memory, 0, nullptr, 0, nullptr);
+        }
+    }
+
+    bool passed(const unsigned char* bytes) const {
+        std::vector<std::vector<float>> pressures;
+        for (int i = 0; i <= presses; ++i) pressures.push_back(sample_.pressure(i));
+        for (size_t at : sample_.read_cells()) pressures.back()[at] = 0;
+        const std::vector<std::vector<float>> expected = sample_.expected(pressures);
+        std::vector<float> response(sample_.layout().all);
+        bool same = true;
+        for (size_t i = 0; i < presses; ++i) {
+            std::memcpy(response.data(), bytes + layout_.response[i], response.size() * sizeof(float));
+            same &= sample_.same(response.data(), expected[i].data());
+        }
+        uint32_t invalid = 0;
+        std::memcpy(&invalid, bytes + layout_.invalid, sizeof invalid);
+        return same && invalid == sample_.read_cells().size();
+    }
+
+  private:
+    const SampleStream sample_;
+    Recorder recorder_;
+    const CheckLayout layout_;
+    bool bound_ = false;
+};
+
+} // namespace
+
+struct SkinProgram::Impl {
+    Impl(const Handles& h, plan::StreamedSkin&& skin, uint32_t most)
+        : device(checked(h)), pipelines(device), check(pipelines, skin), recorder(pipelines, std::move(skin), most),
+          max_bindings(most), needs(recorder.needs()), labels(labels_of(h)) {
+        needs.check = check.memory();
+    }
+
+    void check_range(const char* name, const VkDescriptorBufferInfo&, const Memory&) const;
+    void check_apart(const Buffers&) const;
+
+    const DeviceTable device;
+    Pipelines pipelines;
+    DeviceCheck check;
+    Recorder recorder;
+    uint32_t max_bindings, bindings = 0;
+    MemoryNeeds needs;
+    Labels labels;
+};
+
+// A program from what the library has made already.
+struct Internal {
+    static SkinProgram make(const Handles& handles, plan::StreamedSkin&& skin, uint32_t max_bindings) {
+        const DefaultFloats guard;
+        SkinProgram program;
+        program.impl_ = std::make_unique<SkinProgram::Impl>(handles, std::move(skin), max_bindings);
+        return program;
+    }
+};
+
+SkinProgram program_of(const Handles& handles, const plan::StreamedSkin& skin, uint32_t max_bindings) {
+    return Internal::make(handles, plan::StreamedSkin(skin), max_bindings);
+}
+
+namespace {
+
+plan::StreamedSkin streamed(const SkinDescription& d, uint32_t max_bindings, const SkinOptions& options) {
+    const DefaultFloats guard;
+    scene::need(max_bindings >= 1 && max_bindings <= 65536, "max_bindings", max_bindings, "1..65536");
+    return plan::streamed_skin(d, options);
+}
+
+} // namespace
+
+SkinProgram::SkinProgram() = default;
+SkinProgram::SkinProgram(const Handles& handles, const SkinDescription& description, uint32_t max_bindings,
+                         const SkinOptions& options)
+    : SkinProgram(Internal::make(handles, streamed(description, max_bindings, options), max_bindings)) {}
+SkinProgram::~SkinProgram() = default;
+SkinProgram::SkinProgram(SkinProgram&&) noexcept = default;
+SkinProgram& SkinProgram::operator=(SkinProgram&&) noexcept = default;
+
+const MemoryNeeds& SkinProgram::memory() const noexcept { return impl_->needs; }
+
+int SkinProgram::pitch() const noexcept { return impl_->recorder.skin().skin.pitch; }
+
+SkinProgram::Range SkinProgram::range(Quantity q) const noexcept {
+    if (q < Quantity::sa1 || q > Quantity::fa2) return {};
+    const plan::ResponseLayout::Range& r = impl_->recorder.layout().of[size_t(q)];
+    return {r.first, r.count};
+}
+
+Access SkinProgram::first_access() const noexcept {
+    Access a{VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT};
+    if (impl_->recorder.writes_constants()) {
+        a.stages |= VK_PIPELINE_STAGE_TRANSFER_BIT;
+        a.access |= VK_ACCESS_TRANSFER_WRITE_BIT;
+    }
+    return a;
+}
+
+Access SkinProgram::last_access() const noexcept {
+    return {VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_WRITE_BIT};
+}
+
+void SkinProgram::Impl::check_range(const char* name, const VkDescriptorBufferInfo& b, const Memory& m) const {
+    const std::string parameter = name;
+    if (!b.buffer)
+        refuse(parameter + ".buffer", "null", "a buffer of at least " + std::to_string(m.bytes) + " bytes");
+    if (b.offset % m.alignment != 0)
+        refuse(parameter + ".offset", std::to_string(b.offset),
+               "a multiple of minStorageBufferOffsetAlignment = " + std::to_string(m.alignment));
+    if (b.range < m.bytes || b.range == VK_WHOLE_SIZE)
+        refuse(parameter + ".range", b.range == VK_WHOLE_SIZE ? "VK_WHOLE_SIZE" : std::to_string(b.range),
+               "at least " + std::to_string(m.bytes) + " bytes, and a number");
+    VkMemoryRequirements there{};
+    device.calls.vkGetBufferMemoryRequirements(device.device, b.buffer, &there);
+    if (b.offset > there.size || b.range > there.size - b.offset)
+        refuse(parameter, std::to_string(b.offset) + " + " + std::to_string(b.range) + " bytes",
+               "within the buffer, which has at most " + std::to_string(there.size));
+}
+
+
+// What a press writes must not lie in the memory of anything else.
+void SkinProgram::Impl::check_apart(const Buffers& b) const {
+    struct Named {
+        const char* name;
+        const VkDescriptorBufferInfo& info;
+        const Memory& needs;
+        bool written;
+    };
+    const Named all[] = {{"constants", b.constants, needs.constants, recorder.writes_constants()},
+                         {"state_from", b.state_from, needs.state, false},
+                         {"state_to", b.state_to, needs.state, true},
+                         {"pressure_from", b.pressure_from, needs.pressure, false},
+                         {"pressure_to", b.pressure_to, needs.pressure, false},
+                         {"response", b.response, needs.response, true},
+                         {"invalid", b.invalid, needs.invalid, true}};
+    for (const Named& one : all) check_range(one.name, one.info, one.needs);
+    for (const Named& one : all)
+        for (const Named& other : all)
+            if (&one != &other && one.written && one.info.buffer == other.info.buffer &&
+                one.info.offset < other.info.offset + other.needs.bytes &&
+                other.info.offset < one.info.offset + one.needs.bytes)
+                refuse(one.name, "in the same memory as " + std::string(other.name),
+                       "memory of its own, because a press writes it");
+}
+
+Binding SkinProgram::bind(const Buffers& b) {
+    Impl& impl = *impl_;
+    impl.check_apart(b);
+    if (impl.bindings == impl.max_bindings)
+        refuse("max_bindings", std::to_string(impl.max_bindings), "as many as are bound, and this is one more");
+    Binding binding;
+    binding.program = impl_.get();
+    binding.set = impl.bindings;
+    impl.recorder.bind(binding.set, b);
+    ++impl.bindings;
+    return binding;
+}
+
+bool SkinProgram::record_press(VkCommandBuffer commands, Binding binding, double dt,
+                               const Timestamps& stamps) const noexcept {
+    const Impl& impl = *impl_;
+    if (!scene::finite(dt) || dt < 0 || binding.program != &impl) return false;
+    PressTable table;
+    if (!impl.recorder.fill(table, dt)) return false;
+    const VolkDeviceTable& vk = impl.device.calls;
+    VkDebugUtilsLabelEXT label{VK_STRUCTURE_TYPE_DEBUG_UTILS_LABEL_EXT};
+    label.pLabelName = "dermis press";
+    if (impl.labels.begin) impl.labels.begin(commands, &label);
+    if (stamps.pool) vk.vkCmdWriteTimestamp(commands, VK_PIPELINE_STAGE_TOP_OF_PIPE_BIT, stamps.pool, stamps.first);
+    impl.recorder.record(commands, binding.set, table);
+    if (stamps.pool)
+        vk.vkCmdWriteTimestamp(commands, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, stamps.pool, stamps.first + 1);
+    if (impl.labels.begin) impl.labels.end(commands);
+    return true;
+}
+
+void SkinProgram::bind_check(const VkDescriptorBufferInfo& range) {
+    Impl& impl = *impl_;
+    impl.check_range("check", range, impl.needs.check);
+    if (impl.check.bound()) refuse("check", "bound already", "one binding");
+    impl.check.bind(range);
+}
+
+bool SkinProgram::record_check(VkCommandBuffer commands) const noexcept {
+    const Impl& impl = *impl_;
+    if (!impl.check.bound()) return false;
+    impl.check.record(commands, impl.device.calls);
+    return true;
+}
+
+bool SkinProgram::check_passed(const void* bytes) const {
+    const DefaultFloats guard;
+    return impl_->check.passed(static_cast<const unsigned char*>(bytes));
+}
+
+} // namespace dermis::vulkan

@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "dermis/vulkan.hpp"
+#include "host/plan/streamed_skin.hpp"
+
+namespace dermis::vulkan {
+
+// A SkinProgram of a skin that is prepared already.
+SkinProgram program_of(const Handles&, const plan::StreamedSkin&, uint32_t max_bindings);
+
+} // namespace dermis::vulkan

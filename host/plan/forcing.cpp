@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT
+#include "host/plan/forcing.hpp"
+
+#include <algorithm>
+#include <complex>
+
+namespace dermis::plan {
+
+std::vector<Segment> segments_of(const scene::Waveform& load, double from, double to) {
+    const auto later = [](double t, const scene::Knot& k) { return t < k.time; };
+    auto knot = std::upper_bound(load.knots().begin(), load.knots().end(), from, later);
+    std::vector<Segment> segments;
+    for (double begin = from; begin < to;) {
+        const double end = knot == load.knots().end() ? to : std::min(to, (knot++)->time);
+        const double u0 = load.after(begin) - load.after(from);
+        segments.push_back({end - begin, u0, load.before(end) - load.after(from) - u0});
+        begin = end;
+    }
+    return segments;
+}
+
+void force_straight(f64::Coefficients& whole, const Element& element, const ResponseRule& rule,
+                    const std::vector<Segment>& segments, double dt) {
+    if (segments.size() == 1) { // the step's own factors of a linear rise
+        for (double* factor : {&whole.f, &whole.i2, &whole.v1, &whole.a1}) *factor *= segments[0].du;
+        return;
+    }
+    const ResponseRule density{.sa2_adaptation = rule.sa2_adaptation, .step_mean = false};
+    double eps = 0, sum = 0, rate = 0, acceleration = 0;
+    for (const Segment& s : segments) {
+        const f64::LaneCoefficients k = f64::lanes_of(exact_coefficients(element, density, s.length));
+        const f64::Load load = f64::load(s.u0, s.du, 0);
+        rate = f64::rate_after(eps, load, k);
+        acceleration = f64::acceleration_after(eps, load, k);
+        sum += f64::integral_step(eps, sum, load, k);
+        eps += f64::strain_step(eps, load, k);
+    }
+    whole.f = eps;
+    whole.i2 = sum;
+    whole.v1 = rate;
+    whole.a1 = rule.step_mean ? rate / dt : acceleration;
+}
+
+// The steady answer to the sine, less what is left, at the step's end, of the part of it at the step's start.
+void force_sine(f64::Coefficients& k, const Element& m, const ResponseRule& rule, const Sine& s, double from,
+                double dt) {
+    using Complex = std::complex<double>;
+    const Complex iw(0, s.w);
+    // wave(t) = imaginary part of start*e^(i w t) from the step's start on
+    const Complex start = s.amplitude * std::exp(Complex(0, s.w * from + s.phase)), turn = std::exp(Complex(0, s.w * dt));
+    const Complex eps0 = Complex(0, -1) * start / (m.modulus + iw * m.viscosity);
+    const Complex sum0 = eps0 / (1 / rule.sa2_adaptation + iw);
+    const double left = k.v0 * m.viscosity; // of a strain, after the step: e^-z
+    const double wave = start.imag();       // the step treats the pressure as held at this value: taken off
+    k.f = (eps0 * (turn - left)).real() - k.b * wave;
+    k.i2 = (sum0 * (turn - (1 - k.leak)) - eps0 * k.i0).real() - k.i1 * wave;
+    k.v1 = (eps0 * (iw * turn + m.modulus * k.v0)).real() - k.v0 * wave;
+    const double acceleration = (eps0 * (-s.w * s.w * turn + k.E * k.a0)).real() - k.a0 * wave;
+    k.a1 = rule.step_mean ? k.v1 / dt : acceleration;
+}
+
+} // namespace dermis::plan

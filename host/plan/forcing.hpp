@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+// What an envelope does within a step beyond staying at its start, worked out in closed form for unit pressure.
+#pragma once
+
+#include "host/plan/coefficients.hpp"
+#include "host/scene/waveform.hpp"
+
+namespace dermis::plan {
+
+// A straight segment of a load within a step: pressure u0 to u0 + du over and above that at the step's start.
+struct Segment {
+    double length, u0, du;
+};
+
+// The segments from breakpoint to breakpoint.
+std::vector<Segment> segments_of(const scene::Waveform&, double from, double to);
+
+// Each writes the load into the factors of ds, whose Constants::rise is then 1.
+void force_straight(f64::Coefficients&, const Element&, const ResponseRule&, const std::vector<Segment>&, double dt);
+// amplitude*sin(w*t + phase) from t = `from` on.
+struct Sine {
+    double w, amplitude, phase;
+};
+void force_sine(f64::Coefficients&, const Element&, const ResponseRule&, const Sine&, double from, double dt);
+
+} // namespace dermis::plan

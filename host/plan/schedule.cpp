@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: MIT
+#include "host/plan/schedule.hpp"
+
+#include "host/scene/waveform.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace dermis::plan {
+namespace {
+
+// Widens the box by the cells that a map presses.
+void widen(PressedBox& box, const std::vector<double>& map, int width, int height) {
+    int first = box.first_column(), last = box.last_tile * TILE_CELLS;
+    for (int y = 0; y < height; ++y) {
+        const double* row = map.data() + size_t(y) * size_t(width);
+        bool none = true; // no early exit, so that the loop vectorises
+        for (int x = 0; x < width; ++x) none &= row[x] == 0;
+        if (none) continue;
+        box.first_row = std::min(box.first_row, y);
+        box.last_row = std::max(box.last_row, y + 1);
+        first = int(std::find_if(row, row + std::min(first, width), [](double v) { return v != 0; }) - row);
+        for (int x = width; x > last; --x)
+            if (row[x - 1] != 0) last = x;
+    }
+    box.first_tile = first / TILE_CELLS;
+    box.last_tile = (last + TILE_CELLS - 1) / TILE_CELLS;
+}
+
+// Reads every frame once: all of it is finite before anything else happens.
+void take_sequence(Schedule& s, const PreparedSkin& skin) {
+    std::vector<double> frame;
+    for (long long k = 0; k < s.sequence->maps(); ++k) {
+        s.sequence->read(k, frame);
+        widen(s.pressed, frame, skin.width(), skin.height());
+        double peak = 0;
+        for (double v : frame) peak = std::max(peak, std::abs(v));
+        s.frame_peaks.push_back(peak * std::abs(s.load.intensity));
+    }
+}
+
+} // namespace
+
+Schedule make_schedule(const Scene& scene, const PreparedSkin& skin, bool check) {
+    Schedule s;
+    s.method = scene.method;
+    s.allow_unstable = scene.allow_unstable;
+    s.load = scene.load;
+    s.time = scene.time;
+    s.output = scene.output;
+    s.outputs = scene::outputs(scene.time);
+    s.points = scene.output.probes;
+    for (const Site& site : scene.sites) s.points.push_back(site.cell);
+    for (int q = 0; q < REDUCED_MAPS; ++q) s.wanted[size_t(q)] = scene::wants(scene, Quantity(q));
+    s.keeps_maps = check || !s.points.empty() || !scene.output.fields.empty();
+    for (const FieldRequest& f : scene.output.fields) {
+        s.field_times.push_back(scene::Waveform::snapped(f.at, scene.time.step));
+        s.derives |= check;
+        for (Quantity q : f.what) s.derives |= q >= Quantity::curvature;
+    }
+    std::sort(s.field_times.begin(), s.field_times.end());
+    s.field_times.erase(std::unique(s.field_times.begin(), s.field_times.end()), s.field_times.end());
+    s.framed = scene.load.kind == Load::Kind::sequence;
+    s.pressed = {skin.height(), 0, skin.tiles, 0};
+    if (s.framed) {
+        s.sequence = std::make_shared<scene::NpyFile>(scene.load.path, skin.width(), skin.height(), true, "load.path");
+        take_sequence(s, skin);
+    }
+    s.pressure = scene::pressure_map(scene);
+    if (!s.framed) widen(s.pressed, s.pressure, skin.width(), skin.height());
+    if (s.pressed.last_row == 0) s.pressed = {};
+    return s;
+}
+
+PreparedRun prepare_run(const Scene& scene, bool check) {
+    const Scene validated = scene::validated(scene);
+    PreparedRun run{prepare_skin(validated), {}};
+    run.schedule = make_schedule(validated, run.skin, check);
+    return run;
+}
+
+Variant variant_of(const PreparedSkin& skin, const Schedule& schedule, Precision precision) {
+    return {.stencil = skin.stencil,
+            .edges = skin.edges,
+            .compensated = precision == Precision::f32_compensated,
+            .materials = !skin.uniform(),
+            .framed = schedule.framed,
+            .wanted = schedule.wanted};
+}
+
+std::string why_not_separable(const PreparedSkin& skin, const Schedule& schedule) {
+    const auto& gains = skin.description.receptors.fa2_gains;
+    if (skin.materials.size() > 1) return "the material is not uniform";
+    if (schedule.framed) return "the load is not one map times an envelope";
+    if (gains[0] != -gains[1]) return "receptors.fa2_gains make FA2 depend on its sign";
+    return "";
+}
+
+std::string why_not(const PreparedSkin& skin, const Schedule& schedule, Model model) {
+    const Output& o = schedule.output;
+    if (model == Model::march) return "";
+    if (model == Model::sites) {
+        if (skin.description.sites.empty()) return "there are no sites";
+        return o.traces.empty() && o.fields.empty() ? "" : "traces or fields of all cells are asked for";
+    }
+    if (model == Model::moments && !o.fields.empty()) return "fields are asked for";
+    return why_not_separable(skin, schedule);
+}
+
+} // namespace dermis::plan

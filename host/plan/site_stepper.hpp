@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: MIT
+// Steps the cells that some points need, one step at a time, in K = f32 or f64. Cells go by their rank among SiteCells;
+// one more, behind them, stays at rest.
+#pragma once
+
+#include "host/plan/laplacian.hpp"
+#include "host/plan/site_cells.hpp"
+
+#include <algorithm>
+
+namespace dermis::plan {
+
+template <class K> class SiteStepper {
+  public:
+    using real = typename K::real;
+    using Constants = typename K::Constants;
+    using LaneCoefficients = typename K::LaneCoefficients;
+
+    struct Point {
+        StencilCells stencil;
+        typename K::Axis x, y;
+        real rest_curvature;
+    };
+
+    // The pressure of each cell over a step: `from` alone under a map and envelope, otherwise from frame to frame.
+    struct Pressures {
+        const real *from, *to;
+    };
+
+    SiteStepper(const PreparedSkin& skin, const SiteCells& cells, const Variant& variant)
+        : skin_(skin), cells_(cells), variant_(variant), state_(cells.cells.size() + 1),
+          visible_(cells.cells.size() + 1) {}
+
+    Point point(Cell c) const {
+        return {stencil_cells_of(skin_, cells_, c), K::axis(c.x, skin_.width(), skin_.stencil, skin_.edges),
+                K::axis(c.y, skin_.height(), skin_.stencil, skin_.edges), real(rest_curvature_at(skin_, c))};
+    }
+
+    // Steps cells first .. last - 1. k: coefficients by material.
+    void advance(const Constants& c, const LaneCoefficients* k, Pressures p, size_t first, size_t last) {
+        for (size_t i = first; i < last; ++i)
+            visible_[i] =
+                K::advanced(state_[i], load_at(i, c, p), k[cells_.material_of[i]], variant_.compensated);
+    }
+
+    // What a point has after advance(), of a pressed cell.
+    real value(const Point& point, Quantity q, const Constants& c, const LaneCoefficients* k, Pressures p) const {
+        const size_t here = point.stencil.here;
+        const typename K::CellState& after = visible_[here];
+        if (q == Quantity::strain) return after.strain.value;
+        const real eps = after.strain.value,
+                   L = K::add(along(point.stencil.x, eps, point.x), along(point.stencil.y, eps, point.y)),
+                   C = K::curvature_of(point.rest_curvature, L, c.bend);
+        const real x =
+            K::signal(int(q), state_[here], after, load_at(here, c, p), k[cells_.material_of[here]]);
+        return K::answer(int(q), x, C, c);
+    }
+
+    void keep() { state_.swap(visible_); }
+    void reset() { std::fill(state_.begin(), state_.end(), typename K::CellState{}); }
+
+  private:
+    typename K::Load load_at(size_t i, const Constants& c, Pressures p) const {
+        return variant_.framed ? K::load_between(p.from[i], p.to[i], c) : K::load_of(p.from[i], c);
+    }
+
+    real along(const size_t (&cells)[4], real centre, const typename K::Axis& axis) const {
+        const auto eps = [&](int i) { return visible_[cells[i]].strain.value; };
+        return K::difference(eps(0), eps(1), centre, eps(2), eps(3), axis, variant_.stencil);
+    }
+
+    const PreparedSkin& skin_;
+    const SiteCells& cells_;
+    const Variant variant_;
+    std::vector<typename K::CellState> state_, visible_; // at the step's start; at its end
+};
+
+} // namespace dermis::plan

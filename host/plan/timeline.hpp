@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: MIT
+// The steps of a run, from output to output and from breakpoint to breakpoint of its load.
+#pragma once
+
+#include "host/plan/schedule.hpp"
+#include "host/scene/waveform.hpp"
+
+#include <functional>
+
+namespace dermis::plan {
+
+using CoefficientTable = std::vector<f64::Coefficients>; // one entry for each material
+using SharedCoefficients = std::shared_ptr<const CoefficientTable>;
+
+// One press of every cell, from the last kept state to `time`. keep: the new state replaces the old one. Otherwise the
+// step is a peek (a field between outputs, an impulse). trace, impulse, field: what its end belongs to, or -1.
+struct Step {
+    SharedCoefficients coefficients;      // the same pointer as before: the same numbers
+    double start = 0, rise = 0, jump = 0; // see Constants in kernels/layout.h
+    long long frame = -1;                 // of a sequence: the pressure runs from this frame to the next
+    double time = 0;
+    bool keep = true;
+    long long trace = -1;
+    int impulse = -1, field = -1;
+    bool respond() const { return trace >= 0 || impulse >= 0 || field >= 0; }
+};
+
+// Hands over the frames of a sequence as steps come to need them.
+class FrameFeed {
+  public:
+    explicit FrameFeed(const Schedule& schedule) : schedule_(schedule) {}
+    void before(const Step&, const std::function<void(const std::vector<double>&)>& give);
+
+  private:
+    const Schedule& schedule_;
+    long long given_ = 0;
+    std::vector<double> frame_;
+};
+
+// The steps of a schedule in order, for these materials; they, rule and schedule outlive it.
+class Timeline {
+  public:
+    Timeline(const Schedule&, const std::vector<Element>& materials, const ResponseRule&, Method);
+    Timeline(const Schedule& schedule, const PreparedSkin& skin)
+        : Timeline(schedule, skin.materials, skin.rule, schedule.method) {}
+    bool next(Step&);
+
+  private:
+    double output_time(long long n) const;
+    double frame_time(long long k) const;
+    long long frame_at(double t) const;
+    bool regular(double from, double to) const;
+    SharedCoefficients coefficients_over(double from, double to) const;
+    Step exact_step(double from, double to) const;
+    Step framed_step(double from, double to) const;
+    Step held_step(long long n);
+    void peek_field(Step);
+    void peek_impulse(Step, double jump);
+    void fill();
+    void fill_frames(double from, double to);
+    void fill_envelope(double from, double to);
+    double next_field() const;
+
+    const Schedule& schedule_;
+    const std::vector<Element>& materials_;
+    const ResponseRule rule_;
+    const Method method_;
+    SharedCoefficients regular_; // of a whole step
+    scene::Waveform load_;
+    std::vector<Step> pending_; // of the output under way, last first
+    long long output_ = 0;      // next row of the traces
+    size_t field_ = 0, knot_ = 0;
+    int impulses_ = 0;
+    double rate_before_ = 0, rate_ = 0, strain_ = 0; // published: d[n-1], d[n], eps[n] under unit pressure
+};
+
+// What a backend needs for one step, in its precision, K = f32 or f64. base_row is left to who binds memory.
+template <class K> typename K::Constants constants_of(const PreparedSkin& skin, const PressedBox& pressed) {
+    const auto r = [](double x) { return static_cast<typename K::scalar>(x); };
+    const f64::Constants& p = skin.constants;
+    typename K::Constants c{};
+    c.bend = r(p.bend);
+    c.curvature_length = r(p.curvature_length);
+    c.gain_plus = r(p.gain_plus);
+    c.gain_minus = r(p.gain_minus);
+    c.thickness = r(p.thickness);
+    c.width = p.width;
+    c.height = p.height;
+    c.pitch = p.pitch;
+    c.first_column = pressed.first_column();
+    c.first_row = pressed.first_row;
+    return c;
+}
+
+template <class K>
+typename K::Constants constants_of(const PreparedSkin& skin, const PressedBox& pressed, const Step& step) {
+    const auto r = [](double x) { return static_cast<typename K::scalar>(x); };
+    typename K::Constants c = constants_of<K>(skin, pressed);
+    c.coefficients = rounded<K>(step.coefficients->front());
+    c.start = r(step.start);
+    c.rise = r(step.rise);
+    c.jump = r(step.jump);
+    c.respond = step.respond();
+    return c;
+}
+
+} // namespace dermis::plan

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: MIT
+// The step of kernels/step.h and kernels/responses.h in arithmetic that keeps count of what it may be off by.
+#pragma once
+
+#include "host/plan/coefficients.hpp"
+
+#include <cmath>
+
+namespace dermis::planner {
+
+// One cell under unit pressure (between frames: a bound over all cells): exact values, and in d_* a running bound of
+// the rounding error at unit roundoff u.
+struct CountedCell {
+    double eps = 0, sum = 0, rate = 0, acceleration = 0;
+    double d_eps = 0, d_sum = 0, d_rate = 0, d_acceleration = 0;
+
+    // The signal of a quantity.
+    double value(int q) const {
+        const double of[] = {eps, eps, sum, rate, acceleration};
+        return of[q];
+    }
+    double error(int q) const {
+        const double of[] = {d_eps, d_eps, d_sum, d_rate, d_acceleration};
+        return of[q];
+    }
+};
+
+// A value, and what it may be off by.
+struct Counted {
+    double value, off;
+};
+
+struct CountedArithmetic {
+    double u;           // unit roundoff
+    double peak;        // greatest pressure: values are per unit of it
+    bool single, bound; // rounded to float; values are bounds and never cancel, as between frames
+    double carried;     // share of an addition's rounding that stays in the sum: 1, or 2u compensated
+    double flush;       // magnitude below which results are stored as 0
+
+    // Half a unit in the last place of the greatest cell's value; of no other cell is it more.
+    double rounding(double x) const {
+        int exponent = 0;
+        std::frexp(peak * std::abs(x) * (1 + 1e-5), &exponent);
+        return x == 0 || peak == 0 ? 0 : std::ldexp(u, exponent - 1) / peak;
+    }
+    // A coefficient as it comes to the kernel.
+    Counted of(double coefficient) const {
+        const double off =
+            single ? std::abs(double(float(coefficient)) - coefficient) : 0x1p-50 * std::abs(coefficient);
+        return {coefficient, off};
+    }
+    Counted times(Counted a, Counted b) const {
+        const double x = a.value * b.value, off = std::abs(a.value) * b.off + std::abs(b.value) * a.off;
+        return {x, off + (std::abs(a.value) == 1 ? 0 : rounding(x))};
+    }
+    Counted plus(Counted a, Counted b) const {
+        const double x = bound ? std::abs(a.value) + std::abs(b.value) : a.value + b.value;
+        return {x, a.off + b.off + (a.value == 0 || b.value == 0 ? 0 : rounding(x))};
+    }
+
+    // One step under the pressure s0, ds, sj. What eps and sum were off by before is carried on linearly, where the
+    // kernel's terms cancel.
+    CountedCell pressed(const CountedCell&, const f64::Coefficients&, double s0, double ds, double sj) const;
+};
+
+} // namespace dermis::planner

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: MIT
+#include "host/planner/cost.hpp"
+
+#include "host/plan/site_cells.hpp"
+
+#include <algorithm>
+
+namespace dermis::planner {
+namespace {
+
+using plan::PreparedSkin;
+using plan::Schedule;
+
+void cost_moments(Candidate& c, const PreparedSkin& skin, const Schedule& schedule) {
+    const double cells = double(skin.cells()), steps = double(c.steps);
+    const double fields = double(schedule.output.fields.size()), points = double(schedule.points.size());
+    c.traffic = cells * (32 + 40 * fields);
+    c.flops = cells * (40 + 6 * fields) + steps * (250 + 10 * points);
+    c.bytes = cells * (16 + 8 * fields);
+    c.seconds = cells * (1.5e-8 + 4e-9 * fields) + steps * (2e-7 + 2e-9 * points);
+}
+
+void cost_sites(Candidate& c, const PreparedSkin& skin, const Schedule& schedule, const plan::Capabilities& cpu) {
+    const double cells = double(skin.cells()), steps = double(c.steps), points = double(schedule.points.size());
+    const double needed = double(plan::SiteCells(skin, pressed_cells(schedule), schedule.points).cells.size());
+    c.traffic = needed * steps * 48;
+    c.flops = needed * steps * 20 + points * steps * 40;
+    c.bytes = cells * 16 + needed * 64 + points * 300;
+    c.seconds = why_not_separable(skin, schedule).empty() ? points * (3e-7 + steps * 1e-8)
+                                                          : steps * (needed * 4e-9 + points * 10e-9) / cpu.threads;
+}
+
+double precision_factor(Precision precision) {
+    return precision == Precision::f32 ? 1 : precision == Precision::f32_compensated ? 1.2 : 1.7;
+}
+
+void cost_march(Candidate& c, const PreparedSkin& skin, const Schedule& schedule, const plan::Capabilities& backend) {
+    const double cells = double(skin.cells()), steps = double(c.steps), maps = skin.uniform() ? 0 : 4;
+    const plan::PressedBox& box = schedule.pressed;
+    const double pressed = double(box.last_row - box.first_row) *
+                           std::min((box.last_tile - box.first_tile) * TILE_CELLS, skin.pitch);
+    const bool buffered = backend.double_buffered;
+    const double real = c.precision == Precision::f64 ? 8 : 4;
+    const bool integral = schedule.wanted[QUANTITY_SA2] || !buffered; // a device keeps it where it is asked for
+    const double state = (c.precision == Precision::f32_compensated ? 2 : 1) * (integral ? 2 : 1); // maps
+    const double responses = double(std::count(schedule.wanted.begin() + QUANTITY_SA1, schedule.wanted.end(), true));
+    const double pressure = schedule.framed ? 2 : 1;
+    const bool peeks =
+        !schedule.field_times.empty() || schedule.framed || schedule.load.envelope.kind != Envelope::Kind::sine;
+    const double held = buffered ? pressure + 1 + 2 * state + responses + (schedule.derives ? 3 : 0) // S, C, D
+                                 : pressure + 1 + (peeks ? 2 : 1) * state + (schedule.keeps_maps ? responses : 0);
+    const double tiles = double(skin.tiles) * skin.height() * (responses + 1) * 3;
+    c.traffic = pressed * steps * real *
+                (pressure + 1 + 2 * state + (buffered || schedule.keeps_maps ? responses : 0));
+    c.flops = pressed * steps * (c.precision == Precision::f32_compensated ? 66 : 52);
+    // surface and pressure in double, and the strain at the end
+    c.bytes = cells * (16 + maps + 8) + real * (double(skin.padded_cells()) * held + tiles) +
+              (maps > 0 ? double(skin.materials.size()) * 12 * real : 0);
+    c.seconds = steps * (2e-6 + pressed * precision_factor(c.precision) * backend.cell_step);
+    if (backend.dispatch > 0) {
+        c.dispatches = c.steps * (2 + static_cast<long long>(responses));
+        c.seconds += double(c.dispatches) * backend.dispatch;
+    }
+}
+
+} // namespace
+
+Candidate costed(const PreparedSkin& skin, const Schedule& schedule, Model model, Precision precision,
+                 const plan::Capabilities& backend) {
+    Candidate c;
+    c.model = model;
+    c.precision = precision;
+    c.device = backend.name;
+    c.steps = schedule.outputs +
+              (schedule.sequence ? std::max(0LL, schedule.sequence->maps() - schedule.outputs) : 0) +
+              static_cast<long long>(schedule.field_times.size());
+    if (model == Model::moments || model == Model::maps) cost_moments(c, skin, schedule);
+    else if (model == Model::sites) cost_sites(c, skin, schedule, backend);
+    else cost_march(c, skin, schedule, backend);
+    return c;
+}
+
+} // namespace dermis::planner

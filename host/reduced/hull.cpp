@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: MIT
+#include "host/reduced/hull.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+namespace dermis::reduced {
+namespace {
+
+// How far p lies above the line from one vertex to another.
+double above(const Vertex& from, const Vertex& to, const Vertex& p) {
+    return (p.a - from.a) * (to.b - from.b) - (p.b - from.b) * (to.a - from.a);
+}
+
+// Quickhull with branch-free partitioning: of the points above a line between two vertices the furthest is a vertex, and
+// what is not above the two lines to it is inside. `aside` has room for the points once more.
+void add_between(std::vector<Vertex>& vertices, Vertex from, Vertex to, Vertex* points, size_t n, Vertex* aside) {
+    if (n == 0) return;
+    Vertex top = points[0];
+    double furthest = above(from, to, top);
+    for (size_t i = 1; i < n; ++i)
+        if (const double way = above(from, to, points[i]); way > furthest) furthest = way, top = points[i];
+    size_t left = 0, right = 0;
+    for (size_t i = 0; i < n; ++i) {
+        const Vertex p = points[i];
+        aside[right] = p;
+        points[left] = p;
+        left += above(from, top, p) > 0;
+        right += above(top, to, p) > 0;
+    }
+    add_between(vertices, from, top, points, left, aside + right);
+    vertices.push_back(top);
+    add_between(vertices, top, to, aside, right, points);
+}
+
+std::vector<Vertex> side(Vertex from, Vertex to, Vertex* points, size_t n, Vertex* aside) {
+    std::vector<Vertex> vertices = {from};
+    add_between(vertices, from, to, points, n, aside);
+    if (to.b > from.b) vertices.push_back(to);
+    return vertices;
+}
+
+} // namespace
+
+HullSides::HullSides(const double* b, const double* a, size_t n, double least, double greatest) {
+    const std::unique_ptr<Vertex[]> over(new Vertex[n + 2]), under(new Vertex[n + 2]), aside(new Vertex[n + 2]);
+    Vertex from{least, -INFINITY}, to{greatest, -INFINITY}, from_low = from, to_low = to;
+    from_low.a = to_low.a = INFINITY;
+    for (size_t i = 0; i < n; ++i) {
+        if (b[i] == least) from.a = std::max(from.a, a[i]), from_low.a = std::min(from_low.a, a[i]);
+        if (b[i] == greatest) to.a = std::max(to.a, a[i]), to_low.a = std::min(to_low.a, a[i]);
+    }
+    size_t high = 0, low = 0;
+    bool unpressed = false;
+    for (size_t i = 0; i < n; ++i) {
+        const Vertex p{b[i], a[i]};
+        const bool zero = (p.a == 0) & (p.b == 0);
+        over[high] = p;
+        high += (above(from, to, p) > 0) & !zero;
+        under[low] = {p.b, -p.a};
+        low += (above(from_low, to_low, p) < 0) & !zero;
+        unpressed |= zero;
+    }
+    if (unpressed && above(from, to, {0, 0}) > 0) over[high++] = {0, 0};
+    if (unpressed && above(from_low, to_low, {0, 0}) < 0) under[low++] = {0, 0};
+    upper = side(from, to, over.get(), high, aside.get());
+    lower = side({from_low.b, -from_low.a}, {to_low.b, -to_low.a}, under.get(), low, aside.get());
+}
+
+Hull with_slopes(const std::vector<Vertex>& vertices, double sign) {
+    Hull hull{vertices, {}};
+    for (size_t i = 0; i < hull.vertices.size(); ++i) {
+        hull.vertices[i].a *= sign;
+        const Vertex &p = hull.vertices[i], &before = hull.vertices[i ? i - 1 : 0];
+        if (i) hull.slopes.push_back((p.a - before.a) / (p.b - before.b));
+    }
+    return hull;
+}
+
+double extreme(const Hull& hull, double g, double sign) {
+    const auto edge = std::partition_point(hull.slopes.begin(), hull.slopes.end(),
+                                           [=](double slope) { return sign * slope > sign * g; });
+    const Vertex& p = hull.vertices[size_t(edge - hull.slopes.begin())];
+    return p.a - g * p.b;
+}
+
+std::vector<simd::HalfPlane> inscribed_polygon(const HullSides& sides) {
+    std::vector<Vertex> all = sides.upper, polygon; // clockwise
+    for (size_t i = sides.lower.size(); i-- > 0;) {
+        const Vertex p{sides.lower[i].b, -sides.lower[i].a};
+        if (p.b != all.back().b || p.a != all.back().a) all.push_back(p);
+    }
+    const size_t n = std::min(size_t(simd::polygon_edges), all.size());
+    for (size_t i = 0; i < n; ++i) polygon.push_back(all[i * all.size() / n]);
+    std::vector<simd::HalfPlane> edges;
+    for (size_t i = 0; n > 2 && i < simd::polygon_edges; ++i) { // the last one as often as it takes
+        const Vertex &p = polygon[std::min(i, n - 1)], &next = polygon[(std::min(i, n - 1) + 1) % n];
+        edges.push_back({p.b, p.a, next.b - p.b, next.a - p.a});
+    }
+    return edges;
+}
+
+} // namespace dermis::reduced

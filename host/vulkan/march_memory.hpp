@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: MIT
+// The maps of a march on the device, by name.
+#pragma once
+
+#include "host/plan/schedule.hpp"
+#include "host/vulkan/context.hpp"
+#include "host/vulkan/windows.hpp"
+
+namespace dermis::vulkan {
+
+class MarchMemory {
+  public:
+    enum Name {
+        rest_curvature,
+        surface,
+        pressure0,
+        pressure1,
+        state0,
+        state1,
+        sa1,
+        sa2,
+        fa1,
+        fa2,
+        curvature,
+        deformation,
+        coefficients,
+        material,
+        invalid,
+        names
+    };
+
+    MarchMemory(const plan::PreparedSkin&, const plan::Schedule&, const plan::Variant&);
+
+    VkDeviceSize map_bytes() const { return map_; }
+    VkDeviceSize bytes() const; // of all
+    void allocate(Context&);
+    // Everything at rest. Responses of a wholly pressed grid begin as NaN: to be written before they are read.
+    void clear(const Context&, VkCommandBuffer) const;
+
+    Buffer& operator[](int name) { return buffers_[size_t(name)]; }
+    BufferRange range(int name) const { return buffers_[size_t(name)].all(); }
+    static Name response(int quantity) { return Name(sa1 + quantity - QUANTITY_SA1); }
+
+  private:
+    VkDeviceSize bytes_of(int name) const;
+
+    const plan::PreparedSkin& skin_;
+    const plan::Schedule& schedule_;
+    const plan::Variant variant_;
+    const VkDeviceSize map_;
+    std::vector<Buffer> buffers_;
+};
+
+} // namespace dermis::vulkan

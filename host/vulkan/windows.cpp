@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: MIT
+#include "host/vulkan/windows.hpp"
+
+#include <algorithm>
+
+namespace dermis::vulkan {
+namespace {
+
+// The responses asked for, as the kernels have them.
+uint32_t responses_of(const plan::Variant& variant) {
+    uint32_t responses = 0;
+    for (int q = QUANTITY_SA1; q < REDUCED_MAPS; ++q)
+        if (variant.wanted[size_t(q)]) responses |= RESPONSE_BIT(q);
+    return responses;
+}
+
+// The rows that the stencils of rows first .. last - 1 read, and the window that binds them.
+RowWindow window_around(const plan::PreparedSkin& skin, int first, int last) {
+    int low = first, high = last - 1;
+    for (int y = first; y < last; ++y) {
+        const f64::Axis a = f64::axis(y, skin.height(), skin.stencil, skin.edges);
+        low = std::min({low, a.low, a.high});
+        high = std::max({high, a.low, a.high});
+        if (f64::reach(skin.stencil) == 1) continue;
+        low = std::min({low, a.far_low, a.far_high});
+        high = std::max({high, a.far_low, a.far_high});
+    }
+    return {.base = low / WINDOW_ROWS * WINDOW_ROWS, .end = std::max(high + 1, 1), .first = first, .last = last};
+}
+
+} // namespace
+
+uint32_t groups(int cells, int size) { return uint32_t((cells + size - 1) / size); }
+
+int state_planes(const plan::Variant& variant) {
+    return STATE_PLANES(int(variant.compensated), int(responses_of(variant)));
+}
+
+std::vector<uint32_t> specialization(const plan::Variant& variant) {
+    std::vector<uint32_t> constants(VARIANT_CONSTANTS);
+    constants[VARIANT_STENCIL] = uint32_t(variant.stencil);
+    constants[VARIANT_EDGES] = uint32_t(variant.edges);
+    constants[VARIANT_COMPENSATED] = variant.compensated;
+    constants[VARIANT_MATERIALS] = variant.materials;
+    constants[VARIANT_FRAMES] = variant.framed;
+    constants[VARIANT_RESPONSES] = responses_of(variant);
+    return constants;
+}
+
+std::vector<RowWindow> row_windows(const plan::PreparedSkin& skin, int begin, int end, int planes,
+                                   VkDeviceSize max_bytes) {
+    const int height = skin.height();
+    const VkDeviceSize row = VkDeviceSize(skin.pitch) * VkDeviceSize(planes) * sizeof(float);
+    const int most = int(std::min<VkDeviceSize>(max_bytes / row, VkDeviceSize(height)));
+    if (most == height) return {{.base = 0, .end = height, .first = begin, .last = end}};
+    const int step = std::max(most - 2 * f64::reach(skin.stencil) - WINDOW_ROWS, 1);
+    std::vector<RowWindow> windows;
+    for (int first = begin; first < end || windows.empty(); first += step) {
+        const RowWindow window = window_around(skin, first, std::min(first + step, end));
+        if (window.end - window.base > most)
+            throw Error(
+                Error::Code::bad_input, "curvature.edges",
+                "a grid of " + std::to_string(skin.width()) + " x " + std::to_string(height) +
+                    " is worked on in bands of rows, which do not fit; periodic edges join the first and the last: "
+                    "maxStorageBufferRange = " +
+                    std::to_string(max_bytes) + "; allowed: maps up to that, other edges, or device cpu");
+        windows.push_back(window);
+    }
+    return windows;
+}
+
+} // namespace dermis::vulkan

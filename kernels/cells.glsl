@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: MIT
+// What the kernels that step cells share: their specialization constants, and pressures that come from anywhere.
+layout(constant_id = VARIANT_STENCIL) const int STENCIL = STENCIL_FIVE_POINT;
+layout(constant_id = VARIANT_EDGES) const int EDGES = EDGES_MIRROR;
+layout(constant_id = VARIANT_COMPENSATED) const int COMPENSATED = 0;
+layout(constant_id = VARIANT_MATERIALS) const int MATERIALS = 0;
+layout(constant_id = VARIANT_FRAMES) const int FRAMES = 0;
+layout(constant_id = VARIANT_RESPONSES) const int RESPONSES = 15;
+
+bool asked(int quantity) { return (RESPONSES & RESPONSE_BIT(quantity)) != 0; }
+
+// A pressure that is not finite counts as 0.
+bool finite(float p) { return (floatBitsToUint(p) & 0x7f800000u) != 0x7f800000u; }
+bvec4 finite(vec4 p) { return notEqual(floatBitsToUint(p) & 0x7f800000u, uvec4(0x7f800000u)); }
+float valid(float p) { return finite(p) ? p : 0.0; }
+vec4 valid(vec4 p) { return mix(vec4(0.0), p, finite(p)); }

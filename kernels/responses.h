@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: MIT
+// The four receptor responses of a cell at a step's end.
+
+inline real rate_after(real eps, Load s, LaneCoefficients k) {
+    precise real r = excess_stress(eps, s, k);
+    precise real rate = k.v0 * r + k.v1 * s.ds;
+    return rate;
+}
+
+inline real acceleration_after(real eps, Load s, LaneCoefficients k) {
+    precise real r = excess_stress(eps, s, k);
+    precise real acceleration = k.a0 * r + k.a1 * s.ds + k.a2 * s.sj;
+    return acceleration;
+}
+
+// The signal that a receptor transduces: SA1 strain, SA2 its integral, FA1 its rate, FA2 its acceleration.
+inline real signal(int quantity, CellState before, CellState after, Load s, LaneCoefficients k) {
+    if (quantity == QUANTITY_SA2) return after.integral.value;
+    if (quantity == QUANTITY_FA1) return rate_after(before.strain.value, s, k);
+    if (quantity == QUANTITY_FA2) return acceleration_after(before.strain.value, s, k);
+    return after.strain.value;
+}
+
+// x*(1 + l*C)
+inline real response(real x, real C, scalar l) {
+    precise real gain = real(1.0) + l * C;
+    precise real scaled = x * gain;
+    return flush(scaled);
+}
+
+// Pacinian transduction has a gain for each sign; (1, -1) passes the signal unchanged.
+inline real rectified(real a, scalar gain_plus, scalar gain_minus) {
+    precise real other = -a; // max() of a NaN may be 0
+    precise real plus = gain_plus * mix(a, real(0.0), lessThan(a, real(0.0)));
+    precise real minus = gain_minus * mix(other, real(0.0), lessThan(other, real(0.0)));
+    precise real passed = plus + minus;
+    return flush(passed);
+}
+
+// What a receptor answers to its signal x where the skin has the curvature C.
+inline real answer(int quantity, real x, real C, Constants c) {
+    real scaled = response(x, C, c.curvature_length);
+    if (quantity == QUANTITY_FA2) return rectified(scaled, c.gain_plus, c.gain_minus);
+    return scaled;
+}

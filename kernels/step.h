@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: MIT
+// One step of eta*eps' + E*eps = sigma: from a cell's state and the load over the step to the state at its end.
+
+// Coefficients of the cells at hand, one or four.
+#define REAL_MEMBER(name) real name;
+struct LaneCoefficients {
+    COEFFICIENTS(REAL_MEMBER)
+};
+
+inline LaneCoefficients lanes_of(Coefficients k) {
+    LaneCoefficients lanes;
+#define SPREAD(name) lanes.name = real(k.name);
+    COEFFICIENTS(SPREAD)
+#undef SPREAD
+    return lanes;
+}
+
+// Pressure over a step: s0 after a jump of sj at its start, s0 + ds at its end.
+struct Load {
+    real s0, ds, sj;
+};
+
+inline Load load(real s0, real ds, real sj) {
+    Load s;
+    s.s0 = s0;
+    s.ds = ds;
+    s.sj = sj;
+    return s;
+}
+
+// A map p under an envelope.
+inline Load load_of(real p, Constants c) {
+    precise real s0 = c.start * p;
+    precise real ds = c.rise * p;
+    precise real sj = c.jump * p;
+    return load(s0, ds, sj);
+}
+
+// Straight from frame p to frame q.
+inline Load load_between(real p, real q, Constants c) {
+    precise real way = q - p;
+    precise real s0 = p + c.start * way;
+    precise real ds = c.rise * way;
+    precise real sj = c.jump * p;
+    return load(s0, ds, sj);
+}
+
+// The part of the pressure that the spring does not bear: it drives the dashpot.
+inline real excess_stress(real eps, Load s, LaneCoefficients k) {
+    precise real r = s.s0 - k.E * eps;
+    return r;
+}
+
+// What a step adds to the strain, and to its integral.
+inline real strain_step(real eps, Load s, LaneCoefficients k) {
+    precise real r = excess_stress(eps, s, k);
+    precise real step = k.b * r + k.f * s.ds;
+    return step;
+}
+
+inline real integral_step(real eps, real I, Load s, LaneCoefficients k) {
+    precise real gained = k.i0 * eps + k.i1 * s.s0 + k.i2 * s.ds;
+    precise real step = gained - k.leak * I;
+    return step;
+}
+
+// A sum that grows step by step, and what earlier additions to it have rounded away (Kahan). Compensated, that is taken
+// off the next step: the sum is exact to a few units over any number of steps. Otherwise nothing is carried.
+struct Sum {
+    real value, lost;
+};
+
+inline Sum sum_of(real value, real lost) {
+    Sum s;
+    s.value = value;
+    s.lost = lost;
+    return s;
+}
+
+inline Sum added(Sum sum, real step) {
+    precise real after = sum.value + step;
+    return sum_of(flush(after), sum.lost);
+}
+
+inline Sum added_compensated(Sum sum, real step) {
+    precise real corrected = step - sum.lost;
+    precise real after = sum.value + corrected;
+    precise real gone = (after - sum.value) - corrected;
+    return sum_of(flush(after), flush(gone));
+}
+
+inline Sum advanced_sum(Sum sum, real step, int compensated) {
+    if (compensated != 0) return added_compensated(sum, step);
+    return added(sum, step);
+}
+
+// What a cell carries from step to step.
+struct CellState {
+    Sum strain, integral;
+};
+
+// At the step's end. The integral grows by the strain as it was at the step's start.
+inline Sum advanced_strain(Sum strain, Load s, LaneCoefficients k, int compensated) {
+    return advanced_sum(strain, strain_step(strain.value, s, k), compensated);
+}
+
+inline Sum advanced_integral(CellState cell, Load s, LaneCoefficients k, int compensated) {
+    return advanced_sum(cell.integral, integral_step(cell.strain.value, cell.integral.value, s, k), compensated);
+}
+
+inline CellState advanced(CellState cell, Load s, LaneCoefficients k, int compensated) {
+    CellState after;
+    after.strain = advanced_strain(cell.strain, s, k, compensated);
+    after.integral = advanced_integral(cell, s, k, compensated);
+    return after;
+}
