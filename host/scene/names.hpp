@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The words of scene files, results and error messages for the values of each public enum: one table for each enum.
+// Names the values of the public enums as scene files, results and error messages do. Each enum has one table.
 #pragma once
 
 #include "dermis/dermis.hpp"

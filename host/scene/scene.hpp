@@ -52,8 +52,8 @@ void check_material(const Scene&);
 
 // The functions below expect a validated scene.
 
-Map surface_map(const Scene&); // width*height heights
-// Returns width*height pressures, before the envelope; of a sequence the first frame.
+Map surface_map(const Scene&); // width*height heights in m
+// Returns width*height pressures in Pa where the envelope is 1; the first frame of a sequence.
 Map pressure_map(const ValidatedScene&);
 Map pressure_map(const Scene&); // opens the file of a sequence
 

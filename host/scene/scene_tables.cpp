@@ -9,13 +9,13 @@ namespace {
 
 using Folder = std::filesystem::path;
 
-// Reads the key path of a table, which is required with the kinds named in `kinds` and refused with any other. Returns
-// the path from the working directory; empty where there is none.
+// Reads the key `path` of a table, which is required with the kinds named in `kinds` and refused with any other.
+// Returns the path from the working directory; empty where there is none.
 std::string path_in(Section& table, bool required, const std::string& kinds, const Folder& folder) {
     const auto path = table.text("path");
     if (required != path.has_value())
-        refuse(table.path("path"), path ? "\"" + *path + "\"" : "(not given)",
-               "a .npy file, with " + table.path("kind") + " = " + kinds + " and only then");
+        refuse(table.parameter("path"), path ? "\"" + *path + "\"" : "(not given)",
+               "a .npy file, with " + table.parameter("kind") + " = " + kinds + " and only then");
     return path ? (folder / *path).string() : "";
 }
 
@@ -24,16 +24,16 @@ void read_grid(Section table, Grid& grid) {
     table.whole_number("height", grid.height);
     table.number("spacing", grid.spacing);
     table.finish();
-    // validate() would be too late: maps of this size are read before it.
+    // The size is checked here because the tables that follow may name maps of this size.
     for (auto [key, cells] : {std::pair{"width", grid.width}, {"height", grid.height}})
-        if (cells < 1 || cells > 16384) refuse(table.path(key), std::to_string(cells), "whole cells, 1..16384");
+        if (cells < 1 || cells > 16384) refuse(table.parameter(key), std::to_string(cells), "whole cells, 1..16384");
 }
 
 void read_surface(Section table, const Grid& grid, const Folder& folder, Surface& surface) {
     table.choice("kind", surface.kind);
     const bool map = surface.kind == Surface::Kind::map;
     const std::string path = path_in(table, map, "\"file\"", folder);
-    if (map) surface.map = read_npy(path, grid.width, grid.height, table.path("path"));
+    if (map) surface.map = read_npy(path, grid.width, grid.height, table.parameter("path"));
     table.number("ridges", surface.ridges);
     table.number("noise", surface.noise);
     table.number("noise_length", surface.noise_length);
@@ -44,7 +44,7 @@ void read_surface(Section table, const Grid& grid, const Folder& folder, Surface
 void read_material(Section table, const Grid& grid, const Folder& folder, Material& material) {
     const auto number_or_map = [&](const char* key, double& value, Map& map) {
         if (!table.has_text(key)) return table.number(key, value);
-        map = read_npy((folder / *table.text(key)).string(), grid.width, grid.height, table.path(key));
+        map = read_npy((folder / *table.text(key)).string(), grid.width, grid.height, table.parameter(key));
     };
     number_or_map("modulus", material.modulus, material.modulus_map);
     number_or_map("viscosity", material.viscosity, material.viscosity_map);
@@ -82,7 +82,7 @@ void read_load(Section table, const Grid& grid, const Folder& folder, Load& load
     table.choice("kind", load.kind);
     const bool map = load.kind == Load::Kind::map, sequence = load.kind == Load::Kind::sequence;
     load.path = path_in(table, map || sequence, "\"file\" or \"sequence\"", folder);
-    if (map) load.map = read_npy(load.path, grid.width, grid.height, table.path("path"));
+    if (map) load.map = read_npy(load.path, grid.width, grid.height, table.parameter("path"));
     table.number("interval", load.interval);
     table.cell("center", load.center);
     table.whole_number("radius", load.radius);
@@ -109,7 +109,7 @@ void read_receptors(Section table, Receptors& receptors) {
     std::vector<double> gains = {receptors.fa2_gains[0], receptors.fa2_gains[1]};
     table.list("fa2_gains", gains, number_in);
     if (gains.size() != 2) {
-        const std::string key = table.path("fa2_gains");
+        const std::string key = table.parameter("fa2_gains");
         throw Error(Error::Code::bad_input, key,
                     key + " has " + std::to_string(gains.size()) + " numbers; allowed: two, [k_plus, k_minus]");
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Typed access to one table of a TOML file. Errors name the key with its path, the value and what is allowed.
+// Typed access to one table of a TOML file. Errors give the dotted name of the key, its value and what is allowed.
 #pragma once
 
 #include "host/scene/names.hpp"
@@ -45,57 +45,58 @@ template <class Enum> Enum choice_in(const toml::node& node, const std::string& 
 // keys have been read, refuses a key that nobody has read.
 class Section {
   public:
-    // table: null where the file has no such table. prefix: path of the table with its dot, as in "load.".
+    // table: null where the file has no such table. prefix: dotted name of the table, as in "load.".
     Section(const toml::table* table, std::string prefix) : table_(table), prefix_(std::move(prefix)) {}
 
-    std::string path(const char* key) const { return prefix_ + key; }
+    // Returns the dotted name of a key, as in "load.radius".
+    std::string parameter(const char* key) const { return prefix_ + key; }
     bool has(const char* key) const { return table_ && table_->contains(key); }
     bool has_text(const char* key) const { return has(key) && table_->get(key)->is_string(); }
     // Refuses the key, where the table has it, unless it is permitted.
     void permit(const char* key, bool permitted, const char* allowed) const {
-        if (has(key) && !permitted) refuse(path(key), *table_->get(key), allowed);
+        if (has(key) && !permitted) refuse(parameter(key), *table_->get(key), allowed);
     }
 
     template <class Number> void number(const char* key, Number& value) {
-        if (const toml::node* node = find(key)) value = number_in(*node, path(key));
+        if (const toml::node* node = find(key)) value = number_in(*node, parameter(key));
     }
     template <class Number> void whole_number(const char* key, Number& value) {
-        if (const toml::node* node = find(key)) value = whole_number_in(*node, path(key));
+        if (const toml::node* node = find(key)) value = whole_number_in(*node, parameter(key));
     }
     void boolean(const char* key, bool& value) {
         const toml::node* node = find(key);
         if (!node) return;
-        if (!node->is_boolean()) refuse(path(key), *node, "true or false");
+        if (!node->is_boolean()) refuse(parameter(key), *node, "true or false");
         value = **node->as_boolean();
     }
     void cell(const char* key, std::optional<Cell>& value) {
-        if (const toml::node* node = find(key)) value = cell_in(*node, path(key));
+        if (const toml::node* node = find(key)) value = cell_in(*node, parameter(key));
     }
     std::optional<std::string> text(const char* key) {
         const toml::node* node = find(key);
         if (!node) return {};
-        if (!node->is_string()) refuse(path(key), *node, "a text in quotes");
+        if (!node->is_string()) refuse(parameter(key), *node, "a text in quotes");
         return **node->as_string();
     }
     template <class Enum> void choice(const char* key, Enum& value) {
-        if (const toml::node* node = find(key)) value = choice_in<Enum>(*node, path(key));
+        if (const toml::node* node = find(key)) value = choice_in<Enum>(*node, parameter(key));
     }
     template <class Enum> void choice(const char* key, std::optional<Enum>& value) {
-        if (const toml::node* node = find(key)) value = choice_in<Enum>(*node, path(key));
+        if (const toml::node* node = find(key)) value = choice_in<Enum>(*node, parameter(key));
     }
 
-    // Replaces the values by read_item(item, path of the key) of every item of a list.
+    // Replaces the values by read_item(item, parameter(key)) for every item of a list.
     template <class T, class ReadItem> void list(const char* key, std::vector<T>& values, ReadItem&& read_item) {
         const toml::node* node = find(key);
         if (!node) return;
-        if (!node->is_array()) refuse(path(key), *node, "a list in [ ]");
+        if (!node->is_array()) refuse(parameter(key), *node, "a list in [ ]");
         values.clear();
-        for (const toml::node& item : *node->as_array()) values.push_back(read_item(item, path(key)));
+        for (const toml::node& item : *node->as_array()) values.push_back(read_item(item, parameter(key)));
     }
     Section section(const char* key) {
         const toml::node* node = find(key);
-        if (node && !node->is_table()) refuse(path(key), *node, "a table");
-        return Section(node ? node->as_table() : nullptr, path(key) + ".");
+        if (node && !node->is_table()) refuse(parameter(key), *node, "a table");
+        return Section(node ? node->as_table() : nullptr, parameter(key) + ".");
     }
 
     void finish() const {

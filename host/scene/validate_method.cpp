@@ -39,7 +39,7 @@ void check_stability(const Scene& s, double modulus, double viscosity, const std
              " (here " + shortest(z) + where + "); or method = \"exact\", or allow_unstable = true");
 }
 
-// Method::published sets stencil, edges and receptors.fa2, which must not be given beside it.
+// Method::published determines stencil, edges, FA2 and SA2, so that none of their parameters may be given beside it.
 void set_published(Scene& s) {
     const std::string allowed = "not beside method = \"published\", which sets it";
     if (s.stencil) refuse("curvature.stencil", "(given)", allowed);
