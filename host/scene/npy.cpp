@@ -1,49 +1,88 @@
 // SPDX-License-Identifier: MIT
-// Reads .npy maps: format versions 1 to 3.
+// Reads .npy files, format versions 1 to 3.
 #include "host/scene/refusal.hpp"
 #include "host/scene/scene.hpp"
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdint>
 #include <cstring>
-#include <regex>
+#include <string_view>
 
 namespace dermis::scene {
+namespace {
+
+void skip_spaces(std::string_view& text) { text.remove_prefix(std::min(text.find_first_not_of(' '), text.size())); }
+
+// Takes spaces and then `token` from the front of the text. Returns false where the token is not there.
+bool take(std::string_view& text, std::string_view token) {
+    skip_spaces(text);
+    if (!text.starts_with(token)) return false;
+    text.remove_prefix(token.size());
+    return true;
+}
+
+// Takes spaces and then a whole number of 1 to 10 digits, the first of which is not 0.
+bool take_count(std::string_view& text, long long& count) {
+    skip_spaces(text);
+    const std::string_view digits = text.substr(0, text.find_first_not_of("0123456789"));
+    if (digits.empty() || digits.size() > 10 || digits[0] == '0') return false;
+    count = std::stoll(std::string(digits));
+    text.remove_prefix(digits.size());
+    return true;
+}
+
+// Returns the value of a key in a header, with the delimiters that it begins and ends with; empty where there is none.
+std::string_view value_in(std::string_view header, std::string_view key, char first, char last) {
+    for (size_t at = header.find(key); at != header.npos; at = header.find(key, at + 1)) {
+        std::string_view value = header.substr(at + key.size());
+        skip_spaces(value);
+        const size_t end = value.find(last, 1);
+        if (value.starts_with(first) && end != value.npos) return value.substr(0, end + 1);
+    }
+    return {};
+}
+
+} // namespace
 
 Error NpyFile::error(const std::string& what) const {
     return Error(Error::Code::bad_input, parameter_, parameter_ + " = \"" + path_ + "\": " + what);
 }
 
-NpyFile::NpyFile(const std::string& path, int width, int height, bool sequence, const std::string& parameter)
-    : path_(path), parameter_(parameter), width_(width), cells_(size_t(width) * height), sequence_(sequence),
-      in_(path, std::ios::binary) {
-    allowed_ = "; allowed: a .npy file of float32 or float64, C order, shape (" +
-               std::string(sequence ? "frames, " : "") + std::to_string(height) + ", " + std::to_string(width) + ")";
-    if (!in_) throw error(std::string("cannot be read (") + std::strerror(errno) + ")" + allowed_);
+std::string NpyFile::read_header() {
     char magic[8] = {};
     if (!in_.read(magic, 8) || std::memcmp(magic, "\x93NUMPY", 6) != 0) throw error("is not a .npy file" + allowed_);
     unsigned char length[4] = {};
     in_.read(reinterpret_cast<char*>(length), magic[6] == 1 ? 2 : 4);
     const uint32_t size = length[0] | length[1] << 8 | uint32_t(length[2]) << 16 | uint32_t(length[3]) << 24;
-    if (!in_ || size > 4096) throw error("has a damaged header" + allowed_);
-    std::string header(size, ' ');
-    std::smatch descr, shape, counted;
-    if (!in_.read(header.data(), size) || !std::regex_search(header, descr, std::regex("'descr': *'([^']*)'")) ||
-        !std::regex_search(header, shape, std::regex("'shape': *(\\([^)]*\\))")))
-        throw error("has a damaged header" + allowed_);
-    f8_ = descr[1] == "<f8";
-    if ((!f8_ && descr[1] != "<f4") || header.find("'fortran_order': False") == std::string::npos)
-        throw error("holds '" + descr[1].str() + "', or Fortran order" + allowed_);
-    const std::string shown = shape[1].str();
-    const std::regex expected("\\( *" + std::string(sequence ? "([1-9][0-9]{0,9}) *, *" : "()") +
-                              std::to_string(height) + " *, *" + std::to_string(width) + " *,? *\\)");
-    if (!std::regex_match(shown, counted, expected)) throw error("has shape " + shown + allowed_);
-    if (sequence) maps_ = std::stoll(counted[1].str());
+    std::string header(in_ && size <= 4096 ? size : 0, ' ');
+    if (header.empty() || !in_.read(header.data(), size)) throw error("has a damaged header" + allowed_);
+    return header;
+}
+
+NpyFile::NpyFile(const std::string& path, int width, int height, bool sequence, const std::string& parameter)
+    : path_(path), parameter_(parameter), width_(width), cells_(size_t(width) * height), sequence_(sequence),
+      in_(path, std::ios::binary) {
+    const std::string rows = std::to_string(height), columns = std::to_string(width);
+    allowed_ = "; allowed: a .npy file of float32 or float64, C order, shape (" +
+               std::string(sequence ? "frames, " : "") + rows + ", " + columns + ")";
+    if (!in_) throw error(std::string("cannot be read (") + std::strerror(errno) + ")" + allowed_);
+    const std::string header = read_header();
+    const std::string type(value_in(header, "'descr':", '\'', '\'')), shape(value_in(header, "'shape':", '(', ')'));
+    if (type.empty() || shape.empty()) throw error("has a damaged header" + allowed_);
+    f8_ = type == "'<f8'";
+    if ((!f8_ && type != "'<f4'") || header.find("'fortran_order': False") == std::string::npos)
+        throw error("holds " + type + ", or Fortran order" + allowed_);
+    std::string_view rest = shape;
+    const bool fits = take(rest, "(") && (!sequence || (take_count(rest, maps_) && take(rest, ","))) &&
+                      take(rest, rows) && take(rest, ",") && take(rest, columns);
+    take(rest, ","); // A Python tuple may end with a comma.
+    if (!fits || !take(rest, ")")) throw error("has shape " + shape + allowed_);
     first_ = in_.tellg();
     in_.seekg(0, std::ios::end);
-    const double there = double(in_.tellg() - first_), wanted = double(maps_) * double(cells_) * (f8_ ? 8 : 4);
-    if (there < wanted) throw error("is cut short" + allowed_);
-    if (there > wanted) throw error("goes on after its last cell" + allowed_);
+    const double bytes = double(in_.tellg() - first_), expected = double(maps_) * double(cells_) * (f8_ ? 8 : 4);
+    if (bytes < expected) throw error("is cut short" + allowed_);
+    if (bytes > expected) throw error("goes on after its last cell" + allowed_);
 }
 
 void NpyFile::read(long long map, std::vector<double>& values) {

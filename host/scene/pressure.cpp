@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Pressure maps: the published study's three, or a map.
-#include "host/scene/scene.hpp"
+// Pressure maps: the three shapes of the published study, a given map, or the first frame of a sequence.
+#include "host/scene/checks.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -8,8 +8,8 @@
 namespace dermis::scene {
 namespace {
 
-// A unit impulse at `center` of n cells, smoothed by a Gaussian cut at four standard deviations and reflected at the
-// ends (d c b a | a b c d | d c b a).
+// Smooths a unit impulse at cell `center` of n by a Gaussian, which is truncated at four standard deviations and
+// reflected at both ends of the line (d c b a | a b c d | d c b a).
 std::vector<double> smoothed_impulse(int n, int center, double sigma) {
     const int radius = int(4 * sigma + 0.5);
     std::vector<double> line(n, 0.0);
@@ -36,15 +36,15 @@ std::vector<double> point_map(int width, int height, Cell center, double sigma) 
 
 } // namespace
 
-Map pressure_map(const Scene& scene) {
-    const Load& l = scene.load;
-    const int width = scene.grid.width, height = scene.grid.height;
+Map pressure_map(const ValidatedScene& validated) {
+    const Load& l = validated.scene.load;
+    const int width = validated.scene.grid.width, height = validated.scene.grid.height;
     const Cell center = *l.center;
     const double radius = *l.radius;
     std::vector<double> map;
     if (l.kind == Load::Kind::map && l.intensity == 1) return l.map;
     if (l.kind == Load::Kind::map) map = l.map;
-    else if (l.kind == Load::Kind::sequence) NpyFile(l.path, width, height, true, "load.path").read(0, map);
+    else if (l.kind == Load::Kind::sequence) validated.frames->read(0, map);
     else if (l.kind == Load::Kind::point) map = point_map(width, height, center, radius / 4);
     else {
         map.resize(size_t(width) * height);
@@ -58,5 +58,7 @@ Map pressure_map(const Scene& scene) {
     for (double& v : map) v *= l.intensity;
     return map;
 }
+
+Map pressure_map(const Scene& scene) { return pressure_map(ValidatedScene{scene, open_frames(scene)}); }
 
 } // namespace dermis::scene

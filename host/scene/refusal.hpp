@@ -10,10 +10,10 @@
 
 namespace dermis::scene {
 
-// By its bits, so that no compiler's view of what numbers can be has a say.
+// Tests the bits of the exponent, so that no compiler flag about NaN and infinity changes the result.
 inline bool finite(double x) { return (std::bit_cast<uint64_t>(x) >> 52 & 0x7ff) != 0x7ff; }
 
-// [x, y] of a cell in a map.
+// Returns "[x, y]" of a cell in a map.
 inline std::string cell_text(size_t i, int width) {
     return "[" + std::to_string(i % size_t(width)) + ", " + std::to_string(i / size_t(width)) + "]";
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// From a description to checked numbers and maps.
+// Scenes: checked parameters, with their defaults, and the maps made from them.
 #pragma once
 
 #include "dermis/dermis.hpp"
@@ -8,40 +8,19 @@
 
 namespace dermis::scene {
 
-// Checks every parameter and fills every default in; throws Error::bad_input.
-Scene validated(const Scene&);
-
-// Of a scene in which all else is validated. Throws Error::bad_input.
-void check_material(const Scene&);
-
-bool wants(const Scene&, Quantity); // in a trace, a field or a site
-
-long long outputs(const Time&); // rows of the traces
-
-// Of cell i.
-inline double modulus_at(const Material& m, size_t i) { return m.modulus_map.empty() ? m.modulus : m.modulus_map[i]; }
-inline double viscosity_at(const Material& m, size_t i) {
-    return m.viscosity_map.empty() ? m.viscosity : m.viscosity_map[i];
-}
-
-// width*height, from a validated scene
-Map surface_map(const Scene&);
-Map pressure_map(const Scene&);
-
-// time.step goes this many times into load.interval; 0: not a whole number of times.
-long long steps_per_frame(const Scene&);
-
-// Maps in a .npy file of float32 or float64, little-endian, C order.
+// Reads maps from a .npy file of float32 or float64, little-endian, C order.
 class NpyFile {
   public:
-    // Of shape (height, width), or if `sequence` (any, height, width). Throws Error::bad_input naming `parameter`.
+    // The array's shape must be (height, width), or (any, height, width) if `sequence`. Throws Error::bad_input, naming
+    // `parameter`.
     NpyFile(const std::string& path, int width, int height, bool sequence, const std::string& parameter);
     long long maps() const { return maps_; }
-    // width*height finite numbers, row 0 first. Throws Error::bad_input naming the cell of one that is not.
+    // Reads width*height numbers, row 0 first. Throws Error::bad_input, naming the first cell that is not finite.
     void read(long long map, std::vector<double>& values);
 
   private:
     Error error(const std::string& what) const;
+    std::string read_header();
 
     std::string path_, parameter_, allowed_;
     int width_;
@@ -49,13 +28,64 @@ class NpyFile {
     bool sequence_, f8_ = false;
     long long maps_ = 1;
     std::ifstream in_;
-    std::streamoff first_ = 0; // byte of the first map
+    std::streamoff first_ = 0; // offset of the first map in bytes
     std::vector<float> raw_;
 };
 
-// A list of receptors: type,x,y. Throws Error::bad_input.
+std::vector<double> read_npy(const std::string& path, int width, int height, const std::string& parameter);
+
+// Reads a list of receptors: lines of type,x,y. Throws Error::bad_input.
 std::vector<Site> read_sites(const std::string& path);
 
-std::vector<double> read_npy(const std::string& path, int width, int height, const std::string& parameter);
+// A scene that has passed validate(): every parameter is in range and every default is filled in.
+struct ValidatedScene {
+    Scene scene;
+    std::shared_ptr<NpyFile> frames; // the open file of a sequence; null with any other load
+};
+
+// Checks every parameter and fills every default in. Throws Error::bad_input.
+ValidatedScene validate(const Scene&);
+Scene validated(const Scene&); // the scene of validate(), without the open file
+
+// Checks the material of a scene whose other parameters have been validated. Throws Error::bad_input.
+void check_material(const Scene&);
+
+// The functions below expect a validated scene.
+
+Map surface_map(const Scene&); // width*height heights in m
+// Returns width*height pressures in Pa where the envelope is 1; the first frame of a sequence.
+Map pressure_map(const ValidatedScene&);
+Map pressure_map(const Scene&); // opens the file of a sequence
+
+// Returns the wavelength of the ridges in cells; infinite for a surface without ridges of its own.
+double cells_per_ridge(const Scene&);
+
+inline double modulus_at(const Material& m, size_t cell) {
+    return m.modulus_map.empty() ? m.modulus : m.modulus_map[cell];
+}
+inline double viscosity_at(const Material& m, size_t cell) {
+    return m.viscosity_map.empty() ? m.viscosity : m.viscosity_map[cell];
+}
+
+bool wants(const Scene&, Quantity);      // whether a trace, a field or a site asks for it
+long long outputs(const Time&);          // number of output times
+long long steps_per_frame(const Scene&); // load.interval/time.step; 0 where it is not a whole number
+
+// The four classes of receptors, each with its place in Density.
+struct ReceptorClass {
+    Quantity type;
+    double Density::*density;
+};
+inline constexpr ReceptorClass receptor_classes[] = {
+    {Quantity::sa1, &Density::sa1},
+    {Quantity::sa2, &Density::sa2},
+    {Quantity::fa1, &Density::fa1},
+    {Quantity::fa2, &Density::fa2},
+};
+inline bool is_receptor_class(Quantity q) {
+    for (const ReceptorClass& c : receptor_classes)
+        if (c.type == q) return true;
+    return false;
+}
 
 } // namespace dermis::scene

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Receptor populations: drawn from densities, or read from a list.
+// Receptor populations: drawn at random from densities, or read from a list.
+#include "host/scene/names.hpp"
 #include "host/scene/refusal.hpp"
 #include "host/scene/scene.hpp"
 
-#include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
@@ -12,7 +12,8 @@
 namespace dermis {
 namespace {
 
-// Steele, Lea and Flood (2014): the same everywhere, unlike the standard library's distributions.
+// The generator SplitMix64 of Steele, Lea and Flood (2014). It draws the same cells with every compiler, as the
+// standard library's distributions do not.
 struct SplitMix64 {
     uint64_t state;
     uint64_t next() {
@@ -25,24 +26,21 @@ struct SplitMix64 {
     int below(int n) { return int(double(next() >> 11) * 0x1p-53 * n); }
 };
 
-constexpr Quantity classes[] = {Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2};
-
 } // namespace
 
 std::vector<Site> population(const Grid& grid, const Density& density, unsigned long long seed) {
     if (!grid.spacing) scene::refuse("grid.spacing", "(not given)", "metres, required for sites by density");
     const double area = grid.width * *grid.spacing * grid.height * *grid.spacing * 1e4; // cm2
-    const double densities[] = {density.sa1, density.sa2, density.fa1, density.fa2};
     SplitMix64 random{seed};
     std::vector<Site> sites;
-    for (int i = 0; i < 4; ++i) {
-        const std::string key = std::string("sites.density.") + name(classes[i]);
-        scene::need_not_negative(key.c_str(), densities[i]);
-        const double count = std::round(densities[i] * area);
-        scene::need(count <= 1e8, key.c_str(), densities[i], "at most 1e8 receptors of a class");
+    for (const scene::ReceptorClass& c : scene::receptor_classes) {
+        const std::string key = std::string("sites.density.") + name(c.type);
+        const double per_area = density.*c.density, count = std::round(per_area * area);
+        scene::need_not_negative(key.c_str(), per_area);
+        scene::need(count <= 1e8, key.c_str(), per_area, "at most 1e8 receptors of a class");
         for (double n = 0; n < count; ++n) {
             const int x = random.below(grid.width);
-            sites.push_back({classes[i], {x, random.below(grid.height)}});
+            sites.push_back({c.type, {x, random.below(grid.height)}});
         }
     }
     return sites;
@@ -71,9 +69,8 @@ std::vector<Site> read_sites(const std::string& path) {
         Site site;
         char comma = 0;
         std::getline(parts, type, ',');
-        const auto known =
-            std::find_if(std::begin(classes), std::end(classes), [&](Quantity q) { return type == name(q); });
-        if (known == std::end(classes) || !(parts >> site.cell.x >> comma >> site.cell.y) || comma != ',' ||
+        const std::optional<Quantity> known = value_of<Quantity>(type);
+        if (!known || !is_receptor_class(*known) || !(parts >> site.cell.x >> comma >> site.cell.y) || comma != ',' ||
             parts.peek() != std::istringstream::traits_type::eof())
             throw fail("line " + std::to_string(number) + " is " + line);
         site.type = *known;

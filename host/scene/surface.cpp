@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: MIT
-// Ridge surfaces: the published study's three, or a map.
+// Surfaces: the three of the published study, or a given map.
 #include "host/scene/scene.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace dermis::scene {
 namespace {
 
-// Ken Perlin's published permutation of 0..255.
+// The permutation of 0..255 that Ken Perlin published with his noise.
 constexpr unsigned char permutation[256] = {
     151, 160, 137, 91,  90,  15,  131, 13,  201, 95,  96,  53,  194, 233, 7,   225, 140, 36,  103, 30,  69,  142,
     8,   99,  37,  240, 21,  10,  23,  190, 6,   148, 247, 120, 234, 75,  0,   26,  197, 62,  94,  252, 219, 203,
@@ -26,7 +27,8 @@ constexpr unsigned char permutation[256] = {
 
 int hash(int i) { return permutation[i & 255]; }
 
-// The gradient that the low four bits choose, times the way from the corner.
+// Returns the dot product of the gradient at lattice point (i, j) with the offset (dx, dy) from it. The low four bits
+// of the hash choose one of the gradients.
 double corner(int i, int j, double dx, double dy) {
     static constexpr int gx[16] = {1, -1, 1, -1, 1, -1, 1, -1, 0, 0, 0, 0, 1, -1, 0, 0};
     static constexpr int gy[16] = {1, 1, -1, -1, 0, 0, 0, 0, 1, -1, 1, -1, 0, 0, -1, 1};
@@ -34,18 +36,19 @@ double corner(int i, int j, double dx, double dy) {
     return gx[h] * dx + gy[h] * dy;
 }
 
+// Perlin's interpolant: its first and second derivatives are 0 at t = 0 and t = 1.
 double fade(double t) { return t * t * t * (t * (6 * t - 15) + 10); }
 
 double octave(double x, double y) {
     const double cx = std::floor(x), cy = std::floor(y), dx = x - cx, dy = y - cy;
-    const int i = int(std::fmod(cx, 256)), j = int(std::fmod(cy, 256)); // the lattice repeats every 256
+    const int i = int(std::fmod(cx, 256)), j = int(std::fmod(cy, 256)); // The lattice has period 256.
     const double u = fade(dx), v = fade(dy);
     const double low = std::lerp(corner(i, j, dx, dy), corner(i + 1, j, dx - 1, dy), u);
     const double high = std::lerp(corner(i, j + 1, dx, dy - 1), corner(i + 1, j + 1, dx - 1, dy - 1), u);
     return std::lerp(low, high, v);
 }
 
-// Perlin's improved gradient noise in two dimensions, four octaves, about -1..1.
+// Perlin's improved gradient noise in two dimensions: four octaves, values of about -1..1.
 double noise(double x, double y) {
     double sum = 0, amplitude = 1, total = 0;
     for (int k = 0; k < 4; ++k, x *= 2, y *= 2, amplitude /= 2) {
@@ -68,7 +71,7 @@ Map surface_map(const Scene& scene) {
     if (s.kind == Surface::Kind::wave || s.kind == Surface::Kind::spiral) {
         for (int y = 0; y < height; ++y)
             for (int x = 0; x < width; ++x) {
-                const double dx = x - width / 2, dy = y - height / 2; // centre in whole cells
+                const double dx = x - width / 2, dy = y - height / 2; // The centre is a whole cell.
                 const double phase =
                     s.kind == Surface::Kind::wave
                         ? 2 * std::numbers::pi * *s.ridges * (double(x) / width + 0.3 * std::sin(y / 30.0))
@@ -82,6 +85,15 @@ Map surface_map(const Scene& scene) {
     }
     for (double& v : map) v *= *s.relief;
     return map;
+}
+
+double cells_per_ridge(const Scene& scene) {
+    const double ridges = *scene.surface.ridges;
+    switch (scene.surface.kind) {
+    case Surface::Kind::wave: return std::abs(scene.grid.width / ridges);
+    case Surface::Kind::spiral: return std::abs(2 * std::numbers::pi * scene.grid.width / ridges);
+    default: return std::numeric_limits<double>::infinity();
+    }
 }
 
 } // namespace dermis::scene

@@ -24,12 +24,18 @@ std::vector<Knot> knots_of(const Envelope& e, const Time& time) {
         break;
     case Envelope::Kind::table:
         for (size_t i = 0; i < e.times.size(); ++i) {
-            if (i > 0 && e.times[i] == e.times[i - 1]) knots.back().right = e.values[i]; // a time given twice is a jump
+            if (i > 0 && e.times[i] == e.times[i - 1])
+                knots.back().right = e.values[i]; // A time given twice is a jump.
             else knots.push_back({e.times[i], i > 0 ? e.values[i] : 0, e.values[i]});
         }
         break;
     }
     return knots;
+}
+
+// Returns the first knot at or after t.
+std::vector<Knot>::const_iterator knot_from(const std::vector<Knot>& knots, double t) {
+    return std::lower_bound(knots.begin(), knots.end(), t, [](const Knot& k, double time) { return k.time < time; });
 }
 
 } // namespace
@@ -48,8 +54,7 @@ double Waveform::angular_frequency() const { return 2 * std::numbers::pi * envel
 double Waveform::before(double t) const {
     if (t <= knots_.front().time) return 0;
     if (sine()) return envelope_.mean + envelope_.amplitude * std::sin(angular_frequency() * t + envelope_.phase);
-    const auto next =
-        std::lower_bound(knots_.begin(), knots_.end(), t, [](const Knot& k, double at) { return k.time < at; });
+    const auto next = knot_from(knots_, t);
     const Knot& last = *(next - 1);
     if (next == knots_.end()) return last.right;
     if (next->time == t) return next->left;
@@ -59,15 +64,13 @@ double Waveform::before(double t) const {
 double Waveform::slope_before(double t) const {
     if (t <= knots_.front().time) return 0;
     if (sine()) return envelope_.amplitude * angular_frequency() * std::cos(angular_frequency() * t + envelope_.phase);
-    const auto next =
-        std::lower_bound(knots_.begin(), knots_.end(), t, [](const Knot& k, double at) { return k.time < at; });
+    const auto next = knot_from(knots_, t);
     if (next == knots_.end()) return 0;
     return (next->left - (next - 1)->right) / (next->time - (next - 1)->time);
 }
 
 double Waveform::after(double t) const {
-    const auto at =
-        std::lower_bound(knots_.begin(), knots_.end(), t, [](const Knot& k, double x) { return k.time < x; });
+    const auto at = knot_from(knots_, t);
     return at != knots_.end() && at->time == t ? at->right : before(t);
 }
 

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: MIT
+// Names the values of the public enums as scene files, results and error messages do. Each enum has one table.
+#pragma once
+
+#include "dermis/dermis.hpp"
+
+#include <algorithm>
+#include <string_view>
+
+namespace dermis::scene {
+
+template <class Enum> struct Name {
+    Enum value;
+    const char* text;
+};
+
+template <class Enum> struct Names; // An enum without a table of names does not compile.
+
+template <> struct Names<Quantity> {
+    static constexpr Name<Quantity> table[] = {
+        {Quantity::strain, "strain"},
+        {Quantity::sa1, "sa1"},
+        {Quantity::sa2, "sa2"},
+        {Quantity::fa1, "fa1"},
+        {Quantity::fa2, "fa2"},
+        {Quantity::curvature, "curvature"},
+        {Quantity::deformation, "deformation"},
+    };
+};
+template <> struct Names<Method> {
+    static constexpr Name<Method> table[] = {
+        {Method::exact, "exact"},
+        {Method::euler, "euler"},
+        {Method::rk2, "rk2"},
+        {Method::rk4, "rk4"},
+        {Method::backward_euler, "backward-euler"},
+        {Method::crank_nicolson, "crank-nicolson"},
+        {Method::sdirk2, "sdirk2"},
+        {Method::published, "published"},
+    };
+};
+template <> struct Names<Model> {
+    static constexpr Name<Model> table[] = {
+        {Model::moments, "moments"},
+        {Model::maps, "maps"},
+        {Model::sites, "sites"},
+        {Model::march, "march"},
+    };
+};
+template <> struct Names<Precision> {
+    static constexpr Name<Precision> table[] = {
+        {Precision::f32, "f32"},
+        {Precision::f32_compensated, "f32-compensated"},
+        {Precision::f64, "f64"},
+    };
+};
+template <> struct Names<Stencil> {
+    static constexpr Name<Stencil> table[] = {
+        {Stencil::five_point, "five-point"},
+        {Stencil::fourth_order, "fourth-order"},
+        {Stencil::published, "published"},
+    };
+};
+template <> struct Names<Edges> {
+    static constexpr Name<Edges> table[] = {
+        {Edges::mirror, "mirror"},
+        {Edges::periodic, "periodic"},
+        {Edges::published, "published"},
+    };
+};
+template <> struct Names<Fa2> {
+    static constexpr Name<Fa2> table[] = {
+        {Fa2::point, "point"},
+        {Fa2::step_mean, "step-mean"},
+    };
+};
+template <> struct Names<Surface::Kind> {
+    static constexpr Name<Surface::Kind> table[] = {
+        {Surface::Kind::flat, "flat"},
+        {Surface::Kind::wave, "wave"},
+        {Surface::Kind::spiral, "spiral"},
+        {Surface::Kind::map, "file"},
+    };
+};
+template <> struct Names<Load::Kind> {
+    static constexpr Name<Load::Kind> table[] = {
+        {Load::Kind::circular, "circular"}, {Load::Kind::point, "point"},       {Load::Kind::linear, "linear"},
+        {Load::Kind::map, "file"},          {Load::Kind::sequence, "sequence"},
+    };
+};
+template <> struct Names<Envelope::Kind> {
+    static constexpr Name<Envelope::Kind> table[] = {
+        {Envelope::Kind::step, "step"},   {Envelope::Kind::ramp, "ramp"},   {Envelope::Kind::sine, "sine"},
+        {Envelope::Kind::pulse, "pulse"}, {Envelope::Kind::table, "table"},
+    };
+};
+
+template <class Enum> constexpr const char* text_of(Enum value) noexcept {
+    for (const Name<Enum>& name : Names<Enum>::table)
+        if (name.value == value) return name.text;
+    return "(no such value)";
+}
+
+// Returns nothing where no value has this name.
+template <class Enum> constexpr std::optional<Enum> value_of(std::string_view text) noexcept {
+    for (const Name<Enum>& name : Names<Enum>::table)
+        if (name.text == text) return name.value;
+    return {};
+}
+
+// Lists all names in quotes, in alphabetical order, for the allowed values in an error message.
+template <class Enum> std::string quoted_names() {
+    std::vector<std::string> texts;
+    for (const Name<Enum>& name : Names<Enum>::table) texts.push_back(name.text);
+    std::sort(texts.begin(), texts.end());
+    std::string list;
+    for (const std::string& text : texts) list += (list.empty() ? "\"" : ", \"") + text + "\"";
+    return list;
+}
+
+} // namespace dermis::scene

@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: MIT
+#include "host/scene/scene_tables.hpp"
+
+#include "host/scene/scene.hpp"
+#include "host/scene/toml_section.hpp"
+
+namespace dermis::scene {
+namespace {
+
+using Folder = std::filesystem::path;
+
+// Reads the key `path` of a table, which is required with the kinds named in `kinds` and refused with any other.
+// Returns the path from the working directory; empty where there is none.
+std::string path_in(Section& table, bool required, const std::string& kinds, const Folder& folder) {
+    const auto path = table.text("path");
+    if (required != path.has_value())
+        refuse(table.parameter("path"), path ? "\"" + *path + "\"" : "(not given)",
+               "a .npy file, with " + table.parameter("kind") + " = " + kinds + " and only then");
+    return path ? (folder / *path).string() : "";
+}
+
+void read_grid(Section table, Grid& grid) {
+    table.whole_number("width", grid.width);
+    table.whole_number("height", grid.height);
+    table.number("spacing", grid.spacing);
+    table.finish();
+    // The size is checked here because the tables that follow may name maps of this size.
+    for (auto [key, cells] : {std::pair{"width", grid.width}, {"height", grid.height}})
+        if (cells < 1 || cells > 16384) refuse(table.parameter(key), std::to_string(cells), "whole cells, 1..16384");
+}
+
+void read_surface(Section table, const Grid& grid, const Folder& folder, Surface& surface) {
+    table.choice("kind", surface.kind);
+    const bool map = surface.kind == Surface::Kind::map;
+    const std::string path = path_in(table, map, "\"file\"", folder);
+    if (map) surface.map = read_npy(path, grid.width, grid.height, table.parameter("path"));
+    table.number("ridges", surface.ridges);
+    table.number("noise", surface.noise);
+    table.number("noise_length", surface.noise_length);
+    table.number("relief", surface.relief);
+    table.finish();
+}
+
+void read_material(Section table, const Grid& grid, const Folder& folder, Material& material) {
+    const auto number_or_map = [&](const char* key, double& value, Map& map) {
+        if (!table.has_text(key)) return table.number(key, value);
+        map = read_npy((folder / *table.text(key)).string(), grid.width, grid.height, table.parameter(key));
+    };
+    number_or_map("modulus", material.modulus, material.modulus_map);
+    number_or_map("viscosity", material.viscosity, material.viscosity_map);
+    table.number("thickness", material.thickness);
+    table.number("curvature_length", material.curvature_length);
+    table.finish();
+}
+
+// Reads the envelope's keys of the table [load], each of which belongs to one kind of envelope or to some.
+void read_envelope(Section& table, Envelope& e) {
+    using Kind = Envelope::Kind;
+    table.choice("envelope", e.kind);
+    const auto permit = [&](const char* key, bool permitted) {
+        table.permit(key, permitted, "only with another load.envelope");
+    };
+    permit("start", e.kind == Kind::step || e.kind == Kind::ramp || e.kind == Kind::pulse);
+    table.number("start", e.start);
+    for (auto [key, value, kind] : {std::tuple{"rise", &e.rise, Kind::ramp},
+                                    {"frequency", &e.frequency, Kind::sine},
+                                    {"phase", &e.phase, Kind::sine},
+                                    {"mean", &e.mean, Kind::sine},
+                                    {"amplitude", &e.amplitude, Kind::sine},
+                                    {"length", &e.length, Kind::pulse},
+                                    {"period", &e.period, Kind::pulse}}) {
+        permit(key, e.kind == kind);
+        table.number(key, *value);
+    }
+    for (auto [key, values] : {std::pair{"times", &e.times}, {"values", &e.values}}) {
+        permit(key, e.kind == Kind::table);
+        table.list(key, *values, number_in);
+    }
+}
+
+void read_load(Section table, const Grid& grid, const Folder& folder, Load& load) {
+    table.choice("kind", load.kind);
+    const bool map = load.kind == Load::Kind::map, sequence = load.kind == Load::Kind::sequence;
+    load.path = path_in(table, map || sequence, "\"file\" or \"sequence\"", folder);
+    if (map) load.map = read_npy(load.path, grid.width, grid.height, table.parameter("path"));
+    table.number("interval", load.interval);
+    table.cell("center", load.center);
+    table.whole_number("radius", load.radius);
+    table.number("intensity", load.intensity);
+    read_envelope(table, load.envelope);
+    table.finish();
+}
+
+void read_time(Section table, Time& time) {
+    table.number("step", time.step);
+    table.number("duration", time.duration);
+    table.finish();
+}
+
+void read_curvature(Section table, Scene& scene) {
+    table.choice("stencil", scene.stencil);
+    table.choice("edges", scene.edges);
+    table.finish();
+}
+
+void read_receptors(Section table, Receptors& receptors) {
+    table.number("sa2_adaptation", receptors.sa2_adaptation);
+    table.choice("fa2", receptors.fa2);
+    std::vector<double> gains = {receptors.fa2_gains[0], receptors.fa2_gains[1]};
+    table.list("fa2_gains", gains, number_in);
+    if (gains.size() != 2) {
+        const std::string key = table.parameter("fa2_gains");
+        throw Error(Error::Code::bad_input, key,
+                    key + " has " + std::to_string(gains.size()) + " numbers; allowed: two, [k_plus, k_minus]");
+    }
+    receptors.fa2_gains = {gains[0], gains[1]};
+    table.finish();
+}
+
+std::vector<Site> sites_in(Section table, const Grid& grid, const Folder& folder) {
+    const bool by_density = table.has("density") || table.has("seed");
+    std::vector<Site> listed;
+    if (const auto path = table.text("path")) {
+        table.permit("path", !by_density, "either path, or density and seed");
+        listed = read_sites((folder / *path).string());
+    }
+    Density density;
+    Section densities = table.section("density");
+    for (const ReceptorClass& c : receptor_classes) densities.number(name(c.type), density.*c.density);
+    densities.finish();
+    int seed = 1;
+    table.whole_number("seed", seed);
+    table.finish();
+    return by_density ? population(grid, density, static_cast<unsigned long long>(seed)) : listed;
+}
+
+FieldRequest field_in(const toml::node& node, const std::string& parameter) {
+    if (!node.is_table()) refuse(parameter, node, "tables { at = seconds, what = [...] }");
+    Section table(node.as_table(), parameter + ".");
+    FieldRequest request;
+    table.number("at", request.at);
+    table.list("what", request.what, choice_in<Quantity>);
+    table.finish();
+    if (!table.has("at") || request.what.empty()) refuse(parameter, node, "both at and what");
+    return request;
+}
+
+void read_output(Section table, Output& output) {
+    table.list("traces", output.traces, choice_in<Quantity>);
+    table.boolean("extremes", output.extremes);
+    table.list("probes", output.probes, cell_in);
+    table.list("fields", output.fields, field_in);
+    table.finish();
+}
+
+} // namespace
+
+Scene read_tables(const toml::table& file, const Folder& folder) {
+    Scene scene;
+    Section top(&file, "");
+    top.choice("method", scene.method);
+    top.choice("model", scene.model);
+    top.choice("precision", scene.precision);
+    top.number("tolerance", scene.tolerance);
+    top.boolean("allow_unstable", scene.allow_unstable);
+    read_grid(top.section("grid"), scene.grid);
+    read_surface(top.section("surface"), scene.grid, folder, scene.surface);
+    read_material(top.section("material"), scene.grid, folder, scene.material);
+    read_load(top.section("load"), scene.grid, folder, scene.load);
+    read_time(top.section("time"), scene.time);
+    read_curvature(top.section("curvature"), scene);
+    read_receptors(top.section("receptors"), scene.receptors);
+    scene.sites = sites_in(top.section("sites"), scene.grid, folder);
+    read_output(top.section("output"), scene.output);
+    top.finish();
+    return scene;
+}
+
+} // namespace dermis::scene

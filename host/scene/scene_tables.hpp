@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "dermis/dermis.hpp"
+
+#include <filesystem>
+
+#include <toml++/toml.h>
+
+namespace dermis::scene {
+
+// Reads a Scene from the tables of a scene file. Paths in the file are relative to `folder`. Checks keys and types;
+// validate() checks ranges and fills the defaults in. Throws Error::bad_input.
+Scene read_tables(const toml::table& file, const std::filesystem::path& folder);
+
+} // namespace dermis::scene

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: MIT
+// Typed access to one table of a TOML file. Errors give the dotted name of the key, its value and what is allowed.
+#pragma once
+
+#include "host/scene/names.hpp"
+#include "host/scene/refusal.hpp"
+
+#include <set>
+#include <sstream>
+
+#include <toml++/toml.h>
+
+namespace dermis::scene {
+
+[[noreturn]] inline void refuse(const std::string& parameter, const toml::node& value, const std::string& allowed) {
+    std::ostringstream text;
+    value.visit([&](auto& node) { text << node; });
+    refuse(parameter, text.str(), allowed);
+}
+
+inline double number_in(const toml::node& node, const std::string& parameter) {
+    if (node.is_integer()) return double(**node.as_integer());
+    if (node.is_floating_point()) return **node.as_floating_point();
+    refuse(parameter, node, "a number");
+}
+
+inline int whole_number_in(const toml::node& node, const std::string& parameter) {
+    if (!node.is_integer() || std::abs(double(**node.as_integer())) > 1e9) refuse(parameter, node, "a whole number");
+    return int(**node.as_integer());
+}
+
+inline Cell cell_in(const toml::node& node, const std::string& parameter) {
+    const toml::array* xy = node.as_array();
+    if (!xy || xy->size() != 2) refuse(parameter, node, "[x, y] in whole cells");
+    return {whole_number_in((*xy)[0], parameter), whole_number_in((*xy)[1], parameter)};
+}
+
+template <class Enum> Enum choice_in(const toml::node& node, const std::string& parameter) {
+    const std::optional<Enum> value = node.is_string() ? value_of<Enum>(**node.as_string()) : std::nullopt;
+    if (!value) refuse(parameter, node, quoted_names<Enum>());
+    return *value;
+}
+
+// Reads the keys of one table. A key that the table lacks leaves the value as it is. finish(), called after all known
+// keys have been read, refuses a key that nobody has read.
+class Section {
+  public:
+    // table: null where the file has no such table. prefix: dotted name of the table, as in "load.".
+    Section(const toml::table* table, std::string prefix) : table_(table), prefix_(std::move(prefix)) {}
+
+    // Returns the dotted name of a key, as in "load.radius".
+    std::string parameter(const char* key) const { return prefix_ + key; }
+    bool has(const char* key) const { return table_ && table_->contains(key); }
+    bool has_text(const char* key) const { return has(key) && table_->get(key)->is_string(); }
+    // Refuses the key, where the table has it, unless it is permitted.
+    void permit(const char* key, bool permitted, const char* allowed) const {
+        if (has(key) && !permitted) refuse(parameter(key), *table_->get(key), allowed);
+    }
+
+    template <class Number> void number(const char* key, Number& value) {
+        if (const toml::node* node = find(key)) value = number_in(*node, parameter(key));
+    }
+    template <class Number> void whole_number(const char* key, Number& value) {
+        if (const toml::node* node = find(key)) value = whole_number_in(*node, parameter(key));
+    }
+    void boolean(const char* key, bool& value) {
+        const toml::node* node = find(key);
+        if (!node) return;
+        if (!node->is_boolean()) refuse(parameter(key), *node, "true or false");
+        value = **node->as_boolean();
+    }
+    void cell(const char* key, std::optional<Cell>& value) {
+        if (const toml::node* node = find(key)) value = cell_in(*node, parameter(key));
+    }
+    std::optional<std::string> text(const char* key) {
+        const toml::node* node = find(key);
+        if (!node) return {};
+        if (!node->is_string()) refuse(parameter(key), *node, "a text in quotes");
+        return **node->as_string();
+    }
+    template <class Enum> void choice(const char* key, Enum& value) {
+        if (const toml::node* node = find(key)) value = choice_in<Enum>(*node, parameter(key));
+    }
+    template <class Enum> void choice(const char* key, std::optional<Enum>& value) {
+        if (const toml::node* node = find(key)) value = choice_in<Enum>(*node, parameter(key));
+    }
+
+    // Replaces the values by read_item(item, parameter(key)) for every item of a list.
+    template <class T, class ReadItem> void list(const char* key, std::vector<T>& values, ReadItem&& read_item) {
+        const toml::node* node = find(key);
+        if (!node) return;
+        if (!node->is_array()) refuse(parameter(key), *node, "a list in [ ]");
+        values.clear();
+        for (const toml::node& item : *node->as_array()) values.push_back(read_item(item, parameter(key)));
+    }
+    Section section(const char* key) {
+        const toml::node* node = find(key);
+        if (node && !node->is_table()) refuse(parameter(key), *node, "a table");
+        return Section(node ? node->as_table() : nullptr, parameter(key) + ".");
+    }
+
+    void finish() const {
+        if (!table_) return;
+        std::string known;
+        for (const std::string& key : read_) known += (known.empty() ? "" : ", ") + key;
+        for (auto&& [key, node] : *table_)
+            if (!read_.count(std::string(key.str())))
+                refuse(prefix_ + std::string(key.str()), node, "no such key here; known: " + known);
+    }
+
+  private:
+    const toml::node* find(const char* key) {
+        read_.insert(key);
+        return table_ ? table_->get(key) : nullptr;
+    }
+
+    const toml::table* table_;
+    std::string prefix_;
+    std::set<std::string> read_;
+};
+
+} // namespace dermis::scene

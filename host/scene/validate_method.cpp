@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: MIT
+// The checks of method, material, stencil, edges and receptors, which depend on each other.
+#include "host/scene/checks.hpp"
+#include "host/scene/refusal.hpp"
+
+#include <cmath>
+
+namespace dermis::scene {
+namespace {
+
+// Returns the greatest dt/tau at which a method is stable; beyond it the strain grows without bound.
+double stability_limit(Method m) {
+    if (m == Method::euler || m == Method::rk2 || m == Method::published) return 2;
+    return m == Method::rk4 ? 2.785293563405282 : INFINITY;
+}
+
+// Refuses FA2 where it is not defined: as a density or of a sequence without viscosity, and as the mean over a step of
+// a sequence whose frames do not fall on output times. elastic: some cell has no viscosity; `where` names it.
+void check_fa2(const Scene& s, bool elastic, const std::string& where) {
+    if (!wants(s, Quantity::fa2)) return;
+    const bool mean = *s.receptors.fa2 == Fa2::step_mean, sequence = s.load.kind == Load::Kind::sequence;
+    if (elastic && (sequence || !mean))
+        refuse("material.viscosity", "0" + where,
+               sequence ? "> 0 for FA2 of a sequence; with viscosity 0 leave fa2 out of [output]"
+                        : "> 0 for FA2 as a density; with viscosity 0 set receptors.fa2 = \"step-mean\" or leave fa2 "
+                          "out of [output]");
+    if (sequence && mean && !steps_per_frame(s))
+        refuse("load.interval", shortest(*s.load.interval),
+               "a whole multiple of time.step = " + shortest(s.time.step) +
+                   " s for FA2 as a mean over a step; or receptors.fa2 = \"point\", or leave fa2 out of [output]");
+}
+
+void check_stability(const Scene& s, double modulus, double viscosity, const std::string& where) {
+    if (s.method == Method::exact) return;
+    const double z = modulus * s.time.step / viscosity, limit = stability_limit(s.method);
+    need(z <= limit || s.allow_unstable, "time.step", s.time.step,
+         "at most " + shortest(limit) + "*viscosity/modulus = " + shortest(limit * viscosity / modulus) +
+             " s with method = \"" + name(s.method) + "\", which is stable up to dt/tau = " + shortest(limit) +
+             " (here " + shortest(z) + where + "); or method = \"exact\", or allow_unstable = true");
+}
+
+// Method::published determines stencil, edges, FA2 and SA2, so that none of their parameters may be given beside it.
+void set_published(Scene& s) {
+    const std::string allowed = "not beside method = \"published\", which sets it";
+    if (s.stencil) refuse("curvature.stencil", "(given)", allowed);
+    if (s.edges) refuse("curvature.edges", "(given)", allowed);
+    if (s.receptors.fa2) refuse("receptors.fa2", "(given)", allowed);
+    need(!s.receptors.sa2_adaptation, "receptors.sa2_adaptation", s.receptors.sa2_adaptation.value_or(0), allowed);
+    s.stencil = Stencil::published;
+    s.edges = Edges::published;
+}
+
+// Forward Euler of tau_a*y' = -y + tau_a*eps is stable up to dt = 2*tau_a. The other baselines have no formula for y.
+void check_adaptation(const Scene& s) {
+    if (s.method == Method::exact) return;
+    const double adaptation = s.receptors.sa2_adaptation.value_or(INFINITY);
+    need(s.time.step <= 2 * adaptation || s.allow_unstable, "time.step", s.time.step,
+         "at most 2*receptors.sa2_adaptation = " + shortest(2 * adaptation) +
+             " s with method = \"euler\"; or allow_unstable = true");
+    need(!s.receptors.sa2_adaptation || s.method == Method::euler, "receptors.sa2_adaptation",
+         s.receptors.sa2_adaptation.value_or(0), "only with method = \"exact\" or \"euler\"");
+}
+
+void check_edges(const Scene& s) {
+    if (*s.edges != Edges::published) return;
+    if (*s.stencil != Stencil::published)
+        refuse("curvature.edges", "\"published\"", "only with curvature.stencil = \"published\"");
+    need(s.grid.width >= 2, "grid.width", s.grid.width, "at least 2 with the published edges");
+    need(s.grid.height >= 2, "grid.height", s.grid.height, "at least 2 with the published edges");
+}
+
+} // namespace
+
+void check_material(const Scene& s) {
+    const Material& m = s.material;
+    const bool maps = !m.modulus_map.empty() || !m.viscosity_map.empty();
+    if (!m.modulus_map.empty()) need_map("material.modulus", m.modulus_map, s.grid);
+    if (!m.viscosity_map.empty()) need_map("material.viscosity", m.viscosity_map, s.grid);
+    if (maps && s.method == Method::published)
+        refuse(m.modulus_map.empty() ? "material.viscosity" : "material.modulus", "(a map)",
+               "one number with method = \"published\"");
+    const size_t cells = maps ? size_t(s.grid.width) * s.grid.height : 1;
+    const size_t none = cells;
+    size_t worst = 0, elastic = none; // cell of the greatest dt/tau; last cell without viscosity
+    double greatest = -1;
+    const auto where = [&](size_t i) { return maps ? " in cell " + cell_text(i, s.grid.width) : ""; };
+    for (size_t i = 0; i < cells; ++i) {
+        const double E = modulus_at(m, i), eta = viscosity_at(m, i);
+        if (!(finite(E) && E >= 0)) refuse("material.modulus", shortest(E) + where(i), "a finite number >= 0");
+        if (!(finite(eta) && eta >= 0)) refuse("material.viscosity", shortest(eta) + where(i), "a finite number >= 0");
+        if (E == 0 && eta == 0) refuse("material.viscosity", "0" + where(i), "> 0 where material.modulus is 0");
+        if (eta == 0) elastic = i;
+        const double z = eta > 0 ? E / eta : INFINITY;
+        if (z > greatest) greatest = z, worst = i;
+    }
+    if (elastic != none && s.method != Method::exact)
+        refuse("material.viscosity", "0" + where(elastic), std::string("> 0 with method = \"") + name(s.method) + "\"");
+    check_fa2(s, elastic != none, where(elastic));
+    check_stability(s, modulus_at(m, worst), viscosity_at(m, worst), where(worst));
+}
+
+void check_method(Scene& s) {
+    if (s.method == Method::published) set_published(s);
+    if (!s.receptors.fa2) s.receptors.fa2 = s.load.kind == Load::Kind::sequence ? Fa2::step_mean : Fa2::point;
+    check_material(s);
+    check_adaptation(s);
+    if (!s.stencil) s.stencil = Stencil::five_point;
+    if (!s.edges) s.edges = Edges::mirror;
+    check_edges(s);
+    if (s.receptors.sa2_adaptation) need_positive("receptors.sa2_adaptation", *s.receptors.sa2_adaptation);
+    for (double gain : s.receptors.fa2_gains) need_finite("receptors.fa2_gains", gain);
+}
+
+} // namespace dermis::scene
