@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The numbers and verdicts of claims.md, whose text is claims.md.in. A verdict is computed where numbers can decide it.
+// This file computes the numbers and verdicts of claims.md. Their text is claims.md.in.
 #include "host/study/fields.hpp"
 #include "host/study/study.hpp"
 
@@ -51,8 +51,8 @@ void displacement(const StudyRuns& runs, Fields& fields) {
     fields.verdict("flat_uncurved", *high < 1e-12);
 }
 
-// SA1 at the end of the circular load. `plotted` is the average of five points as the study's plots take it; `mean` and
-// `rms` are over the pressed cells.
+// A Reading is SA1 at the end of the circular load. `plotted` is the average of five points as the study's plots take
+// it; `mean` and `rms` are over the pressed cells.
 struct Reading {
     double plotted = 0, points = 0, mean = 0, rms = 0;
 };
@@ -108,7 +108,7 @@ void amplification(const StudyRuns& runs, Fields& fields) {
                                             spiral.mean > wave.mean && spiral.rms > wave.rms);
 }
 
-// A wave or spiral without noise, with the given cells from ridge to ridge.
+// Runs a wave or spiral without noise, with the given cells from ridge to ridge.
 StudyRun at_period(Surface::Kind kind, double cells) {
     Scene s = study_scene(kind, Load::Kind::circular, Method::exact);
     s.surface.ridges = (kind == Surface::Kind::wave ? 1 : 2 * std::numbers::pi) * s.grid.width / cells;
@@ -124,7 +124,7 @@ void equal_periods(const StudyRuns& runs, Fields& fields) {
     fields.set("spiral_period", "{:.1f}", spiral_period);
 }
 
-// The curvature at rest: its mean on crests (S > 0.8) and in valleys (S < 0.2), and its rms.
+// These are the means of the curvature at rest on crests (S > 0.8) and in valleys (S < 0.2), and its rms.
 struct RestCurvature {
     double crest = 0, valley = 0, rms = 0;
 };
@@ -175,7 +175,7 @@ void sustained_and_transient(const StudyRuns& runs, Fields& fields) {
     fields.set("fa2_published_decayed", "{:.2f}", 0.01 * double(decayed - fa2.begin()));
 }
 
-// The means over all cells in the runs of a sweep, one value of the material after the other.
+// A Sweep gives the means over all cells in the runs of a sweep, one value of the material after the other.
 class Sweep {
   public:
     Sweep(const StudyRuns& runs, const char* folder, std::vector<std::string> values)
@@ -275,7 +275,7 @@ void spike(Fields& fields) {
     }
 }
 
-// Greatest difference over the five points from output `first` on, in percent of the greatest value of `b`.
+// Returns the greatest difference over the five points from output `first` on, in percent of the greatest value of `b`.
 double distance(const Result& a, const Result& b, Quantity q, size_t first) {
     double worst = 0, largest = 0;
     for (int p = 0; p < 5; ++p)
@@ -286,8 +286,8 @@ double distance(const Result& a, const Result& b, Quantity q, size_t first) {
     return 100 * worst / largest;
 }
 
-// The curvature after the last step by the published stencil and by the exact model's, in the interior and on the two
-// outermost cells, where the published rows are inconsistent.
+// Compares the curvature after the last step by the two stencils, in the interior and on the two outermost cells, where
+// the published rows are inconsistent.
 void curvature_difference(const Result& published_stencil, const Result& exact, Fields& fields) {
     double inside = 0, edge = 0, square = 0;
     for (int y = 0; y < 150; ++y)
@@ -336,7 +336,7 @@ void printed_units(Fields& fields) {
     fields.set("printed_euler_refusal", refusal);
 }
 
-// The template without the comment at its head, which is for its editors.
+// Returns the template without the comment at its head, which is for its editors.
 std::string_view text_of_template() {
     const std::string_view text = claims_template, end_of_comment = "-->\n";
     const size_t end = text.find(end_of_comment);
