@@ -5,6 +5,7 @@
 
 #include "figures_script.h"
 
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <future>
@@ -41,7 +42,7 @@ std::map<std::string, Scene> all_scenes() {
     return scenes;
 }
 
-// Greatest |float - double| of any trace over the greatest |double| of that trace.
+// Returns the greatest |float - double| of any trace over the greatest |double| of that trace.
 double float_error(const Result& f32, const Result& f64) {
     double worst = 0;
     for (const Trace& t : f64.traces) {
@@ -57,27 +58,22 @@ double float_error(const Result& f32, const Result& f64) {
     return worst;
 }
 
-class Stages {
-  public:
-    void next(const std::string& stage) {
-        const auto now = Clock::now();
-        if (!stage_.empty())
-            fmt::print("  {:<34} {:6.2f} s\n", stage_, std::chrono::duration<double>(now - start_).count());
-        std::fflush(stdout);
-        stage_ = stage;
-        start_ = now;
-    }
-
-  private:
-    std::string stage_;
-    Clock::time_point start_;
-};
+// Prints the phase as it begins, and its seconds when it is done.
+template <class Work> void timed(const char* phase, Work work) {
+    fmt::print("{} ..\n", phase);
+    std::fflush(stdout);
+    const auto start = Clock::now();
+    work();
+    fmt::print("  {:<34} {:6.2f} s\n", phase, std::chrono::duration<double>(Clock::now() - start).count());
+    std::fflush(stdout);
+}
 
 void write_maps(const Path& folder) {
     std::filesystem::create_directories(folder);
     for (auto [surface, kind] : surfaces) {
         const Scene s = study_scene(kind, Load::Kind::circular, Method::exact);
-        output::write_npy(folder / fmt::format("surface_{}.npy", surface), maps(s).surface, s.grid.width, s.grid.height);
+        output::write_npy(folder / fmt::format("surface_{}.npy", surface), maps(s).surface, s.grid.width,
+                          s.grid.height);
     }
     for (auto [load, kind] : loads) {
         const Scene s = study_scene(Surface::Kind::flat, kind, Method::exact);
@@ -85,7 +81,7 @@ void write_maps(const Path& folder) {
     }
 }
 
-// The pictures, by the script that is compiled in; false where there is no Python with matplotlib.
+// Draws the pictures with the script that is compiled in. Returns false where there is no Python with matplotlib.
 bool draw(const Path& out) {
     const std::string python = "/usr/bin/python3"; // Debian's, which has Debian's matplotlib
     if (std::system((python + " -c 'import matplotlib' >/dev/null 2>&1").c_str()) != 0) return false;
@@ -96,6 +92,104 @@ bool draw(const Path& out) {
     std::fwrite(figures_script, 1, sizeof figures_script - 1, pipe);
     if (::pclose(pipe) != 0) throw Error(Error::Code::io, "", "drawing the figures failed; its message stands above");
     return true;
+}
+
+// Two scenes run at a time, each on a device of its own: a software driver leaves cores idle while it is waited for.
+using Devices = std::array<std::unique_ptr<Device>, 2>;
+
+// Both are null where there is no Vulkan.
+Devices open_devices() {
+    Devices devices;
+    try {
+        for (auto& device : devices) device = std::make_unique<Device>(Device::open("vulkan"));
+        fmt::print("Vulkan: {}, {}\n", devices[0]->info().name, devices[0]->info().driver);
+    } catch (const Error& e) {
+        fmt::print("no Vulkan, so nothing is compared: {}\n", e.what());
+        return {};
+    }
+    return devices;
+}
+
+struct Done {
+    Result f32, f64;
+};
+
+Done run_both(const Scene& scene, const Device* vulkan) {
+    RunOptions options;
+    options.precision = Precision::f32;
+    options.check = vulkan != nullptr;
+    return {run(scene, vulkan ? *vulkan : Device::cpu(1), options), in_double(scene)};
+}
+
+struct Totals {
+    StudyRuns runs;
+    long long cell_steps = 0, compared = 0, different = 0;
+};
+
+// Prints the scene's row, writes its folder and adds it to the totals.
+void finish(const Path& out, const std::string& folder, const Scene& scene, Done done, Totals& totals) {
+    const long long cell_steps = 1LL * scene.grid.width * scene.grid.height * done.f32.steps;
+    fmt::print("{:<36} {:>12} {:>14} {:>15} {:>10.1e}\n", folder, cell_steps, done.f32.cells_compared,
+               done.f32.cells_different, float_error(done.f32, done.f64));
+    std::fflush(stdout);
+    output::write_result(out / folder, scene, done.f32);
+    totals.cell_steps += cell_steps;
+    totals.compared += done.f32.cells_compared;
+    totals.different += done.f32.cells_different;
+    totals.runs[folder] = {scene, std::move(done.f64)};
+}
+
+Totals run_scenes(const Path& out, const Devices& devices) {
+    const std::map<std::string, Scene> scenes = all_scenes();
+    fmt::print("{:<36} {:>12} {:>14} {:>15} {:>10}\n", "scene", "cells x steps", "cells compared", "cells different",
+               "f32 error");
+    std::fflush(stdout);
+    Totals totals;
+    output::Progress progress("study");
+    for (auto next = scenes.begin(); next != scenes.end();) {
+        std::vector<std::pair<std::string, std::future<Done>>> lanes;
+        for (const auto& device : devices)
+            if (next != scenes.end()) {
+                lanes.emplace_back(next->first, std::async(std::launch::async, run_both, next->second, device.get()));
+                ++next;
+            }
+        for (auto& [folder, lane] : lanes) {
+            Done done = lane.get();
+            progress.clear();
+            finish(out, folder, scenes.at(folder), std::move(done), totals);
+        }
+        progress(double(totals.runs.size()) / double(scenes.size()));
+    }
+    progress.clear();
+    fmt::print("{} scenes, {} cell-steps each on {}; {} cells compared, {} different\n", scenes.size(),
+               totals.cell_steps, devices[0] ? "Vulkan, CPU float and CPU double" : "CPU float and CPU double",
+               totals.compared, totals.different);
+    return totals;
+}
+
+// The machine that the chart's Vulkan rows were measured on, for the chart's title.
+std::string chart_device(const Device* vulkan) {
+    if (!vulkan) return "no Vulkan device\n";
+    return fmt::format("Vulkan: {}{}\n", vulkan->info().name,
+                       vulkan->info().kind == "software" ? ", a software driver on the CPU's own cores" : "");
+}
+
+void print_places(const Path& out, bool drawn) {
+    const auto place = [&](const char* what, const char* where) {
+        fmt::print("{:<16}{}\n", what, (out / where).string());
+    };
+    place("claims", "claims.md");
+    if (drawn) place("pictures", "figures");
+    else fmt::print("no pictures: /usr/bin/python3 has no matplotlib (Debian: python3-matplotlib)\n");
+    place("published runs", "published");
+    place("exact runs", "exact");
+    place("modulus sweep", "sweep_modulus");
+    place("viscosity sweep", "sweep_viscosity");
+    place("maps", "maps");
+    place("error chart", "chart.csv");
+    place("chart's device", "chart_device.txt");
+    place("stability map", "stability.csv");
+    place("failing courses", "failures.csv");
 }
 
 } // namespace
@@ -116,86 +210,27 @@ Result in_double(const Scene& scene) {
     return run(scene, Device::cpu(1), f64);
 }
 
-namespace {
-
-struct Done {
-    Result f32, f64;
-};
-
-Done run_both(const Scene& scene, const Device* vulkan) {
-    RunOptions options;
-    options.precision = Precision::f32;
-    options.check = vulkan != nullptr;
-    return {run(scene, vulkan ? *vulkan : Device::cpu(1), options), in_double(scene)};
-}
-
-} // namespace
-
 int reproduce(const Path& out) {
-    // Two scenes at a time, each with a device of its own: a software driver leaves cores idle while it is waited for.
-    std::unique_ptr<Device> devices[2];
-    try {
-        for (auto& device : devices) device = std::make_unique<Device>(Device::open("vulkan"));
-        fmt::print("Vulkan: {}, {}\n", devices[0]->info().name, devices[0]->info().driver);
-    } catch (const Error& e) {
-        fmt::print("no Vulkan, so nothing is compared: {}\n", e.what());
-    }
-    const Device* vulkan = devices[1] ? devices[0].get() : nullptr;
-    const std::map<std::string, Scene> scenes = all_scenes();
-    fmt::print("{:<36} {:>12} {:>14} {:>15} {:>10}\n", "scene", "cells x steps", "cells compared", "cells different",
-               "f32 error");
-    const auto start = Clock::now();
-    StudyRuns runs;
-    long long cell_steps = 0, compared = 0, different = 0;
-    output::Progress progress("study");
-    for (auto next = scenes.begin(); next != scenes.end();) {
-        std::vector<std::pair<std::string, std::future<Done>>> lanes;
-        for (auto& device : devices)
-            if (next != scenes.end()) {
-                lanes.emplace_back(next->first, std::async(std::launch::async, run_both, next->second,
-                                                           vulkan ? device.get() : nullptr));
-                ++next;
-            }
-        for (auto& [folder, lane] : lanes) {
-            Done done = lane.get();
-            const long long work = 22500LL * done.f32.steps;
-            progress.clear();
-            fmt::print("{:<36} {:>12} {:>14} {:>15} {:>10.1e}\n", folder, work, done.f32.cells_compared,
-                       done.f32.cells_different, float_error(done.f32, done.f64));
-            output::write_result(out / folder, scenes.at(folder), done.f32);
-            cell_steps += work;
-            compared += done.f32.cells_compared;
-            different += done.f32.cells_different;
-            runs[folder] = {scenes.at(folder), std::move(done.f64)};
-        }
-        progress(double(runs.size()) / double(scenes.size()));
-    }
-    progress.clear();
-    fmt::print("{} scenes, {} cell-steps each on {}; {} cells compared, {} different\n", scenes.size(), cell_steps,
-               vulkan ? "Vulkan, CPU float and CPU double" : "CPU float and CPU double", compared, different);
-    fmt::print("  {:<34} {:6.2f} s\n", "scenes and sweeps",
-               std::chrono::duration<double>(Clock::now() - start).count());
-    Stages stages;
-    stages.next("claims");
-    output::write_file(out / "claims.md", claims(runs));
-    stages.next("error against time");
-    output::write_file(out / "chart.csv", error_against_time(vulkan));
-    output::write_file(out / "chart_device.txt",
-               vulkan
-                   ? fmt::format("Vulkan: {}{}\n", vulkan->info().name,
-                                 vulkan->info().kind == "software" ? ", a software driver on the CPU's own cores" : "")
-                   : "no Vulkan device\n");
-    stages.next("stability map");
-    output::write_file(out / "stability.csv", stability_map());
-    output::write_file(out / "failures.csv", failing_courses());
-    stages.next("pictures");
-    write_maps(out / "maps");
-    const bool drawn = draw(out);
-    stages.next("");
-    fmt::print("claims    {}\n", (out / "claims.md").string());
-    if (drawn) fmt::print("pictures  {}\n", (out / "figures").string());
-    else fmt::print("no pictures: /usr/bin/python3 has no matplotlib (Debian: python3-matplotlib)\n");
-    return different ? 1 : 0;
+    const Devices devices = open_devices();
+    const Device* vulkan = devices[0].get();
+    Totals totals;
+    bool drawn = false;
+    timed("scenes and sweeps", [&] { totals = run_scenes(out, devices); });
+    timed("claims", [&] { output::write_file(out / "claims.md", claims(totals.runs)); });
+    timed("error against time", [&] {
+        output::write_file(out / "chart.csv", error_against_time(vulkan));
+        output::write_file(out / "chart_device.txt", chart_device(vulkan));
+    });
+    timed("stability map", [&] {
+        output::write_file(out / "stability.csv", stability_map());
+        output::write_file(out / "failures.csv", failing_courses());
+    });
+    timed("pictures", [&] {
+        write_maps(out / "maps");
+        drawn = draw(out);
+    });
+    print_places(out, drawn);
+    return totals.different ? 1 : 0;
 }
 
 } // namespace dermis::study
