@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 # Writes the header ${header} with the commit of ${source}, only where it changes. Sources that lie inside another
 # repository, or in none, have the commit "unknown".
+cmake_minimum_required(VERSION 3.22)
 unset(ENV{GIT_DIR}) # set in git's hooks, it would name the repository in place of the folder
 set(git git --no-optional-locks -C ${source})
 execute_process(COMMAND ${git} rev-parse --show-toplevel OUTPUT_VARIABLE top RESULT_VARIABLE failed

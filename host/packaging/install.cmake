@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 # The library with its headers, for CMake and for pkg-config; both find it wherever the prefix is moved to. The command
-# where it was built. Another project's copy of the sources may lack the licence and the README.
+# is installed where it is built. The licence and the README are optional: a copy of the sources inside another project
+# may lack them.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 set(package ${CMAKE_INSTALL_LIBDIR}/cmake/dermis)

@@ -20,7 +20,7 @@ function(lines result)
     set(${result} "${text}" PARENT_SCOPE)
 endfunction()
 
-# A program ends well and prints a text that matches.
+# The program ends well and prints a text that matches `expected`.
 function(printed expected)
     execute_process(COMMAND ${ARGN} OUTPUT_VARIABLE text COMMAND_ECHO STDOUT COMMAND_ERROR_IS_FATAL ANY)
     message("${text}")
@@ -84,7 +84,7 @@ elseif(claim STREQUAL "add_subdirectory")
         message(FATAL_ERROR "a copy of the sources has the ${commit}")
     endif()
 
-# What is installed beside the library: the command, which runs, the licence and the README.
+# The command, which runs, the licence and the README are installed beside the library.
 elseif(claim STREQUAL "command")
     foreach(file bin/dermis share/doc/dermis/LICENSE share/doc/dermis/README.md)
         if(NOT EXISTS ${prefix}/${file})
@@ -93,6 +93,7 @@ elseif(claim STREQUAL "command")
     endforeach()
     printed("^dermis ${version} \\(commit [^)]+\\)\n$" ${prefix}/bin/dermis --version)
 
+# The example programs are a stranger's project too.
 elseif(claim STREQUAL "examples")
     set(folder ${work}/examples)
     configure(../../host/examples ${folder} -DCMAKE_PREFIX_PATH=${prefix}
@@ -103,7 +104,7 @@ elseif(claim STREQUAL "examples")
     printed("frame 60: greatest SA1 [0-9.]+, greatest FA1 [0-9.]+\n" ${folder}/frame_by_frame)
     printed("^275 receptors\n 40 ms:  sa1 of 100 receptors, mean [0-9.]+" ${folder}/receptors)
 
-# The C++ that README.md shows.
+# The C++ of README.md compiles without a warning and runs.
 elseif(claim STREQUAL "readme")
     set(folder ${work}/readme)
     file(REMOVE_RECURSE ${folder})

@@ -23,7 +23,7 @@ endfunction()
 
 file(REMOVE_RECURSE ${work})
 
-# The command in the first lines of a scene, with the results elsewhere. A sweep has a folder for each value.
+# The command in the first lines of a scene runs; only its results go elsewhere. A sweep has a folder for each value.
 if(claim STREQUAL "example")
     get_filename_component(name ${scene} NAME)
     file(STRINGS ${scene} command REGEX "^#     dermis run ${name} --out results")
@@ -42,6 +42,7 @@ if(claim STREQUAL "example")
     endif()
     need_results(${folders})
 
+# The scenes in the pages run as they stand.
 elseif(claim STREQUAL "scenes")
     foreach(page README.md host/scene/README.md)
         run(${python} ${CMAKE_CURRENT_LIST_DIR}/blocks.py toml ${work}/${page} ${source}/${page})
@@ -56,6 +57,7 @@ elseif(claim STREQUAL "scenes")
 elseif(claim STREQUAL "keys")
     run(${python} ${CMAKE_CURRENT_LIST_DIR}/keys.py ${dermis} ${source}/host/scene/README.md ${work})
 
+# A link within the repository leads somewhere.
 elseif(claim STREQUAL "links")
     run(${python} ${CMAKE_CURRENT_LIST_DIR}/links.py ${source}/README.md ${source}/host/scene/README.md
         ${source}/host/examples/README.md)
