@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The dermis command. Exit status: 0 done, 1 failed or cells differ, 2 bad input.
-#include "host/study/study.hpp"
-#include "host/device.hpp"
 #include "host/check.hpp"
+#include "host/device.hpp"
+#include "host/study/study.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -136,8 +136,8 @@ int sweep(const std::string& file, const output::Path& out, const Device& device
     return same ? 0 : 1;
 }
 
-int run_scene(const std::string& file, const output::Path& out, const std::string& device_name, const std::string& precision,
-              bool check, const std::vector<std::string>& overrides) {
+int run_scene(const std::string& file, const output::Path& out, const std::string& device_name,
+              const std::string& precision, bool check, const std::vector<std::string>& overrides) {
     const auto runs = combinations(overrides);
     const Scene scene = Scene::from_file(file, runs[0]);
     // double is the CPU path's alone, so auto means that
@@ -205,6 +205,7 @@ int main(int argc, char** argv) {
     std::signal(SIGXFSZ, SIG_IGN); // a file that grows too large is then an error of write()
     CLI::App app{"dermis: pressure on skin in, mechanoreceptor responses out"};
     app.require_subcommand(1);
+    app.set_version_flag("--version", fmt::format("dermis {} (commit {})", version(), commit()));
     std::string scene, out, device = "auto", only, precision;
     std::vector<std::string> overrides;
     bool check = false;

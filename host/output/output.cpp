@@ -73,6 +73,7 @@ std::string summary_json(const Scene& s, const Result& r) {
         check = fmt::format("{{\"cells\": {}, \"different\": {}}}", r.cells_compared, r.cells_different);
     const auto number = [](double x) { return std::isfinite(x) ? shortest(x) : "null"; };
     return fmt::format(R"({{
+  "version": {}, "commit": {},
   "device": {{"name": {}, "kind": {}, "driver": {}, "exact": {}}},
   "plan": {{"model": "{}", "method": "{}", "precision": "{}", "predicted_error": {}}},
   "grid": {{"width": {}, "height": {}}},
@@ -81,11 +82,12 @@ std::string summary_json(const Scene& s, const Result& r) {
   "tau_min": {}, "tau_max": {}, "z_min": {}, "z_max": {}, "greatest_gain": {}, "stencil_estimate": {}, "kinks": {}
 }}
 )",
-                       quoted(r.device.name), quoted(r.device.kind), quoted(r.device.driver), r.device.exact,
-                       name(r.model), name(s.method), name(r.precision), number(r.predicted_error), s.grid.width,
-                       s.grid.height, r.steps, r.left_out, r.time.size(), r.dispatches, shortest(r.seconds), check,
-                       number(r.tau_min), number(r.tau_max), number(s.time.step / r.tau_max),
-                       number(s.time.step / r.tau_min), number(r.greatest_gain), number(r.stencil_estimate), r.kinks);
+                       quoted(version()), quoted(commit()), quoted(r.device.name), quoted(r.device.kind),
+                       quoted(r.device.driver), r.device.exact, name(r.model), name(s.method), name(r.precision),
+                       number(r.predicted_error), s.grid.width, s.grid.height, r.steps, r.left_out, r.time.size(),
+                       r.dispatches, shortest(r.seconds), check, number(r.tau_min), number(r.tau_max),
+                       number(s.time.step / r.tau_max), number(s.time.step / r.tau_min), number(r.greatest_gain),
+                       number(r.stencil_estimate), r.kinks);
 }
 
 } // namespace

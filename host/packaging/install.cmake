@@ -1,10 +1,16 @@
 # SPDX-License-Identifier: MIT
-# The library with its headers, for CMake and for pkg-config; both find it wherever the prefix is moved to.
+# The library with its headers, for CMake and for pkg-config; both find it wherever the prefix is moved to. The command
+# is installed where it is built. The licence and the README are optional: a copy of the sources inside another project
+# may lack them.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 set(package ${CMAKE_INSTALL_LIBDIR}/cmake/dermis)
 
 install(TARGETS dermis_library EXPORT dermis INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+if(DERMIS_CLI)
+    install(TARGETS dermis-cli)
+endif()
+install(FILES LICENSE README.md DESTINATION ${CMAKE_INSTALL_DOCDIR} OPTIONAL)
 install(DIRECTORY include/dermis DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 install(EXPORT dermis NAMESPACE dermis:: FILE dermisTargets.cmake DESTINATION ${package})
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/dermisConfigVersion.cmake COMPATIBILITY SameMinorVersion)

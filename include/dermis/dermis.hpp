@@ -13,6 +13,7 @@
 #pragma once
 
 #include <dermis/export.hpp>
+#include <dermis/version.hpp>
 
 #include <array>
 #include <cmath>
@@ -219,8 +220,8 @@ struct Scene : SkinDescription {
     Time time;
     Output output;
 
-    // Reads a TOML file (README.md lists the keys); paths in it are relative to it. Each of `overrides` is "key=value"
-    // and replaces a key. Throws Error::bad_input with file, line, key, value and allowed range.
+    // Reads a TOML file (host/scene/README.md lists the keys); paths in it are relative to it. Each of `overrides` is
+    // "key=value" and replaces a key. Throws Error::bad_input with file, line, key, value and allowed range.
     DERMIS_API static Scene from_file(const std::string& path, const std::vector<std::string>& overrides = {});
 };
 

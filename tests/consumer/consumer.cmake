@@ -20,6 +20,15 @@ function(lines result)
     set(${result} "${text}" PARENT_SCOPE)
 endfunction()
 
+# The program ends well and prints a text that matches `expected`.
+function(printed expected)
+    execute_process(COMMAND ${ARGN} OUTPUT_VARIABLE text COMMAND_ECHO STDOUT COMMAND_ERROR_IS_FATAL ANY)
+    message("${text}")
+    if(NOT text MATCHES "${expected}")
+        message(FATAL_ERROR "nothing in it matches ${expected}")
+    endif()
+endfunction()
+
 # `program` prints what a plain program on the library built here prints.
 function(same_bits program)
     lines(expected ${work}/package_${built}/bits)
@@ -69,6 +78,44 @@ elseif(claim STREQUAL "add_subdirectory")
         run(diff -r ${source}/${part} ${copy}/${part})
     endforeach()
     same_bits(${folder}/bits)
+    # a copy inside another repository does not take that one's commit for its own
+    file(STRINGS ${folder}/dermis/generated/commit.h commit)
+    if(NOT commit STREQUAL "#define DERMIS_COMMIT \"unknown\"")
+        message(FATAL_ERROR "a copy of the sources has the ${commit}")
+    endif()
+
+# The command, which runs, the licence and the README are installed beside the library.
+elseif(claim STREQUAL "command")
+    foreach(file bin/dermis share/doc/dermis/LICENSE share/doc/dermis/README.md)
+        if(NOT EXISTS ${prefix}/${file})
+            message(FATAL_ERROR "no ${prefix}/${file}")
+        endif()
+    endforeach()
+    printed("^dermis ${version} \\(commit [^)]+\\)\n$" ${prefix}/bin/dermis --version)
+
+# The example programs are a stranger's project too.
+elseif(claim STREQUAL "examples")
+    set(folder ${work}/examples)
+    configure(../../host/examples ${folder} -DCMAKE_PREFIX_PATH=${prefix}
+        "-DCMAKE_CXX_FLAGS=${cxx_flags} -Wall -Wextra -pedantic -Werror")
+    run(${CMAKE_COMMAND} --build ${folder})
+    printed("dermis ${version}: 500 times by the model moments in f64\n"
+        ${folder}/run_scene ${source}/host/examples/first_press.toml)
+    printed("frame 60: greatest SA1 [0-9.]+, greatest FA1 [0-9.]+\n" ${folder}/frame_by_frame)
+    printed("^275 receptors\n 40 ms:  sa1 of 100 receptors, mean [0-9.]+" ${folder}/receptors)
+
+# The C++ of README.md compiles without a warning and runs.
+elseif(claim STREQUAL "readme")
+    set(folder ${work}/readme)
+    file(REMOVE_RECURSE ${folder})
+    run(${python} ${here}/../documents/blocks.py cpp ${folder} ${source}/README.md)
+    configure(blocks ${folder}/build -Dfolder=${folder} -DCMAKE_PREFIX_PATH=${prefix})
+    run(${CMAKE_COMMAND} --build ${folder}/build)
+    file(GLOB programs ${folder}/*.cpp)
+    foreach(program ${programs})
+        get_filename_component(name ${program} NAME_WE)
+        printed("[0-9]" ${folder}/build/${name})
+    endforeach()
 
 elseif(claim STREQUAL "find_package")
     configure(package ${work}/package_${kind} -DCMAKE_PREFIX_PATH=${prefix} -Dversion=${version})

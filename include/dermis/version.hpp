@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+// The version. These three numbers are its only source: CMake reads them too. Before 1.0 a minor version may break.
+#pragma once
+
+#include <dermis/export.hpp>
+
+#define DERMIS_VERSION_MAJOR 0
+#define DERMIS_VERSION_MINOR 1
+#define DERMIS_VERSION_PATCH 0
+
+// "0.1.0"; the two macros below it only make a text of the numbers.
+#define DERMIS_VERSION DERMIS_VERSION_TEXT(DERMIS_VERSION_MAJOR, DERMIS_VERSION_MINOR, DERMIS_VERSION_PATCH)
+#define DERMIS_VERSION_TEXT(major, minor, patch) DERMIS_VERSION_JOINED(major, minor, patch)
+#define DERMIS_VERSION_JOINED(major, minor, patch) #major "." #minor "." #patch
+
+namespace dermis {
+
+// The version of the library that runs. It differs from DERMIS_VERSION where a program was compiled with the headers of
+// another version than the shared library that it finds.
+DERMIS_API const char* version() noexcept;
+
+// The commit that the library was built from, with "-dirty" behind it where files were changed since; "unknown" where
+// the sources were no git checkout of their own.
+DERMIS_API const char* commit() noexcept;
+
+} // namespace dermis
