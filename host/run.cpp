@@ -88,6 +88,7 @@ class Run {
             result_.tau_min = std::min(result_.tau_min, m.viscosity / m.modulus);
             result_.tau_max = std::max(result_.tau_max, m.viscosity / m.modulus);
         }
+        result_.cells_per_ridge = scene::cells_per_ridge(skin_.description);
         make_stepper();
         result_.device = d.device.info(); // what making the stepper has found out
         if (!options.check) return;

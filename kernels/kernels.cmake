@@ -12,7 +12,7 @@ function(dermis_kernel source kernel header)
     set(module ${DERMIS_GENERATED}/${kernel}.spv)
     set(made ${DERMIS_GENERATED}/${kernel}_spv.h)
     add_custom_command(
-        OUTPUT ${made}
+        OUTPUT ${module} ${made} # the depfile names the first
         COMMAND ${DERMIS_GLSLANG} -V --quiet --target-env vulkan1.1 -I${PROJECT_SOURCE_DIR}/kernels ${ARGN} --depfile ${module}.d -o ${module} ${source}
         COMMAND ${DERMIS_SPIRV_VAL} --target-env vulkan1.1 ${module}
         COMMAND ${CMAKE_COMMAND} -DDISASSEMBLER=${DERMIS_SPIRV_DIS} -DMODULE=${module} -P ${PROJECT_SOURCE_DIR}/kernels/check_contraction.cmake

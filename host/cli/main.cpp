@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 #include <csignal>
-#include <numbers>
 #include <sstream>
 #include <thread>
 
@@ -34,12 +33,8 @@ void print_scene(const Scene& s, const Result& r) {
     if (r.greatest_gain > 1) fmt::print("warning: |l*C| above 1: responses change sign there\n");
     fmt::print("stencil estimate |C5 - C4| = {:.3g}\n", r.stencil_estimate);
     if (r.kinks) fmt::print("warning: {} cells not convergent: kink\n", r.kinks);
-    double ridge = INFINITY;
-    if (s.surface.kind == Surface::Kind::wave) ridge = s.grid.width / s.surface.ridges.value_or(15);
-    if (s.surface.kind == Surface::Kind::spiral)
-        ridge = 2 * std::numbers::pi * s.grid.width / s.surface.ridges.value_or(25);
-    if (std::isfinite(ridge)) fmt::print("{:.1f} cells per ridge\n", std::abs(ridge));
-    if (std::abs(ridge) < 8) fmt::print("warning: fewer than 8 cells per ridge: curvature is coarse\n");
+    if (std::isfinite(r.cells_per_ridge)) fmt::print("{:.1f} cells per ridge\n", r.cells_per_ridge);
+    if (r.cells_per_ridge < 8) fmt::print("warning: fewer than 8 cells per ridge: curvature is coarse\n");
 }
 
 std::string engineering(double x) {
@@ -187,7 +182,7 @@ int check_devices(const std::string& only) {
     bool exact = true;
     for (const std::string& row : rows) {
         const Device device = Device::open(row);
-        const SelfTest test = self_test(device);
+        const SelfTest test = self_test(*device.impl().backend);
         fmt::print("{}:", shown(device.info()));
         for (const SelfTest::Kernel& k : test.kernels)
             fmt::print(" {} {:016x} {} of {} differ;", k.name, k.hash, k.different, k.values);

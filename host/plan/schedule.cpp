@@ -41,7 +41,8 @@ void take_sequence(Schedule& s, const PreparedSkin& skin) {
 
 } // namespace
 
-Schedule make_schedule(const Scene& scene, const PreparedSkin& skin, bool check) {
+Schedule make_schedule(const scene::ValidatedScene& validated, const PreparedSkin& skin, bool check) {
+    const Scene& scene = validated.scene;
     Schedule s;
     s.method = scene.method;
     s.allow_unstable = scene.allow_unstable;
@@ -60,21 +61,19 @@ Schedule make_schedule(const Scene& scene, const PreparedSkin& skin, bool check)
     }
     std::sort(s.field_times.begin(), s.field_times.end());
     s.field_times.erase(std::unique(s.field_times.begin(), s.field_times.end()), s.field_times.end());
-    s.framed = scene.load.kind == Load::Kind::sequence;
+    s.sequence = validated.frames;
+    s.framed = s.sequence != nullptr;
     s.pressed = {skin.height(), 0, skin.tiles, 0};
-    if (s.framed) {
-        s.sequence = std::make_shared<scene::NpyFile>(scene.load.path, skin.width(), skin.height(), true, "load.path");
-        take_sequence(s, skin);
-    }
-    s.pressure = scene::pressure_map(scene);
-    if (!s.framed) widen(s.pressed, s.pressure, skin.width(), skin.height());
+    s.pressure = scene::pressure_map(validated);
+    if (s.framed) take_sequence(s, skin);
+    else widen(s.pressed, s.pressure, skin.width(), skin.height());
     if (s.pressed.last_row == 0) s.pressed = {};
     return s;
 }
 
 PreparedRun prepare_run(const Scene& scene, bool check) {
-    const Scene validated = scene::validated(scene);
-    PreparedRun run{prepare_skin(validated), {}};
+    const scene::ValidatedScene validated = scene::validate(scene);
+    PreparedRun run{prepare_skin(validated.scene), {}};
     run.schedule = make_schedule(validated, run.skin, check);
     return run;
 }

@@ -28,8 +28,8 @@ struct Schedule {
     bool derives = false;    // curvature or deformation is read
 };
 
-// `scene` is validated. check: every map of every output is compared with another backend's.
-Schedule make_schedule(const Scene& scene, const PreparedSkin&, bool check = false);
+// check: every map of every output is compared with another backend's.
+Schedule make_schedule(const scene::ValidatedScene&, const PreparedSkin&, bool check = false);
 
 // A scene made ready to run.
 struct PreparedRun {

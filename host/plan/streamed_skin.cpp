@@ -57,7 +57,7 @@ StreamedSkin streamed_skin(const SkinDescription& description, const SkinOptions
     if (options.precision == Precision::f64)
         scene::refuse("precision", "\"f64\"", "f32, f32-compensated: a skin pressed frame by frame is in float");
     StreamedSkin s;
-    const SkinDescription validated = scene::validated_skin(description, asked);
+    const SkinDescription validated = scene::validate_skin(description, asked);
     for (Quantity q : asked) s.wanted[size_t(q)] = true;
     s.skin = prepare_skin(validated);
     const bool grows = s.wanted[QUANTITY_SA2] && !validated.receptors.sa2_adaptation;

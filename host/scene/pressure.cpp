@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Pressure maps: the three shapes of the published study, a given map, or the first frame of a sequence.
-#include "host/scene/checks.hpp"
+#include "host/scene/scene.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -58,7 +58,5 @@ Map pressure_map(const ValidatedScene& validated) {
     for (double& v : map) v *= l.intensity;
     return map;
 }
-
-Map pressure_map(const Scene& scene) { return pressure_map(ValidatedScene{scene, open_frames(scene)}); }
 
 } // namespace dermis::scene

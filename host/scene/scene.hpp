@@ -45,20 +45,18 @@ struct ValidatedScene {
 
 // Checks every parameter and fills every default in. Throws Error::bad_input.
 ValidatedScene validate(const Scene&);
-Scene validated(const Scene&); // the scene of validate(), without the open file
+// Does the same for a skin that is pressed frame by frame and asked for these responses; FA2 is by default the mean over
+// a step.
+SkinDescription validate_skin(const SkinDescription&, const std::vector<Quantity>& asked);
 
-// Checks the material of a scene whose other parameters have been validated. Throws Error::bad_input.
-void check_material(const Scene&);
+// The functions below expect a validated scene or skin.
 
-// The functions below expect a validated scene.
-
-Map surface_map(const Scene&); // width*height heights in m
+Map surface_map(const SkinDescription&); // width*height heights in m
 // Returns width*height pressures in Pa where the envelope is 1; the first frame of a sequence.
 Map pressure_map(const ValidatedScene&);
-Map pressure_map(const Scene&); // opens the file of a sequence
 
 // Returns the wavelength of the ridges in cells; infinite for a surface without ridges of its own.
-double cells_per_ridge(const Scene&);
+double cells_per_ridge(const SkinDescription&);
 
 inline double modulus_at(const Material& m, size_t cell) {
     return m.modulus_map.empty() ? m.modulus : m.modulus_map[cell];
@@ -67,9 +65,10 @@ inline double viscosity_at(const Material& m, size_t cell) {
     return m.viscosity_map.empty() ? m.viscosity : m.viscosity_map[cell];
 }
 
-bool wants(const Scene&, Quantity);      // whether a trace, a field or a site asks for it
-long long outputs(const Time&);          // number of output times
-long long steps_per_frame(const Scene&); // load.interval/time.step; 0 where it is not a whole number
+bool wants(const Scene&, Quantity); // whether a trace, a field or a site asks for it
+long long outputs(const Time&);     // number of output times
+// interval/step; 0 where it is not a whole number.
+long long steps_per_frame(double interval, double step);
 
 // The four classes of receptors, each with its place in Density.
 struct ReceptorClass {

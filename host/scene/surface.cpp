@@ -60,7 +60,7 @@ double noise(double x, double y) {
 
 } // namespace
 
-Map surface_map(const Scene& scene) {
+Map surface_map(const SkinDescription& scene) {
     const Surface& s = scene.surface;
     const int width = scene.grid.width, height = scene.grid.height;
     std::vector<double> map;
@@ -87,7 +87,7 @@ Map surface_map(const Scene& scene) {
     return map;
 }
 
-double cells_per_ridge(const Scene& scene) {
+double cells_per_ridge(const SkinDescription& scene) {
     const double ridges = *scene.surface.ridges;
     switch (scene.surface.kind) {
     case Surface::Kind::wave: return std::abs(scene.grid.width / ridges);

@@ -18,7 +18,13 @@ void need_inside(const std::string& parameter, Cell c, const Grid& g) {
                "[x, y] with x in 0.." + std::to_string(g.width - 1) + ", y in 0.." + std::to_string(g.height - 1));
 }
 
-void check_surface(Scene& s) {
+void check_grid(const Grid& grid) {
+    for (auto [key, cells] : {std::pair{"grid.width", grid.width}, {"grid.height", grid.height}})
+        need(cells >= 1 && cells <= 16384, key, cells, "whole cells, 1..16384");
+    if (grid.spacing) need_positive("grid.spacing", *grid.spacing);
+}
+
+void check_surface(SkinDescription& s) {
     Surface& f = s.surface;
     const bool ridged = f.kind == Surface::Kind::wave || f.kind == Surface::Kind::spiral;
     for (auto [key, value] : {std::pair{"surface.ridges", &f.ridges},
@@ -36,7 +42,7 @@ void check_surface(Scene& s) {
 }
 
 // A scene with grid.spacing has units, and its lengths are required; without it they are 1.
-void check_lengths(Scene& s) {
+void check_lengths(SkinDescription& s) {
     for (auto [key, value] : {std::pair{"surface.relief", &s.surface.relief},
                               {"material.thickness", &s.material.thickness},
                               {"material.curvature_length", &s.material.curvature_length}}) {
@@ -90,15 +96,19 @@ void check_time(const Scene& s) {
              " outputs of the traces and sites asked for must be at most 1e8 and fit into 8 GB");
 }
 
-void check_output(const Scene& s) {
-    for (size_t i = 0; i < s.output.probes.size(); ++i)
-        need_inside("output.probes[" + std::to_string(i) + "]", s.output.probes[i], s.grid);
+void check_sites(const SkinDescription& s) {
     for (size_t i = 0; i < s.sites.size(); ++i) {
         const std::string site = "sites[" + std::to_string(i) + "]";
         need_inside(site, s.sites[i].cell, s.grid);
         if (!is_receptor_class(s.sites[i].type))
             refuse(site, std::string("\"") + name(s.sites[i].type) + "\"", "sa1, sa2, fa1, fa2");
     }
+}
+
+void check_output(const Scene& s) {
+    for (size_t i = 0; i < s.output.probes.size(); ++i)
+        need_inside("output.probes[" + std::to_string(i) + "]", s.output.probes[i], s.grid);
+    check_sites(s);
     for (Quantity q : s.output.traces)
         if (q == Quantity::curvature || q == Quantity::deformation)
             refuse("output.traces", std::string("\"") + name(q) + "\"",
@@ -113,6 +123,12 @@ void check_output(const Scene& s) {
              std::string("an output time (a multiple of time.step, before duration) with method = \"") +
                  name(s.method) + "\"");
     }
+}
+
+// Opens the file of a sequence; null with any other load.
+std::shared_ptr<NpyFile> open_frames(const Scene& s) {
+    if (s.load.kind != Load::Kind::sequence) return nullptr;
+    return std::make_shared<NpyFile>(s.load.path, s.grid.width, s.grid.height, true, "load.path");
 }
 
 } // namespace
@@ -135,23 +151,16 @@ bool wants(const Scene& s, Quantity q) {
            std::any_of(o.fields.begin(), o.fields.end(), [&](auto& f) { return in(f.what); });
 }
 
-long long steps_per_frame(const Scene& s) {
-    const double ratio = *s.load.interval / s.time.step, whole = std::round(ratio);
+long long steps_per_frame(double interval, double step) {
+    const double ratio = interval / step, whole = std::round(ratio);
     return whole >= 1 && whole <= 1e9 && std::abs(ratio - whole) <= 1e-9 * whole ? static_cast<long long>(whole) : 0;
 }
 
 long long outputs(const Time& t) { return static_cast<long long>(std::ceil(t.duration / t.step - 1e-9)); }
 
-std::shared_ptr<NpyFile> open_frames(const Scene& s) {
-    if (s.load.kind != Load::Kind::sequence) return nullptr;
-    return std::make_shared<NpyFile>(s.load.path, s.grid.width, s.grid.height, true, "load.path");
-}
-
 ValidatedScene validate(const Scene& scene) {
     Scene s = scene;
-    for (auto [key, cells] : {std::pair{"grid.width", s.grid.width}, {"grid.height", s.grid.height}})
-        need(cells >= 1 && cells <= 16384, key, cells, "whole cells, 1..16384");
-    if (s.grid.spacing) need_positive("grid.spacing", *s.grid.spacing);
+    check_grid(s.grid);
     if (s.tolerance) need_positive("tolerance", *s.tolerance);
     check_time(s);
     check_surface(s);
@@ -163,6 +172,17 @@ ValidatedScene validate(const Scene& scene) {
     return {std::move(s), std::move(frames)};
 }
 
-Scene validated(const Scene& scene) { return validate(scene).scene; }
+SkinDescription validate_skin(const SkinDescription& description, const std::vector<Quantity>& asked) {
+    SkinDescription s = description;
+    check_grid(s.grid);
+    check_surface(s);
+    check_lengths(s);
+    if (!s.receptors.fa2) s.receptors.fa2 = Fa2::step_mean;
+    const MaterialSurvey material = survey_material(s);
+    if (std::count(asked.begin(), asked.end(), Quantity::fa2)) check_fa2_density(s, material);
+    check_curvature_and_receptors(s);
+    check_sites(s);
+    return s;
+}
 
 } // namespace dermis::scene

@@ -14,17 +14,13 @@ double stability_limit(Method m) {
     return m == Method::rk4 ? 2.785293563405282 : INFINITY;
 }
 
-// Refuses FA2 where it is not defined: as a density or of a sequence without viscosity, and as the mean over a step of
-// a sequence whose frames do not fall on output times. elastic: some cell has no viscosity; `where` names it.
-void check_fa2(const Scene& s, bool elastic, const std::string& where) {
-    if (!wants(s, Quantity::fa2)) return;
-    const bool mean = *s.receptors.fa2 == Fa2::step_mean, sequence = s.load.kind == Load::Kind::sequence;
-    if (elastic && (sequence || !mean))
-        refuse("material.viscosity", "0" + where,
-               sequence ? "> 0 for FA2 of a sequence; with viscosity 0 leave fa2 out of [output]"
-                        : "> 0 for FA2 as a density; with viscosity 0 set receptors.fa2 = \"step-mean\" or leave fa2 "
-                          "out of [output]");
-    if (sequence && mean && !steps_per_frame(s))
+// Refuses FA2 of a sequence where it is not defined: without viscosity, and as the mean over a step of frames that do
+// not fall on output times.
+void check_fa2_of_sequence(const Scene& s, const MaterialSurvey& material) {
+    if (material.elastic)
+        refuse("material.viscosity", "0" + material.where(*material.elastic, s.grid.width),
+               "> 0 for FA2 of a sequence; with viscosity 0 leave fa2 out of [output]");
+    if (*s.receptors.fa2 == Fa2::step_mean && !steps_per_frame(*s.load.interval, s.time.step))
         refuse("load.interval", shortest(*s.load.interval),
                "a whole multiple of time.step = " + shortest(s.time.step) +
                    " s for FA2 as a mean over a step; or receptors.fa2 = \"point\", or leave fa2 out of [output]");
@@ -61,7 +57,7 @@ void check_adaptation(const Scene& s) {
          s.receptors.sa2_adaptation.value_or(0), "only with method = \"exact\" or \"euler\"");
 }
 
-void check_edges(const Scene& s) {
+void check_edges(const SkinDescription& s) {
     if (*s.edges != Edges::published) return;
     if (*s.stencil != Stencil::published)
         refuse("curvature.edges", "\"published\"", "only with curvature.stencil = \"published\"");
@@ -69,34 +65,62 @@ void check_edges(const Scene& s) {
     need(s.grid.height >= 2, "grid.height", s.grid.height, "at least 2 with the published edges");
 }
 
+void check_material(const Scene& s) {
+    const MaterialSurvey material = survey_material(s);
+    if (material.maps && s.method == Method::published)
+        refuse(s.material.modulus_map.empty() ? "material.viscosity" : "material.modulus", "(a map)",
+               "one number with method = \"published\"");
+    if (material.elastic && s.method != Method::exact)
+        refuse("material.viscosity", "0" + material.where(*material.elastic, s.grid.width),
+               std::string("> 0 with method = \"") + name(s.method) + "\"");
+    if (wants(s, Quantity::fa2)) {
+        if (s.load.kind == Load::Kind::sequence) check_fa2_of_sequence(s, material);
+        else check_fa2_density(s, material);
+    }
+    const size_t cell = material.stiffest;
+    check_stability(s, modulus_at(s.material, cell), viscosity_at(s.material, cell),
+                    material.where(cell, s.grid.width));
+}
+
 } // namespace
 
-void check_material(const Scene& s) {
+std::string MaterialSurvey::where(size_t cell, int width) const {
+    return maps ? " in cell " + cell_text(cell, width) : "";
+}
+
+MaterialSurvey survey_material(const SkinDescription& s) {
     const Material& m = s.material;
-    const bool maps = !m.modulus_map.empty() || !m.viscosity_map.empty();
+    MaterialSurvey survey;
+    survey.maps = !m.modulus_map.empty() || !m.viscosity_map.empty();
     if (!m.modulus_map.empty()) need_map("material.modulus", m.modulus_map, s.grid);
     if (!m.viscosity_map.empty()) need_map("material.viscosity", m.viscosity_map, s.grid);
-    if (maps && s.method == Method::published)
-        refuse(m.modulus_map.empty() ? "material.viscosity" : "material.modulus", "(a map)",
-               "one number with method = \"published\"");
-    const size_t cells = maps ? size_t(s.grid.width) * s.grid.height : 1;
-    const size_t none = cells;
-    size_t worst = 0, elastic = none; // cell of the greatest dt/tau; last cell without viscosity
+    const size_t cells = survey.maps ? size_t(s.grid.width) * size_t(s.grid.height) : 1;
+    const auto where = [&](size_t i) { return survey.where(i, s.grid.width); };
     double greatest = -1;
-    const auto where = [&](size_t i) { return maps ? " in cell " + cell_text(i, s.grid.width) : ""; };
     for (size_t i = 0; i < cells; ++i) {
         const double E = modulus_at(m, i), eta = viscosity_at(m, i);
         if (!(finite(E) && E >= 0)) refuse("material.modulus", shortest(E) + where(i), "a finite number >= 0");
         if (!(finite(eta) && eta >= 0)) refuse("material.viscosity", shortest(eta) + where(i), "a finite number >= 0");
         if (E == 0 && eta == 0) refuse("material.viscosity", "0" + where(i), "> 0 where material.modulus is 0");
-        if (eta == 0) elastic = i;
+        if (eta == 0) survey.elastic = i;
         const double z = eta > 0 ? E / eta : INFINITY;
-        if (z > greatest) greatest = z, worst = i;
+        if (z > greatest) greatest = z, survey.stiffest = i;
     }
-    if (elastic != none && s.method != Method::exact)
-        refuse("material.viscosity", "0" + where(elastic), std::string("> 0 with method = \"") + name(s.method) + "\"");
-    check_fa2(s, elastic != none, where(elastic));
-    check_stability(s, modulus_at(m, worst), viscosity_at(m, worst), where(worst));
+    return survey;
+}
+
+void check_fa2_density(const SkinDescription& s, const MaterialSurvey& material) {
+    if (!material.elastic || *s.receptors.fa2 == Fa2::step_mean) return;
+    refuse("material.viscosity", "0" + material.where(*material.elastic, s.grid.width),
+           "> 0 for FA2 as a density; with viscosity 0 set receptors.fa2 = \"step-mean\" or leave fa2 out of [output]");
+}
+
+void check_curvature_and_receptors(SkinDescription& s) {
+    if (!s.stencil) s.stencil = Stencil::five_point;
+    if (!s.edges) s.edges = Edges::mirror;
+    check_edges(s);
+    if (s.receptors.sa2_adaptation) need_positive("receptors.sa2_adaptation", *s.receptors.sa2_adaptation);
+    for (double gain : s.receptors.fa2_gains) need_finite("receptors.fa2_gains", gain);
 }
 
 void check_method(Scene& s) {
@@ -104,11 +128,7 @@ void check_method(Scene& s) {
     if (!s.receptors.fa2) s.receptors.fa2 = s.load.kind == Load::Kind::sequence ? Fa2::step_mean : Fa2::point;
     check_material(s);
     check_adaptation(s);
-    if (!s.stencil) s.stencil = Stencil::five_point;
-    if (!s.edges) s.edges = Edges::mirror;
-    check_edges(s);
-    if (s.receptors.sa2_adaptation) need_positive("receptors.sa2_adaptation", *s.receptors.sa2_adaptation);
-    for (double gain : s.receptors.fa2_gains) need_finite("receptors.fa2_gains", gain);
+    check_curvature_and_receptors(s);
 }
 
 } // namespace dermis::scene

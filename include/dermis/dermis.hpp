@@ -298,6 +298,8 @@ struct Result {
         std::nan("");            // as in Candidate; known where it was needed to choose or the choice was forced
     double stencil_estimate = 0; // 1/m: greatest |C5 - C4| at the end, the error of a five-point curvature
     long long kinks = 0;         // cells where it exceeds |C|/2: curvature does not converge there
+    double cells_per_ridge =
+        HUGE_VAL; // wavelength of the surface's ridges; infinite where it has none of its own. Below 8 curvature is coarse
     double greatest_gain = 0;    // of |l*C| over all cells, at rest and at the end; above 1 responses change sign
     long long cells_compared = 0, cells_different = 0; // RunOptions::check
 
@@ -342,9 +344,15 @@ struct Explanation {
 };
 
 // How run() would go about it, like a database's EXPLAIN; nothing is run.
-DERMIS_API Explanation explain(const Scene&, const Device& = Device::open("auto"), const RunOptions& = {});
+DERMIS_API Explanation explain(const Scene&, const Device& = Device::cpu(), const RunOptions& = {});
 
-DERMIS_API Result run(const Scene&, const Device& = Device::open("auto"), const RunOptions& = {});
+// On the CPU path unless a device is given: opening a GPU takes a loader, a driver and a self-test, so whoever wants one
+// opens it once, by Device::open("auto"), and hands it to each run.
+DERMIS_API Result run(const Scene&, const Device& = Device::cpu(), const RunOptions& = {});
+// The scene under each of these materials in place of its own. Models but march read the maps once; then stencil
+// estimate, kinks and greatest gain are those of the first material.
+DERMIS_API std::vector<Result> run(const Scene&, const std::vector<Material>&, const Device& = Device::cpu(),
+                                   const RunOptions& = {});
 
 // A skin frame by frame: each press hands it the pressure at the end of a step of time.
 struct SkinOptions {
@@ -396,10 +404,5 @@ class DERMIS_API Skin {
   private:
     std::unique_ptr<Impl> impl_;
 };
-
-// The scene under each of these materials in place of its own. Models but march read the maps once; then stencil
-// estimate, kinks and greatest gain are those of the first material.
-DERMIS_API std::vector<Result> run(const Scene&, const std::vector<Material>&, const Device& = Device::open("auto"),
-                                   const RunOptions& = {});
 
 } // namespace dermis
