@@ -3,6 +3,8 @@
 // program.
 #include "bench/bench.hpp"
 
+#include "host/embedding/backend.hpp"
+
 #include <algorithm>
 #include <fstream>
 #include <iterator>
@@ -46,7 +48,7 @@ Measurement Bench::cpu(const std::string& workload, long long n, int threads) co
 Measurement Bench::on_vulkan(const std::string& workload, long long n) const {
     Measurement r = cpu(workload, n, 0);
     const DeviceInfo& info = vulkan->info();
-    const vulkan::PhysicalDevice& physical = vulkan->impl().context->physical();
+    const vulkan::PhysicalDevice& physical = vulkan::context_of(*vulkan->impl().backend)->physical();
     r.backend = "vulkan";
     r.device = info.name;
     r.driver = info.driver.substr(0, info.driver.find(' '));

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "bench/frames.hpp"
 
+#include "host/plan/laplacian.hpp"
+#include "host/vulkan/windows.hpp"
+
 #include "moves_spv.h"
 #include "press_cell_spv.h"
 
@@ -29,7 +32,7 @@ FrameScene::FrameScene(int n) {
     skin.surface.map = surface;
     SkinOptions options;
     options.precision = Precision::f32;
-    plan = plan::skin_plan(skin, options);
+    streamed = plan::streamed_skin(skin, options);
     for (int i = 0; i < ring; ++i) {
         const Floats& f = frames.emplace_back(cells());
         for (size_t k = 0; k < cells(); ++k) f.data()[k] *= float(i % 2 ? 1 : -0.5);
@@ -47,15 +50,25 @@ VulkanFrames::VulkanFrames(const FrameScene& scene, std::shared_ptr<vulkan::Cont
                                                            : map,
                               Buffer::Location::device);
     const auto b = [&](int i) { return buffers_[size_t(i)].all(); };
-    std::vector<std::vector<vulkan::Piece>> sets;
+    std::vector<std::vector<vulkan::BoundRange>> sets;
     for (int i = 0; i < ring; ++i) // the states change places with each frame
-        sets.push_back({b(frames + i), b(frames + (i + 1) % ring), b(rest), b(state0 + i % 2), b(state1 - i % 2),
-                        b(sa1), b(sa2), b(fa1), b(fa2), b(unused), b(unused), b(unused)});
-    const std::vector<uint32_t> variant = {uint32_t(scene.plan.stencil), uint32_t(scene.plan.edges), 0, 0, 1, 15};
+        sets.push_back({{PRESS_PRESSURE_FROM, b(frames + i)},
+                        {PRESS_PRESSURE_TO, b(frames + (i + 1) % ring)},
+                        {PRESS_REST_CURVATURE, b(rest)},
+                        {PRESS_STATE_FROM, b(state0 + i % 2)},
+                        {PRESS_STATE_TO, b(state1 - i % 2)},
+                        {PRESS_SA1, b(sa1)},
+                        {PRESS_SA2, b(sa2)},
+                        {PRESS_FA1, b(fa1)},
+                        {PRESS_FA2, b(fa2)},
+                        {PRESS_COEFFICIENTS, b(unused)},
+                        {PRESS_MATERIAL, b(unused)},
+                        {PRESS_INVALID, b(unused)}});
+    const std::vector<uint32_t> variant = vulkan::specialization(scene.streamed.variant());
     vulkan::Pipelines& pipelines = context_->pipelines();
     const vulkan::Module module = by == By::cell    ? vulkan::Module{press_cell_spv, sizeof press_cell_spv}
                                   : by == By::moves ? vulkan::Module{moves_spv, sizeof moves_spv}
-                                                    : vulkan::press_module(pipelines.gpu().rounds);
+                                                    : vulkan::press_module(pipelines.device().rounds);
     kernel_ =
         std::make_unique<vulkan::Kernel>(pipelines, module, PRESS_BINDINGS, sizeof(f32::Constants),
                                          by == By::press ? variant : std::vector<uint32_t>{}, uint32_t(sets.size()));
@@ -66,7 +79,7 @@ VulkanFrames::VulkanFrames(const FrameScene& scene, std::shared_ptr<vulkan::Cont
     vulkan::check(context_->calls().vkCreateQueryPool(context_->device(), &info, nullptr, &stamps_),
                   "vkCreateQueryPool");
     Buffer staging(*context_, map, Buffer::Location::host);
-    const std::vector<float> rest_map = plan::padded<float>(scene.plan.maps.rest_curvature, scene.plan, "rest");
+    const std::vector<float> rest_map = plan::padded_rest_curvature<float>(scene.skin());
     const VkBufferCopy region{0, 0, map};
     for (int i = 0; i <= rest; ++i) {
         std::memcpy(staging.data(), i < ring ? scene.frames[size_t(i)].data() : rest_map.data(), map);
@@ -100,7 +113,8 @@ template <class Record> double VulkanFrames::timed(Record&& record) {
 }
 
 double VulkanFrames::press(int count) {
-    const auto c = plan::frame_constants<f32::Constants>(scene_.plan, scene_.plan.media[0], scene_.dt);
+    const plan::PreparedSkin& skin = scene_.skin();
+    const auto c = plan::frame_constants(skin, *plan::coefficients_in_float(skin.materials[0], skin.rule, scene_.dt));
     const auto groups = [](int cells, int size) { return uint32_t((cells + size - 1) / size); };
     const double gpu = timed([&](VkCommandBuffer commands) {
         for (int i = 0; i < count; ++i, ++frame_) {

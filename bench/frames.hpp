@@ -4,16 +4,18 @@
 
 #include "bench/limits.hpp"
 #include "host/device.hpp"
-#include "host/plan/frames.hpp"
+#include "host/plan/streamed_skin.hpp"
+#include "host/vulkan/context.hpp"
 
 namespace bench {
 
 struct FrameScene {
     explicit FrameScene(int n);
-    dermis::plan::Plan plan;
+    dermis::plan::StreamedSkin streamed;
+    const dermis::plan::PreparedSkin& skin() const { return streamed.skin; }
     double dt = 0.01;           // s, from frame to frame
     std::vector<Floats> frames; // pitch*height, in turn
-    size_t cells() const { return size_t(plan.pitch) * size_t(plan.constants.height); }
+    size_t cells() const { return skin().padded_cells(); }
 };
 
 // The frames on a device: by the library's kernel, by one of one cell per invocation, or as much memory moved alone.

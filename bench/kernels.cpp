@@ -3,6 +3,7 @@
 #include "bench/bench.hpp"
 #include "bench/frames.hpp"
 #include "host/cpu/stream.hpp"
+#include "host/embedding/backend.hpp"
 #include "host/reduced/moments.hpp"
 
 #include <algorithm>
@@ -22,7 +23,7 @@ constexpr double frame_flops = 62;
 using Responses = std::array<std::vector<float>, 4>;
 
 Responses after_frames(const FrameScene& scene, int threads, const simd::Isa& isa) {
-    cpu::Frames frames(scene.plan, threads, isa);
+    cpu::FramePress frames(scene.streamed, threads, isa);
     Responses r;
     for (auto& map : r) map.resize(scene.cells());
     for (size_t i = 0; i < 6; ++i)
@@ -51,7 +52,7 @@ void streamed_frames(Bench& bench) {
         }();
         std::vector<Measurement> rows;
         std::vector<std::function<double()>> work;
-        std::vector<std::unique_ptr<cpu::Frames>> streams;
+        std::vector<std::unique_ptr<cpu::FramePress>> streams;
         const std::vector<int> threads = bench.cores > 1 ? std::vector{1, bench.cores} : std::vector{1};
         for (int t : threads) { // what memory gives, in the same rounds
             rows.push_back(bench.cpu("copy", n, t));
@@ -71,7 +72,7 @@ void streamed_frames(Bench& bench) {
                     r.exact = same(plain, after_frames(scene, t, *isa));
                     if (!r.exact) r.status = "wrong";
                     rows.push_back(r);
-                    cpu::Frames& stream = *streams.emplace_back(std::make_unique<cpu::Frames>(scene.plan, t, *isa));
+                    cpu::FramePress& stream = *streams.emplace_back(std::make_unique<cpu::FramePress>(scene.streamed, t, *isa));
                     float* const kept[2][4] = {{nullptr, nullptr, out[2].data(), nullptr},
                                                {out[0].data(), out[1].data(), out[2].data(), out[3].data()}};
                     work.push_back([&scene, &stream, frames, to = std::to_array(kept[all])]() mutable {
@@ -94,7 +95,7 @@ void streamed_frames(Bench& bench) {
             r.bytes_per_cell = frame_bytes;
             r.flops_per_cell = by == VulkanFrames::By::moves ? 0 : frame_flops;
             VulkanFrames& device =
-                *devices.emplace_back(std::make_unique<VulkanFrames>(scene, bench.vulkan->impl().context, by));
+                *devices.emplace_back(std::make_unique<VulkanFrames>(scene, vulkan::context_of(*bench.vulkan->impl().backend), by));
             device.press(6);
             r.exact = by == VulkanFrames::By::moves ||
                       same(plain, {device.response(0), device.response(1), device.response(2), device.response(3)});
@@ -145,22 +146,23 @@ void constant_map(Bench& bench) {
         s.load.radius = n;
         s.output.extremes = false;
         s = with_maps(s);
-        plan::Plan plan = plan::prepare(s);
-        plan.model = Model::moments;
+        const plan::PreparedRun run_of = plan::prepare_run(s);
         for (int t : {1, bench.cores}) {
             Measurement r = bench.cpu("W2", n, t);
             r.model = "moments";
             r.precision = "f64";
-            r.steps = plan.outputs;
+            r.steps = run_of.schedule.outputs;
             r.bytes_per_cell = 16 / double(r.steps); // surface and pressure, once
             double last = 0;
             r.wall = bench.paired({[&] {
                                       return seconds_of([&] {
-                                          const auto stepper = reduced::separable(plan, reduced::moments_of(plan, t),
-                                                                                [&](auto&, const plan::Sample& sample) {
-                                                                                    last += sample.totals[1].mean;
-                                                                                });
-                                          plan::Timeline timeline(plan);
+                                          const auto& [skin, schedule] = run_of;
+                                          const auto stepper = reduced::separable(
+                                              skin, schedule, reduced::moments_of(skin, schedule, false, t), false,
+                                              [&](auto&, const plan::Sample& sample) {
+                                                  last += sample.totals[1].mean;
+                                              });
+                                          plan::Timeline timeline(schedule, skin);
                                           for (plan::Step step; timeline.next(step);) stepper->press(step);
                                       });
                                   }},

@@ -58,7 +58,7 @@ Limits::Limits(int threads) : pool_(threads) {}
 
 double Limits::copy() {
     const double start = now();
-    pool_.rows(1024, [&](int first, int last) {
+    pool_.share(1024, [&](int first, int last) {
         stream(to_.data() + count / 1024 * size_t(first), from_.data() + count / 1024 * size_t(first),
                count / 1024 * size_t(last - first));
     });
@@ -69,7 +69,7 @@ double Limits::read() {
     std::atomic<uint64_t> all = 0;
     const double start = now();
     for (const Floats* map : {&from_, &to_})
-        pool_.rows(1024, [&](int first, int last) {
+        pool_.share(1024, [&](int first, int last) {
             all += sum(map->data() + count / 1024 * size_t(first), count / 1024 * size_t(last - first));
         });
     const double seconds = now() - start;

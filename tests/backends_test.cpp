@@ -139,15 +139,17 @@ TEST_CASE("cells that are never pressed are left out, with the same bits") {
             if (kind == Load::Kind::map) s.load.map.edit().assign(300 * 90, 0.0); // nothing at all is pressed
             else s.load.center = Cell{210, 11}, s.load.radius = 9;
             s.load.envelope.kind = Envelope::Kind::sine;
-            plan::Plan part = plan::make_plan(s, Precision::f32), whole = part;
-            whole.pressed = {0, 90, 0, whole.tiles};
-            CHECK(part.pressed.last_row - part.pressed.first_row < 30);
+            const plan::PreparedRun part = everything(s);
+            plan::Schedule whole = part.schedule;
+            whole.pressed = part.skin.whole();
+            CHECK(part.schedule.pressed.last_row - part.schedule.pressed.first_row < 30);
             std::vector<plan::Sample> samples[2];
             std::vector<std::vector<double>> fields[2];
             for (int i = 0; i < 2; ++i) {
-                const plan::Plan& plan = i ? whole : part;
-                const auto stepper = march(device, plan, [&, i](auto&, auto& sample) { samples[i].push_back(sample); });
-                plan::Timeline timeline(plan);
+                const plan::Schedule& schedule = i ? whole : part.schedule;
+                const auto stepper = march(device, part.skin, schedule, Precision::f32,
+                                           [&, i](auto&, auto& sample) { samples[i].push_back(sample); });
+                plan::Timeline timeline(schedule, part.skin);
                 for (plan::Step step; timeline.next(step);) stepper->press(step);
                 stepper->read(what, fields[i]);
                 stepper->finish();
@@ -155,7 +157,7 @@ TEST_CASE("cells that are never pressed are left out, with the same bits") {
             CHECK(fields[0] == fields[1]);
             REQUIRE(samples[0].size() == samples[1].size());
             for (size_t n = 0; n < samples[0].size(); ++n) {
-                CHECK(samples[0][n].probes == samples[1][n].probes);
+                CHECK(samples[0][n].points == samples[1][n].points);
                 for (int q = 0; q < REDUCED_MAPS; ++q) {
                     CHECK(samples[0][n].totals[q].mean == samples[1][n].totals[q].mean);
                     CHECK(samples[0][n].totals[q].min == samples[1][n].totals[q].min);
@@ -373,7 +375,7 @@ TEST_CASE("a caller's rounding mode changes nothing") {
     s.model = Model::march;
     const Result before = run(s, Device::cpu());
     std::fesetround(FE_UPWARD);
-    const bool exact = self_test(vulkan.device()).exact();
+    const bool exact = self_test(*vulkan.device().impl().backend).exact();
     RunOptions check;
     check.check = true;
     const Result after = run(s, vulkan.device(), check);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Choosing a device, and every way in which there is none. Faults come from a loader put before the real one.
 #include "host/device.hpp"
+#include "host/embedding/backend.hpp"
 #include "host/check.hpp"
 #include "tests/shim.hpp"
 #include "tests/support.hpp"
@@ -10,7 +11,7 @@ using vulkan::Loader;
 
 TEST_CASE("the canary: validation with synchronization is on, and reports a hazard") {
     Validated vulkan;
-    auto context = vulkan.device().impl().context;
+    auto context = vulkan::context_of(*vulkan.device().impl().backend);
     vulkan::Buffer a(*context, 64, vulkan::Buffer::Location::device), b(*context, 64, vulkan::Buffer::Location::device);
     const VkCommandBuffer commands = context->begin();
     const VkBufferCopy all{0, 0, 64};
@@ -52,7 +53,7 @@ TEST_CASE("a device whose bits differ is named and refused, unless asked for by 
         const Device device = open_device(by, wrong);
         CHECK(device.info().vulkan);
         CHECK_FALSE(device.info().exact);
-        const SelfTest test = self_test(device);
+        const SelfTest test = self_test(*device.impl().backend);
         CHECK_FALSE(test.exact());
         CHECK(test.kernels[SelfTest::press].different > 0);
         CHECK(test.kernels[SelfTest::fields].different > 0);
@@ -80,7 +81,7 @@ TEST_CASE("auto takes no software driver; vulkan takes it; names are parts of na
     const Validated vulkan;
     CHECK(vulkan.device().info().vulkan);
     CHECK(vulkan.device().info().exact);
-    CHECK(self_test(vulkan.device()).exact());
+    CHECK(self_test(*vulkan.device().impl().backend).exact());
     CHECK(Device::open("llvmpipe").info().name.find("llvmpipe") != std::string::npos);
     const std::string message = refusal(Error::Code::bad_input, [] { Device::open("voodoo"); });
     CHECK(message.find("voodoo") != std::string::npos);

@@ -2,6 +2,7 @@
 // SkinProgram in a host's command buffers: the host here is the test, with memory and submissions of its own.
 #include "dermis/vulkan.hpp"
 #include "host/device.hpp"
+#include "host/embedding/backend.hpp"
 #include "host/check.hpp"
 #include "tests/shim.hpp"
 #include "tests/support.hpp"
@@ -159,7 +160,7 @@ bool says(const std::string& message, const char* what) { return message.find(wh
 
 TEST_CASE("presses in a host's command buffer give the CPU's bits and touch nothing else") {
     const Validated vulkan;
-    Context& context = *vulkan.device().impl().context;
+    Context& context = *vulkan::context_of(*vulkan.device().impl().backend);
     for (const auto& [stencil, edges] : {std::pair{Stencil::five_point, Edges::mirror},
                                          {Stencil::fourth_order, Edges::periodic},
                                          {Stencil::published, Edges::published}})
@@ -187,7 +188,7 @@ TEST_CASE("a grid beyond what a device binds at once is pressed in bands of rows
         const Validated vulkan(loader);
         shim.range = 50000; // 195 rows of a map of 64 cells, 48 of a state with all it can have
         const Validated banded(loader);
-        Context& context = *banded.device().impl().context;
+        Context& context = *vulkan::context_of(*banded.device().impl().backend);
         const SkinDescription d = ridged(64, 301, stencil, edges);
         shim.calls.clear();
         check_presses(context, d);
@@ -226,7 +227,7 @@ TEST_CASE("8192 x 8192 with one response: no binding above 128 MiB, the CPU's bi
     SkinOptions one;
     one.responses = {Quantity::fa1};
     const Device vulkan = Device::open("vulkan");
-    REQUIRE(vulkan.impl().context->limits().maxStorageBufferRange == 1 << 27);
+    REQUIRE(vulkan::context_of(*vulkan.impl().backend)->limits().maxStorageBufferRange == 1 << 27);
     std::vector<float> pressure(size_t(8192) * 8192);
     for (size_t i = 0; i < pressure.size(); ++i) pressure[i] = float(i % 8191) * 1e-4f + float(i % 127);
     Skin device(vulkan, d, one);
@@ -260,7 +261,7 @@ TEST_CASE("millions of receptors: no more than 65535 groups along an axis, and e
 
 TEST_CASE("a pressure of the device's that is not finite counts as 0, and is counted") {
     const Validated vulkan;
-    Context& context = *vulkan.device().impl().context;
+    Context& context = *vulkan::context_of(*vulkan.device().impl().backend);
     const SkinDescription d = ridged(67, 19);
     for (const SkinDescription& skin : {d, with_sites(d, 1)}) {
         Host host(context, skin, 2);
@@ -295,7 +296,7 @@ TEST_CASE("a pressure of the device's that is not finite counts as 0, and is cou
 
 TEST_CASE("the recorded check passes on a right device and fails on a wrong one") {
     const auto passes = [](const Device& device, const SkinDescription& d) {
-        Context& context = *device.impl().context;
+        Context& context = *vulkan::context_of(*device.impl().backend);
         SkinProgram program(context.handles(), d, 1);
         Range range(context, program.memory().check);
         CHECK_FALSE(program.check_passed(range.data()));   // nothing has been pressed yet
@@ -329,14 +330,14 @@ TEST_CASE("requirements are data: merged before a device is made, one limit beyo
         return loader;
     }());
     SkinDescription d = ridged(64, 40);
-    check_presses(*least.impl().context, d);
-    check_presses(*least.impl().context, with_sites(d, 40));
-    CHECK(self_test(least).exact());
+    check_presses(*vulkan::context_of(*least.impl().backend), d);
+    check_presses(*vulkan::context_of(*least.impl().backend), with_sites(d, 40));
+    CHECK(self_test(*least.impl().backend).exact());
 }
 
 TEST_CASE("what a host gets wrong is named at set-up") {
     const Validated vulkan(shimmed());
-    Context& context = *vulkan.device().impl().context;
+    Context& context = *vulkan::context_of(*vulkan.device().impl().backend);
     const SkinDescription d = ridged(64, 20);
     const auto with = [&](auto&& change) {
         vulkan::Handles h = context.handles();
@@ -403,7 +404,7 @@ TEST_CASE("a binding that fails leaves nothing behind: the next one is whole") {
     const vulkan::Loader loader = shimmed();
     shim.range = 50000;
     const Device banded = open_device("0", loader);
-    Context& context = *banded.impl().context;
+    Context& context = *vulkan::context_of(*banded.impl().backend);
     const SkinDescription d = with_materials(ridged(64, 301));
     Host host(context, d, 1);
     SkinProgram program(context.handles(), d, 1);
@@ -438,7 +439,7 @@ TEST_CASE("nothing of sites is bound beyond the limit either") {
 
 TEST_CASE("timestamps, labels, the host's allocator and pipeline cache are used") {
     const Validated vulkan;
-    Context& context = *vulkan.device().impl().context;
+    Context& context = *vulkan::context_of(*vulkan.device().impl().backend);
     const VolkDeviceTable& vk = context.calls();
     static int alive, made;
     alive = made = 0;
@@ -484,7 +485,7 @@ TEST_CASE("programs on several devices, set up and recorded by several threads, 
     for (size_t i = 0; i < failures.size(); ++i)
         threads.emplace_back([&failures, i] {
             const Device device = Device::open("vulkan"); // an instance and a device of its own
-            Context& context = *device.impl().context;
+            Context& context = *vulkan::context_of(*device.impl().backend);
             const SkinDescription d = ridged(50 + 20 * int(i), 30);
             Host host(context, i == 1 ? with_sites(d, 30) : d, 3);
             Skin skin(Device::cpu(1), host.description);

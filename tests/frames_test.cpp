@@ -207,9 +207,9 @@ TEST_CASE("press by press, with steps of any length and of none: every response 
     for (auto [device, precision, tolerance] : {std::tuple{Device::cpu(), Precision::f64, 1e-12},
                                                 {Device::cpu(), Precision::f32, 1e-5},
                                                 {vulkan.device(), Precision::f32, 1e-5}}) {
-        plan::Plan plan = plan::make_plan(s, precision);
-        plan.framed = true;
-        const auto stepper = march(device, plan, [](auto&, auto&) {});
+        plan::PreparedRun run = everything(s);
+        run.schedule.framed = true;
+        const auto stepper = march(device, run.skin, run.schedule, precision, [](auto&, auto&) {});
         const std::vector<Quantity> what = {Quantity::strain, Quantity::sa1, Quantity::sa2, Quantity::fa1,
                                             Quantity::fa2};
         std::vector<std::vector<double>> fields;
@@ -219,7 +219,8 @@ TEST_CASE("press by press, with steps of any length and of none: every response 
         for (auto [dt, p] : presses) {
             CAPTURE(dt);
             plan::Step step;
-            step.rows = std::make_shared<std::vector<f64::Coefficients>>(1, plan::exact_coefficients(plan.media[0], dt));
+            step.coefficients = std::make_shared<plan::CoefficientTable>(
+                1, plan::exact_coefficients(run.skin.materials[0], run.skin.rule, dt));
             step.rise = 1;
             step.field = 0;
             stepper->frame({p, 2 * p, 0, p, p});

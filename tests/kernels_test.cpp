@@ -1,57 +1,62 @@
 // SPDX-License-Identifier: MIT
 // One text of the model in float, double and four cells at a time.
 #include "host/device.hpp"
+#include "host/embedding/backend.hpp"
 #include "host/simd/model.hpp"
 #include "tests/support.hpp"
 
 #include <bit>
 
-namespace vec4 {
-using real = glm::vec4;
-using scalar = float;
+namespace dermis::kernels {
+struct vec4 {
+    using real = glm::vec4;
+    using scalar = float;
 #include "kernels/model.h"
-} // namespace vec4
+};
+} // namespace dermis::kernels
 
 namespace {
 
-// Everything a cell's press goes through, in the reals of whichever namespace.
-#define PRESS_ONE_CELL(space)                                                                                          \
-    space::real press_##space(space::real p, space::real eps, space::real I, space::real rest) {                       \
-        using real = space::real;                                                                                      \
-        space::Coefficients row{};                                                                                              \
-        const auto r = [](double x) { return space::scalar(float(x)); };                                               \
-        row.E = r(1.5);                                                                                                \
-        row.b = r(0.3);                                                                                                \
-        row.f = r(0.1);                                                                                                \
-        row.i0 = r(0.2);                                                                                               \
-        row.i1 = r(0.07);                                                                                              \
-        row.i2 = r(0.01);                                                                                              \
-        row.leak = r(0.05);                                                                                            \
-        row.v0 = r(0.6);                                                                                               \
-        row.v1 = r(0.11);                                                                                              \
-        row.a0 = r(-0.9);                                                                                              \
-        row.a1 = r(0.4);                                                                                               \
-        row.a2 = r(0.2);                                                                                               \
-        space::Constants c{};                                                                                          \
-        c.start = r(0.9);                                                                                              \
-        c.rise = r(-0.3);                                                                                              \
-        c.jump = r(0.7);                                                                                               \
-        const space::LaneCoefficients k = space::lanes_of(row);                                                                     \
-        const space::Load held = space::load_of(p, c);                                                                 \
-        const space::Load s = space::load_between(held.s0, held.ds, c);                                                \
-        const real after = space::added(eps, space::strain_step(eps, s, k));                                           \
-        const real sum = space::added_compensated(I, rest, space::sum_step(eps, I, s, k)).value;                       \
-        const real C = space::curvature_of(rest, space::second_difference(eps, after, I), r(0.5));                     \
-        const real x = space::response(space::acceleration_after(eps, s, k), C, r(1.1));                               \
-        return space::join(space::summary_of(space::rectified(x, r(0.8), r(-0.4))), space::summary_of(after + sum))    \
-                   .sum +                                                                                              \
-               space::rate_after(eps, s, k) + space::deformation_of(rest, eps, r(0.3));                                \
-    }
-PRESS_ONE_CELL(vec4)
-namespace f32 = dermis::f32;
-namespace f64 = dermis::f64;
-PRESS_ONE_CELL(f32)
-PRESS_ONE_CELL(f64)
+// Everything a cell's press goes through, in the reals of K.
+template <class K>
+typename K::real press_one(typename K::real p, typename K::real eps, typename K::real I, typename K::real rest) {
+    using real = typename K::real;
+    const auto r = [](double x) { return typename K::scalar(float(x)); };
+    typename K::Constants c{};
+    typename K::Coefficients& k = c.coefficients;
+    k.E = r(1.5);
+    k.b = r(0.3);
+    k.f = r(0.1);
+    k.i0 = r(0.2);
+    k.i1 = r(0.07);
+    k.i2 = r(0.01);
+    k.leak = r(0.05);
+    k.v0 = r(0.6);
+    k.v1 = r(0.11);
+    k.a0 = r(-0.9);
+    k.a1 = r(0.4);
+    k.a2 = r(0.2);
+    c.start = r(0.9);
+    c.rise = r(-0.3);
+    c.jump = r(0.7);
+    c.curvature_length = r(1.1);
+    c.gain_plus = r(0.8);
+    c.gain_minus = r(-0.4);
+    const typename K::LaneCoefficients lanes = K::lanes_of(k);
+    const typename K::Load held = K::load_of(p, c), load = K::load_between(held.s0, held.ds, c);
+    const typename K::CellState before{K::sum_of(eps, rest), K::sum_of(I, rest)};
+    const typename K::CellState plain = K::advanced(before, load, lanes, 0), after = K::advanced(before, load, lanes, 1);
+    const real C = K::curvature_of(
+        rest, K::difference(I, eps, after.strain.value, plain.strain.value, p, K::axis(1, 3, 1, 0), 1), r(0.5));
+    typename K::Summary all = K::summary_of(plain.strain.value + after.integral.value);
+    for (int q = QUANTITY_SA1; q < REDUCED_MAPS; ++q)
+        all = K::join(all, K::summary_of(K::answer(q, K::signal(q, before, after, load, lanes), C, c)));
+    return all.sum + K::deformation_of(rest, eps, r(0.3));
+}
+
+using dermis::f32;
+using dermis::f64;
+using dermis::kernels::vec4;
 
 } // namespace
 
@@ -68,12 +73,12 @@ TEST_CASE("four cells at a time have the bits of one") {
             I[lane] = next();
             rest[lane] = next();
         }
-        const glm::vec4 four = press_vec4(p, eps, I, rest);
+        const glm::vec4 four = press_one<vec4>(p, eps, I, rest);
         for (int lane = 0; lane < 4; ++lane) {
-            const float one = press_f32(p[lane], eps[lane], I[lane], rest[lane]);
+            const float one = press_one<f32>(p[lane], eps[lane], I[lane], rest[lane]);
             REQUIRE(std::bit_cast<uint32_t>(four[lane]) == std::bit_cast<uint32_t>(one));
             CHECK(double(one) ==
-                  doctest::Approx(press_f64(p[lane], eps[lane], I[lane], rest[lane])).epsilon(1e-5).scale(1));
+                  doctest::Approx(press_one<f64>(p[lane], eps[lane], I[lane], rest[lane])).epsilon(1e-5).scale(1));
         }
     }
 }
@@ -103,5 +108,5 @@ TEST_CASE("modules need no capability but Shader, and declare round-to-nearest-e
             CHECK(modes == rounds);
         }
     const test::Validated validated;
-    CHECK(validated.device().impl().context->pipelines().gpu().rounds); // lavapipe offers it
+    CHECK(vulkan::context_of(*validated.device().impl().backend)->pipelines().device().rounds); // lavapipe offers it
 }

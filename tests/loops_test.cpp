@@ -16,21 +16,21 @@ struct Seen {
     std::vector<double> totals;
 };
 
-Seen seen(const plan::Plan& plan, int threads, const simd::Isa& isa) {
+Seen seen(const plan::PreparedRun& run, Precision precision, int threads, const simd::Isa& isa) {
     Seen all;
-    const auto stepper = cpu::march(
-        plan, threads,
+    const auto stepper = cpu::stepper(
+        run.skin, run.schedule, precision, threads,
         [&](auto&, const plan::Sample& sample) {
             for (const plan::Totals& t : sample.totals) all.totals.insert(all.totals.end(), {t.mean, t.min, t.max});
-            all.totals.insert(all.totals.end(), sample.probes.begin(), sample.probes.end());
+            all.totals.insert(all.totals.end(), sample.points.begin(), sample.points.end());
         },
         isa);
-    plan::Timeline timeline(plan);
+    plan::Timeline timeline(run.schedule, run.skin);
     std::vector<std::vector<double>> maps;
     double turn = 1;
     for (plan::Step step; timeline.next(step); turn = -0.7 * turn) {
-        if (plan.framed) {
-            std::vector<double> frame = plan.maps.pressure;
+        if (run.schedule.framed) {
+            std::vector<double> frame = run.schedule.pressure;
             for (double& p : frame) p *= turn;
             stepper->frame(frame);
         }
@@ -73,16 +73,18 @@ TEST_CASE("every instruction set and number of threads gives the bits of plain l
                     if (variant & 1)
                         for (int i = 0; i < width * height; ++i)
                             s.material.modulus_map.edit().push_back(2 + number(random));
-                    plan::Plan plan = plan::make_plan(s, variant & 2 ? Precision::f32_compensated : Precision::f32);
-                    if (variant == 5) plan = plan::make_plan(s, Precision::f64);
-                    plan.framed = (variant & 4) != 0;
-                    const Seen plain = seen(plan, 1, simd::plain);
+                    const Precision precision = variant == 5  ? Precision::f64
+                                                : variant & 2 ? Precision::f32_compensated
+                                                              : Precision::f32;
+                    plan::PreparedRun run = everything(s);
+                    run.schedule.framed = (variant & 4) != 0;
+                    const Seen plain = seen(run, precision, 1, simd::plain);
                     for (const simd::Isa* isa : simd::isas())
                         for (int threads : {1, 2}) {
                             if (threads == 2 && width < 333) continue; // too small to be shared
                             CAPTURE(isa->name);
                             CAPTURE(threads);
-                            const Seen other = seen(plan, threads, *isa);
+                            const Seen other = seen(run, precision, threads, *isa);
                             CHECK(same(other.totals, plain.totals));
                             REQUIRE(other.maps.size() == plain.maps.size());
                             for (size_t i = 0; i < plain.maps.size(); ++i) CHECK(same(other.maps[i], plain.maps[i]));
@@ -96,8 +98,9 @@ TEST_CASE("a streamed frame in place has the bits of a copy: what a band reads o
         Scene s = small_scene(16384, 8);
         s.edges = Edges::periodic;
         s.time = {0.05, 0.2};
-        const plan::Plan plan = plan::make_plan(s, Precision::f32);
-        const Seen one = seen(plan, 1, simd::plain), other = seen(plan, threads, simd::best());
+        const plan::PreparedRun run = everything(s);
+        const Seen one = seen(run, Precision::f32, 1, simd::plain),
+                   other = seen(run, Precision::f32, threads, simd::best());
         CHECK(same(one.totals, other.totals));
         for (size_t i = 0; i < one.maps.size(); ++i) CHECK(same(other.maps[i], one.maps[i]));
     }
@@ -114,16 +117,16 @@ TEST_CASE("what moments and estimates are made of has the same bits on every ins
             std::vector<double> out(size_t(n) * 13);
             double* o = out.data();
             const auto row = [&](int i) { return o + i * n; };
-            isa.shape(m, m + n, m + 2 * n, n, 0.3, 1.7, row(0), row(1), {row(2), row(3), row(4), row(5), row(6)});
+            isa.moments(m, m + n, m + 2 * n, n, 0.3, 1.7, row(0), row(1), {row(2), row(3), row(4), row(5), row(6)});
             std::vector<double> lean(size_t(3 * n));
             isa.means(m, m + n, m + 2 * n, n, 0.3, 1.7,
                       {lean.data(), lean.data() + n, lean.data() + 2 * n, nullptr, nullptr});
             for (int x = 0; x < n; ++x) // of one row, from nothing
                 REQUIRE((lean[size_t(x)] == m[x] && lean[size_t(n + x)] == row(0)[x] &&
                          lean[size_t(2 * n + x)] == row(1)[x]));
-            simd::Edge edges[simd::fence_edges];
-            for (int e = 0; e < simd::fence_edges; ++e) edges[e] = {0.1 * e, 0.2, 0.3 - 0.1 * e, -0.4 + 0.2 * e};
-            const bool outside = isa.beside(m, m + n, n, edges, row(12));
+            simd::HalfPlane edges[simd::polygon_edges];
+            for (int e = 0; e < simd::polygon_edges; ++e) edges[e] = {0.1 * e, 0.2, 0.3 - 0.1 * e, -0.4 + 0.2 * e};
+            const bool outside = isa.outside(m, m + n, n, edges, row(12));
             const bool kinked = isa.compare(m, m + n, m + 2 * n, m + 3 * n, n, row(9), row(10), row(11));
             out.insert(out.end(), {double(outside), double(kinked)});
             return out;

@@ -109,11 +109,11 @@ class Family {
 
 // Every output of a plan's steps, one after another.
 using Outputs = std::vector<std::vector<double>>;
-Outputs outputs_of(const plan::Plan& plan, plan::Stepper& stepper) {
+Outputs outputs_of(const plan::PreparedRun& run, plan::Stepper& stepper) {
     Outputs outputs(all.size());
     std::vector<std::vector<double>> fields;
-    plan::FrameFeed feed(plan);
-    plan::Timeline timeline(plan);
+    plan::FrameFeed feed(run.schedule);
+    plan::Timeline timeline(run.schedule, run.skin);
     for (plan::Step step; timeline.next(step);) {
         feed.before(step, [&](const std::vector<double>& frame) { stepper.frame(frame); });
         stepper.press(step);
@@ -125,13 +125,19 @@ Outputs outputs_of(const plan::Plan& plan, plan::Stepper& stepper) {
 }
 
 Outputs marched(const Scene& s, Precision precision) {
-    const plan::Plan plan = plan::make_plan(s, precision);
-    return outputs_of(plan, *march(Device::cpu(1), plan, [](auto&, auto&) {}));
+    const plan::PreparedRun run = everything(s);
+    return outputs_of(run, *march(Device::cpu(1), run.skin, run.schedule, precision, [](auto&, auto&) {}));
+}
+
+bool is_separable(const Scene& s) {
+    const plan::PreparedRun run = everything(s);
+    return why_not_separable(run.skin, run.schedule).empty();
 }
 
 Outputs in_closed_form(const Scene& s) {
-    const plan::Plan plan = plan::make_plan(s, Precision::f64);
-    return outputs_of(plan, *reduced::separable(plan, reduced::moments_of(plan, 0), [](auto&, auto&) {}));
+    const plan::PreparedRun run = everything(s);
+    const auto moments = reduced::moments_of(run.skin, run.schedule, false, 0);
+    return outputs_of(run, *reduced::separable(run.skin, run.schedule, moments, false, [](auto&, auto&) {}));
 }
 
 double median(std::vector<double> v) {
@@ -150,10 +156,10 @@ TEST_CASE("on 1000 random scenes and four tolerances, what the planner takes sta
     for (int i = 0; i < 1000; ++i) {
         CAPTURE(i);
         Scene s = family.next();
-        const bool closed = plan::why_not_separable(plan::make_plan(s, Precision::f64)).empty();
+        const bool closed = is_separable(s);
         Scene exact = s;
         exact.method = Method::exact;
-        const bool exactly = plan::why_not_separable(plan::make_plan(exact, Precision::f64)).empty();
+        const bool exactly = is_separable(exact);
         const Outputs truth =
             exactly ? in_closed_form(exact) : marched(exact, Precision::f64); // no flush, if it can be
         std::map<std::pair<Model, Precision>, double> measured;

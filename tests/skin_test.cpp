@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // dermis::Skin, frame by frame, on the CPU and on Vulkan.
 #include "host/device.hpp"
-#include "host/plan/frames.hpp"
 #include "tests/allocations.hpp"
 #include "tests/shim.hpp"
 #include "tests/support.hpp"

@@ -220,11 +220,12 @@ TEST_CASE("long runs: plain float stalls or drifts, compensated float does not, 
         s.material = {1, 1, {}, {}};
         s.time = {z, z * double(steps + 1)};
         s.output.traces = {q};
-        const plan::Plan plan = plan::make_plan(s, p);
+        const plan::PreparedRun run = everything(s);
         double value = NAN;
         const auto stepper =
-            march(device, plan, [&](auto&, const plan::Sample& sample) { value = sample.totals[int(q)].mean; });
-        plan::Timeline timeline(plan);
+            march(device, run.skin, run.schedule, p,
+                  [&](auto&, const plan::Sample& sample) { value = sample.totals[size_t(q)].mean; });
+        plan::Timeline timeline(run.schedule, run.skin);
         for (plan::Step step; timeline.next(step);) {
             if (step.trace < steps) step.trace = -1; // nobody looks
             stepper->press(step);

@@ -47,6 +47,13 @@ Scene small_scene(int width, int height) {
     return s;
 }
 
+plan::PreparedRun everything(const Scene& scene) {
+    plan::PreparedRun run = plan::prepare_run(scene);
+    run.schedule.wanted.fill(true);
+    run.schedule.keeps_maps = run.schedule.derives = true;
+    return run;
+}
+
 std::vector<float> frame(const SkinDescription& d, int n) {
     std::vector<float> map(size_t(d.grid.width) * size_t(d.grid.height));
     for (size_t i = 0; i < map.size(); ++i) map[i] = float(std::sin(0.37 * double(i) + n) + 0.2 * n);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "host/plan/schedule.hpp"
 #include "host/vulkan/instance.hpp"
 
 #include <doctest/doctest.h>
@@ -25,6 +26,9 @@ std::string npy_header(const std::string& descr, const std::string& shape, const
 
 // Wave ridges under a circular load, small and quick.
 Scene small_scene(int width, int height);
+
+// Made ready for a march of which every map is read.
+plan::PreparedRun everything(const Scene&);
 
 inline constexpr Quantity all_responses[] = {Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2};
 

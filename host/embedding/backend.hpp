@@ -22,4 +22,9 @@ class VulkanBackend : public plan::Backend {
 
 std::shared_ptr<plan::Backend> backend(std::shared_ptr<Context>);
 
+// The context of a backend that is a Vulkan device.
+inline const std::shared_ptr<Context>& context_of(const plan::Backend& backend) {
+    return dynamic_cast<const VulkanBackend&>(backend).context();
+}
+
 } // namespace dermis::vulkan
