@@ -54,6 +54,7 @@ Explanation choice_of(const plan::PreparedRun& run, const Scene& scene, const De
 
 // A run whose model and precision are settled.
 struct Decided {
+    Scene scene; // validated
     plan::PreparedRun run;
     Candidate decision;
     Device device;         // that works: the CPU path for all but a march in float
@@ -63,11 +64,16 @@ struct Decided {
 };
 
 Decided decided(const Scene& scene, const Device& device, const RunOptions& options) {
-    plan::PreparedRun run = plan::prepare_run(scene, options.check);
+    scene::ValidatedScene validated = scene::validate(scene);
+    plan::PreparedRun run = plan::prepare_run(validated, options.check);
     const Explanation e = choice_of(run, scene, device, options, false);
     const Candidate& taken = e.candidates[e.chosen];
     const bool march = taken.model == Model::march, f64 = device.impl().backend->capabilities().f64;
-    Decided d{std::move(run), taken, !f64 && (!march || taken.precision == Precision::f64) ? Device::cpu() : device, {}};
+    Decided d{.scene = std::move(validated.scene),
+              .run = std::move(run),
+              .decision = taken,
+              .device = !f64 && (!march || taken.precision == Precision::f64) ? Device::cpu() : device,
+              .moments = {}};
     if (!march && why_not_separable(d.run.skin, d.run.schedule).empty())
         d.moments = reduced::moments_of(d.run.skin, d.run.schedule, d.sites_alone(),
                                         d.device.impl().backend->capabilities().threads);
@@ -197,18 +203,18 @@ std::vector<Result> run(const Scene& scene, const std::vector<Material>& materia
     std::vector<Result> results;
     std::optional<Decided> last; // of the material before; its moments serve as long as no length and no map changes
     for (size_t i = 0; i < materials.size(); ++i) {
-        Scene with = scene;
-        with.material = materials[i];
-        const Material& before = i ? materials[i - 1] : scene.material;
-        const bool same_maps = materials[i].thickness == before.thickness &&
-                               materials[i].curvature_length == before.curvature_length &&
-                               materials[i].modulus_map.empty() && materials[i].viscosity_map.empty();
+        const Material &material = materials[i], &before = i ? materials[i - 1] : scene.material;
+        const bool same_maps = material.thickness == before.thickness &&
+                               material.curvature_length == before.curvature_length && material.modulus_map.empty() &&
+                               material.viscosity_map.empty();
         const bool reuse = last && last->moments && same_maps;
         if (reuse) {
-            const Material material = scene::validate(with).scene.material;
-            last->run.skin = with_material(std::move(last->run.skin), material);
+            scene::check_material(last->scene, material.modulus, material.viscosity);
+            last->run.skin = with_material(std::move(last->run.skin), material.modulus, material.viscosity);
             last->decision.error = std::nan(""); // the first one's
         } else {
+            Scene with = scene;
+            with.material = material;
             last.emplace(decided(with, device, options));
         }
         results.push_back(Run(*last, options).take(reuse ? &results.front() : nullptr));

@@ -71,8 +71,9 @@ Schedule make_schedule(const scene::ValidatedScene& validated, const PreparedSki
     return s;
 }
 
-PreparedRun prepare_run(const Scene& scene, bool check) {
-    const scene::ValidatedScene validated = scene::validate(scene);
+PreparedRun prepare_run(const Scene& scene, bool check) { return prepare_run(scene::validate(scene), check); }
+
+PreparedRun prepare_run(const scene::ValidatedScene& validated, bool check) {
     PreparedRun run{prepare_skin(validated.scene), {}};
     run.schedule = make_schedule(validated, run.skin, check);
     return run;

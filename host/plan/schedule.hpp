@@ -36,6 +36,7 @@ struct PreparedRun {
     PreparedSkin skin;
     Schedule schedule;
 };
+PreparedRun prepare_run(const scene::ValidatedScene&, bool check = false);
 // Validates the scene, once. Throws Error::bad_input.
 PreparedRun prepare_run(const Scene&, bool check = false);
 

@@ -52,9 +52,9 @@ PreparedSkin prepare_skin(const SkinDescription& d) {
     return skin;
 }
 
-PreparedSkin with_material(PreparedSkin skin, const Material& material) {
-    skin.description.material.modulus = material.modulus;
-    skin.description.material.viscosity = material.viscosity;
+PreparedSkin with_material(PreparedSkin skin, double modulus, double viscosity) {
+    skin.description.material.modulus = modulus;
+    skin.description.material.viscosity = viscosity;
     find_materials(skin);
     return skin;
 }

@@ -40,8 +40,8 @@ struct PreparedSkin {
 
 // `description` is validated.
 PreparedSkin prepare_skin(const SkinDescription& description);
-// The same skin of another modulus and viscosity, one number each; the material is validated.
-PreparedSkin with_material(PreparedSkin, const Material&);
+// The same skin of another modulus and viscosity, one number each.
+PreparedSkin with_material(PreparedSkin, double modulus, double viscosity);
 // Lets go of the maps once a backend holds what it needs of them.
 void drop_maps(PreparedSkin&);
 

@@ -49,6 +49,9 @@ ValidatedScene validate(const Scene&);
 // a step.
 SkinDescription validate_skin(const SkinDescription&, const std::vector<Quantity>& asked);
 
+// Checks another modulus and viscosity, one number each, for a scene that is validated. Throws Error::bad_input.
+void check_material(const Scene& validated, double modulus, double viscosity);
+
 // The functions below expect a validated scene or skin.
 
 Map surface_map(const SkinDescription&); // width*height heights in m

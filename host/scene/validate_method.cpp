@@ -123,6 +123,13 @@ void check_curvature_and_receptors(SkinDescription& s) {
     for (double gain : s.receptors.fa2_gains) need_finite("receptors.fa2_gains", gain);
 }
 
+void check_material(const Scene& validated, double modulus, double viscosity) {
+    Scene s = validated;
+    s.material.modulus = modulus;
+    s.material.viscosity = viscosity;
+    check_material(s);
+}
+
 void check_method(Scene& s) {
     if (s.method == Method::published) set_published(s);
     if (!s.receptors.fa2) s.receptors.fa2 = s.load.kind == Load::Kind::sequence ? Fa2::step_mean : Fa2::point;
