@@ -4,38 +4,36 @@
 // that its rows need of other threads' rows, before any thread begins to step.
 #pragma once
 
+#include "host/cpu/planes.hpp"
 #include "host/plan/skin.hpp"
 #include "host/simd/isa.hpp"
-#include "host/simd/pool.hpp"
 
-#include <algorithm>
+#include <array>
 #include <barrier>
-#include <memory>
-#include <new>
 
 namespace dermis::cpu {
 
-// Values that begin at a cache line, and so do their rows. Planes that are walked side by side have different `place`s:
-// all beginning at the same bits of an address they would compete for the same lines of a cache.
-template <class real> class Plane {
-  public:
-    Plane() = default;
-    Plane(size_t cells, int place) : shift_(size_t(place) * 5 * size_t(line) / sizeof(real)) {
-        const size_t all = cells + shift_;
-        values_.reset(static_cast<real*>(::operator new(all * sizeof(real), line)));
-        simd::prefer_large_pages(values_.get(), all * sizeof(real));
-        std::fill_n(values_.get(), all, real(0));
-    }
-    real* data() const { return values_ ? values_.get() + shift_ : nullptr; }
-    real* row(int y, int pitch) const { return values_ ? data() + size_t(y) * size_t(pitch) : nullptr; }
+// One press. Maps have pitch*height cells, summaries one for each tile of each row.
+template <class K> struct CellsPress {
+    using real = typename K::real;
+    const typename K::Constants& constants;
+    const typename K::Coefficients* table; // of the materials, where there are several
+    const real *pressure, *pressure_to;    // pressure_to is null without frames
+    const real* rest_curvature;
+    bool keep = true;                // the state advances; otherwise the step goes to a scratch state
+    std::array<real*, 4> response{}; // of SA1, SA2, FA1, FA2; null: not wanted
+    std::array<typename K::Summary*, REDUCED_MAPS> tiles{}; // null: not wanted
+};
 
-  private:
-    static constexpr std::align_val_t line{64};
-    struct Free {
-        void operator()(real* p) const { ::operator delete(p, line); }
-    };
-    std::unique_ptr<real[], Free> values_;
-    size_t shift_ = 0;
+// The share of one thread, and its scratch: new strain of rows outside its share, and what belongs to a step but
+// not to the state.
+template <class real> struct Worker {
+    int first = 0, last = 0; // rows
+    std::array<Plane<real>, 8> outside;
+    std::array<int, 8> row{}; // which rows those are
+    int count = 0, changed = 0;
+    std::array<Plane<real>, 3> rate, acceleration;
+    std::array<Plane<real>, 5> unused;
 };
 
 template <class K> class Cells {
@@ -44,23 +42,14 @@ template <class K> class Cells {
     using Constants = typename K::Constants;
     using Summary = typename K::Summary;
 
-    // One press. Maps have pitch*height cells, summaries one for each tile of each row.
-    struct Press {
-        const Constants& constants;
-        const typename K::Coefficients* table;    // of the materials, where there are several
-        const real *pressure, *pressure_to;       // pressure_to is null without frames
-        const real* rest_curvature;
-        bool keep = true;                         // the state advances; otherwise the step goes to a scratch state
-        std::array<real*, 4> response{};          // of SA1, SA2, FA1, FA2; null: not wanted
-        std::array<Summary*, REDUCED_MAPS> tiles{}; // null: not wanted
-    };
+    using Press = CellsPress<K>;
 
     Cells(const plan::PreparedSkin& skin, const plan::Variant& variant, const plan::PressedBox& pressed, int threads,
           const simd::Isa& isa)
         : height_(skin.height()), width_(skin.width()), pitch_(skin.pitch), tiles_(skin.tiles),
           material_of_(skin.material_of), variant_(variant), pressed_(pressed), pool_(threads), isa_(isa),
           loops_(isa.of<K>()), barrier_(pool_.threads()), state_(resting_state()), workers_(size_t(pool_.threads())) {
-        for (Worker& worker : workers_) {
+        for (Worker<real>& worker : workers_) {
             int place = 4;
             for (Plane<real>& row : worker.outside) row = Plane<real>(size_t(pitch_), 0);
             for (Plane<real>& row : worker.unused) row = Plane<real>(size_t(pitch_), 0);
@@ -71,54 +60,27 @@ template <class K> class Cells {
 
     // Returns what changed in some cell: simd::strain_changed, simd::integral_changed.
     int press(const Press& p) {
-        if (!p.keep && !scratch_.strain.data()) scratch_ = resting_state();
+        if (!p.keep && scratch_.empty()) scratch_ = resting_state();
         visible_ = p.keep ? &state_ : &scratch_;
         pool_.each([&](int thread) { work(p, thread); });
         int changed = 0;
-        for (const Worker& worker : workers_) changed |= worker.changed;
+        for (const Worker<real>& worker : workers_) changed |= worker.changed;
         return changed;
     }
 
     // The strain that the last press made.
-    const real* strain() const { return visible_->strain.data(); }
+    const real* strain() const { return visible_->strain(); }
 
-    void rest() {
-        const size_t cells = size_t(pitch_) * size_t(height_);
-        for (const Plane<real>* plane : {&state_.strain, &state_.integral, &state_.strain_lost, &state_.integral_lost})
-            if (plane->data()) std::fill_n(plane->data(), cells, real(0));
-    }
+    void rest() { state_.rest(size_t(pitch_) * size_t(height_)); }
 
   private:
-    struct State {
-        Plane<real> strain, integral, strain_lost, integral_lost; // what sums have lost: only where compensated
-    };
-    // The share of one thread, and its scratch: new strain of rows outside its share, and what belongs to a step but
-    // not to the state.
-    struct Worker {
-        int first = 0, last = 0; // rows
-        std::array<Plane<real>, 8> outside;
-        std::array<int, 8> row{}; // which rows those are
-        int count = 0, changed = 0;
-        std::array<Plane<real>, 3> rate, acceleration;
-        std::array<Plane<real>, 5> unused;
-    };
-    // Rows of a state that a step writes, each from column 0 on.
-    struct NewRow {
-        real *strain, *integral, *strain_lost, *integral_lost, *rate, *acceleration;
-    };
-
-    State resting_state() const {
-        const size_t cells = size_t(pitch_) * size_t(height_);
-        State s{Plane<real>(cells, 0), Plane<real>(cells, 1), {}, {}};
-        if (variant_.compensated) s.strain_lost = Plane<real>(cells, 2), s.integral_lost = Plane<real>(cells, 3);
-        return s;
-    }
+    State<real> resting_state() const { return {size_t(pitch_) * size_t(height_), variant_.compensated}; }
 
     int first_column() const { return pressed_.first_column(); }
     int last_column() const { return pressed_.last_column(width_); }
 
     void work(const Press& press, int thread) {
-        Worker& worker = workers_[size_t(thread)];
+        Worker<real>& worker = workers_[size_t(thread)];
         const long long rows = pressed_.last_row - pressed_.first_row, threads = pool_.threads();
         worker.first = pressed_.first_row + int(rows * thread / threads);
         worker.last = pressed_.first_row + int(rows * (thread + 1) / threads);
@@ -134,74 +96,66 @@ template <class K> class Cells {
             if (threads > 1) barrier_.arrive_and_wait();
         }
         for (int y = worker.first; y < worker.last + reach; ++y) {
-            if (y < worker.last) worker.changed |= advance(press, y, new_row(worker, y));
+            if (y < worker.last)
+                worker.changed |= advance(press, y, visible_->row(y, pitch_), worker.rate[size_t(y % 3)].data(),
+                                          worker.acceleration[size_t(y % 3)].data());
             if (respond && y - reach >= worker.first) respond_row(press, worker, y - reach);
         }
         isa_.fence_streams();
     }
 
-    NewRow new_row(const Worker& worker, int y) const {
-        State& to = *visible_;
-        return {.strain = to.strain.row(y, pitch_),
-                .integral = to.integral.row(y, pitch_),
-                .strain_lost = to.strain_lost.row(y, pitch_),
-                .integral_lost = to.integral_lost.row(y, pitch_),
-                .rate = worker.rate[size_t(y % 3)].data(),
-                .acceleration = worker.acceleration[size_t(y % 3)].data()};
-    }
-
     // Whether the state holds row i's new strain by the time that the worker's row y responds.
-    bool ready(const Worker& worker, int i, int y) const {
+    bool ready(const Worker<real>& worker, int i, int y) const {
         const bool pressed = i >= pressed_.first_row && i < pressed_.last_row; // others rest for ever
         return !pressed || (i >= worker.first && i < worker.last && i <= y + K::reach(variant_.stencil));
     }
 
     // Steps, for the worker alone, the rows of other shares that its row y reads.
-    void step_outside(const Press& press, Worker& worker, int y) {
+    void step_outside(const Press& press, Worker<real>& worker, int y) {
         const f64::Axis a = f64::axis(y, height_, variant_.stencil, variant_.edges);
         for (int i : {a.far_low, a.low, a.high, a.far_high}) {
             const auto known = worker.row.begin() + worker.count;
             if (ready(worker, i, y) || std::find(worker.row.begin(), known, i) != known) continue;
             worker.row[size_t(worker.count)] = i;
-            real* const lost[] = {variant_.compensated ? worker.unused[1].data() : nullptr,
-                                  variant_.compensated ? worker.unused[2].data() : nullptr};
+            const auto unused = [&](size_t plane) { return worker.unused[plane].data(); };
+            const bool lost = variant_.compensated;
             advance(press, i,
                     {.strain = worker.outside[size_t(worker.count)].data(),
-                     .integral = worker.unused[0].data(),
-                     .strain_lost = lost[0],
-                     .integral_lost = lost[1],
-                     .rate = worker.unused[3].data(),
-                     .acceleration = worker.unused[4].data()});
+                     .integral = unused(0),
+                     .strain_lost = lost ? unused(1) : nullptr,
+                     .integral_lost = lost ? unused(2) : nullptr},
+                    unused(3), unused(4));
             ++worker.count;
         }
     }
 
-    int advance(const Press& press, int y, const NewRow& to) {
+    int advance(const Press& press, int y, const StateRow<real>& to, real* rate, real* acceleration) {
         const int at = first_column();
         const size_t row = size_t(y) * size_t(pitch_) + size_t(at);
         const auto from = [&](real* map) { return map ? map + at : nullptr; };
+        const StateRow<real> old = state_.row(y, pitch_);
         return loops_.advance({.count = last_column() - at,
                                .pressure = press.pressure + row,
                                .pressure_to = press.pressure_to ? press.pressure_to + row : nullptr,
                                .material = material_of_.empty() ? nullptr : material_of_.data() + row,
                                .table = press.table,
-                               .strain = from(state_.strain.row(y, pitch_)),
-                               .integral = from(state_.integral.row(y, pitch_)),
-                               .strain_lost = from(state_.strain_lost.row(y, pitch_)),
-                               .integral_lost = from(state_.integral_lost.row(y, pitch_)),
+                               .strain = from(old.strain),
+                               .integral = from(old.integral),
+                               .strain_lost = from(old.strain_lost),
+                               .integral_lost = from(old.integral_lost),
                                .new_strain = from(to.strain),
                                .new_integral = from(to.integral),
                                .new_strain_lost = from(to.strain_lost),
                                .new_integral_lost = from(to.integral_lost),
-                               .rate = from(to.rate),
-                               .acceleration = from(to.acceleration)},
+                               .rate = from(rate),
+                               .acceleration = from(acceleration)},
                               press.constants);
     }
 
-    void respond_row(const Press& press, const Worker& worker, int y) {
+    void respond_row(const Press& press, const Worker<real>& worker, int y) {
         const size_t row = size_t(y) * size_t(pitch_), tile = size_t(y) * size_t(tiles_);
         const auto strain = [&](int i) -> const real* {
-            if (ready(worker, i, y)) return visible_->strain.row(i, pitch_);
+            if (ready(worker, i, y)) return visible_->row(i, pitch_).strain;
             const auto known = worker.row.begin() + worker.count, at = std::find(worker.row.begin(), known, i);
             return worker.outside[size_t(at - worker.row.begin())].data();
         };
@@ -209,7 +163,7 @@ template <class K> class Cells {
             .first = first_column(),
             .last = last_column(),
             .strain = simd::neighbours<real>(y, width_, height_, variant_.stencil, variant_.edges, strain),
-            .integral = visible_->integral.row(y, pitch_),
+            .integral = visible_->row(y, pitch_).integral,
             .rate = worker.rate[size_t(y % 3)].data(),
             .acceleration = worker.acceleration[size_t(y % 3)].data(),
             .rest_curvature = press.rest_curvature + row,
@@ -228,9 +182,9 @@ template <class K> class Cells {
     const simd::Isa& isa_;
     const simd::Loops<K>& loops_;
     std::barrier<> barrier_;
-    State state_, scratch_;    // scratch_: of steps that are not kept
-    State* visible_ = &state_; // what the last press made
-    std::vector<Worker> workers_;
+    State<real> state_, scratch_;    // scratch_: of steps that are not kept
+    State<real>* visible_ = &state_; // what the last press made
+    std::vector<Worker<real>> workers_;
 };
 
 } // namespace dermis::cpu

@@ -90,8 +90,7 @@ template <class K> class March : public plan::Stepper {
         const plan::PressedBox& box = schedule_.pressed;
         for (int y = box.first_row; y < box.last_row; ++y)
             std::fill(map.row(y, skin_.pitch) + box.first_column(),
-                      map.row(y, skin_.pitch) + box.last_column(skin_.width()),
-                      std::numeric_limits<real>::quiet_NaN());
+                      map.row(y, skin_.pitch) + box.last_column(skin_.width()), std::numeric_limits<real>::quiet_NaN());
     }
 
     bool repeats(const plan::Step& step) const {
@@ -122,8 +121,7 @@ template <class K> class March : public plan::Stepper {
         const auto rows = simd::neighbours<real>(y, c.width, c.height, skin_.stencil, skin_.edges,
                                                  [&](int i) { return eps + row(i); });
         isa_.of<K>().laplacian(rows, 0, c.width, out);
-        for (int x = 0; x < c.width; ++x)
-            out[x] = K::flush(K::curvature_of(rest_[row(y) + size_t(x)], out[x], c.bend));
+        for (int x = 0; x < c.width; ++x) out[x] = K::flush(K::curvature_of(rest_[row(y) + size_t(x)], out[x], c.bend));
     }
 
     const plan::PreparedSkin& skin_;

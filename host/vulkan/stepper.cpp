@@ -5,14 +5,12 @@
 
 #include "host/vulkan/press_kernel.hpp"
 #include "host/vulkan/results.hpp"
+#include "host/vulkan/staging.hpp"
 
 #include <algorithm>
-#include <cstring>
 
 namespace dermis::vulkan {
 namespace {
-
-constexpr VkDeviceSize upload_bytes = 16 << 20;
 
 // Refuses what the device cannot hold, before anything is allocated.
 void check_fits(const plan::PreparedSkin& skin, const Context& context, VkDeviceSize all, VkDeviceSize ring) {
@@ -67,26 +65,35 @@ class FieldsKernel {
     Kernel kernel_;
 };
 
+// The regions of a map's first plane, to stand without gaps from byte `at` on. In a state, the rows of other planes lie
+// between its rows.
+std::vector<VkBufferCopy> regions_of(const plan::PreparedSkin& skin, int planes, VkDeviceSize at) {
+    const VkDeviceSize row = VkDeviceSize(skin.pitch) * sizeof(float), rows = VkDeviceSize(skin.height());
+    if (planes == 1) return {{0, at, rows * row}};
+    std::vector<VkBufferCopy> regions;
+    for (VkDeviceSize y = 0; y < rows; ++y) regions.push_back({y * row * VkDeviceSize(planes), at + y * row, row});
+    return regions;
+}
+
 class March : public plan::Stepper {
   public:
     March(const plan::PreparedSkin& skin, const plan::Schedule& schedule, const plan::Variant& variant,
           std::shared_ptr<Context> context, Sink sink)
         : skin_(skin), schedule_(schedule), variant_(variant), context_(std::move(context)), sink_(std::move(sink)),
-          memory_(skin, schedule, variant), results_(*context_, skin, schedule) {
+          memory_(skin, schedule, variant), results_(*context_, skin, schedule), recording_(*context_),
+          staging_(*context_, recording_) {
         check_fits(skin, *context_, memory_.bytes() + results_.bytes(), results_.bytes());
         // These throw where a value does not fit, so they come before any buffer.
         const std::vector<float> rest = plan::padded_rest_curvature<float>(skin),
                                  surface = plan::padded<float>(skin.surface, skin, "surface.relief"),
-                                 pressure =
-                                     schedule.framed
-                                         ? std::vector<float>()
-                                         : plan::padded<float>(schedule.pressure, skin, "load.intensity");
+                                 pressure = schedule.framed
+                                                ? std::vector<float>()
+                                                : plan::padded<float>(schedule.pressure, skin, "load.intensity");
         memory_.allocate(*context_);
         make_kernels();
-        const VkCommandBuffer commands = recording();
-        memory_.clear(*context_, commands);
-        results_.clear(*context_, commands);
-        context_->barrier(commands);
+        memory_.clear(*context_, recording_.commands());
+        results_.clear(*context_, recording_.commands());
+        recording_.barrier();
         stage(rest, MarchMemory::rest_curvature);
         if (schedule.derives) stage(surface, MarchMemory::surface);
         if (!schedule.framed) stage(pressure, MarchMemory::pressure0);
@@ -106,40 +113,39 @@ class March : public plan::Stepper {
             for (const f64::Coefficients& k : *table_of_) table.push_back(plan::rounded<f32>(k));
             stage(table, MarchMemory::coefficients);
         }
-        const VkCommandBuffer commands = recording();
+        const VkCommandBuffer commands = recording_.commands();
         press_->record(commands, binding(from_, to_), plan::constants_of<f32>(skin_, schedule_.pressed, step));
-        context_->barrier(commands);
+        recording_.barrier();
         ++dispatches_;
         visible_ = 1 - from_;
         if (step.trace >= 0 || step.impulse >= 0) {
             dispatches_ += results_.record(commands, step, visible_);
-            context_->barrier(commands);
+            recording_.barrier();
         }
         if (step.keep) from_ = visible_;
         if (results_.full() || ++recorded_ >= results_.slots()) finish();
     }
 
     void finish() override {
-        if (!commands_) return;
-        context_->submit();
-        commands_ = VK_NULL_HANDLE;
+        if (recording_.empty()) return;
+        recording_.submit();
         recorded_ = 0;
-        staged_ = 0;
+        staging_.reuse();
         results_.hand_over(sink_);
     }
 
     void read(const std::vector<Quantity>& what, std::vector<std::vector<double>>& maps) override {
-        const VkCommandBuffer commands = recording();
+        const VkCommandBuffer commands = recording_.commands();
         if (std::any_of(what.begin(), what.end(), [](Quantity q) { return q >= Quantity::curvature; })) {
             fields_->record(commands, visible_, plan::constants_of<f32>(skin_, schedule_.pressed));
             ++dispatches_;
-            context_->barrier(commands);
+            recording_.barrier();
         }
         const VkDeviceSize map = memory_.map_bytes();
         if (!download_ || download_->bytes() < map * what.size())
             download_ = std::make_unique<Buffer>(*context_, map * what.size(), Buffer::Location::host);
         for (size_t i = 0; i < what.size(); ++i) copy_map(commands, what[i], i * map);
-        context_->barrier(commands);
+        recording_.barrier();
         finish();
         maps.resize(what.size());
         for (size_t i = 0; i < what.size(); ++i) {
@@ -179,34 +185,14 @@ class March : public plan::Stepper {
         if (schedule_.derives) fields_ = std::make_unique<FieldsKernel>(pipelines, skin_, variant_, memory_);
     }
 
-    // Copies values to a buffer in the order of what is recorded. Staging holds them until the next submission.
     template <class T> void stage(const std::vector<T>& values, int name) {
-        const VkDeviceSize bytes = values.size() * sizeof(T);
-        if (!upload_)
-            upload_ = std::make_unique<Buffer>(*context_, std::clamp(bytes, VkDeviceSize(1) << 16, upload_bytes),
-                                               Buffer::Location::host);
-        for (VkDeviceSize done = 0; done < bytes;) {
-            if (staged_ == upload_->bytes()) finish();
-            const VkDeviceSize part = std::min(bytes - done, upload_->bytes() - staged_);
-            std::memcpy(static_cast<char*>(upload_->data()) + staged_,
-                        reinterpret_cast<const char*>(values.data()) + done, part);
-            const VkCommandBuffer commands = recording();
-            const VkBufferCopy region{staged_, done, part};
-            context_->calls().vkCmdCopyBuffer(commands, upload_->handle(), memory_[name].handle(), 1, &region);
-            context_->barrier(commands);
-            staged_ += part;
-            done += part;
-        }
+        staging_.copy(values, memory_[name], [this] { finish(); });
     }
 
-    // Copies a map into the download from byte `at` on. In a state, the rows of other planes lie between its rows.
+    // Copies a map into the download from byte `at` on.
     void copy_map(VkCommandBuffer commands, Quantity q, VkDeviceSize at) {
-        const VkDeviceSize row = VkDeviceSize(skin_.pitch) * sizeof(float);
-        std::vector<VkBufferCopy> regions;
-        if (q != Quantity::strain) regions.push_back({0, at, memory_.map_bytes()});
-        else
-            for (VkDeviceSize y = 0; y < VkDeviceSize(skin_.height()); ++y)
-                regions.push_back({y * row * VkDeviceSize(state_planes(variant_)), at + y * row, row});
+        const std::vector<VkBufferCopy> regions =
+            regions_of(skin_, q == Quantity::strain ? state_planes(variant_) : 1, at);
         context_->calls().vkCmdCopyBuffer(commands, map_of(q).handle(), download_->handle(), uint32_t(regions.size()),
                                           regions.data());
     }
@@ -220,11 +206,6 @@ class March : public plan::Stepper {
         }
     }
 
-    VkCommandBuffer recording() {
-        if (!commands_) commands_ = context_->begin();
-        return commands_;
-    }
-
     const plan::PreparedSkin& skin_;
     const plan::Schedule& schedule_;
     const plan::Variant variant_;
@@ -234,10 +215,10 @@ class March : public plan::Stepper {
     Results results_;
     std::unique_ptr<PressKernel> press_;
     std::unique_ptr<FieldsKernel> fields_;
-    std::unique_ptr<Buffer> download_, upload_;
-    VkDeviceSize staged_ = 0;                   // bytes of upload_ in use
-    plan::SharedCoefficients table_of_;         // what the table on the device was made from
-    VkCommandBuffer commands_ = VK_NULL_HANDLE; // while recording
+    std::unique_ptr<Buffer> download_;
+    Recording recording_;
+    Staging staging_;
+    plan::SharedCoefficients table_of_; // what the table on the device was made from
     size_t recorded_ = 0;
     int from_ = 0, visible_ = 0, to_ = 1; // states: that a step begins with, that the last one made; pressure run to
     long long dispatches_ = 0;
