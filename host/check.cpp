@@ -93,7 +93,7 @@ void compare_runs(SelfTest& test, plan::Backend& backend, plan::Backend& plain, 
     plan::Timeline timeline(run.schedule, run.skin);
     for (plan::Step step; timeline.next(step);) {
         for (plan::Stepper* stepper : {one.get(), two.get()}) {
-            if (v.framed) stepper->frame(step.keep ? run.schedule.pressure : run.skin.surface);
+            if (v.framed) stepper->frame(step.keep ? run.schedule.pressure : run.skin.heights);
             stepper->press(step);
         }
         for (const auto& [what, kernel] : {std::pair{&pressed, SelfTest::press}, {&derived, SelfTest::fields}}) {

@@ -25,10 +25,13 @@ const Trace& Result::trace(Quantity q) const {
 SceneMaps maps(const Scene& scene) {
     const DefaultFloats guard;
     const plan::PreparedRun run = plan::prepare_run(scene);
-    const SkinDescription& d = run.skin.description;
-    return {.surface = run.skin.surface,
-            .rest_curvature = plan::laplacian(run.skin.surface, d.grid, run.skin.stencil, run.skin.edges),
-            .pressure = run.schedule.pressure};
+    const size_t width = size_t(run.skin.width());
+    std::vector<double> surface(run.skin.cells()), rest(surface);
+    for (int y = 0; y < run.skin.height(); ++y) {
+        plan::surface_row(run.skin, y, surface.data() + size_t(y) * width);
+        plan::rest_curvature_row(run.skin, y, 0, run.skin.width(), rest.data() + size_t(y) * width);
+    }
+    return {.surface = std::move(surface), .rest_curvature = std::move(rest), .pressure = run.schedule.pressure};
 }
 
 namespace {
@@ -45,8 +48,8 @@ planner::Request request_of(const Scene& scene, const Device& device, const RunO
             .on_device = device.impl().asked && !device.impl().backend->capabilities().f64};
 }
 
-Explanation choice_of(const plan::PreparedRun& run, const Scene& scene, const Device& device,
-                      const RunOptions& options, bool everything) {
+Explanation choice_of(const plan::PreparedRun& run, const Scene& scene, const Device& device, const RunOptions& options,
+                      bool everything) {
     const plan::Capabilities opened = device.impl().backend->capabilities();
     const planner::Backends backends{opened, opened.f64 ? opened : Device::cpu().impl().backend->capabilities()};
     return planner::choose(run.skin, run.schedule, request_of(scene, device, options), backends, everything);
@@ -163,8 +166,7 @@ class Run {
 
     void read_fields(const plan::Step& step) {
         for (const FieldRequest& f : schedule_.output.fields) {
-            if (!(scene::snapped(f.at, schedule_.time.step) == schedule_.field_times[size_t(step.field)]))
-                continue;
+            if (!(scene::snapped(f.at, schedule_.time.step) == schedule_.field_times[size_t(step.field)])) continue;
             std::vector<std::vector<double>> maps;
             stepper_->read(f.what, maps);
             for (size_t i = 0; i < maps.size(); ++i) {

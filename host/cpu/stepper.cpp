@@ -113,9 +113,10 @@ template <class K> class March : public plan::Stepper {
         const auto c = plan::constants_of<K>(skin_, schedule_.pressed);
         const real* eps = cells_.strain();
         if (q == Quantity::deformation) {
-            const double* surface = skin_.surface.data() + size_t(y) * size_t(c.width);
+            std::vector<double> surface(size_t(c.width));
+            plan::surface_row(skin_, y, surface.data());
             for (int x = 0; x < c.width; ++x)
-                out[x] = K::flush(K::deformation_of(real(surface[x]), eps[row(y) + size_t(x)], c.thickness));
+                out[x] = K::flush(K::deformation_of(real(surface[size_t(x)]), eps[row(y) + size_t(x)], c.thickness));
             return;
         }
         const auto rows = simd::neighbours<real>(y, c.width, c.height, skin_.stencil, skin_.edges,

@@ -36,12 +36,18 @@ Grid without_spacing(Grid grid) {
     return grid;
 }
 
+void surface_row(const PreparedSkin& skin, int y, double* S) {
+    const double* heights = skin.heights.data() + size_t(y) * size_t(skin.width());
+    for (int x = 0; x < skin.width(); ++x) S[x] = heights[x] * skin.relief;
+}
+
 void rest_curvature_row(const PreparedSkin& skin, int y, int first, int last, double* L) {
-    laplacian_row(skin.surface, y, first, last, skin.description.grid, skin.stencil, skin.edges, L);
+    laplacian_row(skin.heights, y, first, last, skin.description.grid, skin.stencil, skin.edges, L);
+    for (int x = 0; x < last - first; ++x) L[x] *= skin.relief;
 }
 
 double rest_curvature_at(const PreparedSkin& skin, Cell cell) {
-    return laplacian_at(skin.surface, cell, skin.description.grid, skin.stencil, skin.edges);
+    return laplacian_at(skin.heights, cell, skin.description.grid, skin.stencil, skin.edges) * skin.relief;
 }
 
 double greatest_rest_curvature(const PreparedSkin& skin) {
@@ -66,7 +72,8 @@ struct CurvatureRows {
 
     void take(int y, int stencil, int edges, std::vector<double>& rest, std::vector<double>& C) {
         const int width = skin.width();
-        laplacian_row(skin.surface, y, 0, width, unit, stencil, edges, rest.data());
+        laplacian_row(skin.heights, y, 0, width, unit, stencil, edges, rest.data());
+        for (double& v : rest) v *= skin.relief;
         laplacian_row(shape, y, 0, width, unit, stencil, edges, L.data());
         for (int x = 0; x < width; ++x) C[size_t(x)] = rest[size_t(x)] - bend * L[size_t(x)];
     }

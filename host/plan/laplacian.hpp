@@ -17,7 +17,10 @@ void laplacian_row(const std::vector<double>& map, int y, int first, int last, c
                    double* L);
 Grid without_spacing(Grid);
 
-// L(S), 1/m.
+// Row y of S.
+void surface_row(const PreparedSkin&, int y, double* S);
+
+// L(S), 1/m. The relief multiplies differences: heights far from 0 lose nothing by it.
 void rest_curvature_row(const PreparedSkin&, int y, int first, int last, double* L);
 double rest_curvature_at(const PreparedSkin&, Cell);
 double greatest_rest_curvature(const PreparedSkin&);
@@ -55,6 +58,15 @@ std::vector<real> padded_rows(const PreparedSkin& skin, const char* parameter, R
 template <class real>
 std::vector<real> padded(const std::vector<double>& map, const PreparedSkin& skin, const char* parameter) {
     return padded_rows<real>(skin, parameter, [&](int y) { return map.data() + size_t(y) * size_t(skin.width()); });
+}
+
+// S of every cell, pitch*height.
+template <class real> std::vector<real> padded_surface(const PreparedSkin& skin) {
+    std::vector<double> S(size_t(skin.width()));
+    return padded_rows<real>(skin, "surface.relief", [&](int y) {
+        surface_row(skin, y, S.data());
+        return S.data();
+    });
 }
 
 // L(S) of every cell, pitch*height.

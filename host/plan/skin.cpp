@@ -32,7 +32,8 @@ void find_materials(PreparedSkin& skin) {
 PreparedSkin prepare_skin(const SkinDescription& d) {
     PreparedSkin skin;
     skin.description = d;
-    skin.surface = scene::surface_map(d);
+    skin.heights = scene::surface_heights(d);
+    skin.relief = *d.surface.relief;
     skin.pitch = (d.grid.width + PITCH_CELLS - 1) / PITCH_CELLS * PITCH_CELLS;
     skin.tiles = (d.grid.width + TILE_CELLS - 1) / TILE_CELLS;
     skin.stencil = int(*d.stencil);
@@ -60,7 +61,7 @@ PreparedSkin with_material(PreparedSkin skin, double modulus, double viscosity) 
 }
 
 void drop_maps(PreparedSkin& skin) {
-    skin.surface = skin.description.surface.map = {};
+    skin.heights = skin.description.surface.map = {};
     skin.description.material.modulus_map = skin.description.material.viscosity_map = {};
 }
 

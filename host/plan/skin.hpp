@@ -20,8 +20,9 @@ struct PressedBox {
 };
 
 struct PreparedSkin {
-    SkinDescription description;    // validated, every default filled in
-    Map surface;                    // S, width*height
+    SkinDescription description; // validated, every default filled in
+    Map heights;                 // of the surface, width*height: S = relief*heights
+    double relief = 1;
     int pitch = 0, tiles = 0;       // cells from row to row, tiles per row
     int stencil = 0, edges = 0;     // names in kernels/layout.h
     f64::Constants constants{};     // what does not change from step to step

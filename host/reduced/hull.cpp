@@ -13,8 +13,8 @@ double above(const Vertex& from, const Vertex& to, const Vertex& p) {
     return (p.a - from.a) * (to.b - from.b) - (p.b - from.b) * (to.a - from.a);
 }
 
-// Quickhull with branch-free partitioning: of the points above a line between two vertices the furthest is a vertex, and
-// what is not above the two lines to it is inside. `aside` has room for the points once more.
+// Quickhull with branch-free partitioning: of the points above a line between two vertices the furthest is a vertex,
+// and what is not above the two lines to it is inside. `aside` has room for the points once more.
 void add_between(std::vector<Vertex>& vertices, Vertex from, Vertex to, Vertex* points, size_t n, Vertex* aside) {
     if (n == 0) return;
     Vertex top = points[0];

@@ -71,11 +71,11 @@ class Separable : public plan::Stepper {
                   double* out) const {
         const f64::Constants& c = skin_.constants;
         const size_t width = size_t(c.width), at = size_t(y) * width;
-        const double *surface = skin_.surface.data() + at, *p = schedule_.pressure.data() + at;
+        const double *heights = skin_.heights.data() + at, *p = schedule_.pressure.data() + at;
         const double X = scalar(q), g = visible_.g;
         for (size_t x = 0; x < width; ++x)
             if (q == Quantity::strain) out[x] = p[x] * g;
-            else if (q == Quantity::deformation) out[x] = surface[x] - c.thickness * p[x] * g;
+            else if (q == Quantity::deformation) out[x] = heights[x] * skin_.relief - c.thickness * p[x] * g;
             else if (q == Quantity::curvature) out[x] = row.rest()[x] - c.bend * row.load()[x] * g;
             else out[x] = X * (a[x] - g * b[x]);
     }

@@ -54,7 +54,7 @@ void check_material(const Scene& validated, double modulus, double viscosity);
 
 // The functions below expect a validated scene or skin.
 
-Map surface_map(const SkinDescription&); // width*height heights in m
+Map surface_heights(const SkinDescription&); // width*height, in units of the relief
 // Returns width*height pressures in Pa where the envelope is 1; the first frame of a sequence.
 Map pressure_map(const ValidatedScene&);
 

@@ -60,14 +60,12 @@ double noise(double x, double y) {
 
 } // namespace
 
-Map surface_map(const SkinDescription& scene) {
+Map surface_heights(const SkinDescription& scene) {
     const Surface& s = scene.surface;
     const int width = scene.grid.width, height = scene.grid.height;
     std::vector<double> map;
-    if (s.kind == Surface::Kind::map) {
-        if (*s.relief == 1) return s.map;
-        map = s.map;
-    } else map.assign(size_t(width) * height, 0.5);
+    if (s.kind == Surface::Kind::map) return s.map;
+    map.assign(size_t(width) * height, 0.5);
     if (s.kind == Surface::Kind::wave || s.kind == Surface::Kind::spiral) {
         for (int y = 0; y < height; ++y)
             for (int x = 0; x < width; ++x) {
@@ -83,7 +81,6 @@ Map surface_map(const SkinDescription& scene) {
         const double base = *low, range = *high - *low;
         for (double& v : map) v = range > 0 ? (v - base) / range : 0.5;
     }
-    for (double& v : map) v *= *s.relief;
     return map;
 }
 

@@ -85,7 +85,7 @@ class March : public plan::Stepper {
         check_fits(skin, *context_, memory_.bytes() + results_.bytes(), results_.bytes());
         // These throw where a value does not fit, so they come before any buffer.
         const std::vector<float> rest = plan::padded_rest_curvature<float>(skin),
-                                 surface = plan::padded<float>(skin.surface, skin, "surface.relief"),
+                                 surface = plan::padded_surface<float>(skin),
                                  pressure = schedule.framed
                                                 ? std::vector<float>()
                                                 : plan::padded<float>(schedule.pressure, skin, "load.intensity");
