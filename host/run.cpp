@@ -159,7 +159,7 @@ class Run {
             stepper_ = reduced::separable(skin_, schedule_, d_.moments, d_.sites_alone(), std::ref(collect_));
         } else {
             cells_.emplace(skin_, pressed_cells(schedule_), schedule_.points);
-            stepper_ = reduced::sites(skin_, schedule_, *cells_, d_.sites_alone(),
+            stepper_ = reduced::sites(skin_, schedule_, *cells_, reduced::classes_of(skin_, schedule_),
                                       d_.device.impl().backend->capabilities().threads, std::ref(collect_));
         }
     }

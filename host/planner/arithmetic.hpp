@@ -36,6 +36,7 @@ struct CountedArithmetic {
     bool single, bound; // rounded to float; values are bounds and never cancel, as between frames
     double carried;     // share of an addition's rounding that stays in the sum: 1, or 2u compensated
     double flush;       // magnitude below which results are stored as 0
+    double least = 0;   // least pressure that is not 0, per unit of the peak: 0 where it is not known
 
     // Half a unit in the last place of the greatest cell's value; of no other cell is it more.
     double rounding(double x) const {
@@ -43,10 +44,10 @@ struct CountedArithmetic {
         std::frexp(peak * std::abs(x) * (1 + 1e-5), &exponent);
         return x == 0 || peak == 0 ? 0 : std::ldexp(u, exponent - 1) / peak;
     }
-    // A coefficient as it comes to the kernel.
-    Counted of(double coefficient) const {
-        const double off =
-            single ? std::abs(double(float(coefficient)) - coefficient) : 0x1p-50 * std::abs(coefficient);
+    // A coefficient as it comes to the kernel: a few units off in double, and e^-z by as many more as z has units.
+    Counted of(double coefficient, double z = 0) const {
+        const double in_double = (4 + 2 * z) * 0x1p-53 * std::abs(coefficient);
+        const double off = single ? std::abs(double(float(coefficient)) - coefficient) + 2 * in_double : 2 * in_double;
         return {coefficient, off};
     }
     Counted times(Counted a, Counted b) const {
@@ -59,8 +60,8 @@ struct CountedArithmetic {
     }
 
     // One step under the pressure s0, ds, sj. What eps and sum were off by before is carried on linearly, where the
-    // kernel's terms cancel.
-    CountedCell pressed(const CountedCell&, const f64::Coefficients&, double s0, double ds, double sj) const;
+    // kernel's terms cancel. z is dt/tau.
+    CountedCell pressed(const CountedCell&, const f64::Coefficients&, double s0, double ds, double sj, double z) const;
 };
 
 } // namespace dermis::planner

@@ -15,7 +15,7 @@ using plan::Element;
 using plan::PreparedSkin;
 using plan::Schedule;
 
-constexpr size_t some = 64; // materials and cells looked at, at most
+constexpr size_t some = 64; // cells looked at for the greatest values, at most
 
 // The sum of a stencil's absolute weights: by it, errors of the cells become an error of the curvature.
 double weight_of(int stencil) {
@@ -27,6 +27,14 @@ double largest_of(const std::vector<double>& map) {
     double largest = 0;
     for (double v : map) largest = std::max(largest, std::abs(v));
     return largest;
+}
+
+// The least |v| that is not 0.
+double least_of(const std::vector<double>& map) {
+    double least = INFINITY;
+    for (double v : map)
+        if (v != 0) least = std::min(least, std::abs(v));
+    return std::isfinite(least) ? least : 0;
 }
 
 // |L(S)|: of all cells, or of the points where a run without traces and fields reads no other.
@@ -56,36 +64,108 @@ Roughness roughness_of(const PreparedSkin& skin, const Schedule& schedule, doubl
         if (i % width) step = std::max(step, std::abs(map[i] - map[i - 1]));
         if (i >= width) step = std::max(step, std::abs(map[i] - map[i - width]));
     }
-    if (skin.edges != EDGES_PERIODIC) r.differences = weight * std::min(2 * step / peak, 2.0); // two cells apart at most
+    if (skin.edges != EDGES_PERIODIC)
+        r.differences = weight * std::min(2 * step / peak, 2.0); // two cells apart at most
     return r;
 }
 
-// A few of very many materials, from the fastest to the slowest.
-std::vector<Element> some_of(const std::vector<Element>& materials) {
-    if (materials.size() <= some) return materials;
-    std::vector<Element> sorted = materials, few;
-    std::sort(sorted.begin(), sorted.end(), [](const Element& a, const Element& b) {
-        return a.viscosity * b.modulus < b.viscosity * a.modulus;
-    });
-    for (size_t i = 0; i < some; ++i) few.push_back(sorted[i * (sorted.size() - 1) / (some - 1)]);
+// A material, and the greatest |pressure| on its cells.
+struct PressedMaterial {
+    Element element;
+    double peak;
+};
+
+std::vector<PressedMaterial> pressed_materials(const PreparedSkin& skin, const Schedule& schedule) {
+    std::vector<PressedMaterial> all;
+    for (const Element& e : skin.materials)
+        all.push_back({e, schedule.framed ? 1.0 : 0.0}); // frames have peaks of their own
+    if (schedule.framed) return all;
+    const std::vector<double>& p = schedule.pressure;
+    const size_t width = size_t(skin.width());
+    for (size_t i = 0; i < p.size(); ++i) {
+        const size_t kind = skin.uniform() ? 0 : size_t(skin.material_of[i / width * size_t(skin.pitch) + i % width]);
+        all[kind].peak = std::max(all[kind].peak, std::abs(p[i]));
+    }
+    return all;
+}
+
+// As many of the materials as the analysis has time for. Errors scale with peak/modulus and peak/viscosity at a given
+// retardation time: of each narrow range of retardation times, the extremes of these represent the others.
+std::vector<PressedMaterial> representatives(std::vector<PressedMaterial> all, double steps) {
+    constexpr double most_cell_steps = 4e6;
+    constexpr size_t ranges = 512;
+    if (all.size() <= 2 * ranges || double(all.size()) * steps <= most_cell_steps) return all;
+    const auto rate = [](const PressedMaterial& m) { return std::log(m.element.modulus / m.element.viscosity); };
+    double low = INFINITY, high = -INFINITY; // of rates that are finite
+    for (const PressedMaterial& m : all)
+        if (std::isfinite(rate(m))) low = std::min(low, rate(m)), high = std::max(high, rate(m));
+    const auto by_modulus = [](const PressedMaterial& m) { return m.peak / m.element.modulus; };
+    const auto by_viscosity = [](const PressedMaterial& m) { return m.peak / m.element.viscosity; };
+    std::vector<const PressedMaterial*> soft(ranges + 2, nullptr), fluid(ranges + 2, nullptr);
+    for (const PressedMaterial& m : all) {
+        const double r = rate(m); // elastic materials come last, viscous ones first
+        const size_t range = !std::isfinite(r) ? (r > 0 ? ranges + 1 : 0)
+                             : high > low      ? 1 + std::min(size_t((r - low) / (high - low) * ranges), ranges - 1)
+                                               : 1;
+        if (!soft[range] || by_modulus(m) > by_modulus(*soft[range])) soft[range] = &m;
+        if (!fluid[range] || by_viscosity(m) > by_viscosity(*fluid[range])) fluid[range] = &m;
+    }
+    std::vector<PressedMaterial> few;
+    for (const auto& chosen : {soft, fluid})
+        for (const PressedMaterial* m : chosen)
+            if (m) few.push_back(*m);
     return few;
 }
 
-// The cell of the greatest pressure of each material, and some more.
+// Cells where outputs are likely to be greatest: of the softest and the most fluid under pressure, and some from all
+// over.
 std::vector<Cell> telling_cells(const PreparedSkin& skin, const Schedule& schedule) {
     const std::vector<double>& p = schedule.pressure;
     const size_t width = size_t(skin.width()), pitch = size_t(skin.pitch);
-    std::vector<size_t> best(std::min(some, skin.materials.size()), 0);
-    for (size_t i = 0; i < p.size(); ++i) {
-        const size_t kind = skin.uniform() ? 0 : size_t(skin.material_of[i / width * pitch + i % width]);
-        size_t& cell = best[kind % best.size()];
-        if (std::abs(p[i]) > std::abs(p[cell])) cell = i;
-    }
-    const size_t more = std::min(some, p.size() / 4);
-    for (size_t i = 0; i < more; ++i) best.push_back((2 * i + 1) * p.size() / (2 * more));
+    const auto element = [&](size_t i) -> const Element& {
+        return skin.materials[skin.uniform() ? 0 : size_t(skin.material_of[i / width * pitch + i % width])];
+    };
+    std::vector<size_t> chosen;
+    const auto choose = [&](size_t count, auto measure) {
+        std::vector<std::pair<double, size_t>> best; // the greatest ones, the least of them first
+        const auto later = std::greater<std::pair<double, size_t>>();
+        for (size_t i = 0; i < p.size(); ++i) {
+            const double m = measure(i);
+            if (!(m > 0) || (best.size() == count && m <= best.front().first)) continue;
+            if (best.size() == count) std::pop_heap(best.begin(), best.end(), later), best.pop_back();
+            best.push_back({m, i});
+            std::push_heap(best.begin(), best.end(), later);
+        }
+        for (const auto& [m, i] : best) chosen.push_back(i);
+    };
+    const size_t count = skin.uniform() ? 4 : some / 2;
+    choose(count, [&](size_t i) { return std::abs(p[i]) / element(i).modulus; });
+    choose(count, [&](size_t i) { return std::abs(p[i]) / element(i).viscosity; });
+    const size_t more = std::min(some, p.size());
+    for (size_t i = 0; i < more; ++i) chosen.push_back((2 * i + 1) * p.size() / (2 * more));
     std::vector<Cell> cells;
-    for (size_t i : best) cells.push_back({int(i % width), int(i / width)});
+    for (size_t i : chosen) cells.push_back({int(i % width), int(i / width)});
     return cells;
+}
+
+// Of each class the sites under the greatest pressure.
+void add_telling_sites(const PreparedSkin& skin, const Schedule& schedule, std::vector<Cell>& cells,
+                       std::vector<int>& classes) {
+    for (int q = QUANTITY_SA1; q < REDUCED_MAPS; ++q) {
+        std::vector<std::pair<double, const Site*>> all;
+        for (const Site& site : skin.description.sites)
+            if (int(site.type) == q)
+                all.push_back(
+                    {std::abs(schedule.pressure[size_t(site.cell.y) * size_t(skin.width()) + size_t(site.cell.x)]),
+                     &site});
+        std::stable_sort(all.begin(), all.end(), [](auto& a, auto& b) { return a.first > b.first; });
+        for (size_t i = 0; i < std::min(some, all.size()); ++i) {
+            // half of them the most pressed, half from all over
+            const auto& [pressure, site] = all[i < some / 2 ? i : i * (all.size() - 1) / std::max<size_t>(some - 1, 1)];
+            cells.push_back(site->cell);
+            classes.push_back(q);
+        }
+    }
 }
 
 // The pressures of a step per unit of the map, or between frames their greatest magnitudes.
@@ -106,54 +186,50 @@ StepLoad load_of(const Schedule& schedule, const plan::Step& step) {
 class Analysis {
   public:
     Analysis(const PreparedSkin& skin, const Schedule& schedule, Precision precision, bool flushed, bool points_only)
-        : skin_(skin), schedule_(schedule), in_double_(precision == Precision::f64),
-          u_(in_double_ ? 0x1p-53 : 0x1p-24), flush_(flushed ? 0x1p-64 : 0),
-          last_(precision == Precision::f32_compensated ? u_ : 0), l_(std::abs(skin.constants.curvature_length)),
-          weight_(skin.constants.bend * weight_of(skin.stencil)), rest_(rest_peak(skin, schedule, points_only)),
-          peak_(schedule.framed ? 1 : largest_of(schedule.pressure)), rough_(roughness_of(skin, schedule, peak_)),
-          arithmetic_{.u = u_,
-                      .peak = peak_,
-                      .single = !in_double_,
-                      .bound = schedule.framed,
-                      .carried = precision == Precision::f32_compensated ? 2 * u_ : 1,
-                      .flush = peak_ > 0 ? 2 * flush_ / peak_ : 0},
-          materials_(some_of(skin.materials)) {}
+        : skin_(skin), schedule_(schedule), in_double_(precision == Precision::f64), u_(in_double_ ? 0x1p-53 : 0x1p-24),
+          flush_(flushed ? 0x1p-64 : 0), last_(precision == Precision::f32_compensated ? u_ : 0),
+          l_(std::abs(skin.constants.curvature_length)), weight_(skin.constants.bend * weight_of(skin.stencil)),
+          rest_(rest_peak(skin, schedule, points_only)),
+          rough_(roughness_of(skin, schedule, schedule.framed ? 1 : largest_of(schedule.pressure))) {
+        const double least = schedule.framed ? 0 : least_of(schedule.pressure);
+        for (const PressedMaterial& m : representatives(pressed_materials(skin, schedule), double(schedule.outputs))) {
+            materials_.push_back(m.element);
+            arithmetic_.push_back({.u = u_,
+                                   .peak = m.peak,
+                                   .single = !in_double_,
+                                   .bound = schedule.framed,
+                                   .carried = precision == Precision::f32_compensated ? 2 * u_ : 1,
+                                   .flush = m.peak > 0 ? 2 * flush_ / m.peak : 0,
+                                   .least = m.peak > 0 ? least / m.peak : 0});
+        }
+    }
 
-    void run() {
+    Bounds run() {
         plan::Timeline timeline(schedule_, materials_, skin_.rule, schedule_.method),
             exact_timeline(schedule_, materials_, skin_.rule, Method::exact);
         const bool baseline = schedule_.method != Method::exact;
         std::vector<CountedCell> kept(materials_.size()), exact(materials_.size());
         now_ = exact_ = kept;
+        const double dt = schedule_.time.step;
         for (plan::Step step, true_step; timeline.next(step);) {
             // impulses and fields between outputs come from the exact method's timeline alone
             while (baseline && exact_timeline.next(true_step) && true_step.trace < 0) {
             }
             const StepLoad load = load_of(schedule_, step);
             for (size_t i = 0; i < materials_.size(); ++i) {
-                now_[i] = arithmetic_.pressed(kept[i], (*step.coefficients)[i], load.s0, load.ds, load.sj);
+                const Element& m = materials_[i];
+                const double z = m.viscosity > 0 ? m.modulus * dt / m.viscosity : 0;
+                const CountedArithmetic& a = arithmetic_[i];
+                now_[i] = a.pressed(kept[i], (*step.coefficients)[i], load.s0, load.ds, load.sj, z);
                 exact_[i] = now_[i];
                 if (baseline)
-                    exact_[i] = exact[i] = arithmetic_.pressed(exact[i], (*true_step.coefficients)[i], true_step.start,
-                                                               true_step.rise, true_step.jump);
+                    exact_[i] = exact[i] = a.pressed(exact[i], (*true_step.coefficients)[i], true_step.start,
+                                                     true_step.rise, true_step.jump, z);
             }
             if (step.trace >= 0 || step.field >= 0) widen();
             if (step.keep) kept = now_;
         }
-    }
-
-    // The greatest errors relative to the largest values.
-    Errors relative(const Errors& largest) const {
-        const auto& gains = skin_.description.receptors.fa2_gains;
-        const double gain = std::max(std::abs(gains[0]), std::abs(gains[1]));
-        Errors errors = worst_;
-        errors[QUANTITY_FA2] *= gain;
-        for (size_t q = 0; q < REDUCED_MAPS; ++q) {
-            const double stored = 2.1 * flush_ * (q == QUANTITY_FA2 ? gain : 1);
-            errors[q] = values_[q] == 0 && errors[q] <= stored ? 0 : errors[q] / largest[q]; // zeros alone are exact
-            if (std::isnan(errors[q])) errors[q] = INFINITY;
-        }
-        return errors;
+        return bounds_;
     }
 
   private:
@@ -164,19 +240,20 @@ class Analysis {
     void widen() {
         double strain = 0, d_strain = 0;
         for (size_t i = 0; i < now_.size(); ++i) {
-            strain = std::max(strain, peak_ * std::abs(now_[i].eps));
-            d_strain = std::max(d_strain, peak_ * (now_[i].d_eps + last_ * std::abs(now_[i].eps) +
-                                                   truncation(i, QUANTITY_STRAIN)));
+            const double peak = arithmetic_[i].peak;
+            strain = std::max(strain, peak * std::abs(now_[i].eps));
+            d_strain = std::max(
+                d_strain, peak * (now_[i].d_eps + last_ * std::abs(now_[i].eps) + truncation(i, QUANTITY_STRAIN)));
         }
         const double gain = 1 + l_ * (rest_ + rough_.laplacian * strain);
         const double d_C = weight_ * d_strain + u_ * (2 * rest_ + (rough_.laplacian + rough_.differences) * strain);
         for (size_t i = 0; i < now_.size(); ++i)
             for (int q = 0; q < REDUCED_MAPS; ++q) {
-                const double value = std::abs(now_[i].value(q)), x = peak_ * value;
-                double& worst = worst_[size_t(q)];
-                values_[size_t(q)] = std::max(values_[size_t(q)], x);
+                const double peak = arithmetic_[i].peak, value = std::abs(now_[i].value(q)), x = peak * value;
+                double &worst = bounds_.error[size_t(q)], &greatest = bounds_.greatest[size_t(q)];
+                greatest = std::max(greatest, q == QUANTITY_STRAIN ? x : x * gain);
                 const bool sum = q <= QUANTITY_SA2; // compensated, it is off by the last rounding of its value
-                const double d_x = peak_ * (now_[i].error(q) + (sum ? last_ * value : 0)) + peak_ * truncation(i, q);
+                const double d_x = peak * (now_[i].error(q) + (sum ? last_ * value : 0) + truncation(i, q));
                 if (!in_double_ && !(x * gain < 3e38)) worst = INFINITY;
                 const double error =
                     q == QUANTITY_STRAIN ? d_x + flush_ : d_x * gain + x * (l_ * d_C + 3 * u_ * gain) + 2 * flush_;
@@ -189,59 +266,70 @@ class Analysis {
     const bool in_double_;
     const double u_, flush_;
     const double last_; // of a value: the last rounding, where earlier ones are compensated
-    const double l_, weight_, rest_, peak_;
+    const double l_, weight_, rest_;
     const Roughness rough_;
-    const CountedArithmetic arithmetic_;
-    const std::vector<Element> materials_;
-    std::vector<CountedCell> now_, exact_; // by the method, and by the exact one
-    Errors worst_{}, values_{};
+    std::vector<Element> materials_;
+    std::vector<CountedArithmetic> arithmetic_; // of each material: relative to the pressure on it
+    std::vector<CountedCell> now_, exact_;      // by the method, and by the exact one
+    Bounds bounds_{};
 };
 
-} // namespace
-
-Errors measured_peaks(const PreparedSkin& skin, const Schedule& schedule, bool points_only) {
-    std::vector<Cell> cells;
-    const std::vector<Cell>& points = schedule.points;
-    if (points_only) {
-        const size_t n = std::min(some, points.size());
-        for (size_t i = 0; i < n; ++i) cells.push_back(points[i * points.size() / n]);
-    } else {
-        cells = telling_cells(skin, schedule);
-    }
-    Errors largest{};
-    const plan::SiteCells needed(skin, pressed_cells(schedule), cells);
-    const bool own_class = points_only && cells.size() == points.size();
-    const auto stepper = reduced::sites(skin, schedule, needed, own_class, 1, [&](auto&, const plan::Sample& sample) {
-        for (size_t i = 0; i < sample.points.size(); ++i) {
-            double& peak = largest[i / cells.size()];
-            peak = std::max(peak, std::abs(sample.points[i]));
-        }
-    });
+// The exact solution in some points, step by step; take(quantity, point, |X|).
+template <class Take>
+void solve(const PreparedSkin& skin, const Schedule& schedule, const std::vector<Cell>& points,
+           const std::vector<int>& classes, Take take) {
+    const plan::SiteCells needed(skin, pressed_cells(schedule), points);
+    const auto stepper =
+        reduced::unflushed_sites(skin, schedule, needed, classes, [&](auto&, const plan::Sample& sample) {
+            for (size_t i = 0; i < sample.points.size(); ++i)
+                take(i / points.size(), i % points.size(), std::abs(sample.points[i]));
+        });
     plan::FrameFeed feed(schedule);
     plan::Timeline timeline(schedule, needed.materials, skin.rule, Method::exact);
     for (plan::Step step; timeline.next(step);) {
         feed.before(step, [&](const std::vector<double>& frame) { stepper->frame(frame); });
         stepper->press(step);
     }
-    return largest;
 }
 
-Errors predicted_errors(const PreparedSkin& skin, const Schedule& schedule, Precision precision, bool flushed,
-                        const Errors& largest, bool points_only) {
-    Analysis analysis(skin, schedule, precision, flushed, points_only);
-    analysis.run();
-    return analysis.relative(largest);
+} // namespace
+
+Peaks measured_peaks(const PreparedSkin& skin, const Schedule& schedule) {
+    const bool whole = !schedule.output.traces.empty() || !schedule.output.fields.empty();
+    std::vector<Cell> points;
+    if (whole) points = telling_cells(skin, schedule);
+    const size_t cells = points.size();
+    std::vector<int> classes(cells, reduced::every_quantity);
+    add_telling_sites(skin, schedule, points, classes);
+    Peaks peaks{};
+    if (points.empty()) return peaks;
+    solve(skin, schedule, points, classes, [&](size_t q, size_t point, double x) {
+        double& peak = (point < cells ? peaks.all : peaks.sites)[q];
+        peak = std::max(peak, x);
+    });
+    return peaks;
 }
 
-double worst_asked(const PreparedSkin& skin, const Schedule& schedule, const Errors& errors) {
+Bounds absolute_bounds(const PreparedSkin& skin, const Schedule& schedule, Precision precision, bool flushed,
+                       bool points_only) {
+    return Analysis(skin, schedule, precision, flushed, points_only).run();
+}
+
+double worst_asked(const PreparedSkin& skin, const Schedule& schedule, const Bounds& bounds, const Peaks& peaks) {
+    const auto& gains = skin.description.receptors.fa2_gains;
+    const double gain = std::max(std::abs(gains[0]), std::abs(gains[1]));
     double worst = 0;
-    const auto count = [&](Quantity q) {
-        if (q < Quantity::curvature) worst = std::max(worst, errors[size_t(q)]);
+    const auto count = [&](Quantity q, const Errors& largest) {
+        if (q >= Quantity::curvature) return;
+        const double scale = q == Quantity::fa2 ? gain : 1, stored = 0x1p-64;
+        if (scale * bounds.greatest[size_t(q)] < stored) return; // it is exact
+        const double peak = std::max(scale * largest[size_t(q)], stored);
+        worst = std::max(worst, scale * bounds.error[size_t(q)] / peak);
     };
-    for (Quantity q : schedule.output.traces) count(q);
+    for (Quantity q : schedule.output.traces) count(q, peaks.all);
     for (const FieldRequest& f : schedule.output.fields)
-        for (Quantity q : f.what) count(q);
-    for (const Site& site : skin.description.sites) count(site.type);
+        for (Quantity q : f.what) count(q, peaks.all);
+    for (const Site& site : skin.description.sites) count(site.type, peaks.sites);
     return worst;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a model can be off by, before it is run: largest |X - X_exact| over cells and output times, by the largest
+// A bound of a model's error before it is run: the largest |X - X_exact| over cells and output times, by the largest
 // |X_exact|, where X_exact solves the model on the scene's grid, maps and load without error in time or arithmetic.
 #pragma once
 
@@ -7,18 +7,25 @@
 
 namespace dermis::planner {
 
-using Errors = std::array<double, REDUCED_MAPS>; // of strain, SA1, SA2, FA1, FA2
+using Errors = std::array<double, REDUCED_MAPS>; // of strain, SA1, SA2, FA1, FA2; FA2 before its gains
 
-// Rounding by a running analysis of one cell of each material under the load; the curvature's share by the stencil's
-// weights; a baseline's truncation as its distance from the exact method. `largest` are measured_peaks.
-// flushed: magnitudes below 2^-64 are stored as 0. points_only: no cell but the schedule's points is read.
-Errors predicted_errors(const plan::PreparedSkin&, const plan::Schedule&, Precision, bool flushed,
-                        const Errors& largest, bool points_only);
+// Lower bounds of the largest |X_exact|, from the exact solution in some cells.
+struct Peaks {
+    Errors all;   // over all cells: of traces and fields
+    Errors sites; // over the sites of a class
+};
+Peaks measured_peaks(const plan::PreparedSkin&, const plan::Schedule&);
 
-// Lower bounds of the largest |X_exact|: the exact solution in some cells, or in some of the schedule's points alone.
-Errors measured_peaks(const plan::PreparedSkin&, const plan::Schedule&, bool points_only);
+// Bounds of |X - X_exact|: rounding by a running analysis of one cell of each material under the load, the curvature's
+// share by the stencil's weights, a baseline's truncation as its distance from the exact method. flushed: magnitudes
+// below 2^-64 are stored as 0. points_only: no cell but the schedule's points is read.
+struct Bounds {
+    Errors error;    // of |X - X_exact|
+    Errors greatest; // of |X_exact|
+};
+Bounds absolute_bounds(const plan::PreparedSkin&, const plan::Schedule&, Precision, bool flushed, bool points_only);
 
-// The worst of what the scene asks for.
-double worst_asked(const plan::PreparedSkin&, const plan::Schedule&, const Errors&);
+// The worst relative error of what is asked for. An output that is nowhere above 2^-64 is exact.
+double worst_asked(const plan::PreparedSkin&, const plan::Schedule&, const Bounds&, const Peaks&);
 
 } // namespace dermis::planner

@@ -70,22 +70,21 @@ std::string ruled_out(const Candidate& c, const Request& r, const Backends& back
     return "";
 }
 
-class Bounds {
+class ErrorBounds {
   public:
-    Bounds(const PreparedSkin& skin, const Schedule& schedule) : skin_(skin), schedule_(schedule) {}
+    ErrorBounds(const PreparedSkin& skin, const Schedule& schedule) : skin_(skin), schedule_(schedule) {}
 
     double of(const Candidate& c) {
         const bool points_only = c.model == Model::sites, flushed = points_only || c.model == Model::march;
-        std::optional<Errors>& peaks = peaks_[points_only];
-        if (!peaks) peaks = measured_peaks(skin_, schedule_, points_only);
-        return worst_asked(skin_, schedule_,
-                           predicted_errors(skin_, schedule_, c.precision, flushed, *peaks, points_only));
+        if (!peaks_) peaks_ = measured_peaks(skin_, schedule_);
+        return worst_asked(skin_, schedule_, absolute_bounds(skin_, schedule_, c.precision, flushed, points_only),
+                           *peaks_);
     }
 
   private:
     const PreparedSkin& skin_;
     const Schedule& schedule_;
-    std::optional<Errors> peaks_[2]; // of all cells, of points
+    std::optional<Peaks> peaks_;
 };
 
 } // namespace
@@ -97,7 +96,7 @@ Explanation choose(const PreparedSkin& skin, const Schedule& schedule, const Req
     e.binding = r.tolerance.has_value();
     e.tolerance = r.tolerance.value_or(default_tolerance);
     e.candidates = candidates(skin, schedule, backends, everything);
-    Bounds bounds(skin, schedule);
+    ErrorBounds bounds(skin, schedule);
     std::optional<size_t> taken, nearest;
     for (size_t i = 0; i < e.candidates.size() && (everything || !taken); ++i) {
         Candidate& c = e.candidates[i];
@@ -118,13 +117,17 @@ Explanation choose(const PreparedSkin& skin, const Schedule& schedule, const Req
     }
     if (!taken && nearest && e.binding) {
         const Candidate& best = e.candidates[*nearest];
+        if (!std::isfinite(best.error))
+            throw Error(
+                Error::Code::bad_input, "tolerance",
+                "tolerance = " + shortest(e.tolerance) + "; attainable here: none, because results may grow beyond " +
+                    (best.precision == Precision::f64 ? "1.8e308" : "3.4e38 in " + std::string(name(best.precision))));
         throw Error(Error::Code::bad_input, "tolerance",
                     "tolerance = " + shortest(e.tolerance) + "; attainable here: " + shortest(best.error) +
                         " with model " + name(best.model) + " in " + name(best.precision) + " on " + best.device);
     }
     if (!taken && nearest) e.candidates[*nearest].refused.clear(), taken = nearest; // the default binds where it can
-    if (!taken)
-        refuse("precision", r.precision ? name(*r.precision) : "(free)", "no model of this scene works in it");
+    if (!taken) refuse("precision", r.precision ? name(*r.precision) : "(free)", "no model of this scene works in it");
     for (size_t i = 0; i < e.candidates.size(); ++i)
         if (i != *taken && e.candidates[i].refused.empty()) e.candidates[i].refused = "dearer than the one taken";
     e.chosen = *taken;

@@ -7,22 +7,19 @@
 namespace dermis::reduced {
 namespace {
 
-class Sites : public plan::Stepper {
+template <class K> class Sites : public plan::Stepper {
   public:
-    Sites(const plan::PreparedSkin& skin, const plan::Schedule& schedule, const plan::SiteCells& cells, bool own_class,
-          int threads, Sink sink)
-        : skin_(skin), schedule_(schedule), sink_(std::move(sink)),
+    Sites(const plan::PreparedSkin& skin, const plan::Schedule& schedule, const plan::SiteCells& cells,
+          const std::vector<int>& classes, bool gains, int threads, Sink sink)
+        : skin_(skin), schedule_(schedule), gains_(gains), sink_(std::move(sink)),
           pool_(simd::useful_threads(8 * cells.cells.size(), threads)),
           stepper_(skin, cells, variant_of(skin, schedule, Precision::f64)), cells_(cells.cells),
           columns_(cells.points.size()) {
-        const std::vector<Site>& sites = skin.description.sites;
         const plan::PressedCells pressed = pressed_cells(schedule);
         for (size_t i = 0; i < columns_; ++i) {
             const Cell c = cells.points[i];
-            if (!ever_pressed(pressed, size_t(c.y) * size_t(skin.width()) + size_t(c.x), skin.width()))
-                continue; // all that it has is 0
-            const bool site = own_class && i >= columns_ - sites.size();
-            points_.push_back({stepper_.point(c), i, site ? int(sites[i - (columns_ - sites.size())].type) : -1});
+            if (ever_pressed(pressed, size_t(c.y) * size_t(skin.width()) + size_t(c.x), skin.width()))
+                points_.push_back({stepper_.point(c), i, classes[i]}); // all that the others have is 0
         }
         std::sort(points_.begin(), points_.end(),
                   [](const Point& a, const Point& b) { return a.at.stencil.here < b.at.stencil.here; });
@@ -39,11 +36,12 @@ class Sites : public plan::Stepper {
     }
 
     void press(const plan::Step& step) override {
-        const f64::Constants c = plan::constants_of<f64>(skin_, schedule_.pressed, step);
+        typename K::Constants c = plan::constants_of<K>(skin_, schedule_.pressed, step);
+        if (!gains_) c.gain_plus = 1, c.gain_minus = -1;
         if (step.coefficients != lanes_of_) {
             lanes_of_ = step.coefficients;
             lanes_.clear();
-            for (const f64::Coefficients& k : *step.coefficients) lanes_.push_back(f64::lanes_of(k));
+            for (const f64::Coefficients& k : *step.coefficients) lanes_.push_back(K::lanes_of(plan::rounded<K>(k)));
         }
         pool_.share(int(cells_.size()), [&](int first, int last) {
             stepper_.advance(c, lanes_.data(), pressures(), size_t(first), size_t(last));
@@ -62,42 +60,55 @@ class Sites : public plan::Stepper {
 
   private:
     struct Point {
-        plan::SiteStepper<f64>::Point at;
+        typename plan::SiteStepper<K>::Point at;
         size_t column; // of a sample
-        int type;      // of a site that asks for its own class alone; -1: every quantity
+        int quantity;  // the one that is asked for, or every_quantity
     };
 
-    plan::SiteStepper<f64>::Pressures pressures() const {
+    typename plan::SiteStepper<K>::Pressures pressures() const {
         return {schedule_.framed ? from_.data() : to_.data(), to_.data()};
     }
 
-    void respond(const Point& p, const f64::Constants& c) {
+    void respond(const Point& p, const typename K::Constants& c) {
         for (int q = 0; q < REDUCED_MAPS; ++q)
-            if (p.type < 0 || p.type == q)
+            if (p.quantity == every_quantity || p.quantity == q)
                 sample_.points[size_t(q) * columns_ + p.column] =
                     stepper_.value(p.at, Quantity(q), c, lanes_.data(), pressures());
     }
 
     const plan::PreparedSkin& skin_;
     const plan::Schedule& schedule_;
+    const bool gains_; // FA2 has them
     Sink sink_;
     simd::Pool pool_;
-    plan::SiteStepper<f64> stepper_;
+    plan::SiteStepper<K> stepper_;
     const std::vector<size_t>& cells_;
     size_t columns_;                // of a sample: all points
     std::vector<Point> points_;     // those that are ever pressed
     std::vector<double> from_, to_; // pressure
-    std::vector<f64::LaneCoefficients> lanes_;
+    std::vector<typename K::LaneCoefficients> lanes_;
     plan::SharedCoefficients lanes_of_; // what lanes_ was made from
     plan::Sample sample_{};
 };
 
 } // namespace
 
+std::vector<int> classes_of(const plan::PreparedSkin& skin, const plan::Schedule& schedule) {
+    std::vector<int> classes(schedule.output.probes.size(), every_quantity);
+    for (const Site& site : skin.description.sites) classes.push_back(int(site.type));
+    return classes;
+}
+
 std::unique_ptr<plan::Stepper> sites(const plan::PreparedSkin& skin, const plan::Schedule& schedule,
-                                     const plan::SiteCells& cells, bool own_class, int threads,
+                                     const plan::SiteCells& cells, const std::vector<int>& classes, int threads,
                                      plan::Stepper::Sink sink) {
-    return std::make_unique<Sites>(skin, schedule, cells, own_class, threads, std::move(sink));
+    return std::make_unique<Sites<f64>>(skin, schedule, cells, classes, true, threads, std::move(sink));
+}
+
+std::unique_ptr<plan::Stepper> unflushed_sites(const plan::PreparedSkin& skin, const plan::Schedule& schedule,
+                                               const plan::SiteCells& cells, const std::vector<int>& classes,
+                                               plan::Stepper::Sink sink) {
+    return std::make_unique<Sites<f64_unflushed>>(skin, schedule, cells, classes, false, 1, std::move(sink));
 }
 
 } // namespace dermis::reduced

@@ -8,10 +8,18 @@
 
 namespace dermis::reduced {
 
+// The quantity that each point of SiteCells is asked for; every_quantity: all of them.
+constexpr int every_quantity = -1;
+// Of the schedule's points: every quantity of a probe, of a site its own class alone.
+std::vector<int> classes_of(const plan::PreparedSkin&, const plan::Schedule&);
+
 // Takes the steps of a timeline of cells.materials; all references outlive it. threads: 0 = one per core.
-// own_class: the last points are the skin's sites, of which each asks for its own class alone; otherwise every quantity
-// of every point is made.
 std::unique_ptr<plan::Stepper> sites(const plan::PreparedSkin&, const plan::Schedule&, const plan::SiteCells& cells,
-                                     bool own_class, int threads, plan::Stepper::Sink);
+                                     const std::vector<int>& classes, int threads, plan::Stepper::Sink);
+// The same on one thread, with values below 2^-64 kept and FA2 before its gains: what the greatest values are taken
+// from.
+std::unique_ptr<plan::Stepper> unflushed_sites(const plan::PreparedSkin&, const plan::Schedule&,
+                                               const plan::SiteCells& cells, const std::vector<int>& classes,
+                                               plan::Stepper::Sink);
 
 } // namespace dermis::reduced
