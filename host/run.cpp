@@ -63,21 +63,36 @@ struct Decided {
     bool sites_alone() const { return decision.model == Model::sites; }
 };
 
-Decided decided(const Scene& scene, const Device& device, const RunOptions& options) {
-    scene::ValidatedScene validated = scene::validate(scene);
-    plan::PreparedRun run = plan::prepare_run(validated, options.check);
-    const Explanation e = choice_of(run, scene, device, options, false);
+// moments: of the same maps, if they have been made already.
+Decided decided(const Scene& validated, plan::PreparedRun&& run, const Device& device, const RunOptions& options,
+                const SharedMoments& moments = nullptr) {
+    const Explanation e = choice_of(run, validated, device, options, false);
     const Candidate& taken = e.candidates[e.chosen];
     const bool march = taken.model == Model::march, f64 = device.impl().backend->capabilities().f64;
-    Decided d{.scene = std::move(validated.scene),
+    Decided d{.scene = validated,
               .run = std::move(run),
               .decision = taken,
               .device = !f64 && (!march || taken.precision == Precision::f64) ? Device::cpu() : device,
               .moments = {}};
-    if (!march && why_not_separable(d.run.skin, d.run.schedule).empty())
-        d.moments = reduced::moments_of(d.run.skin, d.run.schedule, d.sites_alone(),
-                                        d.device.impl().backend->capabilities().threads);
+    if (march || !why_not_separable(d.run.skin, d.run.schedule).empty()) return d;
+    d.moments = moments ? moments
+                        : reduced::moments_of(d.run.skin, d.run.schedule, d.sites_alone(),
+                                              d.device.impl().backend->capabilities().threads);
     return d;
+}
+
+Decided decided(const Scene& scene, const Device& device, const RunOptions& options) {
+    const scene::ValidatedScene validated = scene::validate(scene);
+    return decided(validated.scene, plan::prepare_run(validated, options.check), device, options);
+}
+
+// The run of another modulus and viscosity over the same maps: chosen, bounded and refused by itself.
+Decided decided(Decided&& last, double modulus, double viscosity, const Device& device, const RunOptions& options) {
+    scene::check_material(last.scene, modulus, viscosity);
+    last.scene.material.modulus = modulus;
+    last.scene.material.viscosity = viscosity;
+    last.run.skin = with_material(std::move(last.run.skin), modulus, viscosity);
+    return decided(last.scene, std::move(last.run), device, options, last.moments);
 }
 
 // Takes the steps of one run into a Result.
@@ -148,7 +163,7 @@ class Run {
 
     void read_fields(const plan::Step& step) {
         for (const FieldRequest& f : schedule_.output.fields) {
-            if (scene::Waveform::snapped(f.at, schedule_.time.step) != schedule_.field_times[size_t(step.field)])
+            if (!(scene::snapped(f.at, schedule_.time.step) == schedule_.field_times[size_t(step.field)]))
                 continue;
             std::vector<std::vector<double>> maps;
             stepper_->read(f.what, maps);
@@ -201,23 +216,24 @@ std::vector<Result> run(const Scene& scene, const std::vector<Material>& materia
                         const RunOptions& options) {
     const DefaultFloats guard;
     std::vector<Result> results;
-    std::optional<Decided> last; // of the material before; its moments serve as long as no length and no map changes
+    std::optional<Decided> last; // of the material before; its maps serve as long as no length and no map changes
     for (size_t i = 0; i < materials.size(); ++i) {
         const Material &material = materials[i], &before = i ? materials[i - 1] : scene.material;
-        const bool same_maps = material.thickness == before.thickness &&
-                               material.curvature_length == before.curvature_length && material.modulus_map.empty() &&
-                               material.viscosity_map.empty();
-        const bool reuse = last && last->moments && same_maps;
-        if (reuse) {
-            scene::check_material(last->scene, material.modulus, material.viscosity);
-            last->run.skin = with_material(std::move(last->run.skin), material.modulus, material.viscosity);
-            last->decision.error = std::nan(""); // the first one's
+        const bool same_maps = last && material.thickness == before.thickness &&
+                               material.curvature_length == before.curvature_length && before.modulus_map.empty() &&
+                               before.viscosity_map.empty() && material.modulus_map.empty() &&
+                               material.viscosity_map.empty() && last->run.schedule.sequence == nullptr;
+        const bool shared = same_maps && last->moments;
+        if (same_maps) {
+            last.emplace(decided(std::move(*last), material.modulus, material.viscosity, device, options));
         } else {
             Scene with = scene;
             with.material = material;
             last.emplace(decided(with, device, options));
         }
-        results.push_back(Run(*last, options).take(reuse ? &results.front() : nullptr));
+        // The figures of the skin at the end are the first run's where both come from the same moments.
+        const bool like_first = shared && last->moments && !results.empty();
+        results.push_back(Run(*last, options).take(like_first ? &results.front() : nullptr));
     }
     return results;
 }

@@ -2,16 +2,15 @@
 #include "host/plan/forcing.hpp"
 
 #include <algorithm>
-#include <complex>
 
 namespace dermis::plan {
 
-std::vector<Segment> segments_of(const scene::Waveform& load, double from, double to) {
-    const auto later = [](double t, const scene::Knot& k) { return t < k.time; };
+std::vector<Segment> segments_of(const scene::Waveform& load, scene::Instant from, scene::Instant to) {
+    const auto later = [](const scene::Instant& t, const scene::Knot& k) { return t < k.time; };
     auto knot = std::upper_bound(load.knots().begin(), load.knots().end(), from, later);
     std::vector<Segment> segments;
-    for (double begin = from; begin < to;) {
-        const double end = knot == load.knots().end() ? to : std::min(to, (knot++)->time);
+    for (scene::Instant begin = from; begin < to;) {
+        const scene::Instant end = knot == load.knots().end() ? to : std::min(to, (knot++)->time);
         const double u0 = load.after(begin) - load.after(from);
         segments.push_back({end - begin, u0, load.before(end) - load.after(from) - u0});
         begin = end;
@@ -42,20 +41,17 @@ void force_straight(f64::Coefficients& whole, const Element& element, const Resp
 }
 
 // The steady answer to the sine, less what is left, at the step's end, of the part of it at the step's start.
-void force_sine(f64::Coefficients& k, const Element& m, const ResponseRule& rule, const Sine& s, double from,
-                double dt) {
+void force_sine(f64::Coefficients& k, const Element& m, const ResponseRule& rule, const Sine& s, double dt) {
     using Complex = std::complex<double>;
     const Complex iw(0, s.w);
-    // wave(t) = imaginary part of start*e^(i w t) from the step's start on
-    const Complex start = s.amplitude * std::exp(Complex(0, s.w * from + s.phase)), turn = std::exp(Complex(0, s.w * dt));
-    const Complex eps0 = Complex(0, -1) * start / (m.modulus + iw * m.viscosity);
+    const Complex eps0 = Complex(0, -1) * s.start / (m.modulus + iw * m.viscosity);
     const Complex sum0 = eps0 / (1 / rule.sa2_adaptation + iw);
     const double left = k.v0 * m.viscosity; // of a strain, after the step: e^-z
-    const double wave = start.imag();       // the step treats the pressure as held at this value: taken off
-    k.f = (eps0 * (turn - left)).real() - k.b * wave;
-    k.i2 = (sum0 * (turn - (1 - k.leak)) - eps0 * k.i0).real() - k.i1 * wave;
-    k.v1 = (eps0 * (iw * turn + m.modulus * k.v0)).real() - k.v0 * wave;
-    const double acceleration = (eps0 * (-s.w * s.w * turn + k.E * k.a0)).real() - k.a0 * wave;
+    const double wave = s.start.imag();     // the step treats the pressure as held at this value: taken off
+    k.f = (eps0 * (s.turn - left)).real() - k.b * wave;
+    k.i2 = (sum0 * (s.turn - (1 - k.leak)) - eps0 * k.i0).real() - k.i1 * wave;
+    k.v1 = (eps0 * (iw * s.turn + m.modulus * k.v0)).real() - k.v0 * wave;
+    const double acceleration = (eps0 * (-s.w * s.w * s.turn + k.E * k.a0)).real() - k.a0 * wave;
     k.a1 = rule.step_mean ? k.v1 / dt : acceleration;
 }
 

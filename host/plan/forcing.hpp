@@ -13,14 +13,15 @@ struct Segment {
 };
 
 // The segments from breakpoint to breakpoint.
-std::vector<Segment> segments_of(const scene::Waveform&, double from, double to);
+std::vector<Segment> segments_of(const scene::Waveform&, scene::Instant from, scene::Instant to);
 
 // Each writes the load into the factors of ds, whose Constants::rise is then 1.
 void force_straight(f64::Coefficients&, const Element&, const ResponseRule&, const std::vector<Segment>&, double dt);
-// amplitude*sin(w*t + phase) from t = `from` on.
+// The imaginary part of start*e^(i w t) from the step's start on; turn is e^(i w dt).
 struct Sine {
-    double w, amplitude, phase;
+    double w; // 1/s
+    std::complex<double> start, turn;
 };
-void force_sine(f64::Coefficients&, const Element&, const ResponseRule&, const Sine&, double from, double dt);
+void force_sine(f64::Coefficients&, const Element&, const ResponseRule&, const Sine&, double dt);
 
 } // namespace dermis::plan

@@ -17,9 +17,8 @@ std::vector<double> laplacian(const std::vector<double>& map, const Grid& grid, 
 
 void laplacian_row(const std::vector<double>& map, int y, int first, int last, const Grid& grid, int stencil, int edges,
                    double* L) {
-    const auto rows = simd::neighbours<double>(y, grid.width, grid.height, stencil, edges, [&](int row) {
-        return map.data() + size_t(row) * size_t(grid.width);
-    });
+    const auto rows = simd::neighbours<double>(y, grid.width, grid.height, stencil, edges,
+                                               [&](int row) { return map.data() + size_t(row) * size_t(grid.width); });
     simd::best().in_f64.laplacian(rows, first, last, L);
     if (!grid.spacing) return;
     const double area = *grid.spacing * *grid.spacing;

@@ -22,8 +22,8 @@ void rest_curvature_row(const PreparedSkin&, int y, int first, int last, double*
 double rest_curvature_at(const PreparedSkin&, Cell);
 double greatest_rest_curvature(const PreparedSkin&);
 
-// |C5 - C4| of the skin under the strain shape*scale: the error of the five-point stencil, and the number of cells where
-// it exceeds |C|/2, which no refinement mends: kinks.
+// |C5 - C4| of the skin under the strain shape*scale: the error of the five-point stencil, and the number of cells
+// where it exceeds |C|/2, which no refinement mends: kinks.
 struct StencilEstimate {
     double greatest = 0, curvature = 0; // |C5 - C4|; |C| by the skin's own stencil, at rest or under the strain
     long long kinks = 0;
@@ -54,8 +54,7 @@ std::vector<real> padded_rows(const PreparedSkin& skin, const char* parameter, R
 
 template <class real>
 std::vector<real> padded(const std::vector<double>& map, const PreparedSkin& skin, const char* parameter) {
-    return padded_rows<real>(skin, parameter,
-                             [&](int y) { return map.data() + size_t(y) * size_t(skin.width()); });
+    return padded_rows<real>(skin, parameter, [&](int y) { return map.data() + size_t(y) * size_t(skin.width()); });
 }
 
 // L(S) of every cell, pitch*height.

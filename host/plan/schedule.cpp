@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "host/plan/schedule.hpp"
 
-#include "host/scene/waveform.hpp"
-
 #include <algorithm>
 #include <cmath>
 
@@ -55,7 +53,7 @@ Schedule make_schedule(const scene::ValidatedScene& validated, const PreparedSki
     for (int q = 0; q < REDUCED_MAPS; ++q) s.wanted[size_t(q)] = scene::wants(scene, Quantity(q));
     s.keeps_maps = check || !s.points.empty() || !scene.output.fields.empty();
     for (const FieldRequest& f : scene.output.fields) {
-        s.field_times.push_back(scene::Waveform::snapped(f.at, scene.time.step));
+        s.field_times.push_back(scene::snapped(f.at, scene.time.step));
         s.derives |= check;
         for (Quantity q : f.what) s.derives |= q >= Quantity::curvature;
     }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "host/plan/skin.hpp"
+#include "host/scene/instant.hpp"
 #include "host/scene/scene.hpp"
 
 #include <memory>
@@ -20,9 +21,9 @@ struct Schedule {
     std::shared_ptr<scene::NpyFile> sequence; // null without
     std::vector<double> frame_peaks;          // of a sequence: greatest |pressure| of each frame
     PressedBox pressed;
-    long long outputs = 0;           // rows of the traces
-    std::vector<double> field_times; // sorted, each once; within 1e-6 of a step from an output: that output's
-    std::vector<Cell> points;        // cells whose values are wanted: Output::probes, then the skin's sites
+    long long outputs = 0;                   // rows of the traces
+    std::vector<scene::Instant> field_times; // sorted, each once; equal to an output's but for rounding: that output's
+    std::vector<Cell> points;                // cells whose values are wanted: Output::probes, then the skin's sites
     Wanted wanted{};
     bool keeps_maps = false; // maps of responses are read, not their totals alone
     bool derives = false;    // curvature or deformation is read

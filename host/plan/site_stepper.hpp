@@ -39,8 +39,7 @@ template <class K> class SiteStepper {
     // Steps cells first .. last - 1. k: coefficients by material.
     void advance(const Constants& c, const LaneCoefficients* k, Pressures p, size_t first, size_t last) {
         for (size_t i = first; i < last; ++i)
-            visible_[i] =
-                K::advanced(state_[i], load_at(i, c, p), k[cells_.material_of[i]], variant_.compensated);
+            visible_[i] = K::advanced(state_[i], load_at(i, c, p), k[cells_.material_of[i]], variant_.compensated);
     }
 
     // What a point has after advance(), of a pressed cell.
@@ -51,8 +50,7 @@ template <class K> class SiteStepper {
         const real eps = after.strain.value,
                    L = K::add(along(point.stencil.x, eps, point.x), along(point.stencil.y, eps, point.y)),
                    C = K::curvature_of(point.rest_curvature, L, c.bend);
-        const real x =
-            K::signal(int(q), state_[here], after, load_at(here, c, p), k[cells_.material_of[here]]);
+        const real x = K::signal(int(q), state_[here], after, load_at(here, c, p), k[cells_.material_of[here]]);
         return K::answer(int(q), x, C, c);
     }
 

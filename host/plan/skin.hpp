@@ -20,11 +20,11 @@ struct PressedBox {
 };
 
 struct PreparedSkin {
-    SkinDescription description; // validated, every default filled in
-    Map surface;                 // S, width*height
-    int pitch = 0, tiles = 0;    // cells from row to row, tiles per row
-    int stencil = 0, edges = 0;  // names in kernels/layout.h
-    f64::Constants constants{};  // what does not change from step to step
+    SkinDescription description;    // validated, every default filled in
+    Map surface;                    // S, width*height
+    int pitch = 0, tiles = 0;       // cells from row to row, tiles per row
+    int stencil = 0, edges = 0;     // names in kernels/layout.h
+    f64::Constants constants{};     // what does not change from step to step
     std::vector<Element> materials; // each once, in the order of its first cell
     std::vector<int> material_of;   // which of them a cell has, pitch*height; empty where there is one
     ResponseRule rule{};

@@ -30,14 +30,15 @@ Timeline::Timeline(const Schedule& schedule, const std::vector<Element>& materia
     regular_ = std::make_shared<CoefficientTable>(std::move(table));
 }
 
-double Timeline::output_time(long long n) const { return double(n) * schedule_.time.step; }
+scene::Instant Timeline::output_time(long long n) const { return Instant::multiple(double(n), schedule_.time.step); }
 
-bool Timeline::regular(double from, double to) const {
+// Whether a step is as long as a whole one but for rounding.
+bool Timeline::regular(Instant from, Instant to) const {
     const double whole = schedule_.time.step;
-    return std::abs(to - from - whole) <= 1e-6 * whole;
+    return std::abs(to - from - whole) <= 4 * 0x1p-52 * whole;
 }
 
-SharedCoefficients Timeline::coefficients_over(double from, double to) const {
+SharedCoefficients Timeline::coefficients_over(Instant from, Instant to) const {
     if (regular(from, to)) return regular_;
     CoefficientTable table;
     for (const Element& m : materials_) table.push_back(exact_coefficients(m, rule_, to - from));
@@ -46,10 +47,10 @@ SharedCoefficients Timeline::coefficients_over(double from, double to) const {
 
 // One step with all that the load does on it. `start` is its value after a jump at the beginning; what it does beyond
 // staying there is in the factors of ds, whose Constants::rise is then 1.
-Step Timeline::exact_step(double from, double to) const {
+Step Timeline::exact_step(Instant from, Instant to) const {
     if (schedule_.sequence) return framed_step(from, to);
     Step s;
-    s.time = to;
+    s.time = to.t;
     s.start = load_.after(from);
     s.jump = s.start - load_.before(from);
     s.coefficients = coefficients_over(from, to);
@@ -64,14 +65,13 @@ Step Timeline::exact_step(double from, double to) const {
     std::vector<Segment> segments;
     if (straight) segments = {{dt, 0, du}};
     else if (!load_.sine()) segments = segments_of(load_, from, to);
-    const Envelope& e = schedule_.load.envelope;
-    const Sine sine{load_.angular_frequency(), e.amplitude, e.phase};
+    const Sine sine = load_.sine() ? Sine{load_.angular_frequency(), load_.phasor(from), load_.turn(dt)} : Sine{};
     auto forced = std::make_shared<CoefficientTable>(*s.coefficients);
     s.rise = 1;
     for (size_t i = 0; i < forced->size(); ++i) {
         const Element& m = materials_[i];
         f64::Coefficients& k = (*forced)[i];
-        if (load_.sine()) force_sine(k, m, rule_, sine, from, dt);
+        if (load_.sine()) force_sine(k, m, rule_, sine, dt);
         else force_straight(k, m, rule_, segments, dt);
         if (from_slope(m)) k.a1 = (k.v1 - load_.slope_before(from) / m.modulus) / (to - from);
     }
@@ -79,29 +79,30 @@ Step Timeline::exact_step(double from, double to) const {
     return s;
 }
 
-double Timeline::frame_time(long long k) const {
+scene::Instant Timeline::frame_time(long long k) const {
     const double interval = *schedule_.load.interval;
     const long long whole = scene::steps_per_frame(interval, schedule_.time.step);
-    return whole ? output_time(k * whole) : scene::Waveform::snapped(double(k) * interval, schedule_.time.step);
+    return whole ? output_time(k * whole) : scene::snapped(Instant::multiple(double(k), interval), schedule_.time.step);
 }
 
 // The last frame at or before t.
-long long Timeline::frame_at(double t) const {
-    long long k = static_cast<long long>(t / *schedule_.load.interval);
+long long Timeline::frame_at(Instant t) const {
+    long long k = static_cast<long long>(t.t / *schedule_.load.interval);
     while (frame_time(k + 1) <= t) ++k;
-    while (k > 0 && frame_time(k) > t) --k;
+    while (k > 0 && t < frame_time(k)) --k;
     return std::min(k, schedule_.sequence->maps() - 1);
 }
 
 // A step within one interval between frames.
-Step Timeline::framed_step(double from, double to) const {
+Step Timeline::framed_step(Instant from, Instant to) const {
     Step s;
-    s.time = to;
+    s.time = to.t;
     s.coefficients = coefficients_over(from, to);
     s.frame = frame_at(from);
-    s.jump = from == 0; // frame 0 meets a skin at rest
+    s.jump = from == Instant(); // frame 0 meets a skin at rest
     if (s.frame + 1 == schedule_.sequence->maps()) return s;
-    const double begin = frame_time(s.frame), length = frame_time(s.frame + 1) - begin;
+    const Instant begin = frame_time(s.frame);
+    const double length = frame_time(s.frame + 1) - begin;
     s.start = (from - begin) / length;
     s.rise = (to - from) / length;
     return s;
@@ -111,7 +112,7 @@ Step Timeline::framed_step(double from, double to) const {
 Step Timeline::held_step(long long n) {
     Step s;
     s.coefficients = regular_;
-    s.time = output_time(n);
+    s.time = output_time(n).t;
     s.start = load_.after(output_time(n - 1));
     s.jump = s.start - (n > 1 ? load_.after(output_time(n - 2)) : 0);
     if (method_ != Method::published) return s;
@@ -157,29 +158,30 @@ void Timeline::peek_impulse(Step step, double jump) {
 }
 
 // Infinity: no more.
-double Timeline::next_field() const {
+scene::Instant Timeline::next_field() const {
     return field_ < schedule_.field_times.size() ? schedule_.field_times[field_] : INFINITY;
 }
 
-// Queues the steps from frame to frame between two outputs, and the fields on the way.
-void Timeline::fill_frames(double from, double to) {
-    const std::vector<double>& fields = schedule_.field_times;
-    if (from == 0) peek_impulse(framed_step(0, 0), 1);
-    const double last = std::isfinite(to) ? to : field_ < fields.size() ? fields.back() : from;
+// Queues the steps from frame to frame between two outputs, and the fields on the way. Returns where the last one ends.
+scene::Instant Timeline::fill_frames(Instant from, Instant to) {
+    const std::vector<Instant>& fields = schedule_.field_times;
+    if (from == Instant()) peek_impulse(framed_step(0, 0), 1);
+    const Instant last = std::isfinite(to.t) ? to : field_ < fields.size() ? fields.back() : from;
     while (from < last) {
         const long long k = frame_at(from);
-        const double end = k + 1 < schedule_.sequence->maps() ? std::min(to, frame_time(k + 1)) : to;
+        const Instant end = k + 1 < schedule_.sequence->maps() ? std::min(to, frame_time(k + 1)) : to;
         while (next_field() <= end && next_field() < to) peek_field(framed_step(from, next_field()));
-        if (end == to || end >= last) break;
+        if (end == to || last <= end) break;
         pending_.push_back(framed_step(from, end));
         from = end;
     }
+    return from;
 }
 
 // Queues the impulses of the envelope's jumps and the fields between two outputs.
-void Timeline::fill_envelope(double from, double to) {
+void Timeline::fill_envelope(Instant from, Instant to) {
     const std::vector<scene::Knot>& knots = load_.knots();
-    const double end = std::min(to, schedule_.time.duration);
+    const Instant end = std::min(to, Instant(schedule_.time.duration));
     for (; knot_ < knots.size() && knots[knot_].time < end; ++knot_) {
         const scene::Knot& k = knots[knot_];
         if (k.right != k.left) peek_impulse(exact_step(from, k.time), k.right - k.left);
@@ -191,12 +193,10 @@ void Timeline::fill_envelope(double from, double to) {
 void Timeline::fill() {
     const bool exact = method_ == Method::exact;
     const long long n = output_;
-    double from = n > 0 ? output_time(n - 1) : 0;
-    const double to = n < schedule_.outputs ? output_time(n) : INFINITY;
+    Instant from = n > 0 ? output_time(n - 1) : Instant();
+    const Instant to = n < schedule_.outputs ? output_time(n) : Instant(INFINITY);
     if (n > 0 && schedule_.sequence) {
-        fill_frames(from, to);
-        for (const Step& s : pending_)
-            if (s.keep) from = s.time;
+        from = fill_frames(from, to);
     } else if (n > 0 && exact) {
         fill_envelope(from, to);
     }

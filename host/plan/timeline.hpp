@@ -46,20 +46,21 @@ class Timeline {
     bool next(Step&);
 
   private:
-    double output_time(long long n) const;
-    double frame_time(long long k) const;
-    long long frame_at(double t) const;
-    bool regular(double from, double to) const;
-    SharedCoefficients coefficients_over(double from, double to) const;
-    Step exact_step(double from, double to) const;
-    Step framed_step(double from, double to) const;
+    using Instant = scene::Instant;
+    Instant output_time(long long n) const;
+    Instant frame_time(long long k) const;
+    long long frame_at(Instant) const;
+    bool regular(Instant from, Instant to) const;
+    SharedCoefficients coefficients_over(Instant from, Instant to) const;
+    Step exact_step(Instant from, Instant to) const;
+    Step framed_step(Instant from, Instant to) const;
     Step held_step(long long n);
     void peek_field(Step);
     void peek_impulse(Step, double jump);
     void fill();
-    void fill_frames(double from, double to);
-    void fill_envelope(double from, double to);
-    double next_field() const;
+    Instant fill_frames(Instant from, Instant to);
+    void fill_envelope(Instant from, Instant to);
+    Instant next_field() const;
 
     const Schedule& schedule_;
     const std::vector<Element>& materials_;

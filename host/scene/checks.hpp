@@ -9,7 +9,8 @@ namespace dermis::scene {
 // Refuses a map that has another size than the grid or holds a number that is not finite.
 void need_map(const char* parameter, const Map&, const Grid&);
 
-// Checks modulus and viscosity of every cell. asked_fa2: whether FA2 has to be defined, with receptors.fa2 as it stands.
+// Checks modulus and viscosity of every cell. asked_fa2: whether FA2 has to be defined, with receptors.fa2 as it
+// stands.
 struct MaterialSurvey {
     std::optional<size_t> elastic; // the last cell without viscosity
     size_t stiffest = 0;           // the cell of the greatest modulus/viscosity

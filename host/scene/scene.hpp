@@ -45,8 +45,8 @@ struct ValidatedScene {
 
 // Checks every parameter and fills every default in. Throws Error::bad_input.
 ValidatedScene validate(const Scene&);
-// Does the same for a skin that is pressed frame by frame and asked for these responses; FA2 is by default the mean over
-// a step.
+// Does the same for a skin that is pressed frame by frame and asked for these responses; FA2 is by default the mean
+// over a step.
 SkinDescription validate_skin(const SkinDescription&, const std::vector<Quantity>& asked);
 
 // Checks another modulus and viscosity, one number each, for a scene that is validated. Throws Error::bad_input.

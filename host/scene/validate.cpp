@@ -116,10 +116,9 @@ void check_output(const Scene& s) {
     for (const FieldRequest& f : s.output.fields) {
         need(finite(f.at) && f.at >= 0 && f.at <= s.time.duration, "output.fields.at", f.at,
              "0.." + shortest(s.time.duration) + ", within time.duration");
-        const double n = f.at / s.time.step;
-        need(s.method == Method::exact ||
-                 (std::abs(n - std::round(n)) <= 1e-6 && std::round(n) < double(outputs(s.time))),
-             "output.fields.at", f.at,
+        const double n = std::round(f.at / s.time.step);
+        const bool at_output = snapped(f.at, s.time.step) == Instant::multiple(n, s.time.step);
+        need(s.method == Method::exact || (at_output && n < double(outputs(s.time))), "output.fields.at", f.at,
              std::string("an output time (a multiple of time.step, before duration) with method = \"") +
                  name(s.method) + "\"");
     }
@@ -153,7 +152,8 @@ bool wants(const Scene& s, Quantity q) {
 
 long long steps_per_frame(double interval, double step) {
     const double ratio = interval / step, whole = std::round(ratio);
-    return whole >= 1 && whole <= 1e9 && std::abs(ratio - whole) <= 1e-9 * whole ? static_cast<long long>(whole) : 0;
+    return whole >= 1 && whole <= 1e9 && std::abs(ratio - whole) <= 4 * 0x1p-52 * whole ? static_cast<long long>(whole)
+                                                                                        : 0;
 }
 
 long long outputs(const Time& t) { return static_cast<long long>(std::ceil(t.duration / t.step - 1e-9)); }

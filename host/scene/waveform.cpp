@@ -14,12 +14,13 @@ std::vector<Knot> knots_of(const Envelope& e, const Time& time) {
     std::vector<Knot> knots;
     switch (e.kind) {
     case Envelope::Kind::step: knots = {{e.start, 0, 1}}; break;
-    case Envelope::Kind::ramp: knots = {{e.start, 0, 0}, {e.start + e.rise, 1, 1}}; break;
+    case Envelope::Kind::ramp: knots = {{e.start, 0, 0}, {Instant(e.start) + e.rise, 1, 1}}; break;
     case Envelope::Kind::sine: knots = {{0, 0, e.mean + e.amplitude * std::sin(e.phase)}}; break;
     case Envelope::Kind::pulse:
         for (double k = 0; e.start + k * e.period <= time.duration; ++k) {
-            knots.push_back({e.start + k * e.period, 0, 1});
-            knots.push_back({e.start + k * e.period + e.length, 1, 0});
+            const Instant begin = Instant::multiple(k, e.period) + e.start;
+            knots.push_back({begin, 0, 1});
+            knots.push_back({begin + e.length, 1, 0});
         }
         break;
     case Envelope::Kind::table:
@@ -34,16 +35,12 @@ std::vector<Knot> knots_of(const Envelope& e, const Time& time) {
 }
 
 // Returns the first knot at or after t.
-std::vector<Knot>::const_iterator knot_from(const std::vector<Knot>& knots, double t) {
-    return std::lower_bound(knots.begin(), knots.end(), t, [](const Knot& k, double time) { return k.time < time; });
+std::vector<Knot>::const_iterator knot_from(const std::vector<Knot>& knots, const Instant& t) {
+    return std::lower_bound(knots.begin(), knots.end(), t,
+                            [](const Knot& k, const Instant& at) { return k.time < at; });
 }
 
 } // namespace
-
-double Waveform::snapped(double t, double step) {
-    const double n = std::round(t / step);
-    return std::abs(t - n * step) <= 1e-6 * step ? n * step : t;
-}
 
 Waveform::Waveform(const Envelope& envelope, const Time& time) : envelope_(envelope), knots_(knots_of(envelope, time)) {
     for (Knot& k : knots_) k.time = snapped(k.time, time.step);
@@ -51,9 +48,21 @@ Waveform::Waveform(const Envelope& envelope, const Time& time) : envelope_(envel
 
 double Waveform::angular_frequency() const { return 2 * std::numbers::pi * envelope_.frequency; }
 
-double Waveform::before(double t) const {
-    if (t <= knots_.front().time) return 0;
-    if (sine()) return envelope_.mean + envelope_.amplitude * std::sin(angular_frequency() * t + envelope_.phase);
+std::complex<double> Waveform::turn(Instant time) const {
+    const double f = envelope_.frequency, cycles = f * time.t;
+    const double part = std::fma(f, time.t, -cycles) + f * time.rest; // what rounding has left out
+    return std::polar(1.0, 2 * std::numbers::pi * ((cycles - std::nearbyint(cycles)) + part));
+}
+
+std::complex<double> Waveform::phasor(Instant time) const {
+    return envelope_.amplitude * std::polar(1.0, envelope_.phase) * turn(time);
+}
+
+bool Waveform::rests(Instant t) const { return knots_.empty() || t <= knots_.front().time; }
+
+double Waveform::before(Instant t) const {
+    if (rests(t)) return 0;
+    if (sine()) return envelope_.mean + phasor(t).imag();
     const auto next = knot_from(knots_, t);
     const Knot& last = *(next - 1);
     if (next == knots_.end()) return last.right;
@@ -61,22 +70,22 @@ double Waveform::before(double t) const {
     return last.right + (next->left - last.right) * ((t - last.time) / (next->time - last.time));
 }
 
-double Waveform::slope_before(double t) const {
-    if (t <= knots_.front().time) return 0;
-    if (sine()) return envelope_.amplitude * angular_frequency() * std::cos(angular_frequency() * t + envelope_.phase);
+double Waveform::slope_before(Instant t) const {
+    if (rests(t)) return 0;
+    if (sine()) return angular_frequency() * phasor(t).real();
     const auto next = knot_from(knots_, t);
     if (next == knots_.end()) return 0;
     return (next->left - (next - 1)->right) / (next->time - (next - 1)->time);
 }
 
-double Waveform::after(double t) const {
+double Waveform::after(Instant t) const {
     const auto at = knot_from(knots_, t);
     return at != knots_.end() && at->time == t ? at->right : before(t);
 }
 
-bool Waveform::breaks(double from, double to) const {
-    const auto next =
-        std::upper_bound(knots_.begin(), knots_.end(), from, [](double t, const Knot& k) { return t < k.time; });
+bool Waveform::breaks(Instant from, Instant to) const {
+    const auto next = std::upper_bound(knots_.begin(), knots_.end(), from,
+                                       [](const Instant& t, const Knot& k) { return t < k.time; });
     return next != knots_.end() && next->time < to;
 }
 

@@ -3,30 +3,36 @@
 #pragma once
 
 #include "dermis/dermis.hpp"
+#include "host/scene/instant.hpp"
+
+#include <complex>
 
 namespace dermis::scene {
 
 struct Knot {
-    double time, left, right; // left and right limits of g at time
+    Instant time;
+    double left, right; // left and right limits of g at time
 };
 
 class Waveform {
   public:
-    // The envelope has been validated. A knot that lies within 1e-6 of a step from an output time is moved onto it.
+    // The envelope has been validated. A knot that is an output time but for rounding is moved onto it.
     Waveform(const Envelope&, const Time&);
 
-    double before(double t) const;                            // left limit
-    double after(double t) const;                             // right limit
-    double slope_before(double t) const;                      // 1/s, left limit
+    double before(Instant) const;                             // left limit
+    double after(Instant) const;                              // right limit
+    double slope_before(Instant) const;                       // 1/s, left limit
     const std::vector<Knot>& knots() const { return knots_; } // times ascend strictly
-    bool breaks(double from, double to) const;                // whether a knot lies strictly between
+    bool breaks(Instant from, Instant to) const;              // whether a knot lies strictly between
     bool sine() const { return envelope_.kind == Envelope::Kind::sine; }
-    double angular_frequency() const;
-
-    // Returns the multiple of `step` that lies within 1e-6 of a step from t, or else t.
-    static double snapped(double t, double step);
+    double angular_frequency() const; // 1/s
+    // e^(i w t), whose phase is reduced before it is multiplied; t may be a difference of instants.
+    std::complex<double> turn(Instant) const;
+    // The sine is the imaginary part of this plus the mean: amplitude*e^(i (w t + phase)).
+    std::complex<double> phasor(Instant) const;
 
   private:
+    bool rests(Instant) const; // nothing has happened yet
     Envelope envelope_;
     std::vector<Knot> knots_;
 };
