@@ -45,20 +45,20 @@ planner::Request request_of(const Scene& scene, const Device& device, const RunO
             .on_device = device.impl().asked && !device.impl().backend->capabilities().f64};
 }
 
-Explanation choice_of(const plan::PreparedRun& run, const Scene& scene, const Device& device,
-                      const RunOptions& options, bool everything) {
+Explanation choice_of(const plan::PreparedRun& run, const Scene& scene, const Device& device, const RunOptions& options,
+                      bool everything) {
     const plan::Capabilities opened = device.impl().backend->capabilities();
     const planner::Backends backends{opened, opened.f64 ? opened : Device::cpu().impl().backend->capabilities()};
     return planner::choose(run.skin, run.schedule, request_of(scene, device, options), backends, everything);
 }
 
-// A run whose model and precision are settled.
+// A run with its model, precision and device decided.
 struct Decided {
     Scene scene; // validated
     plan::PreparedRun run;
     Candidate decision;
-    Device device;         // that works: the CPU path for all but a march in float
-    SharedMoments moments; // null where cells have to be stepped
+    Device device;         // the one that computes: the CPU path for all but a march in float
+    SharedMoments moments; // null where cells are stepped
 
     bool sites_alone() const { return decision.model == Model::sites; }
 };
@@ -80,7 +80,7 @@ Decided decided(const Scene& scene, const Device& device, const RunOptions& opti
     return d;
 }
 
-// Takes the steps of one run into a Result.
+// Takes the steps of one run and fills its Result.
 class Run {
   public:
     Run(const Decided& d, const RunOptions& options)
@@ -96,7 +96,7 @@ class Run {
         }
         result_.cells_per_ridge = scene::cells_per_ridge(skin_.description);
         make_stepper();
-        result_.device = d.device.info(); // what making the stepper has found out
+        result_.device = d.device.info(); // after make_stepper(), which may have tested the device
         if (!options.check) return;
         const Device other = d.device.info().vulkan ? Device::cpu() : Device::open("vulkan");
         check_ = std::make_unique<CrossCheck>(
@@ -106,7 +106,7 @@ class Run {
             result_, skin_, schedule_);
     }
 
-    // like: a result of the same maps, whose figures of the skin at the end are taken over.
+    // like: null, or a result of the same maps; the figures that describe the skin at the end are copied from it.
     Result take(const Result* like) {
         const auto start = Clock::now();
         plan::Timeline timeline(schedule_, cells_ ? cells_->materials : skin_.materials, skin_.rule, schedule_.method);
@@ -159,7 +159,7 @@ class Run {
         }
     }
 
-    // The figures printed beside a result, of the skin at its last step.
+    // Fills in the figures that describe the skin after the last step.
     void describe_end(const Result* like) {
         if (like) {
             result_.stencil_estimate = like->stencil_estimate;
@@ -179,7 +179,7 @@ class Run {
     const RunOptions& options_;
     Result result_;
     Collector collect_;
-    std::optional<plan::SiteCells> cells_; // of the model sites, where it steps them
+    std::optional<plan::SiteCells> cells_; // the cells that the model `sites` steps, if it steps any
     std::unique_ptr<plan::Stepper> stepper_;
     std::unique_ptr<CrossCheck> check_;
 };
@@ -201,7 +201,7 @@ std::vector<Result> run(const Scene& scene, const std::vector<Material>& materia
                         const RunOptions& options) {
     const DefaultFloats guard;
     std::vector<Result> results;
-    std::optional<Decided> last; // of the material before; its moments serve as long as no length and no map changes
+    std::optional<Decided> last; // the run before; its moments serve while no length and no map changes
     for (size_t i = 0; i < materials.size(); ++i) {
         const Material &material = materials[i], &before = i ? materials[i - 1] : scene.material;
         const bool same_maps = material.thickness == before.thickness &&
@@ -211,7 +211,7 @@ std::vector<Result> run(const Scene& scene, const std::vector<Material>& materia
         if (reuse) {
             scene::check_material(last->scene, material.modulus, material.viscosity);
             last->run.skin = with_material(std::move(last->run.skin), material.modulus, material.viscosity);
-            last->decision.error = std::nan(""); // the first one's
+            last->decision.error = std::nan(""); // predicted for the first material only
         } else {
             Scene with = scene;
             with.material = material;
