@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Speed and error in the same row. Everything is verified before it is timed; ratios hold within one run of this
-// program.
+// Measures speed and error in the same row of a table. Results are verified before they are timed; ratios hold within
+// one run of this program.
 #include "bench/bench.hpp"
 
 #include "host/embedding/backend.hpp"
@@ -25,7 +25,8 @@ double seconds_of(const std::function<void()>& work) {
 
 Scene with_maps(Scene s) {
     const SceneMaps m = maps(s);
-    s.surface = {Surface::Kind::map, {}, {}, {}, s.grid.spacing ? std::optional(1.0) : std::nullopt, m.surface};
+    s.surface = {
+        .kind = Surface::Kind::map, .relief = s.grid.spacing ? std::optional(1.0) : std::nullopt, .map = m.surface};
     s.load.kind = Load::Kind::map;
     s.load.map = m.pressure;
     s.load.intensity = 1;
@@ -133,9 +134,9 @@ int main(int argc, char** argv) {
             r.wall = timing_of(first);
             bench.add(r);
         }
-        for (auto* part :
+        for (auto* workload :
              {limits, streamed_frames, constant_map, study, population, streamed_population, materials, accuracy})
-            part(bench);
+            workload(bench);
         const std::string csv = csv_of(bench.rows, commit);
         std::ofstream(out) << csv;
         fmt::print("{} rows in {}\n", bench.rows.size(), out);

@@ -14,19 +14,19 @@ namespace bench {
 struct Bench {
     bool quick = false;
     int runs = 5, cores = 1;
-    std::optional<dermis::Device> vulkan;      // without: rows of the CPU alone
-    double read_GBs[2] = {}, copy_GBs[2] = {}; // one thread, all cores
+    std::optional<dermis::Device> vulkan;      // empty: only rows of the CPU
+    double read_GBs[2] = {}, copy_GBs[2] = {}; // of one thread, of all cores
     std::vector<Measurement> rows;
 
     Measurement cpu(const std::string& workload, long long n, int threads) const;
     Measurement on_vulkan(const std::string& workload, long long n) const;
-    void add(const Measurement&); // and prints it
-    // Medians of `runs` runs of each, in turn, after one that warms up.
+    void add(const Measurement&); // prints it too
+    // Runs each work once to warm up, then all works in turn `runs` times. Returns the timing of each.
     std::vector<Timing> paired(const std::vector<std::function<double()>>&, int runs) const;
 };
 
 double seconds_of(const std::function<void()>&);
-dermis::Scene with_maps(dermis::Scene); // its maps made beforehand
+dermis::Scene with_maps(dermis::Scene); // the same scene with surface and load as ready maps
 
 void limits(Bench&);
 void streamed_frames(Bench&);     // W1, W1s
@@ -34,10 +34,11 @@ void constant_map(Bench&);        // W2
 void study(Bench&);               // W3
 void population(Bench&);          // W4
 void streamed_population(Bench&); // W4 frame by frame
-void materials(Bench&);           // a hundred on one map
+void materials(Bench&);           // a hundred materials on one map
 void accuracy(Bench&);            // error against time
-// Before any device is open, because its processes begin as copies of this one.
-std::vector<double> first_frames(const std::string& device, int runs); // from a process's start; empty without a device
-void growth(Bench&);                                                   // time and memory with cells
+// The following fork processes, so they run before any device is opened.
+// Seconds from the start of a process to its first frame; empty without a device.
+std::vector<double> first_frames(const std::string& device, int runs);
+void growth(Bench&); // time and memory against the number of cells
 
 } // namespace bench

@@ -16,7 +16,7 @@ using namespace dermis;
 
 namespace {
 
-constexpr int ring = 4; // frames that come in turn
+constexpr int ring = 4; // the number of frames, which are used cyclically
 enum { frames, rest = frames + ring, state0, state1, sa1, sa2, fa1, fa2, unused, buffers };
 
 } // namespace
@@ -39,8 +39,8 @@ FrameScene::FrameScene(int n) {
     }
 }
 
-VulkanFrames::VulkanFrames(const FrameScene& scene, std::shared_ptr<vulkan::Context> context, By by)
-    : scene_(scene), context_(std::move(context)), by_(by) {
+VulkanFrames::VulkanFrames(const FrameScene& scene, std::shared_ptr<vulkan::Context> context, Shader shader)
+    : scene_(scene), context_(std::move(context)), shader_(shader) {
     using vulkan::Buffer;
     const VkDeviceSize map = scene.cells() * sizeof(float);
     for (int i = 0; i < buffers; ++i)
@@ -51,7 +51,7 @@ VulkanFrames::VulkanFrames(const FrameScene& scene, std::shared_ptr<vulkan::Cont
                               Buffer::Location::device);
     const auto b = [&](int i) { return buffers_[size_t(i)].all(); };
     std::vector<std::vector<vulkan::BoundRange>> sets;
-    for (int i = 0; i < ring; ++i) // the states change places with each frame
+    for (int i = 0; i < ring; ++i) // the two states are swapped with each frame
         sets.push_back({{PRESS_PRESSURE_FROM, b(frames + i)},
                         {PRESS_PRESSURE_TO, b(frames + (i + 1) % ring)},
                         {PRESS_REST_CURVATURE, b(rest)},
@@ -66,12 +66,12 @@ VulkanFrames::VulkanFrames(const FrameScene& scene, std::shared_ptr<vulkan::Cont
                         {PRESS_INVALID, b(unused)}});
     const std::vector<uint32_t> variant = vulkan::specialization(scene.streamed.variant());
     vulkan::Pipelines& pipelines = context_->pipelines();
-    const vulkan::Module module = by == By::cell    ? vulkan::Module{press_cell_spv, sizeof press_cell_spv}
-                                  : by == By::moves ? vulkan::Module{moves_spv, sizeof moves_spv}
-                                                    : vulkan::press_module(pipelines.device().rounds);
-    kernel_ =
-        std::make_unique<vulkan::Kernel>(pipelines, module, PRESS_BINDINGS, sizeof(f32::Constants),
-                                         by == By::press ? variant : std::vector<uint32_t>{}, uint32_t(sets.size()));
+    const vulkan::Module module = shader == Shader::cell    ? vulkan::Module{press_cell_spv, sizeof press_cell_spv}
+                                  : shader == Shader::moves ? vulkan::Module{moves_spv, sizeof moves_spv}
+                                                            : vulkan::press_module(pipelines.device().rounds);
+    kernel_ = std::make_unique<vulkan::Kernel>(pipelines, module, PRESS_BINDINGS, sizeof(f32::Constants),
+                                               shader == Shader::press ? variant : std::vector<uint32_t>{},
+                                               uint32_t(sets.size()));
     for (size_t i = 0; i < sets.size(); ++i) kernel_->bind(i, sets[i]);
     VkQueryPoolCreateInfo info{VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO};
     info.queryType = VK_QUERY_TYPE_TIMESTAMP;
@@ -118,7 +118,7 @@ double VulkanFrames::press(int count) {
     const auto groups = [](int cells, int size) { return uint32_t((cells + size - 1) / size); };
     const double gpu = timed([&](VkCommandBuffer commands) {
         for (int i = 0; i < count; ++i, ++frame_) {
-            if (by_ == By::cell)
+            if (shader_ == Shader::cell)
                 kernel_->record(commands, size_t(frame_ % ring), &c, groups(c.width, 64), uint32_t(c.height));
             else
                 kernel_->record(commands, size_t(frame_ % ring), &c, groups(c.width, PRESS_CELLS * PRESS_X),

@@ -14,22 +14,23 @@ struct FrameScene {
     dermis::plan::StreamedSkin streamed;
     const dermis::plan::PreparedSkin& skin() const { return streamed.skin; }
     double dt = 0.01;           // s, from frame to frame
-    std::vector<Floats> frames; // pitch*height, in turn
+    std::vector<Floats> frames; // pitch*height each, used cyclically
     size_t cells() const { return skin().padded_cells(); }
 };
 
-// The frames on a device: by the library's kernel, by one of one cell per invocation, or as much memory moved alone.
+// Presses the frames on a device by the library's kernel, by one with one cell per invocation, or by one that only
+// moves the same memory.
 class VulkanFrames {
   public:
-    enum class By { press, cell, moves };
-    VulkanFrames(const FrameScene&, std::shared_ptr<dermis::vulkan::Context>, By);
+    enum class Shader { press, cell, moves };
+    VulkanFrames(const FrameScene&, std::shared_ptr<dermis::vulkan::Context>, Shader);
     ~VulkanFrames();
-    // Records and submits so many frames, waits. Seconds on the device.
+    // Records `frames` frames, submits them and waits. Returns seconds on the device.
     double press(int frames);
-    double recording() const { return recording_; } // seconds of the host to record each of the last frames
-    std::vector<float> response(int r);             // pitch*height of SA1, SA2, FA1, FA2
+    double recording() const { return recording_; } // seconds of the host to record one of the last frames, on average
+    std::vector<float> response(int r);             // pitch*height values; r = 0 .. 3: SA1, SA2, FA1, FA2
 
-    // Seconds to copy a map of the frames on the device, so many times.
+    // Copies a frame on the device `times` times. Returns seconds on the device.
     double copy(int times);
 
   private:
@@ -39,7 +40,7 @@ class VulkanFrames {
     std::vector<dermis::vulkan::Buffer> buffers_;
     std::unique_ptr<dermis::vulkan::Kernel> kernel_;
     VkQueryPool stamps_ = VK_NULL_HANDLE;
-    By by_;
+    Shader shader_;
     int frame_ = 0;
     double recording_ = 0;
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Workloads W1, W1s and W2: kernels against what the memory gives.
+// Workloads W1, W1s and W2: kernels against the memory's bandwidth.
 #include "bench/bench.hpp"
 #include "bench/frames.hpp"
 #include "host/cpu/stream.hpp"
@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <deque>
 
 namespace bench {
 
@@ -19,7 +20,7 @@ namespace {
 constexpr double frame_bytes = 44; // L(S), pressure before and now, strain and integral twice, four responses
 constexpr double frame_flops = 62;
 
-// The four responses after some frames, to the bit.
+// The four responses after some frames.
 using Responses = std::array<std::vector<float>, 4>;
 
 Responses after_frames(const FrameScene& scene, int threads, const simd::Isa& isa) {
@@ -38,102 +39,145 @@ bool same(const Responses& a, const Responses& b) {
     return true;
 }
 
+// A row of the table, and the work that is timed for it.
+struct Series {
+    Measurement row;
+    std::function<double()> work;    // seconds of the host
+    std::vector<double> gpu_seconds; // of every run on a device; empty on the CPU
+};
+
+// Workloads W1 and W1s on one grid: every series is timed in the same rounds as the memory's copies.
+class StreamedFrames {
+  public:
+    StreamedFrames(Bench& bench, int n);
+    void measure(); // times all series and adds their rows
+
+  private:
+    void add_cpu(const simd::Isa&, int threads, bool all_responses);
+    void add_vulkan(VulkanFrames::Shader);
+    void measure_recording();
+    double copy_GBs(int threads) const;
+    double device_copy_GBs();
+
+    Bench& bench_;
+    const int n_;
+    const FrameScene scene_;
+    const int frames_, device_frames_; // presses of one run; fewer on a software driver
+    const Responses expected_;         // by plain loops
+    std::vector<Floats> out_;          // the responses of the CPU's series
+    std::vector<std::unique_ptr<cpu::FramePress>> streams_;
+    std::vector<std::unique_ptr<VulkanFrames>> devices_;
+    std::deque<Series> copies_, series_; // their work refers to them, so that they must not move
+};
+
+StreamedFrames::StreamedFrames(Bench& bench, int n)
+    : bench_(bench), n_(n), scene_(n), frames_(std::max(1, int(4e7 / n / n))),
+      device_frames_(bench.vulkan && bench.vulkan->info().kind == "software" ? std::max(1, frames_ / 8) : frames_),
+      expected_(after_frames(scene_, 1, simd::plain)) {
+    for (int i = 0; i < 4; ++i) out_.emplace_back(scene_.cells());
+    const std::vector<int> threads = bench.cores > 1 ? std::vector{1, bench.cores} : std::vector{1};
+    for (int t : threads) {
+        Series& s = copies_.emplace_back();
+        s.row = bench.cpu("copy", n, t);
+        s.work = [memory = std::make_shared<Limits>(t)] { return memory->copy(); };
+    }
+    for (const simd::Isa* isa : simd::isas())
+        for (int t : threads) {
+            add_cpu(*isa, t, true);
+            if (isa == &simd::best()) add_cpu(*isa, t, false);
+        }
+    if (!bench.vulkan) return;
+    for (auto shader : {VulkanFrames::Shader::press, VulkanFrames::Shader::cell, VulkanFrames::Shader::moves})
+        add_vulkan(shader);
+}
+
+void StreamedFrames::add_cpu(const simd::Isa& isa, int threads, bool all_responses) {
+    Series& s = series_.emplace_back();
+    s.row = bench_.cpu(all_responses ? "W1" : "W1s", n_, threads);
+    s.row.backend = std::string("cpu-") + isa.name;
+    s.row.model = "march";
+    s.row.precision = "f32";
+    s.row.bytes_per_cell = all_responses ? frame_bytes : frame_bytes - 12;
+    s.row.flops_per_cell = all_responses ? frame_flops : frame_flops - 17;
+    s.row.exact = same(expected_, after_frames(scene_, threads, isa));
+    if (!s.row.exact) s.row.status = "wrong";
+    cpu::FramePress& stream = *streams_.emplace_back(std::make_unique<cpu::FramePress>(scene_.streamed, threads, isa));
+    std::array<float*, 4> to{}; // W1s computes FA1 alone
+    for (size_t i = 0; i < to.size(); ++i) to[i] = all_responses || i == 2 ? out_[i].data() : nullptr;
+    s.work = [this, &stream, to] {
+        float* const response[4] = {to[0], to[1], to[2], to[3]};
+        return seconds_of([&] {
+            for (size_t i = 0; i < size_t(frames_); ++i)
+                stream.press(scene_.dt, scene_.frames[i % 4].data(), scene_.frames[(i + 1) % 4].data(), response);
+        });
+    };
+}
+
+void StreamedFrames::add_vulkan(VulkanFrames::Shader shader) {
+    const bool moves = shader == VulkanFrames::Shader::moves; // the memory alone: no kernel is faster
+    Series& s = series_.emplace_back();
+    s.row = bench_.on_vulkan("W1", n_);
+    if (shader == VulkanFrames::Shader::cell) s.row.backend = "vulkan-cell";
+    if (moves) s.row.backend = "vulkan-moves";
+    s.row.bytes_per_cell = frame_bytes;
+    s.row.flops_per_cell = moves ? 0 : frame_flops;
+    VulkanFrames& device = *devices_.emplace_back(
+        std::make_unique<VulkanFrames>(scene_, vulkan::context_of(*bench_.vulkan->impl().backend), shader));
+    device.press(6);
+    s.row.exact =
+        moves || same(expected_, {device.response(0), device.response(1), device.response(2), device.response(3)});
+    if (!s.row.exact) s.row.status = "wrong";
+    device.press(2); // a multiple of the ring in all: states and frames are where they began
+    s.work = [this, &s, &device] { return seconds_of([&] { s.gpu_seconds.push_back(device.press(device_frames_)); }); };
+}
+
+double StreamedFrames::copy_GBs(int threads) const {
+    const Series& s = threads == 1 ? copies_.front() : copies_.back();
+    return double(Limits::moved()) / s.row.wall.median / 1e9;
+}
+
+double StreamedFrames::device_copy_GBs() {
+    std::vector<double> seconds;
+    for (int i = 0; i < 5; ++i) seconds.push_back(devices_[0]->copy(4) / 4);
+    return 2 * double(scene_.cells()) * sizeof(float) / timing_of(seconds).median / 1e9;
+}
+
+void StreamedFrames::measure() {
+    std::vector<std::function<double()>> work;
+    for (const auto* list : {&copies_, &series_})
+        for (const Series& s : *list) work.push_back(s.work);
+    const std::vector<Timing> timings = bench_.paired(work, bench_.runs);
+    auto timing = timings.begin();
+    for (auto* list : {&copies_, &series_})
+        for (Series& s : *list) s.row.wall = *timing++;
+    const double device_GBs = devices_.empty() ? 0 : device_copy_GBs();
+    for (Series& s : series_) {
+        const bool on_device = !s.gpu_seconds.empty();
+        s.row.steps = on_device ? device_frames_ : frames_;
+        if (on_device) s.row.gpu_median = timing_of(s.gpu_seconds).median;
+        s.row.against("copy", on_device ? device_GBs : copy_GBs(s.row.threads));
+        bench_.add(s.row);
+    }
+    if (!devices_.empty()) measure_recording();
+}
+
+// The host's time to record a frame, apart from its submission.
+void StreamedFrames::measure_recording() {
+    Measurement r = bench_.on_vulkan("W1-record", n_);
+    r.steps = 1;
+    r.wall = bench_.paired({[&] {
+                               devices_[0]->press(device_frames_);
+                               return devices_[0]->recording();
+                           }},
+                           bench_.runs)[0];
+    bench_.add(r);
+}
+
 } // namespace
 
 void streamed_frames(Bench& bench) {
-    for (int n : bench.quick ? std::vector{512, 2048} : std::vector{512, 2048, 4096}) {
-        const FrameScene scene(n);
-        const int frames = std::max(1, int(4e7 / n / n));
-        const Responses plain = after_frames(scene, 1, simd::plain);
-        const std::vector<Floats> out = [&] {
-            std::vector<Floats> maps;
-            for (int i = 0; i < 4; ++i) maps.emplace_back(scene.cells());
-            return maps;
-        }();
-        std::vector<Measurement> rows;
-        std::vector<std::function<double()>> work;
-        std::vector<std::unique_ptr<cpu::FramePress>> streams;
-        const std::vector<int> threads = bench.cores > 1 ? std::vector{1, bench.cores} : std::vector{1};
-        for (int t : threads) { // what memory gives, in the same rounds
-            rows.push_back(bench.cpu("copy", n, t));
-            work.push_back([memory = std::make_shared<Limits>(t)] { return memory->copy(); });
-        }
-        const size_t limits = rows.size();
-        for (const simd::Isa* isa : simd::isas())
-            for (int t : threads)
-                for (bool all : {true, false}) {
-                    if (!all && isa != &simd::best()) continue;
-                    Measurement r = bench.cpu(all ? "W1" : "W1s", n, t);
-                    r.backend = std::string("cpu-") + isa->name;
-                    r.model = "march";
-                    r.precision = "f32";
-                    r.bytes_per_cell = all ? frame_bytes : frame_bytes - 12;
-                    r.flops_per_cell = all ? frame_flops : frame_flops - 17;
-                    r.exact = same(plain, after_frames(scene, t, *isa));
-                    if (!r.exact) r.status = "wrong";
-                    rows.push_back(r);
-                    cpu::FramePress& stream = *streams.emplace_back(std::make_unique<cpu::FramePress>(scene.streamed, t, *isa));
-                    float* const kept[2][4] = {{nullptr, nullptr, out[2].data(), nullptr},
-                                               {out[0].data(), out[1].data(), out[2].data(), out[3].data()}};
-                    work.push_back([&scene, &stream, frames, to = std::to_array(kept[all])]() mutable {
-                        float* const response[4] = {to[0], to[1], to[2], to[3]};
-                        return seconds_of([&] {
-                            for (size_t i = 0; i < size_t(frames); ++i)
-                                stream.press(scene.dt, scene.frames[i % 4].data(), scene.frames[(i + 1) % 4].data(),
-                                             response);
-                        });
-                    });
-                }
-        std::vector<std::unique_ptr<VulkanFrames>> devices;
-        std::vector<std::shared_ptr<std::vector<double>>> gpu(rows.size());
-        const int fewer = bench.vulkan && bench.vulkan->info().kind == "software" ? std::max(1, frames / 8) : frames;
-        for (VulkanFrames::By by : {VulkanFrames::By::press, VulkanFrames::By::cell, VulkanFrames::By::moves}) {
-            if (!bench.vulkan) continue;
-            Measurement r = bench.on_vulkan("W1", n);
-            if (by == VulkanFrames::By::cell) r.backend = "vulkan-cell";
-            if (by == VulkanFrames::By::moves) r.backend = "vulkan-moves"; // what no kernel can beat
-            r.bytes_per_cell = frame_bytes;
-            r.flops_per_cell = by == VulkanFrames::By::moves ? 0 : frame_flops;
-            VulkanFrames& device =
-                *devices.emplace_back(std::make_unique<VulkanFrames>(scene, vulkan::context_of(*bench.vulkan->impl().backend), by));
-            device.press(6);
-            r.exact = by == VulkanFrames::By::moves ||
-                      same(plain, {device.response(0), device.response(1), device.response(2), device.response(3)});
-            if (!r.exact) r.status = "wrong";
-            device.press(2); // states and frames are where they began
-            rows.push_back(r);
-            auto& stamps = *gpu.emplace_back(std::make_shared<std::vector<double>>());
-            work.push_back(
-                [&device, &stamps, fewer] { return seconds_of([&] { stamps.push_back(device.press(fewer)); }); });
-        }
-        const std::vector<Timing> timings = bench.paired(work, bench.runs);
-        double copy[2] = {};
-        for (size_t i = 0; i < limits; ++i) copy[i] = double(Limits::moved()) / timings[i].median / 1e9;
-        double on_device = 0;
-        if (!devices.empty()) {
-            std::vector<double> seconds;
-            for (int i = 0; i < 5; ++i) seconds.push_back(devices[0]->copy(4) / 4);
-            on_device = 2 * double(scene.cells()) * sizeof(float) / timing_of(seconds).median / 1e9;
-        }
-        for (size_t i = limits; i < rows.size(); ++i) {
-            Measurement& r = rows[i];
-            const bool device = gpu.size() > i && gpu[i];
-            r.steps = device ? fewer : frames;
-            r.wall = timings[i];
-            if (device) r.gpu_median = timing_of(*gpu[i]).median;
-            r.against("copy", device ? on_device : copy[r.threads == 1 ? 0 : limits - 1]);
-            bench.add(r);
-        }
-        if (devices.empty()) continue;
-        Measurement record = bench.on_vulkan("W1-record", n); // what a frame costs the host beside its submission
-        record.steps = 1;
-        record.wall = bench.paired({[&] {
-                                       devices[0]->press(fewer);
-                                       return devices[0]->recording();
-                                   }},
-                                   bench.runs)[0];
-        bench.add(record);
-    }
+    for (int n : bench.quick ? std::vector{512, 2048} : std::vector{512, 2048, 4096})
+        StreamedFrames(bench, n).measure();
 }
 
 void constant_map(Bench& bench) {
@@ -146,27 +190,26 @@ void constant_map(Bench& bench) {
         s.load.radius = n;
         s.output.extremes = false;
         s = with_maps(s);
-        const plan::PreparedRun run_of = plan::prepare_run(s);
+        const plan::PreparedRun prepared = plan::prepare_run(s);
         for (int t : {1, bench.cores}) {
             Measurement r = bench.cpu("W2", n, t);
             r.model = "moments";
             r.precision = "f64";
-            r.steps = run_of.schedule.outputs;
-            r.bytes_per_cell = 16 / double(r.steps); // surface and pressure, once
+            r.steps = prepared.schedule.outputs;
+            r.bytes_per_cell = 16 / double(r.steps); // surface and pressure are read once
             double last = 0;
-            r.wall = bench.paired({[&] {
-                                      return seconds_of([&] {
-                                          const auto& [skin, schedule] = run_of;
-                                          const auto stepper = reduced::separable(
-                                              skin, schedule, reduced::moments_of(skin, schedule, false, t), false,
-                                              [&](auto&, const plan::Sample& sample) {
-                                                  last += sample.totals[1].mean;
-                                              });
-                                          plan::Timeline timeline(schedule, skin);
-                                          for (plan::Step step; timeline.next(step);) stepper->press(step);
-                                      });
-                                  }},
-                                  bench.runs)[0];
+            r.wall =
+                bench.paired({[&] {
+                                 return seconds_of([&] {
+                                     const auto& [skin, schedule] = prepared;
+                                     const auto stepper = reduced::separable(
+                                         skin, schedule, reduced::moments_of(skin, schedule, false, t), false,
+                                         [&](auto&, const plan::Sample& sample) { last += sample.totals[1].mean; });
+                                     plan::Timeline timeline(schedule, skin);
+                                     for (plan::Step step; timeline.next(step);) stepper->press(step);
+                                 });
+                             }},
+                             bench.runs)[0];
             if (!std::isfinite(last)) r.status = "wrong";
             r.against("read", bench.read_GBs[t == 1 ? 0 : 1]);
             bench.add(r);

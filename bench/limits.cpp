@@ -73,7 +73,7 @@ double Limits::read() {
             all += sum(map->data() + count / 1024 * size_t(first), count / 1024 * size_t(last - first));
         });
     const double seconds = now() - start;
-    return all == 1 ? NAN : seconds; // so that it is read
+    return all == 1 ? NAN : seconds; // the sum is used, so that the reads are not optimised away
 }
 
 } // namespace bench

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the machine's memory gives, measured in the same run as what is held against it.
+// The bandwidth of the machine's memory, measured in the same run as the workloads that are compared with it.
 #pragma once
 
 #include "host/simd/pool.hpp"
@@ -9,7 +9,8 @@
 
 namespace bench {
 
-// Floats on large pages; maps made one after another begin at different bits of an address.
+// An array of floats on large pages. Arrays made one after another begin at different offsets in a page, so that their
+// equal indices do not fall into one cache set.
 class Floats {
   public:
     explicit Floats(size_t count);
@@ -28,7 +29,7 @@ class Limits {
     explicit Limits(int threads);
     double read(); // seconds to read as many bytes
     double copy(); // seconds to read half of them and write the other half past the caches
-    static constexpr size_t moved() { return 2 * count * sizeof(float); } // bytes, by either
+    static constexpr size_t moved() { return 2 * count * sizeof(float); } // bytes that either of them moves
 
   private:
     static constexpr size_t count = size_t(48) << 20;

@@ -1,6 +1,6 @@
 #version 450
 // SPDX-License-Identifier: MIT
-// What kernels/press.comp is measured against: the same streamed frame, one cell per invocation, nothing but the model.
+// The kernel that kernels/press.comp is compared with: the same streamed frame by the bare model, one cell per invocation.
 #extension GL_GOOGLE_include_directive : require
 #include "prelude.h"
 #include "layout.h"

@@ -28,7 +28,7 @@ std::string text(std::string s) {
 
 using Columns = std::map<std::string, std::string>;
 
-std::vector<Columns> lanes_of(const std::string& csv) {
+std::vector<Columns> rows_of(const std::string& csv) {
     std::istringstream lines(csv);
     std::string line, cell;
     std::getline(lines, line);
@@ -92,9 +92,9 @@ std::string csv_of(const std::vector<Measurement>& rows, const std::string& comm
 
 std::vector<std::string> lost(const std::string& earlier_csv, const std::string& csv) {
     std::map<std::string, Columns> now;
-    for (const Columns& row : lanes_of(csv)) now[key(row)] = row;
+    for (const Columns& row : rows_of(csv)) now[key(row)] = row;
     std::vector<std::string> complaints;
-    for (Columns before : lanes_of(earlier_csv)) {
+    for (Columns before : rows_of(earlier_csv)) {
         const std::string name = key(before);
         const auto found = now.find(name);
         if (found == now.end()) {

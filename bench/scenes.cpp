@@ -47,10 +47,10 @@ void population(Bench& bench) {
         Scene hand; // 50 um cells
         hand.grid = {n, n, 50e-6};
         hand.surface.relief = 5e-5;
-        hand.material = {20e3, 1e3, 1e-3, 1e-5, {}, {}};
+        hand.material = {.modulus = 20e3, .viscosity = 1e3, .thickness = 1e-3, .curvature_length = 1e-5};
         hand.load.intensity = 1e4;
         hand = with_maps(hand);
-        if (!uniform) { // it has to step
+        if (!uniform) { // different materials have no closed form, so that cells are stepped
             std::vector<double>& modulus = hand.material.modulus_map.edit();
             for (int i = 0; i < n * n; ++i) modulus.push_back(20e3 * (1 + (i / 512) % 4));
         }
@@ -74,13 +74,13 @@ void population(Bench& bench) {
     }
 }
 
-// What the kernel `sites` is for: the same population frame by frame, against every cell.
+// Compares the kernel `sites` on a population with the kernel `press` on every cell, frame by frame.
 void streamed_population(Bench& bench) {
     const int n = bench.quick ? 512 : 2048;
     SkinDescription hand;
     hand.grid = {n, n, 50e-6};
     hand.surface.relief = 5e-5;
-    hand.material = {20e3, 1e3, 1e-3, 1e-5, {}, {}};
+    hand.material = {.modulus = 20e3, .viscosity = 1e3, .thickness = 1e-3, .curvature_length = 1e-5};
     SkinDescription every = hand;
     hand.sites = dermis::population(hand.grid);
     SkinOptions plain;
@@ -120,7 +120,7 @@ void materials(Bench& bench) {
     s.surface.noise = 0;
     s = with_maps(s);
     std::vector<Material> hundred;
-    for (int i = 0; i < 100; ++i) hundred.push_back({1 + 0.01 * i, 1, {}, {}, {}, {}});
+    for (int i = 0; i < 100; ++i) hundred.push_back({.modulus = 1 + 0.01 * i, .viscosity = 1});
     const auto timings = bench.paired({[&] { return seconds_of([&] { run(s, Device::cpu()); }); },
                                        [&] { return seconds_of([&] { run(s, hundred, Device::cpu()); }); }},
                                       std::min(bench.runs, 5));
@@ -138,7 +138,7 @@ namespace {
 
 constexpr double end = 2.56; // s
 
-// Smooth and periodic, so that the Laplacian of the continuum is known: waves of `cells` cells along each axis.
+// A smooth and periodic scene, of which the Laplacian of the continuum is known: waves of `wave` cells along each axis.
 struct Smooth {
     int n;
     double k;
@@ -164,8 +164,8 @@ struct Smooth {
     }
 };
 
-// Greatest error over cells and three instants, over the greatest value: strain and responses against closed forms in
-// time on the scene's own grid, curvature against the continuum's.
+// The greatest error over cells and three instants, divided by the greatest value. Strain and responses are compared
+// with closed forms in time on the scene's own grid, curvature with the continuum's.
 std::array<double, 6> errors_of(const Smooth& smooth, Scene s, const Device& device) {
     const std::vector<Quantity> all = {Quantity::strain, Quantity::sa1, Quantity::sa2,
                                        Quantity::fa1,    Quantity::fa2, Quantity::curvature};
@@ -173,7 +173,7 @@ std::array<double, 6> errors_of(const Smooth& smooth, Scene s, const Device& dev
     for (double t : times) s.output.fields.push_back({t, all});
     if (s.model == Model::moments) s.model = Model::maps;
     const Result r = run(s, device);
-    Scene unit = s; // L(p), by the same stencil
+    Scene unit = s; // its rest curvature is L(p), by the same stencil
     unit.surface.map = s.load.map;
     const SceneMaps m = maps(s);
     const Map Lp = maps(unit).rest_curvature;
@@ -199,74 +199,83 @@ std::array<double, 6> errors_of(const Smooth& smooth, Scene s, const Device& dev
     return worst;
 }
 
+struct Series {
+    const Device* device = nullptr;
+    Model model = Model::march;
+    Precision precision = Precision::f32;
+    Method method = Method::exact;
+    Stencil stencil = Stencil::five_point;
+    double least_step = 0; // s
+};
+
+std::vector<Series> accuracy_series(const Bench& bench, const Device& cpu) {
+    const double least = bench.quick ? 0.02 : 0.0025, least_on_device = bench.quick ? 0.08 : 0.01;
+    std::vector<Series> all;
+    for (Method m : {Method::euler, Method::rk2, Method::rk4, Method::backward_euler, Method::crank_nicolson,
+                     Method::sdirk2, Method::exact})
+        for (Precision p : {Precision::f32, Precision::f64})
+            all.push_back({.device = &cpu, .precision = p, .method = m, .least_step = least});
+    all.push_back({.device = &cpu, .precision = Precision::f32_compensated, .least_step = least});
+    all.push_back({.device = &cpu, .stencil = Stencil::fourth_order, .least_step = least});
+    for (Stencil stencil : {Stencil::five_point, Stencil::fourth_order})
+        all.push_back({.device = &cpu,
+                       .model = Model::moments,
+                       .precision = Precision::f64,
+                       .stencil = stencil,
+                       .least_step = least});
+    if (bench.vulkan)
+        for (Method m : {Method::euler, Method::rk4, Method::exact})
+            all.push_back({.device = &*bench.vulkan, .method = m, .least_step = least_on_device});
+    return all;
+}
+
+void add_accuracy(Bench& bench, const Smooth& smooth, const Series& series, double step) {
+    Scene s = smooth.scene();
+    s.material.viscosity = 0.25; // dt/tau goes up to 3.9, where some methods are unstable
+    s.model = series.model;
+    s.precision = series.precision;
+    s.method = series.method;
+    s.stencil = series.stencil;
+    s.time.step = step;
+    Measurement r = series.device->info().vulkan ? bench.on_vulkan("accuracy", smooth.n)
+                                                 : bench.cpu("accuracy", smooth.n, bench.cores);
+    r.model = name(series.model);
+    r.precision = name(series.precision);
+    r.method = name(series.method);
+    r.stencil = series.stencil == Stencil::five_point ? "five-point" : "fourth-order";
+    r.dt_over_tau = step * s.material.modulus / s.material.viscosity;
+    r.steps = static_cast<long long>(std::llround(end / step));
+    const auto once = [&] {
+        double seconds = 0;
+        const double whole = seconds_of([&] { seconds = run(s, *series.device).seconds; });
+        return series.model == Model::march ? seconds : whole; // a closed form spends its time on making the maps
+    };
+    const auto measure = [&] {
+        r.errors = errors_of(smooth, s, *series.device);
+        r.wall = bench.paired({once}, std::min(bench.runs, 5))[0];
+    };
+    try {
+        measure();
+    } catch (const Error&) { // refused as unstable: its error is charted all the same
+        r.status = "unstable";
+        s.allow_unstable = true;
+        measure();
+    }
+    bench.add(r);
+}
+
 } // namespace
 
 void accuracy(Bench& bench) {
     const Smooth smooth(bench.quick ? 64 : 192, 16);
     const Device cpu = Device::cpu();
-    struct Series {
-        const Device* device;
-        Model model;
-        Precision precision;
-        Method method;
-        Stencil stencil;
-        double least; // step
-    };
-    std::vector<Series> all;
-    const double finest = bench.quick ? 0.02 : 0.0025;
-    for (Method m : {Method::euler, Method::rk2, Method::rk4, Method::backward_euler, Method::crank_nicolson,
-                     Method::sdirk2, Method::exact})
-        for (Precision p : {Precision::f32, Precision::f64})
-            all.push_back({&cpu, Model::march, p, m, Stencil::five_point, finest});
-    all.push_back({&cpu, Model::march, Precision::f32_compensated, Method::exact, Stencil::five_point, finest});
-    all.push_back({&cpu, Model::march, Precision::f32, Method::exact, Stencil::fourth_order, finest});
-    all.push_back({&cpu, Model::moments, Precision::f64, Method::exact, Stencil::five_point, finest});
-    all.push_back({&cpu, Model::moments, Precision::f64, Method::exact, Stencil::fourth_order, finest});
-    if (bench.vulkan)
-        for (Method m : {Method::euler, Method::rk4, Method::exact})
-            all.push_back(
-                {&*bench.vulkan, Model::march, Precision::f32, m, Stencil::five_point, bench.quick ? 0.08 : 0.01});
-    for (const Series& series : all)
-        for (double step = 0.64; step >= series.least; step /= 2) {
-            Scene s = smooth.scene();
-            s.material.viscosity = 0.25; // dt/tau up to 3.9: methods fail on the way
-            s.model = series.model;
-            s.precision = series.precision;
-            s.method = series.method;
-            s.stencil = series.stencil;
-            s.time.step = step;
-            Measurement r = series.device == &cpu ? bench.cpu("accuracy", smooth.n, bench.cores)
-                                          : bench.on_vulkan("accuracy", smooth.n);
-            r.model = name(series.model);
-            r.precision = name(series.precision);
-            r.method = name(series.method);
-            r.stencil = series.stencil == Stencil::five_point ? "five-point" : "fourth-order";
-            r.dt_over_tau = step * s.material.modulus / s.material.viscosity;
-            r.steps = static_cast<long long>(std::llround(end / step));
-            const auto measure = [&] {
-                r.errors = errors_of(smooth, s, *series.device);
-                r.wall =
-                    bench.paired({[&] {
-                                     double seconds = 0;
-                                     const double whole = seconds_of([&] { seconds = run(s, *series.device).seconds; });
-                                     return series.model == Model::march ? seconds : whole; // of which maps are all
-                                 }},
-                                 std::min(bench.runs, 5))[0];
-            };
-            try {
-                measure();
-            } catch (const Error&) { // refused; what it would have come to is charted all the same
-                r.status = "unstable";
-                s.allow_unstable = true;
-                measure();
-            }
-            bench.add(r);
-        }
+    for (const Series& series : accuracy_series(bench, cpu))
+        for (double step = 0.64; step >= series.least_step; step /= 2) add_accuracy(bench, smooth, series, step);
 }
 
 namespace {
 
-// Of a run in a process of its own: seconds of its steps, seconds from the process's start, peak memory.
+// The costs of a run in a process of its own: seconds of its steps, seconds from the process's start, peak memory.
 struct Alone {
     double seconds = NAN, whole = NAN, peak_bytes = NAN;
 };

@@ -49,13 +49,13 @@ void compare(SelfTest::Kernel& kernel, double device, double cpu) {
 }
 
 struct TestVariant {
-    Stencil stencil;
-    Edges edges;
-    Precision precision;
-    bool materials, framed;
+    Stencil stencil = Stencil::five_point;
+    Edges edges = Edges::mirror;
+    Precision precision = Precision::f32;
+    bool materials = false, framed = false;
 };
 
-// A run whose every map is read.
+// Prepares a run of which every map is read.
 plan::PreparedRun sample_run(const TestVariant& v) {
     Scene s;
     static_cast<SkinDescription&>(s) = sample_skin(v.stencil, v.edges, v.materials);
@@ -79,7 +79,7 @@ void compare_samples(SelfTest::Kernel& kernel, const std::vector<plan::Sample>& 
         }
 }
 
-// The kernels press, fields and reduce in a run.
+// Compares the kernels press, fields and reduce in a run.
 void compare_runs(SelfTest& test, plan::Backend& backend, plan::Backend& plain, const TestVariant& v) {
     const plan::PreparedRun run = sample_run(v);
     std::vector<plan::Sample> samples[2];
@@ -96,9 +96,9 @@ void compare_runs(SelfTest& test, plan::Backend& backend, plan::Backend& plain, 
             if (v.framed) stepper->frame(step.keep ? run.schedule.pressure : run.skin.heights);
             stepper->press(step);
         }
-        for (const auto& [what, kernel] : {std::pair{&pressed, SelfTest::press}, {&derived, SelfTest::fields}}) {
-            one->read(*what, a);
-            two->read(*what, b);
+        for (const auto& [quantities, kernel] : {std::pair{&pressed, SelfTest::press}, {&derived, SelfTest::fields}}) {
+            one->read(*quantities, a);
+            two->read(*quantities, b);
             for (size_t q = 0; q < a.size(); ++q)
                 for (size_t i = 0; i < a[q].size(); ++i) compare(test.kernels[kernel], a[q][i], b[q][i]);
         }
@@ -107,21 +107,25 @@ void compare_runs(SelfTest& test, plan::Backend& backend, plan::Backend& plain, 
     compare_samples(test.kernels[SelfTest::reduce], samples[0], samples[1]);
 }
 
-// The kernel sites in a stream of frames.
+// Compares the kernel sites in a stream of frames.
 void compare_sites(SelfTest::Kernel& kernel, plan::Backend& backend, const TestVariant& v) {
-    const SampleStream sample(v.stencil, v.edges, v.materials, true, v.precision, {false, true, true, true, true});
+    const SampleStream sample({.stencil = v.stencil,
+                               .edges = v.edges,
+                               .precision = v.precision,
+                               .materials = v.materials,
+                               .sites = true,
+                               .wanted = {false, true, true, true, true}});
     const auto stream = backend.stream(sample.skin());
     std::vector<std::vector<float>> pressures;
     for (int i = 0; i <= SampleStream::presses; ++i) pressures.push_back(sample.pressure(i));
     const std::vector<std::vector<float>> expected = sample.expected(pressures);
     for (size_t i = 0; i < SampleStream::presses; ++i) {
         std::copy(pressures[i + 1].begin(), pressures[i + 1].end(), stream->pressure());
-        (void)stream->press(SampleStream::dt); // a sample's coefficients are floats
+        (void)stream->press(SampleStream::dt); // true: a sample's coefficients fit float
         for (int q = QUANTITY_SA1; q < REDUCED_MAPS; ++q) {
             const plan::ResponseLayout::Range& r = sample.layout().of[size_t(q)];
             const float* response = stream->response(Quantity(q));
-            for (size_t k = 0; k < r.count; ++k)
-                compare(kernel, double(response[k]), double(expected[i][r.first + k]));
+            for (size_t k = 0; k < r.count; ++k) compare(kernel, double(response[k]), double(expected[i][r.first + k]));
         }
     }
 }
@@ -132,29 +136,31 @@ SelfTest self_test(plan::Backend& backend, bool every_variant) {
     const DefaultFloats guard;
     SelfTest test;
     const auto plain = cpu::backend(1, simd::plain);
-    const TestVariant simplest{Stencil::five_point, Edges::mirror, Precision::f32, false, false};
+    const TestVariant simplest;
     compare_runs(test, backend, *plain, simplest);
     if (!every_variant) return test;
     compare_sites(test.kernels[SelfTest::sites], backend, simplest);
     for (const TestVariant& v :
-         {TestVariant{Stencil::five_point, Edges::mirror, Precision::f32, true, true},
-          TestVariant{Stencil::fourth_order, Edges::periodic, Precision::f32_compensated, false, true},
-          TestVariant{Stencil::published, Edges::published, Precision::f32, true, false}}) {
+         {TestVariant{.materials = true, .framed = true},
+          TestVariant{.stencil = Stencil::fourth_order,
+          .edges = Edges::periodic,
+          .precision = Precision::f32_compensated,
+          .framed = true},
+          TestVariant{.stencil = Stencil::published, .edges = Edges::published, .materials = true}}) {
         compare_runs(test, backend, *plain, v);
         compare_sites(test.kernels[SelfTest::sites], backend, v);
     }
     return test;
 }
 
-SampleStream::SampleStream(Stencil stencil, Edges edges, bool materials, bool sites, Precision precision,
-                           const plan::Wanted& wanted) {
-    SkinDescription d = sample_skin(stencil, edges, materials);
+SampleStream::SampleStream(const Variant& v) {
+    SkinDescription d = sample_skin(v.stencil, v.edges, v.materials);
     SkinOptions options;
-    options.precision = precision;
+    options.precision = v.precision;
     options.responses.clear();
     for (int q = QUANTITY_SA1; q < REDUCED_MAPS; ++q)
-        if (wanted[size_t(q)]) options.responses.push_back(Quantity(q));
-    for (int i = 0; sites && i < 100; ++i)
+        if (v.wanted[size_t(q)]) options.responses.push_back(Quantity(q));
+    for (int i = 0; v.sites && i < 100; ++i)
         d.sites.push_back({options.responses[size_t(i) % options.responses.size()],
                            {i * 31 % d.grid.width, i * i * 7 % d.grid.height}});
     streamed_ = plan::streamed_skin(d, options);
@@ -162,8 +168,12 @@ SampleStream::SampleStream(Stencil stencil, Edges edges, bool materials, bool si
 }
 
 SampleStream::SampleStream(const plan::StreamedSkin& like)
-    : SampleStream(*like.skin.description.stencil, *like.skin.description.edges, !like.skin.uniform(),
-                   !like.skin.description.sites.empty(), like.precision, like.wanted) {}
+    : SampleStream({.stencil = *like.skin.description.stencil,
+                    .edges = *like.skin.description.edges,
+                    .precision = like.precision,
+                    .materials = !like.skin.uniform(),
+                    .sites = !like.skin.description.sites.empty(),
+                    .wanted = like.wanted}) {}
 
 std::vector<float> SampleStream::pressure(int i) const {
     if (i == 0) return std::vector<float>(streamed_.skin.padded_cells(), 0.0f);
@@ -184,7 +194,8 @@ std::vector<std::vector<float>> SampleStream::expected(const std::vector<std::ve
         std::vector<float>& out = all.emplace_back(layout_.all);
         float* response[4];
         for (size_t r = 0; r < 4; ++r)
-            response[r] = streamed_.wanted[QUANTITY_SA1 + r] ? out.data() + layout_.of[QUANTITY_SA1 + r].first : nullptr;
+            response[r] =
+                streamed_.wanted[QUANTITY_SA1 + r] ? out.data() + layout_.of[QUANTITY_SA1 + r].first : nullptr;
         (void)frames.press(dt, pressures[i].data(), pressures[i + 1].data(), response);
     }
     return all;

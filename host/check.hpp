@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Whether a backend's bits are the CPU path's.
+// Tests whether a backend computes the CPU path's bits.
 #pragma once
 
 #include "host/plan/backend.hpp"
@@ -10,11 +10,11 @@
 
 namespace dermis {
 
-// Each kernel on small grids in every variant, on a backend and on the plain loops of the CPU path.
+// The comparison of each kernel on a backend with the plain loops of the CPU path, on small grids.
 struct SelfTest {
     struct Kernel {
         const char* name;
-        uint64_t hash = 14695981039346656037u; // of the backend's values
+        uint64_t hash = 14695981039346656037u; // FNV-1a of the backend's values
         long long values = 0, different = 0;
     };
     enum { press, fields, reduce, sites };
@@ -23,29 +23,36 @@ struct SelfTest {
         return std::all_of(std::begin(kernels), std::end(kernels), [](auto& k) { return k.different == 0; });
     }
 };
-// every_variant: otherwise the plain march alone.
+// every_variant: tests every variant of the kernels, otherwise only the plain march.
 SelfTest self_test(plan::Backend&, bool every_variant = true);
 
-// A small skin of odd size, pressed twice frame by frame; its maps are noise from below the flush to about 1.
+// A small skin of odd size, pressed twice frame by frame; its maps are noise, from below the flush limit to about 1.
 class SampleStream {
   public:
     static constexpr int presses = 2;
     static constexpr double dt = 0.125; // s
 
-    // sites: it has receptors of the classes wanted; otherwise fields.
-    SampleStream(Stencil, Edges, bool materials, bool sites, Precision, const plan::Wanted&);
-    // Of the same kernels as another skin.
+    struct Variant {
+        Stencil stencil = Stencil::five_point;
+        Edges edges = Edges::mirror;
+        Precision precision = Precision::f32;
+        bool materials = false, sites = false; // sites: receptors of the wanted classes respond, otherwise every cell
+        plan::Wanted wanted{};
+    };
+    explicit SampleStream(const Variant&);
+    // Makes a sample that runs the same kernels as another skin.
     explicit SampleStream(const plan::StreamedSkin& like);
 
     const plan::StreamedSkin& skin() const { return streamed_; }
     const plan::ResponseLayout& layout() const { return layout_; }
-    // Pressure at the end of press i = 1, 2, or before the first: at rest; pitch*height.
+    // The pressure at the end of press i = 1, 2; i = 0 is at rest. pitch*height values.
     std::vector<float> pressure(int i) const;
-    // Two cells whose pressure some response depends on, in a map of pitch*height.
+    // The indices, in a map of pitch*height, of two cells on whose pressure some response depends.
     std::array<size_t, 2> read_cells() const;
-    // The responses after each press by the plain loops, laid out as layout() says; pressures: before, then after each.
+    // The responses after each press by the plain loops, laid out as layout() says. pressures: before the first press,
+    // then at the end of each.
     std::vector<std::vector<float>> expected(const std::vector<std::vector<float>>& pressures) const;
-    // Whether two responses are the same to the bit; what lies beyond the width of a field is nobody's.
+    // Whether two responses have the same bits; cells beyond the width of a field do not count.
     bool same(const float* a, const float* b) const;
 
   private:

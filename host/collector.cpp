@@ -10,17 +10,15 @@
 
 namespace dermis {
 
-std::vector<Quantity> asked_of(const plan::Schedule& schedule) {
+std::vector<Quantity> wanted_quantities(const plan::Schedule& schedule) {
     std::vector<Quantity> list;
     for (int q = 0; q < REDUCED_MAPS; ++q)
         if (schedule.wanted[size_t(q)]) list.push_back(Quantity(q));
     return list;
 }
 
-Collector::Collector(Result& result, const plan::PreparedSkin& skin, const plan::Schedule& schedule,
-                     bool everything_known)
-    : result_(result), skin_(skin), schedule_(schedule), everything_known_(everything_known),
-      asked_(asked_of(schedule)) {
+Collector::Collector(Result& result, const plan::PreparedSkin& skin, const plan::Schedule& schedule, bool every_cell)
+    : result_(result), skin_(skin), schedule_(schedule), every_cell_(every_cell), wanted_(wanted_quantities(schedule)) {
     const Output& output = schedule.output;
     const size_t outputs = size_t(schedule.outputs);
     result.responses.reserve(outputs * skin.description.sites.size());
@@ -36,14 +34,14 @@ Collector::Collector(Result& result, const plan::PreparedSkin& skin, const plan:
 }
 
 void Collector::operator()(const plan::Step& step, const plan::Sample& sample) {
-    for (Quantity q : asked_)
-        if (everything_known_) check_finite(sample.totals[size_t(q)].mean, q, step.time); // so every cell is
+    for (Quantity q : wanted_) // where the mean is finite, every cell is
+        if (every_cell_) check_finite(sample.totals[size_t(q)].mean, q, step.time);
     if (step.trace >= 0) {
         result_.time.push_back(step.time);
         take_traces(step, sample);
         take_sites(step, sample);
     }
-    if (step.impulse >= 0 && everything_known_) take_impulses(step, sample);
+    if (step.impulse >= 0 && every_cell_) take_impulses(step, sample);
 }
 
 void Collector::take_traces(const plan::Step&, const plan::Sample& sample) {
@@ -111,20 +109,20 @@ long long different(const std::vector<double>& a, const std::vector<double>& b) 
 
 CrossCheck::CrossCheck(const MakeStepper& make, Result& result, const plan::PreparedSkin& skin,
                        const plan::Schedule& schedule)
-    : result_(result), asked_(asked_of(schedule)), collect_(other_result_, skin, schedule, true),
+    : result_(result), wanted_(wanted_quantities(schedule)), collect_(other_result_, skin, schedule, true),
       stepper_(make(std::ref(collect_))) {}
 
 void CrossCheck::press(const plan::Step& step, plan::Stepper& first) {
     stepper_->press(step);
     if (!step.respond()) return;
-    std::vector<Quantity> what = asked_;
-    if (what.empty() || what[0] != Quantity::strain) what.insert(what.begin(), Quantity::strain); // always there
-    if (step.field >= 0) what.insert(what.end(), {Quantity::curvature, Quantity::deformation});
-    first.read(what, ours_);
-    stepper_->read(what, theirs_);
-    for (size_t i = 0; i < what.size(); ++i) {
-        result_.cells_compared += static_cast<long long>(ours_[i].size());
-        result_.cells_different += different(ours_[i], theirs_[i]);
+    std::vector<Quantity> read = wanted_;
+    if (read.empty() || read[0] != Quantity::strain) read.insert(read.begin(), Quantity::strain); // every march has it
+    if (step.field >= 0) read.insert(read.end(), {Quantity::curvature, Quantity::deformation});
+    first.read(read, maps_);
+    stepper_->read(read, other_maps_);
+    for (size_t i = 0; i < read.size(); ++i) {
+        result_.cells_compared += static_cast<long long>(maps_[i].size());
+        result_.cells_different += different(maps_[i], other_maps_[i]);
     }
 }
 

@@ -1,23 +1,22 @@
 // SPDX-License-Identifier: MIT
-// Puts the samples of a run where they belong in its Result, and compares the bits of two runs.
+// Collects the samples of a run in its Result, and compares the bits of two runs.
 #pragma once
 
 #include "host/plan/stepper.hpp"
 
 namespace dermis {
 
-// The quantities of which anything is asked.
-std::vector<Quantity> asked_of(const plan::Schedule&);
+// The quantities that a schedule wants, in order.
+std::vector<Quantity> wanted_quantities(const plan::Schedule&);
 
 class Collector {
   public:
-    // everything_known: otherwise the run knows no cells but the schedule's points.
-    Collector(Result&, const plan::PreparedSkin&, const plan::Schedule&, bool everything_known);
+    // every_cell: the run computes every cell, otherwise only the schedule's points.
+    Collector(Result&, const plan::PreparedSkin&, const plan::Schedule&, bool every_cell);
 
     void operator()(const plan::Step&, const plan::Sample&);
 
-    // Throws Error::bad_input where a step has left the numbers. With allow_unstable growth without end is what was
-    // asked for.
+    // Throws Error::bad_input where a value is not finite, unless the schedule allows unstable steps.
     void check_finite(double value, Quantity, double time) const;
 
   private:
@@ -28,15 +27,15 @@ class Collector {
     Result& result_;
     const plan::PreparedSkin& skin_;
     const plan::Schedule& schedule_;
-    const bool everything_known_;
-    const std::vector<Quantity> asked_;
+    const bool every_cell_;
+    const std::vector<Quantity> wanted_;
 };
 
-// A second stepper that takes the same steps; every cell of every output is compared, and every sample.
+// Takes the same steps with a second stepper, and compares every cell of every output and every sample.
 class CrossCheck {
   public:
     using MakeStepper = std::function<std::unique_ptr<plan::Stepper>(plan::Stepper::Sink)>;
-    // Counts into `result`.
+    // Counts the cells compared and those that differ in `result`.
     CrossCheck(const MakeStepper&, Result& result, const plan::PreparedSkin&, const plan::Schedule&);
 
     void frame(const std::vector<double>& pressure) { stepper_->frame(pressure); }
@@ -45,9 +44,9 @@ class CrossCheck {
 
   private:
     Result& result_;
-    const std::vector<Quantity> asked_;
+    const std::vector<Quantity> wanted_;
     Result other_result_;
-    std::vector<std::vector<double>> ours_, theirs_;
+    std::vector<std::vector<double>> maps_, other_maps_;
     Collector collect_;
     std::unique_ptr<plan::Stepper> stepper_;
 };

@@ -30,7 +30,7 @@ Device open_vulkan(const std::shared_ptr<const vulkan::Instance>& instance, cons
     return Device(impl);
 }
 
-// The first of `candidates` that works and computes the CPU path's bits; otherwise says why not in `why`.
+// The first device that works and computes the CPU path's bits. Where there is none, `why` gives each one's reason.
 std::optional<Device> first_exact(const std::shared_ptr<const vulkan::Instance>& instance, bool hardware_only,
                                   std::string& why) {
     for (const PhysicalDevice& p : instance->devices()) {
@@ -104,8 +104,8 @@ void Device::Impl::need_exact() const {
 }
 
 void Device::Impl::need_exact(const plan::Variant& v) {
-    const bool plain = v.stencil == STENCIL_FIVE_POINT && v.edges == EDGES_MIRROR && !v.compensated && !v.materials &&
-                       !v.framed;
+    const bool plain =
+        v.stencil == STENCIL_FIVE_POINT && v.edges == EDGES_MIRROR && !v.compensated && !v.materials && !v.framed;
     if (plain) return;
     if (!tested) info.exact &= self_test(*backend).exact();
     tested = true;
@@ -127,7 +127,7 @@ Device Device::cpu(int threads) {
     impl->info.name = "cpu";
     impl->info.kind = "cpu path";
     impl->backend = cpu::backend(threads);
-    impl->tested = true; // the CPU path is what others are tested against
+    impl->tested = true; // others are tested against the CPU path
     return Device(impl);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Which backend computes, and whether its bits are the CPU path's.
+// The backend of a Device, and whether it computes the CPU path's bits.
 #pragma once
 
 #include "host/plan/backend.hpp"
@@ -10,13 +10,13 @@ namespace dermis {
 struct Device::Impl {
     DeviceInfo info;
     std::shared_ptr<plan::Backend> backend;
-    bool asked = false;  // for by name or as Vulkan: then it is this device that works
-    bool named = false;  // by its name or number: differing bits are then no reason to refuse
-    bool tested = false; // in every variant; opening a Vulkan device tests the plain one alone
+    bool asked = false;  // for by name or as "vulkan": every run that this device can compute stays on it
+    bool named = false;  // asked for by name or number: it is used though its bits differ
+    bool tested = false; // in every variant; opening a Vulkan device tests only the plain one
 
     // Throws Error::no_device where the bits differ and the device was not named.
     void need_exact() const;
-    // Tests every variant, once, if this one is not the plain one; then as need_exact().
+    // Tests every variant once, where this one is not the plain one; then throws as need_exact() does.
     void need_exact(const plan::Variant&);
 };
 

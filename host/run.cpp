@@ -55,13 +55,13 @@ Explanation choice_of(const plan::PreparedRun& run, const Scene& scene, const De
     return planner::choose(run.skin, run.schedule, request_of(scene, device, options), backends, everything);
 }
 
-// A run whose model and precision are settled.
+// A run with its model, precision and device decided.
 struct Decided {
     Scene scene; // validated
     plan::PreparedRun run;
     Candidate decision;
-    Device device;         // that works: the CPU path for all but a march in float
-    SharedMoments moments; // null where cells have to be stepped
+    Device device;         // the one that computes: the CPU path for all but a march in float
+    SharedMoments moments; // null where cells are stepped
 
     bool sites_alone() const { return decision.model == Model::sites; }
 };
@@ -98,7 +98,7 @@ Decided decided(Decided&& last, double modulus, double viscosity, const Device& 
     return decided(last.scene, std::move(last.run), device, options, last.moments);
 }
 
-// Takes the steps of one run into a Result.
+// Takes the steps of one run and fills its Result.
 class Run {
   public:
     Run(const Decided& d, const RunOptions& options)
@@ -114,7 +114,7 @@ class Run {
         }
         result_.cells_per_ridge = scene::cells_per_ridge(skin_.description);
         make_stepper();
-        result_.device = d.device.info(); // what making the stepper has found out
+        result_.device = d.device.info(); // after make_stepper(), which may have tested the device
         if (!options.check) return;
         const Device other = d.device.info().vulkan ? Device::cpu() : Device::open("vulkan");
         check_ = std::make_unique<CrossCheck>(
@@ -124,7 +124,7 @@ class Run {
             result_, skin_, schedule_);
     }
 
-    // like: a result of the same maps, whose figures of the skin at the end are taken over.
+    // like: null, or a result of the same maps; the figures that describe the skin at the end are copied from it.
     Result take(const Result* like) {
         const auto start = Clock::now();
         plan::Timeline timeline(schedule_, cells_ ? cells_->materials : skin_.materials, skin_.rule, schedule_.method);
@@ -176,7 +176,7 @@ class Run {
         }
     }
 
-    // The figures printed beside a result, of the skin at its last step.
+    // Fills in the figures that describe the skin after the last step.
     void describe_end(const Result* like) {
         if (like) {
             result_.stencil_estimate = like->stencil_estimate;
@@ -196,7 +196,7 @@ class Run {
     const RunOptions& options_;
     Result result_;
     Collector collect_;
-    std::optional<plan::SiteCells> cells_; // of the model sites, where it steps them
+    std::optional<plan::SiteCells> cells_; // the cells that the model `sites` steps, if it steps any
     std::unique_ptr<plan::Stepper> stepper_;
     std::unique_ptr<CrossCheck> check_;
 };

@@ -10,7 +10,7 @@
 namespace dermis {
 
 struct Skin::Impl {
-    // Looks only at what it needs, so that the maps of the planned skin go as soon as the stream has read them.
+    // Copies the numbers that it needs, so that the maps of the prepared skin are freed once the stream has read them.
     Impl(const plan::StreamedSkin& skin, plan::Backend& backend)
         : width(size_t(skin.skin.width())), height(size_t(skin.skin.height())), pitch(size_t(skin.skin.pitch)),
           fields(skin.skin.description.sites.empty()), wanted(skin.wanted), layout(response_layout_of(skin)),
@@ -24,7 +24,7 @@ struct Skin::Impl {
     const plan::Wanted wanted;
     const plan::ResponseLayout layout;
     std::unique_ptr<plan::Stream> stream;
-    std::array<std::vector<float>, 4> dense; // fields without what lies beyond the width
+    std::array<std::vector<float>, 4> dense; // fields of width*height, where the pitch is greater
 
     size_t cells() const { return width * height; }
     void check_pressure(const float* pressure, size_t cells) const;

@@ -2,6 +2,7 @@
 // The dermis command. Exit status: 0 done, 1 failed or cells differ, 2 bad input.
 #include "host/check.hpp"
 #include "host/device.hpp"
+#include "host/scene/names.hpp"
 #include "host/study/study.hpp"
 
 #include <algorithm>
@@ -16,9 +17,16 @@
 namespace dermis::cli {
 namespace {
 
+struct Arguments {
+    std::string scene, out, device = "auto", precision;
+    std::string checked_device; // empty: every device
+    std::vector<std::string> overrides;
+    bool check = false;
+};
+
 std::string shown(const DeviceInfo& d) { return d.driver.empty() ? d.name : fmt::format("{} ({})", d.name, d.driver); }
 
-// What a user should know of a scene before trusting it.
+// Prints the figures and warnings by which a user judges a result.
 void print_scene(const Scene& s, const Result& r) {
     const auto span = [](double a, double b) {
         return a == b ? fmt::format("{:.6g}", a) : fmt::format("{:.6g}..{:.6g}", a, b);
@@ -43,21 +51,25 @@ std::string engineering(double x) {
     return fmt::format("{:.3g} ", x);
 }
 
-RunOptions options_of(const std::string& precision) {
+RunOptions options_of(const Arguments& a) {
     RunOptions options;
-    for (Precision p : {Precision::f32, Precision::f32_compensated, Precision::f64})
-        if (precision == name(p)) options.precision = p;
+    options.precision = scene::value_of<Precision>(a.precision);
+    options.check = a.check;
     return options;
 }
 
-// What a run would do, why, and why not otherwise.
-int explain_scene(const std::string& file, const std::string& device_name, const std::string& precision,
-                  const std::vector<std::string>& overrides) {
-    const Scene scene = Scene::from_file(file, overrides);
-    const Device device = Device::open(device_name == "auto" && precision == "f64" ? "cpu" : device_name);
-    const Explanation e = explain(scene, device, options_of(precision));
-    fmt::print("{}: {} x {} cells, {} outputs, method {}, tolerance {}{}\n", file, scene.grid.width, scene.grid.height,
-               e.candidates[e.chosen].steps, name(scene.method), e.tolerance,
+// Only the CPU path computes in double, so with f64 the device auto is the CPU path.
+Device device_of(const Arguments& a) {
+    return Device::open(a.device == "auto" && a.precision == name(Precision::f64) ? "cpu" : a.device);
+}
+
+// Prints every candidate with its cost and error, and why it is taken or not.
+int explain_scene(const Arguments& a) {
+    const Scene scene = Scene::from_file(a.scene, a.overrides);
+    const Device device = device_of(a);
+    const Explanation e = explain(scene, device, options_of(a));
+    fmt::print("{}: {} x {} cells, {} outputs, method {}, tolerance {}{}\n", a.scene, scene.grid.width,
+               scene.grid.height, e.candidates[e.chosen].steps, name(scene.method), e.tolerance,
                e.binding ? "" : " (default: of what is chosen freely)");
     fmt::print("   stencil estimate |C5 - C4| = {:.3g}, apart from the errors below\n", e.stencil_estimate);
     for (size_t i = 0; i < e.candidates.size(); ++i) {
@@ -72,7 +84,7 @@ int explain_scene(const std::string& file, const std::string& device_name, const
     return 0;
 }
 
-// key=v1,v2,..: several values make a sweep. A list in brackets, or a text in quotes, is one value.
+// Splits key=v1,v2,.. into an override for each value. A list in brackets, or a text in quotes, is one value.
 std::vector<std::string> values_of(const std::string& override_) {
     const size_t equals = override_.find('=');
     if (equals == std::string::npos || override_.find_first_of("[{\"'", equals) != std::string::npos)
@@ -83,7 +95,7 @@ std::vector<std::string> values_of(const std::string& override_) {
     return all.empty() ? std::vector<std::string>{override_} : all;
 }
 
-// Every combination of the values, the last key fastest.
+// Every combination of the overrides' values; the last key varies fastest.
 std::vector<std::vector<std::string>> combinations(const std::vector<std::string>& overrides) {
     std::vector<std::vector<std::string>> all = {{}};
     for (const std::string& o : overrides) {
@@ -98,14 +110,13 @@ std::vector<std::vector<std::string>> combinations(const std::vector<std::string
     return all;
 }
 
-// OUT/1, OUT/2 .. and OUT/runs.csv. Where only the numbers of the material vary, the maps are read once.
-int sweep(const std::string& file, const output::Path& out, const Device& device, const RunOptions& options,
-          const std::vector<std::string>& overrides) {
-    const auto runs = combinations(overrides);
-    std::vector<Scene> scenes;
-    for (const auto& values : runs)
-        scenes.push_back(Scene::from_file(file, values)); // all of them good, before any runs
-    const bool materials_only = std::all_of(overrides.begin(), overrides.end(), [](const std::string& o) {
+// Writes OUT/1, OUT/2 .. and OUT/runs.csv. Where only the numbers of the material vary, the maps are read once.
+int sweep(const Arguments& a, const Device& device, const RunOptions& options) {
+    const output::Path out = a.out;
+    const auto runs = combinations(a.overrides);
+    std::vector<Scene> scenes; // all are read before any is run, so that a bad one is refused first
+    for (const auto& values : runs) scenes.push_back(Scene::from_file(a.scene, values));
+    const bool materials_only = std::all_of(a.overrides.begin(), a.overrides.end(), [](const std::string& o) {
         return values_of(o).size() == 1 || o.rfind("material.modulus=", 0) == 0 ||
                o.rfind("material.viscosity=", 0) == 0;
     });
@@ -127,34 +138,32 @@ int sweep(const std::string& file, const output::Path& out, const Device& device
         same &= r.cells_different == 0;
     }
     output::write_file(out / "runs.csv", table);
-    fmt::print("{}: {} runs\n{}\n", file, runs.size(), (out / "runs.csv").string());
+    fmt::print("{}: {} runs\n{}\n", a.scene, runs.size(), (out / "runs.csv").string());
     return same ? 0 : 1;
 }
 
-int run_scene(const std::string& file, const output::Path& out, const std::string& device_name,
-              const std::string& precision, bool check, const std::vector<std::string>& overrides) {
-    const auto runs = combinations(overrides);
-    const Scene scene = Scene::from_file(file, runs[0]);
-    // double is the CPU path's alone, so auto means that
-    const Device device = Device::open(device_name == "auto" && precision == "f64" ? "cpu" : device_name);
+int run_scene(const Arguments& a) {
+    const auto runs = combinations(a.overrides);
+    const Scene scene = Scene::from_file(a.scene, runs[0]);
+    const Device device = device_of(a);
     if (!device.info().refused.empty()) fmt::print("{}\n", device.info().refused);
     if (!device.info().exact) fmt::print("warning: the bits of {} differ from the CPU path's\n", device.info().name);
-    RunOptions options = options_of(precision);
-    options.check = check;
-    if (runs.size() > 1) return sweep(file, out, device, options, overrides);
-    output::Progress progress(file);
+    RunOptions options = options_of(a);
+    if (runs.size() > 1) return sweep(a, device, options);
+    const output::Path out = a.out;
+    output::Progress progress(a.scene);
     options.progress = std::ref(progress);
     const Result r = run(scene, device, options);
     output::write_result(out, scene, r);
     const double cells = double(scene.grid.width) * scene.grid.height;
-    fmt::print("{}: {} x {} cells, {} steps, {}, {}, {} on {}", file, scene.grid.width, scene.grid.height, r.steps,
+    fmt::print("{}: {} x {} cells, {} steps, {}, {}, {} on {}", a.scene, scene.grid.width, scene.grid.height, r.steps,
                name(scene.method), name(r.model), name(r.precision), shown(r.device));
-    if (!check)
+    if (!a.check)
         fmt::print(": {:.3f} s, {:.2f} ns per cell-step", r.seconds, 1e9 * r.seconds / (cells * double(r.steps)));
     fmt::print("\n");
     print_scene(scene, r);
     if (!std::isnan(r.predicted_error)) fmt::print("predicted error at most {:.2g}\n", r.predicted_error);
-    if (check) fmt::print("{} cells compared, {} different\n", r.cells_compared, r.cells_different);
+    if (a.check) fmt::print("{} cells compared, {} different\n", r.cells_compared, r.cells_different);
     fmt::print("{}\n", (out / "traces.csv").string());
     return r.cells_different ? 1 : 0;
 }
@@ -174,14 +183,14 @@ int list_devices() {
 }
 
 int check_devices(const std::string& only) {
-    std::vector<std::string> rows = {only};
+    std::vector<std::string> names = {only};
     if (only.empty()) {
-        rows.clear();
-        for (size_t i = 0; i < Device::list().size(); ++i) rows.push_back(std::to_string(i));
+        names.clear();
+        for (size_t i = 0; i < Device::list().size(); ++i) names.push_back(std::to_string(i));
     }
     bool exact = true;
-    for (const std::string& row : rows) {
-        const Device device = Device::open(row);
+    for (const std::string& name : names) {
+        const Device device = Device::open(name);
         const SelfTest test = self_test(*device.impl().backend);
         fmt::print("{}:", shown(device.info()));
         for (const SelfTest::Kernel& k : test.kernels)
@@ -190,6 +199,56 @@ int check_devices(const std::string& only) {
         exact &= test.exact();
     }
     return exact ? 0 : 1;
+}
+
+constexpr const char* devices_help = "auto, cpu, vulkan, a row of `dermis devices`, or part of a name";
+
+void add_scene(CLI::App& command, Arguments& a) {
+    command.add_option("scene", a.scene, "A scene file (TOML)")->required();
+}
+
+void add_backend(CLI::App& command, Arguments& a) {
+    std::vector<std::string> precisions;
+    for (const scene::Name<Precision>& name : scene::Names<Precision>::table) precisions.push_back(name.text);
+    command.add_option("--device", a.device, devices_help)->capture_default_str();
+    command.add_option("--precision", a.precision, "f32, f32-compensated or f64 (CPU only)")
+        ->check(CLI::IsMember(precisions));
+}
+
+void add_overrides(CLI::App& command, Arguments& a) {
+    command.add_option("--set", a.overrides, "Override a key: time.step=0.001")->take_all()->allow_extra_args(false);
+}
+
+struct Commands {
+    CLI::App *run, *plan, *study, *devices, *check;
+};
+
+Commands add_commands(CLI::App& app, Arguments& a) {
+    const Commands all{
+        .run = app.add_subcommand("run", "Run a scene file"),
+        .plan = app.add_subcommand("plan", "Say how a scene would be run, why, and why not otherwise"),
+        .study = app.add_subcommand("study", "Reproduce the published study, with figures and claims"),
+        .devices = app.add_subcommand("devices", "List devices"),
+        .check = app.add_subcommand("check", "Compare every kernel's bits on every device with the CPU path")};
+    add_scene(*all.run, a);
+    all.run->add_option("--out", a.out, "Folder for the results")->required();
+    add_backend(*all.run, a);
+    all.run->add_flag("--check", a.check, "Also run the other backend and compare every cell's bits");
+    add_overrides(*all.run, a);
+    add_scene(*all.plan, a);
+    add_backend(*all.plan, a);
+    add_overrides(*all.plan, a);
+    all.study->add_option("--out", a.out, "Folder for the results")->required();
+    all.check->add_option("--device", a.checked_device, devices_help);
+    return all;
+}
+
+int execute(const Commands& commands, const Arguments& a) {
+    if (*commands.run) return run_scene(a);
+    if (*commands.plan) return explain_scene(a);
+    if (*commands.study) return study::reproduce(a.out);
+    if (*commands.devices) return list_devices();
+    return check_devices(a.checked_device);
 }
 
 } // namespace
@@ -201,38 +260,11 @@ int main(int argc, char** argv) {
     CLI::App app{"dermis: pressure on skin in, mechanoreceptor responses out"};
     app.require_subcommand(1);
     app.set_version_flag("--version", fmt::format("dermis {} (commit {})", version(), commit()));
-    std::string scene, out, device = "auto", only, precision;
-    std::vector<std::string> overrides;
-    bool check = false;
-    const std::string devices_help = "auto, cpu, vulkan, a row of `dermis devices`, or part of a name";
-
-    CLI::App* run = app.add_subcommand("run", "Run a scene file");
-    run->add_option("scene", scene, "A scene file (TOML)")->required();
-    run->add_option("--out", out, "Folder for the results")->required();
-    run->add_option("--device", device, devices_help)->capture_default_str();
-    run->add_option("--precision", precision, "f32, f32-compensated or f64 (CPU only)")
-        ->check(CLI::IsMember({"f32", "f32-compensated", "f64"}));
-    run->add_flag("--check", check, "Also run the other backend and compare every cell's bits");
-    run->add_option("--set", overrides, "Override a key: time.step=0.001")->take_all()->allow_extra_args(false);
-    CLI::App* plan = app.add_subcommand("plan", "Say how a scene would be run, why, and why not otherwise");
-    plan->add_option("scene", scene, "A scene file (TOML)")->required();
-    plan->add_option("--device", device, devices_help)->capture_default_str();
-    plan->add_option("--precision", precision, "f32, f32-compensated or f64 (CPU only)")
-        ->check(CLI::IsMember({"f32", "f32-compensated", "f64"}));
-    plan->add_option("--set", overrides, "Override a key: time.step=0.001")->take_all()->allow_extra_args(false);
-    CLI::App* study = app.add_subcommand("study", "Reproduce the published study, with figures and claims");
-    study->add_option("--out", out, "Folder for the results")->required();
-    CLI::App* devices = app.add_subcommand("devices", "List devices");
-    CLI::App* self = app.add_subcommand("check", "Compare every kernel's bits on every device with the CPU path");
-    self->add_option("--device", only, devices_help);
-
+    cli::Arguments arguments;
+    const cli::Commands commands = cli::add_commands(app, arguments);
     try {
         app.parse(argc, argv);
-        if (*run) return cli::run_scene(scene, out, device, precision, check, overrides);
-        if (*plan) return cli::explain_scene(scene, device, precision, overrides);
-        if (*study) return study::reproduce(out);
-        if (*devices) return cli::list_devices();
-        return cli::check_devices(only);
+        return cli::execute(commands, arguments);
     } catch (const CLI::ParseError& e) {
         return app.exit(e) ? 2 : 0;
     } catch (const Error& e) {

@@ -11,7 +11,8 @@ plan::Capabilities VulkanBackend::capabilities() const {
     plan::Capabilities c;
     c.name = info.name;
     c.double_buffered = true;
-    c.cell_step = info.kind == "software" ? 28e-9 : 3e-10; // measured on lavapipe; of a GPU by its memory
+    // Measured on lavapipe; for a GPU estimated from its memory bandwidth.
+    c.cell_step = info.kind == "software" ? 28e-9 : 3e-10;
     c.dispatch = 5e-6;
     return c;
 }

@@ -6,7 +6,7 @@
 
 namespace dermis::vulkan {
 
-// A Vulkan device of ours as a backend: runs march on it, and skins are pressed by a SkinProgram.
+// The backend on a Vulkan device that the library has opened: it marches runs, and presses skins by a SkinProgram.
 class VulkanBackend : public plan::Backend {
   public:
     explicit VulkanBackend(std::shared_ptr<Context> context) : context_(std::move(context)) {}
@@ -22,7 +22,7 @@ class VulkanBackend : public plan::Backend {
 
 std::shared_ptr<plan::Backend> backend(std::shared_ptr<Context>);
 
-// The context of a backend that is a Vulkan device.
+// The context of a backend that is a VulkanBackend.
 inline const std::shared_ptr<Context>& context_of(const plan::Backend& backend) {
     return dynamic_cast<const VulkanBackend&>(backend).context();
 }

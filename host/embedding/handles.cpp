@@ -59,7 +59,7 @@ void check_extensions(const Handles& h) {
                 refuse("extensions", std::string("without ") + name, "with it, because this device offers it");
 }
 
-// Every function that set-up or recording calls must be there.
+// Throws where a function that set-up or recording calls is missing.
 void check_calls(const VolkDeviceTable& vk) {
 #define NAMED(f)                                                                                                       \
     std::pair { #f, reinterpret_cast < PFN_vkVoidFunction>(vk.f) }
@@ -103,7 +103,7 @@ DeviceTable checked(const Handles& h) {
     table.allocator = h.allocator;
     table.cache = h.cache;
     std::vector<std::string> extensions = h.extensions;
-    if (std::min(h.api_version, properties.apiVersion) >= VK_API_VERSION_1_2) // part of it
+    if (std::min(h.api_version, properties.apiVersion) >= VK_API_VERSION_1_2) // which includes the extension
         extensions.push_back(VK_KHR_SHADER_FLOAT_CONTROLS_EXTENSION_NAME);
     table.rounds = rounds_to_even(function<PFN_vkGetPhysicalDeviceProperties2>(h, "vkGetPhysicalDeviceProperties2"),
                                   h.physical, extensions);

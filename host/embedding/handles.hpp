@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A host's own Vulkan handles, checked.
+// Checks the Vulkan handles of an embedding host.
 #pragma once
 
 #include "dermis/vulkan.hpp"
@@ -7,11 +7,10 @@
 
 namespace dermis::vulkan {
 
-// What recording needs of the device, after everything about the handles has been looked at. Throws Error::bad_input
-// naming what is missing.
+// Checks the handles and returns the device table that recording uses. Throws Error::bad_input, naming what is missing.
 DeviceTable checked(const Handles&);
 
-// Labels in the command buffer; null where the host has not enabled them.
+// The functions that label commands; null where the host has not enabled VK_EXT_debug_utils.
 struct Labels {
     PFN_vkCmdBeginDebugUtilsLabelEXT begin = nullptr;
     PFN_vkCmdEndDebugUtilsLabelEXT end = nullptr;

@@ -12,7 +12,7 @@ namespace {
 
 VkDescriptorBufferInfo info(const Buffer& b) { return {b.handle(), 0, b.bytes()}; }
 
-// Refuses what would not fit, before anything is allocated.
+// Makes the program; throws Error::bad_input where its memory exceeds the device's, before anything is allocated.
 SkinProgram fitting(const Context& context, const plan::StreamedSkin& skin) {
     SkinProgram program = program_of(context.handles(), skin, 2);
     const MemoryNeeds& n = program.memory();
@@ -48,16 +48,16 @@ SkinRunner::SkinRunner(std::shared_ptr<Context> context, const plan::StreamedSki
                                       .pressure_to = info(pressure_[1 - i]),
                                       .response = info(response_),
                                       .invalid = info(invalid_)});
-    std::memset(upload_.data(), 0, upload_.bytes()); // beyond the width it stays so
+    std::memset(upload_.data(), 0, upload_.bytes()); // cells beyond the width stay 0
     reset();
 }
 
 SkinRunner::~SkinRunner() {
-    if (context_->stuck()) new SkinProgram(std::move(program_)); // the driver still works with it
+    if (context_->stuck()) new SkinProgram(std::move(program_)); // the driver may still use it
 }
 
-Buffer SkinRunner::buffer(const Memory& m, Buffer::Location place) {
-    return Buffer(*context_, std::max<VkDeviceSize>(m.bytes, 4), place);
+Buffer SkinRunner::buffer(const Memory& m, Buffer::Location location) {
+    return Buffer(*context_, std::max<VkDeviceSize>(m.bytes, 4), location);
 }
 
 void SkinRunner::fill(Buffer& buffer, const Memory& m) {
@@ -92,14 +92,14 @@ bool SkinRunner::exact() {
 }
 
 bool SkinRunner::press(double dt) {
-    const DefaultFloats guard; // a software driver's threads inherit it
+    const DefaultFloats guard; // a software driver's threads inherit the floating-point environment
     const VolkDeviceTable& vk = context_->calls();
     const VkCommandBuffer commands = context_->begin();
     const VkBufferCopy in{0, 0, program_.memory().pressure.bytes}, out{0, 0, program_.memory().response.bytes};
     vk.vkCmdCopyBuffer(commands, upload_.handle(), pressure_[1 - from_].handle(), 1, &in);
     context_->barrier(commands);
     if (!program_.record_press(commands, bindings_[from_], dt)) {
-        (void)vk.vkEndCommandBuffer(commands); // recorded, and never submitted
+        (void)vk.vkEndCommandBuffer(commands); // its commands are never submitted
         return false;
     }
     context_->barrier(commands);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A skin on a device of ours: memory and submissions around a SkinProgram, as a stranger would write them.
+// A streamed skin on the library's own device: a SkinProgram, with memory and submissions as an embedding host has
+// them.
 #pragma once
 
 #include "dermis/vulkan.hpp"
@@ -26,7 +27,7 @@ class SkinRunner : public plan::Stream {
     SkinProgram program_;
     Buffer constants_, state_[2], pressure_[2], response_, invalid_, upload_, download_;
     Binding bindings_[2];
-    int from_ = 0; // state and pressure
+    int from_ = 0; // the index of the state and the pressure that the next press starts from
 };
 
 } // namespace dermis::vulkan

@@ -18,28 +18,28 @@ using scene::refuse;
 
 constexpr int presses = SampleStream::presses;
 
-// Where things stand in the one range of a check: constants, two states, three pressures, a response for each press, and
-// the count of what was not finite.
+// The offsets in the buffer range of a check: constants, two states, three pressures, a response for each press, and
+// the count of pressures that were not finite.
 struct CheckLayout {
     VkDeviceSize constants = 0, state[2], pressure[presses + 1], response[presses], invalid = 0, end = 0;
 
     explicit CheckLayout(const MemoryNeeds& n) {
-        constants = place(n.constants);
-        for (VkDeviceSize& at : state) at = place(n.state);
-        for (VkDeviceSize& at : pressure) at = place(n.pressure);
-        for (VkDeviceSize& at : response) at = place(n.response);
-        invalid = place(n.invalid);
+        constants = append(n.constants);
+        for (VkDeviceSize& at : state) at = append(n.state);
+        for (VkDeviceSize& at : pressure) at = append(n.pressure);
+        for (VkDeviceSize& at : response) at = append(n.response);
+        invalid = append(n.invalid);
     }
 
   private:
-    VkDeviceSize place(const Memory& m) {
+    VkDeviceSize append(const Memory& m) {
         const VkDeviceSize at = end;
-        end = (at + m.bytes + 255) / 256 * 256; // the most that a device may ask of an offset
+        end = (at + m.bytes + 255) / 256 * 256; // the greatest minStorageBufferOffsetAlignment that Vulkan allows
         return at;
     }
 };
 
-// A sample skin pressed by the program's own pipelines; in its last pressure two cells are not finite.
+// Presses a sample skin with the program's own pipelines; two cells of the last pressure are not finite.
 class DeviceCheck {
   public:
     DeviceCheck(Pipelines& pipelines, const plan::StreamedSkin& like)
@@ -48,7 +48,7 @@ class DeviceCheck {
 
     bool bound() const { return bound_; }
 
-    // The range, with the bytes that it holds at first.
+    // The needs of the range, with its initial bytes.
     Memory memory() const {
         Memory m = recorder_.needs().constants;
         m.initial.resize(layout_.end, 0);
@@ -64,24 +64,24 @@ class DeviceCheck {
 
     void bind(const VkDescriptorBufferInfo& range) {
         const MemoryNeeds& n = recorder_.needs();
-        const auto part = [&](VkDeviceSize at, const Memory& m) {
+        const auto range_at = [&](VkDeviceSize at, const Memory& m) {
             return VkDescriptorBufferInfo{range.buffer, range.offset + at, m.bytes};
         };
         const CheckLayout& l = layout_;
         for (int i = 0; i < presses; ++i)
-            recorder_.bind(size_t(i), {.constants = part(l.constants, n.constants),
-                                       .state_from = part(l.state[i % 2], n.state),
-                                       .state_to = part(l.state[1 - i % 2], n.state),
-                                       .pressure_from = part(l.pressure[i], n.pressure),
-                                       .pressure_to = part(l.pressure[i + 1], n.pressure),
-                                       .response = part(l.response[i], n.response),
-                                       .invalid = part(l.invalid, n.invalid)});
+            recorder_.bind(size_t(i), {.constants = range_at(l.constants, n.constants),
+                                       .state_from = range_at(l.state[i % 2], n.state),
+                                       .state_to = range_at(l.state[1 - i % 2], n.state),
+                                       .pressure_from = range_at(l.pressure[i], n.pressure),
+                                       .pressure_to = range_at(l.pressure[i + 1], n.pressure),
+                                       .response = range_at(l.response[i], n.response),
+                                       .invalid = range_at(l.invalid, n.invalid)});
         bound_ = true;
     }
 
     void record(VkCommandBuffer commands, const VolkDeviceTable& vk) const noexcept {
         PressTable table;
-        (void)recorder_.fill(table, SampleStream::dt); // a sample's coefficients are floats
+        (void)recorder_.fill(table, SampleStream::dt); // true: a sample's coefficients fit float
         for (int i = 0; i < presses; ++i) {
             recorder_.record(commands, size_t(i), table);
             const VkMemoryBarrier memory{VK_STRUCTURE_TYPE_MEMORY_BARRIER, nullptr, VK_ACCESS_SHADER_WRITE_BIT,
@@ -136,7 +136,7 @@ struct SkinProgram::Impl {
     Labels labels;
 };
 
-// A program from what the library has made already.
+// Makes a program of a skin that the library has prepared.
 struct Internal {
     static SkinProgram make(const Handles& handles, plan::StreamedSkin&& skin, uint32_t max_bindings) {
         const DefaultFloats guard;
@@ -193,8 +193,7 @@ Access SkinProgram::last_access() const noexcept {
 
 void SkinProgram::Impl::check_range(const char* name, const VkDescriptorBufferInfo& b, const Memory& m) const {
     const std::string parameter = name;
-    if (!b.buffer)
-        refuse(parameter + ".buffer", "null", "a buffer of at least " + std::to_string(m.bytes) + " bytes");
+    if (!b.buffer) refuse(parameter + ".buffer", "null", "a buffer of at least " + std::to_string(m.bytes) + " bytes");
     if (b.offset % m.alignment != 0)
         refuse(parameter + ".offset", std::to_string(b.offset),
                "a multiple of minStorageBufferOffsetAlignment = " + std::to_string(m.alignment));
@@ -208,8 +207,7 @@ void SkinProgram::Impl::check_range(const char* name, const VkDescriptorBufferIn
                "within the buffer, which has at most " + std::to_string(there.size));
 }
 
-
-// What a press writes must not lie in the memory of anything else.
+// Throws where a range that a press writes overlaps another one.
 void SkinProgram::Impl::check_apart(const Buffers& b) const {
     struct Named {
         const char* name;

@@ -6,7 +6,7 @@
 
 namespace dermis::vulkan {
 
-// A SkinProgram of a skin that is prepared already.
+// Makes a SkinProgram of a skin that is prepared already.
 SkinProgram program_of(const Handles&, const plan::StreamedSkin&, uint32_t max_bindings);
 
 } // namespace dermis::vulkan

@@ -33,8 +33,8 @@ void append(std::string& line, double value) { line += ',' + shortest(value); }
 std::string traces_csv(const Result& r) {
     std::string out = "time";
     for (const Trace& t : r.traces)
-        for (auto [what, column] : {std::pair{"mean", &t.mean}, {"min", &t.min}, {"max", &t.max}})
-            if (!column->empty()) out += fmt::format(",{}_{}", name(t.quantity), what);
+        for (auto [statistic, column] : {std::pair{"mean", &t.mean}, {"min", &t.min}, {"max", &t.max}})
+            if (!column->empty()) out += fmt::format(",{}_{}", name(t.quantity), statistic);
     for (const Trace& t : r.traces)
         for (size_t p = 0; p < t.probes.size(); ++p) out += fmt::format(",{}_probe{}", name(t.quantity), p);
     out += '\n';
@@ -93,8 +93,8 @@ std::string summary_json(const Scene& s, const Result& r) {
 } // namespace
 
 void write_file(const Path& path, const std::string& content) {
-    const Path beside = path.string() + ".part";
-    const int file = ::open(beside.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
+    const Path temporary = path.string() + ".part";
+    const int file = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
     if (file < 0) failed(path, "created");
     for (size_t done = 0; done < content.size();) {
         const ssize_t n = ::write(file, content.data() + done, content.size() - done);
@@ -102,15 +102,15 @@ void write_file(const Path& path, const std::string& content) {
         if (n < 0) {
             const int error = errno;
             ::close(file);
-            ::unlink(beside.c_str());
+            ::unlink(temporary.c_str());
             errno = error;
             failed(path, "written");
         }
         done += size_t(n);
     }
-    const bool synced = ::fsync(file) == 0 || errno == EINVAL; // EINVAL: not a file that can be synced
-    if (::close(file) != 0 || !synced || ::rename(beside.c_str(), path.c_str()) != 0) {
-        ::unlink(beside.c_str());
+    const bool synced = ::fsync(file) == 0 || errno == EINVAL; // EINVAL: the file cannot be synced
+    if (::close(file) != 0 || !synced || ::rename(temporary.c_str(), path.c_str()) != 0) {
+        ::unlink(temporary.c_str());
         failed(path, "written");
     }
 }

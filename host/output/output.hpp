@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a run leaves on disk, and what it says while it works.
+// Writes the files of a run, and shows its progress.
 #pragma once
 
 #include "dermis/dermis.hpp"
@@ -14,13 +14,14 @@ namespace dermis::output {
 
 using Path = std::filesystem::path;
 
-// Each is written beside its place and renamed; throws Error::io naming the file.
+// Each file is written under a temporary name, then renamed. Throws Error::io, naming the file.
 void write_file(const Path&, const std::string& content);
 void write_npy(const Path&, const std::vector<double>& map, int width, int height);
-// traces.csv, impulses.csv, fields, summary.json. `scene` as it was run.
+// Writes traces.csv, impulses.csv, summary.json, the fields, and with sites receptors.csv and responses.npy. scene: as
+// it was run.
 void write_result(const Path& folder, const Scene& scene, const Result&);
 
-// A line on the terminal that tells how far the work is, from the second second on; nothing where stderr is no
+// A line on the terminal that shows the share of the work done, once a second has passed; nothing where stderr is no
 // terminal.
 class Progress {
   public:
@@ -28,7 +29,7 @@ class Progress {
         : what_(std::move(what)), on_terminal_(on_terminal), to_(to) {}
     ~Progress() { clear(); }
     void operator()(double done);
-    void clear(); // takes the line away, so that something else can be printed
+    void clear(); // removes the line, so that something else can be printed
 
   private:
     std::string what_;

@@ -7,7 +7,7 @@ namespace dermis::vulkan {
 namespace {
 
 // A submission holds at most about a second of a software driver's work; one that takes this long is lost.
-constexpr uint64_t patience_ns = 60'000'000'000;
+constexpr uint64_t timeout_ns = 60'000'000'000;
 
 } // namespace
 
@@ -77,7 +77,7 @@ Context::Context(std::shared_ptr<const Instance> instance, const PhysicalDevice&
 Context::~Context() {
     const VolkDeviceTable& vk = device_.calls;
     const VkDevice device = device_.device;
-    if (stuck_) { // the driver still works: leave it everything, the instance too
+    if (stuck_) { // The driver may still use every object, the instance too: they are left to it.
         new std::shared_ptr<const Instance>(std::move(instance_));
         return;
     }
@@ -134,7 +134,7 @@ void Context::submit() {
     info.commandBufferCount = 1;
     info.pCommandBuffers = &commands_;
     check(device_.calls.vkQueueSubmit(queue_, 1, &info, fence_), "vkQueueSubmit");
-    const VkResult waited = device_.calls.vkWaitForFences(device_.device, 1, &fence_, VK_TRUE, patience_ns);
+    const VkResult waited = device_.calls.vkWaitForFences(device_.device, 1, &fence_, VK_TRUE, timeout_ns);
     stuck_ = waited == VK_TIMEOUT;
     if (stuck_) pipelines_->abandon();
     check(waited, "vkWaitForFences");
@@ -148,7 +148,7 @@ void Context::barrier(VkCommandBuffer commands) const {
     all.dstAccessMask = VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_READ_BIT |
                         VK_ACCESS_TRANSFER_WRITE_BIT | VK_ACCESS_HOST_READ_BIT;
     device_.calls.vkCmdPipelineBarrier(commands, stages, stages | VK_PIPELINE_STAGE_HOST_BIT, 0, 1, &all, 0, nullptr, 0,
-                                    nullptr);
+                                       nullptr);
 }
 
 } // namespace dermis::vulkan

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// One logical device: queue, memory, pipelines, submission. One thread at a time.
+// A logical device with its queue, memory, pipelines and submissions. One thread uses it at a time.
 #pragma once
 
 #include "dermis/vulkan.hpp"
@@ -11,7 +11,7 @@ namespace dermis::vulkan {
 
 class Context;
 
-// A buffer with its own memory. On the device, or where the host can read and write it.
+// A buffer with memory of its own, on the device or where the host can read and write it.
 class Buffer {
   public:
     enum class Location { device, host };
@@ -22,7 +22,7 @@ class Buffer {
     VkBuffer handle() const { return handle_; }
     BufferRange all() const { return {handle_, 0, bytes_}; }
     VkDeviceSize bytes() const { return bytes_; }
-    void* data() const { return data_; } // Location::host
+    void* data() const { return data_; } // the mapped memory of Location::host, otherwise null
 
   private:
     Context* context_;
@@ -40,19 +40,19 @@ class Context {
     Context& operator=(const Context&) = delete;
 
     const PhysicalDevice& physical() const { return physical_; }
-    Handles handles() const; // as a stranger would hand them to a SkinProgram
+    Handles handles() const; // as an embedding host gives them to a SkinProgram
     Pipelines& pipelines() { return *pipelines_; }
     const VkPhysicalDeviceLimits& limits() const { return physical_.properties.limits; }
-    VkDeviceSize heap_bytes() const; // of the largest device-local heap
+    VkDeviceSize heap_bytes() const; // size of the largest device-local heap
     const VolkDeviceTable& calls() const { return device_.calls; }
     VkDevice device() const { return device_.device; }
     uint32_t memory_type(uint32_t allowed, Buffer::Location) const;
 
     VkCommandBuffer begin(); // the one command buffer, ready to record
-    void submit();           // ends it, submits it and waits
+    void submit();           // ends the command buffer, submits it and waits
     // Everything recorded before is finished and visible to everything recorded after, and to the host.
     void barrier(VkCommandBuffer) const;
-    // After a submission that did not come back nothing may be destroyed: it is left to the driver.
+    // True once a submission has timed out: the driver may still use every object, so that none may be destroyed.
     bool stuck() const { return stuck_; }
 
   private:

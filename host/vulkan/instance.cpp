@@ -68,7 +68,7 @@ void load_calls(PFN_vkGetInstanceProcAddr get, VkInstance instance, DeviceTable&
 
 Loader system_loader() {
     Loader loader;
-    // never closed: a loader must outlive its drivers' threads
+    // The library is never closed, because a loader must outlive its drivers' threads.
     void* library = dlopen("libvulkan.so.1", RTLD_NOW | RTLD_LOCAL);
     if (!library) {
         loader.missing = "no Vulkan loader (libvulkan.so.1 is not installed)";
@@ -81,7 +81,7 @@ Loader system_loader() {
 
 Instance::Instance(const Loader& loader, const InstanceOptions& options) : options_(options), get_(loader.get) {
     if (!loader.get) no_device(loader.missing);
-    const DefaultFloats guard; // a software driver's threads inherit it
+    const DefaultFloats guard; // a software driver's threads inherit the floating-point environment
     const std::lock_guard lock(volk_mutex());
     volkInitializeCustom(loader.get);
     if (!vkCreateInstance || !vkEnumerateInstanceExtensionProperties)
@@ -156,7 +156,7 @@ void Instance::find_devices() {
     std::stable_sort(devices_.begin(), devices_.end(), [](auto& a, auto& b) { return rank(a) < rank(b); });
 }
 
-// Name, kind, driver, and what a device lacks for these kernels.
+// Fills in name, kind, driver and limits, and the reason where the kernels cannot run on the device.
 void Instance::describe(PhysicalDevice& p) const {
     VkPhysicalDeviceDriverProperties driver{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DRIVER_PROPERTIES};
     VkPhysicalDeviceIDProperties id{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ID_PROPERTIES};
@@ -174,19 +174,19 @@ void Instance::describe(PhysicalDevice& p) const {
     p.info.kind = kind_of(p.properties.deviceType);
     p.info.driver = std::string(driver.driverName) + (driver.driverInfo[0] ? " " : "") + driver.driverInfo;
     p.info.vulkan = true;
-    p.info.exact = false; // until a self-test has shown it
+    p.info.exact = false; // not known before a self-test
 
     uint32_t count = 0;
     vkGetPhysicalDeviceQueueFamilyProperties(p.handle, &count, nullptr);
     std::vector<VkQueueFamilyProperties> families(count);
     vkGetPhysicalDeviceQueueFamilyProperties(p.handle, &count, families.data());
-    const auto computes = std::find_if(families.begin(), families.end(),
-                                       [](auto& f) { return f.queueFlags & VK_QUEUE_COMPUTE_BIT && f.queueCount > 0; });
-    p.family = uint32_t(computes - families.begin());
+    const auto compute = std::find_if(families.begin(), families.end(),
+                                      [](auto& f) { return f.queueFlags & VK_QUEUE_COMPUTE_BIT && f.queueCount > 0; });
+    p.family = uint32_t(compute - families.begin());
 
     const VkPhysicalDeviceLimits& limits = p.properties.limits;
     if (p.properties.apiVersion < VK_API_VERSION_1_1) p.info.refused = "Vulkan 1.0; 1.1 is needed";
-    else if (computes == families.end()) p.info.refused = "no compute queue";
+    else if (compute == families.end()) p.info.refused = "no compute queue";
     else p.info.refused = why_not(limits);
     if (!p.info.refused.empty()) return;
     vkEnumerateDeviceExtensionProperties(p.handle, nullptr, &count, nullptr);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The loader, an instance, and what devices it offers.
+// The Vulkan loader, an instance, and the devices that it offers.
 #pragma once
 
 #include "dermis/dermis.hpp"
@@ -9,7 +9,8 @@
 
 namespace dermis::vulkan {
 
-// Where Vulkan comes from: the system's loader, or what a test puts in its place. `missing` says why there is none.
+// The entry point of Vulkan: the system's loader, or one that a test puts in its place. `missing` says why there is
+// none.
 struct Loader {
     PFN_vkGetInstanceProcAddr get = nullptr;
     std::string missing;
@@ -17,8 +18,8 @@ struct Loader {
 Loader system_loader();
 
 struct InstanceOptions {
-    // Validation with synchronization validation; each message of warning or error goes here. Throws where the layer is
-    // not installed.
+    // If set, the validation layer checks synchronization too and gives each warning and error to this function; the
+    // constructor of Instance throws where the layer is not installed.
     std::function<void(const std::string&)> validation;
 };
 
@@ -26,14 +27,14 @@ struct PhysicalDevice {
     VkPhysicalDevice handle = VK_NULL_HANDLE;
     VkPhysicalDeviceProperties properties{};
     VkPhysicalDeviceMemoryProperties memory{};
-    uint32_t family = 0;                 // a queue family that computes
-    std::vector<std::string> extensions; // to enable
+    uint32_t family = 0;                 // index of a queue family with compute
+    std::vector<std::string> extensions; // those that Instance::open enables
     bool rounds = false;                 // see DeviceTable
     std::string uuid;                    // hexadecimal
     DeviceInfo info;
 };
 
-// Throws Error::no_device naming what is missing: loader, driver.
+// A Vulkan instance. The constructor throws Error::no_device, naming what is missing: loader, driver or device.
 class Instance {
   public:
     explicit Instance(const Loader&, const InstanceOptions& = {});
@@ -45,7 +46,7 @@ class Instance {
     const std::vector<PhysicalDevice>& devices() const { return devices_; }
     VkInstance handle() const { return handle_; }
     PFN_vkGetInstanceProcAddr get() const { return get_; }
-    // A logical device with one queue of the compute family.
+    // Makes a logical device with one queue of the compute family.
     void open(const PhysicalDevice&, DeviceTable&) const;
 
   private:
@@ -61,10 +62,10 @@ class Instance {
     std::vector<PhysicalDevice> devices_;
 };
 
-// The device's own functions, through nothing but this. Throws nothing; what is not there is null.
+// Fills the table with the device's own functions, all found through vkGetInstanceProcAddr. A missing function is null.
 void load_calls(PFN_vkGetInstanceProcAddr, VkInstance, DeviceTable&);
 
-// volk keeps instance functions in variables of the whole process: whoever fills or uses them holds this.
+// volk keeps instance functions in global variables: a thread locks this mutex while it fills or uses them.
 std::mutex& volk_mutex();
 
 } // namespace dermis::vulkan

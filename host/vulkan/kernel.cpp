@@ -55,7 +55,8 @@ const Pipeline& Pipelines::get(const Module& source, uint32_t bindings, uint32_t
         layout_info.pSetLayouts = &made.set_layout;
         layout_info.pushConstantRangeCount = 1;
         layout_info.pPushConstantRanges = &range;
-        check(vk.vkCreatePipelineLayout(device, &layout_info, device_.allocator, &made.layout), "vkCreatePipelineLayout");
+        check(vk.vkCreatePipelineLayout(device, &layout_info, device_.allocator, &made.layout),
+              "vkCreatePipelineLayout");
 
         VkShaderModuleCreateInfo module_info{VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO};
         module_info.codeSize = source.bytes;

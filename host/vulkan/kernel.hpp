@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Compute pipelines over storage buffers, on a device that is ours or somebody else's.
+// Compute pipelines over storage buffers, on the library's own device or an embedding host's.
 #pragma once
 
 #include "host/vulkan/modules.hpp"
@@ -14,12 +14,12 @@ namespace dermis::vulkan {
 // Throws Error::device naming the call unless the result is success.
 void check(VkResult, const char* call);
 
-// A device as pipelines and recording need it.
+// The handle, functions and limits of a device that pipelines and recording use.
 struct DeviceTable {
     VkDevice device = VK_NULL_HANDLE;
     VolkDeviceTable calls{};
     VkPhysicalDeviceLimits limits{};
-    bool rounds = false; // round-to-nearest-even may be declared
+    bool rounds = false; // kernels may declare round-to-nearest-even
     const VkAllocationCallbacks* allocator = nullptr;
     VkPipelineCache cache = VK_NULL_HANDLE;
 };
@@ -30,7 +30,7 @@ struct Pipeline {
     VkPipeline pipeline = VK_NULL_HANDLE;
 };
 
-// Makes each pipeline once, because a driver may take long to make one.
+// A cache that makes each pipeline once, because a driver may take long to make one.
 class Pipelines {
   public:
     explicit Pipelines(const DeviceTable& device) : device_(device) {}
@@ -41,7 +41,7 @@ class Pipelines {
     const Pipeline& get(const Module&, uint32_t bindings, uint32_t constants_bytes,
                         const std::vector<uint32_t>& specialization);
     const DeviceTable& device() const { return device_; }
-    // The device did not come back: nothing made here may be destroyed any more.
+    // Keeps every pipeline from being destroyed, after a submission has timed out.
     void abandon() { abandoned_ = true; }
     bool abandoned() const { return abandoned_; }
 
@@ -58,13 +58,13 @@ struct BufferRange {
     VkDeviceSize offset = 0, bytes = 0;
 };
 
-// A range at one of the binding numbers of kernels/layout.h.
+// A buffer range and the binding number (kernels/layout.h) that it is bound to.
 struct BoundRange {
     uint32_t binding;
     BufferRange range;
 };
 
-// A pipeline over storage buffers 0..bindings-1, with constants of so many bytes pushed and at most so many bindings.
+// A pipeline over storage buffers 0 .. bindings - 1 with its push constants and at most max_sets descriptor sets.
 class Kernel {
   public:
     Kernel(Pipelines&, const Module&, uint32_t bindings, uint32_t constants_bytes,
@@ -72,8 +72,10 @@ class Kernel {
     ~Kernel();
     Kernel(const Kernel&) = delete;
     Kernel& operator=(const Kernel&) = delete;
-    // Sets 0, 1 .. max_sets - 1 in order; every binding has a range. After a failure the same set may be bound again.
+    // Fills a descriptor set; sets are filled in the order 0, 1 .. max_sets - 1 and have a range for every binding.
+    // After a failure the same set may be filled again.
     void bind(size_t set, const std::vector<BoundRange>&);
+    // Dispatches x times y workgroups.
     void record(VkCommandBuffer, size_t set, const void* constants, uint32_t x, uint32_t y) const noexcept;
 
   private:

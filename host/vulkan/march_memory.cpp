@@ -6,7 +6,7 @@ namespace dermis::vulkan {
 MarchMemory::MarchMemory(const plan::PreparedSkin& skin, const plan::Schedule& schedule, const plan::Variant& variant)
     : skin_(skin), schedule_(schedule), variant_(variant), map_(skin.padded_cells() * sizeof(float)) {}
 
-// What is not needed is bound all the same, so it has 4 bytes.
+// A buffer that the run does not need is bound all the same, so it has 4 bytes.
 VkDeviceSize MarchMemory::bytes_of(int name) const {
     constexpr VkDeviceSize unused = 4;
     switch (name) {
@@ -34,14 +34,13 @@ VkDeviceSize MarchMemory::bytes() const {
 }
 
 void MarchMemory::allocate(Context& context) {
-    for (int name = 0; name < names; ++name)
-        buffers_.emplace_back(context, bytes_of(name), Buffer::Location::device);
+    for (int name = 0; name < names; ++name) buffers_.emplace_back(context, bytes_of(name), Buffer::Location::device);
 }
 
 void MarchMemory::clear(const Context& context, VkCommandBuffer commands) const {
     const plan::PressedBox& box = schedule_.pressed;
-    const bool whole = box.first_row == 0 && box.last_row == skin_.height() && box.first_tile == 0 &&
-                       box.last_tile == skin_.tiles;
+    const bool whole =
+        box.first_row == 0 && box.last_row == skin_.height() && box.first_tile == 0 && box.last_tile == skin_.tiles;
     constexpr uint32_t nan = 0xffffffff;
     for (int name = 0; name < names; ++name)
         context.calls().vkCmdFillBuffer(commands, buffers_[size_t(name)].handle(), 0, VK_WHOLE_SIZE,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The maps of a march on the device, by name.
+// The device buffers of a march, by name.
 #pragma once
 
 #include "host/plan/schedule.hpp"
@@ -32,9 +32,10 @@ class MarchMemory {
     MarchMemory(const plan::PreparedSkin&, const plan::Schedule&, const plan::Variant&);
 
     VkDeviceSize map_bytes() const { return map_; }
-    VkDeviceSize bytes() const; // of all
+    VkDeviceSize bytes() const; // sum over all buffers
     void allocate(Context&);
-    // Everything at rest. Responses of a wholly pressed grid begin as NaN: to be written before they are read.
+    // Records the state of a skin at rest. Responses of a wholly pressed grid begin as NaN, so that one which is read
+    // before it is written shows.
     void clear(const Context&, VkCommandBuffer) const;
 
     Buffer& operator[](int name) { return buffers_[size_t(name)]; }

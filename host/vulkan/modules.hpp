@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The kernels as SPIR-V.
+// The kernels' SPIR-V modules.
 #pragma once
 
 #include <cstddef>
@@ -12,7 +12,7 @@ struct Module {
     size_t bytes;
 };
 
-// `rounds`: declared to round to nearest even, which a device must offer (shaderRoundingModeRTEFloat32).
+// rounds: the module declares round-to-nearest-even, which the device must offer (shaderRoundingModeRTEFloat32).
 Module press_module(bool rounds);
 Module fields_module(bool rounds);
 Module reduce_module(bool rounds);

@@ -3,7 +3,7 @@
 
 namespace dermis::vulkan {
 
-static_assert(sizeof(f32::Constants) <= 128, "push constants: 128 bytes are what every device has");
+static_assert(sizeof(f32::Constants) <= 128, "push constants: every device has 128 bytes");
 
 PressKernel::PressKernel(Pipelines& pipelines, const plan::PreparedSkin& skin, const plan::Variant& variant,
                          const plan::PressedBox& pressed, uint32_t max_bindings)
@@ -17,8 +17,8 @@ void PressKernel::bind(size_t binding, const Maps& m) {
     const int planes = state_planes(variant_);
     size_t set = binding * windows_.size();
     for (const RowWindow& window : windows_) {
-        const auto map = [&](const BufferRange& range, bool there = true) {
-            return there ? window.of(range, pitch_) : range;
+        const auto map = [&](const BufferRange& range, bool used = true) {
+            return used ? window.of(range, pitch_) : range;
         };
         std::vector<BoundRange> bound = {
             {PRESS_PRESSURE_FROM, map(m.pressure_from)},
@@ -43,7 +43,7 @@ void PressKernel::record(VkCommandBuffer commands, size_t binding, const f32::Co
         const RowWindow& window = windows_[i];
         c.first_row = window.first;
         c.base_row = window.base;
-        if (window.rows() > 0) // vkCmdDispatch of 0 groups is allowed, but not by every layer
+        if (window.rows() > 0) // Vulkan allows a dispatch of 0 groups, but some layers do not.
             kernel_.record(commands, binding * windows_.size() + i, &c, groups(columns, PRESS_CELLS * PRESS_X),
                            groups(window.rows(), PRESS_Y));
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The kernel `press` over whatever memory, window by window.
+// The kernel `press` over memory of the caller's, one row window after another.
 #pragma once
 
 #include "host/vulkan/windows.hpp"
@@ -10,8 +10,8 @@ class PressKernel {
   public:
     struct Maps {
         BufferRange pressure_from, pressure_to, rest_curvature, state_from, state_to;
-        std::array<BufferRange, 4> response;       // any small range in place of what is not asked for
-        BufferRange coefficients, material, invalid; // any in place of the first two under a uniform material
+        std::array<BufferRange, 4> response;         // any small range for a response that is not asked for
+        BufferRange coefficients, material, invalid; // any range for the first two if the material is uniform
     };
     PressKernel(Pipelines&, const plan::PreparedSkin&, const plan::Variant&, const plan::PressedBox&,
                 uint32_t max_bindings);

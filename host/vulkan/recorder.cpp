@@ -9,7 +9,7 @@
 namespace dermis::vulkan {
 namespace {
 
-constexpr VkDeviceSize slice_alignment = 256; // the most that a device may ask of an offset
+constexpr VkDeviceSize slice_alignment = 256; // the greatest minStorageBufferOffsetAlignment that Vulkan allows
 
 } // namespace
 
@@ -55,7 +55,7 @@ void Recorder::check_limits() const {
         refuse("material", std::to_string(materials().size()) + " different materials in modulus and viscosity",
                "what vkCmdUpdateBuffer takes at once", most_materials);
     const VkDeviceSize most = device_.limits.maxStorageBufferRange;
-    if (!sites_) return; // fields go in windows of rows
+    if (!sites_) return; // fields are bound in row windows
     for (VkDeviceSize bytes : {cells_.bytes, stencils_.bytes, needs_.state.bytes})
         if (bytes > most)
             refuse("sites",
@@ -105,23 +105,23 @@ void Recorder::bind(size_t binding, const Buffers& b) {
                         .invalid = invalid};
     for (size_t i = 0; i < m.response.size(); ++i) {
         const plan::ResponseLayout::Range& r = layout_.of[QUANTITY_SA1 + i];
-        m.response[i] = streamed_.wanted[QUANTITY_SA1 + i]
-                            ? BufferRange{response.buffer, response.offset + r.first * sizeof(float),
-                                          r.count * sizeof(float)}
-                            : invalid;
+        m.response[i] =
+            streamed_.wanted[QUANTITY_SA1 + i]
+                ? BufferRange{response.buffer, response.offset + r.first * sizeof(float), r.count * sizeof(float)}
+                : invalid;
     }
     fields_->bind(binding, m);
 }
 
 bool Recorder::fill(PressTable& table, double dt) const noexcept {
     const DefaultFloats guard;
-    return plan::fill_table(materials(), streamed_.skin.rule, dt, table.of.data());
+    return plan::fill_table(materials(), streamed_.skin.rule, dt, table.of_material.data());
 }
 
 void Recorder::record(VkCommandBuffer commands, size_t binding, const PressTable& table) const noexcept {
     const DefaultFloats guard;
-    if (writes_constants()) update_table(commands, binding, table.of.data());
-    const f32::Constants c = plan::frame_constants(streamed_.skin, table.of.front());
+    if (writes_constants()) update_table(commands, binding, table.of_material.data());
+    const f32::Constants c = plan::frame_constants(streamed_.skin, table.of_material.front());
     if (sites_) sites_->record(commands, binding, c);
     else fields_->record(commands, binding, c);
 }
@@ -133,7 +133,7 @@ void Recorder::update_table(VkCommandBuffer commands, size_t binding, const f32:
     };
     constexpr VkPipelineStageFlags compute = VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
                                    copy = VK_PIPELINE_STAGE_TRANSFER_BIT;
-    barrier(compute, copy, 0, 0); // presses before have read their coefficients
+    barrier(compute, copy, 0, 0); // earlier presses have read their coefficients
     device_.calls.vkCmdUpdateBuffer(commands, tables_[binding].buffer, tables_[binding].offset, table_.bytes, table);
     barrier(copy, compute, VK_ACCESS_TRANSFER_WRITE_BIT, VK_ACCESS_SHADER_READ_BIT);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The memory of a skin that is pressed frame by frame, whoever owns it, and presses recorded over it.
+// Records the presses of a streamed skin over memory that the caller owns, and tells what memory that is.
 #pragma once
 
 #include "dermis/vulkan.hpp"
@@ -10,32 +10,32 @@
 
 namespace dermis::vulkan {
 
-constexpr size_t most_materials = 65536 / sizeof(f32::Coefficients); // what one vkCmdUpdateBuffer takes
+constexpr size_t most_materials = 65536 / sizeof(f32::Coefficients); // the limit of one vkCmdUpdateBuffer, 64 KiB
 
-// The coefficients of one press, by material: up to 64 KiB of the stack, so that any number of threads may record.
+// The coefficients of one press, by material. It stands on the caller's stack, so that several threads may record.
 struct PressTable {
-    std::array<f32::Coefficients, most_materials> of;
-    PressTable() {} // filled before it is read
+    std::array<f32::Coefficients, most_materials> of_material;
+    PressTable() {} // leaves the array to Recorder::fill
 };
 
 class Recorder {
   public:
-    // Throws Error::bad_input naming the limit that something exceeds.
+    // Throws Error::bad_input, naming the device limit that is exceeded.
     Recorder(Pipelines&, plan::StreamedSkin&&, uint32_t max_bindings);
     Recorder(const Recorder&) = delete;
     Recorder& operator=(const Recorder&) = delete;
 
-    const plan::StreamedSkin& skin() const { return streamed_; } // without its maps: they stand in the constants
+    const plan::StreamedSkin& skin() const { return streamed_; } // without its maps, which stand in the constants
     const plan::ResponseLayout& layout() const { return layout_; }
     const MemoryNeeds& needs() const { return needs_; }
     bool writes_constants() const { return table_.bytes > 0; }
-    void bind(size_t binding, const Buffers&); // as needs() says: nothing is checked
-    // False where a coefficient of such a press is beyond float.
+    void bind(size_t binding, const Buffers&); // trusts that the buffers are as needs() says
+    // Fills the table for a press of dt seconds. Returns false where a coefficient is beyond float.
     bool fill(PressTable&, double dt) const noexcept;
     void record(VkCommandBuffer, size_t binding, const PressTable&) const noexcept;
 
   private:
-    struct Slice { // of the constants
+    struct Slice { // a part of the constants
         VkDeviceSize offset = 0, bytes = 0;
     };
     template <class T> Slice append(const std::vector<T>&);
@@ -49,11 +49,11 @@ class Recorder {
     const DeviceTable& device_;
     plan::StreamedSkin streamed_;
     const plan::ResponseLayout layout_;
-    std::optional<PressKernel> fields_; // either
-    std::optional<SitesKernel> sites_;
+    std::optional<PressKernel> fields_; // where every cell responds
+    std::optional<SitesKernel> sites_;  // where only sites respond
     MemoryNeeds needs_;
     Slice rest_, material_, table_, cells_, stencils_;
-    std::vector<BufferRange> tables_; // of each binding
+    std::vector<BufferRange> tables_; // the coefficients of each binding
 };
 
 } // namespace dermis::vulkan

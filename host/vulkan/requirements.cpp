@@ -16,8 +16,8 @@ Requirements requirements() {
 }
 
 std::string why_not(const VkPhysicalDeviceLimits& limits) {
-    const auto lacks = [](const char* limit, uint32_t there, uint32_t needed) {
-        return std::string(limit) + " = " + std::to_string(there) + "; " + std::to_string(needed) + " are needed";
+    const auto lacks = [](const char* limit, uint32_t value, uint32_t needed) {
+        return std::string(limit) + " = " + std::to_string(value) + "; " + std::to_string(needed) + " are needed";
     };
     const uint32_t buffers = Requirements().storage_buffers, invocations = std::max({PRESS_X, FIELDS_X, SITES_X});
     if (limits.maxPerStageDescriptorStorageBuffers < buffers)

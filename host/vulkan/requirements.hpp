@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a device must have, asked of ours and of somebody else's alike.
+// The requirements on a device, the same for the library's own and an embedding host's.
 #pragma once
 
 #include "dermis/vulkan.hpp"
@@ -7,10 +7,10 @@
 
 namespace dermis::vulkan {
 
-// The limit that is too small; empty where all will do.
+// The limit that is too small, its value and the value needed; empty where every limit suffices.
 std::string why_not(const VkPhysicalDeviceLimits&);
 
-// Whether kernels may declare round-to-nearest-even: the device offers it and the extension is among those enabled.
+// Whether kernels may declare round-to-nearest-even: the device offers it and the extension is enabled.
 bool rounds_to_even(PFN_vkGetPhysicalDeviceProperties2, VkPhysicalDevice, const std::vector<std::string>& enabled);
 
 } // namespace dermis::vulkan

@@ -8,7 +8,7 @@ namespace {
 
 using Summary = f32::Summary;
 
-// A submission is cut at about this many cell-steps, so that no driver's watchdog and no user waits long.
+// A submission holds about this many cell-steps at most, so that neither a driver's watchdog nor a user waits long.
 constexpr double cell_steps_per_submit = 2e7;
 constexpr double ring_bytes = 16e6;
 
@@ -17,8 +17,7 @@ constexpr double ring_bytes = 16e6;
 Results::Results(Context& context, const plan::PreparedSkin& skin, const plan::Schedule& schedule)
     : skin_(skin), schedule_(schedule),
       slot_bytes_(VkDeviceSize(REDUCED_MAPS) * (tiles() + probes()) * sizeof(Summary)) {
-    const double room =
-        std::min(ring_bytes, double(context.limits().maxStorageBufferRange)) / double(slot_bytes_);
+    const double room = std::min(ring_bytes, double(context.limits().maxStorageBufferRange)) / double(slot_bytes_);
     slots_ = size_t(std::clamp(std::min(cell_steps_per_submit / double(skin.padded_cells()), room), 1.0, 1024.0));
 }
 
@@ -44,8 +43,8 @@ void Results::allocate(Context& context, const plan::Variant& variant, const Mar
             const bool state = map <= state1;
             const BufferRange range =
                 memory.range(state ? Name::state0 + (map - state0) : MarchMemory::response(map - sa1 + QUANTITY_SA1));
-            const bool there = state || variant.wanted[size_t(map - sa1 + QUANTITY_SA1)];
-            reduce_->bind(set++, {{REDUCE_MAP, there ? window.of(range, skin_.pitch, state ? planes_ : 1) : range},
+            const bool wanted = state || variant.wanted[size_t(map - sa1 + QUANTITY_SA1)];
+            reduce_->bind(set++, {{REDUCE_MAP, wanted ? window.of(range, skin_.pitch, state ? planes_ : 1) : range},
                                   {REDUCE_PROBES, probe_cells_->all()},
                                   {REDUCE_SUMMARIES, summaries_->all()}});
         }
@@ -76,20 +75,19 @@ int Results::record(VkCommandBuffer commands, const plan::Step& step, int state)
             c.rows = window.rows();
             c.base_row = window.base;
             c.probes = int(probes());
-            c.slot = int(kept_.size()) * REDUCED_MAPS + q;
-            reduce_->record(commands, map * windows_.size() + i, &c,
-                            groups(window.rows() + int(probes()), REDUCE_ROWS),
+            c.slot = int(steps_.size()) * REDUCED_MAPS + q;
+            reduce_->record(commands, map * windows_.size() + i, &c, groups(window.rows() + int(probes()), REDUCE_ROWS),
                             uint32_t(std::max(box.last_tile - box.first_tile, 1)));
         }
         ++dispatches;
     }
-    kept_.push_back(step);
+    steps_.push_back(step);
     return dispatches;
 }
 
 void Results::hand_over(const plan::Stepper::Sink& sink) {
     const auto* map = static_cast<const Summary*>(summaries_->data());
-    for (const plan::Step& step : kept_) {
+    for (const plan::Step& step : steps_) {
         plan::Sample sample{};
         for (size_t q = 0; q < REDUCED_MAPS; ++q, map += tiles() + probes()) {
             sample.totals[q] = plan::total_of(map, tiles(), skin_.cells());
@@ -97,7 +95,7 @@ void Results::hand_over(const plan::Stepper::Sink& sink) {
         }
         sink(step, sample);
     }
-    kept_.clear();
+    steps_.clear();
 }
 
 } // namespace dermis::vulkan

@@ -8,9 +8,9 @@
 namespace dermis::vulkan {
 namespace {
 
-constexpr uint32_t most_groups = 65535; // along one axis, everywhere
+constexpr uint32_t most_groups = 65535; // workgroups along an axis that every device allows
 
-static_assert(sizeof(f32::SiteConstants) <= 128, "push constants: 128 bytes are what every device has");
+static_assert(sizeof(f32::SiteConstants) <= 128, "push constants: every device has 128 bytes");
 
 std::vector<Cell> cells_of(const plan::PreparedSkin& skin) {
     std::vector<Cell> cells;
@@ -43,21 +43,20 @@ SitesKernel::SitesKernel(Pipelines& pipelines, const plan::StreamedSkin& streame
                          uint32_t max_bindings)
     : width_(streamed.skin.width()), pitch_(streamed.skin.pitch),
       needed_(streamed.skin, {streamed.skin.whole()}, cells_of(streamed.skin)),
-      windows_(row_windows(streamed.skin, 0, streamed.skin.height(), 1,
-                           pipelines.device().limits.maxStorageBufferRange)),
+      windows_(
+          row_windows(streamed.skin, 0, streamed.skin.height(), 1, pipelines.device().limits.maxStorageBufferRange)),
       kernel_(pipelines, sites_module(pipelines.device().rounds), SITES_BINDINGS, sizeof(f32::SiteConstants),
               specialization(streamed.variant()), max_bindings * uint32_t(windows_.size())) {
     const std::vector<Site>& sites = streamed.skin.description.sites;
     for (size_t i = 0; i < sites.size(); ++i)
         sites_.push_back(stencil_of(streamed.skin, needed_, sites[i], layout.site[i]));
     std::sort(sites_.begin(), sites_.end(), [](auto& a, auto& b) { return a.here < b.here; });
-    slice_windows();
+    divide_cells();
 }
 
-void SitesKernel::slice_windows() {
+void SitesKernel::divide_cells() {
     const auto cells_before = [&](int row) {
-        const auto at =
-            std::lower_bound(needed_.cells.begin(), needed_.cells.end(), size_t(row) * size_t(width_));
+        const auto at = std::lower_bound(needed_.cells.begin(), needed_.cells.end(), size_t(row) * size_t(width_));
         return int(at - needed_.cells.begin());
     };
     const auto sites_before = [&](int cell) {
@@ -66,10 +65,10 @@ void SitesKernel::slice_windows() {
     };
     for (const RowWindow& window : windows_) {
         const int first = cells_before(window.first), last = cells_before(window.last);
-        slices_.push_back({.first_cell = first,
-                           .cells = last - first,
-                           .first_site = sites_before(first),
-                           .sites = sites_before(last) - sites_before(first)});
+        window_cells_.push_back({.first_cell = first,
+                                 .cells = last - first,
+                                 .first_site = sites_before(first),
+                                 .sites = sites_before(last) - sites_before(first)});
     }
 }
 
@@ -103,13 +102,13 @@ void SitesKernel::record(VkCommandBuffer commands, size_t binding, const f32::Co
     f32::SiteConstants s{};
     s.c = constants;
     for (size_t i = 0; i < windows_.size(); ++i) {
-        const Slice& slice = slices_[i];
+        const WindowCells& window = window_cells_[i];
         s.c.base_row = windows_[i].base;
-        s.first_cell = slice.first_cell;
-        s.cells = slice.cells;
-        s.first_site = slice.first_site;
-        s.sites = slice.sites;
-        const uint32_t all = groups(slice.cells + slice.sites, SITES_X), x = std::min(all, most_groups);
+        s.first_cell = window.first_cell;
+        s.cells = window.cells;
+        s.first_site = window.first_site;
+        s.sites = window.sites;
+        const uint32_t all = groups(window.cells + window.sites, SITES_X), x = std::min(all, most_groups);
         if (all > 0) kernel_.record(commands, binding * windows_.size() + i, &s, x, (all + x - 1) / x);
     }
 }

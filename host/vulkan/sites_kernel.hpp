@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The kernel `sites` over whatever memory, window by window.
+// The kernel `sites` over memory of the caller's, one row window after another.
 #pragma once
 
 #include "host/plan/site_cells.hpp"
@@ -12,7 +12,7 @@ class SitesKernel {
   public:
     struct Maps {
         BufferRange pressure_from, pressure_to, cells, sites, state_from, state_to, response;
-        BufferRange coefficients, invalid; // any in place of coefficients under a uniform material
+        BufferRange coefficients, invalid; // any range for the first if the material is uniform
     };
     SitesKernel(Pipelines&, const plan::StreamedSkin&, const plan::ResponseLayout&, uint32_t max_bindings);
     void bind(size_t binding, const Maps&);
@@ -23,16 +23,16 @@ class SitesKernel {
     const std::vector<f32::SiteStencil>& sites() const { return sites_; }
 
   private:
-    struct Slice { // of cells and sites: those of a window
+    struct WindowCells { // the cells and sites in the rows of a window
         int first_cell, cells, first_site, sites;
     };
-    void slice_windows();
+    void divide_cells();
 
     const int width_, pitch_;
     const plan::SiteCells needed_;
-    std::vector<f32::SiteStencil> sites_; // by cell
+    std::vector<f32::SiteStencil> sites_; // sorted by cell
     std::vector<RowWindow> windows_;
-    std::vector<Slice> slices_;
+    std::vector<WindowCells> window_cells_;
     Kernel kernel_;
 };
 

@@ -6,7 +6,7 @@
 namespace dermis::vulkan {
 namespace {
 
-// The responses asked for, as the kernels have them.
+// The bit mask of the responses asked for (see RESPONSE_BIT).
 uint32_t responses_of(const plan::Variant& variant) {
     uint32_t responses = 0;
     for (int q = QUANTITY_SA1; q < REDUCED_MAPS; ++q)
@@ -14,7 +14,7 @@ uint32_t responses_of(const plan::Variant& variant) {
     return responses;
 }
 
-// The rows that the stencils of rows first .. last - 1 read, and the window that binds them.
+// The window that binds every row read by the stencils of rows first .. last - 1.
 RowWindow window_around(const plan::PreparedSkin& skin, int first, int last) {
     int low = first, high = last - 1;
     for (int y = first; y < last; ++y) {
