@@ -5,7 +5,8 @@ namespace dermis::planner {
 
 CountedCell CountedArithmetic::pressed(const CountedCell& c, const f64::Coefficients& k, double s0_, double ds_,
                                        double sj_) const {
-    const Counted p{1, (bound ? 4 : 1) * (single ? u : 0)}; // rounded to float; frames are joined in it
+    // The pressure is rounded to float, in which frames are interpolated too.
+    const Counted p{1, (bound ? 4 : 1) * (single ? u : 0)};
     const Counted s0 = times(of(s0_), p), ds = times(of(ds_), p), sj = times(of(sj_), p);
     const Counted eps{c.eps, 0}, sum{c.sum, 0};
     const Counted r = plus(s0, times(of(-k.E), eps));

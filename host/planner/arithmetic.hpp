@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The step of kernels/step.h and kernels/responses.h in arithmetic that keeps count of what it may be off by.
+// The step of kernels/step.h and kernels/responses.h, in arithmetic that counts a bound of its rounding error.
 #pragma once
 
 #include "host/plan/coefficients.hpp"
@@ -25,25 +25,26 @@ struct CountedCell {
     }
 };
 
-// A value, and what it may be off by.
+// A value and a bound of its error.
 struct Counted {
     double value, off;
 };
 
 struct CountedArithmetic {
-    double u;           // unit roundoff
-    double peak;        // greatest pressure: values are per unit of it
-    bool single, bound; // rounded to float; values are bounds and never cancel, as between frames
-    double carried;     // share of an addition's rounding that stays in the sum: 1, or 2u compensated
-    double flush;       // magnitude below which results are stored as 0
+    double u;       // unit roundoff
+    double peak;    // greatest pressure: values are per unit of it
+    bool single;    // operations round to float
+    bool bound;     // values are bounds and never cancel, as between frames
+    double carried; // share of an addition's rounding that stays in the sum: 1, or 2u compensated
+    double flush;   // magnitude below which results are stored as 0
 
-    // Half a unit in the last place of the greatest cell's value; of no other cell is it more.
+    // Half a unit in the last place of the value x in the most pressed cell; in every other cell it is no more.
     double rounding(double x) const {
         int exponent = 0;
         std::frexp(peak * std::abs(x) * (1 + 1e-5), &exponent);
         return x == 0 || peak == 0 ? 0 : std::ldexp(u, exponent - 1) / peak;
     }
-    // A coefficient as it comes to the kernel.
+    // A coefficient with the error of its conversion for the kernel.
     Counted of(double coefficient) const {
         const double off =
             single ? std::abs(double(float(coefficient)) - coefficient) : 0x1p-50 * std::abs(coefficient);
@@ -58,8 +59,8 @@ struct CountedArithmetic {
         return {x, a.off + b.off + (a.value == 0 || b.value == 0 ? 0 : rounding(x))};
     }
 
-    // One step under the pressure s0, ds, sj. What eps and sum were off by before is carried on linearly, where the
-    // kernel's terms cancel.
+    // One step under the pressure s0, ds, sj. Earlier errors of eps and sum are propagated linearly, so that the terms
+    // of the kernel cancel in them.
     CountedCell pressed(const CountedCell&, const f64::Coefficients&, double s0, double ds, double sj) const;
 };
 

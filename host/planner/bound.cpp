@@ -15,9 +15,9 @@ using plan::Element;
 using plan::PreparedSkin;
 using plan::Schedule;
 
-constexpr size_t some = 64; // materials and cells looked at, at most
+constexpr size_t sample_limit = 64; // most materials and cells that are analysed
 
-// The sum of a stencil's absolute weights: by it, errors of the cells become an error of the curvature.
+// The sum of a stencil's absolute weights, the factor from errors of the cells to the error of the Laplacian.
 double weight_of(int stencil) {
     if (stencil == STENCIL_FIVE_POINT) return 8;
     return stencil == STENCIL_FOURTH_ORDER ? 32.0 / 3 : 4;
@@ -29,7 +29,7 @@ double largest_of(const std::vector<double>& map) {
     return largest;
 }
 
-// |L(S)|: of all cells, or of the points where a run without traces and fields reads no other.
+// The greatest |L(S)| over all cells, or over the points if a run without traces and fields reads no others.
 double rest_peak(const PreparedSkin& skin, const Schedule& schedule, bool points_only) {
     if (!points_only) return greatest_rest_curvature(skin);
     double largest = 0;
@@ -50,45 +50,45 @@ Roughness roughness_of(const PreparedSkin& skin, const Schedule& schedule, doubl
     const Grid unit = plan::without_spacing(skin.description.grid);
     const std::vector<double>& map = schedule.pressure;
     r.laplacian = skin.constants.bend * largest_of(plan::laplacian(map, unit, skin.stencil, skin.edges)) / peak;
-    double step = 0; // between neighbours
+    double step = 0; // greatest difference of neighbours
     const size_t width = size_t(unit.width);
     for (size_t i = 0; i < map.size(); ++i) {
         if (i % width) step = std::max(step, std::abs(map[i] - map[i - 1]));
         if (i >= width) step = std::max(step, std::abs(map[i] - map[i - width]));
     }
-    if (skin.edges != EDGES_PERIODIC) r.differences = weight * std::min(2 * step / peak, 2.0); // two cells apart at most
+    // A stencil reaches two cells.
+    if (skin.edges != EDGES_PERIODIC) r.differences = weight * std::min(2 * step / peak, 2.0);
     return r;
 }
 
-// A few of very many materials, from the fastest to the slowest.
-std::vector<Element> some_of(const std::vector<Element>& materials) {
-    if (materials.size() <= some) return materials;
+// All materials, or of very many some from the fastest to the slowest.
+std::vector<Element> sampled_materials(const std::vector<Element>& materials) {
+    if (materials.size() <= sample_limit) return materials;
     std::vector<Element> sorted = materials, few;
-    std::sort(sorted.begin(), sorted.end(), [](const Element& a, const Element& b) {
-        return a.viscosity * b.modulus < b.viscosity * a.modulus;
-    });
-    for (size_t i = 0; i < some; ++i) few.push_back(sorted[i * (sorted.size() - 1) / (some - 1)]);
+    std::sort(sorted.begin(), sorted.end(),
+              [](const Element& a, const Element& b) { return a.viscosity * b.modulus < b.viscosity * a.modulus; });
+    for (size_t i = 0; i < sample_limit; ++i) few.push_back(sorted[i * (sorted.size() - 1) / (sample_limit - 1)]);
     return few;
 }
 
-// The cell of the greatest pressure of each material, and some more.
-std::vector<Cell> telling_cells(const PreparedSkin& skin, const Schedule& schedule) {
+// The most pressed cell of each material, and evenly spaced cells.
+std::vector<Cell> sampled_cells(const PreparedSkin& skin, const Schedule& schedule) {
     const std::vector<double>& p = schedule.pressure;
     const size_t width = size_t(skin.width()), pitch = size_t(skin.pitch);
-    std::vector<size_t> best(std::min(some, skin.materials.size()), 0);
+    std::vector<size_t> best(std::min(sample_limit, skin.materials.size()), 0);
     for (size_t i = 0; i < p.size(); ++i) {
         const size_t kind = skin.uniform() ? 0 : size_t(skin.material_of[i / width * pitch + i % width]);
         size_t& cell = best[kind % best.size()];
         if (std::abs(p[i]) > std::abs(p[cell])) cell = i;
     }
-    const size_t more = std::min(some, p.size() / 4);
+    const size_t more = std::min(sample_limit, p.size() / 4);
     for (size_t i = 0; i < more; ++i) best.push_back((2 * i + 1) * p.size() / (2 * more));
     std::vector<Cell> cells;
     for (size_t i : best) cells.push_back({int(i % width), int(i / width)});
     return cells;
 }
 
-// The pressures of a step per unit of the map, or between frames their greatest magnitudes.
+// The pressures of a step per unit of the map, or between frames the greatest magnitudes over all cells.
 struct StepLoad {
     double s0, ds, sj;
 };
@@ -106,18 +106,19 @@ StepLoad load_of(const Schedule& schedule, const plan::Step& step) {
 class Analysis {
   public:
     Analysis(const PreparedSkin& skin, const Schedule& schedule, Precision precision, bool flushed, bool points_only)
-        : skin_(skin), schedule_(schedule), in_double_(precision == Precision::f64),
-          u_(in_double_ ? 0x1p-53 : 0x1p-24), flush_(flushed ? 0x1p-64 : 0),
-          last_(precision == Precision::f32_compensated ? u_ : 0), l_(std::abs(skin.constants.curvature_length)),
-          weight_(skin.constants.bend * weight_of(skin.stencil)), rest_(rest_peak(skin, schedule, points_only)),
-          peak_(schedule.framed ? 1 : largest_of(schedule.pressure)), rough_(roughness_of(skin, schedule, peak_)),
-          arithmetic_{.u = u_,
-                      .peak = peak_,
-                      .single = !in_double_,
-                      .bound = schedule.framed,
-                      .carried = precision == Precision::f32_compensated ? 2 * u_ : 1,
-                      .flush = peak_ > 0 ? 2 * flush_ / peak_ : 0},
-          materials_(some_of(skin.materials)) {}
+        : skin_(skin), schedule_(schedule), in_double_(precision == Precision::f64), u_(in_double_ ? 0x1p-53 : 0x1p-24),
+          flush_(flushed ? 0x1p-64 : 0), last_(precision == Precision::f32_compensated ? u_ : 0),
+          l_(std::abs(skin.constants.curvature_length)), weight_(skin.constants.bend * weight_of(skin.stencil)),
+          rest_(rest_peak(skin, schedule, points_only)), peak_(schedule.framed ? 1 : largest_of(schedule.pressure)),
+          rough_(roughness_of(skin, schedule, peak_)), arithmetic_{.u = u_,
+                                                                   .peak = peak_,
+                                                                   .single = !in_double_,
+                                                                   .bound = schedule.framed,
+                                                                   .carried = precision == Precision::f32_compensated
+                                                                                  ? 2 * u_
+                                                                                  : 1,
+                                                                   .flush = peak_ > 0 ? 2 * flush_ / peak_ : 0},
+          materials_(sampled_materials(skin.materials)) {}
 
     void run() {
         plan::Timeline timeline(schedule_, materials_, skin_.rule, schedule_.method),
@@ -126,7 +127,7 @@ class Analysis {
         std::vector<CountedCell> kept(materials_.size()), exact(materials_.size());
         now_ = exact_ = kept;
         for (plan::Step step, true_step; timeline.next(step);) {
-            // impulses and fields between outputs come from the exact method's timeline alone
+            // Only the timeline of the exact method has impulses and fields between outputs: they are skipped.
             while (baseline && exact_timeline.next(true_step) && true_step.trace < 0) {
             }
             const StepLoad load = load_of(schedule_, step);
@@ -150,7 +151,7 @@ class Analysis {
         errors[QUANTITY_FA2] *= gain;
         for (size_t q = 0; q < REDUCED_MAPS; ++q) {
             const double stored = 2.1 * flush_ * (q == QUANTITY_FA2 ? gain : 1);
-            errors[q] = values_[q] == 0 && errors[q] <= stored ? 0 : errors[q] / largest[q]; // zeros alone are exact
+            errors[q] = values_[q] == 0 && errors[q] <= stored ? 0 : errors[q] / largest[q]; // only zeros: exact
             if (std::isnan(errors[q])) errors[q] = INFINITY;
         }
         return errors;
@@ -160,13 +161,13 @@ class Analysis {
     // Distance of the method from the exact one, per unit of pressure; 0 for the exact method itself.
     double truncation(size_t i, int q) const { return std::abs(now_[i].value(q) - exact_[i].value(q)); }
 
-    // Takes the errors at the end of a step that is read.
+    // Widens the worst errors by those at the end of a step that is read.
     void widen() {
         double strain = 0, d_strain = 0;
         for (size_t i = 0; i < now_.size(); ++i) {
             strain = std::max(strain, peak_ * std::abs(now_[i].eps));
-            d_strain = std::max(d_strain, peak_ * (now_[i].d_eps + last_ * std::abs(now_[i].eps) +
-                                                   truncation(i, QUANTITY_STRAIN)));
+            d_strain = std::max(
+                d_strain, peak_ * (now_[i].d_eps + last_ * std::abs(now_[i].eps) + truncation(i, QUANTITY_STRAIN)));
         }
         const double gain = 1 + l_ * (rest_ + rough_.laplacian * strain);
         const double d_C = weight_ * d_strain + u_ * (2 * rest_ + (rough_.laplacian + rough_.differences) * strain);
@@ -175,7 +176,7 @@ class Analysis {
                 const double value = std::abs(now_[i].value(q)), x = peak_ * value;
                 double& worst = worst_[size_t(q)];
                 values_[size_t(q)] = std::max(values_[size_t(q)], x);
-                const bool sum = q <= QUANTITY_SA2; // compensated, it is off by the last rounding of its value
+                const bool sum = q <= QUANTITY_SA2; // if compensated, its error is the last rounding of its value
                 const double d_x = peak_ * (now_[i].error(q) + (sum ? last_ * value : 0)) + peak_ * truncation(i, q);
                 if (!in_double_ && !(x * gain < 3e38)) worst = INFINITY;
                 const double error =
@@ -188,12 +189,12 @@ class Analysis {
     const Schedule& schedule_;
     const bool in_double_;
     const double u_, flush_;
-    const double last_; // of a value: the last rounding, where earlier ones are compensated
+    const double last_; // relative error of the last rounding of a sum whose earlier ones are compensated; otherwise 0
     const double l_, weight_, rest_, peak_;
     const Roughness rough_;
     const CountedArithmetic arithmetic_;
     const std::vector<Element> materials_;
-    std::vector<CountedCell> now_, exact_; // by the method, and by the exact one
+    std::vector<CountedCell> now_, exact_; // by the scene's method; by the exact one
     Errors worst_{}, values_{};
 };
 
@@ -203,10 +204,10 @@ Errors measured_peaks(const PreparedSkin& skin, const Schedule& schedule, bool p
     std::vector<Cell> cells;
     const std::vector<Cell>& points = schedule.points;
     if (points_only) {
-        const size_t n = std::min(some, points.size());
+        const size_t n = std::min(sample_limit, points.size());
         for (size_t i = 0; i < n; ++i) cells.push_back(points[i * points.size() / n]);
     } else {
-        cells = telling_cells(skin, schedule);
+        cells = sampled_cells(skin, schedule);
     }
     Errors largest{};
     const plan::SiteCells needed(skin, pressed_cells(schedule), cells);

@@ -37,7 +37,7 @@ void check_request(const PreparedSkin& skin, const Schedule& schedule, const Req
     if (r.check) refuse("precision", "f64", "a check of backends compares f32");
 }
 
-// The candidates by seconds. everything: also those that cannot serve, with the reason.
+// The candidates, fastest first. everything: also those that cannot serve, with the reason.
 std::vector<Candidate> candidates(const PreparedSkin& skin, const Schedule& schedule, const Backends& backends,
                                   bool everything) {
     std::vector<Candidate> all;
@@ -45,8 +45,7 @@ std::vector<Candidate> candidates(const PreparedSkin& skin, const Schedule& sche
         const std::string why = why_not(skin, schedule, m);
         if (why.empty()) all.push_back(costed(skin, schedule, m, Precision::f64, backends.cpu));
         else if (everything) {
-            all.push_back({m, Precision::f64, backends.cpu.name});
-            all.back().refused = why;
+            all.push_back({.model = m, .precision = Precision::f64, .device = backends.cpu.name, .refused = why});
         }
     }
     for (Precision p : {Precision::f32, Precision::f32_compensated})
@@ -85,7 +84,7 @@ class Bounds {
   private:
     const PreparedSkin& skin_;
     const Schedule& schedule_;
-    std::optional<Errors> peaks_[2]; // of all cells, of points
+    std::optional<Errors> peaks_[2]; // over all cells; over points
 };
 
 } // namespace
@@ -122,9 +121,9 @@ Explanation choose(const PreparedSkin& skin, const Schedule& schedule, const Req
                     "tolerance = " + shortest(e.tolerance) + "; attainable here: " + shortest(best.error) +
                         " with model " + name(best.model) + " in " + name(best.precision) + " on " + best.device);
     }
-    if (!taken && nearest) e.candidates[*nearest].refused.clear(), taken = nearest; // the default binds where it can
-    if (!taken)
-        refuse("precision", r.precision ? name(*r.precision) : "(free)", "no model of this scene works in it");
+    // The default tolerance binds only if some candidate keeps it.
+    if (!taken && nearest) e.candidates[*nearest].refused.clear(), taken = nearest;
+    if (!taken) refuse("precision", r.precision ? name(*r.precision) : "(free)", "no model of this scene works in it");
     for (size_t i = 0; i < e.candidates.size(); ++i)
         if (i != *taken && e.candidates[i].refused.empty()) e.candidates[i].refused = "dearer than the one taken";
     e.chosen = *taken;

@@ -20,7 +20,7 @@ class Sites : public plan::Stepper {
         for (size_t i = 0; i < columns_; ++i) {
             const Cell c = cells.points[i];
             if (!ever_pressed(pressed, size_t(c.y) * size_t(skin.width()) + size_t(c.x), skin.width()))
-                continue; // all that it has is 0
+                continue; // all of its values are 0
             const bool site = own_class && i >= columns_ - sites.size();
             points_.push_back({stepper_.point(c), i, site ? int(sites[i - (columns_ - sites.size())].type) : -1});
         }
@@ -58,13 +58,14 @@ class Sites : public plan::Stepper {
     }
 
     void finish() override {}
-    void read(const std::vector<Quantity>&, std::vector<std::vector<double>>&) override {} // plan::why_not: no fields
+    void read(const std::vector<Quantity>&, std::vector<std::vector<double>>&) override {
+    } // plan::why_not refuses fields
 
   private:
     struct Point {
         plan::SiteStepper<f64>::Point at;
-        size_t column; // of a sample
-        int type;      // of a site that asks for its own class alone; -1: every quantity
+        size_t column; // index in a sample
+        int type;      // quantity of a site that has only its own class; -1: every quantity
     };
 
     plan::SiteStepper<f64>::Pressures pressures() const {
@@ -84,11 +85,11 @@ class Sites : public plan::Stepper {
     simd::Pool pool_;
     plan::SiteStepper<f64> stepper_;
     const std::vector<size_t>& cells_;
-    size_t columns_;                // of a sample: all points
+    size_t columns_;                // number of all points
     std::vector<Point> points_;     // those that are ever pressed
-    std::vector<double> from_, to_; // pressure
+    std::vector<double> from_, to_; // pressure of cells_
     std::vector<f64::LaneCoefficients> lanes_;
-    plan::SharedCoefficients lanes_of_; // what lanes_ was made from
+    plan::SharedCoefficients lanes_of_; // source of lanes_
     plan::Sample sample_{};
 };
 

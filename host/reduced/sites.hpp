@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The model `sites`: a march, in double, of no more cells than some points and their stencils need. A point has the
+// The model `sites`: a march in double of only those cells that given points and their stencils need. A point has the
 // bits that the CPU path in double gives its cell.
 #pragma once
 
@@ -9,8 +9,8 @@
 namespace dermis::reduced {
 
 // Takes the steps of a timeline of cells.materials; all references outlive it. threads: 0 = one per core.
-// own_class: the last points are the skin's sites, of which each asks for its own class alone; otherwise every quantity
-// of every point is made.
+// own_class: the last points are the skin's sites, and each has only the response of its own class; otherwise every
+// quantity of every point is computed.
 std::unique_ptr<plan::Stepper> sites(const plan::PreparedSkin&, const plan::Schedule&, const plan::SiteCells& cells,
                                      bool own_class, int threads, plan::Stepper::Sink);
 
