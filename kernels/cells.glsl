@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the kernels that step cells share: their specialization constants, and pressures that come from anywhere.
+// Shared by the kernels that step cells: their specialization constants, and the check of pressures that a host gives.
 layout(constant_id = VARIANT_STENCIL) const int STENCIL = STENCIL_FIVE_POINT;
 layout(constant_id = VARIANT_EDGES) const int EDGES = EDGES_MIRROR;
 layout(constant_id = VARIANT_COMPENSATED) const int COMPENSATED = 0;

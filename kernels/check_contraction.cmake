@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 # Fails unless every float addition, subtraction, multiplication and negation of MODULE is decorated NoContraction, and
-# unless there is no float division: only then do a device's bits have to be the CPU's.
+# unless there is no float division: only then does the standard oblige a device to give the CPU's bits.
 execute_process(COMMAND ${DISASSEMBLER} --raw-id ${MODULE} OUTPUT_VARIABLE text COMMAND_ERROR_IS_FATAL ANY)
 string(REGEX MATCHALL "%[0-9]+ = Op(FAdd|FSub|FMul|FNegate|FDiv|FRem|FMod|VectorTimesScalar|Dot|MatrixTimes[A-Za-z]+)" arithmetic "${text}")
 foreach(line ${arithmetic})

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: MIT
-// The Laplacian in difference form (exact zero on constants, no loss on an offset), and which cells it reads at an edge.
+// The Laplacian in difference form (exactly 0 on constants, no loss on an offset), and the cells that it reads at edges.
 
-// Along one axis: the cells a stencil reads, and the weights of the published one.
+// The cells that a stencil reads along one axis, and the weights of the published stencil.
 struct Axis {
     int far_low, low, high, far_high;
     scalar w_low, w_high, w;
 };
 
-// mirror is half-sample: -1 -> 0, -2 -> 1. An axis of one cell reads itself and so contributes 0.
+// The cell inside 0 .. n - 1 that stands for cell i. The mirror is half-sample: -1 -> 0, -2 -> 1. The one cell of an
+// axis of length 1 reads itself and so contributes 0.
 inline int wrapped(int i, int n, int edges) {
     if (edges == EDGES_PERIODIC) return (i + 4 * n) % n;
     int m = i < 0 ? -1 - i : (i >= n ? 2 * n - 1 - i : i);
@@ -30,7 +31,7 @@ inline Axis axis(int i, int n, int stencil, int edges) {
         a.high = i;
         a.far_high = wrapped(i + 2, n, edges);
     } else {
-        // the central difference of central differences; both turn one-sided, over one cell, at the ends
+        // A central difference of central differences; at the ends both become one-sided, over one cell.
         int g_low = max(i - 1, 0);
         int g_high = min(i + 1, n - 1);
         a.far_low = max(g_low - 1, 0);
@@ -44,10 +45,10 @@ inline Axis axis(int i, int n, int stencil, int edges) {
     return a;
 }
 
-// How many cells away from its own a stencil reads.
+// The distance in cells up to which a stencil reads.
 inline int reach(int stencil) { return stencil == STENCIL_FIVE_POINT ? 1 : 2; }
 
-// (high - 2 centre + low), as two differences
+// high - 2*centre + low, as a sum of two differences.
 inline real second_difference(real low, real centre, real high) {
     precise real sum = (high - centre) + (low - centre);
     return sum;
@@ -67,8 +68,8 @@ inline real published_difference(real far_low, real low, real high, real far_hig
     return sum;
 }
 
-// The stencil's second difference along one axis; the nearest stencil has no use for the far cells, the published one
-// none for the centre.
+// The stencil's second difference along one axis. The five-point stencil ignores the far cells, the published one the
+// centre.
 inline real difference(real far_low, real low, real centre, real high, real far_high, Axis a, int stencil) {
     if (stencil == STENCIL_FIVE_POINT) return second_difference(low, centre, high);
     if (stencil == STENCIL_FOURTH_ORDER) return fourth_order(far_low, low, centre, high, far_high);
@@ -80,7 +81,7 @@ inline real add(real along_x, real along_y) {
     return sum;
 }
 
-// C = L(S) - h*L(eps); L(S) was taken once, in double
+// C = L(S) - h*L(eps). L(S) is computed once, in double.
 inline real curvature_of(real rest_curvature, real strain_laplacian, scalar bend) {
     precise real C = rest_curvature - bend * strain_laplacian;
     return C;

@@ -1,6 +1,6 @@
 #version 450
 // SPDX-License-Identifier: MIT
-// Curvature C = L(S) - h*L(eps) and deformed surface D = S - h*eps of a state.
+// The curvature C = L(S) - h*L(eps) and the deformed surface D = S - h*eps of a state.
 #extension GL_GOOGLE_include_directive : require
 #include "prelude.h"
 #include "layout.h"
@@ -9,7 +9,7 @@
 
 layout(local_size_x = FIELDS_X) in;
 layout(push_constant) uniform Push { Constants c; };
-// Each map has pitch floats for each row bound; a state has STATE_PLANES times that, and the strain comes first.
+// Each map has pitch floats per bound row; a state has STATE_PLANES times as many, the strain first.
 layout(std430, binding = FIELDS_SURFACE) readonly restrict buffer Surface { float surface[]; };
 layout(std430, binding = FIELDS_REST_CURVATURE) readonly restrict buffer Rest { float rest_curvature[]; };
 layout(std430, binding = FIELDS_STRAIN) readonly restrict buffer Strain { float strain[]; };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The Laplacian over whatever `real strain_at(int x, int y)` returns; the includer declares it.
+// The Laplacian of `real strain_at(int x, int y)`, which the includer declares.
 inline real laplacian_along_x(int x, int y, real centre, int n, int stencil, int edges) {
     Axis a = axis(x, n, stencil, edges);
     return difference(strain_at(a.far_low, y), strain_at(a.low, y), centre, strain_at(a.high, y),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# GLSL to SPIR-V to C arrays, at build time; each module is validated and checked for uncontracted arithmetic.
+# Compiles GLSL to SPIR-V and to C arrays at build time. Each module is validated and checked for uncontracted arithmetic.
 find_program(DERMIS_GLSLANG glslangValidator REQUIRED)
 find_program(DERMIS_SPIRV_VAL spirv-val REQUIRED)
 find_program(DERMIS_SPIRV_DIS spirv-dis REQUIRED)
@@ -7,7 +7,7 @@ find_program(DERMIS_SPIRV_DIS spirv-dis REQUIRED)
 set(DERMIS_GENERATED ${PROJECT_BINARY_DIR}/generated)
 set(DERMIS_KERNELS)
 
-# source.comp to generated/<kernel>_spv.h, which `header` is set to; further arguments go to the compiler.
+# Compiles source.comp to generated/<kernel>_spv.h and sets `header` to that path; further arguments go to the compiler.
 function(dermis_kernel source kernel header)
     set(module ${DERMIS_GENERATED}/${kernel}.spv)
     set(made ${DERMIS_GENERATED}/${kernel}_spv.h)
@@ -31,7 +31,7 @@ foreach(kernel press fields reduce sites)
 endforeach()
 file(MAKE_DIRECTORY ${DERMIS_GENERATED})
 
-# A text file as a C++ raw string `name`, in generated/<name>.h.
+# Writes a text file as the C++ raw string `name` into generated/<name>.h.
 function(dermis_embed_text file name)
     set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${file})
     file(READ ${file} text)

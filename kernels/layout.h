@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
-// What host and kernels agree on: parameter blocks, sizes, and the numbers of bindings and specialization constants.
+// The interface of host and kernels: parameter blocks, sizes, and the numbers of bindings and specialization constants.
 
 // Maps are row-major, index = y*pitch + x; pitch is the width rounded up to PITCH_CELLS: a cache line of floats.
 #define PITCH_CELLS 16
-// `press` runs PRESS_CELLS cells per invocation in groups of PRESS_X x PRESS_Y; `fields` one in groups of FIELDS_X x 1,
-// `sites` one cell or receptor in groups of SITES_X;
-// `reduce` one tile of TILE_CELLS columns per invocation in groups of REDUCE_ROWS rows.
+// Work of an invocation and size of a workgroup: `press` PRESS_CELLS cells, PRESS_X x PRESS_Y; `fields` one cell,
+// FIELDS_X x 1; `sites` one cell or receptor, SITES_X; `reduce` one tile of TILE_CELLS columns, REDUCE_ROWS rows.
 #define PRESS_CELLS 4
 #define PRESS_X 64
 #define PRESS_Y 1
@@ -34,9 +33,9 @@
 // Specialization constants of press, sites and fields.
 #define VARIANT_STENCIL 0
 #define VARIANT_EDGES 1
-#define VARIANT_COMPENSATED 2 // the state carries what its sums have lost
-#define VARIANT_MATERIALS 3   // coefficients come from a table, by each cell's index
-#define VARIANT_FRAMES 4      // the pressure runs from one map to another
+#define VARIANT_COMPENSATED 2 // 1: the state carries the rounding errors of its sums
+#define VARIANT_MATERIALS 3   // 1: coefficients come from a table, by each cell's index
+#define VARIANT_FRAMES 4      // 1: the pressure runs linearly from one map to another
 #define VARIANT_RESPONSES 5   // the responses asked for, a bit each
 #define VARIANT_CONSTANTS 6
 
@@ -54,15 +53,14 @@
 #define PRESS_INVALID 11
 #define PRESS_BINDINGS 12
 
-// A state holds, for each row of cells, one row of each of its planes beside one another, so that any window of rows is
-// one piece of memory: the strain, if compensated what its sum has lost, and where SA2 is asked for the same of its
-// integral.
+// A state interleaves its planes row by row, so that any window of rows is one range of memory. Its planes are the strain
+// and, if compensated, the rounding error of that sum; where SA2 is asked for, the same follow for the strain's integral.
 #define STATE_STRAIN_PLANES(compensated) (1 + (compensated))
 #define STATE_PLANES(compensated, responses) \
     (STATE_STRAIN_PLANES(compensated) * (((responses) & RESPONSE_BIT(QUANTITY_SA2)) != 0 ? 2 : 1))
-// The planes before the integral's.
+// The index of the integral's first plane.
 #define STATE_INTEGRAL(compensated) STATE_STRAIN_PLANES(compensated)
-// Windows of rows begin at a multiple of this: every row of any map is then at an offset that every device can bind.
+// Windows of rows begin at a multiple of WINDOW_ROWS, where each map has an offset that every device can bind.
 #define WINDOW_ROWS 4
 
 #define FIELDS_SURFACE 0
@@ -88,7 +86,7 @@
 #define REDUCE_SUMMARIES 2
 #define REDUCE_BINDINGS 3
 
-// Coefficients of one step of one material, made on the host in double (host/plan/coefficients). With
+// Coefficients of one step of one material, computed on the host in double (host/plan/coefficients). With
 //   r = s0 - E*eps            s0 the pressure after the jump sj at the step's start, s0 + ds the pressure at its end
 //   eps += b*r + f*ds         strain
 //   I   += i0*eps + i1*s0 + i2*ds - leak*I      its integral, or with leak > 0 its adapting integral
@@ -102,7 +100,7 @@ struct Coefficients {
 };
 
 struct Constants {
-    Coefficients coefficients;    // of a uniform material; otherwise a table holds them, and each cell has an index
+    Coefficients coefficients;    // a uniform material's; otherwise each cell has an index into a table of them
     scalar start, rise, jump;     // Pressure over the step, after a jump of jump*p at its start. Map and envelope: from
                                   // start*p, rising linearly by rise*p. Frames p, q: from p + start*(q - p), rising by
                                   // rise*(q - p).
@@ -111,9 +109,9 @@ struct Constants {
     scalar gain_plus, gain_minus; // FA2 = gain_plus*max(a, 0) + gain_minus*max(-a, 0)
     scalar thickness;             // h in D = S - h*eps
     int width, height, pitch;     // cells
-    int first_column, first_row;  // where the invocations begin: cells before are never pressed, so all they have is +0
+    int first_column, first_row;  // first cell of the dispatch; earlier ones are never pressed: their values are +0
     int base_row;                 // the first row that is bound
-    int respond;                  // 0: advance the state alone
+    int respond;                  // 0: only advance the state
 };
 
 // A cell that some receptor's stencil reads, and the index of its material.
@@ -121,7 +119,7 @@ struct SiteCell {
     int cell; // y*pitch + x
     int material;
 };
-// A receptor; cells by their rank among those above: its own, then along x and y those of its stencil.
+// A receptor. Cells are named by their index in the list of SiteCells: its own cell, then its stencil's along x and y.
 struct SiteStencil {
     int here;
     int x_far_low, x_low, x_high, x_far_high;
@@ -132,15 +130,15 @@ struct SiteStencil {
 };
 struct SiteConstants {
     Constants c;
-    int first_cell, cells; // of this window of rows
-    int first_site, sites;
+    int first_cell, cells; // the cells of this window of rows: first and number
+    int first_site, sites; // its receptors: first and number
 };
 
 struct ReduceConstants {
-    int width, height, pitch, tiles; // cells; tiles of a row
-    int stride;                      // of the map's rows: its pitch, or more in a state
-    int first_tile, first_row, rows; // which of them
+    int width, height, pitch, tiles; // cells; tiles per row
+    int stride;                      // cells from row to row: the pitch of a map, more in a state
+    int first_tile, first_row, rows; // the part that is reduced
     int base_row;                    // the first row that is bound
-    int probes;                      // cells whose value is wanted too
-    int slot;                        // where in the ring of results all this goes
+    int probes;                      // number of cells whose values are copied out
+    int slot;                        // index of the results in their ring
 };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The whole model, for C++: included inside a struct that says what `real` and `scalar` are, whose static functions it
-// becomes (see prelude.h and host/simd/model.hpp). No include guard on purpose.
+// The whole model, for C++. The includer opens a struct that defines the types `real` and `scalar`; the functions become
+// its static functions (see prelude.h and host/simd/model.hpp). There is no include guard, on purpose.
 #define inline static inline
 #include "prelude.h"
 #include "layout.h"

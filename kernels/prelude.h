@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
-// One language for GLSL and C++. In C++ the includer opens a struct or a namespace, says what `real` and `scalar` are
-// (float and float, double and double, or glm::vec4 and float: four cells at a time) and lends the GLSL words abs, min,
-// max, mix, lessThan. In GLSL real is float, or vec4 where that is defined first. Rules for every function here (a build
-// check counts them): only + - * compare and select, each intermediate a `precise` local, literals real(...), structs
-// filled member by member.
+// One language for GLSL and C++. In C++ the includer opens a struct or a namespace, defines the types `real` and `scalar`
+// (float and float, double and double, or glm::vec4 and float: four cells at a time) and provides the GLSL functions
+// abs, min, max, mix, lessThan. In GLSL real is float unless it is defined before, as vec4. Every function of kernels/*.h
+// keeps these rules (a build check counts them): only + - * compare and select, each intermediate a `precise` local,
+// literals real(...), structs filled member by member.
 #ifdef __cplusplus
 #define precise
 #else
-#ifdef ROUNDS // a variant for devices that offer it: RoundingModeRTE, width 32
+#ifdef ROUNDS // the variant for devices that can declare rounding to nearest even: RoundingModeRTE, width 32
 #extension GL_EXT_spirv_intrinsics : require
 spirv_execution_mode(extensions = ["SPV_KHR_float_controls"], capabilities = [4467], 4462, 32);
 #endif

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: MIT
 // One step of every cell and, if asked, its responses:
 //   eps, I -> eps, I at the step's end       X*(1 + l*C), X = eps, I, eps', eps'', C = L(S) - h*L(eps)
-// Four cells of a row per invocation: a software driver moves vec4s faster than floats. A neighbour's new strain
-// is computed again from its old state, so one dispatch is enough; hence two copies of the state.
+// An invocation takes four cells of a row, because a software driver moves vec4s faster than floats. It computes the new
+// strain of neighbours again from their old state, so one dispatch is enough; hence two copies of the state.
 #extension GL_GOOGLE_include_directive : require
 #define real vec4
 #include "prelude.h"
@@ -15,7 +15,7 @@
 
 layout(local_size_x = PRESS_X, local_size_y = PRESS_Y) in;
 layout(push_constant) uniform Push { Constants c; };
-// Each map has pitch/4 vec4s for each row bound, a state STATE_PLANES times that; a row's last cells may lie beyond its width.
+// Each map has pitch/4 vec4s per bound row, a state STATE_PLANES times as many. The last cells of a row may be padding.
 layout(std430, binding = PRESS_PRESSURE_FROM) readonly buffer PressureFrom { vec4 pressure_from[]; };
 layout(std430, binding = PRESS_PRESSURE_TO) readonly buffer PressureTo { vec4 pressure_to[]; };
 layout(std430, binding = PRESS_REST_CURVATURE) readonly restrict buffer Rest { vec4 rest_curvature[]; };
@@ -28,17 +28,17 @@ layout(std430, binding = PRESS_FA2) writeonly restrict buffer Fa2 { vec4 fa2[]; 
 layout(std430, binding = PRESS_COEFFICIENTS) readonly restrict buffer Table { Coefficients table[]; };
 layout(std430, binding = PRESS_MATERIAL) readonly buffer Material { ivec4 material[]; };
 layout(std430, binding = PRESS_INVALID) restrict buffer Invalid { uint invalid; }; // counts pressures that are not finite
-// the same maps, cell by cell
+// The same maps as scalars.
 layout(std430, binding = PRESS_PRESSURE_FROM) readonly buffer PressureFromCells { float pressure_from_cells[]; };
 layout(std430, binding = PRESS_PRESSURE_TO) readonly buffer PressureToCells { float pressure_to_cells[]; };
 layout(std430, binding = PRESS_STATE_FROM) readonly buffer StateCells { float state_cells[]; };
 layout(std430, binding = PRESS_MATERIAL) readonly buffer MaterialCells { int material_cells[]; };
 
-// Where row y begins in a map, in cells; where cells x .. x + 3 of such a row stand in a map and in a state, in vec4s; and
-// how far apart the planes of a state are.
-int row_at(int y) { return (y - c.base_row) * c.pitch; }
-int in_map(int row, int x) { return (row + x) >> 2; }
-int in_state(int row, int x) { return (row * STATE_PLANES(COMPENSATED, RESPONSES) + x) >> 2; }
+// The index of row y's first cell in a map; the vec4 index of cells x .. x + 3 of that row in a map and in a state; and
+// the distance of a state's planes in vec4s.
+int row_start(int y) { return (y - c.base_row) * c.pitch; }
+int in_map(int start, int x) { return (start + x) >> 2; }
+int in_state(int start, int x) { return (start * STATE_PLANES(COMPENSATED, RESPONSES) + x) >> 2; }
 #define NEXT_PLANE (c.pitch >> 2)
 
 LaneCoefficients lanes_of_four(Coefficients a, Coefficients b, Coefficients d, Coefficients e) {
@@ -76,39 +76,39 @@ void store(Sum sum, int state) {
     if (COMPENSATED != 0) state_to[state + NEXT_PLANE] = sum.lost;
 }
 
-// New strain of the cells low, high, far_low, far_high beside x .. x + cells - 1; a column beyond an end is the one that
-// the edge rule names. All at once, because one alone would cost as much. The nearest stencil has no far ones.
+// New strain of the cells low, high, far_low, far_high beside x .. x + cells - 1; the edge rule replaces columns beyond the
+// ends. All four are computed at once, because one alone would cost as much. The five-point stencil has no far cells.
 vec4 strains_beside(int x, int y, int cells) {
     bool far = reach(STENCIL) > 1;
     int low = wrapped(x - 1, c.width, EDGES);
     int high = wrapped(x + cells, c.width, EDGES);
     int far_low = far ? wrapped(x - 2, c.width, EDGES) : low;
     int far_high = far ? wrapped(x + cells + 1, c.width, EDGES) : high;
-#define BESIDE(map, row) \
-    (far ? vec4(map[(row) + low], map[(row) + high], map[(row) + far_low], map[(row) + far_high]) \
-         : vec2(map[(row) + low], map[(row) + high]).xyxy)
-    int row = row_at(y);
-    int state = row * STATE_PLANES(COMPENSATED, RESPONSES);
+#define BESIDE(map, at) \
+    (far ? vec4(map[(at) + low], map[(at) + high], map[(at) + far_low], map[(at) + far_high]) \
+         : vec2(map[(at) + low], map[(at) + high]).xyxy)
+    int start = row_start(y);
+    int state = start * STATE_PLANES(COMPENSATED, RESPONSES);
     Sum strain = sum_of(BESIDE(state_cells, state), vec4(0.0));
     if (COMPENSATED != 0) strain.lost = BESIDE(state_cells, state + c.pitch);
-    vec4 p = BESIDE(pressure_from_cells, row);
+    vec4 p = BESIDE(pressure_from_cells, start);
     Load load = load_of(p, c);
-    if (FRAMES != 0) load = load_between(valid(p), valid(BESIDE(pressure_to_cells, row)), c);
+    if (FRAMES != 0) load = load_between(valid(p), valid(BESIDE(pressure_to_cells, start)), c);
     LaneCoefficients k = lanes_of(c.coefficients);
     if (MATERIALS != 0)
-        k = coefficients_of(ivec4(material_cells[row + low], material_cells[row + high], material_cells[row + far_low],
-                                  material_cells[row + far_high]));
+        k = coefficients_of(ivec4(material_cells[start + low], material_cells[start + high],
+                                  material_cells[start + far_low], material_cells[start + far_high]));
     return advanced_strain(strain, load, k, COMPENSATED).value;
 }
 
-// New strain of cells x .. x + 3; those beyond the width are of no use.
+// New strain of cells x .. x + 3; those beyond the width are not used.
 vec4 strains(int x, int y) {
-    int row = row_at(y);
-    int i = in_map(row, x);
-    return advanced_strain(strain_from(in_state(row, x)), load_at(i), coefficients_at(i), COMPENSATED).value;
+    int start = row_start(y);
+    int i = in_map(start, x);
+    return advanced_strain(strain_from(in_state(start, x)), load_at(i), coefficients_at(i), COMPENSATED).value;
 }
 
-// The published stencil at the ends of a row, where each cell has weights of its own. `columns` are x - 2 .. x + 5.
+// The published stencil near the ends of a row, where weights differ from cell to cell. `columns` are x - 2 .. x + 5.
 vec4 published_at_ends(float columns[8], int x) {
     int first = x - 2;
     vec4 sum;
@@ -121,8 +121,8 @@ vec4 published_at_ends(float columns[8], int x) {
 }
 
 vec4 laplacian_along_x(int x, int y, vec4 here) {
-    // Columns x - 2 .. x + 5 as far_low, low, row, next. Beyond the width the edge rule takes over: in the row's last
-    // cells, without a branch, because a software driver walks both sides of one.
+    // Columns x - 2 .. x + 5 as far_low, low, own, next. Columns beyond the width come from the edge rule; they are
+    // selected without a branch, because a software driver executes both sides of one.
     int cells = min(c.width - x, 4);
     vec4 beside = strains_beside(x, y, cells);
     float low = beside.x;
@@ -130,13 +130,14 @@ vec4 laplacian_along_x(int x, int y, vec4 here) {
     float far_low = beside.z;
     float far_high = beside.w;
     ivec4 lane = ivec4(0, 1, 2, 3);
-    vec4 row = mix(mix(here, vec4(high), equal(lane, ivec4(cells))), vec4(far_high), equal(lane, ivec4(cells + 1)));
+    vec4 own = mix(mix(here, vec4(high), equal(lane, ivec4(cells))), vec4(far_high), equal(lane, ivec4(cells + 1)));
     vec2 next = vec2(cells == 4 ? high : far_high, far_high);
     if (EDGES == EDGES_PUBLISHED)
-        return published_at_ends(float[8](far_low, low, row.x, row.y, row.z, row.w, next.x, next.y), x);
-    bool skips = STENCIL == STENCIL_PUBLISHED; // it reads its own cell in place of the nearest ones
-    return difference(vec4(far_low, low, row.xy), skips ? here : vec4(low, row.xyz), here,
-                      skips ? here : vec4(row.yzw, next.x), vec4(row.zw, next), axis(x, c.width, STENCIL, EDGES), STENCIL);
+        return published_at_ends(float[8](far_low, low, own.x, own.y, own.z, own.w, next.x, next.y), x);
+    bool skips = STENCIL == STENCIL_PUBLISHED; // this one reads its own cell in place of the nearest
+    return difference(vec4(far_low, low, own.xy), skips ? here : vec4(low, own.xyz), here,
+                      skips ? here : vec4(own.yzw, next.x), vec4(own.zw, next), axis(x, c.width, STENCIL, EDGES),
+                      STENCIL);
 }
 
 vec4 laplacian_along_y(int x, int y, vec4 here) {
@@ -149,17 +150,17 @@ vec4 laplacian_along_y(int x, int y, vec4 here) {
 void count(vec4 pressure, int x) {
     bvec4 bad = not(finite(pressure));
     if (!any(bad)) return;
-    uvec4 met = uvec4(bad) * uvec4(lessThan(ivec4(x, x + 1, x + 2, x + 3), ivec4(c.width)));
-    atomicAdd(invalid, met.x + met.y + met.z + met.w);
+    uvec4 counted = uvec4(bad) * uvec4(lessThan(ivec4(x, x + 1, x + 2, x + 3), ivec4(c.width)));
+    atomicAdd(invalid, counted.x + counted.y + counted.z + counted.w);
 }
 
 void main() {
     int x = int(gl_GlobalInvocationID.x) * PRESS_CELLS + c.first_column;
     int y = int(gl_GlobalInvocationID.y) + c.first_row;
     if (x >= c.width || y >= c.height) return;
-    int row = row_at(y);
-    int i = in_map(row, x);
-    int state = in_state(row, x);
+    int start = row_start(y);
+    int i = in_map(start, x);
+    int state = in_state(start, x);
 
     vec4 pressure = FRAMES != 0 ? pressure_to[i] : vec4(0.0);
     Load load = FRAMES != 0 ? load_between(valid(pressure_from[i]), valid(pressure), c) : load_at(i);
@@ -176,9 +177,9 @@ void main() {
 
     vec4 L = add(laplacian_along_x(x, y, after.strain.value), laplacian_along_y(x, y, after.strain.value));
     vec4 C = curvature_of(rest_curvature[i], L, c.bend);
-#define ANSWER(quantity) answer(quantity, signal(quantity, before, after, load, k), C, c)
-    if (asked(QUANTITY_SA1)) sa1[i] = ANSWER(QUANTITY_SA1);
-    if (asked(QUANTITY_SA2)) sa2[i] = ANSWER(QUANTITY_SA2);
-    if (asked(QUANTITY_FA1)) fa1[i] = ANSWER(QUANTITY_FA1);
-    if (asked(QUANTITY_FA2)) fa2[i] = ANSWER(QUANTITY_FA2);
+#define RESPONSE(quantity) answer(quantity, signal(quantity, before, after, load, k), C, c)
+    if (asked(QUANTITY_SA1)) sa1[i] = RESPONSE(QUANTITY_SA1);
+    if (asked(QUANTITY_SA2)) sa2[i] = RESPONSE(QUANTITY_SA2);
+    if (asked(QUANTITY_FA1)) fa1[i] = RESPONSE(QUANTITY_FA1);
+    if (asked(QUANTITY_FA2)) fa2[i] = RESPONSE(QUANTITY_FA2);
 }

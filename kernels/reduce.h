@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Sum, least and greatest over a tile of TILE_CELLS columns of one row, by a fixed tree: cell i joins cell i + reach,
-// reach = 32, 16 .. 1; beyond the row's end cells add 0. The host joins tiles in double, in order. So any workgroup, band
-// or number of threads gives the same bits, and a constant map sums without error.
+// Sum, minimum and maximum over a tile of TILE_CELLS columns of one row, by a fixed tree: cell i joins cell i + reach,
+// reach = 32, 16 .. 1; cells beyond the row's end add 0. The host joins tiles in double, in order. The bits therefore do
+// not depend on workgroups, row windows or threads, and a constant map sums without error.
 struct Summary {
     real sum, low, high;
 };

@@ -21,7 +21,7 @@ inline real signal(int quantity, CellState before, CellState after, Load s, Lane
     return after.strain.value;
 }
 
-// x*(1 + l*C)
+// The signal x scaled by curvature: x*(1 + l*C).
 inline real response(real x, real C, scalar l) {
     precise real gain = real(1.0) + l * C;
     precise real scaled = x * gain;
@@ -30,14 +30,14 @@ inline real response(real x, real C, scalar l) {
 
 // Pacinian transduction has a gain for each sign; (1, -1) passes the signal unchanged.
 inline real rectified(real a, scalar gain_plus, scalar gain_minus) {
-    precise real other = -a; // max() of a NaN may be 0
+    precise real other = -a; // no max(): that of a NaN may be 0
     precise real plus = gain_plus * mix(a, real(0.0), lessThan(a, real(0.0)));
     precise real minus = gain_minus * mix(other, real(0.0), lessThan(other, real(0.0)));
     precise real passed = plus + minus;
     return flush(passed);
 }
 
-// What a receptor answers to its signal x where the skin has the curvature C.
+// The response of a receptor to its signal x where the skin has the curvature C.
 inline real answer(int quantity, real x, real C, Constants c) {
     real scaled = response(x, C, c.curvature_length);
     if (quantity == QUANTITY_FA2) return rectified(scaled, c.gain_plus, c.gain_minus);

@@ -1,7 +1,7 @@
 #version 450
 // SPDX-License-Identifier: MIT
-// One step of the cells that some receptor's stencil reads, and the response of each receptor: no other cell is touched.
-// An invocation takes one cell or one receptor; the new strain beside a receptor is computed again from the old state, so
+// One step of the cells that the receptors' stencils read, and the response of each receptor; no other cell is computed.
+// An invocation takes one cell or one receptor. The new strain beside a receptor is computed again from the old state, so
 // one dispatch is enough.
 #extension GL_GOOGLE_include_directive : require
 #include "prelude.h"
@@ -17,13 +17,14 @@ layout(std430, binding = SITES_PRESSURE_FROM) readonly buffer PressureFrom { flo
 layout(std430, binding = SITES_PRESSURE_TO) readonly buffer PressureTo { float pressure_to[]; };
 layout(std430, binding = SITES_CELLS) readonly restrict buffer Cells { SiteCell cells[]; };
 layout(std430, binding = SITES_SITES) readonly restrict buffer Sites { SiteStencil sites[]; };
-// STATE_PLANES numbers for each of the cells
+// A state has STATE_PLANES numbers per cell.
 layout(std430, binding = SITES_STATE_FROM) readonly restrict buffer StateFrom { float state_from[]; };
 layout(std430, binding = SITES_STATE_TO) writeonly restrict buffer StateTo { float state_to[]; };
 layout(std430, binding = SITES_RESPONSE) writeonly restrict buffer Response { float responses[]; };
 layout(std430, binding = SITES_COEFFICIENTS) readonly restrict buffer Table { Coefficients table[]; };
 layout(std430, binding = SITES_INVALID) restrict buffer Invalid { uint invalid; }; // counts pressures that are not finite
 
+// The index of a cell in the pressures that are bound. `rank` is its index in `cells`.
 int bound(int rank) { return cells[rank].cell - s.c.base_row * s.c.pitch; }
 
 Load load_at(int rank) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// One step of eta*eps' + E*eps = sigma: from a cell's state and the load over the step to the state at its end.
+// One step of eta*eps' + E*eps = sigma, from a cell's state and the load over the step to the state at the step's end.
 
-// Coefficients of the cells at hand, one or four.
+// Coefficients of one cell or of four, one per lane of `real`.
 #define REAL_MEMBER(name) real name;
 struct LaneCoefficients {
     COEFFICIENTS(REAL_MEMBER)
@@ -28,7 +28,7 @@ inline Load load(real s0, real ds, real sj) {
     return s;
 }
 
-// A map p under an envelope.
+// The load of a pressure p of the map under an envelope.
 inline Load load_of(real p, Constants c) {
     precise real s0 = c.start * p;
     precise real ds = c.rise * p;
@@ -36,22 +36,22 @@ inline Load load_of(real p, Constants c) {
     return load(s0, ds, sj);
 }
 
-// Straight from frame p to frame q.
+// The load of a pressure that runs linearly from frame p to frame q.
 inline Load load_between(real p, real q, Constants c) {
-    precise real way = q - p;
-    precise real s0 = p + c.start * way;
-    precise real ds = c.rise * way;
+    precise real change = q - p;
+    precise real s0 = p + c.start * change;
+    precise real ds = c.rise * change;
     precise real sj = c.jump * p;
     return load(s0, ds, sj);
 }
 
-// The part of the pressure that the spring does not bear: it drives the dashpot.
+// The pressure less the spring's stress: it drives the dashpot.
 inline real excess_stress(real eps, Load s, LaneCoefficients k) {
     precise real r = s.s0 - k.E * eps;
     return r;
 }
 
-// What a step adds to the strain, and to its integral.
+// The increments of the strain and of its integral over a step.
 inline real strain_step(real eps, Load s, LaneCoefficients k) {
     precise real r = excess_stress(eps, s, k);
     precise real step = k.b * r + k.f * s.ds;
@@ -64,8 +64,8 @@ inline real integral_step(real eps, real I, Load s, LaneCoefficients k) {
     return step;
 }
 
-// A sum that grows step by step, and what earlier additions to it have rounded away (Kahan). Compensated, that is taken
-// off the next step: the sum is exact to a few units over any number of steps. Otherwise nothing is carried.
+// A sum that grows step by step, and its accumulated rounding error (Kahan). If compensated, the next step subtracts that
+// error: the sum is exact to a few units over any number of steps. Otherwise no error is carried.
 struct Sum {
     real value, lost;
 };
@@ -85,8 +85,8 @@ inline Sum added(Sum sum, real step) {
 inline Sum added_compensated(Sum sum, real step) {
     precise real corrected = step - sum.lost;
     precise real after = sum.value + corrected;
-    precise real gone = (after - sum.value) - corrected;
-    return sum_of(flush(after), flush(gone));
+    precise real lost = (after - sum.value) - corrected;
+    return sum_of(flush(after), flush(lost));
 }
 
 inline Sum advanced_sum(Sum sum, real step, int compensated) {
@@ -94,12 +94,12 @@ inline Sum advanced_sum(Sum sum, real step, int compensated) {
     return added(sum, step);
 }
 
-// What a cell carries from step to step.
+// The state of a cell, which it carries from step to step.
 struct CellState {
     Sum strain, integral;
 };
 
-// At the step's end. The integral grows by the strain as it was at the step's start.
+// The state at the step's end. The integral grows by the strain at the step's start.
 inline Sum advanced_strain(Sum strain, Load s, LaneCoefficients k, int compensated) {
     return advanced_sum(strain, strain_step(strain.value, s, k), compensated);
 }

@@ -10,15 +10,15 @@
 namespace dermis::plan {
 namespace {
 
-// Degree 12 on [0, 1]: within 6e-5 units of 2^-53.
+// P3 on [0, 1] as a polynomial of degree 12, with an error of 6e-5 units of 2^-53.
 constexpr double p3_series[] = {0.16666666666666666,     -0.041666666666666664,  0.008333333333333314,
                                 -0.0013888888888884815,  0.0001984126984080311,  -2.480158726973578e-05,
                                 2.7557317827207793e-06,  -2.755727811568642e-07, 2.505127832212774e-08,
                                 -2.0865204732880175e-09, 1.594972230606643e-10,  -1.0793584416656275e-11,
                                 5.114980229101037e-13};
 
-// Divided differences of e^x over {-z, -y}, {0, -z, -y} and {0, 0, -z, -y}: what an adapting integral of a relaxing
-// strain needs. At y = 0 they are P1, P2, P3 of z.
+// Divided differences of e^x over {-z, -y}, {0, -z, -y} and {0, 0, -z, -y}, for an adapting integral of a relaxing
+// strain. At y = 0 they are P1, P2, P3 of z.
 struct Divided {
     double d1, d2, d3;
 };
@@ -78,12 +78,13 @@ f64::Coefficients exact_coefficients(const Element& m, const ResponseRule& rule,
     const double z = eta > 0 ? E * dt / eta : INFINITY, y = dt / rule.sa2_adaptation;
     const Phi p = phi(z);
     const Divided d = divided(z, y);
-    // dt/eta times a function of z; above 1 the recurrence divides by E instead, so viscosity 0 is a limit, not a case
+    // b and f are dt/eta times a function of z; above 1 the recurrence divides by E instead, so that viscosity 0 is a
+    // limit and no case of its own.
     const double q = z <= 1 ? dt / eta : 0;
     k.b = z <= 1 ? q * p.p1 : (1 - p.p0) / E;
     k.f = z <= 1 ? q * p.p2 : (1 - p.p1) / E;
     k.i0 = dt * d.d1;
-    if (std::max(z, y) > 1 && z >= y) { // divided() divided by z
+    if (std::max(z, y) > 1 && z >= y) { // the recurrence of divided(), divided by E instead of z
         k.i1 = dt * ((phi(y).p1 - d.d1) / E);
         k.i2 = dt * ((phi(y).p2 - d.d2) / E);
     } else {
@@ -97,7 +98,7 @@ f64::Coefficients exact_coefficients(const Element& m, const ResponseRule& rule,
         k.a0 = k.v0 > 0 ? -E * k.v0 / eta : 0;
         k.a1 = k.v0 / dt;
     } else if (eta > 0) {
-        k.a0 = z <= 1 ? -E * k.v1 / eta : -(1 - p.p0) / (eta * dt); // at e^-z = 0 what a jump adds, exactly
+        k.a0 = z <= 1 ? -E * k.v1 / eta : -(1 - p.p0) / (eta * dt); // at e^-z = 0 the jump's own term, exactly
         k.a1 = k.v1 / dt;
         k.a2 = 1 / (eta * dt);
     }
@@ -117,7 +118,7 @@ Relaxation relaxation(Method method, double z) {
     }
     r.S = 1 - z * r.T;
     r.R = 1 - z * r.S;
-    // what cancels there at large z
+    // These forms do not cancel at large z.
     if (method == Method::backward_euler) r.S = r.R = 1 / (1 + z);
     if (method == Method::crank_nicolson) r.S = 2 / (2 + z), r.R = (2 - z) / (2 + z);
     if (method == Method::sdirk2) {
@@ -134,9 +135,9 @@ f64::Coefficients baseline_coefficients(Method method, const Element& m, const R
     const Relaxation r = relaxation(method, m.modulus * q);
     k.E = m.modulus;
     k.b = q * r.S;
-    k.i0 = dt * r.S; // the method on I' = eps beside it
+    k.i0 = dt * r.S; // the same method for I' = eps
     k.i1 = dt * q * r.T;
-    k.leak = dt / rule.sa2_adaptation; // forward Euler's; refused with the others
+    k.leak = dt / rule.sa2_adaptation; // that of forward Euler; the other methods are refused
     k.v0 = r.R / m.viscosity;
     k.a0 = -m.modulus / m.viscosity * (rule.step_mean ? r.S / m.viscosity : k.v0);
     k.a2 = rule.step_mean ? 1 / (m.viscosity * dt) : 0;

@@ -5,8 +5,8 @@
 
 namespace dermis {
 
-// The default floating-point environment while in scope: whatever rounding or flush-to-zero the caller has set must not
-// reach results, neither on this thread nor, through a software driver's threads, on a device.
+// Sets the default floating-point environment while in scope. Rounding or flush-to-zero modes that the caller has set
+// must not reach results, neither on this thread nor, through a software driver's threads, on a device.
 class DefaultFloats {
   public:
     DefaultFloats() {

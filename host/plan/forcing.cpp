@@ -20,7 +20,7 @@ std::vector<Segment> segments_of(const scene::Waveform& load, scene::Instant fro
 
 void force_straight(f64::Coefficients& whole, const Element& element, const ResponseRule& rule,
                     const std::vector<Segment>& segments, double dt) {
-    if (segments.size() == 1) { // the step's own factors of a linear rise
+    if (segments.size() == 1) { // whole's factors are those of a linear rise by 1
         for (double* factor : {&whole.f, &whole.i2, &whole.v1, &whole.a1}) *factor *= segments[0].du;
         return;
     }
@@ -40,14 +40,14 @@ void force_straight(f64::Coefficients& whole, const Element& element, const Resp
     whole.a1 = rule.step_mean ? rate / dt : acceleration;
 }
 
-// The steady answer to the sine, less what is left, at the step's end, of the part of it at the step's start.
+// The steady-state response to the sine, less the decayed rest of its value at the step's start.
 void force_sine(f64::Coefficients& k, const Element& m, const ResponseRule& rule, const Sine& s, double dt) {
     using Complex = std::complex<double>;
     const Complex iw(0, s.w);
     const Complex eps0 = Complex(0, -1) * s.start / (m.modulus + iw * m.viscosity);
     const Complex sum0 = eps0 / (1 / rule.sa2_adaptation + iw);
-    const double left = k.v0 * m.viscosity; // of a strain, after the step: e^-z
-    const double wave = s.start.imag();     // the step treats the pressure as held at this value: taken off
+    const double left = k.v0 * m.viscosity; // e^-z, the factor by which a strain decays over the step
+    const double wave = s.start.imag();     // the held pressure, whose effect the coefficients contain: subtracted
     k.f = (eps0 * (s.turn - left)).real() - k.b * wave;
     k.i2 = (sum0 * (s.turn - (1 - k.leak)) - eps0 * k.i0).real() - k.i1 * wave;
     k.v1 = (eps0 * (iw * s.turn + m.modulus * k.v0)).real() - k.v0 * wave;

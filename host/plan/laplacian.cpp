@@ -62,7 +62,7 @@ double greatest_rest_curvature(const PreparedSkin& skin) {
 
 namespace {
 
-// Curvature rows of the skin under a strain, in units of a map without spacing.
+// Rows of the curvature of the skin under the strain shape*scale, in units without spacing.
 struct CurvatureRows {
     const PreparedSkin& skin;
     const std::vector<double>& shape;
@@ -70,7 +70,7 @@ struct CurvatureRows {
     Grid unit;
     std::vector<double> L;
 
-    void take(int y, int stencil, int edges, std::vector<double>& rest, std::vector<double>& C) {
+    void compute(int y, int stencil, int edges, std::vector<double>& rest, std::vector<double>& C) {
         const int width = skin.width();
         laplacian_row(skin.heights, y, 0, width, unit, stencil, edges, rest.data());
         for (double& v : rest) v *= skin.relief;
@@ -87,22 +87,25 @@ StencilEstimate stencil_estimate(const PreparedSkin& skin, const std::vector<dou
     const size_t width = size_t(skin.width());
     const int edges = skin.edges == EDGES_PERIODIC ? EDGES_PERIODIC : EDGES_MIRROR;
     const bool five_is_own = skin.stencil == STENCIL_FIVE_POINT; // never with the published edges
-    CurvatureRows rows{skin, shape, skin.constants.thickness * scale, without_spacing(skin.description.grid),
-                       std::vector<double>(width)};
+    CurvatureRows rows{.skin = skin,
+                       .shape = shape,
+                       .bend = skin.constants.thickness * scale,
+                       .unit = without_spacing(skin.description.grid),
+                       .L = std::vector<double>(width)};
     std::vector<double> C5(width), C4(width), C(width), R(width);
     std::vector<double> differ(width), bent(width), curved(width); // column maxima
     std::vector<double> kinks(width + 1);                          // the first `count` are candidates
     size_t count = 0;
-    double largest = 0; // |C5| so far
+    double largest = 0; // greatest |C5| so far
     for (int y = 0; y < skin.height(); ++y) {
-        rows.take(y, STENCIL_FOURTH_ORDER, edges, R, C4);
-        rows.take(y, STENCIL_FIVE_POINT, edges, R, C5);
-        if (!five_is_own) rows.take(y, skin.stencil, skin.edges, R, C);
+        rows.compute(y, STENCIL_FOURTH_ORDER, edges, R, C4);
+        rows.compute(y, STENCIL_FIVE_POINT, edges, R, C5);
+        if (!five_is_own) rows.compute(y, skin.stencil, skin.edges, R, C);
         if (!simd::best().compare(C5.data(), C4.data(), five_is_own ? C5.data() : C.data(), R.data(), int(width),
                                   differ.data(), bent.data(), curved.data()))
             continue;
         if (kinks.size() < count + width + 1) kinks.resize(2 * kinks.size() + width);
-        for (size_t x = 0; x < width; ++x) { // without branches
+        for (size_t x = 0; x < width; ++x) { // branch-free
             const double differs = std::abs(C5[x] - C4[x]);
             kinks[count] = differs;
             count += (differs > std::abs(C5[x]) / 2) & (differs > 1e-3 * largest);

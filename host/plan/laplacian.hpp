@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The Laplacian of maps in double, the curvature of the skin at rest, and what a stencil leaves out.
+// The Laplacian of maps in double, the curvature of the skin at rest, and the estimated error of a stencil.
 #pragma once
 
 #include "host/plan/skin.hpp"
@@ -9,10 +9,11 @@
 
 namespace dermis::plan {
 
-// L of a map of width*height, 1/m^2 of its unit; per cell^2 without spacing. stencil and edges as in kernels/layout.h.
+// The Laplacian of a map of width*height, in its unit per m^2, or per cell^2 without spacing. stencil, edges: as in
+// kernels/layout.h.
 std::vector<double> laplacian(const std::vector<double>& map, const Grid&, int stencil, int edges);
 double laplacian_at(const std::vector<double>& map, Cell, const Grid&, int stencil, int edges);
-// Columns first .. last - 1 of row y.
+// The same of columns first .. last - 1 of row y.
 void laplacian_row(const std::vector<double>& map, int y, int first, int last, const Grid&, int stencil, int edges,
                    double* L);
 Grid without_spacing(Grid);
@@ -20,21 +21,22 @@ Grid without_spacing(Grid);
 // Row y of S.
 void surface_row(const PreparedSkin&, int y, double* S);
 
-// L(S), 1/m. The relief multiplies differences: heights far from 0 lose nothing by it.
+// L(S), 1/m. The relief multiplies differences, so that heights far from 0 lose nothing. L: columns first .. last - 1
+// of row y.
 void rest_curvature_row(const PreparedSkin&, int y, int first, int last, double* L);
 double rest_curvature_at(const PreparedSkin&, Cell);
 double greatest_rest_curvature(const PreparedSkin&);
 
-// |C5 - C4| of the skin under the strain shape*scale: the error of the five-point stencil, and the number of cells
-// where it exceeds |C|/2, which no refinement mends: kinks.
+// The error |C5 - C4| of a five-point curvature, for the skin under the strain shape*scale.
 struct StencilEstimate {
-    double greatest = 0, curvature = 0; // |C5 - C4|; |C| by the skin's own stencil, at rest or under the strain
-    long long kinks = 0;
+    double greatest = 0;  // greatest |C5 - C4|, 1/m
+    double curvature = 0; // greatest |C| by the skin's own stencil, at rest or under the strain, 1/m
+    long long kinks = 0;  // cells where |C5 - C4| exceeds |C|/2, which no refinement mends
 };
 StencilEstimate stencil_estimate(const PreparedSkin&, const std::vector<double>& shape, double scale);
 
-// A map in the precision of a backend, rows padded to the pitch with zeros; row(y) is where row y stands in double.
-// Throws Error::bad_input naming `parameter` where a value is too large.
+// A map in the precision of a backend, with rows padded to the pitch by zeros. row(y) points to row y in double. Throws
+// Error::bad_input naming `parameter` if a value is too large.
 template <class real, class RowOf>
 std::vector<real> padded_rows(const PreparedSkin& skin, const char* parameter, RowOf row) {
     using Limits = std::numeric_limits<real>;
@@ -60,7 +62,7 @@ std::vector<real> padded(const std::vector<double>& map, const PreparedSkin& ski
     return padded_rows<real>(skin, parameter, [&](int y) { return map.data() + size_t(y) * size_t(skin.width()); });
 }
 
-// S of every cell, pitch*height.
+// S of every cell, pitch*height, m.
 template <class real> std::vector<real> padded_surface(const PreparedSkin& skin) {
     std::vector<double> S(size_t(skin.width()));
     return padded_rows<real>(skin, "surface.relief", [&](int y) {
@@ -69,7 +71,7 @@ template <class real> std::vector<real> padded_surface(const PreparedSkin& skin)
     });
 }
 
-// L(S) of every cell, pitch*height.
+// L(S) of every cell, pitch*height, 1/m.
 template <class real> std::vector<real> padded_rest_curvature(const PreparedSkin& skin) {
     std::vector<double> L(size_t(skin.width()));
     return padded_rows<real>(skin, "surface.relief", [&](int y) {

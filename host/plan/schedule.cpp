@@ -7,7 +7,7 @@
 namespace dermis::plan {
 namespace {
 
-// Widens the box by the cells that a map presses.
+// Widens the box to contain all cells that a map presses.
 void widen(PressedBox& box, const std::vector<double>& map, int width, int height) {
     int first = box.first_column(), last = box.last_tile * TILE_CELLS;
     for (int y = 0; y < height; ++y) {
@@ -25,7 +25,7 @@ void widen(PressedBox& box, const std::vector<double>& map, int width, int heigh
     box.last_tile = (last + TILE_CELLS - 1) / TILE_CELLS;
 }
 
-// Reads every frame once: all of it is finite before anything else happens.
+// Reads every frame once, for its peak and its pressed cells; NpyFile::read refuses values that are not finite.
 void take_sequence(Schedule& s, const PreparedSkin& skin) {
     std::vector<double> frame;
     for (long long k = 0; k < s.sequence->maps(); ++k) {
@@ -61,7 +61,7 @@ Schedule make_schedule(const scene::ValidatedScene& validated, const PreparedSki
     s.field_times.erase(std::unique(s.field_times.begin(), s.field_times.end()), s.field_times.end());
     s.sequence = validated.frames;
     s.framed = s.sequence != nullptr;
-    s.pressed = {skin.height(), 0, skin.tiles, 0};
+    s.pressed = {.first_row = skin.height(), .last_row = 0, .first_tile = skin.tiles, .last_tile = 0}; // empty
     s.pressure = scene::pressure_map(validated);
     if (s.framed) take_sequence(s, skin);
     else widen(s.pressed, s.pressure, skin.width(), skin.height());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The load of a run and its outputs in time.
+// The load and the output times of a run.
 #pragma once
 
 #include "host/plan/skin.hpp"
@@ -16,23 +16,23 @@ struct Schedule {
     Load load; // validated
     Time time;
     Output output;
-    Map pressure;                             // Pa, width*height; of a sequence its first frame
-    bool framed = false;                      // the pressure runs from frame to frame, those handed to Stepper::frame
-    std::shared_ptr<scene::NpyFile> sequence; // null without
-    std::vector<double> frame_peaks;          // of a sequence: greatest |pressure| of each frame
+    Map pressure;                             // Pa, width*height; the first frame of a sequence
+    bool framed = false;                      // the pressure runs between the frames given to Stepper::frame
+    std::shared_ptr<scene::NpyFile> sequence; // null if the load is no sequence
+    std::vector<double> frame_peaks;          // greatest |pressure| of each frame of a sequence, Pa
     PressedBox pressed;
-    long long outputs = 0;                   // rows of the traces
-    std::vector<scene::Instant> field_times; // sorted, each once; equal to an output's but for rounding: that output's
-    std::vector<Cell> points;                // cells whose values are wanted: Output::probes, then the skin's sites
+    long long outputs = 0;                   // number of output times
+    std::vector<scene::Instant> field_times; // ascending, unique; an output's own where only rounding is between
+    std::vector<Cell> points;                // cells whose values are read: Output::probes, then the skin's sites
     Wanted wanted{};
-    bool keeps_maps = false; // maps of responses are read, not their totals alone
+    bool keeps_maps = false; // maps of responses are read, not only their totals
     bool derives = false;    // curvature or deformation is read
 };
 
-// check: every map of every output is compared with another backend's.
+// check: every map of every output is to be compared with another backend's.
 Schedule make_schedule(const scene::ValidatedScene&, const PreparedSkin&, bool check = false);
 
-// A scene made ready to run.
+// A validated scene prepared to run.
 struct PreparedRun {
     PreparedSkin skin;
     Schedule schedule;
@@ -43,9 +43,9 @@ PreparedRun prepare_run(const Scene&, bool check = false);
 
 Variant variant_of(const PreparedSkin&, const Schedule&, Precision);
 
-// The reason why a model cannot serve; empty where it can.
+// The reason why a model cannot serve; empty if it can.
 std::string why_not(const PreparedSkin&, const Schedule&, Model);
-// .. why the run is no product of a map and scalars of time.
+// The reason why the strain is no product of one map and a function of time; empty if it is.
 std::string why_not_separable(const PreparedSkin&, const Schedule&);
 
 } // namespace dermis::plan

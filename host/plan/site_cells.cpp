@@ -7,7 +7,7 @@
 namespace dermis::plan {
 namespace {
 
-// Along each axis: far_low, low, high, far_high; the nearest stencil reads no further than low and high.
+// The neighbours far_low, low, high, far_high along each axis. For the five-point stencil the far ones repeat the near.
 struct Neighbours {
     size_t x[4], y[4]; // y*width + x
 };

@@ -1,28 +1,29 @@
 // SPDX-License-Identifier: MIT
-// The cells that some points of the skin and their stencils need, and no others.
+// The cells that given points of the skin and their stencils read.
 #pragma once
 
 #include "host/plan/schedule.hpp"
 
 namespace dermis::plan {
 
-// Where pressure may ever act. A cell elsewhere stays at rest.
+// The cells where pressure may ever act. All others stay at rest.
 struct PressedCells {
     PressedBox box;
-    const double* pressure = nullptr; // width*height: without frames only where it is not 0
+    const double* pressure = nullptr; // width*height: only cells where it is not 0; null: the whole box
 };
 
 struct SiteCells {
     SiteCells(const PreparedSkin&, const PressedCells&, const std::vector<Cell>& points);
     std::vector<Cell> points;
-    std::vector<size_t> cells;      // y*width + x, ascending, each once; without those that are never pressed
-    std::vector<Element> materials; // theirs; the coefficients of a step come in this order
-    std::vector<int> material_of;   // which of the materials each of cells has
+    std::vector<size_t> cells;      // y*width + x, ascending, unique; never pressed ones are left out
+    std::vector<Element> materials; // those of the cells; coefficients of a step are in this order
+    std::vector<int> material_of;   // index into materials of each of the cells
 };
 PressedCells pressed_cells(const Schedule&);
 bool ever_pressed(const PressedCells&, size_t cell, int width);
 
-// The cells that the stencil of one point reads, by their rank among SiteCells::cells; one behind them: never pressed.
+// The cells that the stencil of one point reads, as indices into SiteCells::cells; its size stands for a cell that is
+// never pressed.
 struct StencilCells {
     size_t here;
     size_t x[4], y[4]; // far_low, low, high, far_high along each axis

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Steps the cells that some points need, one step at a time, in K = f32 or f64. Cells go by their rank among SiteCells;
-// one more, behind them, stays at rest.
+// Steps the cells of SiteCells, one step at a time, in K = f32 or f64. Cells are indexed as in SiteCells::cells; one
+// more at the end stands for all that are never pressed and stays at rest.
 #pragma once
 
 #include "host/plan/laplacian.hpp"
@@ -22,7 +22,7 @@ template <class K> class SiteStepper {
         real rest_curvature;
     };
 
-    // The pressure of each cell over a step: `from` alone under a map and envelope, otherwise from frame to frame.
+    // The pressure of each cell over a step: from frame `from` to frame `to`, or only `from` under a map and envelope.
     struct Pressures {
         const real *from, *to;
     };
@@ -36,13 +36,13 @@ template <class K> class SiteStepper {
                 K::axis(c.y, skin_.height(), skin_.stencil, skin_.edges), real(rest_curvature_at(skin_, c))};
     }
 
-    // Steps cells first .. last - 1. k: coefficients by material.
+    // Steps cells first .. last - 1. k: coefficients of each material.
     void advance(const Constants& c, const LaneCoefficients* k, Pressures p, size_t first, size_t last) {
         for (size_t i = first; i < last; ++i)
             visible_[i] = K::advanced(state_[i], load_at(i, c, p), k[cells_.material_of[i]], variant_.compensated);
     }
 
-    // What a point has after advance(), of a pressed cell.
+    // The value of a quantity in a point after advance(). The point's cell must be one that is ever pressed.
     real value(const Point& point, Quantity q, const Constants& c, const LaneCoefficients* k, Pressures p) const {
         const size_t here = point.stencil.here;
         const typename K::CellState& after = visible_[here];
@@ -70,7 +70,7 @@ template <class K> class SiteStepper {
     const PreparedSkin& skin_;
     const SiteCells& cells_;
     const Variant variant_;
-    std::vector<typename K::CellState> state_, visible_; // at the step's start; at its end
+    std::vector<typename K::CellState> state_, visible_; // state at the step's start; at its end
 };
 
 } // namespace dermis::plan

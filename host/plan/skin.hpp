@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What never changes of a skin, made once from its description: numbers, materials and maps that every run, stream and
-// backend reads.
+// A skin prepared from its description: the constant numbers, materials and maps that every run, stream and backend
+// reads.
 #pragma once
 
 #include "dermis/dermis.hpp"
@@ -9,25 +9,25 @@
 
 namespace dermis::plan {
 
-// Flags of strain, SA1, SA2, FA1, FA2: whether anything is asked of a quantity.
+// Flags of strain, SA1, SA2, FA1, FA2: whether any output needs the quantity.
 using Wanted = std::array<bool, REDUCED_MAPS>;
 
-// Rows and tiles of columns outside which no cell is ever pressed: all that such cells have is +0.
+// The rows and tiles of columns outside which no cell is ever pressed; all values of such cells are +0.
 struct PressedBox {
-    int first_row = 0, last_row = 0, first_tile = 0, last_tile = 0; // the last is one behind
+    int first_row = 0, last_row = 0, first_tile = 0, last_tile = 0; // the last is exclusive
     int first_column() const { return first_tile * TILE_CELLS; }
     int last_column(int width) const { return std::min(last_tile * TILE_CELLS, width); }
 };
 
 struct PreparedSkin {
-    SkinDescription description; // validated, every default filled in
-    Map heights;                 // of the surface, width*height: S = relief*heights
-    double relief = 1;
+    SkinDescription description;    // validated, every default filled in
+    Map heights;                    // width*height: the surface is S = relief*heights
+    double relief = 1;              // m per unit of height
     int pitch = 0, tiles = 0;       // cells from row to row, tiles per row
-    int stencil = 0, edges = 0;     // names in kernels/layout.h
-    f64::Constants constants{};     // what does not change from step to step
+    int stencil = 0, edges = 0;     // numbers of kernels/layout.h
+    f64::Constants constants{};     // the members that do not change from step to step
     std::vector<Element> materials; // each once, in the order of its first cell
-    std::vector<int> material_of;   // which of them a cell has, pitch*height; empty where there is one
+    std::vector<int> material_of;   // index into materials of each cell, pitch*height; empty if there is one material
     ResponseRule rule{};
 
     int width() const { return constants.width; }
@@ -39,14 +39,14 @@ struct PreparedSkin {
     double spacing() const { return description.grid.spacing.value_or(1); }
 };
 
-// `description` is validated.
+// Prepares a skin. `description` is validated.
 PreparedSkin prepare_skin(const SkinDescription& description);
-// The same skin of another modulus and viscosity, one number each.
+// The same skin of another material, uniform.
 PreparedSkin with_material(PreparedSkin, double modulus, double viscosity);
-// Lets go of the maps once a backend holds what it needs of them.
+// Releases the maps once a backend has copied what it needs.
 void drop_maps(PreparedSkin&);
 
-// What a kernel is specialized by (see kernels/layout.h).
+// The specialization of a kernel (see kernels/layout.h).
 struct Variant {
     int stencil = 0, edges = 0;
     bool compensated = false, materials = false;

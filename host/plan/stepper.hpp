@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What every model does in a run: take the steps of a schedule and hand over what each step's end holds.
+// The interface of every model in a run: it takes the steps of a schedule and delivers the samples at their ends.
 #pragma once
 
 #include "host/plan/laplacian.hpp"
@@ -11,7 +11,7 @@ struct Totals {
     double mean, min, max;
 };
 
-// Strain, SA1, SA2, FA1, FA2 at the end of one step: over all cells, and in the points of the schedule.
+// Strain, SA1, SA2, FA1, FA2 at the end of one step, over all cells and in the points of the schedule.
 struct Sample {
     std::array<Totals, REDUCED_MAPS> totals;
     std::vector<double> points; // [quantity][point]
@@ -23,16 +23,16 @@ class Stepper {
     using Sink = std::function<void(const Step&, const Sample&)>;
 
     virtual ~Stepper() = default;
-    // With Schedule::framed: the pressure runs to this map (width*height) from the one handed over before, at first
-    // from 0.
+    // With Schedule::framed: from the next step on the pressure runs to this map (width*height, Pa) from the previous
+    // one, at first from 0.
     virtual void frame(const std::vector<double>& pressure) = 0;
     virtual void press(const Step&) = 0;
-    virtual void finish() = 0; // every sample has been handed over
-    // Maps at the end of the last press: width*height values for each quantity, into vectors that may be used again.
+    virtual void finish() = 0; // delivers all samples that are still due
+    // Writes maps at the end of the last press, width*height for each quantity, into vectors that may be reused.
     virtual void read(const std::vector<Quantity>&, std::vector<std::vector<double>>& maps) = 0;
     virtual long long dispatches() const { return 0; }
-    virtual long long left_out() const { return 0; } // steps that could change nothing any more
-    // Of the skin at the end of the last press.
+    virtual long long left_out() const { return 0; } // steps skipped because they could not change any output
+    // The stencil estimate of the skin at the end of the last press.
     virtual StencilEstimate estimate(const PreparedSkin& skin) {
         std::vector<std::vector<double>> strain;
         read({Quantity::strain}, strain);

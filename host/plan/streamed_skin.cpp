@@ -9,9 +9,9 @@
 namespace dermis::plan {
 namespace {
 
-constexpr size_t field_alignment = 64; // floats: 256 bytes, the most that a device may ask of an offset
+constexpr size_t field_alignment = 64; // floats: 256 bytes, the greatest offset alignment that Vulkan allows
 
-// What kernels take as float must be one: a product with infinity could be NaN, and that a wrong 0.
+// Every constant must be finite in float: a product with infinity could be NaN, and appear as a wrong 0.
 void check_float(const PreparedSkin& skin) {
     const auto need = [](const char* parameter, double v) {
         scene::need(scene::finite(double(float(v))), parameter, v, "up to 3.4e38 for a skin in float");
@@ -22,7 +22,7 @@ void check_float(const PreparedSkin& skin) {
                 "material.thickness/spacing^2 up to 3.4e38 for a skin in float");
     need("material.curvature_length", c.curvature_length);
     for (double gain : {c.gain_plus, c.gain_minus}) need("receptors.fa2_gains", gain);
-    for (const Site& site : skin.description.sites) // fields are checked as they are made
+    for (const Site& site : skin.description.sites) // rest curvature of fields is checked where it is padded
         need("surface.relief", rest_curvature_at(skin, site.cell));
 }
 

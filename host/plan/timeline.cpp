@@ -45,8 +45,8 @@ SharedCoefficients Timeline::coefficients_over(Instant from, Instant to) const {
     return std::make_shared<CoefficientTable>(std::move(table));
 }
 
-// One step with all that the load does on it. `start` is its value after a jump at the beginning; what it does beyond
-// staying there is in the factors of ds, whose Constants::rise is then 1.
+// One step under the load. Step::start is the load after a jump at the step's start; its change within the step is in
+// the factors of ds, and Step::rise is then 1.
 Step Timeline::exact_step(Instant from, Instant to) const {
     if (schedule_.sequence) return framed_step(from, to);
     Step s;
@@ -59,7 +59,7 @@ Step Timeline::exact_step(Instant from, Instant to) const {
     const bool straight = !load_.sine() && !load_.breaks(from, to);
     const double du = straight ? load_.before(to) - s.start : 0;
     const bool held = straight && du == 0;
-    // An elastic skin's rate is not in its state: the one before a step comes from the load.
+    // An elastic skin's state does not hold its rate: the rate before a step follows from the load's slope.
     const auto from_slope = [this](const Element& m) { return m.viscosity == 0 && rule_.step_mean; };
     if (held && std::none_of(materials_.begin(), materials_.end(), from_slope)) return s;
     std::vector<Segment> segments;
@@ -93,7 +93,7 @@ long long Timeline::frame_at(Instant t) const {
     return std::min(k, schedule_.sequence->maps() - 1);
 }
 
-// A step within one interval between frames.
+// One step within the interval between two frames.
 Step Timeline::framed_step(Instant from, Instant to) const {
     Step s;
     s.time = to.t;
@@ -116,7 +116,7 @@ Step Timeline::held_step(long long n) {
     s.start = load_.after(output_time(n - 1));
     s.jump = s.start - (n > 1 ? load_.after(output_time(n - 2)) : 0);
     if (method_ != Method::published) return s;
-    // FA2[n] = (d[n+1] - d[n-1])/(2 dt), 0 at both ends, with d[n] the rate at the start of step n
+    // FA2[n] = (d[n+1] - d[n-1])/(2 dt), 0 at both ends, where d[n] is the rate at the start of step n.
     const Element& m = materials_.front();
     const double dt = schedule_.time.step;
     if (n == 1) rate_ = s.start / m.viscosity;
@@ -128,14 +128,14 @@ Step Timeline::held_step(long long n) {
     return s;
 }
 
-// Queues a step that leaves the state alone, for a field.
+// Queues a step that does not change the state, for a field.
 void Timeline::peek_field(Step step) {
     step.keep = false;
     step.field = int(field_++);
     pending_.push_back(step);
 }
 
-// Queues a step that leaves the state alone, and whose responses are the impulses of a jump.
+// Queues a step that does not change the state, and whose responses are the impulses of a jump.
 void Timeline::peek_impulse(Step step, double jump) {
     step.keep = false;
     step.impulse = impulses_++;
@@ -143,7 +143,7 @@ void Timeline::peek_impulse(Step step, double jump) {
     for (size_t i = 0; i < table->size(); ++i) {
         const Element& m = materials_[i];
         f64::Coefficients& k = (*table)[i];
-        // between frames only at t = 0, where the whole pressure is the jump and r and sj are it
+        // A sequence jumps only at t = 0, where the whole pressure is the jump: r = sj = that pressure.
         const double fa1 = m.viscosity > 0 ? 0 : jump / m.modulus, fa2 = m.viscosity > 0 ? jump / m.viscosity : 0;
         if (step.rise == 0) k.f = k.i2 = 0;
         k.v0 = schedule_.sequence ? fa1 : 0;
@@ -157,12 +157,13 @@ void Timeline::peek_impulse(Step step, double jump) {
     pending_.push_back(step);
 }
 
-// Infinity: no more.
+// The time of the next field; infinity if there is none.
 scene::Instant Timeline::next_field() const {
     return field_ < schedule_.field_times.size() ? schedule_.field_times[field_] : INFINITY;
 }
 
-// Queues the steps from frame to frame between two outputs, and the fields on the way. Returns where the last one ends.
+// Queues the steps from frame to frame between two outputs, and the fields in between. Returns where the last one
+// ends.
 scene::Instant Timeline::fill_frames(Instant from, Instant to) {
     const std::vector<Instant>& fields = schedule_.field_times;
     if (from == Instant()) peek_impulse(framed_step(0, 0), 1);
@@ -189,7 +190,7 @@ void Timeline::fill_envelope(Instant from, Instant to) {
     while (next_field() < to) peek_field(exact_step(from, next_field()));
 }
 
-// Queues what happens after the last output up to the next one, and that one.
+// Queues all steps after the previous output up to and including the next one.
 void Timeline::fill() {
     const bool exact = method_ == Method::exact;
     const long long n = output_;
@@ -202,7 +203,7 @@ void Timeline::fill() {
     }
     if (n < schedule_.outputs) {
         Step s;
-        if (n == 0) s.coefficients = std::make_shared<CoefficientTable>(materials_.size()); // at rest
+        if (n == 0) s.coefficients = std::make_shared<CoefficientTable>(materials_.size()); // zeros: at rest
         else s = exact ? exact_step(from, to) : held_step(n);
         s.trace = n;
         if (next_field() == to) s.field = int(field_++);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The steps of a run, from output to output and from breakpoint to breakpoint of its load.
+// The steps of a run, split at its outputs and at the breakpoints of its load.
 #pragma once
 
 #include "host/plan/schedule.hpp"
@@ -13,11 +13,11 @@ using CoefficientTable = std::vector<f64::Coefficients>; // one entry for each m
 using SharedCoefficients = std::shared_ptr<const CoefficientTable>;
 
 // One press of every cell, from the last kept state to `time`. keep: the new state replaces the old one. Otherwise the
-// step is a peek (a field between outputs, an impulse). trace, impulse, field: what its end belongs to, or -1.
+// step is a peek (a field between outputs, an impulse). trace, impulse, field: index of the output at its end, or -1.
 struct Step {
-    SharedCoefficients coefficients;      // the same pointer as before: the same numbers
+    SharedCoefficients coefficients;      // equal pointers mean equal numbers
     double start = 0, rise = 0, jump = 0; // see Constants in kernels/layout.h
-    long long frame = -1;                 // of a sequence: the pressure runs from this frame to the next
+    long long frame = -1;                 // in a sequence the pressure runs from this frame to the next
     double time = 0;
     bool keep = true;
     long long trace = -1;
@@ -25,7 +25,7 @@ struct Step {
     bool respond() const { return trace >= 0 || impulse >= 0 || field >= 0; }
 };
 
-// Hands over the frames of a sequence as steps come to need them.
+// Reads the frames of a sequence and gives them on as steps need them.
 class FrameFeed {
   public:
     explicit FrameFeed(const Schedule& schedule) : schedule_(schedule) {}
@@ -37,7 +37,7 @@ class FrameFeed {
     std::vector<double> frame_;
 };
 
-// The steps of a schedule in order, for these materials; they, rule and schedule outlive it.
+// The steps of a schedule in order, for these materials. Materials and schedule outlive the timeline.
 class Timeline {
   public:
     Timeline(const Schedule&, const std::vector<Element>& materials, const ResponseRule&, Method);
@@ -66,16 +66,16 @@ class Timeline {
     const std::vector<Element>& materials_;
     const ResponseRule rule_;
     const Method method_;
-    SharedCoefficients regular_; // of a whole step
+    SharedCoefficients regular_; // those of a whole step
     scene::Waveform load_;
-    std::vector<Step> pending_; // of the output under way, last first
-    long long output_ = 0;      // next row of the traces
+    std::vector<Step> pending_; // steps up to the next output, last first
+    long long output_ = 0;      // index of the next output
     size_t field_ = 0, knot_ = 0;
     int impulses_ = 0;
     double rate_before_ = 0, rate_ = 0, strain_ = 0; // published: d[n-1], d[n], eps[n] under unit pressure
 };
 
-// What a backend needs for one step, in its precision, K = f32 or f64. base_row is left to who binds memory.
+// The constants of a kernel in the precision of a backend, K = f32 or f64. base_row is set where memory is bound.
 template <class K> typename K::Constants constants_of(const PreparedSkin& skin, const PressedBox& pressed) {
     const auto r = [](double x) { return static_cast<typename K::scalar>(x); };
     const f64::Constants& p = skin.constants;

@@ -41,8 +41,8 @@ void cost_march(Candidate& c, const PreparedSkin& skin, const Schedule& schedule
         double(box.last_row - box.first_row) * std::min((box.last_tile - box.first_tile) * TILE_CELLS, skin.pitch);
     const bool buffered = backend.double_buffered;
     const double real = c.precision == Precision::f64 ? 8 : 4;
-    const bool integral = schedule.wanted[QUANTITY_SA2] || !buffered; // a device keeps it where it is asked for
-    const double state = (c.precision == Precision::f32_compensated ? 2 : 1) * (integral ? 2 : 1); // maps
+    const bool integral = schedule.wanted[QUANTITY_SA2] || !buffered; // a device keeps it only if SA2 is asked for
+    const double state = (c.precision == Precision::f32_compensated ? 2 : 1) * (integral ? 2 : 1); // number of maps
     const double responses = double(std::count(schedule.wanted.begin() + QUANTITY_SA1, schedule.wanted.end(), true));
     const double pressure = schedule.framed ? 2 : 1;
     const bool peeks =
@@ -52,7 +52,7 @@ void cost_march(Candidate& c, const PreparedSkin& skin, const Schedule& schedule
     const double tiles = double(skin.tiles) * skin.height() * (responses + 1) * 3;
     c.traffic = pressed * steps * real * (pressure + 1 + 2 * state + (buffered || schedule.keeps_maps ? responses : 0));
     c.flops = pressed * steps * (c.precision == Precision::f32_compensated ? 66 : 52);
-    // surface and pressure in double, and the strain at the end
+    // Surface, pressure and the strain at the end are in double.
     c.bytes = cells * (16 + maps + 8) + real * (double(skin.padded_cells()) * held + tiles) +
               (maps > 0 ? double(skin.materials.size()) * 12 * real : 0);
     c.seconds = steps * (2e-6 + pressed * precision_factor(c.precision) * backend.cell_step);

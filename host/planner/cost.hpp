@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What a way to run a schedule costs: steps, memory, traffic, seconds. To choose by, no promise.
+// The cost of running a schedule by one model: steps, memory, traffic, seconds. Costs serve to choose, they are no
+// promise.
 #pragma once
 
 #include "host/plan/backend.hpp"

@@ -8,35 +8,35 @@
 namespace dermis::reduced {
 namespace {
 
-// How far p lies above the line from one vertex to another.
+// The height of p above the line from one vertex to another, times the line's length.
 double above(const Vertex& from, const Vertex& to, const Vertex& p) {
     return (p.a - from.a) * (to.b - from.b) - (p.b - from.b) * (to.a - from.a);
 }
 
-// Quickhull with branch-free partitioning: of the points above a line between two vertices the furthest is a vertex,
-// and what is not above the two lines to it is inside. `aside` has room for the points once more.
-void add_between(std::vector<Vertex>& vertices, Vertex from, Vertex to, Vertex* points, size_t n, Vertex* aside) {
+// Quickhull with branch-free partitioning. Of the points above a line between two vertices the highest is a vertex, and
+// those not above the two lines to it are inside. `scratch` has room for n points.
+void add_between(std::vector<Vertex>& vertices, Vertex from, Vertex to, Vertex* points, size_t n, Vertex* scratch) {
     if (n == 0) return;
     Vertex top = points[0];
-    double furthest = above(from, to, top);
+    double highest = above(from, to, top);
     for (size_t i = 1; i < n; ++i)
-        if (const double way = above(from, to, points[i]); way > furthest) furthest = way, top = points[i];
+        if (const double height = above(from, to, points[i]); height > highest) highest = height, top = points[i];
     size_t left = 0, right = 0;
     for (size_t i = 0; i < n; ++i) {
         const Vertex p = points[i];
-        aside[right] = p;
+        scratch[right] = p;
         points[left] = p;
         left += above(from, top, p) > 0;
         right += above(top, to, p) > 0;
     }
-    add_between(vertices, from, top, points, left, aside + right);
+    add_between(vertices, from, top, points, left, scratch + right);
     vertices.push_back(top);
-    add_between(vertices, top, to, aside, right, points);
+    add_between(vertices, top, to, scratch, right, points);
 }
 
-std::vector<Vertex> side(Vertex from, Vertex to, Vertex* points, size_t n, Vertex* aside) {
+std::vector<Vertex> side(Vertex from, Vertex to, Vertex* points, size_t n, Vertex* scratch) {
     std::vector<Vertex> vertices = {from};
-    add_between(vertices, from, to, points, n, aside);
+    add_between(vertices, from, to, points, n, scratch);
     if (to.b > from.b) vertices.push_back(to);
     return vertices;
 }
@@ -44,7 +44,7 @@ std::vector<Vertex> side(Vertex from, Vertex to, Vertex* points, size_t n, Verte
 } // namespace
 
 HullSides::HullSides(const double* b, const double* a, size_t n, double least, double greatest) {
-    const std::unique_ptr<Vertex[]> over(new Vertex[n + 2]), under(new Vertex[n + 2]), aside(new Vertex[n + 2]);
+    const std::unique_ptr<Vertex[]> over(new Vertex[n + 2]), under(new Vertex[n + 2]), scratch(new Vertex[n + 2]);
     Vertex from{least, -INFINITY}, to{greatest, -INFINITY}, from_low = from, to_low = to;
     from_low.a = to_low.a = INFINITY;
     for (size_t i = 0; i < n; ++i) {
@@ -64,8 +64,8 @@ HullSides::HullSides(const double* b, const double* a, size_t n, double least, d
     }
     if (unpressed && above(from, to, {0, 0}) > 0) over[high++] = {0, 0};
     if (unpressed && above(from_low, to_low, {0, 0}) < 0) under[low++] = {0, 0};
-    upper = side(from, to, over.get(), high, aside.get());
-    lower = side({from_low.b, -from_low.a}, {to_low.b, -to_low.a}, under.get(), low, aside.get());
+    upper = side(from, to, over.get(), high, scratch.get());
+    lower = side({from_low.b, -from_low.a}, {to_low.b, -to_low.a}, under.get(), low, scratch.get());
 }
 
 Hull with_slopes(const std::vector<Vertex>& vertices, double sign) {
@@ -94,7 +94,7 @@ std::vector<simd::HalfPlane> inscribed_polygon(const HullSides& sides) {
     const size_t n = std::min(size_t(simd::polygon_edges), all.size());
     for (size_t i = 0; i < n; ++i) polygon.push_back(all[i * all.size() / n]);
     std::vector<simd::HalfPlane> edges;
-    for (size_t i = 0; n > 2 && i < simd::polygon_edges; ++i) { // the last one as often as it takes
+    for (size_t i = 0; n > 2 && i < simd::polygon_edges; ++i) { // the last edge repeats up to polygon_edges
         const Vertex &p = polygon[std::min(i, n - 1)], &next = polygon[(std::min(i, n - 1) + 1) % n];
         edges.push_back({p.b, p.a, next.b - p.b, next.a - p.a});
     }

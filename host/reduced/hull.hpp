@@ -22,9 +22,9 @@ struct Hull {
     std::vector<Vertex> vertices;
     std::vector<double> slopes;
 };
-// sign: 1 upper, -1 lower.
+// The hull of one side of HullSides. sign: 1 upper, -1 lower.
 Hull with_slopes(const std::vector<Vertex>&, double sign);
-// Greatest (sign 1) or least (-1) of a - g*b.
+// The greatest (sign 1) or least (-1) a - g*b over the hull.
 double extreme(const Hull&, double g, double sign);
 
 // A polygon inscribed in the hull: a point inside it cannot be a vertex. Empty if the hull is degenerate.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// a = p*(1 + l*L(S)) and b = p*l*h*L(p) of a row (see moments.hpp).
+// The values a = p*(1 + l*L(S)) and b = p*l*h*L(p) of the cells of a row (see moments.hpp).
 #pragma once
 
 #include "host/plan/laplacian.hpp"
@@ -8,33 +8,33 @@
 
 namespace dermis::reduced {
 
-// Columns first .. last - 1 of one row after another.
+// Computes columns first .. last - 1 of one row after another.
 class MomentRow {
   public:
     MomentRow(const plan::PreparedSkin& skin, const plan::Schedule& schedule, int first, int last)
         : skin_(skin), schedule_(schedule), unit_(plan::without_spacing(skin.description.grid)), first_(first),
           last_(last), rest_(size_t(last - first)), L_(rest_) {}
 
-    void make(int y, double* a, double* b, const simd::ColumnSums& sums) {
-        take(y);
+    void compute(int y, double* a, double* b, const simd::ColumnSums& sums) {
+        laplacians(y);
         simd::best().moments(pressure(y), rest_.data(), L_.data(), last_ - first_, skin_.constants.curvature_length,
                              skin_.constants.bend, a, b, sums);
     }
-    // The sums of p, a and b alone.
+    // Adds only to the sums of p, a and b.
     void add_means(int y, const simd::ColumnSums& sums) {
-        take(y);
+        laplacians(y);
         simd::best().means(pressure(y), rest_.data(), L_.data(), last_ - first_, skin_.constants.curvature_length,
                            skin_.constants.bend, sums);
     }
 
     const std::vector<double>& rest() const { return rest_; } // L(S) of the last row
-    const std::vector<double>& load() const { return L_; }    // its L(p), per cell^2
+    const std::vector<double>& load() const { return L_; }    // L(p) of the last row, per cell^2
 
   private:
     const double* pressure(int y) const {
         return schedule_.pressure.data() + size_t(y) * size_t(unit_.width) + size_t(first_);
     }
-    void take(int y) {
+    void laplacians(int y) {
         plan::rest_curvature_row(skin_, y, first_, last_, rest_.data());
         plan::laplacian_row(schedule_.pressure, y, first_, last_, unit_, skin_.stencil, skin_.edges, L_.data());
     }

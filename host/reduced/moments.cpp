@@ -21,9 +21,9 @@ void add_points(Moments& m, const plan::PreparedSkin& skin, const plan::Schedule
     }
 }
 
-constexpr int block = 256; // columns at a time, all of which stay in the first cache
+constexpr int block = 256; // columns at a time; their values stay in the first-level cache
 
-// Sums by columns of a block.
+// Column sums of a block.
 struct BlockSums {
     double p[block] = {}, a[block] = {}, b[block] = {}, least[block], greatest[block];
 
@@ -31,48 +31,48 @@ struct BlockSums {
         std::fill_n(least, block, INFINITY);
         std::fill_n(greatest, block, -INFINITY);
     }
-    simd::ColumnSums columns() { return {p, a, b, least, greatest}; }
+    simd::ColumnSums columns() { return {.p = p, .a = a, .b = b, .least = least, .greatest = greatest}; }
 };
 
 // Points (b, a) that may be vertices of the hull.
 struct Candidates {
     std::vector<double> a, b;
-    size_t count = 0; // the first ones; room for more lies behind them
+    size_t count = 0; // number of candidates; memory for more follows them
 
-    // Room for the points of a row.
+    // Makes room for the points of one more row.
     void reserve(size_t width) {
         if (a.size() < count + width) a.resize(2 * count + width), b.resize(2 * count + width);
     }
 
-    // Takes the row that stands behind the others, but for the points inside the polygon.
-    void take(size_t width, const std::vector<simd::HalfPlane>& polygon) {
+    // Keeps the points that were written after the candidates, except those inside the polygon.
+    void keep(size_t width, const std::vector<simd::HalfPlane>& polygon) {
         if (polygon.empty()) {
             count += width;
             return;
         }
-        double way[block];
+        double distance[block];
         double *a_row = a.data() + count, *b_row = b.data() + count;
-        if (!simd::best().outside(a_row, b_row, int(width), polygon.data(), way)) return;
+        if (!simd::best().outside(a_row, b_row, int(width), polygon.data(), distance)) return;
         size_t kept = 0;
-        for (size_t x = 0; x < width; ++x) { // without branches
+        for (size_t x = 0; x < width; ++x) { // branch-free
             a_row[kept] = a_row[x];
             b_row[kept] = b_row[x];
-            kept += way[x] > 0;
+            kept += distance[x] > 0;
         }
         count += kept;
     }
 };
 
-// Some rows within what is pressed: sums, and vertices of the hull.
+// Sums and hull of some rows within the pressed box.
 struct Stripe {
     double p = 0, a = 0, b = 0, least = INFINITY, greatest = -INFINITY;
     std::vector<Vertex> hull;
     std::vector<simd::HalfPlane> polygon; // inscribed in this stripe's own hull
 
-    // Takes rows first, first + step .. before last. Given a polygon inscribed in the hull of other rows, only points
-    // outside it are looked at.
-    void take(const plan::PreparedSkin& skin, const plan::Schedule& schedule, int first, int last, int step,
-              const std::vector<simd::HalfPlane>& others) {
+    // Adds rows first, first + step .. below last. `others` is a polygon inscribed in the hull of other rows, or empty:
+    // points inside it are no vertices of the whole and are left out.
+    void add_rows(const plan::PreparedSkin& skin, const plan::Schedule& schedule, int first, int last, int step,
+                  const std::vector<simd::HalfPlane>& others) {
         const int from = schedule.pressed.first_column(), to = schedule.pressed.last_column(skin.width());
         Candidates points;
         for (int column = from; column < to; column += block) {
@@ -86,10 +86,10 @@ struct Stripe {
                     continue;
                 }
                 points.reserve(width);
-                row.make(y, points.a.data() + points.count, points.b.data() + points.count, sums.columns());
-                points.take(width, others);
+                row.compute(y, points.a.data() + points.count, points.b.data() + points.count, sums.columns());
+                points.keep(width, others);
             }
-            add(sums, width);
+            add_sums(sums, width);
         }
         if (points.count == 0 || !std::isfinite(p + a + b)) return; // moments_of() refuses what is not finite
         const auto [left, right] =
@@ -100,7 +100,7 @@ struct Stripe {
         if (others.empty()) polygon = inscribed_polygon(sides);
     }
 
-    void add(const BlockSums& sums, size_t width) {
+    void add_sums(const BlockSums& sums, size_t width) {
         for (size_t x = 0; x < width; ++x) {
             p += sums.p[x];
             a += sums.a[x];
@@ -130,22 +130,22 @@ std::shared_ptr<const Moments> moments_of(const plan::PreparedSkin& skin, const 
     auto m = std::make_shared<Moments>();
     add_points(*m, skin, schedule);
     if (points_only) return m;
-    constexpr int stripe_rows = 16, sampled = 8; // the same on any machine, and so the bits
+    constexpr int stripe_rows = 16, sampled = 8; // fixed, because the bits depend on them
     const plan::PressedBox& box = schedule.pressed;
     const int rows = box.last_row - box.first_row, count = (rows + stripe_rows - 1) / stripe_rows;
     std::vector<Stripe> stripes(static_cast<size_t>(count));
-    Stripe sample; // some rows from all over: the hull of these already holds most others
+    Stripe sample; // evenly spaced rows: their hull contains most points of the others
     if (rows > 0 && schedule.output.extremes)
-        sample.take(skin, schedule, box.first_row, box.last_row, std::max(rows / sampled, 1), {});
+        sample.add_rows(skin, schedule, box.first_row, box.last_row, std::max(rows / sampled, 1), {});
     simd::Pool pool(simd::useful_threads(skin.cells(), threads));
     pool.share(count, [&](int first, int last) {
         for (int i = first; i < last; ++i)
-            stripes[size_t(i)].take(skin, schedule, box.first_row + i * stripe_rows,
-                                    box.first_row + std::min((i + 1) * stripe_rows, rows), 1, sample.polygon);
+            stripes[size_t(i)].add_rows(skin, schedule, box.first_row + i * stripe_rows,
+                                        box.first_row + std::min((i + 1) * stripe_rows, rows), 1, sample.polygon);
     });
     const bool full = rows == skin.height() && box.first_tile == 0 && box.last_tile == skin.tiles;
     std::vector<Vertex> vertices = sample.hull;
-    if (!full) vertices.push_back({0, 0}); // cells outside
+    if (!full) vertices.push_back({0, 0}); // cells outside the pressed box
     m->least = full ? stripes[0].least : 0;
     m->greatest = full ? stripes[0].greatest : 0;
     for (const Stripe& stripe : stripes) {

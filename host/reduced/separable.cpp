@@ -16,9 +16,9 @@ class Separable : public plan::Stepper {
         : skin_(skin), schedule_(schedule), moments_(std::move(moments)), points_only_(points_only),
           sink_(std::move(sink)) {}
 
-    void frame(const std::vector<double>&) override {} // none, see plan::why_not
+    void frame(const std::vector<double>&) override {} // plan::why_not refuses frames
 
-    // The functions of kernels/, without the flush, so that small scalars stay.
+    // The step uses the functions of kernels/ without flush(), so that small scalars stay.
     void press(const plan::Step& step) override {
         const f64::LaneCoefficients k = f64::lanes_of(step.coefficients->front());
         const f64::Load load = f64::load(step.start, step.rise, step.jump);
@@ -26,7 +26,7 @@ class Separable : public plan::Stepper {
         visible_.G = state_.G + f64::integral_step(state_.g, state_.G, load, k);
         visible_.rate = f64::rate_after(state_.g, load, k);
         visible_.acceleration = f64::acceleration_after(state_.g, load, k) * skin_.constants.gain_plus;
-        if (step.trace >= 0 || step.impulse >= 0) points_only_ ? hand_over_sites(step) : hand_over(step);
+        if (step.trace >= 0 || step.impulse >= 0) points_only_ ? deliver_sites(step) : deliver(step);
         if (step.keep) state_ = visible_;
     }
 
@@ -44,7 +44,9 @@ class Separable : public plan::Stepper {
         std::vector<double> a(width), b(width), unused(5 * width);
         double* u = unused.data();
         for (int y = 0; y < skin_.height(); ++y) {
-            row.make(y, a.data(), b.data(), {u, u + width, u + 2 * width, u + 3 * width, u + 4 * width});
+            row.compute(
+                y, a.data(), b.data(),
+                {.p = u, .a = u + width, .b = u + 2 * width, .least = u + 3 * width, .greatest = u + 4 * width});
             for (size_t i = 0; i < what.size(); ++i)
                 read_row(what[i], y, row, a, b, maps[i].data() + size_t(y) * width);
         }
@@ -80,8 +82,8 @@ class Separable : public plan::Stepper {
             else out[x] = X * (a[x] - g * b[x]);
     }
 
-    // Each site has its own class alone.
-    void hand_over_sites(const plan::Step& step) {
+    // Delivers the response of each site's own class.
+    void deliver_sites(const plan::Step& step) {
         const std::vector<Site>& sites = skin_.description.sites;
         const size_t n = moments_->points.size(), first = n - sites.size();
         sample_.points.resize(n * REDUCED_MAPS);
@@ -92,7 +94,7 @@ class Separable : public plan::Stepper {
         sink_(step, sample_);
     }
 
-    void hand_over(const plan::Step& step) {
+    void deliver(const plan::Step& step) {
         const Moments& m = *moments_;
         const double g = visible_.g;
         const bool extremes = schedule_.output.extremes;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The model over the cells of a row, compiled once for each instruction set of the processor's family: same text, same
-// bits.
+// The loops of the model over the cells of a row, compiled once for each instruction set of the processor family. The
+// text is the same, and so are the bits.
 #pragma once
 
 #include "host/simd/model.hpp"
@@ -10,15 +10,15 @@
 
 namespace dermis::simd {
 
-// Row y of a map and the rows that a stencil reads beside it, each from column 0 on, with the weights of the published
-// stencil across them.
+// Row y of a map and the rows that a stencil reads beside it, each from column 0 on, and the published stencil's
+// weights across them.
 template <class real> struct RowNeighbours {
     const real *far_low, *low, *here, *high, *far_high;
     real w_low, w_high, w;
-    int width, stencil, edges; // as in kernels/layout.h
+    int width, stencil, edges; // stencil and edges: numbers of kernels/layout.h
 };
 
-// row(i) is where row i of the map begins. The nearest stencil has no far rows: its near ones stand in their place.
+// row(i) is where row i of the map begins. The five-point stencil has no far rows: the near ones are repeated.
 template <class real, class RowOf>
 RowNeighbours<real> neighbours(int y, int width, int height, int stencil, int edges, RowOf row) {
     const f64::Axis a = f64::axis(y, height, stencil, edges);
@@ -36,39 +36,40 @@ RowNeighbours<real> neighbours(int y, int width, int height, int stencil, int ed
             .edges = edges};
 }
 
-// `count` cells of a row, one step on. The new state may be written in place of the old one. Null: pressure_to without
-// frames; material and table under a uniform material; what sums have lost unless they are compensated.
+// Arguments of a step of `count` cells of a row. The new state may overwrite the old one. Null are pressure_to without
+// frames, material and table under a uniform material, and the _lost pointers unless sums are compensated.
 template <class K> struct AdvanceArguments {
     using real = typename K::real;
     int count;
-    const real *pressure, *pressure_to; // between frames the pressure runs from one to the other
+    const real *pressure, *pressure_to; // between frames the pressure runs from the first to the second
     const int* material;
     const typename K::Coefficients* table;
     const real *strain, *integral, *strain_lost, *integral_lost;
     real *new_strain, *new_integral, *new_strain_lost, *new_integral_lost;
     real *rate, *acceleration; // at the step's end
 };
-// What an advance reports: whether strain or integral changed in some cell.
+// Bits that an advance returns: strain or integral changed in some cell.
 constexpr int strain_changed = 1, integral_changed = 2;
 
-// The responses of columns first .. last - 1, first a multiple of TILE_CELLS. Rows are given from column 0 on.
+// Arguments of the responses of columns first .. last - 1, where first is a multiple of TILE_CELLS. All rows begin at
+// column 0.
 template <class K> struct RespondArguments {
     using real = typename K::real;
     int first, last;
     RowNeighbours<real> strain; // at the step's end
     const real *integral, *rate, *acceleration, *rest_curvature;
-    real* response[4];                        // null: not kept
+    real* response[4];                        // null: not stored
     typename K::Summary* tiles[REDUCED_MAPS]; // null: not asked for
 };
 
-// The line through the point (b, a) along (along_b, along_a), and all that lies to its right.
+// The half-plane to the right of the line through the point (b, a) in direction (along_b, along_a), line included.
 struct HalfPlane {
     double b, a, along_b, along_a;
 };
 
 constexpr int polygon_edges = 8;
 
-// Sums by columns over rows of p, a and b (see host/reduced/moments.hpp), and the range of p.
+// Sums over the rows of each column of p, a and b (see host/reduced/moments.hpp), and the range of p.
 struct ColumnSums {
     double *p, *a, *b, *least, *greatest;
 };
@@ -83,22 +84,23 @@ template <class K> struct Loops {
 // One instruction set.
 struct Isa {
     const char* name;
-    bool (*supported)(); // by this processor
+    bool (*supported)(); // true if this processor supports it
     Loops<f32> in_f32;
     Loops<f64> in_f64;
-    // a = p*(1 + length*rest) and b = p*(length*(bend*L)) of `width` cells, added to sums
+    // Computes a = p*(1 + length*rest) and b = p*(length*(bend*L)) of `width` cells and adds them to the sums.
     void (*moments)(const double* p, const double* rest, const double* L, int width, double length, double bend,
                     double* a, double* b, const ColumnSums& sums);
+    // Adds only to the sums of p, a and b, with the same bits as moments.
     void (*means)(const double* p, const double* rest, const double* L, int width, double length, double bend,
-                  const ColumnSums& sums); // the sums of p, a, b alone
-    // way[x] = greatest signed distance of the point (b[x], a[x]) to the edges, of which there are polygon_edges;
-    // positive: outside the polygon. Returns whether some point is outside.
-    bool (*outside)(const double* a, const double* b, int width, const HalfPlane* edges, double* way);
+                  const ColumnSums& sums);
+    // distance[x] = greatest signed distance of the point (b[x], a[x]) to the polygon_edges edges, each distance times
+    // its edge's length; positive: outside the polygon. Returns whether some point is outside.
+    bool (*outside)(const double* a, const double* b, int width, const HalfPlane* edges, double* distance);
     // Updates the column maxima of |five - fourth|, |five| and max(|own|, |rest|). Returns whether some cell is a kink:
     // |five - fourth| > |five|/2.
     bool (*compare)(const double* five, const double* fourth, const double* own, const double* rest, int width,
                     double* differ, double* bent, double* curved);
-    void (*fence_streams)(); // makes what the loops have streamed past the caches visible to other threads
+    void (*fence_streams)(); // makes responses that the loops have streamed past the caches visible to other threads
 
     template <class K> const Loops<K>& of() const {
         if constexpr (std::is_same_v<K, f32>) return in_f32;
@@ -111,7 +113,7 @@ extern const Isa plain;
 extern const Isa avx2, avx512;
 #endif
 
-const std::vector<const Isa*>& isas(); // those that this processor supports, plain last
+const std::vector<const Isa*>& isas(); // those supported by this processor, the best first, plain last
 inline const Isa& best() { return *isas().front(); }
 
 } // namespace dermis::simd

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The loops of one instruction set. Everything here has internal linkage and nothing of the standard library or GLM is
-// called: code for one processor must not come to be shared with code for all.
+// The loops of one instruction set. Everything here has internal linkage, and nothing of the standard library or GLM is
+// called: code for one processor must never be shared with code for all.
 #include "host/simd/isa.hpp"
 
 #if defined(__AVX__) || defined(__SSE2__)
@@ -10,9 +10,9 @@
 namespace dermis::simd {
 namespace {
 
-constexpr int chunk = 4 * TILE_CELLS; // columns at a time: what is made of them stays in the first cache
+constexpr int chunk = 4 * TILE_CELLS; // columns at a time; their intermediate values stay in the first-level cache
 
-// Copies past the caches, where `to` and the size allow it: nobody reads responses again soon.
+// Copies past the caches if alignment and size allow it, because nobody reads responses again soon.
 void stream(void* to, const void* from, size_t bytes) {
     char* t = static_cast<char*>(to);
     const char* f = static_cast<const char*>(from);
@@ -46,8 +46,8 @@ void fence_streams() {
 #endif
 }
 
-// At the end of each loop that is called from elsewhere: code for all processors stalls for hundreds of cycles on
-// registers that are still wide, and GCC 12 does not always see to it itself.
+// Every loop that other files call ends with this: code for all processors stalls for hundreds of cycles on registers
+// that are still wide, and GCC 12 does not always insert the instruction itself.
 inline void end_vector_code() {
 #ifdef __AVX__
     _mm256_zeroupper();
@@ -72,7 +72,7 @@ inline real abs(real x) { return __builtin_fabs(x); }
 } // namespace loops_f64
 
 void moments(const double* p, const double* rest, const double* L, int width, double length, double bend, double* a,
-           double* b, const ColumnSums& sums) {
+             double* b, const ColumnSums& sums) {
 #pragma GCC ivdep
     for (int x = 0; x < width; ++x) {
         a[x] = p[x] * (1 + length * rest[x]);
@@ -86,7 +86,7 @@ void moments(const double* p, const double* rest, const double* L, int width, do
     end_vector_code();
 }
 
-// The sums of moments() alone, with the same bits.
+// moments() without a and b, with the same bits in the sums.
 void means(const double* p, const double* rest, const double* L, int width, double length, double bend,
            const ColumnSums& sums) {
 #pragma GCC ivdep
@@ -98,7 +98,7 @@ void means(const double* p, const double* rest, const double* L, int width, doub
     end_vector_code();
 }
 
-bool outside(const double* a, const double* b, int width, const HalfPlane* edges, double* way) {
+bool outside(const double* a, const double* b, int width, const HalfPlane* edges, double* distance) {
     HalfPlane k[polygon_edges];
     for (int e = 0; e < polygon_edges; ++e) k[e] = edges[e];
     long long any = 0;
@@ -110,7 +110,7 @@ bool outside(const double* a, const double* b, int width, const HalfPlane* edges
             const double left = (a[x] - k[e].a) * k[e].along_b - (b[x] - k[e].b) * k[e].along_a;
             furthest = left < furthest ? furthest : left;
         }
-        way[x] = furthest;
+        distance[x] = furthest;
         any |= furthest > 0;
     }
     end_vector_code();
@@ -143,8 +143,8 @@ bool supported() { return DERMIS_SUPPORTED; }
 const Isa DERMIS_ISA = {
     .name = DERMIS_NAME(DERMIS_ISA),
     .supported = supported,
-    .in_f32 = {loops_f32::laplacian, loops_f32::advance, loops_f32::respond},
-    .in_f64 = {loops_f64::laplacian, loops_f64::advance, loops_f64::respond},
+    .in_f32 = {.laplacian = loops_f32::laplacian, .advance = loops_f32::advance, .respond = loops_f32::respond},
+    .in_f64 = {.laplacian = loops_f64::laplacian, .advance = loops_f64::advance, .respond = loops_f64::respond},
     .moments = moments,
     .means = means,
     .outside = outside,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// kernels/*.h as C++: f32 is what a device must reproduce bit for bit, f64 is what the host computes and the truth.
-// A class template over K = f32 or f64 works in either.
+// The text of kernels/*.h as C++: f32 is the arithmetic that a device must reproduce bit for bit, f64 that of the host
+// and of references. A class template over K = f32 or f64 works in either.
 #pragma once
 
 #include <cmath>
@@ -16,13 +16,13 @@
 namespace dermis {
 namespace kernels {
 
-// The words of GLSL that the kernels use.
+// The GLSL functions that the kernels use.
 using glm::abs;
-using std::abs; // for scalars: it has no branch, so loops vectorise
 using glm::lessThan;
 using glm::max;
 using glm::min;
 using glm::mix;
+using std::abs; // this one of scalars has no branch, so that loops vectorise
 template <class T, class = std::enable_if_t<std::is_floating_point_v<T>>> inline bool lessThan(T a, T b) {
     return a < b;
 }

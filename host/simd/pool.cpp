@@ -12,7 +12,7 @@ namespace dermis::simd {
 
 namespace {
 
-// Waits until value != same: it spins for some microseconds, because steps follow each other closely, then sleeps.
+// Waits until value != same. It spins for some microseconds, because steps follow each other closely, then sleeps.
 template <class T> void wait_while(const std::atomic<T>& value, T same) {
     for (int i = 0; i < 2000; ++i) {
         if (value != same) return;

@@ -8,21 +8,22 @@
 
 namespace dermis::simd {
 
-// As many of the threads asked for (0: one per core) as are worth waking: one for some 32768 cells.
+// The number of threads worth using of those asked for (0: one per core): one per 32768 cells.
 int useful_threads(size_t cells, int asked);
 
-// A hint: maps of many megabytes are walked from end to end, and small pages would have to be looked up all the way.
+// Asks the system to back maps of many megabytes with large pages: they are read from end to end, and each small page
+// costs an address translation.
 void prefer_large_pages(void* memory, size_t bytes);
 
-// Threads that share the work of a call; the calling one takes part.
+// Threads that share the work of a call. The calling thread takes part.
 class Pool {
   public:
     explicit Pool(int threads);
     ~Pool();
     int threads() const { return int(threads_.size()) + 1; }
-    // Runs body(0) .. body(threads() - 1) at the same time, and returns when all are done.
+    // Runs body(0) .. body(threads() - 1) concurrently and returns when all are done.
     void each(const std::function<void(int)>& body);
-    // Runs body(first, last) on each thread over its share of 0..count.
+    // Runs body(first, last) on each thread for its share of 0 .. count - 1.
     void share(int count, const std::function<void(int, int)>& body);
 
   private:

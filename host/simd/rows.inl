@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// kernels/*.h over the cells of a row, in the `real` of the namespace that includes this: the same functions again, with
-// the flags of this file, taking the structs of f32 or f64.
+// Loops of kernels/*.h over the cells of a row, in the `real` of the namespace that includes this. The functions are
+// compiled again, with the flags of the including file; `Kernels`, f32 or f64, gives their structs.
 
 using scalar = real;
 using Constants = Kernels::Constants;
@@ -20,13 +20,14 @@ inline real mix(real a, real b, bool second) { return second ? b : a; }
 // clang-format on
 #undef precise
 
-// Cells of one row, for the Laplacian along it.
+// The cells of one row, for the Laplacian along it.
 struct RowCells {
     const real* row;
     real strain_at(int x, int) { return row[x]; }
 #include "kernels/gather.h"
 };
 
+// The published stencil's weights across rows; the rows themselves are in `l`.
 Axis across(const RowNeighbours<real>& l) {
     Axis a{};
     a.w_low = l.w_low;
@@ -35,7 +36,7 @@ Axis across(const RowNeighbours<real>& l) {
     return a;
 }
 
-// The Laplacian at columns away from the ends of a row: every cell reads at the same distances.
+// The Laplacian of columns away from a row's ends, where every cell reads at the same distances.
 template <int stencil> void laplacian_inside(const RowNeighbours<real>& l, int begin, int end, real* L) {
     const Axis y = across(l);
     Axis x = y; // the weights of an inner cell
@@ -102,14 +103,14 @@ template <bool framed, bool materials> int advance_for(const AdvanceArguments<Ke
 }
 
 int advance(const AdvanceArguments<Kernels>& a, const Constants& c) {
-    const int changed = a.pressure_to
-                            ? (a.material ? advance_for<true, true>(a, c) : advance_for<true, false>(a, c))
-                            : (a.material ? advance_for<false, true>(a, c) : advance_for<false, false>(a, c));
+    const int changed = a.pressure_to ? (a.material ? advance_for<true, true>(a, c) : advance_for<true, false>(a, c))
+                                      : (a.material ? advance_for<false, true>(a, c) : advance_for<false, false>(a, c));
     end_vector_code();
     return changed;
 }
 
-// The tree of kernels/reduce.h. Sums, minima and maxima lie apart and lengths are constants, so that the loop vectorises.
+// The tree of kernels/reduce.h. Sums, minima and maxima are separate arrays of constant length, so that the loop
+// vectorises.
 template <int reach> void fold(real* sum, real* low, real* high) {
 #pragma GCC ivdep
     for (int i = 0; i < reach; ++i) {
@@ -124,14 +125,14 @@ template <int reach> void fold(real* sum, real* low, real* high) {
     if constexpr (reach > 1) fold<reach / 2>(sum, low, high);
 }
 
-// Tiles of `count` values.
+// Summarizes `count` values, tile by tile.
 void summarize(const real* values, int count, Kernels::Summary* tiles) {
     for (; count > 0; count -= TILE_CELLS, values += TILE_CELLS, ++tiles) {
         alignas(64) real sum[TILE_CELLS], low[TILE_CELLS], high[TILE_CELLS];
         const int n = min(count, TILE_CELLS);
         __builtin_memcpy(sum, values, size_t(n) * sizeof(real));
         __builtin_memcpy(low, values, size_t(n) * sizeof(real));
-        for (int i = n; i < TILE_CELLS; ++i) { // beyond the row's end
+        for (int i = n; i < TILE_CELLS; ++i) { // cells beyond the row's end
             sum[i] = real(0);
             low[i] = values[0];
         }
@@ -143,7 +144,7 @@ void summarize(const real* values, int count, Kernels::Summary* tiles) {
     }
 }
 
-// answer() of kernels/responses.h. FA2's gains 1 and -1 pass it unchanged, to the bit.
+// answer() of kernels/responses.h. passed: the gains of FA2 are 1 and -1, which leave it unchanged to the bit.
 template <bool passed> real answer_of(int quantity, real x, real C, const Constants& c) {
     return passed ? response(x, C, c.curvature_length) : answer(quantity, x, C, c);
 }
@@ -151,24 +152,25 @@ template <bool passed> real answer_of(int quantity, real x, real C, const Consta
 // All four responses of n cells in one loop.
 template <bool passed>
 void respond_four(int n, const Constants c, const real* rest, const real* L, const real* const (&signals)[4],
-                  real (*made)[chunk]) {
+                  real (*responses)[chunk]) {
     const real *strain = signals[0], *integral = signals[1], *rate = signals[2], *acceleration = signals[3];
 #pragma GCC ivdep
     for (int i = 0; i < n; ++i) {
         const real C = curvature_of(rest[i], L[i], c.bend);
-        made[0][i] = answer_of<passed>(QUANTITY_SA1, strain[i], C, c);
-        made[1][i] = answer_of<passed>(QUANTITY_SA2, integral[i], C, c);
-        made[2][i] = answer_of<passed>(QUANTITY_FA1, rate[i], C, c);
-        made[3][i] = answer_of<passed>(QUANTITY_FA2, acceleration[i], C, c);
+        responses[0][i] = answer_of<passed>(QUANTITY_SA1, strain[i], C, c);
+        responses[1][i] = answer_of<passed>(QUANTITY_SA2, integral[i], C, c);
+        responses[2][i] = answer_of<passed>(QUANTITY_FA1, rate[i], C, c);
+        responses[3][i] = answer_of<passed>(QUANTITY_FA2, acceleration[i], C, c);
     }
 }
 
-// One response alone.
+// One response of n cells.
 template <bool passed>
-void respond_one(int quantity, int n, const Constants c, const real* rest, const real* L, const real* x, real* made) {
+void respond_one(int quantity, int n, const Constants c, const real* rest, const real* L, const real* x,
+                 real* responses) {
 #pragma GCC ivdep
     for (int i = 0; i < n; ++i)
-        made[i] = answer_of<passed>(quantity, x[i], curvature_of(rest[i], L[i], c.bend), c);
+        responses[i] = answer_of<passed>(quantity, x[i], curvature_of(rest[i], L[i], c.bend), c);
 }
 
 template <bool passed> void respond_in(const RespondArguments<Kernels>& r, const Constants& c) {
@@ -177,16 +179,16 @@ template <bool passed> void respond_in(const RespondArguments<Kernels>& r, const
                any = wanted(0) || wanted(1) || wanted(2) || wanted(3);
     for (int x = r.first; x < r.last; x += chunk) {
         const int n = min(chunk, r.last - x), tile = x / TILE_CELLS;
-        alignas(64) real L[chunk], made[4][chunk];
+        alignas(64) real L[chunk], responses[4][chunk];
         if (r.tiles[QUANTITY_STRAIN]) summarize(r.strain.here + x, n, r.tiles[QUANTITY_STRAIN] + tile);
         const real* const signals[] = {r.strain.here + x, r.integral + x, r.rate + x, r.acceleration + x};
         if (any) laplacian_over(r.strain, x, x + n, L);
-        if (all) respond_four<passed>(n, c, r.rest_curvature + x, L, signals, made);
+        if (all) respond_four<passed>(n, c, r.rest_curvature + x, L, signals, responses);
         for (int i = 0; i < 4; ++i) {
             if (!wanted(i)) continue;
-            if (!all) respond_one<passed>(QUANTITY_SA1 + i, n, c, r.rest_curvature + x, L, signals[i], made[i]);
-            if (r.tiles[QUANTITY_SA1 + i]) summarize(made[i], n, r.tiles[QUANTITY_SA1 + i] + tile);
-            if (r.response[i]) stream(r.response[i] + x, made[i], size_t(n) * sizeof(real));
+            if (!all) respond_one<passed>(QUANTITY_SA1 + i, n, c, r.rest_curvature + x, L, signals[i], responses[i]);
+            if (r.tiles[QUANTITY_SA1 + i]) summarize(responses[i], n, r.tiles[QUANTITY_SA1 + i] + tile);
+            if (r.response[i]) stream(r.response[i] + x, responses[i], size_t(n) * sizeof(real));
         }
     }
 }

@@ -30,15 +30,15 @@ namespace dermis {
 class DERMIS_API Error : public std::runtime_error {
   public:
     enum class Code {
-        bad_input, // a parameter; the message names it, its value and the allowed range
-        no_device, // no such device, or none that can compute; the message says what is missing
+        bad_input, // a parameter is not allowed; the message names it, its value and the allowed range
+        no_device, // there is no such device, or none that can compute; the message says what is missing
         device,    // a device failed while working; the message names the call
         io         // a file could not be written
     };
     Error(Code code, std::string parameter, const std::string& message)
         : std::runtime_error(message), code_(code), parameter_(std::move(parameter)) {}
     Code code() const noexcept { return code_; }
-    // Dotted name of the parameter at fault, as in a scene file ("time.step"); empty when there is none.
+    // Dotted name of the parameter at fault, as in a scene file ("time.step"); empty if there is none.
     const std::string& parameter() const noexcept { return parameter_; }
 
   private:
@@ -49,13 +49,13 @@ class DERMIS_API Error : public std::runtime_error {
 enum class Quantity { strain, sa1, sa2, fa1, fa2, curvature, deformation };
 DERMIS_API const char* name(Quantity) noexcept;
 
-// exact: the closed solution of each step, at any step length. euler .. sdirk2: one-step baselines, for comparison;
-// they hold the load over a step and are constants of the same kernel. published: forward Euler with the published
+// exact: the closed-form solution of each step, at any step length. euler .. sdirk2: one-step baselines for comparison,
+// which hold the load over a step and are constants of the same kernel. published: forward Euler with the published
 // study's stencil, edges, SA2 as a running sum and FA2 as a central difference.
 enum class Method { exact, euler, rk2, rk4, backward_euler, crank_nicolson, sdirk2, published };
 DERMIS_API const char* name(Method) noexcept;
 
-// How a result is come by; every pair agrees where both can serve a scene.
+// The models by which a result is computed. Any two that can serve a scene agree on it.
 //   moments   all means, extremes and probes from three means and a hull   exact for a uniform material under map x
 //   maps      the same, and fields in one pass each                        envelope, and linear fa2_gains; in double
 //   sites     receptors with their stencil's cells alone, no traces        any material and load; in double
@@ -63,7 +63,7 @@ DERMIS_API const char* name(Method) noexcept;
 enum class Model { moments, maps, sites, march };
 DERMIS_API const char* name(Model) noexcept;
 
-// f32_compensated carries what each sum has rounded away, for long runs and small steps. f64 on the CPU only.
+// f32_compensated carries the rounding error of each sum, for long runs and small steps. f64 runs on the CPU only.
 enum class Precision { f32, f32_compensated, f64 };
 DERMIS_API const char* name(Precision) noexcept;
 
@@ -75,7 +75,7 @@ struct Cell {
     int x = 0, y = 0;
 };
 
-// Numbers of every cell, width*height, row 0 first. Copies share them, so a scene is cheap to copy.
+// One number per cell, width*height, row 0 first. Copies share the numbers, so a scene is cheap to copy.
 class Map {
   public:
     Map() = default;
@@ -90,7 +90,7 @@ class Map {
     double operator[](size_t i) const { return values()[i]; }
     auto begin() const { return values().begin(); }
     auto end() const { return values().end(); }
-    // This one's own, to change.
+    // The numbers to change; other copies of the map keep theirs.
     std::vector<double>& edit() {
         if (values_.use_count() > 1) values_ = std::make_shared<std::vector<double>>(values());
         return *values_;
@@ -123,14 +123,14 @@ struct Material {
     double viscosity = 1;                   // eta, Pa s, >= 0
     std::optional<double> thickness;        // h, m, >= 0: h*eps is the indentation
     std::optional<double> curvature_length; // l, m, any finite number: a gain
-    // In place of the numbers, cell by cell: width*height each, same ranges; empty: the number everywhere.
+    // Values of each cell in place of the numbers, width*height, same ranges. Empty: the number everywhere.
     Map modulus_map, viscosity_map;
 };
 
 // The load over time: the pressure is map*intensity*g(t), and 0 before t = 0.
 //   step   1 from start on                                       ramp   0 at start to 1 at start + rise, then 1
 //   sine   mean + amplitude*sin(2 pi frequency t + phase)        pulse  1 for length from start, start + period ..
-//   table  straight between (times, values), 0 before the first, the last kept; a time given twice is a jump
+//   table  linear between (times, values), 0 before the first, the last held; a time given twice is a jump
 struct Envelope {
     enum class Kind { step, ramp, sine, pulse, table } kind = Kind::step;
     double start = 0;                  // s, >= 0
@@ -142,8 +142,8 @@ struct Envelope {
 };
 
 // circular: 1 - r/radius. linear: 1 - |y - center.y|/radius. point: a unit impulse smoothed by a Gaussian of radius/4.
-// sequence: frames of a continuous pressure, straight from one to the next, in place of map and envelope. Frame 0 meets
-// a skin at rest at t = 0, the last is kept. FA2 is then the mean over a step unless Receptors::fa2 says otherwise.
+// sequence: frames of a continuous pressure, linear from one to the next, in place of map and envelope. Frame 0 acts on
+// a skin at rest at t = 0, the last is held. FA2 is then the mean over a step unless Receptors::fa2 says otherwise.
 struct Load {
     enum class Kind { circular, point, linear, map, sequence } kind = Kind::circular;
     std::optional<Cell> center; // default width/2, height/2; inside the grid
@@ -155,21 +155,21 @@ struct Load {
     std::optional<double> interval; // Kind::sequence: s between frames, > 0
 };
 
-// Outputs stand at 0, step, 2 step ..; there are ceil(duration/step - 1e-9) of them.
+// Outputs are at 0, step, 2 step ..; there are ceil(duration/step - 1e-9) of them.
 struct Time {
     double step = 0.01;   // s, > 0
     double duration = 10; // s, >= step
 };
 
 struct Receptors {
-    std::optional<double> sa2_adaptation;      // s, > 0: tau_a*y' = -y + tau_a*eps, bounded; none: the plain integral
+    std::optional<double> sa2_adaptation;      // s, > 0: tau_a*y' = -y + tau_a*eps, bounded; not given: plain integral
     std::optional<Fa2> fa2;                    // default point: the density of eps'' (jumps are in Result::impulses);
-                                               // step_mean (of a sequence the default): mean of eps'' over the step,
-                                               // jumps included
+                                               // step_mean, default of a sequence: mean of eps'' over the step, jumps
+                                               // included
     std::array<double, 2> fa2_gains = {1, -1}; // k+, k-: k+*max(a, 0) + k-*max(-a, 0) of a = eps''(1 + l*C)
 };
 
-// A receptor in the cell under it. It answers what the field of its class has there.
+// A receptor on one cell. Its response is the value of its class's field in that cell.
 struct Site {
     Quantity type = Quantity::sa1; // sa1, sa2, fa1 or fa2
     Cell cell;                     // inside the grid
@@ -179,8 +179,8 @@ struct Site {
 struct Density {
     double sa1 = 70, sa2 = 10, fa1 = 140, fa2 = 25; // >= 0
 };
-// round(density*area) receptors of each class, class by class, each in any cell alike; the same for the same seed
-// everywhere. Needs Grid::spacing. Throws Error::bad_input.
+// Draws round(density*area) receptors of each class, class by class, each from all cells with equal probability. A seed
+// gives the same sites on every machine. Grid::spacing is required. Throws Error::bad_input.
 DERMIS_API std::vector<Site> population(const Grid&, const Density& = {}, unsigned long long seed = 1);
 
 struct FieldRequest {
@@ -192,7 +192,7 @@ struct Output {
     std::vector<Quantity> traces = {Quantity::strain, Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2};
     std::vector<Cell> probes; // inside the grid
     std::vector<FieldRequest> fields;
-    bool extremes = true; // least and greatest of each trace too; Model::moments does without them in half the time
+    bool extremes = true; // min and max of each trace; without them Model::moments takes half the time
 };
 
 struct SkinDescription {
@@ -206,16 +206,17 @@ struct SkinDescription {
 };
 
 struct Scene : SkinDescription {
-    // Default: the cheapest that serves the scene; march where a Vulkan device, Precision::f32 or a check is asked for.
+    // Default: the cheapest that serves the scene; march if a Vulkan device, Precision::f32 or a check is asked for.
     std::optional<Model> model;
-    // Of what is chosen freely; RunOptions::precision comes first.
+    // Default: chosen with the model. RunOptions::precision overrides it.
     std::optional<Precision> precision;
-    // Greatest |X - X_exact| over cells and output times, by the greatest |X_exact|, of each output of strain and the
-    // four responses; X_exact has no error in time or arithmetic on the grid, maps and load as given. > 0. Given, it
-    // always binds: a run that cannot promise it is refused, with what can be had. Not given, 1e-4 for a free choice.
+    // Greatest |X - X_exact| over cells and output times, divided by the greatest |X_exact|, of each output of strain
+    // and the four responses; > 0. X_exact has no error in time or arithmetic on the grid, maps and load as given. If
+    // given, it always binds: a run that cannot promise it is refused, naming what can be had. Default: 1e-4,
+    // for a free choice.
     std::optional<double> tolerance;
     Method method = Method::exact;
-    bool allow_unstable = false; // run an explicit method beyond its limit all the same
+    bool allow_unstable = false; // run an explicit method beyond its stability limit
     Load load;
     Time time;
     Output output;
@@ -231,20 +232,20 @@ struct DeviceInfo {
     std::string driver; // name and version; empty for the CPU path
     bool vulkan = false;
     bool exact = true;   // a self-test gave the bits of the CPU path
-    std::string refused; // why the device cannot be used; empty when it can
+    std::string refused; // the reason why the device cannot be used; empty if it can
 };
 
 class DERMIS_API Device {
   public:
-    // threads: 0 = one per core, 1 = the calling thread alone.
+    // threads: 0 = one per core, 1 = only the calling thread.
     static Device cpu(int threads = 0);
-    // "auto": a hardware GPU if there is one, else the CPU path; info().refused then says in one line why no Vulkan
-    // device is used. "cpu". "vulkan": the best Vulkan device, software too. A number: that row of list(). Anything
-    // else: a Vulkan device with this in its name. Throws Error::no_device; a device whose bits differ from the CPU
-    // path in a self-test is refused unless asked for by number or name. Opening tests the plain kernels; other
-    // stencils, edges, frames and materials are tested, and then refused, by the first run that needs one of them.
+    // which: "auto", a hardware GPU if there is one, else the CPU path (info().refused then says in one line why no
+    // Vulkan device is used); "cpu"; "vulkan", the best Vulkan device, software included; a number, an index of list();
+    // anything else, a part of a Vulkan device's name. Throws Error::no_device. A device whose bits differ from the CPU
+    // path's in a self-test is refused unless asked for by number or name. Opening tests the plain kernels; the first
+    // run that needs another stencil, edge rule, frames or materials tests those, and refuses it if they differ.
     static Device open(const std::string& which);
-    // Every Vulkan device found, usable or not. Throws Error::no_device when there is no loader or no driver.
+    // Lists every Vulkan device, usable or not. Throws Error::no_device if there is no loader or no driver.
     static std::vector<DeviceInfo> list();
 
     const DeviceInfo& info() const noexcept;
@@ -257,20 +258,20 @@ class DERMIS_API Device {
     std::shared_ptr<Impl> impl_;
 };
 
-// One quantity over time: over all cells, and in each probe. With many decimals: mean is a double even in f32. min and
-// max are empty without Output::extremes.
+// One quantity over time, over all cells and in each probe. The mean is summed in double even in f32. min and max are
+// empty without Output::extremes.
 struct Trace {
     Quantity quantity = Quantity::strain;
     std::vector<double> mean, min, max;
     std::vector<std::vector<double>> probes; // [probe][time]
 };
 
-// A jump of the load at `time` puts an impulse into FA2, or at viscosity 0 into FA1: its weight, per cell.
-// Listed by Method::exact where that receptor is asked for, with the curvature at its instant and after fa2_gains.
+// The weight of an impulse per cell: a jump of the load at `time` puts one into FA2, or at viscosity 0 into FA1.
+// Method::exact lists it if that response is asked for, with the curvature at its instant and after fa2_gains.
 struct Impulse {
     double time = 0;
     Quantity quantity = Quantity::fa2;
-    double mean = 0, min = 0, max = 0; // the last two NaN without Output::extremes
+    double mean = 0, min = 0, max = 0; // min and max are NaN without Output::extremes
     std::vector<double> probes;
 };
 
@@ -283,111 +284,108 @@ struct Field {
 struct Result {
     std::vector<double> time; // s
     std::vector<Trace> traces;
-    std::vector<double> responses; // of the scene's sites: [time][site]
-    std::vector<Impulse> impulses; // none with Model::sites, which sees no other cells
+    std::vector<double> responses; // [time][site of the scene]
+    std::vector<Impulse> impulses; // empty with Model::sites, which computes no other cells
     std::vector<Field> fields;
     DeviceInfo device; // the CPU path for all models but march
     Model model = Model::march;
     Precision precision = Precision::f32;
-    long long steps = 0;             // of every cell
-    long long left_out = 0;          // of these: the skin was steady, so nothing asked for could change
-    long long dispatches = 0;        // of GPU kernels
-    double seconds = 0;              // stepping, without set-up; 0 with RunOptions::check, which does more
-    double tau_min = 0, tau_max = 0; // s: viscosity/modulus of the materials; infinite where a modulus is 0
-    double predicted_error =
-        std::nan("");            // as in Candidate; known where it was needed to choose or the choice was forced
-    double stencil_estimate = 0; // 1/m: greatest |C5 - C4| at the end, the error of a five-point curvature
-    long long kinks = 0;         // cells where it exceeds |C|/2: curvature does not converge there
-    double cells_per_ridge =
-        HUGE_VAL; // wavelength of the surface's ridges; infinite where it has none of its own. Below 8 curvature is coarse
-    double greatest_gain = 0;    // of |l*C| over all cells, at rest and at the end; above 1 responses change sign
-    long long cells_compared = 0, cells_different = 0; // RunOptions::check
+    long long steps = 0;             // steps of the whole skin
+    long long left_out = 0;          // steps among them that were skipped: the skin was steady, no output could change
+    long long dispatches = 0;        // GPU kernels dispatched
+    double seconds = 0;              // time of stepping, without set-up; 0 with RunOptions::check, which does more
+    double tau_min = 0, tau_max = 0; // s: range of viscosity/modulus of the materials; infinite if a modulus is 0
+    double predicted_error = std::nan(""); // Candidate::error of this run; NaN if the choice was free and needed none
+    double stencil_estimate = 0;           // 1/m: greatest |C5 - C4| at the end, the error of a five-point curvature
+    long long kinks = 0;                   // cells where |C5 - C4| exceeds |C|/2: curvature does not converge there
+    double cells_per_ridge = HUGE_VAL;     // wavelength of wave and spiral, else infinite; below 8 curvature is coarse
+    double greatest_gain = 0; // greatest |l*C| over all cells, at rest and at the end; above 1 responses change sign
+    long long cells_compared = 0, cells_different = 0; // by RunOptions::check
 
-    DERMIS_API const Trace& trace(Quantity) const; // throws Error::bad_input when it was not asked for
+    DERMIS_API const Trace& trace(Quantity) const; // throws Error::bad_input if it was not asked for
 };
 
 struct RunOptions {
-    std::optional<Precision> precision; // in place of the scene's
-    // Also march on the other backend in f32 and compare the bits of every cell of every output (Vulkan device: against
-    // the CPU path; CPU path: against the best Vulkan device).
+    std::optional<Precision> precision; // overrides the scene's
+    // Marches in f32 on the other backend too and compares the bits of every cell of every output: a Vulkan device with
+    // the CPU path, the CPU path with the best Vulkan device.
     bool check = false;
-    std::function<void(double)> progress; // called now and then with the part done, 0..1
+    std::function<void(double)> progress; // called now and then with the fraction done, 0..1
 };
 
-// What the scene is made of, before any load: the surface S, its curvature L(S) and the pressure map, width*height
-// each.
+// The maps that a scene is made of: the surface S, its curvature L(S) and the pressure, width*height each.
 struct SceneMaps {
     Map surface, rest_curvature, pressure;
 };
 DERMIS_API SceneMaps maps(const Scene&);
 
-// One way to run a scene.
+// A model, precision and device that could serve a scene, and what that would cost.
 struct Candidate {
     Model model = Model::march;
     Precision precision = Precision::f32;
     std::string device;
     long long steps = 0, dispatches = 0;
-    double bytes = 0;   // of memory at most
+    double bytes = 0;   // greatest memory in use
     double traffic = 0; // bytes moved
     double flops = 0;
-    double seconds = 0;          // by a table of rates: to choose by, no promise
-    double error = std::nan(""); // bound of what Scene::tolerance says; NaN: not needed to choose
-    std::string refused;         // why it is not taken; empty: it is
+    double seconds = 0;          // an estimate from a table of rates, to choose by: no promise
+    double error = std::nan(""); // upper bound of the error that Scene::tolerance limits; NaN: not needed to choose
+    std::string refused;         // the reason why it is not chosen; empty if it is
 };
 
 struct Explanation {
     std::vector<Candidate> candidates; // cheapest first
     size_t chosen = 0;
-    double stencil_estimate = 0; // 1/m: greatest |C5 - C4| at rest; apart from all errors here
+    double stencil_estimate = 0; // 1/m: greatest |C5 - C4| at rest; no part of the errors here
     double tolerance = 0;
-    bool binding = false; // given by the scene
+    bool binding = false; // the tolerance is the scene's
 };
 
-// How run() would go about it, like a database's EXPLAIN; nothing is run.
+// Says how run() would compute the scene, like a database's EXPLAIN. Nothing is run.
 DERMIS_API Explanation explain(const Scene&, const Device& = Device::cpu(), const RunOptions& = {});
 
-// On the CPU path unless a device is given: opening a GPU takes a loader, a driver and a self-test, so whoever wants one
-// opens it once, by Device::open("auto"), and hands it to each run.
+// Runs the scene, on the CPU path unless a device is given. Opening a GPU takes a loader, a driver and a self-test:
+// open one once, by Device::open("auto"), and pass it to each run.
 DERMIS_API Result run(const Scene&, const Device& = Device::cpu(), const RunOptions& = {});
-// The scene under each of these materials in place of its own. Models but march read the maps once; then stencil
-// estimate, kinks and greatest gain are those of the first material.
+// Runs the scene with each of these materials in place of its own. All models but march read the maps once;
+// stencil_estimate, kinks and greatest_gain are then those of the first material.
 DERMIS_API std::vector<Result> run(const Scene&, const std::vector<Material>&, const Device& = Device::cpu(),
                                    const RunOptions& = {});
 
-// A skin frame by frame: each press hands it the pressure at the end of a step of time.
+// Options of a Skin.
 struct SkinOptions {
-    // As fields over all cells: sa1, sa2, fa1, fa2, each at most once. Of no effect where the description has sites:
-    // then it is their classes.
+    // Fields over all cells to compute: sa1, sa2, fa1, fa2, each at most once. Ignored if the description has sites:
+    // the responses are then those of their classes.
     std::vector<Quantity> responses = {Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2};
-    // f32 or f32_compensated. Default: compensated where SA2 is asked for as a plain integral, which grows for ever.
+    // f32 or f32_compensated. Default: compensated if SA2 is asked for as a plain integral, which grows for ever.
     std::optional<Precision> precision;
 };
 
-// Nothing is allocated from press to press. One thread at a time; skins on the same Vulkan device share it, so one at a
-// time as well.
+// A skin pressed frame by frame: each press gives it the pressure at the end of a time step. Presses allocate nothing.
+// One thread at a time may use a skin, or the skins on one Vulkan device, which share it.
 class DERMIS_API Skin {
   public:
-    // On Device::cpu(1) the calling thread works alone. receptors.fa2 is by default the mean over a step, as for all
-    // frames. Throws Error::bad_input; Error::no_device where the device's bits are not the CPU path's and it was not
-    // asked for by name or number; Error::device.
+    // On Device::cpu(1) the calling thread works alone. receptors.fa2 is by default step_mean, as for all frames.
+    // Throws Error::bad_input; Error::no_device if the device's bits are not the CPU path's and it was not asked for by
+    // name or number; Error::device.
     Skin(const Device&, const SkinDescription&, const SkinOptions& = {});
     ~Skin();
     Skin(Skin&&) noexcept;
     Skin& operator=(Skin&&) noexcept;
 
-    // pressure: width*height finite floats, Pa, pushing is positive, row 0 first; copied. It is what the skin feels at
-    // the end of a step of dt seconds, on which the pressure ran straight from that of the press before: from 0 on a
-    // skin at rest. dt >= 0, finite; 0 is a pause: the strain is kept, and the next press begins with this pressure.
-    // Where it is another one than before, that is a jump which no response shows. A response beyond 3.4e38 is
-    // infinite, and then NaN until reset(). dt must also leave the coefficients of the step in float: about 1e-38 ..
-    // 1e19 s at viscosities near 1 Pa s. Throws Error::bad_input naming dt, size or the first cell that is not finite,
-    // and nothing has happened; Error::device.
+    // pressure: width*height finite floats, Pa, pushing is positive, row 0 first; copied. It is the pressure at the end
+    // of a step of dt seconds, over which it runs linearly from that of the previous press, or from 0 on a skin at
+    // rest. dt: finite, >= 0. dt = 0 is a pause: strain is kept, and this pressure is where the next step starts. A
+    // change of pressure during a pause appears in no response. dt must also leave the coefficients of the step in
+    // float: about 1e-38 .. 1e19 s at viscosities near 1 Pa s. A response beyond 3.4e38 is infinite, and then NaN until
+    // reset(). Throws Error::bad_input naming dt, size or the first cell that is not finite, and nothing has happened;
+    // Error::device.
     void press(const float* pressure, size_t cells, double dt);
     void press(const std::vector<float>& pressure, double dt) { press(pressure.data(), pressure.size(), dt); }
 
-    // Of sa1, sa2, fa1 or fa2 at the end of the last press; 0 before the first. width*height floats, row 0 first, or,
-    // where the description has sites, one for each of that class in the order given. The same memory after every
-    // press. Throws Error::bad_input where it was not asked for.
+    // The response sa1, sa2, fa1 or fa2 at the end of the last press; 0 before the first. data: width*height floats,
+    // row 0 first, or, if the description has sites, one per site of that class in the order given; the same memory
+    // after every press. Throws Error::bad_input if the response was not asked for.
     struct Response {
         const float* data;
         size_t size;
@@ -397,7 +395,7 @@ class DERMIS_API Skin {
     };
     Response response(Quantity) const;
 
-    void reset(); // to a skin at rest
+    void reset(); // back to a skin at rest
 
     struct Impl;
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a shared library shows of itself; everything else is hidden.
+// DERMIS_API marks the symbols that a shared library exports; all others are hidden.
 #pragma once
 
 #ifdef __GNUC__

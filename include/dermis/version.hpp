@@ -8,19 +8,19 @@
 #define DERMIS_VERSION_MINOR 1
 #define DERMIS_VERSION_PATCH 0
 
-// "0.1.0"; the two macros below it only make a text of the numbers.
+// The version as a string, "0.1.0"; the two macros below it only join the numbers.
 #define DERMIS_VERSION DERMIS_VERSION_TEXT(DERMIS_VERSION_MAJOR, DERMIS_VERSION_MINOR, DERMIS_VERSION_PATCH)
 #define DERMIS_VERSION_TEXT(major, minor, patch) DERMIS_VERSION_JOINED(major, minor, patch)
 #define DERMIS_VERSION_JOINED(major, minor, patch) #major "." #minor "." #patch
 
 namespace dermis {
 
-// The version of the library that runs. It differs from DERMIS_VERSION where a program was compiled with the headers of
-// another version than the shared library that it finds.
+// The version of the library that runs. It differs from DERMIS_VERSION where a program was compiled with headers of
+// another version than that of the shared library it loads.
 DERMIS_API const char* version() noexcept;
 
-// The commit that the library was built from, with "-dirty" behind it where files were changed since; "unknown" where
-// the sources were no git checkout of their own.
+// The commit that the library was built from, followed by "-dirty" if files had been changed since; "unknown" if the
+// sources were not a git checkout of their own.
 DERMIS_API const char* commit() noexcept;
 
 } // namespace dermis
