@@ -81,8 +81,7 @@ std::vector<Real> PreparedPressure::sums(const Real& T) const {
     Real sum;
     size_t k = 0;
     for (size_t i = 0; i < all.size(); ++i) {
-        for (; k < states_[i].jumps; ++k)
-            sum += (jumps_[k].jump - T * jumps_[k].bend) * exp(jumps_[k].time / T);
+        for (; k < states_[i].jumps; ++k) sum += (jumps_[k].jump - T * jumps_[k].bend) * exp(jumps_[k].time / T);
         all[i] *= sum;
     }
     return all;
@@ -112,9 +111,7 @@ std::vector<Responses> PreparedPressure::responses(const Element& m, const std::
         if (!adaptation) continue;
         const Real& a = *adaptation;
         if (creeping) r.integral = a * (s.integral - a * (s.value - a * s.slope - adapting[i])) / eta;
-        else
-            r.integral = a / E *
-                         (s.value - (a + tau) * s.slope + (tau * decaying[i] - a * adapting[i]) / (a - tau));
+        else r.integral = a / E * (s.value - (a + tau) * s.slope + (tau * decaying[i] - a * adapting[i]) / (a - tau));
     }
     if (wave_) add_wave(all, m, adaptation);
     for (size_t i = 0; i < all.size(); ++i)
@@ -137,8 +134,8 @@ void PreparedPressure::add_wave(std::vector<Responses>& all, const Element& m,
                  rate = strain * turn, acceleration = rate * turn;
     const auto [sine, cosine] = sine_and_cosine(wave_->phase);
     const Real first = strain.at(sine, cosine), first_integral = integral.at(sine, cosine);
-    const std::vector<Real> left = elastic ? std::vector<Real>(all.size())
-                                           : (creeping ? std::vector<Real>(all.size(), Real(1)) : decays(tau));
+    const std::vector<Real> left =
+        elastic ? std::vector<Real>(all.size()) : (creeping ? std::vector<Real>(all.size(), Real(1)) : decays(tau));
     const std::vector<Real> left_adapting = adaptation ? decays(*adaptation) : std::vector<Real>();
     for (size_t i = 0; i < all.size(); ++i) {
         const State& s = states_[i];
@@ -151,8 +148,8 @@ void PreparedPressure::add_wave(std::vector<Responses>& all, const Element& m,
         if (adaptation) {
             const Real& T = *adaptation;
             const Phasor adapted = strain * Phasor{T, 0} * Phasor{1, w * T}.inverse();
-            const Real beside = creeping ? T * (Real(1) - left_adapting[i])
-                                         : tau * T * (left_adapting[i] - left[i]) / (T - tau);
+            const Real beside =
+                creeping ? T * (Real(1) - left_adapting[i]) : tau * T * (left_adapting[i] - left[i]) / (T - tau);
             r.integral += a * (at(adapted) - adapted.at(sine, cosine) * left_adapting[i] - first * beside);
         } else {
             const Real beside = creeping ? instants_[i].time : tau * (Real(1) - left[i]);

@@ -2,8 +2,8 @@
 // The exact solution of eta*eps' + E*eps = sigma on skin at rest, by superposition of closed forms in many bits.
 //
 // A pressure of straight pieces is a sum of jumps J and changes of slope K, each at its time t_k. A jump of 1 gives a
-// strain of (1 - e^(-d/tau))/E at d after it, a slope of 1 the integral of that; the responses below are their sums, with
-// the parts that do not decay summed by hand: they are the pressure itself, its slope and its integrals.
+// strain of (1 - e^(-d/tau))/E at d after it, a slope of 1 the integral of that; the responses below are their sums,
+// with the parts that do not decay summed by hand: they are the pressure itself, its slope and its integrals.
 #pragma once
 
 #include "tests/oracle/real.hpp"
@@ -58,8 +58,8 @@ class PreparedPressure {
     };
     struct State {
         Real value, slope, integral, second_integral;
-        Real sine, cosine;  // of the wave
-        size_t jumps = 0; // the jumps before this instant
+        Real sine, cosine; // of the wave
+        size_t jumps = 0;  // the jumps before this instant
     };
     std::vector<Real> sums(const Real& time_constant) const;
     std::vector<Real> decays(const Real& time_constant) const;

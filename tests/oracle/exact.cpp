@@ -15,7 +15,7 @@ using namespace dermis;
 // The weights of f[j] - f[i] in the second derivative at i.
 Curvature::Weights Curvature::along(int n, Stencil stencil, Edges edges) {
     Weights all(static_cast<size_t>(n));
-    if (n == 1) return all; // an axis of one cell has no curvature
+    if (n == 1) return all;          // an axis of one cell has no curvature
     if (edges == Edges::published) { // the gradient of the gradient, one-sided at the ends
         std::vector<Numbers> g(size_t(n), Numbers(size_t(n), 0));
         for (int i = 0; i < n; ++i) {
@@ -178,8 +178,7 @@ class Evaluation {
         instants_ = instants_of(s_, jumps_, fa2 == Fa2::step_mean);
         take_space();
         take_load(first, sequence ? c.frames[0] : s_.load.map.values());
-        for (size_t k = 1; k < c.frames.size(); ++k)
-            take_load(pressure_of_frame(s_, k, c.frames.size()), c.frames[k]);
+        for (size_t k = 1; k < c.frames.size(); ++k) take_load(pressure_of_frame(s_, k, c.frames.size()), c.frames[k]);
     }
 
     Exact all() {
@@ -270,8 +269,7 @@ class Evaluation {
                 const Element& m = materials_[material_of_[i]];
                 if ((m.viscosity == 0) != (q == Quantity::fa1)) continue;
                 any = true;
-                const long double weight =
-                    size * maps_[0][i] / (m.viscosity == 0 ? m.modulus : m.viscosity) * gain[i];
+                const long double weight = size * maps_[0][i] / (m.viscosity == 0 ? m.modulus : m.viscosity) * gain[i];
                 impulse.values[i] = q == Quantity::fa2 ? gained(s_.receptors, weight) : weight;
             }
             if (any) e.impulses.push_back(std::move(impulse));
@@ -286,7 +284,7 @@ class Evaluation {
             if (jump.time == time) take_impulse(instant, jump, e);
         const auto here = [&](double at) { return snapped(Real(at), s_.time.step) == time; };
         const bool row = instants_[instant].row >= 0,
-                   field = std::any_of(e.fields.begin(), e.fields.end(), [&](auto& f) { return here(f.at); });
+                   field = std::any_of(e.fields.begin(), e.fields.end(), [&](auto&f) { return here(f.at); });
         if (!row && !field) return;
         std::array<Numbers, 5> x = quantities(instant);
         for (size_t q = 0; q < 5; ++q)
@@ -306,8 +304,7 @@ class Evaluation {
             trace.mean.push_back(total / (long double)cells_);
             trace.min.push_back(*std::min_element(map.begin(), map.end()));
             trace.max.push_back(*std::max_element(map.begin(), map.end()));
-            for (size_t p = 0; p < trace.probes.size(); ++p)
-                trace.probes[p].push_back(map[place(s_.output.probes[p])]);
+            for (size_t p = 0; p < trace.probes.size(); ++p) trace.probes[p].push_back(map[place(s_.output.probes[p])]);
         }
         for (const Site& site : s_.sites) e.responses.push_back(x[size_t(site.type)][place(site.cell)]);
     }

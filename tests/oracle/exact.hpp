@@ -9,8 +9,8 @@ namespace oracle {
 using dermis::Quantity;
 using Numbers = std::vector<long double>;
 
-// A scene of maps and its pressures in memory. Surface and load are of Kind::map, or the load is a sequence of `frames`,
-// which are also in the scene's file.
+// A scene of maps and its pressures in memory. Surface and load are of Kind::map, or the load is a sequence of
+// `frames`, which are also in the scene's file.
 struct Case {
     dermis::Scene scene;
     std::vector<std::vector<double>> frames;

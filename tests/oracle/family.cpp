@@ -47,8 +47,7 @@ size_t cells_of(const Scene& s) { return size_t(s.grid.width) * size_t(s.grid.he
 
 } // namespace
 
-void write_frames(const std::filesystem::path& path, const Grid& grid,
-                  const std::vector<std::vector<double>>& frames) {
+void write_frames(const std::filesystem::path& path, const Grid& grid, const std::vector<std::vector<double>>& frames) {
     std::string header = "{'descr': '<f8', 'fortran_order': False, 'shape': (" + std::to_string(frames.size()) + ", " +
                          std::to_string(grid.height) + ", " + std::to_string(grid.width) + "), }";
     header.resize(118, ' ');
@@ -60,8 +59,8 @@ void write_frames(const std::filesystem::path& path, const Grid& grid,
 }
 
 Family::Family(unsigned seed)
-    : random_(seed), path_(std::filesystem::temp_directory_path() /
-                           ("dermis_family_" + std::to_string(getpid()) + ".npy")) {}
+    : random_(seed),
+      path_(std::filesystem::temp_directory_path() / ("dermis_family_" + std::to_string(getpid()) + ".npy")) {}
 
 Family::~Family() { std::filesystem::remove(path_); }
 
@@ -93,8 +92,12 @@ Scene Family::scene() {
                          : "baseline";
     const std::string_view kind = kind_;
     const bool many = kind == "many", patch = kind == "patch";
-    take_grid(s, {patch || (kind == "mild" && one_in(60)) ? 60 : many ? -14 : 12,
-                  kind == "long" ? 2500 : many || patch ? 40 : 150});
+    take_grid(s, {patch || (kind == "mild" && one_in(60)) ? 60
+                  : many                                  ? -14
+                                                          : 12,
+                  kind == "long"  ? 2500
+                  : many || patch ? 40
+                                  : 150});
     s.time.step = decades(-4, 0);
     const bool wild = kind == "wild" || (kind == "sites" && one_in(2));
     take_material(s, wild ? decades(-8, 6) : decades(-4, 1.477));
@@ -150,8 +153,8 @@ void Family::take_surface(Scene& s) {
     std::vector<double>& map = s.surface.map.edit();
     for (int y = 0; y < s.grid.height; ++y)
         for (int x = 0; x < s.grid.width; ++x)
-            map.push_back(offset + (flat ? 0.5 : 0.5 + 0.5 * std::sin(waves * x + 0.3 * std::sin(y)) +
-                                                     noise * real(-1, 1)));
+            map.push_back(offset +
+                          (flat ? 0.5 : 0.5 + 0.5 * std::sin(waves * x + 0.3 * std::sin(y)) + noise * real(-1, 1)));
     s.stencil = Stencil(below(3));
     s.edges = Edges(below(2));
     if (*s.stencil == Stencil::published && s.grid.width > 1 && s.grid.height > 1 && one_in(2))
@@ -240,9 +243,9 @@ void Family::take_material_maps(Scene& s) {
     std::vector<double> rank;
     for (int i = 0; i < kinds; ++i) rank.push_back(real(-1, 1));
     for (size_t i = 0; i < cells_of(s); ++i) {
-        const double r = spread * (classes ? int(i % 3) - 1.0
-                                           : kind_ == std::string_view("many") ? real(-1, 1)
-                                                                               : rank[i % rank.size()]);
+        const double r = spread * (classes                             ? int(i % 3) - 1.0
+                                   : kind_ == std::string_view("many") ? real(-1, 1)
+                                                                       : rank[i % rank.size()]);
         const bool odd = i % 7 == 3;
         s.material.modulus_map.edit().push_back(odd && creeping ? 0 : E * std::pow(10, r));
         s.material.viscosity_map.edit().push_back(odd && elastic && !creeping ? 0 : eta * std::pow(10, -r * share));

@@ -12,7 +12,7 @@ namespace oracle {
 struct Verdict {
     bool accepted = false, free = false; // free: the scene asks for no precision
     double tolerance = 0, predicted = 0, attainable = 0;
-    Distance measured;        // of the run, or where it was refused of a run in f64 without a tolerance
+    Distance measured; // of the run, or where it was refused of a run in f64 without a tolerance
     dermis::Model model{};
     dermis::Precision precision{};
     std::string failure; // an error that is not about the tolerance, or a run that is not what was asked for
