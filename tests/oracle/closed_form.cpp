@@ -30,6 +30,8 @@ std::optional<Real> apart(const std::optional<double>& adaptation, const Element
 
 PreparedPressure::PreparedPressure(Pressure pressure, const std::vector<Instant>& instants)
     : instants_(instants), wave_(std::move(pressure.wave)) {
+    mpfr_set_emin(mpfr_get_emin_min()); // e^(t/tau) of any time is a number
+    mpfr_set_emax(mpfr_get_emax_max());
     const std::vector<Knot>& knots = pressure.knots;
     size_t passed = 0;
     State s; // at `time`, beyond the jumps there
