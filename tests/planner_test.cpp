@@ -69,6 +69,25 @@ void accepted(const oracle::Case& c) {
     CHECK(v.accepted);
 }
 
+// The distance of every model and precision that can serve a scene.
+std::map<std::pair<Model, Precision>, double> measured_everywhere(const oracle::Case& c) {
+    const oracle::Exact truth = oracle::exact(c);
+    std::map<std::pair<Model, Precision>, double> measured;
+    const auto measure = [&](Model model, Precision precision) {
+        Scene forced = c.scene;
+        forced.model = model;
+        forced.precision = precision;
+        forced.tolerance.reset();
+        try {
+            measured[{model, precision}] = oracle::distance(truth, c.scene, run(forced, Device::cpu(1))).value;
+        } catch (const Error&) { // a model that cannot serve the scene, or an overflow
+        }
+    };
+    for (Precision p : {Precision::f32, Precision::f32_compensated, Precision::f64}) measure(Model::march, p);
+    for (Model m : {Model::moments, Model::maps, Model::sites}) measure(m, Precision::f64);
+    return measured;
+}
+
 } // namespace
 
 TEST_CASE("an accepted tolerance is kept in 3000 random scenes") {
@@ -100,20 +119,7 @@ TEST_CASE("the choice is near the cheapest that would do, and a tighter toleranc
         s.precision.reset();
         s.model.reset();
         ++all;
-        const oracle::Exact truth = oracle::exact(c);
-        std::map<std::pair<Model, Precision>, double> measured;
-        const auto measure = [&](Model model, Precision precision) {
-            Scene forced = s;
-            forced.model = model;
-            forced.precision = precision;
-            forced.tolerance.reset();
-            try {
-                measured[{model, precision}] = oracle::distance(truth, s, run(forced, Device::cpu(1))).value;
-            } catch (const Error&) { // a model that cannot serve the scene, or an overflow
-            }
-        };
-        for (Precision p : {Precision::f32, Precision::f32_compensated, Precision::f64}) measure(Model::march, p);
-        for (Model m : {Model::moments, Model::maps, Model::sites}) measure(m, Precision::f64);
+        auto measured = measured_everywhere(c);
         double seconds_before = 0;
         for (int t = 0; t < 4; ++t) {
             CAPTURE(tolerances[t]);

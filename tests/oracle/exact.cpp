@@ -165,6 +165,11 @@ struct Moment {
     long double strain, integral, rate, acceleration;
 };
 
+size_t place(const Scene& s, Cell c) { return size_t(c.y) * size_t(s.grid.width) + size_t(c.x); }
+
+long double gained(const Receptors& r, long double v) { return v >= 0 ? r.fa2_gains[0] * v : r.fa2_gains[1] * -v; }
+
+// The quantities of a scene, instant by instant.
 class Evaluation {
   public:
     Evaluation(const Case& c, long more_bits)
@@ -234,10 +239,6 @@ class Evaluation {
         return map;
     }
 
-    static long double gained(const Receptors& r, long double v) {
-        return v >= 0 ? r.fa2_gains[0] * v : r.fa2_gains[1] * -v;
-    }
-
     // The quantities at an instant; FA2 before its gains.
     std::array<Numbers, 5> quantities(size_t instant) const {
         std::array<Numbers, 5> x;
@@ -276,8 +277,6 @@ class Evaluation {
         }
     }
 
-    size_t place(Cell c) const { return size_t(c.y) * size_t(s_.grid.width) + size_t(c.x); }
-
     void take(size_t instant, Exact& e) const {
         const Real& time = instants_[instant].time;
         for (const Knot& jump : jumps_)
@@ -291,7 +290,7 @@ class Evaluation {
             for (long double v : x[q]) e.largest[q] = std::max(e.largest[q], std::abs(v));
         for (const Site& site : s_.sites)
             if (const size_t q = size_t(site.type); row)
-                e.largest_at_sites[q] = std::max(e.largest_at_sites[q], std::abs(x[q][place(site.cell)]));
+                e.largest_at_sites[q] = std::max(e.largest_at_sites[q], std::abs(x[q][place(s_, site.cell)]));
         for (long double& v : x[4]) v = gained(s_.receptors, v);
         for (ExactField& f : e.fields)
             if (here(f.at)) f.values = x[size_t(f.quantity)];
@@ -304,9 +303,10 @@ class Evaluation {
             trace.mean.push_back(total / (long double)cells_);
             trace.min.push_back(*std::min_element(map.begin(), map.end()));
             trace.max.push_back(*std::max_element(map.begin(), map.end()));
-            for (size_t p = 0; p < trace.probes.size(); ++p) trace.probes[p].push_back(map[place(s_.output.probes[p])]);
+            for (size_t p = 0; p < trace.probes.size(); ++p)
+                trace.probes[p].push_back(map[place(s_, s_.output.probes[p])]);
         }
-        for (const Site& site : s_.sites) e.responses.push_back(x[size_t(site.type)][place(site.cell)]);
+        for (const Site& site : s_.sites) e.responses.push_back(x[size_t(site.type)][place(s_, site.cell)]);
     }
 
     const Scene& s_;
