@@ -1,224 +1,160 @@
 // SPDX-License-Identifier: MIT
-// What the planner promises is kept: on random scenes, what is measured stays below what was predicted.
-#include "host/device.hpp"
-#include "host/planner/bound.hpp"
-#include "host/reduced/moments.hpp"
+// What the planner promises is kept, measured against closed forms: in random scenes, and in some that once broke it.
+#include "tests/oracle/survey.hpp"
 #include "tests/support.hpp"
 
 #include <algorithm>
-#include <filesystem>
-#include <fstream>
-#include <random>
 
 using namespace test;
 
 namespace {
 
-const std::vector<Quantity> all = {Quantity::strain, Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2};
+constexpr unsigned first_seed = 1;
+constexpr int scenes = 3000; // dermis-oracle N SEED takes others
 
-class Family {
-  public:
-    explicit Family(unsigned seed) : random_(seed) {
-        path_ = std::filesystem::temp_directory_path() / ("dermis_planner_" + std::to_string(getpid()) + ".npy");
-    }
-    ~Family() { std::filesystem::remove(path_); }
-
-    Scene next() {
-        Scene s;
-        s.grid = {5 + below(20), 3 + below(14), {}};
-        s.surface.kind = Surface::Kind(below(3));
-        s.surface.ridges = s.grid.width / std::pow(10, real(0.5, 2.7)); // ridges of 3 to 500 cells
-        s.surface.noise = below(2) ? 0 : 0.5;
-        if (s.surface.kind == Surface::Kind::flat) s.surface.ridges.reset(), s.surface.noise.reset();
-        if (below(4) == 0) { // far from 0
-            Scene shape = s;
-            s.surface = {Surface::Kind::map, {}, {}, {}, {}, maps(shape).surface};
-            for (double& v : s.surface.map.edit()) v += 1e4;
-        }
-        s.time.step = std::pow(10, real(-4, 0));
-        s.time.duration = s.time.step * (20 + below(300));
-        const double E = std::pow(10, real(-2, 2)), z = std::pow(10, real(-6, 4));
-        s.material.modulus = E;
-        s.material.viscosity = E * s.time.step / z;
-        const int cells = s.grid.width * s.grid.height;
-        const int kind = below(4); // uniform, uniform, classes, per cell
-        for (int i = 0; kind > 1 && i < cells; ++i) {
-            const double decades = kind == 2 ? i % 3 : real(-1, 1);
-            s.material.modulus_map.edit().push_back(E * std::pow(10, decades));
-            s.material.viscosity_map.edit().push_back(s.material.viscosity * std::pow(10, -decades * real(0, 1)));
-        }
-        s.load.kind = Load::Kind(below(3)); // circular, point and linear maps: kinks
-        s.load.intensity = std::pow(10, real(-3, 3)) * (below(2) ? 1 : -1) * E * 0.01;
-        Envelope& e = s.load.envelope;
-        e.kind = Envelope::Kind(below(5));
-        const double T = s.time.duration;
-        if (e.kind != Envelope::Kind::sine && e.kind != Envelope::Kind::table) e.start = real(0, 0.3) * T;
-        e.rise = real(0.1, 0.6) * T;
-        e.frequency = real(0.5, 10) / T;
-        e.phase = real(0, 6);
-        e.mean = below(2);
-        e.length = real(0.05, 0.1) * T;
-        e.period = real(0.15, 0.3) * T;
-        if (e.kind == Envelope::Kind::table) { // telegraph, or reversing
-            const bool jumps = below(2);
-            double sign = 1;
-            for (double t = real(0, 0.1) * T; t < T; t += real(0.05, 0.2) * T, sign = -sign) {
-                if (jumps && !e.times.empty()) e.times.push_back(t), e.values.push_back(e.values.back());
-                e.times.push_back(t);
-                e.values.push_back(sign * real(0.5, 1));
-            }
-        }
-        s.receptors.fa2 = Fa2(below(2));
-        if (below(3) == 0) s.receptors.sa2_adaptation = T * real(0.05, 2);
-        if (below(3) == 0) s.receptors.fa2_gains = {1, below(2) ? 0.0 : 0.4};
-        if (below(10) == 0) {
-            s.method = Method(1 + below(6));
-            s.allow_unstable = true;
-            s.receptors.sa2_adaptation.reset();
-        } else if (below(6) == 0) {
-            frames(s);
-        }
+// The random scenes that the claims below are about, run once.
+const oracle::Survey& surveyed() {
+    static const oracle::Survey survey = [] {
+        MESSAGE("random scenes of the seeds from ", first_seed, " on");
+        const oracle::Survey s = oracle::survey(first_seed, scenes);
+        MESSAGE(s.summary());
         return s;
+    }();
+    return survey;
+}
+
+void none(const std::vector<std::string>& lines) {
+    for (const std::string& line : lines) FAIL_CHECK(line);
+}
+
+// A scene with the maps that its kinds of surface and load stand for.
+oracle::Case with_maps(Scene s) {
+    const SceneMaps m = maps(s);
+    s.surface = {Surface::Kind::map, {}, {}, {}, {}, m.surface};
+    s.load.kind = Load::Kind::map;
+    s.load.center.reset();
+    s.load.radius.reset();
+    s.load.intensity = 1;
+    s.load.map = m.pressure;
+    return {s, {}};
+}
+
+Scene square(int size, double tolerance, std::vector<Quantity> traces) {
+    Scene s;
+    s.grid = {size, size, {}};
+    s.tolerance = tolerance;
+    s.output.traces = std::move(traces);
+    s.output.probes = {{size / 2, size / 2}};
+    return s;
+}
+
+oracle::Verdict judged(const oracle::Case& c) {
+    const oracle::Verdict v = oracle::judge(c);
+    CAPTURE(oracle::text(v, c.scene));
+    CHECK(v.failure == "");
+    if (v.accepted) {
+        CHECK(v.kept());
+        CHECK(v.below_prediction());
+        CHECK(std::isfinite(v.predicted));
+    } else {
+        CHECK(std::isfinite(v.attainable));
     }
-
-  private:
-    int below(int n) { return int(random_() % unsigned(n)); }
-    double real(double low, double high) { return std::uniform_real_distribution<double>(low, high)(random_); }
-
-    void frames(Scene& s) {
-        const int count = 5 + below(20), cells = s.grid.width * s.grid.height;
-        std::ofstream out(path_, std::ios::binary);
-        out << npy_header("<f8", "(" + std::to_string(count) + ", " + std::to_string(s.grid.height) + ", " +
-                                     std::to_string(s.grid.width) + ")");
-        const std::vector<double> map = maps(s).pressure;
-        for (int k = 0; k < count; ++k)
-            for (int i = 0; i < cells; ++i) {
-                const double p = map[i] * real(0, 1);
-                out.write(reinterpret_cast<const char*>(&p), 8);
-            }
-        s.load.kind = Load::Kind::sequence;
-        s.load.path = path_.string();
-        s.load.interval = s.time.step * (1 + below(8));
-        s.load.envelope = {};
-        s.load.intensity = 1;
-    }
-
-    std::mt19937 random_;
-    std::filesystem::path path_;
-};
-
-// Every output of a plan's steps, one after another.
-using Outputs = std::vector<std::vector<double>>;
-Outputs outputs_of(const plan::PreparedRun& run, plan::Stepper& stepper) {
-    Outputs outputs(all.size());
-    std::vector<std::vector<double>> fields;
-    plan::FrameFeed feed(run.schedule);
-    plan::Timeline timeline(run.schedule, run.skin);
-    for (plan::Step step; timeline.next(step);) {
-        feed.before(step, [&](const std::vector<double>& frame) { stepper.frame(frame); });
-        stepper.press(step);
-        if (step.trace < 0) continue;
-        stepper.read(all, fields);
-        for (size_t q = 0; q < all.size(); ++q) outputs[q].insert(outputs[q].end(), fields[q].begin(), fields[q].end());
-    }
-    return outputs;
+    return v;
 }
 
-Outputs marched(const Scene& s, Precision precision) {
-    const plan::PreparedRun run = everything(s);
-    return outputs_of(run, *march(Device::cpu(1), run.skin, run.schedule, precision, [](auto&, auto&) {}));
+// What is in reach is not refused.
+void accepted(const oracle::Case& c) {
+    const oracle::Verdict v = judged(c);
+    CAPTURE(oracle::text(v, c.scene));
+    CHECK(v.accepted);
 }
 
-bool is_separable(const Scene& s) {
-    const plan::PreparedRun run = everything(s);
-    return why_not_separable(run.skin, run.schedule).empty();
-}
-
-Outputs in_closed_form(const Scene& s) {
-    const plan::PreparedRun run = everything(s);
-    const auto moments = reduced::moments_of(run.skin, run.schedule, false, 0);
-    return outputs_of(run, *reduced::separable(run.skin, run.schedule, moments, false, [](auto&, auto&) {}));
-}
-
-double median(std::vector<double> v) {
-    REQUIRE(!v.empty());
-    std::nth_element(v.begin(), v.begin() + v.size() / 2, v.end());
-    return v[v.size() / 2];
+// The distance of every model and precision that can serve a scene.
+std::map<std::pair<Model, Precision>, double> measured_everywhere(const oracle::Case& c) {
+    const oracle::Exact truth = oracle::exact(c);
+    std::map<std::pair<Model, Precision>, double> measured;
+    const auto measure = [&](Model model, Precision precision) {
+        Scene forced = c.scene;
+        forced.model = model;
+        forced.precision = precision;
+        forced.tolerance.reset();
+        try {
+            measured[{model, precision}] = oracle::distance(truth, c.scene, run(forced, Device::cpu(1))).value;
+        } catch (const Error&) { // a model that cannot serve the scene, or an overflow
+        }
+    };
+    for (Precision p : {Precision::f32, Precision::f32_compensated, Precision::f64}) measure(Model::march, p);
+    for (Model m : {Model::moments, Model::maps, Model::sites}) measure(m, Precision::f64);
+    return measured;
 }
 
 } // namespace
 
-TEST_CASE("on 1000 random scenes and four tolerances, what the planner takes stays within the tolerance") {
-    Family family(2026);
+TEST_CASE("an accepted tolerance is kept in 3000 random scenes") {
+    none(surveyed().broken);
+    none(surveyed().failed);
+    CHECK(surveyed().accepted >= 1500);
+}
+
+TEST_CASE("predicted_error is never exceeded in 3000 random scenes") { none(surveyed().exceeded); }
+
+TEST_CASE("of refusals with free precision and a tolerance from 1e-9 on, f64 would have met one in ten at most") {
+    const oracle::Survey& s = surveyed();
+    std::string lines;
+    for (const std::string& line : s.wrongly_refused) lines += line + "\n";
+    INFO(lines);
+    CHECK(10 * s.met_all_the_same <= s.refused_free);
+}
+
+TEST_CASE("the bound is at most 8 times the measured error in the median") { CHECK(surveyed().median_ratio() <= 8); }
+
+TEST_CASE("the choice is near the cheapest that would do, and a tighter tolerance is never cheaper") {
     const double tolerances[] = {1e-2, 1e-4, 1e-6, 1e-9};
-    std::vector<double> ratios; // of bound to measured
-    int uniform = 0, near_cheapest = 0, met[4] = {};
-    for (int i = 0; i < 1000; ++i) {
-        CAPTURE(i);
-        Scene s = family.next();
-        const bool closed = is_separable(s);
-        Scene exact = s;
-        exact.method = Method::exact;
-        const bool exactly = is_separable(exact);
-        const Outputs truth =
-            exactly ? in_closed_form(exact) : marched(exact, Precision::f64); // no flush, if it can be
-        std::map<std::pair<Model, Precision>, double> measured;
-        const auto measure = [&](Model m, Precision p, const Outputs& outputs) {
-            double worst = 0;
-            for (size_t q = 0; q < all.size(); ++q) worst = std::max(worst, difference(outputs[q], truth[q]));
-            measured[{m, p}] = worst;
-        };
-        for (Precision p : {Precision::f32, Precision::f32_compensated, Precision::f64})
-            measure(Model::march, p, marched(s, p));
-        if (closed) measure(Model::moments, Precision::f64, in_closed_form(s));
-        s.output.traces = all;
+    int uniform = 0, near_cheapest = 0, met[4] = {}, all = 0;
+    for (unsigned seed = first_seed; seed < first_seed + 400; ++seed) {
+        CAPTURE(seed);
+        oracle::Family family(seed);
+        oracle::Case c = family.next();
+        Scene& s = c.scene;
+        s.precision.reset();
+        s.model.reset();
+        ++all;
+        auto measured = measured_everywhere(c);
         double seconds_before = 0;
         for (int t = 0; t < 4; ++t) {
             CAPTURE(tolerances[t]);
             s.tolerance = tolerances[t];
             try {
-                const Explanation e = explain(s, Device::cpu());
-                const Candidate& c = e.candidates[e.chosen];
-                REQUIRE(measured.count({c.model, c.precision}));
-                const double error = measured[{c.model, c.precision}];
-                CAPTURE(int(c.model));
-                CAPTURE(int(c.precision));
-                CAPTURE(error);
+                const Explanation e = explain(s, Device::cpu(1));
+                const Candidate& taken = e.candidates[e.chosen];
+                REQUIRE(measured.count({taken.model, taken.precision}));
+                const double error = measured[{taken.model, taken.precision}];
+                CAPTURE(int(taken.model));
+                CAPTURE(int(taken.precision));
                 CHECK(error <= tolerances[t]);
-                CHECK(error <= c.error + (exactly ? 0 : 1e-12)); // the truth's own
-                CHECK(c.seconds >= seconds_before);              // a tighter tolerance is never cheaper
-                seconds_before = c.seconds;
+                CHECK(error <= taken.error);
+                CHECK(taken.seconds >= seconds_before);
+                seconds_before = taken.seconds;
                 ++met[t];
-                if (t == 0) {
-                    for (const Candidate& other : e.candidates)
-                        if (measured.count({other.model, other.precision}) && other.precision != Precision::f64 &&
-                            s.method == Method::exact && std::isfinite(other.error)) {
-                            const double off = measured[{other.model, other.precision}];
-                            if (off > 0) ratios.push_back(other.error / off);
-                        }
-                }
-                if (s.material.modulus_map.empty()) {
-                    double cheapest = INFINITY;
-                    for (const Candidate& other : e.candidates)
-                        if (measured.count({other.model, other.precision}) &&
-                            measured[{other.model, other.precision}] <= tolerances[t])
-                            cheapest = std::min(cheapest, other.seconds);
-                    ++uniform;
-                    near_cheapest += c.seconds <= 1.5 * cheapest;
-                }
+                if (!s.material.modulus_map.empty()) continue;
+                double cheapest = HUGE_VAL;
+                for (const Candidate& other : e.candidates)
+                    if (const auto m = measured.find({other.model, other.precision});
+                        m != measured.end() && m->second <= tolerances[t])
+                        cheapest = std::min(cheapest, other.seconds);
+                ++uniform;
+                near_cheapest += taken.seconds <= 1.5 * cheapest;
             } catch (const Error& e) {
                 CHECK(e.parameter() == "tolerance");
                 CHECK(std::string(e.what()).find("attainable") != std::string::npos);
-                seconds_before = INFINITY; // nor is it to be had again
+                seconds_before = HUGE_VAL; // nor is it to be had again
             }
         }
     }
-    MESSAGE("bound over measured, median: ", median(ratios));
     MESSAGE("within 1.5 of the cheapest: ", near_cheapest, " of ", uniform);
-    MESSAGE("met: ", met[0], " ", met[1], " ", met[2], " ", met[3]);
-    CHECK(median(ratios) <= 30);
+    MESSAGE("met: ", met[0], " ", met[1], " ", met[2], " ", met[3], " of ", all);
     CHECK(near_cheapest >= 0.9 * uniform);
-    CHECK(met[0] >= 800); // the others: baselines, and FA2 as the small difference of two large rates
+    CHECK(met[0] >= 0.8 * all); // the others: baselines, and FA2 as the small difference of two large rates
 }
 
 TEST_CASE("a tolerance that cannot be met is refused and says what can; a default does not bind what is forced") {
@@ -258,13 +194,192 @@ TEST_CASE("a tolerance that cannot be met is refused and says what can; a defaul
 }
 
 TEST_CASE("what is explained is what is run") {
-    Family family(7);
-    for (int i = 0; i < 40; ++i) {
-        const Scene s = family.next();
+    for (unsigned seed = 1; seed <= 40; ++seed) {
+        CAPTURE(seed);
+        oracle::Family family(seed);
+        Scene s = family.next().scene;
+        s.tolerance.reset();
         const Explanation e = explain(s, Device::cpu());
         const Result r = run(s, Device::cpu());
         CHECK(int(r.model) == int(e.candidates[e.chosen].model));
         CHECK(int(r.precision) == int(e.candidates[e.chosen].precision));
         for (size_t c = 0; c < e.candidates.size(); ++c) CHECK(e.candidates[c].refused.empty() == (c == e.chosen));
     }
+}
+
+TEST_CASE("each run of a sweep keeps the tolerance by itself, or is refused") {
+    struct Sweep {
+        Scene scene;
+        std::vector<Material> materials;
+    };
+    Scene euler = square(16, 0.01, {Quantity::strain});
+    euler.method = Method::euler;
+    euler.time = {0.001, 5};
+    Scene ramp = square(16, 1e-9, {Quantity::fa2});
+    ramp.load.envelope.kind = Envelope::Kind::ramp;
+    ramp.time = {0.01, 2};
+    ramp.receptors.fa2 = Fa2::step_mean;
+    for (const Sweep& sweep : {Sweep{euler, {{1, 1, {}, {}, {}, {}}, {1, 0.00055, {}, {}, {}, {}}}},
+                               Sweep{ramp, {{1, 1, {}, {}, {}, {}}, {1e12, 1, {}, {}, {}, {}}}}}) {
+        CAPTURE(int(sweep.scene.method));
+        oracle::Case c = with_maps(sweep.scene);
+        std::vector<Result> results;
+        try {
+            results = run(c.scene, sweep.materials, Device::cpu(1));
+        } catch (const Error& e) {
+            CHECK(e.parameter() == "tolerance");
+            CHECK(std::string(e.what()).find("attainable") != std::string::npos);
+            continue;
+        }
+        for (size_t i = 0; i < results.size(); ++i) {
+            CAPTURE(i);
+            c.scene.material = sweep.materials[i];
+            const double off = oracle::distance(oracle::exact(c), c.scene, results[i]).value;
+            CHECK(off <= *c.scene.tolerance);
+            CHECK(off <= results[i].predicted_error);
+        }
+    }
+}
+
+TEST_CASE("a breakpoint just before an output is where it is") {
+    Scene stiff = square(150, 1e-4, {Quantity::strain, Quantity::sa1, Quantity::fa1});
+    stiff.material = {1.54e6, 1, {}, {}, {}, {}};
+    stiff.load.envelope.start = 0.9999999910;
+    stiff.time = {0.01, 1.02};
+    accepted(with_maps(stiff));
+    Scene fast = square(8, 1e-9, {Quantity::strain, Quantity::fa1});
+    fast.material = {1e6, 0.01, {}, {}, {}, {}};
+    fast.load.envelope.start = 0.0499999910;
+    fast.time = {0.01, 0.06};
+    judged(with_maps(fast)); // the times of its outputs, rounded, are off by 1e-10 of a strain
+    Scene even = fast;
+    even.material = {100, 1, {}, {}, {}, {}};
+    even.load.envelope.start = 0.0100000099;
+    accepted(with_maps(even));
+}
+
+TEST_CASE("one soft cell among a hundred materials counts") {
+    Scene s = square(10, 1e-10, {Quantity::strain, Quantity::fa1, Quantity::sa2});
+    s.time = {0.01, 5};
+    s.load.kind = Load::Kind::map;
+    for (int soft = 0; soft < 100; soft += 9) {
+        CAPTURE(soft);
+        s.material.modulus_map = std::vector<double>(100, 1);
+        s.material.viscosity_map = s.load.map = std::vector<double>(100);
+        s.material.modulus_map.edit()[size_t(soft)] = 1e-6;
+        for (int i = 0; i < 100; ++i) {
+            s.material.viscosity_map.edit()[size_t(i)] =
+                s.material.modulus_map[size_t(i)] * 0.5 * std::pow(4, i / 99.0);
+            s.load.map.edit()[size_t(i)] = i == soft ? 1 : 0.9 + 0.05 * std::sin(1.3 * i) * std::sin(1.3 * i);
+        }
+        s.grid.spacing = 1;
+        s.surface = {Surface::Kind::map, {}, {}, {}, 1.0, std::vector<double>(100)};
+        s.material.thickness = s.material.curvature_length = 0;
+        accepted({s, {}});
+    }
+}
+
+TEST_CASE("a blister of some soft cells among 3600 materials counts") {
+    Scene s = square(60, 1e-4, {Quantity::strain, Quantity::sa1, Quantity::fa1});
+    s.time = {0.02, 0.6};
+    for (int size = 1; size <= 4; ++size)
+        for (int phase = 0; phase < 3; ++phase) {
+            CAPTURE(size);
+            CAPTURE(phase);
+            const int left = 30 - size / 2 + phase, top = 30 - size / 2;
+            std::vector<double> modulus, viscosity;
+            for (int y = 0; y < 60; ++y)
+                for (int x = 0; x < 60; ++x) {
+                    const bool blister = x >= left && x < left + size && y >= top && y < top + size;
+                    const double E = std::exp(0.4 * std::sin(3.1 * x + 1.7 * y * y + phase)) * (blister ? 0.01 : 1);
+                    modulus.push_back(E);
+                    viscosity.push_back(E * 0.3 * (1 + 1e-3 * std::sin(2.3 * x * y + x + phase)));
+                }
+            s.material.modulus_map = modulus;
+            s.material.viscosity_map = viscosity;
+            s.load.intensity = 0.01;
+            accepted(with_maps(s));
+        }
+}
+
+TEST_CASE("a vibration of 250 Hz keeps its phase after a thousand and a million seconds") {
+    for (auto [time, tolerance] : {std::pair{Time{1000.0009, 1e6}, 1e-9}, {Time{1.0009, 1000}, 1e-11}}) {
+        CAPTURE(tolerance);
+        Scene s = square(8, tolerance, {Quantity::strain, Quantity::fa1, Quantity::fa2});
+        s.material = {100, 1, {}, {}, {}, {}};
+        s.load.envelope.kind = Envelope::Kind::sine;
+        s.load.envelope.frequency = 250;
+        s.time = time;
+        accepted(with_maps(s));
+    }
+}
+
+TEST_CASE("sites that march are measured by their own class") {
+    oracle::Case c;
+    Scene& s = c.scene;
+    s.grid = {9, 9, {}};
+    s.surface.kind = Surface::Kind::map;
+    s.load.kind = Load::Kind::map;
+    for (int i = 0; i < 81; ++i) {
+        s.surface.map.edit().push_back(i == 40 ? 0.25 * (1 - 1e-5) : 0); // 1 + l*C is small there
+        s.load.map.edit().push_back(i == 0 ? 1 : 1e-9);
+        s.material.modulus_map.edit().push_back(1 + 0.01 * (i % 5));
+        s.material.viscosity_map.edit().push_back(1);
+    }
+    s.time = {0.1, 2};
+    s.sites = {{Quantity::sa1, {4, 4}}, {Quantity::fa1, {4, 4}}};
+    s.output.traces = {Quantity::strain};
+    for (double tolerance : {1e-3, 1e-5, 1e-8}) {
+        CAPTURE(tolerance);
+        s.tolerance = tolerance;
+        accepted(c);
+    }
+}
+
+TEST_CASE("relief multiplies differences of height: an offset of the file costs nothing") {
+    oracle::Case c;
+    Scene& s = c.scene;
+    s = square(12, 1e-13, {Quantity::sa1});
+    s.grid.spacing = 5e-5;
+    s.surface = {Surface::Kind::map, {}, {}, {}, 1e-6, {}};
+    s.material = {1.54, 1, 1e-3, 1e-2, {}, {}};
+    s.load.kind = Load::Kind::map;
+    for (int i = 0; i < 144; ++i) {
+        s.surface.map.edit().push_back(1e4 + 20 * std::sin(0.9 * (i % 12) + 0.2 * (i / 12)));
+        s.load.map.edit().push_back(1e-3 * std::cos(0.1 * i));
+    }
+    s.time = {0.01, 1};
+    accepted(c);
+}
+
+TEST_CASE("what is nowhere above 2^-64, or rectified to nothing, is exact and not refused") {
+    Scene flushed;
+    flushed.grid = {46, 40, {}};
+    flushed.tolerance = 7.87286862131924e-06;
+    flushed.material = {0.25752397737143046, 21.698590938860253, {}, {}, {}, {}};
+    flushed.load.kind = Load::Kind::linear;
+    flushed.load.intensity = 0.046544321518606636;
+    flushed.time = {5156.090314371898, 103121.80628743795};
+    flushed.output.traces = {Quantity::strain, Quantity::sa1, Quantity::sa2, Quantity::fa1};
+    flushed.output.probes = {{2, 2}};
+    accepted(with_maps(flushed));
+    Scene rectified;
+    rectified.tolerance = 1e-3;
+    rectified.grid = {40, 40, {}};
+    rectified.receptors.fa2_gains = {1, 0};
+    rectified.output.traces = {Quantity::fa2};
+    accepted(with_maps(rectified));
+    Scene unloaded = square(30, 1e-3, {Quantity::strain});
+    unloaded.load.radius = 3;
+    unloaded.sites = {{Quantity::sa1, {1, 1}}, {Quantity::fa1, {15, 15}}};
+    accepted(with_maps(unloaded));
+    unloaded.output = {{}, {}, {}, true};
+    accepted(with_maps(unloaded)); // by sites alone
+}
+
+TEST_CASE("pulses that begin after the end press nothing") {
+    Scene s = square(6, 1e-6, {Quantity::strain, Quantity::fa2});
+    s.load.envelope.kind = Envelope::Kind::pulse;
+    s.load.envelope.start = 20;
+    accepted(with_maps(s));
 }

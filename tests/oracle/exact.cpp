@@ -1,0 +1,385 @@
+// SPDX-License-Identifier: MIT
+#include "tests/oracle/exact.hpp"
+
+#include "tests/oracle/closed_form.hpp"
+
+#include <algorithm>
+#include <map>
+
+namespace oracle {
+
+using namespace dermis;
+
+// ---- in space
+
+// The weights of f[j] - f[i] in the second derivative at i.
+Curvature::Weights Curvature::along(int n, Stencil stencil, Edges edges) {
+    Weights all(static_cast<size_t>(n));
+    if (n == 1) return all;          // an axis of one cell has no curvature
+    if (edges == Edges::published) { // the gradient of the gradient, one-sided at the ends
+        std::vector<Numbers> g(size_t(n), Numbers(size_t(n), 0));
+        for (int i = 0; i < n; ++i) {
+            const int low = std::max(i - 1, 0), high = std::min(i + 1, n - 1);
+            g[size_t(i)][size_t(high)] += 1.0L / (high - low);
+            g[size_t(i)][size_t(low)] -= 1.0L / (high - low);
+        }
+        for (size_t i = 0; i < size_t(n); ++i)
+            for (size_t j = 0; j < size_t(n); ++j) {
+                long double weight = 0;
+                for (size_t k = 0; k < size_t(n); ++k) weight += g[i][k] * g[k][j];
+                if (j != i && weight != 0) all[i].push_back({int(j), weight});
+            }
+        return all;
+    }
+    const auto inside = [&](int i) {
+        if (edges == Edges::periodic) return ((i % n) + n) % n;
+        const int k = ((i % (2 * n)) + 2 * n) % (2 * n); // cell -1 is cell 0
+        return k < n ? k : 2 * n - 1 - k;
+    };
+    for (int i = 0; i < n; ++i)
+        for (int side : {-1, 1}) {
+            auto& weights = all[size_t(i)];
+            if (stencil == Stencil::five_point) weights.push_back({inside(i + side), 1});
+            if (stencil == Stencil::published) weights.push_back({inside(i + 2 * side), 0.25L});
+            if (stencil != Stencil::fourth_order) continue;
+            weights.push_back({inside(i + side), 4.0L / 3});
+            weights.push_back({inside(i + 2 * side), -1.0L / 12});
+        }
+    return all;
+}
+
+Curvature::Curvature(const SkinDescription& d)
+    : width_(d.grid.width), height_(d.grid.height),
+      x_(along(width_, d.stencil.value_or(Stencil::five_point), d.edges.value_or(Edges::mirror))),
+      y_(along(height_, d.stencil.value_or(Stencil::five_point), d.edges.value_or(Edges::mirror))) {}
+
+Numbers Curvature::laplacian(const Numbers& map) const {
+    Numbers result(map.size());
+    for (int y = 0, i = 0; y < height_; ++y)
+        for (int x = 0; x < width_; ++x, ++i) {
+            const long double here = map[size_t(i)];
+            long double sum = 0;
+            for (auto [j, weight] : x_[size_t(x)]) sum += weight * (map[size_t(i - x + j)] - here);
+            for (auto [j, weight] : y_[size_t(y)]) sum += weight * (map[size_t(x + j * width_)] - here);
+            result[size_t(i)] = sum;
+        }
+    return result;
+}
+
+namespace {
+
+// ---- in time
+
+// A time within 4 ulp of an output is the output's.
+Real snapped(const Real& t, const Real& step) {
+    const Real near = whole(t / step) * step;
+    return abs(t - near) <= t * Real::power_of_two(-50) ? near : t;
+}
+
+// Outputs, fields and jumps.
+std::vector<Instant> instants_of(const Scene& s, const std::vector<Knot>& jumps, bool step_mean) {
+    const Real step = s.time.step;
+    const long long rows = static_cast<long long>(std::ceil(s.time.duration / s.time.step - 1e-9));
+    std::vector<Instant> all;
+    for (long long n = 0; n < rows; ++n) all.push_back({step * Real(double(n)), n});
+    const auto add = [&](const Instant& instant) {
+        const auto here = std::lower_bound(all.begin(), all.end(), instant,
+                                           [](const Instant& a, const Instant& b) { return a.time < b.time; });
+        if (here == all.end() || !(here->time == instant.time)) all.insert(here, instant);
+    };
+    for (const FieldRequest& f : s.output.fields) add({snapped(Real(f.at), step)});
+    for (const Knot& k : jumps) add({k.time});
+    long before = -1;
+    for (size_t i = 0; i < all.size(); ++i) {
+        if (step_mean) all[i].since = before;
+        if (all[i].row >= 0) before = long(i);
+    }
+    return all;
+}
+
+Pressure pressure_of(const Scene& s) {
+    const Envelope& e = s.load.envelope;
+    const Real start = e.start, step = s.time.step;
+    Pressure p;
+    const auto knot = [&](const Real& time, double left, double right) {
+        p.knots.push_back({snapped(time, step), left, right});
+    };
+    switch (e.kind) {
+    case Envelope::Kind::step: knot(start, 0, 1); break;
+    case Envelope::Kind::ramp:
+        knot(start, 0, 0);
+        knot(start + Real(e.rise), 1, 1);
+        break;
+    case Envelope::Kind::sine:
+        knot(0, 0, e.mean);
+        p.wave = {e.amplitude, Real(2) * Real::pi() * Real(e.frequency), e.phase};
+        break;
+    case Envelope::Kind::pulse:
+        for (double k = 0; start + Real(k) * Real(e.period) <= Real(s.time.duration); ++k) {
+            knot(start + Real(k) * Real(e.period), 0, 1);
+            knot(start + Real(k) * Real(e.period) + Real(e.length), 1, 0);
+        }
+        break;
+    case Envelope::Kind::table:
+        for (size_t i = 0; i < e.times.size(); ++i)
+            if (i > 0 && e.times[i] == e.times[i - 1]) p.knots.back().right = e.values[i];
+            else knot(e.times[i], i ? e.values[i] : 0, e.values[i]);
+    }
+    return p;
+}
+
+// 1 in frame k and 0 in the others.
+Pressure pressure_of_frame(const Scene& s, size_t k, size_t count) {
+    const Real interval = *s.load.interval, step = s.time.step;
+    Pressure p;
+    for (size_t i = k ? k - 1 : 0; i < std::min(k + 2, count); ++i) {
+        const double here = i == k;
+        p.knots.push_back({snapped(interval * Real(double(i)), step), i ? here : 0, here});
+    }
+    return p;
+}
+
+// The knots at which a pressure jumps within the duration.
+std::vector<Knot> jumps_of(const Scene& s, const Pressure& pressure) {
+    std::vector<Knot> jumps;
+    for (const Knot& k : pressure.knots) {
+        Knot jump = k;
+        if (pressure.wave && k.time == Real(0))
+            jump.right += pressure.wave->amplitude * sine_and_cosine(pressure.wave->phase).first;
+        if (!(jump.left == jump.right) && k.time < Real(s.time.duration)) jumps.push_back(jump);
+    }
+    return jumps;
+}
+
+long bits_of(const Scene& s, const std::vector<Element>& materials) {
+    double longest = s.receptors.sa2_adaptation.value_or(0);
+    if (s.load.envelope.kind == Envelope::Kind::sine) longest = std::max(longest, 1 / s.load.envelope.frequency);
+    for (const Element& m : materials)
+        if (m.modulus > 0) longest = std::max(longest, m.viscosity / m.modulus);
+    return 4 * std::max(0L, long(std::ilogb(longest / s.time.step)) + 1);
+}
+
+// ---- both
+
+struct Moment {
+    long double strain, integral, rate, acceleration;
+};
+
+size_t place(const Scene& s, Cell c) { return size_t(c.y) * size_t(s.grid.width) + size_t(c.x); }
+
+long double gained(const Receptors& r, long double v) { return v >= 0 ? r.fa2_gains[0] * v : r.fa2_gains[1] * -v; }
+
+// The quantities of a scene, instant by instant.
+class Evaluation {
+  public:
+    Evaluation(const Case& c, long more_bits)
+        : s_(c.scene), cells_(size_t(s_.grid.width) * size_t(s_.grid.height)), curvature_(s_) {
+        take_materials();
+        Real::bits = more_bits + bits_of(s_, materials_);
+        const bool sequence = s_.load.kind == Load::Kind::sequence;
+        const Fa2 fa2 = s_.receptors.fa2.value_or(sequence ? Fa2::step_mean : Fa2::point);
+        const Pressure first = sequence ? pressure_of_frame(s_, 0, c.frames.size()) : pressure_of(s_);
+        jumps_ = jumps_of(s_, first);
+        instants_ = instants_of(s_, jumps_, fa2 == Fa2::step_mean);
+        take_space();
+        take_load(first, sequence ? c.frames[0] : s_.load.map.values());
+        for (size_t k = 1; k < c.frames.size(); ++k) take_load(pressure_of_frame(s_, k, c.frames.size()), c.frames[k]);
+    }
+
+    Exact all() {
+        Exact e;
+        e.traces.resize(s_.output.traces.size());
+        for (ExactTrace& t : e.traces) t.probes.resize(s_.output.probes.size());
+        for (const FieldRequest& f : s_.output.fields)
+            for (Quantity q : f.what)
+                if (q < Quantity::curvature) e.fields.push_back({f.at, q, {}});
+        for (size_t i = 0; i < instants_.size(); ++i) take(i, e);
+        return e;
+    }
+
+  private:
+    void take_materials() {
+        const Material& m = s_.material;
+        std::map<std::pair<double, double>, size_t> known;
+        for (size_t i = 0; i < cells_; ++i) {
+            const std::pair<double, double> pair{m.modulus_map.empty() ? m.modulus : m.modulus_map[i],
+                                                 m.viscosity_map.empty() ? m.viscosity : m.viscosity_map[i]};
+            const auto [at, fresh] = known.insert({pair, materials_.size()});
+            if (fresh) materials_.push_back({pair.first, pair.second});
+            material_of_.push_back(at->second);
+        }
+    }
+
+    void take_space() {
+        const long double spacing = s_.grid.spacing.value_or(1);
+        area_ = spacing * spacing;
+        l_ = s_.material.curvature_length.value_or(1);
+        h_ = s_.material.thickness.value_or(1);
+        rest_ = curvature_.laplacian(Numbers(s_.surface.map.begin(), s_.surface.map.end()));
+        for (long double& v : rest_) v *= s_.surface.relief.value_or(1);
+    }
+
+    void take_load(const Pressure& pressure, const std::vector<double>& map) {
+        Numbers p(map.begin(), map.end());
+        for (long double& v : p) v *= s_.load.intensity;
+        maps_.push_back(p);
+        const PreparedPressure prepared(pressure, instants_);
+        std::vector<std::vector<Moment>>& moments = moments_.emplace_back();
+        for (const Element& m : materials_) {
+            std::vector<Moment>& list = moments.emplace_back();
+            for (const Responses& r : prepared.responses(m, s_.receptors.sa2_adaptation))
+                list.push_back({r.strain.rounded(), r.integral.rounded(), r.rate.rounded(), r.acceleration.rounded()});
+        }
+    }
+
+    Numbers sum(size_t instant, long double Moment::*what) const {
+        Numbers map(cells_, 0);
+        for (size_t k = 0; k < maps_.size(); ++k)
+            for (size_t i = 0; i < cells_; ++i) map[i] += maps_[k][i] * (moments_[k][material_of_[i]][instant].*what);
+        return map;
+    }
+
+    // The quantities at an instant; FA2 before its gains.
+    std::array<Numbers, 5> quantities(size_t instant) const {
+        std::array<Numbers, 5> x;
+        x[0] = sum(instant, &Moment::strain);
+        x[2] = sum(instant, &Moment::integral);
+        x[3] = sum(instant, &Moment::rate);
+        x[4] = sum(instant, &Moment::acceleration);
+        x[1] = x[0];
+        const Numbers gain = gains(x[0]);
+        for (size_t q = 1; q < 5; ++q)
+            for (size_t i = 0; i < cells_; ++i) x[q][i] *= gain[i];
+        return x;
+    }
+
+    // 1 + l*C under a strain.
+    Numbers gains(const Numbers& strain) const {
+        Numbers gain = curvature_.laplacian(strain);
+        for (size_t i = 0; i < cells_; ++i) gain[i] = 1 + l_ * ((rest_[i] - h_ * gain[i]) / area_);
+        return gain;
+    }
+
+    void take_impulse(size_t instant, const Knot& jump, Exact& e) const {
+        const Numbers gain = gains(sum(instant, &Moment::strain));
+        const long double size = (jump.right - jump.left).rounded();
+        for (Quantity q : {Quantity::fa1, Quantity::fa2}) {
+            ExactImpulse impulse{jump.time.rounded(), q, Numbers(cells_, 0)};
+            bool any = false;
+            for (size_t i = 0; i < cells_; ++i) {
+                const Element& m = materials_[material_of_[i]];
+                if ((m.viscosity == 0) != (q == Quantity::fa1)) continue;
+                any = true;
+                const long double weight = size * maps_[0][i] / (m.viscosity == 0 ? m.modulus : m.viscosity) * gain[i];
+                impulse.values[i] = q == Quantity::fa2 ? gained(s_.receptors, weight) : weight;
+            }
+            if (any) e.impulses.push_back(std::move(impulse));
+        }
+    }
+
+    void take(size_t instant, Exact& e) const {
+        const Real& time = instants_[instant].time;
+        for (const Knot& jump : jumps_)
+            if (jump.time == time) take_impulse(instant, jump, e);
+        const auto here = [&](double at) { return snapped(Real(at), s_.time.step) == time; };
+        const bool row = instants_[instant].row >= 0,
+                   field = std::any_of(e.fields.begin(), e.fields.end(), [&](auto&f) { return here(f.at); });
+        if (!row && !field) return;
+        std::array<Numbers, 5> x = quantities(instant);
+        for (size_t q = 0; q < 5; ++q)
+            for (long double v : x[q]) e.largest[q] = std::max(e.largest[q], std::abs(v));
+        for (const Site& site : s_.sites)
+            if (const size_t q = size_t(site.type); row)
+                e.largest_at_sites[q] = std::max(e.largest_at_sites[q], std::abs(x[q][place(s_, site.cell)]));
+        for (long double& v : x[4]) v = gained(s_.receptors, v);
+        for (ExactField& f : e.fields)
+            if (here(f.at)) f.values = x[size_t(f.quantity)];
+        if (!row) return;
+        for (size_t t = 0; t < e.traces.size(); ++t) {
+            const Numbers& map = x[size_t(s_.output.traces[t])];
+            ExactTrace& trace = e.traces[t];
+            long double total = 0;
+            for (long double v : map) total += v;
+            trace.mean.push_back(total / (long double)cells_);
+            trace.min.push_back(*std::min_element(map.begin(), map.end()));
+            trace.max.push_back(*std::max_element(map.begin(), map.end()));
+            for (size_t p = 0; p < trace.probes.size(); ++p)
+                trace.probes[p].push_back(map[place(s_, s_.output.probes[p])]);
+        }
+        for (const Site& site : s_.sites) e.responses.push_back(x[size_t(site.type)][place(s_, site.cell)]);
+    }
+
+    const Scene& s_;
+    const size_t cells_;
+    const Curvature curvature_;
+    std::vector<Element> materials_;
+    std::vector<size_t> material_of_;
+    std::vector<Knot> jumps_;
+    std::vector<Instant> instants_;
+    Numbers rest_; // L(S) of a spacing of 1
+    long double area_ = 1, l_ = 1, h_ = 1;
+    std::vector<Numbers> maps_;                             // [load]
+    std::vector<std::vector<std::vector<Moment>>> moments_; // [load][material][instant]
+};
+
+// ---- the distance of a result
+
+class Measure {
+  public:
+    Measure(const Exact& exact, const Scene& scene) : exact_(exact) {
+        const auto& gains = scene.receptors.fa2_gains;
+        gain_[4] = std::max(std::abs(gains[0]), std::abs(gains[1]));
+    }
+
+    template <class Values>
+    void take(Quantity quantity, bool site, const char* where, const Values& values, const Numbers& truth,
+              size_t first = 0, size_t stride = 1) {
+        if (values.size() != truth.size()) {
+            worst = {HUGE_VAL, quantity, where, values.size()};
+            return;
+        }
+        const size_t q = size_t(quantity);
+        const long double largest = (site ? exact_.largest_at_sites[q] : exact_.largest[q]) * gain_[q];
+        for (size_t i = first; i < truth.size(); i += stride) {
+            double off = 0;
+            if (largest > 0x1p-64L) off = double(std::abs(values[i] - truth[i]) / largest);
+            else if (!(std::abs(values[i]) <= 0x1p-63)) off = HUGE_VAL; // exact, and stored as 0 or thereabouts
+            if (!(off >= 0)) off = HUGE_VAL;
+            if (off > worst.value) worst = {off, quantity, where, i};
+        }
+    }
+
+    Distance worst;
+
+  private:
+    const Exact& exact_;
+    std::array<long double, 5> gain_{1, 1, 1, 1, 1};
+};
+
+} // namespace
+
+Exact exact(const Case& c, long more_bits) { return Evaluation(c, more_bits).all(); }
+
+Distance distance(const Exact& exact, const Scene& scene, const Result& result) {
+    Measure measure(exact, scene);
+    for (size_t t = 0; t < exact.traces.size(); ++t) {
+        const ExactTrace& truth = exact.traces[t];
+        const Trace& trace = result.traces[t];
+        measure.take(trace.quantity, false, "mean", trace.mean, truth.mean);
+        if (scene.output.extremes) {
+            measure.take(trace.quantity, false, "min", trace.min, truth.min);
+            measure.take(trace.quantity, false, "max", trace.max, truth.max);
+        }
+        for (size_t p = 0; p < truth.probes.size(); ++p)
+            measure.take(trace.quantity, false, "probe", trace.probes[p], truth.probes[p]);
+    }
+    for (const ExactField& truth : exact.fields)
+        for (const Field& f : result.fields)
+            if (f.at == truth.at && f.quantity == truth.quantity)
+                measure.take(f.quantity, false, "field", f.values, truth.values);
+    for (size_t i = 0; i < scene.sites.size(); ++i)
+        measure.take(scene.sites[i].type, true, "site", result.responses, exact.responses, i, scene.sites.size());
+    return measure.worst;
+}
+
+} // namespace oracle

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: MIT
+// The outputs of a scene from its definition alone: closed forms in time, maps in long double.
+#pragma once
+
+#include "dermis/dermis.hpp"
+
+namespace oracle {
+
+using dermis::Quantity;
+using Numbers = std::vector<long double>;
+
+// A scene of maps and its pressures in memory. Surface and load are of Kind::map, or the load is a sequence of
+// `frames`, which are also in the scene's file.
+struct Case {
+    dermis::Scene scene;
+    std::vector<std::vector<double>> frames;
+};
+
+struct ExactTrace {
+    Numbers mean, min, max;
+    std::vector<Numbers> probes; // [probe][time]
+};
+
+struct ExactField {
+    double at;
+    Quantity quantity;
+    Numbers values;
+};
+
+struct ExactImpulse {
+    long double time;
+    Quantity quantity;
+    Numbers values; // of each cell
+};
+
+struct Exact {
+    std::vector<ExactTrace> traces; // as the scene asks for them
+    Numbers responses;              // of the sites: [time][site]
+    std::vector<ExactField> fields; // but for curvature and deformation
+    std::vector<ExactImpulse> impulses;
+    // The greatest |X| over cells, or sites of the class, and output times: of FA2 before fa2_gains.
+    std::array<long double, 5> largest{}, largest_at_sites{};
+};
+
+// more_bits: beside those that the cancellation takes.
+Exact exact(const Case&, long more_bits = 320);
+
+// The greatest |X - X_exact| over the greatest |X_exact|, as Scene::tolerance means it, over all that was asked for.
+struct Distance {
+    double value = 0;
+    Quantity quantity = Quantity::strain;
+    const char* where = "";
+    size_t row = 0;
+};
+Distance distance(const Exact&, const dermis::Scene&, const dermis::Result&);
+
+// What a map's curvature is by its definition, per cell^2.
+class Curvature {
+  public:
+    explicit Curvature(const dermis::SkinDescription&);
+    Numbers laplacian(const Numbers& map) const;
+
+  private:
+    using Weights = std::vector<std::vector<std::pair<int, long double>>>; // of the differences, for each place
+    static Weights along(int n, dermis::Stencil, dermis::Edges);
+    int width_, height_;
+    Weights x_, y_;
+};
+
+} // namespace oracle

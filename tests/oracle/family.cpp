@@ -1,0 +1,358 @@
+// SPDX-License-Identifier: MIT
+#include "tests/oracle/family.hpp"
+
+#include <cmath>
+#include <fstream>
+
+#include <unistd.h>
+
+namespace oracle {
+
+using namespace dermis;
+
+namespace {
+
+// Whether a breakpoint, field or frame is so far from an output that rounding could decide if it is the output's: about
+// 4 ulp.
+bool undecided(const Scene& s) {
+    const Envelope& e = s.load.envelope;
+    std::vector<long double> times = {e.start, (long double)e.start + e.rise};
+    times.insert(times.end(), e.times.begin(), e.times.end());
+    for (const FieldRequest& f : s.output.fields) times.push_back(f.at);
+    if (e.kind == Envelope::Kind::pulse)
+        for (long double t = e.start; t <= s.time.duration; t += e.period) {
+            times.push_back(t);
+            times.push_back(t + e.length);
+        }
+    for (long double t = 0; s.load.interval && t <= s.time.duration; t += *s.load.interval) times.push_back(t);
+    for (long double t : times) {
+        const long double off = std::abs(t - std::round(t / s.time.step) * s.time.step) / (t * 0x1p-52L);
+        if (off > 2 && off < 8) return true;
+    }
+    return false;
+}
+
+// Whether breakpoints stand closer than 1e-4 of a step.
+bool crowded(const Scene& s) {
+    const Envelope& e = s.load.envelope;
+    const double least = 1e-4 * s.time.step;
+    if (e.kind == Envelope::Kind::ramp) return e.rise < least;
+    if (e.kind == Envelope::Kind::pulse) return e.length < least || e.period - e.length < least;
+    for (size_t i = 1; i < e.times.size(); ++i)
+        if (e.times[i] != e.times[i - 1] && e.times[i] - e.times[i - 1] < least) return true;
+    return false;
+}
+
+size_t cells_of(const Scene& s) { return size_t(s.grid.width) * size_t(s.grid.height); }
+
+} // namespace
+
+void write_frames(const std::filesystem::path& path, const Grid& grid, const std::vector<std::vector<double>>& frames) {
+    std::string header = "{'descr': '<f8', 'fortran_order': False, 'shape': (" + std::to_string(frames.size()) + ", " +
+                         std::to_string(grid.height) + ", " + std::to_string(grid.width) + "), }";
+    header.resize(118, ' ');
+    header.back() = '\n';
+    std::ofstream out(path, std::ios::binary);
+    out << std::string("\x93NUMPY\x01\x00\x76\x00", 10) << header;
+    for (const std::vector<double>& frame : frames)
+        out.write(reinterpret_cast<const char*>(frame.data()), std::streamsize(frame.size() * sizeof(double)));
+}
+
+Family::Family(unsigned seed)
+    : random_(seed),
+      path_(std::filesystem::temp_directory_path() / ("dermis_family_" + std::to_string(getpid()) + ".npy")) {}
+
+Family::~Family() { std::filesystem::remove(path_); }
+
+// Made of the bits of the generator alone, so that a seed means the same everywhere.
+double Family::real(double low, double high) { return low + (high - low) * (random_() * 0x1p-32); }
+
+Case Family::next() {
+    Case c;
+    do {
+        c.scene = scene();
+        c.frames.clear();
+        const bool free = c.scene.method == Method::exact && c.scene.sites.empty();
+        if (free && below(100) < 15 && kind_ != std::string_view("late")) c.frames = frames(c.scene);
+    } while (undecided(c.scene) || crowded(c.scene));
+    return c;
+}
+
+Scene Family::scene() {
+    Scene s;
+    const int draw = below(1000);
+    kind_ = draw < 340   ? "mild"
+            : draw < 690 ? "wild"
+            : draw < 770 ? "sites"
+            : draw < 810 ? "long"
+            : draw < 860 ? "many"
+            : draw < 865 ? "patch"
+            : draw < 905 ? "late"
+            : draw < 955 ? "units"
+                         : "baseline";
+    const std::string_view kind = kind_;
+    const bool many = kind == "many", patch = kind == "patch";
+    take_grid(s, {patch || (kind == "mild" && one_in(60)) ? 60
+                  : many                                  ? -14
+                                                          : 12,
+                  kind == "long"  ? 2500
+                  : many || patch ? 40
+                                  : 150});
+    s.time.step = decades(-4, 0);
+    const bool wild = kind == "wild" || (kind == "sites" && one_in(2));
+    take_material(s, wild ? decades(-8, 6) : decades(-4, 1.477));
+    take_surface(s);
+    take_load(s);
+    take_envelope(s);
+    if (kind == "late") take_late(s);
+    if (one_in(3)) move_breakpoint(s);
+    take_receptors(s);
+    if (patch) take_patch(s);
+    else if (many || one_in(4)) take_material_maps(s);
+    take_output(s);
+    if (kind == "sites") take_sites(s);
+    s.tolerance = decades(-13, -2);
+    const int precision = below(20);
+    if (precision >= 12) s.precision = Precision((precision - 12) % 3);
+    else if (precision == 11 && kind != "sites") s.model = Model::march;
+    if (kind == "baseline") take_baseline(s);
+    return s;
+}
+
+// A negative size is that of a grid which is at least 10 cells in each direction.
+void Family::take_grid(Scene& s, Size size) {
+    const int n = std::abs(size.grid), least = size.grid < 0 ? 10 : size.grid == 60 ? 60 : 1;
+    s.grid = {least + below(n - least + 1), least + below(n - least + 1), {}};
+    const int outputs = size.outputs == 2500 ? 1000 + below(1500) : 5 + below(size.outputs);
+    s.time.duration = outputs; // steps, until the step is known
+}
+
+void Family::take_material(Scene& s, double z) {
+    s.time.duration *= s.time.step;
+    double E = decades(-2, 2);
+    const bool units = kind_ == std::string_view("units");
+    if (units) E = one_in(2) ? decades(5, 7) : decades(-1, 1);
+    s.material.modulus = E;
+    s.material.viscosity = E * s.time.step / z;
+    if (one_in(40)) s.material.modulus = 0;
+    else if (one_in(40)) s.material.viscosity = 0;
+    if (!units && one_in(2)) return;
+    const bool micrometres = units && one_in(2);
+    s.grid.spacing = micrometres ? 1e-6 * real(10, 100) : decades(-5, -3);
+    const double spacing = *s.grid.spacing;
+    s.surface.relief = spacing * decades(-2, 0.5);
+    s.material.thickness = spacing * decades(-1, 2);
+    s.material.curvature_length = spacing * decades(-2, 0.5) * (one_in(3) ? -1 : 1);
+}
+
+void Family::take_surface(Scene& s) {
+    s.surface.kind = Surface::Kind::map;
+    const double waves = real(0.1, 2), noise = one_in(2) ? 0 : real(0, 0.5),
+                 offset = one_in(4) ? (one_in(2) ? 1e4 : decades(0, 6)) : 0;
+    const bool flat = one_in(5);
+    std::vector<double>& map = s.surface.map.edit();
+    for (int y = 0; y < s.grid.height; ++y)
+        for (int x = 0; x < s.grid.width; ++x)
+            map.push_back(offset +
+                          (flat ? 0.5 : 0.5 + 0.5 * std::sin(waves * x + 0.3 * std::sin(y)) + noise * real(-1, 1)));
+    s.stencil = Stencil(below(3));
+    s.edges = Edges(below(2));
+    if (*s.stencil == Stencil::published && s.grid.width > 1 && s.grid.height > 1 && one_in(2))
+        s.edges = Edges::published;
+}
+
+void Family::take_load(Scene& s) {
+    s.load.kind = Load::Kind::map;
+    const double cx = real(0, s.grid.width), cy = real(0, s.grid.height), radius = real(1, 8);
+    const int shape = below(3);
+    std::vector<double>& map = s.load.map.edit();
+    for (int y = 0; y < s.grid.height; ++y)
+        for (int x = 0; x < s.grid.width; ++x) {
+            const double r = std::hypot(x - cx, y - cy) / radius;
+            map.push_back(shape == 0 ? std::max(0.0, 1 - r) : shape == 1 ? std::exp(-r * r) : real(-1, 1));
+        }
+    const double stiffness = s.material.modulus > 0 ? s.material.modulus : s.material.viscosity / s.time.duration;
+    s.load.intensity = decades(-3, 1) * stiffness * (one_in(2) ? 0.01 : -0.01);
+    if (kind_ == std::string_view("units")) s.load.intensity = one_in(2) ? 1e-11 : s.load.intensity;
+}
+
+void Family::take_envelope(Scene& s) {
+    Envelope& e = s.load.envelope;
+    const double T = s.time.duration;
+    e.kind = Envelope::Kind(below(5));
+    switch (e.kind) {
+    case Envelope::Kind::step: e.start = one_in(2) ? 0 : real(0, 0.6) * T; break;
+    case Envelope::Kind::ramp:
+        e.start = one_in(2) ? 0 : real(0, 0.4) * T;
+        e.rise = one_in(4) ? s.time.step * decades(-2, 1) : real(0.1, 1) * T;
+        break;
+    case Envelope::Kind::sine:
+        e.frequency = one_in(4) ? decades(0, 2) / s.time.step : real(0.5, 10) / T;
+        e.phase = one_in(4) ? 0 : real(-6, 6);
+        e.mean = below(2);
+        e.amplitude = real(-1, 1);
+        break;
+    case Envelope::Kind::pulse:
+        e.start = one_in(8) ? 2 * T : one_in(2) ? 0 : real(0, 0.4) * T;
+        e.period = one_in(4) ? s.time.step * real(0.3, 3) : real(0.05, 0.4) * T;
+        e.length = e.period * real(0.1, 0.9);
+        break;
+    case Envelope::Kind::table: take_table(s); break;
+    }
+}
+
+// A telegraph, or straight lines up and down.
+void Family::take_table(Scene& s) {
+    Envelope& e = s.load.envelope;
+    const double T = s.time.duration;
+    const bool jumps = one_in(2);
+    double sign = 1;
+    for (double t = one_in(2) ? 0 : real(0, 0.1) * T; t < T; t += real(0.05, 0.2) * T, sign = -sign) {
+        if (jumps && !e.times.empty()) e.times.push_back(t), e.values.push_back(e.values.back());
+        e.times.push_back(t);
+        e.values.push_back(sign * real(0.5, 1));
+    }
+}
+
+// The first breakpoint goes beside an output.
+void Family::move_breakpoint(Scene& s) {
+    Envelope& e = s.load.envelope;
+    const double n = 1 + below(std::max(1, int(s.time.duration / s.time.step) / 2)),
+                 t = n * s.time.step + s.time.step * decades(-15, -3) * (one_in(2) ? -1 : 1);
+    if (e.kind != Envelope::Kind::sine && e.kind != Envelope::Kind::table) e.start = t;
+    if (e.kind != Envelope::Kind::table) return;
+    for (double& time : e.times) time += t;
+}
+
+void Family::take_receptors(Scene& s) {
+    Receptors& r = s.receptors;
+    const double tau = s.material.modulus > 0 ? s.material.viscosity / s.material.modulus : 0;
+    r.fa2 = Fa2(below(2));
+    if (s.material.viscosity == 0) r.fa2 = Fa2::step_mean;
+    if (one_in(3)) r.sa2_adaptation = one_in(10) && tau > 0 ? tau : s.time.duration * decades(-2.5, 2);
+    if (one_in(3)) r.fa2_gains = {real(-2, 2), real(-2, 2)};
+    else if (one_in(4)) r.fa2_gains = {1, double(below(2))};
+}
+
+// Classes of three, or each cell its own.
+void Family::take_material_maps(Scene& s) {
+    const double E = s.material.modulus, eta = s.material.viscosity, spread = real(0, 1.5), share = real(0, 1);
+    const bool classes = kind_ != std::string_view("many") && one_in(2);
+    const bool elastic = E > 0 && s.receptors.fa2 == Fa2::step_mean && one_in(10), creeping = eta > 0 && one_in(10);
+    const int kinds = 2 + below(30);
+    std::vector<double> rank;
+    for (int i = 0; i < kinds; ++i) rank.push_back(real(-1, 1));
+    for (size_t i = 0; i < cells_of(s); ++i) {
+        const double r = spread * (classes                             ? int(i % 3) - 1.0
+                                   : kind_ == std::string_view("many") ? real(-1, 1)
+                                                                       : rank[i % rank.size()]);
+        const bool odd = i % 7 == 3;
+        s.material.modulus_map.edit().push_back(odd && creeping ? 0 : E * std::pow(10, r));
+        s.material.viscosity_map.edit().push_back(odd && elastic && !creeping ? 0 : eta * std::pow(10, -r * share));
+    }
+    if (kind_ == std::string_view("many") && one_in(3)) { // one soft cell, of the same tau as many others
+        const size_t soft = random_() % cells_of(s);
+        const double factor = decades(-6, -1);
+        s.material.modulus_map.edit()[soft] *= factor;
+        s.material.viscosity_map.edit()[soft] *= factor;
+    }
+}
+
+// 3,600 nearly equal cells, and a few a hundred times softer.
+void Family::take_patch(Scene& s) {
+    if (s.material.modulus == 0 || s.material.viscosity == 0) s.material.modulus = s.material.viscosity = 1;
+    const int size = 1 + below(4), left = below(s.grid.width - size), top = below(s.grid.height - size);
+    for (int y = 0; y < s.grid.height; ++y)
+        for (int x = 0; x < s.grid.width; ++x) {
+            const bool inside = x >= left && x < left + size && y >= top && y < top + size;
+            const double E = std::exp(0.2 * real(-1, 1)) * (inside ? 0.01 : 1), near = 1 + 1e-3 * real(-1, 1);
+            s.material.modulus_map.edit().push_back(s.material.modulus * E);
+            s.material.viscosity_map.edit().push_back(s.material.viscosity * E * near);
+        }
+}
+
+void Family::take_output(Scene& s) {
+    const Quantity all[] = {Quantity::strain, Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2};
+    const auto some = [&] {
+        std::vector<Quantity> list;
+        for (Quantity q : all)
+            if (one_in(2)) list.push_back(q);
+        if (list.empty()) list.push_back(all[below(5)]);
+        return list;
+    };
+    if (one_in(2)) s.output.traces = some();
+    s.output.extremes = !one_in(5);
+    for (int i = below(4); i > 0; --i) s.output.probes.push_back({below(s.grid.width), below(s.grid.height)});
+    if (kind_ == std::string_view("baseline")) return;
+    for (int i = one_in(3) ? 1 + below(2) : 0; i > 0; --i) {
+        const double at = one_in(3) ? s.time.step * (1 + below(5)) : real(0, 1) * s.time.duration;
+        s.output.fields.push_back({std::min(at, s.time.duration), some()});
+    }
+}
+
+void Family::take_sites(Scene& s) {
+    const Quantity classes[] = {Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2};
+    for (int i = 1 + below(20); i > 0; --i)
+        s.sites.push_back({classes[below(4)], {below(s.grid.width), below(s.grid.height)}});
+    if (!one_in(3)) s.output = {{}, {}, {}, s.output.extremes}; // sites alone
+}
+
+// A vibration, or pulses, that go on for long.
+void Family::take_late(Scene& s) {
+    Envelope& e = s.load.envelope;
+    const double tau = s.material.modulus > 0 ? s.material.viscosity / s.material.modulus : 1;
+    s.time.step = real(0.5, 2);
+    s.time.duration = s.time.step * (50 + below(950));
+    if (s.material.modulus > 0) s.material.viscosity = s.material.modulus * std::max(tau, 1e-4);
+    e = {};
+    e.kind = one_in(3) ? Envelope::Kind::pulse : Envelope::Kind::sine;
+    e.frequency = 250 * decades(-1, 1);
+    e.phase = real(-6, 6);
+    e.start = e.kind == Envelope::Kind::pulse ? real(0, 1) * s.time.step : 0;
+    e.period = s.time.step * real(0.1, 1);
+    e.length = e.period * real(0.1, 0.9);
+}
+
+void Family::take_baseline(Scene& s) {
+    s.method = Method(1 + below(6));
+    s.allow_unstable = true;
+    s.receptors.sa2_adaptation.reset();
+    Material& m = s.material;
+    if (m.viscosity == 0) m.viscosity = m.modulus * s.time.step;
+    for (size_t i = 0; i < m.viscosity_map.size(); ++i)
+        if (m.viscosity_map[i] == 0) m.viscosity_map.edit()[i] = m.viscosity;
+    s.tolerance = decades(-4, 0);
+}
+
+std::vector<std::vector<double>> Family::frames(Scene& s) {
+    const int count = 1 + below(15);
+    s.load.envelope = {};
+    const bool odd = one_in(3);
+    s.load.interval = s.time.step * (odd ? real(0.2, 9) : 1 + below(8));
+    s.load.kind = Load::Kind::sequence;
+    s.load.path = path_.string();
+    s.receptors.fa2 = odd ? Fa2::point : Fa2(below(2));
+    const auto drop_fa2 = [](std::vector<Quantity>& list) {
+        std::erase(list, Quantity::fa2);
+        if (list.empty()) list.push_back(Quantity::sa1);
+    };
+    bool elastic = s.material.viscosity == 0;
+    for (double v : s.material.viscosity_map) elastic |= v == 0;
+    if (elastic) {
+        drop_fa2(s.output.traces);
+        for (FieldRequest& f : s.output.fields) drop_fa2(f.what);
+    }
+    std::vector<std::vector<double>> all;
+    for (int k = 0; k < count; ++k) {
+        std::vector<double> frame = s.load.map;
+        const bool rest = one_in(6);
+        const double level = real(-0.5, 1);
+        for (double& p : frame) p *= rest ? 0 : level + 0.2 * real(-1, 1);
+        all.push_back(frame);
+    }
+    write_frames(path_, s.grid, all);
+    s.load.map = {};
+    return all;
+}
+
+} // namespace oracle

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+// Random scenes of every kind that a tolerance has to be kept in; the same for the same seed.
+#pragma once
+
+#include "tests/oracle/exact.hpp"
+
+#include <filesystem>
+#include <random>
+
+namespace oracle {
+
+class Family {
+  public:
+    // Sequences are written to a file of this process, which each next() replaces.
+    explicit Family(unsigned seed);
+    ~Family();
+    Family(const Family&) = delete;
+
+    Case next();
+    const char* kind() const { return kind_; } // of the last scene
+
+  private:
+    struct Size {
+        int grid, outputs;
+    };
+    int below(int n) { return int(random_() % unsigned(n)); }
+    bool one_in(int n) { return below(n) == 0; }
+    double real(double low, double high);
+    double decades(double low, double high) { return std::pow(10, real(low, high)); }
+
+    dermis::Scene scene();
+    void take_grid(dermis::Scene&, Size);
+    void take_surface(dermis::Scene&);
+    void take_material(dermis::Scene&, double z);
+    void take_material_maps(dermis::Scene&);
+    void take_patch(dermis::Scene&);
+    void take_load(dermis::Scene&);
+    void take_envelope(dermis::Scene&);
+    void take_table(dermis::Scene&);
+    void move_breakpoint(dermis::Scene&);
+    void take_receptors(dermis::Scene&);
+    void take_output(dermis::Scene&);
+    void take_sites(dermis::Scene&);
+    void take_late(dermis::Scene&);
+    void take_baseline(dermis::Scene&);
+    std::vector<std::vector<double>> frames(dermis::Scene&);
+
+    std::mt19937 random_;
+    std::filesystem::path path_;
+    const char* kind_ = "";
+};
+
+// Writes frames of width*height as one .npy file.
+void write_frames(const std::filesystem::path&, const dermis::Grid&, const std::vector<std::vector<double>>& frames);
+
+} // namespace oracle

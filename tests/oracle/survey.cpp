@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: MIT
+#include "tests/oracle/survey.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+namespace oracle {
+
+using namespace dermis;
+
+Verdict judge(const Case& c) {
+    Verdict v;
+    v.free = !c.scene.precision;
+    v.tolerance = *c.scene.tolerance;
+    Result result;
+    try {
+        result = run(c.scene, Device::cpu(1));
+        v.accepted = true;
+        v.predicted = result.predicted_error;
+    } catch (const Error& e) {
+        if (e.parameter() != "tolerance") {
+            v.failure = e.what();
+            return v;
+        }
+        const std::string message = e.what(), mark = "attainable here: ";
+        const size_t at = message.find(mark);
+        v.attainable = at == std::string::npos ? HUGE_VAL : std::strtod(message.c_str() + at + mark.size(), nullptr);
+        Scene forced = c.scene;
+        forced.tolerance.reset();
+        forced.precision = Precision::f64;
+        try {
+            result = run(forced, Device::cpu(1));
+        } catch (const Error& overflow) {
+            v.measured = {HUGE_VAL, {}, "overflow", 0};
+            return v;
+        }
+    }
+    v.model = result.model;
+    v.precision = result.precision;
+    v.measured = distance(exact(c), c.scene, result);
+    return v;
+}
+
+namespace {
+
+std::string text(const Scene& s) {
+    static const char* const envelopes[] = {"step", "ramp", "sine", "pulse", "table"};
+    const Material& m = s.material;
+    std::ostringstream out;
+    out << s.grid.width << " x " << s.grid.height << ", "
+        << (s.load.kind == Load::Kind::sequence ? "frames" : envelopes[int(s.load.envelope.kind)]) << ", "
+        << name(s.method) << ", z = " << m.modulus * s.time.step / m.viscosity
+        << (m.modulus_map.empty() ? "" : " in maps") << ", step " << s.time.step << ", "
+        << std::ceil(s.time.duration / s.time.step - 1e-9) << " outputs, start " << s.load.envelope.start;
+    return out.str();
+}
+
+} // namespace
+
+std::string text(const Verdict& v, const Scene& s) {
+    std::ostringstream out;
+    if (!v.failure.empty()) return v.failure + " (" + text(s) + ")";
+    out << "tolerance " << v.tolerance << ", " << (v.accepted ? "predicted " : "attainable ")
+        << (v.accepted ? v.predicted : v.attainable) << ", measured " << v.measured.value << " in "
+        << name(v.measured.quantity) << " " << v.measured.where << " row " << v.measured.row << " by " << name(v.model)
+        << " in " << name(v.precision) << " (" << text(s) << ")";
+    return out.str();
+}
+
+void Survey::take(const Verdict& v, const std::string& line) {
+    ++scenes;
+    if (!v.failure.empty()) {
+        failed.push_back(line);
+        return;
+    }
+    if (!v.accepted) {
+        ++refused;
+        if (!v.free || v.tolerance < 1e-9) return;
+        ++refused_free;
+        if (!v.kept()) return;
+        ++met_all_the_same;
+        wrongly_refused.push_back(line);
+        return;
+    }
+    ++accepted;
+    kept += v.kept();
+    below_prediction += v.below_prediction();
+    if (!v.kept()) broken.push_back(line);
+    if (!v.below_prediction()) exceeded.push_back(line);
+    if (v.measured.value > 0) ratios.push_back(v.predicted / v.measured.value);
+}
+
+double Survey::median_ratio() const {
+    if (ratios.empty()) return 0;
+    std::vector<double> sorted = ratios;
+    std::nth_element(sorted.begin(), sorted.begin() + std::ptrdiff_t(sorted.size() / 2), sorted.end());
+    return sorted[sorted.size() / 2];
+}
+
+std::string Survey::summary() const {
+    std::ostringstream out;
+    out << scenes << " scenes: " << accepted << " accepted, of which " << broken.size() << " break their tolerance and "
+        << exceeded.size() << " exceed their prediction; prediction over measurement " << median_ratio()
+        << " in the median; " << refused << " refused, of which " << refused_free
+        << " with free precision and a tolerance from 1e-9 on, and f64 met " << met_all_the_same << " of these; "
+        << failed.size() << " failed otherwise";
+    return out.str();
+}
+
+Survey survey(unsigned first, int count) {
+    Survey s;
+    for (int i = 0; i < count; ++i) {
+        const unsigned seed = first + unsigned(i);
+        Family family(seed);
+        const Case c = family.next();
+        const Verdict v = judge(c);
+        s.take(v, "seed " + std::to_string(seed) + " (" + family.kind() + "): " + text(v, c.scene));
+    }
+    return s;
+}
+
+} // namespace oracle

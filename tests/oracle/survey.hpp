@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: MIT
+// Runs random scenes and compares what was promised with what is true.
+#pragma once
+
+#include "tests/oracle/family.hpp"
+
+#include <string>
+
+namespace oracle {
+
+// What became of a scene that asks for a tolerance.
+struct Verdict {
+    bool accepted = false, free = false; // free: the scene asks for no precision
+    double tolerance = 0, predicted = 0, attainable = 0;
+    Distance measured; // of the run, or where it was refused of a run in f64 without a tolerance
+    dermis::Model model{};
+    dermis::Precision precision{};
+    std::string failure; // an error that is not about the tolerance, or a run that is not what was asked for
+
+    bool kept() const { return measured.value <= tolerance; }
+    bool below_prediction() const { return measured.value <= predicted; }
+};
+Verdict judge(const Case&);
+
+// One line: the promise, the truth and the scene.
+std::string text(const Verdict&, const dermis::Scene&);
+
+struct Survey {
+    int scenes = 0, accepted = 0, kept = 0, below_prediction = 0;
+    int refused = 0, refused_free = 0, met_all_the_same = 0; // the last two: precision free, tolerance at least 1e-9
+    std::vector<std::string> broken, exceeded, wrongly_refused, failed;
+    std::vector<double> ratios; // of prediction to measurement, where it is not 0
+
+    void take(const Verdict&, const std::string& line);
+    double median_ratio() const;
+    std::string summary() const;
+};
+// The scenes of the seeds first .. first + count - 1.
+Survey survey(unsigned first, int count);
+
+} // namespace oracle
