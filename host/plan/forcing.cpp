@@ -12,7 +12,7 @@ std::vector<Segment> segments_of(const scene::Waveform& load, scene::Instant fro
     for (scene::Instant begin = from; begin < to;) {
         const scene::Instant end = knot == load.knots().end() ? to : std::min(to, (knot++)->time);
         const double u0 = load.after(begin) - load.after(from);
-        segments.push_back({end - begin, u0, load.before(end) - load.after(from) - u0});
+        segments.push_back({end - begin, u0, load.rise(begin, end)});
         begin = end;
     }
     return segments;

@@ -57,7 +57,7 @@ Step Timeline::exact_step(Instant from, Instant to) const {
     if (to == from) return s;
     const double dt = regular(from, to) ? schedule_.time.step : to - from;
     const bool straight = !load_.sine() && !load_.breaks(from, to);
-    const double du = straight ? load_.before(to) - s.start : 0;
+    const double du = straight ? load_.rise(from, to) : 0;
     const bool held = straight && du == 0;
     // An elastic skin's state does not hold its rate: the rate before a step follows from the load's slope.
     const auto from_slope = [this](const Element& m) { return m.viscosity == 0 && rule_.step_mean; };

@@ -75,17 +75,22 @@ struct PressedMaterial {
     double peak;
 };
 
-std::vector<PressedMaterial> pressed_materials(const PreparedSkin& skin, const Schedule& schedule) {
+// points_only: on the cells that the schedule's points need.
+std::vector<PressedMaterial> pressed_materials(const PreparedSkin& skin, const Schedule& schedule, bool points_only) {
     std::vector<PressedMaterial> all;
     for (const Element& e : skin.materials)
         all.push_back({e, schedule.framed ? 1.0 : 0.0}); // frames have peaks of their own
     if (schedule.framed) return all;
     const std::vector<double>& p = schedule.pressure;
     const size_t width = size_t(skin.width());
-    for (size_t i = 0; i < p.size(); ++i) {
+    const auto take = [&](size_t i) {
         const size_t kind = skin.uniform() ? 0 : size_t(skin.material_of[i / width * size_t(skin.pitch) + i % width]);
         all[kind].peak = std::max(all[kind].peak, std::abs(p[i]));
-    }
+    };
+    if (points_only)
+        for (size_t i : plan::SiteCells(skin, pressed_cells(schedule), schedule.points).cells) take(i);
+    else
+        for (size_t i = 0; i < p.size(); ++i) take(i);
     return all;
 }
 
@@ -192,7 +197,8 @@ class Analysis {
           rest_(rest_peak(skin, schedule, points_only)),
           rough_(roughness_of(skin, schedule, schedule.framed ? 1 : largest_of(schedule.pressure))) {
         const double least = schedule.framed ? 0 : least_of(schedule.pressure);
-        for (const PressedMaterial& m : representatives(pressed_materials(skin, schedule), double(schedule.outputs))) {
+        for (const PressedMaterial& m :
+             representatives(pressed_materials(skin, schedule, points_only), double(schedule.outputs))) {
             materials_.push_back(m.element);
             arithmetic_.push_back({.u = u_,
                                    .peak = m.peak,
@@ -315,21 +321,23 @@ Bounds absolute_bounds(const PreparedSkin& skin, const Schedule& schedule, Preci
     return Analysis(skin, schedule, precision, flushed, points_only).run();
 }
 
-double worst_asked(const PreparedSkin& skin, const Schedule& schedule, const Bounds& bounds, const Peaks& peaks) {
+double worst_asked(const PreparedSkin& skin, const Schedule& schedule, const Bounds& all, const Bounds& sites,
+                   const Peaks& peaks) {
     const auto& gains = skin.description.receptors.fa2_gains;
     const double gain = std::max(std::abs(gains[0]), std::abs(gains[1]));
     double worst = 0;
-    const auto count = [&](Quantity q, const Errors& largest) {
+    const auto count = [&](Quantity q, const Bounds& bounds, const Errors& largest) {
         if (q >= Quantity::curvature) return;
         const double scale = q == Quantity::fa2 ? gain : 1, stored = 0x1p-64;
-        if (scale * bounds.greatest[size_t(q)] < stored) return; // it is exact
+        if (scale * bounds.greatest[size_t(q)] < stored && scale * bounds.error[size_t(q)] <= 4 * stored)
+            return; // exact
         const double peak = std::max(scale * largest[size_t(q)], stored);
         worst = std::max(worst, scale * bounds.error[size_t(q)] / peak);
     };
-    for (Quantity q : schedule.output.traces) count(q, peaks.all);
+    for (Quantity q : schedule.output.traces) count(q, all, peaks.all);
     for (const FieldRequest& f : schedule.output.fields)
-        for (Quantity q : f.what) count(q, peaks.all);
-    for (const Site& site : skin.description.sites) count(site.type, peaks.sites);
+        for (Quantity q : f.what) count(q, all, peaks.all);
+    for (const Site& site : skin.description.sites) count(site.type, sites, peaks.sites);
     return worst;
 }
 

@@ -25,7 +25,9 @@ struct Bounds {
 };
 Bounds absolute_bounds(const plan::PreparedSkin&, const plan::Schedule&, Precision, bool flushed, bool points_only);
 
-// The worst relative error of what is asked for. An output that is nowhere above 2^-64 is exact.
-double worst_asked(const plan::PreparedSkin&, const plan::Schedule&, const Bounds&, const Peaks&);
+// The worst relative error of what is asked for, by bounds over all cells and over those of the points. An output that
+// is nowhere above 2^-64 is exact.
+double worst_asked(const plan::PreparedSkin&, const plan::Schedule&, const Bounds& all, const Bounds& points,
+                   const Peaks&);
 
 } // namespace dermis::planner

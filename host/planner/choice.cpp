@@ -75,10 +75,15 @@ class ErrorBounds {
     ErrorBounds(const PreparedSkin& skin, const Schedule& schedule) : skin_(skin), schedule_(schedule) {}
 
     double of(const Candidate& c) {
-        const bool points_only = c.model == Model::sites, flushed = points_only || c.model == Model::march;
+        const bool flushed = c.model == Model::sites || c.model == Model::march;
         if (!peaks_) peaks_ = measured_peaks(skin_, schedule_);
-        return worst_asked(skin_, schedule_, absolute_bounds(skin_, schedule_, c.precision, flushed, points_only),
-                           *peaks_);
+        const bool whole = !schedule_.output.traces.empty() || !schedule_.output.fields.empty();
+        const auto bounds = [&](bool points) {
+            return absolute_bounds(skin_, schedule_, c.precision, flushed, points);
+        };
+        const Bounds none{};
+        return worst_asked(skin_, schedule_, whole ? bounds(false) : none,
+                           skin_.description.sites.empty() ? none : bounds(true), *peaks_);
     }
 
   private:

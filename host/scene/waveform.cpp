@@ -78,6 +78,16 @@ double Waveform::slope_before(Instant t) const {
     return (next->left - (next - 1)->right) / (next->time - (next - 1)->time);
 }
 
+double Waveform::rise(Instant from, Instant to) const {
+    if (sine()) return before(to) - after(from);
+    const auto next = std::upper_bound(knots_.begin(), knots_.end(), from,
+                                       [](const Instant& t, const Knot& k) { return t < k.time; });
+    if (next == knots_.begin() || next == knots_.end()) return 0;
+    const Knot& last = *(next - 1);
+    // The difference of two values would lose the digits that they share.
+    return (next->left - last.right) * ((to - from) / (next->time - last.time));
+}
+
 double Waveform::after(Instant t) const {
     const auto at = knot_from(knots_, t);
     return at != knots_.end() && at->time == t ? at->right : before(t);

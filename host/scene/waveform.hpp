@@ -22,6 +22,7 @@ class Waveform {
     double before(Instant) const;                             // left limit
     double after(Instant) const;                              // right limit
     double slope_before(Instant) const;                       // 1/s, left limit
+    double rise(Instant from, Instant to) const;              // before(to) - after(from), with no knot strictly between
     const std::vector<Knot>& knots() const { return knots_; } // times ascend strictly
     bool breaks(Instant from, Instant to) const;              // whether a knot lies strictly between
     bool sine() const { return envelope_.kind == Envelope::Kind::sine; }
