@@ -56,7 +56,7 @@ TEST_CASE("a site has the bits of the field at its cell, in every model that can
             check(run(s, Device::cpu(), f64), run(field, Device::cpu(), f64));
             s.model.reset();
             check(run(s, Device::cpu(), f32), run(field, Device::cpu(), f32));
-            check(run(s, vulkan.device()), run(field, vulkan.device()));
+            check(run(s, vulkan.device(), f32), run(field, vulkan.device(), f32));
         }
 }
 

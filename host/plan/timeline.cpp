@@ -65,6 +65,11 @@ Step Timeline::exact_step(Instant from, Instant to) const {
     std::vector<Segment> segments;
     if (straight) segments = {{dt, 0, du}};
     else if (!load_.sine()) segments = segments_of(load_, from, to);
+    if (segments.size() > 1) {
+        s.after_bend = segments.back().length;
+        for (const Segment& g : segments)
+            s.bend = std::max({s.bend, std::abs(s.start + g.u0), std::abs(s.start + g.u0 + g.du)});
+    }
     const Sine sine = load_.sine() ? Sine{load_.angular_frequency(), load_.phasor(from), load_.turn(dt)} : Sine{};
     auto forced = std::make_shared<CoefficientTable>(*s.coefficients);
     s.rise = 1;

@@ -19,6 +19,9 @@ struct Step {
     double start = 0, rise = 0, jump = 0; // see Constants in kernels/layout.h
     long long frame = -1;                 // in a sequence the pressure runs from this frame to the next
     double time = 0;
+    // Of a step within which the load has a breakpoint: its greatest magnitude, and the seconds from the last
+    // breakpoint to the end. 0: it has none.
+    double bend = 0, after_bend = 0;
     bool keep = true;
     long long trace = -1;
     int impulse = -1, field = -1;

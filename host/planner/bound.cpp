@@ -69,28 +69,42 @@ Roughness roughness_of(const PreparedSkin& skin, const Schedule& schedule, doubl
     return r;
 }
 
-// A material, and the greatest |pressure| on its cells.
+// A material, and the greatest |pressure| on those of its cells that are read.
 struct PressedMaterial {
     Element element;
-    double peak;
+    double peak = 0;
+    double around = 0; // the same with the cells that their stencils read
 };
 
-// points_only: on the cells that the schedule's points need.
-std::vector<PressedMaterial> pressed_materials(const PreparedSkin& skin, const Schedule& schedule, bool points_only) {
+// What is read: every cell, or the schedule's points of one class.
+struct Read {
+    bool everything;
+    int quantity; // of the sites; with everything it is of no effect
+};
+
+std::vector<PressedMaterial> pressed_materials(const PreparedSkin& skin, const Schedule& schedule, const Read& read) {
     std::vector<PressedMaterial> all;
-    for (const Element& e : skin.materials)
-        all.push_back({e, schedule.framed ? 1.0 : 0.0}); // frames have peaks of their own
-    if (schedule.framed) return all;
+    for (const Element& e : skin.materials) all.push_back({e});
+    if (schedule.framed) { // frames have peaks of their own
+        for (PressedMaterial& m : all) m.peak = m.around = 1;
+        return all;
+    }
     const std::vector<double>& p = schedule.pressure;
     const size_t width = size_t(skin.width());
-    const auto take = [&](size_t i) {
+    const auto take = [&](size_t i, double PressedMaterial::*peak) {
         const size_t kind = skin.uniform() ? 0 : size_t(skin.material_of[i / width * size_t(skin.pitch) + i % width]);
-        all[kind].peak = std::max(all[kind].peak, std::abs(p[i]));
+        all[kind].*peak = std::max(all[kind].*peak, std::abs(p[i]));
     };
-    if (points_only)
-        for (size_t i : plan::SiteCells(skin, pressed_cells(schedule), schedule.points).cells) take(i);
-    else
-        for (size_t i = 0; i < p.size(); ++i) take(i);
+    if (read.everything) {
+        for (size_t i = 0; i < p.size(); ++i) take(i, &PressedMaterial::peak);
+        for (PressedMaterial& m : all) m.around = m.peak;
+        return all;
+    }
+    std::vector<Cell> points;
+    for (const Site& site : skin.description.sites)
+        if (int(site.type) == read.quantity) points.push_back(site.cell);
+    for (const Cell& c : points) take(size_t(c.y) * width + size_t(c.x), &PressedMaterial::peak);
+    for (size_t i : plan::SiteCells(skin, pressed_cells(schedule), points).cells) take(i, &PressedMaterial::around);
     return all;
 }
 
@@ -104,8 +118,8 @@ std::vector<PressedMaterial> representatives(std::vector<PressedMaterial> all, d
     double low = INFINITY, high = -INFINITY; // of rates that are finite
     for (const PressedMaterial& m : all)
         if (std::isfinite(rate(m))) low = std::min(low, rate(m)), high = std::max(high, rate(m));
-    const auto by_modulus = [](const PressedMaterial& m) { return m.peak / m.element.modulus; };
-    const auto by_viscosity = [](const PressedMaterial& m) { return m.peak / m.element.viscosity; };
+    const auto by_modulus = [](const PressedMaterial& m) { return m.around / m.element.modulus; };
+    const auto by_viscosity = [](const PressedMaterial& m) { return m.around / m.element.viscosity; };
     std::vector<const PressedMaterial*> soft(ranges + 2, nullptr), fluid(ranges + 2, nullptr);
     for (const PressedMaterial& m : all) {
         const double r = rate(m); // elastic materials come last, viscous ones first
@@ -190,23 +204,27 @@ StepLoad load_of(const Schedule& schedule, const plan::Step& step) {
 // The running analysis of one cell of each material, step by step.
 class Analysis {
   public:
-    Analysis(const PreparedSkin& skin, const Schedule& schedule, Precision precision, bool flushed, bool points_only)
+    Analysis(const PreparedSkin& skin, const Schedule& schedule, Precision precision, bool flushed, const Read& read)
         : skin_(skin), schedule_(schedule), in_double_(precision == Precision::f64), u_(in_double_ ? 0x1p-53 : 0x1p-24),
           flush_(flushed ? 0x1p-64 : 0), last_(precision == Precision::f32_compensated ? u_ : 0),
           l_(std::abs(skin.constants.curvature_length)), weight_(skin.constants.bend * weight_of(skin.stencil)),
-          rest_(rest_peak(skin, schedule, points_only)),
+          rest_(rest_peak(skin, schedule, !read.everything)),
           rough_(roughness_of(skin, schedule, schedule.framed ? 1 : largest_of(schedule.pressure))) {
         const double least = schedule.framed ? 0 : least_of(schedule.pressure);
-        for (const PressedMaterial& m :
-             representatives(pressed_materials(skin, schedule, points_only), double(schedule.outputs))) {
+        const auto arithmetic = [&](double peak) {
+            return CountedArithmetic{.u = u_,
+                                     .peak = peak,
+                                     .single = !in_double_,
+                                     .bound = schedule.framed,
+                                     .carried = precision == Precision::f32_compensated ? 2 * u_ : 1,
+                                     .flush = peak > 0 ? 2 * flush_ / peak : 0,
+                                     .least = peak > 0 ? least / peak : 0};
+        };
+        const double steps = double(schedule.outputs);
+        for (const PressedMaterial& m : representatives(pressed_materials(skin, schedule, read), steps)) {
             materials_.push_back(m.element);
-            arithmetic_.push_back({.u = u_,
-                                   .peak = m.peak,
-                                   .single = !in_double_,
-                                   .bound = schedule.framed,
-                                   .carried = precision == Precision::f32_compensated ? 2 * u_ : 1,
-                                   .flush = m.peak > 0 ? 2 * flush_ / m.peak : 0,
-                                   .least = m.peak > 0 ? least / m.peak : 0});
+            arithmetic_.push_back(arithmetic(m.around));
+            share_.push_back(m.around > 0 ? m.peak / m.around : 0);
         }
     }
 
@@ -227,6 +245,7 @@ class Analysis {
                 const double z = m.viscosity > 0 ? m.modulus * dt / m.viscosity : 0;
                 const CountedArithmetic& a = arithmetic_[i];
                 now_[i] = a.pressed(kept[i], (*step.coefficients)[i], load.s0, load.ds, load.sj, z);
+                if (step.bend > 0 && m.viscosity > 0) add_bend(now_[i], m, step);
                 exact_[i] = now_[i];
                 if (baseline)
                     exact_[i] = exact[i] = a.pressed(exact[i], (*true_step.coefficients)[i], true_step.start,
@@ -239,6 +258,15 @@ class Analysis {
     }
 
   private:
+    // Where the load bends within a step, the rate at its end is worked out in double from a pressure and a stress that
+    // cancel.
+    void add_bend(CountedCell& cell, const Element& m, const plan::Step& step) const {
+        const double left = std::exp(-m.modulus * step.after_bend / m.viscosity);
+        const double rate = 4 * 0x1p-53 * step.bend * left / m.viscosity;
+        cell.d_rate += rate;
+        cell.d_acceleration += rate * (skin_.rule.step_mean ? 1 / schedule_.time.step : m.modulus / m.viscosity);
+    }
+
     // Distance of the method from the exact one, per unit of pressure; 0 for the exact method itself.
     double truncation(size_t i, int q) const { return std::abs(now_[i].value(q) - exact_[i].value(q)); }
 
@@ -255,11 +283,14 @@ class Analysis {
         const double d_C = weight_ * d_strain + u_ * (2 * rest_ + (rough_.laplacian + rough_.differences) * strain);
         for (size_t i = 0; i < now_.size(); ++i)
             for (int q = 0; q < REDUCED_MAPS; ++q) {
-                const double peak = arithmetic_[i].peak, value = std::abs(now_[i].value(q)), x = peak * value;
+                const double peak = arithmetic_[i].peak * share_[i], value = std::abs(now_[i].value(q)),
+                             x = peak * value;
                 double &worst = bounds_.error[size_t(q)], &greatest = bounds_.greatest[size_t(q)];
                 greatest = std::max(greatest, q == QUANTITY_STRAIN ? x : x * gain);
                 const bool sum = q <= QUANTITY_SA2; // compensated, it is off by the last rounding of its value
-                const double d_x = peak * (now_[i].error(q) + (sum ? last_ * value : 0) + truncation(i, q));
+                // Half a unit in the last place of a smaller value is up to twice as much of it.
+                const double rounded = (share_[i] < 1 ? 2 : 1) * now_[i].error(q);
+                const double d_x = peak * (rounded + (sum ? last_ * value : 0) + truncation(i, q));
                 if (!in_double_ && !(x * gain < 3e38)) worst = INFINITY;
                 const double error =
                     q == QUANTITY_STRAIN ? d_x + flush_ : d_x * gain + x * (l_ * d_C + 3 * u_ * gain) + 2 * flush_;
@@ -275,7 +306,8 @@ class Analysis {
     const double l_, weight_, rest_;
     const Roughness rough_;
     std::vector<Element> materials_;
-    std::vector<CountedArithmetic> arithmetic_; // of each material: relative to the pressure on it
+    std::vector<CountedArithmetic> arithmetic_; // of each material: relative to the pressure around what is read
+    std::vector<double> share_;                 // the pressure on what is read, as a share of that
     std::vector<CountedCell> now_, exact_;      // by the method, and by the exact one
     Bounds bounds_{};
 };
@@ -316,9 +348,20 @@ Peaks measured_peaks(const PreparedSkin& skin, const Schedule& schedule) {
     return peaks;
 }
 
-Bounds absolute_bounds(const PreparedSkin& skin, const Schedule& schedule, Precision precision, bool flushed,
-                       bool points_only) {
-    return Analysis(skin, schedule, precision, flushed, points_only).run();
+Bounds bounds_of_cells(const PreparedSkin& skin, const Schedule& schedule, Precision precision, bool flushed) {
+    return Analysis(skin, schedule, precision, flushed, {.everything = true, .quantity = 0}).run();
+}
+
+Bounds bounds_of_sites(const PreparedSkin& skin, const Schedule& schedule, Precision precision, bool flushed) {
+    Bounds all{};
+    for (int q = QUANTITY_SA1; q < REDUCED_MAPS; ++q) {
+        const std::vector<Site>& sites = skin.description.sites;
+        if (std::none_of(sites.begin(), sites.end(), [q](const Site& site) { return int(site.type) == q; })) continue;
+        const Bounds of = Analysis(skin, schedule, precision, flushed, {.everything = false, .quantity = q}).run();
+        all.error[size_t(q)] = of.error[size_t(q)];
+        all.greatest[size_t(q)] = of.greatest[size_t(q)];
+    }
+    return all;
 }
 
 double worst_asked(const PreparedSkin& skin, const Schedule& schedule, const Bounds& all, const Bounds& sites,

@@ -18,16 +18,18 @@ Peaks measured_peaks(const plan::PreparedSkin&, const plan::Schedule&);
 
 // Bounds of |X - X_exact|: rounding by a running analysis of one cell of each material under the load, the curvature's
 // share by the stencil's weights, a baseline's truncation as its distance from the exact method. flushed: magnitudes
-// below 2^-64 are stored as 0. points_only: no cell but the schedule's points is read.
+// below 2^-64 are stored as 0.
 struct Bounds {
     Errors error;    // of |X - X_exact|
     Errors greatest; // of |X_exact|
 };
-Bounds absolute_bounds(const plan::PreparedSkin&, const plan::Schedule&, Precision, bool flushed, bool points_only);
+Bounds bounds_of_cells(const plan::PreparedSkin&, const plan::Schedule&, Precision, bool flushed);
+// Of each class over its sites alone.
+Bounds bounds_of_sites(const plan::PreparedSkin&, const plan::Schedule&, Precision, bool flushed);
 
-// The worst relative error of what is asked for, by bounds over all cells and over those of the points. An output that
-// is nowhere above 2^-64 is exact.
-double worst_asked(const plan::PreparedSkin&, const plan::Schedule&, const Bounds& all, const Bounds& points,
+// The worst relative error of what is asked for, by bounds over all cells and over the sites of each class. An output
+// that is nowhere above 2^-64 is exact.
+double worst_asked(const plan::PreparedSkin&, const plan::Schedule&, const Bounds& cells, const Bounds& sites,
                    const Peaks&);
 
 } // namespace dermis::planner

@@ -78,12 +78,8 @@ class ErrorBounds {
         const bool flushed = c.model == Model::sites || c.model == Model::march;
         if (!peaks_) peaks_ = measured_peaks(skin_, schedule_);
         const bool whole = !schedule_.output.traces.empty() || !schedule_.output.fields.empty();
-        const auto bounds = [&](bool points) {
-            return absolute_bounds(skin_, schedule_, c.precision, flushed, points);
-        };
-        const Bounds none{};
-        return worst_asked(skin_, schedule_, whole ? bounds(false) : none,
-                           skin_.description.sites.empty() ? none : bounds(true), *peaks_);
+        const Bounds none{}, cells = whole ? bounds_of_cells(skin_, schedule_, c.precision, flushed) : none;
+        return worst_asked(skin_, schedule_, cells, bounds_of_sites(skin_, schedule_, c.precision, flushed), *peaks_);
     }
 
   private:
