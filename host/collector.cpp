@@ -34,14 +34,26 @@ Collector::Collector(Result& result, const plan::PreparedSkin& skin, const plan:
 }
 
 void Collector::operator()(const plan::Step& step, const plan::Sample& sample) {
-    for (Quantity q : wanted_) // where the mean is finite, every cell is
-        if (every_cell_) check_finite(sample.totals[size_t(q)].mean, q, step.time);
+    for (Quantity q : wanted_)
+        if (every_cell_) check_sample(sample, q, step.time);
     if (step.trace >= 0) {
         result_.time.push_back(step.time);
         take_traces(step, sample);
         take_sites(step, sample);
     }
     if (step.impulse >= 0 && every_cell_) take_impulses(step, sample);
+}
+
+// A march's mean is finite where every cell is; closed forms know mean, extremes and probes each by itself.
+void Collector::check_sample(const plan::Sample& sample, Quantity q, double time) const {
+    const plan::Totals& totals = sample.totals[size_t(q)];
+    check_finite(totals.mean, q, time);
+    if (schedule_.output.extremes) {
+        check_finite(totals.min, q, time);
+        check_finite(totals.max, q, time);
+    }
+    const double* points = sample.points.data() + size_t(q) * schedule_.points.size();
+    for (size_t i = 0; i < schedule_.output.probes.size(); ++i) check_finite(points[i], q, time);
 }
 
 void Collector::take_traces(const plan::Step&, const plan::Sample& sample) {
@@ -99,9 +111,11 @@ void Collector::check_finite(double value, Quantity q, double time) const {
 
 namespace {
 
+// Counts the numbers whose bits differ. The sign and the payload of a NaN are no number, and are left to each device.
 long long different(const std::vector<double>& a, const std::vector<double>& b) {
     long long n = 0;
-    for (size_t i = 0; i < a.size(); ++i) n += std::bit_cast<uint64_t>(a[i]) != std::bit_cast<uint64_t>(b[i]);
+    for (size_t i = 0; i < a.size(); ++i)
+        n += std::bit_cast<uint64_t>(a[i]) != std::bit_cast<uint64_t>(b[i]) && !(std::isnan(a[i]) && std::isnan(b[i]));
     return n;
 }
 

@@ -20,6 +20,7 @@ class Collector {
     void check_finite(double value, Quantity, double time) const;
 
   private:
+    void check_sample(const plan::Sample&, Quantity, double time) const;
     void take_traces(const plan::Step&, const plan::Sample&);
     void take_sites(const plan::Step&, const plan::Sample&);
     void take_impulses(const plan::Step&, const plan::Sample&);

@@ -82,7 +82,8 @@ Skin::Response Skin::response(Quantity q) const {
         scene::refuse("response", std::string("\"") + name(q) + "\"",
                       s.fields ? "what SkinOptions::responses asks for" : "the classes of the description's sites");
     const std::vector<float>& dense = s.dense[size_t(q) - QUANTITY_SA1];
-    return {dense.empty() ? s.stream->response(q) : dense.data(), s.fields ? s.cells() : s.layout.of[size_t(q)].count};
+    const float* response = s.stream->response(q); // throws if the device is lost
+    return {dense.empty() ? response : dense.data(), s.fields ? s.cells() : s.layout.of[size_t(q)].count};
 }
 
 void Skin::reset() {

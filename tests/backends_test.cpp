@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // One body over every backend: the CPU in float, Vulkan, against the CPU in double and closed forms.
-#include "host/device.hpp"
 #include "host/check.hpp"
+#include "host/device.hpp"
 #include "tests/oracle/oracle.hpp"
 #include "tests/support.hpp"
 
@@ -225,6 +225,55 @@ TEST_CASE("whatever little is asked for has the bits that it has among everythin
             CHECK(r.cells_different == 0);
         }
     }
+}
+
+TEST_CASE("a check takes any NaN for any other: the sign of one is no difference") {
+    const Validated vulkan;
+    Scene s;
+    s.grid = {16, 3, {}};
+    s.surface.kind = Surface::Kind::wave;
+    s.material.modulus = 1000;
+    s.method = Method::rk2;
+    s.allow_unstable = true;
+    s.time = {0.01, 0.9};
+    for (double at : {0.5, 0.89})
+        s.output.fields.push_back({at, {Quantity::strain, Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2}});
+    RunOptions check;
+    check.precision = Precision::f32;
+    check.check = true;
+    const Result r = run(s, vulkan.device(), check);
+    size_t nans = 0;
+    for (const Field& f : r.fields)
+        for (double v : f.values) nans += std::isnan(v);
+    CHECK(nans > 0);
+    CHECK(r.cells_different == 0);
+}
+
+TEST_CASE("what overflows is refused in every model: means, extremes, probes and impulses") {
+    Scene s;
+    s.grid = {2, 1, {}};
+    s.material.viscosity_map = {1e-308, 1e-308};
+    s.load.envelope.kind = Envelope::Kind::pulse;
+    s.load.envelope.length = 0.1;
+    s.load.envelope.period = 0.2;
+    s.time = {0.05, 0.5};
+    RunOptions f64;
+    f64.precision = Precision::f64;
+    for (Model model : {Model::moments, Model::maps, Model::march})
+        for (bool extremes : {true, false}) {
+            CAPTURE(name(model));
+            CAPTURE(extremes);
+            s.model = model;
+            s.output.extremes = extremes;
+            s.output.probes = {{0, 0}, {1, 0}};
+            s.load.intensity = 1;
+            for (const Impulse& i : run(s, Device::cpu(), f64).impulses)
+                for (double v : {i.mean, extremes ? i.min : 0, extremes ? i.max : 0, i.probes[0], i.probes[1]})
+                    CHECK(std::isfinite(v));
+            s.load.intensity = 1.5;
+            const std::string message = refusal(Error::Code::bad_input, [&] { run(s, Device::cpu(), f64); });
+            CHECK(message.find("fa2 overflows at t = ") == 0);
+        }
 }
 
 TEST_CASE("any number of threads gives the same bits") {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What an output means: left limits, impulses, breakpoints, SA2 and FA2.
+#include "host/device.hpp"
 #include "tests/support.hpp"
 
 #include <algorithm>
@@ -91,6 +92,35 @@ TEST_CASE("a load that starts between outputs acts from its own instant") {
             REQUIRE(r.impulses.size() == 1);
             CHECK(r.impulses[0].time == doctest::Approx(begin));
             CHECK(r.impulses[0].mean == doctest::Approx(1));
+        }
+}
+
+TEST_CASE("a pulse that starts after the end presses nothing, in every model and on every backend") {
+    const Validated vulkan;
+    Scene s = small_scene(4, 4);
+    s.load.envelope.kind = Envelope::Kind::pulse;
+    s.load.envelope.length = 0.1;
+    s.load.envelope.period = 0.2;
+    s.load.envelope.start = 1;
+    s.time = {0.05, 0.5};
+    for (Model model : {Model::moments, Model::maps, Model::sites, Model::march})
+        for (const Device& device : {Device::cpu(), vulkan.device()}) {
+            CAPTURE(name(model));
+            s.model = model;
+            s.output.traces = {Quantity::strain, Quantity::fa2};
+            s.output.probes = {{1, 2}};
+            s.sites.clear();
+            if (model == Model::sites) {
+                s.output = {.traces = {}, .probes = {}, .fields = {}};
+                s.sites = {{Quantity::fa2, {1, 2}}};
+            }
+            const Result r = run(s, device);
+            REQUIRE(r.time.size() == 10);
+            CHECK(r.impulses.empty());
+            const std::vector<double> zeros(10, 0.0);
+            for (const Trace& t : r.traces)
+                for (const auto* column : {&t.mean, &t.min, &t.max, &t.probes[0]}) CHECK(*column == zeros);
+            if (model == Model::sites) CHECK(r.responses == zeros);
         }
 }
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Choosing a device, and every way in which there is none. Faults come from a loader put before the real one.
+#include "host/check.hpp"
 #include "host/device.hpp"
 #include "host/embedding/backend.hpp"
-#include "host/check.hpp"
 #include "tests/shim.hpp"
 #include "tests/support.hpp"
 
@@ -106,4 +106,123 @@ TEST_CASE("double precision on a Vulkan device is an error, not a silent float")
     f64.precision = Precision::f64;
     const std::string message = refusal(Error::Code::bad_input, [&] { run(small_scene(4, 4), vulkan.device(), f64); });
     CHECK(message.find("f64") != std::string::npos);
+}
+
+namespace {
+
+std::vector<float> numbers(const Result& r) {
+    std::vector<double> all;
+    for (const Trace& t : r.traces)
+        for (const auto* column : {&t.mean, &t.min, &t.max, &t.probes[0]})
+            all.insert(all.end(), column->begin(), column->end());
+    for (const Field& f : r.fields) all.insert(all.end(), f.values.begin(), f.values.end());
+    return {all.begin(), all.end()};
+}
+
+// A run; after a failure another one.
+struct Running {
+    std::vector<float> on(const Device& device) {
+        Scene s = small_scene(33, 20);
+        s.model = Model::march;
+        s.precision = Precision::f32;
+        s.output.fields = {{0.1, {Quantity::curvature, Quantity::sa1}}, {0.2, {Quantity::fa2}}};
+        return numbers(run(s, device));
+    }
+    void refuse_responses() {}
+};
+
+// A skin that is made, pressed and reset; after a failure it goes on with what failed.
+struct Pressing {
+    std::unique_ptr<Skin> skin;
+    int done = 0;
+    std::vector<float> responses;
+
+    std::vector<float> on(const Device& device) {
+        const SkinDescription d = small_scene(33, 20);
+        if (!skin) skin = std::make_unique<Skin>(device, d);
+        for (; done < 5; ++done) {
+            if (done == 3) skin->reset(); // after an odd number of presses
+            else skin->press(frame(d, done), 0.1);
+            const Skin::Response r = skin->response(Quantity::fa2);
+            responses.insert(responses.end(), r.begin(), r.end());
+        }
+        return responses;
+    }
+    void refuse_responses() {
+        if (skin) refusal(Error::Code::device, [&] { skin->response(Quantity::sa1); });
+    }
+};
+
+// Fails each call of that name in turn, until there is none left to fail.
+template <class Work> void strike(const vulkan::Loader& loader, Fault fault, bool loses) {
+    const std::vector<float> right = Work().on(Device::cpu(1));
+    const std::string call = fault.call, says = call + " failed with VkResult " + std::to_string(fault.code);
+    for (bool struck = true; struck; ++fault.before) {
+        CAPTURE(call);
+        CAPTURE(fault.code);
+        CAPTURE(fault.before);
+        {
+            const Device device = open_device("vulkan", loader); // whatever was lost before
+            Work work;
+            shim.fault = fault;
+            std::vector<float> got;
+            std::string first;
+            try {
+                got = work.on(device);
+            } catch (const Error& e) {
+                CHECK(e.code() == Error::Code::device);
+                first = e.what();
+            }
+            struck = shim.fault.struck;
+            shim.fault = {};
+            shim.calls.clear();
+            if (struck) CHECK(first.find(says) == 0); // never absorbed
+            else CHECK(got == right);
+            if (struck && loses) {
+                for (int i = 0; i < 2; ++i)
+                    CHECK(refusal(Error::Code::device, [&] { work.on(device); }).find(" is lost since " + says) !=
+                          std::string::npos);
+                work.refuse_responses();
+                CHECK(shim.calls.empty());
+            } else if (struck) {
+                CHECK(work.on(device) == right);
+                shim.calls.clear();
+            }
+        }
+        if (struck && loses) CHECK(shim.calls.empty()); // nothing is destroyed
+        CHECK((struck || fault.before > 1));
+    }
+}
+
+} // namespace
+
+TEST_CASE("whatever fails in a submission is an error; then the device is lost, or gives the right bits") {
+    const LeftToDriver leaks;
+    const vulkan::Loader loader = shimmed();
+    const auto strike_both = [&](const Fault& fault, bool loses) {
+        strike<Running>(loader, fault, loses);
+        strike<Pressing>(loader, fault, loses);
+    };
+    strike_both({"vkBeginCommandBuffer", 0, VK_ERROR_OUT_OF_HOST_MEMORY}, false);
+    strike_both({"vkEndCommandBuffer", 0, VK_ERROR_OUT_OF_DEVICE_MEMORY}, false);
+    strike_both({"vkQueueSubmit", 0, VK_ERROR_OUT_OF_HOST_MEMORY}, false);
+    strike_both({"vkQueueSubmit", 0, VK_ERROR_DEVICE_LOST, true}, true);
+    strike_both({"vkWaitForFences", 0, VK_TIMEOUT}, true);
+    strike_both({"vkWaitForFences", 0, VK_ERROR_OUT_OF_HOST_MEMORY}, true);
+    strike_both({"vkResetFences", 0, VK_ERROR_OUT_OF_DEVICE_MEMORY}, true);
+}
+
+TEST_CASE("a submission that fails in the test of a device: it is not opened, and the next one is") {
+    const LeftToDriver leaks;
+    const vulkan::Loader loader = shimmed();
+    for (Fault fault : {Fault{"vkQueueSubmit", 0, VK_ERROR_DEVICE_LOST}, Fault{"vkWaitForFences", 0, VK_TIMEOUT},
+                        Fault{"vkResetFences", 0, VK_ERROR_OUT_OF_HOST_MEMORY}})
+        for (; fault.before < 12; fault.before += 5) {
+            shim.fault = fault;
+            CHECK(refusal(Error::Code::no_device, [&] { open_device("0", loader); }).find(fault.call) !=
+                  std::string::npos);
+            CHECK(shim.fault.struck);
+            shim.fault = {};
+            CHECK(open_device("0", loader).info().exact);
+        }
 }

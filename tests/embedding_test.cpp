@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // SkinProgram in a host's command buffers: the host here is the test, with memory and submissions of its own.
 #include "dermis/vulkan.hpp"
+#include "host/check.hpp"
 #include "host/device.hpp"
 #include "host/embedding/backend.hpp"
-#include "host/check.hpp"
 #include "tests/shim.hpp"
 #include "tests/support.hpp"
 
@@ -316,6 +316,43 @@ TEST_CASE("the recorded check passes on a right device and fails on a wrong one"
     const Device wrong = open_device("0", faulty(&Shim::miscompile));
     CHECK_FALSE(passes(wrong, d));
     CHECK_FALSE(passes(wrong, with_sites(d, 9)));
+}
+
+TEST_CASE("coefficients are written after those of the press before are written and read") {
+    const Device device = open_device("0", shimmed());
+    Context& context = *vulkan::context_of(*device.impl().backend);
+    for (const SkinDescription& d : {with_materials(ridged(40, 20)), with_sites(with_materials(ridged(40, 20)), 9)}) {
+        Host host(context, d, 2);
+        Range check(context, host.program.memory().check);
+        host.program.bind_check(check.info);
+        std::vector<Barrier> barriers;
+        shim.barriers = &barriers;
+        shim.calls.clear();
+        const VkCommandBuffer commands = context.begin();
+        CHECK(host.program.record_check(commands));
+        for (int i = 0; i < 2; ++i) {
+            REQUIRE(host.program.record_press(commands, host.bindings[size_t(i)], 0.1));
+            barrier(context, commands, host.program);
+        }
+        shim.barriers = nullptr;
+        context.submit();
+        size_t updates = 0, recorded = 0;
+        bool after_write = false, after_read = false;
+        for (const std::string call : shim.calls) {
+            if (call == "vkCmdUpdateBuffer") {
+                if (updates++ > 0) CHECK((after_write && after_read));
+                after_write = after_read = false;
+            } else if (call == "vkCmdPipelineBarrier") {
+                const Barrier b = barriers.at(recorded++);
+                if (!(b.to & VK_PIPELINE_STAGE_TRANSFER_BIT)) continue;
+                after_read |= (b.from & VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT) != 0;
+                after_write |= b.from & VK_PIPELINE_STAGE_TRANSFER_BIT && b.source & VK_ACCESS_TRANSFER_WRITE_BIT &&
+                               b.destination & VK_ACCESS_TRANSFER_WRITE_BIT;
+            }
+        }
+        CHECK(updates == 4);
+        CHECK(recorded == barriers.size());
+    }
 }
 
 TEST_CASE("requirements are data: merged before a device is made, one limit beyond the least of Vulkan 1.1") {

@@ -55,7 +55,7 @@ VKAPI_ATTR VkResult VKAPI_CALL module(VkDevice d, const VkShaderModuleCreateInfo
     return reinterpret_cast<PFN_vkCreateShaderModule>(real_module)(d, &changed, a, m);
 }
 
-PFN_vkVoidFunction real_sets, real_wait;
+PFN_vkVoidFunction real_sets, real_barrier;
 
 VKAPI_ATTR VkResult VKAPI_CALL sets(VkDevice d, const VkDescriptorSetAllocateInfo* info, VkDescriptorSet* set) {
     if (shim.sets_left == 0) return VK_ERROR_OUT_OF_HOST_MEMORY;
@@ -63,22 +63,43 @@ VKAPI_ATTR VkResult VKAPI_CALL sets(VkDevice d, const VkDescriptorSetAllocateInf
     return reinterpret_cast<PFN_vkAllocateDescriptorSets>(real_sets)(d, info, set);
 }
 
-VKAPI_ATTR VkResult VKAPI_CALL wait(VkDevice d, uint32_t count, const VkFence* fences, VkBool32 all, uint64_t ns) {
-    const VkResult result = reinterpret_cast<PFN_vkWaitForFences>(real_wait)(d, count, fences, all, ns);
-    return shim.timeout ? VK_TIMEOUT : result;
+VKAPI_ATTR void VKAPI_CALL barrier(VkCommandBuffer c, VkPipelineStageFlags from, VkPipelineStageFlags to,
+                                   VkDependencyFlags flags, uint32_t count, const VkMemoryBarrier* memory,
+                                   uint32_t buffers, const VkBufferMemoryBarrier* buffer, uint32_t images,
+                                   const VkImageMemoryBarrier* image) {
+    if (shim.barriers) {
+        const VkMemoryBarrier first = count ? *memory : VkMemoryBarrier{};
+        shim.barriers->push_back({from, to, first.srcAccessMask, first.dstAccessMask});
+    }
+    reinterpret_cast<PFN_vkCmdPipelineBarrier>(real_barrier)(c, from, to, flags, count, memory, buffers, buffer, images,
+                                                             image);
 }
 
-// A device function that is written down.
+// Whether this call is the one to fail.
+bool strikes(const char* name) {
+    Fault& f = shim.fault;
+    if (f.struck || std::strcmp(name, f.call) != 0 || f.before-- > 0) return false;
+    return f.struck = true;
+}
+
+// A device function that is written down, and fails where it is to.
 template <int which, class Function> struct Logged;
 template <int which, class R, class... A> struct Logged<which, R(VKAPI_PTR*)(A...)> {
     static inline R(VKAPI_PTR* real)(A...) = nullptr;
     static inline const char* name = "";
     static VKAPI_ATTR R VKAPI_CALL call(A... a) {
         static std::mutex mutex;
+        [[maybe_unused]] bool fails = false;
         {
             const std::lock_guard lock(mutex);
             shim.calls.push_back(name);
+            fails = strikes(name);
         }
+        if constexpr (std::is_same_v<R, VkResult>)
+            if (fails) {
+                if (shim.fault.made) (void)real(a...);
+                return shim.fault.code;
+            }
         return real(a...);
     }
     static bool take(const char* wanted, const char* own, PFN_vkVoidFunction& f) {
@@ -103,7 +124,7 @@ VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL device_address(VkDevice device, const c
         f = reinterpret_cast<PFN_vkVoidFunction>(ours);
     };
     instead("vkAllocateDescriptorSets", real_sets, sets);
-    instead("vkWaitForFences", real_wait, wait);
+    instead("vkCmdPipelineBarrier", real_barrier, barrier);
 #define LOGGED(name_) Logged<__LINE__, PFN_##name_>::take(name, #name_, f) ||
     (void)(LOGGED(vkBeginCommandBuffer) LOGGED(vkEndCommandBuffer) LOGGED(vkQueueSubmit) LOGGED(vkWaitForFences)
                LOGGED(vkResetFences) LOGGED(vkCmdBindPipeline) LOGGED(vkCmdBindDescriptorSets)
@@ -111,7 +132,8 @@ VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL device_address(VkDevice device, const c
                        LOGGED(vkCmdUpdateBuffer) LOGGED(vkCmdFillBuffer) LOGGED(vkCmdWriteTimestamp)
                            LOGGED(vkCreateBuffer) LOGGED(vkAllocateMemory) LOGGED(vkCreateComputePipelines)
                                LOGGED(vkAllocateDescriptorSets) LOGGED(vkUpdateDescriptorSets) LOGGED(vkMapMemory)
-                                   LOGGED(vkDestroyPipeline) false);
+                                   LOGGED(vkDestroyPipeline) LOGGED(vkDestroyDescriptorPool) LOGGED(vkDestroyBuffer)
+                                       LOGGED(vkFreeMemory) LOGGED(vkDestroyDevice) false);
     return f;
 }
 

@@ -5,24 +5,52 @@
 #include "host/vulkan/instance.hpp"
 
 #include <functional>
+#ifdef __SANITIZE_ADDRESS__
+#include <sanitizer/lsan_interface.h>
+#endif
 
 namespace test {
 
 using namespace dermis;
 
+// One call of a device function fails.
+struct Fault {
+    const char* call = "";      // the function's name
+    int before = 0;             // the calls of it that succeed before
+    VkResult code = VK_SUCCESS; // the result of the call that fails
+    bool made = false;          // the call does its work all the same
+    bool struck = false;        // the call has come
+};
+
+// A barrier as it was recorded, with the first of its memory barriers.
+struct Barrier {
+    VkPipelineStageFlags from = 0, to = 0;
+    VkAccessFlags source = 0, destination = 0;
+};
+
 struct Shim {
     bool no_driver = false, no_compute = false, few_buffers = false;
-    bool miscompile = false;        // the 1 of every response is wrong
-    bool miscompile_far = false;    // 4/3 of the fourth-order stencil is wrong
-    uint32_t range = 0;             // maxStorageBufferRange; 0: the device's own
-    bool least = false;             // limits are the least that Vulkan 1.1 allows, but for 12 storage buffers
-    bool portability = false;       // VK_KHR_portability_subset is offered
-    bool timeout = false;           // submissions do not come back in time
-    int sets_left = -1;             // the descriptor sets that can be allocated; -1: all
-    const char* absent = "";        // a function that is not there
-    std::vector<const char*> calls; // of commands, submissions and what is made
+    bool miscompile = false;     // the 1 of every response is wrong
+    bool miscompile_far = false; // 4/3 of the fourth-order stencil is wrong
+    uint32_t range = 0;          // maxStorageBufferRange; 0: the device's own
+    bool least = false;          // limits are the least that Vulkan 1.1 allows, but for 12 storage buffers
+    bool portability = false;    // VK_KHR_portability_subset is offered
+    Fault fault;
+    int sets_left = -1;                       // the descriptor sets that can be allocated; -1: all
+    const char* absent = "";                  // a function that is not there
+    std::vector<const char*> calls;           // of commands, submissions, what is made and what is destroyed
+    std::vector<Barrier>* barriers = nullptr; // if set, each vkCmdPipelineBarrier that is recorded
 };
 extern Shim shim; // of all devices whose loader is shimmed()
+
+// While it lives, what is left to a driver for ever does not count as leaked.
+#ifdef __SANITIZE_ADDRESS__
+using LeftToDriver = __lsan::ScopedDisabler;
+#else
+struct LeftToDriver {
+    LeftToDriver() {}
+};
+#endif
 
 vulkan::Loader shimmed();
 vulkan::Loader faulty(bool Shim::*fault); // nothing but this fault

@@ -315,19 +315,18 @@ TEST_CASE("a device whose bits differ is refused for a skin too, unless asked fo
     CHECK_FALSE(named.info().exact);
 }
 
-#ifndef __SANITIZE_ADDRESS__ // what is left to the driver counts as leaked
 TEST_CASE("after a submission that did not come back nothing of a skin is destroyed") {
+    const LeftToDriver leaks;
     const Device device = open_device("0", shimmed());
     const SkinDescription d = ridged(20, 12);
     {
         Skin skin(device, d);
-        shim.timeout = true;
+        shim.fault = {"vkWaitForFences", 0, VK_TIMEOUT, true};
         refusal(Error::Code::device, [&] { skin.press(frame(d, 1), 0.1); });
         shim.calls.clear();
     }
     for (const std::string name : shim.calls) CHECK(name != "vkDestroyPipeline");
 }
-#endif
 
 TEST_CASE("what is beyond float is refused, or is seen to be: never a number that looks right") {
     const Validated vulkan;

@@ -19,10 +19,12 @@ plan::Capabilities VulkanBackend::capabilities() const {
 
 std::unique_ptr<plan::Stepper> VulkanBackend::stepper(const plan::PreparedSkin& skin, const plan::Schedule& schedule,
                                                       Precision precision, plan::Stepper::Sink sink) {
+    context_->need_working();
     return vulkan::stepper(skin, schedule, precision, context_, std::move(sink));
 }
 
 std::unique_ptr<plan::Stream> VulkanBackend::stream(const plan::StreamedSkin& skin) {
+    context_->need_working();
     return std::make_unique<SkinRunner>(context_, skin);
 }
 

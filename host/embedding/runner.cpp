@@ -53,7 +53,7 @@ SkinRunner::SkinRunner(std::shared_ptr<Context> context, const plan::StreamedSki
 }
 
 SkinRunner::~SkinRunner() {
-    if (context_->stuck()) new SkinProgram(std::move(program_)); // the driver may still use it
+    if (context_->lost()) new SkinProgram(std::move(program_)); // the driver may still use it
 }
 
 Buffer SkinRunner::buffer(const Memory& m, Buffer::Location location) {
@@ -91,6 +91,11 @@ bool SkinRunner::exact() {
     return program_.check_passed(back.data());
 }
 
+float* SkinRunner::pressure() {
+    context_->need_working();
+    return static_cast<float*>(upload_.data());
+}
+
 bool SkinRunner::press(double dt) {
     const DefaultFloats guard; // a software driver's threads inherit the floating-point environment
     const VolkDeviceTable& vk = context_->calls();
@@ -98,10 +103,7 @@ bool SkinRunner::press(double dt) {
     const VkBufferCopy in{0, 0, program_.memory().pressure.bytes}, out{0, 0, program_.memory().response.bytes};
     vk.vkCmdCopyBuffer(commands, upload_.handle(), pressure_[1 - from_].handle(), 1, &in);
     context_->barrier(commands);
-    if (!program_.record_press(commands, bindings_[from_], dt)) {
-        (void)vk.vkEndCommandBuffer(commands); // its commands are never submitted
-        return false;
-    }
+    if (!program_.record_press(commands, bindings_[from_], dt)) return false; // gives the recording up
     context_->barrier(commands);
     vk.vkCmdCopyBuffer(commands, response_.handle(), download_.handle(), 1, &out);
     context_->barrier(commands);
@@ -111,16 +113,17 @@ bool SkinRunner::press(double dt) {
 }
 
 const float* SkinRunner::response(Quantity q) const {
+    context_->need_working(); // a press that failed may have written half of a response
     return static_cast<const float*>(download_.data()) + program_.range(q).first;
 }
 
 void SkinRunner::reset() {
-    from_ = 0;
     const VkCommandBuffer commands = context_->begin();
     for (const Buffer* b : {&state_[0], &state_[1], &pressure_[0], &response_})
         context_->calls().vkCmdFillBuffer(commands, b->handle(), 0, VK_WHOLE_SIZE, 0);
     context_->barrier(commands);
     context_->submit();
+    from_ = 0; // after the submission: where that fails, nothing has happened
     std::memset(download_.data(), 0, download_.bytes());
 }
 

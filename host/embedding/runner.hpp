@@ -13,7 +13,8 @@ class SkinRunner : public plan::Stream {
   public:
     SkinRunner(std::shared_ptr<Context>, const plan::StreamedSkin&);
     ~SkinRunner() override;
-    float* pressure() override { return static_cast<float*>(upload_.data()); }
+    // All functions throw Error::device if the device is lost.
+    float* pressure() override;
     bool press(double dt) override;
     const float* response(Quantity) const override;
     void reset() override;

@@ -40,7 +40,7 @@ Buffer::Buffer(Buffer&& other) noexcept
       memory_(std::exchange(other.memory_, VK_NULL_HANDLE)), bytes_(other.bytes_), data_(other.data_) {}
 
 Buffer::~Buffer() {
-    if (context_->stuck()) return;
+    if (context_->lost()) return;
     context_->calls().vkDestroyBuffer(context_->device(), handle_, nullptr);
     context_->calls().vkFreeMemory(context_->device(), memory_, nullptr);
 }
@@ -77,7 +77,7 @@ Context::Context(std::shared_ptr<const Instance> instance, const PhysicalDevice&
 Context::~Context() {
     const VolkDeviceTable& vk = device_.calls;
     const VkDevice device = device_.device;
-    if (stuck_) { // The driver may still use every object, the instance too: they are left to it.
+    if (lost()) { // The driver may still use every object, the instance too: they are left to it.
         new std::shared_ptr<const Instance>(std::move(instance_));
         return;
     }
@@ -119,13 +119,28 @@ uint32_t Context::memory_type(uint32_t allowed, Buffer::Location location) const
     throw Error(Error::Code::device, "", physical_.info.name + " has no memory type for these buffers");
 }
 
+void Context::need_working() const {
+    if (lost())
+        throw Error(Error::Code::device, "",
+                    physical_.info.name + " is lost since " + failure(lost_.result, lost_.call) + "; open it again");
+}
+
 VkCommandBuffer Context::begin() {
-    if (stuck_)
-        throw Error(Error::Code::device, "", physical_.info.name + " has not come back from an earlier submission");
+    need_working();
+    if (unfinished_) check(device_.calls.vkResetCommandBuffer(commands_, 0), "vkResetCommandBuffer");
     VkCommandBufferBeginInfo info{VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO};
     info.flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
     check(device_.calls.vkBeginCommandBuffer(commands_, &info), "vkBeginCommandBuffer");
+    unfinished_ = true;
     return commands_;
+}
+
+void Context::check_submitted(VkResult result, const char* call) {
+    if (result != VK_SUCCESS) {
+        lost_ = {call, result};
+        pipelines_->abandon();
+    }
+    check(result, call);
 }
 
 void Context::submit() {
@@ -133,12 +148,15 @@ void Context::submit() {
     VkSubmitInfo info{VK_STRUCTURE_TYPE_SUBMIT_INFO};
     info.commandBufferCount = 1;
     info.pCommandBuffers = &commands_;
-    check(device_.calls.vkQueueSubmit(queue_, 1, &info, fence_), "vkQueueSubmit");
-    const VkResult waited = device_.calls.vkWaitForFences(device_.device, 1, &fence_, VK_TRUE, timeout_ns);
-    stuck_ = waited == VK_TIMEOUT;
-    if (stuck_) pipelines_->abandon();
-    check(waited, "vkWaitForFences");
-    check(device_.calls.vkResetFences(device_.device, 1, &fence_), "vkResetFences");
+    const VkResult submitted = device_.calls.vkQueueSubmit(queue_, 1, &info, fence_);
+    // Out of memory alone promises that nothing was submitted.
+    const bool nothing = submitted == VK_ERROR_OUT_OF_HOST_MEMORY || submitted == VK_ERROR_OUT_OF_DEVICE_MEMORY;
+    if (nothing) check(submitted, "vkQueueSubmit");
+    check_submitted(submitted, "vkQueueSubmit");
+    check_submitted(device_.calls.vkWaitForFences(device_.device, 1, &fence_, VK_TRUE, timeout_ns), "vkWaitForFences");
+    // A fence that stays signalled would end the next wait before its submission.
+    check_submitted(device_.calls.vkResetFences(device_.device, 1, &fence_), "vkResetFences");
+    unfinished_ = false;
 }
 
 void Context::barrier(VkCommandBuffer commands) const {

@@ -48,14 +48,23 @@ class Context {
     VkDevice device() const { return device_.device; }
     uint32_t memory_type(uint32_t allowed, Buffer::Location) const;
 
+    // begin() and submit() throw Error::device naming the call that failed.
     VkCommandBuffer begin(); // the one command buffer, ready to record
     void submit();           // ends the command buffer, submits it and waits
     // Everything recorded before is finished and visible to everything recorded after, and to the host.
     void barrier(VkCommandBuffer) const;
-    // True once a submission has timed out: the driver may still use every object, so that none may be destroyed.
-    bool stuck() const { return stuck_; }
+    // True for ever once a submission, or the wait for it, has failed in any way. The driver may then still use every
+    // object, so none is destroyed; nothing more is submitted, and nothing that the device has written is read.
+    bool lost() const { return lost_.call != nullptr; }
+    void need_working() const; // throws Error::device, naming the call that failed, if the device is lost
 
   private:
+    void check_submitted(VkResult, const char* call);
+
+    struct Loss {
+        const char* call = nullptr;
+        VkResult result = VK_SUCCESS;
+    };
     std::shared_ptr<const Instance> instance_;
     PhysicalDevice physical_;
     DeviceTable device_;
@@ -64,7 +73,8 @@ class Context {
     VkCommandPool pool_ = VK_NULL_HANDLE;
     VkCommandBuffer commands_ = VK_NULL_HANDLE;
     VkFence fence_ = VK_NULL_HANDLE;
-    bool stuck_ = false;
+    bool unfinished_ = false; // commands_ holds a recording that has not been executed, perhaps given up
+    Loss lost_;
 };
 
 } // namespace dermis::vulkan

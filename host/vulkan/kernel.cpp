@@ -3,12 +3,9 @@
 
 #include "dermis/dermis.hpp"
 
-#include <string>
-
 namespace dermis::vulkan {
 
-void check(VkResult result, const char* call) {
-    if (result == VK_SUCCESS) return;
+std::string failure(VkResult result, const char* call) {
     const char* name = "";
     switch (result) {
     case VK_TIMEOUT: name = " (timeout)"; break;
@@ -17,7 +14,11 @@ void check(VkResult result, const char* call) {
     case VK_ERROR_DEVICE_LOST: name = " (device lost)"; break;
     default: break;
     }
-    throw Error(Error::Code::device, "", std::string(call) + " failed with VkResult " + std::to_string(result) + name);
+    return std::string(call) + " failed with VkResult " + std::to_string(result) + name;
+}
+
+void check(VkResult result, const char* call) {
+    if (result != VK_SUCCESS) throw Error(Error::Code::device, "", failure(result, call));
 }
 
 Pipelines::~Pipelines() {

@@ -6,12 +6,15 @@
 #include "host/vulkan/volk.hpp"
 
 #include <map>
+#include <string>
 #include <utility>
 #include <vector>
 
 namespace dermis::vulkan {
 
-// Throws Error::device naming the call unless the result is success.
+// The message of a call that failed: its name and result.
+std::string failure(VkResult, const char* call);
+// Throws Error::device with that message unless the result is success.
 void check(VkResult, const char* call);
 
 // The handle, functions and limits of a device that pipelines and recording use.
@@ -41,7 +44,7 @@ class Pipelines {
     const Pipeline& get(const Module&, uint32_t bindings, uint32_t constants_bytes,
                         const std::vector<uint32_t>& specialization);
     const DeviceTable& device() const { return device_; }
-    // Keeps every pipeline from being destroyed, after a submission has timed out.
+    // Keeps every pipeline from being destroyed, after its device is lost.
     void abandon() { abandoned_ = true; }
     bool abandoned() const { return abandoned_; }
 

@@ -133,7 +133,8 @@ void Recorder::update_table(VkCommandBuffer commands, size_t binding, const f32:
     };
     constexpr VkPipelineStageFlags compute = VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
                                    copy = VK_PIPELINE_STAGE_TRANSFER_BIT;
-    barrier(compute, copy, 0, 0); // earlier presses have read their coefficients
+    // Earlier presses have read their coefficients; what they wrote is in memory before these are written.
+    barrier(compute | copy, copy, VK_ACCESS_TRANSFER_WRITE_BIT, VK_ACCESS_TRANSFER_WRITE_BIT);
     device_.calls.vkCmdUpdateBuffer(commands, tables_[binding].buffer, tables_[binding].offset, table_.bytes, table);
     barrier(copy, compute, VK_ACCESS_TRANSFER_WRITE_BIT, VK_ACCESS_SHADER_READ_BIT);
 }

@@ -32,7 +32,7 @@ class DERMIS_API Error : public std::runtime_error {
     enum class Code {
         bad_input, // a parameter is not allowed; the message names it, its value and the allowed range
         no_device, // there is no such device, or none that can compute; the message says what is missing
-        device,    // a device failed while working; the message names the call
+        device,    // a device failed while working; the message names the call (see Device)
         io         // a file could not be written
     };
     Error(Code code, std::string parameter, const std::string& message)
@@ -235,6 +235,9 @@ struct DeviceInfo {
     std::string refused; // the reason why the device cannot be used; empty if it can
 };
 
+// A Vulkan device is lost once work submitted to it fails or does not come back within a minute. Every later use of it,
+// by copies and skins too, throws Error::device naming the call that failed, and what the driver may still use is left
+// to it. Device::open() makes another one.
 class DERMIS_API Device {
   public:
     // threads: 0 = one per core, 1 = only the calling thread.
@@ -250,7 +253,7 @@ class DERMIS_API Device {
 
     const DeviceInfo& info() const noexcept;
 
-    struct Impl;
+    struct DERMIS_HIDDEN Impl;
     explicit Device(std::shared_ptr<Impl> impl) : impl_(std::move(impl)) {}
     Impl& impl() const noexcept { return *impl_; }
 
@@ -300,7 +303,8 @@ struct Result {
     long long kinks = 0;                   // cells where |C5 - C4| exceeds |C|/2: curvature does not converge there
     double cells_per_ridge = HUGE_VAL;     // wavelength of wave and spiral, else infinite; below 8 curvature is coarse
     double greatest_gain = 0; // greatest |l*C| over all cells, at rest and at the end; above 1 responses change sign
-    long long cells_compared = 0, cells_different = 0; // by RunOptions::check
+    // By RunOptions::check. Any NaN counts as equal to any other, whatever its sign and payload.
+    long long cells_compared = 0, cells_different = 0;
 
     DERMIS_API const Trace& trace(Quantity) const; // throws Error::bad_input if it was not asked for
 };
@@ -385,7 +389,8 @@ class DERMIS_API Skin {
 
     // The response sa1, sa2, fa1 or fa2 at the end of the last press; 0 before the first. data: width*height floats,
     // row 0 first, or, if the description has sites, one per site of that class in the order given; the same memory
-    // after every press. Throws Error::bad_input if the response was not asked for.
+    // after every press. Throws Error::bad_input if the response was not asked for; Error::device if the device is
+    // lost.
     struct Response {
         const float* data;
         size_t size;
@@ -397,7 +402,7 @@ class DERMIS_API Skin {
 
     void reset(); // back to a skin at rest
 
-    struct Impl;
+    struct DERMIS_HIDDEN Impl;
 
   private:
     std::unique_ptr<Impl> impl_;

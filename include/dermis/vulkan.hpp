@@ -20,8 +20,9 @@
 // The next press swaps the two states and the two pressures, by another binding. A press
 //   - reads constants, state_from, pressure_from and pressure_to;
 //   - writes state_to, response and, where a pressure is not finite, invalid;
-//   - writes coefficients into constants, with barriers of its own around that, if the material varies from cell to
-//     cell: presses of one program must then not run on two queues at once;
+//   - writes coefficients into constants if the material varies from cell to cell, with barriers of its own that order
+//     this after what earlier presses on the queue wrote and read there, and before what this one reads: presses of one
+//     program must then not run on two queues at once;
 //   - clobbers the bound compute pipeline, every descriptor set of the compute bind point (another layout of set 0
 //     disturbs the sets behind it) and push constants. All other state of the command buffer stays.
 // Barriers are the host's:
@@ -155,7 +156,7 @@ class DERMIS_API SkinProgram {
   private:
     friend struct Internal;
     SkinProgram();
-    struct Impl;
+    struct DERMIS_HIDDEN Impl;
     std::unique_ptr<Impl> impl_;
 };
 
