@@ -3,12 +3,13 @@
 // one run of this program.
 #include "bench/bench.hpp"
 
+#include "bench/gate.hpp"
 #include "host/embedding/backend.hpp"
 
 #include <algorithm>
+#include <ctime>
 #include <fstream>
 #include <iterator>
-#include <thread>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -72,13 +73,32 @@ void Bench::add(const Measurement& r) {
     std::fflush(stdout);
 }
 
+namespace {
+
+// Seconds for which all threads of this process have run.
+double processor_seconds() {
+    timespec t{};
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
+}
+
+} // namespace
+
 std::vector<Timing> Bench::paired(const std::vector<std::function<double()>>& work, int times) const {
     std::vector<std::vector<double>> seconds(work.size());
+    std::vector<double> busy(work.size(), INFINITY);
     for (const auto& once : work) once();
     for (int i = 0; i < times; ++i)
-        for (size_t k = 0; k < work.size(); ++k) seconds[k].push_back(work[k]());
+        for (size_t k = 0; k < work.size(); ++k) {
+            const double start = processor_seconds();
+            seconds[k].push_back(work[k]());
+            busy[k] = std::min(busy[k], processor_seconds() - start);
+        }
     std::vector<Timing> timings;
-    for (const auto& s : seconds) timings.push_back(timing_of(s));
+    for (size_t k = 0; k < work.size(); ++k) {
+        timings.push_back(timing_of(seconds[k]));
+        timings.back().busy = busy[k];
+    }
     return timings;
 }
 
@@ -95,57 +115,106 @@ void limits(Bench& bench) {
             r.wall = timings[size_t(copy)];
             r.limit = r.model;
             r.limit_GBs = double(Limits::moved()) / r.wall.median / 1e9;
-            (copy ? bench.copy_GBs : bench.read_GBs)[all] = r.limit_GBs;
             bench.rows.push_back(r);
             fmt::print("limit: {} with {} threads: {:.1f} GB/s\n", r.model, threads, r.limit_GBs);
         }
     }
 }
 
+namespace {
+
+struct Arguments {
+    std::string device = "vulkan", out = "results.csv", compare, commit = dermis::commit();
+    bool quick = false, speed = false;
+};
+
+void add_arguments(CLI::App& app, Arguments& a) {
+    app.add_option("--device", a.device, "cpu, vulkan, a row of `dermis devices` or a part of a name")
+        ->capture_default_str();
+    app.add_flag("--quick", a.quick, "smaller grids, fewer runs: under two minutes");
+    app.add_option("--out", a.out, "the table")->capture_default_str();
+    auto* compare =
+        app.add_option("--compare", a.compare,
+                       "an earlier table of this machine: exit status 1 where an error, exactness, a status "
+                       "or a row is another one or lost, 2 where the tables cannot be compared");
+    app.add_flag(
+           "--speed", a.speed,
+           fmt::format("with --compare: exit status 1 too where a kernel's time on one thread or a device, over that "
+                       "of the memory alone in the same rounds, is more than {} times the earlier one",
+                       speed_slack))
+        ->needs(compare);
+    app.add_option("--commit", a.commit, "written into each row")->capture_default_str();
+}
+
+std::vector<Columns> read_table_of(const std::string& path) {
+    std::ifstream file(path);
+    if (!file) throw Incomparable(path + " cannot be read");
+    return read_table({std::istreambuf_iterator<char>(file), {}}, path);
+}
+
+void measure(Bench& bench, const std::string& device) {
+    growth(bench);
+    const std::vector<double> first = device == "cpu" ? std::vector<double>() : first_frames(device, bench.runs);
+    if (device != "cpu") try {
+            bench.vulkan = Device::open(device);
+        } catch (const Error& e) {
+            if (device != "vulkan") throw;
+            fmt::print(stderr, "dermis-bench: rows of the CPU alone: {}\n", e.what());
+        }
+    if (bench.vulkan && !first.empty()) {
+        Measurement r = bench.on_vulkan("first-frame", 150);
+        r.steps = 1;
+        r.wall = timing_of(first);
+        bench.add(r);
+    }
+    for (auto* workload :
+         {limits, streamed_frames, constant_map, study, population, streamed_population, materials, accuracy})
+        workload(bench);
+}
+
+int exit_status(const Verdict& verdict, const std::string& earlier) {
+    for (const std::string& line : verdict.said) fmt::print("{}\n", line);
+    for (const std::string& line : verdict.failed) fmt::print("LOST {}\n", line);
+    fmt::print("{} rows and {} speeds compared with {}: {} lost\n", verdict.rows, verdict.speeds, earlier,
+               verdict.failed.size());
+    return verdict.failed.empty() ? 0 : 1;
+}
+
+int run(const Arguments& a) {
+    std::vector<Columns> earlier; // is read first: `out` may be the same file
+    if (!a.compare.empty()) earlier = read_table_of(a.compare);
+    const Machine machine = this_machine();
+    Bench bench;
+    bench.quick = a.quick;
+    bench.runs = a.quick ? 3 : 7;
+    bench.cores = machine.cores;
+    measure(bench, a.device);
+    const std::string csv = csv_of(bench.rows, {a.commit, a.quick ? "quick" : "full", machine});
+    std::ofstream file(a.out);
+    if (!(file << csv).flush()) throw std::runtime_error(a.out + " cannot be written");
+    fmt::print("{} rows in {}\n", bench.rows.size(), a.out);
+    if (a.compare.empty()) return 0;
+    const GateOptions options{.speed = a.speed, .devices = a.device != "cpu", .cpus = supported_backends()};
+    return exit_status(compare(earlier, read_table(csv, a.out), options), a.compare);
+}
+
+} // namespace
+
 } // namespace bench
 
+// Exit status: 0 done, 1 failed or something is lost, 2 bad input.
 int main(int argc, char** argv) {
-    using namespace bench;
     CLI::App app{"What each choice costs in time and in error"};
-    Bench bench;
-    std::string device = "vulkan", out = "results.csv", compare, commit;
-    app.add_option("--device", device, "cpu, vulkan, a row of `dermis devices` or a part of a name")
-        ->capture_default_str();
-    app.add_flag("--quick", bench.quick, "smaller grids, fewer runs: under two minutes");
-    app.add_option("--out", out, "the table")->capture_default_str();
-    app.add_option("--compare", compare, "an earlier table: exit status 1 where something has been lost")
-        ->check(CLI::ExistingFile);
-    app.add_option("--commit", commit, "written into each row");
-    CLI11_PARSE(app, argc, argv);
+    bench::Arguments arguments;
+    bench::add_arguments(app, arguments);
     try {
-        bench.runs = bench.quick ? 3 : 7;
-        bench.cores = std::max(int(std::thread::hardware_concurrency()), 1);
-        growth(bench);
-        const std::vector<double> first = device == "cpu" ? std::vector<double>() : first_frames(device, bench.runs);
-        if (device != "cpu") try {
-                bench.vulkan = dermis::Device::open(device);
-            } catch (const dermis::Error& e) {
-                if (device != "vulkan") throw;
-                fmt::print(stderr, "dermis-bench: rows of the CPU alone: {}\n", e.what());
-            }
-        if (bench.vulkan && !first.empty()) {
-            Measurement r = bench.on_vulkan("first-frame", 150);
-            r.steps = 1;
-            r.wall = timing_of(first);
-            bench.add(r);
-        }
-        for (auto* workload :
-             {limits, streamed_frames, constant_map, study, population, streamed_population, materials, accuracy})
-            workload(bench);
-        const std::string csv = csv_of(bench.rows, commit);
-        std::ofstream(out) << csv;
-        fmt::print("{} rows in {}\n", bench.rows.size(), out);
-        if (compare.empty()) return 0;
-        std::ifstream file(compare);
-        const std::string earlier{std::istreambuf_iterator<char>(file), {}};
-        const std::vector<std::string> complaints = lost(earlier, csv);
-        for (const std::string& line : complaints) fmt::print("{}\n", line);
-        return complaints.empty() ? 0 : 1;
+        app.parse(argc, argv);
+        return bench::run(arguments);
+    } catch (const CLI::ParseError& e) {
+        return app.exit(e) ? 2 : 0;
+    } catch (const bench::Incomparable& e) {
+        fmt::print(stderr, "dermis-bench: {}\n", e.what());
+        return 2;
     } catch (const std::exception& e) {
         fmt::print(stderr, "dermis-bench: {}\n", e.what());
         return 1;

@@ -14,8 +14,7 @@ namespace bench {
 struct Bench {
     bool quick = false;
     int runs = 5, cores = 1;
-    std::optional<dermis::Device> vulkan;      // empty: only rows of the CPU
-    double read_GBs[2] = {}, copy_GBs[2] = {}; // of one thread, of all cores
+    std::optional<dermis::Device> vulkan; // empty: only rows of the CPU
     std::vector<Measurement> rows;
 
     Measurement cpu(const std::string& workload, long long n, int threads) const;

@@ -7,6 +7,8 @@
 #include "host/plan/streamed_skin.hpp"
 #include "host/vulkan/context.hpp"
 
+#include <array>
+
 namespace bench {
 
 struct FrameScene {
@@ -16,6 +18,21 @@ struct FrameScene {
     double dt = 0.01;           // s, from frame to frame
     std::vector<Floats> frames; // pitch*height each, used cyclically
     size_t cells() const { return skin().padded_cells(); }
+};
+
+// Moves the memory of a frame on the CPU and computes next to nothing: no kernel is faster.
+class CpuMoves {
+  public:
+    CpuMoves(const FrameScene&, int threads);
+    void press(int frames);
+
+  private:
+    void move(size_t first, size_t last); // cells
+    const FrameScene& scene_;
+    dermis::simd::Pool pool_;
+    Floats rest_, strain_, integral_;
+    std::array<Floats, 4> responses_;
+    size_t frame_ = 0;
 };
 
 // Presses the frames on a device by the library's kernel, by one with one cell per invocation, or by one that only

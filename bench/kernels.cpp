@@ -19,6 +19,9 @@ namespace {
 
 constexpr double frame_bytes = 44; // L(S), pressure before and now, strain and integral twice, four responses
 constexpr double frame_flops = 62;
+// Rounds are many and short, so that the least of each contender's is one that nobody else disturbed.
+constexpr int rounds = 15;
+constexpr double cells_of_round = 1e7; // cells and steps, at least one frame
 
 // The four responses after some frames.
 using Responses = std::array<std::vector<float>, 4>;
@@ -54,10 +57,13 @@ class StreamedFrames {
 
   private:
     void add_cpu(const simd::Isa&, int threads, bool all_responses);
+    void add_moves(int threads);
     void add_vulkan(VulkanFrames::Shader);
     void measure_recording();
-    double copy_GBs(int threads) const;
+    const Series& copies(int threads) const;
     double device_copy_GBs();
+    void set_device_time(Series&) const;
+    void set_ratio(Series&) const;
 
     Bench& bench_;
     const int n_;
@@ -66,12 +72,13 @@ class StreamedFrames {
     const Responses expected_;         // by plain loops
     std::vector<Floats> out_;          // the responses of the CPU's series
     std::vector<std::unique_ptr<cpu::FramePress>> streams_;
+    std::vector<std::unique_ptr<CpuMoves>> moves_;
     std::vector<std::unique_ptr<VulkanFrames>> devices_;
     std::deque<Series> copies_, series_; // their work refers to them, so that they must not move
 };
 
 StreamedFrames::StreamedFrames(Bench& bench, int n)
-    : bench_(bench), n_(n), scene_(n), frames_(std::max(1, int(4e7 / n / n))),
+    : bench_(bench), n_(n), scene_(n), frames_(std::max(1, int(cells_of_round / n / n))),
       device_frames_(bench.vulkan && bench.vulkan->info().kind == "software" ? std::max(1, frames_ / 8) : frames_),
       expected_(after_frames(scene_, 1, simd::plain)) {
     for (int i = 0; i < 4; ++i) out_.emplace_back(scene_.cells());
@@ -86,6 +93,7 @@ StreamedFrames::StreamedFrames(Bench& bench, int n)
             add_cpu(*isa, t, true);
             if (isa == &simd::best()) add_cpu(*isa, t, false);
         }
+    for (int t : threads) add_moves(t);
     if (!bench.vulkan) return;
     for (auto shader : {VulkanFrames::Shader::press, VulkanFrames::Shader::cell, VulkanFrames::Shader::moves})
         add_vulkan(shader);
@@ -113,6 +121,19 @@ void StreamedFrames::add_cpu(const simd::Isa& isa, int threads, bool all_respons
     };
 }
 
+// The same memory and no model: its time is what the memory of a grid of this size allows.
+void StreamedFrames::add_moves(int threads) {
+    Series& s = series_.emplace_back();
+    s.row = bench_.cpu("W1", n_, threads);
+    s.row.backend = "cpu-moves";
+    s.row.model = "march";
+    s.row.precision = "f32";
+    s.row.bytes_per_cell = frame_bytes;
+    s.row.flops_per_cell = 0;
+    CpuMoves& moves = *moves_.emplace_back(std::make_unique<CpuMoves>(scene_, threads));
+    s.work = [this, &moves] { return seconds_of([&] { moves.press(frames_); }); };
+}
+
 void StreamedFrames::add_vulkan(VulkanFrames::Shader shader) {
     const bool moves = shader == VulkanFrames::Shader::moves; // the memory alone: no kernel is faster
     Series& s = series_.emplace_back();
@@ -131,10 +152,7 @@ void StreamedFrames::add_vulkan(VulkanFrames::Shader shader) {
     s.work = [this, &s, &device] { return seconds_of([&] { s.gpu_seconds.push_back(device.press(device_frames_)); }); };
 }
 
-double StreamedFrames::copy_GBs(int threads) const {
-    const Series& s = threads == 1 ? copies_.front() : copies_.back();
-    return double(Limits::moved()) / s.row.wall.median / 1e9;
-}
+const Series& StreamedFrames::copies(int threads) const { return threads == 1 ? copies_.front() : copies_.back(); }
 
 double StreamedFrames::device_copy_GBs() {
     std::vector<double> seconds;
@@ -142,11 +160,28 @@ double StreamedFrames::device_copy_GBs() {
     return 2 * double(scene_.cells()) * sizeof(float) / timing_of(seconds).median / 1e9;
 }
 
+// A software driver's threads are this process's own, so that their time is known already.
+void StreamedFrames::set_device_time(Series& s) const {
+    const Timing device = timing_of(s.gpu_seconds);
+    s.row.gpu_median = device.median;
+    if (bench_.vulkan->info().kind != "software") s.row.wall.busy = device.least;
+}
+
+// A kernel's time is measured by that of the kernel which only moves the same memory on the same device. What several
+// threads of the CPU cost depends on who else is served, so that only one thread is compared.
+void StreamedFrames::set_ratio(Series& s) const {
+    if (s.row.threads > 1) return;
+    const char* moves = s.gpu_seconds.empty() ? "cpu-moves" : "vulkan-moves";
+    for (const Series& m : series_)
+        if (m.row.backend == moves && m.row.threads == s.row.threads && &m != &s)
+            s.row.relative_to("moves", m.row.wall, m.row.bytes());
+}
+
 void StreamedFrames::measure() {
     std::vector<std::function<double()>> work;
     for (const auto* list : {&copies_, &series_})
         for (const Series& s : *list) work.push_back(s.work);
-    const std::vector<Timing> timings = bench_.paired(work, bench_.runs);
+    const std::vector<Timing> timings = bench_.paired(work, rounds);
     auto timing = timings.begin();
     for (auto* list : {&copies_, &series_})
         for (Series& s : *list) s.row.wall = *timing++;
@@ -154,8 +189,12 @@ void StreamedFrames::measure() {
     for (Series& s : series_) {
         const bool on_device = !s.gpu_seconds.empty();
         s.row.steps = on_device ? device_frames_ : frames_;
-        if (on_device) s.row.gpu_median = timing_of(s.gpu_seconds).median;
-        s.row.against("copy", on_device ? device_GBs : copy_GBs(s.row.threads));
+        if (on_device) set_device_time(s);
+        s.row.against("copy",
+                      on_device ? device_GBs : double(Limits::moved()) / copies(s.row.threads).row.wall.median / 1e9);
+    }
+    for (Series& s : series_) {
+        set_ratio(s);
         bench_.add(s.row);
     }
     if (!devices_.empty()) measure_recording();
@@ -180,6 +219,35 @@ void streamed_frames(Bench& bench) {
         StreamedFrames(bench, n).measure();
 }
 
+namespace {
+
+// Means alone of a constant map by `moments`, beside a read of the memory in the same rounds.
+void add_moments(Bench& bench, const plan::PreparedRun& prepared, int n, int threads) {
+    Measurement r = bench.cpu("W2", n, threads);
+    r.model = "moments";
+    r.precision = "f64";
+    r.steps = prepared.schedule.outputs;
+    r.bytes_per_cell = 16 / double(r.steps); // surface and pressure are read once
+    double last = 0;
+    const auto moments = [&] {
+        const auto& [skin, schedule] = prepared;
+        const auto stepper =
+            reduced::separable(skin, schedule, reduced::moments_of(skin, schedule, false, threads), false,
+                               [&](auto&, const plan::Sample& sample) { last += sample.totals[1].mean; });
+        plan::Timeline timeline(schedule, skin);
+        for (plan::Step step; timeline.next(step);) stepper->press(step);
+    };
+    Limits memory(threads);
+    const auto timings = bench.paired({[&] { return memory.read(); }, [&] { return seconds_of(moments); }}, rounds);
+    r.wall = timings[1];
+    if (!std::isfinite(last)) r.status = "wrong";
+    r.against("read", double(Limits::moved()) / timings[0].median / 1e9);
+    if (threads == 1) r.relative_to("read", timings[0], double(Limits::moved()));
+    bench.add(r);
+}
+
+} // namespace
+
 void constant_map(Bench& bench) {
     for (int n : bench.quick ? std::vector{512, 2048} : std::vector{512, 2048, 4096}) {
         Scene s;
@@ -191,29 +259,7 @@ void constant_map(Bench& bench) {
         s.output.extremes = false;
         s = with_maps(s);
         const plan::PreparedRun prepared = plan::prepare_run(s);
-        for (int t : {1, bench.cores}) {
-            Measurement r = bench.cpu("W2", n, t);
-            r.model = "moments";
-            r.precision = "f64";
-            r.steps = prepared.schedule.outputs;
-            r.bytes_per_cell = 16 / double(r.steps); // surface and pressure are read once
-            double last = 0;
-            r.wall =
-                bench.paired({[&] {
-                                 return seconds_of([&] {
-                                     const auto& [skin, schedule] = prepared;
-                                     const auto stepper = reduced::separable(
-                                         skin, schedule, reduced::moments_of(skin, schedule, false, t), false,
-                                         [&](auto&, const plan::Sample& sample) { last += sample.totals[1].mean; });
-                                     plan::Timeline timeline(schedule, skin);
-                                     for (plan::Step step; timeline.next(step);) stepper->press(step);
-                                 });
-                             }},
-                             bench.runs)[0];
-            if (!std::isfinite(last)) r.status = "wrong";
-            r.against("read", bench.read_GBs[t == 1 ? 0 : 1]);
-            bench.add(r);
-        }
+        for (int t : {1, bench.cores}) add_moments(bench, prepared, n, t);
         if (n > 512) continue;
         for (bool vulkan : {false, true}) {
             if (vulkan && !bench.vulkan) continue;

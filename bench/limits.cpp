@@ -17,16 +17,6 @@ namespace {
 
 constexpr size_t page = 2 << 20, line = 64;
 
-#ifdef __SSE2__
-void stream(float* to, const float* from, size_t n) {
-    for (size_t i = 0; i < n; i += 16)
-        for (size_t k = 0; k < 16; k += 4) _mm_stream_ps(to + i + k, _mm_load_ps(from + i + k));
-    _mm_sfence();
-}
-#else
-void stream(float* to, const float* from, size_t n) { std::memcpy(to, from, n * sizeof(float)); }
-#endif
-
 uint64_t sum(const float* from, size_t n) {
     uint64_t sums[8] = {};
     for (size_t i = 0; i < n; i += 16) {
@@ -40,6 +30,17 @@ uint64_t sum(const float* from, size_t n) {
 }
 
 } // namespace
+
+#ifdef __SSE2__
+void stream(float* to, const float* from, size_t n) {
+    for (size_t i = 0; i < n; i += 16)
+        for (size_t k = 0; k < 16; k += 4) _mm_stream_ps(to + i + k, _mm_load_ps(from + i + k));
+}
+void fence_streams() { _mm_sfence(); }
+#else
+void stream(float* to, const float* from, size_t n) { std::memcpy(to, from, n * sizeof(float)); }
+void fence_streams() {}
+#endif
 
 double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
@@ -61,6 +62,7 @@ double Limits::copy() {
     pool_.share(1024, [&](int first, int last) {
         stream(to_.data() + count / 1024 * size_t(first), from_.data() + count / 1024 * size_t(first),
                count / 1024 * size_t(last - first));
+        fence_streams();
     });
     return now() - start;
 }

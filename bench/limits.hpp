@@ -24,6 +24,10 @@ class Floats {
     float* begin_;
 };
 
+// Writes n floats past the caches; both begin at a cache line, and n is a multiple of 16. A fence completes the writes.
+void stream(float* to, const float* from, size_t n);
+void fence_streams();
+
 class Limits {
   public:
     explicit Limits(int threads);

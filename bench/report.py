@@ -8,27 +8,33 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
+from PIL import Image  # matplotlib's own requirement
 
-BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY, YELLOW = "#0072B2", "#D55E00", "#009E73", "#E69F00", "#CC79A7", "#56B4E9", "#F0E442"
+BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY = "#0072B2", "#D55E00", "#009E73", "#E69F00", "#CC79A7", "#56B4E9"
 METHOD = {"euler": VERMILLION, "rk2": ORANGE, "rk4": PURPLE, "backward-euler": "grey", "crank-nicolson": SKY,
           "sdirk2": GREEN, "exact": BLUE}
 QUANTITIES = {"err_strain": "strain", "err_sa1": "SA1", "err_sa2": "SA2", "err_fa1": "FA1", "err_fa2": "FA2",
               "err_curvature": "curvature (against the continuum)"}
 SIMULATED_SECONDS = 2.56  # of the accuracy rows
 FLOORS = {"float": 2.0**-24, "double": 2.0**-53}
+ZERO = 1e-18  # where an error of 0 stands on a logarithmic axis
+SIZES = {"512": SKY, "2048": BLUE, "4096": "black"}
 
 
 def number(text):
     return float(text) if text else np.nan
 
 
+# Pictures take the least of the runs, tables the median.
 def load(path):
     with open(path, newline="") as file:
         rows = list(csv.DictReader(file))
     for row in rows:
         row["cells"] = number(row["width"]) * number(row["height"])
-        row["seconds"] = number(row["wall_median_s"])
-        row["ns"] = row["seconds"] * 1e9 / (row["cells"] * max(number(row["steps"]), 1)) if row["width"] else np.nan
+        row["seconds"], row["least"] = number(row["wall_median_s"]), number(row["wall_least_s"])
+        steps = row["cells"] * max(number(row["steps"]), 1) if row["width"] else np.nan
+        row["ns"], row["least_ns"] = row["seconds"] * 1e9 / steps, row["least"] * 1e9 / steps
+        row["cost"] = row["least"] * 1e9 / row["cells"] / SIMULATED_SECONDS
     return rows
 
 
@@ -36,9 +42,20 @@ def of(rows, workload, **more):
     return [r for r in rows if r["workload"] == workload and all(r[k] == v for k, v in more.items())]
 
 
-def save(figure, folder, name):
-    figure.tight_layout()
-    figure.savefig(folder / f"{name}.png", dpi=110)
+def origin(rows):
+    first = rows[0]
+    drivers = sorted({f"{r['driver']} {r['driver_version']}" for r in rows if device_of(r) == "vulkan"})
+    return (f"{first['cpu']}, {first['cores']} cores, {first['compiler']}{''.join(', ' + d for d in drivers)}; "
+            f"commit {first['commit']}, {first['date']}{', quick' if first['size'] == 'quick' else ''}")
+
+
+# A palette takes a third of the bytes of full colour.
+def save(figure, folder, name, rows, bottom=0.0):
+    figure.tight_layout(rect=(0, bottom + 0.025, 1, 1))
+    figure.text(0.995, 0.008, origin(rows), ha="right", fontsize=7, color="grey")
+    figure.canvas.draw()
+    image = Image.fromarray(np.asarray(figure.canvas.buffer_rgba())[..., :3])
+    image.quantize(256, Image.Quantize.MAXCOVERAGE).save(folder / f"{name}.png", optimize=True)
     plt.close(figure)
 
 
@@ -46,118 +63,153 @@ def device_of(row):
     return "vulkan" if row["backend"].startswith("vulkan") else "cpu"
 
 
-def pareto(points):
-    front, best = [], np.inf
-    for error, time in sorted(points, key=lambda p: (p[1], p[0])):
-        if error < best:
-            front.append((error, time))
-            best = error
-    return np.array(front)
+# Error upwards on a logarithmic axis that ends in 0, cost to the right: better is below and to the left.
+def error_axes(axis, top):
+    axis.set(xscale="log", yscale="log", ylim=(ZERO / 3, top))
+    ticks = 10.0 ** np.arange(-16, np.log10(top), 4)
+    axis.set_yticks([ZERO, *ticks], ["0", *(f"$10^{{{round(np.log10(t))}}}$" for t in ticks)])
+    axis.yaxis.set_minor_locator(matplotlib.ticker.NullLocator())
+    axis.axhline(ZERO * 4, color="black", linewidth=0.5)
+    axis.grid(alpha=0.25)
+    for name, floor in FLOORS.items():
+        axis.axhline(floor, color="grey", linestyle=(0, (1, 2)), linewidth=1)
+        axis.text(1, floor * 1.3, f"{name} ", transform=axis.get_yaxis_transform(), color="grey", fontsize=8, ha="right")
 
 
+def errors(ladder, column):
+    return [max(number(r[column]), ZERO) for r in ladder]
+
+
+# The first picture: five methods on the CPU.
 def work_precision(rows, folder):
-    figure, axes = plt.subplots(2, 3, figsize=(15, 9.5))
+    figure, axis = plt.subplots(figsize=(8, 5.4))
+    cpu = [r for r in of(rows, "accuracy", stencil="five-point") if device_of(r) == "cpu"]
+    error_axes(axis, 1e3)
+    series = (("euler", "march", "o", VERMILLION, "forward Euler"), ("crank-nicolson", "march", "s", GREEN, "Crank-Nicolson (2nd order)"),
+              ("rk4", "march", "^", PURPLE, "RK4"), ("exact", "march", "D", BLUE, "exact"), ("exact", "moments", "*", "black", "moments (closed form)"))
+    for method, model, marker, colour, label in series:
+        for precision, line, face in (("f64", "-", colour), ("f32", "--", "white")):
+            ladder = [r for r in cpu if (r["method"], r["model"], r["precision"]) == (method, model, precision)]
+            stable = [r for r in ladder if r["status"] == "ok"]
+            if not stable:
+                continue
+            axis.plot([r["cost"] for r in stable], errors(stable, "err_strain"), line, marker=marker, color=colour, markerfacecolor=face,
+                      markersize=11 if marker == "*" else 6, linewidth=1.3, label=label if precision == "f64" else None)
+            refused = [r for r in ladder if r["status"] == "unstable"]
+            axis.plot([r["cost"] for r in refused], errors(refused, "err_strain"), "x", color=colour, markersize=8, markeredgewidth=2)
+    explicit = [r for r in cpu if r["method"] in ("euler", "rk4")]
+    end = min(r["cost"] for r in explicit if r["status"] == "ok") * 0.93  # the next step is twice as long
+    low = axis.get_xlim()[0]
+    axis.axvspan(low, end, color="black", alpha=0.07, linewidth=0)
+    axis.set_xlim(low, axis.get_xlim()[1] * 1.5)
+    beyond = max(number(r["dt_over_tau"]) for r in explicit if r["status"] == "unstable")
+    axis.text(np.sqrt(low * end), 5e-12, f"steps of {beyond:.1f} tau:\nEuler and RK4\nare refused\n(crosses)", ha="center", va="center", fontsize=10)
+    axis.plot([], [], "-", color="black", marker="o", label="filled: double")
+    axis.plot([], [], "--", color="black", marker="o", markerfacecolor="white", label="open: float")
+    axis.set(xlabel="ns per cell and simulated second (least of the runs)", ylabel="greatest error of strain / greatest strain",
+             title=f"Error against cost, {cpu[0]['width']} x {cpu[0]['height']} cells on the CPU; each line joins step sizes")
+    axis.legend(fontsize=10, ncol=2, loc="center right", bbox_to_anchor=(1, 0.36))
+    save(figure, folder, "work_precision", rows)
+
+
+def series_label(device, model, method, precision, stencil):
+    return " ".join(filter(None, [method if model == "march" else model, {"f32-compensated": "f32 compensated"}.get(precision, precision),
+                                  "Vulkan" if device == "vulkan" else "", "4th-order stencil" if stencil != "five-point" else ""]))
+
+
+# Every method, precision, stencil and device, for each quantity.
+def work_precision_all(rows, folder):
+    figure, axes = plt.subplots(2, 3, figsize=(15, 10))
     series = {}
     for r in of(rows, "accuracy"):
         series.setdefault((device_of(r), r["model"], r["method"], r["precision"], r["stencil"]), []).append(r)
     for axis, (error, title) in zip(axes.flat, QUANTITIES.items()):
-        all_points = []
+        error_axes(axis, 1e4)
         for (device, model, method, precision, stencil), ladder in series.items():
-            ladder = [r for r in ladder if r["status"] == "ok"]
-            if not ladder or (stencil != "five-point" and error != "err_curvature"):
+            if stencil != "five-point" and error != "err_curvature":
                 continue
-            x = [max(number(r[error]), 1e-17) for r in ladder]
-            y = [r["seconds"] * 1e9 / r["cells"] / SIMULATED_SECONDS for r in ladder]
-            all_points += list(zip(x, y))
-            label = " ".join(filter(None, [method if model == "march" else model, {"f32-compensated": "f32 compensated"}.get(precision, precision),
-                                           "Vulkan" if device == "vulkan" else "", "4th-order stencil" if stencil != "five-point" else ""]))
-            axis.loglog(x, y, color="black" if model != "march" else METHOD[method],
-                        linestyle={"f32": "-", "f64": ":", "f32-compensated": "--"}[precision],
-                        marker="s" if device == "vulkan" else ("*" if model != "march" else "o"), markersize=7 if model != "march" else 3.5,
-                        markerfacecolor="white" if stencil != "five-point" else None, linewidth=1, label=label)
-        for name, floor in FLOORS.items():
-            axis.axvline(floor, color="grey", linestyle=(0, (1, 2)), linewidth=1)
-            axis.text(floor, 0.02, f" {name}", transform=axis.get_xaxis_transform(), color="grey", fontsize=8)
-        front = pareto(all_points)
-        axis.step(front[:, 0], front[:, 1], where="post", color="gold", linewidth=5, alpha=0.5, zorder=0, label="Pareto front")
-        beyond = [r for r in of(rows, "accuracy") if r["status"] == "unstable" and (r["stencil"] == "five-point" or error == "err_curvature")]
-        for method in dict.fromkeys(r["method"] for r in beyond):
-            points = [r for r in beyond if r["method"] == method]
-            axis.plot([min(max(number(r[error]), 1e-17), 1e3) for r in points], [r["seconds"] * 1e9 / r["cells"] / SIMULATED_SECONDS for r in points],
-                      "x", color=METHOD[method], markersize=7, label=f"{method}, unstable: refused unless asked for")
-        axis.invert_xaxis()
-        axis.set(title=title, xlabel="greatest error / greatest value (better to the right)", ylabel="ns per cell and simulated second")
-        axis.grid(alpha=0.25)
-    handles, labels = axes.flat[5].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="lower center", ncol=6, fontsize=8)
-    figure.tight_layout(rect=(0, 0.09, 1, 1))
-    figure.savefig(folder / "work_precision.png", dpi=110)
-    plt.close(figure)
+            stable = [r for r in ladder if r["status"] == "ok"]
+            axis.plot([r["cost"] for r in stable], errors(stable, error), color="black" if model != "march" else METHOD[method],
+                      linestyle={"f32": "-", "f64": ":", "f32-compensated": "--"}[precision],
+                      marker="s" if device == "vulkan" else ("*" if model != "march" else "o"), markersize=7 if model != "march" else 3.5,
+                      markerfacecolor="white" if stencil != "five-point" else None, linewidth=1,
+                      label=series_label(device, model, method, precision, stencil))
+            refused = [r for r in ladder if r["status"] == "unstable"]
+            axis.plot([r["cost"] for r in refused], np.minimum(errors(refused, error), 3e3), "x", color=METHOD[method], markersize=6)
+        axis.set(title=title, xlabel="ns per cell and simulated second (least of the runs)", ylabel="greatest error / greatest value")
+    axes.flat[5].plot([], [], "x", color="black", label="refused as unstable")
+    figure.legend(*axes.flat[5].get_legend_handles_labels(), loc="lower center", ncol=6, fontsize=8, bbox_to_anchor=(0.5, 0.025))
+    save(figure, folder, "work_precision_all", rows, bottom=0.1)
 
 
+# The roof is a kernel that moves the same bytes in the same rounds and computes nothing, for each size.
 def roofline(rows, folder):
-    figure, axis = plt.subplots(figsize=(8, 5.5))
-    limits = [r for r in of(rows, "limit") if r["model"] == "copy"]
-    top = max(limits, key=lambda r: number(r["limit_GBs"]))
-    intensity = np.geomspace(0.2, 10, 50)
-    axis.loglog(intensity, intensity * number(top["limit_GBs"]), color="black", label=f"copy past the caches: {number(top['limit_GBs']):.0f} GB/s, {top['threads']} threads")
-    colours = {"cpu-avx512": BLUE, "cpu-avx2": SKY, "cpu-plain": GREEN, "vulkan": VERMILLION, "vulkan-cell": ORANGE,
-               "numpy": PURPLE, "numba": "grey"}
-    for n, marker in (("512", "^"), ("2048", "o"), ("4096", "s")):
-        for r in of(rows, "W1", width=n):
-            if (r["backend"].startswith("cpu") and r["threads"] != top["threads"]) or r["backend"] == "vulkan-moves":
-                continue
-            rate = r["cells"] * number(r["steps"]) / r["seconds"] / 1e9
-            axis.plot(62 / 44, rate * 62, marker, color=colours[r["backend"]], markersize=8, markerfacecolor="none",
-                      label=r["backend"] if n == "2048" else None)
-    axis.set(xlabel="flop per byte (of 44 bytes per cell and step)", ylabel="Gflop/s",
-             title="W1, a streamed frame, under the memory's roof\n△ 512², ○ 2048², □ 4096²")
+    figure, axis = plt.subplots(figsize=(8, 5))
+    styles = {"cpu-avx512": ("o", BLUE), "cpu-avx2": ("s", SKY), "cpu-plain": ("^", GREEN), "numba": ("P", "grey"), "numpy": ("X", ORANGE),
+              "vulkan": ("D", VERMILLION), "vulkan-cell": ("v", PURPLE)}
+    sizes = [n for n in SIZES if of(rows, "W1", width=n)]
+    threads = of(rows, "limit")[0]["cores"]
+    for i, n in enumerate(sizes):
+        found = [r for r in of(rows, "W1", width=n) if not r["backend"].startswith("cpu") or r["threads"] == threads]
+        for roof, colour, left, right, what in (("cpu-moves", "black", -0.4, 0.15, "roof of the CPU"), ("vulkan-moves", VERMILLION, 0.18, 0.4, "roof of Vulkan")):
+            for r in (r for r in found if r["backend"] == roof):
+                axis.hlines(44 / r["least_ns"], i + left, i + right, color=colour, linewidth=3,
+                            label=f"{what}: the same bytes moved alone" if i == 0 else None)
+        for k, (backend, (marker, colour)) in enumerate(styles.items()):
+            for r in (r for r in found if r["backend"] == backend):
+                axis.plot(i - 0.35 + 0.11 * k, 44 / r["least_ns"], marker, color=colour, markersize=8, label=backend if i == 0 else None)
+    axis.set(xticks=range(len(sizes)), xticklabels=[f"{n} x {n} cells" for n in sizes], ylim=(0, None), ylabel="GB/s (44 bytes per cell and step)",
+             title=f"W1, a streamed frame on {threads} threads, under the memory's roof for each size")
+    flops = axis.secondary_yaxis("right", functions=(lambda x: x * 62 / 44, lambda x: x * 44 / 62))
+    flops.set_ylabel("Gflop/s (62 flop per cell and step)")
     axis.legend(fontsize=8)
-    axis.grid(alpha=0.25, which="both")
-    save(figure, folder, "roofline")
+    axis.grid(alpha=0.25, axis="y")
+    save(figure, folder, "roofline", rows)
 
 
 def scaling(rows, folder):
     figure, (cells, steps, threads) = plt.subplots(1, 3, figsize=(16, 4.8))
     growth = sorted(of(rows, "growth"), key=lambda r: r["cells"])
-    cells.semilogx([r["cells"] for r in growth], [r["ns"] for r in growth], "o-", color=BLUE, label="march, means and extremes of all five")
-    w1 = [r for r in of(rows, "W1") if r["backend"].startswith("cpu") and r["threads"] != "1"]
+    cells.semilogx([r["cells"] for r in growth], [r["least_ns"] for r in growth], "o-", color=BLUE, label="march, means and extremes of all five")
+    w1 = [r for r in of(rows, "W1") if r["backend"].startswith("cpu") and r["threads"] != "1" and r["backend"] != "cpu-moves"]
     for backend, colour in (("cpu-avx512", VERMILLION), ("cpu-avx2", SKY), ("cpu-plain", GREEN)):
         line = [r for r in w1 if r["backend"] == backend]
         if line:
-            cells.plot([r["cells"] for r in line], [r["ns"] for r in line], "s--", color=colour, label=f"W1, {backend}")
+            cells.plot([r["cells"] for r in line], [r["least_ns"] for r in line], "s--", color=colour, label=f"W1, {backend}")
     cells.set(xlabel="cells", ylabel="ns per cell and step", title="time grows with the cells alone", ylim=(0, None))
     cells.legend(fontsize=8)
     for r in of(rows, "W1"):
-        if r["backend"].startswith("cpu"):
-            threads.plot(int(r["threads"]), 1 / r["ns"], {"512": "^", "2048": "o", "4096": "s"}[r["width"]],
+        if r["backend"].startswith("cpu") and r["backend"] != "cpu-moves":
+            threads.plot(int(r["threads"]), 1 / r["least_ns"], {"512": "^", "2048": "o", "4096": "s"}[r["width"]],
                          color={"cpu-avx512": VERMILLION, "cpu-avx2": SKY, "cpu-plain": GREEN}[r["backend"]], markerfacecolor="none")
     threads.set(xlabel="threads", xticks=sorted({int(r["threads"]) for r in of(rows, "W1") if r["backend"].startswith("cpu")}), ylabel="cells and steps per ns", title="W1 with threads (△ 512², ○ 2048², □ 4096²)", xlim=(0.5, None), ylim=(0, None))
     for precision, colour in (("f32", VERMILLION), ("f32-compensated", ORANGE), ("f64", BLUE)):
         ladder = [r for r in of(rows, "accuracy", method="exact", model="march", precision=precision, stencil="five-point") if device_of(r) == "cpu"]
-        steps.loglog([number(r["steps"]) for r in ladder], [r["seconds"] for r in ladder], "o-", color=colour, label=precision)
+        steps.loglog([number(r["steps"]) for r in ladder], [r["least"] for r in ladder], "o-", color=colour, label=precision)
     steps.set(xlabel="steps", ylabel="s", title=f"and with the steps alone (march, {int(ladder[0]['width'])}²)")
     steps.legend(fontsize=8)
     for axis in (cells, steps, threads):
         axis.grid(alpha=0.25)
-    save(figure, folder, "scaling")
+    save(figure, folder, "scaling", rows)
 
 
 def devices(rows, folder):
-    figure, axis = plt.subplots(figsize=(9, 4.8))
-    order = ["cpu-avx512", "cpu-avx2", "cpu-plain", "numba", "numpy", "vulkan", "vulkan-cell", "vulkan-moves"]
-    sizes = [n for n in ("512", "2048", "4096") if of(rows, "W1", width=n)]
-    for i, backend in enumerate(order):
-        for k, n in enumerate(sizes):
-            found = sorted(of(rows, "W1", width=n, backend=backend), key=lambda r: r["ns"])
-            if found:
-                axis.barh(i + 0.25 * (k - 1), found[0]["ns"], 0.22, color=(SKY, BLUE, "black")[k], label=f"{n}²" if backend == order[0] or (i == 1 and not of(rows, "W1", backend=order[0])) else None)
-    axis.set(yticks=range(len(order)), yticklabels=order, xscale="log", xlim=(0.5, 100), xlabel="ns per cell and step, W1 on all threads",
-             title="CPU, Vulkan and peers on the same streamed frame")
+    figure, axis = plt.subplots(figsize=(9, 6))
+    order = [b for b in ("cpu-avx512", "cpu-avx2", "cpu-plain", "cpu-moves", "numba", "numpy", "vulkan", "vulkan-cell", "vulkan-moves")
+             if of(rows, "W1", backend=b)]
+    sizes = [n for n in SIZES if of(rows, "W1", width=n)]
+    for k, n in enumerate(sizes):
+        for i, backend in enumerate(order):
+            ns = min((r["least_ns"] for r in of(rows, "W1", width=n, backend=backend)), default=np.nan)
+            axis.barh(i + 0.27 * (k - 1), ns, 0.25, color=SIZES[n], label=f"{n} x {n} cells" if i == 0 else None)
+            axis.text(ns, i + 0.27 * (k - 1), f" {ns:.3g}", va="center", fontsize=8)
+    axis.set(yticks=range(len(order)), yticklabels=order, xlim=(0, None), xlabel="ns per cell and step, W1 (least of the rounds; the best number of threads)",
+             title="CPU, Vulkan and peers on the same streamed frame (moves: its memory alone)")
+    axis.margins(x=0.08)
     axis.invert_yaxis()
-    axis.legend(fontsize=8)
+    axis.legend(fontsize=9)
     axis.grid(alpha=0.25, axis="x")
-    save(figure, folder, "devices")
+    save(figure, folder, "devices", rows)
 
 
 def table(rows):
@@ -176,7 +228,7 @@ def main(path, folder):
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     rows = load(path)
-    for picture in (work_precision, roofline, scaling, devices):
+    for picture in (work_precision, work_precision_all, roofline, scaling, devices):
         picture(rows, folder)
     (folder / "table.md").write_text(table(rows))
 

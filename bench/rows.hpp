@@ -2,6 +2,8 @@
 // Measurements, and a table of them as CSV.
 #pragma once
 
+#include "bench/machine.hpp"
+
 #include <array>
 #include <cmath>
 #include <string>
@@ -9,9 +11,10 @@
 
 namespace bench {
 
-// The quartiles of repeated runs, in seconds.
+// The least and the quartiles of repeated runs, in seconds. busy: the least time for which the processor or the device
+// worked, whoever else was served in between.
 struct Timing {
-    double median = NAN, q1 = NAN, q3 = NAN;
+    double least = NAN, median = NAN, q1 = NAN, q3 = NAN, busy = NAN;
     int runs = 0;
 };
 Timing timing_of(std::vector<double> seconds);
@@ -28,16 +31,25 @@ struct Measurement {
     double gpu_median = NAN;
     std::string limit; // the bandwidth that bounds the speed; of_limit: the share of it that is reached
     double limit_GBs = NAN, of_limit = NAN;
+    std::string ratio_to; // the memory traffic that was timed in the same rounds
+    double ratio = NAN;   // least busy time per byte of the rounds, over that of ratio_to
     std::array<double, 6> errors{NAN, NAN, NAN, NAN, NAN, NAN};
 
     // Sets the limit to a bandwidth, and of_limit from bytes_per_cell.
     void against(const std::string& name, double GBs);
+    // Sets the ratio to `reference`, which moved so many bytes in each of the same rounds.
+    void relative_to(const std::string& name, const Timing& reference, double bytes);
+    double bytes() const { return bytes_per_cell * double(width * height * steps); } // moved by all steps
 };
 
-std::string csv_of(const std::vector<Measurement>&, const std::string& commit);
+// What all rows of a run have in common.
+struct Origin {
+    std::string commit, size; // size: "full" or "quick", which have other grids
+    Machine machine;
+};
 
-// The losses against an earlier table, one line each: a row is missing, an error of an exact device differs in any bit,
-// or of_limit is lower by more than 10 % and twice its quartile range.
-std::vector<std::string> lost(const std::string& earlier_csv, const std::string& csv);
+constexpr int schema = 2; // of the table; raised whenever a column or the meaning of one changes
+
+std::string csv_of(const std::vector<Measurement>&, const Origin&);
 
 } // namespace bench

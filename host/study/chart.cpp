@@ -63,18 +63,17 @@ struct Timed {
     double seconds = 0;
 };
 
-// Runs the scene three times, the first of which also warms up, and takes the median of the seconds.
-Timed median_of_three(const Scene& scene, const Device& device, Precision precision) {
+// Runs the scene three times, the first of which also warms up, and takes the least of the seconds.
+Timed least_of_three(const Scene& scene, const Device& device, Precision precision) {
     RunOptions options;
     options.precision = precision;
     Result result;
-    double seconds[3];
-    for (double& s : seconds) {
+    double seconds = INFINITY;
+    for (int i = 0; i < 3; ++i) {
         result = run(scene, device, options);
-        s = result.seconds;
+        seconds = std::min(seconds, result.seconds);
     }
-    std::sort(std::begin(seconds), std::end(seconds));
-    return {std::move(result), seconds[1]};
+    return {std::move(result), seconds};
 }
 
 } // namespace
@@ -87,7 +86,7 @@ std::string error_against_time(const Device* vulkan) {
              {std::pair{&cpu, Precision::f32}, {&cpu, Precision::f64}, {vulkan, Precision::f32}})
             for (double step = 0.64; device && step > 0.009; step /= 2) {
                 const Scene s = closed_form_scene(method, step);
-                const auto [r, seconds] = median_of_three(s, *device, precision);
+                const auto [r, seconds] = least_of_three(s, *device, precision);
                 const double cell_ns = seconds * 1e9 / (1.0 * s.grid.width * s.grid.height);
                 const Errors e = errors(r, s.material);
                 csv += fmt::format("{},{},{},{},{},{},{},{},{}\n", name(method), name(precision),

@@ -173,6 +173,7 @@ void sustained_and_transient(const StudyRuns& runs, Fields& fields) {
     fields.set("fa2_published_first", "{:+.4f}", fa2[1]);
     fields.set("fa2_published_second", "{:+.5f}", fa2[2]);
     fields.set("fa2_published_decayed", "{:.2f}", 0.01 * double(decayed - fa2.begin()));
+    fields.verdict("fa2_returns_sharply", decayed - fa2.begin() < 10); // a tenth of a second
 }
 
 // A Sweep gives the means over all cells in the runs of a sweep, one value of the material after the other.
@@ -204,9 +205,47 @@ class Sweep {
     std::vector<std::string> values_;
 };
 
+// Returns the first output from which on the values stay within 1 % of the last one.
+size_t settled(const std::vector<double>& values) {
+    size_t n = values.size();
+    while (n > 0 && std::abs(values[n - 1] - values[last]) <= 0.01 * std::abs(values[last])) --n;
+    return n;
+}
+
+// Sets the times at which mean SA1 has settled, one modulus after the other. Returns whether they fall.
+bool settling_falls(const Sweep& sweep, Fields& fields) {
+    std::vector<double> times;
+    for (const std::string& v : sweep.values())
+        times.push_back(0.01 * double(settled(sweep.mean(v, Quantity::sa1, Method::exact))));
+    fields.set("modulus_sa1_settled", fmt::format("{:.2f}", fmt::join(times, ", ")));
+    return std::is_sorted(times.rbegin(), times.rend()) && times.front() > times.back();
+}
+
+// Whether the first FA2 of all values of the sweep is the same to 2 %.
+bool same_first_fa2(const Sweep& sweep, Method method) {
+    double low = INFINITY, high = 0;
+    for (const std::string& v : sweep.values()) {
+        const double first = std::abs(sweep.mean(v, Quantity::fa2, method)[1]);
+        low = std::min(low, first);
+        high = std::max(high, first);
+    }
+    return high < 1.02 * low;
+}
+
+// How often the mean rate of strain, which an oscillation would turn about, changes its sign in the runs of the sweep.
+int sign_changes(const Sweep& sweep) {
+    int changes = 0;
+    for (const std::string& v : sweep.values()) {
+        const std::vector<double>& fa1 = sweep.mean(v, Quantity::fa1, Method::exact);
+        for (size_t n = 2; n <= last; ++n) changes += fa1[n] * fa1[n - 1] < 0;
+    }
+    return changes;
+}
+
 void modulus(const Sweep& sweep, Fields& fields) {
     fields.set("modulus_sa1_end", sweep.list(Quantity::sa1, last, "{:.4f}"));
     fields.verdict("modulus_lowers_sa1", sweep.falls(Quantity::sa1, last));
+    fields.verdict("modulus_settles_sooner", settling_falls(sweep, fields));
     fields.set("modulus_sa2_end", sweep.list(Quantity::sa2, last, "{:.4f}"));
     fields.verdict("modulus_lowers_sa2", sweep.falls(Quantity::sa2, last));
     fields.set("modulus_fa1_first", sweep.list(Quantity::fa1, 1, "{:.5f}"));
@@ -214,6 +253,10 @@ void modulus(const Sweep& sweep, Fields& fields) {
     fields.verdict("modulus_lowers_fa1_at_1", sweep.falls(Quantity::fa1, 100));
     fields.set("modulus_fa2_published_first", sweep.list(Quantity::fa2, 1, "{:.4f}", Method::published));
     fields.set("modulus_fa2_exact_first", sweep.list(Quantity::fa2, 1, "{:.4f}"));
+    fields.verdict("modulus_same_spike", same_first_fa2(sweep, Method::published));
+    fields.verdict("modulus_same_density", same_first_fa2(sweep, Method::exact));
+    fields.set("modulus_sign_changes", std::to_string(sign_changes(sweep)));
+    fields.verdict("skin_oscillates", sign_changes(sweep) > 0);
 }
 
 void viscosity(const Sweep& sweep, Fields& fields) {
@@ -226,6 +269,16 @@ void viscosity(const Sweep& sweep, Fields& fields) {
     fields.set("viscosity_fa1_at_1", sweep.list(Quantity::fa1, 100, "{:.1e}"));
     fields.verdict("viscosity_lowers_fa1_first", sweep.falls(Quantity::fa1, 1));
     fields.set("viscosity_fa2_first", sweep.list(Quantity::fa2, 1, "{:.4f}"));
+    // The density is below 0, so that its size falls where it rises.
+    bool negative = true, shrinks = true;
+    for (size_t i = 0; i < sweep.values().size(); ++i) {
+        const double first = sweep.mean(sweep.values()[i], Quantity::fa2, Method::exact)[1];
+        negative &= first < 0;
+        if (i)
+            shrinks &= std::abs(first) < std::abs(sweep.mean(sweep.values()[i - 1], Quantity::fa2, Method::exact)[1]);
+    }
+    fields.verdict("viscosity_lowers_fa2_size", shrinks);
+    fields.verdict("viscosity_fa2_negative", negative);
 }
 
 void negative_values(const Sweep& sweep, Fields& fields) {

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Draws figures 3 to 12 of the published study, and error against cost, from a results folder into its figures/."""
+"""Draws figures 3 to 12 of the published study, error against cost and stability from a results folder into its figures/."""
 import sys
 from collections import namedtuple
 from pathlib import Path
@@ -19,6 +19,8 @@ RESPONSES = {"sa1": "SA1", "sa2": "SA2 (s)", "fa1": "FA1 (1/s)", "fa2": "FA2 (1/
 SHOWN_SECONDS = {"sa1": 10, "sa2": 10, "fa1": 4, "fa2": 4}
 PROBES = [(75, 75), (85, 85), (60, 80), (37, 37), (112, 112)]
 SPIKE_SAMPLES = 2  # the published central difference sees the jump of the load in these
+RIDGES = "ridge heights"  # the unit of heights and displacements: the surfaces' relief is 1
+ZERO = 1e-18  # where an error of 0 stands on a logarithmic axis
 
 Curve = namedtuple("Curve", "label colour published exact")
 
@@ -60,11 +62,17 @@ def draw_map(axes, values, title, cmap="cividis", **options):
     return axes.imshow(values, cmap=cmap, origin="lower", interpolation="nearest", **options)
 
 
-def draw_surfaces(study, name, title, maps):
+# Both figures of the surfaces have one range of colours, so that before and after can be compared.
+def read_surfaces(study):
+    before = [np.load(study / f"maps/surface_{surface}.npy") for surface in SURFACES]
+    return before, [read_deformation(study, "published", f"{surface}_circular") for surface in SURFACES]
+
+
+def draw_surfaces(study, name, title, maps, low, high):
     figure, panels = plt.subplots(1, 3, figsize=(10, 3.3))
     for axes, surface, values in zip(panels, SURFACES, maps):
-        image = draw_map(axes, values, surface, vmin=np.min(maps), vmax=np.max(maps))
-    figure.colorbar(image, ax=panels, label="height", shrink=0.85)
+        image = draw_map(axes, values, surface, vmin=low, vmax=high)
+    figure.colorbar(image, ax=panels, label=f"height ({RIDGES})", shrink=0.85)
     figure.suptitle(title)
     save(figure, study, name)
 
@@ -80,23 +88,29 @@ def draw_lines(axes, quantity, curves, first=0):
     axes.set_xlim(0, SHOWN_SECONDS[quantity])
 
 
-# The spike of FA2 grows as one over the time step and hides what follows it: the rest gets an inset.
-def draw_response(axes, quantity, curves, tail_ticks=None):
+# The spike of FA2 grows as one over the time step and hides what follows it: the axis ends before it, and its height is
+# told. symlog: linear below this value, logarithmic beyond, where curves differ by decades; the spike is then shown.
+def draw_response(axes, quantity, curves, symlog=None):
     draw_lines(axes, quantity, curves)
     axes.set(xlabel="time (s)", ylabel=RESPONSES[quantity])
-    if quantity == "fa2":
-        inset = axes.inset_axes([0.36, 0.36, 0.61, 0.52])
-        draw_lines(inset, quantity, curves, SPIKE_SAMPLES)
-        if tail_ticks:
-            inset.set_yscale("symlog", linthresh=-tail_ticks[1])
-            inset.set(yticks=tail_ticks, ylim=(tail_ticks[-1], -tail_ticks[1] / 2))
-        inset.tick_params(labelsize=7)
-        inset.set_title("the same after the spike", fontsize=8, pad=3)
+    if quantity != "fa2":
+        return
+    spikes = [max(c.published["fa2"][:SPIKE_SAMPLES]) for c in curves]
+    if symlog:
+        axes.set_yscale("symlog", linthresh=symlog)
+        axes.set_ylabel(f"{RESPONSES['fa2']}, symlog: linear within ±{symlog:g}")
+        return
+    after = [c[quantity][SPIKE_SAMPLES:] for pair in curves for c in (pair.published, pair.exact)]
+    low = min(values.min() for values in after)
+    axes.set_ylim(1.1 * low, -0.35 * low)
+    axes.text(0.03, 0.95, f"cut off: published spike up to {max(spikes):.3g} at {curves[0].published['time'][1]:g} s",
+              transform=axes.transAxes, va="top", fontsize=8)
 
 
 def figure_3(study):
-    draw_surfaces(study, "figure_03", "Figure 3: the three surfaces before any load",
-                  [np.load(study / f"maps/surface_{surface}.npy") for surface in SURFACES])
+    before, after = read_surfaces(study)
+    draw_surfaces(study, "figure_03", "Figure 3: the three surfaces before any load", before,
+                  np.min(after), np.max(before))
 
 
 def figure_4(study):
@@ -118,7 +132,7 @@ def figure_5(study):
         axes = figure.add_subplot(place, projection="3d", facecolor="none")
         axes.plot_surface(x, y, values, cmap="cividis", rcount=75, ccount=75, antialiased=False,
                           vmin=after.min(), vmax=before.max())
-        axes.set(xlabel="x (cells)", ylabel="y (cells)", zlabel="height", zlim=(after.min(), before.max()),
+        axes.set(xlabel="x (cells)", ylabel="y (cells)", zlabel=f"height ({RIDGES})", zlim=(after.min(), before.max()),
                  xticks=(0, 50, 100, 150), yticks=(0, 50, 100, 150), zticks=(0, 0.5, 1))
         axes.set_title(title, y=0.98)
         axes.set_box_aspect((1, 1, 0.45), zoom=1.08)
@@ -126,17 +140,18 @@ def figure_5(study):
     profile.plot(before[75], color=BLUE, label="before")
     profile.plot(after[75], color=VERMILLION, label="after, published method")
     profile.plot(exact[75], **EXACT_LINE, label="after, exact solution")
-    profile.set(title="profile along y = 75", xlabel="x (cells)", ylabel="height")
+    profile.set(title="profile along y = 75", xlabel="x (cells)", ylabel=f"height ({RIDGES})")
     profile.legend(loc="lower right")
     image = draw_map(displacement, before - after, "displacement: before minus after")
-    figure.colorbar(image, ax=displacement, label="displacement", fraction=0.046)
+    figure.colorbar(image, ax=displacement, label=f"displacement ({RIDGES})", fraction=0.046)
     figure.suptitle("Figure 5: the circular load presses a hollow into the spiral ridges")
     save(figure, study, "figure_05")
 
 
 def figure_6(study):
-    draw_surfaces(study, "figure_06", "Figure 6: the surfaces after 9.99 s under the circular load",
-                  [read_deformation(study, "published", f"{surface}_circular") for surface in SURFACES])
+    before, after = read_surfaces(study)
+    draw_surfaces(study, "figure_06", "Figure 6: the surfaces after 9.99 s under the circular load (colours as in figure 3)",
+                  after, np.min(after), np.max(before))
 
 
 def figure_7(study):
@@ -150,7 +165,7 @@ def figure_7(study):
         excess.plot(published["time"], 100 * difference / exact["strain_max"][-1], **style, label=load)
     for axes, title in ((greatest, "greatest displacement"), (mean, "mean displacement"),
                         (excess, "published minus exact, greatest\n(the three curves coincide)")):
-        axes.set(title=title, ylabel="displacement", xlabel="time (s)", xlim=(0, 10))
+        axes.set(title=title, ylabel=f"displacement ({RIDGES})", xlabel="time (s)", xlim=(0, 10))
     excess.set_ylabel("% of the final displacement")
     excess.legend(title="load")
     figure.suptitle("Figure 7: displacement of the flat surface under each load, published method")
@@ -159,8 +174,8 @@ def figure_7(study):
 
 def draw_averages(study, name, title, colours):
     traces = {s: [read_trace(study / method / f"{s}_circular") for method in METHODS] for s in colours}
-    figure, rows = plt.subplots(4, 2, figsize=(9, 9.6))
-    averages = {"the study's average: five points weighted 1/3125 to 1/5": plotted_average,
+    figure, rows = plt.subplots(4, 2, figsize=(8.5, 9.6))
+    averages = {"the study's average:\nfive points weighted 1/3125 to 1/5": plotted_average,
                 "mean over all cells": cell_mean}
     for column, (heading, average) in zip(rows.T, averages.items()):
         curves = [Curve(f"{s}, published method", colours[s], *map(average, traces[s])) for s in colours]
@@ -168,7 +183,8 @@ def draw_averages(study, name, title, colours):
             draw_response(axes, quantity, curves)
         first, second = (c.published["sa1"][-1] for c in curves)
         excess = 100 * (second / first - 1)
-        column[0].set_title(f"{heading}\nfinal SA1, {' over '.join(reversed(colours))}: {excess:+.2f} %")
+        alike = ": the curves coincide" if abs(excess) < 0.5 else ""
+        column[0].set_title(f"{heading}{alike}\nfinal SA1, {' over '.join(reversed(colours))}: {excess:+.2f} %")
         column[0].legend(loc="lower right")
     figure.suptitle(f"{title} under the circular load")
     save(figure, study, name)
@@ -202,14 +218,14 @@ def figure_10(study):
     save(figure, study, "figure_10")
 
 
-def draw_sweep(study, name, title, sweep, label, tail_ticks=None):
+def draw_sweep(study, name, title, sweep, label, symlog=None):
     folders = sorted((study / sweep).iterdir(), key=lambda folder: float(folder.name))
     colours = plt.cm.viridis(np.linspace(0.2, 0.9, len(folders)))
     curves = [Curve(label.format(folder.name), colour, *(cell_mean(read_trace(folder / method)) for method in METHODS))
               for folder, colour in zip(folders, colours)]
     figure, panels = plt.subplots(2, 2, figsize=(9.5, 6.6))
     for axes, quantity in zip(panels.flat, RESPONSES):
-        draw_response(axes, quantity, curves, tail_ticks)
+        draw_response(axes, quantity, curves, symlog)
     panels[1, 0].legend(title="published method")
     figure.suptitle(f"{title}\nwave surface, circular load, mean over all cells")
     save(figure, study, name)
@@ -222,7 +238,17 @@ def figure_11(study):
 
 def figure_12(study):
     draw_sweep(study, "figure_12", "Figure 12: the less viscous the skin, the faster SA1 and the sharper FA1 and FA2",
-               "sweep_viscosity", "η = {} Pa·s", tail_ticks=(0, -0.1, -1, -10))
+               "sweep_viscosity", "η = {} Pa·s", symlog=0.01)
+
+
+# A logarithmic axis of errors that ends in 0.
+def error_axes(axes, top):
+    axes.set(xscale="log", yscale="log", ylim=(ZERO / 4, top))
+    decades = np.arange(-16, np.log10(top), 4)
+    axes.set_yticks([ZERO, *10.0 ** decades], ["0", *(f"$10^{{{d:g}}}$" for d in decades)])
+    axes.yaxis.set_minor_locator(matplotlib.ticker.NullLocator())
+    axes.axhline(4 * ZERO, color="black", linewidth=0.5)
+    axes.grid(alpha=0.3)
 
 
 @plt.rc_context({"font.size": 11, "legend.fontsize": 11})
@@ -238,13 +264,13 @@ def error_vs_time(study):
         for method, style in styles.items():
             for machine, colour in zip(machines, [BLUE, ORANGE, GREEN, PURPLE, VERMILLION]):
                 ladder = rows[(rows["method"] == method) & (rows[["precision", "device"]] == machine)]
-                axes.loglog(ladder[cost], np.maximum(ladder["error_strain"], 1e-17), color=colour, **style,
+                axes.plot(ladder[cost], np.maximum(ladder["error_strain"], ZERO), color=colour, **style,
                             label=f"{method}, {' on '.join(machine)}")
         decades = np.log10(rows[cost])
-        axes.set(xlabel=label, xlim=10 ** np.array([np.floor(decades.min()), np.ceil(decades.max())]), ylim=(3e-18, 10))
+        error_axes(axes, 10)
+        axes.set(xlabel=label, xlim=10 ** np.array([np.floor(decades.min()), np.ceil(decades.max())]))
         axes.xaxis.set_major_formatter("{x:g}")
         axes.xaxis.set_minor_formatter("")
-        axes.grid(alpha=0.3)
         for exponent in (-24, -53):
             axes.axhline(2.0 ** exponent, color="black", linestyle=":")
     for kind, exponent in (("float", -24), ("double", -53)):
@@ -255,38 +281,55 @@ def error_vs_time(study):
     panels["key"].legend(*axes.get_legend_handles_labels(), loc="center", ncol=2)
     caveat = "\n" + note.read_text().strip() if note.exists() else ""
     figure.suptitle(f"Error against cost; each line joins time steps from {rows['step'][-1]:.2g} to "
-                    f"{rows['step'][0]:.2g} s{caveat}", fontsize=10.5)
+                    f"{rows['step'][0]:.2g} s, the least of three runs each{caveat}", fontsize=10.5)
     save(figure, study, "error_vs_time")
+
+
+# Explicit methods are unstable beyond their limit of z; the others are stable everywhere.
+STABILITY_LIMITS = {"euler": 2, "rk2": 2, "rk4": 2.7853}
+STABILITY_COLOURS = {"euler": VERMILLION, "rk2": ORANGE, "rk4": PURPLE, "backward-euler": GREEN, "crank-nicolson": "grey",
+                     "sdirk2": "saddlebrown", "exact": BLUE}
+
+
+def draw_stability(axes, rows):
+    error_axes(axes, 1e4)
+    for method, colour in STABILITY_COLOURS.items():
+        for precision in ("f32", "f64"):
+            line = rows[(rows["method"] == method) & (rows["precision"] == precision)]
+            if not line.size:
+                continue
+            bare, limit = method != "exact", STABILITY_LIMITS.get(method, np.inf)
+            error = np.clip(line["error"], ZERO, 1e6)
+            stable = line["z"] <= limit
+            axes.plot(line["z"][stable], error[stable], color=colour, lw=1.6 if bare else 2.4,
+                      ls="--" if precision == "f32" or method == "backward-euler" else "-",
+                      label=method if bare else f"{method}, {precision}")
+            if not stable.all():
+                last = np.flatnonzero(stable)[-1]
+                axes.plot(line["z"][last:], error[last:], color=colour, ls=":", lw=1.6)
+    axes.plot([], [], color="black", ls=":", label="unstable: refused")
+    capped = rows["z"][rows["steps"] == rows["steps"].max()].max()
+    axes.axvline(capped, color="black", lw=0.6)
+    axes.text(capped * 0.8, 0.5, f"runs end at\n{rows['steps'].max():g} steps, before\nthe strain settles", ha="right",
+              va="bottom", fontsize=8.5)
+    axes.set(xlabel="step over retardation time, z = dt/tau", ylabel="greatest error / final strain",
+             title=f"held load, first 3/z steps ({rows['steps'].min():g} to {rows['steps'].max():g})")
+    axes.legend(loc="lower right", bbox_to_anchor=(1, 0.06), fontsize=8)
 
 
 @plt.rc_context({"font.size": 10, "legend.fontsize": 9})
 def stability(study):
     rows = np.genfromtxt(study / "stability.csv", delimiter=",", names=True, dtype=None, encoding="utf-8")
     courses = np.genfromtxt(study / "failures.csv", delimiter=",", names=True, dtype=None, encoding="utf-8")
-    figure, (errors, failures) = plt.subplots(1, 2, figsize=(10, 4.4), width_ratios=[3, 2])
-    colours = {"euler": VERMILLION, "rk2": ORANGE, "rk4": PURPLE, "backward-euler": GREEN, "crank-nicolson": "grey",
-               "sdirk2": "saddlebrown", "exact": BLUE}
-    top = 1e3
-    for method, colour in colours.items():
-        for precision in ("f32", "f64"):
-            line = rows[(rows["method"] == method) & (rows["precision"] == precision)]
-            if not line.size:
-                continue
-            bare = method != "exact"
-            errors.loglog(line["z"], np.clip(line["error"], 1e-17, top), color=colour, lw=1.6 if bare else 2.4,
-                          ls="-" if precision == "f64" else "--", label=method if bare else f"{method}, {precision}")
-    errors.axhspan(1, top, color="black", alpha=0.06)
-    errors.text(1.5e-6, 20, "error as large as the strain: unstable", fontsize=9)
-    errors.set(xlabel="step over retardation time, z = dt/tau", ylabel="greatest error / final strain", ylim=(1e-17, top),
-               title="held load, first steps at each z")
-    errors.grid(alpha=0.3)
-    errors.legend(loc="lower right", bbox_to_anchor=(1, 0.03), fontsize=8)
+    figure, (errors, failures) = plt.subplots(1, 2, figsize=(10, 4.6), width_ratios=[3, 2])
+    draw_stability(errors, rows)
     for method in dict.fromkeys(courses["method"]):
         line = courses[courses["method"] == method]
-        failures.plot(line["step"], line["strain"], color=colours[method], marker="o", ms=3,
+        failures.plot(line["step"], line["strain"], color=STABILITY_COLOURS[method], marker="o", ms=3,
                       label=f"{method}, z = {line['z'][0]:g}")
     failures.axhline(1, color="black", lw=0.8, ls=":")
-    failures.set(xlabel="step", ylabel="strain / (pressure/modulus)", ylim=(-1.5, 3.2), title="what failing looks like")
+    failures.set(xlabel="step", ylabel="strain / (pressure/modulus)", ylim=(-1.5, 3.2),
+                 title="euler and rk2 fail; crank-nicolson rings, but settles")
     failures.legend(fontsize=8, ncol=2, loc="upper center", bbox_to_anchor=(0.5, -0.15))
     save(figure, study, "stability")
 

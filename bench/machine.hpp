@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: MIT
+// The machine that a table is measured on, and the compiler that built the program.
+#pragma once
+
+#include <set>
+#include <string>
+
+namespace bench {
+
+struct Machine {
+    std::string cpu; // model, family and stepping, as the system tells them
+    int cores = 0;
+    std::string compiler;
+};
+Machine this_machine();
+
+// The CPU backends of the table whose instruction sets this processor has, whether or not the program has loops for
+// them.
+std::set<std::string> supported_backends();
+
+} // namespace bench
