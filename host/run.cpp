@@ -143,7 +143,7 @@ class Run {
         }
         stepper_->finish();
         if (check_) check_->finish();
-        else result_.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+        result_.seconds = std::chrono::duration<double>(Clock::now() - start).count();
         if (!d_.sites_alone()) describe_end(like);
         result_.dispatches = stepper_->dispatches();
         result_.left_out = stepper_->left_out();
@@ -180,6 +180,8 @@ class Run {
     void describe_end(const Result* like) {
         if (like) {
             result_.stencil_estimate = like->stencil_estimate;
+            result_.greatest_curvature = like->greatest_curvature;
+            result_.pressed_cells = like->pressed_cells;
             result_.kinks = like->kinks;
             result_.greatest_gain = like->greatest_gain;
             return;
@@ -187,7 +189,11 @@ class Run {
         const plan::StencilEstimate estimate = stepper_->estimate(skin_);
         result_.stencil_estimate = estimate.greatest;
         result_.kinks = estimate.kinks;
+        result_.greatest_curvature = estimate.curvature;
         result_.greatest_gain = std::abs(skin_.constants.curvature_length) * estimate.curvature;
+        if (schedule_.framed) return; // its pressure is that of the first frame
+        const Map& pressure = schedule_.pressure;
+        result_.pressed_cells = std::count_if(pressure.begin(), pressure.end(), [](double p) { return p != 0; });
     }
 
     const Decided& d_;
@@ -234,7 +240,7 @@ std::vector<Result> run(const Scene& scene, const std::vector<Material>& materia
             last.emplace(decided(with, device, options));
         }
         // The figures of the skin at the end are the first run's where both come from the same moments.
-        const bool like_first = shared && last->moments && !results.empty();
+        const bool like_first = shared && last->moments && !results.empty() && !options.describe_each;
         results.push_back(Run(*last, options).take(like_first ? &results.front() : nullptr));
     }
     return results;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The command as a user meets it: exit status, messages, files.
 #include "host/output/output.hpp"
+#include "host/output/warnings.hpp"
 #include "tests/support.hpp"
 
 #include <cstdlib>
@@ -110,7 +111,18 @@ TEST_CASE("bad input: one line that says what, exit status 2, no output left beh
         {"run " + good + " --device vulkan --precision f64", "f64"},
         {"run " + good + " --precision f16", "f16"},
         {"run " + good + " --colour red", "--colour"},
-        {"walk", "subcommand"},
+        {"walk", "\"walk\" is no subcommand; allowed: run, plan, study, devices, check\n"},
+        {"rnu", "did you mean run?"},
+        {"run " + good + " --set load.radius=3 --set load.radius=4", "--set load.radius=4; allowed: load.radius once"},
+        {"run " + good + " --set load.radius=3 time.step=0.1 load.radius=4", "load.radius once"},
+        {"run " + good + " --set load.radius=", "--set load.radius=; allowed: a value"},
+        {"run " + good + " --set load.radius=1,,2", "--set load.radius=1,,2; allowed: a value"},
+        {"run " + good + " --set 'output.probes=[[1,2]'", "brackets and quotes that are closed"},
+        {"run " + good + " --set material.modulus=1:2:0.5", "first:last:count"},
+        {"run " + good + " --set material.modulus=1:2", "first:last:count"},
+        {"run " + good + " --set material.modulus=1:2:1000 load.intensity=1:2:1000", "at most 100000 runs"},
+        {"run /dev/zero", "/dev/zero: is a device"},
+        {"run /tmp", "/tmp: is a directory"},
     };
     for (const auto& [call, says] : calls) {
         CAPTURE(call);
@@ -222,6 +234,212 @@ TEST_CASE("several values of a key make a sweep: a folder for each, and a table"
     CHECK(command(folder, "run " + scene + " --out " + (folder / "b").string() + " --set time.step=0.1,-1").status ==
           2);
     CHECK_FALSE(fs::exists(folder / "b"));
+}
+
+// The sets of runs.csv, each as it stands there.
+std::vector<std::string> sets_of(const fs::path& table) {
+    std::vector<std::string> sets;
+    std::ifstream in(table);
+    for (std::string line; std::getline(in, line);) sets.push_back(line.substr(line.find('"') + 1));
+    sets.erase(sets.begin());
+    for (std::string& set : sets) set.pop_back();
+    return sets;
+}
+
+TEST_CASE("one --set takes several keys, ranges, lists and texts, before the scene and after it") {
+    const Folder folder;
+    const std::string scene = folder.write("scene.toml", small), out = (folder / "s").string();
+    const auto run = [&](const std::string& arguments) {
+        const Outcome o = command(folder, "run --device cpu --out " + out + " " + arguments);
+        CHECK_MESSAGE(o.status == 0, o.err);
+        return sets_of(folder / "s/runs.csv");
+    };
+    const auto same = [](const std::vector<std::string>& a, const std::vector<std::string>& b) { return a == b; };
+    CHECK(same(run("--set material.modulus=0.1:1:4 time.step=0.02 " + scene),
+               {"material.modulus=0.1 time.step=0.02", "material.modulus=0.4 time.step=0.02",
+                "material.modulus=0.7 time.step=0.02", "material.modulus=1 time.step=0.02"}));
+    CHECK(same(run(scene + " --set=load.radius=3:1:3 material.viscosity=1"),
+               {"load.radius=3 material.viscosity=1", "load.radius=2 material.viscosity=1",
+                "load.radius=1 material.viscosity=1"}));
+    CHECK(same(
+        run(scene + " --set load.radius=2,4:6:2 --set material.modulus=1"),
+        {"load.radius=2 material.modulus=1", "load.radius=4 material.modulus=1", "load.radius=6 material.modulus=1"}));
+    CHECK(same(
+        run(scene + " --set 'output.traces=[\"strain\",\"sa1\"],[]' 'surface.kind=\"flat\"'"),
+        {R"(output.traces=[""strain"",""sa1""] surface.kind=""flat"")", R"(output.traces=[] surface.kind=""flat"")"}));
+    CHECK(slurp(folder / "s/1/traces.csv").find("time,strain_mean,strain_min,strain_max,sa1_mean") == 0);
+    CHECK(same(run(scene + " --set surface.kind=flat,\"'spiral'\""), {"surface.kind=flat", "surface.kind='spiral'"}));
+    CHECK(command(folder, "run --help").out.find("first:last:count") != std::string::npos);
+    const Outcome plans = command(folder, "plan --device cpu " + scene + " --set material.modulus=1,2");
+    CHECK(plans.out.find("material.modulus=1\n") == 0);
+    CHECK(plans.out.find("\nmaterial.modulus=2\n") != std::string::npos);
+    CHECK(command(folder, "").err == "dermis: a subcommand is required; allowed: run, plan, study, devices, check\n");
+}
+
+TEST_CASE("a standard output that cannot be written is an error") {
+    const Folder folder;
+    const std::string scene = folder.write("scene.toml", small);
+    for (const std::string& call :
+         {"run " + scene + " --device cpu --out " + (folder / "out").string(), "plan " + scene + " --device cpu",
+          std::string("check --device cpu"), std::string("devices"), std::string("--help")}) {
+        CAPTURE(call);
+        const std::string err = (folder / "err").string();
+        const int status = std::system((DERMIS_CLI " " + call + " >/dev/full 2>" + err).c_str());
+        CHECK(WEXITSTATUS(status) == 1);
+        CHECK(slurp(err) == "dermis: standard output cannot be written (No space left on device)\n");
+    }
+}
+
+TEST_CASE("a summary says what is not known, and how long a check took") {
+    const Folder folder;
+    const std::string scene = folder.write("scene.toml", std::string(small) + "[sites]\npath = \"sites.csv\"\n");
+    folder.write("sites.csv", "type,x,y\nsa1,3,4\n");
+    const fs::path out = folder / "out";
+    const auto summary = [&](const std::string& arguments) {
+        const Outcome o = command(folder, "run " + scene + " --device cpu --out " + out.string() + arguments);
+        CHECK_MESSAGE(o.status == 0, o.err);
+        CHECK(o.out.find("warning: |l*C|") ==
+              (arguments.find("fields") != std::string::npos ? std::string::npos : o.out.find("warning: ")));
+        return slurp(out / "summary.json");
+    };
+    const auto has = [](const std::string& text, const char* part) { return text.find(part) != std::string::npos; };
+    const std::string whole = summary("");
+    CHECK(has(whole, "\"greatest_gain\": 1.2"));
+    CHECK(has(whole, "\"kinks\": 5, \"pressed_cells\": 25"));
+    CHECK(has(whole, "\"warnings\": [\n    \"|l*C| reaches 1.25: above 1 responses change sign"));
+    const std::string sites = summary(" --set 'output.traces=[]' 'output.fields=[]'");
+    CHECK(has(sites, "\"model\": \"sites\""));
+    CHECK(has(sites, "\"greatest_gain\": null, \"greatest_curvature\": null, \"stencil_estimate\": null"));
+    CHECK(has(sites, "\"kinks\": null, \"pressed_cells\": null"));
+    const Outcome checked = command(folder, "run " + scene + " --check --device cpu --out " + out.string());
+    CHECK_FALSE(has(slurp(out / "summary.json"), "\"seconds\": 0,"));
+    CHECK(has(checked.out, " s with the other backend and the comparison\n"));
+}
+
+TEST_CASE("a sweep prints the warnings of every run, and its table has their figures") {
+    const Folder folder;
+    const std::string scene = folder.write("scene.toml", small);
+    const auto sweep = [&](const std::string& set) {
+        return command(folder, "run " + scene + " --device cpu --out " + (folder / "s").string() + " --set " + set);
+    };
+    for (const char* set : {"material.modulus=1,2", "surface.kind=wave,spiral"}) {
+        const Outcome o = sweep(set);
+        for (const char* says : {"run 1: warning: |l*C| reaches 1.25", "run 2: warning: the curvature has a kink in "})
+            CHECK_MESSAGE(o.out.find(says) != std::string::npos, o.out);
+    }
+    CHECK(sweep("material.modulus=0.01,100 material.viscosity=0.01").status == 0);
+    const std::string table = slurp(folder / "s/runs.csv");
+    CHECK(table.find("run,model,precision,seconds,predicted_error,greatest_gain,kinks,cells_compared,cells_different,"
+                     "set\n") == 0);
+    std::vector<std::string> gains; // of each run by itself, also where the maps are read once
+    for (size_t line = table.find('\n') + 1; line < table.size(); line = table.find('\n', line) + 1) {
+        std::istringstream cells(table.substr(line));
+        std::string cell;
+        for (int column = 0; column < 6; ++column) std::getline(cells, cell, ',');
+        gains.push_back(cell);
+    }
+    REQUIRE(gains.size() == 2);
+    CHECK(gains[0] != gains[1]);
+    CHECK(slurp(folder / "s/2/summary.json").find("\"greatest_gain\": " + gains[1] + ",") != std::string::npos);
+}
+
+TEST_CASE("a folder used again holds the files of the last run or sweep alone, and those that are not dermis's") {
+    const Folder folder;
+    const std::string scene = folder.write("scene.toml", small);
+    const fs::path out = folder / "out";
+    const auto run = [&](const std::string& arguments) {
+        CHECK(command(folder, "run " + scene + " --device cpu --out " + out.string() + arguments).status == 0);
+        std::string names;
+        std::vector<fs::path> paths(fs::directory_iterator(out), {});
+        std::sort(paths.begin(), paths.end());
+        for (const fs::path& path : paths) names += path.filename().string() + " ";
+        return names;
+    };
+    const std::string plain = "impulses.csv summary.json traces.csv ", none = " --set 'output.fields=[]'";
+    CHECK(run("") == "curvature_t0.05.npy impulses.csv sa1_t0.05.npy summary.json traces.csv ");
+    CHECK(run(none) == plain);
+    std::ofstream(out / "notes.npy") << "mine";
+    std::ofstream(out / "sa1_table.npy") << "mine";
+    CHECK(run(none + " material.modulus=1,2,3") == "1 2 3 notes.npy runs.csv sa1_table.npy ");
+    std::ofstream(out / "3/notes.txt") << "mine";
+    CHECK(run(none + " material.modulus=1,2") == "1 2 3 notes.npy runs.csv sa1_table.npy ");
+    CHECK_FALSE(fs::exists(out / "3/traces.csv"));
+    CHECK(fs::exists(out / "3/notes.txt"));
+    fs::remove_all(out / "3");
+    CHECK(run(none) == "impulses.csv notes.npy sa1_table.npy summary.json traces.csv ");
+    // without a summary of dermis nothing shows whose the files are
+    std::ofstream(out / "summary.json") << "{}";
+    std::ofstream(out / "sa1_t1.npy") << "mine";
+    CHECK(run(none) == "impulses.csv notes.npy sa1_t1.npy sa1_table.npy summary.json traces.csv ");
+}
+
+TEST_CASE("a warning names the figure and what to do, once") {
+    Scene s;
+    Result r;
+    r.tau_min = r.tau_max = 0.5;
+    const auto only = [&] {
+        const std::vector<std::string> all = output::warnings(s, r);
+        CHECK(all.size() == 1);
+        return all.empty() ? "" : all[0];
+    };
+    CHECK(output::warnings(s, r).empty()); // nothing is known of the skin
+    r.greatest_gain = 1.5;
+    CHECK(only().find("|l*C| reaches 1.5: above 1 responses change sign; ") == 0);
+    r.greatest_gain = 0.5;
+    r.greatest_curvature = 2;
+    r.kinks = 90;
+    r.pressed_cells = 450;
+    CHECK(only().find("the curvature has a kink in 90 of 22500 cells (0.4 %; 450 cells are pressed): ") == 0);
+    r.kinks = 0;
+    r.stencil_estimate = 0.5;
+    CHECK(only().find("the stencil estimate is 25 % of the greatest |C|: take a finer grid") == 0);
+    r.stencil_estimate = 0.1;
+    CHECK(output::warnings(s, r).empty());
+    r.device.name = "some GPU";
+    r.device.exact = false;
+    CHECK(only() == "the bits of some GPU differ from the CPU path's");
+    r.device.exact = true;
+    r.cells_per_ridge = 4;
+    CHECK(only().find("4 cells per ridge") == 0);
+}
+
+TEST_CASE("units that cannot be meant are said in a sentence") {
+    Scene s;
+    s.grid = {2, 1, 1e-4};
+    s.surface.relief = 60e-6;
+    s.material.thickness = 1e-3;
+    s.material.curvature_length = 1e-5;
+    Result r;
+    r.tau_min = r.tau_max = 0.5;
+    const auto warned = [&](const char* part) {
+        const std::vector<std::string> all = output::warnings(s, r);
+        CHECK(all.size() <= 1);
+        return !all.empty() && all[0].find(part) != std::string::npos;
+    };
+    s.surface.kind = Surface::Kind::map;
+    s.surface.map = {0.0, 60e-6};
+    CHECK(warned("surface.relief = 6e-05 multiplies heights that span 6e-05: together 3.6e-09 m"));
+    s.surface.map = {0.0, 1.0};
+    CHECK_FALSE(warned(""));
+    for (double tau : {1.5e-6, 1540.0}) {
+        r.tau_min = r.tau_max = tau;
+        CHECK(warned("the retardation time viscosity/modulus is"));
+    }
+    r.tau_min = 0, r.tau_max = INFINITY; // elastic and viscous cells
+    CHECK_FALSE(warned(""));
+    r.traces.push_back({.quantity = Quantity::strain, .mean = {0.1}, .min = {-1.5}, .max = {0.5}, .probes = {}});
+    CHECK(warned("the indentation reaches 0.0015 m, beyond material.thickness = 0.001 m"));
+    s.grid.spacing = {}; // without units there is nothing to compare with
+    r.tau_min = r.tau_max = 1e-9;
+    CHECK_FALSE(warned(""));
+    s.load.kind = Load::Kind::sequence;
+    s.load.interval = 1000;
+    CHECK(warned("load.interval = 1000 is in seconds from frame to frame, so that a run of 10 s ends before the second "
+                 "frame; with 1000 frames a second it is 0.001"));
+    s.time.duration = 36000;
+    CHECK(warned("a run of 36000 s has 37"));
+    s.load.interval = 0.001;
+    CHECK_FALSE(warned(""));
 }
 
 TEST_CASE("plan says what a run would take, and why not the rest") {

@@ -5,6 +5,8 @@
 #include <filesystem>
 #include <fstream>
 
+#include <sys/stat.h>
+
 using namespace test;
 
 namespace {
@@ -113,7 +115,32 @@ TEST_CASE("every bad scene file is refused with file, line, key, value and allow
         {"method = \"euler\"\n[output]\nfields = [{ at = 0.005, what = [\"sa1\"] }]",
          "output.fields.at = 0.005|multiple"},
         {"[curvature]\nedges = \"published\"", "curvature.edges|only with"},
-        {"[time\nstep = 1", "scene.toml:1"},
+        {"[time\nstep = 1", "scene.toml:1:6: |table header"},
+        {"[time]\nstep = 1 2", "scene.toml:2:10: "},
+        // misspelt: the nearest known one, if one is near
+        {"[materials]\nmodulus = 1.54\nviscosity = 1.0",
+         "scene.toml:1: [materials]: no such table; the nearest is [material]"},
+        {"[sites.densities]\nsa1 = 3", "[sites.densities]: no such table; the nearest is [sites.density]"},
+        {"[skin]\nmodulus = 1", "[skin]: no such table; known: [grid], [surface], [material], [load]"},
+        {"[grids]\nwidth = 2\n[surface]\nkind = \"file\"\npath = \"wide.npy\"", "[grids]|the nearest is [grid]"},
+        {"[surface]\nRidge = 3", "surface.Ridge = 3; no such key here|did you mean ridges?"},
+        {"[load]\nintesnity = 3", "load.intesnity = 3|did you mean intensity?"},
+        {"tolerence = 3", "tolerence = 3|did you mean tolerance?"},
+        {"[load]\nkind = \"circlar\"", "load.kind|did you mean circular?"},
+        // a number with a unit, or in quotes
+        {"[material]\nmodulus = \"100 kPa\"",
+         "scene.toml:2: material.modulus = \"100 kPa\"; allowed: a plain number in Pa: 100000; or a map"},
+        {"[material]\nviscosity = \"3.5kPa*s\"", "a plain number in Pa s: 3500;"},
+        {"[material]\nviscosity = \"2 mPa s\"", "a plain number in Pa s: 0.002;"},
+        {"[material]\nmodulus = \"100\"", "a plain number in Pa, without quotes: 100;"},
+        {"[material]\nmodulus = \"100 psi\"", "material.modulus = \"100 psi\"; allowed: a plain number in Pa;"},
+        {"[grid]\nspacing = \"60 um\"", "grid.spacing|a plain number in m: 6e-05"},
+        {"[grid]\nspacing = \"60 \xc2\xb5m\"", "grid.spacing|a plain number in m: 6e-05"},
+        {"[time]\nstep = \"10 ms\"", "time.step|a plain number in s: 0.01"},
+        {"[time]\nstep = \"10 m\"", "time.step|a plain number in s"},
+        {"[load]\nenvelope = \"sine\"\nfrequency = \"0.25 kHz\"", "load.frequency|a plain number in Hz: 250"},
+        {"[load]\nenvelope = \"table\"\ntimes = [\"1 ms\"]\nvalues = [1]", "load.times|a plain number in s: 0.001"},
+        {"[surface]\nkind = \"wave\"\nnoise = \"3 m\"", "surface.noise|a plain number"},
     };
     for (const Bad& bad : scenes) {
         const std::string text = bad.toml;
@@ -141,9 +168,56 @@ TEST_CASE("every bad scene file is refused with file, line, key, value and allow
         CHECK(message.find("load.path") != std::string::npos);
         CHECK(message.find("shape (2, 2)") + message.find("finite numbers") != 2 * std::string::npos);
     }
-    CHECK(refusal(Error::Code::bad_input, [] {
-              Scene::from_file((folder() / "nowhere.toml").string());
-          }).find("nowhere.toml") != std::string::npos);
+    std::filesystem::remove_all(folder());
+}
+
+TEST_CASE(
+    "a scene, map or list that is no regular file is refused at once, and a misspelt scene has its neighbour named") {
+    write("first.toml", "");
+    std::filesystem::create_directory(folder() / "folder.toml");
+    REQUIRE(mkfifo((folder() / "pipe").c_str(), 0600) == 0);
+    std::ofstream(folder() / "huge.toml").close();
+    std::filesystem::resize_file(folder() / "huge.toml", (64 << 20) + 1); // has no blocks on the disk
+    const auto why = [](const std::string& path) {
+        return refusal(Error::Code::bad_input, [&] { Scene::from_file(path); });
+    };
+    const std::string in = folder().string() + "/";
+    for (auto [path, says] : {std::pair{in + "frist.toml", "cannot be read (No such file or directory)"},
+                              {in + "folder.toml", "is a directory"},
+                              {in + "huge.toml", "has 67108865 bytes"},
+                              {in + "pipe", "is a device, pipe or socket"},
+                              {"/dev/zero", "is a device, pipe or socket"}}) {
+        const std::string message = why(path);
+        CAPTURE(message);
+        CHECK(message.find(path + ": " + says + "; allowed: a scene file (TOML), a regular file of at most 64 MiB") ==
+              0);
+    }
+    CHECK(why(in + "frist.toml").find("did you mean first.toml?") != std::string::npos);
+    CHECK(why(in + "other.toml").find("did you mean") == std::string::npos);
+    for (auto [file, says] : {std::pair{"/dev/zero", "is a device, pipe or socket"},
+                              {"pipe", "is a device, pipe or socket"},
+                              {"folder.toml", "is a directory"}}) {
+        const std::string path = std::string("path = \"") + file + "\"\n";
+        for (const std::string& scene : {"[load]\nkind = \"file\"\n" + path, "[sites]\n" + path}) {
+            const std::string message = why(write("scene.toml", scene));
+            CAPTURE(message);
+            CHECK(message.find(".path = ") != std::string::npos);
+            CHECK(message.find(says) != std::string::npos);
+        }
+    }
+    std::filesystem::remove_all(folder());
+}
+
+TEST_CASE("an override is one key and one value on one line, with or without blanks") {
+    const std::string file = write("scene.toml", "");
+    CHECK(Scene::from_file(file, {" time.step = 0.25 "}).time.step == 0.25);
+    const auto why = [&](const std::string& override_) {
+        return refusal(Error::Code::bad_input, [&] { Scene::from_file(file, {override_}); });
+    };
+    CHECK(why("time.step=1\n[load]").find("one line") != std::string::npos);
+    CHECK(why("time").find("key=value") != std::string::npos);
+    CHECK(why("materials.modulus=2").find("the nearest is [material]") != std::string::npos);
+    CHECK(why("material.modulus=100 kPa").find("a plain number in Pa: 100000") != std::string::npos);
     std::filesystem::remove_all(folder());
 }
 

@@ -1,14 +1,20 @@
 // SPDX-License-Identifier: MIT
 // The dermis command. Exit status: 0 done, 1 failed or cells differ, 2 bad input.
 #include "host/check.hpp"
+#include "host/cli/settings.hpp"
 #include "host/device.hpp"
+#include "host/output/earlier.hpp"
+#include "host/output/warnings.hpp"
 #include "host/scene/names.hpp"
+#include "host/scene/nearest.hpp"
 #include "host/study/study.hpp"
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <csignal>
-#include <sstream>
+#include <cstring>
+#include <new>
 #include <thread>
 
 #include <CLI/CLI.hpp>
@@ -26,7 +32,7 @@ struct Arguments {
 
 std::string shown(const DeviceInfo& d) { return d.driver.empty() ? d.name : fmt::format("{} ({})", d.name, d.driver); }
 
-// Prints the figures and warnings by which a user judges a result.
+// Prints the figures by which a user judges a result, and its warnings.
 void print_scene(const Scene& s, const Result& r) {
     const auto span = [](double a, double b) {
         return a == b ? fmt::format("{:.6g}", a) : fmt::format("{:.6g}..{:.6g}", a, b);
@@ -35,14 +41,13 @@ void print_scene(const Scene& s, const Result& r) {
                span(s.time.step / r.tau_max, s.time.step / r.tau_min));
     if (r.model == Model::sites) {
         fmt::print("{} receptors, without the rest of the skin\n", s.sites.size());
-        return;
+    } else {
+        fmt::print("greatest |l*C| = {:.4g}\n", r.greatest_gain);
+        fmt::print("stencil estimate |C5 - C4| = {:.3g}, {:.2g} % of the greatest |C|\n", r.stencil_estimate,
+                   r.greatest_curvature > 0 ? 100 * r.stencil_estimate / r.greatest_curvature : 0);
+        if (std::isfinite(r.cells_per_ridge)) fmt::print("{:.1f} cells per ridge\n", r.cells_per_ridge);
     }
-    fmt::print("greatest |l*C| = {:.4g}\n", r.greatest_gain);
-    if (r.greatest_gain > 1) fmt::print("warning: |l*C| above 1: responses change sign there\n");
-    fmt::print("stencil estimate |C5 - C4| = {:.3g}\n", r.stencil_estimate);
-    if (r.kinks) fmt::print("warning: {} cells not convergent: kink\n", r.kinks);
-    if (std::isfinite(r.cells_per_ridge)) fmt::print("{:.1f} cells per ridge\n", r.cells_per_ridge);
-    if (r.cells_per_ridge < 8) fmt::print("warning: fewer than 8 cells per ridge: curvature is coarse\n");
+    for (const std::string& warning : output::warnings(s, r)) fmt::print("warning: {}\n", warning);
 }
 
 std::string engineering(double x) {
@@ -55,6 +60,7 @@ RunOptions options_of(const Arguments& a) {
     RunOptions options;
     options.precision = scene::value_of<Precision>(a.precision);
     options.check = a.check;
+    options.describe_each = true;
     return options;
 }
 
@@ -64,9 +70,8 @@ Device device_of(const Arguments& a) {
 }
 
 // Prints every candidate with its cost and error, and why it is taken or not.
-int explain_scene(const Arguments& a) {
-    const Scene scene = Scene::from_file(a.scene, a.overrides);
-    const Device device = device_of(a);
+void explain_run(const Arguments& a, const std::vector<std::string>& overrides, const Device& device) {
+    const Scene scene = Scene::from_file(a.scene, overrides);
     const Explanation e = explain(scene, device, options_of(a));
     fmt::print("{}: {} x {} cells, {} outputs, method {}, tolerance {}{}\n", a.scene, scene.grid.width,
                scene.grid.height, e.candidates[e.chosen].steps, name(scene.method), e.tolerance,
@@ -81,61 +86,66 @@ int explain_scene(const Arguments& a) {
         if (!std::isnan(c.error)) fmt::print("       error at most {:.2g}\n", c.error);
         if (!c.refused.empty()) fmt::print("       not taken: {}\n", c.refused);
     }
+}
+
+int explain_scene(const Arguments& a) {
+    const auto runs = combinations(settings_of(a.overrides));
+    const Device device = device_of(a);
+    for (const auto& overrides : runs) {
+        if (runs.size() > 1) fmt::print("{}\n", fmt::join(overrides, " "));
+        explain_run(a, overrides, device);
+    }
     return 0;
 }
 
-// Splits key=v1,v2,.. into an override for each value. A list in brackets, or a text in quotes, is one value.
-std::vector<std::string> values_of(const std::string& override_) {
-    const size_t equals = override_.find('=');
-    if (equals == std::string::npos || override_.find_first_of("[{\"'", equals) != std::string::npos)
-        return {override_};
-    std::vector<std::string> all;
-    std::istringstream values(override_.substr(equals + 1));
-    for (std::string value; std::getline(values, value, ',');) all.push_back(override_.substr(0, equals + 1) + value);
-    return all.empty() ? std::vector<std::string>{override_} : all;
+std::string in_csv(const std::string& text) {
+    std::string out = "\"";
+    for (char c : text) out += c == '"' ? "\"\"" : std::string(1, c);
+    return out + '"';
 }
 
-// Every combination of the overrides' values; the last key varies fastest.
-std::vector<std::vector<std::string>> combinations(const std::vector<std::string>& overrides) {
-    std::vector<std::vector<std::string>> all = {{}};
-    for (const std::string& o : overrides) {
-        std::vector<std::vector<std::string>> longer;
-        for (const auto& before : all)
-            for (const std::string& value : values_of(o)) {
-                longer.push_back(before);
-                longer.back().push_back(value);
-            }
-        all = std::move(longer);
-    }
-    return all;
+// A line of runs.csv; what is not known is left empty.
+std::string line_of_run(size_t number, const Result& r, const std::vector<std::string>& overrides) {
+    const auto known = [](double x) { return std::isfinite(x) ? fmt::format("{}", x) : ""; };
+    return fmt::format("{},{},{},{},{},{},{},{},{},{}\n", number, name(r.model), name(r.precision), r.seconds,
+                       known(r.predicted_error), known(r.greatest_gain), known(r.kinks < 0 ? NAN : double(r.kinks)),
+                       r.cells_compared, r.cells_different, in_csv(fmt::format("{}", fmt::join(overrides, " "))));
 }
 
-// Writes OUT/1, OUT/2 .. and OUT/runs.csv. Where only the numbers of the material vary, the maps are read once.
-int sweep(const Arguments& a, const Device& device, const RunOptions& options) {
-    const output::Path out = a.out;
-    const auto runs = combinations(a.overrides);
-    std::vector<Scene> scenes; // all are read before any is run, so that a bad one is refused first
-    for (const auto& values : runs) scenes.push_back(Scene::from_file(a.scene, values));
-    const bool materials_only = std::all_of(a.overrides.begin(), a.overrides.end(), [](const std::string& o) {
-        return values_of(o).size() == 1 || o.rfind("material.modulus=", 0) == 0 ||
-               o.rfind("material.viscosity=", 0) == 0;
-    });
+// Runs every scene. Where only the numbers of the material vary, the maps are read once.
+std::vector<Result> results_of(const std::vector<Scene>& scenes, const std::vector<Setting>& settings,
+                               const Device& device, const RunOptions& options) {
     std::vector<Result> results;
+    const bool materials_only = std::all_of(settings.begin(), settings.end(), [](const Setting& s) {
+        return s.values.size() == 1 || s.key == "material.modulus" || s.key == "material.viscosity";
+    });
     if (materials_only) {
         std::vector<Material> materials;
         for (const Scene& s : scenes) materials.push_back(s.material);
-        results = run(scenes[0], materials, device, options);
-    } else {
-        for (const Scene& s : scenes) results.push_back(run(s, device, options));
+        return run(scenes[0], materials, device, options);
     }
-    std::string table = "run,model,precision,seconds,cells_compared,cells_different,set\n";
+    for (const Scene& s : scenes) results.push_back(run(s, device, options));
+    return results;
+}
+
+// Writes OUT/1, OUT/2 .. and OUT/runs.csv.
+int sweep(const Arguments& a, const std::vector<Setting>& settings, const Device& device, const RunOptions& options) {
+    const output::Path out = a.out;
+    const auto runs = combinations(settings);
+    std::vector<Scene> scenes; // all are read before any is run, so that a bad one is refused first
+    for (const auto& overrides : runs) scenes.push_back(Scene::from_file(a.scene, overrides));
+    const std::vector<Result> results = results_of(scenes, settings, device, options);
+    output::remove_earlier_run(out, {});
+    output::remove_earlier_sweep(out, runs.size() + 1);
+    std::string table =
+        output::runs_columns + "seconds,predicted_error,greatest_gain,kinks,cells_compared,cells_different,set\n";
     bool same = true;
     for (size_t i = 0; i < runs.size(); ++i) {
-        const Result& r = results[i];
-        output::write_result(out / std::to_string(i + 1), scenes[i], r);
-        table += fmt::format("{},{},{},{},{},{},\"{}\"\n", i + 1, name(r.model), name(r.precision), r.seconds,
-                             r.cells_compared, r.cells_different, fmt::join(runs[i], " "));
-        same &= r.cells_different == 0;
+        output::write_result(out / std::to_string(i + 1), scenes[i], results[i]);
+        table += line_of_run(i + 1, results[i], runs[i]);
+        for (const std::string& warning : output::warnings(scenes[i], results[i]))
+            fmt::print("run {}: warning: {}\n", i + 1, warning);
+        same &= results[i].cells_different == 0;
     }
     output::write_file(out / "runs.csv", table);
     fmt::print("{}: {} runs\n{}\n", a.scene, runs.size(), (out / "runs.csv").string());
@@ -143,24 +153,24 @@ int sweep(const Arguments& a, const Device& device, const RunOptions& options) {
 }
 
 int run_scene(const Arguments& a) {
-    const auto runs = combinations(a.overrides);
+    const std::vector<Setting> settings = settings_of(a.overrides);
+    const auto runs = combinations(settings);
     const Scene scene = Scene::from_file(a.scene, runs[0]);
     const Device device = device_of(a);
     if (!device.info().refused.empty()) fmt::print("{}\n", device.info().refused);
-    if (!device.info().exact) fmt::print("warning: the bits of {} differ from the CPU path's\n", device.info().name);
     RunOptions options = options_of(a);
-    if (runs.size() > 1) return sweep(a, device, options);
+    if (runs.size() > 1) return sweep(a, settings, device, options);
     const output::Path out = a.out;
     output::Progress progress(a.scene);
     options.progress = std::ref(progress);
     const Result r = run(scene, device, options);
     output::write_result(out, scene, r);
+    output::remove_earlier_sweep(out, 1);
     const double cells = double(scene.grid.width) * scene.grid.height;
-    fmt::print("{}: {} x {} cells, {} steps, {}, {}, {} on {}", a.scene, scene.grid.width, scene.grid.height, r.steps,
-               name(scene.method), name(r.model), name(r.precision), shown(r.device));
-    if (!a.check)
-        fmt::print(": {:.3f} s, {:.2f} ns per cell-step", r.seconds, 1e9 * r.seconds / (cells * double(r.steps)));
-    fmt::print("\n");
+    fmt::print("{}: {} x {} cells, {} steps, {}, {}, {} on {}: {:.3f} s", a.scene, scene.grid.width, scene.grid.height,
+               r.steps, name(scene.method), name(r.model), name(r.precision), shown(r.device), r.seconds);
+    if (a.check) fmt::print(" with the other backend and the comparison\n");
+    else fmt::print(", {:.2f} ns per cell-step\n", 1e9 * r.seconds / (cells * double(r.steps)));
     print_scene(scene, r);
     if (!std::isnan(r.predicted_error)) fmt::print("predicted error at most {:.2g}\n", r.predicted_error);
     if (a.check) fmt::print("{} cells compared, {} different\n", r.cells_compared, r.cells_different);
@@ -216,7 +226,15 @@ void add_backend(CLI::App& command, Arguments& a) {
 }
 
 void add_overrides(CLI::App& command, Arguments& a) {
-    command.add_option("--set", a.overrides, "Override a key: time.step=0.001")->take_all()->allow_extra_args(false);
+    command
+        .add_option(
+            "--set", a.overrides,
+            "Override keys: time.step=0.001 load.radius=9. Several values, material.modulus=1,2 or a range\n"
+            "material.modulus=0.1:1:4 (first:last:count), make a sweep of all combinations. A list in brackets\n"
+            "and a text in quotes are one value: output.traces=[\"sa1\"],[\"sa2\"]")
+        ->take_all()
+        ->allow_extra_args(false)
+        ->type_name("KEY=VALUE[,VALUE ..] ..");
 }
 
 struct Commands {
@@ -251,27 +269,57 @@ int execute(const Commands& commands, const Arguments& a) {
     return check_devices(a.checked_device);
 }
 
+// Refuses what is no subcommand, and names the nearest one.
+void need_subcommand(const CLI::App& app, const std::vector<std::string>& words) {
+    std::vector<std::string> known;
+    for (const CLI::App* command : app.get_subcommands({})) known.push_back(command->get_name());
+    if (!words.empty() && (words[0].rfind('-', 0) == 0 || std::count(known.begin(), known.end(), words[0]))) return;
+    throw Error(Error::Code::bad_input, "",
+                (words.empty() ? "a subcommand is required" : "\"" + words[0] + "\" is no subcommand") +
+                    fmt::format("; allowed: {}", fmt::join(known, ", ")) +
+                    (words.empty() ? "" : scene::suggestion(words[0], known)));
+}
+
+int command(const std::vector<std::string>& given) {
+    CLI::App app{"dermis: pressure on skin in, mechanoreceptor responses out", "dermis"};
+    app.require_subcommand(1);
+    app.set_version_flag("--version", fmt::format("dermis {} (commit {})", version(), commit()));
+    Arguments arguments;
+    const Commands commands = add_commands(app, arguments);
+    need_subcommand(app, given);
+    std::vector<std::string> words = with_each_set(given);
+    std::reverse(words.begin(), words.end()); // as the parser takes them
+    try {
+        app.parse(std::move(words));
+    } catch (const CLI::ParseError& e) {
+        return app.exit(e) ? 2 : 0;
+    }
+    return execute(commands, arguments);
+}
+
+// Throws unless all that was printed has been written.
+void flush_output() {
+    if (std::fflush(stdout) == 0 && !std::ferror(stdout)) return;
+    throw Error(Error::Code::io, "", fmt::format("standard output cannot be written ({})", std::strerror(errno)));
+}
+
 } // namespace
 } // namespace dermis::cli
 
 int main(int argc, char** argv) {
     using namespace dermis;
     std::signal(SIGXFSZ, SIG_IGN); // a file that grows too large is then an error of write()
-    CLI::App app{"dermis: pressure on skin in, mechanoreceptor responses out"};
-    app.require_subcommand(1);
-    app.set_version_flag("--version", fmt::format("dermis {} (commit {})", version(), commit()));
-    cli::Arguments arguments;
-    const cli::Commands commands = cli::add_commands(app, arguments);
     try {
-        app.parse(argc, argv);
-        return cli::execute(commands, arguments);
-    } catch (const CLI::ParseError& e) {
-        return app.exit(e) ? 2 : 0;
+        const int status = cli::command({argv + std::min(argc, 1), argv + argc});
+        cli::flush_output();
+        return status;
     } catch (const Error& e) {
-        fmt::print(stderr, "dermis: {}\n", e.what());
+        std::fprintf(stderr, "dermis: %s\n", e.what());
         return e.code() == Error::Code::bad_input ? 2 : 1;
+    } catch (const std::bad_alloc&) {
+        std::fputs("dermis: out of memory\n", stderr);
     } catch (const std::exception& e) {
-        fmt::print(stderr, "dermis: {}\n", e.what());
-        return 1;
+        std::fprintf(stderr, "dermis: %s\n", e.what());
     }
+    return 1;
 }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "host/output/output.hpp"
 
+#include "host/output/earlier.hpp"
+#include "host/output/warnings.hpp"
 #include "host/scene/text.hpp"
 
 #include <cerrno>
@@ -17,7 +19,7 @@ namespace {
     throw Error(Error::Code::io, "", fmt::format("{}: cannot be {} ({})", path.string(), what, std::strerror(errno)));
 }
 
-std::string quoted(const std::string& text) {
+std::string json_text(const std::string& text) {
     std::string out = "\"";
     for (char c : text) {
         if (c == '"' || c == '\\') out += '\\';
@@ -67,27 +69,44 @@ std::string impulses_csv(const Result& r) {
     return out;
 }
 
+std::string receptors_csv(const Scene& scene) {
+    std::string list = "id,type,x,y\n";
+    for (size_t i = 0; i < scene.sites.size(); ++i)
+        list +=
+            fmt::format("{},{},{},{}\n", i, name(scene.sites[i].type), scene.sites[i].cell.x, scene.sites[i].cell.y);
+    return list;
+}
+
+std::string field_name(const Field& f) { return fmt::format("{}_t{}.npy", name(f.quantity), shortest(f.at)); }
+
 std::string summary_json(const Scene& s, const Result& r) {
     std::string check = "null";
     if (r.cells_compared)
         check = fmt::format("{{\"cells\": {}, \"different\": {}}}", r.cells_compared, r.cells_different);
     const auto number = [](double x) { return std::isfinite(x) ? shortest(x) : "null"; };
-    return fmt::format(R"({{
+    const auto count = [](long long n) { return n < 0 ? "null" : std::to_string(n); };
+    std::vector<std::string> sentences = warnings(s, r);
+    for (std::string& sentence : sentences) sentence = "\n    " + json_text(sentence);
+    return made_by_dermis +
+           fmt::format(R"(
   "version": {}, "commit": {},
   "device": {{"name": {}, "kind": {}, "driver": {}, "exact": {}}},
   "plan": {{"model": "{}", "method": "{}", "precision": "{}", "predicted_error": {}}},
   "grid": {{"width": {}, "height": {}}},
   "steps": {}, "left_out": {}, "outputs": {}, "dispatches": {}, "seconds": {},
   "cross_check": {},
-  "tau_min": {}, "tau_max": {}, "z_min": {}, "z_max": {}, "greatest_gain": {}, "stencil_estimate": {}, "kinks": {}
+  "tau_min": {}, "tau_max": {}, "z_min": {}, "z_max": {}, "greatest_gain": {}, "greatest_curvature": {}, "stencil_estimate": {},
+  "kinks": {}, "pressed_cells": {},
+  "warnings": [{}]
 }}
 )",
-                       quoted(version()), quoted(commit()), quoted(r.device.name), quoted(r.device.kind),
-                       quoted(r.device.driver), r.device.exact, name(r.model), name(s.method), name(r.precision),
+                       json_text(version()), json_text(commit()), json_text(r.device.name), json_text(r.device.kind),
+                       json_text(r.device.driver), r.device.exact, name(r.model), name(s.method), name(r.precision),
                        number(r.predicted_error), s.grid.width, s.grid.height, r.steps, r.left_out, r.time.size(),
                        r.dispatches, shortest(r.seconds), check, number(r.tau_min), number(r.tau_max),
                        number(s.time.step / r.tau_max), number(s.time.step / r.tau_min), number(r.greatest_gain),
-                       number(r.stencil_estimate), r.kinks);
+                       number(r.greatest_curvature), number(r.stencil_estimate), count(r.kinks), count(r.pressed_cells),
+                       fmt::join(sentences, ","));
 }
 
 } // namespace
@@ -132,17 +151,16 @@ void write_result(const Path& folder, const Scene& scene, const Result& result) 
     std::filesystem::create_directories(folder, error);
     if (error)
         throw Error(Error::Code::io, "", fmt::format("{}: cannot be created ({})", folder.string(), error.message()));
+    std::vector<std::string> names = {"traces.csv", "impulses.csv", "summary.json"};
+    for (const Field& f : result.fields) names.push_back(field_name(f));
+    if (!scene.sites.empty()) names.insert(names.end(), {"receptors.csv", "responses.npy"});
+    remove_earlier_run(folder, names);
     write_file(folder / "traces.csv", traces_csv(result));
     write_file(folder / "impulses.csv", impulses_csv(result));
     for (const Field& f : result.fields)
-        write_npy(folder / fmt::format("{}_t{}.npy", name(f.quantity), shortest(f.at)), f.values, scene.grid.width,
-                  scene.grid.height);
+        write_npy(folder / field_name(f), f.values, scene.grid.width, scene.grid.height);
     if (!scene.sites.empty()) {
-        std::string list = "id,type,x,y\n";
-        for (size_t i = 0; i < scene.sites.size(); ++i)
-            list += fmt::format("{},{},{},{}\n", i, name(scene.sites[i].type), scene.sites[i].cell.x,
-                                scene.sites[i].cell.y);
-        write_file(folder / "receptors.csv", list);
+        write_file(folder / "receptors.csv", receptors_csv(scene));
         write_npy(folder / "responses.npy", result.responses, int(scene.sites.size()), int(result.time.size()));
     }
     write_file(folder / "summary.json", summary_json(scene, result));

@@ -17,8 +17,8 @@ using Path = std::filesystem::path;
 // Each file is written under a temporary name, then renamed. Throws Error::io, naming the file.
 void write_file(const Path&, const std::string& content);
 void write_npy(const Path&, const std::vector<double>& map, int width, int height);
-// Writes traces.csv, impulses.csv, summary.json, the fields, and with sites receptors.csv and responses.npy. scene: as
-// it was run.
+// Writes traces.csv, impulses.csv, summary.json, the fields, and with sites receptors.csv and responses.npy. What an
+// earlier run left there beside them is removed (see earlier.hpp). scene: as it was run.
 void write_result(const Path& folder, const Scene& scene, const Result&);
 
 // A line on the terminal that shows the share of the work done, once a second has passed; nothing where stderr is no

@@ -108,13 +108,18 @@ template <class Enum> constexpr std::optional<Enum> value_of(std::string_view te
     return {};
 }
 
-// Lists all names in quotes, in alphabetical order, for the allowed values in an error message.
-template <class Enum> std::string quoted_names() {
+// Returns all names in alphabetical order.
+template <class Enum> std::vector<std::string> names() {
     std::vector<std::string> texts;
     for (const Name<Enum>& name : Names<Enum>::table) texts.push_back(name.text);
     std::sort(texts.begin(), texts.end());
+    return texts;
+}
+
+// Lists all names in quotes, for the allowed values in an error message.
+template <class Enum> std::string quoted_names() {
     std::string list;
-    for (const std::string& text : texts) list += (list.empty() ? "\"" : ", \"") + text + "\"";
+    for (const std::string& text : names<Enum>()) list += (list.empty() ? "\"" : ", \"") + text + "\"";
     return list;
 }
 

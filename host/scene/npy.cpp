@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Reads .npy files, format versions 1 to 3.
+#include "host/scene/input_file.hpp"
 #include "host/scene/refusal.hpp"
 #include "host/scene/scene.hpp"
 
@@ -61,11 +62,12 @@ std::string NpyFile::read_header() {
 }
 
 NpyFile::NpyFile(const std::string& path, int width, int height, bool sequence, const std::string& parameter)
-    : path_(path), parameter_(parameter), width_(width), cells_(size_t(width) * height), sequence_(sequence),
-      in_(path, std::ios::binary) {
+    : path_(path), parameter_(parameter), width_(width), cells_(size_t(width) * height), sequence_(sequence) {
     const std::string rows = std::to_string(height), columns = std::to_string(width);
     allowed_ = "; allowed: a .npy file of float32 or float64, C order, shape (" +
                std::string(sequence ? "frames, " : "") + rows + ", " + columns + ")";
+    if (const std::string why = why_no_file(path); !why.empty()) throw error(why + allowed_);
+    in_.open(path, std::ios::binary);
     if (!in_) throw error(std::string("cannot be read (") + std::strerror(errno) + ")" + allowed_);
     const std::string header = read_header();
     const std::string type(value_in(header, "'descr':", '\'', '\'')), shape(value_in(header, "'shape':", '(', ')'));

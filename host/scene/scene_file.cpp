@@ -1,21 +1,35 @@
 // SPDX-License-Identifier: MIT
 // Scene files: parsing, overriding keys, and the line of the file in every error.
+#include "host/scene/input_file.hpp"
+#include "host/scene/nearest.hpp"
 #include "host/scene/refusal.hpp"
 #include "host/scene/scene.hpp"
 #include "host/scene/scene_tables.hpp"
 
+#include <cerrno>
+#include <cstring>
 #include <sstream>
 
 namespace dermis {
 namespace {
 
+namespace fs = std::filesystem;
+
+[[noreturn]] void refuse_override(const std::string& override_, const std::string& allowed) {
+    throw Error(Error::Code::bad_input, "--set", "--set " + override_ + "; allowed: " + allowed);
+}
+
+std::string trimmed(const std::string& text) {
+    const size_t first = text.find_first_not_of(' ');
+    return first == text.npos ? "" : text.substr(first, text.find_last_not_of(' ') + 1 - first);
+}
+
 // Sets one key from "key=value". A value that is not TOML is taken for a text without quotes.
 void apply_override(toml::table& file, const std::string& override_) {
     const size_t equals = override_.find('=');
-    if (equals == std::string::npos)
-        throw Error(Error::Code::bad_input, "--set",
-                    "--set " + override_ + "; allowed: key=value, as in time.step=0.001");
-    const std::string key = override_.substr(0, equals), text = override_.substr(equals + 1);
+    if (equals == std::string::npos) refuse_override(override_, "key=value, as in time.step=0.001");
+    if (override_.find('\n') != std::string::npos) refuse_override(override_, "one line");
+    const std::string key = trimmed(override_.substr(0, equals)), text = override_.substr(equals + 1);
     toml::table value;
     try {
         value = toml::parse("value = " + text);
@@ -39,6 +53,33 @@ std::string line_text(const toml::source_region& source) {
     return source.begin.line ? ":" + std::to_string(source.begin.line) : "";
 }
 
+// Names the scene file in the same folder that is nearest to a missing one; returns nothing if none is near.
+std::string nearest_file(const fs::path& missing) {
+    std::vector<std::string> files;
+    std::error_code none;
+    if (fs::exists(missing, none)) return "";
+    const fs::path folder = missing.has_parent_path() ? missing.parent_path() : ".";
+    for (fs::directory_iterator i(folder, none), end; !none && i != end; i.increment(none))
+        if (i->path().extension() == ".toml") files.push_back(i->path().stem().string());
+    const std::string meant = scene::nearest(missing.stem().string(), files);
+    return meant.empty() ? "" : "; did you mean " + meant + ".toml?";
+}
+
+// Reads a scene file, which may be a regular file alone: a pipe or a device may never end.
+std::string read_scene_file(const std::string& path) {
+    const std::string allowed = "; allowed: a scene file (TOML), a regular file of at most 64 MiB";
+    std::string why = scene::why_no_file(path, 64 << 20);
+    std::ifstream in;
+    if (why.empty()) {
+        in.open(path, std::ios::binary);
+        if (!in) why = std::string("cannot be read (") + std::strerror(errno) + ")";
+    }
+    if (!why.empty()) throw Error(Error::Code::bad_input, "", path + ": " + why + allowed + nearest_file(path));
+    std::ostringstream text;
+    text << in.rdbuf();
+    return text.str();
+}
+
 // Returns the line of a parameter as ":line": the line of its key, or of the nearest table around it that the file has.
 // Empty where not even a table of it stands in the file.
 std::string line_of(const toml::table& file, const std::string& parameter) {
@@ -57,13 +98,15 @@ std::string line_of(const toml::table& file, const std::string& parameter) {
 Scene Scene::from_file(const std::string& path, const std::vector<std::string>& overrides) {
     toml::table file;
     try {
-        file = toml::parse_file(path);
+        file = toml::parse(read_scene_file(path), path);
     } catch (const toml::parse_error& e) {
-        throw Error(Error::Code::bad_input, "", path + line_text(e.source()) + ": " + std::string(e.description()));
+        const std::string column = ":" + std::to_string(e.source().begin.column);
+        throw Error(Error::Code::bad_input, "",
+                    path + line_text(e.source()) + column + ": " + std::string(e.description()));
     }
     try {
         for (const std::string& o : overrides) apply_override(file, o);
-        Scene scene = scene::read_tables(file, std::filesystem::path(path).parent_path());
+        Scene scene = scene::read_tables(file, fs::path(path).parent_path());
         scene::validate(scene); // The caller gets the scene without defaults: they depend on what it may still change.
         return scene;
     } catch (const Error& e) {

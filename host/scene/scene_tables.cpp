@@ -44,7 +44,11 @@ void read_surface(Section table, const Grid& grid, const Folder& folder, Surface
 void read_material(Section table, const Grid& grid, const Folder& folder, Material& material) {
     const auto number_or_map = [&](const char* key, double& value, Map& map) {
         if (!table.has_text(key)) return table.number(key, value);
-        map = read_npy((folder / *table.text(key)).string(), grid.width, grid.height, table.parameter(key));
+        const std::string text = *table.text(key);
+        if (!text.ends_with(".npy"))
+            if (const auto plain = plain_number(table.parameter(key), text))
+                refuse(table.parameter(key), "\"" + text + "\"", *plain + "; or a map, \"file.npy\"");
+        map = read_npy((folder / text).string(), grid.width, grid.height, table.parameter(key));
     };
     number_or_map("modulus", material.modulus, material.modulus_map);
     number_or_map("viscosity", material.viscosity, material.viscosity_map);
@@ -163,16 +167,19 @@ Scene read_tables(const toml::table& file, const Folder& folder) {
     top.choice("precision", scene.precision);
     top.number("tolerance", scene.tolerance);
     top.boolean("allow_unstable", scene.allow_unstable);
-    read_grid(top.section("grid"), scene.grid);
-    read_surface(top.section("surface"), scene.grid, folder, scene.surface);
-    read_material(top.section("material"), scene.grid, folder, scene.material);
-    read_load(top.section("load"), scene.grid, folder, scene.load);
-    read_time(top.section("time"), scene.time);
-    read_curvature(top.section("curvature"), scene);
-    read_receptors(top.section("receptors"), scene.receptors);
-    scene.sites = sites_in(top.section("sites"), scene.grid, folder);
-    read_output(top.section("output"), scene.output);
-    top.finish();
+    Section grid = top.section("grid"), surface = top.section("surface"), material = top.section("material"),
+            load = top.section("load"), time = top.section("time"), curvature = top.section("curvature"),
+            receptors = top.section("receptors"), sites = top.section("sites"), output = top.section("output");
+    top.finish(); // A misspelt table is named before anything is missed that it should have held.
+    read_grid(grid, scene.grid);
+    read_surface(surface, scene.grid, folder, scene.surface);
+    read_material(material, scene.grid, folder, scene.material);
+    read_load(load, scene.grid, folder, scene.load);
+    read_time(time, scene.time);
+    read_curvature(curvature, scene);
+    read_receptors(receptors, scene.receptors);
+    scene.sites = sites_in(sites, scene.grid, folder);
+    read_output(output, scene.output);
     return scene;
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Receptor populations: drawn at random from densities, or read from a list.
+#include "host/scene/input_file.hpp"
 #include "host/scene/names.hpp"
 #include "host/scene/refusal.hpp"
 #include "host/scene/scene.hpp"
@@ -49,12 +50,13 @@ std::vector<Site> population(const Grid& grid, const Density& density, unsigned 
 namespace scene {
 
 std::vector<Site> read_sites(const std::string& path) {
-    std::ifstream in(path);
     const auto fail = [&](const std::string& what) -> Error {
         return Error(Error::Code::bad_input, "sites.path",
                      "sites.path = \"" + path + "\": " + what +
                          "; allowed: a first line type,x,y, then lines such as sa1,12,40 (sa1, sa2, fa1, fa2; cells)");
     };
+    if (const std::string why = why_no_file(path); !why.empty()) throw fail(why);
+    std::ifstream in(path);
     if (!in) throw fail(std::string("cannot be read (") + std::strerror(errno) + ")");
     std::vector<Site> sites;
     std::string line;

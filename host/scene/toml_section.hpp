@@ -3,7 +3,9 @@
 #pragma once
 
 #include "host/scene/names.hpp"
+#include "host/scene/nearest.hpp"
 #include "host/scene/refusal.hpp"
+#include "host/scene/units.hpp"
 
 #include <set>
 #include <sstream>
@@ -12,16 +14,30 @@
 
 namespace dermis::scene {
 
-[[noreturn]] inline void refuse(const std::string& parameter, const toml::node& value, const std::string& allowed) {
+// Returns a value as it stands in a file, on one line.
+inline std::string text_of(const toml::node& value) {
     std::ostringstream text;
     value.visit([&](auto& node) { text << node; });
-    refuse(parameter, text.str(), allowed);
+    std::string line = text.str();
+    std::replace(line.begin(), line.end(), '\n', ' ');
+    return line;
+}
+
+[[noreturn]] inline void refuse(const std::string& parameter, const toml::node& value, const std::string& allowed) {
+    refuse(parameter, text_of(value), allowed);
+}
+
+inline std::string listed(const std::vector<std::string>& words, const char* separator) {
+    std::string list;
+    for (const std::string& word : words) list += (list.empty() ? "" : separator) + word;
+    return list;
 }
 
 inline double number_in(const toml::node& node, const std::string& parameter) {
     if (node.is_integer()) return double(**node.as_integer());
     if (node.is_floating_point()) return **node.as_floating_point();
-    refuse(parameter, node, "a number");
+    const auto plain = node.is_string() ? plain_number(parameter, **node.as_string()) : std::nullopt;
+    refuse(parameter, node, plain.value_or("a number"));
 }
 
 inline int whole_number_in(const toml::node& node, const std::string& parameter) {
@@ -37,7 +53,7 @@ inline Cell cell_in(const toml::node& node, const std::string& parameter) {
 
 template <class Enum> Enum choice_in(const toml::node& node, const std::string& parameter) {
     const std::optional<Enum> value = node.is_string() ? value_of<Enum>(**node.as_string()) : std::nullopt;
-    if (!value) refuse(parameter, node, quoted_names<Enum>());
+    if (!value) refuse(parameter, node, quoted_names<Enum>() + suggestion(node.value_or(std::string()), names<Enum>()));
     return *value;
 }
 
@@ -95,20 +111,33 @@ class Section {
     }
     Section section(const char* key) {
         const toml::node* node = find(key);
+        tables_.push_back(key);
         if (node && !node->is_table()) refuse(parameter(key), *node, "a table");
         return Section(node ? node->as_table() : nullptr, parameter(key) + ".");
     }
 
     void finish() const {
         if (!table_) return;
-        std::string known;
-        for (const std::string& key : read_) known += (known.empty() ? "" : ", ") + key;
         for (auto&& [key, node] : *table_)
-            if (!read_.count(std::string(key.str())))
-                refuse(prefix_ + std::string(key.str()), node, "no such key here; known: " + known);
+            if (!read_.count(std::string(key.str()))) refuse_unknown(std::string(key.str()), node);
     }
 
   private:
+    [[noreturn]] void refuse_unknown(const std::string& key, const toml::node& node) const {
+        const std::string name = prefix_ + key;
+        if (node.is_table() && !tables_.empty()) {
+            const std::string meant = nearest(key, tables_);
+            throw Error(Error::Code::bad_input, name,
+                        "[" + name + "]: no such table; " +
+                            (meant.empty() ? "known: [" + listed(tables_, "], [") + "]"
+                                           : "the nearest is [" + prefix_ + meant + "]"));
+        }
+        const std::vector<std::string> keys(read_.begin(), read_.end());
+        throw Error(Error::Code::bad_input, name,
+                    name + " = " + text_of(node) + "; no such key here; known: " + listed(keys, ", ") +
+                        suggestion(key, keys));
+    }
+
     const toml::node* find(const char* key) {
         read_.insert(key);
         return table_ ? table_->get(key) : nullptr;
@@ -117,6 +146,7 @@ class Section {
     const toml::table* table_;
     std::string prefix_;
     std::set<std::string> read_;
+    std::vector<std::string> tables_; // the keys among them that are tables
 };
 
 } // namespace dermis::scene

@@ -222,7 +222,8 @@ struct Scene : SkinDescription {
     Output output;
 
     // Reads a TOML file (host/scene/README.md lists the keys); paths in it are relative to it. Each of `overrides` is
-    // "key=value" and replaces a key. Throws Error::bad_input with file, line, key, value and allowed range.
+    // "key=value" and replaces a key. The file is a regular file of at most 64 MiB. Throws Error::bad_input with file,
+    // line, key, value and allowed range.
     DERMIS_API static Scene from_file(const std::string& path, const std::vector<std::string>& overrides = {});
 };
 
@@ -296,13 +297,17 @@ struct Result {
     long long steps = 0;             // steps of the whole skin
     long long left_out = 0;          // steps among them that were skipped: the skin was steady, no output could change
     long long dispatches = 0;        // GPU kernels dispatched
-    double seconds = 0;              // time of stepping, without set-up; 0 with RunOptions::check, which does more
+    double seconds = 0;              // time of stepping, without set-up; with RunOptions::check also of the comparison
     double tau_min = 0, tau_max = 0; // s: range of viscosity/modulus of the materials; infinite if a modulus is 0
     double predicted_error = std::nan(""); // Candidate::error of this run; NaN if the choice was free and needed none
-    double stencil_estimate = 0;           // 1/m: greatest |C5 - C4| at the end, the error of a five-point curvature
-    long long kinks = 0;                   // cells where |C5 - C4| exceeds |C|/2: curvature does not converge there
     double cells_per_ridge = HUGE_VAL;     // wavelength of wave and spiral, else infinite; below 8 curvature is coarse
-    double greatest_gain = 0; // greatest |l*C| over all cells, at rest and at the end; above 1 responses change sign
+    // The next five describe the whole skin. With Model::sites, which computes no other cells, they are not known: NaN
+    // or -1.
+    double stencil_estimate = std::nan("");   // 1/m: greatest |C5 - C4| at the end, the error of a five-point curvature
+    double greatest_curvature = std::nan(""); // 1/m: greatest |C|, at rest and at the end
+    double greatest_gain = std::nan("");      // greatest |l*C|, at rest and at the end; above 1 responses change sign
+    long long kinks = -1;                     // cells where |C5 - C4| exceeds |C|/2: curvature does not converge there
+    long long pressed_cells = -1;             // cells that the load's map presses; -1 of a sequence
     // By RunOptions::check. Any NaN counts as equal to any other, whatever its sign and payload.
     long long cells_compared = 0, cells_different = 0;
 
@@ -314,6 +319,9 @@ struct RunOptions {
     // Marches in f32 on the other backend too and compares the bits of every cell of every output: a Vulkan device with
     // the CPU path, the CPU path with the best Vulkan device.
     bool check = false;
+    // Whether runs of several materials over the same maps each describe the skin at their own end, at the cost of a
+    // pass over all cells; otherwise the figures from Result::stencil_estimate on are those of the first material.
+    bool describe_each = false;
     std::function<void(double)> progress; // called now and then with the fraction done, 0..1
 };
 
@@ -351,8 +359,8 @@ DERMIS_API Explanation explain(const Scene&, const Device& = Device::cpu(), cons
 // Runs the scene, on the CPU path unless a device is given. Opening a GPU takes a loader, a driver and a self-test:
 // open one once, by Device::open("auto"), and pass it to each run.
 DERMIS_API Result run(const Scene&, const Device& = Device::cpu(), const RunOptions& = {});
-// Runs the scene with each of these materials in place of its own. All models but march read the maps once;
-// stencil_estimate, kinks and greatest_gain are then those of the first material.
+// Runs the scene with each of these materials in place of its own. All models but march read the maps once (see
+// RunOptions::describe_each).
 DERMIS_API std::vector<Result> run(const Scene&, const std::vector<Material>&, const Device& = Device::cpu(),
                                    const RunOptions& = {});
 

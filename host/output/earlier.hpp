@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: MIT
+// Removes what earlier runs have written, so that a folder holds the files of one run or one sweep. Only files that
+// dermis itself names are removed, and only where a file shows that dermis was there. Throws Error::io.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace dermis::output {
+
+inline const std::string made_by_dermis = "{\n  \"program\": \"dermis\","; // begins each summary.json
+inline const std::string runs_columns = "run,model,precision,";            // begins each runs.csv
+
+// Removes a run's files but for those in `kept`; its summary.json shows that dermis wrote them.
+void remove_earlier_run(const std::filesystem::path& folder, const std::vector<std::string>& kept);
+
+// Removes a sweep's runs from number `first` on, with their folders if they are then empty; runs.csv shows how many
+// there were, and goes with the first.
+void remove_earlier_sweep(const std::filesystem::path& folder, size_t first);
+
+} // namespace dermis::output
