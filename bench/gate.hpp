@@ -33,7 +33,7 @@ struct Verdict {
 };
 
 // A ratio may rise to so many times the earlier one before a speed counts as lost. On a machine that serves five others
-// besides, ratios of the unchanged program were within 1.2 of each other.
+// besides, ratios of the unchanged program were within 1.4 of each other.
 constexpr double speed_slack = 1.5;
 
 // Joins rows of the same machine (CPU, cores, device, driver) and the same size. Errors of exact devices must be equal
