@@ -60,11 +60,11 @@ TEST_CASE("coefficients are within a few units of 2^-53 over all moduli, times a
 }
 
 TEST_CASE("modulus 0 and viscosity 0 are limits, not errors") {
-    const auto excess_stress = plan::exact_coefficients({0, 2}, {INFINITY, false}, 0.5);
-    CHECK(excess_stress.b == 0.25);
-    CHECK(excess_stress.i0 == 0.5);
-    CHECK(excess_stress.i1 == 0.0625);
-    CHECK(excess_stress.v0 == 0.5);
+    const auto dashpot = plan::exact_coefficients({0, 2}, {INFINITY, false}, 0.5);
+    CHECK(dashpot.b == 0.25);
+    CHECK(dashpot.i0 == 0.5);
+    CHECK(dashpot.i1 == 0.0625);
+    CHECK(dashpot.v0 == 0.5);
     const auto spring = plan::exact_coefficients({4, 0}, {INFINITY, true}, 0.5);
     CHECK(spring.b == 0.25);
     CHECK(spring.f == 0.25);

@@ -160,7 +160,7 @@ TEST_CASE("viscosity 0 is an elastic skin: strain follows the load, its jump is 
     CHECK(r.impulses[0].mean == doctest::Approx(1 / 1.54));
 }
 
-TEST_CASE("modulus 0 is a excess_stress: strain creeps without end") {
+TEST_CASE("modulus 0 is a dashpot: strain creeps without end") {
     Scene s = one_cell();
     s.material.modulus = 0;
     const Result r = in_double(s);
