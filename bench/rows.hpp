@@ -42,7 +42,7 @@ struct Measurement {
     double bytes() const { return bytes_per_cell * double(width * height * steps); } // moved by all steps
 };
 
-// What all rows of a run have in common.
+// The columns that all rows of a run share.
 struct Origin {
     std::string commit, size; // size: "full" or "quick", which have other grids
     Machine machine;

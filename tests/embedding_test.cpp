@@ -1,22 +1,15 @@
 // SPDX-License-Identifier: MIT
 // SkinProgram in a host's command buffers: the host here is the test, with memory and submissions of its own.
-#include "dermis/vulkan.hpp"
 #include "host/check.hpp"
 #include "host/device.hpp"
 #include "host/embedding/backend.hpp"
+#include "tests/embedding_host.hpp"
 #include "tests/shim.hpp"
-#include "tests/support.hpp"
 
 #include <cstring>
 #include <thread>
 
 using namespace test;
-using vulkan::Binding;
-using vulkan::Buffer;
-using vulkan::Buffers;
-using vulkan::Context;
-using vulkan::Memory;
-using vulkan::SkinProgram;
 
 namespace {
 
@@ -26,90 +19,6 @@ SkinDescription ridged(int width, int height, Stencil stencil = Stencil::five_po
     d.edges = edges;
     d.material.viscosity = 0.7;
     return d;
-}
-
-// A buffer of the host's with room before the range that is bound, where nothing may be written.
-struct Range {
-    static constexpr VkDeviceSize before = 512;
-    Buffer buffer;
-    VkDescriptorBufferInfo info;
-    Range(Context& context, const Memory& m)
-        : buffer(context, before + m.bytes + 256, Buffer::Location::host), info{buffer.handle(), before, m.bytes} {
-        std::memset(buffer.data(), 0x7b, buffer.bytes());
-        std::memset(data(), 0, m.bytes);
-        std::copy(m.initial.begin(), m.initial.end(), data());
-    }
-    char* data() const { return static_cast<char*>(buffer.data()) + before; }
-    bool untouched_around() const {
-        const char* all = static_cast<const char*>(buffer.data());
-        bool same = true;
-        for (VkDeviceSize i = 0; i < buffer.bytes(); ++i)
-            same &= (i >= before && i < before + info.range) || all[i] == 0x7b;
-        return same;
-    }
-};
-
-// A host with as many frames as are pressed at once: pressure 0 is at rest, frame n is pressure n.
-struct Host {
-    Context& context;
-    SkinDescription description;
-    SkinProgram program;
-    Range constants, invalid;
-    std::vector<std::unique_ptr<Range>> states, pressures, responses;
-    std::vector<Binding> bindings;
-
-    Host(Context& c, const SkinDescription& d, int frames, const SkinOptions& options = {})
-        : context(c), description(d), program(c.handles(), d, uint32_t(frames), options),
-          constants(c, program.memory().constants), invalid(c, program.memory().invalid) {
-        const auto& m = program.memory();
-        for (int i = 0; i <= frames; ++i) {
-            states.push_back(std::make_unique<Range>(c, m.state));
-            pressures.push_back(std::make_unique<Range>(c, m.pressure));
-            responses.push_back(std::make_unique<Range>(c, m.response));
-        }
-        for (int i = 1; i <= frames; ++i) bindings.push_back(program.bind(buffers(i)));
-    }
-    // Of press i = 1, 2 ..
-    Buffers buffers(int i) const {
-        const auto at = [](const auto& list, int k) { return list[size_t(k)]->info; };
-        return {constants.info,   at(states, i - 1), at(states, i), at(pressures, i - 1),
-                at(pressures, i), at(responses, i),  invalid.info};
-    }
-    void set_pressure(int i, const std::vector<float>& map) {
-        const int width = description.grid.width;
-        auto* to = reinterpret_cast<float*>(pressures[size_t(i)]->data());
-        for (int y = 0; y < description.grid.height; ++y) {
-            std::memcpy(to + y * program.pitch(), map.data() + y * width, size_t(width) * sizeof(float));
-            for (int x = width; x < program.pitch(); ++x) to[y * program.pitch() + x] = NAN; // nobody's
-        }
-    }
-    std::vector<float> response(int i, Quantity q) const {
-        const SkinProgram::Range r = program.range(q);
-        const auto* from = reinterpret_cast<const float*>(responses[size_t(i)]->data()) + r.first;
-        if (!description.sites.empty()) return {from, from + r.count};
-        std::vector<float> map;
-        for (int y = 0; y < description.grid.height; ++y)
-            map.insert(map.end(), from + y * program.pitch(), from + y * program.pitch() + description.grid.width);
-        return map;
-    }
-    uint32_t not_finite() const {
-        uint32_t n = 0;
-        std::memcpy(&n, invalid.data(), sizeof n);
-        return n;
-    }
-    bool untouched_around() const {
-        bool same = constants.untouched_around() && invalid.untouched_around();
-        for (const auto* list : {&states, &pressures, &responses})
-            for (const auto& range : *list) same &= range->untouched_around();
-        return same;
-    }
-};
-
-// What the header says has to stand between presses.
-void barrier(Context& context, VkCommandBuffer commands, const SkinProgram& program) {
-    const auto last = program.last_access(), first = program.first_access();
-    const VkMemoryBarrier memory{VK_STRUCTURE_TYPE_MEMORY_BARRIER, nullptr, last.access, first.access};
-    context.calls().vkCmdPipelineBarrier(commands, last.stages, first.stages, 0, 1, &memory, 0, nullptr, 0, nullptr);
 }
 
 // All frames in one command buffer, and every response against the CPU path's.

@@ -19,8 +19,8 @@ struct Step {
     double start = 0, rise = 0, jump = 0; // see Constants in kernels/layout.h
     long long frame = -1;                 // in a sequence the pressure runs from this frame to the next
     double time = 0;
-    // Of a step within which the load has a breakpoint: its greatest magnitude, and the seconds from the last
-    // breakpoint to the end. 0: it has none.
+    // If the load has a breakpoint within the step: the load's greatest magnitude, and the seconds from the last
+    // breakpoint to the step's end. 0 otherwise.
     double bend = 0, after_bend = 0;
     bool keep = true;
     long long trace = -1;

@@ -37,7 +37,7 @@ double least_of(const std::vector<double>& map) {
     return std::isfinite(least) ? least : 0;
 }
 
-// |L(S)|: of all cells, or of the points where a run without traces and fields reads no other.
+// The greatest |L(S)| over all cells, or over the schedule's points alone.
 double rest_peak(const PreparedSkin& skin, const Schedule& schedule, bool points_only) {
     if (!points_only) return greatest_rest_curvature(skin);
     double largest = 0;
@@ -76,10 +76,10 @@ struct PressedMaterial {
     double around = 0; // the same with the cells that their stencils read
 };
 
-// What is read: every cell, or the schedule's points of one class.
+// The cells that an analysis covers: all of them, or the sites of one class.
 struct Read {
     bool everything;
-    int quantity; // of the sites; with everything it is of no effect
+    int quantity; // the class of the sites; ignored with everything
 };
 
 std::vector<PressedMaterial> pressed_materials(const PreparedSkin& skin, const Schedule& schedule, const Read& read) {
@@ -108,8 +108,8 @@ std::vector<PressedMaterial> pressed_materials(const PreparedSkin& skin, const S
     return all;
 }
 
-// As many of the materials as the analysis has time for. Errors scale with peak/modulus and peak/viscosity at a given
-// retardation time: of each narrow range of retardation times, the extremes of these represent the others.
+// Reduces the materials to as many as the analysis has time for. Errors scale with peak/modulus and peak/viscosity at a
+// given retardation time, so the extremes of these represent the others of a narrow range of retardation times.
 std::vector<PressedMaterial> representatives(std::vector<PressedMaterial> all, double steps) {
     constexpr double most_cell_steps = 4e6;
     constexpr size_t ranges = 512;
@@ -132,7 +132,7 @@ std::vector<PressedMaterial> representatives(std::vector<PressedMaterial> all, d
     std::vector<PressedMaterial> few;
     for (const auto& chosen : {soft, fluid})
         for (const PressedMaterial* m : chosen)
-            if (m) few.push_back(*m);
+            if (m) few.push_back({m->element, m->around, m->around}); // the others may be read where this one is not
     return few;
 }
 
@@ -167,7 +167,7 @@ std::vector<Cell> telling_cells(const PreparedSkin& skin, const Schedule& schedu
     return cells;
 }
 
-// Of each class the sites under the greatest pressure.
+// Adds up to `some` sites of each class: half of them the most pressed, half from all over.
 void add_telling_sites(const PreparedSkin& skin, const Schedule& schedule, std::vector<Cell>& cells,
                        std::vector<int>& classes) {
     for (int q = QUANTITY_SA1; q < REDUCED_MAPS; ++q) {
@@ -179,7 +179,6 @@ void add_telling_sites(const PreparedSkin& skin, const Schedule& schedule, std::
                      &site});
         std::stable_sort(all.begin(), all.end(), [](auto& a, auto& b) { return a.first > b.first; });
         for (size_t i = 0; i < std::min(some, all.size()); ++i) {
-            // half of them the most pressed, half from all over
             const auto& [pressure, site] = all[i < some / 2 ? i : i * (all.size() - 1) / std::max<size_t>(some - 1, 1)];
             cells.push_back(site->cell);
             classes.push_back(q);
@@ -258,8 +257,8 @@ class Analysis {
     }
 
   private:
-    // Where the load bends within a step, the rate at its end is worked out in double from a pressure and a stress that
-    // cancel.
+    // Adds the error of a step within which the load bends: the rate at its end comes from a pressure and a stress that
+    // cancel in double.
     void add_bend(CountedCell& cell, const Element& m, const plan::Step& step) const {
         const double left = std::exp(-m.modulus * step.after_bend / m.viscosity);
         const double rate = 4 * 0x1p-53 * step.bend * left / m.viscosity;

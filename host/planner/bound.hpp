@@ -24,7 +24,7 @@ struct Bounds {
     Errors greatest; // of |X_exact|
 };
 Bounds bounds_of_cells(const plan::PreparedSkin&, const plan::Schedule&, Precision, bool flushed);
-// Of each class over its sites alone.
+// The same over the sites of each class alone.
 Bounds bounds_of_sites(const plan::PreparedSkin&, const plan::Schedule&, Precision, bool flushed);
 
 // The worst relative error of what is asked for, by bounds over all cells and over the sites of each class. An output

@@ -8,16 +8,16 @@
 
 namespace dermis::reduced {
 
-// The quantity that each point of SiteCells is asked for; every_quantity: all of them.
+// A class is the quantity that a point of SiteCells is asked for; every_quantity stands for all of them.
 constexpr int every_quantity = -1;
-// Of the schedule's points: every quantity of a probe, of a site its own class alone.
+// The classes of the schedule's points: every quantity for a probe, the site's own for a site.
 std::vector<int> classes_of(const plan::PreparedSkin&, const plan::Schedule&);
 
 // Takes the steps of a timeline of cells.materials; all references outlive it. threads: 0 = one per core.
 std::unique_ptr<plan::Stepper> sites(const plan::PreparedSkin&, const plan::Schedule&, const plan::SiteCells& cells,
                                      const std::vector<int>& classes, int threads, plan::Stepper::Sink);
-// The same on one thread, with values below 2^-64 kept and FA2 before its gains: what the greatest values are taken
-// from.
+// The same on one thread, with values below 2^-64 kept and FA2 before its gains. The planner takes the greatest values
+// from it.
 std::unique_ptr<plan::Stepper> unflushed_sites(const plan::PreparedSkin&, const plan::Schedule&,
                                                const plan::SiteCells& cells, const std::vector<int>& classes,
                                                plan::Stepper::Sink);

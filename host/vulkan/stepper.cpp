@@ -161,7 +161,7 @@ class March : public plan::Stepper {
     long long dispatches() const override { return dispatches_; }
 
   private:
-    // Of the kernel `press`: from that state, running to that pressure.
+    // The binding of the kernel `press` that reads state `from` and runs to pressure `to`.
     static size_t binding(int from, int to) { return size_t(from + 2 * to); }
 
     void make_kernels() {

@@ -308,7 +308,7 @@ struct Result {
     double greatest_gain = std::nan("");      // greatest |l*C|, at rest and at the end; above 1 responses change sign
     long long kinks = -1;                     // cells where |C5 - C4| exceeds |C|/2: curvature does not converge there
     long long pressed_cells = -1;             // cells that the load's map presses; -1 of a sequence
-    // By RunOptions::check. Any NaN counts as equal to any other, whatever its sign and payload.
+    // Counted with RunOptions::check. Any NaN counts as equal to any other, whatever its sign and payload.
     long long cells_compared = 0, cells_different = 0;
 
     DERMIS_API const Trace& trace(Quantity) const; // throws Error::bad_input if it was not asked for

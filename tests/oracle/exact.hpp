@@ -54,7 +54,7 @@ struct Distance {
 };
 Distance distance(const Exact&, const dermis::Scene&, const dermis::Result&);
 
-// What a map's curvature is by its definition, per cell^2.
+// The curvature of a map by its definition, per cell^2.
 class Curvature {
   public:
     explicit Curvature(const dermis::SkinDescription&);

@@ -8,7 +8,7 @@
 
 namespace oracle {
 
-// What became of a scene that asks for a tolerance.
+// The outcome of one scene that asks for a tolerance.
 struct Verdict {
     bool accepted = false, free = false; // free: the scene asks for no precision
     double tolerance = 0, predicted = 0, attainable = 0;
