@@ -98,15 +98,15 @@ TEST_CASE("an accepted tolerance is kept in 3000 random scenes") {
 
 TEST_CASE("predicted_error is never exceeded in 3000 random scenes") { none(surveyed().exceeded); }
 
-TEST_CASE("of refusals with free precision and a tolerance from 1e-9 on, f64 would have met two in five at most") {
+TEST_CASE("of refusals with free precision and a tolerance from 1e-9 on, f64 would have met one in eight at most") {
     const oracle::Survey& s = surveyed();
     std::string lines;
     for (const std::string& line : s.wrongly_refused) lines += line + "\n";
     INFO(lines);
-    CHECK(5 * s.met_all_the_same <= 2 * s.refused_free);
+    CHECK(8 * s.met_all_the_same <= s.refused_free);
 }
 
-TEST_CASE("the bound is at most 40 times the measured error in the median") { CHECK(surveyed().median_ratio() <= 40); }
+TEST_CASE("the bound is at most 20 times the measured error in the median") { CHECK(surveyed().median_ratio() <= 20); }
 
 TEST_CASE("the choice is near the cheapest that would do, and a tighter tolerance is never cheaper") {
     const double tolerances[] = {1e-2, 1e-4, 1e-6, 1e-9};
@@ -352,7 +352,7 @@ TEST_CASE("relief multiplies differences of height: an offset of the file costs 
     accepted(c);
 }
 
-TEST_CASE("what is nowhere above 2^-64, or rectified to nothing, is exact and not refused") {
+TEST_CASE("what is nowhere above the least that is stored, or rectified to nothing, is exact and not refused") {
     Scene flushed;
     flushed.grid = {46, 40, {}};
     flushed.tolerance = 7.87286862131924e-06;

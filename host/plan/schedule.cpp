@@ -25,15 +25,21 @@ void widen(PressedBox& box, const std::vector<double>& map, int width, int heigh
     box.last_tile = (last + TILE_CELLS - 1) / TILE_CELLS;
 }
 
-// Reads every frame once, for its peak and its pressed cells; NpyFile::read refuses values that are not finite.
+// Reads every frame once, for its peaks and its pressed cells; NpyFile::read refuses values that are not finite.
 void take_sequence(Schedule& s, const PreparedSkin& skin) {
+    const double scale = std::abs(s.load.intensity);
+    s.material_peaks.assign(skin.materials.size(), 0);
     std::vector<double> frame;
     for (long long k = 0; k < s.sequence->maps(); ++k) {
         s.sequence->read(k, frame);
         widen(s.pressed, frame, skin.width(), skin.height());
         double peak = 0;
         for (double v : frame) peak = std::max(peak, std::abs(v));
-        s.frame_peaks.push_back(peak * std::abs(s.load.intensity));
+        s.frame_peaks.push_back(peak * scale);
+        for (size_t i = 0; i < frame.size(); ++i) {
+            double& greatest = s.material_peaks[skin.material_at(i)];
+            greatest = std::max(greatest, std::abs(frame[i]) * scale);
+        }
     }
 }
 

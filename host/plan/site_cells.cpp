@@ -55,7 +55,7 @@ SiteCells::SiteCells(const PreparedSkin& skin, const PressedCells& pressed, cons
     cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
     std::map<int, int> known;
     for (size_t cell : cells) {
-        const int kind = skin.uniform() ? 0 : skin.material_of[cell / width * size_t(skin.pitch) + cell % width];
+        const int kind = int(skin.material_at(cell));
         const auto [rank, fresh] = known.try_emplace(kind, int(materials.size()));
         if (fresh) materials.push_back(skin.materials[size_t(kind)]);
         material_of.push_back(rank->second);

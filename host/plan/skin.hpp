@@ -35,6 +35,11 @@ struct PreparedSkin {
     size_t cells() const { return size_t(width()) * size_t(height()); }
     size_t padded_cells() const { return size_t(pitch) * size_t(height()); }
     bool uniform() const { return material_of.empty(); }
+    // The index into materials of the cell y*width + x.
+    size_t material_at(size_t cell) const {
+        const size_t across = size_t(width());
+        return uniform() ? 0 : size_t(material_of[cell / across * size_t(pitch) + cell % across]);
+    }
     PressedBox whole() const { return {0, height(), 0, tiles}; }
     double spacing() const { return description.grid.spacing.value_or(1); }
 };

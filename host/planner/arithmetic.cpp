@@ -3,25 +3,46 @@
 
 namespace dermis::planner {
 
-CountedCell CountedArithmetic::pressed(const CountedCell& c, const f64::Coefficients& k, double s0_, double ds_,
-                                       double sj_, double z) const {
+namespace {
+
+// What tests/coefficients_test.cpp finds coefficients to be off by at most, in units of 2^-53. e^-z is off by as many
+// more as z has units; the a0 of a step mean, whose a2 is not 0, does not contain it. The factors of ds contain the
+// load.
+struct Units {
+    double b, i0 = 3.5, i1 = 4.5, leak = 4, v0, a0, a2 = 2, changes = 8;
+    Units(const f64::Coefficients& k, double z)
+        : b(z > 1 ? 2.5 : 3), v0(2 + 2 * z), a0(k.a2 == 0 ? 5 + 2 * z
+                                              : z > 1   ? 3
+                                                        : 7) {}
+};
+
+} // namespace
+
+CountedCell CountedArithmetic::pressed(const CountedCell& c, const f64::Coefficients& k, const CountedLoad& load,
+                                       double z) const {
+    const Units units(k, z);
     const Counted p{1, (bound ? 4 : 1) * (single ? u : 0)}; // rounded to float; frames are joined in it
-    const Counted s0 = times(of(s0_), p), ds = times(of(ds_), p), sj = times(of(sj_), p);
+    const auto pressure = [&](const Counted& share) {
+        return times({share.value, share.off + of(share.value, 0).off}, p);
+    };
+    const Counted s0 = pressure(load.s0), ds = pressure(load.ds), sj = pressure(load.sj);
     const Counted eps{c.eps, 0}, sum{c.sum, 0};
-    const Counted r = plus(s0, times(of(-k.E), eps));
-    const Counted step = plus(times(of(k.b), r), times(of(k.f), ds));
-    const Counted gained = plus(plus(times(of(k.i0), eps), times(of(k.i1), s0)), times(of(k.i2), ds));
-    const Counted leaked = plus(gained, times(of(-k.leak), sum));
-    const Counted rate = plus(times(of(k.v0, z), r), times(of(k.v1), ds));
-    const Counted acceleration = plus(plus(times(of(k.a0, z), r), times(of(k.a1), ds)), times(of(k.a2), sj));
+    const Counted r = plus(s0, times(of(-k.E, 0), eps));
+    const Counted step = plus(times(of(k.b, units.b), r), times(of(k.f, units.changes), ds));
+    const Counted held = plus(times(of(k.i0, units.i0), eps), times(of(k.i1, units.i1), s0));
+    const Counted gained = plus(held, times(of(k.i2, units.changes), ds));
+    const Counted leaked = plus(gained, times(of(-k.leak, units.leak), sum));
+    const Counted rate = plus(times(of(k.v0, units.v0), r), times(of(k.v1, units.changes), ds));
+    const Counted acceleration =
+        plus(plus(times(of(k.a0, units.a0), r), times(of(k.a1, units.changes), ds)), times(of(k.a2, units.a2), sj));
     const double keep = std::abs(1 - k.b * k.E), keep_sum = std::abs(1 - k.leak);
     CountedCell n;
-    n.eps = bound ? keep * c.eps + std::abs(k.b * s0_) + std::abs(k.f * ds_) : c.eps + step.value;
+    n.eps = bound ? keep * c.eps + std::abs(k.b * s0.value) + std::abs(k.f * ds.value) : c.eps + step.value;
     n.sum = bound ? keep_sum * c.sum + gained.value : c.sum + leaked.value;
     n.rate = rate.value;
     n.acceleration = acceleration.value;
-    // The flush acts where the least pressed cell stores less than it.
-    const auto flushed = [&](double x) { return bound || least * std::abs(x) < flush ? flush : 0; };
+    // The flush acts where the least pressed cell stores less than it, but not 0.
+    const auto flushed = [&](double x) { return x != 0 && (bound || least * std::abs(x) < flush) ? flush : 0; };
     n.d_eps = keep * c.d_eps + step.off + carried * rounding(n.eps) + flushed(n.eps);
     n.d_sum = keep_sum * c.d_sum + std::abs(k.i0) * c.d_eps + leaked.off + carried * rounding(n.sum) + flushed(n.sum);
     n.d_rate = rate.off + std::abs(k.v0 * k.E) * c.d_eps;

@@ -30,6 +30,11 @@ struct Counted {
     double value, off;
 };
 
+// The pressures of a step per unit of the map, or between frames their greatest magnitudes.
+struct CountedLoad {
+    Counted s0, ds, sj;
+};
+
 struct CountedArithmetic {
     double u;           // unit roundoff
     double peak;        // greatest pressure: values are per unit of it
@@ -44,11 +49,10 @@ struct CountedArithmetic {
         std::frexp(peak * std::abs(x) * (1 + 1e-5), &exponent);
         return x == 0 || peak == 0 ? 0 : std::ldexp(u, exponent - 1) / peak;
     }
-    // A coefficient as it comes to the kernel: a few units off in double, and e^-z by as many more as z has units.
-    Counted of(double coefficient, double z = 0) const {
-        const double in_double = (4 + 2 * z) * 0x1p-53 * std::abs(coefficient);
-        const double off = single ? std::abs(double(float(coefficient)) - coefficient) + 2 * in_double : 2 * in_double;
-        return {coefficient, off};
+    // A coefficient as it comes to the kernel: so many units of 2^-53 off in double, and rounded to float there.
+    Counted of(double coefficient, double units) const {
+        const double in_double = units * 0x1p-53 * std::abs(coefficient);
+        return {coefficient, in_double + (single ? std::abs(double(float(coefficient)) - coefficient) : 0)};
     }
     Counted times(Counted a, Counted b) const {
         const double x = a.value * b.value, off = std::abs(a.value) * b.off + std::abs(b.value) * a.off;
@@ -59,9 +63,9 @@ struct CountedArithmetic {
         return {x, a.off + b.off + (a.value == 0 || b.value == 0 ? 0 : rounding(x))};
     }
 
-    // One step under the pressure s0, ds, sj. What eps and sum were off by before is carried on linearly, where the
-    // kernel's terms cancel. z is dt/tau.
-    CountedCell pressed(const CountedCell&, const f64::Coefficients&, double s0, double ds, double sj, double z) const;
+    // One step. What eps and sum were off by before is carried on linearly, where the kernel's terms cancel. z is
+    // dt/tau.
+    CountedCell pressed(const CountedCell&, const f64::Coefficients&, const CountedLoad&, double z) const;
 };
 
 } // namespace dermis::planner

@@ -84,16 +84,16 @@ struct Read {
 
 std::vector<PressedMaterial> pressed_materials(const PreparedSkin& skin, const Schedule& schedule, const Read& read) {
     std::vector<PressedMaterial> all;
-    for (const Element& e : skin.materials) all.push_back({e});
-    if (schedule.framed) { // frames have peaks of their own
-        for (PressedMaterial& m : all) m.peak = m.around = 1;
-        return all;
+    for (size_t i = 0; i < skin.materials.size(); ++i) {
+        const double peak = schedule.framed ? schedule.material_peaks[i] : 0;
+        all.push_back({skin.materials[i], peak, peak});
     }
+    if (schedule.framed) return all;
     const std::vector<double>& p = schedule.pressure;
     const size_t width = size_t(skin.width());
     const auto take = [&](size_t i, double PressedMaterial::*peak) {
-        const size_t kind = skin.uniform() ? 0 : size_t(skin.material_of[i / width * size_t(skin.pitch) + i % width]);
-        all[kind].*peak = std::max(all[kind].*peak, std::abs(p[i]));
+        double& greatest = all[skin.material_at(i)].*peak;
+        greatest = std::max(greatest, std::abs(p[i]));
     };
     if (read.everything) {
         for (size_t i = 0; i < p.size(); ++i) take(i, &PressedMaterial::peak);
@@ -140,10 +140,8 @@ std::vector<PressedMaterial> representatives(std::vector<PressedMaterial> all, d
 // over.
 std::vector<Cell> telling_cells(const PreparedSkin& skin, const Schedule& schedule) {
     const std::vector<double>& p = schedule.pressure;
-    const size_t width = size_t(skin.width()), pitch = size_t(skin.pitch);
-    const auto element = [&](size_t i) -> const Element& {
-        return skin.materials[skin.uniform() ? 0 : size_t(skin.material_of[i / width * pitch + i % width])];
-    };
+    const size_t width = size_t(skin.width());
+    const auto element = [&](size_t i) -> const Element& { return skin.materials[skin.material_at(i)]; };
     std::vector<size_t> chosen;
     const auto choose = [&](size_t count, auto measure) {
         std::vector<std::pair<double, size_t>> best; // the greatest ones, the least of them first
@@ -186,43 +184,55 @@ void add_telling_sites(const PreparedSkin& skin, const Schedule& schedule, std::
     }
 }
 
-// The pressures of a step per unit of the map, or between frames their greatest magnitudes.
-struct StepLoad {
-    double s0, ds, sj;
-};
+// The greatest |pressure| under the envelope, per unit of the map.
+double envelope_peak(const scene::Waveform& load, const Envelope& envelope) {
+    if (load.sine()) return std::abs(envelope.mean) + std::abs(envelope.amplitude);
+    double peak = 0;
+    for (const scene::Knot& k : load.knots()) peak = std::max({peak, std::abs(k.left), std::abs(k.right)});
+    return peak;
+}
 
-StepLoad load_of(const Schedule& schedule, const plan::Step& step) {
-    if (!schedule.framed) return {step.start, step.rise, step.jump};
-    const auto peak = [&](long long k) {
-        return k < 0 ? 0 : schedule.frame_peaks[std::min(size_t(k), schedule.frame_peaks.size() - 1)];
+// The load of a cell whose greatest |pressure| is `peak`, per unit of it. Pressures that are held are as exact as the
+// scene; others come from a few operations on the envelope's values. Between frames only magnitudes are known.
+CountedLoad load_of(const Schedule& schedule, const plan::Step& step, double envelope_peak, double peak) {
+    constexpr double few = 8 * 0x1p-53;
+    if (!schedule.framed) {
+        const double off = step.rise != 0 || schedule.method != Method::exact ? few * envelope_peak : 0;
+        return {{step.start, off}, {step.rise, 0}, {step.jump, step.jump != 0 ? 2 * off : 0}};
+    }
+    const auto share = [&](long long k) {
+        if (k < 0 || peak == 0) return 0.0;
+        return std::min(schedule.frame_peaks[std::min(size_t(k), schedule.frame_peaks.size() - 1)] / peak, 1.0);
     };
-    const double before = peak(step.frame), after = step.frame < 0 ? 0 : peak(step.frame + 1);
-    return {std::max(before, after), step.rise * (before + after), step.jump * before};
+    const double before = share(step.frame), after = step.frame < 0 ? 0 : share(step.frame + 1);
+    const auto counted = [](double x) { return Counted{x, few * x}; };
+    return {counted(std::max(before, after)), counted(step.rise * (before + after)), counted(step.jump * before)};
 }
 
 // The running analysis of one cell of each material, step by step.
 class Analysis {
   public:
-    Analysis(const PreparedSkin& skin, const Schedule& schedule, Precision precision, bool flushed, const Read& read)
-        : skin_(skin), schedule_(schedule), in_double_(precision == Precision::f64), u_(in_double_ ? 0x1p-53 : 0x1p-24),
-          flush_(flushed ? 0x1p-64 : 0), last_(precision == Precision::f32_compensated ? u_ : 0),
-          l_(std::abs(skin.constants.curvature_length)), weight_(skin.constants.bend * weight_of(skin.stencil)),
-          rest_(rest_peak(skin, schedule, !read.everything)),
+    Analysis(const PreparedSkin& skin, const Schedule& schedule, const Arithmetic& kind, const Read& read)
+        : skin_(skin), schedule_(schedule), kind_(kind), u_(kind.single ? 0x1p-24 : 0x1p-53),
+          last_(kind.compensated ? u_ : 0), l_(std::abs(skin.constants.curvature_length)),
+          weight_(skin.constants.bend * weight_of(skin.stencil)), rest_(rest_peak(skin, schedule, !read.everything)),
+          envelope_peak_(envelope_peak(scene::Waveform(schedule.load.envelope, schedule.time), schedule.load.envelope)),
           rough_(roughness_of(skin, schedule, schedule.framed ? 1 : largest_of(schedule.pressure))) {
         const double least = schedule.framed ? 0 : least_of(schedule.pressure);
         const auto arithmetic = [&](double peak) {
             return CountedArithmetic{.u = u_,
-                                     .peak = peak,
-                                     .single = !in_double_,
+                                     .peak = kind.separable ? 1 : peak,
+                                     .single = kind.single,
                                      .bound = schedule.framed,
-                                     .carried = precision == Precision::f32_compensated ? 2 * u_ : 1,
-                                     .flush = peak > 0 ? 2 * flush_ / peak : 0,
+                                     .carried = kind.compensated ? 2 * u_ : 1,
+                                     .flush = peak > 0 ? 2 * kind.stored / peak : 0,
                                      .least = peak > 0 ? least / peak : 0};
         };
         const double steps = double(schedule.outputs);
         for (const PressedMaterial& m : representatives(pressed_materials(skin, schedule, read), steps)) {
             materials_.push_back(m.element);
             arithmetic_.push_back(arithmetic(m.around));
+            peak_.push_back(m.around);
             share_.push_back(m.around > 0 ? m.peak / m.around : 0);
         }
     }
@@ -238,17 +248,17 @@ class Analysis {
             // impulses and fields between outputs come from the exact method's timeline alone
             while (baseline && exact_timeline.next(true_step) && true_step.trace < 0) {
             }
-            const StepLoad load = load_of(schedule_, step);
             for (size_t i = 0; i < materials_.size(); ++i) {
                 const Element& m = materials_[i];
                 const double z = m.viscosity > 0 ? m.modulus * dt / m.viscosity : 0;
                 const CountedArithmetic& a = arithmetic_[i];
-                now_[i] = a.pressed(kept[i], (*step.coefficients)[i], load.s0, load.ds, load.sj, z);
+                now_[i] =
+                    a.pressed(kept[i], (*step.coefficients)[i], load_of(schedule_, step, envelope_peak_, peak_[i]), z);
                 if (step.bend > 0 && m.viscosity > 0) add_bend(now_[i], m, step);
                 exact_[i] = now_[i];
                 if (baseline)
-                    exact_[i] = exact[i] = a.pressed(exact[i], (*true_step.coefficients)[i], true_step.start,
-                                                     true_step.rise, true_step.jump, z);
+                    exact_[i] = exact[i] = a.pressed(exact[i], (*true_step.coefficients)[i],
+                                                     load_of(schedule_, true_step, envelope_peak_, peak_[i]), z);
             }
             if (step.trace >= 0 || step.field >= 0) widen();
             if (step.keep) kept = now_;
@@ -260,8 +270,8 @@ class Analysis {
     // Adds the error of a step within which the load bends: the rate at its end comes from a pressure and a stress that
     // cancel in double.
     void add_bend(CountedCell& cell, const Element& m, const plan::Step& step) const {
-        const double left = std::exp(-m.modulus * step.after_bend / m.viscosity);
-        const double rate = 4 * 0x1p-53 * step.bend * left / m.viscosity;
+        const double z = m.modulus * step.after_bend / m.viscosity;
+        const double rate = (4 + 2 * z) * 0x1p-53 * step.bend * std::exp(-z) / m.viscosity;
         cell.d_rate += rate;
         cell.d_acceleration += rate * (skin_.rule.step_mean ? 1 / schedule_.time.step : m.modulus / m.viscosity);
     }
@@ -273,7 +283,7 @@ class Analysis {
     void widen() {
         double strain = 0, d_strain = 0;
         for (size_t i = 0; i < now_.size(); ++i) {
-            const double peak = arithmetic_[i].peak;
+            const double peak = peak_[i];
             strain = std::max(strain, peak * std::abs(now_[i].eps));
             d_strain = std::max(
                 d_strain, peak * (now_[i].d_eps + last_ * std::abs(now_[i].eps) + truncation(i, QUANTITY_STRAIN)));
@@ -282,30 +292,32 @@ class Analysis {
         const double d_C = weight_ * d_strain + u_ * (2 * rest_ + (rough_.laplacian + rough_.differences) * strain);
         for (size_t i = 0; i < now_.size(); ++i)
             for (int q = 0; q < REDUCED_MAPS; ++q) {
-                const double peak = arithmetic_[i].peak * share_[i], value = std::abs(now_[i].value(q)),
-                             x = peak * value;
+                const double peak = peak_[i] * share_[i], value = std::abs(now_[i].value(q)), x = peak * value;
                 double &worst = bounds_.error[size_t(q)], &greatest = bounds_.greatest[size_t(q)];
                 greatest = std::max(greatest, q == QUANTITY_STRAIN ? x : x * gain);
                 const bool sum = q <= QUANTITY_SA2; // compensated, it is off by the last rounding of its value
                 // Half a unit in the last place of a smaller value is up to twice as much of it.
-                const double rounded = (share_[i] < 1 ? 2 : 1) * now_[i].error(q);
+                const double rounded = (share_[i] < 1 && !kind_.separable ? 2 : 1) * now_[i].error(q);
                 const double d_x = peak * (rounded + (sum ? last_ * value : 0) + truncation(i, q));
-                if (!in_double_ && !(x * gain < 3e38)) worst = INFINITY;
+                if (kind_.single && !(x * gain < 3e38)) worst = INFINITY;
+                const double stored = x == 0 ? 0 : kind_.stored;
                 const double error =
-                    q == QUANTITY_STRAIN ? d_x + flush_ : d_x * gain + x * (l_ * d_C + 3 * u_ * gain) + 2 * flush_;
+                    q == QUANTITY_STRAIN ? d_x + stored : d_x * gain + x * (l_ * d_C + 3 * u_ * gain) + 2 * stored;
                 worst = std::max(worst, error);
             }
     }
 
     const PreparedSkin& skin_;
     const Schedule& schedule_;
-    const bool in_double_;
-    const double u_, flush_;
+    const Arithmetic kind_;
+    const double u_;
     const double last_; // of a value: the last rounding, where earlier ones are compensated
     const double l_, weight_, rest_;
+    const double envelope_peak_;
     const Roughness rough_;
     std::vector<Element> materials_;
-    std::vector<CountedArithmetic> arithmetic_; // of each material: relative to the pressure around what is read
+    std::vector<CountedArithmetic> arithmetic_; // of each material
+    std::vector<double> peak_;                  // of each: the pressure around what is read
     std::vector<double> share_;                 // the pressure on what is read, as a share of that
     std::vector<CountedCell> now_, exact_;      // by the method, and by the exact one
     Bounds bounds_{};
@@ -317,7 +329,7 @@ void solve(const PreparedSkin& skin, const Schedule& schedule, const std::vector
            const std::vector<int>& classes, Take take) {
     const plan::SiteCells needed(skin, pressed_cells(schedule), points);
     const auto stepper =
-        reduced::unflushed_sites(skin, schedule, needed, classes, [&](auto&, const plan::Sample& sample) {
+        reduced::sites_before_gains(skin, schedule, needed, classes, [&](auto&, const plan::Sample& sample) {
             for (size_t i = 0; i < sample.points.size(); ++i)
                 take(i / points.size(), i % points.size(), std::abs(sample.points[i]));
         });
@@ -330,6 +342,15 @@ void solve(const PreparedSkin& skin, const Schedule& schedule, const std::vector
 }
 
 } // namespace
+
+Arithmetic arithmetic_of(Model model, Precision precision, bool uniform) {
+    const bool separable = model != Model::march && uniform;
+    const double least = precision == Precision::f64 ? f64::least_stored() : double(f32::least_stored());
+    return {.single = precision != Precision::f64,
+            .compensated = separable || precision == Precision::f32_compensated,
+            .separable = separable,
+            .stored = separable ? 0 : least};
+}
 
 Peaks measured_peaks(const PreparedSkin& skin, const Schedule& schedule) {
     const bool whole = !schedule.output.traces.empty() || !schedule.output.fields.empty();
@@ -347,16 +368,16 @@ Peaks measured_peaks(const PreparedSkin& skin, const Schedule& schedule) {
     return peaks;
 }
 
-Bounds bounds_of_cells(const PreparedSkin& skin, const Schedule& schedule, Precision precision, bool flushed) {
-    return Analysis(skin, schedule, precision, flushed, {.everything = true, .quantity = 0}).run();
+Bounds bounds_of_cells(const PreparedSkin& skin, const Schedule& schedule, const Arithmetic& kind) {
+    return Analysis(skin, schedule, kind, {.everything = true, .quantity = 0}).run();
 }
 
-Bounds bounds_of_sites(const PreparedSkin& skin, const Schedule& schedule, Precision precision, bool flushed) {
+Bounds bounds_of_sites(const PreparedSkin& skin, const Schedule& schedule, const Arithmetic& kind) {
     Bounds all{};
     for (int q = QUANTITY_SA1; q < REDUCED_MAPS; ++q) {
         const std::vector<Site>& sites = skin.description.sites;
         if (std::none_of(sites.begin(), sites.end(), [q](const Site& site) { return int(site.type) == q; })) continue;
-        const Bounds of = Analysis(skin, schedule, precision, flushed, {.everything = false, .quantity = q}).run();
+        const Bounds of = Analysis(skin, schedule, kind, {.everything = false, .quantity = q}).run();
         all.error[size_t(q)] = of.error[size_t(q)];
         all.greatest[size_t(q)] = of.greatest[size_t(q)];
     }
@@ -364,14 +385,14 @@ Bounds bounds_of_sites(const PreparedSkin& skin, const Schedule& schedule, Preci
 }
 
 double worst_asked(const PreparedSkin& skin, const Schedule& schedule, const Bounds& all, const Bounds& sites,
-                   const Peaks& peaks) {
+                   const Peaks& peaks, double stored) {
     const auto& gains = skin.description.receptors.fa2_gains;
     const double gain = std::max(std::abs(gains[0]), std::abs(gains[1]));
     double worst = 0;
     const auto count = [&](Quantity q, const Bounds& bounds, const Errors& largest) {
         if (q >= Quantity::curvature) return;
-        const double scale = q == Quantity::fa2 ? gain : 1, stored = 0x1p-64;
-        if (scale * bounds.greatest[size_t(q)] < stored && scale * bounds.error[size_t(q)] <= 4 * stored)
+        const double scale = q == Quantity::fa2 ? gain : 1;
+        if (scale * bounds.greatest[size_t(q)] <= stored && scale * bounds.error[size_t(q)] <= 4 * stored)
             return; // exact
         const double peak = std::max(scale * largest[size_t(q)], stored);
         worst = std::max(worst, scale * bounds.error[size_t(q)] / peak);

@@ -9,6 +9,14 @@ namespace dermis::planner {
 
 using Errors = std::array<double, REDUCED_MAPS>; // of strain, SA1, SA2, FA1, FA2; FA2 before its gains
 
+// How a model computes.
+struct Arithmetic {
+    bool single, compensated;
+    bool separable; // one cell under unit pressure is stepped for all
+    double stored;  // the least magnitude that is stored; a smaller one is 0
+};
+Arithmetic arithmetic_of(Model, Precision, bool uniform);
+
 // Lower bounds of the largest |X_exact|, from the exact solution in some cells.
 struct Peaks {
     Errors all;   // over all cells: of traces and fields
@@ -17,19 +25,18 @@ struct Peaks {
 Peaks measured_peaks(const plan::PreparedSkin&, const plan::Schedule&);
 
 // Bounds of |X - X_exact|: rounding by a running analysis of one cell of each material under the load, the curvature's
-// share by the stencil's weights, a baseline's truncation as its distance from the exact method. flushed: magnitudes
-// below 2^-64 are stored as 0.
+// share by the stencil's weights, a baseline's truncation as its distance from the exact method.
 struct Bounds {
     Errors error;    // of |X - X_exact|
     Errors greatest; // of |X_exact|
 };
-Bounds bounds_of_cells(const plan::PreparedSkin&, const plan::Schedule&, Precision, bool flushed);
+Bounds bounds_of_cells(const plan::PreparedSkin&, const plan::Schedule&, const Arithmetic&);
 // The same over the sites of each class alone.
-Bounds bounds_of_sites(const plan::PreparedSkin&, const plan::Schedule&, Precision, bool flushed);
+Bounds bounds_of_sites(const plan::PreparedSkin&, const plan::Schedule&, const Arithmetic&);
 
 // The worst relative error of what is asked for, by bounds over all cells and over the sites of each class. An output
-// that is nowhere above 2^-64 is exact.
+// that is nowhere above `stored` is exact.
 double worst_asked(const plan::PreparedSkin&, const plan::Schedule&, const Bounds& cells, const Bounds& sites,
-                   const Peaks&);
+                   const Peaks&, double stored);
 
 } // namespace dermis::planner

@@ -75,11 +75,11 @@ class ErrorBounds {
     ErrorBounds(const PreparedSkin& skin, const Schedule& schedule) : skin_(skin), schedule_(schedule) {}
 
     double of(const Candidate& c) {
-        const bool flushed = c.model == Model::sites || c.model == Model::march;
         if (!peaks_) peaks_ = measured_peaks(skin_, schedule_);
+        const Arithmetic kind = arithmetic_of(c.model, c.precision, skin_.uniform() && !schedule_.framed);
         const bool whole = !schedule_.output.traces.empty() || !schedule_.output.fields.empty();
-        const Bounds none{}, cells = whole ? bounds_of_cells(skin_, schedule_, c.precision, flushed) : none;
-        return worst_asked(skin_, schedule_, cells, bounds_of_sites(skin_, schedule_, c.precision, flushed), *peaks_);
+        const Bounds none{}, cells = whole ? bounds_of_cells(skin_, schedule_, kind) : none;
+        return worst_asked(skin_, schedule_, cells, bounds_of_sites(skin_, schedule_, kind), *peaks_, kind.stored);
     }
 
   private:

@@ -7,7 +7,7 @@
 namespace dermis::reduced {
 namespace {
 
-template <class K> class Sites : public plan::Stepper {
+class Sites : public plan::Stepper {
   public:
     Sites(const plan::PreparedSkin& skin, const plan::Schedule& schedule, const plan::SiteCells& cells,
           const std::vector<int>& classes, bool gains, int threads, Sink sink)
@@ -36,12 +36,12 @@ template <class K> class Sites : public plan::Stepper {
     }
 
     void press(const plan::Step& step) override {
-        typename K::Constants c = plan::constants_of<K>(skin_, schedule_.pressed, step);
+        f64::Constants c = plan::constants_of<f64>(skin_, schedule_.pressed, step);
         if (!gains_) c.gain_plus = 1, c.gain_minus = -1;
         if (step.coefficients != lanes_of_) {
             lanes_of_ = step.coefficients;
             lanes_.clear();
-            for (const f64::Coefficients& k : *step.coefficients) lanes_.push_back(K::lanes_of(plan::rounded<K>(k)));
+            for (const f64::Coefficients& k : *step.coefficients) lanes_.push_back(f64::lanes_of(k));
         }
         pool_.share(int(cells_.size()), [&](int first, int last) {
             stepper_.advance(c, lanes_.data(), pressures(), size_t(first), size_t(last));
@@ -60,16 +60,16 @@ template <class K> class Sites : public plan::Stepper {
 
   private:
     struct Point {
-        typename plan::SiteStepper<K>::Point at;
+        plan::SiteStepper<f64>::Point at;
         size_t column; // of a sample
         int quantity;  // the one that is asked for, or every_quantity
     };
 
-    typename plan::SiteStepper<K>::Pressures pressures() const {
+    plan::SiteStepper<f64>::Pressures pressures() const {
         return {schedule_.framed ? from_.data() : to_.data(), to_.data()};
     }
 
-    void respond(const Point& p, const typename K::Constants& c) {
+    void respond(const Point& p, const f64::Constants& c) {
         for (int q = 0; q < REDUCED_MAPS; ++q)
             if (p.quantity == every_quantity || p.quantity == q)
                 sample_.points[size_t(q) * columns_ + p.column] =
@@ -81,12 +81,12 @@ template <class K> class Sites : public plan::Stepper {
     const bool gains_; // FA2 has them
     Sink sink_;
     simd::Pool pool_;
-    plan::SiteStepper<K> stepper_;
+    plan::SiteStepper<f64> stepper_;
     const std::vector<size_t>& cells_;
     size_t columns_;                // of a sample: all points
     std::vector<Point> points_;     // those that are ever pressed
     std::vector<double> from_, to_; // pressure
-    std::vector<typename K::LaneCoefficients> lanes_;
+    std::vector<f64::LaneCoefficients> lanes_;
     plan::SharedCoefficients lanes_of_; // what lanes_ was made from
     plan::Sample sample_{};
 };
@@ -102,13 +102,13 @@ std::vector<int> classes_of(const plan::PreparedSkin& skin, const plan::Schedule
 std::unique_ptr<plan::Stepper> sites(const plan::PreparedSkin& skin, const plan::Schedule& schedule,
                                      const plan::SiteCells& cells, const std::vector<int>& classes, int threads,
                                      plan::Stepper::Sink sink) {
-    return std::make_unique<Sites<f64>>(skin, schedule, cells, classes, true, threads, std::move(sink));
+    return std::make_unique<Sites>(skin, schedule, cells, classes, true, threads, std::move(sink));
 }
 
-std::unique_ptr<plan::Stepper> unflushed_sites(const plan::PreparedSkin& skin, const plan::Schedule& schedule,
-                                               const plan::SiteCells& cells, const std::vector<int>& classes,
-                                               plan::Stepper::Sink sink) {
-    return std::make_unique<Sites<f64_unflushed>>(skin, schedule, cells, classes, false, 1, std::move(sink));
+std::unique_ptr<plan::Stepper> sites_before_gains(const plan::PreparedSkin& skin, const plan::Schedule& schedule,
+                                                  const plan::SiteCells& cells, const std::vector<int>& classes,
+                                                  plan::Stepper::Sink sink) {
+    return std::make_unique<Sites>(skin, schedule, cells, classes, false, 1, std::move(sink));
 }
 
 } // namespace dermis::reduced

@@ -16,10 +16,9 @@ std::vector<int> classes_of(const plan::PreparedSkin&, const plan::Schedule&);
 // Takes the steps of a timeline of cells.materials; all references outlive it. threads: 0 = one per core.
 std::unique_ptr<plan::Stepper> sites(const plan::PreparedSkin&, const plan::Schedule&, const plan::SiteCells& cells,
                                      const std::vector<int>& classes, int threads, plan::Stepper::Sink);
-// The same on one thread, with values below 2^-64 kept and FA2 before its gains. The planner takes the greatest values
-// from it.
-std::unique_ptr<plan::Stepper> unflushed_sites(const plan::PreparedSkin&, const plan::Schedule&,
-                                               const plan::SiteCells& cells, const std::vector<int>& classes,
-                                               plan::Stepper::Sink);
+// The same on one thread, with FA2 before its gains. The planner takes the greatest values from it.
+std::unique_ptr<plan::Stepper> sites_before_gains(const plan::PreparedSkin&, const plan::Schedule&,
+                                                  const plan::SiteCells& cells, const std::vector<int>& classes,
+                                                  plan::Stepper::Sink);
 
 } // namespace dermis::reduced

@@ -39,19 +39,9 @@ struct f64 {
 #include "kernels/model.h"
 };
 
-// Double that keeps what the others store as 0.
-#define UNFLUSHED
-struct f64_unflushed {
-    using real = double;
-    using scalar = double;
-#include "kernels/model.h"
-};
-#undef UNFLUSHED
-
 } // namespace kernels
 
 using kernels::f32;
 using kernels::f64;
-using kernels::f64_unflushed;
 
 } // namespace dermis

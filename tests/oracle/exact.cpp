@@ -326,7 +326,8 @@ class Evaluation {
 
 class Measure {
   public:
-    Measure(const Exact& exact, const Scene& scene) : exact_(exact) {
+    Measure(const Exact& exact, const Scene& scene, Precision precision)
+        : exact_(exact), least_(precision == Precision::f64 ? 0x1p-340 : 0x1p-64) {
         const auto& gains = scene.receptors.fa2_gains;
         gain_[4] = std::max(std::abs(gains[0]), std::abs(gains[1]));
     }
@@ -342,8 +343,8 @@ class Measure {
         const long double largest = (site ? exact_.largest_at_sites[q] : exact_.largest[q]) * gain_[q];
         for (size_t i = first; i < truth.size(); i += stride) {
             double off = 0;
-            if (largest > 0x1p-64L) off = double(std::abs(values[i] - truth[i]) / largest);
-            else if (!(std::abs(values[i]) <= 0x1p-63)) off = HUGE_VAL; // exact, and stored as 0 or thereabouts
+            if (largest > least_) off = double(std::abs(values[i] - truth[i]) / largest);
+            else if (!(std::abs(values[i]) <= 2 * least_)) off = HUGE_VAL; // exact, and stored as 0 or thereabouts
             if (!(off >= 0)) off = HUGE_VAL;
             if (off > worst.value) worst = {off, quantity, where, i};
         }
@@ -353,6 +354,7 @@ class Measure {
 
   private:
     const Exact& exact_;
+    const double least_; // what is stored
     std::array<long double, 5> gain_{1, 1, 1, 1, 1};
 };
 
@@ -361,7 +363,7 @@ class Measure {
 Exact exact(const Case& c, long more_bits) { return Evaluation(c, more_bits).all(); }
 
 Distance distance(const Exact& exact, const Scene& scene, const Result& result) {
-    Measure measure(exact, scene);
+    Measure measure(exact, scene, result.precision);
     for (size_t t = 0; t < exact.traces.size(); ++t) {
         const ExactTrace& truth = exact.traces[t];
         const Trace& trace = result.traces[t];
