@@ -33,6 +33,12 @@ struct Arguments {
 
 std::string shown(const DeviceInfo& d) { return d.driver.empty() ? d.name : fmt::format("{} ({})", d.name, d.driver); }
 
+// A stencil estimate with its scale.
+std::string shown_estimate(double estimate, double greatest) {
+    return fmt::format("stencil estimate |C5 - C4| = {:.3g}, {:.2g} % of the greatest |C|", estimate,
+                       greatest > 0 ? 100 * estimate / greatest : 0);
+}
+
 // Prints the figures by which a user judges a result, and its warnings.
 void print_scene(const Scene& s, const Result& r) {
     const auto span = [](double a, double b) {
@@ -44,8 +50,7 @@ void print_scene(const Scene& s, const Result& r) {
         fmt::print("{} receptors, without the rest of the skin\n", s.sites.size());
     } else {
         fmt::print("greatest |l*C| = {:.4g}\n", r.greatest_gain);
-        fmt::print("stencil estimate |C5 - C4| = {:.3g}, {:.2g} % of the greatest |C|\n", r.stencil_estimate,
-                   r.greatest_curvature > 0 ? 100 * r.stencil_estimate / r.greatest_curvature : 0);
+        fmt::print("{}\n", shown_estimate(r.stencil_estimate, r.greatest_curvature));
         if (std::isfinite(r.cells_per_ridge)) fmt::print("{:.1f} cells per ridge\n", r.cells_per_ridge);
     }
     for (const std::string& warning : output::warnings(s, r)) fmt::print("warning: {}\n", warning);
@@ -77,7 +82,8 @@ void explain_run(const Arguments& a, const std::vector<std::string>& overrides, 
     fmt::print("{}: {} x {} cells, {} outputs, method {}, tolerance {}{}\n", a.scene, scene.grid.width,
                scene.grid.height, e.candidates[e.chosen].steps, name(scene.method), e.tolerance,
                e.binding ? "" : " (default: of what is chosen freely)");
-    fmt::print("   stencil estimate |C5 - C4| = {:.3g}, apart from the errors below\n", e.stencil_estimate);
+    fmt::print("   {} at rest, apart from the errors below\n",
+               shown_estimate(e.stencil_estimate, e.greatest_curvature));
     for (size_t i = 0; i < e.candidates.size(); ++i) {
         const Candidate& c = e.candidates[i];
         fmt::print("{} {} in {} on {}\n", i == e.chosen ? "->" : "  ", name(c.model), name(c.precision), c.device);
