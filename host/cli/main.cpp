@@ -15,14 +15,39 @@
 #include <cmath>
 #include <csignal>
 #include <cstring>
+#include <exception>
 #include <new>
 #include <thread>
+
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 namespace dermis::cli {
 namespace {
+
+constexpr char out_of_memory[] = "dermis: out of memory\n";
+
+// Ends the command with status 1 where an allocation fails before main(), or in a function of a parser that may not
+// throw. Any other exception ends it as it would have.
+std::terminate_handler terminate_otherwise;
+[[noreturn]] void terminate_without_memory() {
+    if (std::current_exception()) try {
+            throw;
+        } catch (const std::bad_alloc&) {
+            [[maybe_unused]] const ssize_t n = ::write(2, out_of_memory, sizeof out_of_memory - 1);
+            std::_Exit(1);
+        } catch (...) {
+        }
+    terminate_otherwise();
+    std::abort();
+}
+// The priority puts this before the objects of other headers and files.
+struct Terminator {
+    Terminator() { terminate_otherwise = std::set_terminate(terminate_without_memory); }
+};
+[[gnu::init_priority(101)]] Terminator terminator;
 
 struct Arguments {
     std::string scene, out, device = "auto", precision;
@@ -364,7 +389,7 @@ int main(int argc, char** argv) {
         std::fprintf(stderr, "dermis: %s\n", e.what());
         return e.code() == Error::Code::bad_input ? 2 : 1;
     } catch (const std::bad_alloc&) {
-        std::fputs("dermis: out of memory\n", stderr);
+        std::fputs(cli::out_of_memory, stderr);
     } catch (const std::exception& e) {
         std::fprintf(stderr, "dermis: %s\n", e.what());
     }
