@@ -102,9 +102,12 @@ VulkanFrames::VulkanFrames(const FrameScene& scene, std::shared_ptr<vulkan::Cont
     const vulkan::Module module = shader == Shader::cell    ? vulkan::Module{press_cell_spv, sizeof press_cell_spv}
                                   : shader == Shader::moves ? vulkan::Module{moves_spv, sizeof moves_spv}
                                                             : vulkan::press_module(pipelines.device().rounds);
-    kernel_ = std::make_unique<vulkan::Kernel>(pipelines, module, PRESS_BINDINGS, sizeof(f32::Constants),
-                                               shader == Shader::press ? variant : std::vector<uint32_t>{},
-                                               uint32_t(sets.size()));
+    kernel_ = std::make_unique<vulkan::Kernel>(
+        pipelines, module,
+        vulkan::KernelOptions{.bindings = PRESS_BINDINGS,
+                              .constants_bytes = sizeof(f32::Constants),
+                              .specialization = shader == Shader::press ? variant : std::vector<uint32_t>{},
+                              .max_sets = uint32_t(sets.size())});
     for (size_t i = 0; i < sets.size(); ++i) kernel_->bind(i, sets[i]);
     VkQueryPoolCreateInfo info{VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO};
     info.queryType = VK_QUERY_TYPE_TIMESTAMP;

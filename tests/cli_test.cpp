@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The command as a user meets it: exit status, messages, files.
 #include "host/output/output.hpp"
-#include "host/output/warnings.hpp"
+#include "tests/command.hpp"
 #include "tests/support.hpp"
 
 #include <cstdlib>
@@ -15,49 +15,6 @@
 
 using namespace test;
 namespace fs = std::filesystem;
-
-namespace {
-
-class Folder {
-  public:
-    Folder() : path_(fs::temp_directory_path() / ("dermis_cli_test_" + std::to_string(getpid()))) {
-        fs::remove_all(path_);
-        fs::create_directories(path_);
-    }
-    ~Folder() { fs::remove_all(path_); }
-    fs::path operator/(const std::string& name) const { return path_ / name; }
-    std::string write(const std::string& name, const std::string& content) const {
-        std::ofstream(path_ / name) << content;
-        return (path_ / name).string();
-    }
-
-  private:
-    fs::path path_;
-};
-
-std::string slurp(const fs::path& path) {
-    std::ostringstream text;
-    text << std::ifstream(path).rdbuf();
-    return text.str();
-}
-
-struct Outcome {
-    int status;
-    std::string out, err;
-};
-
-// `before` goes before the command: variables, limits, a terminal.
-Outcome command(const Folder& folder, const std::string& arguments, const std::string& before = "") {
-    const std::string out = (folder / "stdout").string(), err = (folder / "stderr").string();
-    const int status = std::system((before + " " DERMIS_CLI " " + arguments + " >" + out + " 2>" + err).c_str());
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, slurp(out), slurp(err)};
-}
-
-constexpr const char* small =
-    "[grid]\nwidth = 20\nheight = 12\n[surface]\nkind = \"wave\"\n[time]\nduration = 0.1\n"
-    "[output]\nprobes = [[3, 4]]\nfields = [{ at = 0.05, what = [\"sa1\", \"curvature\"] }]\n";
-
-} // namespace
 
 TEST_CASE("dermis run writes traces, impulses, fields and a summary") {
     const Folder folder;
@@ -111,6 +68,13 @@ TEST_CASE("bad input: one line that says what, exit status 2, no output left beh
         {"run " + good + " --device vulkan --precision f64", "f64"},
         {"run " + good + " --precision f16", "f16"},
         {"run " + good + " --colour red", "--colour"},
+        {"run " + good + " --devise cpu", "\"--devise\" is no option of run; allowed: --help, --out, --device, "
+                                          "--precision, --check, --set; did you mean "
+                                          "--device?\n"},
+        {"plan --precison=f32 " + good, "did you mean --precision?"},
+        {"run " + good + " --tolerence 1e-3", "did you mean --set tolerance=VALUE?"},
+        {"run " + good + " --material.modulus=2", "did you mean --set material.modulus=VALUE?"},
+        {"--versoin", "\"--versoin\" is no option of dermis; allowed: --help, --version; did you mean --version?"},
         {"walk", "\"walk\" is no subcommand; allowed: run, plan, study, devices, check\n"},
         {"rnu", "did you mean run?"},
         {"run " + good + " --set load.radius=3 --set load.radius=4", "--set load.radius=4; allowed: load.radius once"},
@@ -343,112 +307,14 @@ TEST_CASE("a sweep prints the warnings of every run, and its table has their fig
     CHECK(slurp(folder / "s/2/summary.json").find("\"greatest_gain\": " + gains[1] + ",") != std::string::npos);
 }
 
-TEST_CASE("a folder used again holds the files of the last run or sweep alone, and those that are not dermis's") {
-    const Folder folder;
-    const std::string scene = folder.write("scene.toml", small);
-    const fs::path out = folder / "out";
-    const auto run = [&](const std::string& arguments) {
-        CHECK(command(folder, "run " + scene + " --device cpu --out " + out.string() + arguments).status == 0);
-        std::string names;
-        std::vector<fs::path> paths(fs::directory_iterator(out), {});
-        std::sort(paths.begin(), paths.end());
-        for (const fs::path& path : paths) names += path.filename().string() + " ";
-        return names;
-    };
-    const std::string plain = "impulses.csv summary.json traces.csv ", none = " --set 'output.fields=[]'";
-    CHECK(run("") == "curvature_t0.05.npy impulses.csv sa1_t0.05.npy summary.json traces.csv ");
-    CHECK(run(none) == plain);
-    std::ofstream(out / "notes.npy") << "mine";
-    std::ofstream(out / "sa1_table.npy") << "mine";
-    CHECK(run(none + " material.modulus=1,2,3") == "1 2 3 notes.npy runs.csv sa1_table.npy ");
-    std::ofstream(out / "3/notes.txt") << "mine";
-    CHECK(run(none + " material.modulus=1,2") == "1 2 3 notes.npy runs.csv sa1_table.npy ");
-    CHECK_FALSE(fs::exists(out / "3/traces.csv"));
-    CHECK(fs::exists(out / "3/notes.txt"));
-    fs::remove_all(out / "3");
-    CHECK(run(none) == "impulses.csv notes.npy sa1_table.npy summary.json traces.csv ");
-    // without a summary of dermis nothing shows whose the files are
-    std::ofstream(out / "summary.json") << "{}";
-    std::ofstream(out / "sa1_t1.npy") << "mine";
-    CHECK(run(none) == "impulses.csv notes.npy sa1_t1.npy sa1_table.npy summary.json traces.csv ");
-}
-
-TEST_CASE("a warning names the figure and what to do, once") {
-    Scene s;
-    Result r;
-    r.tau_min = r.tau_max = 0.5;
-    const auto only = [&] {
-        const std::vector<std::string> all = output::warnings(s, r);
-        CHECK(all.size() == 1);
-        return all.empty() ? "" : all[0];
-    };
-    CHECK(output::warnings(s, r).empty()); // nothing is known of the skin
-    r.greatest_gain = 1.5;
-    CHECK(only().find("|l*C| reaches 1.5: above 1 responses change sign; ") == 0);
-    r.greatest_gain = 0.5;
-    r.greatest_curvature = 2;
-    r.kinks = 90;
-    r.pressed_cells = 450;
-    CHECK(only().find("the curvature has a kink in 90 of 22500 cells (0.4 %; 450 cells are pressed): ") == 0);
-    r.kinks = 0;
-    r.stencil_estimate = 0.5;
-    CHECK(only().find("the stencil estimate is 25 % of the greatest |C|: take a finer grid") == 0);
-    r.stencil_estimate = 0.1;
-    CHECK(output::warnings(s, r).empty());
-    r.device.name = "some GPU";
-    r.device.exact = false;
-    CHECK(only() == "the bits of some GPU differ from the CPU path's");
-    r.device.exact = true;
-    r.cells_per_ridge = 4;
-    CHECK(only().find("4 cells per ridge") == 0);
-}
-
-TEST_CASE("units that cannot be meant are said in a sentence") {
-    Scene s;
-    s.grid = {2, 1, 1e-4};
-    s.surface.relief = 60e-6;
-    s.material.thickness = 1e-3;
-    s.material.curvature_length = 1e-5;
-    Result r;
-    r.tau_min = r.tau_max = 0.5;
-    const auto warned = [&](const char* part) {
-        const std::vector<std::string> all = output::warnings(s, r);
-        CHECK(all.size() <= 1);
-        return !all.empty() && all[0].find(part) != std::string::npos;
-    };
-    s.surface.kind = Surface::Kind::map;
-    s.surface.map = {0.0, 60e-6};
-    CHECK(warned("surface.relief = 6e-05 multiplies heights that span 6e-05: together 3.6e-09 m"));
-    s.surface.map = {0.0, 1.0};
-    CHECK_FALSE(warned(""));
-    for (double tau : {1.5e-6, 1540.0}) {
-        r.tau_min = r.tau_max = tau;
-        CHECK(warned("the retardation time viscosity/modulus is"));
-    }
-    r.tau_min = 0, r.tau_max = INFINITY; // elastic and viscous cells
-    CHECK_FALSE(warned(""));
-    r.traces.push_back({.quantity = Quantity::strain, .mean = {0.1}, .min = {-1.5}, .max = {0.5}, .probes = {}});
-    CHECK(warned("the indentation reaches 0.0015 m, beyond material.thickness = 0.001 m"));
-    s.grid.spacing = {}; // without units there is nothing to compare with
-    r.tau_min = r.tau_max = 1e-9;
-    CHECK_FALSE(warned(""));
-    s.load.kind = Load::Kind::sequence;
-    s.load.interval = 1000;
-    CHECK(warned("load.interval = 1000 is in seconds from frame to frame, so that a run of 10 s ends before the second "
-                 "frame; with 1000 frames a second it is 0.001"));
-    s.time.duration = 36000;
-    CHECK(warned("a run of 36000 s has 37"));
-    s.load.interval = 0.001;
-    CHECK_FALSE(warned(""));
-}
-
 TEST_CASE("plan says what a run would take, and why not the rest") {
     const Folder folder;
     const std::string scene = folder.write("scene.toml", small);
     const Outcome o = command(folder, "plan " + scene + " --device cpu");
     CHECK(o.status == 0);
-    for (const char* says : {"-> maps in f64 on cpu", "error at most", "not taken: fields are asked for",
-                             "not taken: there are no sites", "march in f32-compensated"})
+    for (const char* says :
+         {"-> maps in f64 on cpu", "error at most", "not taken: fields are asked for", "not taken: there are no sites",
+          "march in f32-compensated", "% of the greatest |C| at rest, apart from"})
         CHECK_MESSAGE(o.out.find(says) != std::string::npos, o.out);
     const Outcome no = command(folder, "plan " + scene + " --device cpu --precision f32 --set tolerance=1e-9");
     CHECK(no.status == 2);

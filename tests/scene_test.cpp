@@ -42,6 +42,10 @@ TEST_CASE("every bad scene file is refused with file, line, key, value and allow
     write("ints.npy", npy("<i4", "(2, 2)", 16));
     write("fortran.npy", npy("<f8", "(2, 2)", 32, "True"));
     write("text.npy", "hello");
+    // contradictory headers: readers differ in which one they take
+    write("types.npy", npy("<f8', 'descr': '<f4", "(2, 2)", 32));
+    write("orders.npy", npy("<f8", "(2, 2)", 32, "True, 'fortran_order': False"));
+    write("shapes.npy", npy("<f8", "(2, 2), \"shape\": (4, 1)", 32));
     const std::string map = "[grid]\nwidth = 2\nheight = 2\n[load]\nkind = \"file\"\npath = ";
     const Bad scenes[] = {
         {"[material]\nviscosity = 0\nmodulus = 0",
@@ -127,6 +131,12 @@ TEST_CASE("every bad scene file is refused with file, line, key, value and allow
         {"[load]\nintesnity = 3", "load.intesnity = 3|did you mean intensity?"},
         {"tolerence = 3", "tolerence = 3|did you mean tolerance?"},
         {"[load]\nkind = \"circlar\"", "load.kind|did you mean circular?"},
+        // known in another table
+        {"[grid]\nmodulus = 2", "scene.toml:2|grid.modulus = 2; no such key here|; modulus belongs to [material]"},
+        {"[load]\nduration = 2", "load.duration = 2|; duration belongs to [time]"},
+        {"[time]\ntolerance = 2", "time.tolerance = 2|; tolerance belongs to the top of the file"},
+        {"sa1 = 2", "sa1 = 2|; sa1 belongs to [sites.density]"},
+        {"[time]\npath = 2", "time.path = 2|; path belongs to [surface], [load], [sites]"},
         // a number with a unit, or in quotes
         {"[material]\nmodulus = \"100 kPa\"",
          "scene.toml:2: material.modulus = \"100 kPa\"; allowed: a plain number in Pa: 100000; or a map"},
@@ -159,6 +169,9 @@ TEST_CASE("every bad scene file is refused with file, line, key, value and allow
                               {"wide.npy", "(2, 3)"},
                               {"ints.npy", "<i4"},
                               {"fortran.npy", "Fortran"},
+                              {"types.npy", "has the key 'descr' 2 times in its header"},
+                              {"orders.npy", "has the key 'fortran_order' 2 times in its header"},
+                              {"shapes.npy", "has the key 'shape' 2 times in its header"},
                               {"text.npy", "not a .npy"}}) {
         const std::string message = refusal(Error::Code::bad_input, [&, file = file] {
             Scene::from_file(write("scene.toml", map + "\"" + file + "\""));
@@ -218,6 +231,38 @@ TEST_CASE("an override is one key and one value on one line, with or without bla
     CHECK(why("time").find("key=value") != std::string::npos);
     CHECK(why("materials.modulus=2").find("the nearest is [material]") != std::string::npos);
     CHECK(why("material.modulus=100 kPa").find("a plain number in Pa: 100000") != std::string::npos);
+    std::filesystem::remove_all(folder());
+}
+
+TEST_CASE("tables and lists that are too deep for the stack are refused before they are parsed") {
+    const auto repeated = [](const std::string& part, int times) {
+        std::string text;
+        for (int i = 0; i < times; ++i) text += part;
+        return text;
+    };
+    const auto why = [](const std::string& text, const std::vector<std::string>& overrides = {}) {
+        return refusal(Error::Code::bad_input, [&] { Scene::from_file(write("scene.toml", text), overrides); });
+    };
+    const std::string too_deep = "scene.toml:3: tables and lists are too deep; allowed: 32 levels",
+                      key = repeated("a.", 1000000) + "a", quoted = repeated("\"a\" . ", 1000000) + "a",
+                      start = "# [[[ \"\"\"\n\n";
+    for (const std::string& deep :
+         {key + " = 1", quoted + " = 1", "[" + key + "]", "[[" + key + "]]", "x = { " + key + " = 1 }",
+          "x = " + repeated("[", 1000000), "x = " + repeated("{ y = ", 1000000),
+          "x = ['''a'''', " + repeated("[", 1000000), "x = [\"\\\"\", " + repeated("[", 1000000)}) {
+        const std::string message = why(start + deep);
+        CHECK_MESSAGE(message.find(too_deep) != std::string::npos, message.substr(0, 200));
+    }
+    const std::string key_too_deep = why("", {key + "=1"});
+    CHECK(key_too_deep.find("--set a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a...: tables and lists are too deep") !=
+          std::string::npos);
+    CHECK(key_too_deep.size() < 1000);
+    CHECK(why("", {"x=" + repeated("[", 1000000)}).find("too deep; allowed: 32 levels") != std::string::npos);
+    // a scene's own depth, and dots and brackets in strings and comments
+    CHECK(why("x = " + repeated("[", 32) + repeated("]", 32)).find("no such key") != std::string::npos);
+    CHECK(why("x = \"" + key + repeated("[", 99) + "\" # " + key).find("no such key") != std::string::npos);
+    CHECK(why("x = '''\n" + key + repeated("{", 99) + "'''").find("no such key") != std::string::npos);
+    CHECK(why(repeated("a.", 31) + "a = 1").find("no such table") != std::string::npos);
     std::filesystem::remove_all(folder());
 }
 

@@ -7,6 +7,7 @@
 #include "host/output/warnings.hpp"
 #include "host/scene/names.hpp"
 #include "host/scene/nearest.hpp"
+#include "host/scene/scene.hpp"
 #include "host/study/study.hpp"
 
 #include <algorithm>
@@ -14,14 +15,39 @@
 #include <cmath>
 #include <csignal>
 #include <cstring>
+#include <exception>
 #include <new>
 #include <thread>
+
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 namespace dermis::cli {
 namespace {
+
+constexpr char out_of_memory[] = "dermis: out of memory\n";
+
+// Ends the command with status 1 where an allocation fails before main(), or in a function of a parser that may not
+// throw. Any other exception ends it as it would have.
+std::terminate_handler terminate_otherwise;
+[[noreturn]] void terminate_without_memory() {
+    if (std::current_exception()) try {
+            throw;
+        } catch (const std::bad_alloc&) {
+            [[maybe_unused]] const ssize_t n = ::write(2, out_of_memory, sizeof out_of_memory - 1);
+            std::_Exit(1);
+        } catch (...) {
+        }
+    terminate_otherwise();
+    std::abort();
+}
+// The priority puts this before the objects of other headers and files.
+struct Terminator {
+    Terminator() { terminate_otherwise = std::set_terminate(terminate_without_memory); }
+};
+[[gnu::init_priority(101)]] Terminator terminator;
 
 struct Arguments {
     std::string scene, out, device = "auto", precision;
@@ -31,6 +57,12 @@ struct Arguments {
 };
 
 std::string shown(const DeviceInfo& d) { return d.driver.empty() ? d.name : fmt::format("{} ({})", d.name, d.driver); }
+
+// A stencil estimate with its scale.
+std::string shown_estimate(double estimate, double greatest) {
+    return fmt::format("stencil estimate |C5 - C4| = {:.3g}, {:.2g} % of the greatest |C|", estimate,
+                       greatest > 0 ? 100 * estimate / greatest : 0);
+}
 
 // Prints the figures by which a user judges a result, and its warnings.
 void print_scene(const Scene& s, const Result& r) {
@@ -43,8 +75,7 @@ void print_scene(const Scene& s, const Result& r) {
         fmt::print("{} receptors, without the rest of the skin\n", s.sites.size());
     } else {
         fmt::print("greatest |l*C| = {:.4g}\n", r.greatest_gain);
-        fmt::print("stencil estimate |C5 - C4| = {:.3g}, {:.2g} % of the greatest |C|\n", r.stencil_estimate,
-                   r.greatest_curvature > 0 ? 100 * r.stencil_estimate / r.greatest_curvature : 0);
+        fmt::print("{}\n", shown_estimate(r.stencil_estimate, r.greatest_curvature));
         if (std::isfinite(r.cells_per_ridge)) fmt::print("{:.1f} cells per ridge\n", r.cells_per_ridge);
     }
     for (const std::string& warning : output::warnings(s, r)) fmt::print("warning: {}\n", warning);
@@ -76,7 +107,8 @@ void explain_run(const Arguments& a, const std::vector<std::string>& overrides, 
     fmt::print("{}: {} x {} cells, {} outputs, method {}, tolerance {}{}\n", a.scene, scene.grid.width,
                scene.grid.height, e.candidates[e.chosen].steps, name(scene.method), e.tolerance,
                e.binding ? "" : " (default: of what is chosen freely)");
-    fmt::print("   stencil estimate |C5 - C4| = {:.3g}, apart from the errors below\n", e.stencil_estimate);
+    fmt::print("   {} at rest, apart from the errors below\n",
+               shown_estimate(e.stencil_estimate, e.greatest_curvature));
     for (size_t i = 0; i < e.candidates.size(); ++i) {
         const Candidate& c = e.candidates[i];
         fmt::print("{} {} in {} on {}\n", i == e.chosen ? "->" : "  ", name(c.model), name(c.precision), c.device);
@@ -128,13 +160,31 @@ std::vector<Result> results_of(const std::vector<Scene>& scenes, const std::vect
     return results;
 }
 
+// Reads the scene of every run, and refuses all where a run into --out would cost one of them a file that it reads.
+std::vector<Scene> read_scenes(const Arguments& a, const std::vector<std::vector<std::string>>& runs) {
+    std::vector<Scene> scenes;
+    std::vector<std::string> inputs, written;
+    for (const auto& overrides : runs) {
+        scene::SceneWithFiles read = scene::read_scene(a.scene, overrides);
+        inputs.insert(inputs.end(), read.files.begin(), read.files.end());
+        const std::vector<std::string> names = output::result_files(read.scene);
+        written.insert(written.end(), names.begin(), names.end());
+        scenes.push_back(std::move(read.scene));
+    }
+    for (std::vector<std::string>* list : {&inputs, &written}) { // runs have most of them in common
+        std::sort(list->begin(), list->end());
+        list->erase(std::unique(list->begin(), list->end()), list->end());
+    }
+    output::need_inputs_kept(a.out, runs.size() > 1 ? runs.size() : 0, written, inputs);
+    return scenes;
+}
+
 // Writes OUT/1, OUT/2 .. and OUT/runs.csv.
-int sweep(const Arguments& a, const std::vector<Setting>& settings, const Device& device, const RunOptions& options) {
+int sweep(const Arguments& a, const std::vector<Setting>& settings, const std::vector<Scene>& scenes,
+          const Device& device) {
     const output::Path out = a.out;
     const auto runs = combinations(settings);
-    std::vector<Scene> scenes; // all are read before any is run, so that a bad one is refused first
-    for (const auto& overrides : runs) scenes.push_back(Scene::from_file(a.scene, overrides));
-    const std::vector<Result> results = results_of(scenes, settings, device, options);
+    const std::vector<Result> results = results_of(scenes, settings, device, options_of(a));
     output::remove_earlier_run(out, {});
     output::remove_earlier_sweep(out, runs.size() + 1);
     std::string table =
@@ -155,11 +205,12 @@ int sweep(const Arguments& a, const std::vector<Setting>& settings, const Device
 int run_scene(const Arguments& a) {
     const std::vector<Setting> settings = settings_of(a.overrides);
     const auto runs = combinations(settings);
-    const Scene scene = Scene::from_file(a.scene, runs[0]);
+    const std::vector<Scene> scenes = read_scenes(a, runs); // so that a bad one is refused first
+    const Scene& scene = scenes[0];
     const Device device = device_of(a);
     if (!device.info().refused.empty()) fmt::print("{}\n", device.info().refused);
+    if (runs.size() > 1) return sweep(a, settings, scenes, device);
     RunOptions options = options_of(a);
-    if (runs.size() > 1) return sweep(a, settings, device, options);
     const output::Path out = a.out;
     output::Progress progress(a.scene);
     options.progress = std::ref(progress);
@@ -280,6 +331,26 @@ void need_subcommand(const CLI::App& app, const std::vector<std::string>& words)
                     (words.empty() ? "" : scene::suggestion(words[0], known)));
 }
 
+// Refuses a long option that the command does not have, and names the nearest one, or the key of a scene.
+void need_options(const CLI::App& command, const std::vector<std::string>& words) {
+    for (size_t i = 0; i < words.size() && words[i] != "--"; ++i) {
+        if (words[i].rfind("--", 0) != 0) continue;
+        const std::string word = words[i].substr(0, words[i].find('='));
+        const CLI::Option* option = command.get_option_no_throw(word);
+        if (option && option->get_expected_min() > 0 && word == words[i]) ++i; // the next word is its value
+        if (option) continue;
+        std::vector<std::string> known;
+        for (const CLI::Option* o : command.get_options())
+            for (const std::string& name : o->get_lnames()) known.push_back("--" + name);
+        std::string meant = scene::suggestion(word, known);
+        const std::string key = meant.empty() ? scene::nearest(word.substr(2), scene::known_keys()) : "";
+        if (!key.empty()) meant = "; did you mean --set " + key + "=VALUE?";
+        throw Error(Error::Code::bad_input, "",
+                    fmt::format("\"{}\" is no option of {}; allowed: {}{}", word, command.get_name(),
+                                fmt::join(known, ", "), meant));
+    }
+}
+
 int command(const std::vector<std::string>& given) {
     CLI::App app{"dermis: pressure on skin in, mechanoreceptor responses out", "dermis"};
     app.require_subcommand(1);
@@ -287,6 +358,7 @@ int command(const std::vector<std::string>& given) {
     Arguments arguments;
     const Commands commands = add_commands(app, arguments);
     need_subcommand(app, given);
+    need_options(given[0].rfind('-', 0) == 0 ? app : *app.get_subcommand(given[0]), given);
     std::vector<std::string> words = with_each_set(given);
     std::reverse(words.begin(), words.end()); // as the parser takes them
     try {
@@ -317,7 +389,7 @@ int main(int argc, char** argv) {
         std::fprintf(stderr, "dermis: %s\n", e.what());
         return e.code() == Error::Code::bad_input ? 2 : 1;
     } catch (const std::bad_alloc&) {
-        std::fputs("dermis: out of memory\n", stderr);
+        std::fputs(cli::out_of_memory, stderr);
     } catch (const std::exception& e) {
         std::fprintf(stderr, "dermis: %s\n", e.what());
     }

@@ -5,6 +5,9 @@
 
 #include <algorithm>
 #include <fstream>
+#include <map>
+#include <optional>
+#include <sys/stat.h>
 
 #include <fmt/format.h>
 
@@ -42,16 +45,76 @@ void remove_file(const fs::path& path) {
                     fmt::format("{}: cannot be removed ({}), and is an earlier run's", path.string(), error.message()));
 }
 
-} // namespace
-
-void remove_earlier_run(const fs::path& folder, const std::vector<std::string>& kept) {
-    if (!begins_with(folder / "summary.json", made_by_dermis)) return;
+// Returns the files of an earlier run but for those in `kept`.
+std::vector<fs::path> files_of_run(const fs::path& folder, const std::vector<std::string>& kept) {
     std::vector<fs::path> stale;
+    if (!begins_with(folder / "summary.json", made_by_dermis)) return stale;
     for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
         const std::string name = entry.path().filename().string();
         if (is_ours(name) && !entry.is_directory() && std::find(kept.begin(), kept.end(), name) == kept.end())
             stale.push_back(entry.path());
     }
+    return stale;
+}
+
+// Returns the number of lines of an earlier sweep's runs.csv, the first of which has the columns; 0 where there is
+// none.
+size_t lines_of_sweep(const fs::path& folder) {
+    size_t lines = 0;
+    if (!begins_with(folder / "runs.csv", runs_columns)) return lines;
+    std::ifstream table(folder / "runs.csv");
+    for (std::string line; std::getline(table, line);) ++lines;
+    return lines;
+}
+
+// Tells a file from all others, whatever its path is.
+using Identity = std::pair<dev_t, ino_t>;
+
+std::optional<Identity> identity(const fs::path& path) {
+    struct stat s;
+    if (::stat(path.c_str(), &s) != 0) return {};
+    return Identity{s.st_dev, s.st_ino};
+}
+
+// Finds the path of an input.
+using Inputs = std::map<Identity, std::string>;
+
+// Refuses the first of the files that is an input.
+void need_none(const Inputs& inputs, const std::vector<fs::path>& files) {
+    for (const fs::path& file : files) {
+        const std::optional<Identity> here = identity(file);
+        const auto input = here ? inputs.find(*here) : inputs.end();
+        if (input == inputs.end()) continue;
+        throw Error(
+            Error::Code::bad_input, "",
+            fmt::format("{}: the scene reads this file{}, and a run would remove or replace it; allowed: another "
+                        "--out, or inputs that lie elsewhere",
+                        file.string(), input->second == file ? "" : " as " + input->second));
+    }
+}
+
+} // namespace
+
+void need_inputs_kept(const fs::path& folder, size_t runs, const std::vector<std::string>& written,
+                      const std::vector<std::string>& paths) {
+    Inputs inputs;
+    for (const std::string& path : paths)
+        if (const auto here = identity(path)) inputs.emplace(*here, path);
+    const size_t lines = lines_of_sweep(folder);
+    const auto check = [&](const fs::path& of_run, const std::vector<std::string>& names) {
+        std::vector<fs::path> files = files_of_run(of_run, {});
+        for (const std::string& name : names)
+            for (const char* ending : {"", ".part"}) files.push_back(of_run / (name + ending));
+        need_none(inputs, files);
+    };
+    check(folder, runs ? std::vector<std::string>{"runs.csv"} : written);
+    if (lines) need_none(inputs, {folder / "runs.csv"});
+    for (size_t run = 1; run < std::max(runs + 1, lines); ++run)
+        check(folder / std::to_string(run), run <= runs ? written : std::vector<std::string>());
+}
+
+void remove_earlier_run(const fs::path& folder, const std::vector<std::string>& kept) {
+    std::vector<fs::path> stale = files_of_run(folder, kept);
     // summary.json goes last: until then a run that was stopped here can be finished by the next.
     std::sort(stale.begin(), stale.end(), [](const fs::path& a, const fs::path& b) {
         return (a.filename() == "summary.json") < (b.filename() == "summary.json");
@@ -60,10 +123,7 @@ void remove_earlier_run(const fs::path& folder, const std::vector<std::string>& 
 }
 
 void remove_earlier_sweep(const fs::path& folder, size_t first) {
-    if (!begins_with(folder / "runs.csv", runs_columns)) return;
-    std::ifstream table(folder / "runs.csv");
-    size_t lines = 0;
-    for (std::string line; std::getline(table, line);) ++lines;
+    const size_t lines = lines_of_sweep(folder);
     for (size_t run = first; run < lines; ++run) {
         const fs::path of_run = folder / std::to_string(run);
         if (!begins_with(of_run / "summary.json", made_by_dermis)) continue;
@@ -71,7 +131,7 @@ void remove_earlier_sweep(const fs::path& folder, size_t first) {
         std::error_code not_empty;
         fs::remove(of_run, not_empty);
     }
-    if (first == 1) remove_file(folder / "runs.csv");
+    if (lines && first == 1) remove_file(folder / "runs.csv");
 }
 
 } // namespace dermis::output

@@ -77,7 +77,7 @@ std::string receptors_csv(const Scene& scene) {
     return list;
 }
 
-std::string field_name(const Field& f) { return fmt::format("{}_t{}.npy", name(f.quantity), shortest(f.at)); }
+std::string field_name(Quantity quantity, double at) { return fmt::format("{}_t{}.npy", name(quantity), shortest(at)); }
 
 std::string summary_json(const Scene& s, const Result& r) {
     std::string check = "null";
@@ -146,19 +146,24 @@ void write_npy(const Path& path, const std::vector<double>& map, int width, int 
     write_file(path, content);
 }
 
+std::vector<std::string> result_files(const Scene& scene) {
+    std::vector<std::string> names = {"traces.csv", "impulses.csv", "summary.json"};
+    for (const FieldRequest& f : scene.output.fields)
+        for (Quantity quantity : f.what) names.push_back(field_name(quantity, f.at));
+    if (!scene.sites.empty()) names.insert(names.end(), {"receptors.csv", "responses.npy"});
+    return names;
+}
+
 void write_result(const Path& folder, const Scene& scene, const Result& result) {
     std::error_code error;
     std::filesystem::create_directories(folder, error);
     if (error)
         throw Error(Error::Code::io, "", fmt::format("{}: cannot be created ({})", folder.string(), error.message()));
-    std::vector<std::string> names = {"traces.csv", "impulses.csv", "summary.json"};
-    for (const Field& f : result.fields) names.push_back(field_name(f));
-    if (!scene.sites.empty()) names.insert(names.end(), {"receptors.csv", "responses.npy"});
-    remove_earlier_run(folder, names);
+    remove_earlier_run(folder, result_files(scene));
     write_file(folder / "traces.csv", traces_csv(result));
     write_file(folder / "impulses.csv", impulses_csv(result));
     for (const Field& f : result.fields)
-        write_npy(folder / field_name(f), f.values, scene.grid.width, scene.grid.height);
+        write_npy(folder / field_name(f.quantity, f.at), f.values, scene.grid.width, scene.grid.height);
     if (!scene.sites.empty()) {
         write_file(folder / "receptors.csv", receptors_csv(scene));
         write_npy(folder / "responses.npy", result.responses, int(scene.sites.size()), int(result.time.size()));

@@ -17,6 +17,8 @@ using Path = std::filesystem::path;
 // Each file is written under a temporary name, then renamed. Throws Error::io, naming the file.
 void write_file(const Path&, const std::string& content);
 void write_npy(const Path&, const std::vector<double>& map, int width, int height);
+// The names of the files that write_result writes.
+std::vector<std::string> result_files(const Scene&);
 // Writes traces.csv, impulses.csv, summary.json, the fields, and with sites receptors.csv and responses.npy. What an
 // earlier run left there beside them is removed (see earlier.hpp). scene: as it was run.
 void write_result(const Path& folder, const Scene& scene, const Result&);

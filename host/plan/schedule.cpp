@@ -78,9 +78,10 @@ Schedule make_schedule(const scene::ValidatedScene& validated, const PreparedSki
 PreparedRun prepare_run(const Scene& scene, bool check) { return prepare_run(scene::validate(scene), check); }
 
 PreparedRun prepare_run(const scene::ValidatedScene& validated, bool check) {
-    PreparedRun run{prepare_skin(validated.scene), {}};
-    run.schedule = make_schedule(validated, run.skin, check);
-    return run;
+    // In a braced list whose second member throws, GCC 12 would destroy the first one twice.
+    PreparedSkin skin = prepare_skin(validated.scene);
+    Schedule schedule = make_schedule(validated, skin, check);
+    return {.skin = std::move(skin), .schedule = std::move(schedule)};
 }
 
 Variant variant_of(const PreparedSkin& skin, const Schedule& schedule, Precision precision) {

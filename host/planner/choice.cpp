@@ -132,7 +132,10 @@ Explanation choose(const PreparedSkin& skin, const Schedule& schedule, const Req
     for (size_t i = 0; i < e.candidates.size(); ++i)
         if (i != *taken && e.candidates[i].refused.empty()) e.candidates[i].refused = "dearer than the one taken";
     e.chosen = *taken;
-    if (everything) e.stencil_estimate = stencil_estimate(skin, schedule.pressure, 0).greatest;
+    if (!everything) return e;
+    const plan::StencilEstimate at_rest = stencil_estimate(skin, schedule.pressure, 0);
+    e.stencil_estimate = at_rest.greatest;
+    e.greatest_curvature = at_rest.curvature;
     return e;
 }
 

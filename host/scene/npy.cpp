@@ -33,15 +33,24 @@ bool take_count(std::string_view& text, long long& count) {
     return true;
 }
 
+// Returns how often a header has a key, in quotes of either kind.
+int count_of(std::string_view header, const std::string& key) {
+    int count = 0;
+    for (const char* quote : {"'", "\""}) {
+        const std::string quoted = quote + key + quote;
+        for (size_t at = header.find(quoted); at != header.npos; at = header.find(quoted, at + 1)) ++count;
+    }
+    return count;
+}
+
 // Returns the value of a key in a header, with the delimiters that it begins and ends with; empty where there is none.
 std::string_view value_in(std::string_view header, std::string_view key, char first, char last) {
-    for (size_t at = header.find(key); at != header.npos; at = header.find(key, at + 1)) {
-        std::string_view value = header.substr(at + key.size());
-        skip_spaces(value);
-        const size_t end = value.find(last, 1);
-        if (value.starts_with(first) && end != value.npos) return value.substr(0, end + 1);
-    }
-    return {};
+    const size_t at = header.find(key);
+    if (at == header.npos) return {};
+    std::string_view value = header.substr(at + key.size());
+    skip_spaces(value);
+    const size_t end = value.find(last, 1);
+    return value.starts_with(first) && end != value.npos ? value.substr(0, end + 1) : std::string_view();
 }
 
 } // namespace
@@ -70,6 +79,10 @@ NpyFile::NpyFile(const std::string& path, int width, int height, bool sequence, 
     in_.open(path, std::ios::binary);
     if (!in_) throw error(std::string("cannot be read (") + std::strerror(errno) + ")" + allowed_);
     const std::string header = read_header();
+    for (const char* key : {"descr", "fortran_order", "shape"})
+        if (const int count = count_of(header, key); count > 1)
+            throw error("has the key '" + std::string(key) + "' " + std::to_string(count) + " times in its header" +
+                        allowed_);
     const std::string type(value_in(header, "'descr':", '\'', '\'')), shape(value_in(header, "'shape':", '(', ')'));
     if (type.empty() || shape.empty()) throw error("has a damaged header" + allowed_);
     f8_ = type == "'<f8'";

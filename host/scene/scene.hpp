@@ -37,6 +37,16 @@ std::vector<double> read_npy(const std::string& path, int width, int height, con
 // Reads a list of receptors: lines of type,x,y. Throws Error::bad_input.
 std::vector<Site> read_sites(const std::string& path);
 
+// A scene with the files that it was read from: the scene file, then its maps, frames and list of receptors.
+struct SceneWithFiles {
+    Scene scene;
+    std::vector<std::string> files;
+};
+// Is Scene::from_file, and also returns the files.
+SceneWithFiles read_scene(const std::string& path, const std::vector<std::string>& overrides);
+// Returns the dotted name of every key that a scene file may have, as in "load.radius", but for those in lists.
+std::vector<std::string> known_keys();
+
 // A scene that has passed validate(): every parameter is in range and every default is filled in.
 struct ValidatedScene {
     Scene scene;

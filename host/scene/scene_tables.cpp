@@ -7,7 +7,13 @@
 namespace dermis::scene {
 namespace {
 
-using Folder = std::filesystem::path;
+// The folder that paths in a scene file are relative to, and the files that have been named so far.
+struct Folder {
+    std::filesystem::path path;
+    std::vector<std::string>& files;
+    // Returns the path from the working directory.
+    std::string file(const std::string& name) const { return files.emplace_back((path / name).string()); }
+};
 
 // Reads the key `path` of a table, which is required with the kinds named in `kinds` and refused with any other.
 // Returns the path from the working directory; empty where there is none.
@@ -16,7 +22,7 @@ std::string path_in(Section& table, bool required, const std::string& kinds, con
     if (required != path.has_value())
         refuse(table.parameter("path"), path ? "\"" + *path + "\"" : "(not given)",
                "a .npy file, with " + table.parameter("kind") + " = " + kinds + " and only then");
-    return path ? (folder / *path).string() : "";
+    return path ? folder.file(*path) : "";
 }
 
 void read_grid(Section table, Grid& grid) {
@@ -48,7 +54,7 @@ void read_material(Section table, const Grid& grid, const Folder& folder, Materi
         if (!text.ends_with(".npy"))
             if (const auto plain = plain_number(table.parameter(key), text))
                 refuse(table.parameter(key), "\"" + text + "\"", *plain + "; or a map, \"file.npy\"");
-        map = read_npy((folder / text).string(), grid.width, grid.height, table.parameter(key));
+        map = read_npy(folder.file(text), grid.width, grid.height, table.parameter(key));
     };
     number_or_map("modulus", material.modulus, material.modulus_map);
     number_or_map("viscosity", material.viscosity, material.viscosity_map);
@@ -126,7 +132,7 @@ std::vector<Site> sites_in(Section table, const Grid& grid, const Folder& folder
     std::vector<Site> listed;
     if (const auto path = table.text("path")) {
         table.permit("path", !by_density, "either path, or density and seed");
-        listed = read_sites((folder / *path).string());
+        listed = read_sites(folder.file(*path));
     }
     Density density;
     Section densities = table.section("density");
@@ -157,11 +163,8 @@ void read_output(Section table, Output& output) {
     table.finish();
 }
 
-} // namespace
-
-Scene read_tables(const toml::table& file, const Folder& folder) {
+Scene read_all(Section top, const Folder& folder) {
     Scene scene;
-    Section top(&file, "");
     top.choice("method", scene.method);
     top.choice("model", scene.model);
     top.choice("precision", scene.precision);
@@ -181,6 +184,18 @@ Scene read_tables(const toml::table& file, const Folder& folder) {
     scene.sites = sites_in(sites, scene.grid, folder);
     read_output(output, scene.output);
     return scene;
+}
+
+} // namespace
+
+Scene read_tables(const toml::table& file, const std::filesystem::path& folder, std::vector<std::string>& files) {
+    return read_all(Section(&file, ""), {folder, files});
+}
+
+std::vector<std::string> known_keys() {
+    std::vector<std::string> keys, no_files;
+    read_all(Section(nullptr, "", &keys), {"", no_files}); // the readers ask for every key, whatever a file has
+    return keys;
 }
 
 } // namespace dermis::scene

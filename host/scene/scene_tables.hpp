@@ -9,8 +9,9 @@
 
 namespace dermis::scene {
 
-// Reads a Scene from the tables of a scene file. Paths in the file are relative to `folder`. Checks keys and types;
-// validate() checks ranges and fills the defaults in. Throws Error::bad_input.
-Scene read_tables(const toml::table& file, const std::filesystem::path& folder);
+// Reads a Scene from the tables of a scene file. Paths in the file are relative to `folder`, and each that is read is
+// appended to `files`. Checks keys and types; validate() checks ranges and fills the defaults in. Throws
+// Error::bad_input.
+Scene read_tables(const toml::table& file, const std::filesystem::path& folder, std::vector<std::string>& files);
 
 } // namespace dermis::scene

@@ -5,6 +5,7 @@
 #include "host/scene/names.hpp"
 #include "host/scene/nearest.hpp"
 #include "host/scene/refusal.hpp"
+#include "host/scene/scene.hpp"
 #include "host/scene/units.hpp"
 
 #include <set>
@@ -61,8 +62,10 @@ template <class Enum> Enum choice_in(const toml::node& node, const std::string& 
 // keys have been read, refuses a key that nobody has read.
 class Section {
   public:
-    // table: null where the file has no such table. prefix: dotted name of the table, as in "load.".
-    Section(const toml::table* table, std::string prefix) : table_(table), prefix_(std::move(prefix)) {}
+    // table: null where the file has no such table. prefix: dotted name of the table, as in "load.". known: the list to
+    // which finish() appends the dotted name of every key that was asked for; null: none.
+    Section(const toml::table* table, std::string prefix, std::vector<std::string>* known = nullptr)
+        : table_(table), prefix_(std::move(prefix)), known_(known) {}
 
     // Returns the dotted name of a key, as in "load.radius".
     std::string parameter(const char* key) const { return prefix_ + key; }
@@ -113,10 +116,13 @@ class Section {
         const toml::node* node = find(key);
         tables_.push_back(key);
         if (node && !node->is_table()) refuse(parameter(key), *node, "a table");
-        return Section(node ? node->as_table() : nullptr, parameter(key) + ".");
+        return Section(node ? node->as_table() : nullptr, parameter(key) + ".", known_);
     }
 
     void finish() const {
+        for (const std::string& key : read_)
+            if (known_ && std::find(tables_.begin(), tables_.end(), key) == tables_.end())
+                known_->push_back(prefix_ + key);
         if (!table_) return;
         for (auto&& [key, node] : *table_)
             if (!read_.count(std::string(key.str()))) refuse_unknown(std::string(key.str()), node);
@@ -133,9 +139,13 @@ class Section {
                                            : "the nearest is [" + prefix_ + meant + "]"));
         }
         const std::vector<std::string> keys(read_.begin(), read_.end());
+        std::vector<std::string> tables; // those that have such a key
+        for (const std::string& known : known_keys())
+            if (known == key) tables.push_back("the top of the file");
+            else if (known.ends_with("." + key)) tables.push_back("[" + known.substr(0, known.rfind('.')) + "]");
         throw Error(Error::Code::bad_input, name,
                     name + " = " + text_of(node) + "; no such key here; known: " + listed(keys, ", ") +
-                        suggestion(key, keys));
+                        (tables.empty() ? suggestion(key, keys) : "; " + key + " belongs to " + listed(tables, ", ")));
     }
 
     const toml::node* find(const char* key) {
@@ -146,6 +156,7 @@ class Section {
     const toml::table* table_;
     std::string prefix_;
     std::set<std::string> read_;
+    std::vector<std::string>* known_;
     std::vector<std::string> tables_; // the keys among them that are tables
 };
 

@@ -87,14 +87,13 @@ const Pipeline& Pipelines::get(const Module& source, uint32_t bindings, uint32_t
     return made;
 }
 
-Kernel::Kernel(Pipelines& pipelines, const Module& module, uint32_t bindings, uint32_t constants_bytes,
-               const std::vector<uint32_t>& specialization, uint32_t max_sets)
-    : pipelines_(pipelines), constants_bytes_(constants_bytes),
-      pipeline_(pipelines.get(module, bindings, constants_bytes, specialization)) {
+Kernel::Kernel(Pipelines& pipelines, const Module& module, const KernelOptions& options)
+    : pipelines_(pipelines), constants_bytes_(options.constants_bytes),
+      pipeline_(pipelines.get(module, options.bindings, options.constants_bytes, options.specialization)) {
     const DeviceTable& table = pipelines.device();
-    const VkDescriptorPoolSize size{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, bindings * max_sets};
+    const VkDescriptorPoolSize size{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, options.bindings * options.max_sets};
     VkDescriptorPoolCreateInfo info{VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO};
-    info.maxSets = max_sets;
+    info.maxSets = options.max_sets;
     info.poolSizeCount = 1;
     info.pPoolSizes = &size;
     check(table.calls.vkCreateDescriptorPool(table.device, &info, table.allocator, &pool_), "vkCreateDescriptorPool");

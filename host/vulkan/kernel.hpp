@@ -67,11 +67,17 @@ struct BoundRange {
     BufferRange range;
 };
 
-// A pipeline over storage buffers 0 .. bindings - 1 with its push constants and at most max_sets descriptor sets.
+struct KernelOptions {
+    uint32_t bindings;                    // storage buffers 0 .. bindings - 1
+    uint32_t constants_bytes;             // of the push constants
+    std::vector<uint32_t> specialization; // constant 0, 1 ..
+    uint32_t max_sets;                    // descriptor sets
+};
+
+// A pipeline over storage buffers with its push constants and descriptor sets.
 class Kernel {
   public:
-    Kernel(Pipelines&, const Module&, uint32_t bindings, uint32_t constants_bytes,
-           const std::vector<uint32_t>& specialization, uint32_t max_sets);
+    Kernel(Pipelines&, const Module&, const KernelOptions&);
     ~Kernel();
     Kernel(const Kernel&) = delete;
     Kernel& operator=(const Kernel&) = delete;

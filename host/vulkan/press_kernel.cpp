@@ -8,10 +8,15 @@ static_assert(sizeof(f32::Constants) <= 128, "push constants: every device has 1
 PressKernel::PressKernel(Pipelines& pipelines, const plan::PreparedSkin& skin, const plan::Variant& variant,
                          const plan::PressedBox& pressed, uint32_t max_bindings)
     : variant_(variant), pressed_(pressed), pitch_(skin.pitch),
-      windows_(row_windows(skin, pressed.first_row, pressed.last_row, state_planes(variant),
-                           pipelines.device().limits.maxStorageBufferRange)),
-      kernel_(pipelines, press_module(pipelines.device().rounds), PRESS_BINDINGS, sizeof(f32::Constants),
-              specialization(variant), max_bindings * uint32_t(windows_.size())) {}
+      windows_(row_windows(skin, {.first = pressed.first_row,
+                                  .last = pressed.last_row,
+                                  .planes = state_planes(variant),
+                                  .max_bytes = pipelines.device().limits.maxStorageBufferRange})),
+      kernel_(pipelines, press_module(pipelines.device().rounds),
+              {.bindings = PRESS_BINDINGS,
+               .constants_bytes = sizeof(f32::Constants),
+               .specialization = specialization(variant),
+               .max_sets = max_bindings * uint32_t(windows_.size())}) {}
 
 void PressKernel::bind(size_t binding, const Maps& m) {
     const int planes = state_planes(variant_);

@@ -34,9 +34,11 @@ void Results::allocate(Context& context, const plan::Variant& variant, const Mar
         static_cast<int*>(probe_cells_->data())[i] = p.y * skin_.pitch + p.x;
     }
     Pipelines& pipelines = context.pipelines();
-    reduce_ = std::make_unique<Kernel>(pipelines, reduce_module(pipelines.device().rounds), REDUCE_BINDINGS,
-                                       sizeof(f32::ReduceConstants), std::vector<uint32_t>{},
-                                       maps * uint32_t(windows.size()));
+    reduce_ = std::make_unique<Kernel>(pipelines, reduce_module(pipelines.device().rounds),
+                                       KernelOptions{.bindings = REDUCE_BINDINGS,
+                                                     .constants_bytes = sizeof(f32::ReduceConstants),
+                                                     .specialization = {},
+                                                     .max_sets = maps * uint32_t(windows.size())});
     size_t set = 0;
     for (int map = state0; map < maps; ++map)
         for (const RowWindow& window : windows) {

@@ -43,10 +43,15 @@ SitesKernel::SitesKernel(Pipelines& pipelines, const plan::StreamedSkin& streame
                          uint32_t max_bindings)
     : width_(streamed.skin.width()), pitch_(streamed.skin.pitch),
       needed_(streamed.skin, {streamed.skin.whole()}, cells_of(streamed.skin)),
-      windows_(
-          row_windows(streamed.skin, 0, streamed.skin.height(), 1, pipelines.device().limits.maxStorageBufferRange)),
-      kernel_(pipelines, sites_module(pipelines.device().rounds), SITES_BINDINGS, sizeof(f32::SiteConstants),
-              specialization(streamed.variant()), max_bindings * uint32_t(windows_.size())) {
+      windows_(row_windows(streamed.skin, {.first = 0,
+                                           .last = streamed.skin.height(),
+                                           .planes = 1,
+                                           .max_bytes = pipelines.device().limits.maxStorageBufferRange})),
+      kernel_(pipelines, sites_module(pipelines.device().rounds),
+              {.bindings = SITES_BINDINGS,
+               .constants_bytes = sizeof(f32::SiteConstants),
+               .specialization = specialization(streamed.variant()),
+               .max_sets = max_bindings * uint32_t(windows_.size())}) {
     const std::vector<Site>& sites = streamed.skin.description.sites;
     for (size_t i = 0; i < sites.size(); ++i)
         sites_.push_back(stencil_of(streamed.skin, needed_, sites[i], layout.site[i]));

@@ -34,10 +34,15 @@ class FieldsKernel {
   public:
     FieldsKernel(Pipelines& pipelines, const plan::PreparedSkin& skin, const plan::Variant& variant,
                  const MarchMemory& memory)
-        : windows_(row_windows(skin, 0, skin.height(), state_planes(variant),
-                               pipelines.device().limits.maxStorageBufferRange)),
-          kernel_(pipelines, fields_module(pipelines.device().rounds), FIELDS_BINDINGS, sizeof(f32::Constants),
-                  specialization(variant), 2 * uint32_t(windows_.size())) {
+        : windows_(row_windows(skin, {.first = 0,
+                                      .last = skin.height(),
+                                      .planes = state_planes(variant),
+                                      .max_bytes = pipelines.device().limits.maxStorageBufferRange})),
+          kernel_(pipelines, fields_module(pipelines.device().rounds),
+                  {.bindings = FIELDS_BINDINGS,
+                   .constants_bytes = sizeof(f32::Constants),
+                   .specialization = specialization(variant),
+                   .max_sets = 2 * uint32_t(windows_.size())}) {
         size_t set = 0;
         for (int state : {MarchMemory::state0, MarchMemory::state1})
             for (const RowWindow& window : windows_) {

@@ -47,23 +47,22 @@ std::vector<uint32_t> specialization(const plan::Variant& variant) {
     return constants;
 }
 
-std::vector<RowWindow> row_windows(const plan::PreparedSkin& skin, int begin, int end, int planes,
-                                   VkDeviceSize max_bytes) {
+std::vector<RowWindow> row_windows(const plan::PreparedSkin& skin, const WindowOptions& options) {
     const int height = skin.height();
-    const VkDeviceSize row = VkDeviceSize(skin.pitch) * VkDeviceSize(planes) * sizeof(float);
-    const int most = int(std::min<VkDeviceSize>(max_bytes / row, VkDeviceSize(height)));
-    if (most == height) return {{.base = 0, .end = height, .first = begin, .last = end}};
+    const VkDeviceSize row = VkDeviceSize(skin.pitch) * VkDeviceSize(options.planes) * sizeof(float);
+    const int most = int(std::min<VkDeviceSize>(options.max_bytes / row, VkDeviceSize(height)));
+    if (most == height) return {{.base = 0, .end = height, .first = options.first, .last = options.last}};
     const int step = std::max(most - 2 * f64::reach(skin.stencil) - WINDOW_ROWS, 1);
     std::vector<RowWindow> windows;
-    for (int first = begin; first < end || windows.empty(); first += step) {
-        const RowWindow window = window_around(skin, first, std::min(first + step, end));
+    for (int first = options.first; first < options.last || windows.empty(); first += step) {
+        const RowWindow window = window_around(skin, first, std::min(first + step, options.last));
         if (window.end - window.base > most)
             throw Error(
                 Error::Code::bad_input, "curvature.edges",
                 "a grid of " + std::to_string(skin.width()) + " x " + std::to_string(height) +
                     " is worked on in bands of rows, which do not fit; periodic edges join the first and the last: "
                     "maxStorageBufferRange = " +
-                    std::to_string(max_bytes) + "; allowed: maps up to that, other edges, or device cpu");
+                    std::to_string(options.max_bytes) + "; allowed: maps up to that, other edges, or device cpu");
         windows.push_back(window);
     }
     return windows;

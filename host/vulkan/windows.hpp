@@ -19,9 +19,13 @@ struct RowWindow {
     }
 };
 
-// Divides rows first .. last - 1 into at least one window, none of which binds more than max_bytes of a map with
-// `planes` rows for each row of cells. Throws Error::bad_input where the edges join rows too far apart.
-std::vector<RowWindow> row_windows(const plan::PreparedSkin&, int first, int last, int planes, VkDeviceSize max_bytes);
+struct WindowOptions {
+    int first, last;        // the rows that are computed; `last` is one behind
+    int planes;             // rows of a map for each row of cells
+    VkDeviceSize max_bytes; // of a map in a window
+};
+// Divides the rows into at least one window. Throws Error::bad_input where the edges join rows too far apart.
+std::vector<RowWindow> row_windows(const plan::PreparedSkin&, const WindowOptions&);
 
 // The number of planes of a state (see kernels/layout.h).
 int state_planes(const plan::Variant&);

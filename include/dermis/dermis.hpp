@@ -348,7 +348,8 @@ struct Candidate {
 struct Explanation {
     std::vector<Candidate> candidates; // cheapest first
     size_t chosen = 0;
-    double stencil_estimate = 0; // 1/m: greatest |C5 - C4| at rest; no part of the errors here
+    double stencil_estimate = 0;   // 1/m: greatest |C5 - C4| at rest; no part of the errors here
+    double greatest_curvature = 0; // 1/m: greatest |C| at rest, the scale of the estimate
     double tolerance = 0;
     bool binding = false; // the tolerance is the scene's
 };

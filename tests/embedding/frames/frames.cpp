@@ -37,70 +37,91 @@ struct Totals {
     double seconds = 0; // of all presses, on the device
 };
 
-Totals simulate(int& messages) {
-    const dermis::vulkan::Requirements needs = dermis::vulkan::requirements();
+Wanted wanted_of(const dermis::vulkan::Requirements& needs) {
     Wanted wanted;
     wanted.api_version = std::max(wanted.api_version, needs.api_version);
     wanted.storage_buffers = needs.storage_buffers;
     for (auto& names : {needs.required_if_offered, needs.used_if_enabled})
         wanted.device_extensions.insert(wanted.device_extensions.end(), names.begin(), names.end());
-    Gpu gpu(wanted, messages);
+    return wanted;
+}
 
+Buffer buffer_of(Gpu& gpu, const dermis::vulkan::Memory& m, Place place, VkBufferUsageFlags also = 0) {
+    return gpu.buffer(m.bytes, m.usage | also, place, m.initial);
+}
+
+// Throws unless the device's bits are the CPU's.
+void need_same_bits(Gpu& gpu, dermis::vulkan::SkinProgram& skin, VkCommandBuffer commands) {
+    const Buffer check = buffer_of(gpu, skin.memory().check, Place::host);
+    skin.bind_check(check.info());
+    gpu.begin(commands);
+    if (!skin.record_check(commands)) throw std::runtime_error("record_check");
+    gpu.barrier(commands, scope(skin.last_access()), host_reads);
+    gpu.wait(gpu.submit(commands));
+    if (!skin.check_passed(check.data)) throw std::runtime_error("the device's bits are not the CPU's");
+}
+
+// The memory of the frames in flight.
+struct Memory {
+    Buffer constants, invalid;
+    Simulator::Buffers states, pressures, responses;
+};
+
+Memory memory_of(Gpu& gpu, const dermis::vulkan::MemoryNeeds& needs) {
+    Memory m{.constants = buffer_of(gpu, needs.constants, Place::device),
+             .invalid = buffer_of(gpu, needs.invalid, Place::host)};
+    for (int i = 0; i < in_flight; ++i) {
+        m.states[i] = buffer_of(gpu, needs.state, Place::device);
+        m.pressures[i] = buffer_of(gpu, needs.pressure, Place::device, VK_BUFFER_USAGE_TRANSFER_SRC_BIT);
+        m.responses[i] = buffer_of(gpu, needs.response, Place::device);
+    }
+    return m;
+}
+
+// Presses the CPU's skin with a frame that is done, and counts the answers that differ.
+void compare(int frame, const Simulator& simulator, dermis::Skin& cpu, Totals& totals) {
+    const int slot = frame % in_flight;
+    cpu.press(simulator.pressure(slot), step(frame));
+    const Reading* reading = simulator.readings(slot);
+    for (Quantity q : {Quantity::fa1, Quantity::sa1})
+        for (float answer : cpu.response(q)) {
+            if (std::memcmp(&answer, &reading->response, sizeof answer) != 0 && totals.different++ == 0)
+                std::fprintf(stderr, "frame %d, %s: %a, on the CPU %a\n", frame, dermis::name(q), reading->response,
+                             answer);
+            ++totals.compared;
+            totals.not_zero += answer != 0;
+            totals.spikes += reading++->spikes;
+        }
+}
+
+Totals simulate(int& messages) {
+    Gpu gpu(wanted_of(dermis::vulkan::requirements()), messages);
     const dermis::SkinDescription description = fingertip();
     const dermis::vulkan::Handles handles{gpu.instance(),        gpu.physical(),    gpu.device(),
                                           vkGetInstanceProcAddr, gpu.api_version(), gpu.extensions()};
     dermis::vulkan::SkinProgram skin(handles, description, in_flight);
     const Drained drained(gpu); // before the program goes
     const Scope first = scope(skin.first_access()), last = scope(skin.last_access());
-    const dermis::vulkan::MemoryNeeds& memory = skin.memory();
-    const auto buffer = [&](const dermis::vulkan::Memory& m, Place place, VkBufferUsageFlags also = 0) {
-        return gpu.buffer(m.bytes, m.usage | also, place, m.initial);
-    };
     VkCommandBuffer commands[in_flight];
     for (VkCommandBuffer& c : commands) c = gpu.commands();
+    need_same_bits(gpu, skin, commands[0]);
 
-    const Buffer check = buffer(memory.check, Place::host);
-    skin.bind_check(check.info());
-    gpu.begin(commands[0]);
-    if (!skin.record_check(commands[0])) throw std::runtime_error("record_check");
-    gpu.barrier(commands[0], last, host_reads);
-    gpu.wait(gpu.submit(commands[0]));
-    if (!skin.check_passed(check.data)) throw std::runtime_error("the device's bits are not the CPU's");
-
-    const Buffer constants = buffer(memory.constants, Place::device), invalid = buffer(memory.invalid, Place::host);
-    Simulator::Buffers states, pressures, responses;
-    for (int i = 0; i < in_flight; ++i) {
-        states[i] = buffer(memory.state, Place::device);
-        pressures[i] = buffer(memory.pressure, Place::device, VK_BUFFER_USAGE_TRANSFER_SRC_BIT);
-        responses[i] = buffer(memory.response, Place::device);
-    }
+    const Memory memory = memory_of(gpu, skin.memory());
     dermis::vulkan::Binding bindings[in_flight];
     for (int to = 0; to < in_flight; ++to) {
         const int from = (to + in_flight - 1) % in_flight; // the frame before; at first a skin at rest
-        bindings[to] = skin.bind({constants.info(), states[from].info(), states[to].info(), pressures[from].info(),
-                                  pressures[to].info(), responses[to].info(), invalid.info()});
+        bindings[to] = skin.bind({memory.constants.info(), memory.states[from].info(), memory.states[to].info(),
+                                  memory.pressures[from].info(), memory.pressures[to].info(),
+                                  memory.responses[to].info(), memory.invalid.info()});
     }
     const Patch patch{description.grid.width, description.grid.height, skin.pitch()};
     const auto fa1 = skin.range(Quantity::fa1), sa1 = skin.range(Quantity::sa1);
-    const Simulator simulator(gpu, patch, {int(fa1.first), int(fa1.count), int(sa1.first), int(sa1.count)}, pressures,
-                              responses);
+    const Simulator simulator(gpu, patch, {int(fa1.first), int(fa1.count), int(sa1.first), int(sa1.count)},
+                              memory.pressures, memory.responses);
     const VkQueryPool stamps = gpu.timestamps(2 * in_flight);
 
     Totals totals{.device = gpu.properties().deviceName};
     dermis::Skin cpu(dermis::Device::cpu(1), description);
-    const auto compare = [&](int frame, int slot) {
-        cpu.press(simulator.pressure(slot), step(frame));
-        const Reading* reading = simulator.readings(slot);
-        for (Quantity q : {Quantity::fa1, Quantity::sa1})
-            for (float answer : cpu.response(q)) {
-                if (std::memcmp(&answer, &reading->response, sizeof answer) != 0 && totals.different++ == 0)
-                    std::fprintf(stderr, "frame %d, %s: %a, on the CPU %a\n", frame, dermis::name(q), reading->response,
-                                 answer);
-                ++totals.compared;
-                totals.not_zero += answer != 0;
-                totals.spikes += reading++->spikes;
-            }
-    };
 
     uint64_t done[in_flight]{};
     double now = 0;
@@ -110,7 +131,7 @@ Totals simulate(int& messages) {
         gpu.wait(done[slot]);
         if (n >= in_flight) {
             totals.seconds += gpu.seconds(stamps, stamp);
-            compare(n - in_flight, slot);
+            compare(n - in_flight, simulator, cpu, totals);
         }
         if (n >= frames) continue;
         const VkCommandBuffer c = commands[slot];
@@ -126,7 +147,7 @@ Totals simulate(int& messages) {
         simulator.record_readback(c, slot);
         done[slot] = gpu.submit(c);
     }
-    std::memcpy(&totals.invalid, invalid.data, sizeof totals.invalid);
+    std::memcpy(&totals.invalid, memory.invalid.data, sizeof totals.invalid);
     return totals;
 }
 

@@ -45,7 +45,9 @@ template <class Function> Function function(VkInstance instance, const char* nam
 Gpu::Gpu(const Wanted& wanted, int& messages)
     : messages_(messages), api_version_(std::max(wanted.api_version, VK_API_VERSION_1_2)) {
     try {
-        create(wanted);
+        create_instance();
+        create_device(wanted);
+        create_pools();
     } catch (...) {
         destroy();
         throw;
@@ -54,7 +56,7 @@ Gpu::Gpu(const Wanted& wanted, int& messages)
 
 Gpu::~Gpu() { destroy(); }
 
-void Gpu::create(const Wanted& wanted) {
+void Gpu::create_instance() {
     const VkDebugUtilsMessengerCreateInfoEXT messenger{
         .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT,
         .messageSeverity =
@@ -69,7 +71,8 @@ void Gpu::create(const Wanted& wanted) {
                                              .pEnabledValidationFeatures = &synchronization};
     const VkApplicationInfo application{
         .sType = VK_STRUCTURE_TYPE_APPLICATION_INFO, .pApplicationName = "frames", .apiVersion = api_version_};
-    std::vector<const char*> enabled{VK_EXT_DEBUG_UTILS_EXTENSION_NAME, VK_EXT_VALIDATION_FEATURES_EXTENSION_NAME};
+    const std::vector<const char*> enabled{VK_EXT_DEBUG_UTILS_EXTENSION_NAME,
+                                           VK_EXT_VALIDATION_FEATURES_EXTENSION_NAME};
     extensions_.assign(enabled.begin(), enabled.end());
     const VkInstanceCreateInfo instance{.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO,
                                         .pNext = &validation,
@@ -82,7 +85,9 @@ void Gpu::create(const Wanted& wanted) {
     check(function<PFN_vkCreateDebugUtilsMessengerEXT>(instance_, "vkCreateDebugUtilsMessengerEXT")(
               instance_, &messenger, nullptr, &messenger_),
           "vkCreateDebugUtilsMessengerEXT");
+}
 
+void Gpu::create_device(const Wanted& wanted) {
     uint32_t count = 0;
     check(vkEnumeratePhysicalDevices(instance_, &count, nullptr), "vkEnumeratePhysicalDevices");
     std::vector<VkPhysicalDevice> found(count);
@@ -97,7 +102,7 @@ void Gpu::create(const Wanted& wanted) {
                                         .pQueuePriorities = &priority};
     const VkPhysicalDeviceTimelineSemaphoreFeatures timelines{
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_TIMELINE_SEMAPHORE_FEATURES, .timelineSemaphore = VK_TRUE};
-    enabled = offered(wanted.device_extensions, physical_);
+    const std::vector<const char*> enabled = offered(wanted.device_extensions, physical_);
     extensions_.insert(extensions_.end(), enabled.begin(), enabled.end());
     const VkDeviceCreateInfo device{.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO,
                                     .pNext = &timelines,
@@ -107,7 +112,9 @@ void Gpu::create(const Wanted& wanted) {
                                     .ppEnabledExtensionNames = enabled.data()};
     check(vkCreateDevice(physical_, &device, nullptr, &device_), "vkCreateDevice");
     vkGetDeviceQueue(device_, family_, 0, &queue_);
+}
 
+void Gpu::create_pools() {
     const VkCommandPoolCreateInfo pool{.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO,
                                        .flags = VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT,
                                        .queueFamilyIndex = family_};

@@ -79,7 +79,9 @@ class Gpu {
     }
 
   private:
-    void create(const Wanted&);
+    void create_instance();
+    void create_device(const Wanted&);
+    void create_pools(); // and the timeline
     bool choose(VkPhysicalDevice, const Wanted&);
     void destroy();
 

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: MIT
+// The files of a run and its warnings.
+#include "host/output/warnings.hpp"
+#include "tests/command.hpp"
+#include "tests/support.hpp"
+
+#include <fstream>
+
+using namespace test;
+namespace fs = std::filesystem;
+
+TEST_CASE("a folder used again holds the files of the last run or sweep alone, and those that are not dermis's") {
+    const Folder folder;
+    const std::string scene = folder.write("scene.toml", small);
+    const fs::path out = folder / "out";
+    const auto run = [&](const std::string& arguments) {
+        CHECK(command(folder, "run " + scene + " --device cpu --out " + out.string() + arguments).status == 0);
+        std::string names;
+        std::vector<fs::path> paths(fs::directory_iterator(out), {});
+        std::sort(paths.begin(), paths.end());
+        for (const fs::path& path : paths) names += path.filename().string() + " ";
+        return names;
+    };
+    const std::string plain = "impulses.csv summary.json traces.csv ", none = " --set 'output.fields=[]'";
+    CHECK(run("") == "curvature_t0.05.npy impulses.csv sa1_t0.05.npy summary.json traces.csv ");
+    CHECK(run(none) == plain);
+    std::ofstream(out / "notes.npy") << "mine";
+    std::ofstream(out / "sa1_table.npy") << "mine";
+    CHECK(run(none + " material.modulus=1,2,3") == "1 2 3 notes.npy runs.csv sa1_table.npy ");
+    std::ofstream(out / "3/notes.txt") << "mine";
+    CHECK(run(none + " material.modulus=1,2") == "1 2 3 notes.npy runs.csv sa1_table.npy ");
+    CHECK_FALSE(fs::exists(out / "3/traces.csv"));
+    CHECK(fs::exists(out / "3/notes.txt"));
+    fs::remove_all(out / "3");
+    CHECK(run(none) == "impulses.csv notes.npy sa1_table.npy summary.json traces.csv ");
+    // without a summary of dermis nothing shows whose the files are
+    std::ofstream(out / "summary.json") << "{}";
+    std::ofstream(out / "sa1_t1.npy") << "mine";
+    CHECK(run(none) == "impulses.csv notes.npy sa1_t1.npy sa1_table.npy summary.json traces.csv ");
+}
+
+TEST_CASE("a run that would cost a scene its own input is refused before it removes or writes anything") {
+    const Folder folder;
+    const fs::path out = folder / "out";
+    const std::string to_out = " --device cpu --out " + out.string(),
+                      first = folder.write("first.toml", std::string(small) + "[sites]\npath = \"sites.csv\"\n");
+    folder.write("sites.csv", "type,x,y\nsa1,3,4\n");
+    REQUIRE(command(folder, "run " + first + to_out).status == 0);
+    fs::copy_file(folder / "sites.csv", out / "receptors.csv", fs::copy_options::overwrite_existing);
+    fs::copy_file(out / "sa1_t0.05.npy", out / "height.npy");
+    fs::create_symlink(out / "sa1_t0.05.npy", folder / "link.npy");
+    fs::create_symlink(out, folder / "door");
+    const auto map = [&](const std::string& path) {
+        return "[grid]\nwidth = 20\nheight = 12\n[time]\nduration = 0.1\n[load]\nkind = \"file\"\npath = \"" + path +
+               "\"\n";
+    };
+    const std::string field = map("out/sa1_t0.05.npy"), absolute = map((out / "sa1_t0.05.npy").string()),
+                      again = field + "[output]\nfields = [{ at = 0.05, what = [\"sa1\"] }]\n",
+                      grid = "[grid]\nwidth = 20\nheight = 12\n";
+    const std::string before = slurp(out / "traces.csv");
+    const auto refused = [&](const std::string& scene, const std::string& file, const std::string& set = "") {
+        CAPTURE(scene);
+        const Outcome o = command(folder, "run " + scene + to_out + set);
+        CHECK(o.status == 2);
+        CHECK_MESSAGE(o.err.find("dermis: " + (out / file).string() + ": the scene reads this file") == 0, o.err);
+        CHECK(fs::exists(out / file));
+        CHECK(slurp(out / "traces.csv") == before);
+    };
+    for (const std::string& scene :
+         {field, absolute, again, map("link.npy"), map("./door/../out//sa1_t0.05.npy"), map("door/sa1_t0.05.npy")}) {
+        refused(folder.write("scene.toml", scene), "sa1_t0.05.npy");
+        refused((folder / "scene.toml").string(), "sa1_t0.05.npy", " --set load.intensity=1,2");
+    }
+    const std::string here = "cd " + (folder / "").string() + " &&"; // a relative path as --out
+    const Outcome relative = command(folder, "run scene.toml --device cpu --out ./out", here);
+    CHECK(relative.err.find("sa1_t0.05.npy: the scene reads this file as door/sa1_t0.05.npy") != std::string::npos);
+    refused(folder.write("scene.toml", grid + "[sites]\npath = \"out/receptors.csv\"\n"), "receptors.csv");
+    // a scene that lies in its own folder of results, under the name of one
+    refused(folder.write("out/curvature_t1.npy", grid), "curvature_t1.npy");
+    refused(folder.write("out/runs.csv", grid), "runs.csv", " --set load.intensity=1,2");
+    // a map that only a run of a sweep has, and the folder of another run
+    fs::create_directory(out / "2");
+    refused(folder.write("scene.toml", map("out/height.npy")), "sa1_t0.05.npy",
+            " --set load.path=out/height.npy,out/sa1_t0.05.npy");
+    fs::copy_file(folder / "sites.csv", out / "2/responses.npy");
+    refused(folder.write("scene.toml", grid + "[sites]\npath = \"out/2/responses.npy\"\n"), "2/responses.npy",
+            " --set load.intensity=1,2");
+    // an input that no run touches stays
+    fs::remove(out / "runs.csv");
+    CHECK(command(folder, "run " + folder.write("scene.toml", map("out/height.npy")) + to_out).status == 0);
+    CHECK(fs::exists(out / "height.npy"));
+    CHECK_FALSE(fs::exists(out / "sa1_t0.05.npy"));
+}
+
+TEST_CASE("a warning names the figure and what to do, once") {
+    Scene s;
+    Result r;
+    r.tau_min = r.tau_max = 0.5;
+    const auto only = [&] {
+        const std::vector<std::string> all = output::warnings(s, r);
+        CHECK(all.size() == 1);
+        return all.empty() ? "" : all[0];
+    };
+    CHECK(output::warnings(s, r).empty()); // nothing is known of the skin
+    r.greatest_gain = 1.5;
+    CHECK(only().find("|l*C| reaches 1.5: above 1 responses change sign; ") == 0);
+    r.greatest_gain = 0.5;
+    r.greatest_curvature = 2;
+    r.kinks = 90;
+    r.pressed_cells = 450;
+    CHECK(only().find("the curvature has a kink in 90 of 22500 cells (0.4 %; 450 cells are pressed): ") == 0);
+    r.kinks = 0;
+    r.stencil_estimate = 0.5;
+    CHECK(only().find("the stencil estimate is 25 % of the greatest |C|: take a finer grid") == 0);
+    r.stencil_estimate = 0.1;
+    CHECK(output::warnings(s, r).empty());
+    r.device.name = "some GPU";
+    r.device.exact = false;
+    CHECK(only() == "the bits of some GPU differ from the CPU path's");
+    r.device.exact = true;
+    r.cells_per_ridge = 4;
+    CHECK(only().find("4 cells per ridge") == 0);
+}
+
+TEST_CASE("units that cannot be meant are said in a sentence") {
+    Scene s;
+    s.grid = {2, 1, 1e-4};
+    s.surface.relief = 60e-6;
+    s.material.thickness = 1e-3;
+    s.material.curvature_length = 1e-5;
+    Result r;
+    r.tau_min = r.tau_max = 0.5;
+    const auto warned = [&](const char* part) {
+        const std::vector<std::string> all = output::warnings(s, r);
+        CHECK(all.size() <= 1);
+        return !all.empty() && all[0].find(part) != std::string::npos;
+    };
+    s.surface.kind = Surface::Kind::map;
+    s.surface.map = {0.0, 60e-6};
+    CHECK(warned("surface.relief = 6e-05 multiplies heights that span 6e-05: together 3.6e-09 m"));
+    s.surface.map = {0.0, 1.0};
+    CHECK_FALSE(warned(""));
+    for (double tau : {1.5e-6, 1540.0}) {
+        r.tau_min = r.tau_max = tau;
+        CHECK(warned("the retardation time viscosity/modulus is"));
+    }
+    r.tau_min = 0, r.tau_max = INFINITY; // elastic and viscous cells
+    CHECK_FALSE(warned(""));
+    r.traces.push_back({.quantity = Quantity::strain, .mean = {0.1}, .min = {-1.5}, .max = {0.5}, .probes = {}});
+    CHECK(warned("the indentation reaches 0.0015 m, beyond material.thickness = 0.001 m"));
+    s.grid.spacing = {}; // without units there is nothing to compare with
+    r.tau_min = r.tau_max = 1e-9;
+    CHECK_FALSE(warned(""));
+    s.load.kind = Load::Kind::sequence;
+    s.load.interval = 1000;
+    CHECK(warned("load.interval = 1000 is in seconds from frame to frame, so that a run of 10 s ends before the second "
+                 "frame; with 1000 frames a second it is 0.001"));
+    s.time.duration = 36000;
+    CHECK(warned("a run of 36000 s has 37"));
+    s.load.interval = 0.001;
+    CHECK_FALSE(warned(""));
+}
