@@ -77,6 +77,11 @@ void explain_run(const Arguments& a, const std::vector<std::string>& overrides, 
                scene.grid.height, e.candidates[e.chosen].steps, name(scene.method), e.tolerance,
                e.binding ? "" : " (default: of what is chosen freely)");
     fmt::print("   stencil estimate |C5 - C4| = {:.3g}, apart from the errors below\n", e.stencil_estimate);
+    if (e.common_time)
+        fmt::print(
+            "   materials differ, but all have tau = {:.6g} s: the strain is pressure over {}, times one function of "
+            "time\n",
+            *e.common_time, std::isfinite(*e.common_time) ? "modulus" : "viscosity");
     for (size_t i = 0; i < e.candidates.size(); ++i) {
         const Candidate& c = e.candidates[i];
         fmt::print("{} {} in {} on {}\n", i == e.chosen ? "->" : "  ", name(c.model), name(c.precision), c.device);

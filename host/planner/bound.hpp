@@ -17,8 +17,8 @@ struct Peaks {
 Peaks measured_peaks(const plan::PreparedSkin&, const plan::Schedule&);
 
 // Bounds of |X - X_exact|: rounding by a running analysis of one cell of each material under the load, the curvature's
-// share by the stencil's weights, a baseline's truncation as its distance from the exact method. flushed: magnitudes
-// below 2^-64 are stored as 0.
+// share by the stencil's weights, a baseline's truncation as its distance from the exact method. A run of
+// plan::as_uniform is bounded against the skin that it stands for. flushed: magnitudes below 2^-64 are stored as 0.
 struct Bounds {
     Errors error;    // of |X - X_exact|
     Errors greatest; // of |X_exact|

@@ -75,17 +75,25 @@ class ErrorBounds {
     ErrorBounds(const PreparedSkin& skin, const Schedule& schedule) : skin_(skin), schedule_(schedule) {}
 
     double of(const Candidate& c) {
-        const bool flushed = c.model == Model::sites || c.model == Model::march;
+        const bool separable = c.model != Model::march && why_not_separable(skin_, schedule_).empty();
+        const bool flushed = !separable; // by the kernels
         if (!peaks_) peaks_ = measured_peaks(skin_, schedule_);
-        const bool whole = !schedule_.output.traces.empty() || !schedule_.output.fields.empty();
-        const Bounds none{}, cells = whole ? bounds_of_cells(skin_, schedule_, c.precision, flushed) : none;
-        return worst_asked(skin_, schedule_, cells, bounds_of_sites(skin_, schedule_, c.precision, flushed), *peaks_);
+        if (!separable || skin_.uniform()) return worst(skin_, schedule_, c.precision, flushed);
+        if (!uniform_) uniform_ = plan::as_uniform({skin_, schedule_});
+        return worst(uniform_->skin, uniform_->schedule, c.precision, flushed);
     }
 
   private:
+    double worst(const PreparedSkin& skin, const Schedule& schedule, Precision precision, bool flushed) const {
+        const bool whole = !schedule.output.traces.empty() || !schedule.output.fields.empty();
+        const Bounds none{}, cells = whole ? bounds_of_cells(skin, schedule, precision, flushed) : none;
+        return worst_asked(skin, schedule, cells, bounds_of_sites(skin, schedule, precision, flushed), *peaks_);
+    }
+
     const PreparedSkin& skin_;
     const Schedule& schedule_;
     std::optional<Peaks> peaks_;
+    std::optional<plan::PreparedRun> uniform_; // of the same strain, where materials have one retardation time
 };
 
 } // namespace
@@ -132,7 +140,10 @@ Explanation choose(const PreparedSkin& skin, const Schedule& schedule, const Req
     for (size_t i = 0; i < e.candidates.size(); ++i)
         if (i != *taken && e.candidates[i].refused.empty()) e.candidates[i].refused = "dearer than the one taken";
     e.chosen = *taken;
-    if (everything) e.stencil_estimate = stencil_estimate(skin, schedule.pressure, 0).greatest;
+    if (!everything) return e;
+    e.stencil_estimate = stencil_estimate(skin, schedule.pressure, 0).greatest;
+    if (skin.common && why_not_separable(skin, schedule).empty())
+        e.common_time = skin.common->element.viscosity / skin.common->element.modulus;
     return e;
 }
 
