@@ -47,8 +47,8 @@ class ElementNumbers {
     std::vector<int> slots_; // 2^size_bits_ of them after the first element; -1: free
 };
 
-// Retardation times count as one within the rounding of maps in double, where one map is a multiple of the other.
-constexpr double same_time = 8 * 0x1p-52;
+// Retardation times count as one within the rounding of maps in float, where one map is a multiple of the other.
+constexpr double same_time = 0x1p-21;
 
 std::optional<CommonElement> common_element(const std::vector<Element>& materials) {
     const auto all = [&](auto holds) { return std::all_of(materials.begin(), materials.end(), holds); };

@@ -24,6 +24,8 @@ struct PressedBox {
 struct CommonElement {
     Element element;   // modulus 1, or modulus 0 and viscosity 1
     Element low, high; // the same with the least and the greatest retardation time, which only rounding sets apart
+    // Whether the maps were rounded in float, so that not only rounding in double sets the strain apart.
+    bool rough() const { return high.viscosity - low.viscosity > 0x1p-48 * high.viscosity; }
 };
 
 struct PreparedSkin {

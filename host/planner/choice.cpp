@@ -112,7 +112,8 @@ Explanation choose(const PreparedSkin& skin, const Schedule& schedule, const Req
         if (!c.refused.empty()) continue;
         c.refused = ruled_out(c, r, backends);
         const bool possible = c.refused.empty();
-        const bool free = c.model == Model::march && !r.precision, binds = e.binding || free;
+        const bool rough = c.model == Model::march || (skin.common && skin.common->rough());
+        const bool free = rough && !r.precision && (c.model == Model::march || !r.model), binds = e.binding || free;
         // No bound is needed for a candidate that is the only one, or whose only error is rounding in double.
         const bool forced = r.model || r.precision || r.baseline;
         if (everything || (possible && !taken && (binds || forced))) c.error = bounds.of(c);
