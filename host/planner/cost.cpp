@@ -17,7 +17,7 @@ void cost_quotient(Candidate& c, const PreparedSkin& skin) {
     const double cells = double(skin.cells());
     c.traffic += 32 * cells;
     c.flops += cells;
-    c.bytes += 8 * cells;
+    c.bytes += 12 * cells + 24 * double(skin.materials.size()); // with each cell's number, and the table of elements
     c.seconds += 4e-9 * cells;
 }
 
