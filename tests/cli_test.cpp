@@ -316,6 +316,15 @@ TEST_CASE("plan says what a run would take, and why not the rest") {
          {"-> maps in f64 on cpu", "error at most", "not taken: fields are asked for", "not taken: there are no sites",
           "march in f32-compensated", "% of the greatest |C| at rest, apart from"})
         CHECK_MESSAGE(o.out.find(says) != std::string::npos, o.out);
+    folder.write("modulus.npy",
+                 npy_header("<f8", "(1, 2)") + std::string("\0\0\0\0\0\0\xf0\x3f\0\0\0\0\0\0\0\x40", 16)); // 1, 2
+    const std::string spring =
+        folder.write("spring.toml", "[grid]\nwidth = 2\nheight = 1\n[material]\nmodulus = \"modulus.npy\"\n"
+                                    "viscosity = 0\n[output]\ntraces = [\"sa1\"]\n");
+    const Outcome same = command(folder, "plan " + spring + " --device cpu");
+    for (const char* says :
+         {"-> moments in f64 on cpu", "materials differ, but all have tau = 0 s: the strain is pressure over modulus"})
+        CHECK_MESSAGE(same.out.find(says) != std::string::npos, same.out);
     const Outcome no = command(folder, "plan " + scene + " --device cpu --precision f32 --set tolerance=1e-9");
     CHECK(no.status == 2);
     CHECK(no.err.find("attainable here") != std::string::npos);

@@ -47,6 +47,23 @@ void check_agree(const Result& a, const Result& b, double tolerance) {
     }
 }
 
+const std::vector<Quantity> all_quantities = {Quantity::strain,     Quantity::sa1, Quantity::sa2,
+                                              Quantity::fa1,        Quantity::fa2, Quantity::curvature,
+                                              Quantity::deformation};
+
+// Gives every cell a stiffness of its own, within `decades` powers of ten, by which modulus and viscosity are
+// multiplied.
+void vary(Material& m, const Grid& grid, double decades) {
+    std::vector<double> modulus, viscosity;
+    for (int i = 0; i < grid.width * grid.height; ++i) {
+        const double stiffness = std::pow(10, decades * std::sin(0.7 * i * (1 + i % 3)));
+        modulus.push_back(m.modulus * stiffness);
+        viscosity.push_back(m.viscosity * stiffness);
+    }
+    m.modulus_map = modulus;
+    m.viscosity_map = viscosity;
+}
+
 } // namespace
 
 TEST_CASE("without extremes: the same means and probes, by every model, and no least and greatest") {
@@ -78,8 +95,6 @@ TEST_CASE("without extremes: the same means and probes, by every model, and no l
 TEST_CASE("moments, maps and march agree to 1e-12 under every method, envelope, stencil, edge and receptor") {
     std::mt19937 random(11);
     std::uniform_real_distribution<double> number(-1, 1);
-    const std::vector<Quantity> all = {Quantity::strain, Quantity::sa1,       Quantity::sa2,        Quantity::fa1,
-                                       Quantity::fa2,    Quantity::curvature, Quantity::deformation};
     for (int i = 0; i < 120; ++i) {
         CAPTURE(i);
         Scene s = small_scene(3 + int(random() % 90), 2 + int(random() % 40));
@@ -110,10 +125,91 @@ TEST_CASE("moments, maps and march agree to 1e-12 under every method, envelope, 
         s.time.duration = 0.5;
         const Result march = under(s, Model::march);
         check_agree(under(s, Model::moments), march, 1e-12);
-        s.output.fields = {{0.3, all}, {0, all}};
-        if (s.method == Method::exact) s.output.fields.push_back({0.123, all});
+        s.output.fields = {{0.3, all_quantities}, {0, all_quantities}};
+        if (s.method == Method::exact) s.output.fields.push_back({0.123, all_quantities});
         check_agree(under(s, Model::maps), under(s, Model::march), 1e-12);
     }
+}
+
+TEST_CASE("moments, maps, sites and march agree to 1e-12 where materials differ but for their retardation time") {
+    std::mt19937 random(12);
+    std::uniform_real_distribution<double> number(-1, 1);
+    for (int i = 0; i < 80; ++i) {
+        CAPTURE(i);
+        Scene s = small_scene(3 + int(random() % 70), 2 + int(random() % 30));
+        s.method = Method(i % 7); // the published one knows no maps
+        s.allow_unstable = true;
+        s.surface.kind = Surface::Kind(random() % 3);
+        s.load.kind = Load::Kind(random() % 3);
+        s.material.modulus = std::pow(10, number(random));
+        s.material.viscosity = std::pow(10, number(random));
+        s.stencil = Stencil(random() % 3);
+        s.edges = Edges(random() % 2);
+        s.receptors.fa2 = Fa2(random() % 2);
+        if (s.method == Method::exact && random() % 2) s.receptors.sa2_adaptation = 0.3;
+        const int kind = int(random() % 4);
+        if (kind == 0) s.material.modulus = 0; // dashpots
+        if (kind == 1 && s.method == Method::exact)
+            s.material.viscosity = 0, s.receptors.fa2 = Fa2::step_mean; // springs
+        vary(s.material, s.grid, 1.5);
+        Envelope& e = s.load.envelope;
+        e.kind = Envelope::Kind(random() % 5);
+        if (e.kind == Envelope::Kind::table) e.times = {0.03, 0.21, 0.21}, e.values = {1, -0.5, 2};
+        else e.start = e.kind == Envelope::Kind::sine ? 0 : 0.1;
+        e.length = 0.07;
+        e.period = 0.17;
+        e.frequency = 3.7; // no whole periods, after which a dashpot's strain is rounding alone
+        e.phase = 0.4;
+        const Result march = under(s, Model::march);
+        const Result moments = under(s, Model::moments);
+        check_agree(moments, march, 1e-12);
+        CHECK(moments.pressed_cells == march.pressed_cells);
+        CHECK(moments.greatest_curvature == doctest::Approx(march.greatest_curvature).epsilon(1e-12));
+        if (kind == 0) CHECK(moments.tau_max == HUGE_VAL);
+        else CHECK(moments.tau_max == doctest::Approx(march.tau_max).epsilon(1e-12));
+        s.output.fields = {{0.3, all_quantities}, {0, all_quantities}};
+        if (s.method == Method::exact && s.material.viscosity > 0) s.output.fields.push_back({0.123, all_quantities});
+        check_agree(under(s, Model::maps), under(s, Model::march), 1e-12);
+        s.output = {{}, {}, {}, true};
+        for (Quantity q : all_responses) s.sites.push_back({q, {int(random() % 3), int(random() % 2)}});
+        CHECK(difference(under(s, Model::sites).responses, under(s, Model::march).responses) < 1e-12);
+    }
+}
+
+TEST_CASE(
+    "materials that differ are served without a march where they have one retardation time, and `explain` says so") {
+    Scene s = small_scene(8, 8);
+    s.material = {0.7, 0.21, {}, {}, {}, {}};
+    const auto taken = [&] { return run(s, Device::cpu()).model; };
+    const auto time = [&] { return explain(s, Device::cpu()).common_time; };
+    CHECK_FALSE(time()); // a uniform skin needs no saying
+    vary(s.material, s.grid, 1.5);
+    CHECK(int(taken()) == int(Model::moments));
+    REQUIRE(time());
+    CHECK(*time() == doctest::Approx(0.3));
+    s.receptors.fa2_gains = {1, 0};
+    CHECK(int(taken()) == int(Model::march));
+    CHECK_FALSE(time());
+    s.receptors.fa2_gains = {1, -1};
+    const Map viscosity = s.material.viscosity_map;
+    for (double factor : {1 + 1e-6, 0.5, 0.0}) { // one cell alone
+        CAPTURE(factor);
+        s.material.viscosity_map = viscosity;
+        s.material.viscosity_map.edit()[5] *= factor;
+        s.receptors.fa2 = factor > 0 ? Fa2::point : Fa2::step_mean;
+        CHECK(int(taken()) == int(Model::march));
+        CHECK_FALSE(time());
+    }
+    s.material.viscosity_map = {};
+    s.material.viscosity = 0;
+    CHECK(int(taken()) == int(Model::moments));
+    CHECK(time() == 0);
+    s.material = {0, 1, {}, {}, {}, viscosity};
+    CHECK(int(taken()) == int(Model::moments));
+    CHECK(time() == HUGE_VAL);
+    s.material.viscosity_map = std::vector<double>(64, 2); // a map, and yet uniform
+    CHECK(int(taken()) == int(Model::moments));
+    CHECK_FALSE(time());
 }
 
 TEST_CASE("the hull finds the extremes of a million cells, whatever lies on it") {

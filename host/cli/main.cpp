@@ -109,6 +109,11 @@ void explain_run(const Arguments& a, const std::vector<std::string>& overrides, 
                e.binding ? "" : " (default: of what is chosen freely)");
     fmt::print("   {} at rest, apart from the errors below\n",
                shown_estimate(e.stencil_estimate, e.greatest_curvature));
+    if (e.common_time)
+        fmt::print(
+            "   materials differ, but all have tau = {:.6g} s: the strain is pressure over {}, times one function of "
+            "time\n",
+            *e.common_time, std::isfinite(*e.common_time) ? "modulus" : "viscosity");
     for (size_t i = 0; i < e.candidates.size(); ++i) {
         const Candidate& c = e.candidates[i];
         fmt::print("{} {} in {} on {}\n", i == e.chosen ? "->" : "  ", name(c.model), name(c.precision), c.device);

@@ -93,9 +93,28 @@ Variant variant_of(const PreparedSkin& skin, const Schedule& schedule, Precision
             .wanted = schedule.wanted};
 }
 
+PreparedRun as_uniform(PreparedRun run) {
+    PreparedSkin& skin = run.skin;
+    if (skin.uniform() || !skin.common) return run;
+    Material& m = skin.description.material;
+    Map pressure = std::vector<double>(skin.cells());
+    double* quotient = pressure.edit().data();
+    for (size_t i = 0; i < skin.cells(); ++i) {
+        const double modulus = scene::modulus_at(m, i);
+        quotient[i] = run.schedule.pressure[i] / (modulus > 0 ? modulus : scene::viscosity_at(m, i));
+    }
+    run.schedule.pressure = pressure;
+    m.modulus = skin.common->element.modulus;
+    m.viscosity = skin.common->element.viscosity;
+    m.modulus_map = m.viscosity_map = {};
+    skin.materials = {skin.common->element};
+    skin.material_of.clear();
+    return run;
+}
+
 std::string why_not_separable(const PreparedSkin& skin, const Schedule& schedule) {
     const auto& gains = skin.description.receptors.fa2_gains;
-    if (skin.materials.size() > 1) return "the material is not uniform";
+    if (!skin.uniform() && !skin.common) return "the material is not uniform, and its retardation times differ";
     if (schedule.framed) return "the load is not one map times an envelope";
     if (gains[0] != -gains[1]) return "receptors.fa2_gains make FA2 depend on its sign";
     return "";

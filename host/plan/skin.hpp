@@ -19,6 +19,15 @@ struct PressedBox {
     int last_column(int width) const { return std::min(last_tile * TILE_CELLS, width); }
 };
 
+// The element of which every cell's is a multiple, its stiffness, in a skin whose cells have one retardation time. So
+// their strain is the strain of this element under the pressure over the stiffness.
+struct CommonElement {
+    Element element;   // modulus 1, or modulus 0 and viscosity 1
+    Element low, high; // the same with the least and the greatest retardation time, which only rounding sets apart
+    // Whether the maps were rounded in float, so that not only rounding in double sets the strain apart.
+    bool rough() const { return high.viscosity - low.viscosity > 0x1p-48 * high.viscosity; }
+};
+
 struct PreparedSkin {
     SkinDescription description;    // validated, every default filled in
     Map heights;                    // width*height: the surface is S = relief*heights
@@ -28,6 +37,7 @@ struct PreparedSkin {
     f64::Constants constants{};     // the members that do not change from step to step
     std::vector<Element> materials; // each once, in the order of its first cell
     std::vector<int> material_of;   // index into materials of each cell, pitch*height; empty if there is one material
+    std::optional<CommonElement> common; // none if there is one material, or if retardation times differ
     ResponseRule rule{};
 
     int width() const { return constants.width; }

@@ -12,8 +12,8 @@ struct Units {
     double b, i0 = 3.5, i1 = 4.5, leak = 4, v0, a0, a2 = 2, changes = 8;
     Units(const f64::Coefficients& k, double z)
         : b(z > 1 ? 2.5 : 3), v0(2 + 2 * z), a0(k.a2 == 0 ? 5 + 2 * z
-                                              : z > 1   ? 3
-                                                        : 7) {}
+                                                : z > 1   ? 3
+                                                          : 7) {}
 };
 
 } // namespace

@@ -235,6 +235,11 @@ class Analysis {
             peak_.push_back(m.around);
             share_.push_back(m.around > 0 ? m.peak / m.around : 0);
         }
+        if (!skin.uniform() || !skin.common) return;
+        materials_ = {skin.common->low, skin.common->high};
+        arithmetic_.push_back(arithmetic_[0]);
+        peak_.push_back(peak_[0]);
+        share_.push_back(share_[0]);
     }
 
     Bounds run() {
@@ -276,8 +281,13 @@ class Analysis {
         cell.d_acceleration += rate * (skin_.rule.step_mean ? 1 / schedule_.time.step : m.modulus / m.viscosity);
     }
 
-    // Distance of the method from the exact one, per unit of pressure; 0 for the exact method itself.
-    double truncation(size_t i, int q) const { return std::abs(now_[i].value(q) - exact_[i].value(q)); }
+    // Distance of the method from the exact one, per unit of pressure; 0 for the exact method itself. A common element
+    // adds what its retardation times differ by and the rounding of pressure over stiffness.
+    double truncation(size_t i, int q) const {
+        const double method = std::abs(now_[i].value(q) - exact_[i].value(q));
+        if (!skin_.uniform() || !skin_.common) return method;
+        return method + std::abs(now_[0].value(q) - now_[1].value(q)) + 0x1p-53 * std::abs(now_[i].value(q));
+    }
 
     // Takes the errors at the end of a step that is read.
     void widen() {
@@ -343,8 +353,7 @@ void solve(const PreparedSkin& skin, const Schedule& schedule, const std::vector
 
 } // namespace
 
-Arithmetic arithmetic_of(Model model, Precision precision, bool uniform) {
-    const bool separable = model != Model::march && uniform;
+Arithmetic arithmetic_of(Precision precision, bool separable) {
     const double least = precision == Precision::f64 ? f64::least_stored() : double(f32::least_stored());
     return {.single = precision != Precision::f64,
             .compensated = separable || precision == Precision::f32_compensated,

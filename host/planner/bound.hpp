@@ -9,13 +9,13 @@ namespace dermis::planner {
 
 using Errors = std::array<double, REDUCED_MAPS>; // of strain, SA1, SA2, FA1, FA2; FA2 before its gains
 
-// How a model computes.
+// How a run computes.
 struct Arithmetic {
     bool single, compensated;
     bool separable; // one cell under unit pressure is stepped for all
     double stored;  // the least magnitude that is stored; a smaller one is 0
 };
-Arithmetic arithmetic_of(Model, Precision, bool uniform);
+Arithmetic arithmetic_of(Precision, bool separable);
 
 // Lower bounds of the largest |X_exact|, from the exact solution in some cells.
 struct Peaks {
@@ -25,7 +25,8 @@ struct Peaks {
 Peaks measured_peaks(const plan::PreparedSkin&, const plan::Schedule&);
 
 // Bounds of |X - X_exact|: rounding by a running analysis of one cell of each material under the load, the curvature's
-// share by the stencil's weights, a baseline's truncation as its distance from the exact method.
+// share by the stencil's weights, a baseline's truncation as its distance from the exact method. A run of
+// plan::as_uniform is bounded against the skin that it stands for.
 struct Bounds {
     Errors error;    // of |X - X_exact|
     Errors greatest; // of |X_exact|

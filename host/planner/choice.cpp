@@ -75,17 +75,25 @@ class ErrorBounds {
     ErrorBounds(const PreparedSkin& skin, const Schedule& schedule) : skin_(skin), schedule_(schedule) {}
 
     double of(const Candidate& c) {
+        const bool separable = c.model != Model::march && why_not_separable(skin_, schedule_).empty();
+        const Arithmetic kind = arithmetic_of(c.precision, separable);
         if (!peaks_) peaks_ = measured_peaks(skin_, schedule_);
-        const Arithmetic kind = arithmetic_of(c.model, c.precision, skin_.uniform() && !schedule_.framed);
-        const bool whole = !schedule_.output.traces.empty() || !schedule_.output.fields.empty();
-        const Bounds none{}, cells = whole ? bounds_of_cells(skin_, schedule_, kind) : none;
-        return worst_asked(skin_, schedule_, cells, bounds_of_sites(skin_, schedule_, kind), *peaks_, kind.stored);
+        if (!separable || skin_.uniform()) return worst(skin_, schedule_, kind);
+        if (!uniform_) uniform_ = plan::as_uniform({skin_, schedule_});
+        return worst(uniform_->skin, uniform_->schedule, kind);
     }
 
   private:
+    double worst(const PreparedSkin& skin, const Schedule& schedule, const Arithmetic& kind) const {
+        const bool whole = !schedule.output.traces.empty() || !schedule.output.fields.empty();
+        const Bounds none{}, cells = whole ? bounds_of_cells(skin, schedule, kind) : none;
+        return worst_asked(skin, schedule, cells, bounds_of_sites(skin, schedule, kind), *peaks_, kind.stored);
+    }
+
     const PreparedSkin& skin_;
     const Schedule& schedule_;
     std::optional<Peaks> peaks_;
+    std::optional<plan::PreparedRun> uniform_; // of the same strain, where materials have one retardation time
 };
 
 } // namespace
@@ -104,7 +112,8 @@ Explanation choose(const PreparedSkin& skin, const Schedule& schedule, const Req
         if (!c.refused.empty()) continue;
         c.refused = ruled_out(c, r, backends);
         const bool possible = c.refused.empty();
-        const bool free = c.model == Model::march && !r.precision, binds = e.binding || free;
+        const bool rough = c.model == Model::march || (skin.common && skin.common->rough());
+        const bool free = rough && !r.precision && (c.model == Model::march || !r.model), binds = e.binding || free;
         // No bound is needed for a candidate that is the only one, or whose only error is rounding in double.
         const bool forced = r.model || r.precision || r.baseline;
         if (everything || (possible && !taken && (binds || forced))) c.error = bounds.of(c);
@@ -136,6 +145,8 @@ Explanation choose(const PreparedSkin& skin, const Schedule& schedule, const Req
     const plan::StencilEstimate at_rest = stencil_estimate(skin, schedule.pressure, 0);
     e.stencil_estimate = at_rest.greatest;
     e.greatest_curvature = at_rest.curvature;
+    if (skin.common && why_not_separable(skin, schedule).empty())
+        e.common_time = skin.common->element.viscosity / skin.common->element.modulus;
     return e;
 }
 

@@ -11,6 +11,16 @@ namespace {
 using plan::PreparedSkin;
 using plan::Schedule;
 
+// Adds the map of pressure over stiffness.
+void cost_quotient(Candidate& c, const PreparedSkin& skin) {
+    if (skin.uniform()) return;
+    const double cells = double(skin.cells());
+    c.traffic += 32 * cells;
+    c.flops += cells;
+    c.bytes += 12 * cells + 24 * double(skin.materials.size()); // with each cell's number, and the table of elements
+    c.seconds += 4e-9 * cells;
+}
+
 void cost_moments(Candidate& c, const PreparedSkin& skin, const Schedule& schedule) {
     const double cells = double(skin.cells()), steps = double(c.steps);
     const double fields = double(schedule.output.fields.size()), points = double(schedule.points.size());
@@ -18,6 +28,7 @@ void cost_moments(Candidate& c, const PreparedSkin& skin, const Schedule& schedu
     c.flops = cells * (40 + 6 * fields) + steps * (250 + 10 * points);
     c.bytes = cells * (16 + 8 * fields);
     c.seconds = cells * (1.5e-8 + 4e-9 * fields) + steps * (2e-7 + 2e-9 * points);
+    cost_quotient(c, skin);
 }
 
 void cost_sites(Candidate& c, const PreparedSkin& skin, const Schedule& schedule, const plan::Capabilities& cpu) {
@@ -26,8 +37,9 @@ void cost_sites(Candidate& c, const PreparedSkin& skin, const Schedule& schedule
     c.traffic = needed * steps * 48;
     c.flops = needed * steps * 20 + points * steps * 40;
     c.bytes = cells * 16 + needed * 64 + points * 300;
-    c.seconds = why_not_separable(skin, schedule).empty() ? points * (3e-7 + steps * 1e-8)
-                                                          : steps * (needed * 4e-9 + points * 10e-9) / cpu.threads;
+    const bool separable = why_not_separable(skin, schedule).empty();
+    c.seconds = separable ? points * (3e-7 + steps * 1e-8) : steps * (needed * 4e-9 + points * 10e-9) / cpu.threads;
+    if (separable) cost_quotient(c, skin);
 }
 
 double precision_factor(Precision precision) {

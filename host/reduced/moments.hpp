@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
-// The models `moments` and `maps`, for a uniform material under a map p times an envelope. With strain g, its integral
-// G and its derivatives g', g'' of one cell under unit pressure, a = p*(1 + l*L(S)) and b = p*l*h*L(p),
+// The models `moments` and `maps`, for a uniform material under a map p times an envelope. A material of one
+// retardation time comes here as a uniform one, p being the pressure over each cell's stiffness (plan::as_uniform).
+// With strain g, its integral G and its derivatives g', g'' of one cell under unit pressure, a = p*(1 + l*L(S)) and b =
+// p*l*h*L(p),
 //     SA1 = g*(a - g*b)   SA2 = G*(a - g*b)   FA1 = g'*(a - g*b)   FA2 = g''*(a - g*b)
 // so that means need only <p>, <a>, <b>, extremes the convex hull of the points (b, a), and a field one pass. All is in
 // double.

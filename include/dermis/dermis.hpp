@@ -56,7 +56,7 @@ enum class Method { exact, euler, rk2, rk4, backward_euler, crank_nicolson, sdir
 DERMIS_API const char* name(Method) noexcept;
 
 // The models by which a result is computed. Any two that can serve a scene agree on it.
-//   moments   all means, extremes and probes from three means and a hull   exact for a uniform material under map x
+//   moments   all means, extremes and probes from three means and a hull   exact for one retardation time under map x
 //   maps      the same, and fields in one pass each                        envelope, and linear fa2_gains; in double
 //   sites     receptors with their stencil's cells alone, no traces        any material and load; in double
 //   march     every cell, from output to output                            any
@@ -350,6 +350,9 @@ struct Explanation {
     size_t chosen = 0;
     double stencil_estimate = 0;   // 1/m: greatest |C5 - C4| at rest; no part of the errors here
     double greatest_curvature = 0; // 1/m: greatest |C| at rest, the scale of the estimate
+    // s: the retardation time of all cells where their materials differ and yet the strain is one map times a function
+    // of time; infinite if the modulus is 0.
+    std::optional<double> common_time;
     double tolerance = 0;
     bool binding = false; // the tolerance is the scene's
 };

@@ -234,12 +234,14 @@ void Family::take_receptors(Scene& s) {
     else if (one_in(4)) r.fa2_gains = {1, double(below(2))};
 }
 
-// Classes of three, or each cell its own.
+// Classes of three, or each cell its own; in a third of the scenes with one retardation time, but for odd cells, and in
+// half of these as maps in float have it.
 void Family::take_material_maps(Scene& s) {
     const double E = s.material.modulus, eta = s.material.viscosity, spread = real(0, 1.5), share = real(0, 1);
     const bool classes = kind_ != std::string_view("many") && one_in(2);
     const bool elastic = E > 0 && s.receptors.fa2 == Fa2::step_mean && one_in(10), creeping = eta > 0 && one_in(10);
     const int kinds = 2 + below(30);
+    const double slope = kinds % 3 == 0 ? 1 : -share; // of viscosity over modulus, in logarithms
     std::vector<double> rank;
     for (int i = 0; i < kinds; ++i) rank.push_back(real(-1, 1));
     for (size_t i = 0; i < cells_of(s); ++i) {
@@ -247,8 +249,10 @@ void Family::take_material_maps(Scene& s) {
                                    : kind_ == std::string_view("many") ? real(-1, 1)
                                                                        : rank[i % rank.size()]);
         const bool odd = i % 7 == 3;
-        s.material.modulus_map.edit().push_back(odd && creeping ? 0 : E * std::pow(10, r));
-        s.material.viscosity_map.edit().push_back(odd && elastic && !creeping ? 0 : eta * std::pow(10, -r * share));
+        const auto stored = [&](double x) { return kinds % 6 == 0 ? double(float(x)) : x; };
+        s.material.modulus_map.edit().push_back(odd && creeping ? 0 : stored(E * std::pow(10, r)));
+        s.material.viscosity_map.edit().push_back(odd && elastic && !creeping ? 0
+                                                                              : stored(eta * std::pow(10, r * slope)));
     }
     if (kind_ == std::string_view("many") && one_in(3)) { // one soft cell, of the same tau as many others
         const size_t soft = random_() % cells_of(s);
