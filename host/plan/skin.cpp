@@ -11,17 +11,17 @@ void find_materials(PreparedSkin& skin) {
     const Material& m = skin.description.material;
     skin.materials.clear();
     skin.material_of.clear();
-    if (m.modulus_map.empty() && m.viscosity_map.empty()) {
-        skin.materials = {{m.modulus, m.viscosity}};
+    if (scene::is_uniform(m)) {
+        skin.materials = {scene::element_at(m, 0)};
         return;
     }
-    std::map<std::pair<double, double>, int> known;
+    std::map<Element, int> known;
     skin.material_of.assign(skin.padded_cells(), 0);
     for (size_t i = 0, y = 0; y < size_t(skin.height()); ++y)
         for (int x = 0; x < skin.width(); ++x, ++i) {
-            const double E = scene::modulus_at(m, i), eta = scene::viscosity_at(m, i);
-            const auto [material, fresh] = known.try_emplace({E, eta}, int(skin.materials.size()));
-            if (fresh) skin.materials.push_back({E, eta});
+            const Element element = scene::element_at(m, i);
+            const auto [material, fresh] = known.try_emplace(element, int(skin.materials.size()));
+            if (fresh) skin.materials.push_back(element);
             skin.material_of[y * size_t(skin.pitch) + size_t(x)] = material->second;
         }
     if (skin.materials.size() == 1) skin.material_of.clear();
@@ -53,16 +53,15 @@ PreparedSkin prepare_skin(const SkinDescription& d) {
     return skin;
 }
 
-PreparedSkin with_material(PreparedSkin skin, double modulus, double viscosity) {
-    skin.description.material.modulus = modulus;
-    skin.description.material.viscosity = viscosity;
+PreparedSkin with_material(PreparedSkin skin, const Material& material) {
+    scene::take_elements(skin.description.material, material);
     find_materials(skin);
     return skin;
 }
 
 void drop_maps(PreparedSkin& skin) {
     skin.heights = skin.description.surface.map = {};
-    skin.description.material.modulus_map = skin.description.material.viscosity_map = {};
+    scene::drop_maps(skin.description.material);
 }
 
 } // namespace dermis::plan
