@@ -61,7 +61,7 @@ template <class K> class Cells {
         }
     }
 
-    // Returns what changed in some cell, see simd::changed_bit.
+    // Returns what changed in some cell: simd::strain_changed, simd::integral_changed.
     int press(const Press& p) {
         if (!p.keep && scratch_.empty()) scratch_ = resting_state();
         visible_ = p.keep ? &state_ : &scratch_;

@@ -55,8 +55,7 @@ template <class K> class March : public plan::Stepper {
         }
         const int changed = cells_.press(p);
         if (sampled) hand_over(step);
-        const int counts =
-            changed_bit(simd::sum_strain) | (schedule_.wanted[QUANTITY_SA2] ? changed_bit(simd::sum_integral) : 0);
+        const int counts = simd::strain_changed | (schedule_.wanted[QUANTITY_SA2] ? simd::integral_changed : 0);
         steady_ = step.keep && sampled && step.jump == 0 && (changed & counts) == 0;
         last_ = step;
     }

@@ -58,8 +58,10 @@ template <class K> struct AdvanceArguments {
     StateRow<real> from, to;
     real* signal[STEP_SIGNALS]; // at the step's end: those that the state does not hold
 };
-// The bit that an advance returns if a sum changed in some cell.
-constexpr int changed_bit(StateSum sum) { return 1 << sum; }
+// Bits that an advance returns, strain_changed and so on: the sum changed in some cell.
+#define SUM_CHANGED(name) constexpr int name##_changed = 1 << sum_##name;
+STATE_SUMS(SUM_CHANGED)
+#undef SUM_CHANGED
 
 // Arguments of the responses of columns first .. last - 1, where first is a multiple of TILE_CELLS. All rows begin at
 // column 0.

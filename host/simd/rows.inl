@@ -96,7 +96,7 @@ int advance_in(const AdvanceArguments<Kernels> a, const Constants c) {
 #undef STORE_SUM
     }
     int bits = 0;
-    for (int s = 0; s < state_sums; ++s) bits |= changed[s] * changed_bit(StateSum(s));
+    for (int s = 0; s < state_sums; ++s) bits |= changed[s] << s;
     return bits;
 }
 
