@@ -31,7 +31,7 @@ class CpuMoves {
     const FrameScene& scene_;
     dermis::simd::Pool pool_;
     Floats rest_, strain_, integral_;
-    std::array<Floats, RESPONSE_MAPS> responses_;
+    std::array<Floats, 4> responses_;
     size_t frame_ = 0;
 };
 
