@@ -17,7 +17,7 @@ using namespace dermis;
 namespace {
 
 constexpr int ring = 4; // the number of frames, which are used cyclically
-enum { frames, rest = frames + ring, state0, state1, sa1, sa2, fa1, fa2, unused, buffers };
+enum { frames, rest = frames + ring, state0, state1, responses, unused = responses + RESPONSE_MAPS, buffers };
 
 } // namespace
 
@@ -84,19 +84,18 @@ VulkanFrames::VulkanFrames(const FrameScene& scene, std::shared_ptr<vulkan::Cont
                               Buffer::Location::device);
     const auto b = [&](int i) { return buffers_[size_t(i)].all(); };
     std::vector<std::vector<vulkan::BoundRange>> sets;
-    for (int i = 0; i < ring; ++i) // the two states are swapped with each frame
+    for (int i = 0; i < ring; ++i) { // the two states are swapped with each frame
         sets.push_back({{PRESS_PRESSURE_FROM, b(frames + i)},
                         {PRESS_PRESSURE_TO, b(frames + (i + 1) % ring)},
                         {PRESS_REST_CURVATURE, b(rest)},
                         {PRESS_STATE_FROM, b(state0 + i % 2)},
                         {PRESS_STATE_TO, b(state1 - i % 2)},
-                        {PRESS_SA1, b(sa1)},
-                        {PRESS_SA2, b(sa2)},
-                        {PRESS_FA1, b(fa1)},
-                        {PRESS_FA2, b(fa2)},
                         {PRESS_COEFFICIENTS, b(unused)},
                         {PRESS_MATERIAL, b(unused)},
                         {PRESS_INVALID, b(unused)}});
+        for (int r = 0; r < RESPONSE_MAPS; ++r)
+            sets.back().push_back({uint32_t(PRESS_RESPONSE(QUANTITY_SA1 + r)), b(responses + r)});
+    }
     const std::vector<uint32_t> variant = vulkan::specialization(scene.streamed.variant());
     vulkan::Pipelines& pipelines = context_->pipelines();
     const vulkan::Module module = shader == Shader::cell    ? vulkan::Module{press_cell_spv, sizeof press_cell_spv}
@@ -170,17 +169,18 @@ double VulkanFrames::copy(int times) {
     const VkBufferCopy region{0, 0, buffers_[frames].bytes()};
     return timed([&](VkCommandBuffer commands) {
         for (int i = 0; i < times; ++i) {
-            context_->calls().vkCmdCopyBuffer(commands, buffers_[frames].handle(), buffers_[fa1].handle(), 1, &region);
+            context_->calls().vkCmdCopyBuffer(commands, buffers_[frames].handle(), buffers_[responses].handle(), 1,
+                                              &region);
             context_->barrier(commands);
         }
     });
 }
 
 std::vector<float> VulkanFrames::response(int r) {
-    vulkan::Buffer staging(*context_, buffers_[sa1].bytes(), vulkan::Buffer::Location::host);
+    vulkan::Buffer staging(*context_, buffers_[responses].bytes(), vulkan::Buffer::Location::host);
     const VkBufferCopy region{0, 0, staging.bytes()};
     const VkCommandBuffer commands = context_->begin();
-    context_->calls().vkCmdCopyBuffer(commands, buffers_[size_t(sa1 + r)].handle(), staging.handle(), 1, &region);
+    context_->calls().vkCmdCopyBuffer(commands, buffers_[size_t(responses + r)].handle(), staging.handle(), 1, &region);
     context_->barrier(commands);
     context_->submit();
     const auto* values = static_cast<const float*>(staging.data());

@@ -23,21 +23,24 @@ constexpr double frame_flops = 62;
 constexpr int rounds = 15;
 constexpr double cells_of_round = 1e7; // cells and steps, at least one frame
 
-// The four responses after some frames.
-using Responses = std::array<std::vector<float>, 4>;
+// The responses after some frames.
+using Responses = std::array<std::vector<float>, RESPONSE_MAPS>;
 
 Responses after_frames(const FrameScene& scene, int threads, const simd::Isa& isa) {
     cpu::FramePress frames(scene.streamed, threads, isa);
     Responses r;
-    for (auto& map : r) map.resize(scene.cells());
+    float* to[RESPONSE_MAPS];
+    for (size_t i = 0; i < r.size(); ++i) {
+        r[i].resize(scene.cells());
+        to[i] = r[i].data();
+    }
     for (size_t i = 0; i < 6; ++i)
-        frames.press(scene.dt, scene.frames[i % 4].data(), scene.frames[(i + 1) % 4].data(),
-                     {r[0].data(), r[1].data(), r[2].data(), r[3].data()});
+        frames.press(scene.dt, scene.frames[i % 4].data(), scene.frames[(i + 1) % 4].data(), to);
     return r;
 }
 
 bool same(const Responses& a, const Responses& b) {
-    for (size_t i = 0; i < 4; ++i)
+    for (size_t i = 0; i < a.size(); ++i)
         if (std::memcmp(a[i].data(), b[i].data(), a[i].size() * sizeof(float)) != 0) return false;
     return true;
 }
@@ -110,10 +113,10 @@ void StreamedFrames::add_cpu(const simd::Isa& isa, int threads, bool all_respons
     s.row.exact = same(expected_, after_frames(scene_, threads, isa));
     if (!s.row.exact) s.row.status = "wrong";
     cpu::FramePress& stream = *streams_.emplace_back(std::make_unique<cpu::FramePress>(scene_.streamed, threads, isa));
-    std::array<float*, 4> to{}; // W1s computes FA1 alone
-    for (size_t i = 0; i < to.size(); ++i) to[i] = all_responses || i == 2 ? out_[i].data() : nullptr;
-    s.work = [this, &stream, to] {
-        float* const response[4] = {to[0], to[1], to[2], to[3]};
+    s.work = [this, &stream, all_responses] {
+        float* response[RESPONSE_MAPS]; // W1s computes FA1 alone
+        for (size_t i = 0; i < RESPONSE_MAPS; ++i)
+            response[i] = all_responses || i == QUANTITY_FA1 - QUANTITY_SA1 ? out_[i].data() : nullptr;
         return seconds_of([&] {
             for (size_t i = 0; i < size_t(frames_); ++i)
                 stream.press(scene_.dt, scene_.frames[i % 4].data(), scene_.frames[(i + 1) % 4].data(), response);
@@ -145,8 +148,9 @@ void StreamedFrames::add_vulkan(VulkanFrames::Shader shader) {
     VulkanFrames& device = *devices_.emplace_back(
         std::make_unique<VulkanFrames>(scene_, vulkan::context_of(*bench_.vulkan->impl().backend), shader));
     device.press(6);
-    s.row.exact =
-        moves || same(expected_, {device.response(0), device.response(1), device.response(2), device.response(3)});
+    Responses made;
+    for (size_t i = 0; i < made.size(); ++i) made[i] = device.response(int(i));
+    s.row.exact = moves || same(expected_, made);
     if (!s.row.exact) s.row.status = "wrong";
     device.press(2); // a multiple of the ring in all: states and frames are where they began
     s.work = [this, &s, &device] { return seconds_of([&] { s.gpu_seconds.push_back(device.press(device_frames_)); }); };

@@ -14,10 +14,10 @@ layout(std430, binding = PRESS_PRESSURE_TO) readonly restrict buffer PressureTo 
 layout(std430, binding = PRESS_REST_CURVATURE) readonly restrict buffer Rest { vec4 rest_curvature[]; };
 layout(std430, binding = PRESS_STATE_FROM) readonly restrict buffer StateFrom { vec4 state_from[]; };
 layout(std430, binding = PRESS_STATE_TO) writeonly restrict buffer StateTo { vec4 state_to[]; };
-layout(std430, binding = PRESS_SA1) writeonly restrict buffer Sa1 { vec4 sa1[]; };
-layout(std430, binding = PRESS_SA2) writeonly restrict buffer Sa2 { vec4 sa2[]; };
-layout(std430, binding = PRESS_FA1) writeonly restrict buffer Fa1 { vec4 fa1[]; };
-layout(std430, binding = PRESS_FA2) writeonly restrict buffer Fa2 { vec4 fa2[]; };
+layout(std430, binding = PRESS_RESPONSE(QUANTITY_SA1)) writeonly restrict buffer Sa1 { vec4 sa1[]; };
+layout(std430, binding = PRESS_RESPONSE(QUANTITY_SA2)) writeonly restrict buffer Sa2 { vec4 sa2[]; };
+layout(std430, binding = PRESS_RESPONSE(QUANTITY_FA1)) writeonly restrict buffer Fa1 { vec4 fa1[]; };
+layout(std430, binding = PRESS_RESPONSE(QUANTITY_FA2)) writeonly restrict buffer Fa2 { vec4 fa2[]; };
 
 void main() {
     int x = int(gl_GlobalInvocationID.x) * PRESS_CELLS;

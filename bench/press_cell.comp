@@ -15,10 +15,10 @@ layout(std430, binding = PRESS_PRESSURE_TO) readonly buffer PressureTo { float p
 layout(std430, binding = PRESS_REST_CURVATURE) readonly buffer Rest { float rest_curvature[]; };
 layout(std430, binding = PRESS_STATE_FROM) readonly buffer StateFrom { float state_from[]; };
 layout(std430, binding = PRESS_STATE_TO) writeonly buffer StateTo { float state_to[]; };
-layout(std430, binding = PRESS_SA1) writeonly buffer Sa1 { float sa1[]; };
-layout(std430, binding = PRESS_SA2) writeonly buffer Sa2 { float sa2[]; };
-layout(std430, binding = PRESS_FA1) writeonly buffer Fa1 { float fa1[]; };
-layout(std430, binding = PRESS_FA2) writeonly buffer Fa2 { float fa2[]; };
+layout(std430, binding = PRESS_RESPONSE(QUANTITY_SA1)) writeonly buffer Sa1 { float sa1[]; };
+layout(std430, binding = PRESS_RESPONSE(QUANTITY_SA2)) writeonly buffer Sa2 { float sa2[]; };
+layout(std430, binding = PRESS_RESPONSE(QUANTITY_FA1)) writeonly buffer Fa1 { float fa1[]; };
+layout(std430, binding = PRESS_RESPONSE(QUANTITY_FA2)) writeonly buffer Fa2 { float fa2[]; };
 
 float strain_of(int x, int y) {
     int i = wrapped(y, c.height, EDGES_MIRROR) * c.pitch + wrapped(x, c.width, EDGES_MIRROR);

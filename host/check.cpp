@@ -86,9 +86,8 @@ void compare_runs(SelfTest& test, plan::Backend& backend, plan::Backend& plain, 
     const auto take = [&](int i) { return [&samples, i](auto&, auto& sample) { samples[i].push_back(sample); }; };
     const auto one = backend.stepper(run.skin, run.schedule, v.precision, take(0)),
                two = plain.stepper(run.skin, run.schedule, v.precision, take(1));
-    const std::vector<Quantity> pressed = {Quantity::strain, Quantity::sa1, Quantity::sa2, Quantity::fa1,
-                                           Quantity::fa2},
-                                derived = {Quantity::curvature, Quantity::deformation};
+    std::vector<Quantity> pressed, derived = {Quantity::curvature, Quantity::deformation};
+    for (int q = 0; q < REDUCED_MAPS; ++q) pressed.push_back(Quantity(q));
     std::vector<std::vector<double>> a, b;
     plan::Timeline timeline(run.schedule, run.skin);
     for (plan::Step step; timeline.next(step);) {
@@ -109,12 +108,10 @@ void compare_runs(SelfTest& test, plan::Backend& backend, plan::Backend& plain, 
 
 // Compares the kernel sites in a stream of frames.
 void compare_sites(SelfTest::Kernel& kernel, plan::Backend& backend, const TestVariant& v) {
-    const SampleStream sample({.stencil = v.stencil,
-                               .edges = v.edges,
-                               .precision = v.precision,
-                               .materials = v.materials,
-                               .sites = true,
-                               .wanted = {false, true, true, true, true}});
+    SampleStream::Variant every{
+        .stencil = v.stencil, .edges = v.edges, .precision = v.precision, .materials = v.materials, .sites = true};
+    every.wanted.fill(true);
+    const SampleStream sample(every);
     const auto stream = backend.stream(sample.skin());
     std::vector<std::vector<float>> pressures;
     for (int i = 0; i <= SampleStream::presses; ++i) pressures.push_back(sample.pressure(i));
@@ -192,8 +189,8 @@ std::vector<std::vector<float>> SampleStream::expected(const std::vector<std::ve
     std::vector<std::vector<float>> all;
     for (size_t i = 0; i + 1 < pressures.size(); ++i) {
         std::vector<float>& out = all.emplace_back(layout_.all);
-        float* response[4];
-        for (size_t r = 0; r < 4; ++r)
+        float* response[RESPONSE_MAPS];
+        for (size_t r = 0; r < RESPONSE_MAPS; ++r)
             response[r] =
                 streamed_.wanted[QUANTITY_SA1 + r] ? out.data() + layout_.of[QUANTITY_SA1 + r].first : nullptr;
         (void)frames.press(dt, pressures[i].data(), pressures[i + 1].data(), response);

@@ -90,12 +90,11 @@ Decided decided(const Scene& scene, const Device& device, const RunOptions& opti
     return decided(validated.scene, plan::prepare_run(validated, options.check), device, options);
 }
 
-// The run of another modulus and viscosity over the same maps: chosen, bounded and refused by itself.
-Decided decided(Decided&& last, double modulus, double viscosity, const Device& device, const RunOptions& options) {
-    scene::check_material(last.scene, modulus, viscosity);
-    last.scene.material.modulus = modulus;
-    last.scene.material.viscosity = viscosity;
-    last.run.skin = with_material(std::move(last.run.skin), modulus, viscosity);
+// The run of another material's elements over the same maps: chosen, bounded and refused by itself.
+Decided decided(Decided&& last, const Material& material, const Device& device, const RunOptions& options) {
+    scene::check_material(last.scene, material);
+    scene::take_elements(last.scene.material, material);
+    last.run.skin = with_material(std::move(last.run.skin), material);
     return decided(last.scene, std::move(last.run), device, options, last.moments);
 }
 
@@ -108,11 +107,9 @@ class Run {
         result_.model = d.decision.model;
         result_.precision = d.decision.model == Model::march ? d.decision.precision : Precision::f64;
         result_.predicted_error = d.decision.error;
-        result_.tau_min = INFINITY;
-        for (const plan::Element& m : skin_.materials) {
-            result_.tau_min = std::min(result_.tau_min, m.viscosity / m.modulus);
-            result_.tau_max = std::max(result_.tau_max, m.viscosity / m.modulus);
-        }
+        const scene::TauRange tau = tau_range(skin_.materials);
+        result_.tau_min = tau.min;
+        result_.tau_max = tau.max;
         result_.cells_per_ridge = scene::cells_per_ridge(skin_.description);
         make_stepper();
         result_.device = d.device.info(); // after make_stepper(), which may have tested the device
@@ -229,12 +226,11 @@ std::vector<Result> run(const Scene& scene, const std::vector<Material>& materia
     for (size_t i = 0; i < materials.size(); ++i) {
         const Material &material = materials[i], &before = i ? materials[i - 1] : scene.material;
         const bool same_maps = last && material.thickness == before.thickness &&
-                               material.curvature_length == before.curvature_length && before.modulus_map.empty() &&
-                               before.viscosity_map.empty() && material.modulus_map.empty() &&
-                               material.viscosity_map.empty() && last->run.schedule.sequence == nullptr;
+                               material.curvature_length == before.curvature_length && scene::is_uniform(before) &&
+                               scene::is_uniform(material) && last->run.schedule.sequence == nullptr;
         const bool shared = same_maps && last->moments;
         if (same_maps) {
-            last.emplace(decided(std::move(*last), material.modulus, material.viscosity, device, options));
+            last.emplace(decided(std::move(*last), material, device, options));
         } else {
             Scene with = scene;
             with.material = material;

@@ -24,7 +24,7 @@ struct Skin::Impl {
     const plan::Wanted wanted;
     const plan::ResponseLayout layout;
     std::unique_ptr<plan::Stream> stream;
-    std::array<std::vector<float>, 4> dense; // fields of width*height, where the pitch is greater
+    std::array<std::vector<float>, RESPONSE_MAPS> dense; // fields of width*height, where the pitch is greater
 
     size_t cells() const { return width * height; }
     void check_pressure(const float* pressure, size_t cells) const;
@@ -78,7 +78,7 @@ void Skin::press(const float* pressure, size_t cells, double dt) {
 
 Skin::Response Skin::response(Quantity q) const {
     const Impl& s = *impl_;
-    if (q < Quantity::sa1 || q > Quantity::fa2 || !s.wanted[size_t(q)])
+    if (!scene::is_receptor_class(q) || !s.wanted[size_t(q)])
         scene::refuse("response", std::string("\"") + name(q) + "\"",
                       s.fields ? "what SkinOptions::responses asks for" : "the classes of the description's sites");
     const std::vector<float>& dense = s.dense[size_t(q) - QUANTITY_SA1];

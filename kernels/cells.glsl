@@ -5,7 +5,7 @@ layout(constant_id = VARIANT_EDGES) const int EDGES = EDGES_MIRROR;
 layout(constant_id = VARIANT_COMPENSATED) const int COMPENSATED = 0;
 layout(constant_id = VARIANT_MATERIALS) const int MATERIALS = 0;
 layout(constant_id = VARIANT_FRAMES) const int FRAMES = 0;
-layout(constant_id = VARIANT_RESPONSES) const int RESPONSES = 15;
+layout(constant_id = VARIANT_RESPONSES) const int RESPONSES = (1 << RESPONSE_MAPS) - 1;
 
 bool asked(int quantity) { return (RESPONSES & RESPONSE_BIT(quantity)) != 0; }
 

@@ -20,13 +20,16 @@
 #define EDGES_PERIODIC 1
 #define EDGES_PUBLISHED 2
 
-// The quantities that are reduced, in this order everywhere; all but the strain are responses.
+// The quantities that are reduced, in this order everywhere; all but the strain are responses. The signals of FA1 and of
+// those behind it are known during a step alone: the state does not hold them.
 #define QUANTITY_STRAIN 0
 #define QUANTITY_SA1 1
 #define QUANTITY_SA2 2
 #define QUANTITY_FA1 3
 #define QUANTITY_FA2 4
-#define REDUCED_MAPS 5
+#define RESPONSE_MAPS QUANTITY_FA2 // their number, the last response's own
+#define REDUCED_MAPS (1 + RESPONSE_MAPS)
+#define STEP_SIGNALS (1 + RESPONSE_MAPS - QUANTITY_FA1)
 // The bit of a response in VARIANT_RESPONSES.
 #define RESPONSE_BIT(quantity) (1 << ((quantity)-1))
 
@@ -44,15 +47,14 @@
 #define PRESS_REST_CURVATURE 2
 #define PRESS_STATE_FROM 3
 #define PRESS_STATE_TO 4
-#define PRESS_SA1 5 // the other responses follow in order
-#define PRESS_SA2 6
-#define PRESS_FA1 7
-#define PRESS_FA2 8
-#define PRESS_COEFFICIENTS 9
-#define PRESS_MATERIAL 10
-#define PRESS_INVALID 11
-#define PRESS_BINDINGS 12
+#define PRESS_RESPONSE(quantity) (PRESS_STATE_TO + (quantity))
+#define PRESS_COEFFICIENTS (PRESS_RESPONSE(RESPONSE_MAPS) + 1)
+#define PRESS_MATERIAL (PRESS_RESPONSE(RESPONSE_MAPS) + 2)
+#define PRESS_INVALID (PRESS_RESPONSE(RESPONSE_MAPS) + 3)
+#define PRESS_BINDINGS (PRESS_RESPONSE(RESPONSE_MAPS) + 4)
 
+// The sums that a cell's state carries from step to step, each of type Sum (kernels/step.h).
+#define STATE_SUMS(each) each(strain) each(integral)
 // A state interleaves its planes row by row, so that any window of rows is one range of memory. Its planes are the strain
 // and, if compensated, the rounding error of that sum; where SA2 is asked for, the same follow for the strain's integral.
 #define STATE_STRAIN_PLANES(compensated) (1 + (compensated))
@@ -124,7 +126,7 @@ struct SiteStencil {
     int here;
     int x_far_low, x_low, x_high, x_far_high;
     int y_far_low, y_low, y_high, y_far_high;
-    int quantity; // QUANTITY_SA1 .. QUANTITY_FA2
+    int quantity; // its response
     int response; // index of its float in the response
     scalar rest_curvature;
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The four receptor responses of a cell at a step's end.
+// The receptor responses of a cell at a step's end.
 
 inline real rate_after(real eps, Load s, LaneCoefficients k) {
     precise real r = excess_stress(eps, s, k);

@@ -95,8 +95,9 @@ inline Sum advanced_sum(Sum sum, real step, int compensated) {
 }
 
 // The state of a cell, which it carries from step to step.
+#define SUM_MEMBER(name) Sum name;
 struct CellState {
-    Sum strain, integral;
+    STATE_SUMS(SUM_MEMBER)
 };
 
 // The state at the step's end. The integral grows by the strain at the step's start.

@@ -20,10 +20,13 @@ template <class K> struct CellsPress {
     const typename K::Coefficients* table; // of the materials, where there are several
     const real *pressure, *pressure_to;    // pressure_to is null without frames
     const real* rest_curvature;
-    bool keep = true;                // the state advances; otherwise the step goes to a scratch state
-    std::array<real*, 4> response{}; // of SA1, SA2, FA1, FA2; null: not wanted
+    bool keep = true;                            // the state advances; otherwise the step goes to a scratch state
+    std::array<real*, RESPONSE_MAPS> response{}; // null: not wanted
     std::array<typename K::Summary*, REDUCED_MAPS> tiles{}; // null: not wanted
 };
+
+// The places of planes: those of a state, of a worker's signals, and the first that is left for responses.
+constexpr int signal_place = 2 * simd::state_sums, response_place = signal_place + 3 * STEP_SIGNALS + 2;
 
 // The share of one thread, and its scratch: new strain of rows outside its share, and what belongs to a step but
 // not to the state.
@@ -32,8 +35,8 @@ template <class real> struct Worker {
     std::array<Plane<real>, 8> outside;
     std::array<int, 8> row{}; // which rows those are
     int count = 0, changed = 0;
-    std::array<Plane<real>, 3> rate, acceleration;
-    std::array<Plane<real>, 5> unused;
+    std::array<std::array<Plane<real>, 3>, STEP_SIGNALS> signals; // of the last rows, each at y % 3
+    std::array<Plane<real>, 2 * simd::state_sums + STEP_SIGNALS> unused;
 };
 
 template <class K> class Cells {
@@ -50,11 +53,11 @@ template <class K> class Cells {
           material_of_(skin.material_of), variant_(variant), pressed_(pressed), pool_(threads), isa_(isa),
           loops_(isa.of<K>()), barrier_(pool_.threads()), state_(resting_state()), workers_(size_t(pool_.threads())) {
         for (Worker<real>& worker : workers_) {
-            int place = 4;
+            int place = signal_place;
             for (Plane<real>& row : worker.outside) row = Plane<real>(size_t(pitch_), 0);
             for (Plane<real>& row : worker.unused) row = Plane<real>(size_t(pitch_), 0);
-            for (auto* ring : {&worker.rate, &worker.acceleration})
-                for (Plane<real>& row : *ring) row = Plane<real>(size_t(pitch_), ++place);
+            for (auto& ring : worker.signals)
+                for (Plane<real>& row : ring) row = Plane<real>(size_t(pitch_), ++place);
         }
     }
 
@@ -97,8 +100,8 @@ template <class K> class Cells {
         }
         for (int y = worker.first; y < worker.last + reach; ++y) {
             if (y < worker.last)
-                worker.changed |= advance(press, y, visible_->row(y, pitch_), worker.rate[size_t(y % 3)].data(),
-                                          worker.acceleration[size_t(y % 3)].data());
+                worker.changed |= advance(press, y, visible_->row(y, pitch_),
+                                          [&](size_t s) { return worker.signals[s][size_t(y % 3)].data(); });
             if (respond && y - reach >= worker.first) respond_row(press, worker, y - reach);
         }
         isa_.fence_streams();
@@ -118,58 +121,57 @@ template <class K> class Cells {
             if (ready(worker, i, y) || std::find(worker.row.begin(), known, i) != known) continue;
             worker.row[size_t(worker.count)] = i;
             const auto unused = [&](size_t plane) { return worker.unused[plane].data(); };
-            const bool lost = variant_.compensated;
-            advance(press, i,
-                    {.strain = worker.outside[size_t(worker.count)].data(),
-                     .integral = unused(0),
-                     .strain_lost = lost ? unused(1) : nullptr,
-                     .integral_lost = lost ? unused(2) : nullptr},
-                    unused(3), unused(4));
+            simd::StateRow<real> to{};
+            for (size_t s = 0; s < simd::state_sums; ++s) {
+                to.value[s] = s == simd::sum_strain ? worker.outside[size_t(worker.count)].data() : unused(s);
+                to.lost[s] = variant_.compensated ? unused(simd::state_sums + s) : nullptr;
+            }
+            advance(press, i, to, [&](size_t s) { return unused(2 * simd::state_sums + s); });
             ++worker.count;
         }
     }
 
-    int advance(const Press& press, int y, const StateRow<real>& to, real* rate, real* acceleration) {
+    // signal(s): where signal s of the step goes, from column 0 on.
+    template <class Signal> int advance(const Press& press, int y, const simd::StateRow<real>& to, Signal signal) {
         const int at = first_column();
         const size_t row = size_t(y) * size_t(pitch_) + size_t(at);
-        const auto from = [&](real* map) { return map ? map + at : nullptr; };
-        const StateRow<real> old = state_.row(y, pitch_);
-        return loops_.advance({.count = last_column() - at,
-                               .pressure = press.pressure + row,
-                               .pressure_to = press.pressure_to ? press.pressure_to + row : nullptr,
-                               .material = material_of_.empty() ? nullptr : material_of_.data() + row,
-                               .table = press.table,
-                               .strain = from(old.strain),
-                               .integral = from(old.integral),
-                               .strain_lost = from(old.strain_lost),
-                               .integral_lost = from(old.integral_lost),
-                               .new_strain = from(to.strain),
-                               .new_integral = from(to.integral),
-                               .new_strain_lost = from(to.strain_lost),
-                               .new_integral_lost = from(to.integral_lost),
-                               .rate = from(rate),
-                               .acceleration = from(acceleration)},
-                              press.constants);
+        simd::AdvanceArguments<K> a{.count = last_column() - at,
+                                    .pressure = press.pressure + row,
+                                    .pressure_to = press.pressure_to ? press.pressure_to + row : nullptr,
+                                    .material = material_of_.empty() ? nullptr : material_of_.data() + row,
+                                    .table = press.table,
+                                    .from = state_.row(y, pitch_),
+                                    .to = to,
+                                    .signal = {}};
+        for (simd::StateRow<real>* state : {&a.from, &a.to})
+            for (size_t s = 0; s < simd::state_sums; ++s) {
+                state->value[s] += at;
+                if (state->lost[s]) state->lost[s] += at;
+            }
+        for (size_t s = 0; s < STEP_SIGNALS; ++s) a.signal[s] = signal(s) + at;
+        return loops_.advance(a, press.constants);
     }
 
     void respond_row(const Press& press, const Worker<real>& worker, int y) {
         const size_t row = size_t(y) * size_t(pitch_), tile = size_t(y) * size_t(tiles_);
         const auto strain = [&](int i) -> const real* {
-            if (ready(worker, i, y)) return visible_->row(i, pitch_).strain;
+            if (ready(worker, i, y)) return visible_->row(i, pitch_).value[simd::sum_strain];
             const auto known = worker.row.begin() + worker.count, at = std::find(worker.row.begin(), known, i);
             return worker.outside[size_t(at - worker.row.begin())].data();
         };
+        const simd::StateRow<real> state = visible_->row(y, pitch_);
         simd::RespondArguments<K> r{
             .first = first_column(),
             .last = last_column(),
             .strain = simd::neighbours<real>(y, width_, height_, variant_.stencil, variant_.edges, strain),
-            .integral = visible_->row(y, pitch_).integral,
-            .rate = worker.rate[size_t(y % 3)].data(),
-            .acceleration = worker.acceleration[size_t(y % 3)].data(),
+            .signal = {state.value[simd::sum_strain], state.value[simd::sum_integral]}, // SA1, SA2
             .rest_curvature = press.rest_curvature + row,
             .response = {},
             .tiles = {}};
-        for (size_t i = 0; i < 4; ++i) r.response[i] = press.response[i] ? press.response[i] + row : nullptr;
+        for (size_t s = 0; s < STEP_SIGNALS; ++s)
+            r.signal[QUANTITY_FA1 - QUANTITY_SA1 + s] = worker.signals[s][size_t(y % 3)].data();
+        for (size_t i = 0; i < RESPONSE_MAPS; ++i)
+            r.response[i] = press.response[i] ? press.response[i] + row : nullptr;
         for (size_t q = 0; q < REDUCED_MAPS; ++q) r.tiles[q] = press.tiles[q] ? press.tiles[q] + tile : nullptr;
         loops_.respond(r, press.constants);
     }

@@ -2,9 +2,11 @@
 // Maps of one number per cell, and the planes of a state.
 #pragma once
 
+#include "host/simd/isa.hpp"
 #include "host/simd/pool.hpp"
 
 #include <algorithm>
+#include <array>
 #include <memory>
 #include <new>
 
@@ -33,30 +35,36 @@ template <class real> class Plane {
     size_t shift_ = 0;
 };
 
-// One row of a state, each plane from column 0 on; null: what sums have lost unless they are compensated.
-template <class real> struct StateRow { real *strain, *integral, *strain_lost, *integral_lost; };
-
 // The state of every cell.
 template <class real> class State {
   public:
     State() = default;
-    State(size_t cells, bool compensated) : strain_(cells, 0), integral_(cells, 1) {
-        if (compensated) strain_lost_ = Plane<real>(cells, 2), integral_lost_ = Plane<real>(cells, 3);
+    State(size_t cells, bool compensated) {
+        int place = 0;
+        for (Plane<real>& plane : value_) plane = Plane<real>(cells, place++);
+        for (Plane<real>& plane : lost_)
+            if (compensated) plane = Plane<real>(cells, place++);
     }
-    bool empty() const { return !strain_.data(); }
-    const real* strain() const { return strain_.data(); }
-    StateRow<real> row(int y, int pitch) const {
-        return {strain_.row(y, pitch), integral_.row(y, pitch), strain_lost_.row(y, pitch),
-                integral_lost_.row(y, pitch)};
+    bool empty() const { return !strain(); }
+    const real* strain() const { return value_[simd::sum_strain].data(); }
+    // Each plane from column 0 on.
+    simd::StateRow<real> row(int y, int pitch) const {
+        simd::StateRow<real> row;
+        for (size_t s = 0; s < simd::state_sums; ++s) {
+            row.value[s] = value_[s].row(y, pitch);
+            row.lost[s] = lost_[s].row(y, pitch);
+        }
+        return row;
     }
     // Puts the first `cells` at rest.
     void rest(size_t cells) {
-        for (const Plane<real>* plane : {&strain_, &integral_, &strain_lost_, &integral_lost_})
-            if (plane->data()) std::fill_n(plane->data(), cells, real(0));
+        for (const auto* planes : {&value_, &lost_})
+            for (const Plane<real>& plane : *planes)
+                if (plane.data()) std::fill_n(plane.data(), cells, real(0));
     }
 
   private:
-    Plane<real> strain_, integral_, strain_lost_, integral_lost_;
+    std::array<Plane<real>, simd::state_sums> value_, lost_; // see simd::StateRow
 };
 
 } // namespace dermis::cpu

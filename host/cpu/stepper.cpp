@@ -86,7 +86,7 @@ template <class K> class March : public plan::Stepper {
     // Cells that are pressed begin as NaN: to be written before they are read.
     void make_response(int q) {
         Plane<real>& map = response(size_t(q));
-        map = Plane<real>(skin_.padded_cells(), 11 + q);
+        map = Plane<real>(skin_.padded_cells(), response_place + q - QUANTITY_SA1);
         const plan::PressedBox& box = schedule_.pressed;
         for (int y = box.first_row; y < box.last_row; ++y)
             std::fill(map.row(y, skin_.pitch) + box.first_column(),
@@ -132,7 +132,7 @@ template <class K> class March : public plan::Stepper {
     Cells<K> cells_;
     std::vector<real> pressure_[2]; // with frames: from and to
     std::vector<real> rest_;        // L(S)
-    std::array<Plane<real>, 4> response_;
+    std::array<Plane<real>, RESPONSE_MAPS> response_;
     plan::SharedCoefficients table_of_; // what table_ was made from
     std::vector<typename K::Coefficients> table_;
     std::array<std::vector<typename K::Summary>, REDUCED_MAPS> tiles_;

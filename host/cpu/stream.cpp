@@ -16,7 +16,8 @@ using plan::StreamedSkin;
 struct FramePress::Impl {
     explicit Impl(StreamedSkin s) : streamed(std::move(s)) {}
     virtual ~Impl() = default;
-    virtual void run(const f32::Constants&, const float* from, const float* to, float* const (&response)[4]) = 0;
+    virtual void run(const f32::Constants&, const float* from, const float* to,
+                     float* const (&response)[RESPONSE_MAPS]) = 0;
     virtual void reset() = 0;
 
     StreamedSkin streamed;
@@ -33,7 +34,8 @@ struct FramePress::Fields : Impl {
         plan::drop_maps(streamed.skin);
     }
 
-    void run(const f32::Constants& c, const float* from, const float* to, float* const (&response)[4]) override {
+    void run(const f32::Constants& c, const float* from, const float* to,
+             float* const (&response)[RESPONSE_MAPS]) override {
         cells.press({.constants = c,
                      .table = table.data(),
                      .pressure = from,
@@ -65,7 +67,8 @@ struct FramePress::Sites : Impl {
         return at;
     }
 
-    void run(const f32::Constants& c, const float* p, const float* q, float* const (&response)[4]) override {
+    void run(const f32::Constants& c, const float* p, const float* q,
+             float* const (&response)[RESPONSE_MAPS]) override {
         std::transform(table.begin(), table.end(), lanes.begin(), f32::lanes_of);
         const size_t width = size_t(streamed.skin.width()), pitch = size_t(streamed.skin.pitch);
         for (size_t i = 0; i < from.size(); ++i) {
@@ -74,7 +77,7 @@ struct FramePress::Sites : Impl {
             to[i] = q[at];
         }
         stepper.advance(c, lanes.data(), {from.data(), to.data()}, 0, from.size());
-        std::array<size_t, 4> next{};
+        std::array<size_t, RESPONSE_MAPS> next{};
         for (size_t i = 0; i < points.size(); ++i) {
             const Quantity type = streamed.skin.description.sites[i].type;
             const size_t r = size_t(type) - QUANTITY_SA1;
@@ -104,7 +107,7 @@ FramePress::~FramePress() = default;
 
 void FramePress::reset() { impl_->reset(); }
 
-bool FramePress::press(double dt, const float* from, const float* to, float* const (&response)[4]) {
+bool FramePress::press(double dt, const float* from, const float* to, float* const (&response)[RESPONSE_MAPS]) {
     const DefaultFloats guard;
     Impl& s = *impl_;
     if (dt != s.table_dt) {
@@ -146,7 +149,8 @@ class CpuStream : public plan::Stream {
     CpuStream(const StreamedSkin& skin, int threads, const simd::Isa& isa)
         : press_(skin, threads, isa), memory_(sizes_of(skin)) {
         for (size_t i = 0; i < 2; ++i) pressure_[i] = memory_[i];
-        for (size_t r = 0; r < 4; ++r) response_[r] = skin.wanted[QUANTITY_SA1 + r] ? memory_[2 + r] : nullptr;
+        for (size_t r = 0; r < RESPONSE_MAPS; ++r)
+            response_[r] = skin.wanted[QUANTITY_SA1 + r] ? memory_[2 + r] : nullptr;
     }
 
     float* pressure() override { return pressure_[1]; }
@@ -176,7 +180,7 @@ class CpuStream : public plan::Stream {
     FramePress press_;
     SideBySide memory_; // two pressures, then the responses
     float* pressure_[2];
-    float* response_[4];
+    float* response_[RESPONSE_MAPS];
 };
 
 } // namespace

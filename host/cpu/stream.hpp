@@ -13,10 +13,10 @@ class FramePress {
     // threads: 0 = one per core.
     FramePress(plan::StreamedSkin skin, int threads, const simd::Isa& isa = simd::best());
     ~FramePress();
-    // response: where SA1, SA2, FA1, FA2 begin, null where one is not asked for; fields are streamed past the caches
-    // where they begin at a cache line. False, and nothing has happened, where a coefficient of the step is beyond
-    // float. Nothing is allocated.
-    bool press(double dt, const float* from, const float* to, float* const (&response)[4]);
+    // response: where the responses begin, in the order of kernels/layout.h, null where one is not asked for; fields
+    // are streamed past the caches where they begin at a cache line. False, and nothing has happened, where a
+    // coefficient of the step is beyond float. Nothing is allocated.
+    bool press(double dt, const float* from, const float* to, float* const (&response)[RESPONSE_MAPS]);
     void reset(); // to a skin at rest
 
   private:

@@ -173,7 +173,7 @@ const MemoryNeeds& SkinProgram::memory() const noexcept { return impl_->needs; }
 int SkinProgram::pitch() const noexcept { return impl_->recorder.skin().skin.pitch; }
 
 SkinProgram::Range SkinProgram::range(Quantity q) const noexcept {
-    if (q < Quantity::sa1 || q > Quantity::fa2) return {};
+    if (!scene::is_receptor_class(q)) return {};
     const plan::ResponseLayout::Range& r = impl_->recorder.layout().of[size_t(q)];
     return {r.first, r.count};
 }

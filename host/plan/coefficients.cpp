@@ -75,7 +75,7 @@ f64::Coefficients exact_coefficients(const Element& m, const ResponseRule& rule,
         k.a0 = rule.step_mean ? 0 : -E * k.v0 * k.v0;
         return k;
     }
-    const double z = eta > 0 ? E * dt / eta : INFINITY, y = dt / rule.sa2_adaptation;
+    const double z = z_of(m, dt), y = dt / rule.sa2_adaptation;
     const Phi p = phi(z);
     const Divided d = divided(z, y);
     // b and f are dt/eta times a function of z; above 1 the recurrence divides by E instead, so that viscosity 0 is a

@@ -3,7 +3,7 @@
 // length.
 #pragma once
 
-#include "dermis/dermis.hpp"
+#include "host/scene/element.hpp"
 #include "host/simd/model.hpp"
 
 #include <optional>
@@ -18,10 +18,7 @@ struct Phi {
 };
 Phi phi(double z);
 
-// A Kelvin-Voigt element: a spring beside a dashpot.
-struct Element {
-    double modulus, viscosity; // Pa, Pa s; >= 0, not both 0
-};
+using scene::Element;
 
 // The rule by which SA2 and FA2 follow from a strain, the same for every material.
 struct ResponseRule {

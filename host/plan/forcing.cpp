@@ -55,4 +55,18 @@ void force_sine(f64::Coefficients& k, const Element& m, const ResponseRule& rule
     k.a1 = rule.step_mean ? k.v1 / dt : acceleration;
 }
 
+void force_change(f64::Coefficients& k, const Element& m, double slope, double dt) {
+    k.a1 = (k.v1 - final_strain(m, slope)) / dt;
+}
+
+void force_impulse(f64::Coefficients& k, const Element& m, double jump, bool whole, bool held) {
+    const double fa1 = is_elastic(m) ? final_strain(m, jump) : 0, fa2 = is_elastic(m) ? 0 : strain_rate(m, jump);
+    if (held) k.f = k.i2 = 0;
+    k.v0 = whole ? fa1 : 0; // r = sj = the pressure
+    k.v1 = whole ? 0 : fa1;
+    k.a0 = 0;
+    k.a1 = whole ? 0 : fa2;
+    k.a2 = whole ? fa2 : 0;
+}
+
 } // namespace dermis::plan

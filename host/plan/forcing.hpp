@@ -25,4 +25,11 @@ struct Sine {
 };
 void force_sine(f64::Coefficients&, const Element&, const ResponseRule&, const Sine&, double dt);
 
+// FA2 of an elastic element as the mean over a step of dt: its rate goes to v1 from that of the load's slope before it.
+void force_change(f64::Coefficients&, const Element&, double slope, double dt);
+
+// The responses become the impulses of a jump at the step's end. whole: the pressure of the step is the jump, as where
+// a sequence begins; held: the load does not change within the step.
+void force_impulse(f64::Coefficients&, const Element&, double jump, bool whole, bool held);
+
 } // namespace dermis::plan

@@ -99,14 +99,12 @@ PreparedRun as_uniform(PreparedRun run) {
     Material& m = skin.description.material;
     Map pressure = std::vector<double>(skin.cells());
     double* quotient = pressure.edit().data();
-    for (size_t i = 0; i < skin.cells(); ++i) {
-        const double modulus = scene::modulus_at(m, i);
-        quotient[i] = run.schedule.pressure[i] / (modulus > 0 ? modulus : scene::viscosity_at(m, i));
-    }
+    for (size_t i = 0; i < skin.cells(); ++i)
+        quotient[i] = run.schedule.pressure[i] / scene::resistance(scene::element_at(m, i));
     run.schedule.pressure = pressure;
     m.modulus = skin.common->element.modulus;
     m.viscosity = skin.common->element.viscosity;
-    m.modulus_map = m.viscosity_map = {};
+    scene::drop_maps(m);
     skin.materials = {skin.common->element};
     skin.material_of.clear();
     return run;

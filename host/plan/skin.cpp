@@ -2,49 +2,17 @@
 #include "host/plan/skin.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
-#include <cstdint>
+#include <unordered_map>
 
 namespace dermis::plan {
 namespace {
 
-// Gives each element that differs from all before a number, in order. It is a hash table: there may be as many elements
-// as cells.
-class ElementNumbers {
-  public:
-    explicit ElementNumbers(std::vector<Element>& elements) : elements_(elements) {}
-
-    int number_of(const Element& m) {
-        if (2 * elements_.size() >= slots_.size()) grow();
-        int& slot = slots_[slot_of(m)];
-        if (slot < 0) {
-            slot = int(elements_.size());
-            elements_.push_back(m);
-        }
-        return slot;
+struct ElementHash {
+    size_t operator()(const Element& m) const {
+        const std::hash<double> hash;
+        return hash(m.modulus) * 31 + hash(m.viscosity);
     }
-
-  private:
-    // The slot of an element, or the free one where it belongs. The highest bits of the product depend on all others.
-    size_t slot_of(const Element& m) const {
-        const auto bits = [](double x) { return std::bit_cast<std::uint64_t>(x + 0.0); }; // -0 is 0
-        const std::uint64_t mixed = bits(m.modulus) * 0x9e3779b97f4a7c15 ^ std::rotl(bits(m.viscosity), 32);
-        size_t at = size_t(mixed * 0xff51afd7ed558ccd >> (64 - size_bits_));
-        for (;; at = (at + 1) & (slots_.size() - 1)) {
-            if (slots_[at] < 0) return at;
-            const Element& other = elements_[size_t(slots_[at])];
-            if (other.modulus == m.modulus && other.viscosity == m.viscosity) return at;
-        }
-    }
-    void grow() {
-        slots_.assign(size_t(1) << ++size_bits_, -1);
-        for (size_t i = 0; i < elements_.size(); ++i) slots_[slot_of(elements_[i])] = int(i);
-    }
-
-    std::vector<Element>& elements_;
-    int size_bits_ = 9;
-    std::vector<int> slots_; // 2^size_bits_ of them after the first element; -1: free
 };
 
 // Retardation times count as one within the rounding of maps in float, where one map is a multiple of the other.
@@ -54,7 +22,7 @@ std::optional<CommonElement> common_element(const std::vector<Element>& material
     const auto all = [&](auto holds) { return std::all_of(materials.begin(), materials.end(), holds); };
     const Element spring{1, 0}, dashpot{0, 1};
     if (materials.size() < 2) return {};
-    if (all([](const Element& m) { return m.viscosity == 0; })) return CommonElement{spring, spring, spring};
+    if (all(scene::is_elastic)) return CommonElement{spring, spring, spring};
     if (all([](const Element& m) { return m.modulus == 0; })) return CommonElement{dashpot, dashpot, dashpot};
     double low = INFINITY, high = 0;
     for (const Element& m : materials) {
@@ -73,16 +41,19 @@ void find_materials(PreparedSkin& skin) {
     skin.materials.clear();
     skin.material_of.clear();
     skin.common.reset();
-    if (m.modulus_map.empty() && m.viscosity_map.empty()) {
-        skin.materials = {{m.modulus, m.viscosity}};
+    if (scene::is_uniform(m)) {
+        skin.materials = {scene::element_at(m, 0)};
         return;
     }
-    ElementNumbers numbers(skin.materials);
+    std::unordered_map<Element, int, ElementHash> known; // as many as cells, in the worst case
     skin.material_of.assign(skin.padded_cells(), 0);
     for (size_t i = 0, y = 0; y < size_t(skin.height()); ++y)
-        for (int x = 0; x < skin.width(); ++x, ++i)
-            skin.material_of[y * size_t(skin.pitch) + size_t(x)] =
-                numbers.number_of({scene::modulus_at(m, i), scene::viscosity_at(m, i)});
+        for (int x = 0; x < skin.width(); ++x, ++i) {
+            const Element element = scene::element_at(m, i);
+            const auto [material, fresh] = known.try_emplace(element, int(skin.materials.size()));
+            if (fresh) skin.materials.push_back(element);
+            skin.material_of[y * size_t(skin.pitch) + size_t(x)] = material->second;
+        }
     if (skin.materials.size() == 1) skin.material_of.clear();
     skin.common = common_element(skin.materials);
 }
@@ -113,16 +84,15 @@ PreparedSkin prepare_skin(const SkinDescription& d) {
     return skin;
 }
 
-PreparedSkin with_material(PreparedSkin skin, double modulus, double viscosity) {
-    skin.description.material.modulus = modulus;
-    skin.description.material.viscosity = viscosity;
+PreparedSkin with_material(PreparedSkin skin, const Material& material) {
+    scene::take_elements(skin.description.material, material);
     find_materials(skin);
     return skin;
 }
 
 void drop_maps(PreparedSkin& skin) {
     skin.heights = skin.description.surface.map = {};
-    skin.description.material.modulus_map = skin.description.material.viscosity_map = {};
+    scene::drop_maps(skin.description.material);
 }
 
 } // namespace dermis::plan

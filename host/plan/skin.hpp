@@ -9,7 +9,7 @@
 
 namespace dermis::plan {
 
-// Flags of strain, SA1, SA2, FA1, FA2: whether any output needs the quantity.
+// Flags of the strain and the responses: whether any output needs the quantity.
 using Wanted = std::array<bool, REDUCED_MAPS>;
 
 // The rows and tiles of columns outside which no cell is ever pressed; all values of such cells are +0.
@@ -56,8 +56,8 @@ struct PreparedSkin {
 
 // Prepares a skin. `description` is validated.
 PreparedSkin prepare_skin(const SkinDescription& description);
-// The same skin of another material, uniform.
-PreparedSkin with_material(PreparedSkin, double modulus, double viscosity);
+// The same skin of another material's elements.
+PreparedSkin with_material(PreparedSkin, const Material&);
 // Releases the maps once a backend has copied what it needs.
 void drop_maps(PreparedSkin&);
 

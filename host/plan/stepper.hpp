@@ -11,7 +11,7 @@ struct Totals {
     double mean, min, max;
 };
 
-// Strain, SA1, SA2, FA1, FA2 at the end of one step, over all cells and in the points of the schedule.
+// The strain and the responses at the end of one step, over all cells and in the points of the schedule.
 struct Sample {
     std::array<Totals, REDUCED_MAPS> totals;
     std::vector<double> points; // [quantity][point]

@@ -16,7 +16,7 @@ void check_float(const PreparedSkin& skin) {
     const auto need = [](const char* parameter, double v) {
         scene::need(scene::finite(double(float(v))), parameter, v, "up to 3.4e38 for a skin in float");
     };
-    for (const Element& m : skin.materials) need("material.modulus", m.modulus);
+    for (const Element& m : skin.materials) need("material.modulus", stiffness(m));
     const f64::Constants& c = skin.constants;
     scene::need(scene::finite(double(float(c.bend))), "grid.spacing", skin.spacing(),
                 "material.thickness/spacing^2 up to 3.4e38 for a skin in float");
@@ -29,12 +29,14 @@ void check_float(const PreparedSkin& skin) {
 std::vector<Quantity> asked_responses(const SkinDescription& d, const SkinOptions& options) {
     std::vector<Quantity> asked;
     for (Quantity q : options.responses) {
-        if (q < Quantity::sa1 || q > Quantity::fa2 || std::count(asked.begin(), asked.end(), q))
-            scene::refuse("responses", std::string("\"") + name(q) + "\"", "sa1, sa2, fa1, fa2, each at most once");
+        if (!scene::is_receptor_class(q) || std::count(asked.begin(), asked.end(), q))
+            scene::refuse("responses", std::string("\"") + name(q) + "\"",
+                          scene::receptor_class_names() + ", each at most once");
         asked.push_back(q);
     }
     if (options.responses.empty() && d.sites.empty())
-        scene::refuse("responses", "(none)", "some of sa1, sa2, fa1, fa2, or sites in the description");
+        scene::refuse("responses", "(none)",
+                      "some of " + scene::receptor_class_names() + ", or sites in the description");
     if (d.sites.empty()) return asked;
     asked.clear();
     for (const Site& site : d.sites) asked.push_back(site.type);
@@ -63,7 +65,7 @@ StreamedSkin streamed_skin(const SkinDescription& description, const SkinOptions
     const bool grows = s.wanted[QUANTITY_SA2] && !validated.receptors.sa2_adaptation;
     s.precision = options.precision.value_or(grows ? Precision::f32_compensated : Precision::f32);
     for (const Element& m : s.skin.materials)
-        if (m.viscosity == 0 && s.wanted[QUANTITY_FA2])
+        if (is_elastic(m) && s.wanted[QUANTITY_FA2])
             scene::refuse("material.viscosity", "0", "> 0 for FA2 of frames; with viscosity 0 do without fa2");
     check_float(s.skin);
     return s;

@@ -60,7 +60,7 @@ Step Timeline::exact_step(Instant from, Instant to) const {
     const double du = straight ? load_.rise(from, to) : 0;
     const bool held = straight && du == 0;
     // An elastic skin's state does not hold its rate: the rate before a step follows from the load's slope.
-    const auto from_slope = [this](const Element& m) { return m.viscosity == 0 && rule_.step_mean; };
+    const auto from_slope = [this](const Element& m) { return is_elastic(m) && rule_.step_mean; };
     if (held && std::none_of(materials_.begin(), materials_.end(), from_slope)) return s;
     std::vector<Segment> segments;
     if (straight) segments = {{dt, 0, du}};
@@ -78,7 +78,7 @@ Step Timeline::exact_step(Instant from, Instant to) const {
         f64::Coefficients& k = (*forced)[i];
         if (load_.sine()) force_sine(k, m, rule_, sine, dt);
         else force_straight(k, m, rule_, segments, dt);
-        if (from_slope(m)) k.a1 = (k.v1 - load_.slope_before(from) / m.modulus) / (to - from);
+        if (from_slope(m)) force_change(k, m, load_.slope_before(from), to - from);
     }
     s.coefficients = forced;
     return s;
@@ -124,9 +124,9 @@ Step Timeline::held_step(long long n) {
     // FA2[n] = (d[n+1] - d[n-1])/(2 dt), 0 at both ends, where d[n] is the rate at the start of step n.
     const Element& m = materials_.front();
     const double dt = schedule_.time.step;
-    if (n == 1) rate_ = s.start / m.viscosity;
+    if (n == 1) rate_ = strain_rate(m, s.start);
     strain_ += rate_ * dt;
-    const double rate_after = (load_.after(output_time(n)) - m.modulus * strain_) / m.viscosity;
+    const double rate_after = strain_rate(m, load_.after(output_time(n)), strain_);
     s.jump = n + 1 < schedule_.outputs ? (rate_after - rate_before_) / (2 * dt) : 0;
     rate_before_ = rate_;
     rate_ = rate_after;
@@ -145,18 +145,8 @@ void Timeline::peek_impulse(Step step, double jump) {
     step.keep = false;
     step.impulse = impulses_++;
     auto table = std::make_shared<CoefficientTable>(*step.coefficients);
-    for (size_t i = 0; i < table->size(); ++i) {
-        const Element& m = materials_[i];
-        f64::Coefficients& k = (*table)[i];
-        // A sequence jumps only at t = 0, where the whole pressure is the jump: r = sj = that pressure.
-        const double fa1 = m.viscosity > 0 ? 0 : jump / m.modulus, fa2 = m.viscosity > 0 ? jump / m.viscosity : 0;
-        if (step.rise == 0) k.f = k.i2 = 0;
-        k.v0 = schedule_.sequence ? fa1 : 0;
-        k.v1 = schedule_.sequence ? 0 : fa1;
-        k.a0 = 0;
-        k.a1 = schedule_.sequence ? 0 : fa2;
-        k.a2 = schedule_.sequence ? fa2 : 0;
-    }
+    for (size_t i = 0; i < table->size(); ++i)
+        force_impulse((*table)[i], materials_[i], jump, schedule_.sequence != nullptr, step.rise == 0);
     if (!schedule_.sequence) step.rise = 1;
     step.coefficients = table;
     pending_.push_back(step);

@@ -114,12 +114,12 @@ std::vector<PressedMaterial> representatives(std::vector<PressedMaterial> all, d
     constexpr double most_cell_steps = 4e6;
     constexpr size_t ranges = 512;
     if (all.size() <= 2 * ranges || double(all.size()) * steps <= most_cell_steps) return all;
-    const auto rate = [](const PressedMaterial& m) { return std::log(m.element.modulus / m.element.viscosity); };
+    const auto rate = [](const PressedMaterial& m) { return std::log(z_of(m.element, 1)); };
     double low = INFINITY, high = -INFINITY; // of rates that are finite
     for (const PressedMaterial& m : all)
         if (std::isfinite(rate(m))) low = std::min(low, rate(m)), high = std::max(high, rate(m));
-    const auto by_modulus = [](const PressedMaterial& m) { return m.around / m.element.modulus; };
-    const auto by_viscosity = [](const PressedMaterial& m) { return m.around / m.element.viscosity; };
+    const auto by_modulus = [](const PressedMaterial& m) { return final_strain(m.element, m.around); };
+    const auto by_viscosity = [](const PressedMaterial& m) { return strain_rate(m.element, m.around); };
     std::vector<const PressedMaterial*> soft(ranges + 2, nullptr), fluid(ranges + 2, nullptr);
     for (const PressedMaterial& m : all) {
         const double r = rate(m); // elastic materials come last, viscous ones first
@@ -156,8 +156,8 @@ std::vector<Cell> telling_cells(const PreparedSkin& skin, const Schedule& schedu
         for (const auto& [m, i] : best) chosen.push_back(i);
     };
     const size_t count = skin.uniform() ? 4 : some / 2;
-    choose(count, [&](size_t i) { return std::abs(p[i]) / element(i).modulus; });
-    choose(count, [&](size_t i) { return std::abs(p[i]) / element(i).viscosity; });
+    choose(count, [&](size_t i) { return final_strain(element(i), std::abs(p[i])); });
+    choose(count, [&](size_t i) { return strain_rate(element(i), std::abs(p[i])); });
     const size_t more = std::min(some, p.size());
     for (size_t i = 0; i < more; ++i) chosen.push_back((2 * i + 1) * p.size() / (2 * more));
     std::vector<Cell> cells;
@@ -255,11 +255,11 @@ class Analysis {
             }
             for (size_t i = 0; i < materials_.size(); ++i) {
                 const Element& m = materials_[i];
-                const double z = m.viscosity > 0 ? m.modulus * dt / m.viscosity : 0;
+                const double z = is_elastic(m) ? 0 : z_of(m, dt);
                 const CountedArithmetic& a = arithmetic_[i];
                 now_[i] =
                     a.pressed(kept[i], (*step.coefficients)[i], load_of(schedule_, step, envelope_peak_, peak_[i]), z);
-                if (step.bend > 0 && m.viscosity > 0) add_bend(now_[i], m, step);
+                if (step.bend > 0 && !is_elastic(m)) add_bend(now_[i], m, step);
                 exact_[i] = now_[i];
                 if (baseline)
                     exact_[i] = exact[i] = a.pressed(exact[i], (*true_step.coefficients)[i],
@@ -275,10 +275,10 @@ class Analysis {
     // Adds the error of a step within which the load bends: the rate at its end comes from a pressure and a stress that
     // cancel in double.
     void add_bend(CountedCell& cell, const Element& m, const plan::Step& step) const {
-        const double z = m.modulus * step.after_bend / m.viscosity;
-        const double rate = (4 + 2 * z) * 0x1p-53 * step.bend * std::exp(-z) / m.viscosity;
+        const double z = z_of(m, step.after_bend);
+        const double rate = strain_rate(m, (4 + 2 * z) * 0x1p-53 * step.bend * std::exp(-z));
         cell.d_rate += rate;
-        cell.d_acceleration += rate * (skin_.rule.step_mean ? 1 / schedule_.time.step : m.modulus / m.viscosity);
+        cell.d_acceleration += rate * (skin_.rule.step_mean ? 1 / schedule_.time.step : z_of(m, 1));
     }
 
     // Distance of the method from the exact one, per unit of pressure; 0 for the exact method itself. A common element

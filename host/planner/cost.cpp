@@ -54,7 +54,8 @@ void cost_march(Candidate& c, const PreparedSkin& skin, const Schedule& schedule
     const bool buffered = backend.double_buffered;
     const double real = c.precision == Precision::f64 ? 8 : 4;
     const bool integral = schedule.wanted[QUANTITY_SA2] || !buffered; // a device keeps it only if SA2 is asked for
-    const double state = (c.precision == Precision::f32_compensated ? 2 : 1) * (integral ? 2 : 1); // number of maps
+    const double state =
+        STATE_PLANES(c.precision == Precision::f32_compensated, integral ? RESPONSE_BIT(QUANTITY_SA2) : 0);
     const double responses = double(std::count(schedule.wanted.begin() + QUANTITY_SA1, schedule.wanted.end(), true));
     const double pressure = schedule.framed ? 2 : 1;
     const bool peeks =
@@ -66,7 +67,7 @@ void cost_march(Candidate& c, const PreparedSkin& skin, const Schedule& schedule
     c.flops = pressed * steps * (c.precision == Precision::f32_compensated ? 66 : 52);
     // Surface, pressure and the strain at the end are in double.
     c.bytes = cells * (16 + maps + 8) + real * (double(skin.padded_cells()) * held + tiles) +
-              (maps > 0 ? double(skin.materials.size()) * 12 * real : 0);
+              (maps > 0 ? double(skin.materials.size() * sizeof(f64::Coefficients) / sizeof(double)) * real : 0);
     c.seconds = steps * (2e-6 + pressed * precision_factor(c.precision) * backend.cell_step);
     if (backend.dispatch > 0) {
         c.dispatches = c.steps * (2 + static_cast<long long>(responses));

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "dermis/dermis.hpp"
+#include "host/scene/element.hpp"
 
 #include <fstream>
 
@@ -59,8 +60,8 @@ ValidatedScene validate(const Scene&);
 // over a step.
 SkinDescription validate_skin(const SkinDescription&, const std::vector<Quantity>& asked);
 
-// Checks another modulus and viscosity, one number each, for a scene that is validated. Throws Error::bad_input.
-void check_material(const Scene& validated, double modulus, double viscosity);
+// Checks the elements of another material for a scene that is validated. Throws Error::bad_input.
+void check_material(const Scene& validated, const Material&);
 
 // The functions below expect a validated scene or skin.
 
@@ -71,19 +72,12 @@ Map pressure_map(const ValidatedScene&);
 // Returns the wavelength of the ridges in cells; infinite for a surface without ridges of its own.
 double cells_per_ridge(const SkinDescription&);
 
-inline double modulus_at(const Material& m, size_t cell) {
-    return m.modulus_map.empty() ? m.modulus : m.modulus_map[cell];
-}
-inline double viscosity_at(const Material& m, size_t cell) {
-    return m.viscosity_map.empty() ? m.viscosity : m.viscosity_map[cell];
-}
-
 bool wants(const Scene&, Quantity); // whether a trace, a field or a site asks for it
 long long outputs(const Time&);     // number of output times
 // interval/step; 0 where it is not a whole number.
 long long steps_per_frame(double interval, double step);
 
-// The four classes of receptors, each with its place in Density.
+// The classes of receptors, which are the responses, each with its place in Density.
 struct ReceptorClass {
     Quantity type;
     double Density::*density;
@@ -94,6 +88,8 @@ inline constexpr ReceptorClass receptor_classes[] = {
     {Quantity::fa1, &Density::fa1},
     {Quantity::fa2, &Density::fa2},
 };
+// Returns their names, separated by commas.
+std::string receptor_class_names();
 inline bool is_receptor_class(Quantity q) {
     for (const ReceptorClass& c : receptor_classes)
         if (c.type == q) return true;

@@ -49,11 +49,18 @@ std::vector<Site> population(const Grid& grid, const Density& density, unsigned 
 
 namespace scene {
 
+std::string receptor_class_names() {
+    std::string names;
+    for (const ReceptorClass& c : receptor_classes) names += (names.empty() ? "" : ", ") + std::string(name(c.type));
+    return names;
+}
+
 std::vector<Site> read_sites(const std::string& path) {
     const auto fail = [&](const std::string& what) -> Error {
         return Error(Error::Code::bad_input, "sites.path",
                      "sites.path = \"" + path + "\": " + what +
-                         "; allowed: a first line type,x,y, then lines such as sa1,12,40 (sa1, sa2, fa1, fa2; cells)");
+                         "; allowed: a first line type,x,y, then lines such as sa1,12,40 (" + receptor_class_names() +
+                         "; cells)");
     };
     if (const std::string why = why_no_file(path); !why.empty()) throw fail(why);
     std::ifstream in(path);

@@ -101,7 +101,7 @@ void check_sites(const SkinDescription& s) {
         const std::string site = "sites[" + std::to_string(i) + "]";
         need_inside(site, s.sites[i].cell, s.grid);
         if (!is_receptor_class(s.sites[i].type))
-            refuse(site, std::string("\"") + name(s.sites[i].type) + "\"", "sa1, sa2, fa1, fa2");
+            refuse(site, std::string("\"") + name(s.sites[i].type) + "\"", receptor_class_names());
     }
 }
 
@@ -112,7 +112,7 @@ void check_output(const Scene& s) {
     for (Quantity q : s.output.traces)
         if (q == Quantity::curvature || q == Quantity::deformation)
             refuse("output.traces", std::string("\"") + name(q) + "\"",
-                   "strain, sa1, sa2, fa1, fa2; curvature and deformation as fields");
+                   "strain, " + receptor_class_names() + "; curvature and deformation as fields");
     for (const FieldRequest& f : s.output.fields) {
         need(finite(f.at) && f.at >= 0 && f.at <= s.time.duration, "output.fields.at", f.at,
              "0.." + shortest(s.time.duration) + ", within time.duration");

@@ -26,11 +26,11 @@ void check_fa2_of_sequence(const Scene& s, const MaterialSurvey& material) {
                    " s for FA2 as a mean over a step; or receptors.fa2 = \"point\", or leave fa2 out of [output]");
 }
 
-void check_stability(const Scene& s, double modulus, double viscosity, const std::string& where) {
+void check_stability(const Scene& s, const Element& m, const std::string& where) {
     if (s.method == Method::exact) return;
-    const double z = modulus * s.time.step / viscosity, limit = stability_limit(s.method);
+    const double z = z_of(m, s.time.step), limit = stability_limit(s.method);
     need(z <= limit || s.allow_unstable, "time.step", s.time.step,
-         "at most " + shortest(limit) + "*viscosity/modulus = " + shortest(limit * viscosity / modulus) +
+         "at most " + shortest(limit) + "*viscosity/modulus = " + shortest(limit * m.viscosity / m.modulus) +
              " s with method = \"" + name(s.method) + "\", which is stable up to dt/tau = " + shortest(limit) +
              " (here " + shortest(z) + where + "); or method = \"exact\", or allow_unstable = true");
 }
@@ -78,8 +78,7 @@ void check_material(const Scene& s) {
         else check_fa2_density(s, material);
     }
     const size_t cell = material.stiffest;
-    check_stability(s, modulus_at(s.material, cell), viscosity_at(s.material, cell),
-                    material.where(cell, s.grid.width));
+    check_stability(s, element_at(s.material, cell), material.where(cell, s.grid.width));
 }
 
 } // namespace
@@ -91,20 +90,21 @@ std::string MaterialSurvey::where(size_t cell, int width) const {
 MaterialSurvey survey_material(const SkinDescription& s) {
     const Material& m = s.material;
     MaterialSurvey survey;
-    survey.maps = !m.modulus_map.empty() || !m.viscosity_map.empty();
+    survey.maps = !is_uniform(m);
     if (!m.modulus_map.empty()) need_map("material.modulus", m.modulus_map, s.grid);
     if (!m.viscosity_map.empty()) need_map("material.viscosity", m.viscosity_map, s.grid);
     const size_t cells = survey.maps ? size_t(s.grid.width) * size_t(s.grid.height) : 1;
     const auto where = [&](size_t i) { return survey.where(i, s.grid.width); };
     double greatest = -1;
     for (size_t i = 0; i < cells; ++i) {
-        const double E = modulus_at(m, i), eta = viscosity_at(m, i);
+        const Element element = element_at(m, i);
+        const double E = element.modulus, eta = element.viscosity;
         if (!(finite(E) && E >= 0)) refuse("material.modulus", shortest(E) + where(i), "a finite number >= 0");
         if (!(finite(eta) && eta >= 0)) refuse("material.viscosity", shortest(eta) + where(i), "a finite number >= 0");
         if (E == 0 && eta == 0) refuse("material.viscosity", "0" + where(i), "> 0 where material.modulus is 0");
-        if (eta == 0) survey.elastic = i;
-        const double z = eta > 0 ? E / eta : INFINITY;
-        if (z > greatest) greatest = z, survey.stiffest = i;
+        if (is_elastic(element)) survey.elastic = i;
+        const double rate = z_of(element, 1);
+        if (rate > greatest) greatest = rate, survey.stiffest = i;
     }
     return survey;
 }
@@ -123,10 +123,9 @@ void check_curvature_and_receptors(SkinDescription& s) {
     for (double gain : s.receptors.fa2_gains) need_finite("receptors.fa2_gains", gain);
 }
 
-void check_material(const Scene& validated, double modulus, double viscosity) {
+void check_material(const Scene& validated, const Material& material) {
     Scene s = validated;
-    s.material.modulus = modulus;
-    s.material.viscosity = viscosity;
+    take_elements(s.material, material);
     check_material(s);
 }
 

@@ -36,29 +36,42 @@ RowNeighbours<real> neighbours(int y, int width, int height, int stencil, int ed
             .edges = edges};
 }
 
+// The places of a state's sums in the order of STATE_SUMS.
+#define SUM_PLACE(name) sum_##name,
+enum StateSum { STATE_SUMS(SUM_PLACE) state_sums };
+#undef SUM_PLACE
+
+// One row of a state: of each sum the values, and what they have lost to rounding, null unless sums are compensated.
+template <class real> struct StateRow {
+    real* value[state_sums];
+    real* lost[state_sums];
+};
+
 // Arguments of a step of `count` cells of a row. The new state may overwrite the old one. Null are pressure_to without
-// frames, material and table under a uniform material, and the _lost pointers unless sums are compensated.
+// frames, material and table under a uniform material.
 template <class K> struct AdvanceArguments {
     using real = typename K::real;
     int count;
     const real *pressure, *pressure_to; // between frames the pressure runs from the first to the second
     const int* material;
     const typename K::Coefficients* table;
-    const real *strain, *integral, *strain_lost, *integral_lost;
-    real *new_strain, *new_integral, *new_strain_lost, *new_integral_lost;
-    real *rate, *acceleration; // at the step's end
+    StateRow<real> from, to;
+    real* signal[STEP_SIGNALS]; // at the step's end: those that the state does not hold
 };
-// Bits that an advance returns: strain or integral changed in some cell.
-constexpr int strain_changed = 1, integral_changed = 2;
+// Bits that an advance returns, strain_changed and so on: the sum changed in some cell.
+#define SUM_CHANGED(name) constexpr int name##_changed = 1 << sum_##name;
+STATE_SUMS(SUM_CHANGED)
+#undef SUM_CHANGED
 
 // Arguments of the responses of columns first .. last - 1, where first is a multiple of TILE_CELLS. All rows begin at
 // column 0.
 template <class K> struct RespondArguments {
     using real = typename K::real;
     int first, last;
-    RowNeighbours<real> strain; // at the step's end
-    const real *integral, *rate, *acceleration, *rest_curvature;
-    real* response[4];                        // null: not stored
+    RowNeighbours<real> strain;        // at the step's end
+    const real* signal[RESPONSE_MAPS]; // the signal of each response
+    const real* rest_curvature;
+    real* response[RESPONSE_MAPS];            // null: not stored
     typename K::Summary* tiles[REDUCED_MAPS]; // null: not asked for
 };
 

@@ -75,31 +75,34 @@ void laplacian(const RowNeighbours<real>& l, int first, int last, real* L) {
 template <bool framed, bool materials, bool compensated>
 int advance_in(const AdvanceArguments<Kernels> a, const Constants c) {
     const LaneCoefficients uniform = lanes_of(c.coefficients);
-    int moved = 0, grown = 0;
+    int changed[state_sums] = {};
 #pragma GCC ivdep
     for (int i = 0; i < a.count; ++i) {
         const Load load = framed ? load_between(a.pressure[i], a.pressure_to[i], c) : load_of(a.pressure[i], c);
         const LaneCoefficients k = materials ? lanes_of(a.table[a.material[i]]) : uniform;
         CellState before{};
-        before.strain = sum_of(a.strain[i], compensated ? a.strain_lost[i] : real(0));
-        before.integral = sum_of(a.integral[i], compensated ? a.integral_lost[i] : real(0));
+#define LOAD_SUM(name)                                                                                                 \
+    before.name = sum_of(a.from.value[sum_##name][i], compensated ? a.from.lost[sum_##name][i] : real(0));
+        STATE_SUMS(LOAD_SUM)
+#undef LOAD_SUM
         const CellState after = advanced(before, load, k, compensated);
-        a.rate[i] = signal(QUANTITY_FA1, before, after, load, k);
-        a.acceleration[i] = signal(QUANTITY_FA2, before, after, load, k);
-        moved |= (after.strain.value != before.strain.value) | (after.strain.lost != before.strain.lost);
-        grown |= (after.integral.value != before.integral.value) | (after.integral.lost != before.integral.lost);
-        a.new_strain[i] = after.strain.value;
-        a.new_integral[i] = after.integral.value;
-        if constexpr (compensated) {
-            a.new_strain_lost[i] = after.strain.lost;
-            a.new_integral_lost[i] = after.integral.lost;
-        }
+#pragma GCC unroll 8
+        for (int s = 0; s < STEP_SIGNALS; ++s) a.signal[s][i] = signal(QUANTITY_FA1 + s, before, after, load, k);
+#define STORE_SUM(name)                                                                                                \
+    changed[sum_##name] |= (after.name.value != before.name.value) | (after.name.lost != before.name.lost);            \
+    a.to.value[sum_##name][i] = after.name.value;                                                                      \
+    if constexpr (compensated) a.to.lost[sum_##name][i] = after.name.lost;
+        STATE_SUMS(STORE_SUM)
+#undef STORE_SUM
     }
-    return moved * strain_changed | grown * integral_changed;
+    int bits = 0;
+    for (int s = 0; s < state_sums; ++s) bits |= changed[s] << s;
+    return bits;
 }
 
 template <bool framed, bool materials> int advance_for(const AdvanceArguments<Kernels>& a, const Constants& c) {
-    return a.strain_lost ? advance_in<framed, materials, true>(a, c) : advance_in<framed, materials, false>(a, c);
+    return a.from.lost[sum_strain] ? advance_in<framed, materials, true>(a, c)
+                                   : advance_in<framed, materials, false>(a, c);
 }
 
 int advance(const AdvanceArguments<Kernels>& a, const Constants& c) {
@@ -149,18 +152,16 @@ template <bool passed> real answer_of(int quantity, real x, real C, const Consta
     return passed ? response(x, C, c.curvature_length) : answer(quantity, x, C, c);
 }
 
-// All four responses of n cells in one loop.
+// All responses of n cells in one loop.
 template <bool passed>
-void respond_four(int n, const Constants c, const real* rest, const real* L, const real* const (&signals)[4],
-                  real (*responses)[chunk]) {
-    const real *strain = signals[0], *integral = signals[1], *rate = signals[2], *acceleration = signals[3];
+void respond_all(int n, const Constants c, const real* rest, const real* L, const real* const (&signals)[RESPONSE_MAPS],
+                 real (*responses)[chunk]) {
 #pragma GCC ivdep
     for (int i = 0; i < n; ++i) {
         const real C = curvature_of(rest[i], L[i], c.bend);
-        responses[0][i] = answer_of<passed>(QUANTITY_SA1, strain[i], C, c);
-        responses[1][i] = answer_of<passed>(QUANTITY_SA2, integral[i], C, c);
-        responses[2][i] = answer_of<passed>(QUANTITY_FA1, rate[i], C, c);
-        responses[3][i] = answer_of<passed>(QUANTITY_FA2, acceleration[i], C, c);
+#pragma GCC unroll 8
+        for (int r = 0; r < RESPONSE_MAPS; ++r)
+            responses[r][i] = answer_of<passed>(QUANTITY_SA1 + r, signals[r][i], C, c);
     }
 }
 
@@ -175,16 +176,20 @@ void respond_one(int quantity, int n, const Constants c, const real* rest, const
 
 template <bool passed> void respond_in(const RespondArguments<Kernels>& r, const Constants& c) {
     const auto wanted = [&](int i) { return r.response[i] || r.tiles[QUANTITY_SA1 + i]; };
-    const bool all = wanted(0) && wanted(1) && wanted(2) && wanted(3),
-               any = wanted(0) || wanted(1) || wanted(2) || wanted(3);
+    bool all = true, any = false;
+    for (int i = 0; i < RESPONSE_MAPS; ++i) {
+        all = all && wanted(i);
+        any = any || wanted(i);
+    }
     for (int x = r.first; x < r.last; x += chunk) {
         const int n = min(chunk, r.last - x), tile = x / TILE_CELLS;
-        alignas(64) real L[chunk], responses[4][chunk];
+        alignas(64) real L[chunk], responses[RESPONSE_MAPS][chunk];
         if (r.tiles[QUANTITY_STRAIN]) summarize(r.strain.here + x, n, r.tiles[QUANTITY_STRAIN] + tile);
-        const real* const signals[] = {r.strain.here + x, r.integral + x, r.rate + x, r.acceleration + x};
+        const real* signals[RESPONSE_MAPS];
+        for (int i = 0; i < RESPONSE_MAPS; ++i) signals[i] = r.signal[i] + x;
         if (any) laplacian_over(r.strain, x, x + n, L);
-        if (all) respond_four<passed>(n, c, r.rest_curvature + x, L, signals, responses);
-        for (int i = 0; i < 4; ++i) {
+        if (all) respond_all<passed>(n, c, r.rest_curvature + x, L, signals, responses);
+        for (int i = 0; i < RESPONSE_MAPS; ++i) {
             if (!wanted(i)) continue;
             if (!all) respond_one<passed>(QUANTITY_SA1 + i, n, c, r.rest_curvature + x, L, signals[i], responses[i]);
             if (r.tiles[QUANTITY_SA1 + i]) summarize(responses[i], n, r.tiles[QUANTITY_SA1 + i] + tile);

@@ -9,16 +9,14 @@ MarchMemory::MarchMemory(const plan::PreparedSkin& skin, const plan::Schedule& s
 // A buffer that the run does not need is bound all the same, so it has 4 bytes.
 VkDeviceSize MarchMemory::bytes_of(int name) const {
     constexpr VkDeviceSize unused = 4;
+    if (name >= responses && name < curvature)
+        return variant_.wanted[size_t(name - responses + QUANTITY_SA1)] ? map_ : unused;
     switch (name) {
     case state0:
     case state1: return VkDeviceSize(state_planes(variant_)) * map_;
     case surface:
     case curvature:
     case deformation: return schedule_.derives ? map_ : unused;
-    case sa1:
-    case sa2:
-    case fa1:
-    case fa2: return variant_.wanted[size_t(name - sa1 + QUANTITY_SA1)] ? map_ : unused;
     case pressure1: return variant_.framed ? map_ : unused;
     case material: return variant_.materials ? map_ : unused;
     case coefficients: return variant_.materials ? skin_.materials.size() * sizeof(f32::Coefficients) : unused;
@@ -44,7 +42,7 @@ void MarchMemory::clear(const Context& context, VkCommandBuffer commands) const 
     constexpr uint32_t nan = 0xffffffff;
     for (int name = 0; name < names; ++name)
         context.calls().vkCmdFillBuffer(commands, buffers_[size_t(name)].handle(), 0, VK_WHOLE_SIZE,
-                                        whole && name >= sa1 && name <= deformation ? nan : 0);
+                                        whole && name >= responses && name <= deformation ? nan : 0);
 }
 
 } // namespace dermis::vulkan

@@ -17,11 +17,8 @@ class MarchMemory {
         pressure1,
         state0,
         state1,
-        sa1,
-        sa2,
-        fa1,
-        fa2,
-        curvature,
+        responses, // the first of them
+        curvature = responses + RESPONSE_MAPS,
         deformation,
         coefficients,
         material,
@@ -40,7 +37,7 @@ class MarchMemory {
 
     Buffer& operator[](int name) { return buffers_[size_t(name)]; }
     BufferRange range(int name) const { return buffers_[size_t(name)].all(); }
-    static Name response(int quantity) { return Name(sa1 + quantity - QUANTITY_SA1); }
+    static Name response(int quantity) { return Name(responses + quantity - QUANTITY_SA1); }
 
   private:
     VkDeviceSize bytes_of(int name) const;

@@ -10,8 +10,8 @@ class PressKernel {
   public:
     struct Maps {
         BufferRange pressure_from, pressure_to, rest_curvature, state_from, state_to;
-        std::array<BufferRange, 4> response;         // any small range for a response that is not asked for
-        BufferRange coefficients, material, invalid; // any range for the first two if the material is uniform
+        std::array<BufferRange, RESPONSE_MAPS> response; // any small range for a response that is not asked for
+        BufferRange coefficients, material, invalid;     // any range for the first two if the material is uniform
     };
     PressKernel(Pipelines&, const plan::PreparedSkin&, const plan::Variant&, const plan::PressedBox&,
                 uint32_t max_bindings);

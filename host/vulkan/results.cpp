@@ -43,9 +43,9 @@ void Results::allocate(Context& context, const plan::Variant& variant, const Mar
     for (int map = state0; map < maps; ++map)
         for (const RowWindow& window : windows) {
             const bool state = map <= state1;
-            const BufferRange range =
-                memory.range(state ? Name::state0 + (map - state0) : MarchMemory::response(map - sa1 + QUANTITY_SA1));
-            const bool wanted = state || variant.wanted[size_t(map - sa1 + QUANTITY_SA1)];
+            const BufferRange range = memory.range(state ? Name::state0 + (map - state0)
+                                                         : MarchMemory::response(map - responses + QUANTITY_SA1));
+            const bool wanted = state || variant.wanted[size_t(map - responses + QUANTITY_SA1)];
             reduce_->bind(set++, {{REDUCE_MAP, wanted ? window.of(range, skin_.pitch, state ? planes_ : 1) : range},
                                   {REDUCE_PROBES, probe_cells_->all()},
                                   {REDUCE_SUMMARIES, summaries_->all()}});
@@ -62,7 +62,7 @@ int Results::record(VkCommandBuffer commands, const plan::Step& step, int state)
     for (int q = 0; q < REDUCED_MAPS; ++q) {
         if (!schedule_.wanted[size_t(q)]) continue;
         const bool strain = q == QUANTITY_STRAIN;
-        const size_t map = strain ? size_t(state0 + state) : size_t(sa1 + q - QUANTITY_SA1);
+        const size_t map = strain ? size_t(state0 + state) : size_t(responses + q - QUANTITY_SA1);
         for (size_t i = 0; i < windows_.size(); ++i) {
             const RowWindow& window = windows_[i];
             if (window.rows() == 0) continue;

@@ -27,7 +27,7 @@ class Results {
     void hand_over(const plan::Stepper::Sink&);
 
   private:
-    enum Map { state0, state1, sa1, sa2, fa1, fa2, maps }; // the maps that are reduced
+    enum Map { state0, state1, responses, maps = responses + RESPONSE_MAPS }; // the maps that are reduced
     size_t probes() const { return schedule_.points.size(); }
     size_t tiles() const { return size_t(skin_.height()) * size_t(skin_.tiles); }
 

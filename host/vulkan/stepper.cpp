@@ -174,6 +174,8 @@ class March : public plan::Stepper {
         const auto range = [this](int name) { return memory_.range(name); };
         Pipelines& pipelines = context_->pipelines();
         press_ = std::make_unique<PressKernel>(pipelines, skin_, variant_, schedule_.pressed, 4);
+        std::array<BufferRange, RESPONSE_MAPS> responses;
+        for (size_t i = 0; i < responses.size(); ++i) responses[i] = range(M::responses + int(i));
         for (int to : {0, 1}) // the pressure runs from the other one
             for (int from : {0, 1})
                 press_->bind(binding(from, to),
@@ -182,7 +184,7 @@ class March : public plan::Stepper {
                               .rest_curvature = range(M::rest_curvature),
                               .state_from = range(M::state0 + from),
                               .state_to = range(M::state1 - from),
-                              .response = {range(M::sa1), range(M::sa2), range(M::fa1), range(M::fa2)},
+                              .response = responses,
                               .coefficients = range(M::coefficients),
                               .material = range(M::material),
                               .invalid = range(M::invalid)});

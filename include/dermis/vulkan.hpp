@@ -44,7 +44,7 @@ namespace dermis::vulkan {
 // limit beyond the least that Vulkan 1.1 allows, except for storage buffers.
 struct Requirements {
     uint32_t api_version = VK_API_VERSION_1_1;    // least version of instance and device
-    uint32_t storage_buffers = 12;                // least maxPerStageDescriptorStorageBuffers (Vulkan's least is 4)
+    uint32_t storage_buffers = 0;                 // least maxPerStageDescriptorStorageBuffers (Vulkan's least is 4)
     std::vector<const char*> required_if_offered; // device extensions
     // Device extensions: kernels then declare round-to-nearest-even, as they do if host and device have Vulkan 1.2.
     std::vector<const char*> used_if_enabled;
@@ -124,7 +124,7 @@ class DERMIS_API SkinProgram {
     const MemoryNeeds& memory() const noexcept;
     // Cells from row to row of pressures and fields: the width rounded up to 16.
     int pitch() const noexcept;
-    // The floats of sa1, sa2, fa1 or fa2 within a response: a field of pitch()*height, row 0 first, or, if the
+    // The floats of one class (sa1 ..) within a response: a field of pitch()*height, row 0 first, or, if the
     // description has sites, one float per site of that class in the order given. count 0: not asked for.
     struct Range {
         size_t first = 0, count = 0;

@@ -8,7 +8,7 @@ set(broken "")
 
 # Members of Coefficients are named in kernels and in these files. Those with one letter are not looked for: b and f are
 # names of other members too, and whoever reads all of them also reads a longer one.
-set(knows_coefficients "^kernels/|^host/(plan/(coefficients|forcing|timeline)|planner/arithmetic)\\.cpp$")
+set(knows_coefficients "^kernels/|^host/(plan/(coefficients|forcing)|planner/arithmetic)\\.cpp$")
 
 macro(fault message)
     string(REPLACE ";" " " fault "${message}")

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: MIT
+// The Kelvin-Voigt element: what a cell's material is made of, and how that answers a stress. Only this file, the
+// checks of a material and the coefficients of a step take an element apart.
+#pragma once
+
+#include "dermis/dermis.hpp"
+
+#include <algorithm>
+#include <compare>
+
+namespace dermis::scene {
+
+// A spring beside a dashpot.
+struct Element {
+    double modulus, viscosity; // Pa, Pa s; >= 0, not both 0
+    auto operator<=>(const Element&) const = default;
+};
+
+inline bool is_elastic(const Element& m) { return m.viscosity == 0; }
+// dt/tau, where tau is the retardation time viscosity/modulus; infinity where the element is elastic.
+inline double z_of(const Element& m, double dt) { return is_elastic(m) ? INFINITY : m.modulus * dt / m.viscosity; }
+// Returns the strain that a constant stress leads to, as long as it is held; infinity without a spring.
+inline double final_strain(const Element& m, double stress) { return stress / m.modulus; }
+// Returns the rate of the strain at a stress and a strain; the element has a dashpot.
+inline double strain_rate(const Element& m, double stress, double strain = 0) {
+    return (stress - m.modulus * strain) / m.viscosity;
+}
+
+// Returns what an element's strain is inversely proportional to at a given retardation time: its modulus, or if that is 0
+// its viscosity.
+inline double resistance(const Element& m) { return m.modulus > 0 ? m.modulus : m.viscosity; }
+
+// Whether every cell is made of the same element.
+inline bool is_uniform(const Material& m) { return m.modulus_map.empty() && m.viscosity_map.empty(); }
+
+inline Element element_at(const Material& m, size_t cell) {
+    return {.modulus = m.modulus_map.empty() ? m.modulus : m.modulus_map[cell],
+            .viscosity = m.viscosity_map.empty() ? m.viscosity : m.viscosity_map[cell]};
+}
+
+// Gives `to` the elements of another material; its lengths stay.
+inline void take_elements(Material& to, const Material& from) {
+    to.modulus = from.modulus;
+    to.viscosity = from.viscosity;
+    to.modulus_map = from.modulus_map;
+    to.viscosity_map = from.viscosity_map;
+}
+
+inline void drop_maps(Material& m) { m.modulus_map = m.viscosity_map = {}; }
+
+// Seconds.
+struct TauRange {
+    double min, max;
+};
+
+// Returns the least and the greatest retardation time; infinity where there is no spring.
+inline TauRange tau_range(const std::vector<Element>& elements) {
+    TauRange tau{.min = INFINITY, .max = 0};
+    for (const Element& m : elements) {
+        tau.min = std::min(tau.min, m.viscosity / m.modulus);
+        tau.max = std::max(tau.max, m.viscosity / m.modulus);
+    }
+    return tau;
+}
+
+// Returns the greatest modulus, Pa.
+inline double stiffness(const Element& m) { return m.modulus; }
+
+} // namespace dermis::scene
