@@ -225,7 +225,7 @@ class Analysis {
                                      .single = kind.single,
                                      .bound = schedule.framed,
                                      .carried = kind.compensated ? 2 * u_ : 1,
-                                     .flush = peak > 0 ? 2 * kind.stored / peak : 0,
+                                     .flush = peak > 0 && !kind.separable ? 2 * kind.stored / peak : 0,
                                      .least = peak > 0 ? least / peak : 0};
         };
         const double steps = double(schedule.outputs);
@@ -310,7 +310,7 @@ class Analysis {
                 const double rounded = (share_[i] < 1 && !kind_.separable ? 2 : 1) * now_[i].error(q);
                 const double d_x = peak * (rounded + (sum ? last_ * value : 0) + truncation(i, q));
                 if (kind_.single && !(x * gain < 3e38)) worst = INFINITY;
-                const double stored = x == 0 ? 0 : kind_.stored;
+                const double stored = x == 0 || kind_.separable ? 0 : kind_.stored;
                 const double error =
                     q == QUANTITY_STRAIN ? d_x + stored : d_x * gain + x * (l_ * d_C + 3 * u_ * gain) + 2 * stored;
                 worst = std::max(worst, error);
@@ -358,7 +358,7 @@ Arithmetic arithmetic_of(Precision precision, bool separable) {
     return {.single = precision != Precision::f64,
             .compensated = separable || precision == Precision::f32_compensated,
             .separable = separable,
-            .stored = separable ? 0 : least};
+            .stored = least};
 }
 
 Peaks measured_peaks(const PreparedSkin& skin, const Schedule& schedule) {

@@ -12,8 +12,8 @@ using Errors = std::array<double, REDUCED_MAPS>; // of strain, SA1, SA2, FA1, FA
 // How a run computes.
 struct Arithmetic {
     bool single, compensated;
-    bool separable; // one cell under unit pressure is stepped for all
-    double stored;  // the least magnitude that is stored; a smaller one is 0
+    bool separable; // one cell under unit pressure is stepped for all, and nothing is flushed
+    double stored;  // the least magnitude that is stored; a smaller one is flushed to 0
 };
 Arithmetic arithmetic_of(Precision, bool separable);
 
