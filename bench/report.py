@@ -108,7 +108,7 @@ def work_precision(rows, folder):
     axis.plot([], [], "--", color="black", marker="o", markerfacecolor="white", label="open: float")
     axis.set(xlabel="ns per cell and simulated second (least of the runs)", ylabel="greatest error of strain / greatest strain",
              title=f"Error against cost, {cpu[0]['width']} x {cpu[0]['height']} cells on the CPU; each line joins step sizes")
-    axis.legend(fontsize=10, ncol=2, loc="center right", bbox_to_anchor=(1, 0.36))
+    axis.legend(fontsize=9, ncol=2, loc="lower right", bbox_to_anchor=(1, 0.155))
     save(figure, folder, "work_precision", rows)
 
 
