@@ -78,7 +78,7 @@ Decided decided(const Scene& validated, plan::PreparedRun&& run, const Device& d
               .device = !f64 && (!march || taken.precision == Precision::f64) ? Device::cpu() : device,
               .moments = {}};
     if (march || !why_not_separable(d.run.skin, d.run.schedule).empty()) return d;
-    d.run = as_uniform(std::move(d.run));
+    d.run = in_parts(std::move(d.run));
     d.moments = moments ? moments
                         : reduced::moments_of(d.run.skin, d.run.schedule, d.sites_alone(),
                                               d.device.impl().backend->capabilities().threads);

@@ -331,6 +331,36 @@ TEST_CASE("materials of one retardation time are served by moments, maps and sit
         }
 }
 
+TEST_CASE("materials of a few retardation times are served by moments, maps and sites, within the bound of rounding") {
+    for (double z : {1e-4, 0.05, 3.0, 30.0})
+        for (Envelope::Kind kind : {Envelope::Kind::step, Envelope::Kind::ramp, Envelope::Kind::sine}) {
+            CAPTURE(z);
+            CAPTURE(int(kind));
+            Scene s = square(14, 3e-11, {Quantity::strain, Quantity::sa1, Quantity::sa2, Quantity::fa1});
+            s.load.envelope.kind = kind;
+            s.time = {0.01, 0.8};
+            s.output.extremes = false;
+            s.output.probes = {{3, 4}, {13, 0}};
+            std::vector<double> modulus, viscosity;
+            for (int i = 0; i < 196; ++i) { // five times, and what varies beside them
+                modulus.push_back(std::pow(10, 4 + 2 * std::sin(0.37 * i * i)));
+                viscosity.push_back(s.time.step / z * modulus.back() * std::pow(2, i % 5));
+            }
+            s.material.modulus_map = modulus;
+            s.material.viscosity_map = viscosity;
+            const auto by = [&](Model model) {
+                s.model = model;
+                accepted(with_maps(s));
+            };
+            by(Model::moments);
+            s.output.fields = {{0.12, {Quantity::strain, Quantity::sa1, Quantity::fa1}}};
+            by(Model::maps);
+            s.output = {{}, {}, {}, true};
+            s.sites = {{Quantity::sa1, {6, 7}}, {Quantity::sa2, {0, 13}}, {Quantity::fa1, {9, 9}}};
+            by(Model::sites);
+        }
+}
+
 TEST_CASE("maps in float that share a retardation time are served by moments where the tolerance allows what rounding "
           "takes") {
     Scene s = square(14, 1e-6, {Quantity::strain, Quantity::sa1, Quantity::fa1});

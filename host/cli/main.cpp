@@ -23,6 +23,7 @@
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace dermis::cli {
 namespace {
@@ -109,11 +110,15 @@ void explain_run(const Arguments& a, const std::vector<std::string>& overrides, 
                e.binding ? "" : " (default: of what is chosen freely)");
     fmt::print("   {} at rest, apart from the errors below\n",
                shown_estimate(e.stencil_estimate, e.greatest_curvature));
-    if (e.common_time)
+    if (e.retardation_times.size() == 1)
         fmt::print(
             "   materials differ, but all have tau = {:.6g} s: the strain is pressure over {}, times one function of "
             "time\n",
-            *e.common_time, std::isfinite(*e.common_time) ? "modulus" : "viscosity");
+            e.retardation_times[0], std::isfinite(e.retardation_times[0]) ? "modulus" : "viscosity");
+    else if (e.retardation_times.size() > 1)
+        fmt::print(
+            "   materials have tau = {:.6g} s: the strain is the sum of {} maps, each times a function of time\n",
+            fmt::join(e.retardation_times, ", "), e.retardation_times.size());
     for (size_t i = 0; i < e.candidates.size(); ++i) {
         const Candidate& c = e.candidates[i];
         fmt::print("{} {} in {} on {}\n", i == e.chosen ? "->" : "  ", name(c.model), name(c.precision), c.device);

@@ -93,26 +93,25 @@ Variant variant_of(const PreparedSkin& skin, const Schedule& schedule, Precision
             .wanted = schedule.wanted};
 }
 
-PreparedRun as_uniform(PreparedRun run) {
+PreparedRun in_parts(PreparedRun run) {
     PreparedSkin& skin = run.skin;
-    if (skin.uniform() || !skin.common) return run;
-    Material& m = skin.description.material;
+    if (skin.uniform()) return run;
     Map pressure = std::vector<double>(skin.cells());
     double* quotient = pressure.edit().data();
     for (size_t i = 0; i < skin.cells(); ++i)
-        quotient[i] = run.schedule.pressure[i] / scene::resistance(scene::element_at(m, i));
+        quotient[i] = run.schedule.pressure[i] / scene::resistance(skin.materials[skin.material_at(i)]);
     run.schedule.pressure = pressure;
-    m.modulus = skin.common->element.modulus;
-    m.viscosity = skin.common->element.viscosity;
-    scene::drop_maps(m);
-    skin.materials = {skin.common->element};
-    skin.material_of.clear();
+    for (int& material : skin.material_of) material = skin.part_of[size_t(material)];
+    skin.materials.clear();
+    for (const Part& part : skin.parts) skin.materials.push_back(part.element);
+    if (skin.parts.size() == 1) skin.material_of.clear();
+    scene::drop_maps(skin.description.material);
     return run;
 }
 
 std::string why_not_separable(const PreparedSkin& skin, const Schedule& schedule) {
     const auto& gains = skin.description.receptors.fa2_gains;
-    if (!skin.uniform() && !skin.common) return "the material is not uniform, and its retardation times differ";
+    if (!skin.uniform() && skin.parts.empty()) return "the material has more than 8 retardation times";
     if (schedule.framed) return "the load is not one map times an envelope";
     if (gains[0] != -gains[1]) return "receptors.fa2_gains make FA2 depend on its sign";
     return "";
@@ -126,6 +125,8 @@ std::string why_not(const PreparedSkin& skin, const Schedule& schedule, Model mo
         return o.traces.empty() && o.fields.empty() ? "" : "traces or fields of all cells are asked for";
     }
     if (model == Model::moments && !o.fields.empty()) return "fields are asked for";
+    if (skin.parts.size() > 1 && o.extremes && !o.traces.empty())
+        return "extremes of several retardation times are asked for";
     return why_not_separable(skin, schedule);
 }
 

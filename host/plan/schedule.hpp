@@ -44,13 +44,14 @@ PreparedRun prepare_run(const Scene&, bool check = false);
 
 Variant variant_of(const PreparedSkin&, const Schedule&, Precision);
 
-// The run of a uniform skin that has the same strain: of the common element, under the pressure over each cell's
-// stiffness. A run whose skin is uniform, or has no common element, stays as it is.
-PreparedRun as_uniform(PreparedRun);
+// The run of a skin of as few elements as parts that has the same strain, under the pressure over each cell's
+// resistance. A run whose skin is uniform stays as it is.
+PreparedRun in_parts(PreparedRun);
 
 // The reason why a model cannot serve; empty if it can.
 std::string why_not(const PreparedSkin&, const Schedule&, Model);
-// The reason why the strain is no product of one map and a function of time; empty if it is.
+// The reason why the strain is no product, for each of a few parts of the skin, of a map and a function of time; empty
+// if it is.
 std::string why_not_separable(const PreparedSkin&, const Schedule&);
 
 } // namespace dermis::plan

@@ -18,31 +18,56 @@ struct ElementHash {
 // Retardation times count as one within the rounding of maps in float, where one map is a multiple of the other.
 constexpr double same_time = 0x1p-21;
 
-std::optional<CommonElement> common_element(const std::vector<Element>& materials) {
-    const auto all = [&](auto holds) { return std::all_of(materials.begin(), materials.end(), holds); };
-    const Element spring{1, 0}, dashpot{0, 1};
-    if (materials.size() < 2) return {};
-    if (all(scene::is_elastic)) return CommonElement{spring, spring, spring};
-    if (all([](const Element& m) { return m.modulus == 0; })) return CommonElement{dashpot, dashpot, dashpot};
-    double low = INFINITY, high = 0;
-    for (const Element& m : materials) {
-        const double time = m.viscosity / m.modulus;
-        if (!std::isnormal(time)) return {}; // a spring or a dashpot among others, or out of range
-        low = std::min(low, time);
-        high = std::max(high, time);
+constexpr size_t most_parts = 8;
+
+// Returns whether an element is of a part's retardation time. The part then spans it.
+bool joins(Part& part, const Element& m) {
+    const double time = m.viscosity / m.modulus, low = part.low.viscosity, high = part.high.viscosity;
+    if (is_elastic(part.element) || is_elastic(m)) return is_elastic(part.element) && is_elastic(m);
+    if (part.element.modulus == 0 || m.modulus == 0) return part.element.modulus == m.modulus;
+    if (std::max(high, time) - std::min(low, time) > same_time * std::max(high, time)) return false;
+    part.low.viscosity = std::min(low, time);
+    part.high.viscosity = std::max(high, time);
+    return true;
+}
+
+// The part of one element alone.
+Part part_of(const Element& m) {
+    const Element one = m.modulus == 0 ? Element{0, 1} : Element{1, m.viscosity / m.modulus};
+    return {one, one, one};
+}
+
+void find_parts(PreparedSkin& skin) {
+    skin.parts.clear();
+    skin.part_of.clear();
+    if (skin.materials.size() < 2) return;
+    for (const Element& m : skin.materials) {
+        const auto part = std::find_if(skin.parts.begin(), skin.parts.end(), [&](Part& p) { return joins(p, m); });
+        skin.part_of.push_back(int(part - skin.parts.begin()));
+        if (part != skin.parts.end()) continue;
+        skin.parts.push_back(part_of(m));
+        const double time = skin.parts.back().element.viscosity;
+        if (skin.parts.size() <= most_parts && (time == 0 || std::isnormal(time))) continue;
+        skin.parts.clear();
+        skin.part_of.clear();
+        return;
     }
-    if (high - low > same_time * high) return {};
-    // The quotients themselves are rounded.
-    return CommonElement{{1, low + (high - low) / 2}, {1, std::nextafter(low, 0)}, {1, std::nextafter(high, INFINITY)}};
+    for (Part& p : skin.parts) {
+        if (p.element.modulus == 0 || is_elastic(p.element)) continue;
+        double &low = p.low.viscosity, &high = p.high.viscosity;
+        p.element.viscosity = low + (high - low) / 2;
+        low = std::nextafter(low, 0); // the quotients themselves are rounded
+        high = std::nextafter(high, INFINITY);
+    }
 }
 
 void find_materials(PreparedSkin& skin) {
     const Material& m = skin.description.material;
     skin.materials.clear();
     skin.material_of.clear();
-    skin.common.reset();
     if (scene::is_uniform(m)) {
         skin.materials = {scene::element_at(m, 0)};
+        find_parts(skin);
         return;
     }
     std::unordered_map<Element, int, ElementHash> known; // as many as cells, in the worst case
@@ -55,7 +80,7 @@ void find_materials(PreparedSkin& skin) {
             skin.material_of[y * size_t(skin.pitch) + size_t(x)] = material->second;
         }
     if (skin.materials.size() == 1) skin.material_of.clear();
-    skin.common = common_element(skin.materials);
+    find_parts(skin);
 }
 
 } // namespace

@@ -19,9 +19,9 @@ struct PressedBox {
     int last_column(int width) const { return std::min(last_tile * TILE_CELLS, width); }
 };
 
-// The element of which every cell's is a multiple, its stiffness, in a skin whose cells have one retardation time. So
-// their strain is the strain of this element under the pressure over the stiffness.
-struct CommonElement {
+// The cells of a skin that have one retardation time. Their elements are multiples of one, each by its resistance
+// (scene/element.hpp), so that their strain is that of this element under the pressure over the resistance.
+struct Part {
     Element element;   // modulus 1, or modulus 0 and viscosity 1
     Element low, high; // the same with the least and the greatest retardation time, which only rounding sets apart
     // Whether the maps were rounded in float, so that not only rounding in double sets the strain apart.
@@ -37,7 +37,8 @@ struct PreparedSkin {
     f64::Constants constants{};     // the members that do not change from step to step
     std::vector<Element> materials; // each once, in the order of its first cell
     std::vector<int> material_of;   // index into materials of each cell, pitch*height; empty if there is one material
-    std::optional<CommonElement> common; // none if there is one material, or if retardation times differ
+    std::vector<Part> parts;  // where materials differ: of one retardation time each; none if there are more than 8
+    std::vector<int> part_of; // index into parts of each material
     ResponseRule rule{};
 
     int width() const { return constants.width; }

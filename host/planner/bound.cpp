@@ -235,11 +235,7 @@ class Analysis {
             peak_.push_back(m.around);
             share_.push_back(m.around > 0 ? m.peak / m.around : 0);
         }
-        if (!skin.uniform() || !skin.common) return;
-        materials_ = {skin.common->low, skin.common->high};
-        arithmetic_.push_back(arithmetic_[0]);
-        peak_.push_back(peak_[0]);
-        share_.push_back(share_[0]);
+        if (kind.separable && !skin.parts.empty()) pair_parts();
     }
 
     Bounds run() {
@@ -281,12 +277,30 @@ class Analysis {
         cell.d_acceleration += rate * (skin_.rule.step_mean ? 1 / schedule_.time.step : z_of(m, 1));
     }
 
-    // Distance of the method from the exact one, per unit of pressure; 0 for the exact method itself. A common element
-    // adds what its retardation times differ by and the rounding of pressure over stiffness.
+    // Each part is analysed with its least and with its greatest retardation time, one after the other.
+    void pair_parts() {
+        std::vector<CountedArithmetic> arithmetic;
+        std::vector<double> peak, share;
+        materials_.clear();
+        for (size_t i = 0; i < skin_.parts.size(); ++i)
+            for (const Element& m : {skin_.parts[i].low, skin_.parts[i].high}) {
+                materials_.push_back(m);
+                arithmetic.push_back(arithmetic_[i]);
+                peak.push_back(peak_[i]);
+                share.push_back(share_[i]);
+            }
+        arithmetic_ = arithmetic;
+        peak_ = peak;
+        share_ = share;
+        paired_ = true;
+    }
+
+    // Distance of the method from the exact one, per unit of pressure; 0 for the exact method itself. A part adds what
+    // its retardation times differ by and the rounding of pressure over resistance.
     double truncation(size_t i, int q) const {
         const double method = std::abs(now_[i].value(q) - exact_[i].value(q));
-        if (!skin_.uniform() || !skin_.common) return method;
-        return method + std::abs(now_[0].value(q) - now_[1].value(q)) + 0x1p-53 * std::abs(now_[i].value(q));
+        if (!paired_) return method;
+        return method + std::abs(now_[i].value(q) - now_[i ^ 1].value(q)) + 0x1p-53 * std::abs(now_[i].value(q));
     }
 
     // Takes the errors at the end of a step that is read.
@@ -329,6 +343,7 @@ class Analysis {
     std::vector<CountedArithmetic> arithmetic_; // of each material
     std::vector<double> peak_;                  // of each: the pressure around what is read
     std::vector<double> share_;                 // the pressure on what is read, as a share of that
+    bool paired_ = false;                       // materials are the least and the greatest of each part
     std::vector<CountedCell> now_, exact_;      // by the method, and by the exact one
     Bounds bounds_{};
 };

@@ -26,7 +26,7 @@ Peaks measured_peaks(const plan::PreparedSkin&, const plan::Schedule&);
 
 // Bounds of |X - X_exact|: rounding by a running analysis of one cell of each material under the load, the curvature's
 // share by the stencil's weights, a baseline's truncation as its distance from the exact method. A run of
-// plan::as_uniform is bounded against the skin that it stands for.
+// plan::in_parts is bounded against the skin that it stands for.
 struct Bounds {
     Errors error;    // of |X - X_exact|
     Errors greatest; // of |X_exact|

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 namespace dermis::planner {
 namespace {
@@ -79,8 +80,8 @@ class ErrorBounds {
         const Arithmetic kind = arithmetic_of(c.precision, separable);
         if (!peaks_) peaks_ = measured_peaks(skin_, schedule_);
         if (!separable || skin_.uniform()) return worst(skin_, schedule_, kind);
-        if (!uniform_) uniform_ = plan::as_uniform({skin_, schedule_});
-        return worst(uniform_->skin, uniform_->schedule, kind);
+        if (!parts_) parts_ = plan::in_parts({skin_, schedule_});
+        return worst(parts_->skin, parts_->schedule, kind);
     }
 
   private:
@@ -93,7 +94,7 @@ class ErrorBounds {
     const PreparedSkin& skin_;
     const Schedule& schedule_;
     std::optional<Peaks> peaks_;
-    std::optional<plan::PreparedRun> uniform_; // of the same strain, where materials have one retardation time
+    std::optional<plan::PreparedRun> parts_; // of the same strain, where materials differ
 };
 
 } // namespace
@@ -112,7 +113,8 @@ Explanation choose(const PreparedSkin& skin, const Schedule& schedule, const Req
         if (!c.refused.empty()) continue;
         c.refused = ruled_out(c, r, backends);
         const bool possible = c.refused.empty();
-        const bool rough = c.model == Model::march || (skin.common && skin.common->rough());
+        const bool rough = c.model == Model::march ||
+                           std::any_of(skin.parts.begin(), skin.parts.end(), std::mem_fn(&plan::Part::rough));
         const bool free = rough && !r.precision && (c.model == Model::march || !r.model), binds = e.binding || free;
         // No bound is needed for a candidate that is the only one, or whose only error is rounding in double.
         const bool forced = r.model || r.precision || r.baseline;
@@ -145,8 +147,8 @@ Explanation choose(const PreparedSkin& skin, const Schedule& schedule, const Req
     const plan::StencilEstimate at_rest = stencil_estimate(skin, schedule.pressure, 0);
     e.stencil_estimate = at_rest.greatest;
     e.greatest_curvature = at_rest.curvature;
-    if (skin.common && why_not_separable(skin, schedule).empty())
-        e.common_time = skin.common->element.viscosity / skin.common->element.modulus;
+    if (!why_not_separable(skin, schedule).empty()) return e;
+    for (const plan::Part& part : skin.parts) e.retardation_times.push_back(scene::tau_range({part.element}).max);
     return e;
 }
 

@@ -24,10 +24,11 @@ void cost_quotient(Candidate& c, const PreparedSkin& skin) {
 void cost_moments(Candidate& c, const PreparedSkin& skin, const Schedule& schedule) {
     const double cells = double(skin.cells()), steps = double(c.steps);
     const double fields = double(schedule.output.fields.size()), points = double(schedule.points.size());
-    c.traffic = cells * (32 + 40 * fields);
-    c.flops = cells * (40 + 6 * fields) + steps * (250 + 10 * points);
-    c.bytes = cells * (16 + 8 * fields);
-    c.seconds = cells * (1.5e-8 + 4e-9 * fields) + steps * (2e-7 + 2e-9 * points);
+    const double parts = std::max(1.0, double(skin.parts.size()));
+    c.traffic = cells * (16 + 16 * parts + 40 * fields);
+    c.flops = cells * (20 + 20 * parts + 6 * fields) + steps * parts * (250 + 10 * points);
+    c.bytes = cells * (8 + 8 * parts + 8 * fields);
+    c.seconds = cells * (5e-9 + 1e-8 * parts + 4e-9 * fields) + steps * parts * (2e-7 + 2e-9 * points);
     cost_quotient(c, skin);
 }
 

@@ -27,9 +27,6 @@ class MomentRow {
                            skin_.constants.bend, sums);
     }
 
-    const std::vector<double>& rest() const { return rest_; } // L(S) of the last row
-    const std::vector<double>& load() const { return L_; }    // L(p) of the last row, per cell^2
-
   private:
     const double* pressure(int y) const {
         return schedule_.pressure.data() + size_t(y) * size_t(unit_.width) + size_t(first_);

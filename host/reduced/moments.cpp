@@ -10,14 +10,26 @@
 namespace dermis::reduced {
 namespace {
 
+std::vector<Map> pressures_of_parts(const plan::PreparedSkin& skin, const plan::Schedule& schedule) {
+    if (skin.uniform()) return {schedule.pressure};
+    std::vector<Map> parts(skin.materials.size(), std::vector<double>(skin.cells()));
+    std::vector<double*> cells;
+    for (Map& part : parts) cells.push_back(part.edit().data());
+    for (size_t i = 0; i < skin.cells(); ++i) cells[skin.material_at(i)][i] = schedule.pressure[i];
+    return parts;
+}
+
 void add_points(Moments& m, const plan::PreparedSkin& skin, const plan::Schedule& schedule) {
     const Grid unit = plan::without_spacing(skin.description.grid);
     const double length = skin.constants.curvature_length, bend = skin.constants.bend;
     for (const Cell& c : schedule.points) {
-        const double p = schedule.pressure[size_t(c.y) * size_t(unit.width) + size_t(c.x)],
-                     rest = plan::rest_curvature_at(skin, c),
-                     L = plan::laplacian_at(schedule.pressure, c, unit, skin.stencil, skin.edges);
-        m.points.push_back({p, p * (1 + length * rest), p * (length * (bend * L))});
+        const size_t cell = size_t(c.y) * size_t(unit.width) + size_t(c.x);
+        const double p = schedule.pressure[cell], rest = plan::rest_curvature_at(skin, c);
+        m.points.push_back({.part = skin.material_at(cell), .p = p, .a = p * (1 + length * rest), .b = {}});
+        for (const Map& part : m.pressures) {
+            const double L = plan::laplacian_at(part, c, unit, skin.stencil, skin.edges);
+            m.points.back().b.push_back(p * (length * (bend * L)));
+        }
     }
 }
 
@@ -123,21 +135,83 @@ void add_hull(Moments& m, const std::vector<Vertex>& vertices) {
     m.lower = with_slopes(sides.lower, -1);
 }
 
-} // namespace
+constexpr int stripe_rows = 16; // fixed, because the bits depend on it
 
-std::shared_ptr<const Moments> moments_of(const plan::PreparedSkin& skin, const plan::Schedule& schedule,
-                                          bool points_only, int threads) {
-    auto m = std::make_shared<Moments>();
-    add_points(*m, skin, schedule);
-    if (points_only) return m;
-    constexpr int stripe_rows = 16, sampled = 8; // fixed, because the bits depend on them
+void check_finite(const Moments::Means& m) {
+    bool all = std::isfinite(m.p) && std::isfinite(m.a);
+    for (double b : m.b) all = all && std::isfinite(b);
+    if (!all)
+        throw Error(Error::Code::bad_input, "",
+                    "pressure times curvature overflows; allowed: loads and lengths whose products stay below 1.8e308");
+}
+
+// The sums of several parts, without extremes.
+class PartSums {
+  public:
+    PartSums(const plan::PreparedSkin& skin, const plan::Schedule& schedule, const std::vector<Map>& parts)
+        : skin_(skin), schedule_(schedule), parts_(parts), unit_(plan::without_spacing(skin.description.grid)) {}
+
+    // The sums of rows first .. last - 1.
+    std::vector<Moments::Means> of_rows(int first, int last) const {
+        const int from = schedule_.pressed.first_column(), to = schedule_.pressed.last_column(skin_.width());
+        const size_t width = size_t(to - from);
+        std::vector<Moments::Means> sums(parts_.size(), {.p = 0, .a = 0, .b = std::vector<double>(parts_.size())});
+        std::vector<double> rest(width), L(width);
+        for (int y = first; y < last; ++y) {
+            const size_t row = size_t(y) * size_t(skin_.width()) + size_t(from);
+            plan::rest_curvature_row(skin_, y, from, to, rest.data());
+            for (size_t x = 0; x < width; ++x) {
+                Moments::Means& s = sums[skin_.material_at(row + x)];
+                const double p = schedule_.pressure[row + x];
+                s.p += p;
+                s.a += p * (1 + skin_.constants.curvature_length * rest[x]);
+            }
+            for (size_t m = 0; m < parts_.size(); ++m) {
+                plan::laplacian_row(parts_[m], y, from, to, unit_, skin_.stencil, skin_.edges, L.data());
+                for (size_t x = 0; x < width; ++x)
+                    sums[skin_.material_at(row + x)].b[m] +=
+                        schedule_.pressure[row + x] *
+                        (skin_.constants.curvature_length * (skin_.constants.bend * L[x]));
+            }
+        }
+        return sums;
+    }
+
+    std::vector<Moments::Means> of_all(simd::Pool& pool) const {
+        const plan::PressedBox& box = schedule_.pressed;
+        const int rows = box.last_row - box.first_row, count = (rows + stripe_rows - 1) / stripe_rows;
+        std::vector<std::vector<Moments::Means>> stripes(static_cast<size_t>(count));
+        pool.share(count, [&](int first, int last) {
+            for (int i = first; i < last; ++i)
+                stripes[size_t(i)] =
+                    of_rows(box.first_row + i * stripe_rows, box.first_row + std::min((i + 1) * stripe_rows, rows));
+        });
+        std::vector<Moments::Means> sums(parts_.size(), {.p = 0, .a = 0, .b = std::vector<double>(parts_.size())});
+        for (const auto& stripe : stripes)
+            for (size_t k = 0; k < parts_.size(); ++k) {
+                sums[k].p += stripe[k].p;
+                sums[k].a += stripe[k].a;
+                for (size_t m = 0; m < parts_.size(); ++m) sums[k].b[m] += stripe[k].b[m];
+            }
+        return sums;
+    }
+
+  private:
+    const plan::PreparedSkin& skin_;
+    const plan::Schedule& schedule_;
+    const std::vector<Map>& parts_;
+    const Grid unit_;
+};
+
+// The sums, range and hull of one part.
+void add_one_part(Moments& m, const plan::PreparedSkin& skin, const plan::Schedule& schedule, simd::Pool& pool) {
+    constexpr int sampled = 8; // rows; fixed, because the bits depend on it
     const plan::PressedBox& box = schedule.pressed;
     const int rows = box.last_row - box.first_row, count = (rows + stripe_rows - 1) / stripe_rows;
     std::vector<Stripe> stripes(static_cast<size_t>(count));
     Stripe sample; // evenly spaced rows: their hull contains most points of the others
     if (rows > 0 && schedule.output.extremes)
         sample.add_rows(skin, schedule, box.first_row, box.last_row, std::max(rows / sampled, 1), {});
-    simd::Pool pool(simd::useful_threads(skin.cells(), threads));
     pool.share(count, [&](int first, int last) {
         for (int i = first; i < last; ++i)
             stripes[size_t(i)].add_rows(skin, schedule, box.first_row + i * stripe_rows,
@@ -146,24 +220,39 @@ std::shared_ptr<const Moments> moments_of(const plan::PreparedSkin& skin, const 
     const bool full = rows == skin.height() && box.first_tile == 0 && box.last_tile == skin.tiles;
     std::vector<Vertex> vertices = sample.hull;
     if (!full) vertices.push_back({0, 0}); // cells outside the pressed box
-    m->least = full ? stripes[0].least : 0;
-    m->greatest = full ? stripes[0].greatest : 0;
+    m.least = full ? stripes[0].least : 0;
+    m.greatest = full ? stripes[0].greatest : 0;
+    Moments::Means sums{.p = 0, .a = 0, .b = {0}};
     for (const Stripe& stripe : stripes) {
-        m->p += stripe.p;
-        m->a += stripe.a;
-        m->b += stripe.b;
+        sums.p += stripe.p;
+        sums.a += stripe.a;
+        sums.b[0] += stripe.b;
         vertices.insert(vertices.end(), stripe.hull.begin(), stripe.hull.end());
-        m->least = std::min(m->least, stripe.least);
-        m->greatest = std::max(m->greatest, stripe.greatest);
+        m.least = std::min(m.least, stripe.least);
+        m.greatest = std::max(m.greatest, stripe.greatest);
     }
-    for (double* mean : {&m->p, &m->a, &m->b}) {
-        if (!std::isfinite(*mean))
-            throw Error(
-                Error::Code::bad_input, "",
-                "pressure times curvature overflows; allowed: loads and lengths whose products stay below 1.8e308");
-        *mean /= double(skin.cells());
+    m.means = {sums};
+    check_finite(sums); // before the hull, which takes finite points
+    if (schedule.output.extremes) add_hull(m, vertices);
+}
+
+} // namespace
+
+std::shared_ptr<const Moments> moments_of(const plan::PreparedSkin& skin, const plan::Schedule& schedule,
+                                          bool points_only, int threads) {
+    auto m = std::make_shared<Moments>();
+    m->pressures = pressures_of_parts(skin, schedule);
+    add_points(*m, skin, schedule);
+    if (points_only) return m;
+    simd::Pool pool(simd::useful_threads(skin.cells(), threads));
+    if (skin.uniform()) add_one_part(*m, skin, schedule, pool);
+    else m->means = PartSums(skin, schedule, m->pressures).of_all(pool);
+    for (Moments::Means& sums : m->means) {
+        check_finite(sums);
+        sums.p /= double(skin.cells());
+        sums.a /= double(skin.cells());
+        for (double& b : sums.b) b /= double(skin.cells());
     }
-    if (schedule.output.extremes) add_hull(*m, vertices);
     return m;
 }
 

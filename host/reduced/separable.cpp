@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Steps the scalars of one cell under unit pressure, and turns them into means, extremes, points and fields.
-#include "host/reduced/moment_row.hpp"
+// Steps one cell of each part under unit pressure, and turns its signals into means, extremes, points and fields.
+#include "host/plan/laplacian.hpp"
 #include "host/reduced/moments.hpp"
 
 #include <algorithm>
@@ -14,73 +14,82 @@ class Separable : public plan::Stepper {
     Separable(const plan::PreparedSkin& skin, const plan::Schedule& schedule, std::shared_ptr<const Moments> moments,
               bool points_only, Sink sink)
         : skin_(skin), schedule_(schedule), moments_(std::move(moments)), points_only_(points_only),
-          sink_(std::move(sink)) {}
+          sink_(std::move(sink)), state_(skin.materials.size()), visible_(skin.materials.size()) {}
 
     void frame(const std::vector<double>&) override {} // plan::why_not refuses frames
 
-    // Sums are compensated: with one cell to step, that costs nothing.
+    // Sums are compensated: with one cell of each part to step, that costs nothing.
     void press(const plan::Step& step) override {
-        const f64::LaneCoefficients k = f64::lanes_of(step.coefficients->front());
         const f64::Load load = f64::load(step.start, step.rise, step.jump);
-        const f64::CellState after = f64::advanced(state_, load, k, 1);
-        visible_.g = after.strain.value;
-        visible_.G = after.integral.value;
-        visible_.rate = f64::rate_after(state_.strain.value, load, k);
-        visible_.acceleration = f64::acceleration_after(state_.strain.value, load, k) * skin_.constants.gain_plus;
+        for (size_t k = 0; k < state_.size(); ++k) {
+            const f64::LaneCoefficients lanes = f64::lanes_of((*step.coefficients)[k]);
+            const f64::CellState after = f64::advanced(state_[k], load, lanes, 1);
+            for (int q = 0; q < REDUCED_MAPS; ++q)
+                visible_[k][size_t(q)] = f64::signal(q, state_[k], after, load, lanes);
+            visible_[k][QUANTITY_FA2] *= skin_.constants.gain_plus;
+            if (step.keep) state_[k] = after;
+        }
         if (step.trace >= 0 || step.impulse >= 0) points_only_ ? deliver_sites(step) : deliver(step);
-        if (step.keep) state_ = after;
     }
 
     void finish() override {}
 
     plan::StencilEstimate estimate(const plan::PreparedSkin& skin) override {
-        return plan::stencil_estimate(skin, schedule_.pressure, visible_.g);
+        if (state_.size() == 1) return plan::stencil_estimate(skin, schedule_.pressure, strain(0));
+        return plan::stencil_estimate(skin, strains(), 1);
     }
 
     void read(const std::vector<Quantity>& what, std::vector<std::vector<double>>& maps) override {
         const size_t width = size_t(skin_.width());
+        const Grid unit = plan::without_spacing(skin_.description.grid);
         maps.resize(what.size());
         for (auto& map : maps) map.resize(skin_.cells());
-        MomentRow row(skin_, schedule_, 0, skin_.width());
-        std::vector<double> a(width), b(width), unused(5 * width);
-        double* u = unused.data();
+        std::vector<double> rest(width);
+        std::vector<std::vector<double>> L(state_.size(), rest); // L(p_m) per cell^2
         for (int y = 0; y < skin_.height(); ++y) {
-            row.compute(
-                y, a.data(), b.data(),
-                {.p = u, .a = u + width, .b = u + 2 * width, .least = u + 3 * width, .greatest = u + 4 * width});
+            plan::rest_curvature_row(skin_, y, 0, skin_.width(), rest.data());
+            for (size_t m = 0; m < L.size(); ++m)
+                plan::laplacian_row(moments_->pressures[m], y, 0, skin_.width(), unit, skin_.stencil, skin_.edges,
+                                    L[m].data());
             for (size_t i = 0; i < what.size(); ++i)
-                read_row(what[i], y, row, a, b, maps[i].data() + size_t(y) * width);
+                read_row(what[i], size_t(y) * width, rest, L, maps[i].data() + size_t(y) * width);
         }
     }
 
   private:
-    // Strain, integral, rate and acceleration per unit of pressure.
-    struct Scalars {
-        double g = 0, G = 0, rate = 0, acceleration = 0;
-    };
+    double strain(size_t part) const { return visible_[part][QUANTITY_STRAIN]; }
 
-    double scalar(Quantity q) const {
-        switch (q) {
-        case Quantity::strain:
-        case Quantity::sa1: return visible_.g;
-        case Quantity::sa2: return visible_.G;
-        case Quantity::fa1: return visible_.rate;
-        case Quantity::fa2: return visible_.acceleration;
-        default: return 0;
+    std::vector<double> strains() const {
+        std::vector<double> eps(skin_.cells());
+        for (size_t i = 0; i < eps.size(); ++i) eps[i] = schedule_.pressure[i] * strain(skin_.material_at(i));
+        return eps;
+    }
+
+    // at: the row's first cell.
+    void read_row(Quantity q, size_t at, const std::vector<double>& rest, const std::vector<std::vector<double>>& L,
+                  double* out) const {
+        const f64::Constants& c = skin_.constants;
+        std::vector<double> b(L.size());
+        for (size_t x = 0; x < rest.size(); ++x) {
+            const size_t part = skin_.material_at(at + x);
+            const double p = schedule_.pressure[at + x];
+            if (q == Quantity::strain) out[x] = p * strain(part);
+            else if (q == Quantity::deformation)
+                out[x] = skin_.heights[at + x] * skin_.relief - c.thickness * p * strain(part);
+            else if (q == Quantity::curvature) {
+                out[x] = rest[x];
+                for (size_t m = 0; m < b.size(); ++m) out[x] -= c.bend * L[m][x] * strain(m);
+            } else {
+                for (size_t m = 0; m < b.size(); ++m) b[m] = p * (c.curvature_length * (c.bend * L[m][x]));
+                out[x] = visible_[part][size_t(q)] * gained(p * (1 + c.curvature_length * rest[x]), b);
+            }
         }
     }
 
-    void read_row(Quantity q, int y, const MomentRow& row, const std::vector<double>& a, const std::vector<double>& b,
-                  double* out) const {
-        const f64::Constants& c = skin_.constants;
-        const size_t width = size_t(c.width), at = size_t(y) * width;
-        const double *heights = skin_.heights.data() + at, *p = schedule_.pressure.data() + at;
-        const double X = scalar(q), g = visible_.g;
-        for (size_t x = 0; x < width; ++x)
-            if (q == Quantity::strain) out[x] = p[x] * g;
-            else if (q == Quantity::deformation) out[x] = heights[x] * skin_.relief - c.thickness * p[x] * g;
-            else if (q == Quantity::curvature) out[x] = row.rest()[x] - c.bend * row.load()[x] * g;
-            else out[x] = X * (a[x] - g * b[x]);
+    // a - sum of g_m*b_m.
+    double gained(double a, const std::vector<double>& b) const {
+        for (size_t m = 0; m < b.size(); ++m) a -= strain(m) * b[m];
+        return a;
     }
 
     // Delivers the response of each site's own class.
@@ -90,24 +99,31 @@ class Separable : public plan::Stepper {
         sample_.points.resize(n * REDUCED_MAPS);
         for (size_t i = 0; i < sites.size(); ++i) {
             const Moments::Point& p = moments_->points[first + i];
-            sample_.points[size_t(sites[i].type) * n + first + i] = scalar(sites[i].type) * (p.a - visible_.g * p.b);
+            const size_t q = size_t(sites[i].type);
+            sample_.points[q * n + first + i] = visible_[p.part][q] * gained(p.a, p.b);
         }
         sink_(step, sample_);
     }
 
     void deliver(const plan::Step& step) {
         const Moments& m = *moments_;
-        const double g = visible_.g;
-        const bool extremes = schedule_.output.extremes;
+        const double g = strain(0); // extremes: of one part alone
+        const bool extremes = schedule_.output.extremes && m.means.size() == 1;
         const double high = extremes ? extreme(m.upper, g, 1) : NAN, low = extremes ? extreme(m.lower, g, -1) : NAN;
         const auto ordered = [](double x, double y) { return std::pair{std::min(x, y), std::max(x, y)}; };
         sample_.points.clear();
-        for (int q = 0; q < REDUCED_MAPS; ++q) {
-            const double X = scalar(Quantity(q));
-            const bool strain = q == QUANTITY_STRAIN;
-            const auto [min, max] = strain ? ordered(X * m.least, X * m.greatest) : ordered(X * low, X * high);
-            sample_.totals[size_t(q)] = {strain ? X * m.p : X * (m.a - g * m.b), min, max};
-            for (const Moments::Point& p : m.points) sample_.points.push_back(strain ? p.p * X : X * (p.a - g * p.b));
+        for (size_t q = 0; q < REDUCED_MAPS; ++q) {
+            const double X = visible_[0][q];
+            const bool strained = q == QUANTITY_STRAIN;
+            const auto [min, max] = strained ? ordered(X * m.least, X * m.greatest) : ordered(X * low, X * high);
+            double mean = 0;
+            for (size_t k = 0; k < m.means.size(); ++k) {
+                const Moments::Means& sums = m.means[k];
+                mean += visible_[k][q] * (strained ? sums.p : gained(sums.a, sums.b));
+            }
+            sample_.totals[q] = {mean, min, max};
+            for (const Moments::Point& p : m.points)
+                sample_.points.push_back(visible_[p.part][q] * (strained ? p.p : gained(p.a, p.b)));
         }
         sink_(step, sample_);
     }
@@ -118,8 +134,8 @@ class Separable : public plan::Stepper {
     const bool points_only_;
     Sink sink_;
     plan::Sample sample_;
-    f64::CellState state_{};
-    Scalars visible_;
+    std::vector<f64::CellState> state_;                     // of one cell of each part under unit pressure
+    std::vector<std::array<double, REDUCED_MAPS>> visible_; // its strain and signals after the last step
 };
 
 } // namespace

@@ -350,9 +350,9 @@ struct Explanation {
     size_t chosen = 0;
     double stencil_estimate = 0;   // 1/m: greatest |C5 - C4| at rest; no part of the errors here
     double greatest_curvature = 0; // 1/m: greatest |C| at rest, the scale of the estimate
-    // s: the retardation time of all cells where their materials differ and yet the strain is one map times a function
-    // of time; infinite if the modulus is 0.
-    std::optional<double> common_time;
+    // s: where materials differ, and yet the strain is the sum of a few maps, each times a function of time: the
+    // retardation times of these; infinite where the modulus is 0.
+    std::vector<double> retardation_times;
     double tolerance = 0;
     bool binding = false; // the tolerance is the scene's
 };
