@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstring>
 
 namespace dermis {
 
@@ -113,6 +114,7 @@ namespace {
 
 // Counts the numbers whose bits differ. The sign and the payload of a NaN are no number, and are left to each device.
 long long different(const std::vector<double>& a, const std::vector<double>& b) {
+    if (!a.empty() && std::memcmp(a.data(), b.data(), a.size() * sizeof(double)) == 0) return 0;
     long long n = 0;
     for (size_t i = 0; i < a.size(); ++i)
         n += std::bit_cast<uint64_t>(a[i]) != std::bit_cast<uint64_t>(b[i]) && !(std::isnan(a[i]) && std::isnan(b[i]));

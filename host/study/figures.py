@@ -2,6 +2,7 @@
 """Draws figures 3 to 12 of the published study, error against cost and stability from a results folder into its figures/."""
 import sys
 from collections import namedtuple
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import matplotlib
@@ -340,6 +341,13 @@ folder = Path(sys.argv[1])
 (folder / "figures").mkdir(exist_ok=True)
 plt.rcParams.update({"figure.dpi": 150, "figure.constrained_layout.use": True, "font.size": 9, "axes.titlesize": 9.5,
                      "legend.fontsize": 8})
-for draw in (figure_3, figure_4, figure_5, figure_6, figure_7, figure_8, figure_9, figure_10, figure_11, figure_12,
-             error_vs_time, stability):
-    draw(folder)
+FIGURES = (figure_3, figure_4, figure_5, figure_6, figure_7, figure_8, figure_9, figure_10, figure_11, figure_12,
+           error_vs_time, stability)
+
+
+def draw(i):
+    FIGURES[i](folder)
+
+
+with ProcessPoolExecutor() as pool:
+    list(pool.map(draw, range(len(FIGURES))))  # raises what a figure raises
