@@ -165,17 +165,6 @@ double VulkanFrames::press(int count) {
     return gpu;
 }
 
-double VulkanFrames::copy(int times) {
-    const VkBufferCopy region{0, 0, buffers_[frames].bytes()};
-    return timed([&](VkCommandBuffer commands) {
-        for (int i = 0; i < times; ++i) {
-            context_->calls().vkCmdCopyBuffer(commands, buffers_[frames].handle(), buffers_[responses].handle(), 1,
-                                              &region);
-            context_->barrier(commands);
-        }
-    });
-}
-
 std::vector<float> VulkanFrames::response(int r) {
     vulkan::Buffer staging(*context_, buffers_[responses].bytes(), vulkan::Buffer::Location::host);
     const VkBufferCopy region{0, 0, staging.bytes()};

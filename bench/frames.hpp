@@ -47,9 +47,6 @@ class VulkanFrames {
     double recording() const { return recording_; } // seconds of the host to record one of the last frames, on average
     std::vector<float> response(int r);             // pitch*height values; r = 0 .. 3: SA1, SA2, FA1, FA2
 
-    // Copies a frame on the device `times` times. Returns seconds on the device.
-    double copy(int times);
-
   private:
     template <class Record> double timed(Record&&);
     const FrameScene& scene_;

@@ -63,10 +63,8 @@ class StreamedFrames {
     void add_moves(int threads);
     void add_vulkan(VulkanFrames::Shader);
     void measure_recording();
-    const Series& copies(int threads) const;
-    double device_copy_GBs();
     void set_device_time(Series&) const;
-    void set_ratio(Series&) const;
+    void set_limit(Series&) const;
 
     Bench& bench_;
     const int n_;
@@ -77,7 +75,7 @@ class StreamedFrames {
     std::vector<std::unique_ptr<cpu::FramePress>> streams_;
     std::vector<std::unique_ptr<CpuMoves>> moves_;
     std::vector<std::unique_ptr<VulkanFrames>> devices_;
-    std::deque<Series> copies_, series_; // their work refers to them, so that they must not move
+    std::deque<Series> series_; // their work refers to them, so that they must not move
 };
 
 StreamedFrames::StreamedFrames(Bench& bench, int n)
@@ -86,11 +84,6 @@ StreamedFrames::StreamedFrames(Bench& bench, int n)
       expected_(after_frames(scene_, 1, simd::plain)) {
     for (int i = 0; i < 4; ++i) out_.emplace_back(scene_.cells());
     const std::vector<int> threads = bench.cores > 1 ? std::vector{1, bench.cores} : std::vector{1};
-    for (int t : threads) {
-        Series& s = copies_.emplace_back();
-        s.row = bench.cpu("copy", n, t);
-        s.work = [memory = std::make_shared<Limits>(t)] { return memory->copy(); };
-    }
     for (const simd::Isa* isa : simd::isas())
         for (int t : threads) {
             add_cpu(*isa, t, true);
@@ -156,14 +149,6 @@ void StreamedFrames::add_vulkan(VulkanFrames::Shader shader) {
     s.work = [this, &s, &device] { return seconds_of([&] { s.gpu_seconds.push_back(device.press(device_frames_)); }); };
 }
 
-const Series& StreamedFrames::copies(int threads) const { return threads == 1 ? copies_.front() : copies_.back(); }
-
-double StreamedFrames::device_copy_GBs() {
-    std::vector<double> seconds;
-    for (int i = 0; i < 5; ++i) seconds.push_back(devices_[0]->copy(4) / 4);
-    return 2 * double(scene_.cells()) * sizeof(float) / timing_of(seconds).median / 1e9;
-}
-
 // A software driver's threads are this process's own, so that their time is known already.
 void StreamedFrames::set_device_time(Series& s) const {
     const Timing device = timing_of(s.gpu_seconds);
@@ -171,34 +156,30 @@ void StreamedFrames::set_device_time(Series& s) const {
     if (bench_.vulkan->info().kind != "software") s.row.wall.busy = device.least;
 }
 
-// A kernel's time is measured by that of the kernel which only moves the same memory on the same device. What several
-// threads of the CPU cost depends on who else is served, so that only one thread is compared.
-void StreamedFrames::set_ratio(Series& s) const {
-    if (s.row.threads > 1) return;
+// A kernel's limit is the one which only moves the same memory, by as many threads on the same device. Their ratio is
+// gated on one thread and on devices: what several threads cost depends on who else is served.
+void StreamedFrames::set_limit(Series& s) const {
     const char* moves = s.gpu_seconds.empty() ? "cpu-moves" : "vulkan-moves";
-    for (const Series& m : series_)
-        if (m.row.backend == moves && m.row.threads == s.row.threads && &m != &s)
-            s.row.relative_to("moves", m.row.wall, m.row.bytes());
+    for (const Series& m : series_) {
+        if (m.row.backend != moves || m.row.threads != s.row.threads || &m == &s) continue;
+        s.row.against("moves", m.row.bytes() / m.row.wall.median / 1e9);
+        if (s.row.threads <= 1) s.row.relative_to("moves", m.row.wall, m.row.bytes());
+    }
 }
 
 void StreamedFrames::measure() {
     std::vector<std::function<double()>> work;
-    for (const auto* list : {&copies_, &series_})
-        for (const Series& s : *list) work.push_back(s.work);
+    for (const Series& s : series_) work.push_back(s.work);
     const std::vector<Timing> timings = bench_.paired(work, rounds);
     auto timing = timings.begin();
-    for (auto* list : {&copies_, &series_})
-        for (Series& s : *list) s.row.wall = *timing++;
-    const double device_GBs = devices_.empty() ? 0 : device_copy_GBs();
     for (Series& s : series_) {
+        s.row.wall = *timing++;
         const bool on_device = !s.gpu_seconds.empty();
         s.row.steps = on_device ? device_frames_ : frames_;
         if (on_device) set_device_time(s);
-        s.row.against("copy",
-                      on_device ? device_GBs : double(Limits::moved()) / copies(s.row.threads).row.wall.median / 1e9);
     }
     for (Series& s : series_) {
-        set_ratio(s);
+        set_limit(s);
         bench_.add(s.row);
     }
     if (!devices_.empty()) measure_recording();

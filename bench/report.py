@@ -213,7 +213,7 @@ def devices(rows, folder):
 
 
 def table(rows):
-    lines = ["| workload | backend | threads | cells | model | precision | median s | ns per cell and step | of the limit |",
+    lines = ["| workload | backend | threads | cells | model | precision | median s | ns per cell and step | of its limit |",
              "|---|---|---|---|---|---|---|---|---|"]
     for r in rows:
         if r["workload"] in ("accuracy", "limit"):
