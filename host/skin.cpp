@@ -27,17 +27,12 @@ struct Skin::Impl {
     std::array<std::vector<float>, RESPONSE_MAPS> dense; // fields of width*height, where the pitch is greater
 
     size_t cells() const { return width * height; }
-    void check_pressure(const float* pressure, size_t cells) const;
+    void refuse_pressure(const float* pressure) const;
 };
 
-// Throws Error::bad_input naming the size or the first cell that is not finite.
-void Skin::Impl::check_pressure(const float* pressure, size_t count) const {
-    if (count != cells())
-        scene::refuse("pressure", std::to_string(count) + " cells",
-                      "width*height = " + std::to_string(cells()) + ", row 0 first");
-    bool all = true; // no early exit, so that the loop vectorises
-    for (size_t i = 0; i < count; ++i) all &= (std::bit_cast<uint32_t>(pressure[i]) & 0x7f800000u) != 0x7f800000u;
-    for (size_t i = 0; !all && i < count; ++i)
+// Throws Error::bad_input naming the first cell that is not finite.
+void Skin::Impl::refuse_pressure(const float* pressure) const {
+    for (size_t i = 0; i < cells(); ++i)
         if (!scene::finite(double(pressure[i])))
             scene::refuse("pressure", shortest(double(pressure[i])) + " in cell " + scene::cell_text(i, int(width)),
                           "finite numbers");
@@ -59,12 +54,10 @@ void Skin::press(const float* pressure, size_t cells, double dt) {
     Impl& s = *impl_;
     // Only on failure: need_not_negative() builds its message first, which allocates.
     if (!scene::finite(dt) || dt < 0) scene::need_not_negative("dt", dt);
-    s.check_pressure(pressure, cells);
-    float* to = s.stream->pressure();
-    if (s.width == s.pitch) std::memcpy(to, pressure, cells * sizeof(float));
-    else
-        for (size_t y = 0; y < s.height; ++y)
-            std::memcpy(to + y * s.pitch, pressure + y * s.width, s.width * sizeof(float));
+    if (cells != s.cells())
+        scene::refuse("pressure", std::to_string(cells) + " cells",
+                      "width*height = " + std::to_string(s.cells()) + ", row 0 first");
+    if (!s.stream->take(pressure, s.width)) s.refuse_pressure(pressure);
     if (!s.stream->press(dt))
         scene::need(false, "dt", dt, "seconds over which the coefficients of a step stay below 3.4e38");
     for (size_t r = 0; r < s.dense.size(); ++r) {

@@ -76,6 +76,8 @@ template <class K> class Cells {
 
     void rest() { state_.rest(size_t(pitch_) * size_t(height_)); }
 
+    simd::Pool& pool() { return pool_; }
+
   private:
     State<real> resting_state() const { return {size_t(pitch_) * size_t(height_), variant_.compensated}; }
 

@@ -6,6 +6,7 @@
 #include "host/plan/site_stepper.hpp"
 #include "host/simd/pool.hpp"
 
+#include <atomic>
 #include <cmath>
 #include <optional>
 
@@ -19,6 +20,7 @@ struct FramePress::Impl {
     virtual void run(const f32::Constants&, const float* from, const float* to,
                      float* const (&response)[RESPONSE_MAPS]) = 0;
     virtual void reset() = 0;
+    virtual simd::Pool& pool() = 0;
 
     StreamedSkin streamed;
     std::vector<plan::Element> materials; // those that are stepped
@@ -45,14 +47,16 @@ struct FramePress::Fields : Impl {
     }
 
     void reset() override { cells.rest(); }
+    simd::Pool& pool() override { return cells.pool(); }
 
     const std::vector<float> rest;
     Cells<f32> cells;
 };
 
 struct FramePress::Sites : Impl {
-    explicit Sites(StreamedSkin s)
-        : Impl(std::move(s)), cells(streamed.skin, {streamed.skin.whole()}, site_cells(streamed.skin)),
+    Sites(StreamedSkin s, int threads)
+        : Impl(std::move(s)), threads_(threads),
+          cells(streamed.skin, {streamed.skin.whole()}, site_cells(streamed.skin)),
           stepper(streamed.skin, cells, streamed.variant()) {
         for (const Cell& c : cells.points) points.push_back(stepper.point(c));
         for (auto* pressure : {&from, &to}) pressure->resize(cells.cells.size());
@@ -87,7 +91,9 @@ struct FramePress::Sites : Impl {
     }
 
     void reset() override { stepper.reset(); }
+    simd::Pool& pool() override { return threads_; }
 
+    simd::Pool threads_; // take in the pressure
     const plan::SiteCells cells;
     plan::SiteStepper<f32> stepper;
     std::vector<plan::SiteStepper<f32>::Point> points;
@@ -99,13 +105,33 @@ FramePress::FramePress(StreamedSkin skin, int threads, const simd::Isa& isa) {
     const DefaultFloats guard; // threads inherit it
     threads = simd::useful_threads(skin.skin.cells(), threads);
     if (skin.skin.description.sites.empty()) impl_ = std::make_unique<Fields>(std::move(skin), threads, isa);
-    else impl_ = std::make_unique<Sites>(std::move(skin));
+    else impl_ = std::make_unique<Sites>(std::move(skin), threads);
     impl_->table.resize(impl_->materials.size());
 }
 
 FramePress::~FramePress() = default;
 
 void FramePress::reset() { impl_->reset(); }
+
+bool FramePress::copy(const float* pressure, size_t stride, float* to) {
+    const plan::PreparedSkin& skin = impl_->streamed.skin;
+    struct {
+        plan::PressureCopy copy;
+        long long rows, threads;
+        std::atomic<bool> finite = true;
+    } job{.copy = {.from = pressure,
+                   .stride = stride,
+                   .width = size_t(skin.width()),
+                   .to = to,
+                   .pitch = size_t(skin.pitch)},
+          .rows = skin.height(),
+          .threads = impl_->pool().threads()};
+    impl_->pool().each([&job](int thread) { // captures so little that nothing is allocated
+        if (!copy_rows(job.copy, int(job.rows * thread / job.threads), int(job.rows * (thread + 1) / job.threads)))
+            job.finite = false;
+    });
+    return job.finite;
+}
 
 bool FramePress::press(double dt, const float* from, const float* to, float* const (&response)[RESPONSE_MAPS]) {
     const DefaultFloats guard;
@@ -128,6 +154,8 @@ class SideBySide {
     explicit SideBySide(const std::vector<size_t>& sizes) {
         size_t all = line;
         for (size_t size : sizes) all += size + gap;
+        values_.reserve(all);
+        simd::prefer_large_pages(values_.data(), all * sizeof(float));
         values_.assign(all, 0.0f);
         size_t at = (64 - reinterpret_cast<uintptr_t>(values_.data()) % 64) % 64 / sizeof(float);
         for (size_t size : sizes) {
@@ -153,7 +181,8 @@ class CpuStream : public plan::Stream {
             response_[r] = skin.wanted[QUANTITY_SA1 + r] ? memory_[2 + r] : nullptr;
     }
 
-    float* pressure() override { return pressure_[1]; }
+    // The map that is overwritten is the one before the last press, which nobody needs any more.
+    bool take(const float* pressure, size_t stride) override { return press_.copy(pressure, stride, pressure_[1]); }
 
     bool press(double dt) override {
         if (!press_.press(dt, pressure_[0], pressure_[1], response_)) return false;

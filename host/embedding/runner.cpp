@@ -28,7 +28,8 @@ SkinProgram fitting(const Context& context, const plan::StreamedSkin& skin) {
 } // namespace
 
 SkinRunner::SkinRunner(std::shared_ptr<Context> context, const plan::StreamedSkin& skin)
-    : context_(std::move(context)), program_(fitting(*context_, skin)),
+    : width_(size_t(skin.skin.width())), pitch_(size_t(skin.skin.pitch)), height_(skin.skin.height()),
+      context_(std::move(context)), program_(fitting(*context_, skin)),
       constants_(buffer(program_.memory().constants, Buffer::Location::device)),
       state_{buffer(program_.memory().state, Buffer::Location::device),
              buffer(program_.memory().state, Buffer::Location::device)},
@@ -91,9 +92,14 @@ bool SkinRunner::exact() {
     return program_.check_passed(back.data());
 }
 
-float* SkinRunner::pressure() {
+bool SkinRunner::take(const float* pressure, size_t stride) {
     context_->need_working();
-    return static_cast<float*>(upload_.data());
+    return plan::copy_rows({.from = pressure,
+                            .stride = stride,
+                            .width = width_,
+                            .to = static_cast<float*>(upload_.data()),
+                            .pitch = pitch_},
+                           0, height_);
 }
 
 bool SkinRunner::press(double dt) {

@@ -14,7 +14,7 @@ class SkinRunner : public plan::Stream {
     SkinRunner(std::shared_ptr<Context>, const plan::StreamedSkin&);
     ~SkinRunner() override;
     // All functions throw Error::device if the device is lost.
-    float* pressure() override;
+    bool take(const float* pressure, size_t stride) override;
     bool press(double dt) override;
     const float* response(Quantity) const override;
     void reset() override;
@@ -24,6 +24,8 @@ class SkinRunner : public plan::Stream {
     Buffer buffer(const Memory&, Buffer::Location);
     void fill(Buffer&, const Memory&);
 
+    const size_t width_, pitch_;
+    const int height_;
     std::shared_ptr<Context> context_;
     SkinProgram program_;
     Buffer constants_, state_[2], pressure_[2], response_, invalid_, upload_, download_;

@@ -21,8 +21,9 @@ struct Capabilities {
 class Stream {
   public:
     virtual ~Stream() = default;
-    // The memory of the next pressure, Pa, pitch*height; cells beyond the width stay 0.
-    virtual float* pressure() = 0;
+    // Takes in the next pressure, Pa, whose rows of `width` begin `stride` numbers apart. Returns false if a number is
+    // not finite; another one must then be taken in before the next press.
+    virtual bool take(const float* pressure, size_t stride) = 0;
     // Steps dt seconds, over which the pressure runs linearly from that of the previous press to this one. Returns
     // false, and changes nothing, if a coefficient of the step is beyond float.
     virtual bool press(double dt) = 0;

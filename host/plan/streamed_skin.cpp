@@ -5,6 +5,7 @@
 #include "host/scene/refusal.hpp"
 
 #include <algorithm>
+#include <bit>
 
 namespace dermis::plan {
 namespace {
@@ -90,6 +91,19 @@ ResponseLayout response_layout_of(const StreamedSkin& s) {
     for (const Site& site : sites)
         layout.site.push_back(layout.of[size_t(site.type)].first + next[size_t(site.type)]++);
     return layout;
+}
+
+bool copy_rows(const PressureCopy& copy, int first, int last) {
+    bool all = true; // no early exit, so that the loop vectorises
+    for (size_t y = size_t(first); y < size_t(last); ++y) {
+        const float* from = copy.from + y * copy.stride;
+        float* to = copy.to + y * copy.pitch;
+        for (size_t x = 0; x < copy.width; ++x) {
+            all &= (std::bit_cast<uint32_t>(from[x]) & 0x7f800000u) != 0x7f800000u;
+            to[x] = from[x];
+        }
+    }
+    return all;
 }
 
 bool fill_table(const std::vector<Element>& materials, const ResponseRule& rule, double dt, f32::Coefficients* table) {

@@ -27,6 +27,16 @@ struct ResponseLayout {
 };
 ResponseLayout response_layout_of(const StreamedSkin&);
 
+// A pressure, whose rows begin `stride` numbers apart, and a map of `pitch` for it.
+struct PressureCopy {
+    const float* from;
+    size_t stride, width;
+    float* to;
+    size_t pitch;
+};
+// Copies rows first .. last - 1. Returns whether all numbers are finite.
+bool copy_rows(const PressureCopy&, int first, int last);
+
 // Writes the coefficients of a press for each of the materials, in float. Returns false if dt or one of them is beyond
 // float. Allocates nothing.
 bool fill_table(const std::vector<Element>& materials, const ResponseRule&, double dt, f32::Coefficients* table);
