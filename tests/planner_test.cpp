@@ -414,7 +414,7 @@ TEST_CASE("sites that march are measured by their own class") {
     s.time = {0.1, 2};
     s.sites = {{Quantity::sa1, {4, 4}}, {Quantity::fa1, {4, 4}}};
     s.output.traces = {Quantity::strain};
-    for (double tolerance : {1e-3, 1e-4}) { // below, what is flushed at 2^-64 cannot be excluded
+    for (double tolerance : {1e-3, 1e-4, 1e-6, 1e-9}) {
         CAPTURE(tolerance);
         s.tolerance = tolerance;
         accepted(c);
