@@ -52,6 +52,17 @@ const std::vector<Quantity> all_quantities = {Quantity::strain,     Quantity::sa
                                               Quantity::fa1,        Quantity::fa2, Quantity::curvature,
                                               Quantity::deformation};
 
+// Every kind begins, bends or jumps between outputs. A frequency of no whole periods leaves a dashpot a strain that is
+// not rounding alone.
+void take_envelope(Envelope& e, Envelope::Kind kind, double frequency) {
+    e.kind = kind;
+    if (kind == Envelope::Kind::table) e.times = {0.03, 0.21, 0.21}, e.values = {1, -0.5, 2};
+    else e.start = kind == Envelope::Kind::sine ? 0 : 0.1;
+    e.length = 0.07;
+    e.period = 0.17;
+    e.frequency = frequency;
+}
+
 // Gives every cell a stiffness of its own, within `decades` powers of ten, by which modulus and viscosity are
 // multiplied.
 void vary(Material& m, const Grid& grid, double decades) {
@@ -106,13 +117,7 @@ TEST_CASE("moments, maps and march agree to 1e-12 under every method, envelope, 
         s.material.modulus = std::pow(10, number(random));
         s.material.viscosity = std::pow(10, number(random));
         s.allow_unstable = true;
-        Envelope& e = s.load.envelope;
-        e.kind = Envelope::Kind(random() % 5);
-        if (e.kind == Envelope::Kind::table) e.times = {0.03, 0.21, 0.21}, e.values = {1, -0.5, 2};
-        else e.start = e.kind == Envelope::Kind::sine ? 0 : 0.1;
-        e.length = 0.07;
-        e.period = 0.17;
-        e.frequency = 4;
+        take_envelope(s.load.envelope, Envelope::Kind(random() % 5), 4);
         if (s.method == Method::published) {
             if (std::min(s.grid.width, s.grid.height) < 2) continue;
         } else {
@@ -153,14 +158,8 @@ TEST_CASE("moments, maps, sites and march agree to 1e-12 where materials differ 
         if (kind == 1 && s.method == Method::exact)
             s.material.viscosity = 0, s.receptors.fa2 = Fa2::step_mean; // springs
         vary(s.material, s.grid, 1.5);
-        Envelope& e = s.load.envelope;
-        e.kind = Envelope::Kind(random() % 5);
-        if (e.kind == Envelope::Kind::table) e.times = {0.03, 0.21, 0.21}, e.values = {1, -0.5, 2};
-        else e.start = e.kind == Envelope::Kind::sine ? 0 : 0.1;
-        e.length = 0.07;
-        e.period = 0.17;
-        e.frequency = 3.7; // no whole periods, after which a dashpot's strain is rounding alone
-        e.phase = 0.4;
+        take_envelope(s.load.envelope, Envelope::Kind(random() % 5), 3.7);
+        s.load.envelope.phase = 0.4;
         const Result march = under(s, Model::march);
         const Result moments = under(s, Model::moments);
         check_agree(moments, march, 1e-12);
@@ -207,13 +206,7 @@ TEST_CASE("a few retardation times are a part each: moments, maps, sites and mar
         s.receptors.fa2 = spring ? Fa2::step_mean : Fa2(random() % 2);
         if (exact && random() % 2) s.receptors.sa2_adaptation = 0.3;
         classify(s.material, s.grid, 2 + int(random() % 7), spring, random() % 2);
-        Envelope& e = s.load.envelope;
-        e.kind = Envelope::Kind(random() % 5);
-        if (e.kind == Envelope::Kind::table) e.times = {0.03, 0.21, 0.21}, e.values = {1, -0.5, 2};
-        else e.start = e.kind == Envelope::Kind::sine ? 0 : 0.1;
-        e.length = 0.07;
-        e.period = 0.17;
-        e.frequency = 3.7;
+        take_envelope(s.load.envelope, Envelope::Kind(random() % 5), 3.7);
         const Result moments = under(s, Model::moments);
         s.output.extremes = true; // the scale of what is compared
         const Result march = under(s, Model::march);

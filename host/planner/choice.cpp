@@ -97,6 +97,18 @@ class ErrorBounds {
     std::optional<plan::PreparedRun> parts_; // of the same strain, where materials differ
 };
 
+// Refuses a tolerance that not even the best of the candidates keeps.
+[[noreturn]] void refuse_tolerance(double tolerance, const Candidate& best) {
+    const std::string attainable =
+        std::isfinite(best.error)
+            ? shortest(best.error) + " with model " + name(best.model) + " in " + name(best.precision) + " on " +
+                  best.device
+            : "none, because results may grow beyond " +
+                  (best.precision == Precision::f64 ? "1.8e308" : "3.4e38 in " + std::string(name(best.precision)));
+    throw Error(Error::Code::bad_input, "tolerance",
+                "tolerance = " + shortest(tolerance) + "; attainable here: " + attainable);
+}
+
 } // namespace
 
 Explanation choose(const PreparedSkin& skin, const Schedule& schedule, const Request& r, const Backends& backends,
@@ -127,17 +139,7 @@ Explanation choose(const PreparedSkin& skin, const Schedule& schedule, const Req
         if (!nearest || c.error < e.candidates[*nearest].error) nearest = i;
         c.refused = "its error may reach " + shortest(c.error) + ", above the tolerance";
     }
-    if (!taken && nearest && e.binding) {
-        const Candidate& best = e.candidates[*nearest];
-        if (!std::isfinite(best.error))
-            throw Error(
-                Error::Code::bad_input, "tolerance",
-                "tolerance = " + shortest(e.tolerance) + "; attainable here: none, because results may grow beyond " +
-                    (best.precision == Precision::f64 ? "1.8e308" : "3.4e38 in " + std::string(name(best.precision))));
-        throw Error(Error::Code::bad_input, "tolerance",
-                    "tolerance = " + shortest(e.tolerance) + "; attainable here: " + shortest(best.error) +
-                        " with model " + name(best.model) + " in " + name(best.precision) + " on " + best.device);
-    }
+    if (!taken && nearest && e.binding) refuse_tolerance(e.tolerance, e.candidates[*nearest]);
     if (!taken && nearest) e.candidates[*nearest].refused.clear(), taken = nearest; // the default binds where it can
     if (!taken) refuse("precision", r.precision ? name(*r.precision) : "(free)", "no model of this scene works in it");
     for (size_t i = 0; i < e.candidates.size(); ++i)
