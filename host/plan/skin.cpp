@@ -60,10 +60,10 @@ void find_materials(PreparedSkin& skin) {
 
 } // namespace
 
-PreparedSkin prepare_skin(const SkinDescription& d) {
+PreparedSkin prepare_skin(const SkinDescription& d, int threads) {
     PreparedSkin skin;
     skin.description = d;
-    skin.heights = scene::surface_heights(d);
+    skin.heights = scene::surface_heights(d, threads);
     skin.relief = *d.surface.relief;
     skin.pitch = (d.grid.width + PITCH_CELLS - 1) / PITCH_CELLS * PITCH_CELLS;
     skin.tiles = (d.grid.width + TILE_CELLS - 1) / TILE_CELLS;
