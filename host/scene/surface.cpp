@@ -54,10 +54,7 @@ Map surface_heights(const SkinDescription& scene, int threads) {
     const int width = scene.grid.width, height = scene.grid.height;
     if (s.kind == Surface::Kind::map) return s.map;
     const bool flat = s.kind == Surface::Kind::flat;
-    std::vector<double> map;
-    map.reserve(size_t(width) * size_t(height));
-    simd::prefer_large_pages(map.data(), map.capacity() * sizeof(double));
-    map.resize(size_t(width) * size_t(height), flat ? 0.5 : 0);
+    std::vector<double> map = simd::map_of(size_t(width) * size_t(height), flat ? 0.5 : 0.0);
     if (flat) return map;
     const Ridges ridges(scene);
     simd::Pool pool(simd::useful_threads(map.size(), threads));
