@@ -30,7 +30,8 @@ constexpr double gradient_y[16] = {1, 1, -1, -1, 0, 0, 0, 0, 1, -1, 1, -1, 0, 0,
 // Perlin's interpolant: its first and second derivatives are 0 at t = 0 and t = 1. Rounding may carry it above 1.
 double fade(double t) { return t * t * t * (t * (6 * t - 15) + 10); }
 
-// Returns std::lerp(a, b, t). Where t < 1 is known, it is computed without branches, so that loops vectorise.
+// Returns std::lerp(a, b, t), bit for bit. Where t < 1 is known, it is computed without branches, so that loops
+// vectorise.
 template <bool below_one> double interpolated(double a, double b, double t) {
     if constexpr (!below_one) return std::lerp(a, b, t);
     const double sum = t * b + (1 - t) * a, between = a + t * (b - a);

@@ -12,7 +12,7 @@ inline void append_shortest(std::string& out, double x) {
     out.append(text, std::to_chars(text, text + sizeof text, x).ptr);
 }
 
-// Returns it.
+// Returns that decimal.
 inline std::string shortest(double x) {
     std::string text;
     append_shortest(text, x);
