@@ -112,6 +112,17 @@ void Device::Impl::need_exact(const plan::Variant& v) {
     need_exact();
 }
 
+const Device& Device::Impl::best() {
+    if (!best_if_open) best_if_open = Device::open("auto");
+    return *best_if_open;
+}
+
+Device open_when_marching() {
+    Device device = Device::cpu();
+    device.impl().put_off = true;
+    return device;
+}
+
 std::unique_ptr<plan::Stepper> march(const Device& device, const plan::PreparedSkin& skin,
                                      const plan::Schedule& schedule, Precision precision, plan::Stepper::Sink sink) {
     Device::Impl& d = device.impl();

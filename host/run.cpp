@@ -39,6 +39,8 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using SharedMoments = std::shared_ptr<const reduced::Moments>;
 
+int threads_of(const Device& device) { return device.impl().backend->capabilities().threads; }
+
 planner::Request request_of(const Scene& scene, const Device& device, const RunOptions& options) {
     return {.model = scene.model,
             .precision = options.precision ? options.precision : scene.precision,
@@ -48,11 +50,29 @@ planner::Request request_of(const Scene& scene, const Device& device, const RunO
             .on_device = device.impl().asked && !device.impl().backend->capabilities().f64};
 }
 
-Explanation choice_of(const plan::PreparedRun& run, const Scene& scene, const Device& device, const RunOptions& options,
-                      bool everything) {
+Explanation explanation_of(const plan::PreparedRun& run, const Scene& scene, const Device& device,
+                           const RunOptions& options, bool everything) {
     const plan::Capabilities opened = device.impl().backend->capabilities();
     const planner::Backends backends{opened, opened.f64 ? opened : Device::cpu().impl().backend->capabilities()};
     return planner::choose(run.skin, run.schedule, request_of(scene, device, options), backends, everything);
+}
+
+// An explanation, and the device that it holds for.
+struct Choice {
+    Explanation explanation;
+    Device device;
+
+    const Candidate& taken() const { return explanation.candidates[explanation.chosen]; }
+};
+
+// Opens a device that was put off where a march in float is taken, and chooses again if that is no CPU path.
+Choice choice_of(const plan::PreparedRun& run, const Scene& scene, const Device& device, const RunOptions& options,
+                 bool everything) {
+    Choice c{explanation_of(run, scene, device, options, everything), device};
+    if (!device.impl().put_off || c.taken().model != Model::march || c.taken().precision == Precision::f64) return c;
+    c.device = device.impl().best();
+    if (c.device.impl().backend->capabilities().f64) return c;
+    return {explanation_of(run, scene, c.device, options, everything), c.device};
 }
 
 // A run with its model, precision and device decided.
@@ -67,10 +87,11 @@ struct Decided {
 };
 
 // moments: of the same maps, if they have been made already.
-Decided decided(const Scene& validated, plan::PreparedRun&& run, const Device& device, const RunOptions& options,
+Decided decided(const Scene& validated, plan::PreparedRun&& run, const Device& wanted, const RunOptions& options,
                 const SharedMoments& moments = nullptr) {
-    const Explanation e = choice_of(run, validated, device, options, false);
-    const Candidate& taken = e.candidates[e.chosen];
+    const Choice choice = choice_of(run, validated, wanted, options, false);
+    const Candidate& taken = choice.taken();
+    const Device& device = choice.device;
     const bool march = taken.model == Model::march, f64 = device.impl().backend->capabilities().f64;
     Decided d{.scene = validated,
               .run = std::move(run),
@@ -79,15 +100,14 @@ Decided decided(const Scene& validated, plan::PreparedRun&& run, const Device& d
               .moments = {}};
     if (march || !why_not_separable(d.run.skin, d.run.schedule).empty()) return d;
     d.run = in_parts(std::move(d.run));
-    d.moments = moments ? moments
-                        : reduced::moments_of(d.run.skin, d.run.schedule, d.sites_alone(),
-                                              d.device.impl().backend->capabilities().threads);
+    d.moments =
+        moments ? moments : reduced::moments_of(d.run.skin, d.run.schedule, d.sites_alone(), threads_of(d.device));
     return d;
 }
 
 Decided decided(const Scene& scene, const Device& device, const RunOptions& options) {
     const scene::ValidatedScene validated = scene::validate(scene);
-    return decided(validated.scene, plan::prepare_run(validated, options.check), device, options);
+    return decided(validated.scene, plan::prepare_run(validated, options.check, threads_of(device)), device, options);
 }
 
 // The run of another material's elements over the same maps: chosen, bounded and refused by itself.
@@ -158,7 +178,7 @@ class Run {
         } else {
             cells_.emplace(skin_, pressed_cells(schedule_), schedule_.points);
             stepper_ = reduced::sites(skin_, schedule_, *cells_, reduced::classes_of(skin_, schedule_),
-                                      d_.device.impl().backend->capabilities().threads, std::ref(collect_));
+                                      threads_of(d_.device), std::ref(collect_));
         }
     }
 
@@ -209,7 +229,7 @@ class Run {
 
 Explanation explain(const Scene& scene, const Device& device, const RunOptions& options) {
     const DefaultFloats guard;
-    return choice_of(plan::prepare_run(scene), scene, device, options, true);
+    return choice_of(plan::prepare_run(scene, false, threads_of(device)), scene, device, options, true).explanation;
 }
 
 Result run(const Scene& scene, const Device& device, const RunOptions& options) {

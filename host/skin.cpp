@@ -41,7 +41,8 @@ void Skin::Impl::refuse_pressure(const float* pressure) const {
 Skin::Skin(const Device& device, const SkinDescription& description, const SkinOptions& options) {
     const DefaultFloats guard;
     Device::Impl& d = device.impl();
-    impl_ = std::make_unique<Impl>(plan::streamed_skin(description, options), *d.backend);
+    impl_ = std::make_unique<Impl>(plan::streamed_skin(description, options, d.backend->capabilities().threads),
+                                   *d.backend);
     d.info.exact &= impl_->stream->exact();
     d.need_exact();
 }

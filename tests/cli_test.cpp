@@ -101,10 +101,14 @@ TEST_CASE("without a driver auto says so in one line and uses the CPU; vulkan na
     const Folder folder;
     const std::string scene = folder.write("scene.toml", small),
                       none = "VK_DRIVER_FILES=/dev/null VK_ICD_FILENAMES=/dev/null";
-    const Outcome automatic = command(folder, "run " + scene + " --out " + (folder / "a").string(), none);
+    const std::string call = "run " + scene + " --out " + (folder / "a").string();
+    const Outcome automatic = command(folder, call + " --precision f32", none);
     CHECK(automatic.status == 0);
     CHECK(automatic.out.find("no Vulkan device used: the Vulkan loader finds no driver") == 0);
-    CHECK(automatic.out.find("maps, f64 on cpu") != std::string::npos);
+    CHECK(automatic.out.find("march, f32 on cpu") != std::string::npos);
+    const Outcome maps = command(folder, call, none); // needs no device, so none is looked for
+    CHECK(maps.out.find("maps, f64 on cpu") != std::string::npos);
+    CHECK(maps.out.find("Vulkan") == std::string::npos);
     const Outcome vulkan = command(folder, "run " + scene + " --device vulkan --out " + (folder / "b").string(), none);
     CHECK(vulkan.status == 1);
     CHECK(vulkan.err.find("finds no driver (on Debian: mesa-vulkan-drivers)") != std::string::npos);

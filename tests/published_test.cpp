@@ -90,6 +90,19 @@ TEST_CASE("generated surfaces agree with the study's float32 ones to 1e-6") {
     for (double height : flat) REQUIRE(height == 0.5);
 }
 
+TEST_CASE("surfaces have the same bits for every number of threads") {
+    for (Surface::Kind kind : {Surface::Kind::wave, Surface::Kind::spiral})
+        for (double noise : {0.0, 1.5}) {
+            Scene s;
+            s.grid = {333, 401, {}}; // enough cells for four threads
+            s.surface.kind = kind;
+            s.surface.noise = noise;
+            const SkinDescription d = scene::validate_skin(s, {Quantity::sa1});
+            const std::vector<double> alone = scene::surface_heights(d, 1);
+            for (int threads : {2, 3, 4}) CHECK(scene::surface_heights(d, threads).values() == alone);
+        }
+}
+
 TEST_CASE("generated loads agree with the study's to rounding") {
     for (auto [kind, file] : {std::pair{Load::Kind::circular, "pressure_circular_150.npy"},
                               {Load::Kind::point, "pressure_point_150.npy"},

@@ -96,9 +96,11 @@ RunOptions options_of(const Arguments& a) {
     return options;
 }
 
-// Only the CPU path computes in double, so with f64 the device auto is the CPU path.
-Device device_of(const Arguments& a) {
-    return Device::open(a.device == "auto" && a.precision == name(Precision::f64) ? "cpu" : a.device);
+Device device_of(const Arguments& a) { return a.device == "auto" ? open_when_marching() : Device::open(a.device); }
+
+// Says why "auto" found no Vulkan device, if one was looked for.
+void print_refused(const Result& r) {
+    if (!r.device.refused.empty()) fmt::print("{}\n", r.device.refused);
 }
 
 // Prints every candidate with its cost and error, and why it is taken or not.
@@ -195,6 +197,9 @@ int sweep(const Arguments& a, const std::vector<Setting>& settings, const std::v
     const output::Path out = a.out;
     const auto runs = combinations(settings);
     const std::vector<Result> results = results_of(scenes, settings, device, options_of(a));
+    const auto refused =
+        std::find_if(results.begin(), results.end(), [](auto& r) { return !r.device.refused.empty(); });
+    if (refused != results.end()) print_refused(*refused);
     output::remove_earlier_run(out, {});
     output::remove_earlier_sweep(out, runs.size() + 1);
     std::string table =
@@ -218,13 +223,13 @@ int run_scene(const Arguments& a) {
     const std::vector<Scene> scenes = read_scenes(a, runs); // so that a bad one is refused first
     const Scene& scene = scenes[0];
     const Device device = device_of(a);
-    if (!device.info().refused.empty()) fmt::print("{}\n", device.info().refused);
     if (runs.size() > 1) return sweep(a, settings, scenes, device);
     RunOptions options = options_of(a);
     const output::Path out = a.out;
     output::Progress progress(a.scene);
     options.progress = std::ref(progress);
     const Result r = run(scene, device, options);
+    print_refused(r);
     output::write_result(out, scene, r);
     output::remove_earlier_sweep(out, 1);
     const double cells = double(scene.grid.width) * scene.grid.height;

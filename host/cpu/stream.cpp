@@ -154,9 +154,7 @@ class SideBySide {
     explicit SideBySide(const std::vector<size_t>& sizes) {
         size_t all = line;
         for (size_t size : sizes) all += size + gap;
-        values_.reserve(all);
-        simd::prefer_large_pages(values_.data(), all * sizeof(float));
-        values_.assign(all, 0.0f);
+        values_ = simd::map_of(all, 0.0f);
         size_t at = (64 - reinterpret_cast<uintptr_t>(values_.data()) % 64) % 64 / sizeof(float);
         for (size_t size : sizes) {
             begins_.push_back(values_.data() + at);

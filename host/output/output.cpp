@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <cstring>
 #include <fcntl.h>
+#include <iterator>
 #include <unistd.h>
 
 #include <fmt/format.h>
@@ -29,24 +30,31 @@ std::string json_text(const std::string& text) {
     return out + '"';
 }
 
-void append(std::string& line, double value) { line += ',' + shortest(value); }
+void append(std::string& line, double value) {
+    line += ',';
+    append_shortest(line, value);
+}
 
 // Without Output::extremes there are no columns min and max.
 std::string traces_csv(const Result& r) {
     std::string out = "time";
+    std::vector<const double*> columns;
     for (const Trace& t : r.traces)
-        for (auto [statistic, column] : {std::pair{"mean", &t.mean}, {"min", &t.min}, {"max", &t.max}})
-            if (!column->empty()) out += fmt::format(",{}_{}", name(t.quantity), statistic);
+        for (auto [statistic, column] : {std::pair{"mean", &t.mean}, {"min", &t.min}, {"max", &t.max}}) {
+            if (column->empty()) continue;
+            out += fmt::format(",{}_{}", name(t.quantity), statistic);
+            columns.push_back(column->data());
+        }
     for (const Trace& t : r.traces)
-        for (size_t p = 0; p < t.probes.size(); ++p) out += fmt::format(",{}_probe{}", name(t.quantity), p);
+        for (size_t p = 0; p < t.probes.size(); ++p) {
+            out += fmt::format(",{}_probe{}", name(t.quantity), p);
+            columns.push_back(t.probes[p].data());
+        }
     out += '\n';
+    out.reserve(out.size() + r.time.size() * (columns.size() + 1) * 20); // bytes of most numbers
     for (size_t n = 0; n < r.time.size(); ++n) {
-        out += shortest(r.time[n]);
-        for (const Trace& t : r.traces)
-            for (const auto* column : {&t.mean, &t.min, &t.max})
-                if (!column->empty()) append(out, (*column)[n]);
-        for (const Trace& t : r.traces)
-            for (const auto& column : t.probes) append(out, column[n]);
+        append_shortest(out, r.time[n]);
+        for (const double* column : columns) append(out, column[n]);
         out += '\n';
     }
     return out;
@@ -59,7 +67,8 @@ std::string impulses_csv(const Result& r) {
     for (size_t p = 0; p < probes; ++p) out += fmt::format(",probe{}", p);
     out += '\n';
     for (const Impulse& i : r.impulses) {
-        out += fmt::format("{},{}", shortest(i.time), name(i.quantity));
+        append_shortest(out, i.time);
+        (out += ',') += name(i.quantity);
         append(out, i.mean);
         for (double v : {i.min, i.max})
             if (extremes) append(out, v);
@@ -72,8 +81,8 @@ std::string impulses_csv(const Result& r) {
 std::string receptors_csv(const Scene& scene) {
     std::string list = "id,type,x,y\n";
     for (size_t i = 0; i < scene.sites.size(); ++i)
-        list +=
-            fmt::format("{},{},{},{}\n", i, name(scene.sites[i].type), scene.sites[i].cell.x, scene.sites[i].cell.y);
+        fmt::format_to(std::back_inserter(list), "{},{},{},{}\n", i, name(scene.sites[i].type), scene.sites[i].cell.x,
+                       scene.sites[i].cell.y);
     return list;
 }
 

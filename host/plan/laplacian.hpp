@@ -4,6 +4,7 @@
 
 #include "host/plan/skin.hpp"
 #include "host/scene/text.hpp"
+#include "host/simd/pool.hpp"
 
 #include <limits>
 
@@ -41,7 +42,7 @@ template <class real, class RowOf>
 std::vector<real> padded_rows(const PreparedSkin& skin, const char* parameter, RowOf row) {
     using Limits = std::numeric_limits<real>;
     const int width = skin.width(), height = skin.height();
-    std::vector<real> out(skin.padded_cells(), real(0));
+    std::vector<real> out = simd::map_of(skin.padded_cells(), real(0));
     for (int y = 0; y < height; ++y) {
         const double* values = row(y);
         for (int x = 0; x < width; ++x) {

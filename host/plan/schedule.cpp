@@ -75,11 +75,13 @@ Schedule make_schedule(const scene::ValidatedScene& validated, const PreparedSki
     return s;
 }
 
-PreparedRun prepare_run(const Scene& scene, bool check) { return prepare_run(scene::validate(scene), check); }
+PreparedRun prepare_run(const Scene& scene, bool check, int threads) {
+    return prepare_run(scene::validate(scene), check, threads);
+}
 
-PreparedRun prepare_run(const scene::ValidatedScene& validated, bool check) {
+PreparedRun prepare_run(const scene::ValidatedScene& validated, bool check, int threads) {
     // In a braced list whose second member throws, GCC 12 would destroy the first one twice.
-    PreparedSkin skin = prepare_skin(validated.scene);
+    PreparedSkin skin = prepare_skin(validated.scene, threads);
     Schedule schedule = make_schedule(validated, skin, check);
     return {.skin = std::move(skin), .schedule = std::move(schedule)};
 }

@@ -38,9 +38,10 @@ struct PreparedRun {
     PreparedSkin skin;
     Schedule schedule;
 };
-PreparedRun prepare_run(const scene::ValidatedScene&, bool check = false);
+// threads: those that make its maps, as for Device::cpu.
+PreparedRun prepare_run(const scene::ValidatedScene&, bool check = false, int threads = 0);
 // Validates the scene, once. Throws Error::bad_input.
-PreparedRun prepare_run(const Scene&, bool check = false);
+PreparedRun prepare_run(const Scene&, bool check = false, int threads = 0);
 
 Variant variant_of(const PreparedSkin&, const Schedule&, Precision);
 

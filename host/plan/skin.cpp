@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "host/plan/skin.hpp"
 
+#include "host/simd/pool.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <unordered_map>
@@ -71,13 +73,17 @@ void find_materials(PreparedSkin& skin) {
         return;
     }
     std::unordered_map<Element, int, ElementHash> known; // as many as cells, in the worst case
-    skin.material_of.assign(skin.padded_cells(), 0);
+    skin.material_of = simd::map_of(skin.padded_cells(), 0);
+    int last = 0; // the material of the cell before
     for (size_t i = 0, y = 0; y < size_t(skin.height()); ++y)
         for (int x = 0; x < skin.width(); ++x, ++i) {
             const Element element = scene::element_at(m, i);
-            const auto [material, fresh] = known.try_emplace(element, int(skin.materials.size()));
-            if (fresh) skin.materials.push_back(element);
-            skin.material_of[y * size_t(skin.pitch) + size_t(x)] = material->second;
+            if (i == 0 || element != skin.materials[size_t(last)]) { // neighbours are often alike
+                const auto [material, fresh] = known.try_emplace(element, int(skin.materials.size()));
+                if (fresh) skin.materials.push_back(element);
+                last = material->second;
+            }
+            skin.material_of[y * size_t(skin.pitch) + size_t(x)] = last;
         }
     if (skin.materials.size() == 1) skin.material_of.clear();
     find_parts(skin);
@@ -85,10 +91,10 @@ void find_materials(PreparedSkin& skin) {
 
 } // namespace
 
-PreparedSkin prepare_skin(const SkinDescription& d) {
+PreparedSkin prepare_skin(const SkinDescription& d, int threads) {
     PreparedSkin skin;
     skin.description = d;
-    skin.heights = scene::surface_heights(d);
+    skin.heights = scene::surface_heights(d, threads);
     skin.relief = *d.surface.relief;
     skin.pitch = (d.grid.width + PITCH_CELLS - 1) / PITCH_CELLS * PITCH_CELLS;
     skin.tiles = (d.grid.width + TILE_CELLS - 1) / TILE_CELLS;

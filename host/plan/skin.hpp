@@ -55,8 +55,8 @@ struct PreparedSkin {
     double spacing() const { return description.grid.spacing.value_or(1); }
 };
 
-// Prepares a skin. `description` is validated.
-PreparedSkin prepare_skin(const SkinDescription& description);
+// Prepares a skin. `description` is validated. threads: as for Device::cpu.
+PreparedSkin prepare_skin(const SkinDescription& description, int threads);
 // The same skin of another material's elements.
 PreparedSkin with_material(PreparedSkin, const Material&);
 // Releases the maps once a backend has copied what it needs.

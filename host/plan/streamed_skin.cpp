@@ -55,14 +55,14 @@ Variant StreamedSkin::variant() const {
             .wanted = wanted};
 }
 
-StreamedSkin streamed_skin(const SkinDescription& description, const SkinOptions& options) {
+StreamedSkin streamed_skin(const SkinDescription& description, const SkinOptions& options, int threads) {
     const std::vector<Quantity> asked = asked_responses(description, options);
     if (options.precision == Precision::f64)
         scene::refuse("precision", "\"f64\"", "f32, f32-compensated: a skin pressed frame by frame is in float");
     StreamedSkin s;
     const SkinDescription validated = scene::validate_skin(description, asked);
     for (Quantity q : asked) s.wanted[size_t(q)] = true;
-    s.skin = prepare_skin(validated);
+    s.skin = prepare_skin(validated, threads);
     const bool grows = s.wanted[QUANTITY_SA2] && !validated.receptors.sa2_adaptation;
     s.precision = options.precision.value_or(grows ? Precision::f32_compensated : Precision::f32);
     for (const Element& m : s.skin.materials)

@@ -13,8 +13,8 @@ struct StreamedSkin {
     Precision precision = Precision::f32;
     Variant variant() const;
 };
-// Throws Error::bad_input.
-StreamedSkin streamed_skin(const SkinDescription&, const SkinOptions&);
+// Throws Error::bad_input. threads: as for Device::cpu.
+StreamedSkin streamed_skin(const SkinDescription&, const SkinOptions&, int threads = 0);
 
 // The positions of responses among the floats of a stream.
 struct ResponseLayout {

@@ -65,7 +65,8 @@ void check_material(const Scene& validated, const Material&);
 
 // The functions below expect a validated scene or skin.
 
-Map surface_heights(const SkinDescription&); // width*height, in units of the relief
+// Returns width*height heights in units of the relief. threads: as for Device::cpu.
+Map surface_heights(const SkinDescription&, int threads);
 // Returns width*height pressures in Pa where the envelope is 1; the first frame of a sequence.
 Map pressure_map(const ValidatedScene&);
 

@@ -6,10 +6,17 @@
 
 namespace dermis {
 
-// Returns the shortest decimal that reads back as the same double.
-inline std::string shortest(double x) {
+// Appends the shortest decimal that reads back as the same double.
+inline void append_shortest(std::string& out, double x) {
     char text[32];
-    return std::string(text, std::to_chars(text, text + sizeof text, x).ptr);
+    out.append(text, std::to_chars(text, text + sizeof text, x).ptr);
+}
+
+// Returns that decimal.
+inline std::string shortest(double x) {
+    std::string text;
+    append_shortest(text, x);
+    return text;
 }
 
 } // namespace dermis

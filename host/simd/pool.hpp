@@ -15,6 +15,15 @@ int useful_threads(size_t cells, int asked);
 // costs an address translation.
 void prefer_large_pages(void* memory, size_t bytes);
 
+// Returns a map of `cells` values in such pages.
+template <class T> std::vector<T> map_of(size_t cells, T value) {
+    std::vector<T> map;
+    map.reserve(cells);
+    prefer_large_pages(map.data(), cells * sizeof(T));
+    map.resize(cells, value);
+    return map;
+}
+
 // Threads that share the work of a call. The calling thread takes part.
 class Pool {
   public:
