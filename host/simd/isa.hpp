@@ -92,6 +92,10 @@ template <class K> struct Loops {
     void (*laplacian)(const RowNeighbours<real>&, int first, int last, real* L);
     int (*advance)(const AdvanceArguments<K>&, const typename K::Constants&);
     void (*respond)(const RespondArguments<K>&, const typename K::Constants&);
+    // Advances a row and answers in another one of the same columns, which may read the new strain of the first: one
+    // loop where all responses of frames and no sums are asked for. That loop does not look what changes: it returns
+    // all bits.
+    int (*step_row)(const AdvanceArguments<K>&, const RespondArguments<K>&, const typename K::Constants&);
 };
 
 // One instruction set.
