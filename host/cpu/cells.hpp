@@ -61,7 +61,7 @@ template <class K> class Cells {
         }
     }
 
-    // Returns what changed in some cell: simd::strain_changed, simd::integral_changed.
+    // Returns what changed in some cell: simd::strain_changed, simd::integral_changed. Without sums it may return more.
     int press(const Press& p) {
         if (!p.keep && scratch_.empty()) scratch_ = resting_state();
         visible_ = p.keep ? &state_ : &scratch_;
@@ -132,9 +132,8 @@ template <class K> class Cells {
                 to.value[s] = s == simd::sum_strain ? worker.outside[size_t(worker.count)].data() : unused(s);
                 to.lost[s] = variant_.compensated ? unused(simd::state_sums + s) : nullptr;
             }
-            loops_.advance(
-                advance_arguments(press, i, to, [&](size_t s) { return unused(2 * simd::state_sums + s); }),
-                press.constants);
+            loops_.advance(advance_arguments(press, i, to, [&](size_t s) { return unused(2 * simd::state_sums + s); }),
+                           press.constants);
             ++worker.count;
         }
     }

@@ -92,9 +92,9 @@ template <class K> struct Loops {
     void (*laplacian)(const RowNeighbours<real>&, int first, int last, real* L);
     int (*advance)(const AdvanceArguments<K>&, const typename K::Constants&);
     void (*respond)(const RespondArguments<K>&, const typename K::Constants&);
-    // Advances a row and answers in another one of the same columns, which may read the new strain of the first: one
-    // loop where all responses of frames and no sums are asked for. That loop does not look what changes: it returns
-    // all bits.
+    // Does advance() of one row, then respond() in the same columns of another, which may read the new strain of the
+    // first. Where all responses of frames under a uniform material are asked for, and no sums, that is one loop: it
+    // may read rows up to their pitch, writes those of state and signals so far, and returns all bits.
     int (*step_row)(const AdvanceArguments<K>&, const RespondArguments<K>&, const typename K::Constants&);
 };
 

@@ -64,6 +64,7 @@ using Kernels = f32;
 using real = float;
 inline real abs(real x) { return __builtin_fabsf(x); }
 #include "host/simd/rows.inl"
+
 #include "host/simd/blocks.inl"
 } // namespace loops_f32
 
@@ -72,6 +73,7 @@ using Kernels = f64;
 using real = double;
 inline real abs(real x) { return __builtin_fabs(x); }
 #include "host/simd/rows.inl"
+
 #include "host/simd/blocks.inl"
 } // namespace loops_f64
 
@@ -147,8 +149,14 @@ bool supported() { return DERMIS_SUPPORTED; }
 const Isa DERMIS_ISA = {
     .name = DERMIS_NAME(DERMIS_ISA),
     .supported = supported,
-    .in_f32 = {.laplacian = loops_f32::laplacian, .advance = loops_f32::advance, .respond = loops_f32::respond, .step_row = loops_f32::step_row},
-    .in_f64 = {.laplacian = loops_f64::laplacian, .advance = loops_f64::advance, .respond = loops_f64::respond, .step_row = loops_f64::step_row},
+    .in_f32 = {.laplacian = loops_f32::laplacian,
+               .advance = loops_f32::advance,
+               .respond = loops_f32::respond,
+               .step_row = loops_f32::step_row},
+    .in_f64 = {.laplacian = loops_f64::laplacian,
+               .advance = loops_f64::advance,
+               .respond = loops_f64::respond,
+               .step_row = loops_f64::step_row},
     .moments = moments,
     .means = means,
     .outside = outside,
