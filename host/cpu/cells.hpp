@@ -100,15 +100,14 @@ template <class K> class Cells {
         }
         for (int y = worker.first; y < worker.last + reach; ++y) {
             const bool advances = y < worker.last, responds = respond && y - reach >= worker.first;
-            simd::AdvanceArguments<K> a;
-            simd::RespondArguments<K> r;
-            if (advances)
-                a = advance_arguments(press, y, visible_->row(y, pitch_),
-                                      [&](size_t s) { return worker.signals[s][size_t(y % 3)].data(); });
-            if (responds) r = respond_arguments(press, worker, y - reach);
-            if (advances && responds) worker.changed |= loops_.step_row(a, r, press.constants);
-            else if (advances) worker.changed |= loops_.advance(a, press.constants);
-            else if (responds) loops_.respond(r, press.constants);
+            const auto stepped = [&] {
+                return advance_arguments(press, y, visible_->row(y, pitch_),
+                                         [&](size_t s) { return worker.signals[s][size_t(y % 3)].data(); });
+            };
+            const auto answered = [&] { return respond_arguments(press, worker, y - reach); };
+            if (advances && responds) worker.changed |= loops_.step_row(stepped(), answered(), press.constants);
+            else if (advances) worker.changed |= loops_.advance(stepped(), press.constants);
+            else if (responds) loops_.respond(answered(), press.constants);
         }
         isa_.fence_streams();
     }

@@ -54,41 +54,54 @@ inline void respond(const RespondArguments<Kernels>& r, int x, int n, real L, co
     }
 }
 
-// The steps of columns x .. last - 1, and further ones up to the end of a block.
-template <bool compensated>
+// Second differences along a row in columns first .. last - 1 near an end of it, up to two blocks. They have an array
+// of their own because they are stored cell by cell and loaded as blocks: loaded soon, they would wait until all
+// responses before them are in memory.
+struct EndDifferences {
+    alignas(
+        real) scalar values[4 * lanes] = {}; // blocks inside are stored where they are, before and behind the end too
+
+    template <int stencil> void fill(const RowNeighbours<scalar>& l, int first, int last) {
+        const int far = reach(stencil), inside = l.width - far - lanes; // the last block inside
+        const bool any = far <= inside;
+        scalar* to = values + lanes;
+        for (int x = max(first, far); any && x < min(last, l.width - far); x += lanes) {
+            const int at = min(x, inside);
+            store(to + (at - first), difference_along<stencil>(l, at));
+        }
+        for (int x = first; x < last; ++x)
+            if (!any || x < far || x >= l.width - far) to[x - first] = difference_at(l, x);
+    }
+};
+
+// A step and the responses of columns x .. last - 1 near an end of the row.
+template <int stencil, bool compensated, bool passed>
 __attribute__((noinline)) void step_end(const AdvanceArguments<Kernels>& a, const RespondArguments<Kernels>& r,
-                                        const Constants& c, int x, int last) {
-    for (; x < last; x += lanes) step_at<true, compensated>(a, x - r.first, c, lanes_of(c.coefficients));
+                                        const Constants& c, int x, int last, const EndDifferences& along) {
+    for (const scalar* at = along.values + lanes; x < last; x += lanes, at += lanes) {
+        step_at<true, compensated>(a, x - r.first, c, lanes_of(c.coefficients));
+        const real L = add(loaded(at), difference_across<stencil>(r.strain, x));
+        respond<passed>(r, x, min(last - x, lanes), L, c);
+    }
 }
 
-// The responses of columns x .. last - 1, where the strain has the Laplacian L.
-template <bool passed>
-__attribute__((noinline)) void respond_end(const RespondArguments<Kernels>& r, const Constants& c, int x, int last,
-                                           const scalar* L) {
-    for (; x < last; x += lanes, L += lanes) respond<passed>(r, x, min(last - x, lanes), loaded(L), c);
-}
-
-// The columns near an end of the row, whose stencils read across it, are stepped before the loop and answered behind
-// it. Their Laplacians are stored cell by cell and loaded as blocks: loaded at once they would wait until all responses
-// before them are in memory.
 template <int stencil, bool compensated, bool passed>
 void step_row_in(const AdvanceArguments<Kernels>& a, const RespondArguments<Kernels>& r, const Constants& c) {
     const int far = reach(stencil), begin = r.first < far ? min(r.first + lanes, r.last) : r.first,
               end = begin + max(min(r.last, r.strain.width - far) - begin, 0) / lanes * lanes;
-    alignas(real) scalar L[3 * lanes] = {};
-    step_end<compensated>(a, r, c, r.first, begin);
-    step_end<compensated>(a, r, c, end, r.last);
-    laplacian_over(r.strain, r.first, begin, L);
-    laplacian_over(r.strain, end, r.last, L + lanes);
+    EndDifferences low, high;
+    low.fill<stencil>(r.strain, r.first, begin);
+    high.fill<stencil>(r.strain, end, r.last);
     [begin, end, a = a, r = r, c = c] { // copies: nothing that is stored may change them
         const LaneCoefficients k = lanes_of(c.coefficients);
         for (int x = begin; x < end; x += lanes) {
             step_at<true, compensated>(a, x - r.first, c, k);
-            respond<passed>(r, x, lanes, laplacian_inside<stencil>(r.strain, x), c);
+            const real L = add(difference_along<stencil>(r.strain, x), difference_across<stencil>(r.strain, x));
+            respond<passed>(r, x, lanes, L, c);
         }
     }();
-    respond_end<passed>(r, c, r.first, begin, L);
-    respond_end<passed>(r, c, end, r.last, L + lanes);
+    step_end<stencil, compensated, passed>(a, r, c, r.first, begin, low);
+    step_end<stencil, compensated, passed>(a, r, c, end, r.last, high);
 }
 
 template <bool compensated, bool passed>

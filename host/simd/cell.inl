@@ -38,17 +38,18 @@ inline Axis across(const RowNeighbours<scalar>& l) {
     return a;
 }
 
-// The Laplacian at column x, from where no cell is read across an end of the row.
-template <int stencil> inline real laplacian_inside(const RowNeighbours<scalar>& l, int x) {
-    Axis along{};
-    along.w_low = along.w_high = along.w = scalar(0.5);
+// The second differences at column x: across the rows, and along the row where no cell is read across an end of it.
+template <int stencil> inline real difference_across(const RowNeighbours<scalar>& l, int x) {
+    return difference(loaded(l.far_low + x), loaded(l.low + x), loaded(l.here + x), loaded(l.high + x),
+                      loaded(l.far_high + x), across(l), stencil);
+}
+template <int stencil> inline real difference_along(const RowNeighbours<scalar>& l, int x) {
+    Axis inner{};
+    inner.w_low = inner.w_high = inner.w = scalar(0.5);
     const int far = reach(stencil), near = stencil == STENCIL_PUBLISHED ? 0 : 1;
     const scalar* row = l.here + x;
-    const real here = loaded(row);
-    return add(
-        difference(loaded(row - far), loaded(row - near), here, loaded(row + near), loaded(row + far), along, stencil),
-        difference(loaded(l.far_low + x), loaded(l.low + x), here, loaded(l.high + x), loaded(l.far_high + x),
-                   across(l), stencil));
+    return difference(loaded(row - far), loaded(row - near), loaded(row), loaded(row + near), loaded(row + far), inner,
+                      stencil);
 }
 
 // answer() of kernels/responses.h. passed: the gains of FA2 are 1 and -1, which leave it unchanged to the bit.

@@ -34,12 +34,17 @@ struct RowCells {
 // The Laplacian of columns begin .. end - 1, where every cell reads at the same distances.
 template <int stencil> void laplacian_between(const RowNeighbours<real> l, int begin, int end, real* L) {
 #pragma GCC ivdep
-    for (int x = begin; x < end; ++x) L[x - begin] = laplacian_inside<stencil>(l, x);
+    for (int x = begin; x < end; ++x)
+        L[x - begin] = add(difference_along<stencil>(l, x), difference_across<stencil>(l, x));
+}
+
+// The second difference along a row at any of its columns.
+real difference_at(const RowNeighbours<real>& l, int x) {
+    return RowCells{l.here}.laplacian_along_x(x, 0, l.here[x], l.width, l.stencil, l.edges);
 }
 
 real laplacian_at(const RowNeighbours<real>& l, int x) {
-    RowCells row{l.here};
-    return add(row.laplacian_along_x(x, 0, l.here[x], l.width, l.stencil, l.edges),
+    return add(difference_at(l, x),
                difference(l.far_low[x], l.low[x], l.here[x], l.high[x], l.far_high[x], across(l), l.stencil));
 }
 
