@@ -28,7 +28,7 @@ struct Wide {
 namespace blocks {
 
 using real = Wide;
-constexpr int lanes = int(sizeof(Wide) / sizeof(scalar));
+constexpr int lanes = int(sizeof(Wide) / sizeof(scalar)), line = 64 / int(sizeof(scalar)); // cells of a cache line
 // clang-format off
 #include "kernels/prelude.h"
 #include "kernels/step.h"
@@ -58,8 +58,8 @@ inline void respond(const RespondArguments<Kernels>& r, int x, int n, real L, co
 // of their own because they are stored cell by cell and loaded as blocks: loaded soon, they would wait until all
 // responses before them are in memory.
 struct EndDifferences {
-    alignas(
-        real) scalar values[4 * lanes] = {}; // blocks inside are stored where they are, before and behind the end too
+    alignas(real)
+        scalar values[line + 3 * lanes] = {}; // blocks inside are stored where they are, before and behind the end too
 
     template <int stencil> void fill(const RowNeighbours<scalar>& l, int first, int last) {
         const int far = reach(stencil), inside = l.width - far - lanes; // the last block inside
@@ -87,8 +87,8 @@ __attribute__((noinline)) void step_end(const AdvanceArguments<Kernels>& a, cons
 
 template <int stencil, bool compensated, bool passed>
 void step_row_in(const AdvanceArguments<Kernels>& a, const RespondArguments<Kernels>& r, const Constants& c) {
-    const int far = reach(stencil), begin = r.first < far ? min(r.first + lanes, r.last) : r.first,
-              end = begin + max(min(r.last, r.strain.width - far) - begin, 0) / lanes * lanes;
+    const int far = reach(stencil), begin = r.first < far ? min(r.first + line, r.last) : r.first,
+              end = begin + max(min(r.last, r.strain.width - far) - begin, 0) / line * line;
     EndDifferences low, high;
     low.fill<stencil>(r.strain, r.first, begin);
     high.fill<stencil>(r.strain, end, r.last);
