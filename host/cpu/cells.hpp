@@ -25,8 +25,10 @@ template <class K> struct CellsPress {
     std::array<typename K::Summary*, REDUCED_MAPS> tiles{}; // null: not wanted
 };
 
-// The places of planes: those of a state, of a worker's signals, and the first that is left for responses.
-constexpr int signal_place = 2 * simd::state_sums, response_place = signal_place + 3 * STEP_SIGNALS + 2;
+// The places of planes: those of a state, of a worker's signals, the rest curvature's, and the first that is left for
+// responses.
+constexpr int signal_place = 2 * simd::state_sums, rest_place = signal_place + 3 * STEP_SIGNALS + 1,
+              response_place = rest_place + 1;
 
 // The share of one thread, and its scratch: new strain of rows outside its share, and what belongs to a step but
 // not to the state.

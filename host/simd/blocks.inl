@@ -41,25 +41,50 @@ inline real loaded(const scalar* from) { return Wide(*reinterpret_cast<const Wid
 inline void store(scalar* to, real x) { *reinterpret_cast<Wide::Anywhere*>(to) = x.v; }
 #include "host/simd/cell.inl"
 
-// The responses of n <= lanes columns from x on, where the strain has the Laplacian L.
+// The curvature of a block at column x. along: its second difference along the row.
+template <int stencil>
+inline real curvature_at(const RespondArguments<Kernels>& r, int x, real along, const Constants& c) {
+    return curvature_of(loaded(r.rest_curvature + x), add(along, difference_across<stencil>(r.strain, x)), c.bend);
+}
+
+// The response i of a block at column x where the skin has the curvature C.
 template <bool passed>
-inline void respond(const RespondArguments<Kernels>& r, int x, int n, real L, const Constants& c) {
-    const real C = curvature_of(loaded(r.rest_curvature + x), L, c.bend);
+inline real response_at(const RespondArguments<Kernels>& r, int i, int x, real C, const Constants& c) {
+    return answer_of<passed>(QUANTITY_SA1 + i, loaded(r.signal[i] + x), C, c);
+}
+
+// The responses of a cache line of columns, in which no cell is read across an end of the row: each is streamed at
+// once, because lines that reach memory in parts cost more.
+template <int stencil, bool passed>
+inline void respond_line(const RespondArguments<Kernels>& r, int x, const Constants& c) {
+    real C[line / lanes];
 #pragma GCC unroll 8
-    for (int i = 0; i < RESPONSE_MAPS; ++i) {
-        const real answered = answer_of<passed>(QUANTITY_SA1 + i, loaded(r.signal[i] + x), C, c);
-        if (n == lanes) stream_register(r.response[i] + x, (Register)answered.v);
+    for (int i = 0; i < line; i += lanes)
+        C[i / lanes] = curvature_at<stencil>(r, x + i, difference_along<stencil>(r.strain, x + i), c);
+#pragma GCC unroll 8
+    for (int q = 0; q < RESPONSE_MAPS; ++q)
+#pragma GCC unroll 8
+        for (int i = 0; i < line; i += lanes)
+            stream_register(r.response[q] + x + i, (Register)response_at<passed>(r, q, x + i, C[i / lanes], c).v);
+}
+
+// The responses of n <= lanes columns from x on.
+template <bool passed>
+inline void respond_block(const RespondArguments<Kernels>& r, int x, int n, real C, const Constants& c) {
+    for (int q = 0; q < RESPONSE_MAPS; ++q) {
+        const real answered = response_at<passed>(r, q, x, C, c);
+        if (n == lanes) stream_register(r.response[q] + x, (Register)answered.v);
         else
-            for (int lane = 0; lane < n; ++lane) r.response[i][x + lane] = answered.v[lane];
+            for (int lane = 0; lane < n; ++lane) r.response[q][x + lane] = answered.v[lane];
     }
 }
 
-// Second differences along a row in columns first .. last - 1 near an end of it, up to two blocks. They have an array
-// of their own because they are stored cell by cell and loaded as blocks: loaded soon, they would wait until all
-// responses before them are in memory.
+// Second differences along a row in columns first .. last - 1 near an end of it. They have an array of their own
+// because they are stored cell by cell and loaded as blocks: loaded soon, they would wait until all responses before
+// them are in memory.
 struct EndDifferences {
-    alignas(real)
-        scalar values[line + 3 * lanes] = {}; // blocks inside are stored where they are, before and behind the end too
+    // The difference at `first` is values[lanes]: a block of which a part is wanted is stored whole.
+    alignas(real) scalar values[line + 3 * lanes] = {};
 
     template <int stencil> void fill(const RowNeighbours<scalar>& l, int first, int last) {
         const int far = reach(stencil), inside = l.width - far - lanes; // the last block inside
@@ -80,8 +105,7 @@ __attribute__((noinline)) void step_end(const AdvanceArguments<Kernels>& a, cons
                                         const Constants& c, int x, int last, const EndDifferences& along) {
     for (const scalar* at = along.values + lanes; x < last; x += lanes, at += lanes) {
         step_at<true, compensated>(a, x - r.first, c, lanes_of(c.coefficients));
-        const real L = add(loaded(at), difference_across<stencil>(r.strain, x));
-        respond<passed>(r, x, min(last - x, lanes), L, c);
+        respond_block<passed>(r, x, min(last - x, lanes), curvature_at<stencil>(r, x, loaded(at), c), c);
     }
 }
 
@@ -94,10 +118,10 @@ void step_row_in(const AdvanceArguments<Kernels>& a, const RespondArguments<Kern
     high.fill<stencil>(r.strain, end, r.last);
     [begin, end, a = a, r = r, c = c] { // copies: nothing that is stored may change them
         const LaneCoefficients k = lanes_of(c.coefficients);
-        for (int x = begin; x < end; x += lanes) {
-            step_at<true, compensated>(a, x - r.first, c, k);
-            const real L = add(difference_along<stencil>(r.strain, x), difference_across<stencil>(r.strain, x));
-            respond<passed>(r, x, lanes, L, c);
+        for (int x = begin; x < end; x += line) {
+#pragma GCC unroll 8
+            for (int i = 0; i < line; i += lanes) step_at<true, compensated>(a, x + i - r.first, c, k);
+            respond_line<stencil, passed>(r, x, c);
         }
     }();
     step_end<stencil, compensated, passed>(a, r, c, r.first, begin, low);
