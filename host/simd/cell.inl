@@ -7,9 +7,10 @@ struct Stepped {
     CellState before, after;
 };
 
-// Steps cell i and stores what the step makes.
+// Steps cell i and stores what the step makes. Called, it would load all coefficients for each block.
 template <bool framed, bool compensated>
-inline Stepped step_at(const AdvanceArguments<Kernels>& a, int i, const Constants& c, const LaneCoefficients& k) {
+__attribute__((always_inline)) inline Stepped step_at(const AdvanceArguments<Kernels>& a, int i, const Constants& c,
+                                                      const LaneCoefficients& k) {
     const Load load = framed ? load_between(loaded(a.pressure + i), loaded(a.pressure_to + i), c)
                              : load_of(loaded(a.pressure + i), c);
     CellState before{};
