@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The loops of every instruction set that this processor has, in every variant, against the plain ones.
+#include "host/cpu/planes.hpp"
 #include "host/cpu/stepper.hpp"
+#include "host/cpu/stream.hpp"
 #include "host/simd/isa.hpp"
 #include "tests/support.hpp"
 
@@ -47,7 +49,159 @@ bool same(const std::vector<double>& a, const std::vector<double>& b) {
     return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(double)) == 0;
 }
 
+// A few rows whose last one is stepped and in which an earlier one is answered: columns first .. last - 1.
+template <class K> struct Rows {
+    using real = typename K::real;
+    static constexpr int height = 5;
+
+    Rows(int columns, bool compensated, std::mt19937 random) : width(columns), pitch((columns + 15) / 16 * 16) {
+        std::uniform_real_distribution<double> number(-1, 1);
+        for (size_t i = 0; i < maps.size(); ++i) {
+            maps[i] = cpu::Plane<real>(size_t(height * pitch), int(i));
+            for (int k = 0; k < height * pitch; ++k)
+                maps[i].data()[k] = k % pitch < width ? real(number(random) * (k % 5 ? 1 : 1e-20)) : real(NAN);
+        }
+        for (size_t s = 0; s < simd::state_sums; ++s) {
+            state.value[s] = maps[s].data();
+            state.lost[s] = compensated ? maps[simd::state_sums + s].data() : nullptr;
+        }
+    }
+    real* row(int map, int y) { return maps[size_t(map)].row(y, pitch); }
+
+    void step(const simd::Loops<K>& loops, bool at_once, int stencil, int edges, int first, int last,
+              const typename K::Constants& c) {
+        const int stepped = height - 1, answered = stepped - K::reach(stencil);
+        simd::AdvanceArguments<K> a{.count = last - first,
+                                    .pressure = row(4, stepped) + first,
+                                    .pressure_to = row(5, stepped) + first,
+                                    .material = nullptr,
+                                    .table = nullptr,
+                                    .from = state,
+                                    .to = {},
+                                    .signal = {row(6, stepped) + first, row(7, stepped) + first}};
+        for (size_t s = 0; s < simd::state_sums; ++s) {
+            a.from.value[s] += stepped * pitch + first;
+            if (a.from.lost[s]) a.from.lost[s] += stepped * pitch + first;
+        }
+        a.to = a.from;
+        const simd::RespondArguments<K> r{
+            .first = first,
+            .last = last,
+            .strain = simd::neighbours<real>(answered, width, height, stencil, edges, [&](int i) { return row(0, i); }),
+            .signal = {row(0, answered), row(1, answered), row(6, answered), row(7, answered)},
+            .rest_curvature = row(8, answered),
+            .response = {row(9, answered), row(10, answered), row(11, answered), row(12, answered)},
+            .tiles = {}};
+        if (at_once) {
+            loops.step_row(a, r, c);
+        } else {
+            loops.advance(a, c);
+            loops.respond(r, c);
+        }
+    }
+
+    // Whether all cells are those of another one; of responses, what stands beyond a row's end too.
+    bool same(Rows& other) {
+        for (int map = 0; map < int(maps.size()); ++map)
+            for (int y = 0; y < height; ++y)
+                if (std::memcmp(row(map, y), other.row(map, y), size_t(map < 9 ? width : pitch) * sizeof(real)) != 0)
+                    return false;
+        return true;
+    }
+
+    const int width, pitch;
+    std::array<cpu::Plane<real>, 13> maps; // a state's 4, pressures 2, signals 2, rest curvature, responses 4
+    simd::StateRow<real> state;
+};
+
+// Every stencil, with edges, of a row at once and in two loops.
+template <class K> void check_rows(int width, int first, int last, std::mt19937& random) {
+    std::uniform_real_distribution<double> number(-1, 1);
+    for (int variant = 0; variant < 4; ++variant) {
+        using real = typename K::real;
+        typename K::Constants c{};
+        real* const numbers = &c.coefficients.E;
+        for (size_t i = 0; i < (sizeof c.coefficients + 7 * sizeof(real)) / sizeof(real); ++i)
+            numbers[i] = real(number(random));
+        c.gain_plus = real(variant & 1 ? 1 : 0.5);
+        c.gain_minus = real(variant & 1 ? -1 : 2);
+        const bool compensated = (variant & 2) != 0;
+        for (int stencil : {STENCIL_FIVE_POINT, STENCIL_FOURTH_ORDER, STENCIL_PUBLISHED})
+            for (int edges : {EDGES_MIRROR, EDGES_PERIODIC, EDGES_PUBLISHED}) {
+                if (edges == EDGES_PUBLISHED && (stencil != STENCIL_PUBLISHED || width < 2)) continue;
+                CAPTURE(variant);
+                CAPTURE(stencil);
+                CAPTURE(edges);
+                Rows<K> plain(width, compensated, random);
+                plain.step(simd::plain.of<K>(), false, stencil, edges, first, last, c);
+                for (const simd::Isa* isa : simd::isas()) {
+                    CAPTURE(isa->name);
+                    Rows<K> other(width, compensated, random);
+                    other.step(isa->of<K>(), true, stencil, edges, first, last, c);
+                    CHECK(other.same(plain));
+                }
+            }
+    }
+}
+
 } // namespace
+
+TEST_CASE("a row stepped and another answered at once have the bits of two plain loops, whatever their width") {
+    std::mt19937 random(7);
+    std::vector<int> widths = {127, 128, 129, 191, 333};
+    for (int width = 1; width <= 70; ++width) widths.push_back(width);
+    for (int width : widths) {
+        CAPTURE(width);
+        check_rows<f32>(width, 0, width, random);
+        check_rows<f64>(width, 0, width, random);
+    }
+    for (auto [first, last] : {std::pair{0, 64}, {64, 128}, {64, 191}, {128, 191}}) { // a pressed box
+        CAPTURE(first);
+        CAPTURE(last);
+        check_rows<f32>(191, first, last, random);
+        check_rows<f64>(191, first, last, random);
+    }
+}
+
+TEST_CASE("frames have the same bits on every instruction set, by any number of threads, wherever responses begin") {
+    std::mt19937 random(8);
+    std::uniform_real_distribution<float> number(-1, 1);
+    for (Precision precision : {Precision::f32, Precision::f32_compensated})
+        for (int width : {333, 416}) {
+            SkinDescription skin;
+            skin.grid = {width, 400, {}};
+            SkinOptions options;
+            options.precision = precision;
+            const plan::StreamedSkin streamed = plan::streamed_skin(skin, options);
+            const size_t map = streamed.skin.padded_cells();
+            const auto pressed = [&](const simd::Isa& isa, int threads, size_t shift) {
+                cpu::FramePress press(streamed, threads, isa);
+                std::mt19937 again = random;
+                std::vector<float> frames[2] = {std::vector<float>(map), std::vector<float>(map)};
+                std::array<cpu::Plane<float>, RESPONSE_MAPS> planes;
+                float* responses[RESPONSE_MAPS];
+                for (size_t r = 0; r < RESPONSE_MAPS; ++r) {
+                    planes[r] = cpu::Plane<float>(map + shift, int(r));
+                    responses[r] = planes[r].data() + shift;
+                }
+                for (size_t step = 0; step < 3; ++step) {
+                    for (float& p : frames[step % 2]) p = number(again);
+                    REQUIRE(press.press(0.01, frames[1 - step % 2].data(), frames[step % 2].data(), responses));
+                }
+                std::vector<double> all;
+                for (const float* r : responses) all.insert(all.end(), r, r + map);
+                return all;
+            };
+            const std::vector<double> plain = pressed(simd::plain, 1, 1); // too odd an address for the loop of blocks
+            for (const simd::Isa* isa : simd::isas())
+                for (int threads : {1, 2, 3, 4}) {
+                    CAPTURE(width);
+                    CAPTURE(isa->name);
+                    CAPTURE(threads);
+                    CHECK(same(pressed(*isa, threads, 0), plain));
+                }
+        }
+}
 
 TEST_CASE("every instruction set and number of threads gives the bits of plain loops on one thread") {
     MESSAGE("instruction sets here: " << simd::isas().size() << ", best " << std::string(simd::best().name));

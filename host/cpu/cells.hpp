@@ -25,8 +25,10 @@ template <class K> struct CellsPress {
     std::array<typename K::Summary*, REDUCED_MAPS> tiles{}; // null: not wanted
 };
 
-// The places of planes: those of a state, of a worker's signals, and the first that is left for responses.
-constexpr int signal_place = 2 * simd::state_sums, response_place = signal_place + 3 * STEP_SIGNALS + 2;
+// The places of planes: those of a state, of a worker's signals, the rest curvature's, and the first that is left for
+// responses.
+constexpr int signal_place = 2 * simd::state_sums, rest_place = signal_place + 3 * STEP_SIGNALS + 1,
+              response_place = rest_place + 1;
 
 // The share of one thread, and its scratch: new strain of rows outside its share, and what belongs to a step but
 // not to the state.
@@ -61,7 +63,7 @@ template <class K> class Cells {
         }
     }
 
-    // Returns what changed in some cell: simd::strain_changed, simd::integral_changed.
+    // Returns what changed in some cell: simd::strain_changed, simd::integral_changed. Without sums it may return more.
     int press(const Press& p) {
         if (!p.keep && scratch_.empty()) scratch_ = resting_state();
         visible_ = p.keep ? &state_ : &scratch_;
@@ -101,10 +103,15 @@ template <class K> class Cells {
             if (threads > 1) barrier_.arrive_and_wait();
         }
         for (int y = worker.first; y < worker.last + reach; ++y) {
-            if (y < worker.last)
-                worker.changed |= advance(press, y, visible_->row(y, pitch_),
-                                          [&](size_t s) { return worker.signals[s][size_t(y % 3)].data(); });
-            if (respond && y - reach >= worker.first) respond_row(press, worker, y - reach);
+            const bool advances = y < worker.last, responds = respond && y - reach >= worker.first;
+            const auto stepped = [&] {
+                return advance_arguments(press, y, visible_->row(y, pitch_),
+                                         [&](size_t s) { return worker.signals[s][size_t(y % 3)].data(); });
+            };
+            const auto answered = [&] { return respond_arguments(press, worker, y - reach); };
+            if (advances && responds) worker.changed |= loops_.step_row(stepped(), answered(), press.constants);
+            else if (advances) worker.changed |= loops_.advance(stepped(), press.constants);
+            else if (responds) loops_.respond(answered(), press.constants);
         }
         isa_.fence_streams();
     }
@@ -128,13 +135,16 @@ template <class K> class Cells {
                 to.value[s] = s == simd::sum_strain ? worker.outside[size_t(worker.count)].data() : unused(s);
                 to.lost[s] = variant_.compensated ? unused(simd::state_sums + s) : nullptr;
             }
-            advance(press, i, to, [&](size_t s) { return unused(2 * simd::state_sums + s); });
+            loops_.advance(advance_arguments(press, i, to, [&](size_t s) { return unused(2 * simd::state_sums + s); }),
+                           press.constants);
             ++worker.count;
         }
     }
 
     // signal(s): where signal s of the step goes, from column 0 on.
-    template <class Signal> int advance(const Press& press, int y, const simd::StateRow<real>& to, Signal signal) {
+    template <class Signal>
+    simd::AdvanceArguments<K> advance_arguments(const Press& press, int y, const simd::StateRow<real>& to,
+                                                Signal signal) const {
         const int at = first_column();
         const size_t row = size_t(y) * size_t(pitch_) + size_t(at);
         simd::AdvanceArguments<K> a{.count = last_column() - at,
@@ -151,10 +161,10 @@ template <class K> class Cells {
                 if (state->lost[s]) state->lost[s] += at;
             }
         for (size_t s = 0; s < STEP_SIGNALS; ++s) a.signal[s] = signal(s) + at;
-        return loops_.advance(a, press.constants);
+        return a;
     }
 
-    void respond_row(const Press& press, const Worker<real>& worker, int y) {
+    simd::RespondArguments<K> respond_arguments(const Press& press, const Worker<real>& worker, int y) const {
         const size_t row = size_t(y) * size_t(pitch_), tile = size_t(y) * size_t(tiles_);
         const auto strain = [&](int i) -> const real* {
             if (ready(worker, i, y)) return visible_->row(i, pitch_).value[simd::sum_strain];
@@ -175,7 +185,7 @@ template <class K> class Cells {
         for (size_t i = 0; i < RESPONSE_MAPS; ++i)
             r.response[i] = press.response[i] ? press.response[i] + row : nullptr;
         for (size_t q = 0; q < REDUCED_MAPS; ++q) r.tiles[q] = press.tiles[q] ? press.tiles[q] + tile : nullptr;
-        loops_.respond(r, press.constants);
+        return r;
     }
 
     const int height_, width_, pitch_, tiles_;

@@ -30,9 +30,10 @@ struct FramePress::Impl {
 
 struct FramePress::Fields : Impl {
     Fields(StreamedSkin s, int threads, const simd::Isa& isa)
-        : Impl(std::move(s)), rest(plan::padded_rest_curvature<float>(streamed.skin)),
+        : Impl(std::move(s)), rest(streamed.skin.padded_cells(), rest_place),
           cells(streamed.skin, streamed.variant(), streamed.skin.whole(), threads, isa) {
         materials = streamed.skin.materials;
+        std::ranges::copy(plan::padded_rest_curvature<float>(streamed.skin), rest.data());
         plan::drop_maps(streamed.skin);
     }
 
@@ -49,7 +50,7 @@ struct FramePress::Fields : Impl {
     void reset() override { cells.rest(); }
     simd::Pool& pool() override { return cells.pool(); }
 
-    const std::vector<float> rest;
+    const Plane<float> rest;
     Cells<f32> cells;
 };
 

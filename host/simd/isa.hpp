@@ -92,6 +92,10 @@ template <class K> struct Loops {
     void (*laplacian)(const RowNeighbours<real>&, int first, int last, real* L);
     int (*advance)(const AdvanceArguments<K>&, const typename K::Constants&);
     void (*respond)(const RespondArguments<K>&, const typename K::Constants&);
+    // Does advance() of one row, then respond() in the same columns of another, which may read the new strain of the
+    // first. Where all responses of frames under a uniform material are asked for, and no sums, that is one loop: it
+    // may read rows up to their pitch, writes those of state and signals so far, and returns all bits.
+    int (*step_row)(const AdvanceArguments<K>&, const RespondArguments<K>&, const typename K::Constants&);
 };
 
 // One instruction set.

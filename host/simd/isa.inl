@@ -12,32 +12,34 @@ namespace {
 
 constexpr int chunk = 4 * TILE_CELLS; // columns at a time; their intermediate values stay in the first-level cache
 
+// A register of this instruction set, and its store past the caches, to an address that is a multiple of its size.
+#if defined(__AVX512F__)
+using Register = __m512i;
+inline void stream_register(void* to, Register x) { _mm512_stream_si512(static_cast<__m512i*>(to), x); }
+#elif defined(__AVX__)
+using Register = __m256i;
+inline void stream_register(void* to, Register x) { _mm256_stream_si256(static_cast<__m256i*>(to), x); }
+#elif defined(__SSE2__)
+using Register = __m128i;
+inline void stream_register(void* to, Register x) { _mm_stream_si128(static_cast<__m128i*>(to), x); }
+#else
+typedef long long Register __attribute__((vector_size(16)));
+inline void stream_register(void* to, Register x) { __builtin_memcpy(to, &x, sizeof x); }
+#endif
+
+bool is_aligned(const void* address) { return reinterpret_cast<size_t>(address) % sizeof(Register) == 0; }
+
 // Copies past the caches if alignment and size allow it, because nobody reads responses again soon.
 void stream(void* to, const void* from, size_t bytes) {
-    char* t = static_cast<char*>(to);
-    const char* f = static_cast<const char*>(from);
-#if defined(__AVX512F__)
-    if (reinterpret_cast<size_t>(to) % 64 == 0 && bytes % 64 == 0) {
-        for (size_t i = 0; i < bytes; i += 64)
-            _mm512_stream_si512(reinterpret_cast<__m512i*>(t + i), _mm512_loadu_si512(f + i));
+    if (!is_aligned(to) || bytes % sizeof(Register) != 0) {
+        __builtin_memcpy(to, from, bytes);
         return;
     }
-#elif defined(__AVX__)
-    if (reinterpret_cast<size_t>(to) % 32 == 0 && bytes % 32 == 0) {
-        for (size_t i = 0; i < bytes; i += 32)
-            _mm256_stream_si256(reinterpret_cast<__m256i*>(t + i),
-                                _mm256_loadu_si256(reinterpret_cast<const __m256i*>(f + i)));
-        return;
+    for (size_t i = 0; i < bytes; i += sizeof(Register)) {
+        Register x;
+        __builtin_memcpy(&x, static_cast<const char*>(from) + i, sizeof x);
+        stream_register(static_cast<char*>(to) + i, x);
     }
-#elif defined(__SSE2__)
-    if (reinterpret_cast<size_t>(to) % 16 == 0 && bytes % 16 == 0) {
-        for (size_t i = 0; i < bytes; i += 16)
-            _mm_stream_si128(reinterpret_cast<__m128i*>(t + i),
-                             _mm_loadu_si128(reinterpret_cast<const __m128i*>(f + i)));
-        return;
-    }
-#endif
-    __builtin_memcpy(t, f, bytes);
 }
 
 void fence_streams() {
@@ -62,6 +64,8 @@ using Kernels = f32;
 using real = float;
 inline real abs(real x) { return __builtin_fabsf(x); }
 #include "host/simd/rows.inl"
+
+#include "host/simd/blocks.inl"
 } // namespace loops_f32
 
 namespace loops_f64 {
@@ -69,6 +73,8 @@ using Kernels = f64;
 using real = double;
 inline real abs(real x) { return __builtin_fabs(x); }
 #include "host/simd/rows.inl"
+
+#include "host/simd/blocks.inl"
 } // namespace loops_f64
 
 void moments(const double* p, const double* rest, const double* L, int width, double length, double bend, double* a,
@@ -143,8 +149,14 @@ bool supported() { return DERMIS_SUPPORTED; }
 const Isa DERMIS_ISA = {
     .name = DERMIS_NAME(DERMIS_ISA),
     .supported = supported,
-    .in_f32 = {.laplacian = loops_f32::laplacian, .advance = loops_f32::advance, .respond = loops_f32::respond},
-    .in_f64 = {.laplacian = loops_f64::laplacian, .advance = loops_f64::advance, .respond = loops_f64::respond},
+    .in_f32 = {.laplacian = loops_f32::laplacian,
+               .advance = loops_f32::advance,
+               .respond = loops_f32::respond,
+               .step_row = loops_f32::step_row},
+    .in_f64 = {.laplacian = loops_f64::laplacian,
+               .advance = loops_f64::advance,
+               .respond = loops_f64::respond,
+               .step_row = loops_f64::step_row},
     .moments = moments,
     .means = means,
     .outside = outside,

@@ -20,6 +20,10 @@ inline real mix(real a, real b, bool second) { return second ? b : a; }
 // clang-format on
 #undef precise
 
+inline real loaded(const real* from) { return *from; }
+inline void store(real* to, real x) { *to = x; }
+#include "host/simd/cell.inl"
+
 // The cells of one row, for the Laplacian along it.
 struct RowCells {
     const real* row;
@@ -27,43 +31,40 @@ struct RowCells {
 #include "kernels/gather.h"
 };
 
-// The published stencil's weights across rows; the rows themselves are in `l`.
-Axis across(const RowNeighbours<real>& l) {
-    Axis a{};
-    a.w_low = l.w_low;
-    a.w_high = l.w_high;
-    a.w = l.w;
-    return a;
+// The Laplacian of columns begin .. end - 1, where every cell reads at the same distances.
+template <int stencil> void laplacian_between(const RowNeighbours<real> l, int begin, int end, real* L) {
+#pragma GCC ivdep
+    for (int x = begin; x < end; ++x)
+        L[x - begin] = add(difference_along<stencil>(l, x), difference_across<stencil>(l, x));
 }
 
-// The Laplacian of columns away from a row's ends, where every cell reads at the same distances.
-template <int stencil> void laplacian_inside(const RowNeighbours<real>& l, int begin, int end, real* L) {
-    const Axis y = across(l);
-    Axis x = y; // the weights of an inner cell
-    x.w_low = x.w_high = x.w = real(0.5);
-    const int far = reach(stencil), near = stencil == STENCIL_PUBLISHED ? 0 : 1;
-    const real *here = l.here + begin, *far_low = l.far_low + begin, *low = l.low + begin, *high = l.high + begin,
-               *far_high = l.far_high + begin;
-#pragma GCC ivdep
-    for (int i = 0; i < end - begin; ++i)
-        L[i] = add(difference(here[i - far], here[i - near], here[i], here[i + near], here[i + far], x, stencil),
-                   difference(far_low[i], low[i], here[i], high[i], far_high[i], y, stencil));
+// The second difference along a row at any of its columns.
+real difference_at(const RowNeighbours<real>& l, int x) {
+    return RowCells{l.here}.laplacian_along_x(x, 0, l.here[x], l.width, l.stencil, l.edges);
 }
 
 real laplacian_at(const RowNeighbours<real>& l, int x) {
-    RowCells row{l.here};
-    return add(row.laplacian_along_x(x, 0, l.here[x], l.width, l.stencil, l.edges),
+    return add(difference_at(l, x),
                difference(l.far_low[x], l.low[x], l.here[x], l.high[x], l.far_high[x], across(l), l.stencil));
+}
+
+template <int n> struct Constant {
+    static constexpr int number = n;
+};
+
+// Calls f with the number of a stencil as a Constant.
+template <class F> void with_stencil(int stencil, F f) {
+    if (stencil == STENCIL_FIVE_POINT) f(Constant<STENCIL_FIVE_POINT>{});
+    else if (stencil == STENCIL_FOURTH_ORDER) f(Constant<STENCIL_FOURTH_ORDER>{});
+    else f(Constant<STENCIL_PUBLISHED>{});
 }
 
 void laplacian_over(const RowNeighbours<real>& l, int first, int last, real* L) {
     const int far = reach(l.stencil);
     const int begin = min(max(first, far), last), end = max(min(last, l.width - far), begin);
     for (int x = first; x < begin; ++x) L[x - first] = laplacian_at(l, x);
-    if (l.stencil == STENCIL_FIVE_POINT) laplacian_inside<STENCIL_FIVE_POINT>(l, begin, end, L + (begin - first));
-    else if (l.stencil == STENCIL_FOURTH_ORDER)
-        laplacian_inside<STENCIL_FOURTH_ORDER>(l, begin, end, L + (begin - first));
-    else laplacian_inside<STENCIL_PUBLISHED>(l, begin, end, L + (begin - first));
+    with_stencil(l.stencil,
+                 [&](auto stencil) { laplacian_between<stencil.number>(l, begin, end, L + (begin - first)); });
     for (int x = end; x < last; ++x) L[x - first] = laplacian_at(l, x);
 }
 
@@ -78,22 +79,13 @@ int advance_in(const AdvanceArguments<Kernels> a, const Constants c) {
     int changed[state_sums] = {};
 #pragma GCC ivdep
     for (int i = 0; i < a.count; ++i) {
-        const Load load = framed ? load_between(a.pressure[i], a.pressure_to[i], c) : load_of(a.pressure[i], c);
         const LaneCoefficients k = materials ? lanes_of(a.table[a.material[i]]) : uniform;
-        CellState before{};
-#define LOAD_SUM(name)                                                                                                 \
-    before.name = sum_of(a.from.value[sum_##name][i], compensated ? a.from.lost[sum_##name][i] : real(0));
-        STATE_SUMS(LOAD_SUM)
-#undef LOAD_SUM
-        const CellState after = advanced(before, load, k, compensated);
-#pragma GCC unroll 8
-        for (int s = 0; s < STEP_SIGNALS; ++s) a.signal[s][i] = signal(QUANTITY_FA1 + s, before, after, load, k);
-#define STORE_SUM(name)                                                                                                \
-    changed[sum_##name] |= (after.name.value != before.name.value) | (after.name.lost != before.name.lost);            \
-    a.to.value[sum_##name][i] = after.name.value;                                                                      \
-    if constexpr (compensated) a.to.lost[sum_##name][i] = after.name.lost;
-        STATE_SUMS(STORE_SUM)
-#undef STORE_SUM
+        const Stepped step = step_at<framed, compensated>(a, i, c, k);
+#define COMPARE_SUM(name)                                                                                              \
+    changed[sum_##name] |=                                                                                             \
+        (step.after.name.value != step.before.name.value) | (step.after.name.lost != step.before.name.lost);
+        STATE_SUMS(COMPARE_SUM)
+#undef COMPARE_SUM
     }
     int bits = 0;
     for (int s = 0; s < state_sums; ++s) bits |= changed[s] << s;
@@ -145,11 +137,6 @@ void summarize(const real* values, int count, Kernels::Summary* tiles) {
         tiles->low = low[0];
         tiles->high = high[0];
     }
-}
-
-// answer() of kernels/responses.h. passed: the gains of FA2 are 1 and -1, which leave it unchanged to the bit.
-template <bool passed> real answer_of(int quantity, real x, real C, const Constants& c) {
-    return passed ? response(x, C, c.curvature_length) : answer(quantity, x, C, c);
 }
 
 // All responses of n cells in one loop.
