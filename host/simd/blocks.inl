@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // A step of one row and the responses of another in one loop over blocks of one register of cells. rows.inl precedes
-// this in its namespace. Blocks begin at multiples of their length, so that the last one of a row ends within the pitch.
+// this in its namespace. Blocks begin at multiples of their length, so the last one of a row ends within the pitch.
 
 // One register of cells as the `real` of kernels/*.h: the operators and functions that they use, lane by lane.
 struct Wide {
