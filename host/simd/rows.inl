@@ -48,9 +48,7 @@ real laplacian_at(const RowNeighbours<real>& l, int x) {
                difference(l.far_low[x], l.low[x], l.here[x], l.high[x], l.far_high[x], across(l), l.stencil));
 }
 
-template <int n> struct Constant {
-    static constexpr int number = n;
-};
+template <int n> struct Constant { static constexpr int number = n; };
 
 // Calls f with the number of a stencil as a Constant.
 template <class F> void with_stencil(int stencil, F f) {
