@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "host/planner/arithmetic.hpp"
 
+#include <algorithm>
+
 namespace dermis::planner {
 
 namespace {
@@ -18,6 +20,18 @@ struct Units {
 
 } // namespace
 
+f64::Coefficients cancelled_under_sine(const f64::Coefficients& k, const plan::Element& m,
+                                       const plan::ResponseRule& rule, double w, double amplitude) {
+    const double eps = 8 * 0x1p-53 * std::abs(amplitude) / std::hypot(m.modulus, w * m.viscosity);
+    f64::Coefficients off{};
+    off.f = eps;
+    off.i2 = eps * (1 / std::hypot(1 / rule.sa2_adaptation, w) + k.i0);
+    off.v1 = eps * (w + m.modulus * k.v0);
+    off.a1 = rule.step_mean ? off.v1 * k.a2 * m.viscosity // a2 is 1/(eta*dt)
+                            : eps * (w * w + m.modulus * std::abs(k.a0));
+    return off;
+}
+
 CountedCell CountedArithmetic::pressed(const CountedCell& c, const f64::Coefficients& k, const CountedLoad& load,
                                        double z) const {
     const Units units(k, z);
@@ -28,13 +42,14 @@ CountedCell CountedArithmetic::pressed(const CountedCell& c, const f64::Coeffici
     const Counted s0 = pressure(load.s0), ds = pressure(load.ds), sj = pressure(load.sj);
     const Counted eps{c.eps, 0}, sum{c.sum, 0};
     const Counted r = plus(s0, times(of(-k.E, 0), eps));
-    const Counted step = plus(times(of(k.b, units.b), r), times(of(k.f, units.changes), ds));
+    const Counted step = plus(times(of(k.b, units.b), r), times(of(k.f, units.changes, load.cancelled.f), ds));
     const Counted held = plus(times(of(k.i0, units.i0), eps), times(of(k.i1, units.i1), s0));
-    const Counted gained = plus(held, times(of(k.i2, units.changes), ds));
+    const Counted gained = plus(held, times(of(k.i2, units.changes, load.cancelled.i2), ds));
     const Counted leaked = plus(gained, times(of(-k.leak, units.leak), sum));
-    const Counted rate = plus(times(of(k.v0, units.v0), r), times(of(k.v1, units.changes), ds));
+    const Counted rate = plus(times(of(k.v0, units.v0), r), times(of(k.v1, units.changes, load.cancelled.v1), ds));
     const Counted acceleration =
-        plus(plus(times(of(k.a0, units.a0), r), times(of(k.a1, units.changes), ds)), times(of(k.a2, units.a2), sj));
+        plus(plus(times(of(k.a0, units.a0), r), times(of(k.a1, units.changes, load.cancelled.a1), ds)),
+             times(of(k.a2, units.a2), sj));
     const double keep = std::abs(1 - k.b * k.E), keep_sum = std::abs(1 - k.leak);
     CountedCell n;
     n.eps = bound ? keep * c.eps + std::abs(k.b * s0.value) + std::abs(k.f * ds.value) : c.eps + step.value;
@@ -43,10 +58,15 @@ CountedCell CountedArithmetic::pressed(const CountedCell& c, const f64::Coeffici
     n.acceleration = acceleration.value;
     // The flush acts where the least pressed cell stores less than it, but not 0.
     const auto flushed = [&](double x) { return x != 0 && (bound || least * std::abs(x) < flush) ? flush : 0; };
-    n.d_eps = keep * c.d_eps + step.off + carried * rounding(n.eps) + flushed(n.eps);
-    n.d_sum = keep_sum * c.d_sum + std::abs(k.i0) * c.d_eps + leaked.off + carried * rounding(n.sum) + flushed(n.sum);
-    n.d_rate = rate.off + std::abs(k.v0 * k.E) * c.d_eps;
-    n.d_acceleration = acceleration.off + std::abs(k.a0 * k.E) * c.d_eps;
+    // Of an addition's rounding, what stays in a compensated sum: a part, and what is too small to be carried.
+    const auto left = [&](double x) {
+        return carried < 1 ? carried * rounding(x) + std::min(rounding(x), flush) : rounding(x);
+    };
+    n.d_eps = keep * c.d_eps + step.off + left(n.eps) + flushed(n.eps);
+    n.d_sum = keep_sum * c.d_sum + std::abs(k.i0) * c.d_eps + leaked.off + left(n.sum) + flushed(n.sum);
+    const double d_eps = c.d_eps + (carried < 1 ? rounding(c.eps) : 0); // rates take the rounded strain
+    n.d_rate = rate.off + std::abs(k.v0 * k.E) * d_eps;
+    n.d_acceleration = acceleration.off + std::abs(k.a0 * k.E) * d_eps;
     return n;
 }
 

@@ -33,7 +33,13 @@ struct Counted {
 // The pressures of a step per unit of the map, or between frames their greatest magnitudes.
 struct CountedLoad {
     Counted s0, ds, sj;
+    f64::Coefficients cancelled{}; // what factors of ds are off by where they are small differences (under a sine)
 };
+
+// Returns what plan::force_sine may leave the factors of ds off by, because it takes differences of terms that are each
+// rounded. w: angular frequency, 1/s.
+f64::Coefficients cancelled_under_sine(const f64::Coefficients&, const plan::Element&, const plan::ResponseRule&,
+                                       double w, double amplitude);
 
 struct CountedArithmetic {
     double u;           // unit roundoff
@@ -50,8 +56,8 @@ struct CountedArithmetic {
         return x == 0 || peak == 0 ? 0 : std::ldexp(u, exponent - 1) / peak;
     }
     // A coefficient as it comes to the kernel: so many units of 2^-53 off in double, and rounded to float there.
-    Counted of(double coefficient, double units) const {
-        const double in_double = units * 0x1p-53 * std::abs(coefficient);
+    Counted of(double coefficient, double units, double cancelled = 0) const {
+        const double in_double = units * 0x1p-53 * std::abs(coefficient) + cancelled;
         return {coefficient, in_double + (single ? std::abs(double(float(coefficient)) - coefficient) : 0)};
     }
     Counted times(Counted a, Counted b) const {

@@ -242,6 +242,9 @@ class Analysis {
         plan::Timeline timeline(schedule_, materials_, skin_.rule, schedule_.method),
             exact_timeline(schedule_, materials_, skin_.rule, Method::exact);
         const bool baseline = schedule_.method != Method::exact;
+        const bool sine = !schedule_.framed && !baseline && schedule_.load.envelope.kind == Envelope::Kind::sine;
+        const double angular_frequency =
+            sine ? scene::Waveform(schedule_.load.envelope, schedule_.time).angular_frequency() : 0;
         std::vector<CountedCell> kept(materials_.size()), exact(materials_.size());
         now_ = exact_ = kept;
         const double dt = schedule_.time.step;
@@ -253,8 +256,11 @@ class Analysis {
                 const Element& m = materials_[i];
                 const double z = is_elastic(m) ? 0 : z_of(m, dt);
                 const CountedArithmetic& a = arithmetic_[i];
-                now_[i] =
-                    a.pressed(kept[i], (*step.coefficients)[i], load_of(schedule_, step, envelope_peak_, peak_[i]), z);
+                CountedLoad load = load_of(schedule_, step, envelope_peak_, peak_[i]);
+                if (sine && step.rise != 0)
+                    load.cancelled = cancelled_under_sine((*step.coefficients)[i], m, skin_.rule, angular_frequency,
+                                                          schedule_.load.envelope.amplitude);
+                now_[i] = a.pressed(kept[i], (*step.coefficients)[i], load, z);
                 if (step.bend > 0 && !is_elastic(m)) add_bend(now_[i], m, step);
                 exact_[i] = now_[i];
                 if (baseline)
@@ -416,10 +422,10 @@ double worst_asked(const PreparedSkin& skin, const Schedule& schedule, const Bou
     const auto count = [&](Quantity q, const Bounds& bounds, const Errors& largest) {
         if (q >= Quantity::curvature) return;
         const double scale = q == Quantity::fa2 ? gain : 1;
-        if (scale * bounds.greatest[size_t(q)] <= stored && scale * bounds.error[size_t(q)] <= 4 * stored)
-            return; // exact
-        const double peak = std::max(scale * largest[size_t(q)], stored);
-        worst = std::max(worst, scale * bounds.error[size_t(q)] / peak);
+        const double flushed = q == Quantity::fa2 ? stored : 0; // after the gains
+        const double error = scale * bounds.error[size_t(q)] + flushed;
+        if (scale * bounds.greatest[size_t(q)] <= stored && error <= 5 * stored) return; // exact
+        worst = std::max(worst, error / std::max(scale * largest[size_t(q)], stored));
     };
     for (Quantity q : schedule.output.traces) count(q, all, peaks.all);
     for (const FieldRequest& f : schedule.output.fields)
