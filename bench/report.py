@@ -162,7 +162,7 @@ def roofline(rows, folder):
              title=f"W1, a streamed frame on {threads} threads, under the memory's roof for each size")
     flops = axis.secondary_yaxis("right", functions=(lambda x: x * 62 / 44, lambda x: x * 44 / 62))
     flops.set_ylabel("Gflop/s (62 flop per cell and step)")
-    axis.legend(fontsize=8)
+    axis.legend(fontsize=8, ncol=3, loc="upper center", bbox_to_anchor=(0.5, -0.07))
     axis.grid(alpha=0.25, axis="y")
     save(figure, folder, "roofline", rows)
 
