@@ -219,9 +219,13 @@ TEST_CASE("a few retardation times are a part each: moments, maps, sites and mar
         const Result maps = under(s, Model::maps);
         s.output.extremes = true;
         check_agree(maps, under(s, Model::march), 1e-12);
+        s.output.traces.clear(); // extremes are a default that no trace asks for
+        s.output.fields = {{0.3, all_quantities}};
+        CHECK(int(under(s, Model::maps).fields.size()) == int(all_quantities.size()));
         s.output = {{}, {}, {}, true};
         for (Quantity q : all_responses) s.sites.push_back({q, {int(random() % 5), int(random() % 3)}});
-        CHECK(difference(under(s, Model::sites).responses, under(s, Model::march).responses) < 1e-12);
+        for (Model model : {Model::sites, Model::moments})
+            CHECK(difference(under(s, model).responses, under(s, Model::march).responses) < 1e-12);
     }
 }
 

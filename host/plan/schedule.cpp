@@ -107,6 +107,7 @@ PreparedRun in_parts(PreparedRun run) {
     skin.materials.clear();
     for (const Part& part : skin.parts) skin.materials.push_back(part.element);
     if (skin.parts.size() == 1) skin.material_of.clear();
+    else run.schedule.output.extremes = false; // see why_not(): no trace asks for them
     scene::drop_maps(skin.description.material);
     return run;
 }
