@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the planner promises is kept, measured against closed forms: in random scenes, and in some that once broke it.
+// The planner keeps its promises, measured against closed forms: in random scenes, and in some that once broke them.
 #include "tests/oracle/survey.hpp"
 #include "tests/support.hpp"
 
@@ -62,7 +62,7 @@ oracle::Verdict judged(const oracle::Case& c) {
     return v;
 }
 
-// What is in reach is not refused.
+// Checks that a scene whose tolerance is in reach is not refused.
 void accepted(const oracle::Case& c) {
     const oracle::Verdict v = judged(c);
     CAPTURE(oracle::text(v, c.scene));
@@ -316,21 +316,25 @@ TEST_CASE("a blister of some soft cells among 3600 materials counts") {
         }
 }
 
+// A skin of stiffnesses within so many powers of ten to either side, and of so many retardation times.
+Scene graded(double z, Envelope::Kind kind, double decades, int times) {
+    Scene s = square(14, 3e-11, {Quantity::strain, Quantity::sa1, Quantity::sa2, Quantity::fa1});
+    s.load.envelope.kind = kind;
+    s.time = {0.01, 0.8};
+    for (int i = 0; i < 196; ++i) {
+        const double modulus = std::pow(10, 4 + decades * std::sin(0.37 * i * i));
+        s.material.modulus_map.edit().push_back(modulus);
+        s.material.viscosity_map.edit().push_back(s.time.step / z * modulus * std::pow(2, i % times));
+    }
+    return s;
+}
+
 TEST_CASE("materials of one retardation time are served by moments, maps and sites, within the bound of rounding") {
     for (double z : {1e-4, 0.05, 3.0, 30.0, 500.0})
         for (Envelope::Kind kind : {Envelope::Kind::step, Envelope::Kind::ramp, Envelope::Kind::sine}) {
             CAPTURE(z);
             CAPTURE(int(kind));
-            Scene s = square(14, 3e-11, {Quantity::strain, Quantity::sa1, Quantity::sa2, Quantity::fa1});
-            s.load.envelope.kind = kind;
-            s.time = {0.01, 0.8};
-            std::vector<double> modulus, viscosity;
-            for (int i = 0; i < 196; ++i) {
-                modulus.push_back(std::pow(10, 4 + 3 * std::sin(0.37 * i * i)));
-                viscosity.push_back(s.time.step / z * modulus.back());
-            }
-            s.material.modulus_map = modulus;
-            s.material.viscosity_map = viscosity;
+            const Scene s = graded(z, kind, 3, 1);
             CHECK(int(run(s).model) == int(Model::moments));
             accepted_by_products(s);
         }
@@ -341,18 +345,9 @@ TEST_CASE("materials of a few retardation times are served by moments, maps and 
         for (Envelope::Kind kind : {Envelope::Kind::step, Envelope::Kind::ramp, Envelope::Kind::sine}) {
             CAPTURE(z);
             CAPTURE(int(kind));
-            Scene s = square(14, 3e-11, {Quantity::strain, Quantity::sa1, Quantity::sa2, Quantity::fa1});
-            s.load.envelope.kind = kind;
-            s.time = {0.01, 0.8};
+            Scene s = graded(z, kind, 2, 5);
             s.output.extremes = false;
             s.output.probes = {{3, 4}, {13, 0}};
-            std::vector<double> modulus, viscosity;
-            for (int i = 0; i < 196; ++i) { // five times, and what varies beside them
-                modulus.push_back(std::pow(10, 4 + 2 * std::sin(0.37 * i * i)));
-                viscosity.push_back(s.time.step / z * modulus.back() * std::pow(2, i % 5));
-            }
-            s.material.modulus_map = modulus;
-            s.material.viscosity_map = viscosity;
             accepted_by_products(s);
         }
 }

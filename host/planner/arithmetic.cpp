@@ -7,11 +7,11 @@ namespace dermis::planner {
 
 namespace {
 
-// What tests/coefficients_test.cpp finds coefficients to be off by at most, in units of 2^-53. e^-z is off by as many
-// more as z has units; the a0 of a step mean, whose a2 is not 0, does not contain it. The factors of ds contain the
-// load.
+// Bounds of what coefficients are off by in double, in units of 2^-53; tests/coefficients_test.cpp measures b, i0, i1
+// and a0, and the factors of ds before they contain the load's change. e^-z is off by as many more as z has units; the
+// a0 of a step mean, whose a2 is not 0, does not contain it.
 struct Units {
-    double b, i0 = 3.5, i1 = 4.5, leak = 4, v0, a0, a2 = 2, changes = 8;
+    double b, i0 = 3.5, i1 = 4.5, leak = 4, v0, a0, a2 = 2, changes = 8, i2 = 14;
     Units(const f64::Coefficients& k, double z)
         : b(z > 1 ? 2.5 : 3), v0(2 + 2 * z), a0(k.a2 == 0 ? 5 + 2 * z
                                                 : z > 1   ? 3
@@ -44,7 +44,7 @@ CountedCell CountedArithmetic::pressed(const CountedCell& c, const f64::Coeffici
     const Counted r = plus(s0, times(of(-k.E, 0), eps));
     const Counted step = plus(times(of(k.b, units.b), r), times(of(k.f, units.changes, load.cancelled.f), ds));
     const Counted held = plus(times(of(k.i0, units.i0), eps), times(of(k.i1, units.i1), s0));
-    const Counted gained = plus(held, times(of(k.i2, units.changes, load.cancelled.i2), ds));
+    const Counted gained = plus(held, times(of(k.i2, units.i2, load.cancelled.i2), ds));
     const Counted leaked = plus(gained, times(of(-k.leak, units.leak), sum));
     const Counted rate = plus(times(of(k.v0, units.v0), r), times(of(k.v1, units.changes, load.cancelled.v1), ds));
     const Counted acceleration =
@@ -58,7 +58,7 @@ CountedCell CountedArithmetic::pressed(const CountedCell& c, const f64::Coeffici
     n.acceleration = acceleration.value;
     // The flush acts where the least pressed cell stores less than it, but not 0.
     const auto flushed = [&](double x) { return x != 0 && (bound || least * std::abs(x) < flush) ? flush : 0; };
-    // Of an addition's rounding, what stays in a compensated sum: a part, and what is too small to be carried.
+    // A compensated sum keeps a part of each addition's rounding, and what of it is too small to be carried.
     const auto left = [&](double x) {
         return carried < 1 ? carried * rounding(x) + std::min(rounding(x), flush) : rounding(x);
     };

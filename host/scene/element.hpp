@@ -63,7 +63,7 @@ inline TauRange tau_range(const std::vector<Element>& elements) {
     return tau;
 }
 
-// Returns the greatest modulus, Pa.
+// Returns the modulus, Pa, which a kernel multiplies strains by.
 inline double stiffness(const Element& m) { return m.modulus; }
 
 } // namespace dermis::scene
