@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// The state of every cell and one pass over it per step, in K = f32 or f64. Rows are stepped in place; responses follow
-// as far behind as the stencil reaches, while the rows are still in a cache. A thread makes for itself the new strain
-// that its rows need of other threads' rows, before any thread begins to step.
+// The state of every cell and the pass over it that takes one step, or a batch of steps, in K = f32 or f64. No cell
+// needs its neighbours' past: a band of rows takes all steps of a batch while it is in a cache, and carries for itself
+// the strain of rows outside it that its own rows read. Rows are stepped in place; responses follow as far behind as
+// the stencil reaches.
 #pragma once
 
 #include "host/cpu/planes.hpp"
@@ -9,7 +10,9 @@
 #include "host/simd/isa.hpp"
 
 #include <array>
+#include <atomic>
 #include <barrier>
+#include <span>
 
 namespace dermis::cpu {
 
@@ -23,6 +26,7 @@ template <class K> struct CellsPress {
     bool keep = true;                            // the state advances; otherwise the step goes to a scratch state
     std::array<real*, RESPONSE_MAPS> response{}; // null: not wanted
     std::array<typename K::Summary*, REDUCED_MAPS> tiles{}; // null: not wanted
+    double* points = nullptr; // values in the points of quantities that are summarized, [quantity][point]
 };
 
 // The places of planes: those of a state, of a worker's signals, the rest curvature's, and the first that is left for
@@ -30,15 +34,48 @@ template <class K> struct CellsPress {
 constexpr int signal_place = 2 * simd::state_sums, rest_place = signal_place + 3 * STEP_SIGNALS + 1,
               response_place = rest_place + 1;
 
-// The share of one thread, and its scratch: new strain of rows outside its share, and what belongs to a step but
-// not to the state.
+// The cells whose values are read, by rows.
+class PointsOfRows {
+  public:
+    struct Point {
+        int y, x;
+        size_t index;
+    };
+    explicit PointsOfRows(const std::vector<Cell>& cells) {
+        for (const Cell& c : cells) points_.push_back({c.y, c.x, points_.size()});
+        std::stable_sort(points_.begin(), points_.end(), [](auto& a, auto& b) { return a.y < b.y; });
+    }
+    size_t count() const { return points_.size(); }
+    std::span<const Point> of(int y) const {
+        const auto [first, last] = std::ranges::equal_range(points_, y, {}, &Point::y);
+        return {first, last};
+    }
+
+  private:
+    std::vector<Point> points_;
+};
+
+// Rows first .. last - 1, and the strain of rows outside that their stencils read.
+template <class real> struct Band {
+    struct Outside {
+        int row;
+        Plane<real> value, lost; // lost: only if sums are compensated
+    };
+    int first, last;
+    std::vector<Outside> outside;
+    size_t place_of(int row) const {
+        return size_t(std::find_if(outside.begin(), outside.end(), [row](auto& o) { return o.row == row; }) -
+                      outside.begin());
+    }
+};
+
+// The scratch of one thread.
 template <class real> struct Worker {
-    int first = 0, last = 0; // rows
-    std::array<Plane<real>, 8> outside;
-    std::array<int, 8> row{}; // which rows those are
-    int count = 0, changed = 0;
+    std::vector<int> changed;                                     // by each press
     std::array<std::array<Plane<real>, 3>, STEP_SIGNALS> signals; // of the last rows, each at y % 3
     std::array<Plane<real>, 2 * simd::state_sums + STEP_SIGNALS> unused;
+    std::array<Plane<real>, 8> peeked;               // strain of rows outside, of a step that is not kept
+    std::array<Plane<real>, RESPONSE_MAPS> answered; // one row, of which points are read
 };
 
 template <class K> class Cells {
@@ -49,28 +86,42 @@ template <class K> class Cells {
 
     using Press = CellsPress<K>;
 
+    // points: the cells whose values presses give.
     Cells(const plan::PreparedSkin& skin, const plan::Variant& variant, const plan::PressedBox& pressed, int threads,
-          const simd::Isa& isa)
+          const simd::Isa& isa, const std::vector<Cell>& points = {})
         : height_(skin.height()), width_(skin.width()), pitch_(skin.pitch), tiles_(skin.tiles),
-          material_of_(skin.material_of), variant_(variant), pressed_(pressed), pool_(threads), isa_(isa),
-          loops_(isa.of<K>()), barrier_(pool_.threads()), state_(resting_state()), workers_(size_t(pool_.threads())) {
+          material_of_(skin.material_of), variant_(variant), pressed_(pressed), points_(points), pool_(threads),
+          isa_(isa), loops_(isa.of<K>()), barrier_(pool_.threads()), state_(resting_state()),
+          resting_row_(size_t(pitch_), 0), shares_(bands(pool_.threads())), workers_(size_t(pool_.threads())) {
         for (Worker<real>& worker : workers_) {
             int place = signal_place;
-            for (Plane<real>& row : worker.outside) row = Plane<real>(size_t(pitch_), 0);
-            for (Plane<real>& row : worker.unused) row = Plane<real>(size_t(pitch_), 0);
+            worker.changed.resize(1);
+            for (auto* rows : {worker.unused.data(), worker.peeked.data(), worker.answered.data()}) {
+                const size_t count = rows == worker.unused.data()   ? worker.unused.size()
+                                     : rows == worker.peeked.data() ? worker.peeked.size()
+                                                                    : worker.answered.size();
+                for (size_t i = 0; i < count; ++i) rows[i] = Plane<real>(size_t(pitch_), 0);
+            }
             for (auto& ring : worker.signals)
                 for (Plane<real>& row : ring) row = Plane<real>(size_t(pitch_), ++place);
         }
     }
 
-    // Returns what changed in some cell: simd::strain_changed, simd::integral_changed. Without sums it may return more.
-    int press(const Press& p) {
-        if (!p.keep && scratch_.empty()) scratch_ = resting_state();
-        visible_ = p.keep ? &state_ : &scratch_;
-        pool_.each([&](int thread) { work(p, thread); });
-        int changed = 0;
-        for (const Worker<real>& worker : workers_) changed |= worker.changed;
-        return changed;
+    // Takes presses in order. changed: for each of them what changed in some cell, simd::strain_changed and
+    // simd::integral_changed; without sums it may say more. One press alone allocates nothing.
+    void press(std::span<const Press> presses, std::span<int> changed) {
+        for (const Press& p : presses)
+            if (!p.keep && scratch_.empty()) scratch_ = resting_state();
+        visible_ = &stepped(presses.back());
+        if (presses.size() > 1 && bands_.empty()) bands_ = bands(count_of_bands());
+        Batch batch{presses, presses.size() > 1 ? bands_ : shares_, pool_.threads()};
+        for (Worker<real>& worker : workers_)
+            if (worker.changed.size() < presses.size()) worker.changed.resize(presses.size());
+        pool_.each([&](int thread) { work(batch, thread); });
+        for (size_t i = 0; i < presses.size(); ++i) {
+            changed[i] = 0;
+            for (const Worker<real>& worker : workers_) changed[i] |= worker.changed[i];
+        }
     }
 
     // The strain that the last press made.
@@ -86,65 +137,132 @@ template <class K> class Cells {
     int first_column() const { return pressed_.first_column(); }
     int last_column() const { return pressed_.last_column(width_); }
 
-    void work(const Press& press, int thread) {
-        Worker<real>& worker = workers_[size_t(thread)];
-        const long long rows = pressed_.last_row - pressed_.first_row, threads = pool_.threads();
-        worker.first = pressed_.first_row + int(rows * thread / threads);
-        worker.last = pressed_.first_row + int(rows * (thread + 1) / threads);
-        worker.changed = 0;
+    struct Batch {
+        std::span<const Press> presses;
+        std::vector<Band<real>>& bands;
+        std::atomic<int> next; // the first band that no thread has taken
+    };
+
+    // The state that a press makes.
+    State<real>& stepped(const Press& press) { return press.keep ? state_ : scratch_; }
+
+    // So many bands that what a step of one reads and writes takes half of the second-level cache, and that threads
+    // end together.
+    int count_of_bands() const {
+        const size_t planes = (variant_.compensated ? 4 : 2) + (variant_.framed ? 3 : 2);
+        const size_t row = size_t(pitch_) * (planes * sizeof(real) + (material_of_.empty() ? 0 : sizeof(int)));
+        const int rows = pressed_.last_row - pressed_.first_row, threads = pool_.threads(),
+                  of_band = std::max(int(simd::second_level_cache() / 2 / row), 4 * K::reach(variant_.stencil));
+        const int count = (rows + of_band - 1) / of_band;
+        return std::clamp((count + threads - 1) / threads * threads, threads, std::max(rows, threads));
+    }
+
+    std::vector<Band<real>> bands(int count) const {
+        const long long rows = pressed_.last_row - pressed_.first_row;
         const int reach = K::reach(variant_.stencil);
-        const bool respond = press.constants.respond != 0;
-        if (respond) {
-            worker.count = 0;
-            for (int y = worker.first; y < worker.last; ++y) {
-                if (y == worker.first + reach) y = std::max(y, worker.last - reach);
-                step_outside(press, worker, y);
+        std::vector<Band<real>> all;
+        for (int b = 0; b < count; ++b) {
+            Band<real>& band = all.emplace_back();
+            band.first = pressed_.first_row + int(rows * b / count);
+            band.last = pressed_.first_row + int(rows * (b + 1) / count);
+            for (int y = band.first; y < band.last; ++y) {
+                if (y == band.first + reach) y = std::max(y, band.last - reach);
+                const f64::Axis a = f64::axis(y, height_, variant_.stencil, variant_.edges);
+                for (int i : {a.far_low, a.low, a.high, a.far_high})
+                    if (const size_t k = band.place_of(i); !ready(band, i, y) && k == band.outside.size()) {
+                        band.outside.push_back({i, Plane<real>(size_t(pitch_), int(k)), {}});
+                        if (variant_.compensated) band.outside[k].lost = Plane<real>(size_t(pitch_), int(k));
+                    }
             }
+        }
+        return all;
+    }
+
+    // Whether the state holds row i's new strain by the time that row y of the band responds.
+    bool ready(const Band<real>& band, int i, int y) const {
+        const bool pressed = i >= pressed_.first_row && i < pressed_.last_row; // others rest for ever
+        return !pressed || (i >= band.first && i < band.last && i <= y + K::reach(variant_.stencil));
+    }
+
+    void work(Batch& batch, int thread) {
+        Worker<real>& worker = workers_[size_t(thread)];
+        const size_t count = batch.bands.size(), threads = size_t(pool_.threads());
+        std::fill(worker.changed.begin(), worker.changed.end(), 0);
+        if (std::any_of(batch.presses.begin(), batch.presses.end(),
+                        [](const Press& p) { return p.constants.respond != 0; })) {
+            for (size_t b = size_t(thread); b < count; b += threads) take_outside(batch.bands[b]);
             if (threads > 1) barrier_.arrive_and_wait();
         }
-        for (int y = worker.first; y < worker.last + reach; ++y) {
-            const bool advances = y < worker.last, responds = respond && y - reach >= worker.first;
-            const auto stepped = [&] {
-                return advance_arguments(press, y, visible_->row(y, pitch_),
-                                         [&](size_t s) { return worker.signals[s][size_t(y % 3)].data(); });
-            };
-            const auto answered = [&] { return respond_arguments(press, worker, y - reach); };
-            if (advances && responds) worker.changed |= loops_.step_row(stepped(), answered(), press.constants);
-            else if (advances) worker.changed |= loops_.advance(stepped(), press.constants);
-            else if (responds) loops_.respond(answered(), press.constants);
-        }
+        for (size_t b = size_t(thread); b < count; b = size_t(batch.next++))
+            for (size_t i = 0; i < batch.presses.size(); ++i)
+                worker.changed[i] |= step(batch.presses[i], batch.bands[b], worker);
         isa_.fence_streams();
     }
 
-    // Whether the state holds row i's new strain by the time that the worker's row y responds.
-    bool ready(const Worker<real>& worker, int i, int y) const {
-        const bool pressed = i >= pressed_.first_row && i < pressed_.last_row; // others rest for ever
-        return !pressed || (i >= worker.first && i < worker.last && i <= y + K::reach(variant_.stencil));
+    // Copies the strain of rows outside a band, before anybody steps them.
+    void take_outside(Band<real>& band) const {
+        for (auto& o : band.outside) {
+            const simd::StateRow<real> row = state_.row(o.row, pitch_);
+            std::copy_n(row.value[simd::sum_strain], pitch_, o.value.data());
+            if (o.lost.data()) std::copy_n(row.lost[simd::sum_strain], pitch_, o.lost.data());
+        }
     }
 
-    // Steps, for the worker alone, the rows of other shares that its row y reads.
-    void step_outside(const Press& press, Worker<real>& worker, int y) {
-        const f64::Axis a = f64::axis(y, height_, variant_.stencil, variant_.edges);
-        for (int i : {a.far_low, a.low, a.high, a.far_high}) {
-            const auto known = worker.row.begin() + worker.count;
-            if (ready(worker, i, y) || std::find(worker.row.begin(), known, i) != known) continue;
-            worker.row[size_t(worker.count)] = i;
-            const auto unused = [&](size_t plane) { return worker.unused[plane].data(); };
-            simd::StateRow<real> to{};
-            for (size_t s = 0; s < simd::state_sums; ++s) {
-                to.value[s] = s == simd::sum_strain ? worker.outside[size_t(worker.count)].data() : unused(s);
-                to.lost[s] = variant_.compensated ? unused(simd::state_sums + s) : nullptr;
+    // Takes one step of a band. Returns what changed.
+    int step(const Press& press, Band<real>& band, Worker<real>& worker) {
+        const int reach = K::reach(variant_.stencil);
+        const bool respond = press.constants.respond != 0;
+        State<real>& to = stepped(press);
+        int changed = 0;
+        for (size_t k = 0; respond && k < band.outside.size(); ++k) step_outside(press, band.outside[k], k, worker);
+        for (int y = band.first; y < band.last + reach; ++y) {
+            const bool advances = y < band.last, responds = respond && y - reach >= band.first;
+            const auto arguments = [&] {
+                return advance_arguments(press, y, state_.row(y, pitch_), to.row(y, pitch_),
+                                         [&](size_t s) { return worker.signals[s][size_t(y % 3)].data(); });
+            };
+            if (!responds) {
+                if (advances) changed |= loops_.advance(arguments(), press.constants);
+                continue;
             }
-            loops_.advance(advance_arguments(press, i, to, [&](size_t s) { return unused(2 * simd::state_sums + s); }),
-                           press.constants);
-            ++worker.count;
+            const simd::RespondArguments<K> answered = respond_arguments(press, band, worker, y - reach);
+            if (advances) changed |= loops_.step_row(arguments(), answered, press.constants);
+            else loops_.respond(answered, press.constants);
+            if (press.points) read_points(press, answered, y - reach);
         }
+        return changed;
+    }
+
+    // Steps the strain of a row outside a band. Nobody reads its integral.
+    void step_outside(const Press& press, typename Band<real>::Outside& o, size_t k, Worker<real>& worker) const {
+        const auto unused = [&](size_t plane) { return worker.unused[plane].data(); };
+        simd::StateRow<real> from{}, to{};
+        for (size_t s = 0; s < simd::state_sums; ++s) {
+            const bool strain = s == simd::sum_strain;
+            from.value[s] = strain ? o.value.data() : resting_row_.data();
+            to.value[s] = !strain ? unused(s) : press.keep ? o.value.data() : worker.peeked[k].data();
+            if (!variant_.compensated) continue;
+            from.lost[s] = strain ? o.lost.data() : resting_row_.data();
+            to.lost[s] = strain && press.keep ? o.lost.data() : unused(simd::state_sums + s);
+        }
+        loops_.advance(
+            advance_arguments(press, o.row, from, to, [&](size_t s) { return unused(2 * simd::state_sums + s); }),
+            press.constants);
+    }
+
+    void read_points(const Press& press, const simd::RespondArguments<K>& r, int y) const {
+        for (const auto& point : points_.of(y))
+            for (size_t q = 0; q < REDUCED_MAPS; ++q) {
+                if (!press.tiles[q]) continue;
+                const real* row = q == QUANTITY_STRAIN ? r.strain.here : r.response[q - QUANTITY_SA1];
+                press.points[q * points_.count() + point.index] = double(row[point.x]);
+            }
     }
 
     // signal(s): where signal s of the step goes, from column 0 on.
     template <class Signal>
-    simd::AdvanceArguments<K> advance_arguments(const Press& press, int y, const simd::StateRow<real>& to,
-                                                Signal signal) const {
+    simd::AdvanceArguments<K> advance_arguments(const Press& press, int y, const simd::StateRow<real>& from,
+                                                const simd::StateRow<real>& to, Signal signal) const {
         const int at = first_column();
         const size_t row = size_t(y) * size_t(pitch_) + size_t(at);
         simd::AdvanceArguments<K> a{.count = last_column() - at,
@@ -152,7 +270,7 @@ template <class K> class Cells {
                                     .pressure_to = press.pressure_to ? press.pressure_to + row : nullptr,
                                     .material = material_of_.empty() ? nullptr : material_of_.data() + row,
                                     .table = press.table,
-                                    .from = state_.row(y, pitch_),
+                                    .from = from,
                                     .to = to,
                                     .signal = {}};
         for (simd::StateRow<real>* state : {&a.from, &a.to})
@@ -164,14 +282,16 @@ template <class K> class Cells {
         return a;
     }
 
-    simd::RespondArguments<K> respond_arguments(const Press& press, const Worker<real>& worker, int y) const {
+    simd::RespondArguments<K> respond_arguments(const Press& press, const Band<real>& band, const Worker<real>& worker,
+                                                int y) {
         const size_t row = size_t(y) * size_t(pitch_), tile = size_t(y) * size_t(tiles_);
+        const State<real>& to = stepped(press);
         const auto strain = [&](int i) -> const real* {
-            if (ready(worker, i, y)) return visible_->row(i, pitch_).value[simd::sum_strain];
-            const auto known = worker.row.begin() + worker.count, at = std::find(worker.row.begin(), known, i);
-            return worker.outside[size_t(at - worker.row.begin())].data();
+            if (ready(band, i, y)) return to.row(i, pitch_).value[simd::sum_strain];
+            const size_t k = band.place_of(i);
+            return press.keep ? band.outside[k].value.data() : worker.peeked[k].data();
         };
-        const simd::StateRow<real> state = visible_->row(y, pitch_);
+        const simd::StateRow<real> state = to.row(y, pitch_);
         simd::RespondArguments<K> r{
             .first = first_column(),
             .last = last_column(),
@@ -185,6 +305,9 @@ template <class K> class Cells {
         for (size_t i = 0; i < RESPONSE_MAPS; ++i)
             r.response[i] = press.response[i] ? press.response[i] + row : nullptr;
         for (size_t q = 0; q < REDUCED_MAPS; ++q) r.tiles[q] = press.tiles[q] ? press.tiles[q] + tile : nullptr;
+        if (press.points && !points_.of(y).empty())
+            for (size_t i = 0; i < RESPONSE_MAPS; ++i)
+                if (press.tiles[QUANTITY_SA1 + i] && !r.response[i]) r.response[i] = worker.answered[i].data();
         return r;
     }
 
@@ -192,12 +315,15 @@ template <class K> class Cells {
     const std::vector<int>& material_of_;
     const plan::Variant variant_;
     const plan::PressedBox pressed_;
+    const PointsOfRows points_;
     simd::Pool pool_;
     const simd::Isa& isa_;
     const simd::Loops<K>& loops_;
     std::barrier<> barrier_;
     State<real> state_, scratch_;    // scratch_: of steps that are not kept
     State<real>* visible_ = &state_; // what the last press made
+    const Plane<real> resting_row_;
+    std::vector<Band<real>> shares_, bands_; // of one press, a band for each thread; of batches
     std::vector<Worker<real>> workers_;
 };
 

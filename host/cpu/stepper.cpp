@@ -14,56 +14,37 @@ template <class K> class March : public plan::Stepper {
     March(const plan::PreparedSkin& skin, const plan::Schedule& schedule, const plan::Variant& variant, int threads,
           const simd::Isa& isa, Sink sink)
         : skin_(skin), schedule_(schedule), sink_(std::move(sink)), isa_(isa),
-          cells_(skin, variant, schedule.pressed, threads, isa), rest_(plan::padded_rest_curvature<real>(skin)) {
+          cells_(skin, variant, schedule.pressed, threads, isa, schedule.points),
+          rest_(plan::padded_rest_curvature<real>(skin)) {
         if (schedule.framed) pressure_[0] = pressure_[1] = std::vector<real>(skin.padded_cells());
         else pressure_[0] = plan::padded<real>(schedule.pressure, skin, "load.intensity");
-        for (int q = 0; q < REDUCED_MAPS; ++q) {
-            if (!schedule.wanted[size_t(q)]) continue;
-            tiles_[size_t(q)].assign(size_t(skin.height()) * size_t(skin.tiles), typename K::Summary{});
-            if (q != QUANTITY_STRAIN && schedule.keeps_maps) make_response(q);
-        }
+        for (int q = QUANTITY_SA1; q < REDUCED_MAPS; ++q)
+            if (schedule.wanted[size_t(q)] && schedule.keeps_maps) make_response(q);
     }
 
     void frame(const std::vector<double>& pressure) override {
+        take_batch();
         std::swap(pressure_[0], pressure_[1]);
         pressure_[1] = plan::padded<real>(pressure, skin_, "load.intensity");
     }
 
     void press(const plan::Step& step) override {
-        const DefaultFloats guard;
-        const bool sampled = step.trace >= 0 || step.impulse >= 0;
         if (steady_ && repeats(step)) { // pressed once more, everything stays as it is
             ++left_out_;
-            if (sampled) hand_over(step);
+            if (sampled(step)) hand_over(step, slots_[last_]);
             return;
         }
-        if (!skin_.uniform() && step.coefficients != table_of_) {
-            table_of_ = step.coefficients;
-            table_.clear();
-            for (const f64::Coefficients& k : *table_of_) table_.push_back(plan::rounded<K>(k));
-        }
-        const auto constants = plan::constants_of<K>(skin_, schedule_.pressed, step);
-        typename Cells<K>::Press p{.constants = constants,
-                                   .table = table_.data(),
-                                   .pressure = pressure_[0].data(),
-                                   .pressure_to = schedule_.framed ? pressure_[1].data() : nullptr,
-                                   .rest_curvature = rest_.data(),
-                                   .keep = step.keep};
-        for (size_t q = 0; q < REDUCED_MAPS; ++q) {
-            if (sampled && schedule_.wanted[q]) p.tiles[q] = tiles_[q].data();
-            if (q != QUANTITY_STRAIN) p.response[q - QUANTITY_SA1] = response(q).data();
-        }
-        const int changed = cells_.press(p);
-        if (sampled) hand_over(step);
-        const int counts = simd::strain_changed | (schedule_.wanted[QUANTITY_SA2] ? simd::integral_changed : 0);
-        steady_ = step.keep && sampled && step.jump == 0 && (changed & counts) == 0;
-        last_ = step;
+        steady_ = false;
+        if (waiting_ == slots_.size()) slots_.emplace_back();
+        slots_[waiting_++].step = step;
+        if (waiting_ == plan::steps_of_batch || step.field >= 0) take_batch();
     }
 
-    void finish() override {}
+    void finish() override { take_batch(); }
     long long left_out() const override { return left_out_; }
 
     void read(const std::vector<Quantity>& what, std::vector<std::vector<double>>& maps) override {
+        take_batch();
         const DefaultFloats guard;
         maps.resize(what.size());
         std::vector<real> derived(size_t(skin_.width()));
@@ -79,6 +60,72 @@ template <class K> class March : public plan::Stepper {
     }
 
   private:
+    // A step of a batch, with what it is pressed by and its samples.
+    struct Slot {
+        plan::Step step;
+        typename K::Constants constants;
+        std::vector<typename K::Coefficients> table; // of the materials, where there are several
+        plan::SharedCoefficients table_of;           // what it was made from
+        std::array<std::vector<typename K::Summary>, REDUCED_MAPS> tiles;
+        plan::Sample sample;
+    };
+
+    static bool sampled(const plan::Step& step) { return step.trace >= 0 || step.impulse >= 0; }
+
+    // Takes the steps that wait.
+    void take_batch() {
+        if (waiting_ == 0) return;
+        const DefaultFloats guard;
+        std::vector<typename Cells<K>::Press> batch;
+        for (size_t i = 0; i < waiting_; ++i) batch.push_back(prepared(slots_[i], i + 1 == waiting_));
+        std::array<int, plan::steps_of_batch> changed;
+        cells_.press(batch, changed);
+        cells_.pool().share(int(waiting_), [&](int first, int last) {
+            for (int i = first; i < last; ++i) total(slots_[size_t(i)]);
+        });
+        for (size_t i = 0; i < waiting_; ++i)
+            if (sampled(slots_[i].step)) hand_over(slots_[i].step, slots_[i]);
+        last_ = waiting_ - 1;
+        waiting_ = 0;
+        const plan::Step& step = slots_[last_].step;
+        const int counts = simd::strain_changed | (schedule_.wanted[QUANTITY_SA2] ? simd::integral_changed : 0);
+        steady_ = step.keep && sampled(step) && step.jump == 0 && (changed[last_] & counts) == 0;
+    }
+
+    typename Cells<K>::Press prepared(Slot& slot, bool last) {
+        const plan::Step& step = slot.step;
+        if (!skin_.uniform() && step.coefficients != slot.table_of) {
+            slot.table_of = step.coefficients;
+            slot.table.clear();
+            for (const f64::Coefficients& k : *step.coefficients) slot.table.push_back(plan::rounded<K>(k));
+        }
+        slot.constants = plan::constants_of<K>(skin_, schedule_.pressed, step);
+        typename Cells<K>::Press p{.constants = slot.constants,
+                                   .table = slot.table.data(),
+                                   .pressure = pressure_[0].data(),
+                                   .pressure_to = schedule_.framed ? pressure_[1].data() : nullptr,
+                                   .rest_curvature = rest_.data(),
+                                   .keep = step.keep};
+        for (size_t i = 0; last && i < RESPONSE_MAPS; ++i) p.response[i] = response_[i].data();
+        if (!sampled(step)) return p;
+        for (size_t q = 0; q < REDUCED_MAPS; ++q) {
+            if (!schedule_.wanted[q]) continue;
+            slot.tiles[q].resize(size_t(skin_.height()) * size_t(skin_.tiles));
+            p.tiles[q] = slot.tiles[q].data();
+        }
+        slot.sample.points.assign(REDUCED_MAPS * schedule_.points.size(), 0);
+        p.points = slot.sample.points.data();
+        return p;
+    }
+
+    void total(Slot& slot) const {
+        for (size_t q = 0; sampled(slot.step) && q < REDUCED_MAPS; ++q)
+            if (schedule_.wanted[q])
+                slot.sample.totals[q] = plan::total_of(slot.tiles[q].data(), slot.tiles[q].size(), skin_.cells());
+    }
+
+    void hand_over(const plan::Step& step, const Slot& slot) { sink_(step, slot.sample); }
+
     size_t row(int y) const { return size_t(y) * size_t(skin_.pitch); }
     Plane<real>& response(size_t q) { return response_[q - QUANTITY_SA1]; }
     const real* plane(size_t q) { return q == QUANTITY_STRAIN ? cells_.strain() : response(q).data(); }
@@ -94,19 +141,9 @@ template <class K> class March : public plan::Stepper {
     }
 
     bool repeats(const plan::Step& step) const {
-        return step.keep && step.jump == 0 && step.coefficients == last_.coefficients && step.start == last_.start &&
-               step.rise == last_.rise && step.frame == last_.frame;
-    }
-
-    void hand_over(const plan::Step& step) {
-        plan::Sample sample{};
-        for (size_t q = 0; q < REDUCED_MAPS; ++q) {
-            const bool wanted = schedule_.wanted[q];
-            if (wanted) sample.totals[q] = plan::total_of(tiles_[q].data(), tiles_[q].size(), skin_.cells());
-            for (const Cell& p : schedule_.points)
-                sample.points.push_back(wanted ? double(plane(q)[row(p.y) + size_t(p.x)]) : 0);
-        }
-        sink_(step, sample);
+        const plan::Step& last = slots_[last_].step;
+        return step.keep && step.jump == 0 && step.coefficients == last.coefficients && step.start == last.start &&
+               step.rise == last.rise && step.frame == last.frame;
     }
 
     void derive(Quantity q, int y, real* out) const {
@@ -133,11 +170,10 @@ template <class K> class March : public plan::Stepper {
     std::vector<real> pressure_[2]; // with frames: from and to
     std::vector<real> rest_;        // L(S)
     std::array<Plane<real>, RESPONSE_MAPS> response_;
-    plan::SharedCoefficients table_of_; // what table_ was made from
-    std::vector<typename K::Coefficients> table_;
-    std::array<std::vector<typename K::Summary>, REDUCED_MAPS> tiles_;
-    plan::Step last_;     // the last one that was pressed
-    bool steady_ = false; // it changed nothing that is asked for
+    std::vector<Slot> slots_; // of steps that wait, in order, and of the last batch
+    size_t waiting_ = 0;      // steps that wait to be taken in one batch
+    size_t last_ = 0;         // slot of the last step that was taken
+    bool steady_ = false;     // it changed nothing that is asked for
     long long left_out_ = 0;
 };
 

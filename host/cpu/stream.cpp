@@ -39,12 +39,14 @@ struct FramePress::Fields : Impl {
 
     void run(const f32::Constants& c, const float* from, const float* to,
              float* const (&response)[RESPONSE_MAPS]) override {
-        cells.press({.constants = c,
-                     .table = table.data(),
-                     .pressure = from,
-                     .pressure_to = to,
-                     .rest_curvature = rest.data(),
-                     .response = std::to_array(response)});
+        const CellsPress<f32> press{.constants = c,
+                                    .table = table.data(),
+                                    .pressure = from,
+                                    .pressure_to = to,
+                                    .rest_curvature = rest.data(),
+                                    .response = std::to_array(response)};
+        int changed;
+        cells.press({&press, 1}, {&changed, 1});
     }
 
     void reset() override { cells.rest(); }

@@ -7,6 +7,9 @@
 
 namespace dermis::plan {
 
+// The number of steps that the CPU path takes at once in a march, while a band of rows is in a cache.
+constexpr size_t steps_of_batch = 8;
+
 struct Totals {
     double mean, min, max;
 };

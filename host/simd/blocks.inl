@@ -33,12 +33,126 @@ constexpr int lanes = int(sizeof(Wide) / sizeof(scalar)), line = 64 / int(sizeof
 #include "kernels/step.h"
 #include "kernels/responses.h"
 #include "kernels/curvature.h"
+#include "kernels/reduce.h"
 // clang-format on
 #undef precise
 
 inline real loaded(const scalar* from) { return Wide(*reinterpret_cast<const Wide::Anywhere*>(from)); }
 inline void store(scalar* to, real x) { *reinterpret_cast<Wide::Anywhere*>(to) = x.v; }
 #include "host/simd/cell.inl"
+
+// A vector of `count` lanes: lane i is number Index()(i) among the lanes of a and then those of b.
+template <int count, class Index, class Vector> inline auto picked(Vector a, Vector b) {
+    return []<int... i>(Vector a, Vector b, std::integer_sequence<int, i...>) {
+        return __builtin_shufflevector(a, b, Index()(i)...);
+    }(a, b, std::make_integer_sequence<int, count>());
+}
+
+// Changes of a block's sums: lanes that are not 0. No -0 is ever kept.
+using Bits = Wide::Mask;
+inline Bits differing(Sum a, Sum b) { return ((Bits)a.value.v ^ (Bits)b.value.v) | ((Bits)a.lost.v ^ (Bits)b.lost.v); }
+inline bool any(Bits x) {
+    bool set = false;
+    for (int i = 0; i < lanes; ++i) set |= x[i] != 0;
+    return set;
+}
+
+// The coefficients of a block whose cells have each their own material. They are loaded cell by cell, `side` members
+// at a time, and transposed, because to gather each member takes longer.
+struct Gathered {
+    static constexpr int members = int(sizeof(Coefficients) / sizeof(scalar)), side = lanes < 4 ? lanes : 4;
+    static_assert(members % side == 0);
+    typedef scalar Side __attribute__((vector_size(side * sizeof(scalar))));
+    typedef Side Unaligned __attribute__((aligned(alignof(scalar)), may_alias));
+
+    // Members m .. of cells i, i + side, ..: n cells.
+    template <int n> static auto loaded(const Coefficients* table, const int* material, int m, int i) {
+        if constexpr (n == 1) {
+            return Side(*reinterpret_cast<const Unaligned*>(reinterpret_cast<const scalar*>(table + material[i]) + m));
+        } else {
+            const auto first = loaded<n / 2>(table, material, m, i),
+                       second = loaded<n / 2>(table, material, m, i + n / 2 * side);
+            return picked<n * side, decltype([](int lane) { return lane; })>(first, second);
+        }
+    }
+
+    // Lanes of two cells in turn, from the low (0) or high (1) half of each side; pairs of lanes likewise.
+    template <int half> static auto in_turn(Wide::Lanes a, Wide::Lanes b) {
+        return picked<lanes, decltype([](int lane) {
+            const int within = lane % side, from = lane - within + half * side / 2 + within / 2;
+            return within % 2 ? lanes + from : from;
+        })>(a, b);
+    }
+    template <int half> static auto pairs(Wide::Lanes a, Wide::Lanes b) {
+        return picked<lanes, decltype([](int lane) {
+            const int within = lane % 4, from = lane - within + half * 2 + within % 2;
+            return within < 2 ? from : lanes + from;
+        })>(a, b);
+    }
+
+    static LaneCoefficients of(const Coefficients* table, const int* material) {
+        Wide all[members];
+#pragma GCC unroll 8
+        for (int m = 0; m < members; m += side) {
+            Wide::Lanes cell[side];
+#pragma GCC unroll 4
+            for (int j = 0; j < side; ++j) cell[j] = loaded<lanes / side>(table, material, m, j);
+            if constexpr (side == 2) {
+                all[m] = Wide(in_turn<0>(cell[0], cell[1]));
+                all[m + 1] = Wide(in_turn<1>(cell[0], cell[1]));
+            } else {
+                const auto a = in_turn<0>(cell[0], cell[1]), b = in_turn<1>(cell[0], cell[1]),
+                           c = in_turn<0>(cell[2], cell[3]), d = in_turn<1>(cell[2], cell[3]);
+                all[m] = Wide(pairs<0>(a, c));
+                all[m + 1] = Wide(pairs<1>(a, c));
+                all[m + 2] = Wide(pairs<0>(b, d));
+                all[m + 3] = Wide(pairs<1>(b, d));
+            }
+        }
+        LaneCoefficients k;
+        __builtin_memcpy(&k, all, sizeof k);
+        return k;
+    }
+};
+
+// Whether a cache line of cells has one material.
+inline bool alike(const int* material) {
+    int other = 0;
+#pragma GCC unroll 16
+    for (int i = 1; i < line; ++i) other |= material[i] ^ material[0];
+    return other == 0;
+}
+
+// Steps a row, a cache line of cells at a time.
+template <bool framed, bool materials, bool compensated>
+int advance_in(const AdvanceArguments<Kernels> a, const Constants c) {
+    Bits changed[state_sums] = {};
+    const auto step = [&](int i, const LaneCoefficients& k) {
+        const Stepped s = step_at<framed, compensated>(a, i, c, k);
+#define COMPARE_SUM(name) changed[sum_##name] |= differing(s.before.name, s.after.name);
+        STATE_SUMS(COMPARE_SUM)
+#undef COMPARE_SUM
+    };
+    int material = materials ? *a.material : 0;
+    LaneCoefficients k = lanes_of(materials ? a.table[material] : c.coefficients);
+    for (int begin = 0; begin < a.count; begin += line) {
+        if (materials && !alike(a.material + begin)) {
+            for (int i = begin; i < begin + line; i += lanes) step(i, Gathered::of(a.table, a.material + i));
+            continue;
+        }
+        if (materials && a.material[begin] != material) k = lanes_of(a.table[material = a.material[begin]]);
+#pragma GCC unroll 8
+        for (int i = begin; i < begin + line; i += lanes) step(i, k);
+    }
+    int bits = 0;
+    for (int s = 0; s < state_sums; ++s) bits |= int(any(changed[s])) << s;
+    return bits;
+}
+
+template <bool framed, bool materials> int advance_for(const AdvanceArguments<Kernels>& a, const Constants& c) {
+    return a.from.lost[sum_strain] ? advance_in<framed, materials, true>(a, c)
+                                   : advance_in<framed, materials, false>(a, c);
+}
 
 // The curvature of a block at column x. along: its second difference along the row.
 template <int stencil>
@@ -83,7 +197,7 @@ inline void respond_block(const RespondArguments<Kernels>& r, int x, int n, real
 // them are in memory.
 struct EndDifferences {
     // The difference at `first` is values[lanes]: a block of which a part is wanted is stored whole.
-    alignas(real) scalar values[line + 3 * lanes] = {};
+    alignas(real) scalar values[TILE_CELLS + 3 * lanes];
 
     template <int stencil> void fill(const RowNeighbours<scalar>& l, int first, int last) {
         const int far = reach(stencil), inside = l.width - far - lanes; // the last block inside
@@ -97,6 +211,86 @@ struct EndDifferences {
             if (!any || x < far || x >= l.width - far) to[x - first] = difference_at(l, x);
     }
 };
+
+// The tree of kernels/reduce.h over the cells of a tile: its registers, then the lanes of the one that is left.
+template <int reach> inline Wide shifted(Wide x) {
+    return Wide(picked<lanes, decltype([](int lane) { return (lane + reach) % lanes; })>(x.v, x.v));
+}
+template <int reach> inline Summary folded(Summary a) {
+    Summary b;
+    b.sum = shifted<reach>(a.sum);
+    b.low = shifted<reach>(a.low);
+    b.high = shifted<reach>(a.high);
+    const Summary all = join(a, b);
+    if constexpr (reach > 1) return folded<reach / 2>(all);
+    else return all;
+}
+
+constexpr int blocks_of_tile = TILE_CELLS / lanes;
+
+inline Kernels::Summary summary_of_tile(const real (&x)[blocks_of_tile]) {
+    Summary s[blocks_of_tile];
+#pragma GCC unroll 32
+    for (int i = 0; i < blocks_of_tile; ++i) s[i] = summary_of(x[i]);
+#pragma GCC unroll 8
+    for (int reach = blocks_of_tile / 2; reach > 0; reach /= 2)
+#pragma GCC unroll 16
+        for (int i = 0; i < reach; ++i) s[i] = join(s[i], s[i + reach]);
+    const Summary all = folded<lanes / 2>(s[0]);
+    Kernels::Summary tile;
+    tile.sum = all.sum.v[0];
+    tile.low = all.low.v[0];
+    tile.high = all.high.v[0];
+    return tile;
+}
+
+// The responses of a tile at column x of which sums are asked for, or the map. inner: no cell is read across an end.
+template <int stencil, bool passed, bool inner>
+inline void respond_tile(const RespondArguments<Kernels>& r, int x, const Constants& c) {
+    real values[blocks_of_tile], C[blocks_of_tile];
+    const int tile = x / TILE_CELLS;
+    if (r.tiles[QUANTITY_STRAIN]) {
+#pragma GCC unroll 32
+        for (int i = 0; i < blocks_of_tile; ++i) values[i] = loaded(r.strain.here + x + i * lanes);
+        r.tiles[QUANTITY_STRAIN][tile] = summary_of_tile(values);
+    }
+    EndDifferences ends;
+    if constexpr (!inner) ends.fill<stencil>(r.strain, x, x + TILE_CELLS);
+#pragma GCC unroll 32
+    for (int i = 0; i < blocks_of_tile; ++i) {
+        const int at = x + i * lanes;
+        C[i] = curvature_at<stencil>(
+            r, at, inner ? difference_along<stencil>(r.strain, at) : loaded(ends.values + (i + 1) * lanes), c);
+    }
+#pragma GCC unroll 8
+    for (int q = 0; q < RESPONSE_MAPS; ++q) {
+        if (!r.tiles[QUANTITY_SA1 + q] && !r.response[q]) continue;
+#pragma GCC unroll 32
+        for (int i = 0; i < blocks_of_tile; ++i) {
+            values[i] = response_at<passed>(r, q, x + i * lanes, C[i], c);
+            if (r.response[q]) store(r.response[q] + x + i * lanes, values[i]);
+        }
+        if (r.tiles[QUANTITY_SA1 + q]) r.tiles[QUANTITY_SA1 + q][tile] = summary_of_tile(values);
+    }
+}
+
+template <int stencil, bool passed> void respond_tiles_in(const RespondArguments<Kernels> r, const Constants c) {
+    const int far = reach(stencil);
+    for (int x = r.first; x + TILE_CELLS <= r.last; x += TILE_CELLS)
+        if (x >= far && x + TILE_CELLS <= r.strain.width - far) respond_tile<stencil, passed, true>(r, x, c);
+        else respond_tile<stencil, passed, false>(r, x, c);
+}
+
+// Of the tiles that are whole.
+template <bool passed> void respond_tiles(const RespondArguments<Kernels>& r, const Constants& c) {
+    with_stencil(r.strain.stencil, [&](auto stencil) { respond_tiles_in<stencil.number, passed>(r, c); });
+}
+
+bool sums(const RespondArguments<Kernels>& r) {
+    bool asked = false;
+    for (int q = 0; q < REDUCED_MAPS; ++q) asked = asked || r.tiles[q];
+    return asked;
+}
 
 // A step and the responses of columns x .. last - 1 near an end of the row.
 template <int stencil, bool compensated, bool passed>
@@ -133,6 +327,25 @@ void step_row_for(const AdvanceArguments<Kernels>& a, const RespondArguments<Ker
 }
 
 } // namespace blocks
+
+int advance(const AdvanceArguments<Kernels>& a, const Constants& c) {
+    using namespace blocks;
+    const int changed = a.pressure_to ? (a.material ? advance_for<true, true>(a, c) : advance_for<true, false>(a, c))
+                                      : (a.material ? advance_for<false, true>(a, c) : advance_for<false, false>(a, c));
+    end_vector_code();
+    return changed;
+}
+
+void respond(const RespondArguments<Kernels>& r, const Constants& c) {
+    RespondArguments<Kernels> rest = r; // the columns that are left
+    const bool passed = c.gain_plus == real(1) && c.gain_minus == real(-1);
+    if (blocks::sums(r)) {
+        passed ? blocks::respond_tiles<true>(r, c) : blocks::respond_tiles<false>(r, c);
+        rest.first += (r.last - r.first) / TILE_CELLS * TILE_CELLS;
+    }
+    passed ? respond_in<true>(rest, c) : respond_in<false>(rest, c);
+    end_vector_code();
+}
 
 // Whether the loop of blocks serves: frames, a uniform material, all responses, aligned, and no sums.
 bool in_blocks(const AdvanceArguments<Kernels>& a, const RespondArguments<Kernels>& r) {

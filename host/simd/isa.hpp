@@ -6,6 +6,7 @@
 #include "host/simd/model.hpp"
 
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 namespace dermis::simd {

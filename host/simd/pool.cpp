@@ -6,6 +6,7 @@
 
 #ifdef __linux__
 #include <sys/mman.h>
+#include <unistd.h>
 #endif
 
 namespace dermis::simd {
@@ -28,6 +29,13 @@ template <class T> void wait_while(const std::atomic<T>& value, T same) {
 int useful_threads(size_t cells, int asked) {
     if (asked == 0) asked = int(std::thread::hardware_concurrency());
     return std::clamp(int(cells / 32768), 1, std::max(asked, 1));
+}
+
+size_t second_level_cache() {
+#ifdef _SC_LEVEL2_CACHE_SIZE
+    if (const long bytes = sysconf(_SC_LEVEL2_CACHE_SIZE); bytes > 0) return size_t(bytes);
+#endif
+    return size_t(1) << 19;
 }
 
 void prefer_large_pages([[maybe_unused]] void* memory, [[maybe_unused]] size_t bytes) {

@@ -71,37 +71,6 @@ void laplacian(const RowNeighbours<real>& l, int first, int last, real* L) {
     end_vector_code();
 }
 
-template <bool framed, bool materials, bool compensated>
-int advance_in(const AdvanceArguments<Kernels> a, const Constants c) {
-    const LaneCoefficients uniform = lanes_of(c.coefficients);
-    int changed[state_sums] = {};
-#pragma GCC ivdep
-    for (int i = 0; i < a.count; ++i) {
-        const LaneCoefficients k = materials ? lanes_of(a.table[a.material[i]]) : uniform;
-        const Stepped step = step_at<framed, compensated>(a, i, c, k);
-#define COMPARE_SUM(name)                                                                                              \
-    changed[sum_##name] |=                                                                                             \
-        (step.after.name.value != step.before.name.value) | (step.after.name.lost != step.before.name.lost);
-        STATE_SUMS(COMPARE_SUM)
-#undef COMPARE_SUM
-    }
-    int bits = 0;
-    for (int s = 0; s < state_sums; ++s) bits |= changed[s] << s;
-    return bits;
-}
-
-template <bool framed, bool materials> int advance_for(const AdvanceArguments<Kernels>& a, const Constants& c) {
-    return a.from.lost[sum_strain] ? advance_in<framed, materials, true>(a, c)
-                                   : advance_in<framed, materials, false>(a, c);
-}
-
-int advance(const AdvanceArguments<Kernels>& a, const Constants& c) {
-    const int changed = a.pressure_to ? (a.material ? advance_for<true, true>(a, c) : advance_for<true, false>(a, c))
-                                      : (a.material ? advance_for<false, true>(a, c) : advance_for<false, false>(a, c));
-    end_vector_code();
-    return changed;
-}
-
 // The tree of kernels/reduce.h. Sums, minima and maxima are separate arrays of constant length, so that the loop
 // vectorises.
 template <int reach> void fold(real* sum, real* low, real* high) {
@@ -181,9 +150,4 @@ template <bool passed> void respond_in(const RespondArguments<Kernels>& r, const
             if (r.response[i]) stream(r.response[i] + x, responses[i], size_t(n) * sizeof(real));
         }
     }
-}
-
-void respond(const RespondArguments<Kernels>& r, const Constants& c) {
-    c.gain_plus == real(1) && c.gain_minus == real(-1) ? respond_in<true>(r, c) : respond_in<false>(r, c);
-    end_vector_code();
 }
