@@ -212,23 +212,10 @@ struct EndDifferences {
     }
 };
 
-// The tree of kernels/reduce.h over the cells of a tile: its registers, then the lanes of the one that is left.
-template <int reach> inline Wide shifted(Wide x) {
-    return Wide(picked<lanes, decltype([](int lane) { return (lane + reach) % lanes; })>(x.v, x.v));
-}
-template <int reach> inline Summary folded(Summary a) {
-    Summary b;
-    b.sum = shifted<reach>(a.sum);
-    b.low = shifted<reach>(a.low);
-    b.high = shifted<reach>(a.high);
-    const Summary all = join(a, b);
-    if constexpr (reach > 1) return folded<reach / 2>(all);
-    else return all;
-}
-
 constexpr int blocks_of_tile = TILE_CELLS / lanes;
 
-inline Kernels::Summary summary_of_tile(const real (&x)[blocks_of_tile]) {
+// The tree of kernels/reduce.h over a tile, as far as it joins registers.
+__attribute__((always_inline)) inline Summary summary_of_blocks(const real (&x)[blocks_of_tile]) {
     Summary s[blocks_of_tile];
 #pragma GCC unroll 32
     for (int i = 0; i < blocks_of_tile; ++i) s[i] = summary_of(x[i]);
@@ -236,23 +223,66 @@ inline Kernels::Summary summary_of_tile(const real (&x)[blocks_of_tile]) {
     for (int reach = blocks_of_tile / 2; reach > 0; reach /= 2)
 #pragma GCC unroll 16
         for (int i = 0; i < reach; ++i) s[i] = join(s[i], s[i + reach]);
-    const Summary all = folded<lanes / 2>(s[0]);
-    Kernels::Summary tile;
-    tile.sum = all.sum.v[0];
-    tile.low = all.low.v[0];
-    tile.high = all.high.v[0];
-    return tile;
+    return s[0];
+}
+
+// The rest of the tree, for several quantities at once: two registers, of which cells `reach` apart are to be joined,
+// give one, so that no lane is idle. second: whether the cells that come second are picked.
+template <int reach, int second> inline Wide halves(Wide x, Wide y) {
+    return Wide(picked<lanes, decltype([](int lane) {
+        return lane & reach ? lanes + lane - (second ? 0 : reach) : lane + (second ? reach : 0);
+    })>(x.v, y.v));
+}
+template <int reach, int second> inline Summary halves(const Summary& x, const Summary& y) {
+    Summary s;
+    s.sum = halves<reach, second>(x.sum, y.sum);
+    s.low = halves<reach, second>(x.low, y.low);
+    s.high = halves<reach, second>(x.high, y.high);
+    return s;
+}
+// The summary of s[i] comes to lane lane_of(i) of register i / lanes.
+template <int reach, int n> inline void join_lanes(const Summary (&s)[n], Summary* all) {
+    constexpr int pairs = (n + 1) / 2;
+    Summary joined[pairs];
+#pragma GCC unroll 8
+    for (int i = 0; i < pairs; ++i) {
+        const Summary &x = s[2 * i], &y = s[min(2 * i + 1, n - 1)];
+        joined[i] = join(halves<reach, 0>(x, y), halves<reach, 1>(x, y));
+    }
+    if constexpr (reach > 1) join_lanes<reach / 2>(joined, all);
+    else
+        for (int i = 0; i < pairs; ++i) all[i] = joined[i];
+}
+constexpr int lane_of(int i) {
+    int lane = 0;
+    for (int bit = 1, from = lanes / 2; from > 0; bit *= 2, from /= 2) lane += i & bit ? from : 0;
+    return lane;
+}
+
+// Stores the summaries of a tile that are asked for.
+__attribute__((always_inline)) inline void store_summaries(const Summary (&of_blocks)[REDUCED_MAPS], Kernels::Summary* const (&tiles)[REDUCED_MAPS],
+                            int tile) {
+    Summary all[(REDUCED_MAPS + lanes - 1) / lanes];
+    join_lanes<lanes / 2>(of_blocks, all);
+#pragma GCC unroll 8
+    for (int q = 0; q < REDUCED_MAPS; ++q) {
+        if (!tiles[q]) continue;
+        const Summary& from = all[q / lanes];
+        tiles[q][tile].sum = from.sum.v[lane_of(q)];
+        tiles[q][tile].low = from.low.v[lane_of(q)];
+        tiles[q][tile].high = from.high.v[lane_of(q)];
+    }
 }
 
 // The responses of a tile at column x of which sums are asked for, or the map. inner: no cell is read across an end.
 template <int stencil, bool passed, bool inner>
 inline void respond_tile(const RespondArguments<Kernels>& r, int x, const Constants& c) {
     real values[blocks_of_tile], C[blocks_of_tile];
-    const int tile = x / TILE_CELLS;
+    Summary all[REDUCED_MAPS]{};
     if (r.tiles[QUANTITY_STRAIN]) {
 #pragma GCC unroll 32
         for (int i = 0; i < blocks_of_tile; ++i) values[i] = loaded(r.strain.here + x + i * lanes);
-        r.tiles[QUANTITY_STRAIN][tile] = summary_of_tile(values);
+        all[QUANTITY_STRAIN] = summary_of_blocks(values);
     }
     EndDifferences ends;
     if constexpr (!inner) ends.fill<stencil>(r.strain, x, x + TILE_CELLS);
@@ -270,8 +300,9 @@ inline void respond_tile(const RespondArguments<Kernels>& r, int x, const Consta
             values[i] = response_at<passed>(r, q, x + i * lanes, C[i], c);
             if (r.response[q]) store(r.response[q] + x + i * lanes, values[i]);
         }
-        if (r.tiles[QUANTITY_SA1 + q]) r.tiles[QUANTITY_SA1 + q][tile] = summary_of_tile(values);
+        if (r.tiles[QUANTITY_SA1 + q]) all[QUANTITY_SA1 + q] = summary_of_blocks(values);
     }
+    store_summaries(all, r.tiles, x / TILE_CELLS);
 }
 
 template <int stencil, bool passed> void respond_tiles_in(const RespondArguments<Kernels> r, const Constants c) {
