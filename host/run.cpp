@@ -145,7 +145,8 @@ class Run {
     // like: null, or a result of the same maps; the figures that describe the skin at the end are copied from it.
     Result take(const Result* like) {
         const auto start = Clock::now();
-        plan::Timeline timeline(schedule_, cells_ ? cells_->materials : skin_.materials, skin_.rule, schedule_.method);
+        plan::Timeline timeline(schedule_, cells_ ? cells_->materials : skin_.materials, skin_.rule, schedule_.method,
+                                threads_of(d_.device));
         plan::FrameFeed feed(schedule_);
         for (plan::Step step; timeline.next(step);) {
             feed.before(step, [&](const std::vector<double>& frame) {

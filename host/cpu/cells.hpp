@@ -12,6 +12,8 @@
 #include <array>
 #include <atomic>
 #include <barrier>
+#include <functional>
+#include <numeric>
 #include <span>
 
 namespace dermis::cpu {
@@ -21,7 +23,9 @@ template <class K> struct CellsPress {
     using real = typename K::real;
     const typename K::Constants& constants;
     const typename K::Coefficients* table; // of the materials, where there are several
-    const real *pressure, *pressure_to;    // pressure_to is null without frames
+    // Instead, where there are too many for a table: writes the coefficients of all cells of row y.
+    const std::function<void(int y, typename K::Coefficients* row)>* fill_row = nullptr;
+    const real *pressure, *pressure_to; // pressure_to is null without frames
     const real* rest_curvature;
     bool keep = true;                            // the state advances; otherwise the step goes to a scratch state
     std::array<real*, RESPONSE_MAPS> response{}; // null: not wanted
@@ -70,12 +74,14 @@ template <class real> struct Band {
 };
 
 // The scratch of one thread.
-template <class real> struct Worker {
+template <class K> struct Worker {
+    using real = typename K::real;
     std::vector<int> changed;                                     // by each press
     std::array<std::array<Plane<real>, 3>, STEP_SIGNALS> signals; // of the last rows, each at y % 3
     std::array<Plane<real>, 2 * simd::state_sums + STEP_SIGNALS> unused;
-    std::array<Plane<real>, 8> peeked;               // strain of rows outside, of a step that is not kept
-    std::array<Plane<real>, RESPONSE_MAPS> answered; // one row, of which points are read
+    std::array<Plane<real>, 8> peeked;                  // strain of rows outside, of a step that is not kept
+    std::array<Plane<real>, RESPONSE_MAPS> answered;    // one row, of which points are read
+    std::vector<typename K::Coefficients> coefficients; // of one row's cells
 };
 
 template <class K> class Cells {
@@ -93,7 +99,7 @@ template <class K> class Cells {
           material_of_(skin.material_of), variant_(variant), pressed_(pressed), points_(points), pool_(threads),
           isa_(isa), loops_(isa.of<K>()), barrier_(pool_.threads()), state_(resting_state()),
           resting_row_(size_t(pitch_), 0), shares_(bands(pool_.threads())), workers_(size_t(pool_.threads())) {
-        for (Worker<real>& worker : workers_) {
+        for (Worker<K>& worker : workers_) {
             int place = signal_place;
             worker.changed.resize(1);
             for (auto* rows : {worker.unused.data(), worker.peeked.data(), worker.answered.data()}) {
@@ -110,17 +116,18 @@ template <class K> class Cells {
     // Takes presses in order. changed: for each of them what changed in some cell, simd::strain_changed and
     // simd::integral_changed; without sums it may say more. One press alone allocates nothing.
     void press(std::span<const Press> presses, std::span<int> changed) {
+        if (presses.front().fill_row && column_.empty()) prepare_rows();
         for (const Press& p : presses)
             if (!p.keep && scratch_.empty()) scratch_ = resting_state();
         visible_ = &stepped(presses.back());
         if (presses.size() > 1 && bands_.empty()) bands_ = bands(count_of_bands());
         Batch batch{presses, presses.size() > 1 ? bands_ : shares_, pool_.threads()};
-        for (Worker<real>& worker : workers_)
+        for (Worker<K>& worker : workers_)
             if (worker.changed.size() < presses.size()) worker.changed.resize(presses.size());
         pool_.each([&](int thread) { work(batch, thread); });
         for (size_t i = 0; i < presses.size(); ++i) {
             changed[i] = 0;
-            for (const Worker<real>& worker : workers_) changed[i] |= worker.changed[i];
+            for (const Worker<K>& worker : workers_) changed[i] |= worker.changed[i];
         }
     }
 
@@ -136,6 +143,12 @@ template <class K> class Cells {
 
     int first_column() const { return pressed_.first_column(); }
     int last_column() const { return pressed_.last_column(width_); }
+
+    void prepare_rows() {
+        column_.resize(size_t(pitch_));
+        std::iota(column_.begin(), column_.end(), 0);
+        for (Worker<K>& worker : workers_) worker.coefficients.resize(size_t(pitch_)); // zeros beyond the row's end
+    }
 
     struct Batch {
         std::span<const Press> presses;
@@ -185,7 +198,7 @@ template <class K> class Cells {
     }
 
     void work(Batch& batch, int thread) {
-        Worker<real>& worker = workers_[size_t(thread)];
+        Worker<K>& worker = workers_[size_t(thread)];
         const size_t count = batch.bands.size(), threads = size_t(pool_.threads());
         std::fill(worker.changed.begin(), worker.changed.end(), 0);
         if (std::any_of(batch.presses.begin(), batch.presses.end(),
@@ -209,7 +222,7 @@ template <class K> class Cells {
     }
 
     // Takes one step of a band. Returns what changed.
-    int step(const Press& press, Band<real>& band, Worker<real>& worker) {
+    int step(const Press& press, Band<real>& band, Worker<K>& worker) {
         const int reach = K::reach(variant_.stencil);
         const bool respond = press.constants.respond != 0;
         State<real>& to = stepped(press);
@@ -218,7 +231,7 @@ template <class K> class Cells {
         for (int y = band.first; y < band.last + reach; ++y) {
             const bool advances = y < band.last, responds = respond && y - reach >= band.first;
             const auto arguments = [&] {
-                return advance_arguments(press, y, state_.row(y, pitch_), to.row(y, pitch_),
+                return advance_arguments(press, worker, y, state_.row(y, pitch_), to.row(y, pitch_),
                                          [&](size_t s) { return worker.signals[s][size_t(y % 3)].data(); });
             };
             if (!responds) {
@@ -234,7 +247,7 @@ template <class K> class Cells {
     }
 
     // Steps the strain of a row outside a band. Nobody reads its integral.
-    void step_outside(const Press& press, typename Band<real>::Outside& o, size_t k, Worker<real>& worker) const {
+    void step_outside(const Press& press, typename Band<real>::Outside& o, size_t k, Worker<K>& worker) const {
         const auto unused = [&](size_t plane) { return worker.unused[plane].data(); };
         simd::StateRow<real> from{}, to{};
         for (size_t s = 0; s < simd::state_sums; ++s) {
@@ -245,9 +258,9 @@ template <class K> class Cells {
             from.lost[s] = strain ? o.lost.data() : resting_row_.data();
             to.lost[s] = strain && press.keep ? o.lost.data() : unused(simd::state_sums + s);
         }
-        loops_.advance(
-            advance_arguments(press, o.row, from, to, [&](size_t s) { return unused(2 * simd::state_sums + s); }),
-            press.constants);
+        loops_.advance(advance_arguments(press, worker, o.row, from, to,
+                                         [&](size_t s) { return unused(2 * simd::state_sums + s); }),
+                       press.constants);
     }
 
     void read_points(const Press& press, const simd::RespondArguments<K>& r, int y) const {
@@ -261,8 +274,9 @@ template <class K> class Cells {
 
     // signal(s): where signal s of the step goes, from column 0 on.
     template <class Signal>
-    simd::AdvanceArguments<K> advance_arguments(const Press& press, int y, const simd::StateRow<real>& from,
-                                                const simd::StateRow<real>& to, Signal signal) const {
+    simd::AdvanceArguments<K> advance_arguments(const Press& press, Worker<K>& worker, int y,
+                                                const simd::StateRow<real>& from, const simd::StateRow<real>& to,
+                                                Signal signal) const {
         const int at = first_column();
         const size_t row = size_t(y) * size_t(pitch_) + size_t(at);
         simd::AdvanceArguments<K> a{.count = last_column() - at,
@@ -279,10 +293,15 @@ template <class K> class Cells {
                 if (state->lost[s]) state->lost[s] += at;
             }
         for (size_t s = 0; s < STEP_SIGNALS; ++s) a.signal[s] = signal(s) + at;
+        if (press.fill_row) {
+            (*press.fill_row)(y, worker.coefficients.data());
+            a.table = worker.coefficients.data() + at;
+            a.material = column_.data();
+        }
         return a;
     }
 
-    simd::RespondArguments<K> respond_arguments(const Press& press, const Band<real>& band, const Worker<real>& worker,
+    simd::RespondArguments<K> respond_arguments(const Press& press, const Band<real>& band, const Worker<K>& worker,
                                                 int y) {
         const size_t row = size_t(y) * size_t(pitch_), tile = size_t(y) * size_t(tiles_);
         const State<real>& to = stepped(press);
@@ -323,8 +342,9 @@ template <class K> class Cells {
     State<real> state_, scratch_;    // scratch_: of steps that are not kept
     State<real>* visible_ = &state_; // what the last press made
     const Plane<real> resting_row_;
+    std::vector<int> column_;                // 0, 1 .. where rows are filled with coefficients
     std::vector<Band<real>> shares_, bands_; // of one press, a band for each thread; of batches
-    std::vector<Worker<real>> workers_;
+    std::vector<Worker<K>> workers_;
 };
 
 } // namespace dermis::cpu

@@ -4,6 +4,8 @@
 #include "host/cpu/cells.hpp"
 #include "host/plan/float_environment.hpp"
 
+#include <deque>
+
 namespace dermis::cpu {
 namespace {
 
@@ -64,8 +66,9 @@ template <class K> class March : public plan::Stepper {
     struct Slot {
         plan::Step step;
         typename K::Constants constants;
-        std::vector<typename K::Coefficients> table; // of the materials, where there are several
-        plan::SharedCoefficients table_of;           // what it was made from
+        std::vector<typename K::Coefficients> table;                  // of the materials, where there are several
+        plan::Step table_of;                                          // what it was made from
+        std::function<void(int, typename K::Coefficients*)> fill_row; // where there is no table
         std::array<std::vector<typename K::Summary>, REDUCED_MAPS> tiles;
         plan::Sample sample;
     };
@@ -76,13 +79,17 @@ template <class K> class March : public plan::Stepper {
     void take_batch() {
         if (waiting_ == 0) return;
         const DefaultFloats guard;
+        const auto each_slot = [&](auto f) {
+            cells_.pool().share(int(waiting_), [&](int first, int last) {
+                for (int i = first; i < last; ++i) f(slots_[size_t(i)]);
+            });
+        };
+        each_slot([this](Slot& slot) { make_coefficients(slot); });
         std::vector<typename Cells<K>::Press> batch;
         for (size_t i = 0; i < waiting_; ++i) batch.push_back(prepared(slots_[i], i + 1 == waiting_));
         std::array<int, plan::steps_of_batch> changed;
         cells_.press(batch, changed);
-        cells_.pool().share(int(waiting_), [&](int first, int last) {
-            for (int i = first; i < last; ++i) total(slots_[size_t(i)]);
-        });
+        each_slot([this](Slot& slot) { total(slot); });
         for (size_t i = 0; i < waiting_; ++i)
             if (sampled(slots_[i].step)) hand_over(slots_[i].step, slots_[i]);
         last_ = waiting_ - 1;
@@ -92,16 +99,24 @@ template <class K> class March : public plan::Stepper {
         steady_ = step.keep && sampled(step) && step.jump == 0 && (changed[last_] & counts) == 0;
     }
 
+    void make_coefficients(Slot& slot) const {
+        if (skin_.differs_everywhere()) {
+            slot.fill_row = [this, &slot](int y, typename K::Coefficients* of_row) {
+                plan::fill_row<K>(slot.step, skin_.materials, skin_.rule, skin_.material_of.data() + row(y),
+                                  skin_.width(), of_row);
+            };
+        } else if (!skin_.uniform() && !slot.step.same_coefficients(slot.table_of)) {
+            slot.table_of = slot.step;
+            plan::fill_table<K>(slot.step, skin_.materials, skin_.rule, slot.table);
+        }
+    }
+
     typename Cells<K>::Press prepared(Slot& slot, bool last) {
         const plan::Step& step = slot.step;
-        if (!skin_.uniform() && step.coefficients != slot.table_of) {
-            slot.table_of = step.coefficients;
-            slot.table.clear();
-            for (const f64::Coefficients& k : *step.coefficients) slot.table.push_back(plan::rounded<K>(k));
-        }
         slot.constants = plan::constants_of<K>(skin_, schedule_.pressed, step);
         typename Cells<K>::Press p{.constants = slot.constants,
                                    .table = slot.table.data(),
+                                   .fill_row = skin_.differs_everywhere() ? &slot.fill_row : nullptr,
                                    .pressure = pressure_[0].data(),
                                    .pressure_to = schedule_.framed ? pressure_[1].data() : nullptr,
                                    .rest_curvature = rest_.data(),
@@ -142,7 +157,7 @@ template <class K> class March : public plan::Stepper {
 
     bool repeats(const plan::Step& step) const {
         const plan::Step& last = slots_[last_].step;
-        return step.keep && step.jump == 0 && step.coefficients == last.coefficients && step.start == last.start &&
+        return step.keep && step.jump == 0 && step.same_coefficients(last) && step.start == last.start &&
                step.rise == last.rise && step.frame == last.frame;
     }
 
@@ -170,10 +185,10 @@ template <class K> class March : public plan::Stepper {
     std::vector<real> pressure_[2]; // with frames: from and to
     std::vector<real> rest_;        // L(S)
     std::array<Plane<real>, RESPONSE_MAPS> response_;
-    std::vector<Slot> slots_; // of steps that wait, in order, and of the last batch
-    size_t waiting_ = 0;      // steps that wait to be taken in one batch
-    size_t last_ = 0;         // slot of the last step that was taken
-    bool steady_ = false;     // it changed nothing that is asked for
+    std::deque<Slot> slots_; // of steps that wait, in order, and of the last batch
+    size_t waiting_ = 0;     // steps that wait to be taken in one batch
+    size_t last_ = 0;        // slot of the last step that was taken
+    bool steady_ = false;    // it changed nothing that is asked for
     long long left_out_ = 0;
 };
 

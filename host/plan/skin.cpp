@@ -4,17 +4,44 @@
 #include "host/simd/pool.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
-#include <unordered_map>
 
 namespace dermis::plan {
 namespace {
 
-struct ElementHash {
-    size_t operator()(const Element& m) const {
-        const std::hash<double> hash;
-        return hash(m.modulus) * 31 + hash(m.viscosity);
+// Elements and their numbers in the order in which they came: a table of numbers that is at most half full, each at the
+// first free place from its element's hash on.
+class Numbered {
+  public:
+    explicit Numbered(std::vector<Element>& elements) : elements_(elements) {}
+
+    int number_of(const Element& m) {
+        if (2 * (elements_.size() + 1) > places_.size()) grow();
+        int& place = place_of(m);
+        if (place < 0) {
+            place = int(elements_.size());
+            elements_.push_back(m);
+        }
+        return place;
     }
+
+  private:
+    int& place_of(const Element& m) {
+        const uint64_t bits = std::bit_cast<uint64_t>(m.modulus + 0.0) ^ // -0 is 0
+                              std::rotl(std::bit_cast<uint64_t>(m.viscosity + 0.0), 32);
+        size_t at = size_t(bits * 0x9e3779b97f4a7c15 >> 32) & (places_.size() - 1);
+        while (places_[at] >= 0 && elements_[size_t(places_[at])] != m) at = (at + 1) & (places_.size() - 1);
+        return places_[at];
+    }
+
+    void grow() {
+        places_.assign(std::max<size_t>(4 * places_.size(), 64), -1);
+        for (size_t i = 0; i < elements_.size(); ++i) place_of(elements_[i]) = int(i);
+    }
+
+    std::vector<Element>& elements_;
+    std::vector<int> places_; // -1: free
 };
 
 // Retardation times count as one within the rounding of maps in float, where one map is a multiple of the other.
@@ -72,17 +99,13 @@ void find_materials(PreparedSkin& skin) {
         find_parts(skin);
         return;
     }
-    std::unordered_map<Element, int, ElementHash> known; // as many as cells, in the worst case
+    Numbered known(skin.materials);
     skin.material_of = simd::map_of(skin.padded_cells(), 0);
     int last = 0; // the material of the cell before
     for (size_t i = 0, y = 0; y < size_t(skin.height()); ++y)
         for (int x = 0; x < skin.width(); ++x, ++i) {
             const Element element = scene::element_at(m, i);
-            if (i == 0 || element != skin.materials[size_t(last)]) { // neighbours are often alike
-                const auto [material, fresh] = known.try_emplace(element, int(skin.materials.size()));
-                if (fresh) skin.materials.push_back(element);
-                last = material->second;
-            }
+            if (i == 0 || element != skin.materials[size_t(last)]) last = known.number_of(element); // often alike
             skin.material_of[y * size_t(skin.pitch) + size_t(x)] = last;
         }
     if (skin.materials.size() == 1) skin.material_of.clear();

@@ -51,6 +51,8 @@ struct PreparedSkin {
         const size_t across = size_t(width());
         return uniform() ? 0 : size_t(material_of[cell / across * size_t(pitch) + cell % across]);
     }
+    // Whether so many materials differ that each row of cells makes its own coefficients.
+    bool differs_everywhere() const { return materials.size() > std::max<size_t>(4096, cells() / 16); }
     PressedBox whole() const { return {0, height(), 0, tiles}; }
     double spacing() const { return description.grid.spacing.value_or(1); }
 };

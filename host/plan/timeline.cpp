@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "host/plan/timeline.hpp"
 
-#include "host/plan/forcing.hpp"
+#include "host/simd/pool.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -17,17 +17,27 @@ void FrameFeed::before(const Step& step, const std::function<void(const std::vec
 }
 
 Timeline::Timeline(const Schedule& schedule, const std::vector<Element>& materials, const ResponseRule& rule,
-                   Method method)
-    : schedule_(schedule), materials_(materials), rule_(rule), method_(method),
+                   Method method, int threads)
+    : schedule_(schedule), materials_(materials), rule_(rule), method_(method), threads_(threads),
       load_(schedule.load.envelope, schedule.time) {
     const double dt = schedule.time.step;
-    CoefficientTable table;
-    for (const Element& m : materials) switch (method) {
-        case Method::exact: table.push_back(exact_coefficients(m, rule, dt)); break;
-        case Method::published: table.push_back(published_coefficients(m, dt)); break;
-        default: table.push_back(baseline_coefficients(method, m, rule, dt)); break;
+    regular_ = table_of([&](const Element& m) {
+        switch (method) {
+        case Method::exact: return exact_coefficients(m, rule, dt);
+        case Method::published: return published_coefficients(m, dt);
+        default: return baseline_coefficients(method, m, rule, dt);
         }
-    regular_ = std::make_shared<CoefficientTable>(std::move(table));
+    });
+}
+
+// A table of make(element) for each material.
+template <class Make> SharedCoefficients Timeline::table_of(Make make) const {
+    auto table = std::make_shared<CoefficientTable>(simd::map_of(materials_.size(), f64::Coefficients{}));
+    simd::Pool pool(simd::useful_threads(materials_.size(), threads_));
+    pool.share(int(materials_.size()), [&](int first, int last) {
+        for (int i = first; i < last; ++i) (*table)[size_t(i)] = make(materials_[size_t(i)]);
+    });
+    return table;
 }
 
 scene::Instant Timeline::output_time(long long n) const { return Instant::multiple(double(n), schedule_.time.step); }
@@ -40,9 +50,7 @@ bool Timeline::regular(Instant from, Instant to) const {
 
 SharedCoefficients Timeline::coefficients_over(Instant from, Instant to) const {
     if (regular(from, to)) return regular_;
-    CoefficientTable table;
-    for (const Element& m : materials_) table.push_back(exact_coefficients(m, rule_, to - from));
-    return std::make_shared<CoefficientTable>(std::move(table));
+    return table_of([&](const Element& m) { return exact_coefficients(m, rule_, to - from); });
 }
 
 // One step under the load. Step::start is the load after a jump at the step's start; its change within the step is in
@@ -62,7 +70,9 @@ Step Timeline::exact_step(Instant from, Instant to) const {
     // An elastic skin's state does not hold its rate: the rate before a step follows from the load's slope.
     const auto from_slope = [this](const Element& m) { return is_elastic(m) && rule_.step_mean; };
     if (held && std::none_of(materials_.begin(), materials_.end(), from_slope)) return s;
-    std::vector<Segment> segments;
+    auto forcing = std::make_shared<Forcing>();
+    forcing->dt = dt;
+    std::vector<Segment>& segments = forcing->segments;
     if (straight) segments = {{dt, 0, du}};
     else if (!load_.sine()) segments = segments_of(load_, from, to);
     if (segments.size() > 1) {
@@ -70,17 +80,10 @@ Step Timeline::exact_step(Instant from, Instant to) const {
         for (const Segment& g : segments)
             s.bend = std::max({s.bend, std::abs(s.start + g.u0), std::abs(s.start + g.u0 + g.du)});
     }
-    const Sine sine = load_.sine() ? Sine{load_.angular_frequency(), load_.phasor(from), load_.turn(dt)} : Sine{};
-    auto forced = std::make_shared<CoefficientTable>(*s.coefficients);
+    if (load_.sine()) forcing->sine = Sine{load_.angular_frequency(), load_.phasor(from), load_.turn(dt)};
+    if (rule_.step_mean) forcing->slope = load_.slope_before(from), forcing->slope_length = to - from;
     s.rise = 1;
-    for (size_t i = 0; i < forced->size(); ++i) {
-        const Element& m = materials_[i];
-        f64::Coefficients& k = (*forced)[i];
-        if (load_.sine()) force_sine(k, m, rule_, sine, dt);
-        else force_straight(k, m, rule_, segments, dt);
-        if (from_slope(m)) force_change(k, m, load_.slope_before(from), to - from);
-    }
-    s.coefficients = forced;
+    s.forcing = forcing;
     return s;
 }
 
@@ -144,11 +147,12 @@ void Timeline::peek_field(Step step) {
 void Timeline::peek_impulse(Step step, double jump) {
     step.keep = false;
     step.impulse = impulses_++;
-    auto table = std::make_shared<CoefficientTable>(*step.coefficients);
-    for (size_t i = 0; i < table->size(); ++i)
-        force_impulse((*table)[i], materials_[i], jump, schedule_.sequence != nullptr, step.rise == 0);
+    auto forcing = step.forcing ? std::make_shared<Forcing>(*step.forcing) : std::make_shared<Forcing>();
+    forcing->impulse = jump;
+    forcing->framed = schedule_.sequence != nullptr;
+    forcing->held = step.rise == 0;
     if (!schedule_.sequence) step.rise = 1;
-    step.coefficients = table;
+    step.forcing = forcing;
     pending_.push_back(step);
 }
 
@@ -198,7 +202,7 @@ void Timeline::fill() {
     }
     if (n < schedule_.outputs) {
         Step s;
-        if (n == 0) s.coefficients = std::make_shared<CoefficientTable>(materials_.size()); // zeros: at rest
+        if (n == 0) s.coefficients = std::make_shared<CoefficientTable>(1); // zeros: at rest
         else s = exact ? exact_step(from, to) : held_step(n);
         s.trace = n;
         if (next_field() == to) s.field = int(field_++);

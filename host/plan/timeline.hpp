@@ -2,6 +2,7 @@
 // The steps of a run, split at its outputs and at the breakpoints of its load.
 #pragma once
 
+#include "host/plan/forcing.hpp"
 #include "host/plan/schedule.hpp"
 #include "host/scene/waveform.hpp"
 
@@ -9,15 +10,16 @@
 
 namespace dermis::plan {
 
-using CoefficientTable = std::vector<f64::Coefficients>; // one entry for each material
+using CoefficientTable = std::vector<f64::Coefficients>; // one entry for each material, or one for all
 using SharedCoefficients = std::shared_ptr<const CoefficientTable>;
 
 // One press of every cell, from the last kept state to `time`. keep: the new state replaces the old one. Otherwise the
 // step is a peek (a field between outputs, an impulse). trace, impulse, field: index of the output at its end, or -1.
 struct Step {
-    SharedCoefficients coefficients;      // equal pointers mean equal numbers
-    double start = 0, rise = 0, jump = 0; // see Constants in kernels/layout.h
-    long long frame = -1;                 // in a sequence the pressure runs from this frame to the next
+    SharedCoefficients coefficients;        // under a load that is held; equal pointers mean equal numbers
+    std::shared_ptr<const Forcing> forcing; // null: none; equal pointers mean equal numbers
+    double start = 0, rise = 0, jump = 0;   // see Constants in kernels/layout.h
+    long long frame = -1;                   // in a sequence the pressure runs from this frame to the next
     double time = 0;
     // If the load has a breakpoint within the step: the load's greatest magnitude, and the seconds from the last
     // breakpoint to the step's end. 0 otherwise.
@@ -26,7 +28,50 @@ struct Step {
     long long trace = -1;
     int impulse = -1, field = -1;
     bool respond() const { return trace >= 0 || impulse >= 0 || field >= 0; }
+    bool same_coefficients(const Step& other) const {
+        return coefficients == other.coefficients && forcing == other.forcing;
+    }
+    // The coefficients of a material, by its index and its element.
+    f64::Coefficients coefficients_of(size_t material, const Element& element, const ResponseRule& rule) const {
+        f64::Coefficients k = (*coefficients)[coefficients->size() == 1 ? 0 : material];
+        if (forcing) force(k, element, rule, *forcing);
+        return k;
+    }
 };
+
+// The coefficients of a step in K = f32 or f64, of each material.
+template <class K>
+void fill_table(const Step& step, const std::vector<Element>& materials, const ResponseRule& rule,
+                std::vector<typename K::Coefficients>& table) {
+    table.resize(materials.size());
+    for (size_t i = 0; i < table.size(); ++i) table[i] = rounded<K>(step.coefficients_of(i, materials[i], rule));
+}
+
+// The same of a row of cells, each by its index into the materials, where too many materials differ for a table.
+template <class K>
+void fill_row(const Step& step, const std::vector<Element>& materials, const ResponseRule& rule, const int* material,
+              int cells, typename K::Coefficients* row) {
+    if (step.forcing && !step.forcing->scales()) {
+        for (int i = 0; i < cells; ++i) {
+            const size_t m = size_t(material[i]);
+            row[i] = rounded<K>(step.coefficients_of(m, materials[m], rule));
+        }
+        return;
+    }
+    f64::Coefficients factor{};
+#define SET_ONE(name) factor.name = 1;
+    COEFFICIENTS(SET_ONE)
+#undef SET_ONE
+    if (step.forcing) scale_change(factor, step.forcing->segments.front().du);
+    const f64::Coefficients* table = step.coefficients->data();
+    const bool shared = step.coefficients->size() == 1;
+    for (int i = 0; i < cells; ++i) {
+        const f64::Coefficients& k = table[shared ? 0 : material[i]];
+#define SCALE(name) row[i].name = static_cast<typename K::real>(k.name * factor.name);
+        COEFFICIENTS(SCALE)
+#undef SCALE
+    }
+}
 
 // Reads the frames of a sequence and gives them on as steps need them.
 class FrameFeed {
@@ -43,7 +88,8 @@ class FrameFeed {
 // The steps of a schedule in order, for these materials. Materials and schedule outlive the timeline.
 class Timeline {
   public:
-    Timeline(const Schedule&, const std::vector<Element>& materials, const ResponseRule&, Method);
+    // threads: those that make coefficients, as for Device::cpu.
+    Timeline(const Schedule&, const std::vector<Element>& materials, const ResponseRule&, Method, int threads = 1);
     Timeline(const Schedule& schedule, const PreparedSkin& skin)
         : Timeline(schedule, skin.materials, skin.rule, schedule.method) {}
     bool next(Step&);
@@ -54,6 +100,7 @@ class Timeline {
     Instant frame_time(long long k) const;
     long long frame_at(Instant) const;
     bool regular(Instant from, Instant to) const;
+    template <class Make> SharedCoefficients table_of(Make) const;
     SharedCoefficients coefficients_over(Instant from, Instant to) const;
     Step exact_step(Instant from, Instant to) const;
     Step framed_step(Instant from, Instant to) const;
@@ -69,6 +116,7 @@ class Timeline {
     const std::vector<Element>& materials_;
     const ResponseRule rule_;
     const Method method_;
+    const int threads_;
     SharedCoefficients regular_; // those of a whole step
     scene::Waveform load_;
     std::vector<Step> pending_; // steps up to the next output, last first
@@ -100,7 +148,7 @@ template <class K>
 typename K::Constants constants_of(const PreparedSkin& skin, const PressedBox& pressed, const Step& step) {
     const auto r = [](double x) { return static_cast<typename K::scalar>(x); };
     typename K::Constants c = constants_of<K>(skin, pressed);
-    c.coefficients = rounded<K>(step.coefficients->front());
+    c.coefficients = rounded<K>(step.coefficients_of(0, skin.materials.front(), skin.rule));
     c.start = r(step.start);
     c.rise = r(step.rise);
     c.jump = r(step.jump);

@@ -254,17 +254,18 @@ class Analysis {
             }
             for (size_t i = 0; i < materials_.size(); ++i) {
                 const Element& m = materials_[i];
+                const f64::Coefficients k = step.coefficients_of(i, m, skin_.rule);
                 const double z = is_elastic(m) ? 0 : z_of(m, dt);
                 const CountedArithmetic& a = arithmetic_[i];
                 CountedLoad load = load_of(schedule_, step, envelope_peak_, peak_[i]);
                 if (sine && step.rise != 0)
-                    load.cancelled = cancelled_under_sine((*step.coefficients)[i], m, skin_.rule, angular_frequency,
-                                                          schedule_.load.envelope.amplitude);
-                now_[i] = a.pressed(kept[i], (*step.coefficients)[i], load, z);
+                    load.cancelled =
+                        cancelled_under_sine(k, m, skin_.rule, angular_frequency, schedule_.load.envelope.amplitude);
+                now_[i] = a.pressed(kept[i], k, load, z);
                 if (step.bend > 0 && !is_elastic(m)) add_bend(now_[i], m, step);
                 exact_[i] = now_[i];
                 if (baseline)
-                    exact_[i] = exact[i] = a.pressed(exact[i], (*true_step.coefficients)[i],
+                    exact_[i] = exact[i] = a.pressed(exact[i], true_step.coefficients_of(i, m, skin_.rule),
                                                      load_of(schedule_, true_step, envelope_peak_, peak_[i]), z);
             }
             if (step.trace >= 0 || step.field >= 0) widen();

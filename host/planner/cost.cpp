@@ -44,11 +44,29 @@ void cost_sites(Candidate& c, const PreparedSkin& skin, const Schedule& schedule
 }
 
 double precision_factor(Precision precision) {
-    return precision == Precision::f32 ? 1 : precision == Precision::f32_compensated ? 1.2 : 1.7;
+    return precision == Precision::f32 ? 1 : precision == Precision::f32_compensated ? 1.2 : 1.9;
+}
+
+// Adds the maps of materials and the coefficients of each, which are made in double and rounded for every step.
+void cost_materials(Candidate& c, const PreparedSkin& skin, const Schedule& schedule, double real, bool peeks,
+                    const plan::Capabilities& backend) {
+    if (skin.uniform()) return;
+    const Material& m = skin.description.material;
+    const bool device = backend.double_buffered, rows = !device && skin.differs_everywhere();
+    const double cells = double(skin.cells()), steps = double(c.steps), materials = double(skin.materials.size());
+    const double in_double = sizeof(f64::Coefficients), rounded = in_double / sizeof(double) * real,
+                 tables = rows     ? 0
+                          : device ? 1
+                                   : std::min(steps, double(plan::steps_of_batch));
+    c.bytes += cells * (sizeof(int) + 8.0 * (!m.modulus_map.empty() + !m.viscosity_map.empty())) +
+               materials * (sizeof(plan::Element) + in_double * (peeks ? 2 : 1) + rounded * tables);
+    if (device) return;
+    const bool sine = !schedule.framed && schedule.load.envelope.kind == Envelope::Kind::sine;
+    c.seconds += (materials * 3e-7 + steps * cells * (!rows ? 4e-10 : sine ? 3e-8 : 6e-9)) / backend.threads;
 }
 
 void cost_march(Candidate& c, const PreparedSkin& skin, const Schedule& schedule, const plan::Capabilities& backend) {
-    const double cells = double(skin.cells()), steps = double(c.steps), maps = skin.uniform() ? 0 : 4;
+    const double cells = double(skin.cells()), steps = double(c.steps);
     const plan::PressedBox& box = schedule.pressed;
     const double pressed =
         double(box.last_row - box.first_row) * std::min((box.last_tile - box.first_tile) * TILE_CELLS, skin.pitch);
@@ -63,13 +81,16 @@ void cost_march(Candidate& c, const PreparedSkin& skin, const Schedule& schedule
         !schedule.field_times.empty() || schedule.framed || schedule.load.envelope.kind != Envelope::Kind::sine;
     const double held = buffered ? pressure + 1 + 2 * state + responses + (schedule.derives ? 3 : 0) // S, C, D
                                  : pressure + 1 + (peeks ? 2 : 1) * state + (schedule.keeps_maps ? responses : 0);
-    const double tiles = double(skin.tiles) * skin.height() * (responses + 1) * 3;
-    c.traffic = pressed * steps * real * (pressure + 1 + 2 * state + (buffered || schedule.keeps_maps ? responses : 0));
+    const double batch = buffered ? 1 : std::min(steps, double(plan::steps_of_batch));
+    const double tiles = double(skin.tiles) * skin.height() * (responses + 1) * 3 * real;
+    c.traffic = steps * (buffered ? 0 : tiles) +
+                pressed * steps * real *
+                    ((pressure + 1 + 2 * state) / batch + (buffered || schedule.keeps_maps ? responses / batch : 0));
     c.flops = pressed * steps * (c.precision == Precision::f32_compensated ? 66 : 52);
     // Surface, pressure and the strain at the end are in double.
-    c.bytes = cells * (16 + maps + 8) + real * (double(skin.padded_cells()) * held + tiles) +
-              (maps > 0 ? double(skin.materials.size() * sizeof(f64::Coefficients) / sizeof(double)) * real : 0);
+    c.bytes = cells * (16 + 8) + real * double(skin.padded_cells()) * held + tiles * batch;
     c.seconds = steps * (2e-6 + pressed * precision_factor(c.precision) * backend.cell_step);
+    cost_materials(c, skin, schedule, real, peeks, backend);
     if (backend.dispatch > 0) {
         c.dispatches = c.steps * (2 + static_cast<long long>(responses));
         c.seconds += double(c.dispatches) * backend.dispatch;

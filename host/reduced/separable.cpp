@@ -22,7 +22,7 @@ class Separable : public plan::Stepper {
     void press(const plan::Step& step) override {
         const f64::Load load = f64::load(step.start, step.rise, step.jump);
         for (size_t k = 0; k < state_.size(); ++k) {
-            const f64::LaneCoefficients lanes = f64::lanes_of((*step.coefficients)[k]);
+            const f64::LaneCoefficients lanes = f64::lanes_of(step.coefficients_of(k, skin_.materials[k], skin_.rule));
             const f64::CellState after = f64::advanced(state_[k], load, lanes, 1);
             for (int q = 0; q < REDUCED_MAPS; ++q)
                 visible_[k][size_t(q)] = f64::signal(q, state_[k], after, load, lanes);

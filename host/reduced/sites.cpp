@@ -14,7 +14,7 @@ class Sites : public plan::Stepper {
         : skin_(skin), schedule_(schedule), gains_(gains), sink_(std::move(sink)),
           pool_(simd::useful_threads(8 * cells.cells.size(), threads)),
           stepper_(skin, cells, variant_of(skin, schedule, Precision::f64)), cells_(cells.cells),
-          columns_(cells.points.size()) {
+          materials_(cells.materials), columns_(cells.points.size()) {
         const plan::PressedCells pressed = pressed_cells(schedule);
         for (size_t i = 0; i < columns_; ++i) {
             const Cell c = cells.points[i];
@@ -38,10 +38,11 @@ class Sites : public plan::Stepper {
     void press(const plan::Step& step) override {
         f64::Constants c = plan::constants_of<f64>(skin_, schedule_.pressed, step);
         if (!gains_) c.gain_plus = 1, c.gain_minus = -1;
-        if (step.coefficients != lanes_of_) {
-            lanes_of_ = step.coefficients;
+        if (!step.same_coefficients(lanes_of_)) {
+            lanes_of_ = step;
             lanes_.clear();
-            for (const f64::Coefficients& k : *step.coefficients) lanes_.push_back(f64::lanes_of(k));
+            for (size_t i = 0; i < materials_.size(); ++i)
+                lanes_.push_back(f64::lanes_of(step.coefficients_of(i, materials_[i], skin_.rule)));
         }
         pool_.share(int(cells_.size()), [&](int first, int last) {
             stepper_.advance(c, lanes_.data(), pressures(), size_t(first), size_t(last));
@@ -83,11 +84,12 @@ class Sites : public plan::Stepper {
     simd::Pool pool_;
     plan::SiteStepper<f64> stepper_;
     const std::vector<size_t>& cells_;
+    const std::vector<plan::Element>& materials_;
     size_t columns_;                // of a sample: all points
     std::vector<Point> points_;     // those that are ever pressed
     std::vector<double> from_, to_; // pressure
     std::vector<f64::LaneCoefficients> lanes_;
-    plan::SharedCoefficients lanes_of_; // what lanes_ was made from
+    plan::Step lanes_of_; // what lanes_ was made from
     plan::Sample sample_{};
 };
 

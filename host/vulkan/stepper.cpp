@@ -112,10 +112,10 @@ class March : public plan::Stepper {
     }
 
     void press(const plan::Step& step) override {
-        if (variant_.materials && step.coefficients != table_of_) {
-            table_of_ = step.coefficients;
+        if (variant_.materials && !step.same_coefficients(table_of_)) {
+            table_of_ = step;
             std::vector<f32::Coefficients> table;
-            for (const f64::Coefficients& k : *table_of_) table.push_back(plan::rounded<f32>(k));
+            plan::fill_table<f32>(step, skin_.materials, skin_.rule, table);
             stage(table, MarchMemory::coefficients);
         }
         const VkCommandBuffer commands = recording_.commands();
@@ -225,7 +225,7 @@ class March : public plan::Stepper {
     std::unique_ptr<Buffer> download_;
     Recording recording_;
     Staging staging_;
-    plan::SharedCoefficients table_of_; // what the table on the device was made from
+    plan::Step table_of_; // what the table on the device was made from
     size_t recorded_ = 0;
     int from_ = 0, visible_ = 0, to_ = 1; // states: that a step begins with, that the last one made; pressure run to
     long long dispatches_ = 0;
