@@ -29,6 +29,9 @@ foreach(kernel press fields reduce sites)
     dermis_kernel(${PROJECT_SOURCE_DIR}/kernels/${kernel}.comp ${kernel}_rte rounds -DROUNDS)
     list(APPEND DERMIS_KERNELS ${plain} ${rounds})
 endforeach()
+dermis_kernel(${PROJECT_SOURCE_DIR}/kernels/press.comp press_texels plain -DTEXELS)
+dermis_kernel(${PROJECT_SOURCE_DIR}/kernels/press.comp press_texels_rte rounds -DTEXELS -DROUNDS)
+list(APPEND DERMIS_KERNELS ${plain} ${rounds})
 file(MAKE_DIRECTORY ${DERMIS_GENERATED})
 
 # Writes a text file as the C++ raw string `name` into generated/<name>.h.

@@ -10,10 +10,12 @@ namespace dermis::vulkan {
 struct Module {
     const uint32_t* code;
     size_t bytes;
+    uint32_t texels = 0; // a bit for each binding that is a texel buffer of four cells each; others are storage buffers
 };
 
 // rounds: the module declares round-to-nearest-even, which the device must offer (shaderRoundingModeRTEFloat32).
 Module press_module(bool rounds);
+Module press_texels_module(bool rounds); // reads its maps as texel buffers
 Module fields_module(bool rounds);
 Module reduce_module(bool rounds);
 Module sites_module(bool rounds);
