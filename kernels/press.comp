@@ -12,21 +12,10 @@
 #include "responses.h"
 #include "curvature.h"
 #include "cells.glsl"
+#include "maps.glsl"
 
 layout(local_size_x = PRESS_X, local_size_y = PRESS_Y) in;
 layout(push_constant) uniform Push { Constants c; };
-// The maps that a press only reads. TEXELS is the variant for software drivers: lavapipe fetches a texel of four cells as
-// one load, but loads a storage buffer cell by cell and checks each for its bounds. Texels are integers, so that the bits
-// of every float arrive. FOUR is the vec4 i of a map, ONE its cell i.
-#ifdef TEXELS
-#define MAP(number, block, name) layout(binding = number) uniform usamplerBuffer name
-#define FOUR(map, i) uintBitsToFloat(texelFetch(map, i))
-#define ONE(map, i) FOUR(map, (i) >> 2)[(i) & 3]
-#else
-#define MAP(number, block, name) layout(std430, binding = number) readonly restrict buffer block { vec4 name[]; }
-#define FOUR(map, i) map[i]
-#define ONE(map, i) map[(i) >> 2][(i) & 3]
-#endif
 // Each map has pitch/4 vec4s per bound row, a state STATE_PLANES times as many. The last cells of a row may be padding.
 MAP(PRESS_PRESSURE_FROM, PressureFrom, pressure_from);
 MAP(PRESS_PRESSURE_TO, PressureTo, pressure_to);

@@ -95,8 +95,8 @@ TEST_CASE("modules need no capability but Shader, and declare round-to-nearest-e
     constexpr uint32_t shader = 1, rounding_mode_rte = 4467, op_capability = 17, op_execution_mode = 16;
     constexpr uint32_t sampled_buffer = 46; // every device has it, but modules for hardware do without
     namespace vulkan = dermis::vulkan;
-    for (auto module : {vulkan::press_module, vulkan::press_texels_module, vulkan::fields_module, vulkan::reduce_module,
-                        vulkan::sites_module})
+    for (auto module : {vulkan::press_module, vulkan::fields_module, vulkan::reduce_module, vulkan::sites_module,
+                        vulkan::press_texels_module, vulkan::reduce_texels_module})
         for (bool rounds : {false, true}) {
             const vulkan::Module m = module(rounds);
             int declared = 0, modes = 0;

@@ -23,7 +23,7 @@ struct DeviceTable {
     VolkDeviceTable calls{};
     VkPhysicalDeviceLimits limits{};
     bool rounds = false; // kernels may declare round-to-nearest-even
-    bool texels = false; // the kernel `press` reads its maps as texel buffers
+    bool texels = false; // kernels read maps as texel buffers where they have a variant for that
     const VkAllocationCallbacks* allocator = nullptr;
     VkPipelineCache cache = VK_NULL_HANDLE;
 };

@@ -11,6 +11,8 @@
 #include "press_texels_spv.h"
 #include "reduce_rte_spv.h"
 #include "reduce_spv.h"
+#include "reduce_texels_rte_spv.h"
+#include "reduce_texels_spv.h"
 #include "sites_rte_spv.h"
 #include "sites_spv.h"
 
@@ -24,6 +26,9 @@ template <size_t n, size_t m> Module one_of(bool rounds, const uint32_t (&rte)[n
 } // namespace
 
 Module press_module(bool rounds) { return one_of(rounds, press_rte_spv, press_spv); }
+Module fields_module(bool rounds) { return one_of(rounds, fields_rte_spv, fields_spv); }
+Module reduce_module(bool rounds) { return one_of(rounds, reduce_rte_spv, reduce_spv); }
+Module sites_module(bool rounds) { return one_of(rounds, sites_rte_spv, sites_spv); }
 
 Module press_texels_module(bool rounds) {
     Module module = one_of(rounds, press_texels_rte_spv, press_texels_spv);
@@ -32,8 +37,10 @@ Module press_texels_module(bool rounds) {
     return module;
 }
 
-Module fields_module(bool rounds) { return one_of(rounds, fields_rte_spv, fields_spv); }
-Module reduce_module(bool rounds) { return one_of(rounds, reduce_rte_spv, reduce_spv); }
-Module sites_module(bool rounds) { return one_of(rounds, sites_rte_spv, sites_spv); }
+Module reduce_texels_module(bool rounds) {
+    Module module = one_of(rounds, reduce_texels_rte_spv, reduce_texels_spv);
+    module.texels = 1u << REDUCE_MAP;
+    return module;
+}
 
 } // namespace dermis::vulkan

@@ -15,9 +15,11 @@ struct Module {
 
 // rounds: the module declares round-to-nearest-even, which the device must offer (shaderRoundingModeRTEFloat32).
 Module press_module(bool rounds);
-Module press_texels_module(bool rounds); // reads its maps as texel buffers
 Module fields_module(bool rounds);
 Module reduce_module(bool rounds);
 Module sites_module(bool rounds);
+// The same kernels, which read their maps as texel buffers.
+Module press_texels_module(bool rounds);
+Module reduce_texels_module(bool rounds);
 
 } // namespace dermis::vulkan
