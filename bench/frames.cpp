@@ -2,6 +2,7 @@
 #include "bench/frames.hpp"
 
 #include "host/plan/laplacian.hpp"
+#include "host/vulkan/press_kernel.hpp"
 #include "host/vulkan/windows.hpp"
 
 #include "moves_spv.h"
@@ -100,7 +101,7 @@ VulkanFrames::VulkanFrames(const FrameScene& scene, std::shared_ptr<vulkan::Cont
     vulkan::Pipelines& pipelines = context_->pipelines();
     const vulkan::Module module = shader == Shader::cell    ? vulkan::Module{press_cell_spv, sizeof press_cell_spv}
                                   : shader == Shader::moves ? vulkan::Module{moves_spv, sizeof moves_spv}
-                                                            : vulkan::press_module(pipelines.device().rounds);
+                                                            : vulkan::press_module_for(pipelines.device());
     kernel_ = std::make_unique<vulkan::Kernel>(
         pipelines, module,
         vulkan::KernelOptions{.bindings = PRESS_BINDINGS,

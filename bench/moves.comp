@@ -1,7 +1,7 @@
 #version 450
 // SPDX-License-Identifier: MIT
 // The upper limit of kernels/press.comp on a device: it reads and writes the same 44 bytes of a cell, four cells at a time,
-// and computes nothing.
+// and computes nothing. It reads storage buffers on every device, also where `press` reads texels (kernels/maps.glsl).
 #extension GL_GOOGLE_include_directive : require
 #define real vec4
 #include "prelude.h"

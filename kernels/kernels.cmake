@@ -29,6 +29,11 @@ foreach(kernel press fields reduce sites)
     dermis_kernel(${PROJECT_SOURCE_DIR}/kernels/${kernel}.comp ${kernel}_rte rounds -DROUNDS)
     list(APPEND DERMIS_KERNELS ${plain} ${rounds})
 endforeach()
+foreach(kernel press reduce)
+    dermis_kernel(${PROJECT_SOURCE_DIR}/kernels/${kernel}.comp ${kernel}_texels plain -DTEXELS)
+    dermis_kernel(${PROJECT_SOURCE_DIR}/kernels/${kernel}.comp ${kernel}_texels_rte rounds -DTEXELS -DROUNDS)
+    list(APPEND DERMIS_KERNELS ${plain} ${rounds})
+endforeach()
 file(MAKE_DIRECTORY ${DERMIS_GENERATED})
 
 # Writes a text file as the C++ raw string `name` into generated/<name>.h.

@@ -12,14 +12,15 @@
 #include "responses.h"
 #include "curvature.h"
 #include "cells.glsl"
+#include "maps.glsl"
 
 layout(local_size_x = PRESS_X, local_size_y = PRESS_Y) in;
 layout(push_constant) uniform Push { Constants c; };
 // Each map has pitch/4 vec4s per bound row, a state STATE_PLANES times as many. The last cells of a row may be padding.
-layout(std430, binding = PRESS_PRESSURE_FROM) readonly buffer PressureFrom { vec4 pressure_from[]; };
-layout(std430, binding = PRESS_PRESSURE_TO) readonly buffer PressureTo { vec4 pressure_to[]; };
-layout(std430, binding = PRESS_REST_CURVATURE) readonly restrict buffer Rest { vec4 rest_curvature[]; };
-layout(std430, binding = PRESS_STATE_FROM) readonly buffer StateFrom { vec4 state_from[]; };
+MAP(PRESS_PRESSURE_FROM, PressureFrom, pressure_from);
+MAP(PRESS_PRESSURE_TO, PressureTo, pressure_to);
+MAP(PRESS_REST_CURVATURE, Rest, rest_curvature);
+MAP(PRESS_STATE_FROM, StateFrom, state_from);
 layout(std430, binding = PRESS_STATE_TO) writeonly restrict buffer StateTo { vec4 state_to[]; };
 layout(std430, binding = PRESS_RESPONSE(QUANTITY_SA1)) writeonly restrict buffer Sa1 { vec4 sa1[]; };
 layout(std430, binding = PRESS_RESPONSE(QUANTITY_SA2)) writeonly restrict buffer Sa2 { vec4 sa2[]; };
@@ -28,10 +29,7 @@ layout(std430, binding = PRESS_RESPONSE(QUANTITY_FA2)) writeonly restrict buffer
 layout(std430, binding = PRESS_COEFFICIENTS) readonly restrict buffer Table { Coefficients table[]; };
 layout(std430, binding = PRESS_MATERIAL) readonly buffer Material { ivec4 material[]; };
 layout(std430, binding = PRESS_INVALID) restrict buffer Invalid { uint invalid; }; // counts pressures that are not finite
-// The same maps as scalars.
-layout(std430, binding = PRESS_PRESSURE_FROM) readonly buffer PressureFromCells { float pressure_from_cells[]; };
-layout(std430, binding = PRESS_PRESSURE_TO) readonly buffer PressureToCells { float pressure_to_cells[]; };
-layout(std430, binding = PRESS_STATE_FROM) readonly buffer StateCells { float state_cells[]; };
+// The same material as scalars.
 layout(std430, binding = PRESS_MATERIAL) readonly buffer MaterialCells { int material_cells[]; };
 
 // The index of row y's first cell in a map; the vec4 index of cells x .. x + 3 of that row in a map and in a state; and
@@ -59,11 +57,12 @@ LaneCoefficients coefficients_at(int i) {
 }
 
 Load load_at(int i) {
-    return FRAMES != 0 ? load_between(valid(pressure_from[i]), valid(pressure_to[i]), c) : load_of(pressure_from[i], c);
+    vec4 p = FOUR(pressure_from, i);
+    return FRAMES != 0 ? load_between(valid(p), valid(FOUR(pressure_to, i)), c) : load_of(p, c);
 }
 
 Sum strain_from(int state) {
-    return sum_of(state_from[state], COMPENSATED != 0 ? state_from[state + NEXT_PLANE] : vec4(0.0));
+    return sum_of(FOUR(state_from, state), COMPENSATED != 0 ? FOUR(state_from, state + NEXT_PLANE) : vec4(0.0));
 }
 
 Sum integral_from(int state) {
@@ -85,15 +84,15 @@ vec4 strains_beside(int x, int y, int cells) {
     int far_low = far ? wrapped(x - 2, c.width, EDGES) : low;
     int far_high = far ? wrapped(x + cells + 1, c.width, EDGES) : high;
 #define BESIDE(map, at) \
-    (far ? vec4(map[(at) + low], map[(at) + high], map[(at) + far_low], map[(at) + far_high]) \
-         : vec2(map[(at) + low], map[(at) + high]).xyxy)
+    (far ? vec4(ONE(map, (at) + low), ONE(map, (at) + high), ONE(map, (at) + far_low), ONE(map, (at) + far_high)) \
+         : vec2(ONE(map, (at) + low), ONE(map, (at) + high)).xyxy)
     int start = row_start(y);
     int state = start * STATE_PLANES(COMPENSATED, RESPONSES);
-    Sum strain = sum_of(BESIDE(state_cells, state), vec4(0.0));
-    if (COMPENSATED != 0) strain.lost = BESIDE(state_cells, state + c.pitch);
-    vec4 p = BESIDE(pressure_from_cells, start);
+    Sum strain = sum_of(BESIDE(state_from, state), vec4(0.0));
+    if (COMPENSATED != 0) strain.lost = BESIDE(state_from, state + c.pitch);
+    vec4 p = BESIDE(pressure_from, start);
     Load load = load_of(p, c);
-    if (FRAMES != 0) load = load_between(valid(p), valid(BESIDE(pressure_to_cells, start)), c);
+    if (FRAMES != 0) load = load_between(valid(p), valid(BESIDE(pressure_to, start)), c);
     LaneCoefficients k = lanes_of(c.coefficients);
     if (MATERIALS != 0)
         k = coefficients_of(ivec4(material_cells[start + low], material_cells[start + high],
@@ -162,8 +161,8 @@ void main() {
     int i = in_map(start, x);
     int state = in_state(start, x);
 
-    vec4 pressure = FRAMES != 0 ? pressure_to[i] : vec4(0.0);
-    Load load = FRAMES != 0 ? load_between(valid(pressure_from[i]), valid(pressure), c) : load_at(i);
+    vec4 pressure = FRAMES != 0 ? FOUR(pressure_to, i) : vec4(0.0);
+    Load load = FRAMES != 0 ? load_between(valid(FOUR(pressure_from, i)), valid(pressure), c) : load_at(i);
     LaneCoefficients k = coefficients_at(i);
     CellState before;
     before.strain = strain_from(state);
@@ -176,7 +175,7 @@ void main() {
     if (c.respond == 0 || RESPONSES == 0) return;
 
     vec4 L = add(laplacian_along_x(x, y, after.strain.value), laplacian_along_y(x, y, after.strain.value));
-    vec4 C = curvature_of(rest_curvature[i], L, c.bend);
+    vec4 C = curvature_of(FOUR(rest_curvature, i), L, c.bend);
 #define RESPONSE(quantity) answer(quantity, signal(quantity, before, after, load, k), C, c)
     if (asked(QUANTITY_SA1)) sa1[i] = RESPONSE(QUANTITY_SA1);
     if (asked(QUANTITY_SA2)) sa2[i] = RESPONSE(QUANTITY_SA2);

@@ -8,10 +8,11 @@
 #include "prelude.h"
 #include "layout.h"
 #include "reduce.h"
+#include "maps.glsl"
 
 layout(local_size_x = REDUCE_ROWS) in;
 layout(push_constant) uniform Push { ReduceConstants c; };
-layout(std430, binding = REDUCE_MAP) readonly restrict buffer Map { vec4 map[]; }; // stride/4 vec4s per bound row
+MAP(REDUCE_MAP, Map, map); // stride/4 vec4s per bound row
 layout(std430, binding = REDUCE_PROBES) readonly restrict buffer Probes { int probes[]; }; // cells, y*pitch + x
 struct TileSummary {
     float sum, low, high;
@@ -21,7 +22,7 @@ layout(std430, binding = REDUCE_SUMMARIES) writeonly restrict buffer Summaries {
 // Cells x .. x + 3 of the row that begins at the vec4 `start`. Those beyond its end add 0 to the sum, and have the value
 // `first` for minimum and maximum.
 Summary cells(int x, int start, float first) {
-    vec4 v = map[start + min(x, c.pitch - 4) / 4];
+    vec4 v = FOUR(map, start + min(x, c.pitch - 4) / 4);
     bvec4 outside = greaterThanEqual(ivec4(x, x + 1, x + 2, x + 3), ivec4(c.width));
     Summary s = summary_of(mix(v, vec4(first), outside));
     s.sum = mix(v, vec4(0.0), outside);
@@ -57,7 +58,7 @@ void main() {
         i += y * c.tiles + tile;
         int x = tile * TILE_CELLS;
         int start = (y - c.base_row) * (c.stride / 4);
-        float first = map[start + x / 4].x;
+        float first = FOUR(map, start + x / 4).x;
         s = folded(folded(join(eighths(x, start, first), eighths(x + 4, start, first)), 2), 1);
     } else {
         i += c.height * c.tiles + (y - c.rows);
@@ -65,7 +66,7 @@ void main() {
         int row = cell / c.pitch;
         if (row < c.first_row || row >= c.first_row + c.rows) return; // in another row window, or 0 for ever
         int at = (row - c.base_row) * c.stride + cell % c.pitch;
-        s = summary_of(vec4(map[at / 4][at % 4]));
+        s = summary_of(vec4(ONE(map, at)));
     }
     summaries[i].sum = s.sum.x;
     summaries[i].low = s.low.x;

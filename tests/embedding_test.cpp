@@ -281,6 +281,35 @@ TEST_CASE("requirements are data: merged before a device is made, one limit beyo
     CHECK(self_test(*least.impl().backend).exact());
 }
 
+TEST_CASE("a software driver reads maps as texel buffers, unless its limits for them are less: the same bits") {
+    const auto reads_texels = [](Context& context) {
+        const SkinProgram program(context.handles(), ridged(64, 40), 1);
+        const vulkan::MemoryNeeds& m = program.memory();
+        CHECK(!(m.response.usage & VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT));
+        const bool reads = m.state.usage & VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT;
+        for (const Memory* read : {&m.constants, &m.pressure, &m.check})
+            CHECK(bool(read->usage & VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT) == reads);
+        return reads;
+    };
+    const Device device = open_device("0", shimmed());
+    Context& context = *vulkan::context_of(*device.impl().backend);
+    CHECK(reads_texels(context) == (context.physical().info.kind == "software"));
+    const Device least = open_device("0", [] {
+        const vulkan::Loader loader = shimmed();
+        shim.least = true;
+        return loader;
+    }());
+    Context& storage = *vulkan::context_of(*least.impl().backend);
+    CHECK(!reads_texels(storage));
+    for (auto [stencil, edges] : {std::pair{Stencil::five_point, Edges::mirror},
+                                  {Stencil::fourth_order, Edges::periodic},
+                                  {Stencil::published, Edges::published}}) {
+        const SkinDescription d = ridged(70, 30, stencil, edges);
+        check_presses(storage, d);
+        check_presses(storage, with_materials(d));
+    }
+}
+
 TEST_CASE("what a host gets wrong is named at set-up") {
     const Validated vulkan(shimmed());
     Context& context = *vulkan::context_of(*vulkan.device().impl().backend);

@@ -45,7 +45,8 @@ typename K::real press_one(typename K::real p, typename K::real eps, typename K:
     const typename K::LaneCoefficients lanes = K::lanes_of(k);
     const typename K::Load held = K::load_of(p, c), load = K::load_between(held.s0, held.ds, c);
     const typename K::CellState before{K::sum_of(eps, rest), K::sum_of(I, rest)};
-    const typename K::CellState plain = K::advanced(before, load, lanes, 0), after = K::advanced(before, load, lanes, 1);
+    const typename K::CellState plain = K::advanced(before, load, lanes, 0),
+                                after = K::advanced(before, load, lanes, 1);
     const real C = K::curvature_of(
         rest, K::difference(I, eps, after.strain.value, plain.strain.value, p, K::axis(1, 3, 1, 0), 1), r(0.5));
     typename K::Summary all = K::summary_of(plain.strain.value + after.integral.value);
@@ -92,14 +93,17 @@ TEST_CASE("what is below 2^-64 is stored as +0, what is not is kept") {
 
 TEST_CASE("modules need no capability but Shader, and declare round-to-nearest-even where a device offers it") {
     constexpr uint32_t shader = 1, rounding_mode_rte = 4467, op_capability = 17, op_execution_mode = 16;
+    constexpr uint32_t sampled_buffer = 46; // every device has it, but modules for hardware do without
     namespace vulkan = dermis::vulkan;
-    for (auto module : {vulkan::press_module, vulkan::fields_module, vulkan::reduce_module, vulkan::sites_module})
+    for (auto module : {vulkan::press_module, vulkan::fields_module, vulkan::reduce_module, vulkan::sites_module,
+                        vulkan::press_texels_module, vulkan::reduce_texels_module})
         for (bool rounds : {false, true}) {
             const vulkan::Module m = module(rounds);
             int declared = 0, modes = 0;
             for (size_t i = 5; i < m.bytes / 4; i += m.code[i] >> 16) {
                 if ((m.code[i] & 0xffff) == op_capability) {
-                    CHECK((m.code[i + 1] == shader || (rounds && m.code[i + 1] == rounding_mode_rte)));
+                    CHECK((m.code[i + 1] == shader || (rounds && m.code[i + 1] == rounding_mode_rte) ||
+                           (m.texels != 0 && m.code[i + 1] == sampled_buffer)));
                     declared += m.code[i + 1] == rounding_mode_rte;
                 }
                 modes += (m.code[i] & 0xffff) == op_execution_mode && m.code[i + 2] == 4462;

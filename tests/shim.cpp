@@ -31,6 +31,7 @@ VKAPI_ATTR void VKAPI_CALL properties(VkPhysicalDevice p, VkPhysicalDeviceProper
         out->limits.maxComputeWorkGroupInvocations = 128;
         out->limits.maxComputeSharedMemorySize = 16384;
         out->limits.minStorageBufferOffsetAlignment = 256;
+        out->limits.maxTexelBufferElements = 65536;
         for (uint32_t& count : out->limits.maxComputeWorkGroupCount) count = 65535;
         for (uint32_t& size : out->limits.maxComputeWorkGroupSize) size = 64;
     }

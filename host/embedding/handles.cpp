@@ -71,11 +71,13 @@ void check_calls(const VolkDeviceTable& vk) {
                                       NAMED(vkCmdPushConstants),
                                       NAMED(vkCmdUpdateBuffer),
                                       NAMED(vkCmdWriteTimestamp),
+                                      NAMED(vkCreateBufferView),
                                       NAMED(vkCreateComputePipelines),
                                       NAMED(vkCreateDescriptorPool),
                                       NAMED(vkCreateDescriptorSetLayout),
                                       NAMED(vkCreatePipelineLayout),
                                       NAMED(vkCreateShaderModule),
+                                      NAMED(vkDestroyBufferView),
                                       NAMED(vkDestroyDescriptorPool),
                                       NAMED(vkDestroyDescriptorSetLayout),
                                       NAMED(vkDestroyPipeline),
@@ -107,6 +109,7 @@ DeviceTable checked(const Handles& h) {
         extensions.push_back(VK_KHR_SHADER_FLOAT_CONTROLS_EXTENSION_NAME);
     table.rounds = rounds_to_even(function<PFN_vkGetPhysicalDeviceProperties2>(h, "vkGetPhysicalDeviceProperties2"),
                                   h.physical, extensions);
+    table.texels = reads_texels(properties);
     function<PFN_vkGetDeviceProcAddr>(h, "vkGetDeviceProcAddr");
     load_calls(h.get_instance_proc_addr, h.instance, table);
     check_calls(table.calls);

@@ -17,6 +17,7 @@ Buffer::Buffer(Context& context, VkDeviceSize bytes, Location location) : contex
     info.size = bytes;
     info.usage =
         VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
+    if (context.pipelines().device().texels) info.usage |= VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT;
     check(vk.vkCreateBuffer(context.device(), &info, nullptr, &handle_), "vkCreateBuffer");
     try {
         VkMemoryRequirements needs{};

@@ -218,6 +218,7 @@ void Instance::open(const PhysicalDevice& p, DeviceTable& table) const {
     load_calls(get_, handle_, table);
     table.limits = p.properties.limits;
     table.rounds = p.rounds;
+    table.texels = reads_texels(p.properties);
 }
 
 } // namespace dermis::vulkan

@@ -3,7 +3,16 @@
 
 #include "dermis/dermis.hpp"
 
+#include <bit>
+
 namespace dermis::vulkan {
+namespace {
+
+VkDescriptorType type_of(uint32_t texels, uint32_t binding) {
+    return texels >> binding & 1 ? VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER : VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
+}
+
+} // namespace
 
 std::string failure(VkResult result, const char* call) {
     const char* name = "";
@@ -43,7 +52,7 @@ const Pipeline& Pipelines::get(const Module& source, uint32_t bindings, uint32_t
     try {
         std::vector<VkDescriptorSetLayoutBinding> slots(bindings);
         for (uint32_t i = 0; i < bindings; ++i)
-            slots[i] = {i, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, 1, VK_SHADER_STAGE_COMPUTE_BIT, nullptr};
+            slots[i] = {i, type_of(source.texels, i), 1, VK_SHADER_STAGE_COMPUTE_BIT, nullptr};
         VkDescriptorSetLayoutCreateInfo set_info{VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO};
         set_info.bindingCount = bindings;
         set_info.pBindings = slots.data();
@@ -88,25 +97,51 @@ const Pipeline& Pipelines::get(const Module& source, uint32_t bindings, uint32_t
 }
 
 Kernel::Kernel(Pipelines& pipelines, const Module& module, const KernelOptions& options)
-    : pipelines_(pipelines), constants_bytes_(options.constants_bytes),
+    : pipelines_(pipelines), constants_bytes_(options.constants_bytes), texels_(module.texels),
       pipeline_(pipelines.get(module, options.bindings, options.constants_bytes, options.specialization)) {
     const DeviceTable& table = pipelines.device();
-    const VkDescriptorPoolSize size{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, options.bindings * options.max_sets};
+    const uint32_t texels = uint32_t(std::popcount(texels_));
+    const VkDescriptorPoolSize sizes[] = {
+        {VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, (options.bindings - texels) * options.max_sets},
+        {VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER, texels * options.max_sets}};
     VkDescriptorPoolCreateInfo info{VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO};
     info.maxSets = options.max_sets;
-    info.poolSizeCount = 1;
-    info.pPoolSizes = &size;
+    info.poolSizeCount = texels > 0 ? 2 : 1;
+    info.pPoolSizes = sizes;
     check(table.calls.vkCreateDescriptorPool(table.device, &info, table.allocator, &pool_), "vkCreateDescriptorPool");
 }
 
 Kernel::~Kernel() {
     const DeviceTable& table = pipelines_.device();
-    if (!pipelines_.abandoned()) table.calls.vkDestroyDescriptorPool(table.device, pool_, table.allocator);
+    if (pipelines_.abandoned()) return;
+    table.calls.vkDestroyDescriptorPool(table.device, pool_, table.allocator);
+    for (std::vector<VkBufferView>& views : views_) destroy_views(views);
+}
+
+VkBufferView Kernel::view_of(const BufferRange& range) const {
+    const DeviceTable& table = pipelines_.device();
+    VkBufferViewCreateInfo info{VK_STRUCTURE_TYPE_BUFFER_VIEW_CREATE_INFO};
+    info.buffer = range.buffer;
+    info.format = VK_FORMAT_R32G32B32A32_UINT;
+    info.offset = range.offset;
+    info.range = range.bytes;
+    VkBufferView view = VK_NULL_HANDLE;
+    check(table.calls.vkCreateBufferView(table.device, &info, table.allocator, &view), "vkCreateBufferView");
+    return view;
+}
+
+void Kernel::destroy_views(std::vector<VkBufferView>& views) const {
+    const DeviceTable& table = pipelines_.device();
+    for (VkBufferView view : views) table.calls.vkDestroyBufferView(table.device, view, table.allocator);
+    views.clear();
 }
 
 void Kernel::bind(size_t number, const std::vector<BoundRange>& bound) {
     const DeviceTable& table = pipelines_.device();
-    if (sets_.size() <= number) sets_.resize(number + 1, VK_NULL_HANDLE);
+    if (sets_.size() <= number) {
+        views_.resize(number + 1);
+        sets_.resize(number + 1, VK_NULL_HANDLE);
+    }
     VkDescriptorSet& set = sets_[number];
     VkDescriptorSetAllocateInfo allocation{VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO};
     allocation.descriptorPool = pool_;
@@ -115,14 +150,20 @@ void Kernel::bind(size_t number, const std::vector<BoundRange>& bound) {
     if (!set) check(table.calls.vkAllocateDescriptorSets(table.device, &allocation, &set), "vkAllocateDescriptorSets");
     std::vector<VkDescriptorBufferInfo> ranges;
     for (const BoundRange& b : bound) ranges.push_back({b.range.buffer, b.range.offset, b.range.bytes});
+    std::vector<VkBufferView>& views = views_[number];
+    destroy_views(views);
+    views.reserve(bound.size()); // the descriptors point into it
     VkWriteDescriptorSet write{VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET};
     std::vector<VkWriteDescriptorSet> writes(bound.size(), write);
     for (uint32_t i = 0; i < writes.size(); ++i) {
         writes[i].dstSet = set;
         writes[i].dstBinding = bound[i].binding;
         writes[i].descriptorCount = 1;
-        writes[i].descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
+        writes[i].descriptorType = type_of(texels_, bound[i].binding);
         writes[i].pBufferInfo = &ranges[i];
+        if (writes[i].descriptorType == VK_DESCRIPTOR_TYPE_STORAGE_BUFFER) continue;
+        views.push_back(view_of(bound[i].range));
+        writes[i].pTexelBufferView = &views.back();
     }
     table.calls.vkUpdateDescriptorSets(table.device, uint32_t(writes.size()), writes.data(), 0, nullptr);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Compute pipelines over storage buffers, on the library's own device or an embedding host's.
+// Compute pipelines over buffers, on the library's own device or an embedding host's.
 #pragma once
 
 #include "host/vulkan/modules.hpp"
@@ -23,6 +23,7 @@ struct DeviceTable {
     VolkDeviceTable calls{};
     VkPhysicalDeviceLimits limits{};
     bool rounds = false; // kernels may declare round-to-nearest-even
+    bool texels = false; // kernels read maps as texel buffers where they have a variant for that
     const VkAllocationCallbacks* allocator = nullptr;
     VkPipelineCache cache = VK_NULL_HANDLE;
 };
@@ -68,13 +69,13 @@ struct BoundRange {
 };
 
 struct KernelOptions {
-    uint32_t bindings;                    // storage buffers 0 .. bindings - 1
+    uint32_t bindings;                    // buffers 0 .. bindings - 1
     uint32_t constants_bytes;             // of the push constants
     std::vector<uint32_t> specialization; // constant 0, 1 ..
     uint32_t max_sets;                    // descriptor sets
 };
 
-// A pipeline over storage buffers with its push constants and descriptor sets.
+// A pipeline over buffers with its push constants and descriptor sets.
 class Kernel {
   public:
     Kernel(Pipelines&, const Module&, const KernelOptions&);
@@ -88,11 +89,16 @@ class Kernel {
     void record(VkCommandBuffer, size_t set, const void* constants, uint32_t x, uint32_t y) const noexcept;
 
   private:
+    VkBufferView view_of(const BufferRange&) const;
+    void destroy_views(std::vector<VkBufferView>&) const;
+
     Pipelines& pipelines_;
     uint32_t constants_bytes_;
+    uint32_t texels_; // see Module
     Pipeline pipeline_;
     VkDescriptorPool pool_ = VK_NULL_HANDLE;
     std::vector<VkDescriptorSet> sets_;
+    std::vector<std::vector<VkBufferView>> views_; // of each set, for its texel buffers
 };
 
 } // namespace dermis::vulkan

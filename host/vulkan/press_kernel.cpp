@@ -5,6 +5,10 @@ namespace dermis::vulkan {
 
 static_assert(sizeof(f32::Constants) <= 128, "push constants: every device has 128 bytes");
 
+Module press_module_for(const DeviceTable& device) {
+    return device.texels ? press_texels_module(device.rounds) : press_module(device.rounds);
+}
+
 PressKernel::PressKernel(Pipelines& pipelines, const plan::PreparedSkin& skin, const plan::Variant& variant,
                          const plan::PressedBox& pressed, uint32_t max_bindings)
     : variant_(variant), pressed_(pressed), pitch_(skin.pitch),
@@ -12,7 +16,7 @@ PressKernel::PressKernel(Pipelines& pipelines, const plan::PreparedSkin& skin, c
                                   .last = pressed.last_row,
                                   .planes = state_planes(variant),
                                   .max_bytes = pipelines.device().limits.maxStorageBufferRange})),
-      kernel_(pipelines, press_module(pipelines.device().rounds),
+      kernel_(pipelines, press_module_for(pipelines.device()),
               {.bindings = PRESS_BINDINGS,
                .constants_bytes = sizeof(f32::Constants),
                .specialization = specialization(variant),
@@ -27,7 +31,7 @@ void PressKernel::bind(size_t binding, const Maps& m) {
         };
         std::vector<BoundRange> bound = {
             {PRESS_PRESSURE_FROM, map(m.pressure_from)},
-            {PRESS_PRESSURE_TO, map(m.pressure_to, variant_.framed)},
+            {PRESS_PRESSURE_TO, map(variant_.framed ? m.pressure_to : m.pressure_from)},
             {PRESS_REST_CURVATURE, map(m.rest_curvature)},
             {PRESS_STATE_FROM, window.of(m.state_from, pitch_, planes)},
             {PRESS_STATE_TO, window.of(m.state_to, pitch_, planes)},

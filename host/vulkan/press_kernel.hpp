@@ -6,6 +6,9 @@
 
 namespace dermis::vulkan {
 
+// The kernel `press` as this device runs it.
+Module press_module_for(const DeviceTable&);
+
 class PressKernel {
   public:
     struct Maps {

@@ -44,6 +44,9 @@ void Recorder::fill_needs() {
         m->alignment = std::max<VkDeviceSize>(device_.limits.minStorageBufferOffsetAlignment, sizeof(float));
         m->usage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT;
     }
+    if (fields_ && device_.texels)
+        for (Memory* m : {&needs_.constants, &needs_.state, &needs_.pressure})
+            m->usage |= VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT;
     if (writes_constants()) needs_.constants.usage |= VK_BUFFER_USAGE_TRANSFER_DST_BIT;
 }
 

@@ -39,4 +39,12 @@ bool rounds_to_even(PFN_vkGetPhysicalDeviceProperties2 get, VkPhysicalDevice dev
     return floats.shaderRoundingModeRTEFloat32;
 }
 
+bool reads_texels(const VkPhysicalDeviceProperties& device) {
+    constexpr VkDeviceSize texel = 4 * sizeof(float);
+    const VkPhysicalDeviceLimits& limits = device.limits;
+    return device.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU &&
+           limits.maxTexelBufferElements >= limits.maxStorageBufferRange / texel &&
+           limits.minTexelBufferOffsetAlignment <= limits.minStorageBufferOffsetAlignment;
+}
+
 } // namespace dermis::vulkan

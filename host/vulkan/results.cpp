@@ -34,19 +34,21 @@ void Results::allocate(Context& context, const plan::Variant& variant, const Mar
         static_cast<int*>(probe_cells_->data())[i] = p.y * skin_.pitch + p.x;
     }
     Pipelines& pipelines = context.pipelines();
-    reduce_ = std::make_unique<Kernel>(pipelines, reduce_module(pipelines.device().rounds),
-                                       KernelOptions{.bindings = REDUCE_BINDINGS,
-                                                     .constants_bytes = sizeof(f32::ReduceConstants),
-                                                     .specialization = {},
-                                                     .max_sets = maps * uint32_t(windows.size())});
+    const DeviceTable& device = pipelines.device();
+    reduce_ = std::make_unique<Kernel>(
+        pipelines, device.texels ? reduce_texels_module(device.rounds) : reduce_module(device.rounds),
+        KernelOptions{.bindings = REDUCE_BINDINGS,
+                      .constants_bytes = sizeof(f32::ReduceConstants),
+                      .specialization = {},
+                      .max_sets = maps * uint32_t(windows.size())});
     size_t set = 0;
     for (int map = state0; map < maps; ++map)
         for (const RowWindow& window : windows) {
-            const bool state = map <= state1;
-            const BufferRange range = memory.range(state ? Name::state0 + (map - state0)
-                                                         : MarchMemory::response(map - responses + QUANTITY_SA1));
-            const bool wanted = state || variant.wanted[size_t(map - responses + QUANTITY_SA1)];
-            reduce_->bind(set++, {{REDUCE_MAP, wanted ? window.of(range, skin_.pitch, state ? planes_ : 1) : range},
+            // A response that is not asked for is never reduced: a state is bound in its place.
+            const bool response = map >= responses && variant.wanted[size_t(map - responses + QUANTITY_SA1)];
+            const BufferRange range = memory.range(response ? MarchMemory::response(map - responses + QUANTITY_SA1)
+                                                            : Name::state0 + (map == state1));
+            reduce_->bind(set++, {{REDUCE_MAP, window.of(range, skin_.pitch, response ? 1 : planes_)},
                                   {REDUCE_PROBES, probe_cells_->all()},
                                   {REDUCE_SUMMARIES, summaries_->all()}});
         }
