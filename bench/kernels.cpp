@@ -2,6 +2,7 @@
 // Workloads W1, W1s and W2: kernels against the memory's bandwidth.
 #include "bench/bench.hpp"
 #include "bench/frames.hpp"
+#include "bench/native.hpp"
 #include "host/cpu/stream.hpp"
 #include "host/embedding/backend.hpp"
 #include "host/reduced/moments.hpp"
@@ -26,6 +27,8 @@ constexpr double cells_of_round = 1e7; // cells and steps, at least one frame
 // The responses after some frames.
 using Responses = std::array<std::vector<float>, RESPONSE_MAPS>;
 
+constexpr int checked_frames = 6;
+
 Responses after_frames(const FrameScene& scene, int threads, const simd::Isa& isa) {
     cpu::FramePress frames(scene.streamed, threads, isa);
     Responses r;
@@ -34,7 +37,7 @@ Responses after_frames(const FrameScene& scene, int threads, const simd::Isa& is
         r[i].resize(scene.cells());
         to[i] = r[i].data();
     }
-    for (size_t i = 0; i < 6; ++i)
+    for (size_t i = 0; i < checked_frames; ++i)
         frames.press(scene.dt, scene.frames[i % 4].data(), scene.frames[(i + 1) % 4].data(), to);
     return r;
 }
@@ -61,6 +64,8 @@ class StreamedFrames {
   private:
     void add_cpu(const simd::Isa&, int threads, bool all_responses);
     void add_moves(int threads);
+    void add_native(int threads);
+    void check_peer(Measurement&, const std::array<const float*, 4>& responses) const;
     void add_vulkan(VulkanFrames::Shader);
     void measure_recording();
     void set_device_time(Series&) const;
@@ -74,6 +79,7 @@ class StreamedFrames {
     std::vector<Floats> out_;          // the responses of the CPU's series
     std::vector<std::unique_ptr<cpu::FramePress>> streams_;
     std::vector<std::unique_ptr<CpuMoves>> moves_;
+    std::vector<std::unique_ptr<NativeFrames>> natives_;
     std::vector<std::unique_ptr<VulkanFrames>> devices_;
     std::deque<Series> series_; // their work refers to them, so that they must not move
 };
@@ -90,6 +96,7 @@ StreamedFrames::StreamedFrames(Bench& bench, int n)
             if (isa == &simd::best()) add_cpu(*isa, t, false);
         }
     for (int t : threads) add_moves(t);
+    for (int t : threads) add_native(t);
     if (!bench.vulkan) return;
     for (auto shader : {VulkanFrames::Shader::press, VulkanFrames::Shader::cell, VulkanFrames::Shader::moves})
         add_vulkan(shader);
@@ -130,6 +137,33 @@ void StreamedFrames::add_moves(int threads) {
     s.work = [this, &moves] { return seconds_of([&] { moves.press(frames_); }); };
 }
 
+// A peer is right where it and the library are both as near to the same model in double.
+void StreamedFrames::check_peer(Measurement& row, const std::array<const float*, 4>& responses) const {
+    const std::array<const float*, 4> library = {expected_[0].data(), expected_[1].data(), expected_[2].data(),
+                                                 expected_[3].data()};
+    const std::array<double, 4> errors = errors_of_frames(scene_, checked_frames, responses),
+                                errors_of_library = errors_of_frames(scene_, checked_frames, library);
+    for (size_t q = 0; q < 4; ++q) {
+        row.errors[q + 1] = errors[q];
+        if (!(errors[q] <= peer_error && errors_of_library[q] <= peer_error)) row.status = "wrong";
+    }
+}
+
+void StreamedFrames::add_native(int threads) {
+    Series& s = series_.emplace_back();
+    s.row = bench_.cpu("W1", n_, threads);
+    s.row.backend = s.row.driver = "native";
+    s.row.model = "march";
+    s.row.precision = "f32";
+    s.row.bytes_per_cell = frame_bytes;
+    s.row.exact = false;
+    NativeFrames& native = *natives_.emplace_back(std::make_unique<NativeFrames>(scene_, threads));
+    native.press(checked_frames);
+    check_peer(s.row, native.responses());
+    native.press(2); // a multiple of the ring in all, as on a device
+    s.work = [this, &native] { return seconds_of([&] { native.press(frames_); }); };
+}
+
 void StreamedFrames::add_vulkan(VulkanFrames::Shader shader) {
     const bool moves = shader == VulkanFrames::Shader::moves; // the memory alone: no kernel is faster
     Series& s = series_.emplace_back();
@@ -140,7 +174,7 @@ void StreamedFrames::add_vulkan(VulkanFrames::Shader shader) {
     s.row.flops_per_cell = moves ? 0 : frame_flops;
     VulkanFrames& device = *devices_.emplace_back(
         std::make_unique<VulkanFrames>(scene_, vulkan::context_of(*bench_.vulkan->impl().backend), shader));
-    device.press(6);
+    device.press(checked_frames);
     Responses made;
     for (size_t i = 0; i < made.size(); ++i) made[i] = device.response(int(i));
     s.row.exact = moves || same(expected_, made);
