@@ -64,6 +64,10 @@ Measurement Bench::on_vulkan(const std::string& workload, long long n) const {
 
 void Bench::add(const Measurement& r) {
     rows.push_back(r);
+    if (r.status == not_installed) {
+        fmt::print("{:12} {:18} not installed\n", r.workload, r.backend);
+        return;
+    }
     const double cells = double(r.width * r.height * std::max(r.steps, 1LL));
     fmt::print(
         "{:12} {:18} {}T {:>6} {:8} {:16} {:14} {:10.4g} s  {:8.4g} ns per cell and step{}{}\n", r.workload, r.backend,

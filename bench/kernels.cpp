@@ -3,6 +3,7 @@
 #include "bench/bench.hpp"
 #include "bench/frames.hpp"
 #include "bench/native.hpp"
+#include "bench/opencl.hpp"
 #include "host/cpu/stream.hpp"
 #include "host/embedding/backend.hpp"
 #include "host/reduced/moments.hpp"
@@ -64,7 +65,9 @@ class StreamedFrames {
   private:
     void add_cpu(const simd::Isa&, int threads, bool all_responses);
     void add_moves(int threads);
+    Series& add_peer(const std::string& name, int threads);
     void add_native(int threads);
+    void add_pocl();
     void check_peer(Measurement&, const std::array<const float*, 4>& responses) const;
     void add_vulkan(VulkanFrames::Shader);
     void measure_recording();
@@ -80,6 +83,7 @@ class StreamedFrames {
     std::vector<std::unique_ptr<cpu::FramePress>> streams_;
     std::vector<std::unique_ptr<CpuMoves>> moves_;
     std::vector<std::unique_ptr<NativeFrames>> natives_;
+    std::unique_ptr<OpenclFrames> pocl_;
     std::vector<std::unique_ptr<VulkanFrames>> devices_;
     std::deque<Series> series_; // their work refers to them, so that they must not move
 };
@@ -97,6 +101,7 @@ StreamedFrames::StreamedFrames(Bench& bench, int n)
         }
     for (int t : threads) add_moves(t);
     for (int t : threads) add_native(t);
+    add_pocl();
     if (!bench.vulkan) return;
     for (auto shader : {VulkanFrames::Shader::press, VulkanFrames::Shader::cell, VulkanFrames::Shader::moves})
         add_vulkan(shader);
@@ -149,19 +154,39 @@ void StreamedFrames::check_peer(Measurement& row, const std::array<const float*,
     }
 }
 
-void StreamedFrames::add_native(int threads) {
+Series& StreamedFrames::add_peer(const std::string& name, int threads) {
     Series& s = series_.emplace_back();
     s.row = bench_.cpu("W1", n_, threads);
-    s.row.backend = s.row.driver = "native";
+    s.row.backend = s.row.driver = name;
     s.row.model = "march";
     s.row.precision = "f32";
     s.row.bytes_per_cell = frame_bytes;
     s.row.exact = false;
+    return s;
+}
+
+void StreamedFrames::add_native(int threads) {
+    Series& s = add_peer("native", threads);
     NativeFrames& native = *natives_.emplace_back(std::make_unique<NativeFrames>(scene_, threads));
     native.press(checked_frames);
     check_peer(s.row, native.responses());
     native.press(2); // a multiple of the ring in all, as on a device
     s.work = [this, &native] { return seconds_of([&] { native.press(frames_); }); };
+}
+
+// Its threads are as many as the machine's cores.
+void StreamedFrames::add_pocl() {
+    Series& s = add_peer("pocl", bench_.cores);
+    pocl_ = OpenclFrames::make(scene_);
+    if (!pocl_) {
+        s.row.status = not_installed;
+        return;
+    }
+    s.row.driver_version = pocl_->driver_version();
+    pocl_->press(checked_frames);
+    check_peer(s.row, pocl_->responses());
+    pocl_->press(2);
+    s.work = [this] { return seconds_of([&] { pocl_->press(frames_); }); };
 }
 
 void StreamedFrames::add_vulkan(VulkanFrames::Shader shader) {
@@ -195,7 +220,7 @@ void StreamedFrames::set_device_time(Series& s) const {
 void StreamedFrames::set_limit(Series& s) const {
     const char* moves = s.gpu_seconds.empty() ? "cpu-moves" : "vulkan-moves";
     for (const Series& m : series_) {
-        if (m.row.backend != moves || m.row.threads != s.row.threads || &m == &s) continue;
+        if (m.row.backend != moves || m.row.threads != s.row.threads || &m == &s || !s.work) continue;
         s.row.against("moves", m.row.bytes() / m.row.wall.median / 1e9);
         if (s.row.threads <= 1) s.row.relative_to("moves", m.row.wall, m.row.bytes());
     }
@@ -203,11 +228,12 @@ void StreamedFrames::set_limit(Series& s) const {
 
 void StreamedFrames::measure() {
     std::vector<std::function<double()>> work;
-    for (const Series& s : series_) work.push_back(s.work);
+    for (const Series& s : series_)
+        if (s.work) work.push_back(s.work);
     const std::vector<Timing> timings = bench_.paired(work, rounds);
     auto timing = timings.begin();
     for (Series& s : series_) {
-        s.row.wall = *timing++;
+        if (s.work) s.row.wall = *timing++;
         const bool on_device = !s.gpu_seconds.empty();
         s.row.steps = on_device ? device_frames_ : frames_;
         if (on_device) set_device_time(s);
