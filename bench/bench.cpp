@@ -139,10 +139,9 @@ struct Workload {
 };
 // These start processes, so that they run before any device is opened.
 constexpr Workload processes_first[] = {{"growth", growth}};
-constexpr Workload workloads[] = {{"limits", limits},       {"W1", streamed_frames},
-                                  {"W2", constant_map},     {"W3", study},
-                                  {"W4", population},       {"W4-frames", streamed_population},
-                                  {"materials", materials}, {"accuracy", accuracy}};
+constexpr Workload workloads[] = {{"limits", limits}, {"W1", streamed_frames},  {"W2", constant_map},
+                                  {"W3", study},      {"W4", population},       {"W4-frames", streamed_population},
+                                  {"march", marches}, {"materials", materials}, {"accuracy", accuracy}};
 
 std::vector<std::string> names_of_workloads() {
     std::vector<std::string> names = {"first-frame"};

@@ -33,6 +33,7 @@ void constant_map(Bench&);        // W2
 void study(Bench&);               // W3
 void population(Bench&);          // W4
 void streamed_population(Bench&); // W4 frame by frame
+void marches(Bench&);             // traces by materials and precision
 void materials(Bench&);           // a hundred materials on one map
 void accuracy(Bench&);            // error against time
 // The following fork processes, so they run before any device is opened.

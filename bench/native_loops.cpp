@@ -9,6 +9,7 @@ namespace bench::native {
 namespace {
 
 typedef float Vector __attribute__((vector_size(4 * lanes)));
+typedef double Doubles __attribute__((vector_size(8 * lanes)));
 typedef int Indices __attribute__((vector_size(4 * lanes)));
 // The same in memory.
 typedef Vector Stored __attribute__((may_alias));
@@ -187,16 +188,21 @@ template <bool uniform> struct StepOfCells {
 };
 
 struct LaneStatistics {
-    Vector sum{}, least = all(__FLT_MAX__), greatest = all(-__FLT_MAX__);
+    Doubles sum{};
+    Vector sum_of_row{}, least = all(__FLT_MAX__), greatest = all(-__FLT_MAX__);
 
     void take(Vector x) {
-        sum += x;
+        sum_of_row += x;
         least = x < least ? x : least;
         greatest = x > greatest ? x : greatest;
     }
+    void end_row() {
+        sum += __builtin_convertvector(sum_of_row, Doubles);
+        sum_of_row = Vector{};
+    }
     void add_to(Statistics& s, size_t quantity) const {
         for (size_t k = 0; k < lanes; ++k) {
-            s.sum[quantity] += double(sum[k]);
+            s.sum[quantity] += sum[k];
             if (least[k] < s.least[quantity]) s.least[quantity] = least[k];
             if (greatest[k] > s.greatest[quantity]) s.greatest[quantity] = greatest[k];
         }
@@ -264,7 +270,10 @@ template <bool uniform> class TileStep {
                 store(t_.acceleration + x, acceleration_after(k, c));
             }
         }
-        for (size_t q = 0; q < 5; ++q) lane[q] = s[q];
+        for (size_t q = 0; q < 5; ++q) {
+            s[q].end_row();
+            lane[q] = s[q];
+        }
     }
 
     const Tile& t_;
