@@ -69,11 +69,14 @@ void Bench::add(const Measurement& r) {
         return;
     }
     const double cells = double(r.width * r.height * std::max(r.steps, 1LL));
-    fmt::print(
-        "{:12} {:18} {}T {:>6} {:8} {:16} {:14} {:10.4g} s  {:8.4g} ns per cell and step{}{}\n", r.workload, r.backend,
-        r.threads, r.width, r.model, r.precision, r.method, r.wall.median, r.wall.median / cells * 1e9,
-        std::isnan(r.of_limit) ? "" : fmt::format("  {:.2f} of {} at {:.1f} GB/s", r.of_limit, r.limit, r.limit_GBs),
-        r.status == "ok" ? "" : "  " + r.status);
+    const std::string speed = r.model == "process"
+                                  ? fmt::format("{:10.4g} s of the processor", r.wall.busy)
+                                  : fmt::format("{:8.4g} ns per cell and step", r.wall.median / cells * 1e9);
+    fmt::print("{:20} {:12} {}T {:>6} {:8} {:16} {:14} {:10.4g} s  {}{}{}\n", r.workload, r.backend, r.threads, r.width,
+               r.model, r.precision, r.method, r.wall.median, speed,
+               std::isnan(r.of_limit) ? ""
+                                      : fmt::format("  {:.2f} of {} at {:.1f} GB/s", r.of_limit, r.limit, r.limit_GBs),
+               r.status == "ok" ? "" : "  " + r.status);
     std::fflush(stdout);
 }
 
@@ -138,13 +141,18 @@ struct Workload {
     void (*measure)(Bench&);
 };
 // These start processes, so that they run before any device is opened.
-constexpr Workload processes_first[] = {{"growth", growth}};
-constexpr Workload workloads[] = {{"limits", limits}, {"W1", streamed_frames},  {"W2", constant_map},
-                                  {"W3", study},      {"W4", population},       {"W4-frames", streamed_population},
-                                  {"march", marches}, {"materials", materials}, {"accuracy", accuracy}};
+constexpr Workload processes_first[] = {{"growth", growth}, {"memory", memory}};
+constexpr Workload workloads[] = {{"limits", limits},      {"W1", streamed_frames},
+                                  {"W2", constant_map},    {"W3", study},
+                                  {"W4", population},      {"W4-frames", streamed_population},
+                                  {"march", marches},      {"materials", materials},
+                                  {"accuracy", accuracy},  {"construction", construction},
+                                  {"processes", processes}};
+// It takes minutes on a software device, so that it is not among all.
+constexpr Workload on_request = {"device", device_growth};
 
 std::vector<std::string> names_of_workloads() {
-    std::vector<std::string> names = {"first-frame"};
+    std::vector<std::string> names = {"first-frame", on_request.name};
     for (const Workload& w : processes_first) names.push_back(w.name);
     for (const Workload& w : workloads) names.push_back(w.name);
     return names;
@@ -199,6 +207,7 @@ void measure(Bench& bench, const Arguments& a) {
     }
     for (const Workload& w : workloads)
         if (wanted(w.name)) w.measure(bench);
+    if (!a.only.empty() && wanted(on_request.name)) on_request.measure(bench);
 }
 
 int exit_status(const Verdict& verdict, const std::string& earlier) {

@@ -56,19 +56,23 @@ struct Series {
     std::vector<double> gpu_seconds; // of every run on a device; empty on the CPU
 };
 
+// The series of one grid. growth: the best loops and the native ones on all threads. device: on a device alone.
+enum class Contenders { all, growth, device };
+
 // Workloads W1 and W1s on one grid: every series is timed in the same rounds as the memory's copies.
 class StreamedFrames {
   public:
-    StreamedFrames(Bench& bench, int n);
+    StreamedFrames(Bench& bench, int n, Contenders);
     void measure(); // times all series and adds their rows
 
   private:
+    void add_all_of_cpu();
     void add_cpu(const simd::Isa&, int threads, bool all_responses);
     void add_moves(int threads);
     Series& add_peer(const std::string& name, int threads);
     void add_native(int threads);
     void add_pocl();
-    void check_peer(Measurement&, const std::array<const float*, 4>& responses) const;
+    void check_peer(Measurement&, const std::array<const float*, 4>& responses);
     void add_vulkan(VulkanFrames::Shader);
     void measure_recording();
     void set_device_time(Series&) const;
@@ -77,9 +81,10 @@ class StreamedFrames {
     Bench& bench_;
     const int n_;
     const FrameScene scene_;
-    const int frames_, device_frames_; // presses of one run; fewer on a software driver
-    const Responses expected_;         // by plain loops
-    std::vector<Floats> out_;          // the responses of the CPU's series
+    const int frames_, device_frames_;                       // presses of one run; fewer on a software driver
+    const Responses expected_;                               // by plain loops
+    std::optional<std::array<double, 4>> errors_of_library_; // against the model in double, once a peer asks
+    std::vector<Floats> out_;                                // the responses of the CPU's series
     std::vector<std::unique_ptr<cpu::FramePress>> streams_;
     std::vector<std::unique_ptr<CpuMoves>> moves_;
     std::vector<std::unique_ptr<NativeFrames>> natives_;
@@ -88,12 +93,24 @@ class StreamedFrames {
     std::deque<Series> series_; // their work refers to them, so that they must not move
 };
 
-StreamedFrames::StreamedFrames(Bench& bench, int n)
+StreamedFrames::StreamedFrames(Bench& bench, int n, Contenders contenders)
     : bench_(bench), n_(n), scene_(n), frames_(std::max(1, int(cells_of_round / n / n))),
       device_frames_(bench.vulkan && bench.vulkan->info().kind == "software" ? std::max(1, frames_ / 8) : frames_),
       expected_(after_frames(scene_, 1, simd::plain)) {
     for (int i = 0; i < 4; ++i) out_.emplace_back(scene_.cells());
-    const std::vector<int> threads = bench.cores > 1 ? std::vector{1, bench.cores} : std::vector{1};
+    if (contenders == Contenders::all) add_all_of_cpu();
+    if (contenders == Contenders::growth) {
+        add_cpu(simd::best(), bench.cores, true);
+        add_moves(bench.cores);
+        add_native(bench.cores);
+    }
+    if (!bench.vulkan || contenders == Contenders::growth) return;
+    for (auto shader : {VulkanFrames::Shader::press, VulkanFrames::Shader::cell, VulkanFrames::Shader::moves})
+        if (shader != VulkanFrames::Shader::cell || contenders == Contenders::all) add_vulkan(shader);
+}
+
+void StreamedFrames::add_all_of_cpu() {
+    const std::vector<int> threads = bench_.cores > 1 ? std::vector{1, bench_.cores} : std::vector{1};
     for (const simd::Isa* isa : simd::isas())
         for (int t : threads) {
             add_cpu(*isa, t, true);
@@ -102,9 +119,6 @@ StreamedFrames::StreamedFrames(Bench& bench, int n)
     for (int t : threads) add_moves(t);
     for (int t : threads) add_native(t);
     add_pocl();
-    if (!bench.vulkan) return;
-    for (auto shader : {VulkanFrames::Shader::press, VulkanFrames::Shader::cell, VulkanFrames::Shader::moves})
-        add_vulkan(shader);
 }
 
 void StreamedFrames::add_cpu(const simd::Isa& isa, int threads, bool all_responses) {
@@ -143,14 +157,15 @@ void StreamedFrames::add_moves(int threads) {
 }
 
 // A peer is right where it and the library are both as near to the same model in double.
-void StreamedFrames::check_peer(Measurement& row, const std::array<const float*, 4>& responses) const {
-    const std::array<const float*, 4> library = {expected_[0].data(), expected_[1].data(), expected_[2].data(),
-                                                 expected_[3].data()};
-    const std::array<double, 4> errors = errors_of_frames(scene_, checked_frames, responses),
-                                errors_of_library = errors_of_frames(scene_, checked_frames, library);
+void StreamedFrames::check_peer(Measurement& row, const std::array<const float*, 4>& responses) {
+    if (!errors_of_library_)
+        errors_of_library_ =
+            errors_of_frames(scene_, checked_frames,
+                             {expected_[0].data(), expected_[1].data(), expected_[2].data(), expected_[3].data()});
+    const std::array<double, 4> errors = errors_of_frames(scene_, checked_frames, responses);
     for (size_t q = 0; q < 4; ++q) {
         row.errors[q + 1] = errors[q];
-        if (!(errors[q] <= peer_error && errors_of_library[q] <= peer_error)) row.status = "wrong";
+        if (!(errors[q] <= peer_error && (*errors_of_library_)[q] <= peer_error)) row.status = "wrong";
     }
 }
 
@@ -260,9 +275,13 @@ void StreamedFrames::measure_recording() {
 } // namespace
 
 void streamed_frames(Bench& bench) {
-    for (int n : bench.quick ? std::vector{512, 2048} : std::vector{512, 2048, 4096})
-        StreamedFrames(bench, n).measure();
+    const std::vector<int> all = bench.quick ? std::vector{512, 2048} : std::vector{512, 2048, 4096},
+                           growth = bench.quick ? std::vector{256, 1024} : std::vector{256, 1024, 8192};
+    for (int n : all) StreamedFrames(bench, n, Contenders::all).measure();
+    for (int n : growth) StreamedFrames(bench, n, Contenders::growth).measure();
 }
+
+void streamed_frames_on_device(Bench& bench, int n) { StreamedFrames(bench, n, Contenders::device).measure(); }
 
 namespace {
 
