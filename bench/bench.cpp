@@ -65,18 +65,19 @@ Measurement Bench::on_vulkan(const std::string& workload, long long n) const {
 void Bench::add(const Measurement& r) {
     rows.push_back(r);
     if (r.status == not_installed) {
-        fmt::print("{:12} {:18} not installed\n", r.workload, r.backend);
+        fmt::print("{:20} {:12} {}\n", r.workload, r.backend, r.status);
         return;
     }
     const double cells = double(r.width * r.height * std::max(r.steps, 1LL));
     const std::string speed = r.model == "process"
-                                  ? fmt::format("{:10.4g} s of the processor", r.wall.busy)
+                                  ? fmt::format("{:8.4g} s of the processor", r.wall.busy)
                                   : fmt::format("{:8.4g} ns per cell and step", r.wall.median / cells * 1e9);
-    fmt::print("{:20} {:12} {}T {:>6} {:8} {:16} {:14} {:10.4g} s  {}{}{}\n", r.workload, r.backend, r.threads, r.width,
-               r.model, r.precision, r.method, r.wall.median, speed,
-               std::isnan(r.of_limit) ? ""
-                                      : fmt::format("  {:.2f} of {} at {:.1f} GB/s", r.of_limit, r.limit, r.limit_GBs),
-               r.status == "ok" ? "" : "  " + r.status);
+    const std::string limit = std::isnan(r.of_limit) ? ""
+                              : r.limit == planned_bytes
+                                  ? fmt::format("  {:.2f} of {:.3f} GB that were planned", r.of_limit, r.limit_GBs)
+                                  : fmt::format("  {:.2f} of {} at {:.1f} GB/s", r.of_limit, r.limit, r.limit_GBs);
+    fmt::print("{:20} {:12} {}T {:>6} {:8} {:16} {:6} {:10.4g} s  {}{}{}\n", r.workload, r.backend, r.threads, r.width,
+               r.model, r.precision, r.method, r.wall.median, speed, limit, r.status == "ok" ? "" : "  " + r.status);
     std::fflush(stdout);
 }
 

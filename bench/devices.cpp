@@ -54,7 +54,9 @@ void add_sites(Bench& bench, int n, int presses) {
 
 void device_growth(Bench& bench) {
     if (!bench.vulkan) throw Error(Error::Code::no_device, "", "--only device: there is no Vulkan device");
-    const bool software = bench.vulkan->info().kind == "software";
+    const DeviceInfo& info = bench.vulkan->info();
+    fmt::print("{}, {}, {}\n", info.name, info.kind, info.driver);
+    const bool software = info.kind == "software";
     for (int n : bench.quick ? std::vector{512, 1024, 2048} : std::vector{512, 1024, 2048, 4096, 8192}) {
         const auto attempt = [n](const char* what, const auto& measure) {
             try {

@@ -59,7 +59,7 @@ void add_alone(Bench& bench, Measurement r, const std::function<Scene()>& scene,
                                const Explanation e = explain(scene(), Device::cpu());
                                return e.candidates[e.chosen].bytes;
                            }).seconds;
-    r.limit = "planned bytes";
+    r.limit = planned_bytes;
     r.limit_GBs = planned / 1e9;
     r.of_limit = a.peak_bytes / planned;
     bench.add(r);
