@@ -141,8 +141,8 @@ struct Workload {
     const char* name;
     void (*measure)(Bench&);
 };
-// These start processes, so that they run before any device is opened.
-constexpr Workload processes_first[] = {{"growth", growth}, {"memory", memory}};
+// These fork, so that they run before any device is opened.
+constexpr Workload forking[] = {{"growth", growth}, {"memory", memory}};
 constexpr Workload workloads[] = {{"limits", limits},      {"W1", streamed_frames},
                                   {"W2", constant_map},    {"W3", study},
                                   {"W4", population},      {"W4-frames", streamed_population},
@@ -154,7 +154,7 @@ constexpr Workload on_request = {"device", device_growth};
 
 std::vector<std::string> names_of_workloads() {
     std::vector<std::string> names = {"first-frame", on_request.name};
-    for (const Workload& w : processes_first) names.push_back(w.name);
+    for (const Workload& w : forking) names.push_back(w.name);
     for (const Workload& w : workloads) names.push_back(w.name);
     return names;
 }
@@ -190,7 +190,7 @@ void measure(Bench& bench, const Arguments& a) {
     const auto wanted = [&](const std::string& name) {
         return a.only.empty() || std::find(a.only.begin(), a.only.end(), name) != a.only.end();
     };
-    for (const Workload& w : processes_first)
+    for (const Workload& w : forking)
         if (wanted(w.name)) w.measure(bench);
     const std::vector<double> first =
         a.device == "cpu" || !wanted("first-frame") ? std::vector<double>() : first_frames(a.device, bench.runs);

@@ -160,9 +160,9 @@ void StreamedFrames::add_moves(int threads) {
 void StreamedFrames::check_peer(Measurement& row, const std::array<const float*, 4>& responses) {
     if (!errors_of_library_)
         errors_of_library_ =
-            errors_of_frames(scene_, checked_frames,
+            errors_of_frames(scene_, checked_frames, bench_.cores,
                              {expected_[0].data(), expected_[1].data(), expected_[2].data(), expected_[3].data()});
-    const std::array<double, 4> errors = errors_of_frames(scene_, checked_frames, responses);
+    const std::array<double, 4> errors = errors_of_frames(scene_, checked_frames, bench_.cores, responses);
     for (size_t q = 0; q < 4; ++q) {
         row.errors[q + 1] = errors[q];
         if (!(errors[q] <= peer_error && (*errors_of_library_)[q] <= peer_error)) row.status = "wrong";

@@ -109,8 +109,7 @@ std::array<double, 6> errors_of_native(const Contender& c, int threads) {
             const native::Statistics& f = found[i];
             const double off[] = {f.sum[q] / (n * n) - t.mean[i + 1], double(f.least[q]) - t.min[i + 1],
                                   double(f.greatest[q]) - t.max[i + 1]};
-            for (double x : off)
-                if (!(std::abs(x) <= worst)) worst = std::abs(x);
+            for (double x : off) worst = std::isfinite(x) ? std::max(worst, std::abs(x)) : INFINITY;
             largest = std::max({largest, std::abs(t.min[i + 1]), std::abs(t.max[i + 1])});
         }
         errors[q] = worst / largest;

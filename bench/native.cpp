@@ -6,8 +6,10 @@
 #include <algorithm>
 #include <atomic>
 #include <cfloat>
+#include <mutex>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace bench {
 
@@ -33,42 +35,84 @@ ReferenceCell after(const FrameScene& scene, const ExactStep<double>& k, int pre
     return c;
 }
 
+// The greatest error and the greatest value of each response.
+struct Worst {
+    std::array<double, 4> error{}, value{};
+
+    void take(size_t response, double found, double exact) {
+        const double off = std::abs(found - exact);
+        error[response] = std::isfinite(off) ? std::max(error[response], off) : INFINITY;
+        value[response] = std::max(value[response], std::abs(exact));
+    }
+};
+
+class Reference {
+  public:
+    Reference(const FrameScene& scene, int presses)
+        : scene_(scene), presses_(presses), rest_(dermis::plan::padded_rest_curvature<float>(scene.skin())),
+          k_(native::exact_step(scene.skin().description.material.modulus, scene.skin().description.material.viscosity,
+                                scene.dt)),
+          n_(size_t(scene.skin().width())), pitch_(size_t(scene.skin().pitch)), height_(size_t(scene.skin().height())) {
+    }
+
+    size_t height() const { return height_; }
+
+    // Compares rows first .. last - 1.
+    Worst compare(const std::array<const float*, 4>& responses, size_t first, size_t last) const {
+        Worst worst;
+        std::vector<ReferenceCell> above = row(first ? first - 1 : 0), here = row(first), below;
+        for (size_t y = first; y < last; ++y) {
+            below = row(std::min(y + 1, height_ - 1)); // beyond the grid, a copy of the last row
+            for (size_t x = 0; x < n_; ++x) {
+                const ReferenceCell& c = here[x];
+                const double beside = here[x ? x - 1 : 0].strain + here[std::min(x + 1, n_ - 1)].strain;
+                const double laplacian = beside + above[x].strain + below[x].strain - 4 * c.strain;
+                const double gain = 1 + double(rest_[y * pitch_ + x]) - laplacian;
+                const double exact[4] = {c.strain, c.integral, c.rate, c.acceleration};
+                for (size_t q = 0; q < 4; ++q) worst.take(q, double(responses[q][y * pitch_ + x]), exact[q] * gain);
+            }
+            above = std::exchange(here, std::move(below));
+        }
+        return worst;
+    }
+
+  private:
+    std::vector<ReferenceCell> row(size_t y) const {
+        std::vector<ReferenceCell> cells(n_);
+        for (size_t x = 0; x < n_; ++x) cells[x] = after(scene_, k_, presses_, y * pitch_ + x);
+        return cells;
+    }
+
+    const FrameScene& scene_;
+    const int presses_;
+    const std::vector<float> rest_;
+    const ExactStep<double> k_;
+    const size_t n_, pitch_, height_;
+};
+
 } // namespace
 
-std::array<double, 4> errors_of_frames(const FrameScene& scene, int presses,
+std::array<double, 4> errors_of_frames(const FrameScene& scene, int presses, int threads,
                                        const std::array<const float*, 4>& responses) {
-    const dermis::plan::PreparedSkin& skin = scene.skin();
-    const dermis::Material& material = skin.description.material;
-    const ExactStep<double> k = native::exact_step(material.modulus, material.viscosity, scene.dt);
-    const std::vector<float> rest = dermis::plan::padded_rest_curvature<float>(skin);
-    const size_t n = size_t(skin.width()), pitch = size_t(skin.pitch), height = size_t(skin.height());
-    std::vector<ReferenceCell> row[3]; // rows y - 1, y and y + 1; beyond the grid, copies of the last inside
-    const auto make = [&](std::vector<ReferenceCell>& to, size_t y) {
-        to.resize(n);
-        for (size_t x = 0; x < n; ++x) to[x] = after(scene, k, presses, y * pitch + x);
-    };
-    make(row[1], 0);
-    row[0] = row[1];
-    std::array<double, 4> worst{}, largest{};
-    for (size_t y = 0; y < height; ++y) {
-        make(row[2], std::min(y + 1, height - 1));
-        for (size_t x = 0; x < n; ++x) {
-            const ReferenceCell& c = row[1][x];
-            const double beside = row[1][x ? x - 1 : 0].strain + row[1][std::min(x + 1, n - 1)].strain;
-            const double laplacian = beside + row[0][x].strain + row[2][x].strain - 4 * c.strain;
-            const double gain = 1 + double(rest[y * pitch + x]) - laplacian;
-            const double exact[4] = {c.strain * gain, c.integral * gain, c.rate * gain, c.acceleration * gain};
-            for (size_t q = 0; q < 4; ++q) {
-                const double off = std::abs(double(responses[q][y * pitch + x]) - exact[q]);
-                if (!(off <= worst[q])) worst[q] = off; // NaN too
-                largest[q] = std::max(largest[q], std::abs(exact[q]));
-            }
+    const Reference reference(scene, presses);
+    dermis::simd::Pool pool(threads);
+    std::vector<Worst> worst;
+    std::mutex mutex;
+    pool.share(int(reference.height()), [&](int first, int last) {
+        const Worst own = reference.compare(responses, size_t(first), size_t(last));
+        const std::lock_guard lock(mutex);
+        worst.push_back(own);
+    });
+    std::array<double, 4> errors;
+    for (size_t q = 0; q < 4; ++q) {
+        double error = 0, value = 0;
+        for (const Worst& w : worst) {
+            error = std::max(error, w.error[q]);
+            value = std::max(value, w.value[q]);
         }
-        std::swap(row[0], row[1]);
-        std::swap(row[1], row[2]);
+        errors[q] = error / value;
     }
-    for (size_t q = 0; q < 4; ++q) worst[q] /= largest[q];
-    return worst;
+    return errors;
 }
 
 NativeFrames::NativeFrames(const FrameScene& scene, int threads)

@@ -35,7 +35,8 @@ template <class Real = double> ExactStep<Real> exact_step(double modulus, double
 
 // The greatest error of each response after so many presses from rest, by its greatest value, against the same model in
 // double. responses: SA1, SA2, FA1, FA2, pitch*height each.
-std::array<double, 4> errors_of_frames(const FrameScene&, int presses, const std::array<const float*, 4>& responses);
+std::array<double, 4> errors_of_frames(const FrameScene&, int presses, int threads,
+                                       const std::array<const float*, 4>& responses);
 
 // Workload W1 in one fused loop: a row is stepped and the one above it answered.
 class NativeFrames {

@@ -131,8 +131,9 @@ Scene scene_of(const Remembered& c, int n, int steps) {
 
 void memory(Bench& bench) {
     constexpr int steps = 3;
-    const int n = bench.quick ? 1024 : 2048;
+    const int side = bench.quick ? 1024 : 2048;
     for (const Remembered& c : remembered) {
+        const int n = c.materials ? side / 2 : side; // as many materials take seconds to prepare
         Measurement r = bench.cpu(c.workload, n, bench.cores);
         r.model = name(c.model);
         r.precision = name(c.precision);
