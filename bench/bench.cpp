@@ -64,12 +64,20 @@ Measurement Bench::on_vulkan(const std::string& workload, long long n) const {
 
 void Bench::add(const Measurement& r) {
     rows.push_back(r);
+    if (r.status == not_installed) {
+        fmt::print("{:20} {:12} {}\n", r.workload, r.backend, r.status);
+        return;
+    }
     const double cells = double(r.width * r.height * std::max(r.steps, 1LL));
-    fmt::print(
-        "{:12} {:18} {}T {:>6} {:8} {:16} {:14} {:10.4g} s  {:8.4g} ns per cell and step{}{}\n", r.workload, r.backend,
-        r.threads, r.width, r.model, r.precision, r.method, r.wall.median, r.wall.median / cells * 1e9,
-        std::isnan(r.of_limit) ? "" : fmt::format("  {:.2f} of {} at {:.1f} GB/s", r.of_limit, r.limit, r.limit_GBs),
-        r.status == "ok" ? "" : "  " + r.status);
+    const std::string speed = r.model == "process"
+                                  ? fmt::format("{:8.4g} s of the processor", r.wall.busy)
+                                  : fmt::format("{:8.4g} ns per cell and step", r.wall.median / cells * 1e9);
+    const std::string limit = std::isnan(r.of_limit) ? ""
+                              : r.limit == planned_bytes
+                                  ? fmt::format("  {:.2f} of {:.3f} GB that were planned", r.of_limit, r.limit_GBs)
+                                  : fmt::format("  {:.2f} of {} at {:.1f} GB/s", r.of_limit, r.limit, r.limit_GBs);
+    fmt::print("{:20} {:12} {}T {:>6} {:8} {:16} {:6} {:10.4g} s  {}{}{}\n", r.workload, r.backend, r.threads, r.width,
+               r.model, r.precision, r.method, r.wall.median, speed, limit, r.status == "ok" ? "" : "  " + r.status);
     std::fflush(stdout);
 }
 
@@ -125,8 +133,31 @@ namespace {
 
 struct Arguments {
     std::string device = "vulkan", out = "results.csv", compare, commit = dermis::commit();
+    std::vector<std::string> only;
     bool quick = false, speed = false;
 };
+
+struct Workload {
+    const char* name;
+    void (*measure)(Bench&);
+};
+// These fork, so that they run before any device is opened.
+constexpr Workload forking[] = {{"growth", growth}, {"memory", memory}};
+constexpr Workload workloads[] = {{"limits", limits},      {"W1", streamed_frames},
+                                  {"W2", constant_map},    {"W3", study},
+                                  {"W4", population},      {"W4-frames", streamed_population},
+                                  {"march", marches},      {"materials", materials},
+                                  {"accuracy", accuracy},  {"construction", construction},
+                                  {"processes", processes}};
+// It takes minutes on a software device, so that it is not among all.
+constexpr Workload on_request = {"device", device_growth};
+
+std::vector<std::string> names_of_workloads() {
+    std::vector<std::string> names = {"first-frame", on_request.name};
+    for (const Workload& w : forking) names.push_back(w.name);
+    for (const Workload& w : workloads) names.push_back(w.name);
+    return names;
+}
 
 void add_arguments(CLI::App& app, Arguments& a) {
     app.add_option("--device", a.device, "cpu, vulkan, a row of `dermis devices` or a part of a name")
@@ -143,6 +174,9 @@ void add_arguments(CLI::App& app, Arguments& a) {
                        "of the memory alone in the same rounds, is more than {} times the earlier one",
                        speed_slack))
         ->needs(compare);
+    app.add_option("--only", a.only, "workloads in place of all")
+        ->check(CLI::IsMember(names_of_workloads()))
+        ->excludes(compare);
     app.add_option("--commit", a.commit, "written into each row")->capture_default_str();
 }
 
@@ -152,13 +186,18 @@ std::vector<Columns> read_table_of(const std::string& path) {
     return read_table({std::istreambuf_iterator<char>(file), {}}, path);
 }
 
-void measure(Bench& bench, const std::string& device) {
-    growth(bench);
-    const std::vector<double> first = device == "cpu" ? std::vector<double>() : first_frames(device, bench.runs);
-    if (device != "cpu") try {
-            bench.vulkan = Device::open(device);
+void measure(Bench& bench, const Arguments& a) {
+    const auto wanted = [&](const std::string& name) {
+        return a.only.empty() || std::find(a.only.begin(), a.only.end(), name) != a.only.end();
+    };
+    for (const Workload& w : forking)
+        if (wanted(w.name)) w.measure(bench);
+    const std::vector<double> first =
+        a.device == "cpu" || !wanted("first-frame") ? std::vector<double>() : first_frames(a.device, bench.runs);
+    if (a.device != "cpu") try {
+            bench.vulkan = Device::open(a.device);
         } catch (const Error& e) {
-            if (device != "vulkan") throw;
+            if (a.device != "vulkan") throw;
             fmt::print(stderr, "dermis-bench: rows of the CPU alone: {}\n", e.what());
         }
     if (bench.vulkan && !first.empty()) {
@@ -167,9 +206,9 @@ void measure(Bench& bench, const std::string& device) {
         r.wall = timing_of(first);
         bench.add(r);
     }
-    for (auto* workload :
-         {limits, streamed_frames, constant_map, study, population, streamed_population, materials, accuracy})
-        workload(bench);
+    for (const Workload& w : workloads)
+        if (wanted(w.name)) w.measure(bench);
+    if (!a.only.empty() && wanted(on_request.name)) on_request.measure(bench);
 }
 
 int exit_status(const Verdict& verdict, const std::string& earlier) {
@@ -188,7 +227,7 @@ int run(const Arguments& a) {
     bench.quick = a.quick;
     bench.runs = a.quick ? 3 : 7;
     bench.cores = machine.cores;
-    measure(bench, a.device);
+    measure(bench, a);
     const std::string csv = csv_of(bench.rows, {a.commit, a.quick ? "quick" : "full", machine});
     std::ofstream file(a.out);
     if (!(file << csv).flush()) throw std::runtime_error(a.out + " cannot be written");

@@ -28,16 +28,22 @@ double seconds_of(const std::function<void()>&);
 dermis::Scene with_maps(dermis::Scene); // the same scene with surface and load as ready maps
 
 void limits(Bench&);
-void streamed_frames(Bench&);     // W1, W1s
+void streamed_frames(Bench&); // W1, W1s
+void streamed_frames_on_device(Bench&, int n);
 void constant_map(Bench&);        // W2
 void study(Bench&);               // W3
 void population(Bench&);          // W4
 void streamed_population(Bench&); // W4 frame by frame
+void marches(Bench&);             // traces by materials and precision
 void materials(Bench&);           // a hundred materials on one map
 void accuracy(Bench&);            // error against time
+void construction(Bench&);        // making a skin
+void processes(Bench&);           // the command from its start to its end
+void device_growth(Bench&);       // W1, march and sites on the device, by cells
 // The following fork processes, so they run before any device is opened.
 // Seconds from the start of a process to its first frame; empty without a device.
 std::vector<double> first_frames(const std::string& device, int runs);
 void growth(Bench&); // time and memory against the number of cells
+void memory(Bench&); // memory by models
 
 } // namespace bench

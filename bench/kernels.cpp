@@ -2,6 +2,8 @@
 // Workloads W1, W1s and W2: kernels against the memory's bandwidth.
 #include "bench/bench.hpp"
 #include "bench/frames.hpp"
+#include "bench/native.hpp"
+#include "bench/opencl.hpp"
 #include "host/cpu/stream.hpp"
 #include "host/embedding/backend.hpp"
 #include "host/reduced/moments.hpp"
@@ -26,6 +28,8 @@ constexpr double cells_of_round = 1e7; // cells and steps, at least one frame
 // The responses after some frames.
 using Responses = std::array<std::vector<float>, RESPONSE_MAPS>;
 
+constexpr int checked_frames = 6;
+
 Responses after_frames(const FrameScene& scene, int threads, const simd::Isa& isa) {
     cpu::FramePress frames(scene.streamed, threads, isa);
     Responses r;
@@ -34,7 +38,7 @@ Responses after_frames(const FrameScene& scene, int threads, const simd::Isa& is
         r[i].resize(scene.cells());
         to[i] = r[i].data();
     }
-    for (size_t i = 0; i < 6; ++i)
+    for (size_t i = 0; i < checked_frames; ++i)
         frames.press(scene.dt, scene.frames[i % 4].data(), scene.frames[(i + 1) % 4].data(), to);
     return r;
 }
@@ -52,15 +56,23 @@ struct Series {
     std::vector<double> gpu_seconds; // of every run on a device; empty on the CPU
 };
 
+// The series of one grid. growth: the best loops and the native ones on all threads. device: on a device alone.
+enum class Contenders { all, growth, device };
+
 // Workloads W1 and W1s on one grid: every series is timed in the same rounds as the memory's copies.
 class StreamedFrames {
   public:
-    StreamedFrames(Bench& bench, int n);
+    StreamedFrames(Bench& bench, int n, Contenders);
     void measure(); // times all series and adds their rows
 
   private:
+    void add_all_of_cpu();
     void add_cpu(const simd::Isa&, int threads, bool all_responses);
     void add_moves(int threads);
+    Series& add_peer(const std::string& name, int threads);
+    void add_native(int threads);
+    void add_pocl();
+    void check_peer(Measurement&, const std::array<const float*, 4>& responses);
     void add_vulkan(VulkanFrames::Shader);
     void measure_recording();
     void set_device_time(Series&) const;
@@ -69,30 +81,44 @@ class StreamedFrames {
     Bench& bench_;
     const int n_;
     const FrameScene scene_;
-    const int frames_, device_frames_; // presses of one run; fewer on a software driver
-    const Responses expected_;         // by plain loops
-    std::vector<Floats> out_;          // the responses of the CPU's series
+    const int frames_, device_frames_;                       // presses of one run; fewer on a software driver
+    const Responses expected_;                               // by plain loops
+    std::optional<std::array<double, 4>> errors_of_library_; // against the model in double, once a peer asks
+    std::vector<Floats> out_;                                // the responses of the CPU's series
     std::vector<std::unique_ptr<cpu::FramePress>> streams_;
     std::vector<std::unique_ptr<CpuMoves>> moves_;
+    std::vector<std::unique_ptr<NativeFrames>> natives_;
+    std::unique_ptr<OpenclFrames> pocl_;
     std::vector<std::unique_ptr<VulkanFrames>> devices_;
     std::deque<Series> series_; // their work refers to them, so that they must not move
 };
 
-StreamedFrames::StreamedFrames(Bench& bench, int n)
+StreamedFrames::StreamedFrames(Bench& bench, int n, Contenders contenders)
     : bench_(bench), n_(n), scene_(n), frames_(std::max(1, int(cells_of_round / n / n))),
       device_frames_(bench.vulkan && bench.vulkan->info().kind == "software" ? std::max(1, frames_ / 8) : frames_),
       expected_(after_frames(scene_, 1, simd::plain)) {
     for (int i = 0; i < 4; ++i) out_.emplace_back(scene_.cells());
-    const std::vector<int> threads = bench.cores > 1 ? std::vector{1, bench.cores} : std::vector{1};
+    if (contenders == Contenders::all) add_all_of_cpu();
+    if (contenders == Contenders::growth) {
+        add_cpu(simd::best(), bench.cores, true);
+        add_moves(bench.cores);
+        add_native(bench.cores);
+    }
+    if (!bench.vulkan || contenders == Contenders::growth) return;
+    for (auto shader : {VulkanFrames::Shader::press, VulkanFrames::Shader::cell, VulkanFrames::Shader::moves})
+        if (shader != VulkanFrames::Shader::cell || contenders == Contenders::all) add_vulkan(shader);
+}
+
+void StreamedFrames::add_all_of_cpu() {
+    const std::vector<int> threads = bench_.cores > 1 ? std::vector{1, bench_.cores} : std::vector{1};
     for (const simd::Isa* isa : simd::isas())
         for (int t : threads) {
             add_cpu(*isa, t, true);
             if (isa == &simd::best()) add_cpu(*isa, t, false);
         }
     for (int t : threads) add_moves(t);
-    if (!bench.vulkan) return;
-    for (auto shader : {VulkanFrames::Shader::press, VulkanFrames::Shader::cell, VulkanFrames::Shader::moves})
-        add_vulkan(shader);
+    for (int t : threads) add_native(t);
+    add_pocl();
 }
 
 void StreamedFrames::add_cpu(const simd::Isa& isa, int threads, bool all_responses) {
@@ -130,6 +156,54 @@ void StreamedFrames::add_moves(int threads) {
     s.work = [this, &moves] { return seconds_of([&] { moves.press(frames_); }); };
 }
 
+// A peer is right where it and the library are both as near to the same model in double.
+void StreamedFrames::check_peer(Measurement& row, const std::array<const float*, 4>& responses) {
+    if (!errors_of_library_)
+        errors_of_library_ =
+            errors_of_frames(scene_, checked_frames, bench_.cores,
+                             {expected_[0].data(), expected_[1].data(), expected_[2].data(), expected_[3].data()});
+    const std::array<double, 4> errors = errors_of_frames(scene_, checked_frames, bench_.cores, responses);
+    for (size_t q = 0; q < 4; ++q) {
+        row.errors[q + 1] = errors[q];
+        if (!(errors[q] <= peer_error && (*errors_of_library_)[q] <= peer_error)) row.status = "wrong";
+    }
+}
+
+Series& StreamedFrames::add_peer(const std::string& name, int threads) {
+    Series& s = series_.emplace_back();
+    s.row = bench_.cpu("W1", n_, threads);
+    s.row.backend = s.row.driver = name;
+    s.row.model = "march";
+    s.row.precision = "f32";
+    s.row.bytes_per_cell = frame_bytes;
+    s.row.exact = false;
+    return s;
+}
+
+void StreamedFrames::add_native(int threads) {
+    Series& s = add_peer("native", threads);
+    NativeFrames& native = *natives_.emplace_back(std::make_unique<NativeFrames>(scene_, threads));
+    native.press(checked_frames);
+    check_peer(s.row, native.responses());
+    native.press(2); // a multiple of the ring in all, as on a device
+    s.work = [this, &native] { return seconds_of([&] { native.press(frames_); }); };
+}
+
+// Its threads are as many as the machine's cores.
+void StreamedFrames::add_pocl() {
+    Series& s = add_peer("pocl", bench_.cores);
+    pocl_ = OpenclFrames::make(scene_);
+    if (!pocl_) {
+        s.row.status = not_installed;
+        return;
+    }
+    s.row.driver_version = pocl_->driver_version();
+    pocl_->press(checked_frames);
+    check_peer(s.row, pocl_->responses());
+    pocl_->press(2);
+    s.work = [this] { return seconds_of([&] { pocl_->press(frames_); }); };
+}
+
 void StreamedFrames::add_vulkan(VulkanFrames::Shader shader) {
     const bool moves = shader == VulkanFrames::Shader::moves; // the memory alone: no kernel is faster
     Series& s = series_.emplace_back();
@@ -140,7 +214,7 @@ void StreamedFrames::add_vulkan(VulkanFrames::Shader shader) {
     s.row.flops_per_cell = moves ? 0 : frame_flops;
     VulkanFrames& device = *devices_.emplace_back(
         std::make_unique<VulkanFrames>(scene_, vulkan::context_of(*bench_.vulkan->impl().backend), shader));
-    device.press(6);
+    device.press(checked_frames);
     Responses made;
     for (size_t i = 0; i < made.size(); ++i) made[i] = device.response(int(i));
     s.row.exact = moves || same(expected_, made);
@@ -161,7 +235,7 @@ void StreamedFrames::set_device_time(Series& s) const {
 void StreamedFrames::set_limit(Series& s) const {
     const char* moves = s.gpu_seconds.empty() ? "cpu-moves" : "vulkan-moves";
     for (const Series& m : series_) {
-        if (m.row.backend != moves || m.row.threads != s.row.threads || &m == &s) continue;
+        if (m.row.backend != moves || m.row.threads != s.row.threads || &m == &s || !s.work) continue;
         s.row.against("moves", m.row.bytes() / m.row.wall.median / 1e9);
         if (s.row.threads <= 1) s.row.relative_to("moves", m.row.wall, m.row.bytes());
     }
@@ -169,11 +243,12 @@ void StreamedFrames::set_limit(Series& s) const {
 
 void StreamedFrames::measure() {
     std::vector<std::function<double()>> work;
-    for (const Series& s : series_) work.push_back(s.work);
+    for (const Series& s : series_)
+        if (s.work) work.push_back(s.work);
     const std::vector<Timing> timings = bench_.paired(work, rounds);
     auto timing = timings.begin();
     for (Series& s : series_) {
-        s.row.wall = *timing++;
+        if (s.work) s.row.wall = *timing++;
         const bool on_device = !s.gpu_seconds.empty();
         s.row.steps = on_device ? device_frames_ : frames_;
         if (on_device) set_device_time(s);
@@ -200,9 +275,13 @@ void StreamedFrames::measure_recording() {
 } // namespace
 
 void streamed_frames(Bench& bench) {
-    for (int n : bench.quick ? std::vector{512, 2048} : std::vector{512, 2048, 4096})
-        StreamedFrames(bench, n).measure();
+    const std::vector<int> all = bench.quick ? std::vector{512, 2048} : std::vector{512, 2048, 4096},
+                           growth = bench.quick ? std::vector{256, 1024} : std::vector{256, 1024, 8192};
+    for (int n : all) StreamedFrames(bench, n, Contenders::all).measure();
+    for (int n : growth) StreamedFrames(bench, n, Contenders::growth).measure();
 }
+
+void streamed_frames_on_device(Bench& bench, int n) { StreamedFrames(bench, n, Contenders::device).measure(); }
 
 namespace {
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Workloads W1 and W3 in NumPy and Numba, as rows of dermis-bench's table: peers.py results.csv [--quick]."""
+"""Workloads W1 and W3 in NumPy, Numba and Halide, as rows of dermis-bench's table: peers.py results.csv [--quick]."""
 import csv
 import statistics
 import sys
@@ -7,6 +7,11 @@ import time
 
 import numba
 import numpy as np
+
+try:
+    from halide_frame import HalideFrame, version as halide_version
+except ImportError:  # a row says so
+    HalideFrame, halide_version = None, lambda: ""
 
 DT, MODULUS, VISCOSITY = 0.01, 1.54, 1.0
 QUICK = "--quick" in sys.argv
@@ -184,34 +189,40 @@ def main(path):
     with open(path, newline="") as file:
         table = list(csv.DictReader(file))
     names, first = list(table[0]), table[0]
+    versions = {"numpy": np.__version__, "numba": numba.__version__, "halide": halide_version()}
     with open(path, "a", newline="") as file:
         rows = csv.DictWriter(file, names, lineterminator="\n")
 
         def add(backend, workload, n, steps, precision, threads, seconds, model="march", method="exact"):
-            least, median, q1, q3 = seconds
-            print(f"{workload:12} {backend:18} {threads}T {n:6} {median / (n * n * steps) * 1e9:8.4g} ns per cell and step")
+            ns = f"{seconds[1] / (n * n * steps) * 1e9:8.4g} ns per cell and step" if seconds else "not installed"
+            print(f"{workload:12} {backend:18} {threads}T {n:6} {ns}")
+            least, median, q1, q3 = (f"{s:.6g}" for s in seconds) if seconds else [""] * 4
             rows.writerow({
                 **{name: first[name] for name in ("schema", "commit", "date", "size", "cpu", "cores")}, "device": "cpu", "exact": "false",
-                "driver": backend, "driver_version": {"numpy": np, "numba": numba}[backend].__version__,
+                "driver": backend, "driver_version": versions[backend],
                 "backend": backend, "threads": threads, "workload": workload, "width": n, "height": n,
                 "steps": steps, "model": model, "method": method, "precision": precision,
                 "bytes_per_cell": 44 if workload == "W1" else "", "stencil": "five-point" if workload == "W1" else "published",
-                "wall_least_s": f"{least:.6g}", "wall_median_s": f"{median:.6g}", "wall_q1_s": f"{q1:.6g}", "wall_q3_s": f"{q3:.6g}", "runs": RUNS,
-                "status": "ok"})
+                "wall_least_s": least, "wall_median_s": median, "wall_q1_s": q1, "wall_q3_s": q3, "runs": RUNS if seconds else "",
+                "status": "ok" if seconds else "not installed"})
 
         for n in (512, 2048) if QUICK else (512, 2048, 4096):
-            one, other = Frame(n), Frame(n)
-            for _ in range(6):
-                numpy_frame(one)
-                numba_frame(other)
-            off = max(np.abs(a - b).max() / np.abs(b).max() for a, b in zip(one.out, other.out))
-            if not off < 1e-4:
-                sys.exit(f"peers: NumPy and Numba differ by {off}")
+            cores = numba.get_num_threads()
+            peers = [("numpy", numpy_frame, Frame(n), 1), ("numba", numba_frame, Frame(n), cores)]
+            if HalideFrame:
+                peers.append(("halide", HalideFrame.press, HalideFrame(Frame(n), row_of_step()), cores))
+            for backend, frame, scene, _ in peers:
+                for _ in range(6):
+                    frame(scene)
+                off = max(np.abs(a - b).max() / np.abs(b).max() for a, b in zip(scene.out, peers[0][2].out))
+                if not off < 1e-4:
+                    sys.exit(f"peers: {backend} and NumPy differ by {off}")
             frames = max(1, int(4e6 / n / n))
-            for backend, frame, scene, threads in (("numpy", numpy_frame, one, 1),
-                                                   ("numba", numba_frame, other, numba.get_num_threads())):
+            for backend, frame, scene, threads in peers:
                 seconds = timed(lambda: [frame(scene) for _ in range(frames)], RUNS)
                 add(backend, "W1", n, frames, "f32", threads, seconds)
+            if not HalideFrame:
+                add("halide", "W1", n, frames, "f32", cores, None)
         steps = 100 if QUICK else 1000
         for model, study in (("kept", study_kept), ("stepped", study_stepped)):
             seconds = timed(lambda: study(150, steps), min(RUNS, 3))

@@ -19,6 +19,7 @@ SIMULATED_SECONDS = 2.56  # of the accuracy rows
 FLOORS = {"float": 2.0**-24, "double": 2.0**-53}
 ZERO = 1e-18  # where an error of 0 stands on a logarithmic axis
 SIZES = {"512": SKY, "2048": BLUE, "4096": "black"}
+PEERS = {"native": ("p", "black"), "pocl": ("h", PURPLE), "halide": ("<", VERMILLION), "numba": ("P", "grey"), "numpy": ("X", ORANGE)}
 
 
 def number(text):
@@ -145,19 +146,19 @@ def work_precision_all(rows, folder):
 # The roof is a kernel that moves the same bytes in the same rounds and computes nothing, for each size.
 def roofline(rows, folder):
     figure, axis = plt.subplots(figsize=(8, 5))
-    styles = {"cpu-avx512": ("o", BLUE), "cpu-avx2": ("s", SKY), "cpu-plain": ("^", GREEN), "numba": ("P", "grey"), "numpy": ("X", ORANGE),
+    styles = {"cpu-avx512": ("o", BLUE), "cpu-avx2": ("s", SKY), "cpu-plain": ("^", GREEN), **PEERS,
               "vulkan": ("D", VERMILLION), "vulkan-cell": ("v", PURPLE)}
     sizes = [n for n in SIZES if of(rows, "W1", width=n)]
     threads = of(rows, "limit")[0]["cores"]
     for i, n in enumerate(sizes):
-        found = [r for r in of(rows, "W1", width=n) if not r["backend"].startswith("cpu") or r["threads"] == threads]
-        for roof, colour, left, right, what in (("cpu-moves", "black", -0.4, 0.15, "roof of the CPU"), ("vulkan-moves", VERMILLION, 0.18, 0.4, "roof of Vulkan")):
+        found = [r for r in of(rows, "W1", width=n) if r["backend"] == "numpy" or device_of(r) == "vulkan" or r["threads"] == threads]
+        for roof, colour, left, right, what in (("cpu-moves", "black", -0.42, 0.2, "roof of the CPU"), ("vulkan-moves", VERMILLION, 0.22, 0.4, "roof of Vulkan")):
             for r in (r for r in found if r["backend"] == roof):
                 axis.hlines(44 / r["least_ns"], i + left, i + right, color=colour, linewidth=3,
                             label=f"{what}: the same bytes moved alone" if i == 0 else None)
         for k, (backend, (marker, colour)) in enumerate(styles.items()):
             for r in (r for r in found if r["backend"] == backend):
-                axis.plot(i - 0.35 + 0.11 * k, 44 / r["least_ns"], marker, color=colour, markersize=8, label=backend if i == 0 else None)
+                axis.plot(i - 0.38 + 0.08 * k, 44 / r["least_ns"], marker, color=colour, markersize=8, label=backend if i == 0 else None)
     axis.set(xticks=range(len(sizes)), xticklabels=[f"{n} x {n} cells" for n in sizes], ylim=(0, None), ylabel="GB/s (44 bytes per cell and step)",
              title=f"W1, a streamed frame on {threads} threads, under the memory's roof for each size")
     flops = axis.secondary_yaxis("right", functions=(lambda x: x * 62 / 44, lambda x: x * 44 / 62))
@@ -171,15 +172,15 @@ def scaling(rows, folder):
     figure, (cells, steps, threads) = plt.subplots(1, 3, figsize=(16, 4.8))
     growth = sorted(of(rows, "growth"), key=lambda r: r["cells"])
     cells.semilogx([r["cells"] for r in growth], [r["least_ns"] for r in growth], "o-", color=BLUE, label="march, means and extremes of all five")
-    w1 = [r for r in of(rows, "W1") if r["backend"].startswith("cpu") and r["threads"] != "1" and r["backend"] != "cpu-moves"]
-    for backend, colour in (("cpu-avx512", VERMILLION), ("cpu-avx2", SKY), ("cpu-plain", GREEN)):
+    w1 = sorted((r for r in of(rows, "W1") if r["threads"] != "1"), key=lambda r: r["cells"])
+    for backend, colour in (("cpu-avx512", VERMILLION), ("cpu-avx2", SKY), ("cpu-plain", GREEN), ("native", PURPLE), ("cpu-moves", "black")):
         line = [r for r in w1 if r["backend"] == backend]
         if line:
             cells.plot([r["cells"] for r in line], [r["least_ns"] for r in line], "s--", color=colour, label=f"W1, {backend}")
     cells.set(xlabel="cells", ylabel="ns per cell and step", title="time grows with the cells alone", ylim=(0, None))
     cells.legend(fontsize=8)
     for r in of(rows, "W1"):
-        if r["backend"].startswith("cpu") and r["backend"] != "cpu-moves":
+        if r["backend"].startswith("cpu") and r["backend"] != "cpu-moves" and r["width"] in SIZES:
             threads.plot(int(r["threads"]), 1 / r["least_ns"], {"512": "^", "2048": "o", "4096": "s"}[r["width"]],
                          color={"cpu-avx512": VERMILLION, "cpu-avx2": SKY, "cpu-plain": GREEN}[r["backend"]], markerfacecolor="none")
     threads.set(xlabel="threads", xticks=sorted({int(r["threads"]) for r in of(rows, "W1") if r["backend"].startswith("cpu")}), ylabel="cells and steps per ns", title="W1 with threads (△ 512², ○ 2048², □ 4096²)", xlim=(0.5, None), ylim=(0, None))
@@ -195,7 +196,7 @@ def scaling(rows, folder):
 
 def devices(rows, folder):
     figure, axis = plt.subplots(figsize=(9, 6))
-    order = [b for b in ("cpu-avx512", "cpu-avx2", "cpu-plain", "cpu-moves", "numba", "numpy", "vulkan", "vulkan-cell", "vulkan-moves")
+    order = [b for b in ("cpu-avx512", "cpu-avx2", "cpu-plain", "cpu-moves", *PEERS, "vulkan", "vulkan-cell", "vulkan-moves")
              if of(rows, "W1", backend=b)]
     sizes = [n for n in SIZES if of(rows, "W1", width=n)]
     for k, n in enumerate(sizes):
@@ -212,15 +213,23 @@ def devices(rows, folder):
     save(figure, folder, "devices", rows)
 
 
+def shown(text):
+    return f"{number(text):.4g}" if text else ""
+
+
+# One row for each measurement; a peer that is not installed has its status alone.
 def table(rows):
-    lines = ["| workload | backend | threads | cells | model | precision | median s | ns per cell and step | of its limit |",
-             "|---|---|---|---|---|---|---|---|---|"]
+    lines = ["| workload | backend | threads | cells | model | precision | median s | least s of the processor | ns per cell and step | of its limit |",
+             "|---|---|---|---|---|---|---|---|---|---|"]
     for r in rows:
         if r["workload"] in ("accuracy", "limit"):
             continue
-        limit = f"{number(r['of_limit']):.2f} of {r['limit']} ({number(r['limit_GBs']):.1f} GB{'' if 'bytes' in r['limit'] else '/s'})" if r["of_limit"] else ""
-        lines.append(f"| {r['workload']} | {r['backend']} | {r['threads']} | {r['width']} x {r['height']} | {r['model']} | {r['precision']} "
-                     f"| {r['seconds']:.4g} | {r['ns']:.4g} | {limit} |")
+        limit = f"{number(r['of_limit']):.2f} of {r['limit']} ({number(r['limit_GBs']):.3g} GB{'' if 'bytes' in r['limit'] else '/s'})" if r["of_limit"] else ""
+        size = f"{r['width']} x {r['height']}" if r["width"] else ""
+        last = "; ".join(filter(None, [limit, "" if r["status"] == "ok" else r["status"]]))
+        ns = f"{r['ns']:.4g}" if r["ns"] == r["ns"] and r["model"] != "process" else ""
+        lines.append(f"| {r['workload']} | {r['backend']} | {r['threads']} | {size} | {r['model']} | {r['precision']} "
+                     f"| {shown(r['wall_median_s'])} | {shown(r['busy_least_s'])} | {ns} | {last} |")
     return "\n".join(lines) + "\n"
 
 
@@ -228,8 +237,9 @@ def main(path, folder):
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     rows = load(path)
+    timed = [r for r in rows if r["wall_median_s"]]
     for picture in (work_precision, work_precision_all, roofline, scaling, devices):
-        picture(rows, folder)
+        picture(timed, folder)
     (folder / "table.md").write_text(table(rows))
 
 

@@ -19,6 +19,9 @@ struct Timing {
 };
 Timing timing_of(std::vector<double> seconds);
 
+constexpr const char* not_installed = "not installed"; // the status of a peer's row without times
+constexpr const char* planned_bytes = "planned bytes"; // a limit of memory, in GB, in place of a bandwidth
+
 // A row of the table; what is not known is NAN or empty. errors: strain, SA1, SA2, FA1, FA2, curvature.
 struct Measurement {
     std::string backend, workload, model, method, precision, stencil, status = "ok";

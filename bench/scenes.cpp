@@ -1,13 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Workloads that are whole scenes, error against time, growth with cells.
+// Workloads that are whole scenes, and error against time.
 #include "bench/bench.hpp"
 
 #include <algorithm>
 #include <numbers>
-
-#include <sys/resource.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 namespace bench {
 
@@ -271,89 +267,6 @@ void accuracy(Bench& bench) {
     const Device cpu = Device::cpu();
     for (const Series& series : accuracy_series(bench, cpu))
         for (double step = 0.64; step >= series.least_step; step /= 2) add_accuracy(bench, smooth, series, step);
-}
-
-namespace {
-
-// The costs of a run in a process of its own: seconds of its steps, seconds from the process's start, peak memory.
-struct Alone {
-    double seconds = NAN, whole = NAN, peak_bytes = NAN;
-};
-
-Alone alone(const std::function<double()>& work) {
-    int ends[2];
-    if (pipe(ends) != 0) return {};
-    const double start = now();
-    const pid_t child = fork();
-    if (child == 0) {
-        const double seconds = work();
-        _exit(write(ends[1], &seconds, sizeof seconds) == sizeof seconds ? 0 : 1);
-    }
-    Alone a;
-    close(ends[1]);
-    if (read(ends[0], &a.seconds, sizeof a.seconds) != sizeof a.seconds) a.seconds = NAN;
-    close(ends[0]);
-    rusage usage{};
-    int status = 0;
-    wait4(child, &status, 0, &usage);
-    a.whole = now() - start;
-    a.peak_bytes = double(usage.ru_maxrss) * 1024;
-    return a;
-}
-
-} // namespace
-
-void growth(Bench& bench) {
-    const Device cpu = Device::cpu();
-    for (int n : bench.quick ? std::vector{1024, 2048} : std::vector{1024, 2048, 4096, 8192, 16384}) {
-        const auto scene = [n] {
-            Scene s;
-            s.grid = {n, n, {}};
-            s.load.kind = Load::Kind::linear;
-            s.load.radius = n;
-            s.model = Model::march;
-            s.precision = Precision::f32;
-            s.time = {0.01, 0.06};
-            return s;
-        };
-        Measurement r = bench.cpu("growth", n, bench.cores);
-        r.model = "march";
-        r.precision = "f32";
-        r.steps = 6;
-        std::vector<double> seconds;
-        Alone a;
-        for (int i = 0; i < (n > 8192 ? 1 : 3); ++i) {
-            a = alone([&] { return run(scene(), cpu).seconds; });
-            seconds.push_back(a.seconds);
-        }
-        r.wall = timing_of(seconds);
-        const double planned = alone([&] {
-                                   const Explanation e = explain(scene(), cpu);
-                                   return e.candidates[e.chosen].bytes;
-                               }).seconds;
-        r.limit = "planned bytes";
-        r.limit_GBs = planned / 1e9;
-        r.of_limit = a.peak_bytes / planned;
-        bench.add(r);
-    }
-}
-
-std::vector<double> first_frames(const std::string& device, int runs) {
-    std::vector<double> seconds;
-    for (int i = 0; i < runs + 1; ++i) {
-        const Alone a = alone([&] {
-            Scene s;
-            s.time.duration = s.time.step;
-            try {
-                return run(s, Device::open(device)).seconds;
-            } catch (const Error&) {
-                return NAN + 0.0;
-            }
-        });
-        if (std::isnan(a.seconds)) return {};
-        if (i > 0) seconds.push_back(a.whole); // the first one warms caches on disk
-    }
-    return seconds;
 }
 
 } // namespace bench

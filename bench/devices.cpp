@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: MIT
+// A device by the number of cells: W1, beside the same memory moved alone, a march of traces, and receptors.
+#include "bench/bench.hpp"
+
+#include <fmt/format.h>
+
+namespace bench {
+
+using namespace dermis;
+
+namespace {
+
+// Means and extremes of all five quantities.
+void add_march(Bench& bench, int n, int steps) {
+    Scene s;
+    s.grid = {n, n, {}};
+    s.load.kind = Load::Kind::linear;
+    s.load.radius = n;
+    s = with_maps(s);
+    s.model = Model::march;
+    s.precision = Precision::f32;
+    s.time.duration = (steps + 1) * s.time.step; // the first output is at 0
+    Measurement r = bench.on_vulkan("march-uniform", n);
+    r.steps = steps;
+    r.wall = bench.paired({[&] { return run(s, *bench.vulkan).seconds; }}, 3)[0];
+    bench.add(r);
+}
+
+// Receptors of a fingertip, frame by frame: pressure in, responses out.
+void add_sites(Bench& bench, int n, int presses) {
+    SkinDescription hand;
+    hand.grid = {n, n, 50e-6};
+    hand.surface.relief = 5e-5;
+    hand.material = {.modulus = 20e3, .viscosity = 1e3, .thickness = 1e-3, .curvature_length = 1e-5};
+    hand.sites = population(hand.grid);
+    SkinOptions options;
+    options.precision = Precision::f32;
+    Skin skin(*bench.vulkan, hand, options);
+    const std::vector<float> frame(size_t(n) * size_t(n), 1e4f);
+    Measurement r = bench.on_vulkan("W4-frames", n);
+    r.model = "sites";
+    r.receptors = static_cast<long long>(hand.sites.size());
+    r.steps = presses;
+    r.wall = bench.paired({[&] {
+                              return seconds_of([&] {
+                                  for (int i = 0; i < presses; ++i) skin.press(frame, 0.001);
+                              });
+                          }},
+                          bench.runs)[0];
+    bench.add(r);
+}
+
+} // namespace
+
+void device_growth(Bench& bench) {
+    if (!bench.vulkan) throw Error(Error::Code::no_device, "", "--only device: there is no Vulkan device");
+    const DeviceInfo& info = bench.vulkan->info();
+    fmt::print("{}, {}, {}\n", info.name, info.kind, info.driver);
+    const bool software = info.kind == "software";
+    for (int n : bench.quick ? std::vector{512, 1024, 2048} : std::vector{512, 1024, 2048, 4096, 8192}) {
+        const auto attempt = [n](const char* what, const auto& measure) {
+            try {
+                measure();
+            } catch (const Error& e) { // such as memory that the device does not have
+                fmt::print("{:20} {} x {}: {}\n", what, n, n, e.what());
+            }
+        };
+        attempt("W1", [&] { streamed_frames_on_device(bench, n); });
+        attempt("march-uniform", [&] { add_march(bench, n, software ? 5 : 100); });
+        attempt("W4-frames", [&] { add_sites(bench, n, software ? 2 : 20); });
+    }
+}
+
+} // namespace bench
