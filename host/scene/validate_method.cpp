@@ -14,11 +14,17 @@ double stability_limit(Method m) {
     return m == Method::rk4 ? 2.785293563405282 : INFINITY;
 }
 
+// Refuses the spring of elements in series.
+[[noreturn]] void refuse_spring(const Material& m, const char* allowed) {
+    if (m.spring) refuse("material.spring", shortest(*m.spring), allowed);
+    refuse("material.elements", "(one of viscosity 0)", allowed);
+}
+
 // Refuses FA2 of a sequence where it is not defined: without viscosity, and as the mean over a step of frames that do
 // not fall on output times.
 void check_fa2_of_sequence(const Scene& s, const MaterialSurvey& material) {
     if (material.elastic && material.chain)
-        refuse("material.elements", "(with a spring)", "no spring for FA2 of a sequence; or leave fa2 out of [output]");
+        refuse_spring(s.material, "no spring for FA2 of a sequence; or leave fa2 out of [output]");
     if (material.elastic)
         refuse("material.viscosity", "0" + material.where(*material.elastic, s.grid.width),
                "> 0 for FA2 of a sequence; with viscosity 0 leave fa2 out of [output]");
