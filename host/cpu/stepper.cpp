@@ -78,6 +78,16 @@ template <class K> class March : public plan::Stepper {
         }
     }
 
+    std::vector<const float*> view(const std::vector<Quantity>& what) override {
+        if constexpr (!std::is_same_v<real, float>) return Stepper::view(what);
+        else {
+            const DefaultFloats guard;
+            std::vector<const float*> maps;
+            for (Quantity q : what) maps.push_back(q < Quantity::curvature ? plane(size_t(q)) : derived_map(q));
+            return maps;
+        }
+    }
+
   private:
     size_t row(int y) const { return size_t(y) * size_t(skin_.pitch); }
     Plane<real>& response(size_t q) { return response_[q - QUANTITY_SA1]; }
@@ -125,6 +135,13 @@ template <class K> class March : public plan::Stepper {
         for (int x = 0; x < c.width; ++x) out[x] = K::flush(K::curvature_of(rest_[row(y) + size_t(x)], out[x], c.bend));
     }
 
+    const real* derived_map(Quantity q) {
+        std::vector<real>& map = derived_[q == Quantity::curvature];
+        map.resize(skin_.padded_cells());
+        for (int y = 0; y < skin_.height(); ++y) derive(q, y, map.data() + row(y));
+        return map.data();
+    }
+
     const plan::PreparedSkin& skin_;
     const plan::Schedule& schedule_;
     Sink sink_;
@@ -133,7 +150,8 @@ template <class K> class March : public plan::Stepper {
     std::vector<real> pressure_[2]; // with frames: from and to
     std::vector<real> rest_;        // L(S)
     std::array<Plane<real>, RESPONSE_MAPS> response_;
-    plan::SharedCoefficients table_of_; // what table_ was made from
+    std::array<std::vector<real>, 2> derived_; // deformation and curvature, where they are viewed
+    plan::SharedCoefficients table_of_;        // what table_ was made from
     std::vector<typename K::Coefficients> table_;
     std::array<std::vector<typename K::Summary>, REDUCED_MAPS> tiles_;
     plan::Step last_;     // the last one that was pressed
