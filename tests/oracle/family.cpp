@@ -59,8 +59,8 @@ void write_frames(const std::filesystem::path& path, const Grid& grid, const std
 }
 
 Family::Family(unsigned seed)
-    : random_(seed),
-      path_(std::filesystem::temp_directory_path() / ("dermis_family_" + std::to_string(getpid()) + ".npy")) {}
+    : random_(seed), path_(std::filesystem::temp_directory_path() /
+                           ("dermis_family_" + std::to_string(getpid()) + "_" + std::to_string(seed) + ".npy")) {}
 
 Family::~Family() { std::filesystem::remove(path_); }
 

@@ -2,8 +2,13 @@
 #include "tests/oracle/survey.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <future>
 #include <sstream>
+#include <thread>
+
+#include <mpfr.h>
 
 namespace oracle {
 
@@ -110,14 +115,26 @@ std::string Survey::summary() const {
 }
 
 Survey survey(unsigned first, int count) {
+    std::vector<std::pair<Verdict, std::string>> judged(static_cast<size_t>(count));
+    std::atomic<int> next = 0;
+    const auto work = [&] {
+        for (int i; (i = next++) < count;) {
+            const unsigned seed = first + unsigned(i);
+            Family family(seed);
+            const Case c = family.next();
+            const Verdict v = judge(c);
+            judged[size_t(i)] = {v, "seed " + std::to_string(seed) + " (" + family.kind() + "): " + text(v, c.scene)};
+        }
+    };
+    std::vector<std::future<void>> threads;
+    for (unsigned n = std::max(std::thread::hardware_concurrency(), 1u); n > 0; --n)
+        threads.push_back(std::async(std::launch::async, [&] {
+            work();
+            mpfr_free_cache(); // each thread has its own
+        }));
+    for (std::future<void>& thread : threads) thread.get();
     Survey s;
-    for (int i = 0; i < count; ++i) {
-        const unsigned seed = first + unsigned(i);
-        Family family(seed);
-        const Case c = family.next();
-        const Verdict v = judge(c);
-        s.take(v, "seed " + std::to_string(seed) + " (" + family.kind() + "): " + text(v, c.scene));
-    }
+    for (const auto& [verdict, line] : judged) s.take(verdict, line);
     return s;
 }
 
