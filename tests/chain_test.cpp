@@ -109,6 +109,30 @@ TEST_CASE("a chain of one element is that element; two equal ones are one of hal
     }
 }
 
+TEST_CASE(
+    "a baseline takes each element of a chain by itself: where the fastest is stiff, order and stability are lost") {
+    Envelope step;
+    Material stiff;
+    stiff.elements = {{2e6, 8e3}, {5e5, 7e5}}; // 4 ms, 1.4 s
+    const auto error = [&](Method method, double dt) {
+        Scene s = one_cell(stiff, step, dt, static_cast<long long>(0.4 / dt) + 1);
+        s.output.traces = {Quantity::strain};
+        s.tolerance = {};
+        Scene exact = s;
+        s.method = method;
+        s.allow_unstable = true;
+        const auto a = run(s, Device::cpu()).traces[0].mean, b = run(exact, Device::cpu()).traces[0].mean;
+        double worst = 0;
+        for (size_t i = 0; i < a.size(); ++i) worst = std::max(worst, std::abs(a[i] - b[i]));
+        return worst / b.back();
+    };
+    CHECK(error(Method::euler, 0.01) > 100); // z = 2.5 of the fast element
+    CHECK(error(Method::euler, 0.001) < 0.1);
+    CHECK(error(Method::backward_euler, 0.01) < 0.2); // stable, and blurred
+    CHECK(error(Method::backward_euler, 0.01) > 0.02);
+    CHECK(error(Method::sdirk2, 0.001) < error(Method::backward_euler, 0.001) / 4);
+}
+
 TEST_CASE("sites on a chain follow frames, and traces of a chain fields and probes, as superposition says") {
     Scene s = small_scene(7, 6);
     s.surface.kind = Surface::Kind::map;
@@ -160,7 +184,18 @@ TEST_CASE("what does not take a chain says so: marches, skins pressed frame by f
     const auto has = [](const std::string& text, const char* part) { return text.find(part) != std::string::npos; };
     CHECK(has(refused([](Scene& s) { s.model = Model::march; }), "which no march takes"));
     CHECK(has(refused([](Scene& s) { s.receptors.fa2_gains = {1, 0}; }), "fa2_gains make FA2 depend on its sign"));
-    CHECK(has(refused([](Scene& s) { s.method = Method::rk4; }), "\"exact\" with material.elements"));
+    CHECK(has(refused([](Scene& s) { s.method = Method::published; }), "another one with material.elements"));
+    CHECK(has(refused([](Scene& s) {
+                  s.method = Method::rk4;
+                  s.receptors.fa2 = Fa2::step_mean;
+                  s.material.spring = 3;
+              }),
+              "no spring but with method = \"exact\""));
+    CHECK(has(refused([](Scene& s) { // the fastest element of 10 ms
+                  s.method = Method::euler;
+                  s.time.step = 0.03;
+              }),
+              "at most 2*viscosity/modulus = 0.02"));
     CHECK(has(refused([](Scene& s) { s.material.spring = 3; }), "no spring for FA2 as a density"));
     CHECK(has(refused([](Scene& s) { s.material.elements.resize(9, {1, 1}); }), "(9 elements)"));
     CHECK(has(refused([](Scene& s) { s.material.elements.clear(), s.material.spring = 3; }), "(0 elements)"));

@@ -97,11 +97,13 @@ void check_edges(const SkinDescription& s) {
 
 void check_material(const Scene& s) {
     const MaterialSurvey material = survey_material(s);
-    if (material.chain && s.method != Method::exact)
-        refuse("method", std::string("\"") + name(s.method) + "\"", "\"exact\" with material.elements");
+    if (material.chain && s.method == Method::published)
+        refuse("method", "\"published\"", "another one with material.elements");
     if (material.maps && s.method == Method::published)
         refuse(s.material.modulus_map.empty() ? "material.viscosity" : "material.modulus", "(a map)",
                "one number with method = \"published\"");
+    if (material.elastic && material.chain && s.method != Method::exact)
+        refuse_spring(s.material, "no spring but with method = \"exact\"");
     if (material.elastic && s.method != Method::exact)
         refuse("material.viscosity", "0" + material.where(*material.elastic, s.grid.width),
                std::string("> 0 with method = \"") + name(s.method) + "\"");
@@ -110,7 +112,8 @@ void check_material(const Scene& s) {
         else check_fa2_density(s, material);
     }
     const size_t cell = material.stiffest;
-    check_stability(s, element_at(s.material, cell), material.where(cell, s.grid.width));
+    if (!material.chain) return check_stability(s, element_at(s.material, cell), material.where(cell, s.grid.width));
+    for (const Element& e : chain_of(s.material)) check_stability(s, e, " in material.elements");
 }
 
 } // namespace
@@ -151,10 +154,9 @@ MaterialSurvey survey_material(const SkinDescription& s) {
 void check_fa2_density(const SkinDescription& s, const MaterialSurvey& material) {
     if (!material.elastic || *s.receptors.fa2 == Fa2::step_mean) return;
     if (material.chain)
-        refuse(
-            "material.elements", "(with a spring)",
-            "no spring for FA2 as a density, because a jump makes it infinite twice; with a spring set receptors.fa2 = "
-            "\"step-mean\" or leave fa2 out of [output]");
+        refuse_spring(s.material,
+                      "no spring for FA2 as a density, because a jump makes it infinite twice; with a spring "
+                      "set receptors.fa2 = \"step-mean\" or leave fa2 out of [output]");
     refuse("material.viscosity", "0" + material.where(*material.elastic, s.grid.width),
            "> 0 for FA2 as a density; with viscosity 0 set receptors.fa2 = \"step-mean\" or leave fa2 out of [output]");
 }

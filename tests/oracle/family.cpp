@@ -322,7 +322,7 @@ void Family::take_late(Scene& s) {
 bool Family::may_be_chain(const Scene& s) const {
     const auto& gains = s.receptors.fa2_gains;
     const bool sites_alone = !s.sites.empty() && s.output.traces.empty() && s.output.fields.empty();
-    return s.method == Method::exact && s.material.modulus_map.empty() && s.model != Model::march &&
+    return s.material.modulus_map.empty() && s.model != Model::march &&
            s.precision.value_or(Precision::f64) == Precision::f64 && (gains[0] == -gains[1] || sites_alone);
 }
 
@@ -335,7 +335,7 @@ void Family::take_chain(Scene& s) {
         const double factor = decades(-1, 1);
         m.elements.push_back({E * factor, eta * factor * decades(-2, 2)});
     }
-    if (s.receptors.fa2 == Fa2::step_mean && one_in(2)) m.spring = E * decades(-1, 1);
+    if (s.receptors.fa2 == Fa2::step_mean && s.method == Method::exact && one_in(2)) m.spring = E * decades(-1, 1);
     if (one_in(4)) m.dashpot = eta * decades(0, 2);
 }
 
