@@ -23,13 +23,13 @@ struct Contender {
 };
 
 constexpr Contender contenders[] = {
-    {.workload = "march-uniform", .spread = Spread::uniform, .steps = 20},
-    {.workload = "march-uniform", .spread = Spread::uniform, .precision = Precision::f32_compensated, .steps = 20},
-    {.workload = "march-uniform", .spread = Spread::uniform, .precision = Precision::f64, .steps = 10},
-    {.workload = "march-patches-4", .spread = Spread::patches, .steps = 20},
-    {.workload = "march-random-4", .spread = Spread::random, .steps = 20},
-    {.workload = "march-random-1000", .spread = Spread::thousand, .steps = 20},
-    {.workload = "march-each", .spread = Spread::each, .steps = 5}};
+    {.workload = "march-uniform", .spread = Spread::uniform, .steps = 100},
+    {.workload = "march-uniform", .spread = Spread::uniform, .precision = Precision::f32_compensated, .steps = 100},
+    {.workload = "march-uniform", .spread = Spread::uniform, .precision = Precision::f64, .steps = 100},
+    {.workload = "march-patches-4", .spread = Spread::patches, .steps = 100},
+    {.workload = "march-random-4", .spread = Spread::random, .steps = 100},
+    {.workload = "march-random-1000", .spread = Spread::thousand, .steps = 100},
+    {.workload = "march-each", .spread = Spread::each, .steps = 60}};
 
 double modulus_of(size_t material) { return 1.54 * (1 + 0.1 * double(material % 8) + 1e-3 * double(material)); }
 

@@ -112,12 +112,13 @@ std::vector<PressedMaterial> pressed_materials(const PreparedSkin& skin, const S
     return alike();
 }
 
-// Reduces the materials to as many as the analysis has time for. Errors scale with peak/modulus and peak/viscosity at a
+// Reduces the materials to as many as the analysis has time and memory for. Errors scale with peak/modulus and peak/viscosity at a
 // given retardation time, so the extremes of these represent the others of a narrow range of retardation times.
 std::vector<PressedMaterial> representatives(std::vector<PressedMaterial> all, double steps) {
     constexpr double most_cell_steps = 4e6;
-    constexpr size_t ranges = 512;
-    if (all.size() <= 2 * ranges || double(all.size()) * steps <= most_cell_steps) return all;
+    constexpr size_t ranges = 512, most_materials = 65536;
+    if (all.size() <= 2 * ranges || (all.size() <= most_materials && double(all.size()) * steps <= most_cell_steps))
+        return all;
     const auto rate = [](const PressedMaterial& m) { return std::log(z_of(m.element, 1)); };
     double low = INFINITY, high = -INFINITY; // of rates that are finite
     for (const PressedMaterial& m : all)
@@ -243,9 +244,10 @@ class Analysis {
     }
 
     Bounds run() {
-        plan::Timeline timeline(schedule_, materials_, skin_.rule, schedule_.method),
-            exact_timeline(schedule_, materials_, skin_.rule, Method::exact);
+        plan::Timeline timeline(schedule_, materials_, skin_.rule, schedule_.method);
         const bool baseline = schedule_.method != Method::exact;
+        std::optional<plan::Timeline> exact_timeline;
+        if (baseline) exact_timeline.emplace(schedule_, materials_, skin_.rule, Method::exact);
         const bool sine = !schedule_.framed && !baseline && schedule_.load.envelope.kind == Envelope::Kind::sine;
         const double angular_frequency =
             sine ? scene::Waveform(schedule_.load.envelope, schedule_.time).angular_frequency() : 0;
@@ -254,7 +256,7 @@ class Analysis {
         const double dt = schedule_.time.step;
         for (plan::Step step, true_step; timeline.next(step);) {
             // impulses and fields between outputs come from the exact method's timeline alone
-            while (baseline && exact_timeline.next(true_step) && true_step.trace < 0) {
+            while (baseline && exact_timeline->next(true_step) && true_step.trace < 0) {
             }
             for (size_t i = 0; i < materials_.size(); ++i) {
                 const Element& m = materials_[i];
