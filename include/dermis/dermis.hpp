@@ -118,6 +118,12 @@ struct Surface {
     Map map;                            // Kind::map: width*height finite heights
 };
 
+// A spring beside a dashpot: viscosity*eps' + modulus*eps = sigma. Without viscosity it is a spring, without modulus a
+// dashpot. Elements in series, whose strains add up, are a chain; <dermis/fit.hpp> makes chains from measured curves.
+struct KelvinVoigt {
+    double modulus = 0, viscosity = 0; // Pa, Pa s; >= 0, not both 0
+};
+
 struct Material {
     double modulus = 1.54;                  // E, Pa, >= 0; modulus and viscosity not both 0
     double viscosity = 1;                   // eta, Pa s, >= 0
