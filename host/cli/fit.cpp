@@ -16,8 +16,9 @@ namespace {
 
 // Two standard errors of a logarithm.
 std::string interval(double error) {
-    return error < 0.25 ? fmt::format("+-{:.2g} %", 200 * error)
-                        : fmt::format("within a factor of {:.3g}", std::exp(2 * error));
+    const double factor = std::exp(2 * error);
+    if (error < 0.25) return fmt::format("+-{:.2g} %", 200 * error);
+    return factor < 1000 ? fmt::format("within a factor of {:.3g}", factor) : "open";
 }
 
 std::string described(const KelvinVoigt& e, const KelvinVoigt& error) {
@@ -39,7 +40,7 @@ std::string relaxation_text(const std::vector<KelvinVoigt>& chain) {
 
 void print_fit(const FitArguments& a, const Curve& curve, const Fit& fit) {
     const bool creep = curve.test == fit::Test::creep;
-    fmt::print("# {}: {} points of {}; {} elements; residual {:.3g} (root mean square, {})\n", a.data,
+    fmt::print("# {}: {} points of {}; elements: {}; residual {:.3g} (root mean square, {})\n", a.data,
                curve.times.size(), creep ? "creep" : "relaxation", fit.elements.size(), fit.residual,
                a.residual == "relative" ? "relative to each value" : "relative to the greatest value");
     const bool relaxes = !creep || fit.elements.front().viscosity == 0; // it has a spring

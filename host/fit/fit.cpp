@@ -29,6 +29,12 @@ std::vector<double> curve_of(Test test, const std::vector<KelvinVoigt>& chain, c
 
 namespace {
 
+// Refuses numbers whose squares or ratios might leave the range of double.
+void need_moderate(const std::string& name, double x) {
+    scene::need(x == 0 || (std::abs(x) > 1e-50 && std::abs(x) < 1e50), name.c_str(), x,
+                "0, or between 1e-50 and 1e50; other units may help");
+}
+
 Problem checked(Test test, const std::vector<double>& times, const std::vector<double>& values, int n,
                 Residual residual) {
     const std::string name = test == Test::creep ? "compliances" : "moduli", points = std::to_string(times.size());
@@ -40,12 +46,15 @@ Problem checked(Test test, const std::vector<double>& times, const std::vector<d
                       "at least " + std::to_string(2 * n + 1) + " for " + std::to_string(n) + " elements");
     double greatest = 0;
     for (size_t i = 0; i < times.size(); ++i) {
-        scene::need_not_negative(("times[" + std::to_string(i) + "]").c_str(), times[i]);
+        const std::string time = "times[" + std::to_string(i) + "]";
+        scene::need_not_negative(time.c_str(), times[i]);
+        need_moderate(time, times[i]);
         const std::string value = name + "[" + std::to_string(i) + "]";
         if (residual == Residual::relative)
             scene::need(scene::finite(values[i]) && values[i] > 0, value.c_str(), values[i],
                         "a finite number > 0; any finite number with an absolute residual");
         scene::need_finite(value.c_str(), values[i]);
+        need_moderate(value, values[i]);
         greatest = std::max(greatest, values[i]);
     }
     if (std::none_of(times.begin(), times.end(), [](double t) { return t > 0; }))
@@ -83,15 +92,17 @@ std::vector<KelvinVoigt> chain_of_spectrum(const Problem& p, const Spectrum& s) 
 double residual_of(const Problem& p, const Spectrum& s) { return std::sqrt(s.squares / double(p.times.size())); }
 
 // Says so if a chain of fewer elements than `used` describes the data as well.
-void compare_with_fewer(const Problem& p, const Spectrum& s, size_t used, Fit& fit) {
-    double least = information(p, s);
+void compare_with_fewer(const Problem& p, const Grid& grid, const Spectrum& s, size_t used, Fit& fit) {
+    double least = information(p, s, s.parameters());
     std::string sentence;
     for (int n = int(used) - 1; n > 0; --n) {
-        const Spectrum fewer = best_spectrum(p, n);
-        if (fewer.amplitudes.empty() || information(p, fewer) > least) break;
-        least = information(p, fewer);
+        const Spectrum fewer = best_spectrum(p, grid, n);
+        const double score = information(p, fewer, fewer.parameters());
+        if (fewer.amplitudes.empty() || score > least) continue;
+        least = score;
         char text[160];
-        std::snprintf(text, sizeof text, "%zu elements describe the data as well as %zu: residual %.3g and %.3g",
+        std::snprintf(text, sizeof text,
+                      "a chain of %zu describes the data as well as one of %zu: residual %.3g and %.3g",
                       chain_of_spectrum(p, fewer).size(), used, residual_of(p, fewer), residual_of(p, s));
         sentence = text;
     }
@@ -99,7 +110,8 @@ void compare_with_fewer(const Problem& p, const Spectrum& s, size_t used, Fit& f
 }
 
 Fit fitted(const Problem& p, int n) {
-    const Spectrum s = best_spectrum(p, n);
+    const Grid grid = grid_of(p);
+    const Spectrum s = best_spectrum(p, grid, n);
     Fit fit;
     fit.elements = chain_of_spectrum(p, s);
     fit.residual = residual_of(p, s);
@@ -108,7 +120,7 @@ Fit fitted(const Problem& p, int n) {
     if (used < size_t(n))
         fit.undetermined.push_back("the data take " + std::to_string(used) + " of " + std::to_string(n) +
                                    " elements: the others would add nothing");
-    compare_with_fewer(p, s, used, fit);
+    compare_with_fewer(p, grid, s, used, fit);
     judge(p, fit);
     return fit;
 }

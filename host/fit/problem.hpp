@@ -33,11 +33,19 @@ struct Spectrum {
     size_t parameters() const { return amplitudes.size() + log_times.size(); }
 };
 
-// Returns the best spectrum of a chain of at most n elements.
-Spectrum best_spectrum(const Problem&, int n);
+// Times to begin the search at, with the triangle of constant, ramp, exponentials of all these times, and values: a
+// small problem with the least squares of the whole.
+struct Grid {
+    std::vector<double> log_times;
+    Matrix triangle;
+};
+Grid grid_of(const Problem&);
 
-// Weighs the quality of a spectrum against its number of parameters (Bayesian information criterion); less is better.
-double information(const Problem&, const Spectrum&);
+// Returns the best spectrum of a chain of at most n elements.
+Spectrum best_spectrum(const Problem&, const Grid&, int n);
+
+// Weighs the residual of a spectrum against its number of parameters (Bayesian information criterion); less is better.
+double information(const Problem&, const Spectrum&, size_t parameters);
 
 // Fills Fit::errors in, and describes what stays undetermined.
 void judge(const Problem&, Fit&);

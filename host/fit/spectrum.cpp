@@ -72,24 +72,6 @@ void set_amplitudes(const Problem& p, Spectrum& s) {
     s.squares = solution.squares;
 }
 
-// The triangle of constant, ramp, exponentials of all times of the grid, and target: the whole problem on the grid.
-struct Grid {
-    std::vector<double> log_times;
-    Matrix triangle;
-};
-
-Grid grid_of(const Problem& p) {
-    const Range range = range_of(p);
-    const double decades = (range.most - range.least) / std::log(10.0);
-    const int intervals = std::clamp(int(std::ceil(10 * decades)), 1, 200);
-    Spectrum all{.constant = true, .ramp = true};
-    for (int i = 0; i <= intervals; ++i)
-        all.log_times.push_back(range.least + i * (range.most - range.least) / intervals);
-    Matrix m = columns_of(p, all);
-    m.append(target_of(p));
-    return {all.log_times, triangle_of(std::move(m))};
-}
-
 // Chooses times on the grid one by one, each where it helps most, and after each moves all while that helps.
 void choose_on_grid(const Grid& grid, Spectrum& s, size_t count) {
     std::vector<size_t> columns; // of the triangle
@@ -194,12 +176,15 @@ bool contributes(const Problem& p, const Spectrum& s, size_t k) {
     return s.amplitudes[s.first_time() + k] * greatest > exact_data;
 }
 
+// Times closer than this, in their logarithm, make one exponential but for less than exact_data.
+constexpr double same_time = 1e-3;
+
 // Removes terms without amplitude, and of times that have met all but one; then the others move again.
 void simplify(const Problem& p, Spectrum& s) {
     for (;;) {
         std::vector<double> kept;
         for (size_t k = 0; k < s.log_times.size(); ++k) {
-            const auto meets = [&](double time) { return std::abs(time - s.log_times[k]) < 1e-6; };
+            const auto meets = [&](double time) { return std::abs(time - s.log_times[k]) < same_time; };
             if (contributes(p, s, k) && std::none_of(kept.begin(), kept.end(), meets)) kept.push_back(s.log_times[k]);
         }
         const bool constant = s.constant && s.amplitudes[0] > 0, ramp = s.ramp && s.amplitudes[s.constant] > 0;
@@ -211,16 +196,27 @@ void simplify(const Problem& p, Spectrum& s) {
 
 } // namespace
 
-double information(const Problem& p, const Spectrum& s) {
+double information(const Problem& p, const Spectrum& s, size_t parameters) {
     const double points = double(p.times.size());
     const double mean_square = std::max(s.squares / points, exact_data * exact_data);
-    return points * std::log(mean_square) + double(s.parameters()) * std::log(points);
+    return points * std::log(mean_square) + double(parameters) * std::log(points);
 }
 
-Spectrum best_spectrum(const Problem& p, int n) {
-    const Grid grid = grid_of(p);
+Grid grid_of(const Problem& p) {
+    const Range range = range_of(p);
+    const double decades = (range.most - range.least) / std::log(10.0);
+    const int intervals = std::clamp(int(std::ceil(10 * decades)), 1, 200);
+    Spectrum all{.constant = true, .ramp = true};
+    for (int i = 0; i <= intervals; ++i)
+        all.log_times.push_back(range.least + i * (range.most - range.least) / intervals);
+    Matrix m = columns_of(p, all);
+    m.append(target_of(p));
+    return {all.log_times, triangle_of(std::move(m))};
+}
+
+Spectrum best_spectrum(const Problem& p, const Grid& grid, int n) {
     Spectrum best;
-    bool found = false;
+    double least = HUGE_VAL;
     for (bool constant : {true, false})
         for (bool ramp : {false, true}) {
             // In creep a spring and a dashpot are elements of their own; in relaxation every spectrum has a spring.
@@ -230,9 +226,13 @@ Spectrum best_spectrum(const Problem& p, int n) {
             choose_on_grid(grid, s, size_t(times));
             refine(p, s);
             simplify(p, s);
-            if (found && information(p, s) >= information(p, best)) continue;
+            // Noise must not make a kind of spectrum look better that could use fewer of its terms.
+            const bool exact = s.squares <= exact_data * exact_data * double(p.times.size());
+            const size_t offered = size_t(2 * times + constant + ramp);
+            const double score = information(p, s, exact ? s.parameters() : offered);
+            if (score >= least) continue;
+            least = score;
             best = std::move(s);
-            found = true;
         }
     return best;
 }

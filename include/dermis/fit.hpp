@@ -38,8 +38,9 @@ enum class Residual {
 
 struct Fit {
     std::vector<KelvinVoigt> elements; // a spring, elements by ascending retardation time, a dashpot; at most n
-    // Standard error of the logarithm of each number of the elements, 0 where the number is 0: in 95 of 100 such data
-    // the truth is within a factor of exp(2*error). The data count as exact to 1e-7 at best.
+    // Standard error of the logarithm of each number of the elements, 0 where the number is 0. Where nothing is
+    // undetermined, the truth is within a factor of exp(2*error) in some 95 of 100 such data. The data count as exact
+    // to 1e-7 at best.
     std::vector<KelvinVoigt> errors;
     double residual = 0;       // root mean square of the residual
     std::vector<double> model; // the curve at the times of the data
