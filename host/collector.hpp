@@ -32,7 +32,7 @@ class Collector {
     const std::vector<Quantity> wanted_;
 };
 
-// Takes the same steps with a second stepper, and compares every cell of every output and every sample.
+// Takes the steps of a march in float with a second one, and compares every cell of every output and every sample.
 class CrossCheck {
   public:
     using MakeStepper = std::function<std::unique_ptr<plan::Stepper>(plan::Stepper::Sink)>;
@@ -45,9 +45,9 @@ class CrossCheck {
 
   private:
     Result& result_;
+    const plan::PreparedSkin& skin_;
     const std::vector<Quantity> wanted_;
     Result other_result_;
-    std::vector<std::vector<double>> maps_, other_maps_;
     Collector collect_;
     std::unique_ptr<plan::Stepper> stepper_;
 };

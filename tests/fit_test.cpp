@@ -12,13 +12,14 @@
 #include <toml++/toml.h>
 
 using namespace test;
-using fit::Test;
 namespace fs = std::filesystem;
 
 namespace {
 
+using fit::Test;
+
 // A spring, three elements and a dashpot.
-const std::vector<KelvinVoigt> five = {{4e6, 0}, {2e6, 8e3}, {1e6, 7e4}, {5e5, 7e5}, {0, 2e7}};
+const std::vector<KelvinVoigt> five_elements = {{4e6, 0}, {2e6, 8e3}, {1e6, 7e4}, {5e5, 7e5}, {0, 2e7}};
 // Pawluk and Howe's three times of the fingerpad's relaxation, in four equal shares.
 const Relaxation fingerpad{{2.5e5, 2.5e5, 2.5e5}, {4e-3, 7e-2, 1.4}, 2.5e5};
 
@@ -29,7 +30,7 @@ std::vector<double> log_spaced(double from, double to, int intervals) {
 }
 
 // Greatest relative difference of the numbers of two chains; infinite where one has another shape.
-double difference(const std::vector<KelvinVoigt>& a, const std::vector<KelvinVoigt>& b) {
+double chain_difference(const std::vector<KelvinVoigt>& a, const std::vector<KelvinVoigt>& b) {
     if (a.size() != b.size()) return INFINITY;
     double worst = 0;
     for (size_t k = 0; k < a.size(); ++k)
@@ -95,8 +96,8 @@ TEST_CASE("a chain and its relaxation agree with 50 digits of arithmetic") {
                                             {3174817.74532560457, 16814.8578791916804},
                                             {1583300.7526575128, 165143.474228069861},
                                             {486990.215745320704, 1382273.21822502554}};
-    CHECK(difference(chain_of(fingerpad), chain) < 1e-15);
-    const Relaxation r = relaxation_of(five);
+    CHECK(chain_difference(chain_of(fingerpad), chain) < 1e-15);
+    const Relaxation r = relaxation_of(five_elements);
     const double moduli[] = {2809265.76353478033, 658392.18692464394, 271102.810968512332, 261239.238572063403},
                  times[] = {0.00125956990066177306, 0.0306467999824878831, 0.670100516001200712, 75.7719931141156496};
     REQUIRE(r.times.size() == 4);
@@ -108,7 +109,7 @@ TEST_CASE("a chain and its relaxation agree with 50 digits of arithmetic") {
     const std::vector<double> t = {0.001, 0.01, 0.1, 1, 10},
                               strain = {3.762618274578382e-7, 8.5681441607596831e-7, 1.6532234041432347e-6,
                                         2.8209160560111428e-6, 4.2484190193537601e-6};
-    CHECK(test::difference(fit::curve_of(Test::creep, five, t), strain) < 1e-15);
+    CHECK(difference(fit::curve_of(Test::creep, five_elements, t), strain) < 1e-15);
 }
 
 TEST_CASE("chains and relaxations go there and back within 1e-12") {
@@ -125,7 +126,7 @@ TEST_CASE("chains and relaxations go there and back within 1e-12") {
             worst_relaxation = std::max({worst_relaxation, std::abs(back.times[k] / r.times[k] - 1),
                                          std::abs(back.moduli[k] / r.moduli[k] - 1)});
         CHECK(back.equilibrium == doctest::Approx(r.equilibrium).epsilon(1e-12));
-        worst_chain = std::max(worst_chain, difference(chain_of(back), chain));
+        worst_chain = std::max(worst_chain, chain_difference(chain_of(back), chain));
     }
     CHECK(worst_relaxation < 1e-12);
     CHECK(worst_chain < 1e-12);
@@ -149,16 +150,16 @@ TEST_CASE("modulus times compliance is 1 at every rate: s*E(s) * s*J(s) = 1 of t
 
 TEST_CASE("equal times, springs and dashpots add up; a step of strain gives the sum of the moduli") {
     const Relaxation split{{1e5, 1.5e5, 2.5e5, 2.5e5}, {4e-3, 4e-3, 1.4, 7e-2}, 2.5e5};
-    CHECK(difference(chain_of(split), chain_of(fingerpad)) < 1e-15);
+    CHECK(chain_difference(chain_of(split), chain_of(fingerpad)) < 1e-15);
     const std::vector<KelvinVoigt> parts = {{1e6, 7e4},  {8e6, 0},   {0, 4e7}, {8e6, 0},
                                             {4e6, 16e3}, {5e5, 7e5}, {0, 4e7}, {4e6, 16e3}};
-    const Relaxation a = relaxation_of(parts), b = relaxation_of(five);
-    CHECK(test::difference(a.times, b.times) < 1e-14);
-    CHECK(test::difference(a.moduli, b.moduli) < 1e-14);
+    const Relaxation a = relaxation_of(parts), b = relaxation_of(five_elements);
+    CHECK(difference(a.times, b.times) < 1e-14);
+    CHECK(difference(a.moduli, b.moduli) < 1e-14);
     CHECK(a.moduli[0] + a.moduli[1] + a.moduli[2] + a.moduli[3] == doctest::Approx(4e6).epsilon(1e-14));
     CHECK(relaxation_of({{3, 0}}).equilibrium == 3);
-    CHECK(difference(chain_of({{}, {}, 3}), {{3, 0}}) == 0);
-    CHECK(difference(chain_of({{2}, {5}, 0}), {{2, 0}, {0, 10}}) < 1e-15);
+    CHECK(chain_difference(chain_of({{}, {}, 3}), {{3, 0}}) == 0);
+    CHECK(chain_difference(chain_of({{2}, {5}, 0}), {{2, 0}, {0, 10}}) < 1e-15);
 }
 
 TEST_CASE("conversions refuse what is no chain and no relaxation") {
@@ -186,14 +187,14 @@ TEST_CASE("conversions refuse what is no chain and no relaxation") {
 
 TEST_CASE("a fit to exact data finds the chain within 1e-6, and nothing undetermined") {
     const std::vector<double> t = log_spaced(1e-3, 10, 80);
-    const Fit creep = fit_creep(t, fit::curve_of(Test::creep, five, t), 5);
-    CHECK(difference(creep.elements, five) < 1e-6);
+    const Fit creep = fit_creep(t, fit::curve_of(Test::creep, five_elements, t), 5);
+    CHECK(chain_difference(creep.elements, five_elements) < 1e-6);
     CHECK(creep.residual < 1e-12);
     CHECK(creep.undetermined.empty());
-    CHECK(test::difference(creep.model, fit::curve_of(Test::creep, five, t)) < 1e-12);
+    CHECK(difference(creep.model, fit::curve_of(Test::creep, five_elements, t)) < 1e-12);
     const std::vector<KelvinVoigt> chain = chain_of(fingerpad);
     const Fit relaxation = fit_relaxation(t, fit::curve_of(Test::relaxation, chain, t), 4);
-    CHECK(difference(relaxation.elements, chain) < 1e-6);
+    CHECK(chain_difference(relaxation.elements, chain) < 1e-6);
     CHECK(relaxation.residual < 1e-12);
     CHECK(relaxation.undetermined.empty());
 }
@@ -211,14 +212,14 @@ TEST_CASE("each shape of a chain is told from the others: with and without sprin
     for (const std::vector<KelvinVoigt>& chain : chains) {
         CAPTURE(chain.size());
         const Fit f = fit_creep(t, fit::curve_of(Test::creep, chain, t), int(chain.size()));
-        CHECK(difference(f.elements, chain) < 1e-6);
+        CHECK(chain_difference(f.elements, chain) < 1e-6);
         CHECK(f.undetermined.empty());
     }
     for (const std::vector<KelvinVoigt>& chain :
-         {std::vector<KelvinVoigt>{{4e6, 0}}, {{4e6, 0}, {0, 2e7}}, {{4e6, 0}, {1e6, 7e4}}, five}) {
+         {std::vector<KelvinVoigt>{{4e6, 0}}, {{4e6, 0}, {0, 2e7}}, {{4e6, 0}, {1e6, 7e4}}, five_elements}) {
         CAPTURE(chain.size());
         const Fit f = fit_relaxation(t, fit::curve_of(Test::relaxation, chain, t), int(chain.size()));
-        CHECK(difference(f.elements, chain) < 1e-6);
+        CHECK(chain_difference(f.elements, chain) < 1e-6);
         CHECK(f.undetermined.empty());
     }
 }
@@ -235,7 +236,7 @@ TEST_CASE("a fit with too many elements says so") {
     const std::vector<double> t = log_spaced(1e-3, 10, 80);
     const std::vector<double> exact = fit::curve_of(Test::relaxation, chain_of(fingerpad), t);
     const Fit reduced = fit_relaxation(t, exact, 6);
-    CHECK(difference(reduced.elements, chain_of(fingerpad)) < 1e-6);
+    CHECK(chain_difference(reduced.elements, chain_of(fingerpad)) < 1e-6);
     CHECK(says(reduced, "the data take 4 of 6 elements"));
 
     Random random;
@@ -281,11 +282,11 @@ TEST_CASE("an absolute residual takes data that begin at 0, in any order and uni
     std::reverse(t.begin(), t.end());
     std::reverse(creep.begin(), creep.end());
     const Fit f = fit_creep(t, creep, 2, Residual::absolute);
-    CHECK(difference(f.elements, chain) < 1e-6);
+    CHECK(chain_difference(f.elements, chain) < 1e-6);
     for (double& x : creep) x *= 1e9;
     std::vector<KelvinVoigt> softer = chain;
     for (KelvinVoigt& e : softer) e = {e.modulus / 1e9, e.viscosity / 1e9};
-    CHECK(difference(fit_creep(t, creep, 2, Residual::absolute).elements, softer) < 1e-6);
+    CHECK(chain_difference(fit_creep(t, creep, 2, Residual::absolute).elements, softer) < 1e-6);
 }
 
 TEST_CASE("fits refuse what is no curve") {
@@ -328,13 +329,29 @@ TEST_CASE("dermis fit finds the published constants in the examples, and prints 
         for (const toml::node& e : *elements)
             printed.push_back({e.as_table()->at("modulus").value<double>().value(),
                                e.as_table()->at("viscosity").value<double>().value()});
-        CHECK(difference(printed, chain) < 1e-6);
+        CHECK(chain_difference(printed, chain) < 1e-6);
         const Columns written = read_csv((out / "fit.csv").string());
         CHECK(written.at("time").size() > 50);
-        CHECK(test::difference(written.at("model"), written.at("modulus")) < 1e-8);
+        CHECK(difference(written.at("model"), written.at("modulus")) < 1e-8);
         const bool drawn = fs::exists(out / "fit.png");
         CHECK(o.out.find(drawn ? "fit.png" : "no picture: /usr/bin/python3 has no matplotlib") != std::string::npos);
     }
+}
+
+TEST_CASE("a scene takes the material that dermis fit prints: strain under a step of 1 Pa is its compliance") {
+    const Folder folder;
+    const Outcome printed =
+        command(folder, "fit " + data("../../host/examples/fingerpad_relaxation.csv") + " --elements 4");
+    const std::string scene = folder.write(
+        "scene.toml", printed.out + "[grid]\nwidth = 9\nheight = 9\n[load]\nkind = \"circular\"\n"
+                                    "[time]\nduration = 1\n[output]\ntraces = [\"strain\"]\nprobes = [[4, 4]]\n");
+    const Outcome run = command(folder, "run " + scene + " --out " + (folder / "out").string());
+    CHECK_MESSAGE(run.status == 0, run.err);
+    const Columns traces = read_csv((folder / "out" / "traces.csv").string());
+    std::vector<double> time = traces.at("time"), strain = traces.at("strain_probe0");
+    time.erase(time.begin()); // before the step
+    strain.erase(strain.begin());
+    CHECK(difference(strain, fit::curve_of(Test::creep, chain_of(fingerpad), time)) < 1e-6);
 }
 
 TEST_CASE("dermis fit reads strain under a stress, and warns of elements that the data leave open") {

@@ -61,6 +61,17 @@ template <class K> class March : public plan::Stepper {
         }
     }
 
+    std::vector<const float*> view(const std::vector<Quantity>& what) override {
+        if constexpr (!std::is_same_v<real, float>) return Stepper::view(what);
+        else {
+            take_batch();
+            const DefaultFloats guard;
+            std::vector<const float*> maps;
+            for (Quantity q : what) maps.push_back(q < Quantity::curvature ? plane(size_t(q)) : derived_map(q));
+            return maps;
+        }
+    }
+
   private:
     // A step of a batch, with what it is pressed by and its samples.
     struct Slot {
@@ -177,6 +188,13 @@ template <class K> class March : public plan::Stepper {
         for (int x = 0; x < c.width; ++x) out[x] = K::flush(K::curvature_of(rest_[row(y) + size_t(x)], out[x], c.bend));
     }
 
+    const real* derived_map(Quantity q) {
+        std::vector<real>& map = derived_[q == Quantity::curvature];
+        map.resize(skin_.padded_cells());
+        for (int y = 0; y < skin_.height(); ++y) derive(q, y, map.data() + row(y));
+        return map.data();
+    }
+
     const plan::PreparedSkin& skin_;
     const plan::Schedule& schedule_;
     Sink sink_;
@@ -185,10 +203,11 @@ template <class K> class March : public plan::Stepper {
     std::vector<real> pressure_[2]; // with frames: from and to
     std::vector<real> rest_;        // L(S)
     std::array<Plane<real>, RESPONSE_MAPS> response_;
-    std::deque<Slot> slots_; // of steps that wait, in order, and of the last batch
-    size_t waiting_ = 0;     // steps that wait to be taken in one batch
-    size_t last_ = 0;        // slot of the last step that was taken
-    bool steady_ = false;    // it changed nothing that is asked for
+    std::array<std::vector<real>, 2> derived_; // deformation and curvature, where they are viewed
+    std::deque<Slot> slots_;                   // of steps that wait, in order, and of the last batch
+    size_t waiting_ = 0;                       // steps that wait to be taken in one batch
+    size_t last_ = 0;                          // slot of the last step that was taken
+    bool steady_ = false;                      // it changed nothing that is asked for
     long long left_out_ = 0;
 };
 

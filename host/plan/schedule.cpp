@@ -122,7 +122,7 @@ std::string why_not_separable(const PreparedSkin& skin, const Schedule& schedule
 
 std::string why_not(const PreparedSkin& skin, const Schedule& schedule, Model model) {
     const Output& o = schedule.output;
-    if (model == Model::march) return "";
+    if (model == Model::march) return skin.chain > 1 ? "material.elements are in series, which no march takes" : "";
     if (model == Model::sites) {
         if (skin.description.sites.empty()) return "there are no sites";
         return o.traces.empty() && o.fields.empty() ? "" : "traces or fields of all cells are asked for";

@@ -40,7 +40,8 @@ bool ever_pressed(const PressedCells& pressed, size_t cell, int width) {
     return y >= box.first_row && y < box.last_row && x >= box.first_column() && x < box.last_tile * TILE_CELLS;
 }
 
-SiteCells::SiteCells(const PreparedSkin& skin, const PressedCells& pressed, const std::vector<Cell>& at) : points(at) {
+SiteCells::SiteCells(const PreparedSkin& skin, const PressedCells& pressed, const std::vector<Cell>& at)
+    : points(at), chain(skin.chain) {
     const size_t width = size_t(skin.width());
     for (const Cell& c : points) {
         const Neighbours n = neighbours_of(skin, c);
@@ -57,10 +58,13 @@ SiteCells::SiteCells(const PreparedSkin& skin, const PressedCells& pressed, cons
     for (size_t cell : cells) {
         const int kind = int(skin.material_at(cell));
         const auto [rank, fresh] = known.try_emplace(kind, int(materials.size()));
-        if (fresh) materials.push_back(skin.materials[size_t(kind)]);
+        if (fresh)
+            materials.insert(materials.end(), skin.materials.begin() + kind,
+                             skin.materials.begin() + kind + long(chain));
         material_of.push_back(rank->second);
     }
-    if (materials.empty()) materials.push_back(skin.materials.front()); // a timeline has at least one
+    if (materials.empty()) // a timeline has at least one
+        materials.assign(skin.materials.begin(), skin.materials.begin() + long(chain));
 }
 
 StencilCells stencil_cells_of(const PreparedSkin& skin, const SiteCells& cells, Cell c) {

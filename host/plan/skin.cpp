@@ -94,9 +94,12 @@ void find_materials(PreparedSkin& skin) {
     const Material& m = skin.description.material;
     skin.materials.clear();
     skin.material_of.clear();
+    skin.chain = 1;
     if (scene::is_uniform(m)) {
-        skin.materials = {scene::element_at(m, 0)};
-        find_parts(skin);
+        skin.materials = scene::chain_of(m);
+        skin.chain = skin.materials.size();
+        skin.parts.clear();
+        skin.part_of.clear();
         return;
     }
     Numbered known(skin.materials);

@@ -35,7 +35,8 @@ struct PreparedSkin {
     int pitch = 0, tiles = 0;       // cells from row to row, tiles per row
     int stencil = 0, edges = 0;     // numbers of kernels/layout.h
     f64::Constants constants{};     // the members that do not change from step to step
-    std::vector<Element> materials; // each once, in the order of its first cell
+    std::vector<Element> materials; // each once, in the order of its first cell; of a uniform chain its elements
+    size_t chain = 1;               // elements in series of a cell; more than one only if the skin is uniform
     std::vector<int> material_of;   // index into materials of each cell, pitch*height; empty if there is one material
     std::vector<Part> parts;  // where materials differ: of one retardation time each; none if there are more than 8
     std::vector<int> part_of; // index into parts of each material

@@ -17,6 +17,9 @@ void check_float(const PreparedSkin& skin) {
     const auto need = [](const char* parameter, double v) {
         scene::need(scene::finite(double(float(v))), parameter, v, "up to 3.4e38 for a skin in float");
     };
+    if (skin.chain > 1)
+        scene::refuse("material.elements", "(" + std::to_string(skin.chain) + " in series)",
+                      "one modulus and viscosity for a skin that is pressed frame by frame");
     for (const Element& m : skin.materials) need("material.modulus", stiffness(m));
     const f64::Constants& c = skin.constants;
     scene::need(scene::finite(double(float(c.bend))), "grid.spacing", skin.spacing(),

@@ -54,7 +54,7 @@ struct Roughness {
 Roughness roughness_of(const PreparedSkin& skin, const Schedule& schedule, double peak) {
     const double weight = skin.constants.bend * weight_of(skin.stencil);
     Roughness r{weight, 2 * weight};
-    if (skin.materials.size() > 1 || schedule.framed || peak == 0) return r;
+    if (!skin.uniform() || schedule.framed || peak == 0) return r;
     const Grid unit = plan::without_spacing(skin.description.grid);
     const std::vector<double>& map = schedule.pressure;
     r.laplacian = skin.constants.bend * largest_of(plan::laplacian(map, unit, skin.stencil, skin.edges)) / peak;
@@ -85,10 +85,14 @@ struct Read {
 std::vector<PressedMaterial> pressed_materials(const PreparedSkin& skin, const Schedule& schedule, const Read& read) {
     std::vector<PressedMaterial> all;
     for (size_t i = 0; i < skin.materials.size(); ++i) {
-        const double peak = schedule.framed ? schedule.material_peaks[i] : 0;
+        const double peak = schedule.framed ? schedule.material_peaks[skin.chain > 1 ? 0 : i] : 0;
         all.push_back({skin.materials[i], peak, peak});
     }
     if (schedule.framed) return all;
+    const auto alike = [&] { // elements in series bear the same pressure
+        for (size_t i = 1; i < skin.chain; ++i) all[i].peak = all[0].peak, all[i].around = all[0].around;
+        return all;
+    };
     const std::vector<double>& p = schedule.pressure;
     const size_t width = size_t(skin.width());
     const auto take = [&](size_t i, double PressedMaterial::*peak) {
@@ -98,14 +102,14 @@ std::vector<PressedMaterial> pressed_materials(const PreparedSkin& skin, const S
     if (read.everything) {
         for (size_t i = 0; i < p.size(); ++i) take(i, &PressedMaterial::peak);
         for (PressedMaterial& m : all) m.around = m.peak;
-        return all;
+        return alike();
     }
     std::vector<Cell> points;
     for (const Site& site : skin.description.sites)
         if (int(site.type) == read.quantity) points.push_back(site.cell);
     for (const Cell& c : points) take(size_t(c.y) * width + size_t(c.x), &PressedMaterial::peak);
     for (size_t i : plan::SiteCells(skin, pressed_cells(schedule), points).cells) take(i, &PressedMaterial::around);
-    return all;
+    return alike();
 }
 
 // Reduces the materials to as many as the analysis has time for. Errors scale with peak/modulus and peak/viscosity at a
@@ -310,26 +314,43 @@ class Analysis {
         return method + std::abs(now_[i].value(q) - now_[i ^ 1].value(q)) + 0x1p-53 * std::abs(now_[i].value(q));
     }
 
+    // A quantity of one cell: of its element, or summed over those in series.
+    struct Sum {
+        double value = 0, magnitude = 0; // the sum, and that of magnitudes
+        double error = 0, truncation = 0;
+    };
+    Sum sum_of(size_t first, int q) const {
+        Sum s;
+        for (size_t i = first; i < first + skin_.chain; ++i) {
+            s.value += now_[i].value(q);
+            s.magnitude += std::abs(now_[i].value(q));
+            s.error += now_[i].error(q);
+            s.truncation += truncation(i, q);
+        }
+        s.error += double(skin_.chain - 1) * 0x1p-53 * s.magnitude;
+        return s;
+    }
+
     // Takes the errors at the end of a step that is read.
     void widen() {
         double strain = 0, d_strain = 0;
-        for (size_t i = 0; i < now_.size(); ++i) {
-            const double peak = peak_[i];
-            strain = std::max(strain, peak * std::abs(now_[i].eps));
-            d_strain = std::max(
-                d_strain, peak * (now_[i].d_eps + last_ * std::abs(now_[i].eps) + truncation(i, QUANTITY_STRAIN)));
+        for (size_t i = 0; i < now_.size(); i += skin_.chain) {
+            const Sum eps = sum_of(i, QUANTITY_STRAIN);
+            strain = std::max(strain, peak_[i] * eps.magnitude);
+            d_strain = std::max(d_strain, peak_[i] * (eps.error + last_ * eps.magnitude + eps.truncation));
         }
         const double gain = 1 + l_ * (rest_ + rough_.laplacian * strain);
         const double d_C = weight_ * d_strain + u_ * (2 * rest_ + (rough_.laplacian + rough_.differences) * strain);
-        for (size_t i = 0; i < now_.size(); ++i)
+        for (size_t i = 0; i < now_.size(); i += skin_.chain)
             for (int q = 0; q < REDUCED_MAPS; ++q) {
-                const double peak = peak_[i] * share_[i], value = std::abs(now_[i].value(q)), x = peak * value;
+                const Sum of = sum_of(i, q);
+                const double peak = peak_[i] * share_[i], x = peak * std::abs(of.value);
                 double &worst = bounds_.error[size_t(q)], &greatest = bounds_.greatest[size_t(q)];
                 greatest = std::max(greatest, q == QUANTITY_STRAIN ? x : x * gain);
                 const bool sum = q <= QUANTITY_SA2; // compensated, it is off by the last rounding of its value
                 // Half a unit in the last place of a smaller value is up to twice as much of it.
-                const double rounded = (share_[i] < 1 && !kind_.separable ? 2 : 1) * now_[i].error(q);
-                const double d_x = peak * (rounded + (sum ? last_ * value : 0) + truncation(i, q));
+                const double rounded = (share_[i] < 1 && !kind_.separable ? 2 : 1) * of.error;
+                const double d_x = peak * (rounded + (sum ? last_ * of.magnitude : 0) + of.truncation);
                 if (kind_.single && !(x * gain < 3e38)) worst = INFINITY;
                 const double stored = x == 0 || kind_.separable ? 0 : kind_.stored;
                 const double error =

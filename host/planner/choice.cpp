@@ -50,9 +50,11 @@ std::vector<Candidate> candidates(const PreparedSkin& skin, const Schedule& sche
             all.back().refused = why;
         }
     }
+    const size_t first_march = all.size();
     for (Precision p : {Precision::f32, Precision::f32_compensated})
         all.push_back(costed(skin, schedule, Model::march, p, backends.opened));
     all.push_back(costed(skin, schedule, Model::march, Precision::f64, backends.cpu));
+    for (size_t i = first_march; i < all.size(); ++i) all[i].refused = why_not(skin, schedule, Model::march);
     std::stable_sort(all.begin(), all.end(),
                      [](const Candidate& a, const Candidate& b) { return a.seconds < b.seconds; });
     return all;
@@ -96,6 +98,17 @@ class ErrorBounds {
     std::optional<Peaks> peaks_;
     std::optional<plan::PreparedRun> parts_; // of the same strain, where materials differ
 };
+
+// Refuses elements in series where no model takes them, with the reasons.
+[[noreturn]] void refuse_chain(const PreparedSkin& skin, const Schedule& schedule, const Explanation& e) {
+    std::string why;
+    const auto add = [&](const std::string& reason) {
+        if (!reason.empty() && why.find(reason) == why.npos) why += (why.empty() ? "" : "; ") + reason;
+    };
+    for (Model m : {Model::moments, Model::sites, Model::march}) add(why_not(skin, schedule, m));
+    for (const Candidate& c : e.candidates) add(c.refused);
+    refuse("material.elements", "(" + std::to_string(skin.chain) + " in series)", why);
+}
 
 // Refuses a tolerance that not even the best of the candidates keeps.
 [[noreturn]] void refuse_tolerance(double tolerance, const Candidate& best) {
@@ -141,6 +154,7 @@ Explanation choose(const PreparedSkin& skin, const Schedule& schedule, const Req
     }
     if (!taken && nearest && e.binding) refuse_tolerance(e.tolerance, e.candidates[*nearest]);
     if (!taken && nearest) e.candidates[*nearest].refused.clear(), taken = nearest; // the default binds where it can
+    if (!taken && skin.chain > 1) refuse_chain(skin, schedule, e);
     if (!taken) refuse("precision", r.precision ? name(*r.precision) : "(free)", "no model of this scene works in it");
     for (size_t i = 0; i < e.candidates.size(); ++i)
         if (i != *taken && e.candidates[i].refused.empty()) e.candidates[i].refused = "dearer than the one taken";

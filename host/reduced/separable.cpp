@@ -14,28 +14,29 @@ class Separable : public plan::Stepper {
     Separable(const plan::PreparedSkin& skin, const plan::Schedule& schedule, std::shared_ptr<const Moments> moments,
               bool points_only, Sink sink)
         : skin_(skin), schedule_(schedule), moments_(std::move(moments)), points_only_(points_only),
-          sink_(std::move(sink)), state_(skin.materials.size()), visible_(skin.materials.size()) {}
+          sink_(std::move(sink)), state_(skin.materials.size()), visible_(skin.materials.size() / skin.chain) {}
 
     void frame(const std::vector<double>&) override {} // plan::why_not refuses frames
 
     // Sums are compensated: with one cell of each part to step, that costs nothing.
     void press(const plan::Step& step) override {
         const f64::Load load = f64::load(step.start, step.rise, step.jump);
+        for (auto& part : visible_) part.fill(0);
         for (size_t k = 0; k < state_.size(); ++k) {
             const f64::LaneCoefficients lanes = f64::lanes_of(step.coefficients_of(k, skin_.materials[k], skin_.rule));
             const f64::CellState after = f64::advanced(state_[k], load, lanes, 1);
-            for (int q = 0; q < REDUCED_MAPS; ++q)
-                visible_[k][size_t(q)] = f64::signal(q, state_[k], after, load, lanes);
-            visible_[k][QUANTITY_FA2] *= skin_.constants.gain_plus;
+            auto& part = visible_[k / skin_.chain];
+            for (int q = 0; q < REDUCED_MAPS; ++q) part[size_t(q)] += f64::signal(q, state_[k], after, load, lanes);
             if (step.keep) state_[k] = after;
         }
+        for (auto& part : visible_) part[QUANTITY_FA2] *= skin_.constants.gain_plus;
         if (step.trace >= 0 || step.impulse >= 0) points_only_ ? deliver_sites(step) : deliver(step);
     }
 
     void finish() override {}
 
     plan::StencilEstimate estimate(const plan::PreparedSkin& skin) override {
-        if (state_.size() == 1) return plan::stencil_estimate(skin, schedule_.pressure, strain(0));
+        if (visible_.size() == 1) return plan::stencil_estimate(skin, schedule_.pressure, strain(0));
         return plan::stencil_estimate(skin, strains(), 1);
     }
 
@@ -45,7 +46,7 @@ class Separable : public plan::Stepper {
         maps.resize(what.size());
         for (auto& map : maps) map.resize(skin_.cells());
         std::vector<double> rest(width);
-        std::vector<std::vector<double>> L(state_.size(), rest); // L(p_m) per cell^2
+        std::vector<std::vector<double>> L(visible_.size(), rest); // L(p_m) per cell^2
         for (int y = 0; y < skin_.height(); ++y) {
             plan::rest_curvature_row(skin_, y, 0, skin_.width(), rest.data());
             for (size_t m = 0; m < L.size(); ++m)
@@ -134,8 +135,8 @@ class Separable : public plan::Stepper {
     const bool points_only_;
     Sink sink_;
     plan::Sample sample_;
-    std::vector<f64::CellState> state_;                     // of one cell of each part under unit pressure
-    std::vector<std::array<double, REDUCED_MAPS>> visible_; // its strain and signals after the last step
+    std::vector<f64::CellState> state_; // of each element of one cell of each part, under unit pressure
+    std::vector<std::array<double, REDUCED_MAPS>> visible_; // strain and signals of each part after the last step
 };
 
 } // namespace

@@ -15,6 +15,7 @@ struct MaterialSurvey {
     std::optional<size_t> elastic; // the last cell without viscosity
     size_t stiffest = 0;           // the cell of the greatest modulus/viscosity
     bool maps = false;             // cells differ
+    bool chain = false;            // elements in series; `elastic` is then set where one is a spring
 
     std::string where(size_t cell, int width) const; // " in cell [x, y]", or nothing
 };

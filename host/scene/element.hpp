@@ -30,7 +30,20 @@ inline double strain_rate(const Element& m, double stress, double strain = 0) {
 // its viscosity.
 inline double resistance(const Element& m) { return m.modulus > 0 ? m.modulus : m.viscosity; }
 
-// Whether every cell is made of the same element.
+// Whether a material is elements in series.
+inline bool is_chain(const Material& m) { return !m.elements.empty() || m.spring || m.dashpot; }
+
+// The elements of a uniform material in series, with its spring first and its dashpot last.
+inline std::vector<Element> chain_of(const Material& m) {
+    if (!is_chain(m)) return {{.modulus = m.modulus, .viscosity = m.viscosity}};
+    std::vector<Element> chain;
+    if (m.spring) chain.push_back({.modulus = *m.spring, .viscosity = 0});
+    for (const KelvinVoigt& e : m.elements) chain.push_back({.modulus = e.modulus, .viscosity = e.viscosity});
+    if (m.dashpot) chain.push_back({.modulus = 0, .viscosity = *m.dashpot});
+    return chain;
+}
+
+// Whether every cell is made of the same elements.
 inline bool is_uniform(const Material& m) { return m.modulus_map.empty() && m.viscosity_map.empty(); }
 
 inline Element element_at(const Material& m, size_t cell) {
@@ -42,6 +55,9 @@ inline Element element_at(const Material& m, size_t cell) {
 inline void take_elements(Material& to, const Material& from) {
     to.modulus = from.modulus;
     to.viscosity = from.viscosity;
+    to.elements = from.elements;
+    to.spring = from.spring;
+    to.dashpot = from.dashpot;
     to.modulus_map = from.modulus_map;
     to.viscosity_map = from.viscosity_map;
 }

@@ -47,6 +47,16 @@ void read_surface(Section table, const Grid& grid, const Folder& folder, Surface
     table.finish();
 }
 
+KelvinVoigt element_in(const toml::node& node, const std::string& parameter) {
+    if (!node.is_table()) refuse(parameter, node, "tables { modulus = Pa, viscosity = Pa s }");
+    Section table(node.as_table(), parameter + ".");
+    KelvinVoigt element;
+    table.number("modulus", element.modulus);
+    table.number("viscosity", element.viscosity);
+    table.finish();
+    return element;
+}
+
 void read_material(Section table, const Grid& grid, const Folder& folder, Material& material) {
     const auto number_or_map = [&](const char* key, double& value, Map& map) {
         if (!table.has_text(key)) return table.number(key, value);
@@ -58,6 +68,11 @@ void read_material(Section table, const Grid& grid, const Folder& folder, Materi
     };
     number_or_map("modulus", material.modulus, material.modulus_map);
     number_or_map("viscosity", material.viscosity, material.viscosity_map);
+    table.list("elements", material.elements, element_in);
+    table.number("spring", material.spring);
+    table.number("dashpot", material.dashpot);
+    for (const char* key : {"modulus", "viscosity"})
+        table.permit(key, !is_chain(material), "not beside material.elements, each of which has its own");
     table.number("thickness", material.thickness);
     table.number("curvature_length", material.curvature_length);
     table.finish();

@@ -14,8 +14,8 @@ struct KeyUnit {
     std::string_view keys, unit; // keys: each between blanks, without their tables
 };
 constexpr KeyUnit key_units[] = {
-    {" modulus intensity ", "Pa"},
-    {" viscosity ", "Pa s"},
+    {" modulus spring intensity ", "Pa"},
+    {" viscosity dashpot ", "Pa s"},
     {" spacing relief thickness curvature_length ", "m"},
     {" step duration start rise length period times interval sa2_adaptation at ", "s"},
     {" frequency ", "Hz"},

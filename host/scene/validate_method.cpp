@@ -14,9 +14,17 @@ double stability_limit(Method m) {
     return m == Method::rk4 ? 2.785293563405282 : INFINITY;
 }
 
+// Refuses the spring of elements in series.
+[[noreturn]] void refuse_spring(const Material& m, const char* allowed) {
+    if (m.spring) refuse("material.spring", shortest(*m.spring), allowed);
+    refuse("material.elements", "(one of viscosity 0)", allowed);
+}
+
 // Refuses FA2 of a sequence where it is not defined: without viscosity, and as the mean over a step of frames that do
 // not fall on output times.
 void check_fa2_of_sequence(const Scene& s, const MaterialSurvey& material) {
+    if (material.elastic && material.chain)
+        refuse_spring(s.material, "no spring for FA2 of a sequence; or leave fa2 out of [output]");
     if (material.elastic)
         refuse("material.viscosity", "0" + material.where(*material.elastic, s.grid.width),
                "> 0 for FA2 of a sequence; with viscosity 0 leave fa2 out of [output]");
@@ -24,6 +32,28 @@ void check_fa2_of_sequence(const Scene& s, const MaterialSurvey& material) {
         refuse("load.interval", shortest(*s.load.interval),
                "a whole multiple of time.step = " + shortest(s.time.step) +
                    " s for FA2 as a mean over a step; or receptors.fa2 = \"point\", or leave fa2 out of [output]");
+}
+
+// Checks elements in series, which are the same in every cell.
+void check_chain(const Material& m) {
+    const auto need_element = [](const std::string& of, double value, bool ok, const char* allowed) {
+        if (!(finite(value) && ok)) refuse(of, shortest(value), allowed);
+    };
+    if (m.elements.empty() || m.elements.size() > 8)
+        refuse("material.elements", "(" + std::to_string(m.elements.size()) + " elements)",
+               "1 to 8, with material.spring and material.dashpot beside them");
+    if (!is_uniform(m))
+        refuse(m.modulus_map.empty() ? "material.viscosity" : "material.modulus", "(a map)",
+               "not beside material.elements");
+    for (size_t i = 0; i < m.elements.size(); ++i) {
+        const KelvinVoigt& e = m.elements[i];
+        const std::string of = "material.elements[" + std::to_string(i) + "]";
+        need_element(of + ".modulus", e.modulus, e.modulus >= 0, "a finite number >= 0");
+        need_element(of + ".viscosity", e.viscosity, e.viscosity >= 0, "a finite number >= 0");
+        need_element(of + ".viscosity", e.viscosity, e.modulus > 0 || e.viscosity > 0, "> 0 where its modulus is 0");
+    }
+    if (m.spring) need_positive("material.spring", *m.spring);
+    if (m.dashpot) need_positive("material.dashpot", *m.dashpot);
 }
 
 void check_stability(const Scene& s, const Element& m, const std::string& where) {
@@ -67,9 +97,13 @@ void check_edges(const SkinDescription& s) {
 
 void check_material(const Scene& s) {
     const MaterialSurvey material = survey_material(s);
+    if (material.chain && s.method == Method::published)
+        refuse("method", "\"published\"", "another one with material.elements");
     if (material.maps && s.method == Method::published)
         refuse(s.material.modulus_map.empty() ? "material.viscosity" : "material.modulus", "(a map)",
                "one number with method = \"published\"");
+    if (material.elastic && material.chain && s.method != Method::exact)
+        refuse_spring(s.material, "no spring but with method = \"exact\"");
     if (material.elastic && s.method != Method::exact)
         refuse("material.viscosity", "0" + material.where(*material.elastic, s.grid.width),
                std::string("> 0 with method = \"") + name(s.method) + "\"");
@@ -78,7 +112,8 @@ void check_material(const Scene& s) {
         else check_fa2_density(s, material);
     }
     const size_t cell = material.stiffest;
-    check_stability(s, element_at(s.material, cell), material.where(cell, s.grid.width));
+    if (!material.chain) return check_stability(s, element_at(s.material, cell), material.where(cell, s.grid.width));
+    for (const Element& e : chain_of(s.material)) check_stability(s, e, " in material.elements");
 }
 
 } // namespace
@@ -90,6 +125,13 @@ std::string MaterialSurvey::where(size_t cell, int width) const {
 MaterialSurvey survey_material(const SkinDescription& s) {
     const Material& m = s.material;
     MaterialSurvey survey;
+    if (is_chain(m)) {
+        check_chain(m);
+        survey.chain = true;
+        for (const Element& e : chain_of(m))
+            if (is_elastic(e)) survey.elastic = 0;
+        return survey;
+    }
     survey.maps = !is_uniform(m);
     if (!m.modulus_map.empty()) need_map("material.modulus", m.modulus_map, s.grid);
     if (!m.viscosity_map.empty()) need_map("material.viscosity", m.viscosity_map, s.grid);
@@ -111,6 +153,10 @@ MaterialSurvey survey_material(const SkinDescription& s) {
 
 void check_fa2_density(const SkinDescription& s, const MaterialSurvey& material) {
     if (!material.elastic || *s.receptors.fa2 == Fa2::step_mean) return;
+    if (material.chain)
+        refuse_spring(s.material,
+                      "no spring for FA2 as a density, because a jump makes it infinite twice; with a spring "
+                      "set receptors.fa2 = \"step-mean\" or leave fa2 out of [output]");
     refuse("material.viscosity", "0" + material.where(*material.elastic, s.grid.width),
            "> 0 for FA2 as a density; with viscosity 0 set receptors.fa2 = \"step-mean\" or leave fa2 out of [output]");
 }

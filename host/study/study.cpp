@@ -9,6 +9,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <deque>
 #include <future>
 #include <memory>
 
@@ -127,6 +128,13 @@ void finish(const Path& out, const std::string& folder, const Scene& scene, Done
     totals.runs[folder] = {scene, std::move(done.f64)};
 }
 
+// A scene that is running, and the device that it occupies.
+struct Lane {
+    std::string folder;
+    const Device* device;
+    std::future<Done> done;
+};
+
 Totals run_scenes(const Path& out, const Devices& devices) {
     const std::map<std::string, Scene> scenes = all_scenes();
     fmt::print("{:<36} {:>12} {:>14} {:>15} {:>10}\n", "scene", "cells x steps", "cells compared", "cells different",
@@ -134,18 +142,21 @@ Totals run_scenes(const Path& out, const Devices& devices) {
     std::fflush(stdout);
     Totals totals;
     output::Progress progress("study");
-    for (auto next = scenes.begin(); next != scenes.end();) {
-        std::vector<std::pair<std::string, std::future<Done>>> lanes;
-        for (const auto& device : devices)
-            if (next != scenes.end()) {
-                lanes.emplace_back(next->first, std::async(std::launch::async, run_both, next->second, device.get()));
-                ++next;
-            }
-        for (auto& [folder, lane] : lanes) {
-            Done done = lane.get();
-            progress.clear();
-            finish(out, folder, scenes.at(folder), std::move(done), totals);
-        }
+    std::deque<Lane> lanes; // in the order of the scenes
+    auto next = scenes.begin();
+    const auto start = [&](const Device* device) {
+        if (next == scenes.end()) return;
+        lanes.push_back({next->first, device, std::async(std::launch::async, run_both, next->second, device)});
+        ++next;
+    };
+    for (const auto& device : devices) start(device.get());
+    while (!lanes.empty()) {
+        Lane lane = std::move(lanes.front());
+        lanes.pop_front();
+        Done done = lane.done.get();
+        start(lane.device); // runs while this scene's files are written
+        progress.clear();
+        finish(out, lane.folder, scenes.at(lane.folder), std::move(done), totals);
         progress(double(totals.runs.size()) / double(scenes.size()));
     }
     progress.clear();

@@ -140,6 +140,18 @@ class March : public plan::Stepper {
     }
 
     void read(const std::vector<Quantity>& what, std::vector<std::vector<double>>& maps) override {
+        const std::vector<const float*> views = view(what);
+        maps.resize(what.size());
+        for (size_t i = 0; i < what.size(); ++i) {
+            maps[i].clear();
+            for (int y = 0; y < skin_.height(); ++y) {
+                const float* row = views[i] + size_t(y) * size_t(skin_.pitch);
+                maps[i].insert(maps[i].end(), row, row + skin_.width());
+            }
+        }
+    }
+
+    std::vector<const float*> view(const std::vector<Quantity>& what) override {
         const VkCommandBuffer commands = recording_.commands();
         if (std::any_of(what.begin(), what.end(), [](Quantity q) { return q >= Quantity::curvature; })) {
             fields_->record(commands, visible_, plan::constants_of<f32>(skin_, schedule_.pressed));
@@ -152,15 +164,10 @@ class March : public plan::Stepper {
         for (size_t i = 0; i < what.size(); ++i) copy_map(commands, what[i], i * map);
         recording_.barrier();
         finish();
-        maps.resize(what.size());
-        for (size_t i = 0; i < what.size(); ++i) {
-            const auto* values = static_cast<const float*>(download_->data()) + i * skin_.padded_cells();
-            maps[i].clear();
-            for (int y = 0; y < skin_.height(); ++y) {
-                const float* row = values + size_t(y) * size_t(skin_.pitch);
-                maps[i].insert(maps[i].end(), row, row + skin_.width());
-            }
-        }
+        std::vector<const float*> views;
+        for (size_t i = 0; i < what.size(); ++i)
+            views.push_back(static_cast<const float*>(download_->data()) + i * skin_.padded_cells());
+        return views;
     }
 
     long long dispatches() const override { return dispatches_; }

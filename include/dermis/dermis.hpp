@@ -118,10 +118,10 @@ struct Surface {
     Map map;                            // Kind::map: width*height finite heights
 };
 
-// A spring beside a dashpot: viscosity*eps' + modulus*eps = sigma. Without viscosity it is a spring, without modulus a
-// dashpot. Elements in series, whose strains add up, are a chain; <dermis/fit.hpp> makes chains from measured curves.
+// A spring beside a dashpot: modulus*strain + viscosity*rate = pressure. Pa and Pa s, >= 0, not both 0: viscosity 0 is a
+// spring, modulus 0 a dashpot.
 struct KelvinVoigt {
-    double modulus = 0, viscosity = 0; // Pa, Pa s; >= 0, not both 0
+    double modulus = 0, viscosity = 0;
 };
 
 struct Material {
@@ -131,6 +131,11 @@ struct Material {
     std::optional<double> curvature_length; // l, m, any finite number: a gain
     // Values of each cell in place of the numbers, width*height, same ranges. Empty: the number everywhere.
     Map modulus_map, viscosity_map;
+    // 1 to 8 elements in series in place of modulus and viscosity, the same in every cell: their strains add up. With
+    // them a spring (Pa, > 0) and a dashpot (Pa s, > 0) in the same series. Runs whose strain is a product of a map and
+    // a function of time take them (models moments, maps and sites, and sites of any load); a march and a Skin refuse.
+    std::vector<KelvinVoigt> elements;
+    std::optional<double> spring, dashpot;
 };
 
 // The load over time: the pressure is map*intensity*g(t), and 0 before t = 0.

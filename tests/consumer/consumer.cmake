@@ -45,7 +45,8 @@ if(claim STREQUAL "install")
     run(${CMAKE_COMMAND} --install ${build} --prefix ${prefix}_first)
     file(RENAME ${prefix}_first ${prefix})
 
-# With only what the library is made of, which must stay as it is, and no header of what command and tests use.
+# With only what the library is made of, which must stay as it is, and no header of what command and tests use. Another
+# optimization than here, and several files in one unit: a parent project may set both, and neither may change a bit.
 elseif(claim STREQUAL "add_subdirectory")
     set(parts CMakeLists.txt host include kernels)
     set(copy ${work}/source)
@@ -62,7 +63,8 @@ elseif(claim STREQUAL "add_subdirectory")
         set(shared ON)
     endif()
     set(folder ${work}/subproject)
-    configure(subproject ${folder} -Ddermis_source=${copy} -DBUILD_SHARED_LIBS=${shared} -UDERMIS_*)
+    configure(subproject ${folder} -Ddermis_source=${copy} -DBUILD_SHARED_LIBS=${shared}
+        -DCMAKE_UNITY_BUILD=ON "-DCMAKE_CXX_FLAGS_RELEASE=-O1 -DNDEBUG" -UDERMIS_*)
     run(${CMAKE_COMMAND} --install ${folder} --prefix ${prefix})
     if(EXISTS ${prefix})
         message(FATAL_ERROR "a part of another project installs itself unasked")

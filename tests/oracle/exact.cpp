@@ -151,18 +151,21 @@ std::vector<Knot> jumps_of(const Scene& s, const Pressure& pressure) {
     return jumps;
 }
 
-long bits_of(const Scene& s, const std::vector<Element>& materials) {
+using Chain = std::vector<Element>; // in series: their strains add up
+
+long bits_of(const Scene& s, const std::vector<Chain>& materials) {
     double longest = s.receptors.sa2_adaptation.value_or(0);
     if (s.load.envelope.kind == Envelope::Kind::sine) longest = std::max(longest, 1 / s.load.envelope.frequency);
-    for (const Element& m : materials)
-        if (m.modulus > 0) longest = std::max(longest, m.viscosity / m.modulus);
+    for (const Chain& chain : materials)
+        for (const Element& m : chain)
+            if (m.modulus > 0) longest = std::max(longest, m.viscosity / m.modulus);
     return 4 * std::max(0L, long(std::ilogb(longest / s.time.step)) + 1);
 }
 
 // ---- both
 
 struct Moment {
-    long double strain, integral, rate, acceleration;
+    long double strain = 0, integral = 0, rate = 0, acceleration = 0;
 };
 
 size_t place(const Scene& s, Cell c) { return size_t(c.y) * size_t(s.grid.width) + size_t(c.x); }
@@ -200,12 +203,20 @@ class Evaluation {
   private:
     void take_materials() {
         const Material& m = s_.material;
+        if (!m.elements.empty()) {
+            Chain& chain = materials_.emplace_back();
+            for (const KelvinVoigt& e : m.elements) chain.push_back({e.modulus, e.viscosity});
+            if (m.spring) chain.push_back({*m.spring, 0});
+            if (m.dashpot) chain.push_back({0, *m.dashpot});
+            material_of_.assign(cells_, 0);
+            return;
+        }
         std::map<std::pair<double, double>, size_t> known;
         for (size_t i = 0; i < cells_; ++i) {
             const std::pair<double, double> pair{m.modulus_map.empty() ? m.modulus : m.modulus_map[i],
                                                  m.viscosity_map.empty() ? m.viscosity : m.viscosity_map[i]};
             const auto [at, fresh] = known.insert({pair, materials_.size()});
-            if (fresh) materials_.push_back({pair.first, pair.second});
+            if (fresh) materials_.push_back({{pair.first, pair.second}});
             material_of_.push_back(at->second);
         }
     }
@@ -225,10 +236,17 @@ class Evaluation {
         maps_.push_back(p);
         const PreparedPressure prepared(pressure, instants_);
         std::vector<std::vector<Moment>>& moments = moments_.emplace_back();
-        for (const Element& m : materials_) {
-            std::vector<Moment>& list = moments.emplace_back();
-            for (const Responses& r : prepared.responses(m, s_.receptors.sa2_adaptation))
-                list.push_back({r.strain.rounded(), r.integral.rounded(), r.rate.rounded(), r.acceleration.rounded()});
+        for (const Chain& chain : materials_) {
+            std::vector<Moment>& list = moments.emplace_back(instants_.size());
+            for (const Element& m : chain) {
+                const std::vector<Responses> all = prepared.responses(m, s_.receptors.sa2_adaptation);
+                for (size_t i = 0; i < all.size(); ++i) {
+                    list[i].strain += all[i].strain.rounded();
+                    list[i].integral += all[i].integral.rounded();
+                    list[i].rate += all[i].rate.rounded();
+                    list[i].acceleration += all[i].acceleration.rounded();
+                }
+            }
         }
     }
 
@@ -267,10 +285,12 @@ class Evaluation {
             ExactImpulse impulse{jump.time.rounded(), q, Numbers(cells_, 0)};
             bool any = false;
             for (size_t i = 0; i < cells_; ++i) {
-                const Element& m = materials_[material_of_[i]];
-                if ((m.viscosity == 0) != (q == Quantity::fa1)) continue;
-                any = true;
-                const long double weight = size * maps_[0][i] / (m.viscosity == 0 ? m.modulus : m.viscosity) * gain[i];
+                long double weight = 0;
+                for (const Element& m : materials_[material_of_[i]]) {
+                    if ((m.viscosity == 0) != (q == Quantity::fa1)) continue;
+                    any = true;
+                    weight += size * maps_[0][i] / (m.viscosity == 0 ? m.modulus : m.viscosity) * gain[i];
+                }
                 impulse.values[i] = q == Quantity::fa2 ? gained(s_.receptors, weight) : weight;
             }
             if (any) e.impulses.push_back(std::move(impulse));
@@ -312,7 +332,7 @@ class Evaluation {
     const Scene& s_;
     const size_t cells_;
     const Curvature curvature_;
-    std::vector<Element> materials_;
+    std::vector<Chain> materials_;
     std::vector<size_t> material_of_;
     std::vector<Knot> jumps_;
     std::vector<Instant> instants_;

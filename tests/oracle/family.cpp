@@ -59,8 +59,8 @@ void write_frames(const std::filesystem::path& path, const Grid& grid, const std
 }
 
 Family::Family(unsigned seed)
-    : random_(seed),
-      path_(std::filesystem::temp_directory_path() / ("dermis_family_" + std::to_string(getpid()) + ".npy")) {}
+    : random_(seed), path_(std::filesystem::temp_directory_path() /
+                           ("dermis_family_" + std::to_string(getpid()) + "_" + std::to_string(seed) + ".npy")) {}
 
 Family::~Family() { std::filesystem::remove(path_); }
 
@@ -75,6 +75,7 @@ Case Family::next() {
         const bool free = c.scene.method == Method::exact && c.scene.sites.empty();
         if (free && below(100) < 15 && kind_ != std::string_view("late")) c.frames = frames(c.scene);
     } while (undecided(c.scene) || crowded(c.scene));
+    if (c.frames.empty() && may_be_chain(c.scene) && one_in(4)) take_chain(c.scene);
     return c;
 }
 
@@ -315,6 +316,27 @@ void Family::take_late(Scene& s) {
     e.start = e.kind == Envelope::Kind::pulse ? real(0, 1) * s.time.step : 0;
     e.period = s.time.step * real(0.1, 1);
     e.length = e.period * real(0.1, 0.9);
+}
+
+// Whether the strain is a product of a map and a function of time, or only sites are asked for.
+bool Family::may_be_chain(const Scene& s) const {
+    const auto& gains = s.receptors.fa2_gains;
+    const bool sites_alone = !s.sites.empty() && s.output.traces.empty() && s.output.fields.empty();
+    return s.material.modulus_map.empty() && s.model != Model::march &&
+           s.precision.value_or(Precision::f64) == Precision::f64 && (gains[0] == -gains[1] || sites_alone);
+}
+
+// Elements in series, whose retardation times are up to four decades apart.
+void Family::take_chain(Scene& s) {
+    kind_ = "chain";
+    Material& m = s.material;
+    const double E = m.modulus > 0 ? m.modulus : 1, eta = m.viscosity > 0 ? m.viscosity : E * s.time.step;
+    for (int i = 1 + below(5); i > 0; --i) {
+        const double factor = decades(-1, 1);
+        m.elements.push_back({E * factor, eta * factor * decades(-2, 2)});
+    }
+    if (s.receptors.fa2 == Fa2::step_mean && s.method == Method::exact && one_in(2)) m.spring = E * decades(-1, 1);
+    if (one_in(4)) m.dashpot = eta * decades(0, 2);
 }
 
 void Family::take_baseline(Scene& s) {

@@ -43,6 +43,8 @@ class Family {
     void take_sites(dermis::Scene&);
     void take_late(dermis::Scene&);
     void take_baseline(dermis::Scene&);
+    bool may_be_chain(const dermis::Scene&) const;
+    void take_chain(dermis::Scene&);
     std::vector<std::vector<double>> frames(dermis::Scene&);
 
     std::mt19937 random_;

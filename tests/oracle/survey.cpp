@@ -2,8 +2,13 @@
 #include "tests/oracle/survey.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <future>
 #include <sstream>
+#include <thread>
+
+#include <mpfr.h>
 
 namespace oracle {
 
@@ -51,8 +56,9 @@ std::string text(const Scene& s) {
     out << s.grid.width << " x " << s.grid.height << ", "
         << (s.load.kind == Load::Kind::sequence ? "frames" : envelopes[int(s.load.envelope.kind)]) << ", "
         << name(s.method) << ", z = " << m.modulus * s.time.step / m.viscosity
-        << (m.modulus_map.empty() ? "" : " in maps") << ", step " << s.time.step << ", "
-        << std::ceil(s.time.duration / s.time.step - 1e-9) << " outputs, start " << s.load.envelope.start;
+        << (m.modulus_map.empty() ? "" : " in maps") << (m.elements.empty() ? "" : " replaced by a chain") << ", step "
+        << s.time.step << ", " << std::ceil(s.time.duration / s.time.step - 1e-9) << " outputs, start "
+        << s.load.envelope.start;
     return out.str();
 }
 
@@ -109,14 +115,26 @@ std::string Survey::summary() const {
 }
 
 Survey survey(unsigned first, int count) {
+    std::vector<std::pair<Verdict, std::string>> judged(static_cast<size_t>(count));
+    std::atomic<int> next = 0;
+    const auto work = [&] {
+        for (int i; (i = next++) < count;) {
+            const unsigned seed = first + unsigned(i);
+            Family family(seed);
+            const Case c = family.next();
+            const Verdict v = judge(c);
+            judged[size_t(i)] = {v, "seed " + std::to_string(seed) + " (" + family.kind() + "): " + text(v, c.scene)};
+        }
+    };
+    std::vector<std::future<void>> threads;
+    for (unsigned n = std::max(std::thread::hardware_concurrency(), 1u); n > 0; --n)
+        threads.push_back(std::async(std::launch::async, [&] {
+            work();
+            mpfr_free_cache(); // each thread has its own
+        }));
+    for (std::future<void>& thread : threads) thread.get();
     Survey s;
-    for (int i = 0; i < count; ++i) {
-        const unsigned seed = first + unsigned(i);
-        Family family(seed);
-        const Case c = family.next();
-        const Verdict v = judge(c);
-        s.take(v, "seed " + std::to_string(seed) + " (" + family.kind() + "): " + text(v, c.scene));
-    }
+    for (const auto& [verdict, line] : judged) s.take(verdict, line);
     return s;
 }
 
