@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The dermis command. Exit status: 0 done, 1 failed or cells differ, 2 bad input.
 #include "host/check.hpp"
+#include "host/cli/fit.hpp"
 #include "host/cli/settings.hpp"
 #include "host/device.hpp"
 #include "host/output/earlier.hpp"
@@ -55,6 +56,7 @@ struct Arguments {
     std::string checked_device; // empty: every device
     std::vector<std::string> overrides;
     bool check = false;
+    FitArguments fit;
 };
 
 std::string shown(const DeviceInfo& d) { return d.driver.empty() ? d.name : fmt::format("{} ({})", d.name, d.driver); }
@@ -303,14 +305,36 @@ void add_overrides(CLI::App& command, Arguments& a) {
         ->type_name("KEY=VALUE[,VALUE ..] ..");
 }
 
+void add_fit(CLI::App& command, FitArguments& a) {
+    command
+        .add_option("data", a.data,
+                    "A CSV file: a line of names, as time,modulus or time,compliance, then two numbers in each line")
+        ->required();
+    command.add_option("--elements", a.elements, "Most elements of the chain, springs and dashpots included")
+        ->required()
+        ->check(CLI::Range(1, 8));
+    command
+        .add_option(
+            "--kind", a.kind,
+            "creep (strain per stress) or relaxation (stress per strain); told by the name of the second column\n"
+            "if that is compliance, strain or modulus")
+        ->check(CLI::IsMember({"creep", "relaxation"}));
+    command.add_option("--stress", a.stress, "The stress in Pa, if the second column is the strain under it");
+    command.add_option("--residual", a.residual, "relative to each value, or absolute")
+        ->check(CLI::IsMember({"relative", "absolute"}))
+        ->capture_default_str();
+    command.add_option("--out", a.out, "Folder for fit.csv and fit.png");
+}
+
 struct Commands {
-    CLI::App *run, *plan, *study, *devices, *check;
+    CLI::App *run, *plan, *fit, *study, *devices, *check;
 };
 
 Commands add_commands(CLI::App& app, Arguments& a) {
     const Commands all{
         .run = app.add_subcommand("run", "Run a scene file"),
         .plan = app.add_subcommand("plan", "Say how a scene would be run, why, and why not otherwise"),
+        .fit = app.add_subcommand("fit", "Fit a material to measured creep or relaxation"),
         .study = app.add_subcommand("study", "Reproduce the published study, with figures and claims"),
         .devices = app.add_subcommand("devices", "List devices"),
         .check = app.add_subcommand("check", "Compare every kernel's bits on every device with the CPU path")};
@@ -322,6 +346,7 @@ Commands add_commands(CLI::App& app, Arguments& a) {
     add_scene(*all.plan, a);
     add_backend(*all.plan, a);
     add_overrides(*all.plan, a);
+    add_fit(*all.fit, a.fit);
     all.study->add_option("--out", a.out, "Folder for the results")->required();
     all.check->add_option("--device", a.checked_device, devices_help);
     return all;
@@ -330,6 +355,7 @@ Commands add_commands(CLI::App& app, Arguments& a) {
 int execute(const Commands& commands, const Arguments& a) {
     if (*commands.run) return run_scene(a);
     if (*commands.plan) return explain_scene(a);
+    if (*commands.fit) return fit_data(a.fit);
     if (*commands.study) return study::reproduce(a.out);
     if (*commands.devices) return list_devices();
     return check_devices(a.checked_device);

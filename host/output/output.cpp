@@ -163,11 +163,15 @@ std::vector<std::string> result_files(const Scene& scene) {
     return names;
 }
 
-void write_result(const Path& folder, const Scene& scene, const Result& result) {
+void make_folder(const Path& folder) {
     std::error_code error;
     std::filesystem::create_directories(folder, error);
     if (error)
         throw Error(Error::Code::io, "", fmt::format("{}: cannot be created ({})", folder.string(), error.message()));
+}
+
+void write_result(const Path& folder, const Scene& scene, const Result& result) {
+    make_folder(folder);
     remove_earlier_run(folder, result_files(scene));
     write_file(folder / "traces.csv", traces_csv(result));
     write_file(folder / "impulses.csv", impulses_csv(result));

@@ -14,6 +14,8 @@ namespace dermis::output {
 
 using Path = std::filesystem::path;
 
+// Makes a folder with those above it, unless it is there. Throws Error::io.
+void make_folder(const Path&);
 // Each file is written under a temporary name, then renamed. Throws Error::io, naming the file.
 void write_file(const Path&, const std::string& content);
 void write_npy(const Path&, const std::vector<double>& map, int width, int height);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "host/study/study.hpp"
 
+#include "host/output/drawing.hpp"
 #include "host/scene/text.hpp"
 
 #include "figures_script.h"
@@ -80,19 +81,6 @@ void write_maps(const Path& folder) {
         const Scene s = study_scene(Surface::Kind::flat, kind, Method::exact);
         output::write_npy(folder / fmt::format("pressure_{}.npy", load), maps(s).pressure, s.grid.width, s.grid.height);
     }
-}
-
-// Draws the pictures with the script that is compiled in. Returns false where there is no Python with matplotlib.
-bool draw(const Path& out) {
-    const std::string python = "/usr/bin/python3"; // Debian's, which has Debian's matplotlib
-    if (std::system((python + " -c 'import matplotlib' >/dev/null 2>&1").c_str()) != 0) return false;
-    std::string quoted = "'";
-    for (char c : out.string()) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
-    FILE* pipe = ::popen((python + " - " + quoted + "'").c_str(), "w");
-    if (!pipe) return false;
-    std::fwrite(figures_script, 1, sizeof figures_script - 1, pipe);
-    if (::pclose(pipe) != 0) throw Error(Error::Code::io, "", "drawing the figures failed; its message stands above");
-    return true;
 }
 
 // Two scenes run at a time, each on a device of its own: a software driver leaves cores idle while it is waited for.
@@ -238,7 +226,7 @@ int reproduce(const Path& out) {
     });
     timed("pictures", [&] {
         write_maps(out / "maps");
-        drawn = draw(out);
+        drawn = output::draw(figures_script, out);
     });
     print_places(out, drawn);
     return totals.different ? 1 : 0;

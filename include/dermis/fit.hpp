@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+// Chains of Kelvin-Voigt elements from measured curves. This header is the manual.
+//
+//     E(t) = equilibrium + sum moduli_k*e^(-t/times_k)        relaxation: stress per strain after a step of strain
+//     J(t) = sum (1 - e^(-t*modulus_k/viscosity_k))/modulus_k   creep: strain per stress after a step of stress
+//            1/modulus_k of a spring, t/viscosity_k of a dashpot
+//
+// A relaxation and a chain describe the same material, but relaxation times are shorter than retardation times
+// viscosity_k/modulus_k. Functions throw Error::bad_input.
+#pragma once
+
+#include <dermis/dermis.hpp>
+
+#include <string>
+#include <vector>
+
+namespace dermis {
+
+// The generalized Maxwell model: what papers call a Prony series.
+struct Relaxation {
+    std::vector<double> moduli, times; // Pa, s; > 0; as many of one as of the other, 0..7; equal times are added up
+    double equilibrium = 0;            // Pa, >= 0; > 0 where there are no times
+};
+
+// Returns the chain that relaxes so: a spring, then elements by ascending retardation time, then, if the equilibrium is
+// 0, a dashpot. Exact but for some roundings of the last digit.
+DERMIS_API std::vector<KelvinVoigt> chain_of(const Relaxation&);
+
+// Returns the relaxation of a chain of 1 to 8 elements, times ascending. A chain without a spring is refused: a step of
+// strain takes an infinite stress.
+DERMIS_API Relaxation relaxation_of(const std::vector<KelvinVoigt>&);
+
+// The difference between curve and data that a fit makes small in the mean square.
+enum class Residual {
+    relative, // of each value; for curves over decades, and errors in percent
+    absolute  // of the greatest value
+};
+
+struct Fit {
+    std::vector<KelvinVoigt> elements; // a spring, elements by ascending retardation time, a dashpot; at most n
+    // Standard error of the logarithm of each number of the elements, 0 where the number is 0. Where nothing is
+    // undetermined, the truth is within a factor of exp(2*error) in some 95 of 100 such data. The data count as exact
+    // to 1e-7 at best.
+    std::vector<KelvinVoigt> errors;
+    double residual = 0;       // root mean square of the residual
+    std::vector<double> model; // the curve at the times of the data
+    // Sentences about what the data leave open: elements that they cannot tell apart or do not need, numbers that they
+    // fix to a factor of 2 or worse. Empty if all is determined.
+    std::vector<std::string> undetermined;
+};
+
+// Fits a chain of at most n elements, 1..8, to a measured curve: times in s, >= 0, in any order; compliances in 1/Pa or
+// moduli in Pa, > 0, with Residual::absolute finite. At least 2*n + 1 points. Retardation or relaxation times are
+// looked for from a tenth of the shortest time to ten times the longest. An element is left out that adds nothing, or
+// less than 1e-7 of each value.
+DERMIS_API Fit fit_creep(const std::vector<double>& times, const std::vector<double>& compliances, int n,
+                         Residual = Residual::relative);
+DERMIS_API Fit fit_relaxation(const std::vector<double>& times, const std::vector<double>& moduli, int n,
+                              Residual = Residual::relative);
+
+} // namespace dermis
