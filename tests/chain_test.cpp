@@ -209,6 +209,27 @@ TEST_CASE("what does not take a chain says so: marches, skins pressed frame by f
     CHECK(has(refusal(Error::Code::bad_input, [&] { Skin(Device::cpu(), skin); }), "(2 in series)"));
 }
 
+TEST_CASE("a scene file's relaxation is the chain that relaxes so, and stands alone") {
+    const std::string mean = "[receptors]\nfa2 = \"step-mean\"\n",
+                      relaxation =
+                          "[material]\nrelaxation = { moduli = [2.5e5, 2.5e5, 2.5e5], times = [4e-3, 7e-2, 1.4], "
+                          "equilibrium = 2.5e5 }\n";
+    const std::vector<KelvinVoigt> chain = read(relaxation + mean).material.elements;
+    // by partial fractions in 50 digits
+    const KelvinVoigt expected[] = {
+        {1e6, 0}, {3174817.74533, 16814.8578792}, {1583300.75266, 165143.474228}, {486990.215745, 1382273.21823}};
+    REQUIRE(chain.size() == 4);
+    for (size_t k = 0; k < 4; ++k) {
+        check_close(chain[k].modulus, expected[k].modulus, 1e-11);
+        check_close(chain[k].viscosity, expected[k].viscosity, 1e-11);
+    }
+    const auto refused = [](const std::string& text) { return refusal(Error::Code::bad_input, [&] { read(text); }); };
+    CHECK(refused(relaxation + "spring = 1\n" + mean).find("not beside material.relaxation") != std::string::npos);
+    CHECK(refused(relaxation + "modulus = 1\n" + mean).find("material.relaxation") != std::string::npos);
+    CHECK(refused("[material]\nrelaxation = { moduli = [1], times = [0] }\n").find("relaxation.times[0] = 0") !=
+          std::string::npos);
+}
+
 TEST_CASE("a scene file names elements, spring and dashpot, and not a modulus beside them") {
     const std::string good =
         "[material]\nelements = [{ modulus = 2e6, viscosity = 8e3 }, { modulus = 5e5, viscosity = 7e5 }]\n"

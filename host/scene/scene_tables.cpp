@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "host/scene/scene_tables.hpp"
+#include "dermis/fit.hpp"
 
 #include "host/scene/scene.hpp"
 #include "host/scene/toml_section.hpp"
@@ -69,10 +70,20 @@ void read_material(Section table, const Grid& grid, const Folder& folder, Materi
     number_or_map("modulus", material.modulus, material.modulus_map);
     number_or_map("viscosity", material.viscosity, material.viscosity_map);
     table.list("elements", material.elements, element_in);
+    const bool relaxes = table.has("relaxation");
+    Section relaxation = table.section("relaxation");
+    Relaxation measured;
+    relaxation.list("moduli", measured.moduli, number_in);
+    relaxation.list("times", measured.times, number_in);
+    relaxation.number("equilibrium", measured.equilibrium);
+    relaxation.finish();
     table.number("spring", material.spring);
     table.number("dashpot", material.dashpot);
     for (const char* key : {"modulus", "viscosity"})
-        table.permit(key, !is_chain(material), "not beside material.elements, each of which has its own");
+        table.permit(key, !is_chain(material) && !relaxes, "not beside material.elements or material.relaxation");
+    for (const char* key : {"elements", "spring", "dashpot"})
+        table.permit(key, !relaxes, "not beside material.relaxation, which gives the elements");
+    if (relaxes) material.elements = dermis::chain_of(measured);
     table.number("thickness", material.thickness);
     table.number("curvature_length", material.curvature_length);
     table.finish();
