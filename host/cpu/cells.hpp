@@ -102,12 +102,12 @@ template <class K> class Cells {
         for (Worker<K>& worker : workers_) {
             int place = signal_place;
             worker.changed.resize(1);
-            for (auto* rows : {worker.unused.data(), worker.peeked.data(), worker.answered.data()}) {
-                const size_t count = rows == worker.unused.data()   ? worker.unused.size()
-                                     : rows == worker.peeked.data() ? worker.peeked.size()
-                                                                    : worker.answered.size();
-                for (size_t i = 0; i < count; ++i) rows[i] = Plane<real>(size_t(pitch_), 0);
-            }
+            const auto make = [this](auto& rows) {
+                for (Plane<real>& row : rows) row = Plane<real>(size_t(pitch_), 0);
+            };
+            make(worker.unused);
+            make(worker.peeked);
+            make(worker.answered);
             for (auto& ring : worker.signals)
                 for (Plane<real>& row : ring) row = Plane<real>(size_t(pitch_), ++place);
         }
@@ -159,7 +159,7 @@ template <class K> class Cells {
     // The state that a press makes.
     State<real>& stepped(const Press& press) { return press.keep ? state_ : scratch_; }
 
-    // So many bands that what a step of one reads and writes takes half of the second-level cache, and that threads
+    // Returns a number of bands with which a step of one reads and writes half of the second-level cache, and threads
     // end together.
     int count_of_bands() const {
         const size_t planes = (variant_.compensated ? 4 : 2) + (variant_.framed ? 3 : 2);

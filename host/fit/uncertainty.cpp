@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What the data say about the elements of a fit: standard errors from the Jacobian, and sentences about what is open.
+// This file tells what the data say about the elements of a fit: standard errors from the Jacobian, and sentences about
+// what is open.
 #include "host/fit/problem.hpp"
 
 #include <algorithm>

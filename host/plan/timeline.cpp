@@ -19,6 +19,7 @@ void FrameFeed::before(const Step& step, const std::function<void(const std::vec
 Timeline::Timeline(const Schedule& schedule, const std::vector<Element>& materials, const ResponseRule& rule,
                    Method method, int threads)
     : schedule_(schedule), materials_(materials), rule_(rule), method_(method), threads_(threads),
+      rate_from_slope_(rule.step_mean && std::any_of(materials.begin(), materials.end(), scene::is_elastic)),
       load_(schedule.load.envelope, schedule.time) {
     const double dt = schedule.time.step;
     regular_ = table_of([&](const Element& m) {
@@ -67,9 +68,7 @@ Step Timeline::exact_step(Instant from, Instant to) const {
     const bool straight = !load_.sine() && !load_.breaks(from, to);
     const double du = straight ? load_.rise(from, to) : 0;
     const bool held = straight && du == 0;
-    // An elastic skin's state does not hold its rate: the rate before a step follows from the load's slope.
-    const auto from_slope = [this](const Element& m) { return is_elastic(m) && rule_.step_mean; };
-    if (held && std::none_of(materials_.begin(), materials_.end(), from_slope)) return s;
+    if (held && !rate_from_slope_) return s;
     auto forcing = std::make_shared<Forcing>();
     forcing->dt = dt;
     std::vector<Segment>& segments = forcing->segments;
@@ -81,7 +80,7 @@ Step Timeline::exact_step(Instant from, Instant to) const {
             s.bend = std::max({s.bend, std::abs(s.start + g.u0), std::abs(s.start + g.u0 + g.du)});
     }
     if (load_.sine()) forcing->sine = Sine{load_.angular_frequency(), load_.phasor(from), load_.turn(dt)};
-    if (rule_.step_mean) forcing->slope = load_.slope_before(from), forcing->slope_length = to - from;
+    if (rate_from_slope_) forcing->slope = load_.slope_before(from), forcing->slope_length = to - from;
     s.rise = 1;
     s.forcing = forcing;
     return s;

@@ -117,6 +117,8 @@ class Timeline {
     const ResponseRule rule_;
     const Method method_;
     const int threads_;
+    // An elastic element's state does not hold its rate: the rate before a step follows from the load's slope.
+    const bool rate_from_slope_;
     SharedCoefficients regular_; // those of a whole step
     scene::Waveform load_;
     std::vector<Step> pending_; // steps up to the next output, last first

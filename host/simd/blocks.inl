@@ -312,7 +312,7 @@ template <int stencil, bool passed> void respond_tiles_in(const RespondArguments
         else respond_tile<stencil, passed, false>(r, x, c);
 }
 
-// Of the tiles that are whole.
+// Answers in the tiles that are whole.
 template <bool passed> void respond_tiles(const RespondArguments<Kernels>& r, const Constants& c) {
     with_stencil(r.strain.stencil, [&](auto stencil) { respond_tiles_in<stencil.number, passed>(r, c); });
 }
