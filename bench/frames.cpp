@@ -150,7 +150,8 @@ template <class Record> double VulkanFrames::timed(Record&& record) {
 
 double VulkanFrames::press(int count) {
     const plan::PreparedSkin& skin = scene_.skin();
-    const auto c = plan::frame_constants(skin, *plan::coefficients_in_float(skin.materials[0], skin.rule, scene_.dt));
+    const auto c = plan::frame_constants(
+        skin, plan::rounded<f32>(plan::exact_coefficients(skin.materials[0], skin.rule, scene_.dt)));
     const auto groups = [](int cells, int size) { return uint32_t((cells + size - 1) / size); };
     const double gpu = timed([&](VkCommandBuffer commands) {
         for (int i = 0; i < count; ++i, ++frame_) {

@@ -34,18 +34,17 @@ void main() {
     int map = c.pitch * c.height;
     LaneCoefficients k = lanes_of(c.coefficients);
     Load load = load_between(pressure_from[i], pressure_to[i], c);
-    CellState before;
-    before.strain = sum_of(state_from[i], 0.0);
-    before.integral = sum_of(state_from[i + map], 0.0);
-    CellState cell = advanced(before, load, k, 0);
-    float after = cell.strain.value;
+    float before = state_from[i];
+    float after = advanced_strain(sum_of(before, 0.0), load, k, 0).value;
+    Motion m = motion_of(before, after, load, k);
+    float integral = advanced_integral(sum_of(state_from[i + map], 0.0), m.gained, k, 0).value;
     state_to[i] = after;
-    state_to[i + map] = cell.integral.value;
+    state_to[i + map] = integral;
     float L = add(second_difference(strain_of(x - 1, y), after, strain_of(x + 1, y)),
                   second_difference(strain_of(x, y - 1), after, strain_of(x, y + 1)));
     float C = curvature_of(rest_curvature[i], L, c.bend);
-    sa1[i] = answer(QUANTITY_SA1, signal(QUANTITY_SA1, before, cell, load, k), C, c);
-    sa2[i] = answer(QUANTITY_SA2, signal(QUANTITY_SA2, before, cell, load, k), C, c);
-    fa1[i] = answer(QUANTITY_FA1, signal(QUANTITY_FA1, before, cell, load, k), C, c);
-    fa2[i] = answer(QUANTITY_FA2, signal(QUANTITY_FA2, before, cell, load, k), C, c);
+    sa1[i] = answer(QUANTITY_SA1, signal(QUANTITY_SA1, m, integral), C, c);
+    sa2[i] = answer(QUANTITY_SA2, signal(QUANTITY_SA2, m, integral), C, c);
+    fa1[i] = answer(QUANTITY_FA1, signal(QUANTITY_FA1, m, integral), C, c);
+    fa2[i] = answer(QUANTITY_FA2, signal(QUANTITY_FA2, m, integral), C, c);
 }

@@ -6,6 +6,16 @@ layout(constant_id = VARIANT_COMPENSATED) const int COMPENSATED = 0;
 layout(constant_id = VARIANT_MATERIALS) const int MATERIALS = 0;
 layout(constant_id = VARIANT_FRAMES) const int FRAMES = 0;
 layout(constant_id = VARIANT_RESPONSES) const int RESPONSES = (1 << RESPONSE_MAPS) - 1;
+layout(constant_id = VARIANT_ELEMENTS) const int ELEMENTS = 1;
+layout(constant_id = VARIANT_SPRING) const int SPRING = 0;
+layout(constant_id = VARIANT_STRAIN) const int STRAIN = 0;
+// Rows or numbers of a state: all of them, those before the strain of element e, and those before the integral.
+#define PLANES STATE_PLANES(ELEMENTS, COMPENSATED, STRAIN, RESPONSES)
+#define ELEMENT(e) STATE_ELEMENT(e, COMPENSATED, STRAIN)
+#define INTEGRAL STATE_INTEGRAL(ELEMENTS, COMPENSATED, STRAIN)
+
+// Whether coefficients are those of a table. Else the constants hold those of the only element.
+bool tabled() { return MATERIALS != 0 || ELEMENTS + SPRING > 1; }
 
 bool asked(int quantity) { return (RESPONSES & RESPONSE_BIT(quantity)) != 0; }
 

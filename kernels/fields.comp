@@ -9,14 +9,14 @@
 
 layout(local_size_x = FIELDS_X) in;
 layout(push_constant) uniform Push { Constants c; };
-// Each map has pitch floats per bound row; a state has STATE_PLANES times as many, the strain first.
+// Each map has pitch floats per bound row; a state has PLANES times as many, the strain first.
 layout(std430, binding = FIELDS_SURFACE) readonly restrict buffer Surface { float surface[]; };
 layout(std430, binding = FIELDS_REST_CURVATURE) readonly restrict buffer Rest { float rest_curvature[]; };
 layout(std430, binding = FIELDS_STRAIN) readonly restrict buffer Strain { float strain[]; };
 layout(std430, binding = FIELDS_CURVATURE) writeonly restrict buffer Curvature { float curvature[]; };
 layout(std430, binding = FIELDS_DEFORMATION) writeonly restrict buffer Deformation { float deformation[]; };
 
-real strain_at(int x, int y) { return strain[(y - c.base_row) * STATE_PLANES(COMPENSATED, RESPONSES) * c.pitch + x]; }
+real strain_at(int x, int y) { return strain[(y - c.base_row) * PLANES * c.pitch + x]; }
 #include "gather.h"
 
 void main() {

@@ -37,10 +37,13 @@
 #define VARIANT_STENCIL 0
 #define VARIANT_EDGES 1
 #define VARIANT_COMPENSATED 2 // 1: the state carries the rounding errors of its sums
-#define VARIANT_MATERIALS 3   // 1: coefficients come from a table, by each cell's index
+#define VARIANT_MATERIALS 3   // 1: each cell has an index into a table of coefficients
 #define VARIANT_FRAMES 4      // 1: the pressure runs linearly from one map to another
 #define VARIANT_RESPONSES 5   // the responses asked for, a bit each
-#define VARIANT_CONSTANTS 6
+#define VARIANT_ELEMENTS 6    // elements in series whose strain the state carries
+#define VARIANT_SPRING 7      // 1: a spring in series with them, of which the state carries nothing
+#define VARIANT_STRAIN 8      // 1: the state holds the cell's strain too, the sum over elements and spring
+#define VARIANT_CONSTANTS 9
 
 #define PRESS_PRESSURE_FROM 0
 #define PRESS_PRESSURE_TO 1
@@ -53,15 +56,14 @@
 #define PRESS_INVALID (PRESS_RESPONSE(RESPONSE_MAPS) + 3)
 #define PRESS_BINDINGS (PRESS_RESPONSE(RESPONSE_MAPS) + 4)
 
-// The sums that a cell's state carries from step to step, each of type Sum (kernels/step.h).
-#define STATE_SUMS(each) each(strain) each(integral)
-// A state interleaves its planes row by row, so that any window of rows is one range of memory. Its planes are the strain
-// and, if compensated, the rounding error of that sum; where SA2 is asked for, the same follow for the strain's integral.
-#define STATE_STRAIN_PLANES(compensated) (1 + (compensated))
-#define STATE_PLANES(compensated, responses) \
-    (STATE_STRAIN_PLANES(compensated) * (((responses) & RESPONSE_BIT(QUANTITY_SA2)) != 0 ? 2 : 1))
-// The index of the integral's first plane.
-#define STATE_INTEGRAL(compensated) STATE_STRAIN_PLANES(compensated)
+// A state interleaves its planes row by row, so that any window of rows is one range of memory. Its planes are the cell's
+// strain, where VARIANT_STRAIN asks for it; then the strain of each element and, if compensated, the rounding error of
+// that sum; where SA2 is asked for, the same follow for the integral of the cell's strain.
+#define STATE_SUM_PLANES(compensated) (1 + (compensated))
+#define STATE_ELEMENT(e, compensated, strain) ((strain) + (e) * STATE_SUM_PLANES(compensated))
+#define STATE_INTEGRAL(elements, compensated, strain) STATE_ELEMENT(elements, compensated, strain)
+#define STATE_PLANES(elements, compensated, strain, responses) \
+    STATE_ELEMENT((elements) + (((responses) & RESPONSE_BIT(QUANTITY_SA2)) != 0 ? 1 : 0), compensated, strain)
 // Windows of rows begin at a multiple of WINDOW_ROWS, where each map has an offset that every device can bind.
 #define WINDOW_ROWS 4
 
@@ -88,12 +90,14 @@
 #define REDUCE_SUMMARIES 2
 #define REDUCE_BINDINGS 3
 
-// Coefficients of one step of one material, computed on the host in double (host/plan/coefficients). With
+// Coefficients of one step of one element, computed on the host in double (host/plan/coefficients). With
 //   r = s0 - E*eps            s0 the pressure after the jump sj at the step's start, s0 + ds the pressure at its end
 //   eps += b*r + f*ds         strain
 //   I   += i0*eps + i1*s0 + i2*ds - leak*I      its integral, or with leak > 0 its adapting integral
 //   eps'  = v0*r + v1*ds              at the end of the step, from the left
 //   eps'' = a0*r + a1*ds + a2*sj
+// Elements in series stand one after another, a spring last. Strain, integral, rate and acceleration are sums over them, in
+// which the factors of s0, ds and sj but for those of the strain are added up in the first one's i1, i2, v1, a1 and a2.
 #define COEFFICIENTS(each) \
     each(E) each(b) each(f) each(i0) each(i1) each(i2) each(leak) each(v0) each(v1) each(a0) each(a1) each(a2)
 #define SCALAR_MEMBER(name) scalar name;
@@ -102,7 +106,7 @@ struct Coefficients {
 };
 
 struct Constants {
-    Coefficients coefficients;    // a uniform material's; otherwise each cell has an index into a table of them
+    Coefficients coefficients;    // those of the only element of every cell; otherwise a table holds them
     scalar start, rise, jump;     // Pressure over the step, after a jump of jump*p at its start. Map and envelope: from
                                   // start*p, rising linearly by rise*p. Frames p, q: from p + start*(q - p), rising by
                                   // rise*(q - p).

@@ -16,7 +16,7 @@
 
 layout(local_size_x = PRESS_X, local_size_y = PRESS_Y) in;
 layout(push_constant) uniform Push { Constants c; };
-// Each map has pitch/4 vec4s per bound row, a state STATE_PLANES times as many. The last cells of a row may be padding.
+// Each map has pitch/4 vec4s per bound row, a state PLANES times as many. The last cells of a row may be padding.
 MAP(PRESS_PRESSURE_FROM, PressureFrom, pressure_from);
 MAP(PRESS_PRESSURE_TO, PressureTo, pressure_to);
 MAP(PRESS_REST_CURVATURE, Rest, rest_curvature);
@@ -36,7 +36,7 @@ layout(std430, binding = PRESS_MATERIAL) readonly buffer MaterialCells { int mat
 // the distance of a state's planes in vec4s.
 int row_start(int y) { return (y - c.base_row) * c.pitch; }
 int in_map(int start, int x) { return (start + x) >> 2; }
-int in_state(int start, int x) { return (start * STATE_PLANES(COMPENSATED, RESPONSES) + x) >> 2; }
+int in_state(int start, int x) { return (start * PLANES + x) >> 2; }
 #define NEXT_PLANE (c.pitch >> 2)
 
 LaneCoefficients lanes_of_four(Coefficients a, Coefficients b, Coefficients d, Coefficients e) {
@@ -51,23 +51,21 @@ LaneCoefficients coefficients_of(ivec4 materials) {
     return lanes_of_four(table[materials.x], table[materials.y], table[materials.z], table[materials.w]);
 }
 
-LaneCoefficients coefficients_at(int i) {
-    if (MATERIALS == 0) return lanes_of(c.coefficients);
-    return coefficients_of(material[i]);
+// The coefficients of the elements e of cells with these materials, and of the four cells i of a map.
+LaneCoefficients element_of(ivec4 materials, int e) {
+    if (!tabled()) return lanes_of(c.coefficients);
+    return MATERIALS == 0 ? lanes_of(table[e]) : coefficients_of(materials + e);
 }
+
+ivec4 materials_at(int i) { return MATERIALS == 0 ? ivec4(0) : material[i]; }
 
 Load load_at(int i) {
     vec4 p = FOUR(pressure_from, i);
     return FRAMES != 0 ? load_between(valid(p), valid(FOUR(pressure_to, i)), c) : load_of(p, c);
 }
 
-Sum strain_from(int state) {
+Sum sum_from(int state) {
     return sum_of(FOUR(state_from, state), COMPENSATED != 0 ? FOUR(state_from, state + NEXT_PLANE) : vec4(0.0));
-}
-
-Sum integral_from(int state) {
-    if (!asked(QUANTITY_SA2)) return sum_of(vec4(0.0), vec4(0.0));
-    return strain_from(state + STATE_INTEGRAL(COMPENSATED) * NEXT_PLANE);
 }
 
 void store(Sum sum, int state) {
@@ -87,24 +85,41 @@ vec4 strains_beside(int x, int y, int cells) {
     (far ? vec4(ONE(map, (at) + low), ONE(map, (at) + high), ONE(map, (at) + far_low), ONE(map, (at) + far_high)) \
          : vec2(ONE(map, (at) + low), ONE(map, (at) + high)).xyxy)
     int start = row_start(y);
-    int state = start * STATE_PLANES(COMPENSATED, RESPONSES);
-    Sum strain = sum_of(BESIDE(state_from, state), vec4(0.0));
-    if (COMPENSATED != 0) strain.lost = BESIDE(state_from, state + c.pitch);
+    int state = start * PLANES;
     vec4 p = BESIDE(pressure_from, start);
     Load load = load_of(p, c);
     if (FRAMES != 0) load = load_between(valid(p), valid(BESIDE(pressure_to, start)), c);
-    LaneCoefficients k = lanes_of(c.coefficients);
+    ivec4 materials = ivec4(0);
     if (MATERIALS != 0)
-        k = coefficients_of(ivec4(material_cells[start + low], material_cells[start + high],
-                                  material_cells[start + far_low], material_cells[start + far_high]));
-    return advanced_strain(strain, load, k, COMPENSATED).value;
+        materials = ivec4(material_cells[start + low], material_cells[start + high], material_cells[start + far_low],
+                          material_cells[start + far_high]);
+    vec4 eps = vec4(0.0);
+    for (int e = 0; e < ELEMENTS; ++e) {
+        int plane = state + ELEMENT(e) * c.pitch;
+        Sum strain = sum_of(BESIDE(state_from, plane), vec4(0.0));
+        if (COMPENSATED != 0) strain.lost = BESIDE(state_from, plane + c.pitch);
+        vec4 after = advanced_strain(strain, load, element_of(materials, e), COMPENSATED).value;
+        eps = e == 0 ? after : in_series(eps, after);
+    }
+    if (SPRING != 0) eps = in_series(eps, spring_strain(load, element_of(materials, ELEMENTS)));
+    return eps;
 }
 
 // New strain of cells x .. x + 3; those beyond the width are not used.
 vec4 strains(int x, int y) {
     int start = row_start(y);
     int i = in_map(start, x);
-    return advanced_strain(strain_from(in_state(start, x)), load_at(i), coefficients_at(i), COMPENSATED).value;
+    int state = in_state(start, x);
+    Load load = load_at(i);
+    ivec4 materials = materials_at(i);
+    vec4 eps = vec4(0.0);
+    for (int e = 0; e < ELEMENTS; ++e) {
+        Sum strain = sum_from(state + ELEMENT(e) * NEXT_PLANE);
+        vec4 after = advanced_strain(strain, load, element_of(materials, e), COMPENSATED).value;
+        eps = e == 0 ? after : in_series(eps, after);
+    }
+    if (SPRING != 0) eps = in_series(eps, spring_strain(load, element_of(materials, ELEMENTS)));
+    return eps;
 }
 
 // The published stencil near the ends of a row, where weights differ from cell to cell. `columns` are x - 2 .. x + 5.
@@ -163,20 +178,31 @@ void main() {
 
     vec4 pressure = FRAMES != 0 ? FOUR(pressure_to, i) : vec4(0.0);
     Load load = FRAMES != 0 ? load_between(valid(FOUR(pressure_from, i)), valid(pressure), c) : load_at(i);
-    LaneCoefficients k = coefficients_at(i);
-    CellState before;
-    before.strain = strain_from(state);
-    before.integral = integral_from(state);
-
-    CellState after = advanced(before, load, k, COMPENSATED);
-    store(after.strain, state);
-    if (asked(QUANTITY_SA2)) store(after.integral, state + STATE_INTEGRAL(COMPENSATED) * NEXT_PLANE);
+    ivec4 materials = materials_at(i);
+    LaneCoefficients first = element_of(materials, 0);
+    Motion m;
+    for (int e = 0; e < ELEMENTS; ++e) {
+        LaneCoefficients k = element_of(materials, e);
+        int plane = state + ELEMENT(e) * NEXT_PLANE;
+        Sum before = sum_from(plane);
+        Sum after = advanced_strain(before, load, k, COMPENSATED);
+        store(after, plane);
+        m = e == 0 ? motion_of(before.value, after.value, load, k)
+                   : with_element(m, before.value, after.value, load, k);
+    }
+    if (SPRING != 0) m.strain = in_series(m.strain, spring_strain(load, element_of(materials, ELEMENTS)));
+    if (STRAIN != 0) state_to[state] = m.strain;
+    Sum integral = sum_of(vec4(0.0), vec4(0.0));
+    if (asked(QUANTITY_SA2)) {
+        integral = advanced_integral(sum_from(state + INTEGRAL * NEXT_PLANE), m.gained, first, COMPENSATED);
+        store(integral, state + INTEGRAL * NEXT_PLANE);
+    }
     if (FRAMES != 0) count(pressure, x);
     if (c.respond == 0 || RESPONSES == 0) return;
 
-    vec4 L = add(laplacian_along_x(x, y, after.strain.value), laplacian_along_y(x, y, after.strain.value));
+    vec4 L = add(laplacian_along_x(x, y, m.strain), laplacian_along_y(x, y, m.strain));
     vec4 C = curvature_of(FOUR(rest_curvature, i), L, c.bend);
-#define RESPONSE(quantity) answer(quantity, signal(quantity, before, after, load, k), C, c)
+#define RESPONSE(quantity) answer(quantity, signal(quantity, m, integral.value), C, c)
     if (asked(QUANTITY_SA1)) sa1[i] = RESPONSE(QUANTITY_SA1);
     if (asked(QUANTITY_SA2)) sa2[i] = RESPONSE(QUANTITY_SA2);
     if (asked(QUANTITY_FA1)) fa1[i] = RESPONSE(QUANTITY_FA1);

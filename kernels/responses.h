@@ -1,24 +1,12 @@
 // SPDX-License-Identifier: MIT
 // The receptor responses of a cell at a step's end.
 
-inline real rate_after(real eps, Load s, LaneCoefficients k) {
-    precise real r = excess_stress(eps, s, k);
-    precise real rate = k.v0 * r + k.v1 * s.ds;
-    return rate;
-}
-
-inline real acceleration_after(real eps, Load s, LaneCoefficients k) {
-    precise real r = excess_stress(eps, s, k);
-    precise real acceleration = k.a0 * r + k.a1 * s.ds + k.a2 * s.sj;
-    return acceleration;
-}
-
 // The signal that a receptor transduces: SA1 strain, SA2 its integral, FA1 its rate, FA2 its acceleration.
-inline real signal(int quantity, CellState before, CellState after, Load s, LaneCoefficients k) {
-    if (quantity == QUANTITY_SA2) return after.integral.value;
-    if (quantity == QUANTITY_FA1) return rate_after(before.strain.value, s, k);
-    if (quantity == QUANTITY_FA2) return acceleration_after(before.strain.value, s, k);
-    return after.strain.value;
+inline real signal(int quantity, Motion m, real integral) {
+    if (quantity == QUANTITY_SA2) return integral;
+    if (quantity == QUANTITY_FA1) return m.rate;
+    if (quantity == QUANTITY_FA2) return m.acceleration;
+    return m.strain;
 }
 
 // The signal x scaled by curvature: x*(1 + l*C).

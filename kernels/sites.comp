@@ -17,7 +17,7 @@ layout(std430, binding = SITES_PRESSURE_FROM) readonly buffer PressureFrom { flo
 layout(std430, binding = SITES_PRESSURE_TO) readonly buffer PressureTo { float pressure_to[]; };
 layout(std430, binding = SITES_CELLS) readonly restrict buffer Cells { SiteCell cells[]; };
 layout(std430, binding = SITES_SITES) readonly restrict buffer Sites { SiteStencil sites[]; };
-// A state has STATE_PLANES numbers per cell.
+// A state has PLANES numbers per cell.
 layout(std430, binding = SITES_STATE_FROM) readonly restrict buffer StateFrom { float state_from[]; };
 layout(std430, binding = SITES_STATE_TO) writeonly restrict buffer StateTo { float state_to[]; };
 layout(std430, binding = SITES_RESPONSE) writeonly restrict buffer Response { float responses[]; };
@@ -32,38 +32,50 @@ Load load_at(int rank) {
     return load_between(valid(pressure_from[i]), valid(pressure_to[i]), s.c);
 }
 
-LaneCoefficients coefficients_at(int rank) {
-    if (MATERIALS == 0) return lanes_of(s.c.coefficients);
-    return lanes_of(table[cells[rank].material]);
+LaneCoefficients element_at(int rank, int e) {
+    if (!tabled()) return lanes_of(s.c.coefficients);
+    return lanes_of(table[(MATERIALS == 0 ? 0 : cells[rank].material) + e]);
 }
 
-int state_at(int rank) { return rank * STATE_PLANES(COMPENSATED, RESPONSES); }
+int state_at(int rank) { return rank * PLANES; }
 
-Sum strain_from(int state) { return sum_of(state_from[state], COMPENSATED != 0 ? state_from[state + 1] : 0.0); }
-
-CellState state_of(int rank) {
-    CellState cell;
-    cell.strain = strain_from(state_at(rank));
-    cell.integral = sum_of(0.0, 0.0);
-    if (asked(QUANTITY_SA2)) cell.integral = strain_from(state_at(rank) + STATE_INTEGRAL(COMPENSATED));
-    return cell;
-}
+Sum sum_from(int state) { return sum_of(state_from[state], COMPENSATED != 0 ? state_from[state + 1] : 0.0); }
 
 void store(Sum sum, int state) {
     state_to[state] = sum.value;
     if (COMPENSATED != 0) state_to[state + 1] = sum.lost;
 }
 
-void advance(int rank) {
-    if (!finite(pressure_to[bound(rank)])) atomicAdd(invalid, 1u);
-    CellState after = advanced(state_of(rank), load_at(rank), coefficients_at(rank), COMPENSATED);
-    store(after.strain, state_at(rank));
-    if (asked(QUANTITY_SA2)) store(after.integral, state_at(rank) + STATE_INTEGRAL(COMPENSATED));
+Sum strain_after(int rank, int e, Load load) {
+    return advanced_strain(sum_from(state_at(rank) + ELEMENT(e)), load, element_at(rank, e), COMPENSATED);
 }
 
-float strain_at(int rank) {
-    return advanced_strain(strain_from(state_at(rank)), load_at(rank), coefficients_at(rank), COMPENSATED).value;
+// The motion of a cell at the step's end.
+Motion motion_at(int rank, Load load) {
+    Motion m;
+    for (int e = 0; e < ELEMENTS; ++e) {
+        LaneCoefficients k = element_at(rank, e);
+        float before = state_from[state_at(rank) + ELEMENT(e)];
+        float after = strain_after(rank, e, load).value;
+        m = e == 0 ? motion_of(before, after, load, k) : with_element(m, before, after, load, k);
+    }
+    if (SPRING != 0) m.strain = in_series(m.strain, spring_strain(load, element_at(rank, ELEMENTS)));
+    return m;
 }
+
+Sum integral_after(int rank, Motion m) {
+    if (!asked(QUANTITY_SA2)) return sum_of(0.0, 0.0);
+    return advanced_integral(sum_from(state_at(rank) + INTEGRAL), m.gained, element_at(rank, 0), COMPENSATED);
+}
+
+void advance(int rank) {
+    if (!finite(pressure_to[bound(rank)])) atomicAdd(invalid, 1u);
+    Load load = load_at(rank);
+    for (int e = 0; e < ELEMENTS; ++e) store(strain_after(rank, e, load), state_at(rank) + ELEMENT(e));
+    if (asked(QUANTITY_SA2)) store(integral_after(rank, motion_at(rank, load)), state_at(rank) + INTEGRAL);
+}
+
+float strain_at(int rank) { return motion_at(rank, load_at(rank)).strain; }
 
 float along(int far_low, int low, float centre, int high, int far_high, Axis a) {
     bool far = reach(STENCIL) > 1;
@@ -73,17 +85,14 @@ float along(int far_low, int low, float centre, int high, int far_high, Axis a) 
 
 void respond(SiteStencil site) {
     int cell = cells[site.here].cell;
-    Load load = load_at(site.here);
-    LaneCoefficients k = coefficients_at(site.here);
-    CellState before = state_of(site.here);
-    CellState after = advanced(before, load, k, COMPENSATED);
-    float eps = after.strain.value;
+    Motion m = motion_at(site.here, load_at(site.here));
+    float eps = m.strain;
     float L = add(along(site.x_far_low, site.x_low, eps, site.x_high, site.x_far_high,
                         axis(cell % s.c.pitch, s.c.width, STENCIL, EDGES)),
                   along(site.y_far_low, site.y_low, eps, site.y_high, site.y_far_high,
                         axis(cell / s.c.pitch, s.c.height, STENCIL, EDGES)));
     float C = curvature_of(site.rest_curvature, L, s.c.bend);
-    responses[site.response] = answer(site.quantity, signal(site.quantity, before, after, load, k), C, s.c);
+    responses[site.response] = answer(site.quantity, signal(site.quantity, m, integral_after(site.here, m).value), C, s.c);
 }
 
 void main() {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// One step of eta*eps' + E*eps = sigma, from a cell's state and the load over the step to the state at the step's end.
+// One step of a cell: of each of its elements in series, eta*eps' + E*eps = sigma, whose strains add up, and of the
+// integral of the cell's strain; from the state and the load over the step to the state and the motion at the step's end.
 
 // Coefficients of one cell or of four, one per lane of `real`.
 #define REAL_MEMBER(name) real name;
@@ -58,8 +59,13 @@ inline real strain_step(real eps, Load s, LaneCoefficients k) {
     return step;
 }
 
-inline real integral_step(real eps, real I, Load s, LaneCoefficients k) {
+// What an element adds to the integral, and what the load adds.
+inline real integral_gained(real eps, Load s, LaneCoefficients k) {
     precise real gained = k.i0 * eps + k.i1 * s.s0 + k.i2 * s.ds;
+    return gained;
+}
+
+inline real integral_step(real gained, real I, LaneCoefficients k) {
     precise real step = gained - k.leak * I;
     return step;
 }
@@ -94,24 +100,65 @@ inline Sum advanced_sum(Sum sum, real step, int compensated) {
     return added(sum, step);
 }
 
-// The state of a cell, which it carries from step to step.
-#define SUM_MEMBER(name) Sum name;
-struct CellState {
-    STATE_SUMS(SUM_MEMBER)
-};
-
-// The state at the step's end. The integral grows by the strain at the step's start.
+// The strain of an element and the integral of the cell's at the step's end. The integral grows by the strain at the
+// step's start.
 inline Sum advanced_strain(Sum strain, Load s, LaneCoefficients k, int compensated) {
     return advanced_sum(strain, strain_step(strain.value, s, k), compensated);
 }
 
-inline Sum advanced_integral(CellState cell, Load s, LaneCoefficients k, int compensated) {
-    return advanced_sum(cell.integral, integral_step(cell.strain.value, cell.integral.value, s, k), compensated);
+inline Sum advanced_integral(Sum integral, real gained, LaneCoefficients k, int compensated) {
+    return advanced_sum(integral, integral_step(gained, integral.value, k), compensated);
 }
 
-inline CellState advanced(CellState cell, Load s, LaneCoefficients k, int compensated) {
-    CellState after;
-    after.strain = advanced_strain(cell.strain, s, k, compensated);
-    after.integral = advanced_integral(cell, s, k, compensated);
-    return after;
+// The strain of a cell, its rate and its acceleration at the step's end, and what its integral gains over the step.
+struct Motion {
+    real strain, gained, rate, acceleration;
+};
+
+inline real rate_after(real eps, Load s, LaneCoefficients k) {
+    precise real r = excess_stress(eps, s, k);
+    precise real rate = k.v0 * r + k.v1 * s.ds;
+    return rate;
+}
+
+inline real acceleration_after(real eps, Load s, LaneCoefficients k) {
+    precise real r = excess_stress(eps, s, k);
+    precise real acceleration = k.a0 * r + k.a1 * s.ds + k.a2 * s.sj;
+    return acceleration;
+}
+
+// The motion of a cell's first element, whose coefficients contain all that the load adds to the motion of the others,
+// but for their strain. before, after: its strain at the step's start and end.
+inline Motion motion_of(real before, real after, Load s, LaneCoefficients k) {
+    Motion m;
+    m.strain = after;
+    m.gained = integral_gained(before, s, k);
+    m.rate = rate_after(before, s, k);
+    m.acceleration = acceleration_after(before, s, k);
+    return m;
+}
+
+// The strain of elements in series.
+inline real in_series(real strain, real of_next) {
+    precise real sum = strain + of_next;
+    return flush(sum);
+}
+
+// The same motion with that of one more element.
+inline Motion with_element(Motion m, real before, real after, Load s, LaneCoefficients k) {
+    precise real r = excess_stress(before, s, k);
+    precise real gained = m.gained + k.i0 * before;
+    precise real rate = m.rate + k.v0 * r;
+    precise real acceleration = m.acceleration + k.a0 * r;
+    m.strain = in_series(m.strain, after);
+    m.gained = gained;
+    m.rate = rate;
+    m.acceleration = acceleration;
+    return m;
+}
+
+// The strain of a spring, which follows the pressure at once: no state holds it.
+inline real spring_strain(Load s, LaneCoefficients k) {
+    precise real strain = k.b * s.s0 + k.f * s.ds;
+    return flush(strain);
 }

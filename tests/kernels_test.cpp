@@ -44,14 +44,19 @@ typename K::real press_one(typename K::real p, typename K::real eps, typename K:
     c.gain_minus = r(-0.4);
     const typename K::LaneCoefficients lanes = K::lanes_of(k);
     const typename K::Load held = K::load_of(p, c), load = K::load_between(held.s0, held.ds, c);
-    const typename K::CellState before{K::sum_of(eps, rest), K::sum_of(I, rest)};
-    const typename K::CellState plain = K::advanced(before, load, lanes, 0),
-                                after = K::advanced(before, load, lanes, 1);
-    const real C = K::curvature_of(
-        rest, K::difference(I, eps, after.strain.value, plain.strain.value, p, K::axis(1, 3, 1, 0), 1), r(0.5));
-    typename K::Summary all = K::summary_of(plain.strain.value + after.integral.value);
+    const auto strain = [&](int compensated) {
+        return K::advanced_strain(K::sum_of(eps, rest), load, lanes, compensated).value;
+    };
+    const real plain = strain(0), after = strain(1);
+    typename K::Motion m = K::motion_of(eps, after, load, lanes);
+    m = K::with_element(m, rest, plain, load, lanes);
+    m.strain = K::in_series(m.strain, K::spring_strain(load, lanes));
+    const real integral = K::advanced_integral(K::sum_of(I, rest), m.gained, lanes, 1).value;
+    const real C =
+        K::curvature_of(rest, K::difference(I, eps, after, plain, p, K::axis(1, 3, 1, 0), 1), r(0.5));
+    typename K::Summary all = K::summary_of(plain + integral);
     for (int q = QUANTITY_SA1; q < REDUCED_MAPS; ++q)
-        all = K::join(all, K::summary_of(K::answer(q, K::signal(q, before, after, load, lanes), C, c)));
+        all = K::join(all, K::summary_of(K::answer(q, K::signal(q, m, integral), C, c)));
     return all.sum + K::deformation_of(rest, eps, r(0.3));
 }
 

@@ -78,6 +78,8 @@ template <class K> struct Rows {
               const typename K::Constants& c) {
         const int stepped = height - 1, answered = stepped - K::reach(stencil);
         simd::AdvanceArguments<K> a{.count = last - first,
+                                    .elements = 1,
+                                    .spring = false,
                                     .pressure = row(4, stepped) + first,
                                     .pressure_to = row(5, stepped) + first,
                                     .material = nullptr,
@@ -117,7 +119,7 @@ template <class K> struct Rows {
 
     const int width, pitch;
     std::array<cpu::Plane<real>, 13> maps; // a state's 4, pressures 2, signals 2, rest curvature, responses 4
-    simd::StateRow<real> state;
+    simd::StateRow<real> state{};
 };
 
 // Every stencil, with edges, of a row at once and in two loops.

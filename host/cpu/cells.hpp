@@ -22,7 +22,7 @@ namespace dermis::cpu {
 template <class K> struct CellsPress {
     using real = typename K::real;
     const typename K::Constants& constants;
-    const typename K::Coefficients* table; // of the materials, where there are several
+    const typename K::Coefficients* table; // of the elements, where they are several
     // Instead, where there are too many for a table: writes the coefficients of all cells of row y.
     const std::function<void(int y, typename K::Coefficients* row)>* fill_row = nullptr;
     const real *pressure, *pressure_to; // pressure_to is null without frames
@@ -33,10 +33,11 @@ template <class K> struct CellsPress {
     double* points = nullptr; // values in the points of quantities that are summarized, [quantity][point]
 };
 
-// The places of planes: those of a state, of a worker's signals, the rest curvature's, and the first that is left for
-// responses.
-constexpr int signal_place = 2 * simd::state_sums, rest_place = signal_place + 3 * STEP_SIGNALS + 1,
-              response_place = rest_place + 1;
+// The places of planes behind those of a state: the first of a worker's signals, the rest curvature's, and the first that
+// is left for responses.
+inline int signal_place(const plan::Chain& chain) { return 2 * (int(chain.elements()) + 1) + (chain.length > 1); }
+inline int rest_place(const plan::Chain& chain) { return signal_place(chain) + 3 * STEP_SIGNALS + 1; }
+inline int response_place(const plan::Chain& chain) { return rest_place(chain) + 1; }
 
 // The cells whose values are read, by rows.
 class PointsOfRows {
@@ -63,7 +64,7 @@ class PointsOfRows {
 template <class real> struct Band {
     struct Outside {
         int row;
-        Plane<real> value, lost; // lost: only if sums are compensated
+        State<real> state; // of that row; nobody reads its integral
     };
     int first, last;
     std::vector<Outside> outside;
@@ -78,8 +79,9 @@ template <class K> struct Worker {
     using real = typename K::real;
     std::vector<int> changed;                                     // by each press
     std::array<std::array<Plane<real>, 3>, STEP_SIGNALS> signals; // of the last rows, each at y % 3
-    std::array<Plane<real>, 2 * simd::state_sums + STEP_SIGNALS> unused;
-    std::array<Plane<real>, 8> peeked;                  // strain of rows outside, of a step that is not kept
+    std::array<Plane<real>, 5> strain;                            // of the last rows, each at y % 5, where no state holds it
+    std::array<Plane<real>, STEP_SIGNALS> unused;
+    std::array<State<real>, 8> peeked;                  // of rows outside, at the end of a step that is not kept
     std::array<Plane<real>, RESPONSE_MAPS> answered;    // one row, of which points are read
     std::vector<typename K::Coefficients> coefficients; // of one row's cells
 };
@@ -100,16 +102,17 @@ template <class K> class Cells {
           isa_(isa), loops_(isa.of<K>()), barrier_(pool_.threads()), state_(resting_state()),
           resting_row_(size_t(pitch_), 0), shares_(bands(pool_.threads())), workers_(size_t(pool_.threads())) {
         for (Worker<K>& worker : workers_) {
-            int place = signal_place;
+            int place = signal_place(variant_.chain);
             worker.changed.resize(1);
             const auto make = [this](auto& rows) {
                 for (Plane<real>& row : rows) row = Plane<real>(size_t(pitch_), 0);
             };
             make(worker.unused);
-            make(worker.peeked);
             make(worker.answered);
+            for (State<real>& row : worker.peeked) row = row_state();
             for (auto& ring : worker.signals)
                 for (Plane<real>& row : ring) row = Plane<real>(size_t(pitch_), ++place);
+            if (rolls()) make(worker.strain);
         }
     }
 
@@ -131,15 +134,22 @@ template <class K> class Cells {
         }
     }
 
-    // The strain that the last press made.
+    // The strain that the last press made; the variant keeps it.
     const real* strain() const { return visible_->strain(); }
 
-    void rest() { state_.rest(size_t(pitch_) * size_t(height_)); }
+    void rest() { state_.rest(); }
 
     simd::Pool& pool() { return pool_; }
 
   private:
-    State<real> resting_state() const { return {size_t(pitch_) * size_t(height_), variant_.compensated}; }
+    StateShape shape(bool strain) const {
+        return {.elements = variant_.chain.elements(), .compensated = variant_.compensated, .strain = strain};
+    }
+    State<real> resting_state() const { return {size_t(pitch_) * size_t(height_), shape(variant_.keeps_strain)}; }
+    State<real> row_state() const { return {size_t(pitch_), shape(variant_.chain.length > 1)}; }
+
+    // Whether the cells' strain is that of several elements, and only of as many rows as the stencil reads.
+    bool rolls() const { return variant_.chain.length > 1 && !variant_.keeps_strain; }
 
     int first_column() const { return pressed_.first_column(); }
     int last_column() const { return pressed_.last_column(width_); }
@@ -147,7 +157,9 @@ template <class K> class Cells {
     void prepare_rows() {
         column_.resize(size_t(pitch_));
         std::iota(column_.begin(), column_.end(), 0);
-        for (Worker<K>& worker : workers_) worker.coefficients.resize(size_t(pitch_)); // zeros beyond the row's end
+        const size_t chain = variant_.chain.length;
+        for (int& x : column_) x *= int(chain);
+        for (Worker<K>& worker : workers_) worker.coefficients.resize(size_t(pitch_) * chain); // 0 beyond the row's end
     }
 
     struct Batch {
@@ -162,7 +174,8 @@ template <class K> class Cells {
     // Returns a number of bands with which a step of one reads and writes half of the second-level cache, and threads
     // end together.
     int count_of_bands() const {
-        const size_t planes = (variant_.compensated ? 4 : 2) + (variant_.framed ? 3 : 2);
+        const size_t sums = variant_.chain.elements() + 1,
+                     planes = (variant_.compensated ? 2 : 1) * sums + variant_.keeps_strain + (variant_.framed ? 3 : 2);
         const size_t row = size_t(pitch_) * (planes * sizeof(real) + (material_of_.empty() ? 0 : sizeof(int)));
         const int rows = pressed_.last_row - pressed_.first_row, threads = pool_.threads(),
                   of_band = std::max(int(simd::second_level_cache() / 2 / row), 4 * K::reach(variant_.stencil));
@@ -182,20 +195,20 @@ template <class K> class Cells {
                 if (y == band.first + reach) y = std::max(y, band.last - reach);
                 const f64::Axis a = f64::axis(y, height_, variant_.stencil, variant_.edges);
                 for (int i : {a.far_low, a.low, a.high, a.far_high})
-                    if (const size_t k = band.place_of(i); !ready(band, i, y) && k == band.outside.size()) {
-                        band.outside.push_back({i, Plane<real>(size_t(pitch_), int(k)), {}});
-                        if (variant_.compensated) band.outside[k].lost = Plane<real>(size_t(pitch_), int(k));
-                    }
+                    if (const size_t k = band.place_of(i); !ready(band, i, y) && k == band.outside.size())
+                        band.outside.push_back({i, row_state()});
             }
         }
         return all;
     }
 
-    // Whether the state holds row i's new strain by the time that row y of the band responds.
+    // Whether the new strain of row i is at hand by the time that row y of the band responds.
     bool ready(const Band<real>& band, int i, int y) const {
-        const bool pressed = i >= pressed_.first_row && i < pressed_.last_row; // others rest for ever
-        return !pressed || (i >= band.first && i < band.last && i <= y + K::reach(variant_.stencil));
+        const int reach = K::reach(variant_.stencil);
+        if (!is_pressed(i)) return true;
+        return i >= band.first && i < band.last && i <= y + reach && !(rolls() && i < y - reach);
     }
+    bool is_pressed(int y) const { return y >= pressed_.first_row && y < pressed_.last_row; } // others rest for ever
 
     void work(Batch& batch, int thread) {
         Worker<K>& worker = workers_[size_t(thread)];
@@ -214,11 +227,7 @@ template <class K> class Cells {
 
     // Copies the strain of rows outside a band, before anybody steps them.
     void take_outside(Band<real>& band) const {
-        for (auto& o : band.outside) {
-            const simd::StateRow<real> row = state_.row(o.row, pitch_);
-            std::copy_n(row.value[simd::sum_strain], pitch_, o.value.data());
-            if (o.lost.data()) std::copy_n(row.lost[simd::sum_strain], pitch_, o.lost.data());
-        }
+        for (auto& o : band.outside) o.state.take_strains(state_.row(o.row, pitch_), size_t(pitch_));
     }
 
     // Takes one step of a band. Returns what changed.
@@ -231,7 +240,9 @@ template <class K> class Cells {
         for (int y = band.first; y < band.last + reach; ++y) {
             const bool advances = y < band.last, responds = respond && y - reach >= band.first;
             const auto arguments = [&] {
-                return advance_arguments(press, worker, y, state_.row(y, pitch_), to.row(y, pitch_),
+                simd::StateRow<real> row = to.row(y, pitch_);
+                if (rolls()) row.strain = rolled(worker, y);
+                return advance_arguments(press, worker, y, state_.row(y, pitch_), row,
                                          [&](size_t s) { return worker.signals[s][size_t(y % 3)].data(); });
             };
             if (!responds) {
@@ -246,22 +257,16 @@ template <class K> class Cells {
         return changed;
     }
 
-    // Steps the strain of a row outside a band. Nobody reads its integral.
+    // Steps a row outside a band.
     void step_outside(const Press& press, typename Band<real>::Outside& o, size_t k, Worker<K>& worker) const {
-        const auto unused = [&](size_t plane) { return worker.unused[plane].data(); };
-        simd::StateRow<real> from{}, to{};
-        for (size_t s = 0; s < simd::state_sums; ++s) {
-            const bool strain = s == simd::sum_strain;
-            from.value[s] = strain ? o.value.data() : resting_row_.data();
-            to.value[s] = !strain ? unused(s) : press.keep ? o.value.data() : worker.peeked[k].data();
-            if (!variant_.compensated) continue;
-            from.lost[s] = strain ? o.lost.data() : resting_row_.data();
-            to.lost[s] = strain && press.keep ? o.lost.data() : unused(simd::state_sums + s);
-        }
-        loops_.advance(advance_arguments(press, worker, o.row, from, to,
-                                         [&](size_t s) { return unused(2 * simd::state_sums + s); }),
+        const simd::StateRow<real> to = (press.keep ? o.state : worker.peeked[k]).row(0, pitch_);
+        loops_.advance(advance_arguments(press, worker, o.row, o.state.row(0, pitch_), to,
+                                         [&](size_t s) { return worker.unused[s].data(); }),
                        press.constants);
     }
+
+    // The place of row y's strain where no state holds it.
+    real* rolled(const Worker<K>& worker, int y) const { return worker.strain[size_t(y % 5)].data(); }
 
     void read_points(const Press& press, const simd::RespondArguments<K>& r, int y) const {
         for (const auto& point : points_.of(y))
@@ -280,6 +285,8 @@ template <class K> class Cells {
         const int at = first_column();
         const size_t row = size_t(y) * size_t(pitch_) + size_t(at);
         simd::AdvanceArguments<K> a{.count = last_column() - at,
+                                    .elements = int(variant_.chain.elements()),
+                                    .spring = variant_.chain.spring,
                                     .pressure = press.pressure + row,
                                     .pressure_to = press.pressure_to ? press.pressure_to + row : nullptr,
                                     .material = material_of_.empty() ? nullptr : material_of_.data() + row,
@@ -287,15 +294,17 @@ template <class K> class Cells {
                                     .from = from,
                                     .to = to,
                                     .signal = {}};
-        for (simd::StateRow<real>* state : {&a.from, &a.to})
+        for (simd::StateRow<real>* state : {&a.from, &a.to}) {
             for (size_t s = 0; s < simd::state_sums; ++s) {
                 state->value[s] += at;
                 if (state->lost[s]) state->lost[s] += at;
             }
+            state->strain += at;
+        }
         for (size_t s = 0; s < STEP_SIGNALS; ++s) a.signal[s] = signal(s) + at;
         if (press.fill_row) {
             (*press.fill_row)(y, worker.coefficients.data());
-            a.table = worker.coefficients.data() + at;
+            a.table = worker.coefficients.data() + size_t(at) * variant_.chain.length;
             a.material = column_.data();
         }
         return a;
@@ -306,16 +315,17 @@ template <class K> class Cells {
         const size_t row = size_t(y) * size_t(pitch_), tile = size_t(y) * size_t(tiles_);
         const State<real>& to = stepped(press);
         const auto strain = [&](int i) -> const real* {
-            if (ready(band, i, y)) return to.row(i, pitch_).value[simd::sum_strain];
+            if (!is_pressed(i) && rolls()) return resting_row_.data();
+            if (ready(band, i, y)) return rolls() ? rolled(worker, i) : to.row(i, pitch_).strain;
             const size_t k = band.place_of(i);
-            return press.keep ? band.outside[k].value.data() : worker.peeked[k].data();
+            return (press.keep ? band.outside[k].state : worker.peeked[k]).strain();
         };
         const simd::StateRow<real> state = to.row(y, pitch_);
         simd::RespondArguments<K> r{
             .first = first_column(),
             .last = last_column(),
             .strain = simd::neighbours<real>(y, width_, height_, variant_.stencil, variant_.edges, strain),
-            .signal = {state.value[simd::sum_strain], state.value[simd::sum_integral]}, // SA1, SA2
+            .signal = {rolls() ? rolled(worker, y) : state.strain, state.value[simd::sum_integral]}, // SA1, SA2
             .rest_curvature = press.rest_curvature + row,
             .response = {},
             .tiles = {}};

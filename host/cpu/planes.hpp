@@ -17,12 +17,13 @@ namespace dermis::cpu {
 template <class real> class Plane {
   public:
     Plane() = default;
-    Plane(size_t cells, int place) : shift_(size_t(place) * 5 * size_t(line) / sizeof(real)) {
-        const size_t all = cells + shift_;
-        values_.reset(static_cast<real*>(::operator new(all * sizeof(real), line)));
-        simd::prefer_large_pages(values_.get(), all * sizeof(real));
-        std::fill_n(values_.get(), all, real(0));
+    static constexpr size_t shift = 5 * 64 / sizeof(real); // from place to place
+    Plane(size_t cells, int place) : shift_(size_t(place) * shift), all_(cells + shift_) {
+        values_.reset(static_cast<real*>(::operator new(all_ * sizeof(real), line)));
+        simd::prefer_large_pages(values_.get(), all_ * sizeof(real));
+        clear();
     }
+    void clear() { std::fill_n(values_.get(), all_, real(0)); }
     real* data() const { return values_ ? values_.get() + shift_ : nullptr; }
     real* row(int y, int pitch) const { return values_ ? data() + size_t(y) * size_t(pitch) : nullptr; }
 
@@ -32,21 +33,34 @@ template <class real> class Plane {
         void operator()(real* p) const { ::operator delete(p, line); }
     };
     std::unique_ptr<real[], Free> values_;
-    size_t shift_ = 0;
+    size_t shift_ = 0, all_ = 0;
+};
+
+// What the state of a cell holds.
+struct StateShape {
+    size_t elements; // in series, whose strains it holds
+    bool compensated;
+    bool strain; // and the sum of them, as of any spring
 };
 
 // The state of every cell.
 template <class real> class State {
   public:
     State() = default;
-    State(size_t cells, bool compensated) {
+    State(size_t cells, const StateShape& shape) : elements_(shape.elements), element_(cells + gap) {
+        const int strains = int(elements_);
         int place = 0;
-        for (Plane<real>& plane : value_) plane = Plane<real>(cells, place++);
-        for (Plane<real>& plane : lost_)
-            if (compensated) plane = Plane<real>(cells, place++);
+        for (auto* planes : {&value_, &lost_}) {
+            if (planes == &lost_ && !shape.compensated) break;
+            (*planes)[simd::sum_strain] = Plane<real>(elements_ * element_, place);
+            (*planes)[simd::sum_integral] = Plane<real>(cells, place += strains);
+            ++place;
+        }
+        if (shape.strain) strain_ = Plane<real>(cells, place);
     }
-    bool empty() const { return !strain(); }
-    const real* strain() const { return value_[simd::sum_strain].data(); }
+    bool empty() const { return !value_[0].data(); }
+    // The strain of every cell, where the state holds it.
+    const real* strain() const { return strain_.data() ? strain_.data() : value_[simd::sum_strain].data(); }
     // Each plane from column 0 on.
     simd::StateRow<real> row(int y, int pitch) const {
         simd::StateRow<real> row;
@@ -54,17 +68,30 @@ template <class real> class State {
             row.value[s] = value_[s].row(y, pitch);
             row.lost[s] = lost_[s].row(y, pitch);
         }
+        row.element = element_;
+        row.strain = strain_.data() ? strain_.row(y, pitch) : row.value[simd::sum_strain];
         return row;
     }
-    // Puts the first `cells` at rest.
-    void rest(size_t cells) {
-        for (const auto* planes : {&value_, &lost_})
-            for (const Plane<real>& plane : *planes)
-                if (plane.data()) std::fill_n(plane.data(), cells, real(0));
+    // Takes over the strains of a row of another state of so many cells.
+    void take_strains(const simd::StateRow<real>& from, size_t cells) {
+        const simd::StateRow<real> to = row(0, 0);
+        for (size_t e = 0; e < elements_; ++e) {
+            std::copy_n(from.value[simd::sum_strain] + e * from.element, cells,
+                        to.value[simd::sum_strain] + e * to.element);
+            if (to.lost[simd::sum_strain])
+                std::copy_n(from.lost[simd::sum_strain] + e * from.element, cells,
+                            to.lost[simd::sum_strain] + e * to.element);
+        }
+    }
+    void rest() {
+        for (Plane<real>* plane : {&value_[0], &value_[1], &lost_[0], &lost_[1], &strain_}) plane->clear();
     }
 
   private:
+    static constexpr size_t gap = Plane<real>::shift; // so that elements begin at different bits of an address
+    size_t elements_ = 0, element_ = 0;               // their number; the distance from one to the next
     std::array<Plane<real>, simd::state_sums> value_, lost_; // see simd::StateRow
+    Plane<real> strain_;                                     // of chains
 };
 
 } // namespace dermis::cpu

@@ -113,12 +113,12 @@ template <class K> class March : public plan::Stepper {
     void make_coefficients(Slot& slot) const {
         if (skin_.differs_everywhere()) {
             slot.fill_row = [this, &slot](int y, typename K::Coefficients* of_row) {
-                plan::fill_row<K>(slot.step, skin_.materials, skin_.rule, skin_.material_of.data() + row(y),
+                plan::fill_row<K>(slot.step, skin_.materials, skin_.chain, skin_.rule, skin_.material_of.data() + row(y),
                                   skin_.width(), of_row);
             };
-        } else if (!skin_.uniform() && !slot.step.same_coefficients(slot.table_of)) {
+        } else if (skin_.tabled() && !slot.step.same_coefficients(slot.table_of)) {
             slot.table_of = slot.step;
-            plan::fill_table<K>(slot.step, skin_.materials, skin_.rule, slot.table);
+            plan::fill_table<K>(slot.step, skin_.materials, skin_.chain, skin_.rule, slot.table);
         }
     }
 
@@ -159,7 +159,7 @@ template <class K> class March : public plan::Stepper {
     // Cells that are pressed begin as NaN: to be written before they are read.
     void make_response(int q) {
         Plane<real>& map = response(size_t(q));
-        map = Plane<real>(skin_.padded_cells(), response_place + q - QUANTITY_SA1);
+        map = Plane<real>(skin_.padded_cells(), response_place(skin_.chain) + q - QUANTITY_SA1);
         const plan::PressedBox& box = schedule_.pressed;
         for (int y = box.first_row; y < box.last_row; ++y)
             std::fill(map.row(y, skin_.pitch) + box.first_column(),

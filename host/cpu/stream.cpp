@@ -30,7 +30,7 @@ struct FramePress::Impl {
 
 struct FramePress::Fields : Impl {
     Fields(StreamedSkin s, int threads, const simd::Isa& isa)
-        : Impl(std::move(s)), rest(streamed.skin.padded_cells(), rest_place),
+        : Impl(std::move(s)), rest(streamed.skin.padded_cells(), rest_place(streamed.skin.chain)),
           cells(streamed.skin, streamed.variant(), streamed.skin.whole(), threads, isa) {
         materials = streamed.skin.materials;
         std::ranges::copy(plan::padded_rest_curvature<float>(streamed.skin), rest.data());
@@ -141,7 +141,8 @@ bool FramePress::press(double dt, const float* from, const float* to, float* con
     Impl& s = *impl_;
     if (dt != s.table_dt) {
         s.table_dt = std::nan(""); // the table is no longer that of any dt
-        if (!plan::fill_table(s.materials, s.streamed.skin.rule, dt, s.table.data())) return false;
+        const plan::PreparedSkin& skin = s.streamed.skin;
+        if (!plan::fill_table(s.materials, skin.chain, skin.rule, dt, s.table.data())) return false;
         s.table_dt = dt;
     }
     s.run(plan::frame_constants(s.streamed.skin, s.table.front()), from, to, response);

@@ -155,14 +155,25 @@ f64::Coefficients published_coefficients(const Element& m, double dt) {
     return k;
 }
 
-std::optional<f32::Coefficients> coefficients_in_float(const Element& element, const ResponseRule& rule, double dt) {
-    const auto finite = [](float x) { return scene::finite(double(x)); };
-    const f32::Coefficients k = rounded<f32>(exact_coefficients(element, rule, dt));
-    bool all = finite(float(dt));
-#define CHECK_FINITE(name) all = all && finite(k.name);
+void join_loads(f64::Coefficients* elements, size_t n, bool spring) {
+    f64::Coefficients& first = elements[0];
+    for (size_t e = 1; e < n; ++e)
+        for (double f64::Coefficients::*factor : {&f64::Coefficients::i1, &f64::Coefficients::i2, &f64::Coefficients::v1,
+                                                  &f64::Coefficients::a1, &f64::Coefficients::a2}) {
+            first.*factor += elements[e].*factor;
+            elements[e].*factor = 0;
+        }
+    // The impulse of a pressure that meets a skin at rest: the excess stress of every element is the pressure then.
+    if (spring) first.v0 += elements[n - 1].v0;
+}
+
+bool round_to_float(const f64::Coefficients& k, f32::Coefficients& to) {
+    to = rounded<f32>(k);
+    bool all = true;
+#define CHECK_FINITE(name) all = all && scene::finite(double(to.name));
     COEFFICIENTS(CHECK_FINITE)
 #undef CHECK_FINITE
-    return all ? std::optional(k) : std::nullopt;
+    return all;
 }
 
 } // namespace dermis::plan

@@ -39,6 +39,10 @@ Relaxation relaxation(Method, double z);
 // strain after the step, and FA2 a multiple of Constants::jump, which the timeline computes.
 f64::Coefficients published_coefficients(const Element&, double dt);
 
+// Adds up what the load adds to the motion of n elements in series: the first one's coefficients then contain all of it.
+// spring: the last of them is one.
+void join_loads(f64::Coefficients* elements, size_t n, bool spring);
+
 // Rounds coefficients to the precision of a backend, K = f32 or f64.
 template <class K> typename K::Coefficients rounded(const f64::Coefficients& k) {
     typename K::Coefficients r;
@@ -48,7 +52,7 @@ template <class K> typename K::Coefficients rounded(const f64::Coefficients& k) 
     return r;
 }
 
-// The coefficients of a step between frames for one material, in float; none if dt or one of them is beyond float.
-std::optional<f32::Coefficients> coefficients_in_float(const Element&, const ResponseRule&, double dt);
+// Rounds coefficients to float. Returns false if one of them is beyond it.
+bool round_to_float(const f64::Coefficients&, f32::Coefficients&);
 
 } // namespace dermis::plan

@@ -31,7 +31,7 @@ void force_straight(f64::Coefficients& whole, const Element& element, const Resp
         const f64::Load load = f64::load(s.u0, s.du, 0);
         rate = f64::rate_after(eps, load, k);
         acceleration = f64::acceleration_after(eps, load, k);
-        sum += f64::integral_step(eps, sum, load, k);
+        sum += f64::integral_step(f64::integral_gained(eps, load, k), sum, k);
         eps += f64::strain_step(eps, load, k);
     }
     whole.f = eps;

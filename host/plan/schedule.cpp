@@ -92,6 +92,8 @@ Variant variant_of(const PreparedSkin& skin, const Schedule& schedule, Precision
             .compensated = precision == Precision::f32_compensated,
             .materials = !skin.uniform(),
             .framed = schedule.framed,
+            .chain = skin.chain,
+            .keeps_strain = skin.chain.length > 1,
             .wanted = schedule.wanted};
 }
 
@@ -122,7 +124,7 @@ std::string why_not_separable(const PreparedSkin& skin, const Schedule& schedule
 
 std::string why_not(const PreparedSkin& skin, const Schedule& schedule, Model model) {
     const Output& o = schedule.output;
-    if (model == Model::march) return skin.chain > 1 ? "material.elements are in series, which no march takes" : "";
+    if (model == Model::march) return "";
     if (model == Model::sites) {
         if (skin.description.sites.empty()) return "there are no sites";
         return o.traces.empty() && o.fields.empty() ? "" : "traces or fields of all cells are asked for";

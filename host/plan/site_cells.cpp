@@ -60,11 +60,11 @@ SiteCells::SiteCells(const PreparedSkin& skin, const PressedCells& pressed, cons
         const auto [rank, fresh] = known.try_emplace(kind, int(materials.size()));
         if (fresh)
             materials.insert(materials.end(), skin.materials.begin() + kind,
-                             skin.materials.begin() + kind + long(chain));
+                             skin.materials.begin() + kind + long(chain.length));
         material_of.push_back(rank->second);
     }
     if (materials.empty()) // a timeline has at least one
-        materials.assign(skin.materials.begin(), skin.materials.begin() + long(chain));
+        materials.assign(skin.materials.begin(), skin.materials.begin() + long(chain.length));
 }
 
 StencilCells stencil_cells_of(const PreparedSkin& skin, const SiteCells& cells, Cell c) {

@@ -17,8 +17,8 @@ struct SiteCells {
     std::vector<Cell> points;
     std::vector<size_t> cells;      // y*width + x, ascending, unique; never pressed ones are left out
     std::vector<Element> materials; // those of the cells; coefficients of a step are in this order
-    size_t chain;                   // of them, one after another, belong to one cell
-    std::vector<int> material_of;   // of each of the cells: the first of its materials
+    Chain chain;                    // so many of them, one after another, belong to one cell
+    std::vector<int> material_of;   // index of each cell's first element
 };
 PressedCells pressed_cells(const Schedule&);
 bool ever_pressed(const PressedCells&, size_t cell, int width);

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Steps the cells of SiteCells, one step at a time, in K = f32 or f64. Cells are indexed as in SiteCells::cells; one
-// more at the end stands for all that are never pressed and stays at rest. The state of a cell is that of each of its
-// elements in series, whose strains and signals add up.
+// more at the end stands for all that are never pressed and stays at rest.
 #pragma once
 
+#include "host/plan/cell.hpp"
 #include "host/plan/laplacian.hpp"
 #include "host/plan/site_cells.hpp"
 
@@ -29,8 +29,8 @@ template <class K> class SiteStepper {
     };
 
     SiteStepper(const PreparedSkin& skin, const SiteCells& cells, const Variant& variant)
-        : skin_(skin), cells_(cells), variant_(variant), chain_(cells.chain), state_((cells.cells.size() + 1) * chain_),
-          visible_(state_.size()) {}
+        : skin_(skin), cells_(cells), variant_(variant), sums_(sums_of(cells.chain)),
+          state_(cells.cells.size() * sums_), visible_(state_.size()), strain_(cells.cells.size() + 1) {}
 
     Point point(Cell c) const {
         return {stencil_cells_of(skin_, cells_, c), K::axis(c.x, skin_.width(), skin_.stencil, skin_.edges),
@@ -40,38 +40,30 @@ template <class K> class SiteStepper {
     // Steps cells first .. last - 1. k: coefficients of each material.
     void advance(const Constants& c, const LaneCoefficients* k, Pressures p, size_t first, size_t last) {
         for (size_t i = first; i < last; ++i)
-            for (size_t e = 0, at = i * chain_; e < chain_; ++e, ++at)
-                visible_[at] = K::advanced(state_[at], load_at(i, c, p), of_element(k, i, e), variant_.compensated);
+            strain_[i] = press_cell<K>(&state_[i * sums_], &visible_[i * sums_], load_at(i, c, p), of_cell(k, i),
+                                       cells_.chain, variant_.compensated)
+                             .strain;
     }
 
     // The value of a quantity in a point after advance(). The point's cell must be one that is ever pressed.
     real value(const Point& point, Quantity q, const Constants& c, const LaneCoefficients* k, Pressures p) const {
         const size_t here = point.stencil.here;
-        const real eps = strain(here);
+        const real eps = strain_[here];
         if (q == Quantity::strain) return eps;
         const real L = K::add(along(point.stencil.x, eps, point.x), along(point.stencil.y, eps, point.y)),
                    C = K::curvature_of(point.rest_curvature, L, c.bend);
-        real x = 0;
-        for (size_t e = 0, at = here * chain_; e < chain_; ++e, ++at) {
-            const real of = K::signal(int(q), state_[at], visible_[at], load_at(here, c, p), of_element(k, here, e));
-            x = e == 0 ? of : x + of;
-        }
-        return K::answer(int(q), x, C, c);
+        const typename K::Sum *before = &state_[here * sums_], *after = &visible_[here * sums_];
+        const auto motion = motion_between<K>(before, after, load_at(here, c, p), of_cell(k, here), cells_.chain);
+        return K::answer(int(q), K::signal(int(q), motion, after[sums_ - 1].value), C, c);
     }
 
     void keep() { state_.swap(visible_); }
-    void reset() { std::fill(state_.begin(), state_.end(), typename K::CellState{}); }
+    void reset() { std::fill(state_.begin(), state_.end(), typename K::Sum{}); }
 
   private:
-    const LaneCoefficients& of_element(const LaneCoefficients* k, size_t cell, size_t element) const {
-        return k[size_t(cells_.material_of[cell]) + element];
-    }
-
-    // The strain of a cell after advance().
-    real strain(size_t cell) const {
-        real eps = visible_[cell * chain_].strain.value;
-        for (size_t e = 1; e < chain_; ++e) eps = eps + visible_[cell * chain_ + e].strain.value;
-        return eps;
+    // The coefficients of a cell's elements.
+    const LaneCoefficients* of_cell(const LaneCoefficients* k, size_t cell) const {
+        return k + cells_.material_of[cell];
     }
 
     typename K::Load load_at(size_t i, const Constants& c, Pressures p) const {
@@ -79,15 +71,16 @@ template <class K> class SiteStepper {
     }
 
     real along(const size_t (&cells)[4], real centre, const typename K::Axis& axis) const {
-        const auto eps = [&](int i) { return strain(cells[i]); };
+        const auto eps = [&](int i) { return strain_[cells[i]]; };
         return K::difference(eps(0), eps(1), centre, eps(2), eps(3), axis, variant_.stencil);
     }
 
     const PreparedSkin& skin_;
     const SiteCells& cells_;
     const Variant variant_;
-    const size_t chain_;
-    std::vector<typename K::CellState> state_, visible_; // state at the step's start; at its end
+    const size_t sums_; // of a cell
+    std::vector<typename K::Sum> state_, visible_; // state at the step's start; at its end
+    std::vector<real> strain_;                     // of each cell at the step's end
 };
 
 } // namespace dermis::plan

@@ -94,10 +94,10 @@ void find_materials(PreparedSkin& skin) {
     const Material& m = skin.description.material;
     skin.materials.clear();
     skin.material_of.clear();
-    skin.chain = 1;
+    skin.chain = {};
     if (scene::is_uniform(m)) {
         skin.materials = scene::chain_of(m);
-        skin.chain = skin.materials.size();
+        skin.chain = {.length = skin.materials.size(), .spring = skin.materials.size() > 1 && is_elastic(skin.materials.back())};
         skin.parts.clear();
         skin.part_of.clear();
         return;

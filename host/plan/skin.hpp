@@ -28,6 +28,14 @@ struct Part {
     bool rough() const { return high.viscosity - low.viscosity > 0x1p-48 * high.viscosity; }
 };
 
+// The elements in series that a cell is made of: `length` of them, the last of them a spring where `spring` says so.
+// Its strain follows the pressure at once, so that no state holds it.
+struct Chain {
+    size_t length = 1;
+    bool spring = false;
+    size_t elements() const { return length - size_t(spring); } // whose strains a state holds
+};
+
 struct PreparedSkin {
     SkinDescription description;    // validated, every default filled in
     Map heights;                    // width*height: the surface is S = relief*heights
@@ -35,9 +43,9 @@ struct PreparedSkin {
     int pitch = 0, tiles = 0;       // cells from row to row, tiles per row
     int stencil = 0, edges = 0;     // numbers of kernels/layout.h
     f64::Constants constants{};     // the members that do not change from step to step
-    std::vector<Element> materials; // each once, in the order of its first cell; of a uniform chain its elements
-    size_t chain = 1;               // elements in series of a cell; more than one only if the skin is uniform
-    std::vector<int> material_of;   // index into materials of each cell, pitch*height; empty if there is one material
+    std::vector<Element> materials; // each once, in the order of its first cell: elements in series one after another
+    Chain chain;                    // the same for every material
+    std::vector<int> material_of;   // index of each cell's first element, pitch*height; empty if there is one material
     std::vector<Part> parts;  // where materials differ: of one retardation time each; none if there are more than 8
     std::vector<int> part_of; // index into parts of each material
     ResponseRule rule{};
@@ -47,7 +55,9 @@ struct PreparedSkin {
     size_t cells() const { return size_t(width()) * size_t(height()); }
     size_t padded_cells() const { return size_t(pitch) * size_t(height()); }
     bool uniform() const { return material_of.empty(); }
-    // The index into materials of the cell y*width + x.
+    // Whether kernels read the coefficients of a table, because the constants hold those of one element.
+    bool tabled() const { return !uniform() || chain.length > 1; }
+    // The index of the first element of the cell y*width + x.
     size_t material_at(size_t cell) const {
         const size_t across = size_t(width());
         return uniform() ? 0 : size_t(material_of[cell / across * size_t(pitch) + cell % across]);
@@ -70,7 +80,10 @@ struct Variant {
     int stencil = 0, edges = 0;
     bool compensated = false, materials = false;
     bool framed = false; // the pressure runs from frame to frame
+    Chain chain;
+    bool keeps_strain = false; // the state holds the sum of strains in series
     Wanted wanted{};
+    bool tabled() const { return materials || chain.length > 1; }
 };
 
 } // namespace dermis::plan

@@ -17,9 +17,6 @@ void check_float(const PreparedSkin& skin) {
     const auto need = [](const char* parameter, double v) {
         scene::need(scene::finite(double(float(v))), parameter, v, "up to 3.4e38 for a skin in float");
     };
-    if (skin.chain > 1)
-        scene::refuse("material.elements", "(" + std::to_string(skin.chain) + " in series)",
-                      "one modulus and viscosity for a skin that is pressed frame by frame");
     for (const Element& m : skin.materials) need("material.modulus", stiffness(m));
     const f64::Constants& c = skin.constants;
     scene::need(scene::finite(double(float(c.bend))), "grid.spacing", skin.spacing(),
@@ -55,6 +52,7 @@ Variant StreamedSkin::variant() const {
             .compensated = precision == Precision::f32_compensated,
             .materials = !skin.uniform(),
             .framed = true,
+            .chain = skin.chain,
             .wanted = wanted};
 }
 
@@ -109,11 +107,15 @@ bool copy_rows(const PressureCopy& copy, int first, int last) {
     return all;
 }
 
-bool fill_table(const std::vector<Element>& materials, const ResponseRule& rule, double dt, f32::Coefficients* table) {
-    for (size_t i = 0; i < materials.size(); ++i) {
-        const std::optional<f32::Coefficients> k = coefficients_in_float(materials[i], rule, dt);
-        if (!k) return false;
-        table[i] = *k;
+bool fill_table(const std::vector<Element>& materials, const Chain& chain, const ResponseRule& rule, double dt,
+                f32::Coefficients* table) {
+    if (!scene::finite(double(float(dt)))) return false;
+    std::array<f64::Coefficients, scene::most_in_series> k;
+    for (size_t i = 0; i < materials.size(); i += chain.length) {
+        for (size_t e = 0; e < chain.length; ++e) k[e] = exact_coefficients(materials[i + e], rule, dt);
+        join_loads(k.data(), chain.length, chain.spring);
+        for (size_t e = 0; e < chain.length; ++e)
+            if (!round_to_float(k[e], table[i + e])) return false;
     }
     return true;
 }

@@ -39,7 +39,8 @@ bool copy_rows(const PressureCopy&, int first, int last);
 
 // Writes the coefficients of a press for each of the materials, in float. Returns false if dt or one of them is beyond
 // float. Allocates nothing.
-bool fill_table(const std::vector<Element>& materials, const ResponseRule&, double dt, f32::Coefficients* table);
+bool fill_table(const std::vector<Element>& materials, const Chain&, const ResponseRule&, double dt,
+                f32::Coefficients* table);
 
 // The constants of a press, with these coefficients.
 f32::Constants frame_constants(const PreparedSkin&, const f32::Coefficients&);

@@ -39,23 +39,32 @@ struct Step {
     }
 };
 
-// The coefficients of a step in K = f32 or f64, of each material.
+// The coefficients of a step in K = f32 or f64, of the elements in series from number `first` on.
 template <class K>
-void fill_table(const Step& step, const std::vector<Element>& materials, const ResponseRule& rule,
-                std::vector<typename K::Coefficients>& table) {
-    table.resize(materials.size());
-    for (size_t i = 0; i < table.size(); ++i) table[i] = rounded<K>(step.coefficients_of(i, materials[i], rule));
+void fill_chain(const Step& step, const std::vector<Element>& materials, const Chain& chain, const ResponseRule& rule,
+                size_t first, typename K::Coefficients* to) {
+    std::array<f64::Coefficients, scene::most_in_series> k;
+    for (size_t e = 0; e < chain.length; ++e) k[e] = step.coefficients_of(first + e, materials[first + e], rule);
+    join_loads(k.data(), chain.length, chain.spring);
+    for (size_t e = 0; e < chain.length; ++e) to[e] = rounded<K>(k[e]);
 }
 
-// The same of a row of cells, each by its index into the materials, where too many materials differ for a table.
+// Those of each material.
 template <class K>
-void fill_row(const Step& step, const std::vector<Element>& materials, const ResponseRule& rule, const int* material,
-              int cells, typename K::Coefficients* row) {
-    if (step.forcing && !step.forcing->scales()) {
-        for (int i = 0; i < cells; ++i) {
-            const size_t m = size_t(material[i]);
-            row[i] = rounded<K>(step.coefficients_of(m, materials[m], rule));
-        }
+void fill_table(const Step& step, const std::vector<Element>& materials, const Chain& chain, const ResponseRule& rule,
+                std::vector<typename K::Coefficients>& table) {
+    table.resize(materials.size());
+    for (size_t i = 0; i < table.size(); i += chain.length)
+        fill_chain<K>(step, materials, chain, rule, i, table.data() + i);
+}
+
+// Those of a row of cells, each by its index into the materials, where too many materials differ for a table.
+template <class K>
+void fill_row(const Step& step, const std::vector<Element>& materials, const Chain& chain, const ResponseRule& rule,
+              const int* material, int cells, typename K::Coefficients* row) {
+    if (chain.length > 1 || (step.forcing && !step.forcing->scales())) {
+        for (int i = 0; i < cells; ++i)
+            fill_chain<K>(step, materials, chain, rule, size_t(material[i]), row + size_t(i) * chain.length);
         return;
     }
     f64::Coefficients factor{};
@@ -150,7 +159,7 @@ template <class K>
 typename K::Constants constants_of(const PreparedSkin& skin, const PressedBox& pressed, const Step& step) {
     const auto r = [](double x) { return static_cast<typename K::scalar>(x); };
     typename K::Constants c = constants_of<K>(skin, pressed);
-    c.coefficients = rounded<K>(step.coefficients_of(0, skin.materials.front(), skin.rule));
+    if (!skin.tabled()) c.coefficients = rounded<K>(step.coefficients_of(0, skin.materials.front(), skin.rule));
     c.start = r(step.start);
     c.rise = r(step.rise);
     c.jump = r(step.jump);

@@ -85,12 +85,12 @@ struct Read {
 std::vector<PressedMaterial> pressed_materials(const PreparedSkin& skin, const Schedule& schedule, const Read& read) {
     std::vector<PressedMaterial> all;
     for (size_t i = 0; i < skin.materials.size(); ++i) {
-        const double peak = schedule.framed ? schedule.material_peaks[skin.chain > 1 ? 0 : i] : 0;
+        const double peak = schedule.framed ? schedule.material_peaks[i - i % skin.chain.length] : 0;
         all.push_back({skin.materials[i], peak, peak});
     }
     if (schedule.framed) return all;
     const auto alike = [&] { // elements in series bear the same pressure
-        for (size_t i = 1; i < skin.chain; ++i) all[i].peak = all[0].peak, all[i].around = all[0].around;
+        for (size_t i = 1; i < skin.chain.length; ++i) all[i].peak = all[0].peak, all[i].around = all[0].around;
         return all;
     };
     const std::vector<double>& p = schedule.pressure;
@@ -323,27 +323,27 @@ class Analysis {
     };
     Sum sum_of(size_t first, int q) const {
         Sum s;
-        for (size_t i = first; i < first + skin_.chain; ++i) {
+        for (size_t i = first; i < first + skin_.chain.length; ++i) {
             s.value += now_[i].value(q);
             s.magnitude += std::abs(now_[i].value(q));
             s.error += now_[i].error(q);
             s.truncation += truncation(i, q);
         }
-        s.error += double(skin_.chain - 1) * 0x1p-53 * s.magnitude;
+        s.error += double(skin_.chain.length - 1) * 0x1p-53 * s.magnitude;
         return s;
     }
 
     // Takes the errors at the end of a step that is read.
     void widen() {
         double strain = 0, d_strain = 0;
-        for (size_t i = 0; i < now_.size(); i += skin_.chain) {
+        for (size_t i = 0; i < now_.size(); i += skin_.chain.length) {
             const Sum eps = sum_of(i, QUANTITY_STRAIN);
             strain = std::max(strain, peak_[i] * eps.magnitude);
             d_strain = std::max(d_strain, peak_[i] * (eps.error + last_ * eps.magnitude + eps.truncation));
         }
         const double gain = 1 + l_ * (rest_ + rough_.laplacian * strain);
         const double d_C = weight_ * d_strain + u_ * (2 * rest_ + (rough_.laplacian + rough_.differences) * strain);
-        for (size_t i = 0; i < now_.size(); i += skin_.chain)
+        for (size_t i = 0; i < now_.size(); i += skin_.chain.length)
             for (int q = 0; q < REDUCED_MAPS; ++q) {
                 const Sum of = sum_of(i, q);
                 const double peak = peak_[i] * share_[i], x = peak * std::abs(of.value);

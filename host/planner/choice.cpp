@@ -107,7 +107,7 @@ class ErrorBounds {
     };
     for (Model m : {Model::moments, Model::sites, Model::march}) add(why_not(skin, schedule, m));
     for (const Candidate& c : e.candidates) add(c.refused);
-    refuse("material.elements", "(" + std::to_string(skin.chain) + " in series)", why);
+    refuse("material.elements", "(" + std::to_string(skin.chain.length) + " in series)", why);
 }
 
 // Refuses a tolerance that not even the best of the candidates keeps.
@@ -154,7 +154,7 @@ Explanation choose(const PreparedSkin& skin, const Schedule& schedule, const Req
     }
     if (!taken && nearest && e.binding) refuse_tolerance(e.tolerance, e.candidates[*nearest]);
     if (!taken && nearest) e.candidates[*nearest].refused.clear(), taken = nearest; // the default binds where it can
-    if (!taken && skin.chain > 1) refuse_chain(skin, schedule, e);
+    if (!taken && skin.chain.length > 1) refuse_chain(skin, schedule, e);
     if (!taken) refuse("precision", r.precision ? name(*r.precision) : "(free)", "no model of this scene works in it");
     for (size_t i = 0; i < e.candidates.size(); ++i)
         if (i != *taken && e.candidates[i].refused.empty()) e.candidates[i].refused = "dearer than the one taken";

@@ -74,7 +74,7 @@ void cost_march(Candidate& c, const PreparedSkin& skin, const Schedule& schedule
     const double real = c.precision == Precision::f64 ? 8 : 4;
     const bool integral = schedule.wanted[QUANTITY_SA2] || !buffered; // a device keeps it only if SA2 is asked for
     const double state =
-        STATE_PLANES(c.precision == Precision::f32_compensated, integral ? RESPONSE_BIT(QUANTITY_SA2) : 0);
+        STATE_PLANES(double(skin.chain.elements()), c.precision == Precision::f32_compensated, skin.chain.length > 1, integral ? RESPONSE_BIT(QUANTITY_SA2) : 0);
     const double responses = double(std::count(schedule.wanted.begin() + QUANTITY_SA1, schedule.wanted.end(), true));
     const double pressure = schedule.framed ? 2 : 1;
     const bool peeks =

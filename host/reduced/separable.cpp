@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Steps one cell of each part under unit pressure, and turns its signals into means, extremes, points and fields.
+#include "host/plan/cell.hpp"
 #include "host/plan/laplacian.hpp"
 #include "host/reduced/moments.hpp"
 
@@ -14,22 +15,27 @@ class Separable : public plan::Stepper {
     Separable(const plan::PreparedSkin& skin, const plan::Schedule& schedule, std::shared_ptr<const Moments> moments,
               bool points_only, Sink sink)
         : skin_(skin), schedule_(schedule), moments_(std::move(moments)), points_only_(points_only),
-          sink_(std::move(sink)), state_(skin.materials.size()), visible_(skin.materials.size() / skin.chain) {}
+          sink_(std::move(sink)), state_(skin.materials.size() / skin.chain.length), after_(plan::sums_of(skin.chain)),
+          visible_(state_.size()) {
+        for (auto& part : state_) part.resize(after_.size());
+    }
 
     void frame(const std::vector<double>&) override {} // plan::why_not refuses frames
 
     // Sums are compensated: with one cell of each part to step, that costs nothing.
     void press(const plan::Step& step) override {
         const f64::Load load = f64::load(step.start, step.rise, step.jump);
-        for (auto& part : visible_) part.fill(0);
-        for (size_t k = 0; k < state_.size(); ++k) {
-            const f64::LaneCoefficients lanes = f64::lanes_of(step.coefficients_of(k, skin_.materials[k], skin_.rule));
-            const f64::CellState after = f64::advanced(state_[k], load, lanes, 1);
-            auto& part = visible_[k / skin_.chain];
-            for (int q = 0; q < REDUCED_MAPS; ++q) part[size_t(q)] += f64::signal(q, state_[k], after, load, lanes);
-            if (step.keep) state_[k] = after;
+        plan::fill_table<f64>(step, skin_.materials, skin_.chain, skin_.rule, table_);
+        lanes_.resize(table_.size());
+        std::transform(table_.begin(), table_.end(), lanes_.begin(), f64::lanes_of);
+        for (size_t part = 0; part < state_.size(); ++part) {
+            const f64::LaneCoefficients* k = lanes_.data() + part * skin_.chain.length;
+            const f64::Motion m = plan::press_cell<f64>(state_[part].data(), after_.data(), load, k, skin_.chain, 1);
+            for (int q = 0; q < REDUCED_MAPS; ++q)
+                visible_[part][size_t(q)] = 0 + f64::signal(q, m, after_.back().value); // 0 in place of -0
+            visible_[part][QUANTITY_FA2] *= skin_.constants.gain_plus;
+            if (step.keep) state_[part].swap(after_);
         }
-        for (auto& part : visible_) part[QUANTITY_FA2] *= skin_.constants.gain_plus;
         if (step.trace >= 0 || step.impulse >= 0) points_only_ ? deliver_sites(step) : deliver(step);
     }
 
@@ -135,7 +141,10 @@ class Separable : public plan::Stepper {
     const bool points_only_;
     Sink sink_;
     plan::Sample sample_;
-    std::vector<f64::CellState> state_; // of each element of one cell of each part, under unit pressure
+    std::vector<std::vector<f64::Sum>> state_; // of one cell of each part, under unit pressure
+    std::vector<f64::Sum> after_;              // the state that a step leads to
+    std::vector<f64::Coefficients> table_;     // of the parts' elements
+    std::vector<f64::LaneCoefficients> lanes_;
     std::vector<std::array<double, REDUCED_MAPS>> visible_; // strain and signals of each part after the last step
 };
 

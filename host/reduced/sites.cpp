@@ -40,9 +40,9 @@ class Sites : public plan::Stepper {
         if (!gains_) c.gain_plus = 1, c.gain_minus = -1;
         if (!step.same_coefficients(lanes_of_)) {
             lanes_of_ = step;
-            lanes_.clear();
-            for (size_t i = 0; i < materials_.size(); ++i)
-                lanes_.push_back(f64::lanes_of(step.coefficients_of(i, materials_[i], skin_.rule)));
+            plan::fill_table<f64>(step, materials_, skin_.chain, skin_.rule, table_);
+            lanes_.resize(table_.size());
+            std::transform(table_.begin(), table_.end(), lanes_.begin(), f64::lanes_of);
         }
         pool_.share(int(cells_.size()), [&](int first, int last) {
             stepper_.advance(c, lanes_.data(), pressures(), size_t(first), size_t(last));
@@ -88,6 +88,7 @@ class Sites : public plan::Stepper {
     size_t columns_;                // of a sample: all points
     std::vector<Point> points_;     // those that are ever pressed
     std::vector<double> from_, to_; // pressure
+    std::vector<f64::Coefficients> table_;
     std::vector<f64::LaneCoefficients> lanes_;
     plan::Step lanes_of_; // what lanes_ was made from
     plan::Sample sample_{};

@@ -30,16 +30,22 @@ inline double strain_rate(const Element& m, double stress, double strain = 0) {
 // its viscosity.
 inline double resistance(const Element& m) { return m.modulus > 0 ? m.modulus : m.viscosity; }
 
+constexpr size_t most_in_series = 10; // elements of a cell, spring and dashpot included
+
 // Whether a material is elements in series.
 inline bool is_chain(const Material& m) { return !m.elements.empty() || m.spring || m.dashpot; }
 
-// The elements of a uniform material in series, with its spring first and its dashpot last.
+// The elements of a uniform material in series: those with a dashpot, then one spring for all others, whose compliances
+// add up.
 inline std::vector<Element> chain_of(const Material& m) {
     if (!is_chain(m)) return {{.modulus = m.modulus, .viscosity = m.viscosity}};
     std::vector<Element> chain;
-    if (m.spring) chain.push_back({.modulus = *m.spring, .viscosity = 0});
-    for (const KelvinVoigt& e : m.elements) chain.push_back({.modulus = e.modulus, .viscosity = e.viscosity});
+    std::optional<double> spring = m.spring;
+    for (const KelvinVoigt& e : m.elements)
+        if (e.viscosity > 0) chain.push_back({.modulus = e.modulus, .viscosity = e.viscosity});
+        else spring = spring ? 1 / (1 / *spring + 1 / e.modulus) : e.modulus;
     if (m.dashpot) chain.push_back({.modulus = 0, .viscosity = *m.dashpot});
+    if (spring) chain.push_back({.modulus = *spring, .viscosity = 0});
     return chain;
 }
 

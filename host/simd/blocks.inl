@@ -123,35 +123,44 @@ inline bool alike(const int* material) {
     return other == 0;
 }
 
+inline bool is_chain(const AdvanceArguments<Kernels>& a) { return a.elements > 1 || a.spring; }
+
 // Steps a row, a cache line of cells at a time.
-template <bool framed, bool materials, bool compensated>
+template <bool framed, bool materials, bool compensated, bool chain>
 int advance_in(const AdvanceArguments<Kernels> a, const Constants c) {
     Bits changed[state_sums] = {};
-    const auto step = [&](int i, const LaneCoefficients& k) {
-        const Stepped s = step_at<framed, compensated>(a, i, c, k);
-#define COMPARE_SUM(name) changed[sum_##name] |= differing(s.before.name, s.after.name);
-        STATE_SUMS(COMPARE_SUM)
-#undef COMPARE_SUM
+    const auto step = [&](int i, auto coefficients) {
+        step_at<framed, compensated, chain>(a, i, c, coefficients, [&](int sum, Sum before, Sum after) {
+            changed[sum] |= differing(before, after);
+        });
     };
     int material = materials ? *a.material : 0;
-    LaneCoefficients k = lanes_of(materials ? a.table[material] : c.coefficients);
+    LaneCoefficients k = lanes_of(materials ? a.table[material] : chain ? a.table[0] : c.coefficients);
     for (int begin = 0; begin < a.count; begin += line) {
         if (materials && !alike(a.material + begin)) {
-            for (int i = begin; i < begin + line; i += lanes) step(i, Gathered::of(a.table, a.material + i));
+            for (int i = begin; i < begin + line; i += lanes)
+                step(i, [&](int e) { return Gathered::of(a.table + e, a.material + i); });
             continue;
         }
         if (materials && a.material[begin] != material) k = lanes_of(a.table[material = a.material[begin]]);
 #pragma GCC unroll 8
-        for (int i = begin; i < begin + line; i += lanes) step(i, k);
+        for (int i = begin; i < begin + line; i += lanes)
+            step(i, [&](int e) { return chain && e > 0 ? lanes_of(a.table[material + e]) : k; });
     }
     int bits = 0;
     for (int s = 0; s < state_sums; ++s) bits |= int(any(changed[s])) << s;
     return bits;
 }
 
+template <bool framed, bool materials, bool compensated>
+int advance_chain(const AdvanceArguments<Kernels>& a, const Constants& c) {
+    return is_chain(a) ? advance_in<framed, materials, compensated, true>(a, c)
+                       : advance_in<framed, materials, compensated, false>(a, c);
+}
+
 template <bool framed, bool materials> int advance_for(const AdvanceArguments<Kernels>& a, const Constants& c) {
-    return a.from.lost[sum_strain] ? advance_in<framed, materials, true>(a, c)
-                                   : advance_in<framed, materials, false>(a, c);
+    return a.from.lost[sum_strain] ? advance_chain<framed, materials, true>(a, c)
+                                   : advance_chain<framed, materials, false>(a, c);
 }
 
 // The curvature of a block at column x. along: its second difference along the row.
@@ -323,17 +332,25 @@ bool sums(const RespondArguments<Kernels>& r) {
     return asked;
 }
 
+// Steps cell i between frames, by the coefficients k of its first element.
+template <bool compensated, bool chain>
+__attribute__((always_inline)) inline void step_between(const AdvanceArguments<Kernels>& a, int i, const Constants& c,
+                                                        const LaneCoefficients& k) {
+    step_at<true, compensated, chain>(
+        a, i, c, [&](int e) { return chain && e > 0 ? lanes_of(a.table[e]) : k; }, [](int, Sum, Sum) {});
+}
+
 // A step and the responses of columns x .. last - 1 near an end of the row.
-template <int stencil, bool compensated, bool passed>
+template <int stencil, bool compensated, bool chain, bool passed>
 __attribute__((noinline)) void step_end(const AdvanceArguments<Kernels>& a, const RespondArguments<Kernels>& r,
                                         const Constants& c, int x, int last, const EndDifferences& along) {
     for (const scalar* at = along.values + lanes; x < last; x += lanes, at += lanes) {
-        step_at<true, compensated>(a, x - r.first, c, lanes_of(c.coefficients));
+        step_between<compensated, chain>(a, x - r.first, c, lanes_of(chain ? a.table[0] : c.coefficients));
         respond_block<passed>(r, x, min(last - x, lanes), curvature_at<stencil>(r, x, loaded(at), c), c);
     }
 }
 
-template <int stencil, bool compensated, bool passed>
+template <int stencil, bool compensated, bool chain, bool passed>
 void step_row_in(const AdvanceArguments<Kernels>& a, const RespondArguments<Kernels>& r, const Constants& c) {
     const int far = reach(stencil), begin = r.first < far ? min(r.first + line, r.last) : r.first,
               end = begin + max(min(r.last, r.strain.width - far) - begin, 0) / line * line;
@@ -341,20 +358,23 @@ void step_row_in(const AdvanceArguments<Kernels>& a, const RespondArguments<Kern
     low.fill<stencil>(r.strain, r.first, begin);
     high.fill<stencil>(r.strain, end, r.last);
     [begin, end, a = a, r = r, c = c] { // copies: nothing that is stored may change them
-        const LaneCoefficients k = lanes_of(c.coefficients);
+        const LaneCoefficients k = lanes_of(chain ? a.table[0] : c.coefficients);
         for (int x = begin; x < end; x += line) {
 #pragma GCC unroll 8
-            for (int i = 0; i < line; i += lanes) step_at<true, compensated>(a, x + i - r.first, c, k);
+            for (int i = 0; i < line; i += lanes) step_between<compensated, chain>(a, x + i - r.first, c, k);
             respond_line<stencil, passed>(r, x, c);
         }
     }();
-    step_end<stencil, compensated, passed>(a, r, c, r.first, begin, low);
-    step_end<stencil, compensated, passed>(a, r, c, end, r.last, high);
+    step_end<stencil, compensated, chain, passed>(a, r, c, r.first, begin, low);
+    step_end<stencil, compensated, chain, passed>(a, r, c, end, r.last, high);
 }
 
 template <bool compensated, bool passed>
 void step_row_for(const AdvanceArguments<Kernels>& a, const RespondArguments<Kernels>& r, const Constants& c) {
-    with_stencil(r.strain.stencil, [&](auto stencil) { step_row_in<stencil.number, compensated, passed>(a, r, c); });
+    with_stencil(r.strain.stencil, [&](auto stencil) {
+        if (is_chain(a)) step_row_in<stencil.number, compensated, true, passed>(a, r, c);
+        else step_row_in<stencil.number, compensated, false, passed>(a, r, c);
+    });
 }
 
 } // namespace blocks

@@ -2,32 +2,59 @@
 // Steps, Laplacians and responses in the memory of rows. The namespace that includes this has the kernels' functions, a
 // `real` of one cell or of neighbouring ones, and load() and store() of such a real.
 
-// States of cells at a step's start and end.
-struct Stepped {
-    CellState before, after;
+// A sum of a cell, `at` cells from where its row in a state begins, and the store of one.
+template <bool compensated>
+__attribute__((always_inline)) inline Sum sum_at(const simd::StateRow<scalar>& row, int sum, size_t at) {
+    return sum_of(loaded(row.value[sum] + at), compensated ? loaded(row.lost[sum] + at) : real(scalar(0)));
+}
+template <bool compensated>
+__attribute__((always_inline)) inline void store_sum(const simd::StateRow<scalar>& row, int sum, size_t at, Sum s) {
+    store(row.value[sum] + at, s.value);
+    if constexpr (compensated) store(row.lost[sum] + at, s.lost);
+}
+
+// The strain of an element before and after a step.
+struct Strained {
+    Sum before, after;
 };
 
-// Steps cell i and stores what the step makes. Called, it would load all coefficients for each block.
-template <bool framed, bool compensated>
-__attribute__((always_inline)) inline Stepped step_at(const AdvanceArguments<Kernels>& a, int i, const Constants& c,
-                                                      const LaneCoefficients& k) {
+template <bool compensated>
+__attribute__((always_inline)) inline Strained strain_at(const AdvanceArguments<Kernels>& a, int e, int i, Load load,
+                                                         const LaneCoefficients& k) {
+    Strained s;
+    s.before = sum_at<compensated>(a.from, sum_strain, size_t(e) * a.from.element + size_t(i));
+    s.after = advanced_strain(s.before, load, k, compensated);
+    store_sum<compensated>(a.to, sum_strain, size_t(e) * a.to.element + size_t(i), s.after);
+    return s;
+}
+
+// Steps cell i and stores what the step makes. coefficients(e): those of its element e. changed(sum, before, after) is
+// called for every sum. chain: there are several elements. Called, it would load all coefficients for each block.
+template <bool framed, bool compensated, bool chain, class CoefficientsOf, class Changed>
+__attribute__((always_inline)) inline void step_at(const AdvanceArguments<Kernels>& a, int i, const Constants& c,
+                                                   CoefficientsOf coefficients, Changed changed) {
     const Load load = framed ? load_between(loaded(a.pressure + i), loaded(a.pressure_to + i), c)
                              : load_of(loaded(a.pressure + i), c);
-    CellState before{};
-#define LOAD_SUM(name)                                                                                                 \
-    before.name = sum_of(loaded(a.from.value[sum_##name] + i),                                                         \
-                         compensated ? loaded(a.from.lost[sum_##name] + i) : real(scalar(0)));
-    STATE_SUMS(LOAD_SUM)
-#undef LOAD_SUM
-    const CellState after = advanced(before, load, k, compensated);
+    const Sum integral = sum_at<compensated>(a.from, sum_integral, size_t(i));
+    const LaneCoefficients first = coefficients(0);
+    const Strained strain = strain_at<compensated>(a, 0, i, load, first);
+    changed(sum_strain, strain.before, strain.after);
+    Motion m = motion_of(strain.before.value, strain.after.value, load, first);
+    if constexpr (chain) {
+        for (int e = 1; e < a.elements; ++e) {
+            const LaneCoefficients k = coefficients(e);
+            const Strained next = strain_at<compensated>(a, e, i, load, k);
+            changed(sum_strain, next.before, next.after);
+            m = with_element(m, next.before.value, next.after.value, load, k);
+        }
+        if (a.spring) m.strain = in_series(m.strain, spring_strain(load, coefficients(a.elements)));
+        store(a.to.strain + i, m.strain);
+    }
+    const Sum after = advanced_integral(integral, m.gained, first, compensated);
+    changed(sum_integral, integral, after);
 #pragma GCC unroll 8
-    for (int s = 0; s < STEP_SIGNALS; ++s) store(a.signal[s] + i, signal(QUANTITY_FA1 + s, before, after, load, k));
-#define STORE_SUM(name)                                                                                                \
-    store(a.to.value[sum_##name] + i, after.name.value);                                                               \
-    if constexpr (compensated) store(a.to.lost[sum_##name] + i, after.name.lost);
-    STATE_SUMS(STORE_SUM)
-#undef STORE_SUM
-    return {before, after};
+    for (int s = 0; s < STEP_SIGNALS; ++s) store(a.signal[s] + i, signal(QUANTITY_FA1 + s, m, after.value));
+    store_sum<compensated>(a.to, sum_integral, size_t(i), after);
 }
 
 // The published stencil's weights across rows; the rows themselves are in `l`.

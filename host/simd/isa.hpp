@@ -37,32 +37,32 @@ RowNeighbours<real> neighbours(int y, int width, int height, int stencil, int ed
             .edges = edges};
 }
 
-// The places of a state's sums in the order of STATE_SUMS.
-#define SUM_PLACE(name) sum_##name,
-enum StateSum { STATE_SUMS(SUM_PLACE) state_sums };
-#undef SUM_PLACE
+// The sums of a state: the strains of elements in series, and the integral of the cell's strain.
+enum StateSum { sum_strain, sum_integral, state_sums };
 
 // One row of a state: of each sum the values, and what they have lost to rounding, null unless sums are compensated.
 template <class real> struct StateRow {
     real* value[state_sums];
     real* lost[state_sums];
+    size_t element; // the distance from an element's strains to those of the next one
+    real* strain;   // the cells' strain; of one element its own
 };
 
 // Arguments of a step of `count` cells of a row. The new state may overwrite the old one. Null are pressure_to without
-// frames, material and table under a uniform material.
+// frames, material under a uniform material, and table where that is a single element.
 template <class K> struct AdvanceArguments {
     using real = typename K::real;
     int count;
+    int elements; // whose strains the state holds
+    bool spring;  // another one in series with them, of which it holds nothing
     const real *pressure, *pressure_to; // between frames the pressure runs from the first to the second
     const int* material;
     const typename K::Coefficients* table;
     StateRow<real> from, to;
     real* signal[STEP_SIGNALS]; // at the step's end: those that the state does not hold
 };
-// Bits that an advance returns, strain_changed and so on: the sum changed in some cell.
-#define SUM_CHANGED(name) constexpr int name##_changed = 1 << sum_##name;
-STATE_SUMS(SUM_CHANGED)
-#undef SUM_CHANGED
+// Bits that an advance returns: the sum changed in some cell.
+constexpr int strain_changed = 1 << sum_strain, integral_changed = 1 << sum_integral;
 
 // Arguments of the responses of columns first .. last - 1, where first is a multiple of TILE_CELLS. All rows begin at
 // column 0.

@@ -26,7 +26,7 @@ Recorder::Recorder(Pipelines& pipelines, plan::StreamedSkin&& streamed, uint32_t
         rest_ = append(plan::padded_rest_curvature<float>(skin));
         material_ = append(skin.material_of);
     }
-    if (!skin.uniform()) table_ = append(std::vector<f32::Coefficients>(materials().size()));
+    if (skin.tabled()) table_ = append(std::vector<f32::Coefficients>(materials().size()));
     fill_needs();
     check_limits();
     plan::drop_maps(streamed_.skin);
@@ -104,7 +104,7 @@ void Recorder::bind(size_t binding, const Buffers& b) {
                         .state_to = range(b.state_to, needs_.state),
                         .response = {},
                         .coefficients = writes_constants() ? tables_[binding] : invalid,
-                        .material = writes_constants() ? constant(material_) : invalid,
+                        .material = streamed_.skin.uniform() ? invalid : constant(material_),
                         .invalid = invalid};
     for (size_t i = 0; i < m.response.size(); ++i) {
         const plan::ResponseLayout::Range& r = layout_.of[QUANTITY_SA1 + i];
@@ -118,7 +118,8 @@ void Recorder::bind(size_t binding, const Buffers& b) {
 
 bool Recorder::fill(PressTable& table, double dt) const noexcept {
     const DefaultFloats guard;
-    return plan::fill_table(materials(), streamed_.skin.rule, dt, table.of_material.data());
+    const plan::PreparedSkin& skin = streamed_.skin;
+    return plan::fill_table(materials(), skin.chain, skin.rule, dt, table.of_material.data());
 }
 
 void Recorder::record(VkCommandBuffer commands, size_t binding, const PressTable& table) const noexcept {

@@ -22,7 +22,7 @@ void check_fits(const plan::PreparedSkin& skin, const Context& context, VkDevice
     };
     const VkPhysicalDeviceLimits& limits = context.limits();
     const VkDeviceSize largest =
-        std::max<VkDeviceSize>(ring, skin.uniform() ? 0 : skin.materials.size() * sizeof(f32::Coefficients));
+        std::max<VkDeviceSize>(ring, skin.tabled() ? skin.materials.size() * sizeof(f32::Coefficients) : 0);
     if (largest > limits.maxStorageBufferRange) refuse(largest, "maxStorageBufferRange", limits.maxStorageBufferRange);
     if (all > context.heap_bytes()) refuse(all, "device memory", context.heap_bytes());
     if (uint32_t(skin.height()) > limits.maxComputeWorkGroupCount[1])
@@ -112,10 +112,10 @@ class March : public plan::Stepper {
     }
 
     void press(const plan::Step& step) override {
-        if (variant_.materials && !step.same_coefficients(table_of_)) {
+        if (variant_.tabled() && !step.same_coefficients(table_of_)) {
             table_of_ = step;
             std::vector<f32::Coefficients> table;
-            plan::fill_table<f32>(step, skin_.materials, skin_.rule, table);
+            plan::fill_table<f32>(step, skin_.materials, skin_.chain, skin_.rule, table);
             stage(table, MarchMemory::coefficients);
         }
         const VkCommandBuffer commands = recording_.commands();

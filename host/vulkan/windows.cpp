@@ -33,7 +33,8 @@ RowWindow window_around(const plan::PreparedSkin& skin, int first, int last) {
 uint32_t groups(int cells, int size) { return uint32_t((cells + size - 1) / size); }
 
 int state_planes(const plan::Variant& variant) {
-    return STATE_PLANES(int(variant.compensated), int(responses_of(variant)));
+    return STATE_PLANES(int(variant.chain.elements()), int(variant.compensated), int(variant.keeps_strain),
+                        int(responses_of(variant)));
 }
 
 std::vector<uint32_t> specialization(const plan::Variant& variant) {
@@ -44,6 +45,9 @@ std::vector<uint32_t> specialization(const plan::Variant& variant) {
     constants[VARIANT_MATERIALS] = variant.materials;
     constants[VARIANT_FRAMES] = variant.framed;
     constants[VARIANT_RESPONSES] = responses_of(variant);
+    constants[VARIANT_ELEMENTS] = uint32_t(variant.chain.elements());
+    constants[VARIANT_SPRING] = variant.chain.spring;
+    constants[VARIANT_STRAIN] = variant.keeps_strain;
     return constants;
 }
 
