@@ -24,7 +24,7 @@ std::vector<double> noise(uint32_t random) {
 
 Map sample_pressure() { return noise(99); }
 
-SkinDescription sample_skin(Stencil stencil, Edges edges, bool materials) {
+SkinDescription sample_skin(Stencil stencil, Edges edges, bool materials, const plan::Chain& chain) {
     SkinDescription d;
     d.grid = {sample_width, sample_height, {}};
     d.stencil = stencil;
@@ -34,10 +34,20 @@ SkinDescription sample_skin(Stencil stencil, Edges edges, bool materials) {
     d.receptors = {0.5, Fa2::step_mean, {0.75, -0.375}};
     d.surface.kind = Surface::Kind::map;
     d.surface.map = noise(12345);
+    Map moduli;
     if (materials) {
-        d.material.modulus_map = noise(54321);
-        for (double& E : d.material.modulus_map.edit()) E += 1.5;
+        moduli = noise(54321);
+        for (double& E : moduli.edit()) E += 1.5;
     }
+    if (chain.length == 1) {
+        d.material.modulus_map = moduli;
+        return d;
+    }
+    for (size_t i = 100; i < moduli.size(); ++i)
+        moduli.edit()[i] = moduli[i % 100]; // few enough for one update of a table
+    for (size_t e = 0; e < chain.elements(); ++e)
+        d.material.elements.push_back({2.5 / double(1 + e), 0.75 * double(1 + 3 * e), e == 0 ? moduli : Map()});
+    if (chain.spring) d.material.spring = 8;
     return d;
 }
 
@@ -53,12 +63,13 @@ struct TestVariant {
     Edges edges = Edges::mirror;
     Precision precision = Precision::f32;
     bool materials = false, framed = false;
+    plan::Chain chain;
 };
 
 // Prepares a run of which every map is read.
 plan::PreparedRun sample_run(const TestVariant& v) {
     Scene s;
-    static_cast<SkinDescription&>(s) = sample_skin(v.stencil, v.edges, v.materials);
+    static_cast<SkinDescription&>(s) = sample_skin(v.stencil, v.edges, v.materials, v.chain);
     s.time = {0.125, 1};
     s.load.envelope.start = 0.2;
     s.load.kind = Load::Kind::map;
@@ -108,8 +119,12 @@ void compare_runs(SelfTest& test, plan::Backend& backend, plan::Backend& plain, 
 
 // Compares the kernel sites in a stream of frames.
 void compare_sites(SelfTest::Kernel& kernel, plan::Backend& backend, const TestVariant& v) {
-    SampleStream::Variant every{
-        .stencil = v.stencil, .edges = v.edges, .precision = v.precision, .materials = v.materials, .sites = true};
+    SampleStream::Variant every{.stencil = v.stencil,
+                                .edges = v.edges,
+                                .precision = v.precision,
+                                .materials = v.materials,
+                                .sites = true,
+                                .chain = v.chain};
     every.wanted.fill(true);
     const SampleStream sample(every);
     const auto stream = backend.stream(sample.skin());
@@ -143,7 +158,10 @@ SelfTest self_test(plan::Backend& backend, bool every_variant) {
           .edges = Edges::periodic,
           .precision = Precision::f32_compensated,
           .framed = true},
-          TestVariant{.stencil = Stencil::published, .edges = Edges::published, .materials = true}}) {
+          TestVariant{.stencil = Stencil::published, .edges = Edges::published, .materials = true},
+          TestVariant{.precision = Precision::f32_compensated, .framed = true, .chain = {.length = 3, .spring = true}},
+          TestVariant{
+              .stencil = Stencil::fourth_order, .edges = Edges::periodic, .materials = true, .chain = {.length = 3}}}) {
         compare_runs(test, backend, *plain, v);
         compare_sites(test.kernels[SelfTest::sites], backend, v);
     }
@@ -151,7 +169,7 @@ SelfTest self_test(plan::Backend& backend, bool every_variant) {
 }
 
 SampleStream::SampleStream(const Variant& v) {
-    SkinDescription d = sample_skin(v.stencil, v.edges, v.materials);
+    SkinDescription d = sample_skin(v.stencil, v.edges, v.materials, v.chain);
     SkinOptions options;
     options.precision = v.precision;
     options.responses.clear();
@@ -170,6 +188,7 @@ SampleStream::SampleStream(const plan::StreamedSkin& like)
                     .precision = like.precision,
                     .materials = !like.skin.uniform(),
                     .sites = !like.skin.description.sites.empty(),
+                    .chain = like.skin.chain,
                     .wanted = like.wanted}) {}
 
 std::vector<float> SampleStream::pressure(int i) const {

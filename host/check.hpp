@@ -37,6 +37,7 @@ class SampleStream {
         Edges edges = Edges::mirror;
         Precision precision = Precision::f32;
         bool materials = false, sites = false; // sites: receptors of the wanted classes respond, otherwise every cell
+        plan::Chain chain;                     // elements in series, at most 10
         plan::Wanted wanted{};
     };
     explicit SampleStream(const Variant&);

@@ -58,12 +58,15 @@
 
 // A state interleaves its planes row by row, so that any window of rows is one range of memory. Its planes are the cell's
 // strain, where VARIANT_STRAIN asks for it; then the strain of each element and, if compensated, the rounding error of
-// that sum; where SA2 is asked for, the same follow for the integral of the cell's strain.
+// that sum; where SA2 is asked for, the same follow for the integral of the cell's strain; last, where `rate` says so, the
+// rate of a spring (kernels/step.h: spring_rate).
 #define STATE_SUM_PLANES(compensated) (1 + (compensated))
 #define STATE_ELEMENT(e, compensated, strain) ((strain) + (e) * STATE_SUM_PLANES(compensated))
 #define STATE_INTEGRAL(elements, compensated, strain) STATE_ELEMENT(elements, compensated, strain)
-#define STATE_PLANES(elements, compensated, strain, responses) \
+#define STATE_RATE(elements, compensated, strain, responses) \
     STATE_ELEMENT((elements) + (((responses) & RESPONSE_BIT(QUANTITY_SA2)) != 0 ? 1 : 0), compensated, strain)
+#define STATE_PLANES(elements, compensated, strain, responses, rate) \
+    (STATE_RATE(elements, compensated, strain, responses) + (rate))
 // Windows of rows begin at a multiple of WINDOW_ROWS, where each map has an offset that every device can bind.
 #define WINDOW_ROWS 4
 
@@ -98,6 +101,7 @@
 //   eps'' = a0*r + a1*ds + a2*sj
 // Elements in series stand one after another, a spring last. Strain, integral, rate and acceleration are sums over them, in
 // which the factors of s0, ds and sj but for those of the strain are added up in the first one's i1, i2, v1, a1 and a2.
+// A spring keeps the rate of its strain: v0*rate + v1*ds, and a1 times the change of it is its eps''.
 #define COEFFICIENTS(each) \
     each(E) each(b) each(f) each(i0) each(i1) each(i2) each(leak) each(v0) each(v1) each(a0) each(a1) each(a2)
 #define SCALAR_MEMBER(name) scalar name;

@@ -191,6 +191,13 @@ void main() {
                    : with_element(m, before.value, after.value, load, k);
     }
     if (SPRING != 0) m.strain = in_series(m.strain, spring_strain(load, element_of(materials, ELEMENTS)));
+    if (CARRIES_RATE != 0) {
+        LaneCoefficients k = element_of(materials, ELEMENTS);
+        vec4 before = FOUR(state_from, state + RATE * NEXT_PLANE);
+        vec4 after = spring_rate(before, load, k);
+        state_to[state + RATE * NEXT_PLANE] = after;
+        m = with_spring_rates(m, before, after, k);
+    }
     if (STRAIN != 0) state_to[state] = m.strain;
     Sum integral = sum_of(vec4(0.0), vec4(0.0));
     if (asked(QUANTITY_SA2)) {

@@ -50,6 +50,10 @@ Sum strain_after(int rank, int e, Load load) {
     return advanced_strain(sum_from(state_at(rank) + ELEMENT(e)), load, element_at(rank, e), COMPENSATED);
 }
 
+float spring_rate_after(int rank, Load load) {
+    return spring_rate(state_from[state_at(rank) + RATE], load, element_at(rank, ELEMENTS));
+}
+
 // The motion of a cell at the step's end.
 Motion motion_at(int rank, Load load) {
     Motion m;
@@ -60,6 +64,9 @@ Motion motion_at(int rank, Load load) {
         m = e == 0 ? motion_of(before, after, load, k) : with_element(m, before, after, load, k);
     }
     if (SPRING != 0) m.strain = in_series(m.strain, spring_strain(load, element_at(rank, ELEMENTS)));
+    if (CARRIES_RATE != 0)
+        m = with_spring_rates(m, state_from[state_at(rank) + RATE], spring_rate_after(rank, load),
+                              element_at(rank, ELEMENTS));
     return m;
 }
 
@@ -73,6 +80,7 @@ void advance(int rank) {
     Load load = load_at(rank);
     for (int e = 0; e < ELEMENTS; ++e) store(strain_after(rank, e, load), state_at(rank) + ELEMENT(e));
     if (asked(QUANTITY_SA2)) store(integral_after(rank, motion_at(rank, load)), state_at(rank) + INTEGRAL);
+    if (CARRIES_RATE != 0) state_to[state_at(rank) + RATE] = spring_rate_after(rank, load);
 }
 
 float strain_at(int rank) { return motion_at(rank, load_at(rank)).strain; }

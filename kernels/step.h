@@ -162,3 +162,17 @@ inline real spring_strain(Load s, LaneCoefficients k) {
     precise real strain = k.b * s.s0 + k.f * s.ds;
     return flush(strain);
 }
+
+// The rate of a spring's strain at the step's end, before: at its start. Between frames the state holds it where the mean
+// acceleration is asked for, which a step of no length leaves as it was.
+inline real spring_rate(real before, Load s, LaneCoefficients k) {
+    precise real rate = k.v0 * before + k.v1 * s.ds;
+    return flush(rate);
+}
+
+// The same motion with the mean acceleration of a spring.
+inline Motion with_spring_rates(Motion m, real before, real after, LaneCoefficients k) {
+    precise real acceleration = m.acceleration + k.a1 * (after - before);
+    m.acceleration = acceleration;
+    return m;
+}

@@ -133,48 +133,161 @@ TEST_CASE(
     CHECK(error(Method::sdirk2, 0.001) < error(Method::backward_euler, 0.001) / 4);
 }
 
-TEST_CASE("sites on a chain follow frames, and traces of a chain fields and probes, as superposition says") {
-    Scene s = small_scene(7, 6);
+namespace {
+
+// A small skin of three elements. spring, dashpot: with these in series. maps: the moduli differ from cell to cell.
+Scene skin_of_three(bool spring, bool dashpot, bool maps) {
+    Scene s = small_scene(13, 11);
     s.surface.kind = Surface::Kind::map;
-    for (int i = 0; i < 42; ++i) s.surface.map.edit().push_back(0.5 + 0.3 * std::sin(1.3 * i));
+    for (int i = 0; i < 143; ++i) s.surface.map.edit().push_back(0.5 + 0.3 * std::sin(1.3 * i));
     s.material.elements = {{2, 0.02}, {1, 0.3}, {0.5, 4}};
-    s.material.dashpot = 30;
+    for (int i = 0; maps && i < 143; ++i) {
+        s.material.elements[0].modulus_map.edit().push_back(2 + i % 3);
+        s.material.elements[2].viscosity_map.edit().push_back(4 + i % 2);
+    }
+    if (spring) s.material.spring = 3;
+    if (dashpot) s.material.dashpot = 30;
+    s.receptors.fa2 = Fa2::step_mean;
+    s.load.kind = Load::Kind::map;
+    for (int i = 0; i < 143; ++i) s.load.map.edit().push_back(std::cos(0.4 * i));
     s.time = {0.05, 1};
-    s.output.probes.clear();
-    SUBCASE("frames") {
-        oracle::Case c;
-        for (int k = 0; k < 6; ++k) {
-            std::vector<double>& frame = c.frames.emplace_back();
-            for (int i = 0; i < 42; ++i) frame.push_back(std::sin(0.7 * i + k) + 0.1 * k);
-        }
-        const std::string path = (std::filesystem::temp_directory_path() / "dermis_chain_frames.npy").string();
-        oracle::write_frames(path, s.grid, c.frames);
-        s.load.kind = Load::Kind::sequence;
-        s.load.path = path;
-        s.load.interval = 0.2;
-        s.sites = {{Quantity::sa1, {3, 2}}, {Quantity::sa2, {0, 0}}, {Quantity::fa1, {6, 5}}, {Quantity::fa2, {2, 4}}};
-        s.output = {{}, {}, {}};
-        s.tolerance = 1e-9;
-        c.scene = s;
-        const Result r = run(s, Device::cpu());
-        std::filesystem::remove(path);
-        CHECK(r.model == Model::sites);
-        const double measured = oracle::distance(oracle::exact(c), s, r).value;
-        CHECK(measured < 1e-12);
-        CHECK(measured <= r.predicted_error);
-    }
-    SUBCASE("fields") {
-        s.load.kind = Load::Kind::map;
-        for (int i = 0; i < 42; ++i) s.load.map.edit().push_back(std::cos(0.4 * i));
-        s.output.probes = {{3, 3}};
-        s.output.fields = {{0.37, {Quantity::strain, Quantity::fa2}}};
-        const Result r = run(s, Device::cpu());
-        CHECK(r.model == Model::maps);
-        CHECK(oracle::distance(oracle::exact({s, {}}), s, r).value < 1e-13);
-    }
+    s.output.probes = {{6, 5}, {0, 10}};
+    s.output.fields = {{0.37, {Quantity::strain, Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2}}};
+    return s;
 }
 
-TEST_CASE("what does not take a chain says so: marches, skins pressed frame by frame, other methods, FA2's density") {
+// Turns the load into a sequence, written to a file that is removed with the object.
+class Frames {
+  public:
+    // meets_rest: frame 0 is 0 everywhere.
+    Frames(oracle::Case& c, double interval, bool meets_rest = false) {
+        for (int k = 0; k < 6; ++k) {
+            std::vector<double>& frame = c.frames.emplace_back();
+            for (int i = 0; i < c.scene.grid.width * c.scene.grid.height; ++i)
+                frame.push_back(meets_rest && k == 0 ? 0 : std::sin(0.7 * i + k) + 0.1 * k);
+        }
+        oracle::write_frames(path_, c.scene.grid, c.frames);
+        c.scene.load = {};
+        c.scene.load.kind = Load::Kind::sequence;
+        c.scene.load.path = path_;
+        c.scene.load.interval = interval;
+    }
+    ~Frames() { std::filesystem::remove(path_); }
+
+  private:
+    const std::string path_ = (std::filesystem::temp_directory_path() / "dermis_chain_frames.npy").string();
+};
+
+} // namespace
+
+TEST_CASE("marches, sites and fields of a chain are its superposition, under envelopes and between frames") {
+    const std::vector<Site> sites = {
+        {Quantity::sa1, {3, 2}}, {Quantity::sa2, {0, 0}}, {Quantity::fa1, {12, 5}}, {Quantity::fa2, {2, 4}}};
+    for (bool spring : {false, true})
+        for (bool maps : {false, true})
+            for (int load = 0; load < 4; ++load) {
+                CAPTURE(spring);
+                CAPTURE(maps);
+                CAPTURE(load);
+                oracle::Case c;
+                c.scene = skin_of_three(spring, !spring, maps);
+                Scene& s = c.scene;
+                Envelope& e = s.load.envelope;
+                e.kind = load == 1 ? Envelope::Kind::sine : load == 2 ? Envelope::Kind::pulse : Envelope::Kind::step;
+                if (load != 1) e.start = 0.12;
+                e.length = 0.21, e.period = 0.5;
+                if (spring && load == 2) s.receptors.sa2_adaptation = 0.2;
+                std::optional<Frames> frames;
+                if (load == 3) frames.emplace(c, 0.2);
+                const oracle::Exact exact = oracle::exact(c);
+                for (const auto& [precision, error] :
+                     {std::pair{Precision::f64, 2e-13}, {Precision::f32, 2e-5}, {Precision::f32_compensated, 2e-5}}) {
+                    s.model = Model::march;
+                    s.precision = precision;
+                    const Result r = run(s, Device::cpu());
+                    CHECK(oracle::distance(exact, s, r).value < error);
+                }
+                s.precision = {};
+                s.model = {};
+                s.sites = sites;
+                s.output = {{}, {}, {}};
+                const Result r = run(s, Device::cpu());
+                CHECK(r.model == Model::sites);
+                CHECK(oracle::distance(oracle::exact(c), s, r).value < 2e-13);
+            }
+}
+
+TEST_CASE("a march of a chain has the same bits on CPU and Vulkan, for every stencil, edge, precision and load") {
+    const Validated vulkan;
+    RunOptions check;
+    check.check = true;
+    for (auto [stencil, edges] : {std::pair{Stencil::five_point, Edges::mirror},
+                                  {Stencil::five_point, Edges::periodic},
+                                  {Stencil::fourth_order, Edges::periodic},
+                                  {Stencil::published, Edges::published}})
+        for (int variant = 0; variant < 8; ++variant) {
+            CAPTURE(int(stencil));
+            CAPTURE(variant);
+            oracle::Case c;
+            c.scene = skin_of_three(variant & 1, variant & 2, variant & 2);
+            c.scene.stencil = stencil;
+            c.scene.edges = edges;
+            c.scene.output.fields.push_back({0.5, {Quantity::curvature, Quantity::deformation}});
+            std::optional<Frames> frames;
+            if (variant & 4) frames.emplace(c, 0.2);
+            check.precision = variant & 1 ? Precision::f32 : Precision::f32_compensated;
+            const Result r = run(c.scene, vulkan.device(), check);
+            CHECK(r.cells_compared > 20 * 143 * 5);
+            CHECK(r.cells_different == 0);
+        }
+}
+
+TEST_CASE("a skin of a chain, its sites and a run of its frames have the same bits; a spring has FA2 by its own rate") {
+    const Validated vulkan;
+    for (bool spring : {false, true})
+        for (Edges edges : {Edges::mirror, Edges::periodic})
+            for (Precision precision : {Precision::f32, Precision::f32_compensated}) {
+                oracle::Case c;
+                c.scene = skin_of_three(spring, true, spring);
+                Scene& s = c.scene;
+                s.edges = edges;
+                const Frames frames(c, 0.05, true);
+                s.output.fields.clear();
+                for (int n = 1; n < 6; ++n)
+                    s.output.fields.push_back({0.05 * n, {std::begin(all_responses), std::end(all_responses)}});
+                s.model = Model::march;
+                s.precision = precision;
+                const Result r = run(s, Device::cpu());
+                SkinOptions options;
+                options.precision = precision;
+                SkinDescription d = s, with_sites = s;
+                for (int i = 0; i < 40; ++i)
+                    with_sites.sites.push_back({all_responses[i % 4], {i * 5 % 13, i * 7 % 11}});
+                Skin fields[] = {{Device::cpu(1), d, options}, {vulkan.device(), d, options}};
+                Skin sites[] = {{Device::cpu(1), with_sites, options}, {vulkan.device(), with_sites, options}};
+                const auto pressed = [&](Skin& skin, size_t n) {
+                    skin.press(std::vector<float>(c.frames[n].begin(), c.frames[n].end()), 0.05);
+                };
+                for (size_t n = 1; n < 6; ++n) {
+                    for (Skin& skin : fields) pressed(skin, n);
+                    for (Skin& skin : sites) pressed(skin, n);
+                    std::map<Quantity, size_t> next;
+                    for (const Site& site : with_sites.sites) {
+                        const size_t cell = size_t(site.cell.y * 13 + site.cell.x), k = next[site.type]++;
+                        for (Skin& skin : sites)
+                            CHECK(skin.response(site.type)[k] == fields[0].response(site.type)[cell]);
+                    }
+                    for (size_t q = 0; q < 4; ++q)
+                        for (size_t i = 0; i < 143; ++i) {
+                            CHECK(fields[1].response(all_responses[q])[i] == fields[0].response(all_responses[q])[i]);
+                            CHECK(double(fields[0].response(all_responses[q])[i]) ==
+                                  r.fields[(n - 1) * 4 + q].values[i]);
+                        }
+                }
+            }
+}
+
+TEST_CASE("what does not take a chain says so: other methods, FA2's density, numbers and maps that cannot be") {
     const auto refused = [](auto change) {
         Scene s = small_scene(8, 8);
         s.material.elements = {{2, 0.02}, {1, 0.3}};
@@ -182,8 +295,6 @@ TEST_CASE("what does not take a chain says so: marches, skins pressed frame by f
         return refusal(Error::Code::bad_input, [&] { run(s, Device::cpu()); });
     };
     const auto has = [](const std::string& text, const char* part) { return text.find(part) != std::string::npos; };
-    CHECK(has(refused([](Scene& s) { s.model = Model::march; }), "which no march takes"));
-    CHECK(has(refused([](Scene& s) { s.receptors.fa2_gains = {1, 0}; }), "fa2_gains make FA2 depend on its sign"));
     CHECK(has(refused([](Scene& s) { s.method = Method::published; }), "another one with material.elements"));
     CHECK(has(refused([](Scene& s) {
                   s.method = Method::rk4;
@@ -203,10 +314,12 @@ TEST_CASE("what does not take a chain says so: marches, skins pressed frame by f
     CHECK(has(refused([](Scene& s) { s.material.elements[0].modulus = -1; }), "elements[0].modulus = -1"));
     CHECK(has(refused([](Scene& s) { s.material.dashpot = 0; }), "material.dashpot = 0"));
     CHECK(has(refused([](Scene& s) { s.material.modulus_map.edit().assign(64, 1); }), "not beside material.elements"));
-    SkinDescription skin;
-    skin.grid = {8, 8, {}};
-    skin.material.elements = {{2, 0.02}, {1, 0.3}};
-    CHECK(has(refusal(Error::Code::bad_input, [&] { Skin(Device::cpu(), skin); }), "(2 in series)"));
+    CHECK(has(refused([](Scene& s) { s.material.elements[1].modulus_map.edit().assign(63, 1); }), "63"));
+    CHECK(has(refused([](Scene& s) {
+                  s.material.elements[1].viscosity_map.edit().assign(64, 1);
+                  s.material.elements[1].viscosity_map.edit()[9] = -2;
+              }),
+              "material.elements[1].viscosity = -2 in cell [1, 1]"));
 }
 
 TEST_CASE("a scene file's relaxation is the chain that relaxes so, and stands alone") {

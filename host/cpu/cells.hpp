@@ -33,9 +33,11 @@ template <class K> struct CellsPress {
     double* points = nullptr; // values in the points of quantities that are summarized, [quantity][point]
 };
 
-// The places of planes behind those of a state: the first of a worker's signals, the rest curvature's, and the first that
-// is left for responses.
-inline int signal_place(const plan::Chain& chain) { return 2 * (int(chain.elements()) + 1) + (chain.length > 1); }
+// The places of planes behind those of a state: the first of a worker's signals, the rest curvature's, and the first
+// that is left for responses.
+inline int signal_place(const plan::Chain& chain) {
+    return 2 * (int(chain.elements()) + 1) + (chain.length > 1 ? 2 : 0);
+}
 inline int rest_place(const plan::Chain& chain) { return signal_place(chain) + 3 * STEP_SIGNALS + 1; }
 inline int response_place(const plan::Chain& chain) { return rest_place(chain) + 1; }
 
@@ -79,7 +81,7 @@ template <class K> struct Worker {
     using real = typename K::real;
     std::vector<int> changed;                                     // by each press
     std::array<std::array<Plane<real>, 3>, STEP_SIGNALS> signals; // of the last rows, each at y % 3
-    std::array<Plane<real>, 5> strain;                            // of the last rows, each at y % 5, where no state holds it
+    std::array<Plane<real>, 5> strain; // of the last rows, each at y % 5, where no state holds it
     std::array<Plane<real>, STEP_SIGNALS> unused;
     std::array<State<real>, 8> peeked;                  // of rows outside, at the end of a step that is not kept
     std::array<Plane<real>, RESPONSE_MAPS> answered;    // one row, of which points are read
@@ -142,11 +144,14 @@ template <class K> class Cells {
     simd::Pool& pool() { return pool_; }
 
   private:
-    StateShape shape(bool strain) const {
-        return {.elements = variant_.chain.elements(), .compensated = variant_.compensated, .strain = strain};
+    StateShape shape(bool strain, bool rate) const {
+        return {
+            .elements = variant_.chain.elements(), .compensated = variant_.compensated, .strain = strain, .rate = rate};
     }
-    State<real> resting_state() const { return {size_t(pitch_) * size_t(height_), shape(variant_.keeps_strain)}; }
-    State<real> row_state() const { return {size_t(pitch_), shape(variant_.chain.length > 1)}; }
+    State<real> resting_state() const {
+        return {size_t(pitch_) * size_t(height_), shape(variant_.keeps_strain, variant_.carries_rate())};
+    }
+    State<real> row_state() const { return {size_t(pitch_), shape(variant_.chain.length > 1, false)}; }
 
     // Whether the cells' strain is that of several elements, and only of as many rows as the stencil reads.
     bool rolls() const { return variant_.chain.length > 1 && !variant_.keeps_strain; }
@@ -300,6 +305,7 @@ template <class K> class Cells {
                 if (state->lost[s]) state->lost[s] += at;
             }
             state->strain += at;
+            if (state->rate) state->rate += at;
         }
         for (size_t s = 0; s < STEP_SIGNALS; ++s) a.signal[s] = signal(s) + at;
         if (press.fill_row) {

@@ -40,7 +40,8 @@ template <class real> class Plane {
 struct StateShape {
     size_t elements; // in series, whose strains it holds
     bool compensated;
-    bool strain; // and the sum of them, as of any spring
+    bool strain; // and the sum of them with that of a spring
+    bool rate;   // and the rate of that spring
 };
 
 // The state of every cell.
@@ -56,7 +57,8 @@ template <class real> class State {
             (*planes)[simd::sum_integral] = Plane<real>(cells, place += strains);
             ++place;
         }
-        if (shape.strain) strain_ = Plane<real>(cells, place);
+        if (shape.strain) strain_ = Plane<real>(cells, place++);
+        if (shape.rate) rate_ = Plane<real>(cells, place);
     }
     bool empty() const { return !value_[0].data(); }
     // The strain of every cell, where the state holds it.
@@ -70,6 +72,7 @@ template <class real> class State {
         }
         row.element = element_;
         row.strain = strain_.data() ? strain_.row(y, pitch) : row.value[simd::sum_strain];
+        row.rate = rate_.row(y, pitch);
         return row;
     }
     // Takes over the strains of a row of another state of so many cells.
@@ -84,14 +87,14 @@ template <class real> class State {
         }
     }
     void rest() {
-        for (Plane<real>* plane : {&value_[0], &value_[1], &lost_[0], &lost_[1], &strain_}) plane->clear();
+        for (Plane<real>* plane : {&value_[0], &value_[1], &lost_[0], &lost_[1], &strain_, &rate_}) plane->clear();
     }
 
   private:
-    static constexpr size_t gap = Plane<real>::shift; // so that elements begin at different bits of an address
-    size_t elements_ = 0, element_ = 0;               // their number; the distance from one to the next
+    static constexpr size_t gap = Plane<real>::shift;        // so that elements begin at different bits of an address
+    size_t elements_ = 0, element_ = 0;                      // their number; the distance from one to the next
     std::array<Plane<real>, simd::state_sums> value_, lost_; // see simd::StateRow
-    Plane<real> strain_;                                     // of chains
+    Plane<real> strain_, rate_;                              // of chains
 };
 
 } // namespace dermis::cpu

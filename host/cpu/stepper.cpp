@@ -113,8 +113,8 @@ template <class K> class March : public plan::Stepper {
     void make_coefficients(Slot& slot) const {
         if (skin_.differs_everywhere()) {
             slot.fill_row = [this, &slot](int y, typename K::Coefficients* of_row) {
-                plan::fill_row<K>(slot.step, skin_.materials, skin_.chain, skin_.rule, skin_.material_of.data() + row(y),
-                                  skin_.width(), of_row);
+                plan::fill_row<K>(slot.step, skin_.materials, skin_.chain, skin_.rule,
+                                  skin_.material_of.data() + row(y), skin_.width(), of_row);
             };
         } else if (skin_.tabled() && !slot.step.same_coefficients(slot.table_of)) {
             slot.table_of = slot.step;

@@ -155,16 +155,22 @@ f64::Coefficients published_coefficients(const Element& m, double dt) {
     return k;
 }
 
-void join_loads(f64::Coefficients* elements, size_t n, bool spring) {
-    f64::Coefficients& first = elements[0];
+void join_loads(f64::Coefficients* elements, size_t n, bool spring, double dt) {
+    f64::Coefficients &first = elements[0], &last = elements[n - 1];
+    const double rate = last.v1;
     for (size_t e = 1; e < n; ++e)
-        for (double f64::Coefficients::*factor : {&f64::Coefficients::i1, &f64::Coefficients::i2, &f64::Coefficients::v1,
-                                                  &f64::Coefficients::a1, &f64::Coefficients::a2}) {
+        for (double f64::Coefficients::*factor :
+             {&f64::Coefficients::i1, &f64::Coefficients::i2, &f64::Coefficients::v1, &f64::Coefficients::a1,
+              &f64::Coefficients::a2}) {
             first.*factor += elements[e].*factor;
             elements[e].*factor = 0;
         }
-    // The impulse of a pressure that meets a skin at rest: the excess stress of every element is the pressure then.
-    if (spring) first.v0 += elements[n - 1].v0;
+    if (!spring) return;
+    first.v0 += last.v0; // of the impulse of a pressure that meets a skin at rest: every excess stress is the pressure
+    last.v0 = dt == 0;
+    last.v1 = rate;
+    last.a1 = dt == 0 ? 0 : 1 / dt;
+    if (dt == 0 && last.E > 0) last.b = last.f = 1 / last.E; // all are 0 at rest
 }
 
 bool round_to_float(const f64::Coefficients& k, f32::Coefficients& to) {

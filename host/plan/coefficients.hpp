@@ -39,9 +39,9 @@ Relaxation relaxation(Method, double z);
 // strain after the step, and FA2 a multiple of Constants::jump, which the timeline computes.
 f64::Coefficients published_coefficients(const Element&, double dt);
 
-// Adds up what the load adds to the motion of n elements in series: the first one's coefficients then contain all of it.
-// spring: the last of them is one.
-void join_loads(f64::Coefficients* elements, size_t n, bool spring);
+// Adds up what the load adds to the motion of n elements in series: the first one's coefficients then contain all of
+// it. spring: the last of them is one, whose own are then those of a spring (kernels/layout.h) in a step of dt seconds.
+void join_loads(f64::Coefficients* elements, size_t n, bool spring, double dt);
 
 // Rounds coefficients to the precision of a backend, K = f32 or f64.
 template <class K> typename K::Coefficients rounded(const f64::Coefficients& k) {

@@ -34,6 +34,7 @@ struct Forcing {
     std::optional<double> slope;
     double slope_length = 0;       // s, of that mean
     std::optional<double> impulse; // the responses become the impulses of this jump at the step's end
+    double before = 0;             // the load just before that jump
     bool framed = false;           // the pressure of an impulse is the jump itself, as where a sequence begins
     bool held = false;             // the load does not change before an impulse
 

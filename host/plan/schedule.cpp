@@ -116,6 +116,7 @@ PreparedRun in_parts(PreparedRun run) {
 
 std::string why_not_separable(const PreparedSkin& skin, const Schedule& schedule) {
     const auto& gains = skin.description.receptors.fa2_gains;
+    if (!skin.uniform() && skin.chain.length > 1) return "elements in series differ from cell to cell";
     if (!skin.uniform() && skin.parts.empty()) return "the material has more than 8 retardation times";
     if (schedule.framed) return "the load is not one map times an envelope";
     if (gains[0] != -gains[1]) return "receptors.fa2_gains make FA2 depend on its sign";

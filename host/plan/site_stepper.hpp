@@ -29,7 +29,7 @@ template <class K> class SiteStepper {
     };
 
     SiteStepper(const PreparedSkin& skin, const SiteCells& cells, const Variant& variant)
-        : skin_(skin), cells_(cells), variant_(variant), sums_(sums_of(cells.chain)),
+        : skin_(skin), cells_(cells), variant_(variant), shape_(shape_of(variant)), sums_(shape_.sums()),
           state_(cells.cells.size() * sums_), visible_(state_.size()), strain_(cells.cells.size() + 1) {}
 
     Point point(Cell c) const {
@@ -40,9 +40,8 @@ template <class K> class SiteStepper {
     // Steps cells first .. last - 1. k: coefficients of each material.
     void advance(const Constants& c, const LaneCoefficients* k, Pressures p, size_t first, size_t last) {
         for (size_t i = first; i < last; ++i)
-            strain_[i] = press_cell<K>(&state_[i * sums_], &visible_[i * sums_], load_at(i, c, p), of_cell(k, i),
-                                       cells_.chain, variant_.compensated)
-                             .strain;
+            strain_[i] =
+                press_cell<K>(&state_[i * sums_], &visible_[i * sums_], load_at(i, c, p), of_cell(k, i), shape_).strain;
     }
 
     // The value of a quantity in a point after advance(). The point's cell must be one that is ever pressed.
@@ -53,8 +52,8 @@ template <class K> class SiteStepper {
         const real L = K::add(along(point.stencil.x, eps, point.x), along(point.stencil.y, eps, point.y)),
                    C = K::curvature_of(point.rest_curvature, L, c.bend);
         const typename K::Sum *before = &state_[here * sums_], *after = &visible_[here * sums_];
-        const auto motion = motion_between<K>(before, after, load_at(here, c, p), of_cell(k, here), cells_.chain);
-        return K::answer(int(q), K::signal(int(q), motion, after[sums_ - 1].value), C, c);
+        const auto motion = motion_between<K>(before, after, load_at(here, c, p), of_cell(k, here), shape_);
+        return K::answer(int(q), K::signal(int(q), motion, after[shape_.integral()].value), C, c);
     }
 
     void keep() { state_.swap(visible_); }
@@ -78,7 +77,8 @@ template <class K> class SiteStepper {
     const PreparedSkin& skin_;
     const SiteCells& cells_;
     const Variant variant_;
-    const size_t sums_; // of a cell
+    const CellShape shape_;
+    const size_t sums_;                            // of a cell
     std::vector<typename K::Sum> state_, visible_; // state at the step's start; at its end
     std::vector<real> strain_;                     // of each cell at the step's end
 };

@@ -10,37 +10,43 @@
 namespace dermis::plan {
 namespace {
 
-// Elements and their numbers in the order in which they came: a table of numbers that is at most half full, each at the
-// first free place from its element's hash on.
+// Chains of `length` elements one after another, and the number of the first of each, in the order in which they came:
+// a table of numbers that is at most half full, each at the first free place from its chain's hash on.
 class Numbered {
   public:
-    explicit Numbered(std::vector<Element>& elements) : elements_(elements) {}
+    Numbered(std::vector<Element>& elements, size_t length) : elements_(elements), length_(length) {}
 
-    int number_of(const Element& m) {
-        if (2 * (elements_.size() + 1) > places_.size()) grow();
-        int& place = place_of(m);
+    int number_of(const Element* chain) {
+        if (2 * (elements_.size() / length_ + 1) > places_.size()) grow();
+        int& place = place_of(chain);
         if (place < 0) {
             place = int(elements_.size());
-            elements_.push_back(m);
+            elements_.insert(elements_.end(), chain, chain + length_);
         }
         return place;
     }
+    bool is(int number, const Element* chain) const {
+        return std::equal(chain, chain + length_, elements_.begin() + number);
+    }
 
   private:
-    int& place_of(const Element& m) {
-        const uint64_t bits = std::bit_cast<uint64_t>(m.modulus + 0.0) ^ // -0 is 0
-                              std::rotl(std::bit_cast<uint64_t>(m.viscosity + 0.0), 32);
+    int& place_of(const Element* chain) {
+        uint64_t bits = 0;
+        for (size_t e = 0; e < length_; ++e)
+            bits = std::rotl(bits, 7) ^ std::bit_cast<uint64_t>(chain[e].modulus + 0.0) ^ // -0 is 0
+                   std::rotl(std::bit_cast<uint64_t>(chain[e].viscosity + 0.0), 32);
         size_t at = size_t(bits * 0x9e3779b97f4a7c15 >> 32) & (places_.size() - 1);
-        while (places_[at] >= 0 && elements_[size_t(places_[at])] != m) at = (at + 1) & (places_.size() - 1);
+        while (places_[at] >= 0 && !is(places_[at], chain)) at = (at + 1) & (places_.size() - 1);
         return places_[at];
     }
 
     void grow() {
         places_.assign(std::max<size_t>(4 * places_.size(), 64), -1);
-        for (size_t i = 0; i < elements_.size(); ++i) place_of(elements_[i]) = int(i);
+        for (size_t i = 0; i < elements_.size(); i += length_) place_of(elements_.data() + i) = int(i);
     }
 
     std::vector<Element>& elements_;
+    const size_t length_;
     std::vector<int> places_; // -1: free
 };
 
@@ -69,7 +75,7 @@ Part part_of(const Element& m) {
 void find_parts(PreparedSkin& skin) {
     skin.parts.clear();
     skin.part_of.clear();
-    if (skin.materials.size() < 2) return;
+    if (skin.materials.size() < 2 || skin.chain.length > 1) return;
     for (const Element& m : skin.materials) {
         const auto part = std::find_if(skin.parts.begin(), skin.parts.end(), [&](Part& p) { return joins(p, m); });
         skin.part_of.push_back(int(part - skin.parts.begin()));
@@ -90,28 +96,38 @@ void find_parts(PreparedSkin& skin) {
     }
 }
 
+void number_cells(PreparedSkin& skin) {
+    const Material& m = skin.description.material;
+    Numbered known(skin.materials, skin.chain.length);
+    skin.material_of = simd::map_of(skin.padded_cells(), 0);
+    int last = -1; // the number of the cell before
+    const auto number = [&](const Element* chain) {
+        if (last < 0 || !known.is(last, chain)) last = known.number_of(chain); // often alike
+        return last;
+    };
+    for (size_t i = 0, y = 0; y < size_t(skin.height()); ++y)
+        for (int x = 0; x < skin.width(); ++x, ++i) {
+            int& material = skin.material_of[y * size_t(skin.pitch) + size_t(x)];
+            if (skin.chain.length > 1) material = number(scene::series_at(m, i).elements.data());
+            else {
+                const Element element = scene::element_at(m, i);
+                material = number(&element);
+            }
+        }
+}
+
 void find_materials(PreparedSkin& skin) {
     const Material& m = skin.description.material;
     skin.materials.clear();
     skin.material_of.clear();
-    skin.chain = {};
+    const scene::Series first = scene::series_at(m, 0);
+    skin.chain = {.length = first.length, .spring = first.ends_in_spring};
     if (scene::is_uniform(m)) {
-        skin.materials = scene::chain_of(m);
-        skin.chain = {.length = skin.materials.size(), .spring = skin.materials.size() > 1 && is_elastic(skin.materials.back())};
-        skin.parts.clear();
-        skin.part_of.clear();
-        return;
+        skin.materials.assign(first.elements.begin(), first.elements.begin() + long(first.length));
+    } else {
+        number_cells(skin);
+        if (skin.materials.size() == skin.chain.length) skin.material_of.clear();
     }
-    Numbered known(skin.materials);
-    skin.material_of = simd::map_of(skin.padded_cells(), 0);
-    int last = 0; // the material of the cell before
-    for (size_t i = 0, y = 0; y < size_t(skin.height()); ++y)
-        for (int x = 0; x < skin.width(); ++x, ++i) {
-            const Element element = scene::element_at(m, i);
-            if (i == 0 || element != skin.materials[size_t(last)]) last = known.number_of(element); // often alike
-            skin.material_of[y * size_t(skin.pitch) + size_t(x)] = last;
-        }
-    if (skin.materials.size() == 1) skin.material_of.clear();
     find_parts(skin);
 }
 

@@ -84,6 +84,8 @@ struct Variant {
     bool keeps_strain = false; // the state holds the sum of strains in series
     Wanted wanted{};
     bool tabled() const { return materials || chain.length > 1; }
+    // Whether the state holds the rate of a spring, for FA2 between frames.
+    bool carries_rate() const { return chain.spring && framed && wanted[QUANTITY_FA2]; }
 };
 
 } // namespace dermis::plan

@@ -66,8 +66,9 @@ StreamedSkin streamed_skin(const SkinDescription& description, const SkinOptions
     s.skin = prepare_skin(validated, threads);
     const bool grows = s.wanted[QUANTITY_SA2] && !validated.receptors.sa2_adaptation;
     s.precision = options.precision.value_or(grows ? Precision::f32_compensated : Precision::f32);
-    for (const Element& m : s.skin.materials)
-        if (is_elastic(m) && s.wanted[QUANTITY_FA2])
+    const Chain& chain = s.skin.chain;
+    for (size_t i = 0; i < s.skin.materials.size(); ++i)
+        if (is_elastic(s.skin.materials[i]) && i % chain.length < chain.elements() && s.wanted[QUANTITY_FA2])
             scene::refuse("material.viscosity", "0", "> 0 for FA2 of frames; with viscosity 0 do without fa2");
     check_float(s.skin);
     return s;
@@ -113,7 +114,7 @@ bool fill_table(const std::vector<Element>& materials, const Chain& chain, const
     std::array<f64::Coefficients, scene::most_in_series> k;
     for (size_t i = 0; i < materials.size(); i += chain.length) {
         for (size_t e = 0; e < chain.length; ++e) k[e] = exact_coefficients(materials[i + e], rule, dt);
-        join_loads(k.data(), chain.length, chain.spring);
+        join_loads(k.data(), chain.length, chain.spring, dt);
         for (size_t e = 0; e < chain.length; ++e)
             if (!round_to_float(k[e], table[i + e])) return false;
     }

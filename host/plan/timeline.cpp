@@ -49,6 +49,10 @@ bool Timeline::regular(Instant from, Instant to) const {
     return std::abs(to - from - whole) <= 4 * 0x1p-52 * whole;
 }
 
+double Timeline::length_of(Instant from, Instant to) const {
+    return regular(from, to) ? schedule_.time.step : to - from;
+}
+
 SharedCoefficients Timeline::coefficients_over(Instant from, Instant to) const {
     if (regular(from, to)) return regular_;
     return table_of([&](const Element& m) { return exact_coefficients(m, rule_, to - from); });
@@ -63,8 +67,8 @@ Step Timeline::exact_step(Instant from, Instant to) const {
     s.start = load_.after(from);
     s.jump = s.start - load_.before(from);
     s.coefficients = coefficients_over(from, to);
+    const double dt = s.length = length_of(from, to);
     if (to == from) return s;
-    const double dt = regular(from, to) ? schedule_.time.step : to - from;
     const bool straight = !load_.sine() && !load_.breaks(from, to);
     const double du = straight ? load_.rise(from, to) : 0;
     const bool held = straight && du == 0;
@@ -104,6 +108,7 @@ long long Timeline::frame_at(Instant t) const {
 Step Timeline::framed_step(Instant from, Instant to) const {
     Step s;
     s.time = to.t;
+    s.length = length_of(from, to);
     s.coefficients = coefficients_over(from, to);
     s.frame = frame_at(from);
     s.jump = from == Instant(); // frame 0 meets a skin at rest
@@ -120,6 +125,7 @@ Step Timeline::held_step(long long n) {
     Step s;
     s.coefficients = regular_;
     s.time = output_time(n).t;
+    s.length = schedule_.time.step;
     s.start = load_.after(output_time(n - 1));
     s.jump = s.start - (n > 1 ? load_.after(output_time(n - 2)) : 0);
     if (method_ != Method::published) return s;
@@ -143,11 +149,12 @@ void Timeline::peek_field(Step step) {
 }
 
 // Queues a step that does not change the state, and whose responses are the impulses of a jump.
-void Timeline::peek_impulse(Step step, double jump) {
+void Timeline::peek_impulse(Step step, double before, double jump) {
     step.keep = false;
     step.impulse = impulses_++;
     auto forcing = step.forcing ? std::make_shared<Forcing>(*step.forcing) : std::make_shared<Forcing>();
     forcing->impulse = jump;
+    forcing->before = before;
     forcing->framed = schedule_.sequence != nullptr;
     forcing->held = step.rise == 0;
     if (!schedule_.sequence) step.rise = 1;
@@ -164,7 +171,7 @@ scene::Instant Timeline::next_field() const {
 // ends.
 scene::Instant Timeline::fill_frames(Instant from, Instant to) {
     const std::vector<Instant>& fields = schedule_.field_times;
-    if (from == Instant()) peek_impulse(framed_step(0, 0), 1);
+    if (from == Instant()) peek_impulse(framed_step(0, 0), 0, 1);
     const Instant last = std::isfinite(to.t) ? to : field_ < fields.size() ? fields.back() : from;
     while (from < last) {
         const long long k = frame_at(from);
@@ -183,7 +190,7 @@ void Timeline::fill_envelope(Instant from, Instant to) {
     const Instant end = std::min(to, Instant(schedule_.time.duration));
     for (; knot_ < knots.size() && knots[knot_].time < end; ++knot_) {
         const scene::Knot& k = knots[knot_];
-        if (k.right != k.left) peek_impulse(exact_step(from, k.time), k.right - k.left);
+        if (k.right != k.left) peek_impulse(exact_step(from, k.time), k.left, k.right - k.left);
     }
     while (next_field() < to) peek_field(exact_step(from, next_field()));
 }

@@ -20,7 +20,7 @@ struct Step {
     std::shared_ptr<const Forcing> forcing; // null: none; equal pointers mean equal numbers
     double start = 0, rise = 0, jump = 0;   // see Constants in kernels/layout.h
     long long frame = -1;                   // in a sequence the pressure runs from this frame to the next
-    double time = 0;
+    double time = 0, length = 0;            // s: the step's end, and how long it takes
     // If the load has a breakpoint within the step: the load's greatest magnitude, and the seconds from the last
     // breakpoint to the step's end. 0 otherwise.
     double bend = 0, after_bend = 0;
@@ -45,7 +45,12 @@ void fill_chain(const Step& step, const std::vector<Element>& materials, const C
                 size_t first, typename K::Coefficients* to) {
     std::array<f64::Coefficients, scene::most_in_series> k;
     for (size_t e = 0; e < chain.length; ++e) k[e] = step.coefficients_of(first + e, materials[first + e], rule);
-    join_loads(k.data(), chain.length, chain.spring);
+    join_loads(k.data(), chain.length, chain.spring, step.length);
+    if (chain.spring && step.forcing && step.forcing->impulse) { // the strain just before the jump
+        f64::Coefficients& spring = k[chain.length - 1];
+        spring.b = 0;
+        spring.f = step.forcing->before / spring.E;
+    }
     for (size_t e = 0; e < chain.length; ++e) to[e] = rounded<K>(k[e]);
 }
 
@@ -109,13 +114,14 @@ class Timeline {
     Instant frame_time(long long k) const;
     long long frame_at(Instant) const;
     bool regular(Instant from, Instant to) const;
+    double length_of(Instant from, Instant to) const;
     template <class Make> SharedCoefficients table_of(Make) const;
     SharedCoefficients coefficients_over(Instant from, Instant to) const;
     Step exact_step(Instant from, Instant to) const;
     Step framed_step(Instant from, Instant to) const;
     Step held_step(long long n);
     void peek_field(Step);
-    void peek_impulse(Step, double jump);
+    void peek_impulse(Step, double before, double jump);
     void fill();
     Instant fill_frames(Instant from, Instant to);
     void fill_envelope(Instant from, Instant to);

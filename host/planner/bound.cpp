@@ -90,7 +90,10 @@ std::vector<PressedMaterial> pressed_materials(const PreparedSkin& skin, const S
     }
     if (schedule.framed) return all;
     const auto alike = [&] { // elements in series bear the same pressure
-        for (size_t i = 1; i < skin.chain.length; ++i) all[i].peak = all[0].peak, all[i].around = all[0].around;
+        for (size_t i = 0; i < all.size(); ++i) {
+            const PressedMaterial& first = all[i - i % skin.chain.length];
+            all[i].peak = first.peak, all[i].around = first.around;
+        }
         return all;
     };
     const std::vector<double>& p = schedule.pressure;
@@ -112,8 +115,9 @@ std::vector<PressedMaterial> pressed_materials(const PreparedSkin& skin, const S
     return alike();
 }
 
-// Reduces the materials to as many as the analysis has time and memory for. Errors scale with peak/modulus and peak/viscosity at a
-// given retardation time, so the extremes of these represent the others of a narrow range of retardation times.
+// Reduces the materials to as many as the analysis has time and memory for. Errors scale with peak/modulus and
+// peak/viscosity at a given retardation time, so the extremes of these represent the others of a narrow range of
+// retardation times.
 std::vector<PressedMaterial> representatives(std::vector<PressedMaterial> all, double steps) {
     constexpr double most_cell_steps = 4e6;
     constexpr size_t ranges = 512, most_materials = 65536;

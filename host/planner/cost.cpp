@@ -58,7 +58,9 @@ void cost_materials(Candidate& c, const PreparedSkin& skin, const Schedule& sche
                  tables = rows     ? 0
                           : device ? 1
                                    : std::min(steps, double(plan::steps_of_batch));
-    c.bytes += cells * (sizeof(int) + 8.0 * (!m.modulus_map.empty() + !m.viscosity_map.empty())) +
+    double maps = !m.modulus_map.empty() + !m.viscosity_map.empty();
+    for (const KelvinVoigt& e : m.elements) maps += !e.modulus_map.empty() + !e.viscosity_map.empty();
+    c.bytes += cells * (sizeof(int) + 8.0 * maps) +
                materials * (sizeof(plan::Element) + in_double * (peeks ? 2 : 1) + rounded * tables);
     if (device) return;
     const bool sine = !schedule.framed && schedule.load.envelope.kind == Envelope::Kind::sine;
@@ -72,9 +74,10 @@ void cost_march(Candidate& c, const PreparedSkin& skin, const Schedule& schedule
         double(box.last_row - box.first_row) * std::min((box.last_tile - box.first_tile) * TILE_CELLS, skin.pitch);
     const bool buffered = backend.double_buffered;
     const double real = c.precision == Precision::f64 ? 8 : 4;
+    const plan::Variant variant = variant_of(skin, schedule, c.precision);
     const bool integral = schedule.wanted[QUANTITY_SA2] || !buffered; // a device keeps it only if SA2 is asked for
-    const double state =
-        STATE_PLANES(double(skin.chain.elements()), c.precision == Precision::f32_compensated, skin.chain.length > 1, integral ? RESPONSE_BIT(QUANTITY_SA2) : 0);
+    const double state = double(STATE_PLANES(int(skin.chain.elements()), variant.compensated, variant.keeps_strain,
+                                             integral ? RESPONSE_BIT(QUANTITY_SA2) : 0, variant.carries_rate()));
     const double responses = double(std::count(schedule.wanted.begin() + QUANTITY_SA1, schedule.wanted.end(), true));
     const double pressure = schedule.framed ? 2 : 1;
     const bool peeks =

@@ -15,8 +15,8 @@ class Separable : public plan::Stepper {
     Separable(const plan::PreparedSkin& skin, const plan::Schedule& schedule, std::shared_ptr<const Moments> moments,
               bool points_only, Sink sink)
         : skin_(skin), schedule_(schedule), moments_(std::move(moments)), points_only_(points_only),
-          sink_(std::move(sink)), state_(skin.materials.size() / skin.chain.length), after_(plan::sums_of(skin.chain)),
-          visible_(state_.size()) {
+          sink_(std::move(sink)), shape_{.chain = skin.chain, .compensated = true},
+          state_(skin.materials.size() / skin.chain.length), after_(shape_.sums()), visible_(state_.size()) {
         for (auto& part : state_) part.resize(after_.size());
     }
 
@@ -30,9 +30,9 @@ class Separable : public plan::Stepper {
         std::transform(table_.begin(), table_.end(), lanes_.begin(), f64::lanes_of);
         for (size_t part = 0; part < state_.size(); ++part) {
             const f64::LaneCoefficients* k = lanes_.data() + part * skin_.chain.length;
-            const f64::Motion m = plan::press_cell<f64>(state_[part].data(), after_.data(), load, k, skin_.chain, 1);
+            const f64::Motion m = plan::press_cell<f64>(state_[part].data(), after_.data(), load, k, shape_);
             for (int q = 0; q < REDUCED_MAPS; ++q)
-                visible_[part][size_t(q)] = 0 + f64::signal(q, m, after_.back().value); // 0 in place of -0
+                visible_[part][size_t(q)] = 0 + f64::signal(q, m, after_[shape_.integral()].value); // 0 in place of -0
             visible_[part][QUANTITY_FA2] *= skin_.constants.gain_plus;
             if (step.keep) state_[part].swap(after_);
         }
@@ -141,6 +141,7 @@ class Separable : public plan::Stepper {
     const bool points_only_;
     Sink sink_;
     plan::Sample sample_;
+    const plan::CellShape shape_;
     std::vector<std::vector<f64::Sum>> state_; // of one cell of each part, under unit pressure
     std::vector<f64::Sum> after_;              // the state that a step leads to
     std::vector<f64::Coefficients> table_;     // of the parts' elements

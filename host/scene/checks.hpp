@@ -12,10 +12,11 @@ void need_map(const char* parameter, const Map&, const Grid&);
 // Checks modulus and viscosity of every cell. asked_fa2: whether FA2 has to be defined, with receptors.fa2 as it
 // stands.
 struct MaterialSurvey {
-    std::optional<size_t> elastic; // the last cell without viscosity
+    std::optional<size_t> elastic; // the last cell without viscosity, or in series with an element without it
+    bool spring = false;           // all cells have a spring in series with other elements
     size_t stiffest = 0;           // the cell of the greatest modulus/viscosity
     bool maps = false;             // cells differ
-    bool chain = false;            // elements in series; `elastic` is then set where one is a spring
+    bool chain = false;            // elements in series
 
     std::string where(size_t cell, int width) const; // " in cell [x, y]", or nothing
 };

@@ -26,8 +26,8 @@ inline double strain_rate(const Element& m, double stress, double strain = 0) {
     return (stress - m.modulus * strain) / m.viscosity;
 }
 
-// Returns what an element's strain is inversely proportional to at a given retardation time: its modulus, or if that is 0
-// its viscosity.
+// Returns what an element's strain is inversely proportional to at a given retardation time: its modulus, or if that is
+// 0 its viscosity.
 inline double resistance(const Element& m) { return m.modulus > 0 ? m.modulus : m.viscosity; }
 
 constexpr size_t most_in_series = 10; // elements of a cell, spring and dashpot included
@@ -35,26 +35,49 @@ constexpr size_t most_in_series = 10; // elements of a cell, spring and dashpot 
 // Whether a material is elements in series.
 inline bool is_chain(const Material& m) { return !m.elements.empty() || m.spring || m.dashpot; }
 
-// The elements of a uniform material in series: those with a dashpot, then one spring for all others, whose compliances
-// add up.
-inline std::vector<Element> chain_of(const Material& m) {
-    if (!is_chain(m)) return {{.modulus = m.modulus, .viscosity = m.viscosity}};
-    std::vector<Element> chain;
-    std::optional<double> spring = m.spring;
-    for (const KelvinVoigt& e : m.elements)
-        if (e.viscosity > 0) chain.push_back({.modulus = e.modulus, .viscosity = e.viscosity});
-        else spring = spring ? 1 / (1 / *spring + 1 / e.modulus) : e.modulus;
-    if (m.dashpot) chain.push_back({.modulus = 0, .viscosity = *m.dashpot});
-    if (spring) chain.push_back({.modulus = *spring, .viscosity = 0});
-    return chain;
+inline double at(const Map& map, double otherwise, size_t cell) { return map.empty() ? otherwise : map[cell]; }
+
+inline Element element_at(const KelvinVoigt& e, size_t cell) {
+    return {.modulus = at(e.modulus_map, e.modulus, cell), .viscosity = at(e.viscosity_map, e.viscosity, cell)};
 }
 
-// Whether every cell is made of the same elements.
-inline bool is_uniform(const Material& m) { return m.modulus_map.empty() && m.viscosity_map.empty(); }
-
+// The element of a cell of a material that is no chain.
 inline Element element_at(const Material& m, size_t cell) {
-    return {.modulus = m.modulus_map.empty() ? m.modulus : m.modulus_map[cell],
-            .viscosity = m.viscosity_map.empty() ? m.viscosity : m.viscosity_map[cell]};
+    return {.modulus = at(m.modulus_map, m.modulus, cell), .viscosity = at(m.viscosity_map, m.viscosity, cell)};
+}
+
+inline bool is_uniform(const KelvinVoigt& e) { return e.modulus_map.empty() && e.viscosity_map.empty(); }
+
+// Whether every cell is made of the same elements.
+inline bool is_uniform(const Material& m) {
+    return m.modulus_map.empty() && m.viscosity_map.empty() &&
+           std::all_of(m.elements.begin(), m.elements.end(), [](const KelvinVoigt& e) { return is_uniform(e); });
+}
+
+// The elements of a cell in series: those that have a dashpot in some cell, then one spring for all others, whose
+// compliances add up.
+struct Series {
+    std::array<Element, most_in_series> elements;
+    size_t length = 0;
+    bool ends_in_spring = false; // behind other elements
+};
+
+inline Series series_at(const Material& m, size_t cell) {
+    Series s;
+    if (!is_chain(m)) {
+        s.elements[s.length++] = element_at(m, cell);
+        return s;
+    }
+    std::optional<double> spring = m.spring;
+    for (const KelvinVoigt& e : m.elements) {
+        const Element of = element_at(e, cell);
+        if (e.viscosity > 0 || !e.viscosity_map.empty()) s.elements[s.length++] = of;
+        else spring = spring ? 1 / (1 / *spring + 1 / of.modulus) : of.modulus;
+    }
+    if (m.dashpot) s.elements[s.length++] = {.modulus = 0, .viscosity = *m.dashpot};
+    s.ends_in_spring = spring && s.length > 0;
+    if (spring) s.elements[s.length++] = {.modulus = *spring, .viscosity = 0};
+    return s;
 }
 
 // Gives `to` the elements of another material; its lengths stay.
@@ -68,7 +91,10 @@ inline void take_elements(Material& to, const Material& from) {
     to.viscosity_map = from.viscosity_map;
 }
 
-inline void drop_maps(Material& m) { m.modulus_map = m.viscosity_map = {}; }
+inline void drop_maps(Material& m) {
+    m.modulus_map = m.viscosity_map = {};
+    for (KelvinVoigt& e : m.elements) e.modulus_map = e.viscosity_map = {};
+}
 
 // Seconds.
 struct TauRange {

@@ -48,28 +48,37 @@ void read_surface(Section table, const Grid& grid, const Folder& folder, Surface
     table.finish();
 }
 
-KelvinVoigt element_in(const toml::node& node, const std::string& parameter) {
-    if (!node.is_table()) refuse(parameter, node, "tables { modulus = Pa, viscosity = Pa s }");
-    Section table(node.as_table(), parameter + ".");
-    KelvinVoigt element;
-    table.number("modulus", element.modulus);
-    table.number("viscosity", element.viscosity);
-    table.finish();
-    return element;
-}
-
-void read_material(Section table, const Grid& grid, const Folder& folder, Material& material) {
-    const auto number_or_map = [&](const char* key, double& value, Map& map) {
+// Reads a number or the name of a file that holds one for each cell.
+struct NumberOrMap {
+    const Grid& grid;
+    const Folder& folder;
+    void operator()(Section& table, const char* key, double& value, Map& map) const {
         if (!table.has_text(key)) return table.number(key, value);
         const std::string text = *table.text(key);
         if (!text.ends_with(".npy"))
             if (const auto plain = plain_number(table.parameter(key), text))
                 refuse(table.parameter(key), "\"" + text + "\"", *plain + "; or a map, \"file.npy\"");
         map = read_npy(folder.file(text), grid.width, grid.height, table.parameter(key));
-    };
-    number_or_map("modulus", material.modulus, material.modulus_map);
-    number_or_map("viscosity", material.viscosity, material.viscosity_map);
-    table.list("elements", material.elements, element_in);
+    }
+};
+
+KelvinVoigt element_in(const toml::node& node, const std::string& parameter, const NumberOrMap& number_or_map) {
+    if (!node.is_table()) refuse(parameter, node, "tables { modulus = Pa, viscosity = Pa s }");
+    Section table(node.as_table(), parameter + ".");
+    KelvinVoigt element;
+    number_or_map(table, "modulus", element.modulus, element.modulus_map);
+    number_or_map(table, "viscosity", element.viscosity, element.viscosity_map);
+    table.finish();
+    return element;
+}
+
+void read_material(Section table, const Grid& grid, const Folder& folder, Material& material) {
+    const NumberOrMap number_or_map{grid, folder};
+    number_or_map(table, "modulus", material.modulus, material.modulus_map);
+    number_or_map(table, "viscosity", material.viscosity, material.viscosity_map);
+    table.list("elements", material.elements, [&](const toml::node& node, const std::string& parameter) {
+        return element_in(node, parameter, number_or_map);
+    });
     const bool relaxes = table.has("relaxation");
     Section relaxation = table.section("relaxation");
     Relaxation measured;

@@ -14,6 +14,8 @@ double stability_limit(Method m) {
     return m == Method::rk4 ? 2.785293563405282 : INFINITY;
 }
 
+size_t cells_of(const Grid& grid) { return size_t(grid.width) * size_t(grid.height); }
+
 // Refuses the spring of elements in series.
 [[noreturn]] void refuse_spring(const Material& m, const char* allowed) {
     if (m.spring) refuse("material.spring", shortest(*m.spring), allowed);
@@ -23,8 +25,6 @@ double stability_limit(Method m) {
 // Refuses FA2 of a sequence where it is not defined: without viscosity, and as the mean over a step of frames that do
 // not fall on output times.
 void check_fa2_of_sequence(const Scene& s, const MaterialSurvey& material) {
-    if (material.elastic && material.chain)
-        refuse_spring(s.material, "no spring for FA2 of a sequence; or leave fa2 out of [output]");
     if (material.elastic)
         refuse("material.viscosity", "0" + material.where(*material.elastic, s.grid.width),
                "> 0 for FA2 of a sequence; with viscosity 0 leave fa2 out of [output]");
@@ -34,26 +34,53 @@ void check_fa2_of_sequence(const Scene& s, const MaterialSurvey& material) {
                    " s for FA2 as a mean over a step; or receptors.fa2 = \"point\", or leave fa2 out of [output]");
 }
 
-// Checks elements in series, which are the same in every cell.
-void check_chain(const Material& m) {
-    const auto need_element = [](const std::string& of, double value, bool ok, const char* allowed) {
-        if (!(finite(value) && ok)) refuse(of, shortest(value), allowed);
-    };
+// Checks the numbers or maps of one of the elements in series.
+void check_element(const KelvinVoigt& e, const std::string& name, const Grid& grid) {
+    const std::string modulus = name + ".modulus", viscosity = name + ".viscosity";
+    if (!e.modulus_map.empty()) need_map(modulus.c_str(), e.modulus_map, grid);
+    if (!e.viscosity_map.empty()) need_map(viscosity.c_str(), e.viscosity_map, grid);
+    const bool maps = !is_uniform(e);
+    for (size_t i = 0; i < (maps ? cells_of(grid) : 1); ++i) {
+        const Element m = element_at(e, i);
+        const auto need_number = [&](const std::string& of, double value, bool ok, const char* allowed) {
+            if (!(finite(value) && ok))
+                refuse(of, shortest(value) + (maps ? " in cell " + cell_text(i, grid.width) : ""), allowed);
+        };
+        need_number(modulus, m.modulus, m.modulus >= 0, "a finite number >= 0");
+        need_number(viscosity, m.viscosity, m.viscosity >= 0, "a finite number >= 0");
+        need_number(viscosity, m.viscosity, m.modulus > 0 || m.viscosity > 0, "> 0 where its modulus is 0");
+    }
+}
+
+// Checks elements in series.
+void check_chain(const Material& m, const Grid& grid) {
     if (m.elements.empty() || m.elements.size() > 8)
         refuse("material.elements", "(" + std::to_string(m.elements.size()) + " elements)",
                "1 to 8, with material.spring and material.dashpot beside them");
-    if (!is_uniform(m))
+    if (!m.modulus_map.empty() || !m.viscosity_map.empty())
         refuse(m.modulus_map.empty() ? "material.viscosity" : "material.modulus", "(a map)",
-               "not beside material.elements");
-    for (size_t i = 0; i < m.elements.size(); ++i) {
-        const KelvinVoigt& e = m.elements[i];
-        const std::string of = "material.elements[" + std::to_string(i) + "]";
-        need_element(of + ".modulus", e.modulus, e.modulus >= 0, "a finite number >= 0");
-        need_element(of + ".viscosity", e.viscosity, e.viscosity >= 0, "a finite number >= 0");
-        need_element(of + ".viscosity", e.viscosity, e.modulus > 0 || e.viscosity > 0, "> 0 where its modulus is 0");
-    }
+               "not beside material.elements, which take maps of their own");
+    for (size_t i = 0; i < m.elements.size(); ++i)
+        check_element(m.elements[i], "material.elements[" + std::to_string(i) + "]", grid);
     if (m.spring) need_positive("material.spring", *m.spring);
     if (m.dashpot) need_positive("material.dashpot", *m.dashpot);
+}
+
+// Surveys elements in series that are checked.
+void survey_chain(const SkinDescription& s, MaterialSurvey& survey) {
+    survey.chain = true;
+    survey.maps = !is_uniform(s.material);
+    double greatest = -1;
+    for (size_t i = 0; i < (survey.maps ? cells_of(s.grid) : 1); ++i) {
+        const Series series = series_at(s.material, i);
+        for (size_t e = 0; e < series.length; ++e) {
+            const double rate = z_of(series.elements[e], 1);
+            const bool spring = series.ends_in_spring && e + 1 == series.length;
+            if (is_elastic(series.elements[e]) && !spring) survey.elastic = i;
+            survey.spring |= spring;
+            if (!spring && rate > greatest) greatest = rate, survey.stiffest = i;
+        }
+    }
 }
 
 void check_stability(const Scene& s, const Element& m, const std::string& where) {
@@ -102,18 +129,20 @@ void check_material(const Scene& s) {
     if (material.maps && s.method == Method::published)
         refuse(s.material.modulus_map.empty() ? "material.viscosity" : "material.modulus", "(a map)",
                "one number with method = \"published\"");
-    if (material.elastic && material.chain && s.method != Method::exact)
+    if (material.spring && s.method != Method::exact)
         refuse_spring(s.material, "no spring but with method = \"exact\"");
     if (material.elastic && s.method != Method::exact)
         refuse("material.viscosity", "0" + material.where(*material.elastic, s.grid.width),
                std::string("> 0 with method = \"") + name(s.method) + "\"");
     if (wants(s, Quantity::fa2)) {
         if (s.load.kind == Load::Kind::sequence) check_fa2_of_sequence(s, material);
-        else check_fa2_density(s, material);
+        check_fa2_density(s, material);
     }
     const size_t cell = material.stiffest;
     if (!material.chain) return check_stability(s, element_at(s.material, cell), material.where(cell, s.grid.width));
-    for (const Element& e : chain_of(s.material)) check_stability(s, e, " in material.elements");
+    const Series series = series_at(s.material, cell);
+    for (size_t e = 0; e < series.length; ++e)
+        check_stability(s, series.elements[e], " in material.elements" + material.where(cell, s.grid.width));
 }
 
 } // namespace
@@ -126,16 +155,14 @@ MaterialSurvey survey_material(const SkinDescription& s) {
     const Material& m = s.material;
     MaterialSurvey survey;
     if (is_chain(m)) {
-        check_chain(m);
-        survey.chain = true;
-        for (const Element& e : chain_of(m))
-            if (is_elastic(e)) survey.elastic = 0;
+        check_chain(m, s.grid);
+        survey_chain(s, survey);
         return survey;
     }
     survey.maps = !is_uniform(m);
     if (!m.modulus_map.empty()) need_map("material.modulus", m.modulus_map, s.grid);
     if (!m.viscosity_map.empty()) need_map("material.viscosity", m.viscosity_map, s.grid);
-    const size_t cells = survey.maps ? size_t(s.grid.width) * size_t(s.grid.height) : 1;
+    const size_t cells = survey.maps ? cells_of(s.grid) : 1;
     const auto where = [&](size_t i) { return survey.where(i, s.grid.width); };
     double greatest = -1;
     for (size_t i = 0; i < cells; ++i) {
@@ -152,8 +179,8 @@ MaterialSurvey survey_material(const SkinDescription& s) {
 }
 
 void check_fa2_density(const SkinDescription& s, const MaterialSurvey& material) {
-    if (!material.elastic || *s.receptors.fa2 == Fa2::step_mean) return;
-    if (material.chain)
+    if (!(material.elastic || material.spring) || *s.receptors.fa2 == Fa2::step_mean) return;
+    if (material.spring)
         refuse_spring(s.material,
                       "no spring for FA2 as a density, because a jump makes it infinite twice; with a spring "
                       "set receptors.fa2 = \"step-mean\" or leave fa2 out of [output]");

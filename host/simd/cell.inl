@@ -48,6 +48,12 @@ __attribute__((always_inline)) inline void step_at(const AdvanceArguments<Kernel
             m = with_element(m, next.before.value, next.after.value, load, k);
         }
         if (a.spring) m.strain = in_series(m.strain, spring_strain(load, coefficients(a.elements)));
+        if (framed && a.to.rate) {
+            const LaneCoefficients k = coefficients(a.elements);
+            const real before = loaded(a.from.rate + i), rate = spring_rate(before, load, k);
+            store(a.to.rate + i, rate);
+            m = with_spring_rates(m, before, rate, k);
+        }
         store(a.to.strain + i, m.strain);
     }
     const Sum after = advanced_integral(integral, m.gained, first, compensated);

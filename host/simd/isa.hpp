@@ -46,6 +46,7 @@ template <class real> struct StateRow {
     real* lost[state_sums];
     size_t element; // the distance from an element's strains to those of the next one
     real* strain;   // the cells' strain; of one element its own
+    real* rate;     // of a spring, between frames for FA2; otherwise null
 };
 
 // Arguments of a step of `count` cells of a row. The new state may overwrite the old one. Null are pressure_to without
@@ -53,8 +54,8 @@ template <class real> struct StateRow {
 template <class K> struct AdvanceArguments {
     using real = typename K::real;
     int count;
-    int elements; // whose strains the state holds
-    bool spring;  // another one in series with them, of which it holds nothing
+    int elements;                       // whose strains the state holds
+    bool spring;                        // another one in series with them, of which it holds nothing
     const real *pressure, *pressure_to; // between frames the pressure runs from the first to the second
     const int* material;
     const typename K::Coefficients* table;

@@ -34,7 +34,7 @@ uint32_t groups(int cells, int size) { return uint32_t((cells + size - 1) / size
 
 int state_planes(const plan::Variant& variant) {
     return STATE_PLANES(int(variant.chain.elements()), int(variant.compensated), int(variant.keeps_strain),
-                        int(responses_of(variant)));
+                        int(responses_of(variant)), int(variant.carries_rate()));
 }
 
 std::vector<uint32_t> specialization(const plan::Variant& variant) {

@@ -122,6 +122,7 @@ struct Surface {
 // spring, modulus 0 a dashpot.
 struct KelvinVoigt {
     double modulus = 0, viscosity = 0;
+    Map modulus_map, viscosity_map; // values of each cell in place of the numbers, width*height. Empty: the number
 };
 
 struct Material {
@@ -131,9 +132,8 @@ struct Material {
     std::optional<double> curvature_length; // l, m, any finite number: a gain
     // Values of each cell in place of the numbers, width*height, same ranges. Empty: the number everywhere.
     Map modulus_map, viscosity_map;
-    // 1 to 8 elements in series in place of modulus and viscosity, the same in every cell: their strains add up. With
-    // them a spring (Pa, > 0) and a dashpot (Pa s, > 0) in the same series. Runs whose strain is a product of a map and
-    // a function of time take them (models moments, maps and sites, and sites of any load); a march and a Skin refuse.
+    // 1 to 8 elements in series in place of modulus and viscosity: their strains add up. With them a spring (Pa, > 0) and
+    // a dashpot (Pa s, > 0) in the same series, the same in every cell.
     std::vector<KelvinVoigt> elements;
     std::optional<double> spring, dashpot;
 };

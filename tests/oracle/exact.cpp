@@ -201,23 +201,29 @@ class Evaluation {
     }
 
   private:
-    void take_materials() {
+    // Elements in series, each modulus and viscosity a number or a map.
+    std::vector<std::pair<double, double>> chain_in(size_t cell) const {
         const Material& m = s_.material;
-        if (!m.elements.empty()) {
-            Chain& chain = materials_.emplace_back();
-            for (const KelvinVoigt& e : m.elements) chain.push_back({e.modulus, e.viscosity});
-            if (m.spring) chain.push_back({*m.spring, 0});
-            if (m.dashpot) chain.push_back({0, *m.dashpot});
-            material_of_.assign(cells_, 0);
-            return;
-        }
-        std::map<std::pair<double, double>, size_t> known;
+        const auto at = [cell](const Map& map, double otherwise) { return map.empty() ? otherwise : map[cell]; };
+        if (m.elements.empty()) return {{at(m.modulus_map, m.modulus), at(m.viscosity_map, m.viscosity)}};
+        std::vector<std::pair<double, double>> chain;
+        for (const KelvinVoigt& e : m.elements)
+            chain.push_back({at(e.modulus_map, e.modulus), at(e.viscosity_map, e.viscosity)});
+        if (m.spring) chain.push_back({*m.spring, 0});
+        if (m.dashpot) chain.push_back({0, *m.dashpot});
+        return chain;
+    }
+
+    void take_materials() {
+        std::map<std::vector<std::pair<double, double>>, size_t> known;
         for (size_t i = 0; i < cells_; ++i) {
-            const std::pair<double, double> pair{m.modulus_map.empty() ? m.modulus : m.modulus_map[i],
-                                                 m.viscosity_map.empty() ? m.viscosity : m.viscosity_map[i]};
-            const auto [at, fresh] = known.insert({pair, materials_.size()});
-            if (fresh) materials_.push_back({{pair.first, pair.second}});
-            material_of_.push_back(at->second);
+            const auto chain = chain_in(i);
+            const auto [place, fresh] = known.insert({chain, materials_.size()});
+            if (fresh) {
+                Chain& elements = materials_.emplace_back();
+                for (const auto& [modulus, viscosity] : chain) elements.push_back({modulus, viscosity});
+            }
+            material_of_.push_back(place->second);
         }
     }
 
