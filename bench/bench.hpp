@@ -35,6 +35,7 @@ void study(Bench&);               // W3
 void population(Bench&);          // W4
 void streamed_population(Bench&); // W4 frame by frame
 void marches(Bench&);             // traces by materials and precision
+void chains(Bench&);              // frames by elements in series
 void materials(Bench&);           // a hundred materials on one map
 void accuracy(Bench&);            // error against time
 void construction(Bench&);        // making a skin

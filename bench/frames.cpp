@@ -18,15 +18,25 @@ using namespace dermis;
 namespace {
 
 constexpr int ring = 4; // the number of frames, which are used cyclically
-enum { frames, rest = frames + ring, state0, state1, responses, unused = responses + RESPONSE_MAPS, buffers };
+enum {
+    frames,
+    rest = frames + ring,
+    state0,
+    state1,
+    responses,
+    coefficients = responses + RESPONSE_MAPS, // where there are several elements
+    unused,
+    buffers
+};
 
 } // namespace
 
-FrameScene::FrameScene(int n) {
+FrameScene::FrameScene(int n, const Material& material) {
     SkinDescription skin;
     skin.grid = {n, n, {}};
     skin.surface.kind = Surface::Kind::map;
-    skin.receptors.fa2 = Fa2::point;
+    skin.receptors.fa2 = material.spring ? Fa2::step_mean : Fa2::point;
+    skin.material = material;
     std::vector<double> surface(size_t(n) * size_t(n));
     for (size_t i = 0; i < surface.size(); ++i)
         surface[i] = std::sin(0.3 * double(i % size_t(n))) * std::cos(0.2 * double(i / size_t(n)));
@@ -77,10 +87,16 @@ VulkanFrames::VulkanFrames(const FrameScene& scene, std::shared_ptr<vulkan::Cont
     : scene_(scene), context_(std::move(context)), shader_(shader) {
     using vulkan::Buffer;
     const VkDeviceSize map = scene.cells() * sizeof(float);
+    const plan::PreparedSkin& skin = scene.skin();
+    std::vector<f32::Coefficients> table(skin.materials.size());
+    if (!plan::fill_table(skin.materials, skin.chain, skin.rule, scene.dt, table.data()))
+        throw std::logic_error("table");
+    const VkDeviceSize planes = VkDeviceSize(vulkan::state_planes(scene.streamed.variant()));
     for (int i = 0; i < buffers; ++i)
         buffers_.emplace_back(*context_,
                               i == unused                  ? 4
-                              : i == state0 || i == state1 ? 2 * map
+                              : i == coefficients          ? table.size() * sizeof table[0]
+                              : i == state0 || i == state1 ? planes * map
                                                            : map,
                               Buffer::Location::device);
     const auto b = [&](int i) { return buffers_[size_t(i)].all(); };
@@ -91,7 +107,7 @@ VulkanFrames::VulkanFrames(const FrameScene& scene, std::shared_ptr<vulkan::Cont
                         {PRESS_REST_CURVATURE, b(rest)},
                         {PRESS_STATE_FROM, b(state0 + i % 2)},
                         {PRESS_STATE_TO, b(state1 - i % 2)},
-                        {PRESS_COEFFICIENTS, b(unused)},
+                        {PRESS_COEFFICIENTS, b(coefficients)},
                         {PRESS_MATERIAL, b(unused)},
                         {PRESS_INVALID, b(unused)}});
         for (int r = 0; r < RESPONSE_MAPS; ++r)
@@ -114,16 +130,19 @@ VulkanFrames::VulkanFrames(const FrameScene& scene, std::shared_ptr<vulkan::Cont
     info.queryCount = 2;
     vulkan::check(context_->calls().vkCreateQueryPool(context_->device(), &info, nullptr, &stamps_),
                   "vkCreateQueryPool");
-    Buffer staging(*context_, map, Buffer::Location::host);
+    Buffer staging(*context_, std::max<VkDeviceSize>(map, b(coefficients).bytes), Buffer::Location::host);
     const std::vector<float> rest_map = plan::padded_rest_curvature<float>(scene.skin());
-    const VkBufferCopy region{0, 0, map};
-    for (int i = 0; i <= rest; ++i) {
-        std::memcpy(staging.data(), i < ring ? scene.frames[size_t(i)].data() : rest_map.data(), map);
+    const auto upload = [&](int i, const void* values) {
+        const VkBufferCopy region{0, 0, b(i).bytes};
+        std::memcpy(staging.data(), values, b(i).bytes);
         context_->calls().vkCmdCopyBuffer(context_->begin(), staging.handle(), b(i).buffer, 1, &region);
         context_->submit();
-    }
+    };
+    for (int i = 0; i < ring; ++i) upload(i, scene.frames[size_t(i)].data());
+    upload(rest, rest_map.data());
+    upload(coefficients, table.data());
     const VkCommandBuffer commands = context_->begin();
-    for (int i = state0; i < buffers; ++i)
+    for (int i = state0; i < coefficients; ++i)
         context_->calls().vkCmdFillBuffer(commands, b(i).buffer, 0, VK_WHOLE_SIZE, 0);
     context_->barrier(commands);
     context_->submit();
@@ -151,7 +170,7 @@ template <class Record> double VulkanFrames::timed(Record&& record) {
 double VulkanFrames::press(int count) {
     const plan::PreparedSkin& skin = scene_.skin();
     const auto c = plan::frame_constants(
-        skin, plan::rounded<f32>(plan::exact_coefficients(skin.materials[0], skin.rule, scene_.dt)));
+        skin, plan::rounded<f32>(plan::exact_coefficients(skin.materials[0], skin.rule, scene_.dt))); // of one element
     const auto groups = [](int cells, int size) { return uint32_t((cells + size - 1) / size); };
     const double gpu = timed([&](VkCommandBuffer commands) {
         for (int i = 0; i < count; ++i, ++frame_) {

@@ -12,7 +12,7 @@
 namespace bench {
 
 struct FrameScene {
-    explicit FrameScene(int n);
+    explicit FrameScene(int n, const dermis::Material& = {});
     dermis::plan::StreamedSkin streamed;
     const dermis::plan::PreparedSkin& skin() const { return streamed.skin; }
     double dt = 0.01;           // s, from frame to frame

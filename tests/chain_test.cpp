@@ -287,6 +287,21 @@ TEST_CASE("a skin of a chain, its sites and a run of its frames have the same bi
             }
 }
 
+TEST_CASE("a pause keeps every strain of a chain, that of a spring too, and the rate that its FA2 is taken from") {
+    SkinDescription d;
+    d.grid = {1, 1, {}};
+    d.material.elements = {{2, 0.02}, {1, 0.3}};
+    d.material.spring = 4;
+    Skin paused(Device::cpu(), d), through(Device::cpu(), d);
+    for (float p : {1.0f, 3.0f, 2.5f}) {
+        for (Skin* skin : {&paused, &through}) skin->press({p}, 0.01);
+        const float strain = paused.response(Quantity::sa1)[0];
+        for (Quantity q : all_responses) CHECK(paused.response(q)[0] == through.response(q)[0]);
+        paused.press({p}, 0);
+        CHECK(paused.response(Quantity::sa1)[0] == strain);
+    }
+}
+
 TEST_CASE("what does not take a chain says so: other methods, FA2's density, numbers and maps that cannot be") {
     const auto refused = [](auto change) {
         Scene s = small_scene(8, 8);

@@ -61,6 +61,15 @@ SkinDescription with_materials(SkinDescription d) {
     return d;
 }
 
+// Three elements, a dashpot and a spring in series.
+SkinDescription with_chain(SkinDescription d) {
+    d.material.elements = {{3, 0.1}, {2, 0.9, d.material.modulus_map}, {1, 7}};
+    d.material.modulus_map = {};
+    d.material.spring = 5;
+    d.material.dashpot = 40;
+    return d;
+}
+
 std::string refused(auto&& call) { return refusal(Error::Code::bad_input, call); }
 
 bool says(const std::string& message, const char* what) { return message.find(what) != std::string::npos; }
@@ -79,6 +88,9 @@ TEST_CASE("presses in a host's command buffer give the CPU's bits and touch noth
             check_presses(context, with_materials(d));
             check_presses(context, with_sites(d, 50));
             check_presses(context, with_sites(with_materials(d), 50));
+            check_presses(context, with_chain(d));
+            check_presses(context, with_chain(with_materials(d)));
+            check_presses(context, with_sites(with_chain(with_materials(d)), 50));
         }
     SkinOptions lean;
     lean.responses = {Quantity::fa1};
@@ -230,7 +242,8 @@ TEST_CASE("the recorded check passes on a right device and fails on a wrong one"
 TEST_CASE("coefficients are written after those of the press before are written and read") {
     const Device device = open_device("0", shimmed());
     Context& context = *vulkan::context_of(*device.impl().backend);
-    for (const SkinDescription& d : {with_materials(ridged(40, 20)), with_sites(with_materials(ridged(40, 20)), 9)}) {
+    for (const SkinDescription& d : {with_materials(ridged(40, 20)), with_sites(with_materials(ridged(40, 20)), 9),
+                                     with_chain(ridged(40, 20))}) {
         Host host(context, d, 2);
         Range check(context, host.program.memory().check);
         host.program.bind_check(check.info);

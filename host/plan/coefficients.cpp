@@ -170,7 +170,7 @@ void join_loads(f64::Coefficients* elements, size_t n, bool spring, double dt) {
     last.v0 = dt == 0;
     last.v1 = rate;
     last.a1 = dt == 0 ? 0 : 1 / dt;
-    if (dt == 0 && last.E > 0) last.b = last.f = 1 / last.E; // all are 0 at rest
+    if (dt == 0 && last.E > 0) last.b = 1 / last.E; // all are 0 at rest
 }
 
 bool round_to_float(const f64::Coefficients& k, f32::Coefficients& to) {

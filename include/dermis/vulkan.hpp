@@ -20,7 +20,7 @@
 // The next press swaps the two states and the two pressures, by another binding. A press
 //   - reads constants, state_from, pressure_from and pressure_to;
 //   - writes state_to, response and, where a pressure is not finite, invalid;
-//   - writes coefficients into constants if the material varies from cell to cell, with barriers of its own that order
+//   - writes coefficients into constants if the material varies or has several elements, with barriers of its own that order
 //     this after what earlier presses on the queue wrote and read there, and before what this one reads: presses of one
 //     program must then not run on two queues at once;
 //   - clobbers the bound compute pipeline, every descriptor set of the compute bind point (another layout of set 0
