@@ -37,6 +37,7 @@ void streamed_population(Bench&); // W4 frame by frame
 void marches(Bench&);             // traces by materials and precision
 void materials(Bench&);           // a hundred materials on one map
 void accuracy(Bench&);            // error against time
+void stiff(Bench&);               // error against step and time on a chain of elements
 void construction(Bench&);        // making a skin
 void processes(Bench&);           // the command from its start to its end
 void device_growth(Bench&);       // W1, march and sites on the device, by cells
