@@ -71,8 +71,14 @@ std::array<double, 6> errors_of(const std::vector<double>& responses, double int
     return errors;
 }
 
+// A row whose time is not yet known, and the work that tells it.
+struct Contender {
+    Measurement row;
+    std::function<double()> seconds; // empty: not installed
+};
+
 // One thread takes all cells, as the peer does.
-void add_method(Bench& bench, Method method, double step) {
+Contender of_method(const Bench& bench, Method method, double step) {
     const Device cpu = Device::cpu(1);
     Scene s = scene_of(method, step);
     Measurement r = bench.cpu("stiff", width, 1);
@@ -83,21 +89,17 @@ void add_method(Bench& bench, Method method, double step) {
     r.dt_over_tau = step / fastest;
     r.steps = std::llround(end / step);
     r.receptors = 2 * cells;
-    const auto measure = [&] {
-        r.errors = errors_of(run(s, cpu).responses, step);
-        r.wall = bench.paired({[&] { return run(s, cpu).seconds; }}, bench.runs)[0];
-    };
     try {
-        measure();
+        r.errors = errors_of(run(s, cpu).responses, step);
     } catch (const Error&) { // refused as unstable: its error is charted all the same
         r.status = "unstable";
         s.allow_unstable = true;
-        measure();
+        r.errors = errors_of(run(s, cpu).responses, step);
     }
-    bench.add(r);
+    return {r, [s, cpu] { return run(s, cpu).seconds; }};
 }
 
-void add_cvode(Bench& bench, double tolerance) {
+Contender of_cvode(const Bench& bench, double tolerance) {
     const CreepProblem problem{.chain = chain(),
                                .pressure = pressure(),
                                .interval = peer_interval,
@@ -111,26 +113,42 @@ void add_cvode(Bench& bench, double tolerance) {
     r.method = r.stencil = "";
     r.receptors = 2 * cells;
     const std::optional<CvodeRun> first = cvode(problem, tolerance);
-    if (first) {
-        r.method = fmt::format("rtol={:g}", tolerance);
-        r.steps = first->steps;
-        r.dt_over_tau = end / double(first->steps) / fastest;
-        r.errors = errors_of(first->responses, peer_interval);
-        r.wall = bench.paired({[&] { return cvode(problem, tolerance)->seconds; }}, bench.runs)[0];
-    } else r.status = not_installed;
-    bench.add(r);
+    if (!first) {
+        r.status = not_installed;
+        return {r, {}};
+    }
+    r.method = fmt::format("rtol={:g}", tolerance);
+    r.steps = first->steps;
+    r.dt_over_tau = end / double(first->steps) / fastest;
+    r.errors = errors_of(first->responses, peer_interval);
+    return {r, [problem, tolerance] { return cvode(problem, tolerance)->seconds; }};
+}
+
+std::vector<Contender> contenders_of(const Bench& bench) {
+    const double least = bench.quick ? 0.002 : 0.0003;
+    std::vector<Contender> all;
+    for (Method m : {Method::exact, Method::euler, Method::rk2, Method::rk4, Method::backward_euler,
+                     Method::crank_nicolson, Method::sdirk2})
+        for (double step = longest_step; step >= least; step /= 2) all.push_back(of_method(bench, m, step));
+    for (double tolerance = 1e-2; tolerance > 3e-13; tolerance /= 10) {
+        all.push_back(of_cvode(bench, tolerance));
+        if (!all.back().seconds) break; // one row says so
+    }
+    return all;
 }
 
 } // namespace
 
 void stiff(Bench& bench) {
-    const double least = bench.quick ? 0.002 : 0.0003;
-    for (Method m : {Method::exact, Method::euler, Method::rk2, Method::rk4, Method::backward_euler,
-                     Method::crank_nicolson, Method::sdirk2})
-        for (double step = longest_step; step >= least; step /= 2) add_method(bench, m, step);
-    for (double tolerance = 1e-2; tolerance > 3e-13; tolerance /= 10) {
-        add_cvode(bench, tolerance);
-        if (bench.rows.back().status == not_installed) break; // one row says so
+    std::vector<Contender> contenders = contenders_of(bench);
+    std::vector<std::function<double()>> work;
+    for (const Contender& c : contenders)
+        if (c.seconds) work.push_back(c.seconds);
+    const std::vector<Timing> timings = bench.paired(work, bench.runs);
+    auto timing = timings.begin();
+    for (Contender& c : contenders) {
+        if (c.seconds) c.row.wall = *timing++;
+        bench.add(c.row);
     }
 }
 
