@@ -253,7 +253,7 @@ def stiff(rows, folder):
             by_step.axvline(limit, color=colour, linestyle="--", linewidth=1)
             by_step.text(limit, 1e-13, f"  {name}:  \n  {limit:.3g} ms  ", color=colour, fontsize=9, ha=side)
         by_cost.plot(same["cost"], errors([same], column)[0], "o", color="black", markersize=14, markerfacecolor="none")
-        by_cost.text(same["cost"], 1e-14, f"outputs every {PEER_INTERVAL} ms\n(CVODE: always)", ha="center", fontsize=9)
+        by_cost.text(same["cost"], 1e-14, f"outputs every {PEER_INTERVAL} ms,\nthe interval of CVODE's", ha="center", fontsize=9)
     axes[0, 0].text(110, 2e-10, "beyond their limits\nthey are refused\n(crosses)", ha="center", fontsize=9)
     axes[1, 0].set(xlim=(0.2, 1e3), xlabel="step, ms")
     axes[1, 1].set(xlabel="ns per cell and simulated second")
