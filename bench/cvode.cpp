@@ -8,13 +8,14 @@
 #include <algorithm>
 #include <memory>
 #include <stdexcept>
+#include <type_traits>
 
 #include <cvode/cvode.h>
 #include <cvode/cvode_diag.h>
 #include <nvector/nvector_serial.h>
 #include <sundials/sundials_version.h>
 
-#ifndef SUN_COMM_NULL // from version 7 on
+#ifndef SUN_COMM_NULL // before version 7 "no communicator" is a null pointer
 #define SUN_COMM_NULL nullptr
 #endif
 
@@ -45,7 +46,7 @@ int rates(sunrealtype, N_Vector strain, N_Vector rate, void* user_data) {
     return 0;
 }
 
-// The order of the members is that in which they are made.
+// CVODE on one problem. Vectors and memory belong to the context, which is made first and freed last.
 class Solver {
   public:
     Solver(CreepProblem& problem, double tolerance) : problem_(problem) {
@@ -94,7 +95,7 @@ class Solver {
     };
     using Vector = std::unique_ptr<std::remove_pointer_t<N_Vector>, Destroyed>;
 
-    // The strain of the stiffest element in the end where the pressure is greatest.
+    // The final strain of the stiffest element under the greatest pressure: strains below it count as small.
     double scale() const {
         double stiffest = 0;
         for (const dermis::KelvinVoigt& e : problem_.chain) stiffest = std::max(stiffest, e.modulus);
