@@ -38,6 +38,7 @@ void marches(Bench&);             // traces by materials and precision
 void chains(Bench&);              // frames by elements in series
 void materials(Bench&);           // a hundred materials on one map
 void accuracy(Bench&);            // error against time
+void stiff(Bench&);               // error against step and time on a chain of elements
 void construction(Bench&);        // making a skin
 void processes(Bench&);           // the command from its start to its end
 void device_growth(Bench&);       // W1, march and sites on the device, by cells

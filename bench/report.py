@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Pictures and tables of dermis-bench's results: report.py results.csv folder."""
+"""Pictures and tables of dermis-bench's results: report.py results.csv folder [picture ..]; all pictures, or those named."""
 import csv
 import sys
 from pathlib import Path
@@ -15,7 +15,7 @@ METHOD = {"euler": VERMILLION, "rk2": ORANGE, "rk4": PURPLE, "backward-euler": "
           "sdirk2": GREEN, "exact": BLUE}
 QUANTITIES = {"err_strain": "strain", "err_sa1": "SA1", "err_sa2": "SA2", "err_fa1": "FA1", "err_fa2": "FA2",
               "err_curvature": "curvature (against the continuum)"}
-SIMULATED_SECONDS = 2.56  # of the accuracy rows
+SIMULATED_SECONDS = 2.56  # of the rows of accuracy and stiff
 FLOORS = {"float": 2.0**-24, "double": 2.0**-53}
 ZERO = 1e-18  # where an error of 0 stands on a logarithmic axis
 SIZES = {"512": SKY, "2048": BLUE, "4096": "black"}
@@ -213,6 +213,57 @@ def devices(rows, folder):
     save(figure, folder, "devices", rows)
 
 
+FASTEST = 4  # ms: the least retardation time of the stiff chain
+LIMITS = {"Euler": 2 * FASTEST, "RK4": 2.785 * FASTEST}  # ms
+PEER_INTERVAL = 10  # ms between outputs of CVODE, which has steps of its own
+
+
+def step_of(row):
+    return number(row["dt_over_tau"]) * FASTEST
+
+
+# Refused runs stand at the top, each method's at a height of its own, because their errors go up to 1e158.
+def stiff_panel(axis, rows, x_of, column):
+    axis.set(xscale="log", yscale="log", ylim=(1e-17, 1e8), yticks=10.0 ** np.arange(-16, 5, 4))
+    axis.grid(alpha=0.25)
+    axis.axhline(FLOORS["double"], color="grey", linestyle=(0, (1, 2)), linewidth=1)
+    series = (("euler", "o", VERMILLION, "forward Euler"), ("rk4", "^", PURPLE, "RK4"), ("backward-euler", "v", "grey", "backward Euler"),
+              ("crank-nicolson", "s", GREEN, "Crank-Nicolson"), ("cvode", "*", "black", "CVODE (at its mean step)"), ("exact", "D", BLUE, "exact"))
+    for method, marker, colour, label in series:
+        ladder = [r for r in rows if method in (r["method"], r["backend"])]
+        if not ladder:  # a peer that is not installed
+            continue
+        stable, refused = ([r for r in ladder if r["status"] == status] for status in ("ok", "unstable"))
+        axis.plot([x_of(r) for r in stable], errors(stable, column), marker=marker, color=colour, linewidth=1.2, label=label,
+                  markersize=9 if marker == "*" else 5)
+        axis.plot([x_of(r) for r in refused], [1e7 if method == "euler" else 1e6] * len(refused), "x", color=colour, markersize=6, markeredgewidth=1.8)
+
+
+# The same methods on a chain of elements, one of which is fast: error against step, and against cost.
+def stiff(rows, folder):
+    figure, axes = plt.subplots(2, 2, figsize=(8, 8.2), sharex="col", sharey=True)
+    found = of(rows, "stiff")
+    same = next(r for r in found if r["method"] == "exact" and step_of(r) == PEER_INTERVAL)
+    for (by_step, by_cost), column, quantity in zip(axes, ("err_strain", "err_fa1"), ("strain", "FA1 (strain rate)")):
+        stiff_panel(by_step, found, step_of, column)
+        stiff_panel(by_cost, found, lambda r: r["cost"], column)
+        by_step.set_ylabel(f"greatest error of {quantity} / greatest value", fontsize=9)
+        by_step.axvspan(LIMITS["RK4"], 1e3, color="black", alpha=0.07, linewidth=0)
+        for (name, limit), colour, side in zip(LIMITS.items(), (VERMILLION, PURPLE), ("right", "left")):
+            by_step.axvline(limit, color=colour, linestyle="--", linewidth=1)
+            by_step.text(limit, 1e-13, f"  {name}:  \n  {limit:.3g} ms  ", color=colour, fontsize=9, ha=side)
+        by_cost.plot(same["cost"], errors([same], column)[0], "o", color="black", markersize=14, markerfacecolor="none")
+        by_cost.text(same["cost"], 1e-14, f"outputs every {PEER_INTERVAL} ms,\nthe interval of CVODE's", ha="center", fontsize=9)
+    axes[0, 0].text(110, 2e-10, "beyond their limits\nthey are refused\n(crosses)", ha="center", fontsize=9)
+    axes[1, 0].set(xlim=(0.2, 1e3), xlabel="step, ms")
+    axes[1, 1].set(xlabel="ns per cell and simulated second")
+    axes[0, 0].set_title("error against step", fontsize=11)
+    axes[0, 1].set_title("error against cost", fontsize=11)
+    figure.suptitle("Elements of 4 ms, 70 ms and 1.4 s in series under a held load", fontsize=12)
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="lower center", ncol=3, fontsize=10, bbox_to_anchor=(0.5, 0.025))
+    save(figure, folder, "stiff", rows, bottom=0.065)
+
+
 def shown(text):
     return f"{number(text):.4g}" if text else ""
 
@@ -222,7 +273,7 @@ def table(rows):
     lines = ["| workload | backend | threads | cells | model | precision | median s | least s of the processor | ns per cell and step | of its limit |",
              "|---|---|---|---|---|---|---|---|---|---|"]
     for r in rows:
-        if r["workload"] in ("accuracy", "limit"):
+        if r["workload"] in ("accuracy", "limit", "stiff"):
             continue
         limit = f"{number(r['of_limit']):.2f} of {r['limit']} ({number(r['limit_GBs']):.3g} GB{'' if 'bytes' in r['limit'] else '/s'})" if r["of_limit"] else ""
         size = f"{r['width']} x {r['height']}" if r["width"] else ""
@@ -233,14 +284,28 @@ def table(rows):
     return "\n".join(lines) + "\n"
 
 
-def main(path, folder):
+# One row for each run on the stiff chain; a peer that is not installed has its status alone.
+def stiff_table(rows):
+    lines = ["| method | steps | step, ms | error of strain | error of FA1 | ns per cell and simulated second | status |", "|---|---|---|---|---|---|---|"]
+    for r in of(rows, "stiff"):
+        method = f"CVODE {r['method']}" if r["backend"] == "cvode" else r["method"]
+        figures = ("", "", "", "") if not r["wall_least_s"] else (f"{step_of(r):.3g}", f"{number(r['err_strain']):.1e}", f"{number(r['err_fa1']):.1e}", f"{r['cost']:.3g}")
+        lines.append(f"| {method} | {r['steps']} | {' | '.join(figures)} | {r['status']} |")
+    return "\n".join(lines) + "\n"
+
+
+PICTURES = (work_precision, work_precision_all, stiff, roofline, scaling, devices)
+
+
+def main(path, folder, *wanted):
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     rows = load(path)
     timed = [r for r in rows if r["wall_median_s"]]
-    for picture in (work_precision, work_precision_all, roofline, scaling, devices):
-        picture(timed, folder)
-    (folder / "table.md").write_text(table(rows))
+    for picture in PICTURES:
+        if not wanted or picture.__name__ in wanted:
+            picture(timed, folder)
+    (folder / "table.md").write_text(table(rows) + "\n" + stiff_table(rows))
 
 
-main(*sys.argv[1:3])
+main(*sys.argv[1:])

@@ -41,6 +41,58 @@ bool within_load(const std::vector<double>& strain) {
     return true;
 }
 
+// A chain of three elements, 4 ms beside 1.4 s, on one cell; a pressure of 1 Pa is held from time 0 on.
+const std::vector<KelvinVoigt> stiff_chain = {{2e6, 8e3}, {1e6, 7e4}, {5e5, 7e5}};
+
+Scene stiff_scene(const std::vector<KelvinVoigt>& chain, Method method, double step, int steps) {
+    Scene s;
+    s.grid = {1, 1, {}};
+    s.material.elements = chain;
+    s.load.kind = Load::Kind::map;
+    s.load.map = {1};
+    s.time = {step, (steps + 0.5) * step};
+    s.output.traces = {Quantity::strain, Quantity::fa1};
+    s.model = Model::moments;
+    s.method = method;
+    return s;
+}
+
+struct Creep {
+    double strain, rate;
+};
+
+Creep last_of(const Scene& s) {
+    const Result r = run(s, Device::cpu(1));
+    return {r.trace(Quantity::strain).mean.back(), r.trace(Quantity::fa1).mean.back()};
+}
+
+double off(double x, double expected) { return std::abs(x / expected - 1); }
+
+// The factor by which one step at z = dt/tau shrinks the distance of a strain to its end.
+double amplification(Method method, double z) {
+    const double g = 1 - std::sqrt(0.5);
+    switch (method) {
+    case Method::euler: return 1 - z;
+    case Method::rk2: return 1 - z + z * z / 2;
+    case Method::rk4: return 1 - z + z * z / 2 - z * z * z / 6 + z * z * z * z / 24;
+    case Method::backward_euler: return 1 / (1 + z);
+    case Method::crank_nicolson: return (2 - z) / (2 + z);
+    case Method::sdirk2: return (1 - (1 - 2 * g) * z) / ((1 + g * z) * (1 + g * z));
+    default: return std::exp(-z);
+    }
+}
+
+// Strain and rate after so many steps of a method, each element by its own amplification.
+Creep creep_of(const std::vector<KelvinVoigt>& chain, Method method, double step, int steps) {
+    Creep sum{0, 0};
+    for (const KelvinVoigt& e : chain) {
+        const double left = std::pow(amplification(method, step * e.modulus / e.viscosity), steps);
+        sum.strain += (1 - left) / e.modulus;
+        sum.rate += left / e.viscosity;
+    }
+    return sum;
+}
+
 const Method baselines[] = {Method::euler,          Method::rk2,   Method::rk4, Method::backward_euler,
                             Method::crank_nicolson, Method::sdirk2};
 
@@ -134,6 +186,105 @@ TEST_CASE("baselines converge at their orders, at their asymptotic errors; the e
     for (double z : {1e-3, 0.0154, 0.5, 2.5}) CHECK(worst(Method::exact, z) < 5e-15);
 }
 
+TEST_CASE(
+    "on a chain an explicit method is bound by the fastest element: stable just below its limit, refused just above, "
+    "and growing by that element's amplification where that is allowed") {
+    const double tau = 0.004, rk4 = 2.785293563405282;
+    for (auto [method, limit] : {std::pair{Method::euler, 2.0}, {Method::rk2, 2.0}, {Method::rk4, rk4}}) {
+        CAPTURE(name(method));
+        const double below = limit * tau * (1 - 1e-3), above = limit * tau * (1 + 1e-3);
+        const Creep stable = last_of(stiff_scene(stiff_chain, method, below, 1000));
+        const Creep held = creep_of(stiff_chain, method, below, 1000);
+        CHECK(off(stable.strain, held.strain) < 1e-11);
+        CHECK(off(stable.rate, held.rate) < 1e-9);
+        CHECK(stable.strain < 3.6e-6); // it ends at 3.5e-6
+
+        const auto refused_at = [&](double step) {
+            const Scene scene = stiff_scene(stiff_chain, method, step, 1000);
+            return refusal(Error::Code::bad_input, [&] { run(scene, Device::cpu(1)); });
+        };
+        const std::string message = refused_at(above);
+        CHECK(message.find("in material.elements") != std::string::npos);
+        CHECK(message.find("stable up to dt/tau = 2") != std::string::npos);
+        CHECK(refused_at(0.02).find("(here 5 in material.elements)") != std::string::npos);
+        // The other elements alone would allow such a step.
+        const std::vector<KelvinVoigt> without_fastest = {stiff_chain[1], stiff_chain[2]};
+        CHECK(off(last_of(stiff_scene(without_fastest, method, 0.02, 1000)).strain, 1 / 1e6 + 1 / 5e5) < 1e-5);
+
+        Scene unstable = stiff_scene(stiff_chain, method, above, 1000);
+        unstable.allow_unstable = true;
+        const Creep grown = last_of(unstable), expected = creep_of(stiff_chain, method, above, 1000);
+        CHECK(off(grown.strain, expected.strain) < 1e-9);
+        unstable.time = {2 * above, 2 * above * 30.5}; // the fastest element soon outgrows all others
+        const std::vector<double> strain = run(unstable, Device::cpu(1)).trace(Quantity::strain).mean;
+        const size_t n = strain.size() - 1;
+        CHECK(off((strain[n] - strain[n - 1]) / (strain[n - 1] - strain[n - 2]),
+                  amplification(method, 2 * above / tau)) < 1e-6);
+        CHECK(std::abs(strain[n]) > 1e3 * 3.5e-6);
+    }
+}
+
+TEST_CASE("the exact method holds a chain's closed form at any step, from a quarter of the fastest element's time to "
+          "2500 of it") {
+    Scene s = stiff_scene(stiff_chain, Method::exact, 1, 1);
+    s.material.spring = 4e6;
+    s.material.dashpot = 2e7;
+    struct Row {
+        double time, strain, rate; // in 50 digits, rounded
+    };
+    Envelope held, ramp;
+    ramp.kind = Envelope::Kind::ramp;
+    ramp.rise = 0.05;
+    const std::vector<Row> of_held = {{0.1, 1.6532234041432347e-6, 4.8036759219099654e-6},
+                                      {1, 2.8209160560111428e-6, 7.4935415472351798e-7},
+                                      {10, 4.2484190193537601e-6, 5.1129271890171381e-8}};
+    const std::vector<Row> of_ramp = {{0.1, 1.5081257571457315e-6, 6.40197631543028e-6},
+                                      {1, 2.80197212779063e-6, 7.6199657434177507e-7},
+                                      {10, 4.2471404484412898e-6, 5.1149679684792996e-8}};
+    for (const auto& [envelope, rows] : {std::pair{held, of_held}, {ramp, of_ramp}})
+        for (const Row& row : rows)
+            for (int steps : {1, 3, 10, 100, 10000}) {
+                if (row.time / steps < 0.001) continue;
+                CAPTURE(row.time);
+                CAPTURE(steps);
+                s.load.envelope = envelope;
+                s.time = {row.time / steps, row.time * (1 + 0.5 / steps)};
+                const Creep found = last_of(s);
+                CHECK(off(found.strain, row.strain) < 1e-12);
+                CHECK(off(found.rate, row.rate) < 1e-12);
+            }
+}
+
+TEST_CASE("an implicit method blurs the fast element of a chain at steps far beyond its time, though the slow one is "
+          "right; Crank-Nicolson rings there; the exact method does neither") {
+    for (double step : {0.01, 0.04, 0.16, 0.64}) { // 2.5 to 160 of the fastest time
+        CAPTURE(step);
+        const Creep truth = creep_of(stiff_chain, Method::exact, step, 1);
+        for (Method method : {Method::backward_euler, Method::crank_nicolson, Method::sdirk2, Method::exact}) {
+            CAPTURE(name(method));
+            const Creep found = last_of(stiff_scene(stiff_chain, method, step, 1));
+            const Creep expected = creep_of(stiff_chain, method, step, 1);
+            CHECK(off(found.strain, expected.strain) < 1e-13);
+            CHECK(off(found.rate, expected.rate) < 1e-11);
+            const double error = std::abs(found.rate / truth.rate - 1);
+            if (method == Method::exact) CHECK(error < 1e-12);
+            else CHECK(error > 0.4); // none shows half of FA1 rightly
+        }
+        const Creep blurred = last_of(stiff_scene({stiff_chain[0]}, Method::backward_euler, step, 1));
+        const double z = step / 0.004;
+        CHECK(off(blurred.rate, blurred.strain / step) < 1e-12); // the mean over the step
+        CHECK(blurred.rate > 3 * std::exp(-z) / stiff_chain[0].viscosity);
+    }
+    // one step of ten of the fastest time: the whole creep of the fast element, spread over the step
+    const Creep fast = last_of(stiff_scene({stiff_chain[0]}, Method::backward_euler, 0.04, 1));
+    CHECK(fast.rate > 1000 * creep_of({stiff_chain[0]}, Method::exact, 0.04, 1).rate);
+    const Creep slow = last_of(stiff_scene({stiff_chain[2]}, Method::backward_euler, 0.04, 1));
+    const Creep slow_truth = creep_of({stiff_chain[2]}, Method::exact, 0.04, 1);
+    CHECK(off(slow.strain, slow_truth.strain) < 0.02);
+    CHECK(off(slow.rate, slow_truth.rate) < 0.001);
+    CHECK(last_of(stiff_scene(stiff_chain, Method::crank_nicolson, 0.04, 1)).rate < 0); // the skin creeps all the same
+}
+
 TEST_CASE("baselines keep E*integral(eps) + eta*eps = integral(sigma), whatever their error") {
     for (Method method : baselines) {
         CAPTURE(name(method));
@@ -222,9 +373,8 @@ TEST_CASE("long runs: plain float stalls or drifts, compensated float does not, 
         s.output.traces = {q};
         const plan::PreparedRun run = everything(s);
         double value = NAN;
-        const auto stepper =
-            march(device, run.skin, run.schedule, p,
-                  [&](auto&, const plan::Sample& sample) { value = sample.totals[size_t(q)].mean; });
+        const auto stepper = march(device, run.skin, run.schedule, p,
+                                   [&](auto&, const plan::Sample& sample) { value = sample.totals[size_t(q)].mean; });
         plan::Timeline timeline(run.schedule, run.skin);
         for (plan::Step step; timeline.next(step);) {
             if (step.trace < steps) step.trace = -1; // nobody looks
