@@ -2,9 +2,12 @@
 // dermis::Skin: frames in, responses out, on the CPU or on a device.
 #include "host/device.hpp"
 #include "host/plan/float_environment.hpp"
+#include "host/plan/laplacian.hpp"
+#include "host/report.hpp"
 #include "host/scene/refusal.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 
 namespace dermis {
@@ -14,6 +17,9 @@ struct Skin::Impl {
     Impl(const plan::StreamedSkin& skin, plan::Backend& backend)
         : width(size_t(skin.skin.width())), height(size_t(skin.skin.height())), pitch(size_t(skin.skin.pitch)),
           fields(skin.skin.description.sites.empty()), wanted(skin.wanted), layout(response_layout_of(skin)),
+          report(report_of(skin.skin.description, tau_range(skin.skin.materials),
+                           scene::cells_per_ridge(skin.skin.description),
+                           std::abs(skin.skin.constants.curvature_length) * greatest_rest_curvature(skin.skin))),
           stream(backend.stream(skin)) {
         for (size_t r = 0; r < dense.size(); ++r)
             if (fields && width != pitch && wanted[QUANTITY_SA1 + r]) dense[r].assign(width * height, 0.0f);
@@ -23,6 +29,7 @@ struct Skin::Impl {
     const bool fields;
     const plan::Wanted wanted;
     const plan::ResponseLayout layout;
+    const Report report;
     std::unique_ptr<plan::Stream> stream;
     std::array<std::vector<float>, RESPONSE_MAPS> dense; // fields of width*height, where the pitch is greater
 
@@ -79,6 +86,8 @@ Skin::Response Skin::response(Quantity q) const {
     const float* response = s.stream->response(q); // throws if the device is lost
     return {dense.empty() ? response : dense.data(), s.fields ? s.cells() : s.layout.of[size_t(q)].count};
 }
+
+const Report& Skin::report() const { return impl_->report; }
 
 void Skin::reset() {
     impl_->stream->reset();

@@ -196,7 +196,8 @@ TEST_CASE("what does not take a chain says so: marches, skins pressed frame by f
                   s.time.step = 0.03;
               }),
               "at most 2*viscosity/modulus = 0.02"));
-    CHECK(has(refused([](Scene& s) { s.material.spring = 3; }), "no spring for FA2 as a density"));
+    CHECK(has(refused([](Scene& s) { s.material.spring = 3, s.receptors.fa2 = Fa2::point; }),
+              "no spring for FA2 as a density"));
     CHECK(has(refused([](Scene& s) { s.material.elements.resize(9, {1, 1}); }), "(9 elements)"));
     CHECK(has(refused([](Scene& s) { s.material.elements.clear(), s.material.spring = 3; }), "(0 elements)"));
     CHECK(has(refused([](Scene& s) { s.material.elements[1] = {0, 0}; }), "elements[1].viscosity = 0"));

@@ -26,16 +26,25 @@ inline double strain_rate(const Element& m, double stress, double strain = 0) {
     return (stress - m.modulus * strain) / m.viscosity;
 }
 
-// Returns what an element's strain is inversely proportional to at a given retardation time: its modulus, or if that is 0
-// its viscosity.
+// The published study's element, which a material in a scene without units has by default.
+inline constexpr Element study_element{.modulus = 1.54, .viscosity = 1};
+
+// Returns what an element's strain is inversely proportional to at a given retardation time: its modulus, or if that is
+// 0 its viscosity.
 inline double resistance(const Element& m) { return m.modulus > 0 ? m.modulus : m.viscosity; }
 
 // Whether a material is elements in series.
 inline bool is_chain(const Material& m) { return !m.elements.empty() || m.spring || m.dashpot; }
 
+inline Element element_at(const Material& m, size_t cell) {
+    return {.modulus = m.modulus_map.empty() ? m.modulus.value_or(study_element.modulus) : m.modulus_map[cell],
+            .viscosity =
+                m.viscosity_map.empty() ? m.viscosity.value_or(study_element.viscosity) : m.viscosity_map[cell]};
+}
+
 // The elements of a uniform material in series, with its spring first and its dashpot last.
 inline std::vector<Element> chain_of(const Material& m) {
-    if (!is_chain(m)) return {{.modulus = m.modulus, .viscosity = m.viscosity}};
+    if (!is_chain(m)) return {element_at(m, 0)};
     std::vector<Element> chain;
     if (m.spring) chain.push_back({.modulus = *m.spring, .viscosity = 0});
     for (const KelvinVoigt& e : m.elements) chain.push_back({.modulus = e.modulus, .viscosity = e.viscosity});
@@ -46,9 +55,10 @@ inline std::vector<Element> chain_of(const Material& m) {
 // Whether every cell is made of the same elements.
 inline bool is_uniform(const Material& m) { return m.modulus_map.empty() && m.viscosity_map.empty(); }
 
-inline Element element_at(const Material& m, size_t cell) {
-    return {.modulus = m.modulus_map.empty() ? m.modulus : m.modulus_map[cell],
-            .viscosity = m.viscosity_map.empty() ? m.viscosity : m.viscosity_map[cell]};
+// Whether a uniform material has an element without viscosity.
+inline bool has_spring(const Material& m) {
+    const std::vector<Element> chain = chain_of(m);
+    return std::any_of(chain.begin(), chain.end(), is_elastic);
 }
 
 // Gives `to` the elements of another material; its lengths stay.

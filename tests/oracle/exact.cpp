@@ -213,8 +213,9 @@ class Evaluation {
         }
         std::map<std::pair<double, double>, size_t> known;
         for (size_t i = 0; i < cells_; ++i) {
-            const std::pair<double, double> pair{m.modulus_map.empty() ? m.modulus : m.modulus_map[i],
-                                                 m.viscosity_map.empty() ? m.viscosity : m.viscosity_map[i]};
+            const std::pair<double, double> pair{m.modulus_map.empty() ? m.modulus.value_or(1.54) : m.modulus_map[i],
+                                                 m.viscosity_map.empty() ? m.viscosity.value_or(1)
+                                                                         : m.viscosity_map[i]};
             const auto [at, fresh] = known.insert({pair, materials_.size()});
             if (fresh) materials_.push_back({{pair.first, pair.second}});
             material_of_.push_back(at->second);
