@@ -6,14 +6,17 @@
 namespace dermis {
 namespace {
 
-constexpr double shortest_time = 1e-4, longest_time = 20; // s: of skin, measured from elastography to creep
-constexpr double fewest_cells_per_ridge = 8;              // for a curvature within some percent
-constexpr double rounding = 1e-4;                         // of a response's greatest value: no sign
+// Retardation times of skin, s: elastography finds 0.1 ms, and the contact of ridges settles within 20 s.
+constexpr double shortest_time = 1e-4, longest_time = 20;
+constexpr double fewest_cells_per_ridge = 8; // The five-point curvature of a sine is then 5 % too small.
+constexpr double rounding = 1e-4;            // A value below this share of the greatest has no sign.
 
-// Of the extremes of a trace over all times; 0 where there are none.
+// The least and the greatest value of a trace over all times and cells, and 0.
 struct Range {
     double least = 0, greatest = 0;
     double size() const { return std::max(std::abs(least), std::abs(greatest)); }
+    bool pulled() const { return least < -rounding * size(); }
+    bool pressed() const { return greatest > rounding * size(); }
 };
 
 Range range_of(const Trace& t) {
@@ -47,17 +50,17 @@ std::vector<Quantity> sign_changed(const Scene& s, const Result& r) {
     const Trace* strain = trace_with_extremes(r, Quantity::strain);
     if (!strain) return changed;
     const Range strains = range_of(*strain);
-    if (strains.least < 0 && strains.greatest > 0) return changed;
-    const bool pulled = strains.least < 0, rectified = s.receptors.fa2_gains[0] != -s.receptors.fa2_gains[1];
+    if (strains.pulled() && strains.pressed()) return changed;
+    const bool rectified = s.receptors.fa2_gains[0] != -s.receptors.fa2_gains[1];
     const bool product = scene::is_uniform(s.material) && s.load.kind != Load::Kind::sequence;
     for (const scene::ReceptorClass& c : scene::receptor_classes) {
         const Trace* trace = trace_with_extremes(r, c.type);
         if (!trace) continue;
         const Range range = range_of(*trace);
-        const double size = rounding * range.size();
         const bool sustained = c.type == Quantity::sa1 || c.type == Quantity::sa2;
-        if (sustained ? (pulled ? range.greatest > size : range.least < -size)
-                      : product && !(c.type == Quantity::fa2 && rectified) && both_signs_at_once(*trace, size))
+        if (sustained ? (strains.pulled() ? range.pressed() : range.pulled())
+                      : product && !(c.type == Quantity::fa2 && rectified) &&
+                            both_signs_at_once(*trace, rounding * range.size()))
             changed.push_back(c.type);
     }
     return changed;
@@ -71,10 +74,10 @@ Report report_of(const SkinDescription& s, scene::TauRange tau, double cells_per
     if (scene::is_chain(s.material)) {
         times.clear();
         for (const scene::Element& e : scene::chain_of(s.material)) times.push_back(e.viscosity / e.modulus);
-        std::sort(times.begin(), times.end());
     }
-    times.erase(std::unique(times.begin(), times.end()), times.end());
     std::erase_if(times, [](double t) { return !(t > 0 && std::isfinite(t)); });
+    std::sort(times.begin(), times.end());
+    times.erase(std::unique(times.begin(), times.end()), times.end());
     Report report;
     report.strain.greatest = units ? 1 : HUGE_VAL;
     report.indentation.greatest = units ? s.material.thickness.value_or(HUGE_VAL) : HUGE_VAL;

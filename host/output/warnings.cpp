@@ -47,9 +47,10 @@ void add_units(Sentences& all, const Scene& s, const Report& report) {
     }
     for (const Figure& tau : report.retardation_times)
         if (tau.outside()) {
-            all.push_back(fmt::format("the retardation time viscosity/modulus is {:.3g} s, and skin's lie in {:.3g} ms to "
-                                      "{} s: material.modulus is in Pa, material.viscosity in Pa s",
-                                      tau.value, 1e3 * tau.least, tau.greatest));
+            all.push_back(
+                fmt::format("the retardation time viscosity/modulus is {:.3g} s, and skin's lie in {:.3g} ms to "
+                            "{} s: material.modulus is in Pa, material.viscosity in Pa s",
+                            tau.value, 1e3 * tau.least, tau.greatest));
             break;
         }
 }

@@ -189,7 +189,7 @@ struct Site {
     Cell cell;                     // inside the grid
 };
 
-// Receptors per cm2. Default: the human fingertip, after Johansson and Vallbo (1979).
+// Receptors per cm2. Default: the human fingertip, after Johansson and Vallbo (1979); see host/scene/fingertip.md.
 struct Density {
     double sa1 = 70, sa2 = 10, fa1 = 140, fa2 = 25; // >= 0
 };
