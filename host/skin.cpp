@@ -17,19 +17,28 @@ struct Skin::Impl {
     Impl(const plan::StreamedSkin& skin, plan::Backend& backend)
         : width(size_t(skin.skin.width())), height(size_t(skin.skin.height())), pitch(size_t(skin.skin.pitch)),
           fields(skin.skin.description.sites.empty()), wanted(skin.wanted), layout(response_layout_of(skin)),
-          report(report_of(skin.skin.description, tau_range(skin.skin.materials),
-                           scene::cells_per_ridge(skin.skin.description),
-                           std::abs(skin.skin.constants.curvature_length) * greatest_rest_curvature(skin.skin))),
-          stream(backend.stream(skin)) {
+          threads(backend.capabilities().threads), tau(tau_range(skin.skin.materials)),
+          description(skin.skin.description), stream(backend.stream(skin)) {
         for (size_t r = 0; r < dense.size(); ++r)
             if (fields && width != pitch && wanted[QUANTITY_SA1 + r]) dense[r].assign(width * height, 0.0f);
+        if (description.surface.kind == Surface::Kind::map) gain_at_rest = gain_of(skin.skin);
+        description.surface.map = {};
+        scene::drop_maps(description.material);
+        description.sites.clear();
+    }
+
+    static double gain_of(const plan::PreparedSkin& skin) {
+        return std::abs(skin.constants.curvature_length) * greatest_rest_curvature(skin);
     }
 
     const size_t width, height, pitch;
     const bool fields;
     const plan::Wanted wanted;
     const plan::ResponseLayout layout;
-    const Report report;
+    const int threads;
+    const scene::TauRange tau;
+    SkinDescription description;        // without maps and sites
+    std::optional<double> gain_at_rest; // of a surface that cannot be made again
     std::unique_ptr<plan::Stream> stream;
     std::array<std::vector<float>, RESPONSE_MAPS> dense; // fields of width*height, where the pitch is greater
 
@@ -87,7 +96,12 @@ Skin::Response Skin::response(Quantity q) const {
     return {dense.empty() ? response : dense.data(), s.fields ? s.cells() : s.layout.of[size_t(q)].count};
 }
 
-const Report& Skin::report() const { return impl_->report; }
+Report Skin::report() const {
+    const DefaultFloats guard;
+    const Impl& s = *impl_;
+    const double gain = s.gain_at_rest ? *s.gain_at_rest : Impl::gain_of(plan::prepare_skin(s.description, s.threads));
+    return report_of(s.description, s.tau, scene::cells_per_ridge(s.description), gain);
+}
 
 void Skin::reset() {
     impl_->stream->reset();

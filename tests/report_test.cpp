@@ -134,13 +134,22 @@ TEST_CASE("a skin reports what its description tells: times, ridges and the gain
     double greatest = 0;
     for (double C : maps(scene).rest_curvature) greatest = std::max(greatest, std::abs(C));
     Skin skin(Device::cpu(1), d);
-    const Report& report = skin.report();
+    const Report report = skin.report();
     CHECK(report.gain.value == doctest::Approx(1e-5 * greatest).epsilon(1e-12));
     CHECK(report.cells_per_ridge.value == doctest::Approx(10));
     REQUIRE(report.retardation_times.size() == 1);
     CHECK(report.retardation_times[0].value == 0.1);
     CHECK(std::isnan(report.strain.value));
     CHECK(report.indentation.greatest == 1e-3);
+    SkinDescription same = d; // of a map in place of the spiral, and of materials that differ in one cell
+    same.surface = {.kind = Surface::Kind::map, .relief = 1, .map = maps(scene).surface};
+    same.material.modulus_map = std::vector<double>(3600, 5e4);
+    same.material.modulus_map.edit()[61] = 1e5;
+    const Report of_map = Skin(Device::cpu(1), same).report();
+    CHECK(of_map.gain.value == doctest::Approx(report.gain.value).epsilon(1e-9));
+    CHECK(of_map.cells_per_ridge.value == HUGE_VAL);
+    REQUIRE(of_map.retardation_times.size() == 2);
+    CHECK(of_map.retardation_times[0].value == 0.05);
     d.material.viscosity = 5e-3; // mPa s for Pa s
     CHECK(Skin(Device::cpu(1), d).report().retardation_times[0].outside());
 }

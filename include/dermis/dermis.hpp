@@ -456,8 +456,9 @@ class DERMIS_API Skin {
 
     void reset(); // back to a skin at rest
 
-    // What the description tells: times, ridges, and the gain at rest. Strain and indentation are not known.
-    const Report& report() const;
+    // What the description tells: times, ridges, and the gain at rest. Strain and indentation are not known. Takes up
+    // to as long as making the skin did.
+    Report report() const;
 
     struct DERMIS_HIDDEN Impl;
 
