@@ -81,7 +81,8 @@ std::shared_ptr<NativeMarch> native_of(const Scene& s, const Contender& c, int t
                            .rest = {m.rest_curvature.begin(), m.rest_curvature.end()}};
     for (size_t k : materials_of(c.spread, n)) skin.material.push_back(int(k));
     for (size_t k = 0; k < (c.spread == Spread::uniform ? 1 : 4); ++k)
-        skin.step_of_material.push_back(native::exact_step<float>(modulus_of(k), s.material.viscosity, s.time.step));
+        skin.step_of_material.push_back(
+            native::exact_step<float>(modulus_of(k), s.material.viscosity.value_or(1), s.time.step));
     return std::make_shared<NativeMarch>(std::move(skin), threads);
 }
 

@@ -50,8 +50,7 @@ class Reference {
   public:
     Reference(const FrameScene& scene, int presses)
         : scene_(scene), presses_(presses), rest_(dermis::plan::padded_rest_curvature<float>(scene.skin())),
-          k_(native::exact_step(scene.skin().description.material.modulus, scene.skin().description.material.viscosity,
-                                scene.dt)),
+          k_(native::exact_step(scene.skin().materials[0].modulus, scene.skin().materials[0].viscosity, scene.dt)),
           n_(size_t(scene.skin().width())), pitch_(size_t(scene.skin().pitch)), height_(size_t(scene.skin().height())) {
     }
 
@@ -121,7 +120,7 @@ NativeFrames::NativeFrames(const FrameScene& scene, int threads)
       integral_(scene.cells()), responses_{Floats(scene.cells()), Floats(scene.cells()), Floats(scene.cells()),
                                            Floats(scene.cells())} {
     const dermis::plan::PreparedSkin& skin = scene.skin();
-    const dermis::Material& material = skin.description.material;
+    const dermis::scene::Element& material = skin.materials[0];
     const std::vector<float> rest = dermis::plan::padded_rest_curvature<float>(skin);
     std::copy(rest.begin(), rest.end(), rest_.data());
     const size_t pitch = size_t(skin.pitch), strain_pitch = pitch + 2 * native::lanes;

@@ -92,7 +92,7 @@ PoclFrames::PoclFrames(const FrameScene& scene, cl_device_id device) : scene_(sc
         cl_mem memory = clCreateBuffer(context_, CL_MEM_USE_HOST_PTR, scene.cells() * sizeof(float), map, &status);
         memory_.push_back(made(memory, status, "clCreateBuffer"));
     }
-    const dermis::Material& material = scene.skin().description.material;
+    const dermis::scene::Element& material = scene.skin().materials[0];
     set(0, native::exact_step<float>(material.modulus, material.viscosity, scene.dt));
     set(1, scene.skin().width());
     set(2, scene.skin().height());

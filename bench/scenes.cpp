@@ -155,6 +155,8 @@ struct Smooth {
         s.surface.map = map(&Smooth::surface);
         s.load.kind = Load::Kind::map;
         s.load.map = map(&Smooth::pressure);
+        s.material.modulus = 1.54;
+        s.material.viscosity = 1;
         s.time.duration = end;
         return s;
     }
@@ -165,7 +167,7 @@ struct Smooth {
 std::array<double, 6> errors_of(const Smooth& smooth, Scene s, const Device& device) {
     const std::vector<Quantity> all = {Quantity::strain, Quantity::sa1, Quantity::sa2,
                                        Quantity::fa1,    Quantity::fa2, Quantity::curvature};
-    const double E = s.material.modulus, eta = s.material.viscosity, times[] = {end / 4, end / 2, 3 * end / 4};
+    const double E = *s.material.modulus, eta = *s.material.viscosity, times[] = {end / 4, end / 2, 3 * end / 4};
     for (double t : times) s.output.fields.push_back({t, all});
     if (s.model == Model::moments) s.model = Model::maps;
     const Result r = run(s, device);
@@ -239,7 +241,7 @@ void add_accuracy(Bench& bench, const Smooth& smooth, const Series& series, doub
     r.precision = name(series.precision);
     r.method = name(series.method);
     r.stencil = series.stencil == Stencil::five_point ? "five-point" : "fourth-order";
-    r.dt_over_tau = step * s.material.modulus / s.material.viscosity;
+    r.dt_over_tau = step * *s.material.modulus / *s.material.viscosity;
     r.steps = static_cast<long long>(std::llround(end / step));
     const auto once = [&] {
         double seconds = 0;

@@ -29,8 +29,6 @@ SkinDescription sample_skin(Stencil stencil, Edges edges, bool materials, const 
     d.grid = {sample_width, sample_height, {}};
     d.stencil = stencil;
     d.edges = edges;
-    d.material.modulus = 2.5;
-    d.material.viscosity = 0.75;
     d.receptors = {0.5, Fa2::step_mean, {0.75, -0.375}};
     d.surface.kind = Surface::Kind::map;
     d.surface.map = noise(12345);
@@ -40,6 +38,8 @@ SkinDescription sample_skin(Stencil stencil, Edges edges, bool materials, const 
         for (double& E : moduli.edit()) E += 1.5;
     }
     if (chain.length == 1) {
+        d.material.modulus = 2.5;
+        d.material.viscosity = 0.75;
         d.material.modulus_map = moduli;
         return d;
     }

@@ -248,7 +248,8 @@ std::vector<Result> run(const Scene& scene, const std::vector<Material>& materia
         const Material &material = materials[i], &before = i ? materials[i - 1] : scene.material;
         const bool same_maps = last && material.thickness == before.thickness &&
                                material.curvature_length == before.curvature_length && scene::is_uniform(before) &&
-                               scene::is_uniform(material) && last->run.schedule.sequence == nullptr;
+                               scene::is_uniform(material) && last->run.schedule.sequence == nullptr &&
+                               (scene.receptors.fa2 || scene::has_spring(before) == scene::has_spring(material));
         const bool shared = same_maps && last->moments;
         if (same_maps) {
             last.emplace(decided(std::move(*last), material, device, options));

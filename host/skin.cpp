@@ -2,9 +2,12 @@
 // dermis::Skin: frames in, responses out, on the CPU or on a device.
 #include "host/device.hpp"
 #include "host/plan/float_environment.hpp"
+#include "host/plan/laplacian.hpp"
+#include "host/report.hpp"
 #include "host/scene/refusal.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 
 namespace dermis {
@@ -14,15 +17,28 @@ struct Skin::Impl {
     Impl(const plan::StreamedSkin& skin, plan::Backend& backend)
         : width(size_t(skin.skin.width())), height(size_t(skin.skin.height())), pitch(size_t(skin.skin.pitch)),
           fields(skin.skin.description.sites.empty()), wanted(skin.wanted), layout(response_layout_of(skin)),
-          stream(backend.stream(skin)) {
+          threads(backend.capabilities().threads), tau(tau_range(skin.skin.materials)),
+          description(skin.skin.description), stream(backend.stream(skin)) {
         for (size_t r = 0; r < dense.size(); ++r)
             if (fields && width != pitch && wanted[QUANTITY_SA1 + r]) dense[r].assign(width * height, 0.0f);
+        if (description.surface.kind == Surface::Kind::map) gain_at_rest = gain_of(skin.skin);
+        description.surface.map = {};
+        scene::drop_maps(description.material);
+        description.sites.clear();
+    }
+
+    static double gain_of(const plan::PreparedSkin& skin) {
+        return std::abs(skin.constants.curvature_length) * greatest_rest_curvature(skin);
     }
 
     const size_t width, height, pitch;
     const bool fields;
     const plan::Wanted wanted;
     const plan::ResponseLayout layout;
+    const int threads;
+    const scene::TauRange tau;
+    SkinDescription description;        // without maps and sites
+    std::optional<double> gain_at_rest; // of a surface that cannot be made again
     std::unique_ptr<plan::Stream> stream;
     std::array<std::vector<float>, RESPONSE_MAPS> dense; // fields of width*height, where the pitch is greater
 
@@ -78,6 +94,13 @@ Skin::Response Skin::response(Quantity q) const {
     const std::vector<float>& dense = s.dense[size_t(q) - QUANTITY_SA1];
     const float* response = s.stream->response(q); // throws if the device is lost
     return {dense.empty() ? response : dense.data(), s.fields ? s.cells() : s.layout.of[size_t(q)].count};
+}
+
+Report Skin::report() const {
+    const DefaultFloats guard;
+    const Impl& s = *impl_;
+    const double gain = s.gain_at_rest ? *s.gain_at_rest : Impl::gain_of(plan::prepare_skin(s.description, s.threads));
+    return report_of(s.description, s.tau, scene::cells_per_ridge(s.description), gain);
 }
 
 void Skin::reset() {

@@ -23,7 +23,8 @@ Result truth(Scene s) {
 // Rounding of a march in float: each step adds one unit and forgets e^-z of the old ones; the stencil multiplies what
 // the strain carries by its 8 neighbours, h*l/spacing^2 being 1 in these scenes.
 double rounding_bound(const Scene& s) {
-    const double steps = s.time.duration / s.time.step, z = s.time.step * s.material.modulus / s.material.viscosity;
+    const double steps = s.time.duration / s.time.step,
+                 z = s.time.step * s.material.modulus.value_or(1.54) / s.material.viscosity.value_or(1);
     return 10 * u * (std::min(steps, 1 / -std::expm1(-z)) + steps + 8);
 }
 
@@ -327,7 +328,7 @@ TEST_CASE("the exact method is the closed form at any step, in double to roundin
         CAPTURE(step);
         Scene s = small_scene(20, 16);
         s.time = {step, 20 * step};
-        const double E = s.material.modulus, eta = s.material.viscosity, tau = eta / E;
+        const double E = s.material.modulus.value_or(1.54), eta = s.material.viscosity.value_or(1), tau = eta / E;
         const Result r = truth(s);
         const std::vector<double> p = maps(s).pressure;
         const double peak = *std::max_element(p.begin(), p.end());
@@ -361,6 +362,8 @@ TEST_CASE("curvature: C is 0 on a level skin, and on a paraboloid it is its Lapl
     s.grid.spacing = 2e-3;
     s.surface.kind = Surface::Kind::map;
     s.surface.relief = 1;
+    s.material.modulus = 1.54;
+    s.material.viscosity = 1;
     s.material.thickness = 0;
     s.material.curvature_length = 1;
     s.output.fields = {{0.2, {Quantity::curvature}}};

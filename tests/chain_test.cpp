@@ -292,7 +292,9 @@ TEST_CASE("a pause keeps every strain of a chain, that of a spring too, and the 
     d.grid = {1, 1, {}};
     d.material.elements = {{2, 0.02}, {1, 0.3}};
     d.material.spring = 4;
-    Skin paused(Device::cpu(), d), through(Device::cpu(), d);
+    SkinOptions options;
+    options.precision = Precision::f32; // a compensated sum may take what it has carried along into its last place
+    Skin paused(Device::cpu(), d, options), through(Device::cpu(), d, options);
     for (float p : {1.0f, 3.0f, 2.5f}) {
         for (Skin* skin : {&paused, &through}) skin->press({p}, 0.01);
         const float strain = paused.response(Quantity::sa1)[0];
@@ -322,7 +324,8 @@ TEST_CASE("what does not take a chain says so: other methods, FA2's density, num
                   s.time.step = 0.03;
               }),
               "at most 2*viscosity/modulus = 0.02"));
-    CHECK(has(refused([](Scene& s) { s.material.spring = 3; }), "no spring for FA2 as a density"));
+    CHECK(has(refused([](Scene& s) { s.material.spring = 3, s.receptors.fa2 = Fa2::point; }),
+              "no spring for FA2 as a density"));
     CHECK(has(refused([](Scene& s) { s.material.elements.resize(9, {1, 1}); }), "(9 elements)"));
     CHECK(has(refused([](Scene& s) { s.material.elements.clear(), s.material.spring = 3; }), "(0 elements)"));
     CHECK(has(refused([](Scene& s) { s.material.elements[1] = {0, 0}; }), "elements[1].viscosity = 0"));

@@ -65,6 +65,7 @@ SkinDescription with_materials(SkinDescription d) {
 SkinDescription with_chain(SkinDescription d) {
     d.material.elements = {{3, 0.1}, {2, 0.9, d.material.modulus_map}, {1, 7}};
     d.material.modulus_map = {};
+    d.material.modulus = d.material.viscosity = {};
     d.material.spring = 5;
     d.material.dashpot = 40;
     return d;

@@ -14,6 +14,8 @@ Scene level(int width, int height) {
     s.model = Model::march;
     s.surface.kind = Surface::Kind::flat;
     s.grid.spacing = s.surface.relief = s.material.curvature_length = 1;
+    s.material.modulus = 1.54;
+    s.material.viscosity = 1;
     s.material.thickness = 0;
     return s;
 }
@@ -47,8 +49,8 @@ TEST_CASE("a map of one number has the bits of the number") {
     one.model = Model::march;
     Scene map = one;
     one.output.fields = map.output.fields = {{0.21, all}};
-    map.material.modulus_map.edit().assign(210, one.material.modulus);
-    map.material.viscosity_map.edit().assign(210, one.material.viscosity);
+    map.material.modulus_map.edit().assign(210, one.material.modulus.value_or(1.54));
+    map.material.viscosity_map.edit().assign(210, one.material.viscosity.value_or(1));
     for (const Backend& b : backends(vulkan)) {
         const Result r = run_on(one, b), m = run_on(map, b);
         for (const Trace& t : r.traces) CHECK(m.trace(t.quantity).mean == t.mean);
@@ -211,7 +213,9 @@ TEST_CASE("a bad material is refused with its cell") {
     s.material.viscosity_map = {1, 1, 0, 1, 1, 1};
     refused(s, {"material.viscosity = 0 in cell [2, 0]", "modulus is 0"});
     s.material.modulus_map.edit()[2] = 1;
+    s.receptors.fa2 = Fa2::point;
     refused(s, {"material.viscosity = 0 in cell [2, 0]", "step-mean"});
+    s.receptors.fa2.reset();
     s.material.viscosity_map.edit()[2] = 1e-3;
     s.method = Method::rk4;
     refused(s, {"time.step = 0.05", "2.785", "0.00278", "here 50 in cell [2, 0]", "allow_unstable"});

@@ -69,8 +69,8 @@ void vary(Material& m, const Grid& grid, double decades) {
     std::vector<double> modulus, viscosity;
     for (int i = 0; i < grid.width * grid.height; ++i) {
         const double stiffness = std::pow(10, decades * std::sin(0.7 * i * (1 + i % 3)));
-        modulus.push_back(m.modulus * stiffness);
-        viscosity.push_back(m.viscosity * stiffness);
+        modulus.push_back(m.modulus.value_or(1.54) * stiffness);
+        viscosity.push_back(m.viscosity.value_or(1) * stiffness);
     }
     m.modulus_map = modulus;
     m.viscosity_map = viscosity;
@@ -182,8 +182,8 @@ void classify(Material& m, const Grid& grid, int classes, bool spring, bool dash
     for (int y = 0; y < grid.height; ++y)
         for (int x = 0; x < grid.width; ++x) {
             const int k = (x / 2 + y * y) % classes;
-            modulus.push_back(dashpot && k == 1 ? 0 : m.modulus * (1 + 0.1 * x));
-            viscosity.push_back(spring && k == 2 ? 0 : m.viscosity * (1 + 0.1 * x) * std::pow(3, k - 1));
+            modulus.push_back(dashpot && k == 1 ? 0 : m.modulus.value_or(1.54) * (1 + 0.1 * x));
+            viscosity.push_back(spring && k == 2 ? 0 : m.viscosity.value_or(1) * (1 + 0.1 * x) * std::pow(3, k - 1));
         }
     m.modulus_map = modulus;
     m.viscosity_map = viscosity;

@@ -108,7 +108,7 @@ TEST_CASE("every bad scene file is refused with file, line, key, value and allow
         {"[receptors]\nfa2_gains = [1]", "receptors.fa2_gains|two"},
         {"[receptors]\nfa2_gains = [1, nan]", "receptors.fa2_gains = nan|finite"},
         {"[receptors]\nfa2 = \"mean\"", "receptors.fa2|mean|step-mean"},
-        {"[material]\nviscosity = 0", "material.viscosity = 0|step-mean"},
+        {"[material]\nviscosity = 0\n[receptors]\nfa2 = \"point\"", "material.viscosity = 0|step-mean"},
         {"method = \"rk5\"", "method|rk5|\"euler\""},
         {"method = \"euler\"\n[time]\nstep = 1.5", "scene.toml:3|time.step = 1.5|1.2987|allow_unstable"},
         {"method = \"euler\"\n[material]\nviscosity = 0", "material.viscosity = 0|> 0 with method"},

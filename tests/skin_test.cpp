@@ -347,6 +347,7 @@ TEST_CASE("what is beyond float is refused, or is seen to be: never a number tha
         says("receptors.fa2_gains = 1e+39", [](auto& w) { w.receptors.fa2_gains = {1e39, 1}; });
         says("grid.spacing = 1e-20", [](auto& w) {
             w.grid.spacing = 1e-20;
+            w.material.viscosity = 1;
             w.surface.relief = w.material.thickness = w.material.curvature_length = 1;
         });
         says("surface.relief = ", [](auto& w) {

@@ -446,6 +446,8 @@ TEST_CASE("stencils converge at orders 2, 4 and 2 on smooth fields that fit the 
                 s.grid = {n, n, 1.0 / n};
                 s.surface.kind = Surface::Kind::map;
                 s.surface.relief = 1;
+                s.material.modulus = 1.54;
+                s.material.viscosity = 1;
                 s.material.thickness = 0;
                 s.material.curvature_length = 0;
                 s.stencil = stencil;

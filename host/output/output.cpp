@@ -88,11 +88,36 @@ std::string receptors_csv(const Scene& scene) {
 
 std::string field_name(Quantity quantity, double at) { return fmt::format("{}_t{}.npy", name(quantity), shortest(at)); }
 
+std::string json_number(double x) { return std::isfinite(x) ? shortest(x) : "null"; }
+
+std::string json_of(const Figure& f) {
+    return fmt::format("{{\"value\": {}, \"least\": {}, \"greatest\": {}, \"within\": {}}}", json_number(f.value),
+                       json_number(f.least), json_number(f.greatest),
+                       std::isnan(f.value) ? "null"
+                       : f.outside()       ? "false"
+                                           : "true");
+}
+
+std::string json_of(const Report& r) {
+    std::vector<std::string> times, changed;
+    for (const Figure& f : r.retardation_times) times.push_back(json_of(f));
+    for (Quantity q : r.sign_changed) changed.push_back(json_text(name(q)));
+    return fmt::format(R"({{
+    "strain": {},
+    "indentation": {},
+    "gain": {},
+    "cells_per_ridge": {},
+    "retardation_times": [{}],
+    "sign_changed": [{}]
+  }})",
+                       json_of(r.strain), json_of(r.indentation), json_of(r.gain), json_of(r.cells_per_ridge),
+                       fmt::join(times, ",\n      "), fmt::join(changed, ", "));
+}
+
 std::string summary_json(const Scene& s, const Result& r) {
     std::string check = "null";
     if (r.cells_compared)
         check = fmt::format("{{\"cells\": {}, \"different\": {}}}", r.cells_compared, r.cells_different);
-    const auto number = [](double x) { return std::isfinite(x) ? shortest(x) : "null"; };
     const auto count = [](long long n) { return n < 0 ? "null" : std::to_string(n); };
     std::vector<std::string> sentences = warnings(s, r);
     for (std::string& sentence : sentences) sentence = "\n    " + json_text(sentence);
@@ -106,16 +131,17 @@ std::string summary_json(const Scene& s, const Result& r) {
   "cross_check": {},
   "tau_min": {}, "tau_max": {}, "z_min": {}, "z_max": {}, "greatest_gain": {}, "greatest_curvature": {}, "stencil_estimate": {},
   "kinks": {}, "pressed_cells": {},
+  "report": {},
   "warnings": [{}]
 }}
 )",
                        json_text(version()), json_text(commit()), json_text(r.device.name), json_text(r.device.kind),
                        json_text(r.device.driver), r.device.exact, name(r.model), name(s.method), name(r.precision),
-                       number(r.predicted_error), s.grid.width, s.grid.height, r.steps, r.left_out, r.time.size(),
-                       r.dispatches, shortest(r.seconds), check, number(r.tau_min), number(r.tau_max),
-                       number(s.time.step / r.tau_max), number(s.time.step / r.tau_min), number(r.greatest_gain),
-                       number(r.greatest_curvature), number(r.stencil_estimate), count(r.kinks), count(r.pressed_cells),
-                       fmt::join(sentences, ","));
+                       json_number(r.predicted_error), s.grid.width, s.grid.height, r.steps, r.left_out, r.time.size(),
+                       r.dispatches, shortest(r.seconds), check, json_number(r.tau_min), json_number(r.tau_max),
+                       json_number(s.time.step / r.tau_max), json_number(s.time.step / r.tau_min),
+                       json_number(r.greatest_gain), json_number(r.greatest_curvature), json_number(r.stencil_estimate),
+                       count(r.kinks), count(r.pressed_cells), json_of(report(s, r)), fmt::join(sentences, ","));
 }
 
 } // namespace

@@ -10,9 +10,10 @@ namespace {
 
 using Sentences = std::vector<std::string>;
 
-void add_curvature(Sentences& all, const Scene& s, const Result& r) {
-    if (r.greatest_gain > 1)
-        all.push_back(fmt::format("|l*C| reaches {:.3g}: above 1 responses change sign; {}", r.greatest_gain,
+void add_curvature(Sentences& all, const Scene& s, const Result& r, const Report& report) {
+    if (report.gain.outside())
+        all.push_back(fmt::format("|l*C| reaches {:.3g}: above {} responses change sign; {}", report.gain.value,
+                                  report.gain.greatest,
                                   s.grid.spacing ? "lower material.curvature_length or surface.relief"
                                                  : "take a smoother surface or a weaker load, or give grid.spacing and "
                                                    "material.curvature_length"));
@@ -28,15 +29,15 @@ void add_curvature(Sentences& all, const Scene& s, const Result& r) {
         all.push_back(fmt::format("the stencil estimate is {:.2g} % of the greatest |C|: take a finer grid, or "
                                   "curvature.stencil = \"fourth-order\"",
                                   100 * r.stencil_estimate / r.greatest_curvature));
-    if (r.cells_per_ridge < 8)
-        all.push_back(fmt::format("{:.2g} cells per ridge: curvature is coarse below 8; take a finer grid or fewer "
+    if (report.cells_per_ridge.outside())
+        all.push_back(fmt::format("{:.2g} cells per ridge: curvature is coarse below {}; take a finer grid or fewer "
                                   "surface.ridges",
-                                  r.cells_per_ridge));
+                                  report.cells_per_ridge.value, report.cells_per_ridge.least));
 }
 
 // Lengths and times that hint at another unit than the scene's.
-void add_units(Sentences& all, const Scene& s, const Result& r) {
-    if (s.surface.kind == Surface::Kind::map && s.surface.relief && *s.surface.relief < 1e-3) {
+void add_units(Sentences& all, const Scene& s, const Report& report) {
+    if (s.grid.spacing && s.surface.kind == Surface::Kind::map && s.surface.relief && *s.surface.relief < 1e-3) {
         const auto [least, greatest] = std::minmax_element(s.surface.map.begin(), s.surface.map.end());
         const double span = *greatest - *least;
         if (span > 0 && span < 1e-3)
@@ -44,26 +45,21 @@ void add_units(Sentences& all, const Scene& s, const Result& r) {
                                       "with heights in metres set surface.relief = 1",
                                       *s.surface.relief, span, *s.surface.relief * span));
     }
-    for (double tau : {r.tau_min, r.tau_max}) // 0 and infinity are meant: no viscosity, no modulus
-        if (tau > 0 && std::isfinite(tau) && (tau < 1e-4 || tau > 20)) {
-            all.push_back(fmt::format("the retardation time viscosity/modulus is {:.3g} s, and skin's lie in 0.1 ms to "
-                                      "20 s: material.modulus is in Pa, material.viscosity in Pa s",
-                                      tau));
+    for (const Figure& tau : report.retardation_times)
+        if (tau.outside()) {
+            all.push_back(
+                fmt::format("the retardation time viscosity/modulus is {:.3g} s, and skin's lie in {:.3g} ms to "
+                            "{} s: material.modulus is in Pa, material.viscosity in Pa s",
+                            tau.value, 1e3 * tau.least, tau.greatest));
             break;
         }
 }
 
-void add_indentation(Sentences& all, const Scene& s, const Result& r) {
-    double strain = 0;
-    for (const Trace& t : r.traces)
-        if (t.quantity == Quantity::strain)
-            for (const auto* column : {&t.min, &t.max})
-                for (double v : *column) strain = std::max(strain, std::abs(v));
-    const double thickness = s.material.thickness.value_or(0);
-    if (strain > 1 && thickness > 0)
+void add_indentation(Sentences& all, const Report& report) {
+    if (report.indentation.outside())
         all.push_back(fmt::format("the indentation reaches {:.3g} m, beyond material.thickness = {:.3g} m: lower "
                                   "load.intensity or raise material.modulus",
-                                  strain * thickness, thickness));
+                                  report.indentation.value, report.indentation.greatest));
 }
 
 void add_interval(Sentences& all, const Scene& s) {
@@ -85,11 +81,10 @@ std::vector<std::string> warnings(const Scene& scene, const Result& result) {
     Sentences all;
     if (!result.device.exact)
         all.push_back(fmt::format("the bits of {} differ from the CPU path's", result.device.name));
-    add_curvature(all, scene, result);
-    if (scene.grid.spacing) {
-        add_units(all, scene, result);
-        add_indentation(all, scene, result);
-    }
+    const Report judged = report(scene, result);
+    add_curvature(all, scene, result, judged);
+    add_units(all, scene, judged);
+    add_indentation(all, judged);
     add_interval(all, scene);
     return all;
 }

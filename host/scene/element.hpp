@@ -26,6 +26,9 @@ inline double strain_rate(const Element& m, double stress, double strain = 0) {
     return (stress - m.modulus * strain) / m.viscosity;
 }
 
+// The published study's element, which a material in a scene without units has by default.
+inline constexpr Element study_element{.modulus = 1.54, .viscosity = 1};
+
 // Returns what an element's strain is inversely proportional to at a given retardation time: its modulus, or if that is
 // 0 its viscosity.
 inline double resistance(const Element& m) { return m.modulus > 0 ? m.modulus : m.viscosity; }
@@ -43,7 +46,8 @@ inline Element element_at(const KelvinVoigt& e, size_t cell) {
 
 // The element of a cell of a material that is no chain.
 inline Element element_at(const Material& m, size_t cell) {
-    return {.modulus = at(m.modulus_map, m.modulus, cell), .viscosity = at(m.viscosity_map, m.viscosity, cell)};
+    return {.modulus = at(m.modulus_map, m.modulus.value_or(study_element.modulus), cell),
+            .viscosity = at(m.viscosity_map, m.viscosity.value_or(study_element.viscosity), cell)};
 }
 
 inline bool is_uniform(const KelvinVoigt& e) { return e.modulus_map.empty() && e.viscosity_map.empty(); }
@@ -78,6 +82,12 @@ inline Series series_at(const Material& m, size_t cell) {
     s.ends_in_spring = spring && s.length > 0;
     if (spring) s.elements[s.length++] = {.modulus = *spring, .viscosity = 0};
     return s;
+}
+
+// Whether a uniform material has an element without viscosity.
+inline bool has_spring(const Material& m) {
+    const Series s = series_at(m, 0);
+    return std::any_of(s.elements.begin(), s.elements.begin() + long(s.length), is_elastic);
 }
 
 // Gives `to` the elements of another material; its lengths stay.

@@ -48,7 +48,8 @@ SceneWithFiles read_scene(const std::string& path, const std::vector<std::string
 // Returns the dotted name of every key that a scene file may have, as in "load.radius", but for those in lists.
 std::vector<std::string> known_keys();
 
-// A scene that has passed validate(): every parameter is in range and every default is filled in.
+// A scene that has passed validate(): every parameter is in range and every default is filled in, but for the
+// material's (element_at()).
 struct ValidatedScene {
     Scene scene;
     std::shared_ptr<NpyFile> frames; // the open file of a sequence; null with any other load

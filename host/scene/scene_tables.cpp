@@ -39,9 +39,13 @@ void read_grid(Section table, Grid& grid) {
 void read_surface(Section table, const Grid& grid, const Folder& folder, Surface& surface) {
     table.choice("kind", surface.kind);
     const bool map = surface.kind == Surface::Kind::map;
+    if (map || surface.kind == Surface::Kind::flat) // without the ridges of a preset
+        surface = {.kind = surface.kind, .relief = surface.relief};
+    if (table.has("ridges")) surface.ridge_period.reset();
     const std::string path = path_in(table, map, "\"file\"", folder);
     if (map) surface.map = read_npy(path, grid.width, grid.height, table.parameter("path"));
     table.number("ridges", surface.ridges);
+    table.number("ridge_period", surface.ridge_period);
     table.number("noise", surface.noise);
     table.number("noise_length", surface.noise_length);
     table.number("relief", surface.relief);
@@ -52,7 +56,7 @@ void read_surface(Section table, const Grid& grid, const Folder& folder, Surface
 struct NumberOrMap {
     const Grid& grid;
     const Folder& folder;
-    void operator()(Section& table, const char* key, double& value, Map& map) const {
+    template <class Number> void operator()(Section& table, const char* key, Number& value, Map& map) const {
         if (!table.has_text(key)) return table.number(key, value);
         const std::string text = *table.text(key);
         if (!text.ends_with(".npy"))
@@ -73,6 +77,11 @@ KelvinVoigt element_in(const toml::node& node, const std::string& parameter, con
 }
 
 void read_material(Section table, const Grid& grid, const Folder& folder, Material& material) {
+    if (table.has("modulus") || table.has("viscosity") || table.has("elements") || table.has("relaxation")) {
+        material.elements.clear(); // a preset's
+        material.spring.reset();
+        material.dashpot.reset();
+    }
     const NumberOrMap number_or_map{grid, folder};
     number_or_map(table, "modulus", material.modulus, material.modulus_map);
     number_or_map(table, "viscosity", material.viscosity, material.viscosity_map);
@@ -198,8 +207,16 @@ void read_output(Section table, Output& output) {
     table.finish();
 }
 
+// Returns the scene that the keys of the file change.
+Scene preset_in(Section& top) {
+    const auto preset = top.text("preset");
+    if (!preset) return {};
+    if (*preset != "fingertip") refuse(top.parameter("preset"), "\"" + *preset + "\"", "\"fingertip\"");
+    return fingertip();
+}
+
 Scene read_all(Section top, const Folder& folder) {
-    Scene scene;
+    Scene scene = preset_in(top);
     top.choice("method", scene.method);
     top.choice("model", scene.model);
     top.choice("precision", scene.precision);

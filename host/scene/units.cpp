@@ -16,7 +16,7 @@ struct KeyUnit {
 constexpr KeyUnit key_units[] = {
     {" modulus spring intensity ", "Pa"},
     {" viscosity dashpot ", "Pa s"},
-    {" spacing relief thickness curvature_length ", "m"},
+    {" spacing ridge_period relief thickness curvature_length ", "m"},
     {" step duration start rise length period times interval sa2_adaptation at ", "s"},
     {" frequency ", "Hz"},
     {" phase ", "rad"},

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace dermis::scene {
 namespace {
@@ -24,13 +25,29 @@ void check_grid(const Grid& grid) {
     if (grid.spacing) need_positive("grid.spacing", *grid.spacing);
 }
 
+// Turns a ridge_period into the number of ridges that has it.
+void take_ridge_period(SkinDescription& s) {
+    Surface& f = s.surface;
+    if (!f.ridge_period) return;
+    const double period = *f.ridge_period;
+    need(s.grid.spacing.has_value(), "surface.ridge_period", period, "only with grid.spacing");
+    need(!f.ridges, "surface.ridges", f.ridges.value_or(0), "not beside surface.ridge_period");
+    need_positive("surface.ridge_period", period);
+    const double periods = s.grid.width * *s.grid.spacing / period;
+    f.ridges = f.kind == Surface::Kind::wave ? periods : 2 * std::numbers::pi * periods; // see cells_per_ridge()
+    need(finite(*f.ridges), "surface.ridge_period", period, "a period whose ridges can be counted");
+    f.ridge_period.reset();
+}
+
 void check_surface(SkinDescription& s) {
     Surface& f = s.surface;
     const bool ridged = f.kind == Surface::Kind::wave || f.kind == Surface::Kind::spiral;
     for (auto [key, value] : {std::pair{"surface.ridges", &f.ridges},
+                              {"surface.ridge_period", &f.ridge_period},
                               {"surface.noise", &f.noise},
                               {"surface.noise_length", &f.noise_length}})
         need(ridged || !*value, key, value->value_or(0), "only with surface.kind \"wave\" or \"spiral\"");
+    take_ridge_period(s);
     const bool wave = f.kind == Surface::Kind::wave;
     if (!f.ridges) f.ridges = wave ? 15 : 25;
     if (!f.noise) f.noise = wave ? 2 : 0.5;
@@ -177,7 +194,7 @@ SkinDescription validate_skin(const SkinDescription& description, const std::vec
     check_grid(s.grid);
     check_surface(s);
     check_lengths(s);
-    if (!s.receptors.fa2) s.receptors.fa2 = Fa2::step_mean;
+    s.receptors.fa2 = s.receptors.fa2.value_or(Fa2::step_mean);
     const MaterialSurvey material = survey_material(s);
     if (std::count(asked.begin(), asked.end(), Quantity::fa2)) check_fa2_density(s, material);
     check_curvature_and_receptors(s);

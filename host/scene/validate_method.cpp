@@ -34,6 +34,20 @@ void check_fa2_of_sequence(const Scene& s, const MaterialSurvey& material) {
                    " s for FA2 as a mean over a step; or receptors.fa2 = \"point\", or leave fa2 out of [output]");
 }
 
+// A material is elements in series, or a modulus and a viscosity, both of which a scene with units has to give.
+void check_given(const SkinDescription& s) {
+    const Material& m = s.material;
+    for (auto [key, number, map] : {std::tuple{"material.modulus", &m.modulus, &m.modulus_map},
+                                    {"material.viscosity", &m.viscosity, &m.viscosity_map}}) {
+        if (is_chain(m) && !map->empty()) refuse(key, "(a map)", "not beside material.elements, which take maps of their own");
+        if (is_chain(m) && *number) refuse(key, shortest(**number), "not beside material.elements");
+        if (s.grid.spacing && !is_chain(m) && !*number && map->empty())
+            refuse(key, "(not given)",
+                   "material.modulus in Pa and material.viscosity in Pa s, required with grid.spacing; or "
+                   "material.elements, material.relaxation, or preset = \"fingertip\"");
+    }
+}
+
 // Checks the numbers or maps of one of the elements in series.
 void check_element(const KelvinVoigt& e, const std::string& name, const Grid& grid) {
     const std::string modulus = name + ".modulus", viscosity = name + ".viscosity";
@@ -57,9 +71,6 @@ void check_chain(const Material& m, const Grid& grid) {
     if (m.elements.empty() || m.elements.size() > 8)
         refuse("material.elements", "(" + std::to_string(m.elements.size()) + " elements)",
                "1 to 8, with material.spring and material.dashpot beside them");
-    if (!m.modulus_map.empty() || !m.viscosity_map.empty())
-        refuse(m.modulus_map.empty() ? "material.viscosity" : "material.modulus", "(a map)",
-               "not beside material.elements, which take maps of their own");
     for (size_t i = 0; i < m.elements.size(); ++i)
         check_element(m.elements[i], "material.elements[" + std::to_string(i) + "]", grid);
     if (m.spring) need_positive("material.spring", *m.spring);
@@ -122,8 +133,7 @@ void check_edges(const SkinDescription& s) {
     need(s.grid.height >= 2, "grid.height", s.grid.height, "at least 2 with the published edges");
 }
 
-void check_material(const Scene& s) {
-    const MaterialSurvey material = survey_material(s);
+void check_material(const Scene& s, const MaterialSurvey& material) {
     if (material.chain && s.method == Method::published)
         refuse("method", "\"published\"", "another one with material.elements");
     if (material.maps && s.method == Method::published)
@@ -154,6 +164,7 @@ std::string MaterialSurvey::where(size_t cell, int width) const {
 MaterialSurvey survey_material(const SkinDescription& s) {
     const Material& m = s.material;
     MaterialSurvey survey;
+    check_given(s);
     if (is_chain(m)) {
         check_chain(m, s.grid);
         survey_chain(s, survey);
@@ -199,13 +210,15 @@ void check_curvature_and_receptors(SkinDescription& s) {
 void check_material(const Scene& validated, const Material& material) {
     Scene s = validated;
     take_elements(s.material, material);
-    check_material(s);
+    check_material(s, survey_material(s));
 }
 
 void check_method(Scene& s) {
     if (s.method == Method::published) set_published(s);
-    if (!s.receptors.fa2) s.receptors.fa2 = s.load.kind == Load::Kind::sequence ? Fa2::step_mean : Fa2::point;
-    check_material(s);
+    const MaterialSurvey material = survey_material(s);
+    const bool mean = s.load.kind == Load::Kind::sequence || material.elastic || material.spring;
+    s.receptors.fa2 = s.receptors.fa2.value_or(mean ? Fa2::step_mean : Fa2::point);
+    check_material(s, material);
     check_adaptation(s);
     check_curvature_and_receptors(s);
 }

@@ -20,11 +20,12 @@ struct Errors {
 
 Errors errors(const Result& r, const Material& m) {
     Errors e;
+    const double E = *m.modulus, eta = *m.viscosity;
     for (size_t n = 1; n < r.time.size(); ++n) {
-        const double decay = std::exp(-r.time[n] * m.modulus / m.viscosity);
-        const double strain = -std::expm1(-r.time[n] * m.modulus / m.viscosity) / m.modulus;
-        e.strain = std::max(e.strain, std::abs(r.trace(Quantity::strain).max[n] - strain) * m.modulus);
-        e.rate = std::max(e.rate, std::abs(r.trace(Quantity::fa1).max[n] - decay / m.viscosity) * m.viscosity);
+        const double decay = std::exp(-r.time[n] * E / eta);
+        const double strain = -std::expm1(-r.time[n] * E / eta) / E;
+        e.strain = std::max(e.strain, std::abs(r.trace(Quantity::strain).max[n] - strain) * E);
+        e.rate = std::max(e.rate, std::abs(r.trace(Quantity::fa1).max[n] - decay / eta) * eta);
     }
     return e;
 }
@@ -52,6 +53,8 @@ Scene closed_form_scene(Method method, double step) {
     Scene s = study_scene(Surface::Kind::wave, Load::Kind::circular, method);
     s.model = Model::march;
     s.grid.spacing = s.surface.relief = s.material.thickness = 1;
+    s.material.modulus = 1.54;
+    s.material.viscosity = 1;
     s.material.curvature_length = 0;
     s.time = {step, 2.56};
     s.output = {{Quantity::strain, Quantity::fa1}, {}, {}};

@@ -35,10 +35,10 @@ std::map<std::string, Scene> all_scenes() {
         for (int i = 0; i < 5; ++i) {
             Scene scene = study_scene(Surface::Kind::wave, Load::Kind::circular, method);
             scene.material.modulus = 1 + 0.25 * i;
-            scenes[fmt::format("sweep_modulus/{}/{}", shortest(scene.material.modulus), name(method))] = scene;
+            scenes[fmt::format("sweep_modulus/{}/{}", shortest(*scene.material.modulus), name(method))] = scene;
             scene.material = {};
             scene.material.viscosity = (4 + 9 * i) / 40.0; // 0.1 .. 1.0
-            scenes[fmt::format("sweep_viscosity/{}/{}", shortest(scene.material.viscosity), name(method))] = scene;
+            scenes[fmt::format("sweep_viscosity/{}/{}", shortest(*scene.material.viscosity), name(method))] = scene;
         }
     }
     return scenes;

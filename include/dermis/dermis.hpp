@@ -101,7 +101,8 @@ class Map {
 };
 
 // width, height: cells, 1..16384. spacing: metres between cells, > 0. Without spacing a scene is dimensionless:
-// spacing, relief, thickness and curvature_length are then 1; with it the last three are required.
+// spacing, relief, thickness and curvature_length are then 1, and the material is by default the published study's;
+// with it relief, thickness, curvature_length and a material are required.
 struct Grid {
     int width = 150, height = 150;
     std::optional<double> spacing;
@@ -116,24 +117,26 @@ struct Surface {
     std::optional<double> noise_length; // cells; wave 50, spiral 40; > 0
     std::optional<double> relief;       // m per unit of height; > 0
     Map map;                            // Kind::map: width*height finite heights
+    std::optional<double> ridge_period; // m from crest to crest, > 0; in place of ridges, with Grid::spacing alone
 };
 
-// A spring beside a dashpot: modulus*strain + viscosity*rate = pressure. Pa and Pa s, >= 0, not both 0: viscosity 0 is a
-// spring, modulus 0 a dashpot.
+// A spring beside a dashpot: modulus*strain + viscosity*rate = pressure. Pa and Pa s, >= 0, not both 0: viscosity 0 is
+// a spring, modulus 0 a dashpot.
 struct KelvinVoigt {
     double modulus = 0, viscosity = 0;
     Map modulus_map, viscosity_map; // values of each cell in place of the numbers, width*height. Empty: the number
 };
 
 struct Material {
-    double modulus = 1.54;                  // E, Pa, >= 0; modulus and viscosity not both 0
-    double viscosity = 1;                   // eta, Pa s, >= 0
+    std::optional<double> modulus;          // E, Pa, >= 0; modulus and viscosity not both 0; without spacing 1.54
+    std::optional<double> viscosity;        // eta, Pa s, >= 0; without spacing 1
     std::optional<double> thickness;        // h, m, >= 0: h*eps is the indentation
     std::optional<double> curvature_length; // l, m, any finite number: a gain
     // Values of each cell in place of the numbers, width*height, same ranges. Empty: the number everywhere.
     Map modulus_map, viscosity_map;
     // 1 to 8 elements in series in place of modulus and viscosity: their strains add up. With them a spring (Pa, > 0) and
-    // a dashpot (Pa s, > 0) in the same series, the same in every cell.
+    // a dashpot (Pa s, > 0) in the same series, the same in every cell. None of them
+    // stands beside modulus or viscosity.
     std::vector<KelvinVoigt> elements;
     std::optional<double> spring, dashpot;
 };
@@ -173,10 +176,10 @@ struct Time {
 };
 
 struct Receptors {
-    std::optional<double> sa2_adaptation;      // s, > 0: tau_a*y' = -y + tau_a*eps, bounded; not given: plain integral
-    std::optional<Fa2> fa2;                    // default point: the density of eps'' (jumps are in Result::impulses);
-                                               // step_mean, default of a sequence: mean of eps'' over the step, jumps
-                                               // included
+    std::optional<double> sa2_adaptation; // s, > 0: tau_a*y' = -y + tau_a*eps, bounded; not given: plain integral
+    // Default point: the density of eps'' (jumps are in Result::impulses). step_mean, the default of a sequence and
+    // where a cell has a spring (an element of viscosity 0): mean of eps'' over the step, jumps included.
+    std::optional<Fa2> fa2;
     std::array<double, 2> fa2_gains = {1, -1}; // k+, k-: k+*max(a, 0) + k-*max(-a, 0) of a = eps''(1 + l*C)
 };
 
@@ -186,7 +189,7 @@ struct Site {
     Cell cell;                     // inside the grid
 };
 
-// Receptors per cm2. Default: the human fingertip, after Johansson and Vallbo (1979).
+// Receptors per cm2. Default: the human fingertip, after Johansson and Vallbo (1979); see host/scene/fingertip.md.
 struct Density {
     double sa1 = 70, sa2 = 10, fa1 = 140, fa2 = 25; // >= 0
 };
@@ -237,6 +240,11 @@ struct Scene : SkinDescription {
     // line, key, value and allowed range.
     DERMIS_API static Scene from_file(const std::string& path, const std::vector<std::string>& overrides = {});
 };
+
+// A human fingertip to begin with: 1 cm2 of ridged skin in metres, of a material with three decades of relaxation
+// times. Each number stands with its source in host/scene/fingertip.md, and each can be changed. The load is left to
+// the caller; receptors are population(scene.grid).
+DERMIS_API Scene fingertip();
 
 struct DeviceInfo {
     std::string name;   // "cpu", or what the driver calls the device
@@ -324,6 +332,29 @@ struct Result {
 
     DERMIS_API const Trace& trace(Quantity) const; // throws Error::bad_input if it was not asked for
 };
+
+// A figure by which a user judges whether numbers can mean skin, and the range in which they can.
+struct Figure {
+    double value = std::nan(""); // NaN: not known
+    double least = 0, greatest = HUGE_VAL;
+    bool outside() const { return value < least || value > greatest; } // false where the value is not known
+};
+
+// What the numbers of a skin mean. In a scene without Grid::spacing strains and times have no range.
+struct Report {
+    Figure strain;          // greatest |eps| of the traces' extremes: the indentation over the thickness; 0..1
+    Figure indentation;     // m: thickness*strain; 0..thickness
+    Figure gain;            // greatest |l*C|, of a Skin at rest; 0..1, above which responses can change sign
+    Figure cells_per_ridge; // infinite where the surface has no ridges of its own; from 8 on
+    // s, 1e-4..20: of elements in series each, else the least and the greatest of all cells. Springs and dashpots have
+    // none.
+    std::vector<Figure> retardation_times;
+    // The responses that have in some cell another sign than what they answer to, because 1 + l*C is negative there; as
+    // far as extremes of the traces show it, beyond 1e-4 of the response's greatest value.
+    std::vector<Quantity> sign_changed;
+};
+// scene: the one that was run. What a result does not know, as strain without its trace, is NaN.
+DERMIS_API Report report(const Scene&, const Result&);
 
 struct RunOptions {
     std::optional<Precision> precision; // overrides the scene's
@@ -424,6 +455,10 @@ class DERMIS_API Skin {
     Response response(Quantity) const;
 
     void reset(); // back to a skin at rest
+
+    // What the description tells: times, ridges, and the gain at rest. Strain and indentation are not known. Takes up
+    // to as long as making the skin did.
+    Report report() const;
 
     struct DERMIS_HIDDEN Impl;
 

@@ -172,7 +172,7 @@ void Family::take_load(Scene& s) {
             const double r = std::hypot(x - cx, y - cy) / radius;
             map.push_back(shape == 0 ? std::max(0.0, 1 - r) : shape == 1 ? std::exp(-r * r) : real(-1, 1));
         }
-    const double stiffness = s.material.modulus > 0 ? s.material.modulus : s.material.viscosity / s.time.duration;
+    const double stiffness = *s.material.modulus > 0 ? *s.material.modulus : *s.material.viscosity / s.time.duration;
     s.load.intensity = decades(-3, 1) * stiffness * (one_in(2) ? 0.01 : -0.01);
     if (kind_ == std::string_view("units")) s.load.intensity = one_in(2) ? 1e-11 : s.load.intensity;
 }
@@ -227,7 +227,7 @@ void Family::move_breakpoint(Scene& s) {
 
 void Family::take_receptors(Scene& s) {
     Receptors& r = s.receptors;
-    const double tau = s.material.modulus > 0 ? s.material.viscosity / s.material.modulus : 0;
+    const double tau = *s.material.modulus > 0 ? *s.material.viscosity / *s.material.modulus : 0;
     r.fa2 = Fa2(below(2));
     if (s.material.viscosity == 0) r.fa2 = Fa2::step_mean;
     if (one_in(3)) r.sa2_adaptation = one_in(10) && tau > 0 ? tau : s.time.duration * decades(-2.5, 2);
@@ -238,7 +238,7 @@ void Family::take_receptors(Scene& s) {
 // Classes of three, or each cell its own; in a third of the scenes with one retardation time, but for odd cells, and in
 // half of these as maps in float have it.
 void Family::take_material_maps(Scene& s) {
-    const double E = s.material.modulus, eta = s.material.viscosity, spread = real(0, 1.5), share = real(0, 1);
+    const double E = *s.material.modulus, eta = *s.material.viscosity, spread = real(0, 1.5), share = real(0, 1);
     const bool classes = kind_ != std::string_view("many") && one_in(2);
     const bool elastic = E > 0 && s.receptors.fa2 == Fa2::step_mean && one_in(10), creeping = eta > 0 && one_in(10);
     const int kinds = 2 + below(30);
@@ -271,8 +271,8 @@ void Family::take_patch(Scene& s) {
         for (int x = 0; x < s.grid.width; ++x) {
             const bool inside = x >= left && x < left + size && y >= top && y < top + size;
             const double E = std::exp(0.2 * real(-1, 1)) * (inside ? 0.01 : 1), near = 1 + 1e-3 * real(-1, 1);
-            s.material.modulus_map.edit().push_back(s.material.modulus * E);
-            s.material.viscosity_map.edit().push_back(s.material.viscosity * E * near);
+            s.material.modulus_map.edit().push_back(*s.material.modulus * E);
+            s.material.viscosity_map.edit().push_back(*s.material.viscosity * E * near);
         }
 }
 
@@ -305,10 +305,10 @@ void Family::take_sites(Scene& s) {
 // A vibration, or pulses, that go on for long.
 void Family::take_late(Scene& s) {
     Envelope& e = s.load.envelope;
-    const double tau = s.material.modulus > 0 ? s.material.viscosity / s.material.modulus : 1;
+    const double tau = *s.material.modulus > 0 ? *s.material.viscosity / *s.material.modulus : 1;
     s.time.step = real(0.5, 2);
     s.time.duration = s.time.step * (50 + below(950));
-    if (s.material.modulus > 0) s.material.viscosity = s.material.modulus * std::max(tau, 1e-4);
+    if (s.material.modulus > 0) s.material.viscosity = *s.material.modulus * std::max(tau, 1e-4);
     e = {};
     e.kind = one_in(3) ? Envelope::Kind::pulse : Envelope::Kind::sine;
     e.frequency = 250 * decades(-1, 1);
@@ -330,7 +330,9 @@ bool Family::may_be_chain(const Scene& s) const {
 void Family::take_chain(Scene& s) {
     kind_ = "chain";
     Material& m = s.material;
-    const double E = m.modulus > 0 ? m.modulus : 1, eta = m.viscosity > 0 ? m.viscosity : E * s.time.step;
+    const double E = *m.modulus > 0 ? *m.modulus : 1, eta = *m.viscosity > 0 ? *m.viscosity : E * s.time.step;
+    m.modulus.reset();
+    m.viscosity.reset();
     for (int i = 1 + below(5); i > 0; --i) {
         const double factor = decades(-1, 1);
         m.elements.push_back({E * factor, eta * factor * decades(-2, 2)});
@@ -344,9 +346,9 @@ void Family::take_baseline(Scene& s) {
     s.allow_unstable = true;
     s.receptors.sa2_adaptation.reset();
     Material& m = s.material;
-    if (m.viscosity == 0) m.viscosity = m.modulus * s.time.step;
+    if (m.viscosity == 0) m.viscosity = *m.modulus * s.time.step;
     for (size_t i = 0; i < m.viscosity_map.size(); ++i)
-        if (m.viscosity_map[i] == 0) m.viscosity_map.edit()[i] = m.viscosity;
+        if (m.viscosity_map[i] == 0) m.viscosity_map.edit()[i] = *m.viscosity;
     s.tolerance = decades(-4, 0);
 }
 

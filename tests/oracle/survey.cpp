@@ -55,7 +55,7 @@ std::string text(const Scene& s) {
     std::ostringstream out;
     out << s.grid.width << " x " << s.grid.height << ", "
         << (s.load.kind == Load::Kind::sequence ? "frames" : envelopes[int(s.load.envelope.kind)]) << ", "
-        << name(s.method) << ", z = " << m.modulus * s.time.step / m.viscosity
+        << name(s.method) << ", z = " << m.modulus.value_or(NAN) * s.time.step / m.viscosity.value_or(NAN)
         << (m.modulus_map.empty() ? "" : " in maps") << (m.elements.empty() ? "" : " replaced by a chain") << ", step "
         << s.time.step << ", " << std::ceil(s.time.duration / s.time.step - 1e-9) << " outputs, start "
         << s.load.envelope.start;
