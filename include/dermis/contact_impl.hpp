@@ -120,9 +120,9 @@ struct Disc {
     double x, y, radius;
 };
 
-// Calls each(x, y, sqrt(1 - r^2/radius^2)) for each of these cells whose centre the disc covers.
+// Calls each(x, y, 1 - r^2/radius^2) for each of these cells whose centre the disc covers.
 template <class Each> void each_covered(const Disc& disc, Range columns, Range rows, Each each) {
-    if (disc.radius == 0) return;
+    if (disc.radius < 1e-6) return; // It covers none, but for a centre that it is in, which is the nearest.
     const double scale = 1 / disc.radius;
     rows = within(disc.y - disc.radius, disc.y + disc.radius, rows);
     for (int y = rows.first; y <= rows.last; ++y) {
@@ -132,55 +132,78 @@ template <class Each> void each_covered(const Disc& disc, Range columns, Range r
         const Range covered = within(disc.x - half, disc.x + half, columns);
         for (int x = covered.first; x <= covered.last; ++x) {
             const double dx = (x - disc.x) * scale, square = rest - dx * dx;
-            if (square > 0) each(x, y, std::sqrt(square));
+            if (square > 0) each(x, y, square);
         }
     }
 }
 
-struct Weight {
+// The cells of a disc, by Hertz's profile. Weights are kept as far as there is room, because roots are what takes time.
+struct Weights {
+    static constexpr int room = 2048;
     double sum = 0;
     int cells = 0;
+    float kept[room];
+
+    void add(double square) {
+        const double weight = std::sqrt(square);
+        if (cells < room) kept[cells] = float(weight);
+        sum += cells < room ? double(kept[cells]) : weight;
+        ++cells;
+    }
+    double of(int cell, double square) const { return cell < room ? double(kept[cell]) : std::sqrt(square); }
 };
 
-inline Weight weight(const Disc& disc, Range columns, Range rows) {
-    Weight w;
-    each_covered(disc, columns, rows, [&](int, int, double weight) { w.sum += weight, ++w.cells; });
-    return w;
+// Adds the weights that a disc which overhangs has beyond the border.
+inline void add_beyond(const Disc& disc, Range columns, Range rows, double& sum, int& cells) {
+    if (disc.radius > 128) { // the integral, which differs from the sum by less than 1e-4 of it
+        sum = std::max(sum, 2 * pi / 3 * disc.radius * disc.radius);
+        ++cells;
+        return;
+    }
+    constexpr int far_away = 2 * greatest_count;
+    const auto add = [&](Range some_columns, Range some_rows) {
+        each_covered(disc, some_columns, some_rows,
+                     [&](int, int, double square) { sum += std::sqrt(square), ++cells; });
+    };
+    add({-far_away, far_away}, {-far_away, -1});
+    add({-far_away, far_away}, {rows.last + 1, far_away});
+    add({-far_away, -1}, rows);
+    add({columns.last + 1, far_away}, rows);
 }
 
-// Returns the weight of a disc that overhangs, with the cells that would be beyond the border.
-inline Weight whole_weight(const Disc& disc, const Weight& on_pad) {
-    if (disc.radius > 128) // the integral, which differs from the sum by less than 1e-4 of it
-        return {std::max(on_pad.sum, 2 * pi / 3 * disc.radius * disc.radius), on_pad.cells + 1};
-    constexpr Range all{-2 * greatest_count, 2 * greatest_count};
-    return weight(disc, all, all);
+// Presses a patch of which the pad has no covered centre: it has none at all, or all of them are beside the pad.
+inline double press_nearest(const Pad& pad, const Disc& disc, double force, Report& report) {
+    const double x = std::floor(disc.x + 0.5), y = std::floor(disc.y + 0.5);
+    if (x < 0 || x >= pad.width || y < 0 || y >= pad.height) {
+        ++report.beside;
+        return 0;
+    }
+    ++report.below_cell;
+    press(row_of(pad, int(y))[int(x)], force / (pad.spacing * pad.spacing), report);
+    return force;
 }
 
 // Returns the part of the force that falls on the pad.
 inline double spread(const Pad& pad, const Contact& c, Report& report) {
     const double radius = c.area > 0 ? std::sqrt(c.area / pi) : c.radius;
-    const double on_one_cell = c.force / (pad.spacing * pad.spacing);
     const Disc disc{c.x / pad.spacing - 0.5, c.y / pad.spacing - 0.5, radius / pad.spacing};
     const Range columns{0, pad.width - 1}, rows{0, pad.height - 1};
-    const Weight on_pad = weight(disc, columns, rows);
-    if (on_pad.cells == 0) { // no centre is covered, or all of them are beside the pad
-        const double x = std::floor(disc.x + 0.5), y = std::floor(disc.y + 0.5);
-        if (x < 0 || x >= pad.width || y < 0 || y >= pad.height) {
-            ++report.beside;
-            return 0;
-        }
-        ++report.below_cell;
-        press(row_of(pad, int(y))[int(x)], on_one_cell, report);
-        return c.force;
-    }
+    Weights weights;
+    each_covered(disc, columns, rows, [&](int, int, double square) { weights.add(square); });
+    if (weights.cells == 0) return press_nearest(pad, disc, c.force, report);
+
+    double whole = weights.sum;
+    int cells = weights.cells;
     const bool inside = disc.x - disc.radius > -1 && disc.x + disc.radius < pad.width && disc.y - disc.radius > -1 &&
                         disc.y + disc.radius < pad.height;
-    const Weight whole = inside ? on_pad : whole_weight(disc, on_pad);
-    report.below_cell += whole.cells == 1;
-    const double peak = on_one_cell / whole.sum;
-    each_covered(disc, columns, rows,
-                 [&](int x, int y, double weight) { press(row_of(pad, y)[x], peak * weight, report); });
-    return c.force * (on_pad.sum / whole.sum);
+    if (!inside) add_beyond(disc, columns, rows, whole, cells);
+    report.below_cell += cells == 1;
+    const double peak = c.force / (pad.spacing * pad.spacing * whole);
+    int cell = 0;
+    each_covered(disc, columns, rows, [&](int x, int y, double square) {
+        press(row_of(pad, y)[x], peak * weights.of(cell++, square), report);
+    });
+    return c.force * (weights.sum / whole);
 }
 
 inline void add(const Pad& pad, const Contact& c, Report& report) {
