@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+// Contacts of a simulator on a fingertip: forces at points in the world become pressure on the pad, and the pressure
+// the responses of the skin. Here a ball rolls over the pad.
+#include <dermis/contact.hpp>
+#include <dermis/dermis.hpp>
+
+#include <algorithm>
+#include <cstdio>
+
+namespace contact = dermis::contact;
+
+int main() {
+    constexpr int width = 80, height = 64;
+    constexpr double spacing = 2.5e-4; // m
+    dermis::SkinDescription description;
+    description.grid.width = width;
+    description.grid.height = height;
+    description.grid.spacing = spacing;
+    description.surface.kind = dermis::Surface::Kind::wave;
+    description.surface.relief = 5e-5;
+    description.material.modulus = 5e4;
+    description.material.viscosity = 5e3;
+    description.material.thickness = 1e-3;
+    description.material.curvature_length = 1e-5;
+    dermis::Skin skin(dermis::Device::cpu(1), description);
+
+    std::vector<float> pressure(size_t(width) * height);
+    contact::Pad pad;
+    pad.width = width, pad.height = height, pad.spacing = spacing, pad.pressure = pressure.data();
+
+    // The simulator has the frame of the pad's middle in the world; here the pad faces up, half a metre above the
+    // floor.
+    contact::Pose middle;
+    middle.position = {0, 0, 0.5};
+    const contact::Pose pose = middle.from_middle(pad);
+
+    for (int step = 1; step <= 100; ++step) {
+        // A point, a force and where it pushes are what a solver knows. The radius follows from the ball's.
+        contact::WorldContact ball;
+        ball.position = {1e-4 * (step - 50), 0, 0.5};
+        ball.direction = {0, 0, -1};
+        ball.force = 0.5;
+        ball.radius = contact::hertz_radius(ball.force, 8e-3, description.material.modulus * 4 / 3);
+
+        std::fill(pressure.begin(), pressure.end(), 0.0f);
+        const contact::Report report = contact::add_contacts(pad, pose, 1e-3, {ball});
+        if (!report.plausible()) std::printf("%s\n", report.doubts().c_str());
+        skin.press(pressure, 0.002);
+
+        if (step % 50 != 0) continue;
+        const auto fa1 = skin.response(dermis::Quantity::fa1);
+        std::printf("%3d ms: %.3g N on %d cells, at most %.3g Pa; greatest FA1 %.3g\n", step * 2, report.placed,
+                    report.cells, report.greatest, *std::max_element(fa1.begin(), fa1.end()));
+    }
+}

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: MIT
+// Contacts to pressure: forces at contact points, depths or taxels, as a simulator has them, become the pressure on
+// each cell of a skin. This header is the manual. It needs C++17, but not the library.
+//
+//     std::vector<float> pressure(80 * 64);                                 // all 0
+//     const dermis::contact::Pad pad{80, 64, 2.5e-4, pressure.data()};      // 20 mm x 16 mm
+//     const std::vector<dermis::contact::Contact> contacts = {{0.01, 0.008, 0.5, 0.003}}; // 0.5 N on a radius of 3 mm
+//     const dermis::contact::Report report = dermis::contact::add_contacts(pad, contacts);
+//     if (!report.plausible()) std::fputs(report.doubts().c_str(), stderr);
+//     skin.press(pressure, dt);
+//
+// The pad's frame is right-handed. Its origin is the outer corner of cell (0, 0), x runs along a row, y from row to
+// row, z out of the skin; seen from outside y is a quarter turn counter-clockwise from x. Cells are squares: the centre
+// of cell (x, y) is ((x + 0.5)*spacing, (y + 0.5)*spacing), so that mirror edges mirror at the pad's border.
+//
+// Pressure is added to what the buffer holds: fill it with 0 before a frame. The sum of what is added, times spacing^2,
+// is Report::placed to 1e-6 of the force that the buffer then holds, as far as pressures of 1e-38 Pa and more go.
+// Your compiler and its flags decide the last bits, but neither that sum nor what is refused.
+//
+// Functions that add allocate nothing. Functions throw std::invalid_argument with the argument's name, value and
+// allowed range, and check all of their input before they write anything. Lengths are at most 1e6 m, so that nothing
+// overflows.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace dermis::contact {
+
+// The pressure from which on a report is doubtful, Pa. Touch and grasp press skin with 1e3 to 1e5 Pa. More than 1 MPa
+// comes of a force on too few cells (1 N on one cell of 0.25 mm is 16 MPa) or of a wrong unit.
+inline constexpr double doubtful_pressure = 1e6;
+
+// A grid of cells, and the caller's pressures in Pa: that of cell (x, y) is pressure[y*pitch + x].
+struct Pad {
+    int width = 0, height = 0; // cells, 1..16384
+    double spacing = 0;        // m between cells, 1e-9..1e6
+    float* pressure = nullptr; // finite
+    std::size_t pitch = 0;     // floats from row to row, >= width; 0: width
+};
+
+// What became of the forces. asked = placed + outside + sideways.
+struct Report {
+    double asked = 0;    // N: sum of the forces given
+    double placed = 0;   // N: the part that presses cells
+    double outside = 0;  // N: the part that presses none: beside the pad, too far from it, turned away, or of depths
+                         // that nowhere exceed 0
+    double sideways = 0; // N: what a force at an angle to the pad lacks when only its part into the pad is taken
+    double greatest = 0; // Pa: greatest pressure of the cells that were pressed, with what they held before
+    int cells = 0;       // cells that are pressed now and held 0 before
+    int below_cell = 0;  // patches of which one cell takes all; its pressure is force/spacing^2, whatever the radius
+    int beside = 0;      // contacts and taxels with a force that are wholly beside the pad
+    int too_far = 0;     // contacts with a force farther from the pad's plane than `reach`
+    int turned_away = 0; // contacts whose force does not push into the pad
+    double level = 0;    // m: add_depths with a stiffness; see there
+
+    // Whether no patch is below one cell, and no pressure above doubtful_pressure.
+    bool plausible() const { return below_cell == 0 && greatest <= doubtful_pressure; }
+    std::string doubts() const; // sentences that say why not; empty if plausible
+};
+
+// A force on a round patch with the pressure of an elastic contact after Hertz, p0*sqrt(1 - r^2/radius^2) at the centre
+// of each cell; p0 is such that the cells of the whole patch carry the force. A patch that covers no cell's centre
+// presses the nearest cell: give a radius of two cells or more.
+//
+// The border changes nothing: what a patch has beyond it is lost to this pad and counts as Report::outside, so that
+// pads side by side share a patch. Of a patch that overhangs and has a radius of more than 128 cells the share is right
+// to 1e-4. A pad is [0, width*spacing) x [0, height*spacing).
+struct Contact {
+    double x = 0, y = 0; // m, in the pad's frame
+    double force = 0;    // N, >= 0, into the pad
+    double radius = 0;   // m, >= 0
+    double area = 0;     // m^2, >= 0: pi*radius^2 in place of radius; one of them is 0
+};
+
+// Adds contacts, one after another; where patches overlap, pressures add up.
+Report add_contacts(const Pad&, const Contact* contacts, std::size_t count);
+Report add_contacts(const Pad&, const std::vector<Contact>& contacts);
+
+// The radius in m of the patch of a rigid ball on an elastic plane, after Hertz: (3*force*ball/(4*modulus))^(1/3).
+// force: N, >= 0; ball: its radius, m, > 0; modulus: plane-strain modulus E/(1 - nu^2), Pa, > 0, which is 4/3 of E
+// where the volume stays the same.
+double hertz_radius(double force, double ball, double modulus);
+
+// Where a pad is: its frame in the world. rotation is row-major, and its columns are the axes of the pad in the world,
+// so that world = position + rotation*local. Rotations are right to 1e-3.
+struct Pose {
+    std::array<double, 3> position = {0, 0, 0}; // m, the outer corner of cell (0, 0)
+    std::array<double, 9> rotation = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+
+    // As in MuJoCo's site_xpos and site_xmat, or geom_xpos and geom_xmat.
+    static Pose from_matrix(const double position[3], const double rotation[9]);
+    // quaternion: w, x, y, z, of any length but 0.
+    static Pose from_quaternion(const double position[3], const double quaternion[4]);
+    // This frame, moved from the middle of the pad, where simulators have it, to the outer corner of cell (0, 0).
+    Pose from_middle(const Pad&) const;
+};
+
+// A contact in the world. direction is that in which the force pushes the pad, of any length; 0: straight into the pad.
+// Of a force at an angle to the pad the part along -z is taken. A contact on a rim of the pad's body, or a normal with
+// the wrong sign, is thereby turned away, and counted.
+struct WorldContact {
+    std::array<double, 3> position = {0, 0, 0};  // m
+    double force = 0;                            // N, >= 0
+    double radius = 0, area = 0;                 // as of a Contact
+    std::array<double, 3> direction = {0, 0, 0}; // -1e6..1e6
+};
+
+// Adds contacts of the world, each at the foot of its perpendicular to the pad's plane, if it is at most `reach` metres
+// from there, on either side. reach: m, >= 0.
+Report add_contacts(const Pad&, const Pose&, double reach, const WorldContact* contacts, std::size_t count);
+Report add_contacts(const Pad&, const Pose&, double reach, const std::vector<WorldContact>& contacts);
+
+// How deep something sinks into each cell, and the force with which it does: an elastic foundation. A negative depth is
+// a gap.
+struct Depths {
+    const float* depth = nullptr; // m, finite; that of cell (x, y) is depth[y*pitch + x]
+    double force = 0;             // N, >= 0
+    double stiffness = 0;         // Pa per m, 0 or 1e-6..1e30
+    std::size_t pitch = 0;        // floats from row to row, >= width; 0: width
+};
+
+// Adds a force in proportion to depth, where depth > 0. With a stiffness the pressure is stiffness*(depth - level)
+// where that is > 0, at the level that makes the sum the force: below 0 where something has to sink in deeper than the
+// depths say, gaps included.
+Report add_depths(const Pad&, const Depths&);
+
+// The readings of a sensor array: rectangles side by side, each under an even pressure.
+struct Taxels {
+    enum class Unit { newton, pascal } unit = Unit::newton;
+    const float* values = nullptr; // finite, >= 0; that in column i and row j is values[i*column_step + j*row_step]
+    int columns = 0, rows = 0;     // 1..16384; columns follow each other along x, rows along y
+    double width = 0, height = 0;  // m, of one taxel along x and y, 1e-9..1e6
+    double x = 0, y = 0;           // m, outer corner of the first taxel in the pad's frame
+    std::size_t column_step = 1, row_step = 0; // floats; row_step 0: columns. Column by column: rows and 1
+};
+
+// Adds each taxel's force to the cells below it by the area that they share, whichever of the two is finer. What is
+// beyond the border counts as Report::outside.
+Report add_taxels(const Pad&, const Taxels&);
+
+} // namespace dermis::contact
+
+#include <dermis/contact_impl.hpp>
