@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: MIT
+// The steps of a run in counted arithmetic: one cell of each material, under the schedule's load per unit of the map.
+#pragma once
+
+#include "host/plan/timeline.hpp"
+#include "host/planner/arithmetic.hpp"
+
+namespace dermis::planner {
+
+// A material of a run, how its cell is computed, and the greatest |pressure| on it.
+struct CountedMaterial {
+    plan::Element element;
+    CountedArithmetic arithmetic;
+    double peak;
+};
+
+// The schedule and the materials outlive the run.
+class CountedRun {
+  public:
+    CountedRun(const plan::Schedule&, const std::vector<CountedMaterial>&, const plan::ResponseRule&, Method);
+
+    // Takes the steps up to the next one whose end is read, an output or a field; false where there is none left.
+    bool next();
+    // The cell of each material at the end of that step.
+    const std::vector<CountedCell>& cells() const { return now_; }
+
+  private:
+    CountedCell pressed(size_t material, const plan::Step&) const;
+    void add_bend(CountedCell&, const plan::Element&, const plan::Step&) const;
+
+    const plan::Schedule& schedule_;
+    const std::vector<CountedMaterial>& materials_;
+    const plan::ResponseRule rule_;
+    const std::vector<plan::Element> elements_;
+    plan::Timeline timeline_;
+    double envelope_peak_;
+    std::optional<double> angular_frequency_; // of a sine that is not held over the steps
+    std::vector<CountedCell> kept_, now_;
+};
+
+} // namespace dermis::planner
