@@ -3,6 +3,7 @@
 
 #include "host/planner/bound.hpp"
 #include "host/planner/cost.hpp"
+#include "host/planner/reduction.hpp"
 #include "host/scene/text.hpp"
 
 #include <algorithm>
@@ -73,6 +74,10 @@ std::string ruled_out(const Candidate& c, const Request& r, const Backends& back
     return "";
 }
 
+const plan::Capabilities& backend_of(const Candidate& c, const Backends& backends) {
+    return c.model == Model::march && c.precision != Precision::f64 ? backends.opened : backends.cpu;
+}
+
 class ErrorBounds {
   public:
     ErrorBounds(const PreparedSkin& skin, const Schedule& schedule) : skin_(skin), schedule_(schedule) {}
@@ -80,23 +85,54 @@ class ErrorBounds {
     double of(const Candidate& c) {
         const bool separable = c.model != Model::march && why_not_separable(skin_, schedule_).empty();
         const Arithmetic kind = arithmetic_of(c.precision, separable);
-        if (!peaks_) peaks_ = measured_peaks(skin_, schedule_);
-        if (!separable || skin_.uniform()) return worst(skin_, schedule_, kind);
+        if (!separable || skin_.uniform()) return worst(skin_, schedule_, kind, {});
         if (!parts_) parts_ = plan::in_parts({skin_, schedule_});
-        return worst(parts_->skin, parts_->schedule, kind);
+        return worst(parts_->skin, parts_->schedule, kind, {});
+    }
+
+    // The same candidate with fewer elements in series, if there are some that keep the tolerance.
+    std::optional<Candidate> reduced(const Candidate& c, double tolerance, const plan::Capabilities& backend) {
+        constexpr double share = 0.5; // of the tolerance; the rest is left to arithmetic
+        if (!may_reduce(skin_, schedule_, c.model)) return {};
+        const bool impulses = c.model == Model::march;
+        std::optional<Reduction>& found = impulses ? of_march_ : of_sites_;
+        if (!found)
+            found = planner::reduced(skin_, schedule_,
+                                     {.error = share * tolerance, .seconds = c.seconds, .impulses = impulses},
+                                     [&]() -> const Peaks& { return peaks(); });
+        if (found->elements.empty()) return {};
+        Material fewer = skin_.description.material;
+        scene::take_chain(fewer, found->elements);
+        const PreparedSkin skin = with_material(skin_, fewer);
+        Candidate shorter = costed(skin, schedule_, c.model, c.precision, backend);
+        shorter.reduced = found->elements;
+        shorter.error = worst(skin, schedule_, arithmetic_of(c.precision, false), *found);
+        return shorter.error <= tolerance ? std::optional(shorter) : std::nullopt;
     }
 
   private:
-    double worst(const PreparedSkin& skin, const Schedule& schedule, const Arithmetic& kind) const {
+    const Peaks& peaks() {
+        if (!peaks_) peaks_ = measured_peaks(skin_, schedule_);
+        return *peaks_;
+    }
+
+    // by: what the skin's elements are a replacement by, if they are one.
+    double worst(const PreparedSkin& skin, const Schedule& schedule, const Arithmetic& kind, const Reduction& by) {
         const bool whole = !schedule.output.traces.empty() || !schedule.output.fields.empty();
-        const Bounds none{}, cells = whole ? bounds_of_cells(skin, schedule, kind) : none;
-        return worst_asked(skin, schedule, cells, bounds_of_sites(skin, schedule, kind), *peaks_, kind.stored);
+        const auto widened = [](Bounds b, const Errors& replaced) {
+            for (size_t q = 0; q < REDUCED_MAPS; ++q) b.error[q] += replaced[q], b.greatest[q] += replaced[q];
+            return b;
+        };
+        const Bounds cells = whole ? bounds_of_cells(skin, schedule, kind) : Bounds{};
+        return worst_asked(skin, schedule, widened(cells, by.cells),
+                           widened(bounds_of_sites(skin, schedule, kind), by.sites), peaks(), kind.stored);
     }
 
     const PreparedSkin& skin_;
     const Schedule& schedule_;
     std::optional<Peaks> peaks_;
     std::optional<plan::PreparedRun> parts_; // of the same strain, where materials differ
+    std::optional<Reduction> of_march_, of_sites_;
 };
 
 // Refuses elements in series where no model takes them, with the reasons.
@@ -140,7 +176,14 @@ Explanation choose(const PreparedSkin& skin, const Schedule& schedule, const Req
         const bool possible = c.refused.empty();
         const bool rough = c.model == Model::march ||
                            std::any_of(skin.parts.begin(), skin.parts.end(), std::mem_fn(&plan::Part::rough));
-        const bool free = rough && !r.precision && (c.model == Model::march || !r.model), binds = e.binding || free;
+        const bool unforced = !r.precision && (c.model == Model::march || !r.model);
+        const bool binds = e.binding || (rough && unforced);
+        if (possible && !taken && (e.binding || unforced))
+            if (const auto fewer = bounds.reduced(c, e.tolerance, backend_of(c, backends))) {
+                e.candidates.insert(e.candidates.begin() + std::ptrdiff_t(i), *fewer); // before the one of all elements
+                taken = i;
+                continue;
+            }
         // No bound is needed for a candidate that is the only one, or whose only error is rounding in double.
         const bool forced = r.model || r.precision || r.baseline;
         if (everything || (possible && !taken && (binds || forced))) c.error = bounds.of(c);

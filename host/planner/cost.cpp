@@ -35,11 +35,13 @@ void cost_moments(Candidate& c, const PreparedSkin& skin, const Schedule& schedu
 void cost_sites(Candidate& c, const PreparedSkin& skin, const Schedule& schedule, const plan::Capabilities& cpu) {
     const double cells = double(skin.cells()), steps = double(c.steps), points = double(schedule.points.size());
     const double needed = double(plan::SiteCells(skin, pressed_cells(schedule), schedule.points).cells.size());
-    c.traffic = needed * steps * 48;
-    c.flops = needed * steps * 20 + points * steps * 40;
-    c.bytes = cells * 16 + needed * 64 + points * 300;
     const bool separable = why_not_separable(skin, schedule).empty();
-    c.seconds = separable ? points * (3e-7 + steps * 1e-8) : steps * (needed * 4e-9 + points * 10e-9) / cpu.threads;
+    const double elements = separable ? 1 : double(skin.chain); // each of which is stepped by itself
+    c.traffic = needed * steps * 48 * elements;
+    c.flops = (needed * steps * 20 + points * steps * 40) * elements;
+    c.bytes = cells * 16 + needed * 64 * elements + points * 300;
+    c.seconds =
+        separable ? points * (3e-7 + steps * 1e-8) : steps * (needed * 4e-9 + points * 10e-9) * elements / cpu.threads;
     if (separable) cost_quotient(c, skin);
 }
 

@@ -26,8 +26,8 @@ inline double strain_rate(const Element& m, double stress, double strain = 0) {
     return (stress - m.modulus * strain) / m.viscosity;
 }
 
-// Returns what an element's strain is inversely proportional to at a given retardation time: its modulus, or if that is 0
-// its viscosity.
+// Returns what an element's strain is inversely proportional to at a given retardation time: its modulus, or if that is
+// 0 its viscosity.
 inline double resistance(const Element& m) { return m.modulus > 0 ? m.modulus : m.viscosity; }
 
 // Whether a material is elements in series.
@@ -41,6 +41,19 @@ inline std::vector<Element> chain_of(const Material& m) {
     for (const KelvinVoigt& e : m.elements) chain.push_back({.modulus = e.modulus, .viscosity = e.viscosity});
     if (m.dashpot) chain.push_back({.modulus = 0, .viscosity = *m.dashpot});
     return chain;
+}
+
+// Gives `to` these elements in series, of which those without a viscosity are springs and those without a modulus
+// dashpots.
+inline void take_chain(Material& to, const std::vector<KelvinVoigt>& chain) {
+    to.elements.clear();
+    to.spring.reset();
+    to.dashpot.reset();
+    for (const KelvinVoigt& e : chain) {
+        if (e.viscosity == 0 && !to.spring) to.spring = e.modulus;
+        else if (e.modulus == 0 && !to.dashpot) to.dashpot = e.viscosity;
+        else to.elements.push_back(e);
+    }
 }
 
 // Whether every cell is made of the same elements.

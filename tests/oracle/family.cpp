@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "tests/oracle/family.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 
@@ -75,7 +76,19 @@ Case Family::next() {
         const bool free = c.scene.method == Method::exact && c.scene.sites.empty();
         if (free && below(100) < 15 && kind_ != std::string_view("late")) c.frames = frames(c.scene);
     } while (undecided(c.scene) || crowded(c.scene));
-    if (c.frames.empty() && may_be_chain(c.scene) && one_in(4)) take_chain(c.scene);
+    if (c.frames.empty() && may_be_chain(c.scene) && one_in(4)) {
+        take_chain(c.scene);
+        if (c.scene.method == Method::exact && one_in(2)) take_chain_of_sites(c);
+    }
+    return c;
+}
+
+Case Family::next_chain_of_sites() {
+    Case c;
+    do c.scene = scene();
+    while (undecided(c.scene) || crowded(c.scene) || c.scene.method != Method::exact || !may_be_chain(c.scene));
+    take_chain(c.scene);
+    take_chain_of_sites(c);
     return c;
 }
 
@@ -337,6 +350,45 @@ void Family::take_chain(Scene& s) {
     }
     if (s.receptors.fa2 == Fa2::step_mean && s.method == Method::exact && one_in(2)) m.spring = E * decades(-1, 1);
     if (one_in(4)) m.dashpot = eta * decades(0, 2);
+}
+
+// Sites alone, under frames or with gains of their own, on a chain of which some elements are much faster than the
+// step, slower than the scene, or nearly alike.
+void Family::take_chain_of_sites(Case& c) {
+    kind_ = "chain of sites";
+    Scene& s = c.scene;
+    Material& m = s.material;
+    while (m.elements.size() < 8) {
+        const KelvinVoigt& last = m.elements.back();
+        const double modulus = (m.modulus > 0 ? m.modulus : 1) * decades(-1, 1);
+        const int kind = below(4);
+        const double tau = kind == 0   ? s.time.step * decades(-7, 0)
+                           : kind == 1 ? s.time.duration * decades(0, 7)
+                                       : last.viscosity / last.modulus * (1 + decades(-6, 0));
+        m.elements.push_back({modulus, modulus * tau});
+        if (kind == 3) break;
+    }
+    if (one_in(3)) m.dashpot = m.elements.back().viscosity * decades(-2, 2);
+    s.model.reset();
+    s.sites.clear();
+    take_sites(s);
+    const Map& map = s.load.map;
+    const auto cell = [&](const Cell& c) { return size_t(c.y) * size_t(s.grid.width) + size_t(c.x); };
+    std::erase_if(s.sites, [&](const Site& site) { return map[cell(site.cell)] == 0; });
+    const int most = int(std::max_element(map.begin(), map.end()) - map.begin());
+    const Cell pressed{most % s.grid.width, most / s.grid.width};
+    if (s.sites.empty()) s.sites = {{Quantity::sa1, pressed}};
+    s.output = {{}, {}, {}};
+    s.tolerance = decades(-7, -1);
+    s.receptors.fa2_gains = {real(0.5, 2), real(-2, 0)};
+    if (one_in(3)) return;
+    do c.frames = frames(s);
+    while (undecided(s));
+    const auto fa2 = [](const Site& site) { return site.type == Quantity::fa2; };
+    if (one_in(2)) std::erase_if(s.sites, fa2);
+    if (s.sites.empty()) s.sites = {{Quantity::sa1, pressed}};
+    s.output = {{}, {}, {}};
+    if (std::any_of(s.sites.begin(), s.sites.end(), fa2)) m.spring.reset(); // FA2 of frames takes none
 }
 
 void Family::take_baseline(Scene& s) {

@@ -17,6 +17,7 @@ class Family {
     Family(const Family&) = delete;
 
     Case next();
+    Case next_chain_of_sites(); // of the kind of that name
     const char* kind() const { return kind_; } // of the last scene
 
   private:
@@ -45,6 +46,7 @@ class Family {
     void take_baseline(dermis::Scene&);
     bool may_be_chain(const dermis::Scene&) const;
     void take_chain(dermis::Scene&);
+    void take_chain_of_sites(Case&);
     std::vector<std::vector<double>> frames(dermis::Scene&);
 
     std::mt19937 random_;
