@@ -376,11 +376,12 @@ class Search {
 
     // Whether some change may be within the allowed error, and save more time than it takes to prove it.
     bool worth_while() const {
-        constexpr double element_step = 2.5e-7, unnoticed = 1e-3; // s
+        constexpr double counted = 2e-7, measured = 1.1e-6,
+                         unnoticed = 4e-3; // s, of an element's step but for the last
         const double elements = double(chain_.size()), hopeful = double(changes().size());
-        const double runs = schedule_.framed ? 2 : 1, steps = double(schedule_.outputs);
-        const double saved = allowance_.seconds * std::min(hopeful / elements, 1.0);
-        return hopeful > 0 && element_step * steps * runs * (elements + 4 * hopeful) <= unnoticed + saved;
+        const double proofs = (schedule_.framed ? 2 : 1) * (elements + 4 * hopeful);
+        const double seconds = double(schedule_.outputs) * (measured * elements + counted * proofs);
+        return hopeful > 0 && seconds <= unnoticed + allowance_.seconds * std::min(hopeful / elements, 1.0);
     }
 
     Reduction found(const Peaks& peaks) {
