@@ -92,7 +92,7 @@ class ErrorBounds {
 
     // The same candidate with fewer elements in series, if there are some that keep the tolerance.
     std::optional<Candidate> reduced(const Candidate& c, double tolerance, const plan::Capabilities& backend) {
-        constexpr double share = 0.5; // of the tolerance; the rest is left to arithmetic
+        constexpr double share = 0.75; // of the tolerance, at most; the rest is left to arithmetic
         if (!may_reduce(skin_, schedule_, c.model)) return {};
         const bool impulses = c.model == Model::march;
         std::optional<Reduction>& found = impulses ? of_march_ : of_sites_;

@@ -32,6 +32,11 @@ struct Signals {
     }
 };
 
+// Raises a greatest value; what is no number counts as infinite.
+void raise(double& greatest, double x) {
+    if (!(x <= greatest)) greatest = std::isnan(x) ? INFINITY : x;
+}
+
 // The difference of two chains, element by element.
 struct Difference {
     Chain added, removed;
@@ -95,7 +100,7 @@ Errors greatest_under_envelope(const Schedule& schedule, const Difference& d, co
     DifferenceRun run(schedule, d, rule);
     while (run.next()) {
         const Signals s = run.signals();
-        for (size_t q = 0; q < REDUCED_MAPS; ++q) greatest[q] = std::max(greatest[q], s.greatest(q));
+        for (size_t q = 0; q < REDUCED_MAPS; ++q) raise(greatest[q], s.greatest(q));
     }
     return greatest;
 }
@@ -142,12 +147,12 @@ class UnderFrames {
             for (size_t q = 0; q < REDUCED_MAPS; ++q) {
                 double &hats = hats_[n % whole_][q], &ramps = ramps_[n % whole_][q];
                 ramps += ramp.greatest(q);
-                longest_[q] = std::max(longest_[q], ramp.greatest(q));
+                raise(longest_[q], ramp.greatest(q));
                 const double by_change = first_ * step.greatest(q) + change_ * ramps;
                 double by_peak = first_ * (frames_ > 1 ? first : step).greatest(q);
                 hats += hat.greatest(q);
                 by_peak += middle_ * hats + (last ? last_ * longest_[q] : 0);
-                all[q] = std::max(all[q], (1 + 0x1p-40) * std::min(by_change, by_peak));
+                raise(all[q], (1 + 0x1p-40) * std::min(by_change, by_peak)); // sums are rounded
             }
         }
         return all;
@@ -196,24 +201,21 @@ class Proof {
         Reduction r;
         for (const Element& m : chain) r.elements.push_back({.modulus = m.modulus, .viscosity = m.viscosity});
         const Errors off = greatest(difference(skin_.materials, chain));
-        if (everywhere_)
-            for (size_t q = 0; q < REDUCED_MAPS; ++q) r.cells[q] = error(q, off, *everywhere_);
-        for (size_t q = 0; q < REDUCED_MAPS; ++q)
+        for (size_t q = 0; q < REDUCED_MAPS; ++q) {
+            if (everywhere_) r.cells[q] = error(q, off, *everywhere_);
             if (at_sites_[q]) r.sites[q] = error(q, off, *at_sites_[q]);
+        }
         return r;
     }
 
-    // Whether the errors are within the allowed one, relative to the greatest exact values.
-    bool within(double allowed, const Reduction& r) const {
-        const auto finite = [](const Errors& e) {
-            return std::all_of(e.begin(), e.end(), [](double x) { return std::isfinite(x); });
-        };
+    // The worst error of what is asked for, relative to the greatest exact values; infinite where it is not known.
+    double worst(const Reduction& r) const {
+        for (size_t q = 0; q < REDUCED_MAPS; ++q)
+            if (!std::isfinite(r.cells[q]) || !std::isfinite(r.sites[q])) return INFINITY;
         Bounds cells{r.cells, {}}, sites{r.sites, {}};
         cells.greatest.fill(INFINITY); // no output counts as exact
         sites.greatest.fill(INFINITY);
-        const double stored = arithmetic_of(Precision::f64, false).stored;
-        return finite(r.cells) && finite(r.sites) &&
-               worst_asked(skin_, schedule_, cells, sites, peaks_, stored) <= allowed;
+        return worst_asked(skin_, schedule_, cells, sites, peaks_, arithmetic_of(Precision::f64, false).stored);
     }
 
   private:
@@ -360,62 +362,64 @@ bool falls_on_outputs(const Schedule& s) {
     });
 }
 
-// Whether a spring may stand for an element: where responses have no impulse of it that is written, and FA2 is defined.
-bool takes_springs(const PreparedSkin& skin, const Schedule& schedule, bool impulses) {
-    const bool fa2 = schedule.wanted[QUANTITY_FA2];
-    if (fa2 && (schedule.framed || !skin.rule.step_mean)) return false;
-    return !(impulses && schedule.wanted[QUANTITY_FA1]);
-}
-
-// The search for the shortest chain: the most promising change first, kept where the proof allows it.
+// The search for the shortest chain. It allows twice the error again and again, and at each level takes the most
+// promising change that the proof allows; so what is allowed more never ends with a longer chain.
 class Search {
   public:
-    Search(const PreparedSkin& skin, const Schedule& schedule, const Allowance& allowance)
-        : skin_(skin), schedule_(schedule), allowance_(allowance), chain_(skin.materials),
-          springs_(takes_springs(skin, schedule, allowance.impulses && jumps(schedule))) {}
+    // springs: elements may become one.
+    Search(const PreparedSkin& skin, const Schedule& schedule, const Allowance& allowance, bool springs)
+        : skin_(skin), schedule_(schedule), allowance_(allowance), springs_(springs), chain_(skin.materials) {}
 
-    // Whether some change may be within the allowed error, and save more time than it takes to prove it.
+    // Whether some change may be within the allowed error, and one element less saves more time than the search takes.
     bool worth_while() const {
         constexpr double counted = 2e-7, measured = 1.1e-6,
                          unnoticed = 4e-3; // s, of an element's step but for the last
-        const double elements = double(chain_.size()), hopeful = double(changes().size());
-        const double proofs = (schedule_.framed ? 2 : 1) * (elements + 4 * hopeful);
+        const double elements = double(chain_.size()), proofs = (schedule_.framed ? 10 : 5) * elements;
         const double seconds = double(schedule_.outputs) * (measured * elements + counted * proofs);
-        return hopeful > 0 && seconds <= unnoticed + allowance_.seconds * std::min(hopeful / elements, 1.0);
+        return seconds <= unnoticed + allowance_.seconds / elements && !changes(allowance_.error).empty();
     }
 
     Reduction found(const Peaks& peaks) {
         const Proof proof(skin_, schedule_, peaks);
-        Reduction best;
-        while (shorten(proof, best)) {
-        }
-        return best;
+        for (double level = 0x1p-40; level <= allowance_.error; level *= 2)
+            while (shorten(proof, level)) {
+            }
+        return best_;
     }
 
   private:
-    // The changes that may be within the allowed error, as estimates go, and that have not failed.
-    std::vector<Change> changes() const {
+    // A chain that was tried.
+    struct Tried {
+        Chain chain;
+        Reduction reduction;
+        double error;
+    };
+
+    // The changes that may be within an error, as estimates go.
+    std::vector<Change> changes(double error) const {
         constexpr double optimism = 16;
         const double dt = schedule_.time.step;
-        std::vector<Change> hopeful;
         const Changes all(chain_, dt * double(schedule_.outputs - 1), dt, springs_);
+        std::vector<Change> hopeful;
         for (const Change& c : all.list())
-            if (c.estimate <= optimism * allowance_.error &&
-                std::find(failed_.begin(), failed_.end(), changed(chain_, c)) == failed_.end())
-                hopeful.push_back(c);
+            if (c.estimate <= optimism * error) hopeful.push_back(c);
         return hopeful;
     }
 
-    bool shorten(const Proof& proof, Reduction& best) {
-        for (const Change& c : changes()) {
-            const Chain shorter = changed(chain_, c);
-            const Reduction r = proof.of(shorter);
-            if (proof.within(allowance_.error, r)) {
-                chain_ = shorter;
-                best = r;
-                return true;
-            }
-            failed_.push_back(shorter);
+    const Tried& tried(const Proof& proof, const Chain& chain) {
+        const auto before = std::find_if(tried_.begin(), tried_.end(), [&](auto& t) { return t.chain == chain; });
+        if (before != tried_.end()) return *before;
+        const Reduction r = proof.of(chain);
+        return tried_.emplace_back(Tried{chain, r, proof.worst(r)});
+    }
+
+    bool shorten(const Proof& proof, double level) {
+        for (const Change& c : changes(level)) {
+            const Tried& shorter = tried(proof, changed(chain_, c));
+            if (!(shorter.error <= level)) continue;
+            best_ = shorter.reduction;
+            chain_ = shorter.chain;
+            return true;
         }
         return false;
     }
@@ -423,9 +427,10 @@ class Search {
     const PreparedSkin& skin_;
     const Schedule& schedule_;
     const Allowance& allowance_;
-    Chain chain_;
     const bool springs_;
-    std::vector<Chain> failed_;
+    Chain chain_;    // the shortest so far
+    Reduction best_; // that one, unless it is the skin's own
+    std::vector<Tried> tried_;
 };
 
 } // namespace
@@ -438,11 +443,13 @@ bool may_reduce(const PreparedSkin& skin, const Schedule& schedule, Model model)
 
 Reduction reduced(const PreparedSkin& skin, const Schedule& schedule, const Allowance& allowance,
                   const std::function<const Peaks&()>& peaks) {
+    if (!falls_on_outputs(schedule)) return {};
     const bool impulses = allowance.impulses && jumps(schedule);
+    const bool fa1 = schedule.wanted[QUANTITY_FA1], fa2 = schedule.wanted[QUANTITY_FA2];
     const bool elastic = std::any_of(skin.materials.begin(), skin.materials.end(), scene::is_elastic);
-    const bool written = schedule.wanted[QUANTITY_FA2] || (schedule.wanted[QUANTITY_FA1] && elastic);
-    if ((impulses && written) || !falls_on_outputs(schedule)) return {};
-    Search search(skin, schedule, allowance);
+    if (impulses && (fa2 || (fa1 && elastic))) return {};
+    const bool undefined = fa2 && (schedule.framed || !skin.rule.step_mean); // of a spring
+    Search search(skin, schedule, allowance, !undefined && !(impulses && fa1));
     return search.worth_while() ? search.found(peaks()) : Reduction{};
 }
 

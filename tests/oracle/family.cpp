@@ -78,17 +78,21 @@ Case Family::next() {
     } while (undecided(c.scene) || crowded(c.scene));
     if (c.frames.empty() && may_be_chain(c.scene) && one_in(4)) {
         take_chain(c.scene);
-        if (c.scene.method == Method::exact && one_in(2)) take_chain_of_sites(c);
+        if (c.scene.method == Method::exact && one_in(2)) {
+            take_wide_chain(c.scene);
+            if (one_in(2)) take_sites_on_chain(c);
+        }
     }
     return c;
 }
 
-Case Family::next_chain_of_sites() {
+Case Family::next_wide_chain(bool sites) {
     Case c;
     do c.scene = scene();
     while (undecided(c.scene) || crowded(c.scene) || c.scene.method != Method::exact || !may_be_chain(c.scene));
     take_chain(c.scene);
-    take_chain_of_sites(c);
+    take_wide_chain(c.scene);
+    if (sites) take_sites_on_chain(c);
     return c;
 }
 
@@ -352,11 +356,9 @@ void Family::take_chain(Scene& s) {
     if (one_in(4)) m.dashpot = eta * decades(0, 2);
 }
 
-// Sites alone, under frames or with gains of their own, on a chain of which some elements are much faster than the
-// step, slower than the scene, or nearly alike.
-void Family::take_chain_of_sites(Case& c) {
-    kind_ = "chain of sites";
-    Scene& s = c.scene;
+// Elements in series of which some are much faster than the step, slower than the scene, or nearly alike.
+void Family::take_wide_chain(Scene& s) {
+    kind_ = "wide chain";
     Material& m = s.material;
     while (m.elements.size() < 8) {
         const KelvinVoigt& last = m.elements.back();
@@ -369,26 +371,33 @@ void Family::take_chain_of_sites(Case& c) {
         if (kind == 3) break;
     }
     if (one_in(3)) m.dashpot = m.elements.back().viscosity * decades(-2, 2);
+}
+
+// Sites alone, with gains of their own, and mostly under frames.
+void Family::take_sites_on_chain(Case& c) {
+    kind_ = "sites on a wide chain";
+    Scene& s = c.scene;
+    const Map& map = s.load.map;
+    const auto is_fa2 = [](const Site& site) { return site.type == Quantity::fa2; };
+    const auto is_unpressed = [&](const Site& site) {
+        return map[size_t(site.cell.y) * size_t(s.grid.width) + size_t(site.cell.x)] == 0;
+    };
+    const int most = int(std::max_element(map.begin(), map.end()) - map.begin());
+    const Site first{Quantity::sa1, {most % s.grid.width, most / s.grid.width}};
     s.model.reset();
     s.sites.clear();
     take_sites(s);
-    const Map& map = s.load.map;
-    const auto cell = [&](const Cell& c) { return size_t(c.y) * size_t(s.grid.width) + size_t(c.x); };
-    std::erase_if(s.sites, [&](const Site& site) { return map[cell(site.cell)] == 0; });
-    const int most = int(std::max_element(map.begin(), map.end()) - map.begin());
-    const Cell pressed{most % s.grid.width, most / s.grid.width};
-    if (s.sites.empty()) s.sites = {{Quantity::sa1, pressed}};
-    s.output = {{}, {}, {}};
+    std::erase_if(s.sites, is_unpressed);
+    s.sites.push_back(first);
     s.tolerance = decades(-7, -1);
     s.receptors.fa2_gains = {real(0.5, 2), real(-2, 0)};
-    if (one_in(3)) return;
-    do c.frames = frames(s);
-    while (undecided(s));
-    const auto fa2 = [](const Site& site) { return site.type == Quantity::fa2; };
-    if (one_in(2)) std::erase_if(s.sites, fa2);
-    if (s.sites.empty()) s.sites = {{Quantity::sa1, pressed}};
+    if (!one_in(3)) {
+        do c.frames = frames(s);
+        while (undecided(s));
+        if (one_in(2)) std::erase_if(s.sites, is_fa2);
+        if (std::any_of(s.sites.begin(), s.sites.end(), is_fa2)) s.material.spring.reset(); // FA2 of frames takes none
+    }
     s.output = {{}, {}, {}};
-    if (std::any_of(s.sites.begin(), s.sites.end(), fa2)) m.spring.reset(); // FA2 of frames takes none
 }
 
 void Family::take_baseline(Scene& s) {
