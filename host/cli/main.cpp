@@ -120,8 +120,8 @@ std::string in_series(const std::vector<KelvinVoigt>& chain) {
 // Prints which elements in series stand for a scene's, if fewer do.
 void print_reduced(const char* indent, const Scene& scene, const std::vector<KelvinVoigt>& reduced) {
     if (reduced.empty()) return;
-    fmt::print("{}{} in place of {} elements in series: {}\n", indent, reduced.size(),
-               scene::chain_of(scene.material).size(), in_series(reduced));
+    fmt::print("{}in place of {} elements in series: {}\n", indent, scene::chain_of(scene.material).size(),
+               in_series(reduced));
 }
 
 // Prints every candidate with its cost and error, and why it is taken or not.

@@ -95,17 +95,20 @@ class ErrorBounds {
         constexpr double share = 0.75; // of the tolerance, at most; the rest is left to arithmetic
         if (!may_reduce(skin_, schedule_, c.model)) return {};
         const bool impulses = c.model == Model::march;
-        std::optional<Reduction>& found = impulses ? of_march_ : of_sites_;
+        std::optional<Replacement>& found = impulses ? of_march_ : of_sites_;
         if (!found)
             found = planner::reduced(skin_, schedule_,
                                      {.error = share * tolerance, .seconds = c.seconds, .impulses = impulses},
                                      [&]() -> const Peaks& { return peaks(); });
-        if (found->elements.empty()) return {};
+        if (found->chain == skin_.materials) return {};
+        std::vector<KelvinVoigt> elements;
+        for (const plan::Element& m : found->chain)
+            elements.push_back({.modulus = m.modulus, .viscosity = m.viscosity});
         Material fewer = skin_.description.material;
-        scene::take_chain(fewer, found->elements);
+        scene::take_chain(fewer, elements);
         const PreparedSkin skin = with_material(skin_, fewer);
         Candidate shorter = costed(skin, schedule_, c.model, c.precision, backend);
-        shorter.reduced = found->elements;
+        shorter.reduced = elements;
         shorter.error = worst(skin, schedule_, arithmetic_of(c.precision, false), *found);
         return shorter.error <= tolerance ? std::optional(shorter) : std::nullopt;
     }
@@ -117,7 +120,7 @@ class ErrorBounds {
     }
 
     // by: what the skin's elements are a replacement by, if they are one.
-    double worst(const PreparedSkin& skin, const Schedule& schedule, const Arithmetic& kind, const Reduction& by) {
+    double worst(const PreparedSkin& skin, const Schedule& schedule, const Arithmetic& kind, const Replacement& by) {
         const bool whole = !schedule.output.traces.empty() || !schedule.output.fields.empty();
         const auto widened = [](Bounds b, const Errors& replaced) {
             for (size_t q = 0; q < REDUCED_MAPS; ++q) b.error[q] += replaced[q], b.greatest[q] += replaced[q];
@@ -132,7 +135,7 @@ class ErrorBounds {
     const Schedule& schedule_;
     std::optional<Peaks> peaks_;
     std::optional<plan::PreparedRun> parts_; // of the same strain, where materials differ
-    std::optional<Reduction> of_march_, of_sites_;
+    std::optional<Replacement> of_march_, of_sites_;
 };
 
 // Refuses elements in series where no model takes them, with the reasons.

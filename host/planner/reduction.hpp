@@ -4,29 +4,23 @@
 // one. Each such replacement is proved: its error in each output that is asked for is bounded at every output time.
 #pragma once
 
-#include "host/planner/bound.hpp"
+#include "host/planner/replacement.hpp"
 
 #include <functional>
 
 namespace dermis::planner {
 
-// A chain in place of a skin's own, and bounds of |X - X_exact| by the replacement alone.
-struct Reduction {
-    std::vector<KelvinVoigt> elements; // springs and dashpots among them; empty: no shorter chain is accurate enough
-    Errors cells{}, sites{};           // over all cells, and over the sites of each class
-};
-
 // The limits of a reduction.
 struct Allowance {
-    double error;   // greatest error by the replacement, relative as worst_asked() takes it
+    double error;   // greatest Replacement::error
     double seconds; // what the run takes with all elements: the search takes no more than it may save of that
     bool impulses;  // impulses of the load's jumps are written: they stay exact
 };
 
-// Reduces the chain of a skin, where may_reduce() says so. peaks: measured_peaks(), asked for where a search is worth
-// while.
-Reduction reduced(const plan::PreparedSkin&, const plan::Schedule&, const Allowance&,
-                  const std::function<const Peaks&()>& peaks);
+// Finds the shortest chain, where may_reduce() says so; the skin's own if none is shorter. peaks: measured_peaks(),
+// asked for where a search is worth while.
+Replacement reduced(const plan::PreparedSkin&, const plan::Schedule&, const Allowance&,
+                    const std::function<const Peaks&()>& peaks);
 
 // Whether a chain may be reduced: the model keeps a state of each cell and element, and the method is exact in time.
 bool may_reduce(const plan::PreparedSkin&, const plan::Schedule&, Model);
