@@ -53,11 +53,11 @@ CountedRun::CountedRun(const Schedule& schedule, const std::vector<CountedMateri
         angular_frequency_ = load.angular_frequency();
 }
 
-bool CountedRun::next() {
-    for (plan::Step step; timeline_.next(step);) {
-        for (size_t i = 0; i < materials_.size(); ++i) now_[i] = pressed(i, step);
-        if (step.keep) kept_ = now_;
-        if (step.trace >= 0 || step.field >= 0) return true;
+bool CountedRun::next(bool impulses) {
+    while (timeline_.next(step_)) {
+        for (size_t i = 0; i < materials_.size(); ++i) now_[i] = pressed(i, step_);
+        if (step_.keep) kept_ = now_;
+        if (step_.trace >= 0 || step_.field >= 0 || (impulses && at_impulse())) return true;
     }
     return false;
 }

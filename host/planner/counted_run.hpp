@@ -20,7 +20,9 @@ class CountedRun {
     CountedRun(const plan::Schedule&, const std::vector<CountedMaterial>&, const plan::ResponseRule&, Method);
 
     // Takes the steps up to the next one whose end is read, an output or a field; false where there is none left.
-    bool next();
+    // impulses: up to those of the load's jumps too, at which rates and accelerations are the impulses.
+    bool next(bool impulses = false);
+    bool at_impulse() const { return step_.impulse >= 0; }
     // The cell of each material at the end of that step.
     const std::vector<CountedCell>& cells() const { return now_; }
 
@@ -33,6 +35,7 @@ class CountedRun {
     const plan::ResponseRule rule_;
     const std::vector<plan::Element> elements_;
     plan::Timeline timeline_;
+    plan::Step step_; // the last one
     double envelope_peak_;
     std::optional<double> angular_frequency_; // of a sine that is not held over the steps
     std::vector<CountedCell> kept_, now_;

@@ -106,12 +106,16 @@ class Changes {
     std::vector<Change> list_;
 };
 
-// Whether the load jumps, so that a response has impulses.
-bool jumps(const Schedule& s) {
-    if (s.framed) return s.frame_peaks.front() > 0;
+// The first jump of an envelope, if the load was 0 until then; 0 if there is none.
+std::optional<double> first_jump(const Schedule& s) {
     const scene::Waveform load(s.load.envelope, s.time);
-    return std::any_of(load.knots().begin(), load.knots().end(),
-                       [](const scene::Knot& k) { return k.left != k.right; });
+    bool rests = true;
+    for (const scene::Knot& k : load.knots()) {
+        rests = rests && k.left == 0;
+        if (k.left != k.right) return rests ? std::optional(k.right - k.left) : std::nullopt;
+        rests = rests && k.right == 0;
+    }
+    return 0;
 }
 
 // Whether every frame and field is at an output, so that steps from output to output tell all.
@@ -141,8 +145,7 @@ class Search {
         return seconds <= unnoticed + allowance_.seconds / elements && !changes(allowance_.error).empty();
     }
 
-    Replacement found(const Peaks& peaks) {
-        const ReplacementBound bound(skin_, schedule_, peaks);
+    Replacement found(const ReplacementBound& bound) {
         for (double level = 0x1p-40; level <= allowance_.error; level *= 2)
             while (shorten(bound, level)) {
             }
@@ -195,14 +198,19 @@ bool may_reduce(const PreparedSkin& skin, const Schedule& schedule, Model model)
 Replacement reduced(const PreparedSkin& skin, const Schedule& schedule, const Allowance& allowance,
                     const std::function<const Peaks&()>& peaks) {
     const Replacement none{.chain = skin.materials};
-    if (!falls_on_outputs(schedule)) return none;
-    const bool impulses = allowance.impulses && jumps(schedule);
     const bool fa1 = schedule.wanted[QUANTITY_FA1], fa2 = schedule.wanted[QUANTITY_FA2];
     const bool elastic = std::any_of(skin.materials.begin(), skin.materials.end(), scene::is_elastic);
-    if (impulses && (fa2 || (fa1 && elastic))) return none;
-    const bool undefined = fa2 && (schedule.framed || !skin.rule.step_mean); // of a spring
-    Search search(skin, schedule, allowance, !undefined && !(impulses && fa1));
-    return search.worth_while() ? search.found(peaks()) : none;
+    std::optional<double> jump = 0;
+    if (allowance.impulses && (fa1 || fa2))
+        jump = schedule.framed ? schedule.frame_peaks.front() : first_jump(schedule);
+    const bool unbounded = schedule.framed && *jump != 0 && (fa2 || elastic); // impulses of frames
+    if (!falls_on_outputs(schedule) || !jump || unbounded) return none;
+    const bool appears = *jump != 0 && fa1 && !elastic;                      // an impulse of FA1, with a spring
+    const bool undefined = fa2 && (schedule.framed || !skin.rule.step_mean); // FA2 of a spring
+    Search search(skin, schedule, allowance, !appears && !undefined);
+    if (!search.worth_while()) return none;
+    if (schedule.framed || *jump == 0) jump.reset();
+    return search.found(ReplacementBound(skin, schedule, peaks(), jump));
 }
 
 } // namespace dermis::planner

@@ -14,7 +14,7 @@ namespace dermis::planner {
 struct Allowance {
     double error;   // greatest Replacement::error
     double seconds; // what the run takes with all elements: the search takes no more than it may save of that
-    bool impulses;  // impulses of the load's jumps are written: they stay exact
+    bool impulses;  // impulses of the load's jumps are written: they keep the error too
 };
 
 // Finds the shortest chain, where may_reduce() says so; the skin's own if none is shorter. peaks: measured_peaks(),

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "host/planner/replacement.hpp"
 
+#include "host/plan/laplacian.hpp"
 #include "host/planner/counted_run.hpp"
 
 #include <algorithm>
@@ -51,7 +52,8 @@ class DifferenceRun {
     DifferenceRun(const Schedule& schedule, const Difference& d, const plan::ResponseRule& rule)
         : added_(d.added.size()), materials_(counted(d)), run_(schedule, materials_, rule, Method::exact) {}
 
-    bool next() { return run_.next(); }
+    bool next(bool impulses = false) { return run_.next(impulses); }
+    bool at_impulse() const { return run_.at_impulse(); }
 
     Signals signals() const {
         Signals s;
@@ -85,13 +87,15 @@ class DifferenceRun {
     CountedRun run_;
 };
 
-// The greatest |signals| of a cell under unit pressure times the envelope, over all outputs.
-Errors greatest_under_envelope(const Schedule& schedule, const Difference& d, const plan::ResponseRule& rule) {
-    Errors greatest{};
+// The greatest signals of a cell under unit pressure times the envelope; of outputs also the strain at impulses.
+Greatest greatest_under_envelope(const Schedule& schedule, const Difference& d, const plan::ResponseRule& rule) {
+    Greatest greatest;
     DifferenceRun run(schedule, d, rule);
-    while (run.next()) {
+    while (run.next(true)) {
         const Signals s = run.signals();
-        for (size_t q = 0; q < REDUCED_MAPS; ++q) raise(greatest[q], s.greatest(q));
+        raise(greatest.outputs[QUANTITY_STRAIN], s.greatest(QUANTITY_STRAIN));
+        Errors& read = run.at_impulse() ? greatest.impulses : greatest.outputs;
+        for (size_t q = 0; q < REDUCED_MAPS; ++q) raise(read[q], s.greatest(q));
     }
     return greatest;
 }
@@ -170,11 +174,13 @@ class UnderFrames {
 
 } // namespace
 
-ReplacementBound::ReplacementBound(const PreparedSkin& skin, const Schedule& schedule, const Peaks& peaks)
-    : skin_(skin), schedule_(schedule), peaks_(peaks), l_(std::abs(skin.constants.curvature_length)),
-      exact_(greatest({skin.materials, {}})) {
+ReplacementBound::ReplacementBound(const PreparedSkin& skin, const Schedule& schedule, const Peaks& peaks,
+                                   std::optional<double> first_jump)
+    : skin_(skin), schedule_(schedule), peaks_(peaks), first_jump_(first_jump),
+      l_(std::abs(skin.constants.curvature_length)), exact_(greatest({skin.materials, {}})) {
     const Output& o = schedule.output;
-    if (!o.traces.empty() || !o.fields.empty()) everywhere_ = magnitudes_of({.everything = true, .quantity = 0});
+    if (first_jump || !o.traces.empty() || !o.fields.empty())
+        everywhere_ = magnitudes_of({.everything = true, .quantity = 0});
     for (const Site& site : skin.description.sites) {
         std::optional<Magnitudes>& of = at_sites_[size_t(site.type)];
         if (!of) of = magnitudes_of({.everything = false, .quantity = int(site.type)});
@@ -183,22 +189,27 @@ ReplacementBound::ReplacementBound(const PreparedSkin& skin, const Schedule& sch
 
 Replacement ReplacementBound::of(const Chain& chain) const {
     Replacement r{.chain = chain};
-    const Errors off = greatest(difference(skin_.materials, chain));
+    const Greatest off = greatest(difference(skin_.materials, chain));
+    const auto bound = [&](size_t q, const Magnitudes& m) {
+        if (q == QUANTITY_STRAIN) return m.peak * off.outputs[q];
+        return error(exact_.outputs[q], off.outputs[q], off.outputs[QUANTITY_STRAIN], m);
+    };
     for (size_t q = 0; q < REDUCED_MAPS; ++q) {
-        if (everywhere_) r.cells[q] = error(q, off, *everywhere_);
-        if (at_sites_[q]) r.sites[q] = error(q, off, *at_sites_[q]);
+        if (everywhere_) r.cells[q] = bound(q, *everywhere_);
+        if (at_sites_[q]) r.sites[q] = bound(q, *at_sites_[q]);
         if (!std::isfinite(r.cells[q]) || !std::isfinite(r.sites[q])) r.error = INFINITY;
     }
     Bounds cells{r.cells, {}}, sites{r.sites, {}};
     cells.greatest.fill(INFINITY); // no output counts as exact
     sites.greatest.fill(INFINITY);
     const double stored = arithmetic_of(Precision::f64, false).stored;
-    r.error = std::max(r.error, worst_asked(skin_, schedule_, cells, sites, peaks_, stored));
+    raise(r.error, worst_asked(skin_, schedule_, cells, sites, peaks_, stored));
+    if (first_jump_) raise(r.error, impulse_error(off));
     return r;
 }
 
-Errors ReplacementBound::greatest(const Difference& d) const {
-    if (schedule_.framed) return UnderFrames(schedule_, d, skin_.rule).greatest();
+Greatest ReplacementBound::greatest(const Difference& d) const {
+    if (schedule_.framed) return {UnderFrames(schedule_, d, skin_.rule).greatest(), {}};
     return greatest_under_envelope(schedule_, d, skin_.rule);
 }
 
@@ -213,11 +224,37 @@ Magnitudes ReplacementBound::magnitudes_of(const Read& read) const {
     return m;
 }
 
-// The greatest error of X = x*(1 + l*C), where signals x are off by `off` and C by what the strain is.
-double ReplacementBound::error(size_t q, const Errors& off, const Magnitudes& m) const {
-    if (q == QUANTITY_STRAIN) return m.peak * off[q];
-    const double gain = 1 + l_ * (m.rest + m.curved * exact_[QUANTITY_STRAIN]);
-    return m.peak * (off[q] * gain + (exact_[q] + off[q]) * l_ * m.curved * off[QUANTITY_STRAIN]);
+// A lower bound of the greatest impulse: that of the first jump in the cell that is pressed most.
+double ReplacementBound::greatest_impulse(int quantity) const {
+    double of_unit = 0;
+    for (const Element& m : skin_.materials) {
+        if (quantity == QUANTITY_FA1 && is_elastic(m)) of_unit += final_strain(m, *first_jump_);
+        if (quantity == QUANTITY_FA2 && !is_elastic(m)) of_unit += strain_rate(m, *first_jump_);
+    }
+    const std::vector<double>& p = schedule_.pressure;
+    const auto most =
+        std::max_element(p.begin(), p.end(), [](double a, double b) { return std::abs(a) < std::abs(b); });
+    const int at = int(most - p.begin()), width = skin_.width();
+    const double gain = 1 + skin_.constants.curvature_length * rest_curvature_at(skin_, {at % width, at / width});
+    return (1 - 0x1p-40) * std::abs(*most * of_unit * gain);
+}
+
+// The worst error of the impulses of the wanted responses, relative to the greatest of each.
+double ReplacementBound::impulse_error(const Greatest& off) const {
+    double worst = 0;
+    for (int q : {QUANTITY_FA1, QUANTITY_FA2}) {
+        const size_t i = size_t(q);
+        if (!schedule_.wanted[i] || (exact_.impulses[i] == 0 && off.impulses[i] == 0)) continue;
+        raise(worst, error(exact_.impulses[i], off.impulses[i], off.outputs[QUANTITY_STRAIN], *everywhere_) /
+                         greatest_impulse(q));
+    }
+    return worst;
+}
+
+// The greatest error of X = x*(1 + l*C), where the signal x is off and so is the strain that C follows from.
+double ReplacementBound::error(double x, double off, double strain_off, const Magnitudes& m) const {
+    const double gain = 1 + l_ * (m.rest + m.curved * exact_.outputs[QUANTITY_STRAIN]);
+    return m.peak * (off * gain + (x + off) * l_ * m.curved * strain_off);
 }
 
 } // namespace dermis::planner

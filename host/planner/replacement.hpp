@@ -31,23 +31,32 @@ struct Replacement {
     double error = 0; // of what is asked for the worst, as worst_asked() takes it; infinite where it is not known
 };
 
+// The greatest |signals| of a chain, or of the difference of two, over all outputs and over the impulses of jumps.
+struct Greatest {
+    Errors outputs{}, impulses{};
+};
+
 // Bounds the errors of chains in place of a uniform skin's own, under the exact method. Frames and the fields between
 // them are at outputs. Skin, schedule and peaks outlive it.
 class ReplacementBound {
   public:
-    ReplacementBound(const plan::PreparedSkin&, const plan::Schedule&, const Peaks&);
+    // first_jump: if impulses of an envelope are read, the first jump, which meets a skin at rest.
+    ReplacementBound(const plan::PreparedSkin&, const plan::Schedule&, const Peaks&, std::optional<double> first_jump);
     Replacement of(const Chain&) const;
 
   private:
-    Errors greatest(const Difference&) const;
+    Greatest greatest(const Difference&) const;
     Magnitudes magnitudes_of(const Read&) const;
-    double error(size_t quantity, const Errors& off, const Magnitudes&) const;
+    double greatest_impulse(int quantity) const;
+    double impulse_error(const Greatest& off) const;
+    double error(double x, double off, double strain_off, const Magnitudes&) const;
 
     const plan::PreparedSkin& skin_;
     const plan::Schedule& schedule_;
     const Peaks& peaks_;
+    const std::optional<double> first_jump_;
     const double l_;
-    const Errors exact_; // greatest signals of the skin's own chain
+    const Greatest exact_; // of the skin's own chain
     std::optional<Magnitudes> everywhere_;
     std::array<std::optional<Magnitudes>, REDUCED_MAPS> at_sites_;
 };
