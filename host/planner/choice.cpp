@@ -101,9 +101,7 @@ class ErrorBounds {
                                      {.error = share * tolerance, .seconds = c.seconds, .impulses = impulses},
                                      [&]() -> const Peaks& { return peaks(); });
         if (found->chain == skin_.materials) return {};
-        std::vector<KelvinVoigt> elements;
-        for (const plan::Element& m : found->chain)
-            elements.push_back({.modulus = m.modulus, .viscosity = m.viscosity});
+        const std::vector<KelvinVoigt> elements = scene::listed(found->chain);
         Material fewer = skin_.description.material;
         scene::take_chain(fewer, elements);
         const PreparedSkin skin = with_material(skin_, fewer);

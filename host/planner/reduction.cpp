@@ -11,8 +11,6 @@ using plan::Element;
 using plan::PreparedSkin;
 using plan::Schedule;
 
-bool is_viscous(const Element& m) { return m.modulus == 0; }
-
 // A change that keeps one strain less: two elements, or one alone, become `result`.
 struct Change {
     Element first;
@@ -26,21 +24,6 @@ Chain changed(Chain chain, const Change& c) {
     if (c.second) chain.erase(std::find(chain.begin(), chain.end(), *c.second));
     chain.push_back(c.result);
     return chain;
-}
-
-double in_series(double a, double b) { return 1 / (1 / a + 1 / b); }
-Element spring_of(const Element& a, const Element& b) {
-    return {.modulus = in_series(a.modulus, b.modulus), .viscosity = 0};
-}
-Element dashpot_of(const Element& a, const Element& b) {
-    return {.modulus = 0, .viscosity = in_series(a.viscosity, b.viscosity)};
-}
-
-// One element of the same strain at last, whose retardation time is the mean by strain.
-Element merged(const Element& a, const Element& b) {
-    const double modulus = in_series(a.modulus, b.modulus);
-    const double tau = modulus * (a.viscosity / a.modulus / a.modulus + b.viscosity / b.modulus / b.modulus);
-    return {.modulus = modulus, .viscosity = modulus * tau};
 }
 
 // The changes of a chain within a scene that lasts T seconds in steps of dt.
@@ -60,10 +43,10 @@ class Changes {
         }
         if (between_.size() > 1 && viscous_.empty()) {
             const Element &a = between_.end()[-2], &b = between_.end()[-1];
-            add({a, b, dashpot_of(a, b), neglected(a) + neglected(b)});
+            add({a, b, sum_of_dashpots(a, b), neglected(a) + neglected(b)});
         }
         for (size_t i = 1; i < viscous_.size(); ++i)
-            add({viscous_[0], viscous_[i], dashpot_of(viscous_[0], viscous_[i]), 0});
+            add({viscous_[0], viscous_[i], sum_of_dashpots(viscous_[0], viscous_[i]), 0});
         std::stable_sort(list_.begin(), list_.end(),
                          [](const Change& a, const Change& b) { return a.estimate < b.estimate; });
     }
@@ -72,9 +55,7 @@ class Changes {
 
   private:
     void add(const Change& c) {
-        const double modulus = c.result.modulus, viscosity = c.result.viscosity;
-        const bool element = std::isfinite(modulus) && std::isfinite(viscosity) && (modulus > 0 || viscosity > 0);
-        if (element) list_.push_back(c);
+        if (is_finite(c.result) && std::isfinite(c.estimate)) list_.push_back(c);
     }
 
     // The strain of an element after T under a unit step.
@@ -85,18 +66,19 @@ class Changes {
     void to_spring(const Element& m) {
         const double lag = std::min(std::exp(-z_of(m, dt_)), 1 / z_of(m, T_)); // after a jump; behind a steady change
         const double estimate = final_strain(m, lag) / total_;
-        if (elastic_.empty()) add({m, {}, {.modulus = m.modulus, .viscosity = 0}, estimate});
-        else add({m, elastic_[0], spring_of(m, elastic_[0]), estimate});
+        if (elastic_.empty()) add({m, {}, spring_of(m), estimate});
+        else add({m, elastic_[0], sum_of_springs(m, elastic_[0]), estimate});
     }
 
     void to_dashpot(const Element& m) {
-        if (!viscous_.empty()) add({m, viscous_[0], dashpot_of(m, viscous_[0]), neglected(m)});
+        if (!viscous_.empty()) add({m, viscous_[0], sum_of_dashpots(m, viscous_[0]), neglected(m)});
     }
 
     void to_one(const Element& a, const Element& b) {
         const Element one = merged(a, b);
         const double z = z_of(one, T_), apart = (z_of(a, T_) - z_of(b, T_)) / z;
-        const double strain = 1 / (a.modulus + b.modulus); // J_a*J_b/(J_a + J_b)
+        const double strain =
+            final_strain(a, stiffness(one) / stiffness(b)); // the product of both final strains over their sum
         add({a, b, one, strain * apart * apart * std::min(z, 1 / z) / total_});
     }
 
@@ -138,8 +120,8 @@ class Search {
 
     // Whether some change may be within the allowed error, and one element less saves more time than the search takes.
     bool worth_while() const {
-        constexpr double counted = 2e-7, measured = 1.1e-6,
-                         unnoticed = 4e-3; // s, of an element's step but for the last
+        constexpr double counted = 2e-7, measured = 1.1e-6; // s: an element's step in a bound, in measured_peaks()
+        constexpr double unnoticed = 4e-3;                  // s
         const double elements = double(best_.chain.size()), proofs = (schedule_.framed ? 10 : 5) * elements;
         const double seconds = double(schedule_.outputs) * (measured * elements + counted * proofs);
         return seconds <= unnoticed + allowance_.seconds / elements && !changes(allowance_.error).empty();

@@ -6,6 +6,7 @@
 #include "dermis/dermis.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <compare>
 
 namespace dermis::scene {
@@ -26,6 +27,30 @@ inline double strain_rate(const Element& m, double stress, double strain = 0) {
     return (stress - m.modulus * strain) / m.viscosity;
 }
 
+// Whether an element is a dashpot alone.
+inline bool is_viscous(const Element& m) { return m.modulus == 0; }
+
+// The modulus, or the viscosity, of two in series.
+inline double in_series(double a, double b) { return 1 / (1 / a + 1 / b); }
+inline Element spring_of(const Element& m) { return {.modulus = m.modulus, .viscosity = 0}; }
+// The springs of two elements in series, without their dashpots, and the other way round.
+inline Element sum_of_springs(const Element& a, const Element& b) {
+    return {.modulus = in_series(a.modulus, b.modulus), .viscosity = 0};
+}
+inline Element sum_of_dashpots(const Element& a, const Element& b) {
+    return {.modulus = 0, .viscosity = in_series(a.viscosity, b.viscosity)};
+}
+// The element of the same final strain as two in series, whose retardation time is the mean weighted by that strain.
+inline Element merged(const Element& a, const Element& b) {
+    const double modulus = in_series(a.modulus, b.modulus);
+    const double tau = modulus * (a.viscosity / a.modulus / a.modulus + b.viscosity / b.modulus / b.modulus);
+    return {.modulus = modulus, .viscosity = modulus * tau};
+}
+// Whether both numbers are finite, and not both 0.
+inline bool is_finite(const Element& m) {
+    return std::isfinite(m.modulus) && std::isfinite(m.viscosity) && (m.modulus > 0 || m.viscosity > 0);
+}
+
 // Returns what an element's strain is inversely proportional to at a given retardation time: its modulus, or if that is
 // 0 its viscosity.
 inline double resistance(const Element& m) { return m.modulus > 0 ? m.modulus : m.viscosity; }
@@ -41,6 +66,13 @@ inline std::vector<Element> chain_of(const Material& m) {
     for (const KelvinVoigt& e : m.elements) chain.push_back({.modulus = e.modulus, .viscosity = e.viscosity});
     if (m.dashpot) chain.push_back({.modulus = 0, .viscosity = *m.dashpot});
     return chain;
+}
+
+// The elements of a chain as a material lists them.
+inline std::vector<KelvinVoigt> listed(const std::vector<Element>& chain) {
+    std::vector<KelvinVoigt> elements;
+    for (const Element& m : chain) elements.push_back({.modulus = m.modulus, .viscosity = m.viscosity});
+    return elements;
 }
 
 // Gives `to` these elements in series, of which those without a viscosity are springs and those without a modulus
