@@ -118,8 +118,8 @@ struct Surface {
     Map map;                            // Kind::map: width*height finite heights
 };
 
-// A spring beside a dashpot: modulus*strain + viscosity*rate = pressure. Pa and Pa s, >= 0, not both 0: viscosity 0 is a
-// spring, modulus 0 a dashpot.
+// A spring beside a dashpot: modulus*strain + viscosity*rate = pressure. Pa and Pa s, >= 0, not both 0: viscosity 0 is
+// a spring, modulus 0 a dashpot.
 struct KelvinVoigt {
     double modulus = 0, viscosity = 0;
 };
@@ -355,7 +355,7 @@ struct Candidate {
     double seconds = 0;          // an estimate from a table of rates, to choose by: no promise
     double error = std::nan(""); // upper bound of the error that Scene::tolerance limits; NaN: not needed to choose
     std::string refused;         // the reason why it is not chosen; empty if it is
-    // Elements in series, springs and dashpots among them, that stand for the material's where `error` allows for fewer.
+    // Elements in series, springs and dashpots among them, that stand for the material's where `error` allows it.
     // Empty: the material's own.
     std::vector<KelvinVoigt> reduced;
 };
