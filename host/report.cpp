@@ -72,9 +72,8 @@ Report report_of(const SkinDescription& s, scene::TauRange tau, double cells_per
     const bool units = s.grid.spacing.has_value();
     std::vector<double> times = {tau.min, tau.max};
     if (scene::is_chain(s.material) && scene::is_uniform(s.material)) {
-        const scene::Series series = scene::series_at(s.material, 0);
         times.clear();
-        for (size_t e = 0; e < series.length; ++e) times.push_back(scene::tau_range({series.elements[e]}).max);
+        for (const scene::Element& e : scene::chain_of(s.material)) times.push_back(e.viscosity / e.modulus);
     }
     std::erase_if(times, [](double t) { return !(t > 0 && std::isfinite(t)); });
     std::sort(times.begin(), times.end());

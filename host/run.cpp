@@ -98,6 +98,11 @@ Decided decided(const Scene& validated, plan::PreparedRun&& run, const Device& w
               .decision = taken,
               .device = !f64 && (!march || taken.precision == Precision::f64) ? Device::cpu() : device,
               .moments = {}};
+    if (!taken.reduced.empty()) {
+        Material fewer = d.run.skin.description.material;
+        scene::take_chain(fewer, taken.reduced);
+        d.run.skin = with_material(std::move(d.run.skin), fewer);
+    }
     if (march || !why_not_separable(d.run.skin, d.run.schedule).empty()) return d;
     d.run = in_parts(std::move(d.run));
     d.moments =
@@ -127,7 +132,10 @@ class Run {
         result_.model = d.decision.model;
         result_.precision = d.decision.model == Model::march ? d.decision.precision : Precision::f64;
         result_.predicted_error = d.decision.error;
-        const scene::TauRange tau = tau_range(skin_.materials);
+        result_.reduced = d.decision.reduced;
+        const Material& material = d.scene.material;
+        const scene::TauRange tau =
+            scene::tau_range(scene::is_uniform(material) ? scene::chain_of(material) : skin_.materials);
         result_.tau_min = tau.min;
         result_.tau_max = tau.max;
         result_.cells_per_ridge = scene::cells_per_ridge(skin_.description);

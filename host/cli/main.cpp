@@ -6,6 +6,7 @@
 #include "host/device.hpp"
 #include "host/output/earlier.hpp"
 #include "host/output/warnings.hpp"
+#include "host/scene/element.hpp"
 #include "host/scene/names.hpp"
 #include "host/scene/nearest.hpp"
 #include "host/scene/scene.hpp"
@@ -105,6 +106,24 @@ void print_refused(const Result& r) {
     if (!r.device.refused.empty()) fmt::print("{}\n", r.device.refused);
 }
 
+// Elements in series as a scene has them.
+std::string in_series(const std::vector<KelvinVoigt>& chain) {
+    std::vector<std::string> elements, others;
+    for (const KelvinVoigt& e : chain)
+        if (e.viscosity == 0) others.push_back(fmt::format("spring = {:.6g}", e.modulus));
+        else if (e.modulus == 0) others.push_back(fmt::format("dashpot = {:.6g}", e.viscosity));
+        else elements.push_back(fmt::format("{{ modulus = {:.6g}, viscosity = {:.6g} }}", e.modulus, e.viscosity));
+    if (!elements.empty()) others.insert(others.begin(), fmt::format("elements = [{}]", fmt::join(elements, ", ")));
+    return fmt::format("{}", fmt::join(others, ", "));
+}
+
+// Prints which elements in series stand for a scene's, if fewer do.
+void print_reduced(const char* indent, const Scene& scene, const std::vector<KelvinVoigt>& reduced) {
+    if (reduced.empty()) return;
+    fmt::print("{}in place of {} elements in series: {}\n", indent, scene::chain_of(scene.material).size(),
+               in_series(reduced));
+}
+
 // Prints every candidate with its cost and error, and why it is taken or not.
 void explain_run(const Arguments& a, const std::vector<std::string>& overrides, const Device& device) {
     const Scene scene = Scene::from_file(a.scene, overrides);
@@ -129,6 +148,7 @@ void explain_run(const Arguments& a, const std::vector<std::string>& overrides, 
         if (c.steps)
             fmt::print("       {} steps, {} dispatches, {}flop, {}B moved, {}B of memory, about {:.2g} s\n", c.steps,
                        c.dispatches, engineering(c.flops), engineering(c.traffic), engineering(c.bytes), c.seconds);
+        print_reduced("       ", scene, c.reduced);
         if (!std::isnan(c.error)) fmt::print("       error at most {:.2g}\n", c.error);
         if (!c.refused.empty()) fmt::print("       not taken: {}\n", c.refused);
     }
@@ -240,6 +260,7 @@ int run_scene(const Arguments& a) {
     if (a.check) fmt::print(" with the other backend and the comparison\n");
     else fmt::print(", {:.2f} ns per cell-step\n", 1e9 * r.seconds / (cells * double(r.steps)));
     print_scene(scene, r);
+    print_reduced("", scene, r.reduced);
     if (!std::isnan(r.predicted_error)) fmt::print("predicted error at most {:.2g}\n", r.predicted_error);
     if (a.check) fmt::print("{} cells compared, {} different\n", r.cells_compared, r.cells_different);
     fmt::print("{}\n", (out / "traces.csv").string());

@@ -11,14 +11,14 @@ namespace contact = dermis::contact;
 
 int main() {
     constexpr int width = 80, height = 64;
-    constexpr double spacing = 2.5e-4; // m
+    constexpr double spacing = 2.5e-4, modulus = 5e4; // m, Pa
     dermis::SkinDescription description;
     description.grid.width = width;
     description.grid.height = height;
     description.grid.spacing = spacing;
     description.surface.kind = dermis::Surface::Kind::wave;
     description.surface.relief = 5e-5;
-    description.material.modulus = 5e4;
+    description.material.modulus = modulus;
     description.material.viscosity = 5e3;
     description.material.thickness = 1e-3;
     description.material.curvature_length = 1e-5;
@@ -40,7 +40,7 @@ int main() {
         ball.position = {1e-4 * (step - 50), 0, 0.5};
         ball.direction = {0, 0, -1};
         ball.force = 0.5;
-        ball.radius = contact::hertz_radius(ball.force, 8e-3, description.material.modulus * 4 / 3);
+        ball.radius = contact::hertz_radius(ball.force, 8e-3, modulus * 4 / 3);
 
         std::fill(pressure.begin(), pressure.end(), 0.0f);
         const contact::Report report = contact::add_contacts(pad, pose, 1e-3, {ball});

@@ -119,13 +119,18 @@ std::string summary_json(const Scene& s, const Result& r) {
     if (r.cells_compared)
         check = fmt::format("{{\"cells\": {}, \"different\": {}}}", r.cells_compared, r.cells_different);
     const auto count = [](long long n) { return n < 0 ? "null" : std::to_string(n); };
+    std::string reduced; // nothing where the material's own elements are computed
+    for (const KelvinVoigt& e : r.reduced)
+        reduced += fmt::format("{}{{\"modulus\": {}, \"viscosity\": {}}}", reduced.empty() ? ", \"elements\": [" : ", ",
+                               shortest(e.modulus), shortest(e.viscosity));
+    if (!reduced.empty()) reduced += "]";
     std::vector<std::string> sentences = warnings(s, r);
     for (std::string& sentence : sentences) sentence = "\n    " + json_text(sentence);
     return made_by_dermis +
            fmt::format(R"(
   "version": {}, "commit": {},
   "device": {{"name": {}, "kind": {}, "driver": {}, "exact": {}}},
-  "plan": {{"model": "{}", "method": "{}", "precision": "{}", "predicted_error": {}}},
+  "plan": {{"model": "{}", "method": "{}", "precision": "{}", "predicted_error": {}{}}},
   "grid": {{"width": {}, "height": {}}},
   "steps": {}, "left_out": {}, "outputs": {}, "dispatches": {}, "seconds": {},
   "cross_check": {},
@@ -137,11 +142,12 @@ std::string summary_json(const Scene& s, const Result& r) {
 )",
                        json_text(version()), json_text(commit()), json_text(r.device.name), json_text(r.device.kind),
                        json_text(r.device.driver), r.device.exact, name(r.model), name(s.method), name(r.precision),
-                       json_number(r.predicted_error), s.grid.width, s.grid.height, r.steps, r.left_out, r.time.size(),
-                       r.dispatches, shortest(r.seconds), check, json_number(r.tau_min), json_number(r.tau_max),
-                       json_number(s.time.step / r.tau_max), json_number(s.time.step / r.tau_min),
-                       json_number(r.greatest_gain), json_number(r.greatest_curvature), json_number(r.stencil_estimate),
-                       count(r.kinks), count(r.pressed_cells), json_of(report(s, r)), fmt::join(sentences, ","));
+                       json_number(r.predicted_error), reduced, s.grid.width, s.grid.height, r.steps, r.left_out,
+                       r.time.size(), r.dispatches, shortest(r.seconds), check, json_number(r.tau_min),
+                       json_number(r.tau_max), json_number(s.time.step / r.tau_max),
+                       json_number(s.time.step / r.tau_min), json_number(r.greatest_gain),
+                       json_number(r.greatest_curvature), json_number(r.stencil_estimate), count(r.kinks),
+                       count(r.pressed_cells), json_of(report(s, r)), fmt::join(sentences, ","));
 }
 
 } // namespace

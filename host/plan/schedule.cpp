@@ -29,13 +29,17 @@ void widen(PressedBox& box, const std::vector<double>& map, int width, int heigh
 void take_sequence(Schedule& s, const PreparedSkin& skin) {
     const double scale = std::abs(s.load.intensity);
     s.material_peaks.assign(skin.materials.size(), 0);
-    std::vector<double> frame;
+    std::vector<double> frame, before;
     for (long long k = 0; k < s.sequence->maps(); ++k) {
+        before.swap(frame);
         s.sequence->read(k, frame);
         widen(s.pressed, frame, skin.width(), skin.height());
         double peak = 0;
         for (double v : frame) peak = std::max(peak, std::abs(v));
         s.frame_peaks.push_back(peak * scale);
+        double change = 0;
+        for (size_t i = 0; i < before.size(); ++i) change = std::max(change, std::abs(frame[i] - before[i]));
+        if (k > 0) s.frame_changes.push_back(change * scale);
         for (size_t i = 0; i < frame.size(); ++i) {
             double& greatest = s.material_peaks[skin.material_at(i)];
             greatest = std::max(greatest, std::abs(frame[i]) * scale);

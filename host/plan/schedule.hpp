@@ -20,6 +20,7 @@ struct Schedule {
     bool framed = false;                      // the pressure runs between the frames given to Stepper::frame
     std::shared_ptr<scene::NpyFile> sequence; // null if the load is no sequence
     std::vector<double> frame_peaks;          // greatest |pressure| of each frame of a sequence, Pa
+    std::vector<double> frame_changes;        // greatest |change| of a cell's pressure from each to the next one, Pa
     std::vector<double> material_peaks;       // the same of each material over all frames
     PressedBox pressed;
     long long outputs = 0;                   // number of output times

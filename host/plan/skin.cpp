@@ -108,7 +108,7 @@ void number_cells(PreparedSkin& skin) {
     for (size_t i = 0, y = 0; y < size_t(skin.height()); ++y)
         for (int x = 0; x < skin.width(); ++x, ++i) {
             int& material = skin.material_of[y * size_t(skin.pitch) + size_t(x)];
-            if (skin.chain.length > 1) material = number(scene::series_at(m, i).elements.data());
+            if (scene::is_chain(m)) material = number(scene::series_at(m, i).elements.data());
             else {
                 const Element element = scene::element_at(m, i);
                 material = number(&element);

@@ -8,11 +8,13 @@
 
 namespace dermis::planner {
 
-// One cell under unit pressure (between frames: a bound over all cells): exact values, and in d_* a running bound of
-// the rounding error at unit roundoff u.
+// One element of a cell under unit pressure (between frames: a bound over all cells): exact values, and in d_* a
+// running bound of the rounding error at unit roundoff u. Of elements in series that the kernel adds up, the first one
+// has the sum, rate and acceleration of all, and a spring the rate that its state holds.
 struct CountedCell {
     double eps = 0, sum = 0, rate = 0, acceleration = 0;
     double d_eps = 0, d_sum = 0, d_rate = 0, d_acceleration = 0;
+    double spring_rate = 0, d_spring_rate = 0;
 
     // The signal of a quantity.
     double value(int q) const {
@@ -40,6 +42,14 @@ struct CountedLoad {
 // rounded. w: angular frequency, 1/s.
 f64::Coefficients cancelled_under_sine(const f64::Coefficients&, const plan::Element&, const plan::ResponseRule&,
                                        double w, double amplitude);
+
+// The step of one element. z is dt/tau.
+struct CountedStep {
+    f64::Coefficients k;
+    CountedLoad load;
+    double z = 0;
+    bool spring = false; // in series with others: the last one, which keeps no strain
+};
 
 struct CountedArithmetic {
     double u;           // unit roundoff
@@ -69,9 +79,20 @@ struct CountedArithmetic {
         return {x, a.off + b.off + (a.value == 0 || b.value == 0 ? 0 : rounding(x))};
     }
 
-    // One step. What eps and sum were off by before is carried on linearly, where the kernel's terms cancel. z is
-    // dt/tau.
-    CountedCell pressed(const CountedCell&, const f64::Coefficients&, const CountedLoad&, double z) const;
+    // One step of n elements in series, whose coefficients are joined (plan::join_loads) and stand in `steps`. What eps
+    // and sum were off by before is carried on linearly, where the kernel's terms cancel.
+    void press(const CountedStep* steps, size_t n, const CountedCell* before, CountedCell* after) const;
+
+  private:
+    struct Pressures; // of an element over a step
+    Pressures pressures(const CountedLoad&) const;
+    void strain(const CountedStep&, const Pressures&, const CountedCell& before, CountedCell& after) const;
+    void spring(const CountedStep&, const Pressures&, const CountedCell& before, CountedCell& after) const;
+    double flushed(double x) const { return x != 0 && (bound || least * std::abs(x) < flush) ? flush : 0; }
+    // A compensated sum keeps a part of each addition's rounding, and what of it is too small to be carried.
+    double left(double x) const {
+        return carried < 1 ? carried * rounding(x) + std::min(rounding(x), flush) : rounding(x);
+    }
 };
 
 } // namespace dermis::planner

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "host/planner/bound.hpp"
 
-#include "host/plan/laplacian.hpp"
-#include "host/plan/site_cells.hpp"
-#include "host/planner/arithmetic.hpp"
+#include "host/planner/counted_run.hpp"
+#include "host/planner/magnitudes.hpp"
 #include "host/reduced/sites.hpp"
 
 #include <algorithm>
@@ -17,18 +16,6 @@ using plan::Schedule;
 
 constexpr size_t some = 64; // cells looked at for the greatest values, at most
 
-// The sum of a stencil's absolute weights: by it, errors of the cells become an error of the curvature.
-double weight_of(int stencil) {
-    if (stencil == STENCIL_FIVE_POINT) return 8;
-    return stencil == STENCIL_FOURTH_ORDER ? 32.0 / 3 : 4;
-}
-
-double largest_of(const std::vector<double>& map) {
-    double largest = 0;
-    for (double v : map) largest = std::max(largest, std::abs(v));
-    return largest;
-}
-
 // The least |v| that is not 0.
 double least_of(const std::vector<double>& map) {
     double least = INFINITY;
@@ -37,92 +24,18 @@ double least_of(const std::vector<double>& map) {
     return std::isfinite(least) ? least : 0;
 }
 
-// The greatest |L(S)| over all cells, or over the schedule's points alone.
-double rest_peak(const PreparedSkin& skin, const Schedule& schedule, bool points_only) {
-    if (!points_only) return greatest_rest_curvature(skin);
-    double largest = 0;
-    for (const Cell& c : schedule.points) largest = std::max(largest, std::abs(rest_curvature_at(skin, c)));
-    return largest;
-}
-
-// Greatest Laplacian of a strain with maximum 1, and greatest sum of its differences. A uniform skin's strain has the
-// load's shape, which gives a tighter bound.
-struct Roughness {
-    double laplacian, differences;
-};
-
-Roughness roughness_of(const PreparedSkin& skin, const Schedule& schedule, double peak) {
-    const double weight = skin.constants.bend * weight_of(skin.stencil);
-    Roughness r{weight, 2 * weight};
-    if (!skin.uniform() || schedule.framed || peak == 0) return r;
-    const Grid unit = plan::without_spacing(skin.description.grid);
-    const std::vector<double>& map = schedule.pressure;
-    r.laplacian = skin.constants.bend * largest_of(plan::laplacian(map, unit, skin.stencil, skin.edges)) / peak;
-    double step = 0; // between neighbours
-    const size_t width = size_t(unit.width);
-    for (size_t i = 0; i < map.size(); ++i) {
-        if (i % width) step = std::max(step, std::abs(map[i] - map[i - 1]));
-        if (i >= width) step = std::max(step, std::abs(map[i] - map[i - width]));
-    }
-    if (skin.edges != EDGES_PERIODIC)
-        r.differences = weight * std::min(2 * step / peak, 2.0); // two cells apart at most
-    return r;
-}
-
-// A material, and the greatest |pressure| on those of its cells that are read.
-struct PressedMaterial {
-    Element element;
-    double peak = 0;
-    double around = 0; // the same with the cells that their stencils read
-};
-
-// The cells that an analysis covers: all of them, or the sites of one class.
-struct Read {
-    bool everything;
-    int quantity; // the class of the sites; ignored with everything
-};
-
-std::vector<PressedMaterial> pressed_materials(const PreparedSkin& skin, const Schedule& schedule, const Read& read) {
-    std::vector<PressedMaterial> all;
-    for (size_t i = 0; i < skin.materials.size(); ++i) {
-        const double peak = schedule.framed ? schedule.material_peaks[i - i % skin.chain.length] : 0;
-        all.push_back({skin.materials[i], peak, peak});
-    }
-    if (schedule.framed) return all;
-    const auto alike = [&] { // elements in series bear the same pressure
-        for (size_t i = 0; i < all.size(); ++i) {
-            const PressedMaterial& first = all[i - i % skin.chain.length];
-            all[i].peak = first.peak, all[i].around = first.around;
-        }
-        return all;
-    };
-    const std::vector<double>& p = schedule.pressure;
-    const size_t width = size_t(skin.width());
-    const auto take = [&](size_t i, double PressedMaterial::*peak) {
-        double& greatest = all[skin.material_at(i)].*peak;
-        greatest = std::max(greatest, std::abs(p[i]));
-    };
-    if (read.everything) {
-        for (size_t i = 0; i < p.size(); ++i) take(i, &PressedMaterial::peak);
-        for (PressedMaterial& m : all) m.around = m.peak;
-        return alike();
-    }
-    std::vector<Cell> points;
-    for (const Site& site : skin.description.sites)
-        if (int(site.type) == read.quantity) points.push_back(site.cell);
-    for (const Cell& c : points) take(size_t(c.y) * width + size_t(c.x), &PressedMaterial::peak);
-    for (size_t i : plan::SiteCells(skin, pressed_cells(schedule), points).cells) take(i, &PressedMaterial::around);
-    return alike();
-}
-
 // Reduces the materials to as many as the analysis has time and memory for. Errors scale with peak/modulus and
 // peak/viscosity at a given retardation time, so the extremes of these represent the others of a narrow range of
 // retardation times.
-std::vector<PressedMaterial> representatives(std::vector<PressedMaterial> all, double steps) {
+constexpr size_t ranges = 512;
+
+bool too_many(size_t materials, double steps) {
     constexpr double most_cell_steps = 4e6;
-    constexpr size_t ranges = 512, most_materials = 65536;
-    if (all.size() <= 2 * ranges || (all.size() <= most_materials && double(all.size()) * steps <= most_cell_steps))
-        return all;
+    constexpr size_t most_materials = 65536;
+    return materials > 2 * ranges && (materials > most_materials || double(materials) * steps > most_cell_steps);
+}
+
+std::vector<PressedMaterial> representatives(std::vector<PressedMaterial> all) {
     const auto rate = [](const PressedMaterial& m) { return std::log(z_of(m.element, 1)); };
     double low = INFINITY, high = -INFINITY; // of rates that are finite
     for (const PressedMaterial& m : all)
@@ -193,31 +106,6 @@ void add_telling_sites(const PreparedSkin& skin, const Schedule& schedule, std::
     }
 }
 
-// The greatest |pressure| under the envelope, per unit of the map.
-double envelope_peak(const scene::Waveform& load, const Envelope& envelope) {
-    if (load.sine()) return std::abs(envelope.mean) + std::abs(envelope.amplitude);
-    double peak = 0;
-    for (const scene::Knot& k : load.knots()) peak = std::max({peak, std::abs(k.left), std::abs(k.right)});
-    return peak;
-}
-
-// The load of a cell whose greatest |pressure| is `peak`, per unit of it. Pressures that are held are as exact as the
-// scene; others come from a few operations on the envelope's values. Between frames only magnitudes are known.
-CountedLoad load_of(const Schedule& schedule, const plan::Step& step, double envelope_peak, double peak) {
-    constexpr double few = 8 * 0x1p-53;
-    if (!schedule.framed) {
-        const double off = step.rise != 0 || schedule.method != Method::exact ? few * envelope_peak : 0;
-        return {{step.start, off}, {step.rise, 0}, {step.jump, step.jump != 0 ? 2 * off : 0}};
-    }
-    const auto share = [&](long long k) {
-        if (k < 0 || peak == 0) return 0.0;
-        return std::min(schedule.frame_peaks[std::min(size_t(k), schedule.frame_peaks.size() - 1)] / peak, 1.0);
-    };
-    const double before = share(step.frame), after = step.frame < 0 ? 0 : share(step.frame + 1);
-    const auto counted = [](double x) { return Counted{x, few * x}; };
-    return {counted(std::max(before, after)), counted(step.rise * (before + after)), counted(step.jump * before)};
-}
-
 // The running analysis of one cell of each material, step by step.
 class Analysis {
   public:
@@ -225,8 +113,7 @@ class Analysis {
         : skin_(skin), schedule_(schedule), kind_(kind), u_(kind.single ? 0x1p-24 : 0x1p-53),
           last_(kind.compensated ? u_ : 0), l_(std::abs(skin.constants.curvature_length)),
           weight_(skin.constants.bend * weight_of(skin.stencil)), rest_(rest_peak(skin, schedule, !read.everything)),
-          envelope_peak_(envelope_peak(scene::Waveform(schedule.load.envelope, schedule.time), schedule.load.envelope)),
-          rough_(roughness_of(skin, schedule, schedule.framed ? 1 : largest_of(schedule.pressure))) {
+          chain_(skin.chain) {
         const double least = schedule.framed ? 0 : least_of(schedule.pressure);
         const auto arithmetic = [&](double peak) {
             return CountedArithmetic{.u = u_,
@@ -237,77 +124,59 @@ class Analysis {
                                      .flush = peak > 0 && !kind.separable ? 2 * kind.stored / peak : 0,
                                      .least = peak > 0 ? least / peak : 0};
         };
-        const double steps = double(schedule.outputs);
-        for (const PressedMaterial& m : representatives(pressed_materials(skin, schedule, read), steps)) {
-            materials_.push_back(m.element);
-            arithmetic_.push_back(arithmetic(m.around));
-            peak_.push_back(m.around);
-            share_.push_back(m.around > 0 ? m.peak / m.around : 0);
+        double greatest = 0; // pressure around what is read
+        for (const auto& materials : analysed(pressed_materials(skin, schedule, read))) {
+            for (const PressedMaterial& m : materials) {
+                materials_.push_back({m.element, arithmetic(m.around), m.around});
+                share_.push_back(m.around > 0 ? m.peak / m.around : 0);
+                greatest = std::max(greatest, m.around);
+            }
+            ends_.push_back(materials_.size());
         }
+        rough_ = roughness_of(skin, schedule, schedule.framed ? 1 : greatest);
         if (kind.separable && !skin.parts.empty()) pair_parts();
     }
 
     Bounds run() {
-        plan::Timeline timeline(schedule_, materials_, skin_.rule, schedule_.method);
+        CountedRun by_method(schedule_, materials_, skin_.rule, schedule_.method, chain_);
         const bool baseline = schedule_.method != Method::exact;
-        std::optional<plan::Timeline> exact_timeline;
-        if (baseline) exact_timeline.emplace(schedule_, materials_, skin_.rule, Method::exact);
-        const bool sine = !schedule_.framed && !baseline && schedule_.load.envelope.kind == Envelope::Kind::sine;
-        const double angular_frequency =
-            sine ? scene::Waveform(schedule_.load.envelope, schedule_.time).angular_frequency() : 0;
-        std::vector<CountedCell> kept(materials_.size()), exact(materials_.size());
-        now_ = exact_ = kept;
-        const double dt = schedule_.time.step;
-        for (plan::Step step, true_step; timeline.next(step);) {
-            // impulses and fields between outputs come from the exact method's timeline alone
-            while (baseline && exact_timeline->next(true_step) && true_step.trace < 0) {
-            }
-            for (size_t i = 0; i < materials_.size(); ++i) {
-                const Element& m = materials_[i];
-                const f64::Coefficients k = step.coefficients_of(i, m, skin_.rule);
-                const double z = is_elastic(m) ? 0 : z_of(m, dt);
-                const CountedArithmetic& a = arithmetic_[i];
-                CountedLoad load = load_of(schedule_, step, envelope_peak_, peak_[i]);
-                if (sine && step.rise != 0)
-                    load.cancelled =
-                        cancelled_under_sine(k, m, skin_.rule, angular_frequency, schedule_.load.envelope.amplitude);
-                now_[i] = a.pressed(kept[i], k, load, z);
-                if (step.bend > 0 && !is_elastic(m)) add_bend(now_[i], m, step);
-                exact_[i] = now_[i];
-                if (baseline)
-                    exact_[i] = exact[i] = a.pressed(exact[i], true_step.coefficients_of(i, m, skin_.rule),
-                                                     load_of(schedule_, true_step, envelope_peak_, peak_[i]), z);
-            }
-            if (step.trace >= 0 || step.field >= 0) widen();
-            if (step.keep) kept = now_;
+        std::optional<CountedRun> exact;
+        if (baseline) exact.emplace(schedule_, materials_, skin_.rule, Method::exact, chain_);
+        while (by_method.next()) {
+            if (exact) exact->next(); // a baseline has its fields at outputs, so that both read the same times
+            now_ = by_method.cells();
+            exact_ = exact ? exact->cells() : now_;
+            widen();
         }
         return bounds_;
     }
 
   private:
-    // Adds the error of a step within which the load bends: the rate at its end comes from a pressure and a stress that
-    // cancel in double.
-    void add_bend(CountedCell& cell, const Element& m, const plan::Step& step) const {
-        const double z = z_of(m, step.after_bend);
-        const double rate = strain_rate(m, (4 + 2 * z) * 0x1p-53 * step.bend * std::exp(-z));
-        cell.d_rate += rate;
-        cell.d_acceleration += rate * (skin_.rule.step_mean ? 1 / schedule_.time.step : z_of(m, 1));
+    // Where elements in series are too many, those of each place in the series are represented by some of them, as if
+    // they were cells of their own.
+    std::vector<std::vector<PressedMaterial>> analysed(std::vector<PressedMaterial> all) {
+        if (!too_many(all.size(), double(schedule_.outputs))) return {all};
+        std::vector<std::vector<PressedMaterial>> few;
+        for (size_t e = 0; e < chain_.length; ++e) {
+            std::vector<PressedMaterial> of_place;
+            for (size_t i = e; i < all.size(); i += chain_.length) of_place.push_back(all[i]);
+            few.push_back(representatives(of_place));
+        }
+        chain_ = {};
+        return few;
     }
 
     // Each part is analysed with its least and with its greatest retardation time, one after the other.
     void pair_parts() {
-        std::vector<CountedArithmetic> arithmetic;
-        std::vector<double> peak, share;
-        materials_.clear();
+        std::vector<CountedMaterial> materials;
+        std::vector<double> share;
         for (size_t i = 0; i < skin_.parts.size(); ++i)
             for (const Element& m : {skin_.parts[i].low, skin_.parts[i].high}) {
-                materials_.push_back(m);
-                arithmetic.push_back(arithmetic_[i]);
-                peak.push_back(peak_[i]);
+                materials.push_back({m, materials_[i].arithmetic, materials_[i].peak});
                 share.push_back(share_[i]);
             }
-        arithmetic_ = arithmetic;
-        peak_ = peak;
+        materials_ = materials;
+        ends_ = {materials_.size()};
         share_ = share;
         paired_ = true;
     }
@@ -320,47 +189,72 @@ class Analysis {
         return method + std::abs(now_[i].value(q) - now_[i ^ 1].value(q)) + 0x1p-53 * std::abs(now_[i].value(q));
     }
 
-    // A quantity of one cell: of its element, or summed over those in series.
+    // A quantity of one cell under the greatest pressure on it, or around it: of its element, or summed over those in
+    // series.
     struct Sum {
         double value = 0, magnitude = 0; // the sum, and that of magnitudes
-        double error = 0, truncation = 0;
+        double off = 0;                  // what the sum is off by
     };
-    Sum sum_of(size_t first, int q) const {
+    Sum sum_of(size_t first, int q, bool around) const {
         Sum s;
-        for (size_t i = first; i < first + skin_.chain.length; ++i) {
-            s.value += now_[i].value(q);
-            s.magnitude += std::abs(now_[i].value(q));
-            s.error += now_[i].error(q);
-            s.truncation += truncation(i, q);
+        const double share = around ? 1 : share_[first], peak = materials_[first].peak * share;
+        double error = 0, truncated = 0;
+        for (size_t i = first; i < first + chain_.length; ++i) {
+            s.value += peak * now_[i].value(q);
+            s.magnitude += peak * std::abs(now_[i].value(q));
+            error += now_[i].error(q);
+            truncated += truncation(i, q);
         }
-        s.error += double(skin_.chain.length - 1) * 0x1p-53 * s.magnitude;
+        if (q <= QUANTITY_SA2) s.off = last_ * s.magnitude; // compensated, it is off by the last rounding of its value
+        // Half a unit in the last place of a smaller value is up to twice as much of it.
+        s.off += peak * ((share < 1 && !kind_.separable ? 2 : 1) * error + truncated);
+        // Strains in series are added up; of the other quantities the kernel's sums are counted.
+        if (q <= QUANTITY_SA1 && s.magnitude > 0)
+            s.off += double(chain_.length - 1) * (u_ * s.magnitude + kind_.stored);
         return s;
+    }
+
+    // That of every cell; of cells whose elements are represented, one that no cell exceeds.
+    std::vector<Sum> sums_of(int q, bool around) const {
+        std::vector<Sum> all;
+        for (size_t i = 0; i < ends_.front(); i += chain_.length) all.push_back(sum_of(i, q, around));
+        if (ends_.size() == 1) return all;
+        Sum together;
+        for (size_t place = 0, i = 0; place < ends_.size(); ++place) {
+            Sum most;
+            for (; i < ends_[place]; ++i) {
+                const Sum s = sum_of(i, q, around);
+                most.magnitude = std::max(most.magnitude, s.magnitude);
+                most.off = std::max(most.off, s.off);
+            }
+            together.magnitude += most.magnitude;
+            together.off += most.off;
+        }
+        // What the kernel adds up in one sum it rounds as often as there are elements, each time as if they were alone
+        // at most twice over.
+        together.value = together.magnitude;
+        together.off *= 2 * double(ends_.size());
+        return {together};
     }
 
     // Takes the errors at the end of a step that is read.
     void widen() {
         double strain = 0, d_strain = 0;
-        for (size_t i = 0; i < now_.size(); i += skin_.chain.length) {
-            const Sum eps = sum_of(i, QUANTITY_STRAIN);
-            strain = std::max(strain, peak_[i] * eps.magnitude);
-            d_strain = std::max(d_strain, peak_[i] * (eps.error + last_ * eps.magnitude + eps.truncation));
+        for (const Sum& eps : sums_of(QUANTITY_STRAIN, true)) {
+            strain = std::max(strain, eps.magnitude);
+            d_strain = std::max(d_strain, eps.off);
         }
         const double gain = 1 + l_ * (rest_ + rough_.laplacian * strain);
         const double d_C = weight_ * d_strain + u_ * (2 * rest_ + (rough_.laplacian + rough_.differences) * strain);
-        for (size_t i = 0; i < now_.size(); i += skin_.chain.length)
-            for (int q = 0; q < REDUCED_MAPS; ++q) {
-                const Sum of = sum_of(i, q);
-                const double peak = peak_[i] * share_[i], x = peak * std::abs(of.value);
+        for (int q = 0; q < REDUCED_MAPS; ++q)
+            for (const Sum& of : sums_of(q, false)) {
+                const double x = std::abs(of.value);
                 double &worst = bounds_.error[size_t(q)], &greatest = bounds_.greatest[size_t(q)];
                 greatest = std::max(greatest, q == QUANTITY_STRAIN ? x : x * gain);
-                const bool sum = q <= QUANTITY_SA2; // compensated, it is off by the last rounding of its value
-                // Half a unit in the last place of a smaller value is up to twice as much of it.
-                const double rounded = (share_[i] < 1 && !kind_.separable ? 2 : 1) * of.error;
-                const double d_x = peak * (rounded + (sum ? last_ * of.magnitude : 0) + of.truncation);
                 if (kind_.single && !(x * gain < 3e38)) worst = INFINITY;
                 const double stored = x == 0 || kind_.separable ? 0 : kind_.stored;
-                const double error =
-                    q == QUANTITY_STRAIN ? d_x + stored : d_x * gain + x * (l_ * d_C + 3 * u_ * gain) + 2 * stored;
+                const double error = q == QUANTITY_STRAIN ? of.off + stored
+                                                          : of.off * gain + x * (l_ * d_C + 3 * u_ * gain) + 2 * stored;
                 worst = std::max(worst, error);
             }
     }
@@ -371,14 +265,13 @@ class Analysis {
     const double u_;
     const double last_; // of a value: the last rounding, where earlier ones are compensated
     const double l_, weight_, rest_;
-    const double envelope_peak_;
-    const Roughness rough_;
-    std::vector<Element> materials_;
-    std::vector<CountedArithmetic> arithmetic_; // of each material
-    std::vector<double> peak_;                  // of each: the pressure around what is read
-    std::vector<double> share_;                 // the pressure on what is read, as a share of that
-    bool paired_ = false;                       // materials are the least and the greatest of each part
-    std::vector<CountedCell> now_, exact_;      // by the method, and by the exact one
+    Roughness rough_;
+    plan::Chain chain_;                      // of the materials that are analysed
+    std::vector<CountedMaterial> materials_; // each with the peak around what is read
+    std::vector<size_t> ends_;               // of all of them, or of those at each place of a series
+    std::vector<double> share_;              // of that peak: the pressure on what is read
+    bool paired_ = false;                    // materials are the least and the greatest of each part
+    std::vector<CountedCell> now_, exact_;   // by the method, and by the exact one
     Bounds bounds_{};
 };
 

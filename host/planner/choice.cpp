@@ -3,6 +3,7 @@
 
 #include "host/planner/bound.hpp"
 #include "host/planner/cost.hpp"
+#include "host/planner/reduction.hpp"
 #include "host/scene/text.hpp"
 
 #include <algorithm>
@@ -73,6 +74,10 @@ std::string ruled_out(const Candidate& c, const Request& r, const Backends& back
     return "";
 }
 
+const plan::Capabilities& backend_of(const Candidate& c, const Backends& backends) {
+    return c.model == Model::march && c.precision != Precision::f64 ? backends.opened : backends.cpu;
+}
+
 class ErrorBounds {
   public:
     ErrorBounds(const PreparedSkin& skin, const Schedule& schedule) : skin_(skin), schedule_(schedule) {}
@@ -80,34 +85,71 @@ class ErrorBounds {
     double of(const Candidate& c) {
         const bool separable = c.model != Model::march && why_not_separable(skin_, schedule_).empty();
         const Arithmetic kind = arithmetic_of(c.precision, separable);
-        if (!peaks_) peaks_ = measured_peaks(skin_, schedule_);
-        if (!separable || skin_.uniform()) return worst(skin_, schedule_, kind);
+        if (!separable || skin_.uniform()) return worst(skin_, schedule_, kind, {});
         if (!parts_) parts_ = plan::in_parts({skin_, schedule_});
-        return worst(parts_->skin, parts_->schedule, kind);
+        return worst(parts_->skin, parts_->schedule, kind, {});
+    }
+
+    // The same candidate with fewer elements in series, if there are some that keep the tolerance.
+    std::optional<Candidate> reduced(const Candidate& c, double tolerance, const plan::Capabilities& backend) {
+        constexpr double share = 0.75; // of the tolerance, at most; the rest is left to arithmetic
+        if (!may_reduce(skin_, schedule_, c.model)) return {};
+        const bool impulses = c.model == Model::march;
+        std::optional<Replacement>& found = impulses ? of_march_ : of_sites_;
+        if (!found)
+            found = planner::reduced(skin_, schedule_,
+                                     {.error = share * tolerance, .seconds = c.seconds, .impulses = impulses},
+                                     [&]() -> const Peaks& { return peaks(); });
+        if (found->chain == skin_.materials) return {};
+        const std::vector<KelvinVoigt> elements = scene::listed(found->chain);
+        Material fewer = skin_.description.material;
+        scene::take_chain(fewer, elements);
+        const PreparedSkin skin = with_material(skin_, fewer);
+        Candidate shorter = costed(skin, schedule_, c.model, c.precision, backend);
+        shorter.reduced = elements;
+        shorter.error = worst(skin, schedule_, arithmetic_of(c.precision, false), *found);
+        return shorter.error <= tolerance ? std::optional(shorter) : std::nullopt;
     }
 
   private:
-    double worst(const PreparedSkin& skin, const Schedule& schedule, const Arithmetic& kind) const {
+    const Peaks& peaks() {
+        if (!peaks_) peaks_ = measured_peaks(skin_, schedule_);
+        return *peaks_;
+    }
+
+    // by: what the skin's elements are a replacement by, if they are one.
+    double worst(const PreparedSkin& skin, const Schedule& schedule, const Arithmetic& kind, const Replacement& by) {
         const bool whole = !schedule.output.traces.empty() || !schedule.output.fields.empty();
-        const Bounds none{}, cells = whole ? bounds_of_cells(skin, schedule, kind) : none;
-        return worst_asked(skin, schedule, cells, bounds_of_sites(skin, schedule, kind), *peaks_, kind.stored);
+        const auto widened = [](Bounds b, const Errors& replaced) {
+            for (size_t q = 0; q < REDUCED_MAPS; ++q) b.error[q] += replaced[q], b.greatest[q] += replaced[q];
+            return b;
+        };
+        const Bounds cells = whole ? bounds_of_cells(skin, schedule, kind) : Bounds{};
+        return worst_asked(skin, schedule, widened(cells, by.cells),
+                           widened(bounds_of_sites(skin, schedule, kind), by.sites), peaks(), kind.stored);
     }
 
     const PreparedSkin& skin_;
     const Schedule& schedule_;
     std::optional<Peaks> peaks_;
     std::optional<plan::PreparedRun> parts_; // of the same strain, where materials differ
+    std::optional<Replacement> of_march_, of_sites_;
 };
 
-// Refuses elements in series where no model takes them, with the reasons.
-[[noreturn]] void refuse_chain(const PreparedSkin& skin, const Schedule& schedule, const Explanation& e) {
-    std::string why;
-    const auto add = [&](const std::string& reason) {
-        if (!reason.empty() && why.find(reason) == why.npos) why += (why.empty() ? "" : "; ") + reason;
-    };
-    for (Model m : {Model::moments, Model::sites, Model::march}) add(why_not(skin, schedule, m));
-    for (const Candidate& c : e.candidates) add(c.refused);
-    refuse("material.elements", "(" + std::to_string(skin.chain.length) + " in series)", why);
+bool is_unforced(const Candidate& c, const Request& r) { return !r.precision && (c.model == Model::march || !r.model); }
+
+// Takes a dearer candidate instead, if fewer elements in series make it cheaper than the one taken.
+void take_cheaper(Explanation& e, size_t& taken, const Request& r, const Backends& backends, ErrorBounds& bounds) {
+    constexpr double most_saved = 1 - 1.0 / (scene::most_in_series + 1); // of a candidate's time
+    for (size_t i = taken + 1; i < e.candidates.size(); ++i) {
+        const Candidate c = e.candidates[i];
+        if ((1 - most_saved) * c.seconds >= e.candidates[taken].seconds) continue;
+        if (!c.refused.empty() || !ruled_out(c, r, backends).empty() || !(e.binding || is_unforced(c, r))) continue;
+        const auto fewer = bounds.reduced(c, e.tolerance, backend_of(c, backends));
+        if (!fewer || fewer->seconds >= e.candidates[taken].seconds) continue;
+        e.candidates.insert(e.candidates.begin() + std::ptrdiff_t(taken), *fewer);
+        ++i;
+    }
 }
 
 // Refuses a tolerance that not even the best of the candidates keeps.
@@ -140,7 +182,13 @@ Explanation choose(const PreparedSkin& skin, const Schedule& schedule, const Req
         const bool possible = c.refused.empty();
         const bool rough = c.model == Model::march ||
                            std::any_of(skin.parts.begin(), skin.parts.end(), std::mem_fn(&plan::Part::rough));
-        const bool free = rough && !r.precision && (c.model == Model::march || !r.model), binds = e.binding || free;
+        const bool unforced = is_unforced(c, r), binds = e.binding || (rough && unforced);
+        if (possible && !taken && (e.binding || unforced))
+            if (const auto fewer = bounds.reduced(c, e.tolerance, backend_of(c, backends))) {
+                e.candidates.insert(e.candidates.begin() + std::ptrdiff_t(i), *fewer); // before the one of all elements
+                taken = i;
+                continue;
+            }
         // No bound is needed for a candidate that is the only one, or whose only error is rounding in double.
         const bool forced = r.model || r.precision || r.baseline;
         if (everything || (possible && !taken && (binds || forced))) c.error = bounds.of(c);
@@ -152,9 +200,9 @@ Explanation choose(const PreparedSkin& skin, const Schedule& schedule, const Req
         if (!nearest || c.error < e.candidates[*nearest].error) nearest = i;
         c.refused = "its error may reach " + shortest(c.error) + ", above the tolerance";
     }
+    if (taken) take_cheaper(e, *taken, r, backends, bounds);
     if (!taken && nearest && e.binding) refuse_tolerance(e.tolerance, e.candidates[*nearest]);
     if (!taken && nearest) e.candidates[*nearest].refused.clear(), taken = nearest; // the default binds where it can
-    if (!taken && skin.chain.length > 1) refuse_chain(skin, schedule, e);
     if (!taken) refuse("precision", r.precision ? name(*r.precision) : "(free)", "no model of this scene works in it");
     for (size_t i = 0; i < e.candidates.size(); ++i)
         if (i != *taken && e.candidates[i].refused.empty()) e.candidates[i].refused = "dearer than the one taken";

@@ -35,11 +35,13 @@ void cost_moments(Candidate& c, const PreparedSkin& skin, const Schedule& schedu
 void cost_sites(Candidate& c, const PreparedSkin& skin, const Schedule& schedule, const plan::Capabilities& cpu) {
     const double cells = double(skin.cells()), steps = double(c.steps), points = double(schedule.points.size());
     const double needed = double(plan::SiteCells(skin, pressed_cells(schedule), schedule.points).cells.size());
-    c.traffic = needed * steps * 48;
-    c.flops = needed * steps * 20 + points * steps * 40;
-    c.bytes = cells * 16 + needed * 64 + points * 300;
     const bool separable = why_not_separable(skin, schedule).empty();
-    c.seconds = separable ? points * (3e-7 + steps * 1e-8) : steps * (needed * 4e-9 + points * 10e-9) / cpu.threads;
+    const double elements = separable ? 1 : double(skin.chain.elements()); // each of which is stepped by itself
+    c.traffic = needed * steps * 48 * elements;
+    c.flops = (needed * steps * 20 + points * steps * 40) * elements;
+    c.bytes = cells * 16 + needed * 64 * elements + points * 300;
+    c.seconds =
+        separable ? points * (3e-7 + steps * 1e-8) : steps * (needed * 4e-9 + points * 10e-9) * elements / cpu.threads;
     if (separable) cost_quotient(c, skin);
 }
 
@@ -89,10 +91,12 @@ void cost_march(Candidate& c, const PreparedSkin& skin, const Schedule& schedule
     c.traffic = steps * (buffered ? 0 : tiles) +
                 pressed * steps * real *
                     ((pressure + 1 + 2 * state) / batch + (buffered || schedule.keeps_maps ? responses / batch : 0));
-    c.flops = pressed * steps * (c.precision == Precision::f32_compensated ? 66 : 52);
+    const double more = double(skin.chain.elements()) - 1; // elements in series
+    c.flops = pressed * steps * (c.precision == Precision::f32_compensated ? 66 : 52) + pressed * steps * 14 * more;
     // Surface, pressure and the strain at the end are in double.
     c.bytes = cells * (16 + 8) + real * double(skin.padded_cells()) * held + tiles * batch;
-    c.seconds = steps * (2e-6 + pressed * precision_factor(c.precision) * backend.cell_step);
+    c.seconds = steps * (2e-6 + pressed * precision_factor(c.precision) * backend.cell_step *
+                                    (1 + (buffered ? 0.4 : 0.15) * more));
     cost_materials(c, skin, schedule, real, peeks, backend);
     if (backend.dispatch > 0) {
         c.dispatches = c.steps * (2 + static_cast<long long>(responses));

@@ -6,6 +6,7 @@
 #include "dermis/dermis.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <compare>
 
 namespace dermis::scene {
@@ -26,6 +27,30 @@ inline double strain_rate(const Element& m, double stress, double strain = 0) {
     return (stress - m.modulus * strain) / m.viscosity;
 }
 
+// Whether an element is a dashpot alone.
+inline bool is_viscous(const Element& m) { return m.modulus == 0; }
+
+// The modulus, or the viscosity, of two in series.
+inline double in_series(double a, double b) { return 1 / (1 / a + 1 / b); }
+inline Element spring_of(const Element& m) { return {.modulus = m.modulus, .viscosity = 0}; }
+// The springs of two elements in series, without their dashpots, and the other way round.
+inline Element sum_of_springs(const Element& a, const Element& b) {
+    return {.modulus = in_series(a.modulus, b.modulus), .viscosity = 0};
+}
+inline Element sum_of_dashpots(const Element& a, const Element& b) {
+    return {.modulus = 0, .viscosity = in_series(a.viscosity, b.viscosity)};
+}
+// The element of the same final strain as two in series, whose retardation time is the mean weighted by that strain.
+inline Element merged(const Element& a, const Element& b) {
+    const double modulus = in_series(a.modulus, b.modulus);
+    const double tau = modulus * (a.viscosity / a.modulus / a.modulus + b.viscosity / b.modulus / b.modulus);
+    return {.modulus = modulus, .viscosity = modulus * tau};
+}
+// Whether both numbers are finite, and not both 0.
+inline bool is_finite(const Element& m) {
+    return std::isfinite(m.modulus) && std::isfinite(m.viscosity) && (m.modulus > 0 || m.viscosity > 0);
+}
+
 // The published study's element, which a material in a scene without units has by default.
 inline constexpr Element study_element{.modulus = 1.54, .viscosity = 1};
 
@@ -42,6 +67,26 @@ inline double at(const Map& map, double otherwise, size_t cell) { return map.emp
 
 inline Element element_at(const KelvinVoigt& e, size_t cell) {
     return {.modulus = at(e.modulus_map, e.modulus, cell), .viscosity = at(e.viscosity_map, e.viscosity, cell)};
+}
+
+// The elements of a chain as a material lists them.
+inline std::vector<KelvinVoigt> listed(const std::vector<Element>& chain) {
+    std::vector<KelvinVoigt> elements;
+    for (const Element& m : chain) elements.push_back({.modulus = m.modulus, .viscosity = m.viscosity});
+    return elements;
+}
+
+// Gives `to` these elements in series, of which those without a viscosity are springs and those without a modulus
+// dashpots.
+inline void take_chain(Material& to, const std::vector<KelvinVoigt>& chain) {
+    to.elements.clear();
+    to.spring.reset();
+    to.dashpot.reset();
+    for (const KelvinVoigt& e : chain) {
+        if (e.viscosity == 0 && !to.spring) to.spring = e.modulus;
+        else if (e.modulus == 0 && !to.dashpot) to.dashpot = e.viscosity;
+        else to.elements.push_back(e);
+    }
 }
 
 // The element of a cell of a material that is no chain.
@@ -84,10 +129,16 @@ inline Series series_at(const Material& m, size_t cell) {
     return s;
 }
 
+// The elements in series of a uniform material.
+inline std::vector<Element> chain_of(const Material& m) {
+    const Series s = series_at(m, 0);
+    return {s.elements.begin(), s.elements.begin() + long(s.length)};
+}
+
 // Whether a uniform material has an element without viscosity.
 inline bool has_spring(const Material& m) {
-    const Series s = series_at(m, 0);
-    return std::any_of(s.elements.begin(), s.elements.begin() + long(s.length), is_elastic);
+    const std::vector<Element> chain = chain_of(m);
+    return std::any_of(chain.begin(), chain.end(), is_elastic);
 }
 
 // Gives `to` the elements of another material; its lengths stay.

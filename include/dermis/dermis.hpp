@@ -319,6 +319,7 @@ struct Result {
     double seconds = 0;              // time of stepping, without set-up; with RunOptions::check also of the comparison
     double tau_min = 0, tau_max = 0; // s: range of viscosity/modulus of the materials; infinite if a modulus is 0
     double predicted_error = std::nan(""); // Candidate::error of this run; NaN if the choice was free and needed none
+    std::vector<KelvinVoigt> reduced;      // Candidate::reduced of this run
     double cells_per_ridge = HUGE_VAL;     // wavelength of wave and spiral, else infinite; below 8 curvature is coarse
     // The next five describe the whole skin. With Model::sites, which computes no other cells, they are not known: NaN
     // or -1.
@@ -385,6 +386,9 @@ struct Candidate {
     double seconds = 0;          // an estimate from a table of rates, to choose by: no promise
     double error = std::nan(""); // upper bound of the error that Scene::tolerance limits; NaN: not needed to choose
     std::string refused;         // the reason why it is not chosen; empty if it is
+    // Elements in series, springs and dashpots among them, that stand for the material's where `error` allows it.
+    // Empty: the material's own.
+    std::vector<KelvinVoigt> reduced;
 };
 
 struct Explanation {

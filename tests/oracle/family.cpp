@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "tests/oracle/family.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 
@@ -75,7 +76,24 @@ Case Family::next() {
         const bool free = c.scene.method == Method::exact && c.scene.sites.empty();
         if (free && below(100) < 15 && kind_ != std::string_view("late")) c.frames = frames(c.scene);
     } while (undecided(c.scene) || crowded(c.scene));
-    if (c.frames.empty() && may_be_chain(c.scene) && one_in(4)) take_chain(c.scene);
+    if (c.scene.material.modulus_map.empty() && one_in(4)) {
+        take_chain(c.scene);
+        if (one_in(4)) take_chain_maps(c.scene);
+        else if (c.frames.empty() && c.scene.method == Method::exact && may_be_chain(c.scene) && one_in(2)) {
+            take_wide_chain(c.scene);
+            if (one_in(2)) take_sites_on_chain(c);
+        }
+    }
+    return c;
+}
+
+Case Family::next_wide_chain(bool sites) {
+    Case c;
+    do c.scene = scene();
+    while (undecided(c.scene) || crowded(c.scene) || c.scene.method != Method::exact || !may_be_chain(c.scene));
+    take_chain(c.scene);
+    take_wide_chain(c.scene);
+    if (sites) take_sites_on_chain(c);
     return c;
 }
 
@@ -318,7 +336,8 @@ void Family::take_late(Scene& s) {
     e.length = e.period * real(0.1, 0.9);
 }
 
-// Whether the strain is a product of a map and a function of time, or only sites are asked for.
+// Whether a chain may be served by a model of which every one is exact: the strain is a product of a map and a function
+// of time, or only sites are asked for.
 bool Family::may_be_chain(const Scene& s) const {
     const auto& gains = s.receptors.fa2_gains;
     const bool sites_alone = !s.sites.empty() && s.output.traces.empty() && s.output.fields.empty();
@@ -339,6 +358,65 @@ void Family::take_chain(Scene& s) {
     }
     if (s.receptors.fa2 == Fa2::step_mean && s.method == Method::exact && one_in(2)) m.spring = E * decades(-1, 1);
     if (one_in(4)) m.dashpot = eta * decades(0, 2);
+}
+
+// Moduli and viscosities that differ from cell to cell, for some of the elements.
+void Family::take_chain_maps(Scene& s) {
+    kind_ = "chain in maps";
+    const size_t cells = size_t(s.grid.width) * size_t(s.grid.height);
+    const int kinds = 1 + below(6);
+    for (KelvinVoigt& e : s.material.elements)
+        for (const auto& [number, map] : {std::pair{e.modulus, &e.modulus_map}, {e.viscosity, &e.viscosity_map}}) {
+            if (one_in(2)) continue;
+            std::vector<double> factors, values(cells);
+            for (int i = 0; i < kinds; ++i) factors.push_back(number * decades(-0.5, 0.5));
+            for (double& v : values) v = factors[size_t(below(kinds))];
+            *map = values;
+        }
+}
+
+// Elements in series of which some are much faster than the step, slower than the scene, or nearly alike.
+void Family::take_wide_chain(Scene& s) {
+    kind_ = "wide chain";
+    Material& m = s.material;
+    while (m.elements.size() < 8) {
+        const KelvinVoigt& last = m.elements.back();
+        const double modulus = m.elements.front().modulus * decades(-1, 1);
+        const int kind = below(4);
+        const double tau = kind == 0   ? s.time.step * decades(-7, 0)
+                           : kind == 1 ? s.time.duration * decades(0, 7)
+                                       : last.viscosity / last.modulus * (1 + decades(-6, 0));
+        m.elements.push_back({modulus, modulus * tau});
+        if (kind == 3) break;
+    }
+    if (one_in(3)) m.dashpot = m.elements.back().viscosity * decades(-2, 2);
+}
+
+// Sites alone, with gains of their own, and mostly under frames.
+void Family::take_sites_on_chain(Case& c) {
+    kind_ = "sites on a wide chain";
+    Scene& s = c.scene;
+    const Map& map = s.load.map;
+    const auto is_fa2 = [](const Site& site) { return site.type == Quantity::fa2; };
+    const auto is_unpressed = [&](const Site& site) {
+        return map[size_t(site.cell.y) * size_t(s.grid.width) + size_t(site.cell.x)] == 0;
+    };
+    const int most = int(std::max_element(map.begin(), map.end()) - map.begin());
+    const Site first{Quantity::sa1, {most % s.grid.width, most / s.grid.width}};
+    s.model.reset();
+    s.sites.clear();
+    take_sites(s);
+    std::erase_if(s.sites, is_unpressed);
+    s.sites.push_back(first);
+    s.tolerance = decades(-7, -1);
+    s.receptors.fa2_gains = {real(0.5, 2), real(-2, 0)};
+    if (!one_in(3)) {
+        do c.frames = frames(s);
+        while (undecided(s));
+        if (one_in(2)) std::erase_if(s.sites, is_fa2);
+        if (std::any_of(s.sites.begin(), s.sites.end(), is_fa2)) s.material.spring.reset(); // FA2 of frames takes none
+    }
+    s.output = {{}, {}, {}};
 }
 
 void Family::take_baseline(Scene& s) {

@@ -17,6 +17,8 @@ class Family {
     Family(const Family&) = delete;
 
     Case next();
+    // Elements in series under a map and an envelope, or of sites alone. Some are more than a scene can tell apart.
+    Case next_wide_chain(bool sites);
     const char* kind() const { return kind_; } // of the last scene
 
   private:
@@ -45,6 +47,9 @@ class Family {
     void take_baseline(dermis::Scene&);
     bool may_be_chain(const dermis::Scene&) const;
     void take_chain(dermis::Scene&);
+    void take_chain_maps(dermis::Scene&);
+    void take_wide_chain(dermis::Scene&);
+    void take_sites_on_chain(Case&);
     std::vector<std::vector<double>> frames(dermis::Scene&);
 
     std::mt19937 random_;

@@ -23,6 +23,7 @@ Verdict judge(const Case& c) {
         result = run(c.scene, Device::cpu(1));
         v.accepted = true;
         v.predicted = result.predicted_error;
+        v.reduced = result.reduced.size();
     } catch (const Error& e) {
         if (e.parameter() != "tolerance") {
             v.failure = e.what();
@@ -91,6 +92,7 @@ void Survey::take(const Verdict& v, const std::string& line) {
     }
     ++accepted;
     kept += v.kept();
+    shortened += v.reduced > 0;
     below_prediction += v.below_prediction();
     if (!v.kept()) broken.push_back(line);
     if (!v.below_prediction()) exceeded.push_back(line);
@@ -108,9 +110,9 @@ std::string Survey::summary() const {
     std::ostringstream out;
     out << scenes << " scenes: " << accepted << " accepted, of which " << broken.size() << " break their tolerance and "
         << exceeded.size() << " exceed their prediction; prediction over measurement " << median_ratio()
-        << " in the median; " << refused << " refused, of which " << refused_free
-        << " with free precision and a tolerance from 1e-9 on, and f64 met " << met_all_the_same << " of these; "
-        << failed.size() << " failed otherwise";
+        << " in the median; " << shortened << " of fewer elements in series; " << refused << " refused, of which "
+        << refused_free << " with free precision and a tolerance from 1e-9 on, and f64 met " << met_all_the_same
+        << " of these; " << failed.size() << " failed otherwise";
     return out.str();
 }
 

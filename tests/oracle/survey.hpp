@@ -15,6 +15,7 @@ struct Verdict {
     Distance measured; // of the run, or where it was refused of a run in f64 without a tolerance
     dermis::Model model{};
     dermis::Precision precision{};
+    size_t reduced = 0;  // elements in series of the run, where they are fewer than the scene's
     std::string failure; // an error that is not about the tolerance, or a run that is not what was asked for
 
     bool kept() const { return measured.value <= tolerance; }
@@ -27,6 +28,7 @@ std::string text(const Verdict&, const dermis::Scene&);
 
 struct Survey {
     int scenes = 0, accepted = 0, kept = 0, below_prediction = 0;
+    int shortened = 0; // accepted runs of fewer elements in series than the scene's
     int refused = 0, refused_free = 0, met_all_the_same = 0; // the last two: precision free, tolerance at least 1e-9
     std::vector<std::string> broken, exceeded, wrongly_refused, failed;
     std::vector<double> ratios; // of prediction to measurement, where it is not 0

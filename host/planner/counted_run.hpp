@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+// The steps of a run in counted arithmetic: one cell of each material, under the schedule's load per unit of the map.
+#pragma once
+
+#include "host/plan/timeline.hpp"
+#include "host/planner/arithmetic.hpp"
+
+namespace dermis::planner {
+
+// A material of a run, how its cell is computed, and the greatest |pressure| on it.
+struct CountedMaterial {
+    plan::Element element;
+    CountedArithmetic arithmetic;
+    double peak;
+};
+
+// The schedule and the materials outlive the run.
+class CountedRun {
+  public:
+    // chain: how many of the materials, one after another, are elements in series of one cell.
+    CountedRun(const plan::Schedule&, const std::vector<CountedMaterial>&, const plan::ResponseRule&, Method,
+               const plan::Chain& chain = {});
+
+    // Takes the steps up to the next one whose end is read, an output or a field; false where there is none left.
+    // impulses: up to those of the load's jumps too, at which rates and accelerations are the impulses.
+    bool next(bool impulses = false);
+    bool at_impulse() const { return step_.impulse >= 0; }
+    // The cell of each material at the end of that step.
+    const std::vector<CountedCell>& cells() const { return now_; }
+
+  private:
+    void press(size_t first, const plan::Step&);
+    void add_bend(CountedCell&, const plan::Element&, const plan::Step&) const;
+
+    const plan::Schedule& schedule_;
+    const std::vector<CountedMaterial>& materials_;
+    const plan::ResponseRule rule_;
+    const plan::Chain chain_;
+    const std::vector<plan::Element> elements_;
+    plan::Timeline timeline_;
+    plan::Step step_; // the last one
+    double envelope_peak_;
+    std::optional<double> angular_frequency_; // of a sine that is not held over the steps
+    std::vector<CountedCell> kept_, now_;
+};
+
+} // namespace dermis::planner

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: MIT
+#include "host/planner/magnitudes.hpp"
+
+#include "host/plan/laplacian.hpp"
+#include "host/plan/site_cells.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace dermis::planner {
+
+using plan::PreparedSkin;
+using plan::Schedule;
+
+double weight_of(int stencil) {
+    if (stencil == STENCIL_FIVE_POINT) return 8;
+    return stencil == STENCIL_FOURTH_ORDER ? 32.0 / 3 : 4;
+}
+
+double largest_of(const std::vector<double>& map) {
+    double largest = 0;
+    for (double v : map) largest = std::max(largest, std::abs(v));
+    return largest;
+}
+
+double rest_peak(const PreparedSkin& skin, const Schedule& schedule, bool points_only) {
+    if (!points_only) return greatest_rest_curvature(skin);
+    double largest = 0;
+    for (const Cell& c : schedule.points) largest = std::max(largest, std::abs(rest_curvature_at(skin, c)));
+    return largest;
+}
+
+Roughness roughness_of(const PreparedSkin& skin, const Schedule& schedule, double peak) {
+    const double weight = skin.constants.bend * weight_of(skin.stencil);
+    Roughness r{weight, 2 * weight};
+    if (!skin.uniform() || schedule.framed || peak == 0) return r;
+    const Grid unit = plan::without_spacing(skin.description.grid);
+    const std::vector<double>& map = schedule.pressure;
+    const double bent = skin.constants.bend * largest_of(plan::laplacian(map, unit, skin.stencil, skin.edges));
+    r.laplacian = std::min(bent / peak, weight);
+    double step = 0; // between neighbours
+    const size_t width = size_t(unit.width);
+    for (size_t i = 0; i < map.size(); ++i) {
+        if (i % width) step = std::max(step, std::abs(map[i] - map[i - 1]));
+        if (i >= width) step = std::max(step, std::abs(map[i] - map[i - width]));
+    }
+    if (skin.edges != EDGES_PERIODIC)
+        r.differences = weight * std::min(2 * step / peak, 2.0); // two cells apart at most
+    return r;
+}
+
+std::vector<PressedMaterial> pressed_materials(const PreparedSkin& skin, const Schedule& schedule, const Read& read) {
+    std::vector<PressedMaterial> all;
+    for (size_t i = 0; i < skin.materials.size(); ++i) {
+        const double peak = schedule.framed ? schedule.material_peaks[i - i % skin.chain.length] : 0;
+        all.push_back({skin.materials[i], peak, peak});
+    }
+    if (schedule.framed) return all;
+    const auto alike = [&] { // elements in series bear the same pressure
+        for (size_t i = 0; i < all.size(); ++i) {
+            const PressedMaterial& first = all[i - i % skin.chain.length];
+            all[i].peak = first.peak, all[i].around = first.around;
+        }
+        return all;
+    };
+    const std::vector<double>& p = schedule.pressure;
+    const size_t width = size_t(skin.width());
+    const auto take = [&](size_t i, double PressedMaterial::*peak) {
+        double& greatest = all[skin.material_at(i)].*peak;
+        greatest = std::max(greatest, std::abs(p[i]));
+    };
+    if (read.everything) {
+        for (size_t i = 0; i < p.size(); ++i) take(i, &PressedMaterial::peak);
+        for (PressedMaterial& m : all) m.around = m.peak;
+        return alike();
+    }
+    std::vector<Cell> points;
+    for (const Site& site : skin.description.sites)
+        if (int(site.type) == read.quantity) points.push_back(site.cell);
+    for (const Cell& c : points) take(size_t(c.y) * width + size_t(c.x), &PressedMaterial::peak);
+    for (size_t i : plan::SiteCells(skin, pressed_cells(schedule), points).cells) take(i, &PressedMaterial::around);
+    return alike();
+}
+
+} // namespace dermis::planner

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+// The greatest pressures, curvatures and differences of what a run reads.
+#pragma once
+
+#include "host/plan/schedule.hpp"
+
+namespace dermis::planner {
+
+// The sum of a stencil's absolute weights: by it, errors of the cells become an error of the curvature.
+double weight_of(int stencil);
+
+double largest_of(const std::vector<double>& map);
+
+// The greatest |L(S)| over all cells, or over the schedule's points alone.
+double rest_peak(const plan::PreparedSkin&, const plan::Schedule&, bool points_only);
+
+// Greatest Laplacian of a strain with maximum 1, and greatest sum of its differences. A uniform skin's strain has the
+// load's shape, which gives a tighter bound. peak: the load's greatest |pressure|.
+struct Roughness {
+    double laplacian, differences;
+};
+Roughness roughness_of(const plan::PreparedSkin&, const plan::Schedule&, double peak);
+
+// A material, and the greatest |pressure| on those of its cells that are read.
+struct PressedMaterial {
+    plan::Element element;
+    double peak = 0;
+    double around = 0; // the same with the cells that their stencils read
+};
+
+// The cells that an analysis covers: all of them, or the sites of one class.
+struct Read {
+    bool everything;
+    int quantity; // the class of the sites; ignored with everything
+};
+
+std::vector<PressedMaterial> pressed_materials(const plan::PreparedSkin&, const plan::Schedule&, const Read&);
+
+} // namespace dermis::planner
