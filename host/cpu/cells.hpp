@@ -141,6 +141,17 @@ template <class K> class Cells {
 
     void rest() { state_.rest(); }
 
+    // Copies the state to or from planes of width*height numbers each.
+    void save(real* to) const {
+        each_row([&](const real* row) { to = std::copy_n(row, width_, to); });
+    }
+    void load(const real* from) {
+        each_row([&](real* row) {
+            std::copy_n(from, width_, row);
+            from += width_;
+        });
+    }
+
     simd::Pool& pool() { return pool_; }
 
   private:
@@ -152,6 +163,13 @@ template <class K> class Cells {
         return {size_t(pitch_) * size_t(height_), shape(variant_.keeps_strain, variant_.carries_rate())};
     }
     State<real> row_state() const { return {size_t(pitch_), shape(variant_.chain.length > 1, false)}; }
+
+    // Calls f with each row of each plane that is saved.
+    template <class F> void each_row(F f) const {
+        state_.each_plane(variant_.wanted[QUANTITY_SA2], [&](real* plane) {
+            for (int y = 0; y < height_; ++y) f(plane + size_t(y) * size_t(pitch_));
+        });
+    }
 
     // Whether the cells' strain is that of several elements, and only of as many rows as the stencil reads.
     bool rolls() const { return variant_.chain.length > 1 && !variant_.keeps_strain; }

@@ -86,6 +86,16 @@ template <class real> class State {
                             to.lost[simd::sum_strain] + e * to.element);
         }
     }
+    // Calls f with the first row of each plane that is saved, in the order of plan::StateLayout. integral: it is asked
+    // for.
+    template <class F> void each_plane(bool integral, F f) const {
+        for (size_t e = 0; e < elements_; ++e)
+            for (const auto* planes : {&value_, &lost_})
+                if (real* strain = (*planes)[simd::sum_strain].data()) f(strain + e * element_);
+        for (const auto* planes : {&value_, &lost_})
+            if (real* sum = (*planes)[simd::sum_integral].data(); integral && sum) f(sum);
+        if (rate_.data()) f(rate_.data());
+    }
     void rest() {
         for (Plane<real>* plane : {&value_[0], &value_[1], &lost_[0], &lost_[1], &strain_, &rate_}) plane->clear();
     }

@@ -20,6 +20,8 @@ struct FramePress::Impl {
     virtual void run(const f32::Constants&, const float* from, const float* to,
                      float* const (&response)[RESPONSE_MAPS]) = 0;
     virtual void reset() = 0;
+    virtual void save(float* planes) const = 0;
+    virtual void load(const float* planes) = 0;
     virtual simd::Pool& pool() = 0;
 
     StreamedSkin streamed;
@@ -50,6 +52,8 @@ struct FramePress::Fields : Impl {
     }
 
     void reset() override { cells.rest(); }
+    void save(float* planes) const override { cells.save(planes); }
+    void load(const float* planes) override { cells.load(planes); }
     simd::Pool& pool() override { return cells.pool(); }
 
     const Plane<float> rest;
@@ -94,6 +98,8 @@ struct FramePress::Sites : Impl {
     }
 
     void reset() override { stepper.reset(); }
+    void save(float* planes) const override { stepper.save(planes, streamed.wanted[QUANTITY_SA2]); }
+    void load(const float* planes) override { stepper.load(planes, streamed.wanted[QUANTITY_SA2]); }
     simd::Pool& pool() override { return threads_; }
 
     simd::Pool threads_; // take in the pressure
@@ -115,6 +121,8 @@ FramePress::FramePress(StreamedSkin skin, int threads, const simd::Isa& isa) {
 FramePress::~FramePress() = default;
 
 void FramePress::reset() { impl_->reset(); }
+void FramePress::save(float* planes) const { impl_->save(planes); }
+void FramePress::load(const float* planes) { impl_->load(planes); }
 
 bool FramePress::copy(const float* pressure, size_t stride, float* to) {
     const plan::PreparedSkin& skin = impl_->streamed.skin;
@@ -177,7 +185,8 @@ class SideBySide {
 class CpuStream : public plan::Stream {
   public:
     CpuStream(const StreamedSkin& skin, int threads, const simd::Isa& isa)
-        : press_(skin, threads, isa), memory_(sizes_of(skin)) {
+        : press_(skin, threads, isa), memory_(sizes_of(skin)), layout_(state_layout_of(skin)),
+          width_(size_t(skin.skin.width())), pitch_(size_t(skin.skin.pitch)) {
         for (size_t i = 0; i < 2; ++i) pressure_[i] = memory_[i];
         for (size_t r = 0; r < RESPONSE_MAPS; ++r)
             response_[r] = skin.wanted[QUANTITY_SA1 + r] ? memory_[2 + r] : nullptr;
@@ -199,6 +208,20 @@ class CpuStream : public plan::Stream {
         memory_.clear();
     }
 
+    void save(float* state) override {
+        press_.save(state);
+        float* to = state + layout_.cells * layout_.planes;
+        for (size_t i = 0; i < layout_.pressure; i += width_, to += width_)
+            std::copy_n(pressure_[0] + i / width_ * pitch_, width_, to);
+    }
+
+    void load(const float* state) override {
+        press_.load(state);
+        const float* from = state + layout_.cells * layout_.planes;
+        for (size_t i = 0; i < layout_.pressure; i += width_, from += width_)
+            std::copy_n(from, width_, pressure_[0] + i / width_ * pitch_);
+    }
+
   private:
     static std::vector<size_t> sizes_of(const StreamedSkin& skin) {
         const size_t map = skin.skin.padded_cells();
@@ -210,6 +233,8 @@ class CpuStream : public plan::Stream {
 
     FramePress press_;
     SideBySide memory_; // two pressures, then the responses
+    const plan::StateLayout layout_;
+    const size_t width_, pitch_;
     float* pressure_[2];
     float* response_[RESPONSE_MAPS];
 };

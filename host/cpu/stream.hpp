@@ -18,6 +18,9 @@ class FramePress {
     // coefficient of the step is beyond float. Nothing is allocated.
     bool press(double dt, const float* from, const float* to, float* const (&response)[RESPONSE_MAPS]);
     void reset(); // to a skin at rest
+    // Copies the planes of a state (plan::StateLayout), without the pressure.
+    void save(float* planes) const;
+    void load(const float* planes);
     // Copies a pressure into a map of pitch*height (plan::copy_rows), on the threads of a press. Returns whether all is
     // finite.
     bool copy(const float* pressure, size_t stride, float* to);

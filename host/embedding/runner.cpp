@@ -29,7 +29,8 @@ SkinProgram fitting(const Context& context, const plan::StreamedSkin& skin) {
 
 SkinRunner::SkinRunner(std::shared_ptr<Context> context, const plan::StreamedSkin& skin)
     : width_(size_t(skin.skin.width())), pitch_(size_t(skin.skin.pitch)), height_(skin.skin.height()),
-      context_(std::move(context)), program_(fitting(*context_, skin)),
+      layout_(state_layout_of(skin)), sites_(!skin.skin.description.sites.empty()),
+      strain_(skin.variant().keeps_strain), context_(std::move(context)), program_(fitting(*context_, skin)),
       constants_(buffer(program_.memory().constants, Buffer::Location::device)),
       state_{buffer(program_.memory().state, Buffer::Location::device),
              buffer(program_.memory().state, Buffer::Location::device)},
@@ -131,6 +132,51 @@ void SkinRunner::reset() {
     context_->submit();
     from_ = 0; // after the submission: where that fails, nothing has happened
     std::memset(download_.data(), 0, download_.bytes());
+}
+
+template <class F> void SkinRunner::each_run(F f) const {
+    const size_t planes = layout_.planes + strain_;
+    for (size_t p = 0; p < layout_.planes; ++p)
+        if (sites_)
+            for (size_t i = 0; i < layout_.cells; ++i) f(i * planes + strain_ + p, p * layout_.cells + i, 1);
+        else
+            for (size_t y = 0; y < size_t(height_); ++y)
+                f((y * planes + strain_ + p) * pitch_, p * layout_.cells + y * width_, width_);
+}
+
+void SkinRunner::save(float* state) {
+    context_->need_working();
+    const Memory &of_state = program_.memory().state, &of_pressure = program_.memory().pressure;
+    Buffer back(*context_, of_state.bytes + of_pressure.bytes, Buffer::Location::host);
+    const VkCommandBuffer commands = context_->begin();
+    const VkBufferCopy planes{0, 0, of_state.bytes}, pressure{0, of_state.bytes, of_pressure.bytes};
+    context_->calls().vkCmdCopyBuffer(commands, state_[from_].handle(), back.handle(), 1, &planes);
+    context_->calls().vkCmdCopyBuffer(commands, pressure_[from_].handle(), back.handle(), 1, &pressure);
+    context_->barrier(commands);
+    context_->submit();
+    const auto* from = static_cast<const float*>(back.data());
+    each_run([&](size_t there, size_t here, size_t n) { std::copy_n(from + there, n, state + here); });
+    from += of_state.bytes / sizeof(float);
+    state += layout_.cells * layout_.planes;
+    for (size_t y = 0; y < size_t(height_); ++y) std::copy_n(from + y * pitch_, width_, state + y * width_);
+}
+
+void SkinRunner::load(const float* state) {
+    context_->need_working();
+    const Memory &of_state = program_.memory().state, &of_pressure = program_.memory().pressure;
+    Buffer staging(*context_, of_state.bytes + of_pressure.bytes, Buffer::Location::host);
+    auto* to = static_cast<float*>(staging.data());
+    std::memset(to, 0, staging.bytes());
+    each_run([&](size_t there, size_t here, size_t n) { std::copy_n(state + here, n, to + there); });
+    to += of_state.bytes / sizeof(float);
+    state += layout_.cells * layout_.planes;
+    for (size_t y = 0; y < size_t(height_); ++y) std::copy_n(state + y * width_, width_, to + y * pitch_);
+    const VkCommandBuffer commands = context_->begin();
+    const VkBufferCopy planes{0, 0, of_state.bytes}, pressure{of_state.bytes, 0, of_pressure.bytes};
+    context_->calls().vkCmdCopyBuffer(commands, staging.handle(), state_[from_].handle(), 1, &planes);
+    context_->calls().vkCmdCopyBuffer(commands, staging.handle(), pressure_[from_].handle(), 1, &pressure);
+    context_->barrier(commands);
+    context_->submit();
 }
 
 } // namespace dermis::vulkan

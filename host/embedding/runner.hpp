@@ -18,14 +18,21 @@ class SkinRunner : public plan::Stream {
     bool press(double dt) override;
     const float* response(Quantity) const override;
     void reset() override;
+    void save(float* state) override;
+    void load(const float* state) override;
     bool exact() override;
 
   private:
     Buffer buffer(const Memory&, Buffer::Location);
     void fill(Buffer&, const Memory&);
+    // Calls f(number of a state on the device, number of a saved one) for each run of neighbouring numbers, whose
+    // length is the third argument.
+    template <class F> void each_run(F f) const;
 
     const size_t width_, pitch_;
     const int height_;
+    const plan::StateLayout layout_;
+    const bool sites_, strain_; // only sites respond; the state holds the cell's strain before all other planes
     std::shared_ptr<Context> context_;
     SkinProgram program_;
     Buffer constants_, state_[2], pressure_[2], response_, invalid_, upload_, download_;

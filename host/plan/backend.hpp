@@ -30,6 +30,9 @@ class Stream {
     // The response of the last press, in the order of ResponseLayout; the same memory after every press.
     virtual const float* response(Quantity) const = 0;
     virtual void reset() = 0; // back to a skin at rest
+    // Copies the state, laid out by StateLayout, to and from memory of the caller's.
+    virtual void save(float* state) = 0;
+    virtual void load(const float* state) = 0;
     // Returns whether a test of these very kernels gives the CPU path's bits.
     virtual bool exact() { return true; }
 };

@@ -2,6 +2,7 @@
 #include "host/plan/streamed_skin.hpp"
 
 #include "host/plan/laplacian.hpp"
+#include "host/plan/site_cells.hpp"
 #include "host/scene/refusal.hpp"
 
 #include <algorithm>
@@ -93,6 +94,16 @@ ResponseLayout response_layout_of(const StreamedSkin& s) {
     for (const Site& site : sites)
         layout.site.push_back(layout.of[size_t(site.type)].first + next[size_t(site.type)]++);
     return layout;
+}
+
+StateLayout state_layout_of(const StreamedSkin& s) {
+    const Variant v = s.variant();
+    const size_t sums = v.chain.elements() + (s.wanted[QUANTITY_SA2] ? 1 : 0);
+    std::vector<Cell> at;
+    for (const Site& site : s.skin.description.sites) at.push_back(site.cell);
+    return {.cells = at.empty() ? s.skin.cells() : SiteCells(s.skin, {s.skin.whole()}, at).cells.size(),
+            .planes = sums * (v.compensated ? 2 : 1) + v.carries_rate(),
+            .pressure = s.skin.cells()};
 }
 
 bool copy_rows(const PressureCopy& copy, int first, int last) {

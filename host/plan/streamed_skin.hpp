@@ -27,6 +27,15 @@ struct ResponseLayout {
 };
 ResponseLayout response_layout_of(const StreamedSkin&);
 
+// The floats of a saved state, the same on every backend: planes of one number for each cell, in the order of a state
+// in kernels/layout.h without the cell's strain (for sites of the cells that they read, in ascending order); then the
+// pressure that the next press starts from, width*height.
+struct StateLayout {
+    size_t cells = 0, planes = 0, pressure = 0;
+    size_t floats() const { return cells * planes + pressure; }
+};
+StateLayout state_layout_of(const StreamedSkin&);
+
 // A pressure, whose rows begin `stride` numbers apart, and a map of `pitch` for it.
 struct PressureCopy {
     const float* from;

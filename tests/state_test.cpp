@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: MIT
+// A skin's state as bytes: the same on every backend, and what a skin goes on from.
+#include "tests/support.hpp"
+
+#include <cstring>
+
+using namespace test;
+
+namespace {
+
+using Bytes = std::vector<unsigned char>;
+
+Bytes saved(const Skin& skin) {
+    Bytes bytes(skin.state_bytes());
+    skin.save(bytes.data(), bytes.size());
+    return bytes;
+}
+
+// All responses after some more presses.
+std::vector<float> answers(Skin& skin, const SkinDescription& d, int first, int last) {
+    std::vector<float> all;
+    for (int i = first; i < last; ++i) {
+        skin.press(frame(d, i), 0.01 * (1 + i % 3));
+        for (Quantity q : all_responses) {
+            const Skin::Response r = skin.response(q);
+            all.insert(all.end(), r.begin(), r.end());
+        }
+    }
+    return all;
+}
+
+// Skins of one element and of several, of one material and of many, of fields and of sites.
+std::vector<SkinDescription> descriptions() {
+    std::vector<SkinDescription> all;
+    for (int variant = 0; variant < 8; ++variant) {
+        SkinDescription d = small_scene(19, 11);
+        d.receptors.fa2 = Fa2::step_mean;
+        std::vector<double> moduli;
+        for (int i = 0; variant & 1 && i < 19 * 11; ++i) moduli.push_back(2 + i % 3);
+        d.material.modulus = d.material.viscosity = {};
+        if (variant & 2) {
+            d.material.elements = {{3, 0.05, moduli}, {2, 0.9}};
+            d.material.spring = 5;
+        } else {
+            d.material.modulus = 2;
+            d.material.viscosity = 0.3;
+            d.material.modulus_map = moduli;
+        }
+        for (int i = 0; variant & 4 && i < 30; ++i) d.sites.push_back({all_responses[i % 4], {i * 7 % 19, i * 5 % 11}});
+        all.push_back(d);
+    }
+    return all;
+}
+
+} // namespace
+
+TEST_CASE("a state is the same bytes on CPU and Vulkan, and what either goes on from, bit for bit") {
+    const Validated vulkan;
+    for (const SkinDescription& d : descriptions())
+        for (Precision precision : {Precision::f32, Precision::f32_compensated}) {
+            CAPTURE(d.material.elements.size());
+            CAPTURE(d.sites.size());
+            SkinOptions options;
+            options.precision = precision;
+            Skin one(Device::cpu(1), d, options), two(vulkan.device(), d, options);
+            CHECK(answers(one, d, 0, 3) == answers(two, d, 0, 3));
+            const Bytes state = saved(one);
+            CHECK(saved(two) == state);
+            const std::vector<float> expected = answers(one, d, 3, 6);
+            two.press(frame(d, 9), 0.5); // is taken back
+            two.load(state.data(), state.size());
+            CHECK(saved(two) == state);
+            CHECK(answers(two, d, 3, 6) == expected);
+            Skin fresh(Device::cpu(2), d, options); // a copy
+            fresh.load(state.data(), state.size());
+            CHECK(answers(fresh, d, 3, 6) == expected);
+            one.load(state.data(), state.size()); // a rollback
+            CHECK(answers(one, d, 3, 6) == expected);
+        }
+}
+
+TEST_CASE("a state goes on with another modulus and viscosity: its strain is kept") {
+    SkinDescription d = small_scene(9, 7);
+    d.receptors.fa2 = Fa2::step_mean;
+    Skin soft(Device::cpu(), d);
+    soft.press(frame(d, 1), 0.2);
+    const Bytes state = saved(soft);
+    d.material.modulus = 1e6;
+    Skin stiff(Device::cpu(), d);
+    stiff.load(state.data(), state.size());
+    soft.press(frame(d, 1), 0);
+    stiff.press(frame(d, 1), 0);
+    for (int i = 0; i < 63; ++i)
+        CHECK(stiff.response(Quantity::sa1)[size_t(i)] == soft.response(Quantity::sa1)[size_t(i)]);
+}
+
+TEST_CASE(
+    "a state of another description or version, or of other bytes, is refused by name, and nothing has happened") {
+    SkinDescription d = small_scene(9, 7);
+    d.receptors.fa2 = Fa2::step_mean;
+    Skin skin(Device::cpu(), d);
+    (void)answers(skin, d, 0, 2);
+    const Bytes own = saved(skin);
+    const auto refused = [&](const Bytes& state) {
+        const std::string message = refusal(Error::Code::bad_input, [&] { skin.load(state.data(), state.size()); });
+        CHECK(saved(skin) == own);
+        return message;
+    };
+    const auto says = [&](auto change, const SkinOptions& options, const char* what) {
+        SkinDescription other = d;
+        change(other);
+        CHECK(refused(saved(Skin(Device::cpu(), other, options))).find(what) != std::string::npos);
+    };
+    says([](SkinDescription& o) { o.grid.width = 10; }, {}, "width 10");
+    says([](SkinDescription& o) { o.grid.height = 8; }, {}, "height 8");
+    says([](SkinDescription& o) { o.sites = {{Quantity::sa2, {1, 1}}}; }, {}, "sites of hash");
+    says(
+        [](SkinDescription& o) {
+            o.material.modulus = o.material.viscosity = {}, o.material.elements = {{1, 2}, {3, 4}};
+        },
+        {}, "number of elements 2");
+    SkinOptions plain, without;
+    plain.precision = Precision::f32;
+    without.responses = {Quantity::sa1};
+    without.precision = Precision::f32_compensated;
+    says([](SkinDescription&) {}, plain, "compensated sums 0");
+    says([](SkinDescription&) {}, without, "integral for sa2 0");
+    Bytes bad = own;
+    bad[8] = 7;
+    CHECK(refused(bad).find("version 7") != std::string::npos);
+    bad = own;
+    bad[0] = 'x';
+    CHECK(refused(bad).find("Skin::save") != std::string::npos);
+    bad = own;
+    bad.pop_back();
+    CHECK(refused(bad).find(std::to_string(own.size()) + " bytes") != std::string::npos);
+    bad = own;
+    const float nan = NAN;
+    std::memcpy(bad.data() + bad.size() - 4, &nan, 4);
+    CHECK(refused(bad).find("not finite") != std::string::npos);
+    CHECK(refusal(Error::Code::bad_input, [&] { skin.load(nullptr, own.size()); }).find("(null)") != std::string::npos);
+    Bytes small(own.size() - 1);
+    CHECK(refusal(Error::Code::bad_input, [&] { skin.save(small.data(), small.size()); }).find("bytes") !=
+          std::string::npos);
+}
+
+TEST_CASE("a skin drops none of its elements, however fast or slow: it does not know its load") {
+    SkinDescription d;
+    d.grid = {4, 3, {}};
+    d.material.elements = {{1, 1e-9}, {1, 1}, {1, 1.000001}, {1, 1e9}};
+    d.material.dashpot = 1e12;
+    SkinOptions options;
+    options.precision = Precision::f32;
+    const size_t header = Skin(Device::cpu(), d, options).state_bytes() - size_t(4 * 3 * 4 * (5 + 1 + 1));
+    CHECK(header == 48); // five strains, an integral and a pressure in each cell
+}
+
+TEST_CASE("a skin's report says which responses the curvature has turned") {
+    SkinDescription d;
+    d.grid = {40, 30, {}};
+    d.surface.kind = Surface::Kind::wave;
+    d.surface.noise = 0;
+    for (double ridges : {0.5, 12.0}) {
+        d.surface.ridges = ridges;
+        SkinOptions options;
+        options.responses = {Quantity::sa1, Quantity::fa2};
+        Skin skin(Device::cpu(), d, options);
+        CHECK(skin.report().sign_changed.empty()); // nothing is pressed
+        skin.press(std::vector<float>(1200, 1.0f), 0.5);
+        const Report r = skin.report();
+        bool turned = false;
+        for (float x : skin.response(Quantity::sa1)) turned |= x < 0;
+        CHECK(turned == (std::count(r.sign_changed.begin(), r.sign_changed.end(), Quantity::sa1) == 1));
+        CHECK(turned == r.gain.outside());
+        CHECK(turned == (ridges > 1));
+    }
+}
+
+TEST_CASE("a skin's report has the greatest strain of its state, a spring's share in it") {
+    const Validated vulkan;
+    SkinDescription d;
+    d.grid = {8, 6, 1e-4};
+    d.surface.relief = 1e-5;
+    d.material.thickness = 1e-3;
+    d.material.curvature_length = 1e-5;
+    d.material.elements = {{2e4, 2e2}, {1e4, 3e3}};
+    for (bool spring : {false, true}) {
+        if (spring) d.material.spring = 4e4;
+        for (const Device& device : {Device::cpu(1), vulkan.device()}) {
+            Skin skin(device, d);
+            CHECK(skin.report().strain.value == 0);
+            std::vector<float> pressure(48, 500.0f);
+            pressure[13] = 2000.0f;
+            skin.press(pressure, 0.05);
+            skin.press(pressure, 1e3); // long enough to end
+            const double strain = 2000 * (1 / 2e4 + 1 / 1e4 + (spring ? 1 / 4e4 : 0));
+            CHECK(std::abs(skin.report().strain.value - strain) <= 1e-6 * strain);
+            CHECK(std::abs(skin.report().indentation.value - 1e-3 * strain) <= 1e-9 * strain);
+            CHECK(!skin.report().strain.outside());
+        }
+    }
+}
