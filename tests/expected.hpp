@@ -12,7 +12,8 @@ namespace test {
 
 struct Expected {
     double value;
-    double tolerance; // the greatest difference
+    double tolerance;              // the greatest difference
+    mutable double difference = 0; // of the last comparison, for the message of a failure
 };
 
 // A value of 0 is met by 0 alone, and one that is not finite by itself alone: neither has a relative difference.
@@ -22,11 +23,13 @@ inline Expected relative(double value, double tolerance) { return {value, tolera
 inline Expected absolute(double value, double tolerance) { return {value, tolerance}; }
 
 inline bool operator==(double x, const Expected& e) {
-    return x == e.value || (std::isfinite(e.value) && std::abs(x - e.value) <= e.tolerance);
+    e.difference = x - e.value;
+    return x == e.value || (std::isfinite(e.value) && std::abs(e.difference) <= e.tolerance);
 }
 
 inline doctest::String toString(const Expected& e) {
-    return doctest::toString(e.value) + " +- " + doctest::toString(e.tolerance);
+    return doctest::toString(e.value) + " +- " + doctest::toString(e.tolerance) + ", off by " +
+           doctest::toString(e.difference);
 }
 
 } // namespace test
