@@ -2,6 +2,7 @@
 // Contacts, depths and taxels become pressure: the force is kept, and shapes are those of closed forms.
 #include "dermis/contact.hpp"
 #include "tests/allocations.hpp"
+#include "tests/expected.hpp"
 
 #include <doctest/doctest.h>
 
@@ -11,6 +12,8 @@
 #include <random>
 
 using namespace dermis::contact;
+using test::absolute;
+using test::relative;
 
 namespace {
 
@@ -130,11 +133,11 @@ TEST_CASE("contacts on a pad keep their force to 1e-6, at any size of pad, patch
         double asked = 0;
         for (const Contact& c : contacts) asked += c.force;
         const Report r = add_contacts(b.pad, contacts);
-        CHECK(r.asked == doctest::Approx(asked).epsilon(1e-12));
-        CHECK(r.placed == doctest::Approx(asked).epsilon(1e-12));
+        CHECK(r.asked == relative(asked, 1e-12));
+        CHECK(r.placed == relative(asked, 1e-12));
         CHECK(std::abs(r.outside) < 1e-12 * asked);
         CHECK(r.sideways == 0);
-        CHECK(b.force() == doctest::Approx(asked).epsilon(1e-6));
+        CHECK(b.force() == relative(asked, 1e-6));
         CHECK(r.cells == b.pressed());
         CHECK(r.greatest == *std::max_element(b.pressure.begin(), b.pressure.end()));
     }
@@ -152,7 +155,7 @@ TEST_CASE("a patch has Hertz's profile at the centres of cells, and his peak whe
             sum += r < 1 ? std::sqrt(1 - r * r) : 0;
         }
     const double normalized = force / (sum * quarter * quarter);
-    CHECK(normalized == doctest::Approx(peak).epsilon(1e-3));
+    CHECK(normalized == relative(peak, 1e-3));
     for (int j = 0; j < 100; ++j)
         for (int i = 0; i < 120; ++i) {
             const double r = std::hypot((i + 0.5) * quarter - x, (j + 0.5) * quarter - y) / radius;
@@ -174,7 +177,7 @@ TEST_CASE("an area is a radius, and Hertz's radius of a ball gives Hertz's peak"
                  peak = std::cbrt(6 * force * modulus * modulus / (pi * pi * pi * radius * radius));
     Buffer b(200, 200, 1e-4);
     const Report r = add_contacts(b.pad, {at(0.01005, 0.01005, force, hertz_radius(force, radius, modulus))});
-    CHECK(r.greatest == doctest::Approx(peak).epsilon(2e-3));
+    CHECK(r.greatest == relative(peak, 2e-3));
 }
 
 TEST_CASE("contacts add up, to each other and to what the buffer holds") {
@@ -190,14 +193,14 @@ TEST_CASE("contacts add up, to each other and to what the buffer holds") {
     }
     CHECK(together.pressure == apart.pressure);
     CHECK(cells == r.cells);
-    CHECK(placed == doctest::Approx(r.placed).epsilon(1e-12));
+    CHECK(placed == relative(r.placed, 1e-12));
 }
 
 TEST_CASE("a patch that covers no cell's centre presses the nearest cell, and is reported") {
     for (double radius : {0.0, 1e-6, 0.3 * quarter}) {
         Buffer b(10, 8);
         const Report r = add_contacts(b.pad, {at(7.2 * quarter, 2.9 * quarter, 1, radius)});
-        CHECK(b.of(7, 2) == doctest::Approx(1 / (quarter * quarter)).epsilon(1e-6));
+        CHECK(b.of(7, 2) == relative(1 / (quarter * quarter), 1e-6));
         CHECK(b.pressed() == 1);
         CHECK(r.below_cell == 1);
         CHECK_FALSE(r.plausible());
@@ -231,9 +234,9 @@ TEST_CASE("two pads side by side share a patch as one pad carries it; each repor
             for (const Buffer* part : {&left, &right})
                 joined.insert(joined.end(), part->pad.pressure + row * 40, part->pad.pressure + row * 40 + 40);
         CHECK(difference(joined, whole.pressure) < 1e-6);
-        CHECK(l.placed + r.placed == doctest::Approx(all.placed).epsilon(1e-9));
+        CHECK(l.placed + r.placed == relative(all.placed, 1e-9));
         for (const auto& [report, buffer] : {std::pair{l, &left}, {r, &right}}) {
-            CHECK(report.placed + report.outside == doctest::Approx(2).epsilon(1e-9));
+            CHECK(report.placed + report.outside == relative(2, 1e-9));
             CHECK(std::abs(buffer->force() - report.placed) < 2e-6);
         }
     }
@@ -241,8 +244,8 @@ TEST_CASE("two pads side by side share a patch as one pad carries it; each repor
     for (double cells : {100.0, 127.9, 128.1, 300.0}) {
         Buffer b(400, 700);
         const Report r = add_contacts(b.pad, {at(0, 350.2 * quarter, 1, cells * quarter)});
-        CHECK(r.placed == doctest::Approx(0.5).epsilon(1e-4));
-        CHECK(b.force() == doctest::Approx(r.placed).epsilon(1e-6));
+        CHECK(r.placed == relative(0.5, 1e-4));
+        CHECK(b.force() == relative(r.placed, 1e-6));
     }
 }
 
@@ -263,7 +266,7 @@ TEST_CASE("contacts in the world press as they do in the pad's frame, however bo
         }
         const Report l = add_contacts(local.pad, contacts), w = add_contacts(world.pad, pose, 1.001e-3, moved);
         CHECK(difference(world.pressure, local.pressure) < 1e-6);
-        CHECK(w.placed == doctest::Approx(l.placed).epsilon(1e-9));
+        CHECK(w.placed == relative(l.placed, 1e-9));
         CHECK(std::abs(w.sideways) < 1e-9 * w.asked);
         CHECK(w.too_far + w.turned_away + w.beside == 0);
     }
@@ -291,42 +294,42 @@ TEST_CASE(
     CHECK(r.turned_away == 2);
     CHECK(r.beside == 1);
     CHECK(r.asked == 6);
-    CHECK(r.outside == doctest::Approx(5).epsilon(1e-9));
-    CHECK(r.placed == doctest::Approx(0.8).epsilon(1e-9));
-    CHECK(r.sideways == doctest::Approx(0.2).epsilon(1e-9));
-    CHECK(b.force() == doctest::Approx(0.8).epsilon(1e-6));
+    CHECK(r.outside == relative(5, 1e-9));
+    CHECK(r.placed == relative(0.8, 1e-9));
+    CHECK(r.sideways == relative(0.2, 1e-9));
+    CHECK(b.force() == relative(0.8, 1e-6));
 }
 
 TEST_CASE("a pose is the same from a matrix, a quaternion, and the middle of a pad") {
     // A quarter turn about z: the pad's x axis is the world's y axis.
     const double position[] = {1, 2, 3}, matrix[] = {0, -1, 0, 1, 0, 0, 0, 0, 1}, quaternion[] = {3, 0, 0, 3};
     const Pose a = Pose::from_matrix(position, matrix), b = Pose::from_quaternion(position, quaternion);
-    for (size_t k = 0; k < 9; ++k) CHECK(a.rotation[k] == doctest::Approx(b.rotation[k]).epsilon(1e-15));
+    for (size_t k = 0; k < 9; ++k) CHECK(a.rotation[k] == absolute(b.rotation[k], 1e-15));
     Buffer pad(40, 20);
     const Pose corner = a.from_middle(pad.pad);
-    CHECK(corner.position[0] == doctest::Approx(1 + 10 * quarter).epsilon(1e-12));
-    CHECK(corner.position[1] == doctest::Approx(2 - 20 * quarter).epsilon(1e-12));
+    CHECK(corner.position[0] == relative(1 + 10 * quarter, 1e-12));
+    CHECK(corner.position[1] == relative(2 - 20 * quarter, 1e-12));
     CHECK(corner.position[2] == 3);
     WorldContact middle;
     middle.position = {1, 2, 3}, middle.force = 1, middle.radius = 4.2 * quarter;
     add_contacts(pad.pad, corner, 0, {middle});
     for (int y = 0; y < 20; ++y)
-        for (int x = 0; x < 40; ++x) REQUIRE(pad.of(x, y) == doctest::Approx(pad.of(39 - x, 19 - y)).epsilon(1e-6));
+        for (int x = 0; x < 40; ++x) REQUIRE(pad.of(x, y) == relative(pad.of(39 - x, 19 - y), 1e-6));
 }
 
 TEST_CASE("depths press in proportion, and with the force that is given") {
     Buffer b(64, 80);
     const std::vector<float> depth = ball(b.pad, 0.01, 1e-3);
     const Report r = add_depths(b.pad, depths_of(depth, 1.5));
-    CHECK(b.force() == doctest::Approx(1.5).epsilon(1e-6));
+    CHECK(b.force() == relative(1.5, 1e-6));
     CHECK(r.placed == 1.5);
     CHECK(r.level == 0);
     CHECK(r.cells == b.pressed());
     // A paraboloid of depth d and radius R has the volume pi R d^2.
-    CHECK(r.greatest == doctest::Approx(1.5 * 1e-3 / (pi * 0.01 * 1e-6)).epsilon(1e-2));
+    CHECK(r.greatest == relative(1.5 * 1e-3 / (pi * 0.01 * 1e-6), 1e-2));
     const double scale = b.of(32, 40) / double(depth[40 * 64 + 32]);
     for (size_t i = 0; i < depth.size(); ++i)
-        REQUIRE(b.pressure[i] == doctest::Approx(scale * std::max(0.0, double(depth[i]))).epsilon(1e-6));
+        REQUIRE(b.pressure[i] == relative(scale * std::max(0.0, double(depth[i])), 1e-6));
 
     const std::vector<float> gaps(64 * 80, -1.0f);
     CHECK(add_depths(b.pad, depths_of(gaps, 2)).outside == 2);
@@ -340,13 +343,13 @@ TEST_CASE("with a stiffness depths press at the level where the elastic foundati
         Buffer b(200, 200, 1e-4);
         const std::vector<float> depth = ball(b.pad, radius, 1e-3);
         const Report r = add_depths(b.pad, depths_of(depth, force, stiffness));
-        CHECK(b.force() == doctest::Approx(force).epsilon(1e-6));
+        CHECK(b.force() == relative(force, 1e-6));
         for (size_t i = 0; i < depth.size(); ++i)
             REQUIRE(std::abs(b.pressure[i] - stiffness * std::max(0.0, double(depth[i]) - r.level)) <
                     1e-6 * r.greatest + 1e-9 * stiffness * 1e-3);
         // A ball that sinks to d needs pi K R d^2.
         if (force >= 0.1 && force <= 3)
-            CHECK(1e-3 - r.level == doctest::Approx(std::sqrt(force / (pi * stiffness * radius))).epsilon(1e-2));
+            CHECK(1e-3 - r.level == relative(std::sqrt(force / (pi * stiffness * radius)), 1e-2));
     }
     // Depths of any kind, gaps of a metre among them, and forces from next to nothing up.
     for (int trial = 0; trial < 200; ++trial) {
@@ -357,7 +360,7 @@ TEST_CASE("with a stiffness depths press at the level where the elastic foundati
             depth.push_back(random.unit() < 0.3 ? -1.0f : float(random.within(-1, 1) * random.decades(-6, -2)));
         const double force = random.decades(-12, 3);
         const Report r = add_depths(b.pad, depths_of(depth, force, random.decades(-6, 12)));
-        REQUIRE(b.force() == doctest::Approx(force).epsilon(1e-6));
+        REQUIRE(b.force() == relative(force, 1e-6));
         REQUIRE(r.placed == force);
         REQUIRE(std::isfinite(r.level));
     }
@@ -383,9 +386,9 @@ TEST_CASE("taxels keep their force, whichever of taxel and cell is finer") {
             force *= t.width * t.height;
         }
         const Report r = add_taxels(b.pad, t);
-        CHECK(r.asked == doctest::Approx(force).epsilon(1e-12));
-        CHECK(r.placed == doctest::Approx(force).epsilon(1e-8));
-        CHECK(b.force() == doctest::Approx(force).epsilon(1e-6));
+        CHECK(r.asked == relative(force, 1e-12));
+        CHECK(r.placed == relative(force, 1e-8));
+        CHECK(b.force() == relative(force, 1e-6));
         if (share == 1 && force > 0) CHECK(r.cells == int(b.pressure.size()));
     }
 }
@@ -414,8 +417,8 @@ TEST_CASE("a taxel presses the cells below it evenly, at its pressure; what over
     CHECK(moved.of(3, 7) == 400);
     CHECK(moved.of(9, 7) == 500);
     CHECK(r.beside == 2);
-    CHECK(r.outside == doctest::Approx((100 + 400) * 0.5e-6 + (300 + 600) * 1.5e-6).epsilon(1e-9));
-    CHECK(moved.force() == doctest::Approx(r.placed).epsilon(1e-6));
+    CHECK(r.outside == relative((100 + 400) * 0.5e-6 + (300 + 600) * 1.5e-6, 1e-9));
+    CHECK(moved.force() == relative(r.placed, 1e-6));
 }
 
 TEST_CASE("rows of a buffer may lie farther apart, and what lies between them is not touched") {

@@ -30,7 +30,7 @@ Result in_double(Scene s) {
     for (const Trace& t : marched.traces) CHECK(difference(free.trace(t.quantity).mean, t.mean) < 1e-12);
     REQUIRE(free.impulses.size() == marched.impulses.size());
     for (size_t i = 0; i < free.impulses.size(); ++i)
-        CHECK(free.impulses[i].max == doctest::Approx(marched.impulses[i].max).epsilon(1e-12));
+        CHECK(free.impulses[i].max == relative(marched.impulses[i].max, 1e-12));
     return marched;
 }
 
@@ -43,13 +43,13 @@ TEST_CASE("outputs are left limits, and 0 at t = 0") {
     REQUIRE(r.time.size() == 1000);
     CHECK(r.time[999] == 999 * 0.01);
     CHECK(mean(r, Quantity::fa1)[0] == 0);
-    CHECK(mean(r, Quantity::fa1)[1] == doctest::Approx(std::exp(-0.0154)));
+    CHECK(mean(r, Quantity::fa1)[1] == relative(std::exp(-0.0154), 1e-12));
     CHECK(mean(r, Quantity::fa2)[0] == 0);
-    CHECK(mean(r, Quantity::fa2)[1] == doctest::Approx(-1.54 * std::exp(-0.0154)));
+    CHECK(mean(r, Quantity::fa2)[1] == relative(-1.54 * std::exp(-0.0154), 1e-12));
     REQUIRE(r.impulses.size() == 1);
     CHECK(r.impulses[0].time == 0);
     CHECK(r.impulses[0].quantity == Quantity::fa2);
-    CHECK(r.impulses[0].mean == doctest::Approx(1));
+    CHECK(r.impulses[0].mean == relative(1, 1e-12));
 }
 
 TEST_CASE("the step mean of FA2 holds the jump, and sums to the rate at the end") {
@@ -57,10 +57,10 @@ TEST_CASE("the step mean of FA2 holds the jump, and sums to the rate at the end"
     s.receptors.fa2 = Fa2::step_mean;
     const Result r = in_double(s);
     CHECK(mean(r, Quantity::fa2)[0] == 0);
-    CHECK(mean(r, Quantity::fa2)[1] == doctest::Approx(std::exp(-0.0154) / 0.01));
+    CHECK(mean(r, Quantity::fa2)[1] == relative(std::exp(-0.0154) / 0.01, 1e-12));
     const auto& fa2 = mean(r, Quantity::fa2);
-    CHECK(std::accumulate(fa2.begin(), fa2.end(), 0.0) * 0.01 ==
-          doctest::Approx(mean(r, Quantity::fa1).back()).scale(1).epsilon(1e-12));
+    // The rate has decayed to 2e-7, the sum keeps the rounding of its first term, 0.98.
+    CHECK(std::accumulate(fa2.begin(), fa2.end(), 0.0) * 0.01 == absolute(mean(r, Quantity::fa1).back(), 1e-14));
 }
 
 TEST_CASE("a load that starts between outputs acts from its own instant") {
@@ -77,21 +77,21 @@ TEST_CASE("a load that starts between outputs acts from its own instant") {
             double before = 0;
             for (size_t n = 0; n < r.time.size(); ++n) {
                 const double t = r.time[n] - begin, rate = t > 1e-12 ? std::exp(-1.54 * t) : 0;
-                CHECK(mean(r, Quantity::strain)[n] ==
-                      doctest::Approx(t > 0 ? -std::expm1(-1.54 * t) / 1.54 : 0).epsilon(1e-12));
+                // A start is known to the rounding of a step, which is much of the 1e-11 s that one load has acted for.
+                CHECK(mean(r, Quantity::strain)[n] == absolute(t > 0 ? -std::expm1(-1.54 * t) / 1.54 : 0, 1e-15));
                 CHECK(mean(r, Quantity::sa2)[n] ==
-                      doctest::Approx(t > 0 ? (t + std::expm1(-1.54 * t) / 1.54) / 1.54 : 0).epsilon(1e-10));
-                CHECK(mean(r, Quantity::fa1)[n] == doctest::Approx(rate).epsilon(1e-12));
+                      absolute(t > 0 ? (t + std::expm1(-1.54 * t) / 1.54) / 1.54 : 0, 1e-15));
+                CHECK(mean(r, Quantity::fa1)[n] == relative(rate, 1e-12));
                 CHECK(mean(r, Quantity::fa2)[n] ==
-                      doctest::Approx(fa2 == Fa2::point ? -1.54 * rate : (rate - before) / 0.01).epsilon(1e-9));
+                      relative(fa2 == Fa2::point ? -1.54 * rate : (rate - before) / 0.01, 1e-9));
                 before = rate;
             }
             const double t = std::max(0.0, 0.5071 - begin);
-            CHECK(r.fields[0].values[0] == doctest::Approx(-std::expm1(-1.54 * t) / 1.54).epsilon(1e-12));
-            CHECK(r.fields[1].values[0] == doctest::Approx(t > 0 ? std::exp(-1.54 * t) : 0).epsilon(1e-12));
+            CHECK(r.fields[0].values[0] == relative(-std::expm1(-1.54 * t) / 1.54, 1e-12));
+            CHECK(r.fields[1].values[0] == relative(t > 0 ? std::exp(-1.54 * t) : 0, 1e-12));
             REQUIRE(r.impulses.size() == 1);
-            CHECK(r.impulses[0].time == doctest::Approx(begin));
-            CHECK(r.impulses[0].mean == doctest::Approx(1));
+            CHECK(r.impulses[0].time == relative(begin, 1e-12));
+            CHECK(r.impulses[0].mean == relative(1, 1e-12));
         }
 }
 
@@ -131,7 +131,7 @@ TEST_CASE("E*integral(eps) + eta*eps = integral(sigma), at every output") {
     const Result r = in_double(s);
     for (size_t n = 0; n < r.time.size(); ++n)
         CHECK(0.7 * mean(r, Quantity::sa2)[n] + 3.1 * mean(r, Quantity::strain)[n] ==
-              doctest::Approx(std::max(0.0, r.time[n] - 1.237)).epsilon(1e-11));
+              relative(std::max(0.0, r.time[n] - 1.237), 1e-11));
 }
 
 TEST_CASE("an impulse is weighted by the curvature at its instant") {
@@ -142,8 +142,7 @@ TEST_CASE("an impulse is weighted by the curvature at its instant") {
     const SceneMaps m = maps(s);
     const size_t centre = 10 * 21 + 10;
     REQUIRE(r.impulses.size() == 1);
-    CHECK(r.impulses[0].probes[0] ==
-          doctest::Approx(m.pressure[centre] * (1 + m.rest_curvature[centre])).epsilon(1e-12));
+    CHECK(r.impulses[0].probes[0] == relative(m.pressure[centre] * (1 + m.rest_curvature[centre]), 1e-12));
 }
 
 TEST_CASE("viscosity 0 is an elastic skin: strain follows the load, its jump is an impulse of FA1") {
@@ -152,21 +151,21 @@ TEST_CASE("viscosity 0 is an elastic skin: strain follows the load, its jump is 
     s.receptors.fa2 = Fa2::step_mean;
     s.time.duration = 0.1;
     const Result r = in_double(s);
-    CHECK(mean(r, Quantity::strain)[1] == doctest::Approx(1 / 1.54));
-    CHECK(mean(r, Quantity::sa2)[5] == doctest::Approx(0.05 / 1.54));
+    CHECK(mean(r, Quantity::strain)[1] == relative(1 / 1.54, 1e-12));
+    CHECK(mean(r, Quantity::sa2)[5] == relative(0.05 / 1.54, 1e-12));
     CHECK(mean(r, Quantity::fa1)[1] == 0);
     REQUIRE(r.impulses.size() == 1);
     CHECK(r.impulses[0].quantity == Quantity::fa1);
-    CHECK(r.impulses[0].mean == doctest::Approx(1 / 1.54));
+    CHECK(r.impulses[0].mean == relative(1 / 1.54, 1e-12));
 }
 
 TEST_CASE("modulus 0 is a dashpot: strain creeps without end") {
     Scene s = one_cell();
     s.material.modulus = 0;
     const Result r = in_double(s);
-    CHECK(mean(r, Quantity::strain)[500] == doctest::Approx(5));
-    CHECK(mean(r, Quantity::sa2)[500] == doctest::Approx(12.5));
-    CHECK(mean(r, Quantity::fa1)[500] == doctest::Approx(1));
+    CHECK(mean(r, Quantity::strain)[500] == relative(5, 1e-12));
+    CHECK(mean(r, Quantity::sa2)[500] == relative(12.5, 1e-12));
+    CHECK(mean(r, Quantity::fa1)[500] == relative(1, 1e-12));
     CHECK(mean(r, Quantity::fa2)[500] == 0);
 }
 
@@ -181,13 +180,13 @@ TEST_CASE("SA2 with an adaptation time is bounded and known in closed form; with
             const double t = r.time[n], a = adaptation;
             const double y = a == tau ? tau * a * (1 - (1 + t / tau) * std::exp(-t / tau))
                                       : tau * a * (1 - (a * std::exp(-t / a) - tau * std::exp(-t / tau)) / (a - tau));
-            CHECK(mean(r, Quantity::sa2)[n] == doctest::Approx(y).epsilon(1e-9));
+            CHECK(mean(r, Quantity::sa2)[n] == relative(y, 1e-9));
             CHECK(mean(r, Quantity::sa2)[n] <= adaptation / 1.54);
         }
     }
     s.receptors.sa2_adaptation = {};
     const Result plain = in_double(s);
-    CHECK(mean(plain, Quantity::sa2)[999] - mean(plain, Quantity::sa2)[899] == doctest::Approx(1 / 1.54).epsilon(1e-5));
+    CHECK(mean(plain, Quantity::sa2)[999] - mean(plain, Quantity::sa2)[899] == relative(1 / 1.54, 1e-5));
     s.receptors.sa2_adaptation = 1e9;
     CHECK(difference(mean(in_double(s), Quantity::sa2), mean(plain, Quantity::sa2)) < 1e-7);
 }
@@ -215,12 +214,12 @@ TEST_CASE("no FA2 peak depends on the step: the density and the impulses do not,
         const Result r = in_double(s);
         const auto& density = mean(r, Quantity::fa2);
         for (size_t n = 1; n < density.size(); ++n) REQUIRE(std::abs(density[n]) <= 1.54);
-        CHECK(r.impulses[0].mean == doctest::Approx(1));
+        CHECK(r.impulses[0].mean == relative(1, 1e-12));
         s.grid = {2, 2, {}};
         s.load.map = {1, 1, 1, 1};
         s.method = Method::published;
         const double spike = mean(in_double(s), Quantity::fa2)[1];
-        CHECK(spike == doctest::Approx((1 - 1.54 * step) / (2 * step)));
+        CHECK(spike == relative((1 - 1.54 * step) / (2 * step), 1e-12));
         CHECK(spike > 1.9 * published_before);
         published_before = spike;
     }
@@ -291,6 +290,9 @@ TEST_CASE("every envelope: the identity holds, FA1 is the rate, FA2 its slope or
                 const int fine = 4000;
                 const double h = 0.01 / fine, tau = viscosity / 1.54, a = std::exp(-h / tau),
                              p = -std::expm1(-h / tau) / (h / tau);
+                // A jump that rounding puts inside a fine step is taken half a step early or late. FA1 is a difference
+                // of numbers of size 1, over the viscosity, and FA2 one of such rates, over a step.
+                const double in_rate = 1e-13 / viscosity, in_mean = 1e-14 / viscosity / 0.01;
                 double J = 0, eps = 0;
                 for (size_t n = 1; n < r.time.size(); ++n) {
                     for (int i = 0; i < fine; ++i) {
@@ -301,29 +303,23 @@ TEST_CASE("every envelope: the identity holds, FA1 is the rate, FA2 its slope or
                     }
                     const double load = g(c.envelope, r.time[n]);
                     CHECK(1.54 * mean(r, Quantity::sa2)[n] + viscosity * mean(r, Quantity::strain)[n] ==
-                          doctest::Approx(J).epsilon(2e-5));
-                    CHECK(mean(r, Quantity::strain)[n] ==
-                          doctest::Approx(eps).scale(1).epsilon(viscosity < 1 ? 2e-3 : 1e-5));
+                          absolute(J, h));
+                    CHECK(mean(r, Quantity::strain)[n] == absolute(eps, h / viscosity));
                     CHECK(mean(r, Quantity::fa1)[n] ==
-                          doctest::Approx((load - 1.54 * mean(r, Quantity::strain)[n]) / viscosity)
-                              .scale(1 / viscosity)
-                              .epsilon(1e-11));
+                          absolute((load - 1.54 * mean(r, Quantity::strain)[n]) / viscosity, in_rate));
                     if (fa2 == Fa2::step_mean)
                         CHECK(mean(r, Quantity::fa2)[n] ==
-                              doctest::Approx((mean(r, Quantity::fa1)[n] - mean(r, Quantity::fa1)[n - 1]) / 0.01)
-                                  .scale(100 / viscosity)
-                                  .epsilon(1e-11));
+                              absolute((mean(r, Quantity::fa1)[n] - mean(r, Quantity::fa1)[n - 1]) / 0.01, in_mean));
                     else if (c.envelope.kind == Envelope::Kind::sine)
                         CHECK(mean(r, Quantity::fa2)[n] ==
-                              doctest::Approx((0.75 * 6 * M_PI * std::cos(6 * M_PI * r.time[n] + 0.4) -
-                                               1.54 * mean(r, Quantity::fa1)[n]) /
-                                              viscosity)
-                                  .scale(20 / viscosity)
-                                  .epsilon(1e-10));
+                              relative((0.75 * 6 * M_PI * std::cos(6 * M_PI * r.time[n] + 0.4) -
+                                        1.54 * mean(r, Quantity::fa1)[n]) /
+                                           viscosity,
+                                       1e-10));
                 }
                 double impulses = 0;
                 for (const Impulse& i : r.impulses) impulses += i.mean * viscosity;
-                CHECK(impulses == doctest::Approx(c.jumps).scale(1).epsilon(1e-12));
+                CHECK(impulses == relative(c.jumps, 1e-12));
             }
 }
 
@@ -338,10 +334,10 @@ TEST_CASE("a slow sine is known in closed form at any step: no error in time") {
         const double w = M_PI, E = 1.54, G = 1 / std::sqrt(E * E + w * w), d = std::atan2(w, E);
         for (size_t n = 1; n < r.time.size(); ++n) {
             const double t = r.time[n], decay = std::exp(-E * t);
-            CHECK(mean(r, Quantity::strain)[n] ==
-                  doctest::Approx(G * (std::sin(w * t - d) + std::sin(d) * decay)).scale(1).epsilon(1e-13));
+            // The sines cancel at small t.
+            CHECK(mean(r, Quantity::strain)[n] == absolute(G * (std::sin(w * t - d) + std::sin(d) * decay), 1e-14));
             CHECK(mean(r, Quantity::fa1)[n] ==
-                  doctest::Approx(G * (w * std::cos(w * t - d) - E * std::sin(d) * decay)).scale(1).epsilon(1e-12));
+                  relative(G * (w * std::cos(w * t - d) - E * std::sin(d) * decay), 1e-12));
         }
     }
 }
@@ -371,8 +367,9 @@ TEST_CASE("an elastic skin: FA1 is the load's slope over the modulus, FA2 the st
             if (e.kind == Envelope::Kind::ramp) slope = t > 0.113 && t <= 0.613 ? 2 : 0;
             if (e.kind == Envelope::Kind::sine) slope = 6 * M_PI * std::cos(6 * M_PI * t);
             if (e.kind == Envelope::Kind::table) slope = t < 0.255 ? 4 : t < 0.505 ? -8 : t < 0.605 ? -20 : 0;
-            CHECK(fa1[n] == doctest::Approx(slope / 1.54).scale(1).epsilon(1e-11));
-            CHECK(fa2[n] == doctest::Approx((fa1[n] - fa1[n - 1]) / 0.01).scale(100).epsilon(1e-11));
+            // The sine's slope passes through 0; FA2 is a difference of rates over a step.
+            CHECK(fa1[n] == absolute(slope / 1.54, 1e-12));
+            CHECK(fa2[n] == absolute((fa1[n] - fa1[n - 1]) / 0.01, 1e-12 / 0.01));
         }
     }
 }

@@ -172,10 +172,10 @@ TEST_CASE("retardation times from 1e-7 s to 1e7 s live in one grid, each cell at
             // the integral in a series where the closed form cancels
             const double integral =
                 z < 1e-2 ? 2 * t * t / eta * (0.5 - z / 6 + z * z / 24 - z * z * z / 120) : (2 * t - eta * strain) / E;
-            CHECK(r.fields[0].values[i] == doctest::Approx(strain).epsilon(tolerance));
-            CHECK(r.fields[1].values[i] == doctest::Approx(integral).epsilon(tolerance));
-            CHECK(r.fields[2].values[i] - 2 / eta * std::exp(-z) ==
-                  doctest::Approx(0).scale(2 / eta).epsilon(tolerance));
+            CHECK(r.fields[0].values[i] == relative(strain, tolerance));
+            CHECK(r.fields[1].values[i] == relative(integral, tolerance));
+            // The rate is carried by the strain, whose rounding stays where the rate has decayed.
+            CHECK(r.fields[2].values[i] == absolute(2 / eta * std::exp(-z), 2 / eta * tolerance));
         }
     }
 }

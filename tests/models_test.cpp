@@ -41,9 +41,8 @@ void check_agree(const Result& a, const Result& b, double tolerance) {
     }
     REQUIRE(a.impulses.size() == b.impulses.size());
     for (size_t i = 0; i < a.impulses.size(); ++i) {
-        CHECK(a.impulses[i].mean == doctest::Approx(b.impulses[i].mean).epsilon(tolerance));
-        if (!std::isnan(a.impulses[i].min))
-            CHECK(a.impulses[i].min == doctest::Approx(b.impulses[i].min).epsilon(tolerance));
+        CHECK(a.impulses[i].mean == relative(b.impulses[i].mean, tolerance));
+        if (!std::isnan(a.impulses[i].min)) CHECK(a.impulses[i].min == relative(b.impulses[i].min, tolerance));
         CHECK(difference(a.impulses[i].probes, b.impulses[i].probes) < tolerance);
     }
 }
@@ -164,9 +163,12 @@ TEST_CASE("moments, maps, sites and march agree to 1e-12 where materials differ 
         const Result moments = under(s, Model::moments);
         check_agree(moments, march, 1e-12);
         CHECK(moments.pressed_cells == march.pressed_cells);
-        CHECK(moments.greatest_curvature == doctest::Approx(march.greatest_curvature).epsilon(1e-12));
+        // A march of springs that a pulse has let go of keeps a rounding of their strain, 5, and so of the curvature,
+        // 0.
+        const double size = std::max(1.0, march.greatest_curvature);
+        CHECK(moments.greatest_curvature == absolute(march.greatest_curvature, size * 1e-12));
         if (kind == 0) CHECK(moments.tau_max == HUGE_VAL);
-        else CHECK(moments.tau_max == doctest::Approx(march.tau_max).epsilon(1e-12));
+        CHECK(moments.tau_max == relative(march.tau_max, 1e-12));
         s.output.fields = {{0.3, all_quantities}, {0, all_quantities}};
         if (s.method == Method::exact && s.material.viscosity > 0) s.output.fields.push_back({0.123, all_quantities});
         check_agree(under(s, Model::maps), under(s, Model::march), 1e-12);
@@ -212,8 +214,8 @@ TEST_CASE("a few retardation times are a part each: moments, maps, sites and mar
         const Result march = under(s, Model::march);
         s.output.extremes = false;
         check_agree(moments, march, 1e-12);
-        CHECK(moments.greatest_curvature == doctest::Approx(march.greatest_curvature).epsilon(1e-12));
-        CHECK((moments.tau_max == march.tau_max || moments.tau_max == doctest::Approx(march.tau_max).epsilon(1e-12)));
+        CHECK(moments.greatest_curvature == relative(march.greatest_curvature, 1e-12));
+        CHECK(moments.tau_max == relative(march.tau_max, 1e-12));
         s.output.fields = {{0.3, all_quantities}, {0, all_quantities}};
         if (exact && !spring) s.output.fields.push_back({0.123, all_quantities});
         const Result maps = under(s, Model::maps);
@@ -247,7 +249,7 @@ TEST_CASE("materials that differ are served without a march where retardation ti
     vary(s.material, s.grid, 1.5);
     CHECK(int(taken()) == int(Model::moments));
     REQUIRE(times().size() == 1);
-    CHECK(times()[0] == doctest::Approx(0.3));
+    CHECK(times()[0] == relative(0.3, 1e-12));
     s.receptors.fa2_gains = {1, 0};
     CHECK(int(taken()) == int(Model::march));
     CHECK(times().empty());

@@ -345,7 +345,7 @@ fields = [{ at = 0.02, what = ["deformation"] }]
         CHECK(x.traces[i].probes == y.traces[i].probes);
     }
     CHECK(x.fields.at(0).values == y.fields.at(0).values);
-    CHECK(x.impulses.at(0).time == doctest::Approx(0.013));
+    CHECK(x.impulses.at(0).time == relative(0.013, 1e-12));
     std::filesystem::remove_all(folder());
 }
 
@@ -375,8 +375,8 @@ traces = ["strain"]
 probes = [[0, 0], [1, 0]]
 )");
     const Trace strain = run(Scene::from_file(file), Device::cpu()).trace(Quantity::strain);
-    CHECK(strain.probes[0].back() == doctest::Approx(3 * 4 / 1.5)); // long after: sigma/E
-    CHECK(strain.probes[1].back() == doctest::Approx(3 * 4 / 3.0));
+    CHECK(strain.probes[0].back() == relative(3 * 4 / 1.5, 1e-12)); // long after: sigma/E
+    CHECK(strain.probes[1].back() == relative(3 * 4 / 3.0, 1e-12));
     const std::string cut = refusal(Error::Code::bad_input, [&] { Scene::from_file(file, {"grid.height=2"}); });
     CHECK(cut.find("material.modulus") != std::string::npos);
     std::filesystem::remove_all(folder());

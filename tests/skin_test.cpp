@@ -102,10 +102,10 @@ TEST_CASE("a skin of one cell answers the equation's solution under straight pre
             sum += (p * dt + slope * (dt * dt / 2 - tau * dt)) / 2 + free * tau * (1 - decay);
             rate = slope / 2 - free / tau * decay;
             eps = next;
-            CHECK(skin.response(Quantity::sa1)[0] == doctest::Approx(eps).epsilon(2e-6));
-            CHECK(skin.response(Quantity::sa2)[0] == doctest::Approx(sum).epsilon(2e-6));
-            CHECK(skin.response(Quantity::fa1)[0] == doctest::Approx(rate).epsilon(5e-6));
-            CHECK(skin.response(Quantity::fa2)[0] == doctest::Approx((rate - before) / dt).epsilon(2e-5));
+            CHECK(skin.response(Quantity::sa1)[0] == relative(eps, 2e-6));
+            CHECK(skin.response(Quantity::sa2)[0] == relative(sum, 2e-6));
+            CHECK(skin.response(Quantity::fa1)[0] == relative(rate, 5e-6));
+            CHECK(skin.response(Quantity::fa2)[0] == relative((rate - before) / dt, 2e-5));
             p = q;
         }
     }

@@ -3,6 +3,7 @@
 
 #include "host/plan/schedule.hpp"
 #include "host/vulkan/instance.hpp"
+#include "tests/expected.hpp"
 
 #include <doctest/doctest.h>
 
