@@ -110,13 +110,11 @@ class Strains {
 struct Skin::Impl {
     // Copies the numbers that it needs, so that the maps of the prepared skin are freed once the stream has read them.
     Impl(const plan::StreamedSkin& skin, plan::Backend& backend)
-        : width(size_t(skin.skin.width())), height(size_t(skin.skin.height())), pitch(size_t(skin.skin.pitch)),
+        : width(size_t(skin.skin.width())), height(size_t(skin.skin.height())),
           fields(skin.skin.description.sites.empty()), wanted(skin.wanted), layout(response_layout_of(skin)),
           state_layout(state_layout_of(skin)), header(header_of(skin, state_layout)), strains(skin),
           threads(backend.capabilities().threads), tau(tau_range(skin.skin.materials)),
           description(skin.skin.description), stream(backend.stream(skin)) {
-        for (size_t r = 0; r < dense.size(); ++r)
-            if (fields && width != pitch && wanted[QUANTITY_SA1 + r]) dense[r].assign(width * height, 0.0f);
         if (description.surface.kind == Surface::Kind::map) gain_at_rest = gain_of(skin.skin);
         description.surface.map = {};
         scene::drop_maps(description.material);
@@ -137,7 +135,7 @@ struct Skin::Impl {
                 report.gain.value = std::max(report.gain.value, std::abs(bent));
                 if (1 + bent >= 0) continue;
                 for (size_t q = QUANTITY_SA1; q < REDUCED_MAPS; ++q)
-                    if (wanted[q]) changed[q] |= stream->response(Quantity(q))[y * pitch + x] != 0;
+                    if (wanted[q]) changed[q] |= stream->response(Quantity(q))[y * width + x] != 0;
             }
         }
         for (size_t q = QUANTITY_SA1; q < REDUCED_MAPS; ++q)
@@ -148,7 +146,7 @@ struct Skin::Impl {
         return std::abs(skin.constants.curvature_length) * greatest_rest_curvature(skin);
     }
 
-    const size_t width, height, pitch;
+    const size_t width, height;
     const bool fields;
     const plan::Wanted wanted;
     const plan::ResponseLayout layout;
@@ -160,7 +158,6 @@ struct Skin::Impl {
     SkinDescription description;        // without maps and sites
     std::optional<double> gain_at_rest; // of a surface that cannot be made again
     std::unique_ptr<plan::Stream> stream;
-    std::array<std::vector<float>, RESPONSE_MAPS> dense; // fields of width*height, where the pitch is greater
 
     size_t cells() const { return width * height; }
     size_t state_bytes() const { return sizeof header + state_layout.floats() * sizeof(float); }
@@ -203,13 +200,6 @@ void Skin::press(const float* pressure, size_t cells, double dt) {
     if (!s.stream->take(pressure, s.width)) s.refuse_pressure(pressure);
     if (!s.stream->press(dt))
         scene::need(false, "dt", dt, "seconds over which the coefficients of a step stay below 3.4e38");
-    for (size_t r = 0; r < s.dense.size(); ++r) {
-        std::vector<float>& dense = s.dense[r];
-        if (dense.empty()) continue;
-        const float* response = s.stream->response(Quantity(QUANTITY_SA1 + r));
-        for (size_t y = 0; y < s.height; ++y)
-            std::memcpy(dense.data() + y * s.width, response + y * s.pitch, s.width * sizeof(float));
-    }
 }
 
 Skin::Response Skin::response(Quantity q) const {
@@ -217,9 +207,7 @@ Skin::Response Skin::response(Quantity q) const {
     if (!scene::is_receptor_class(q) || !s.wanted[size_t(q)])
         scene::refuse("response", std::string("\"") + name(q) + "\"",
                       s.fields ? "what SkinOptions::responses asks for" : "the classes of the description's sites");
-    const std::vector<float>& dense = s.dense[size_t(q) - QUANTITY_SA1];
-    const float* response = s.stream->response(q); // throws if the device is lost
-    return {dense.empty() ? response : dense.data(), s.fields ? s.cells() : s.layout.of[size_t(q)].count};
+    return {s.stream->response(q), s.fields ? s.cells() : s.layout.of[size_t(q)].count}; // throws if the device is lost
 }
 
 size_t Skin::state_bytes() const { return impl_->state_bytes(); }
@@ -266,9 +254,6 @@ Report Skin::report() const {
     return report;
 }
 
-void Skin::reset() {
-    impl_->stream->reset();
-    for (std::vector<float>& dense : impl_->dense) std::fill(dense.begin(), dense.end(), 0.0f);
-}
+void Skin::reset() { impl_->stream->reset(); }
 
 } // namespace dermis

@@ -99,6 +99,7 @@ template <class K> struct Rows {
             .signal = {row(0, answered), row(1, answered), row(6, answered), row(7, answered)},
             .rest_curvature = row(8, answered),
             .response = {row(9, answered), row(10, answered), row(11, answered), row(12, answered)},
+            .streams = true,
             .tiles = {}};
         if (at_once) {
             loops.step_row(a, r, c);

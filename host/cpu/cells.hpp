@@ -29,6 +29,7 @@ template <class K> struct CellsPress {
     const real* rest_curvature;
     bool keep = true;                            // the state advances; otherwise the step goes to a scratch state
     std::array<real*, RESPONSE_MAPS> response{}; // null: not wanted
+    size_t response_pitch;                       // cells from row to row of a response
     std::array<typename K::Summary*, REDUCED_MAPS> tiles{}; // null: not wanted
     double* points = nullptr; // values in the points of quantities that are summarized, [quantity][point]
 };
@@ -163,6 +164,13 @@ template <class K> class Cells {
         return {size_t(pitch_) * size_t(height_), shape(variant_.keeps_strain, variant_.carries_rate())};
     }
     State<real> row_state() const { return {size_t(pitch_), shape(variant_.chain.length > 1, false)}; }
+
+    // Whether responses go past the caches: these would not hold them until somebody reads them.
+    bool streams(const Press& press) const {
+        constexpr size_t held = 4 << 20; // bytes; measured: on one thread 0.8 of the time up to there
+        return press.response_pitch % PITCH_CELLS == 0 &&
+               press.response_pitch * size_t(height_) * RESPONSE_MAPS * sizeof(real) > held;
+    }
 
     // Calls f with each row of each plane that is saved.
     template <class F> void each_row(F f) const {
@@ -352,11 +360,12 @@ template <class K> class Cells {
             .signal = {rolls() ? rolled(worker, y) : state.strain, state.value[simd::sum_integral]}, // SA1, SA2
             .rest_curvature = press.rest_curvature + row,
             .response = {},
+            .streams = streams(press),
             .tiles = {}};
         for (size_t s = 0; s < STEP_SIGNALS; ++s)
             r.signal[QUANTITY_FA1 - QUANTITY_SA1 + s] = worker.signals[s][size_t(y % 3)].data();
         for (size_t i = 0; i < RESPONSE_MAPS; ++i)
-            r.response[i] = press.response[i] ? press.response[i] + row : nullptr;
+            r.response[i] = press.response[i] ? press.response[i] + size_t(y) * press.response_pitch : nullptr;
         for (size_t q = 0; q < REDUCED_MAPS; ++q) r.tiles[q] = press.tiles[q] ? press.tiles[q] + tile : nullptr;
         if (press.points && !points_.of(y).empty())
             for (size_t i = 0; i < RESPONSE_MAPS; ++i)

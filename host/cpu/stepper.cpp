@@ -131,7 +131,8 @@ template <class K> class March : public plan::Stepper {
                                    .pressure = pressure_[0].data(),
                                    .pressure_to = schedule_.framed ? pressure_[1].data() : nullptr,
                                    .rest_curvature = rest_.data(),
-                                   .keep = step.keep};
+                                   .keep = step.keep,
+                                   .response_pitch = size_t(skin_.pitch)};
         for (size_t i = 0; last && i < RESPONSE_MAPS; ++i) p.response[i] = response_[i].data();
         if (!sampled(step)) return p;
         for (size_t q = 0; q < REDUCED_MAPS; ++q) {

@@ -17,8 +17,8 @@ using plan::StreamedSkin;
 struct FramePress::Impl {
     explicit Impl(StreamedSkin s) : streamed(std::move(s)) {}
     virtual ~Impl() = default;
-    virtual void run(const f32::Constants&, const float* from, const float* to,
-                     float* const (&response)[RESPONSE_MAPS]) = 0;
+    virtual void run(const f32::Constants&, const float* from, const float* to, float* const (&response)[RESPONSE_MAPS],
+                     size_t response_pitch) = 0;
     virtual void reset() = 0;
     virtual void save(float* planes) const = 0;
     virtual void load(const float* planes) = 0;
@@ -39,14 +39,15 @@ struct FramePress::Fields : Impl {
         plan::drop_maps(streamed.skin);
     }
 
-    void run(const f32::Constants& c, const float* from, const float* to,
-             float* const (&response)[RESPONSE_MAPS]) override {
+    void run(const f32::Constants& c, const float* from, const float* to, float* const (&response)[RESPONSE_MAPS],
+             size_t response_pitch) override {
         const CellsPress<f32> press{.constants = c,
                                     .table = table.data(),
                                     .pressure = from,
                                     .pressure_to = to,
                                     .rest_curvature = rest.data(),
-                                    .response = std::to_array(response)};
+                                    .response = std::to_array(response),
+                                    .response_pitch = response_pitch};
         int changed;
         cells.press({&press, 1}, {&changed, 1});
     }
@@ -78,8 +79,8 @@ struct FramePress::Sites : Impl {
         return at;
     }
 
-    void run(const f32::Constants& c, const float* p, const float* q,
-             float* const (&response)[RESPONSE_MAPS]) override {
+    void run(const f32::Constants& c, const float* p, const float* q, float* const (&response)[RESPONSE_MAPS],
+             size_t) override {
         std::transform(table.begin(), table.end(), lanes.begin(), f32::lanes_of);
         const size_t width = size_t(streamed.skin.width()), pitch = size_t(streamed.skin.pitch);
         for (size_t i = 0; i < from.size(); ++i) {
@@ -145,6 +146,11 @@ bool FramePress::copy(const float* pressure, size_t stride, float* to) {
 }
 
 bool FramePress::press(double dt, const float* from, const float* to, float* const (&response)[RESPONSE_MAPS]) {
+    return press(dt, from, to, response, size_t(impl_->streamed.skin.pitch));
+}
+
+bool FramePress::press(double dt, const float* from, const float* to, float* const (&response)[RESPONSE_MAPS],
+                       size_t response_pitch) {
     const DefaultFloats guard;
     Impl& s = *impl_;
     if (dt != s.table_dt) {
@@ -153,7 +159,7 @@ bool FramePress::press(double dt, const float* from, const float* to, float* con
         if (!plan::fill_table(s.materials, skin.chain, skin.rule, dt, s.table.data())) return false;
         s.table_dt = dt;
     }
-    s.run(plan::frame_constants(s.streamed.skin, s.table.front()), from, to, response);
+    s.run(plan::frame_constants(s.streamed.skin, s.table.front()), from, to, response, response_pitch);
     return true;
 }
 
@@ -196,7 +202,7 @@ class CpuStream : public plan::Stream {
     bool take(const float* pressure, size_t stride) override { return press_.copy(pressure, stride, pressure_[1]); }
 
     bool press(double dt) override {
-        if (!press_.press(dt, pressure_[0], pressure_[1], response_)) return false;
+        if (!press_.press(dt, pressure_[0], pressure_[1], response_, width_)) return false;
         std::swap(pressure_[0], pressure_[1]);
         return true;
     }
@@ -227,7 +233,9 @@ class CpuStream : public plan::Stream {
         const size_t map = skin.skin.padded_cells();
         std::vector<size_t> sizes = {map, map};
         const plan::ResponseLayout layout = response_layout_of(skin);
-        for (size_t q = QUANTITY_SA1; q < REDUCED_MAPS; ++q) sizes.push_back(layout.of[q].count);
+        const bool fields = skin.skin.description.sites.empty();
+        for (size_t q = QUANTITY_SA1; q < REDUCED_MAPS; ++q)
+            sizes.push_back(fields && skin.wanted[q] ? skin.skin.cells() : layout.of[q].count);
         return sizes;
     }
 

@@ -13,9 +13,12 @@ class FramePress {
     // threads: 0 = one per core.
     FramePress(plan::StreamedSkin skin, int threads, const simd::Isa& isa = simd::best());
     ~FramePress();
-    // response: where the responses begin, in the order of kernels/layout.h, null where one is not asked for; fields
-    // are streamed past the caches where they begin at a cache line. False, and nothing has happened, where a
-    // coefficient of the step is beyond float. Nothing is allocated.
+    // response: where the responses begin, in the order of kernels/layout.h, null where one is not asked for; rows of
+    // fields are so many cells apart, and large ones are streamed past the caches if all begin at cache lines. False,
+    // and nothing has happened, where a coefficient of the step is beyond float. Nothing is allocated.
+    bool press(double dt, const float* from, const float* to, float* const (&response)[RESPONSE_MAPS],
+               size_t response_pitch);
+    // The same where rows are a pitch apart.
     bool press(double dt, const float* from, const float* to, float* const (&response)[RESPONSE_MAPS]);
     void reset(); // to a skin at rest
     // Copies the planes of a state (plan::StateLayout), without the pressure.

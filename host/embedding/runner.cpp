@@ -50,6 +50,8 @@ SkinRunner::SkinRunner(std::shared_ptr<Context> context, const plan::StreamedSki
                                       .pressure_to = info(pressure_[1 - i]),
                                       .response = info(response_),
                                       .invalid = info(invalid_)});
+    for (size_t q = QUANTITY_SA1; q < REDUCED_MAPS; ++q)
+        if (!sites_ && width_ != pitch_ && skin.wanted[q]) dense_[q - QUANTITY_SA1].resize(width_ * size_t(height_));
     std::memset(upload_.data(), 0, upload_.bytes()); // cells beyond the width stay 0
     reset();
 }
@@ -116,12 +118,19 @@ bool SkinRunner::press(double dt) {
     context_->barrier(commands);
     context_->submit();
     from_ = 1 - from_;
+    for (int q = QUANTITY_SA1; q < REDUCED_MAPS; ++q) {
+        std::vector<float>& dense = dense_[size_t(q - QUANTITY_SA1)];
+        const float* response = static_cast<const float*>(download_.data()) + program_.range(Quantity(q)).first;
+        for (size_t y = 0; !dense.empty() && y < size_t(height_); ++y)
+            std::copy_n(response + y * pitch_, width_, dense.data() + y * width_);
+    }
     return true;
 }
 
 const float* SkinRunner::response(Quantity q) const {
     context_->need_working(); // a press that failed may have written half of a response
-    return static_cast<const float*>(download_.data()) + program_.range(q).first;
+    const std::vector<float>& dense = dense_[size_t(q) - QUANTITY_SA1];
+    return dense.empty() ? static_cast<const float*>(download_.data()) + program_.range(q).first : dense.data();
 }
 
 void SkinRunner::reset() {
@@ -132,6 +141,7 @@ void SkinRunner::reset() {
     context_->submit();
     from_ = 0; // after the submission: where that fails, nothing has happened
     std::memset(download_.data(), 0, download_.bytes());
+    for (std::vector<float>& dense : dense_) std::fill(dense.begin(), dense.end(), 0.0f);
 }
 
 template <class F> void SkinRunner::each_run(F f) const {

@@ -36,6 +36,7 @@ class SkinRunner : public plan::Stream {
     std::shared_ptr<Context> context_;
     SkinProgram program_;
     Buffer constants_, state_[2], pressure_[2], response_, invalid_, upload_, download_;
+    std::array<std::vector<float>, RESPONSE_MAPS> dense_; // fields of width*height, where the pitch is greater
     Binding bindings_[2];
     int from_ = 0; // the index of the state and the pressure that the next press starts from
 };

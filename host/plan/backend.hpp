@@ -27,7 +27,8 @@ class Stream {
     // Steps dt seconds, over which the pressure runs linearly from that of the previous press to this one. Returns
     // false, and changes nothing, if a coefficient of the step is beyond float.
     virtual bool press(double dt) = 0;
-    // The response of the last press, in the order of ResponseLayout; the same memory after every press.
+    // The response of the last press, a field of width*height or sites in the order given; the same memory after every
+    // press.
     virtual const float* response(Quantity) const = 0;
     virtual void reset() = 0; // back to a skin at rest
     // Copies the state, laid out by StateLayout, to and from memory of the caller's.

@@ -175,9 +175,15 @@ inline real response_at(const RespondArguments<Kernels>& r, int i, int x, real C
     return answer_of<passed>(QUANTITY_SA1 + i, loaded(r.signal[i] + x), C, c);
 }
 
-// The responses of a cache line of columns, in which no cell is read across an end of the row: each is streamed at
+// Stores a register of responses.
+template <bool streams> inline void store_response(scalar* to, real x) {
+    if constexpr (streams) stream_register(to, (Register)x.v);
+    else store(to, x);
+}
+
+// The responses of a cache line of columns, in which no cell is read across an end of the row: each is stored at
 // once, because lines that reach memory in parts cost more.
-template <int stencil, bool passed>
+template <int stencil, bool passed, bool streams>
 inline void respond_line(const RespondArguments<Kernels>& r, int x, const Constants& c) {
     real C[line / lanes];
 #pragma GCC unroll 8
@@ -187,7 +193,7 @@ inline void respond_line(const RespondArguments<Kernels>& r, int x, const Consta
     for (int q = 0; q < RESPONSE_MAPS; ++q)
 #pragma GCC unroll 8
         for (int i = 0; i < line; i += lanes)
-            stream_register(r.response[q] + x + i, (Register)response_at<passed>(r, q, x + i, C[i / lanes], c).v);
+            store_response<streams>(r.response[q] + x + i, response_at<passed>(r, q, x + i, C[i / lanes], c));
 }
 
 // The responses of n <= lanes columns from x on.
@@ -195,7 +201,8 @@ template <bool passed>
 inline void respond_block(const RespondArguments<Kernels>& r, int x, int n, real C, const Constants& c) {
     for (int q = 0; q < RESPONSE_MAPS; ++q) {
         const real answered = response_at<passed>(r, q, x, C, c);
-        if (n == lanes) stream_register(r.response[q] + x, (Register)answered.v);
+        if (n == lanes && r.streams) store_response<true>(r.response[q] + x, answered);
+        else if (n == lanes) store(r.response[q] + x, answered);
         else
             for (int lane = 0; lane < n; ++lane) r.response[q][x + lane] = answered.v[lane];
     }
@@ -359,11 +366,15 @@ void step_row_in(const AdvanceArguments<Kernels>& a, const RespondArguments<Kern
     high.fill<stencil>(r.strain, end, r.last);
     [begin, end, a = a, r = r, c = c] { // copies: nothing that is stored may change them
         const LaneCoefficients k = lanes_of(chain ? a.table[0] : c.coefficients);
-        for (int x = begin; x < end; x += line) {
+        const auto step_lines = [&](auto streams) {
+            for (int x = begin; x < end; x += line) {
 #pragma GCC unroll 8
-            for (int i = 0; i < line; i += lanes) step_between<compensated, chain>(a, x + i - r.first, c, k);
-            respond_line<stencil, passed>(r, x, c);
-        }
+                for (int i = 0; i < line; i += lanes) step_between<compensated, chain>(a, x + i - r.first, c, k);
+                respond_line<stencil, passed, streams.number != 0>(r, x, c);
+            }
+        };
+        if (r.streams) step_lines(Constant<1>{});
+        else step_lines(Constant<0>{});
     }();
     step_end<stencil, compensated, chain, passed>(a, r, c, r.first, begin, low);
     step_end<stencil, compensated, chain, passed>(a, r, c, end, r.last, high);
@@ -398,10 +409,10 @@ void respond(const RespondArguments<Kernels>& r, const Constants& c) {
     end_vector_code();
 }
 
-// Whether the loop of blocks serves: frames, a uniform material, all responses, aligned, and no sums.
+// Whether the loop of blocks serves: frames, a uniform material, all responses and no sums.
 bool in_blocks(const AdvanceArguments<Kernels>& a, const RespondArguments<Kernels>& r) {
     bool all = a.pressure_to && !a.material;
-    for (int i = 0; i < RESPONSE_MAPS; ++i) all = all && r.response[i] && is_aligned(r.response[i] + r.first);
+    for (int i = 0; i < RESPONSE_MAPS; ++i) all = all && r.response[i] && (!r.streams || is_aligned(r.response[i] + r.first));
     for (int i = 0; i < REDUCED_MAPS; ++i) all = all && !r.tiles[i];
     return all;
 }

@@ -73,7 +73,8 @@ template <class K> struct RespondArguments {
     RowNeighbours<real> strain;        // at the step's end
     const real* signal[RESPONSE_MAPS]; // the signal of each response
     const real* rest_curvature;
-    real* response[RESPONSE_MAPS];            // null: not stored
+    real* response[RESPONSE_MAPS]; // null: not stored
+    bool streams; // rows of responses begin at cache lines and are not read again soon: they go past the caches
     typename K::Summary* tiles[REDUCED_MAPS]; // null: not asked for
 };
 

@@ -147,7 +147,9 @@ template <bool passed> void respond_in(const RespondArguments<Kernels>& r, const
             if (!wanted(i)) continue;
             if (!all) respond_one<passed>(QUANTITY_SA1 + i, n, c, r.rest_curvature + x, L, signals[i], responses[i]);
             if (r.tiles[QUANTITY_SA1 + i]) summarize(responses[i], n, r.tiles[QUANTITY_SA1 + i] + tile);
-            if (r.response[i]) stream(r.response[i] + x, responses[i], size_t(n) * sizeof(real));
+            if (!r.response[i]) continue;
+            if (r.streams) stream(r.response[i] + x, responses[i], size_t(n) * sizeof(real));
+            else __builtin_memcpy(r.response[i] + x, responses[i], size_t(n) * sizeof(real));
         }
     }
 }
