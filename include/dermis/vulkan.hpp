@@ -74,7 +74,12 @@ struct Memory {
 
 struct MemoryNeeds {
     Memory constants; // one per program: curvature at rest, materials, sites. The host never changes it.
-    Memory state;     // two or more per skin: a press reads one and writes another
+    // Two or more per skin: a press reads one and writes another. Floats; with sites in the order of cells that is the
+    // program's own, else rows of pitch(), those of the planes of a row of cells one after another: of each element in
+    // series its strain, then the integral for SA2; each followed, if sums are compensated, by what it has lost to
+    // rounding; last the rate of a spring for FA2. Copies of a state and of pressure_to go on with the same bits, on
+    // every skin of the same description.
+    Memory state;
     Memory pressure;  // float, Pa, pushing is positive; pitch()*height, row 0 first: index = y*pitch() + x
     Memory response;  // float; see range()
     Memory invalid;   // uint32_t: running count of cells of pressure_to, or of those that sites read, that were not
