@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // A device by the number of cells: W1, beside the same memory moved alone, a march of traces, and receptors.
 #include "bench/bench.hpp"
+#include "host/embedding/backend.hpp"
 
 #include <fmt/format.h>
 
@@ -50,12 +51,39 @@ void add_sites(Bench& bench, int n, int presses) {
     bench.add(r);
 }
 
+// The version of a device, and every limit on which depends whether and how kernels run on it.
+void print_limits(vulkan::Context& context) {
+    const VkPhysicalDeviceProperties& p = context.physical().properties;
+    const VkPhysicalDeviceLimits& l = p.limits;
+    const vulkan::DeviceTable& used = context.pipelines().device();
+    const auto version = [](uint32_t v) {
+        return fmt::format("{}.{}.{}", VK_API_VERSION_MAJOR(v), VK_API_VERSION_MINOR(v), VK_API_VERSION_PATCH(v));
+    };
+    fmt::print("Vulkan {}, driver version {} ({:#x}), vendor {:#x}, device {:#x}\n", version(p.apiVersion),
+               version(p.driverVersion), p.driverVersion, p.vendorID, p.deviceID);
+    const auto limit = [](const char* name, auto value) { fmt::print("{} = {}\n", name, value); };
+    limit("maxPerStageDescriptorStorageBuffers", l.maxPerStageDescriptorStorageBuffers);
+    limit("maxComputeWorkGroupInvocations", l.maxComputeWorkGroupInvocations);
+    limit("maxComputeWorkGroupCount[0]", l.maxComputeWorkGroupCount[0]);
+    limit("maxComputeWorkGroupCount[1]", l.maxComputeWorkGroupCount[1]);
+    limit("maxStorageBufferRange", l.maxStorageBufferRange);
+    limit("minStorageBufferOffsetAlignment", l.minStorageBufferOffsetAlignment);
+    limit("maxTexelBufferElements", l.maxTexelBufferElements);
+    limit("minTexelBufferOffsetAlignment", l.minTexelBufferOffsetAlignment);
+    limit("maxPushConstantsSize", l.maxPushConstantsSize);
+    limit("timestampPeriod", l.timestampPeriod);
+    limit("bytes of device memory", context.heap_bytes());
+    limit("kernels declare round-to-nearest-even", used.rounds);
+    limit("kernels read maps as texel buffers", used.texels);
+}
+
 } // namespace
 
 void device_growth(Bench& bench) {
     if (!bench.vulkan) throw Error(Error::Code::no_device, "", "--only device: there is no Vulkan device");
     const DeviceInfo& info = bench.vulkan->info();
     fmt::print("{}, {}, {}\n", info.name, info.kind, info.driver);
+    print_limits(*vulkan::context_of(*bench.vulkan->impl().backend));
     const bool software = info.kind == "software";
     for (int n : bench.quick ? std::vector{512, 1024, 2048} : std::vector{512, 1024, 2048, 4096, 8192}) {
         const auto attempt = [n](const char* what, const auto& measure) {

@@ -6,6 +6,8 @@
 #include "tests/shim.hpp"
 #include "tests/support.hpp"
 
+#include <cctype>
+
 using namespace test;
 using vulkan::Loader;
 
@@ -47,9 +49,12 @@ TEST_CASE(
 TEST_CASE("a device whose bits differ is named and refused, unless asked for by name") {
     const Loader wrong = faulty(&Shim::miscompile);
     const std::string message = refusal(Error::Code::no_device, [&] { open_device("vulkan", wrong); });
-    CHECK(message.find("llvmpipe") != std::string::npos);
+    const std::string name = Device::list()[0].name;
+    std::string other_case = name;
+    for (char& c : other_case) c = char(std::islower(c) ? std::toupper(c) : std::tolower(c));
+    CHECK(message.find(name) != std::string::npos);
     CHECK(message.find("bits differ") != std::string::npos);
-    for (const char* by : {"llvmpipe", "LLVMpipe", "0"}) {
+    for (const std::string& by : {name.substr(0, name.size() / 2), other_case, std::string("0")}) {
         const Device device = open_device(by, wrong);
         CHECK(device.info().vulkan);
         CHECK_FALSE(device.info().exact);
@@ -82,16 +87,19 @@ TEST_CASE("auto takes no software driver; vulkan takes it; names are parts of na
     CHECK(vulkan.device().info().vulkan);
     CHECK(vulkan.device().info().exact);
     CHECK(self_test(*vulkan.device().impl().backend).exact());
-    CHECK(Device::open("llvmpipe").info().name.find("llvmpipe") != std::string::npos);
+    const std::string name = Device::list()[0].name;
+    CHECK(Device::open(name.substr(0, name.size() / 2)).info().name == name);
     const std::string message = refusal(Error::Code::bad_input, [] { Device::open("voodoo"); });
     CHECK(message.find("voodoo") != std::string::npos);
-    CHECK(message.find("llvmpipe") != std::string::npos);
+    CHECK(message.find(name) != std::string::npos);
     refusal(Error::Code::bad_input, [] { Device::open("99"); });
     refusal(Error::Code::bad_input, [] { Device::cpu(-1); });
 }
 
 TEST_CASE("a grid that does not fit a device is refused with the limit, before anything is allocated") {
-    const Validated vulkan;
+    const vulkan::Loader loader = shimmed();
+    shim.heap = 2147483648;
+    const Validated vulkan(loader);
     Scene s;
     s.grid = {16384, 4096, {}};
     s.time.duration = 0.01;

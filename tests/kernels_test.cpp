@@ -118,5 +118,11 @@ TEST_CASE("modules need no capability but Shader, and declare round-to-nearest-e
             CHECK(modes == rounds);
         }
     const test::Validated validated;
-    CHECK(vulkan::context_of(*validated.device().impl().backend)->pipelines().device().rounds); // lavapipe offers it
+    const auto context = vulkan::context_of(*validated.device().impl().backend);
+    VkPhysicalDeviceFloatControlsProperties floats{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FLOAT_CONTROLS_PROPERTIES};
+    VkPhysicalDeviceProperties2 offered{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, &floats, {}};
+    const vulkan::Handles handles = context->handles();
+    reinterpret_cast<PFN_vkGetPhysicalDeviceProperties2>(
+        handles.get_instance_proc_addr(handles.instance, "vkGetPhysicalDeviceProperties2"))(handles.physical, &offered);
+    CHECK(context->pipelines().device().rounds == bool(floats.shaderRoundingModeRTEFloat32));
 }

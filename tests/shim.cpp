@@ -11,7 +11,7 @@ Shim shim;
 namespace {
 
 const PFN_vkGetInstanceProcAddr real_get = vulkan::system_loader().get;
-PFN_vkVoidFunction real_queues, real_properties, real_extensions, real_module, real_device_address;
+PFN_vkVoidFunction real_queues, real_properties, real_memory, real_extensions, real_module, real_device_address;
 
 VKAPI_ATTR VkResult VKAPI_CALL no_instance(const VkInstanceCreateInfo*, const VkAllocationCallbacks*, VkInstance*) {
     return VK_ERROR_INCOMPATIBLE_DRIVER;
@@ -36,6 +36,11 @@ VKAPI_ATTR void VKAPI_CALL properties(VkPhysicalDevice p, VkPhysicalDeviceProper
         for (uint32_t& size : out->limits.maxComputeWorkGroupSize) size = 64;
     }
     if (shim.range) out->limits.maxStorageBufferRange = shim.range;
+}
+
+VKAPI_ATTR void VKAPI_CALL memory(VkPhysicalDevice p, VkPhysicalDeviceMemoryProperties* out) {
+    reinterpret_cast<PFN_vkGetPhysicalDeviceMemoryProperties>(real_memory)(p, out);
+    for (uint32_t i = 0; shim.heap && i < out->memoryHeapCount; ++i) out->memoryHeaps[i].size = shim.heap;
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL extensions(VkPhysicalDevice p, const char* layer, uint32_t* count,
@@ -149,6 +154,7 @@ VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL instance_address(VkInstance instance, c
     if (shim.no_driver && is("vkCreateInstance")) return reinterpret_cast<PFN_vkVoidFunction>(no_instance);
     if (is("vkGetPhysicalDeviceQueueFamilyProperties")) return instead(real_queues, queues);
     if (is("vkGetPhysicalDeviceProperties")) return instead(real_properties, properties);
+    if (is("vkGetPhysicalDeviceMemoryProperties")) return instead(real_memory, memory);
     if (is("vkEnumerateDeviceExtensionProperties")) return instead(real_extensions, extensions);
     if (is("vkGetDeviceProcAddr")) return instead(real_device_address, device_address);
     return real;

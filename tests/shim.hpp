@@ -33,6 +33,7 @@ struct Shim {
     bool miscompile = false;     // the 1 of every response is wrong
     bool miscompile_far = false; // 4/3 of the fourth-order stencil is wrong
     uint32_t range = 0;          // maxStorageBufferRange; 0: the device's own
+    VkDeviceSize heap = 0;       // the size of each memory heap; 0: the device's own
     bool least = false;          // limits are the least that Vulkan 1.1 allows, but for 12 storage buffers
     bool portability = false;    // VK_KHR_portability_subset is offered
     Fault fault;

@@ -17,7 +17,8 @@ constexpr const char* validation_layer = "VK_LAYER_KHRONOS_validation";
 
 VKAPI_ATTR VkBool32 VKAPI_CALL on_message(VkDebugUtilsMessageSeverityFlagBitsEXT, VkDebugUtilsMessageTypeFlagsEXT,
                                           const VkDebugUtilsMessengerCallbackDataEXT* data, void* user) {
-    static_cast<const InstanceOptions*>(user)->validation(data->pMessage);
+    const std::string id = data->pMessageIdName ? data->pMessageIdName : ""; // not every layer's messages begin with it
+    static_cast<const InstanceOptions*>(user)->validation(id + ": " + data->pMessage);
     return VK_FALSE;
 }
 

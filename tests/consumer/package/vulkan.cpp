@@ -31,11 +31,33 @@ std::vector<void (*)()> functions() {
                 vkCreateBuffer, vkAllocateMemory, vkCmdDispatch, vkQueueSubmit, vkWaitForFences);
 }
 
-// A program on this program's own device, and its recorded check.
-void record(VkInstance instance) {
-    uint32_t count = 1;
-    VkPhysicalDevice physical = VK_NULL_HANDLE;
-    vkEnumeratePhysicalDevices(instance, &count, &physical);
+uint32_t compute_family(VkPhysicalDevice physical) {
+    uint32_t count = 0;
+    vkGetPhysicalDeviceQueueFamilyProperties(physical, &count, nullptr);
+    std::vector<VkQueueFamilyProperties> families(count);
+    vkGetPhysicalDeviceQueueFamilyProperties(physical, &count, families.data());
+    uint32_t family = 0;
+    while (family < count && !(families[family].queueFlags & VK_QUEUE_COMPUTE_BIT)) ++family;
+    need(family < count, "a queue family computes");
+    return family;
+}
+
+// The index of a memory type that a buffer may have and the host can write.
+uint32_t memory_type(VkPhysicalDevice physical, uint32_t allowed) {
+    constexpr VkMemoryPropertyFlags host = VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
+    VkPhysicalDeviceMemoryProperties memory;
+    vkGetPhysicalDeviceMemoryProperties(physical, &memory);
+    uint32_t type = 0;
+    while (type < memory.memoryTypeCount &&
+           !(allowed >> type & 1 && (memory.memoryTypes[type].propertyFlags & host) == host))
+        ++type;
+    need(type < memory.memoryTypeCount, "the host can write some memory");
+    return type;
+}
+
+// Those that dermis would have and the device offers.
+std::vector<const char*> extensions_of(VkPhysicalDevice physical) {
+    uint32_t count = 0;
     const dermis::vulkan::Requirements needs = dermis::vulkan::requirements();
     vkEnumerateDeviceExtensionProperties(physical, nullptr, &count, nullptr);
     std::vector<VkExtensionProperties> offered(count);
@@ -45,10 +67,15 @@ void record(VkInstance instance) {
         for (const char* name : list)
             for (const VkExtensionProperties& e : offered)
                 if (std::strcmp(e.extensionName, name) == 0) extensions.push_back(name);
+    return extensions;
+}
+
+VkDevice make_device(VkPhysicalDevice physical, uint32_t family, const std::vector<const char*>& extensions) {
     const float priority = 1;
     VkDeviceQueueCreateInfo queues{};
     queues.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO;
-    queues.queueCount = 1; // of family 0, which computes on lavapipe
+    queues.queueFamilyIndex = family;
+    queues.queueCount = 1;
     queues.pQueuePriorities = &priority;
     VkDeviceCreateInfo info{};
     info.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO;
@@ -58,6 +85,17 @@ void record(VkInstance instance) {
     info.ppEnabledExtensionNames = extensions.data();
     VkDevice device = VK_NULL_HANDLE;
     need(vkCreateDevice(physical, &info, nullptr, &device) == VK_SUCCESS, "a device can be made");
+    return device;
+}
+
+// A program on this program's own device, and its recorded check.
+void record(VkInstance instance) {
+    uint32_t count = 1;
+    VkPhysicalDevice physical = VK_NULL_HANDLE;
+    vkEnumeratePhysicalDevices(instance, &count, &physical);
+    const uint32_t family = compute_family(physical);
+    const std::vector<const char*> extensions = extensions_of(physical);
+    const VkDevice device = make_device(physical, family, extensions);
     {
         dermis::vulkan::Handles handles;
         handles.instance = instance;
@@ -76,7 +114,10 @@ void record(VkInstance instance) {
         need(vkCreateBuffer(device, &buffer_info, nullptr, &buffer) == VK_SUCCESS, "a buffer can be made");
         VkMemoryAllocateInfo allocation{};
         allocation.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO;
-        allocation.allocationSize = check.bytes + 4096; // of type 0, which on lavapipe is all there is
+        VkMemoryRequirements requirements;
+        vkGetBufferMemoryRequirements(device, buffer, &requirements);
+        allocation.allocationSize = requirements.size;
+        allocation.memoryTypeIndex = memory_type(physical, requirements.memoryTypeBits);
         VkDeviceMemory memory = VK_NULL_HANDLE;
         need(vkAllocateMemory(device, &allocation, nullptr, &memory) == VK_SUCCESS, "memory can be had");
         vkBindBufferMemory(device, buffer, memory, 0);
@@ -87,6 +128,7 @@ void record(VkInstance instance) {
 
         VkCommandPoolCreateInfo pool_info{};
         pool_info.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO;
+        pool_info.queueFamilyIndex = family;
         VkCommandPool pool = VK_NULL_HANDLE;
         vkCreateCommandPool(device, &pool_info, nullptr, &pool);
         VkCommandBufferAllocateInfo commands_info{};
@@ -101,7 +143,7 @@ void record(VkInstance instance) {
         need(program.record_check(commands), "a check is bound");
         vkEndCommandBuffer(commands);
         VkQueue queue = VK_NULL_HANDLE;
-        vkGetDeviceQueue(device, 0, 0, &queue);
+        vkGetDeviceQueue(device, family, 0, &queue);
         VkSubmitInfo submit{};
         submit.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO;
         submit.commandBufferCount = 1;
