@@ -111,9 +111,9 @@ class Analysis {
   public:
     Analysis(const PreparedSkin& skin, const Schedule& schedule, const Arithmetic& kind, const Read& read)
         : skin_(skin), schedule_(schedule), kind_(kind), u_(kind.single ? 0x1p-24 : 0x1p-53),
-          last_(kind.compensated ? u_ : 0), l_(std::abs(skin.constants.curvature_length)),
-          weight_(skin.constants.bend * weight_of(skin.stencil)), rest_(rest_peak(skin, schedule, !read.everything)),
-          chain_(skin.chain) {
+          rounded_pressure_(0x1p-53 + (kind.single ? u_ : 0)), last_(kind.compensated ? u_ : 0),
+          l_(std::abs(skin.constants.curvature_length)), weight_(skin.constants.bend * weight_of(skin.stencil)),
+          rest_(rest_peak(skin, schedule, !read.everything)), chain_(skin.chain) {
         const double least = schedule.framed ? 0 : least_of(schedule.pressure);
         const auto arithmetic = [&](double peak) {
             return CountedArithmetic{.u = u_,
@@ -198,16 +198,19 @@ class Analysis {
     Sum sum_of(size_t first, int q, bool around) const {
         Sum s;
         const double share = around ? 1 : share_[first], peak = materials_[first].peak * share;
-        double error = 0, truncated = 0;
+        double error = 0, shift = 0, truncated = 0;
         for (size_t i = first; i < first + chain_.length; ++i) {
-            s.value += peak * now_[i].value(q);
-            s.magnitude += peak * std::abs(now_[i].value(q));
-            error += now_[i].error(q);
+            const Counted& of = now_[i].signal(q);
+            s.value += peak * of.value;
+            s.magnitude += peak * std::abs(of.value);
+            error += of.off;
+            shift += of.shift;
             truncated += truncation(i, q);
         }
         if (q <= QUANTITY_SA2) s.off = last_ * s.magnitude; // compensated, it is off by the last rounding of its value
         // Half a unit in the last place of a smaller value is up to twice as much of it.
-        s.off += peak * ((share < 1 && !kind_.separable ? 2 : 1) * error + truncated);
+        s.off += peak * ((share < 1 && !kind_.separable ? 2 : 1) * error + std::abs(shift) + truncated);
+        if (!schedule_.framed) s.off += rounded_pressure_ * std::abs(s.value);
         // Strains in series are added up; of the other quantities the kernel's sums are counted.
         if (q <= QUANTITY_SA1 && s.magnitude > 0)
             s.off += double(chain_.length - 1) * (u_ * s.magnitude + kind_.stored);
@@ -263,7 +266,8 @@ class Analysis {
     const Schedule& schedule_;
     const Arithmetic kind_;
     const double u_;
-    const double last_; // of a value: the last rounding, where earlier ones are compensated
+    const double rounded_pressure_; // what the pressure on a cell is off by, relative to it
+    const double last_;             // of a value: the last rounding, where earlier ones are compensated
     const double l_, weight_, rest_;
     Roughness rough_;
     plan::Chain chain_;                      // of the materials that are analysed
