@@ -119,6 +119,9 @@ typename K::Coefficients exact_coefficients_in(const Element& m, const ResponseR
     }
     return k;
 }
+f64::Coefficients exact_coefficients(const Element& m, const ResponseRule& rule, double dt) {
+    return exact_coefficients_in<f64>(m, rule, dt);
+}
 template f64::Coefficients exact_coefficients_in<f64>(const Element&, const ResponseRule&, double);
 template extended::Coefficients exact_coefficients_in<extended>(const Element&, const ResponseRule&, long double);
 

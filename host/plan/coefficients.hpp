@@ -24,13 +24,11 @@ struct ResponseRule {
     bool step_mean;        // FA2 is the mean over the step; otherwise its density at the step's end
 };
 
-// The exact method, for a pressure that jumps at the step's start and then runs linearly; dt >= 0 s. K is f64, or for
-// references extended.
+// The exact method, for a pressure that jumps at the step's start and then runs linearly; dt >= 0 s.
+f64::Coefficients exact_coefficients(const Element&, const ResponseRule&, double dt);
+// The same in K, which is f64 or for references extended.
 template <class K>
 typename K::Coefficients exact_coefficients_in(const Element&, const ResponseRule&, typename K::real dt);
-inline f64::Coefficients exact_coefficients(const Element& m, const ResponseRule& rule, double dt) {
-    return exact_coefficients_in<f64>(m, rule, dt);
-}
 // A baseline method, for a pressure held over the step: R(z) in place of e^-z; dt > 0, viscosity > 0.
 f64::Coefficients baseline_coefficients(Method, const Element&, const ResponseRule&, double dt);
 // The stability function R of a method, S = (1 - R)/z and T = (1 - S)/z, at z = dt/tau.

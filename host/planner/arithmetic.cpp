@@ -40,8 +40,8 @@ struct CountedArithmetic::Pressures {
 };
 
 CountedArithmetic::Pressures CountedArithmetic::pressures(const CountedLoad& load) const {
-    const Counted p{1, bound && single ? 4 * u : 0}; // frames are joined in float
-    const auto pressure = [&](const Counted& share) { return times(stored(share), p); };
+    // Between frames the load's errors contain the rounding of the pressure; otherwise it is the same in all responses.
+    const auto pressure = [&](const Counted& share) { return times(stored(share), {1, 0}); };
     return {pressure(load.s0), pressure(load.ds), pressure(load.sj)};
 }
 
@@ -54,10 +54,14 @@ void CountedArithmetic::strain(const CountedStep& step, const Pressures& p, cons
     const Counted r = excess_stress(step, p, c);
     const Counted moved = plus(times(factor(step, &C::b, units.b), r), times(factor(step, &C::f, units.changes), p.ds));
     const double keep = std::abs(1 - b * E);
-    n.eps.value =
-        bound ? keep * before + std::abs(b * p.s0.value) + std::abs(step.k.f * p.ds.value) : before + moved.value;
+    n.eps.value = before + moved.value;
+    if (bound) { // 0 <= f <= b
+        const double s0 = p.s0.value, f = step.k.f;
+        n.eps.value = keep * before + std::min(b * s0 + f * p.ds.value, (b - f) * s0 + f * step.load.end);
+    }
     n.eps.shift = c.eps.shift + moved.shift;
     n.eps.off = keep * c.eps.off + moved.off + left(n.eps.value) + flushed(n.eps.value);
+    n.flushed = c.flushed || flushed(n.eps.value) > 0;
 }
 
 // What the strain is off by is carried on beside it.
@@ -118,6 +122,7 @@ void CountedArithmetic::press(const CountedStep* steps, size_t count, const Coun
     n.sum.value = bound ? keep * sum.value + gained.value : sum.value + leaked.value;
     n.sum.shift = sum.shift + leaked.shift;
     n.sum.off = keep * sum.off + keep_off + leaked.off + left(n.sum.value) + flushed(n.sum.value);
+    n.flushed = n.flushed || before[0].flushed || flushed(n.sum.value) > 0;
     n.rate = rate;
     n.rate.off += rate_off;
     n.acceleration = acceleration;

@@ -21,6 +21,7 @@ inline Counted operator-(const Counted& a) { return {-a.value, a.off, -a.shift};
 // that its state holds.
 struct CountedCell {
     Counted eps{0, 0}, sum{0, 0}, rate{0, 0}, acceleration{0, 0}, spring_rate{0, 0};
+    bool flushed = false; // what was too small to be stored is part of what they are off by
 
     // The signal of a quantity.
     const Counted& signal(int q) const {
@@ -34,6 +35,7 @@ struct CountedCell {
 // The pressures of a step per unit of the map, or between frames their greatest magnitudes.
 struct CountedLoad {
     Counted s0{0, 0}, ds{0, 0}, sj{0, 0};
+    double end = 0; // of s0 + ds, between frames
 };
 
 // Returns what plan::force_sine may leave the factors of ds off by at a unit roundoff, because it takes differences of

@@ -26,15 +26,22 @@ double envelope_peak(const scene::Waveform& load, const Envelope& envelope) {
 // The rounding of a few operations, in units.
 constexpr double few = 8;
 
-// The load between frames of a cell whose greatest |pressure| is `peak`, per unit of it: only magnitudes are known.
-CountedLoad load_of_frames(const Schedule& schedule, const plan::Step& step, double peak) {
-    const auto share = [&](long long k) {
-        if (k < 0 || peak == 0) return 0.0;
-        return std::min(schedule.frame_peaks[std::min(size_t(k), schedule.frame_peaks.size() - 1)] / peak, 1.0);
+// The load between frames of a cell whose greatest |pressure| is `peak`, per unit of it: only magnitudes are known, of
+// the frames and of their change. Frames are joined by a few operations in the run's precision, of unit roundoff u.
+CountedLoad load_of_frames(const Schedule& schedule, const plan::Step& step, double peak, double u) {
+    const auto share = [&](const std::vector<double>& of, long long k) {
+        return peak == 0 ? 0.0 : of[std::min(size_t(k), of.size() - 1)] / peak;
     };
-    const double before = share(step.frame), after = step.frame < 0 ? 0 : share(step.frame + 1);
-    const auto counted = [](double x) { return Counted{x, few * unit_of_double * x}; };
-    return {counted(std::max(before, after)), counted(step.rise * (before + after)), counted(step.jump * before)};
+    if (step.frame < 0) return {};
+    const double from = std::min(share(schedule.frame_peaks, step.frame), 1.0);
+    const double to = std::min(share(schedule.frame_peaks, step.frame + 1), 1.0);
+    const double change = step.rise == 0 ? 0 : std::min(from + to, share(schedule.frame_changes, step.frame));
+    const double start = step.start, end = start + step.rise, s0 = (1 - start) * from + start * to;
+    const double joined = u * (from + to + few * change); // of the change, by a share of which the pressure rises
+    return {.s0 = {s0, u * from + (start == 0 ? 0 : start * joined + u * s0)},
+            .ds = {step.rise * change, step.rise * joined},
+            .sj = {step.jump * from, step.jump * u * from},
+            .end = std::abs(1 - end) * from + end * to};
 }
 
 } // namespace
@@ -75,8 +82,8 @@ void CountedRun::take_references() {
 
 // The load of a step, per unit of the map. Pressures that are held are as exact as the scene; others come from a few
 // operations on the envelope's values.
-CountedLoad CountedRun::load_over(const plan::Step& step, double peak) const {
-    if (schedule_.framed) return load_of_frames(schedule_, step, peak);
+CountedLoad CountedRun::load_over(const plan::Step& step, const CountedMaterial& m) const {
+    if (schedule_.framed) return load_of_frames(schedule_, step, m.peak, m.arithmetic.u);
     const bool computed = step.rise != 0 || schedule_.method != Method::exact;
     const double off = computed ? few * (measured_ ? unit_of_reference : unit_of_double) * envelope_peak_ : 0;
     CountedLoad load{.s0 = {step.start, off}, .ds = {step.rise, 0}, .sj = {step.jump, step.jump != 0 ? 2 * off : 0}};
@@ -91,7 +98,7 @@ void CountedRun::press(size_t first, const plan::Step& step) {
     std::array<CountedStep, scene::most_in_series> steps;
     std::array<f64::Coefficients, scene::most_in_series> k, cancelled{};
     std::array<extended::Coefficients, scene::most_in_series> references;
-    const CountedLoad load = load_over(step, materials_[first].peak);
+    const CountedLoad load = load_over(step, materials_[first]);
     const double unit = measured_ ? unit_of_reference : unit_of_double;
     for (size_t e = 0; e < chain_.length; ++e) {
         const Element& m = materials_[first + e].element;

@@ -30,7 +30,7 @@ class CountedRun {
 
   private:
     void take_references();
-    CountedLoad load_over(const plan::Step&, double peak) const;
+    CountedLoad load_over(const plan::Step&, const CountedMaterial&) const;
     void press(size_t first, const plan::Step&);
     void add_bend(CountedCell&, const plan::Element&, const plan::Step&) const;
 
