@@ -112,15 +112,15 @@ TEST_CASE("an accepted tolerance is kept in 3000 random scenes") {
 
 TEST_CASE("predicted_error is never exceeded in 3000 random scenes") { none(surveyed().exceeded); }
 
-TEST_CASE("of refusals with free precision and a tolerance from 1e-9 on, f64 would have met one in eight at most") {
+TEST_CASE("of refusals with free precision and a tolerance from 1e-9 on, f64 would have met one in ten at most") {
     const oracle::Survey& s = surveyed();
     std::string lines;
     for (const std::string& line : s.wrongly_refused) lines += line + "\n";
     INFO(lines);
-    CHECK(8 * s.met_all_the_same <= s.refused_free);
+    CHECK(10 * s.met_all_the_same <= s.refused_free);
 }
 
-TEST_CASE("the bound is at most 20 times the measured error in the median") { CHECK(surveyed().median_ratio() <= 21); }
+TEST_CASE("the bound is at most 10 times the measured error in the median") { CHECK(surveyed().median_ratio() <= 10); }
 
 TEST_CASE("the choice is near the cheapest that would do, and a tighter tolerance is never cheaper") {
     const double tolerances[] = {1e-2, 1e-4, 1e-6, 1e-9};

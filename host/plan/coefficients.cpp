@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <type_traits>
 
 namespace dermis::plan {
 namespace {
@@ -19,14 +20,12 @@ constexpr double p3_series[] = {0.16666666666666666,     -0.041666666666666664, 
 
 // Divided differences of e^x over {-z, -y}, {0, -z, -y} and {0, 0, -z, -y}, for an adapting integral of a relaxing
 // strain. At y = 0 they are P1, P2, P3 of z.
-struct Divided {
-    double d1, d2, d3;
-};
+template <class T> struct Divided { T d1, d2, d3; };
 
-Divided divided(double z, double y) {
-    const double small = std::min(z, y), large = std::max(z, y);
-    const Phi p = phi(small);
-    Divided d;
+template <class T> Divided<T> divided(T z, T y) {
+    const T small = std::min(z, y), large = std::max(z, y);
+    const Phi<T> p = phi(small);
+    Divided<T> d;
     d.d1 = p.p0 == 0 ? 0 : p.p0 * phi(large - small).p1;
     if (large > 1) {
         d.d2 = (p.p1 - d.d1) / large;
@@ -34,9 +33,10 @@ Divided divided(double z, double y) {
         return d;
     }
     // d3 = sum over k of (-1)^k h_k/(k + 3)!, h_k the sum of all products of k factors small or large
-    double h = 1, power = 1, factorial = 6, sign = 1;
+    constexpr int terms = std::is_same_v<T, double> ? 18 : 32;
+    T h = 1, power = 1, factorial = 6, sign = 1;
     d.d3 = 0;
-    for (int k = 0; k < 18; ++k) {
+    for (int k = 0; k < terms; ++k) {
         d.d3 += sign * h / factorial;
         power *= small;
         h = large * h + power;
@@ -47,14 +47,25 @@ Divided divided(double z, double y) {
     return d;
 }
 
+// P3 up to z = 1.
+double p3_of(double z) {
+    double p3 = 0;
+    for (int i = 12; i >= 0; --i) p3 = p3 * z + p3_series[i];
+    return p3;
+}
+long double p3_of(long double z) { // its power series, to 2^-113
+    long double sum = 1;
+    for (int k = 28; k > 3; --k) sum = 1 - z / k * sum;
+    return sum / 6;
+}
+
 } // namespace
 
-Phi phi(double z) {
-    Phi p;
+template <class T> Phi<T> phi(T z) {
+    Phi<T> p;
     if (z <= 1) {
-        p.p3 = 0;
-        for (int i = 12; i >= 0; --i) p.p3 = p.p3 * z + p3_series[i];
-        p.p2 = 0.5 - z * p.p3;
+        p.p3 = p3_of(z);
+        p.p2 = T(0.5) - z * p.p3;
         p.p1 = 1 - z * p.p2;
         p.p0 = 1 - z * p.p1;
         return p;
@@ -62,25 +73,29 @@ Phi phi(double z) {
     p.p0 = std::exp(-z);
     p.p1 = (1 - p.p0) / z;
     p.p2 = (1 - p.p1) / z;
-    p.p3 = (0.5 - p.p2) / z;
+    p.p3 = (T(0.5) - p.p2) / z;
     return p;
 }
+template Phi<double> phi(double);
+template Phi<long double> phi(long double);
 
-f64::Coefficients exact_coefficients(const Element& m, const ResponseRule& rule, double dt) {
-    f64::Coefficients k{};
-    const double E = m.modulus, eta = m.viscosity;
+template <class K>
+typename K::Coefficients exact_coefficients_in(const Element& m, const ResponseRule& rule, typename K::real dt) {
+    using T = typename K::real;
+    typename K::Coefficients k{};
+    const T E = m.modulus, eta = m.viscosity;
     k.E = E;
     if (dt == 0) {
         k.v0 = eta > 0 ? 1 / eta : 0;
         k.a0 = rule.step_mean ? 0 : -E * k.v0 * k.v0;
         return k;
     }
-    const double z = z_of(m, dt), y = dt / rule.sa2_adaptation;
-    const Phi p = phi(z);
-    const Divided d = divided(z, y);
+    const T z = is_elastic(m) ? T(INFINITY) : E * dt / eta, y = dt / rule.sa2_adaptation;
+    const Phi<T> p = phi(z);
+    const Divided<T> d = divided(z, y);
     // b and f are dt/eta times a function of z; above 1 the recurrence divides by E instead, so that viscosity 0 is a
     // limit and no case of its own.
-    const double q = z <= 1 ? dt / eta : 0;
+    const T q = z <= 1 ? dt / eta : 0;
     k.b = z <= 1 ? q * p.p1 : (1 - p.p0) / E;
     k.f = z <= 1 ? q * p.p2 : (1 - p.p1) / E;
     k.i0 = dt * d.d1;
@@ -104,6 +119,11 @@ f64::Coefficients exact_coefficients(const Element& m, const ResponseRule& rule,
     }
     return k;
 }
+f64::Coefficients exact_coefficients(const Element& m, const ResponseRule& rule, double dt) {
+    return exact_coefficients_in<f64>(m, rule, dt);
+}
+template f64::Coefficients exact_coefficients_in<f64>(const Element&, const ResponseRule&, double);
+template extended::Coefficients exact_coefficients_in<extended>(const Element&, const ResponseRule&, long double);
 
 Relaxation relaxation(Method method, double z) {
     Relaxation r{};
@@ -155,13 +175,13 @@ f64::Coefficients published_coefficients(const Element& m, double dt) {
     return k;
 }
 
-void join_loads(f64::Coefficients* elements, size_t n, bool spring, double dt) {
-    f64::Coefficients &first = elements[0], &last = elements[n - 1];
-    const double rate = last.v1;
+template <class K> void join_loads(typename K::Coefficients* elements, size_t n, bool spring, typename K::real dt) {
+    using Coefficients = typename K::Coefficients;
+    Coefficients &first = elements[0], &last = elements[n - 1];
+    const auto rate = last.v1;
     for (size_t e = 1; e < n; ++e)
-        for (double f64::Coefficients::*factor :
-             {&f64::Coefficients::i1, &f64::Coefficients::i2, &f64::Coefficients::v1, &f64::Coefficients::a1,
-              &f64::Coefficients::a2}) {
+        for (auto factor :
+             {&Coefficients::i1, &Coefficients::i2, &Coefficients::v1, &Coefficients::a1, &Coefficients::a2}) {
             first.*factor += elements[e].*factor;
             elements[e].*factor = 0;
         }
@@ -171,6 +191,17 @@ void join_loads(f64::Coefficients* elements, size_t n, bool spring, double dt) {
     last.v1 = rate;
     last.a1 = dt == 0 ? 0 : 1 / dt;
     if (dt == 0 && last.E > 0) last.b = 1 / last.E; // all are 0 at rest
+}
+
+template void join_loads<f64>(f64::Coefficients*, size_t, bool, double);
+template void join_loads<extended>(extended::Coefficients*, size_t, bool, long double);
+
+f64::Coefficients difference(const f64::Coefficients& a, const extended::Coefficients& b) {
+    f64::Coefficients d;
+#define SUBTRACT(name) d.name = double(a.name - b.name);
+    COEFFICIENTS(SUBTRACT)
+#undef SUBTRACT
+    return d;
 }
 
 bool round_to_float(const f64::Coefficients& k, f32::Coefficients& to) {

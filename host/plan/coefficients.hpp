@@ -3,8 +3,8 @@
 // length.
 #pragma once
 
+#include "host/plan/extended.hpp"
 #include "host/scene/element.hpp"
-#include "host/simd/model.hpp"
 
 #include <optional>
 #include <vector>
@@ -12,11 +12,9 @@
 namespace dermis::plan {
 
 // p0 = e^-z, p1 = (1 - e^-z)/z, p2 = (e^-z - 1 + z)/z^2, p3 = (1 - z + z^2/2 - e^-z)/z^3; at z = 0 they are 1/k!.
-// z >= 0, infinity included.
-struct Phi {
-    double p0, p1, p2, p3;
-};
-Phi phi(double z);
+// z >= 0, infinity included. T is double or long double.
+template <class T> struct Phi { T p0, p1, p2, p3; };
+template <class T> Phi<T> phi(T z);
 
 using scene::Element;
 
@@ -28,6 +26,9 @@ struct ResponseRule {
 
 // The exact method, for a pressure that jumps at the step's start and then runs linearly; dt >= 0 s.
 f64::Coefficients exact_coefficients(const Element&, const ResponseRule&, double dt);
+// The same in K, which is f64 or for references extended.
+template <class K>
+typename K::Coefficients exact_coefficients_in(const Element&, const ResponseRule&, typename K::real dt);
 // A baseline method, for a pressure held over the step: R(z) in place of e^-z; dt > 0, viscosity > 0.
 f64::Coefficients baseline_coefficients(Method, const Element&, const ResponseRule&, double dt);
 // The stability function R of a method, S = (1 - R)/z and T = (1 - S)/z, at z = dt/tau.
@@ -41,7 +42,7 @@ f64::Coefficients published_coefficients(const Element&, double dt);
 
 // Adds up what the load adds to the motion of n elements in series: the first one's coefficients then contain all of
 // it. spring: the last of them is one, whose own are then those of a spring (kernels/layout.h) in a step of dt seconds.
-void join_loads(f64::Coefficients* elements, size_t n, bool spring, double dt);
+template <class K> void join_loads(typename K::Coefficients* elements, size_t n, bool spring, typename K::real dt);
 
 // Rounds coefficients to the precision of a backend, K = f32 or f64.
 template <class K> typename K::Coefficients rounded(const f64::Coefficients& k) {
@@ -51,6 +52,9 @@ template <class K> typename K::Coefficients rounded(const f64::Coefficients& k) 
 #undef ROUND
     return r;
 }
+
+// Returns a - b.
+f64::Coefficients difference(const f64::Coefficients& a, const extended::Coefficients& b);
 
 // Rounds coefficients to float. Returns false if one of them is beyond it.
 bool round_to_float(const f64::Coefficients&, f32::Coefficients&);

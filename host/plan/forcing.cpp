@@ -6,33 +6,36 @@
 
 namespace dermis::plan {
 
-std::vector<Segment> segments_of(const scene::Waveform& load, scene::Instant from, scene::Instant to) {
+namespace {
+
+// Splits a step at the envelope's breakpoints.
+template <class T>
+std::vector<Segment<T>> segments_of(const scene::Waveform& load, scene::Instant from, scene::Instant to) {
     const auto later = [](const scene::Instant& t, const scene::Knot& k) { return t < k.time; };
     auto knot = std::upper_bound(load.knots().begin(), load.knots().end(), from, later);
-    std::vector<Segment> segments;
+    std::vector<Segment<T>> segments;
     for (scene::Instant begin = from; begin < to;) {
         const scene::Instant end = knot == load.knots().end() ? to : std::min(to, (knot++)->time);
-        const double u0 = load.after(begin) - load.after(from);
-        segments.push_back({end - begin, u0, load.rise(begin, end)});
+        const T u0 = load.after<T>(begin) - load.after<T>(from);
+        segments.push_back({scene::difference<T>(end, begin), u0, load.rise<T>(begin, end)});
         begin = end;
     }
     return segments;
 }
 
-namespace {
-
-void force_straight(f64::Coefficients& whole, const Element& element, const ResponseRule& rule,
-                    const std::vector<Segment>& segments, double dt) {
-    if (segments.size() == 1) return scale_change(whole, segments[0].du);
+template <class K, class T = typename K::real>
+void force_straight(typename K::Coefficients& whole, const Element& element, const ResponseRule& rule,
+                    const std::vector<Segment<T>>& segments, T dt) {
+    if (segments.size() == 1) return scale_change<K>(whole, segments[0].du);
     const ResponseRule density{.sa2_adaptation = rule.sa2_adaptation, .step_mean = false};
-    double eps = 0, sum = 0, rate = 0, acceleration = 0;
-    for (const Segment& s : segments) {
-        const f64::LaneCoefficients k = f64::lanes_of(exact_coefficients(element, density, s.length));
-        const f64::Load load = f64::load(s.u0, s.du, 0);
-        rate = f64::rate_after(eps, load, k);
-        acceleration = f64::acceleration_after(eps, load, k);
-        sum += f64::integral_step(f64::integral_gained(eps, load, k), sum, k);
-        eps += f64::strain_step(eps, load, k);
+    T eps = 0, sum = 0, rate = 0, acceleration = 0;
+    for (const Segment<T>& s : segments) {
+        const auto k = K::lanes_of(exact_coefficients_in<K>(element, density, s.length));
+        const auto load = K::load(s.u0, s.du, 0);
+        rate = K::rate_after(eps, load, k);
+        acceleration = K::acceleration_after(eps, load, k);
+        sum += K::integral_step(K::integral_gained(eps, load, k), sum, k);
+        eps += K::strain_step(eps, load, k);
     }
     whole.f = eps;
     whole.i2 = sum;
@@ -40,37 +43,41 @@ void force_straight(f64::Coefficients& whole, const Element& element, const Resp
     whole.a1 = rule.step_mean ? rate / dt : acceleration;
 }
 
-using Complex = std::complex<double>;
-
 // a/b by Smith's method. That of std::complex depends on the compiler, and calls a function.
-Complex quotient(Complex a, Complex b) {
+template <class T> std::complex<T> quotient(std::complex<T> a, std::complex<T> b) {
     if (std::abs(b.real()) < std::abs(b.imag())) {
-        const double ratio = b.real() / b.imag(), denominator = b.real() * ratio + b.imag();
+        const T ratio = b.real() / b.imag(), denominator = b.real() * ratio + b.imag();
         return {(a.real() * ratio + a.imag()) / denominator, (a.imag() * ratio - a.real()) / denominator};
     }
-    const double ratio = b.imag() / b.real(), denominator = b.imag() * ratio + b.real();
+    const T ratio = b.imag() / b.real(), denominator = b.imag() * ratio + b.real();
     return {(a.imag() * ratio + a.real()) / denominator, (a.imag() - a.real() * ratio) / denominator};
 }
 
 // The real part of a*b.
-double real_product(Complex a, Complex b) { return a.real() * b.real() - a.imag() * b.imag(); }
+template <class T> T real_product(std::complex<T> a, std::complex<T> b) {
+    return a.real() * b.real() - a.imag() * b.imag();
+}
 
 // The steady-state response to the sine, less the decayed rest of its value at the step's start.
-void force_sine(f64::Coefficients& k, const Element& m, const ResponseRule& rule, const Sine& s, double dt) {
+template <class K, class T = typename K::real>
+void force_sine(typename K::Coefficients& k, const Element& m, const ResponseRule& rule, const Sine<T>& s, T dt) {
+    using Complex = std::complex<T>;
+    const T modulus = m.modulus, viscosity = m.viscosity;
     const Complex turn = s.turn, rate_of_turn(-s.w * turn.imag(), s.w * turn.real()); // i w turn
-    const Complex eps0 = quotient({s.start.imag(), -s.start.real()}, {m.modulus, s.w * m.viscosity});
-    const Complex sum0 = quotient(eps0, {1 / rule.sa2_adaptation, s.w});
-    const double left = k.v0 * m.viscosity; // e^-z, the factor by which a strain decays over the step
-    const double wave = s.start.imag();     // the held pressure, whose effect the coefficients contain: subtracted
+    const Complex eps0 = quotient<T>({s.start.imag(), -s.start.real()}, {modulus, s.w * viscosity});
+    const Complex sum0 = quotient<T>(eps0, {1 / T(rule.sa2_adaptation), s.w});
+    const T left = k.v0 * viscosity; // e^-z, the factor by which a strain decays over the step
+    const T wave = s.start.imag();   // the held pressure, whose effect the coefficients contain: subtracted
     k.f = real_product(eps0, turn - left) - k.b * wave;
     k.i2 = (real_product(sum0, turn - (1 - k.leak)) - eps0.real() * k.i0) - k.i1 * wave;
-    k.v1 = real_product(eps0, rate_of_turn + m.modulus * k.v0) - k.v0 * wave;
-    const double acceleration = real_product(eps0, -s.w * s.w * turn + k.E * k.a0) - k.a0 * wave;
+    k.v1 = real_product(eps0, rate_of_turn + modulus * k.v0) - k.v0 * wave;
+    const T acceleration = real_product(eps0, -s.w * s.w * turn + k.E * k.a0) - k.a0 * wave;
     k.a1 = rule.step_mean ? k.v1 / dt : acceleration;
 }
 
 // Writes the impulses of a jump. whole: the pressure of the step is the jump; held: the load does not change before it.
-void force_impulse(f64::Coefficients& k, const Element& m, double jump, bool whole, bool held) {
+template <class K>
+void force_impulse(typename K::Coefficients& k, const Element& m, double jump, bool whole, bool held) {
     const double fa1 = is_elastic(m) ? final_strain(m, jump) : 0, fa2 = is_elastic(m) ? 0 : strain_rate(m, jump);
     if (held) k.f = k.i2 = 0;
     k.v0 = whole ? fa1 : 0; // r = sj = the pressure
@@ -82,15 +89,44 @@ void force_impulse(f64::Coefficients& k, const Element& m, double jump, bool who
 
 } // namespace
 
-void scale_change(f64::Coefficients& k, double du) {
-    for (double* factor : {&k.f, &k.i2, &k.v1, &k.a1}) *factor *= du;
+template <class T>
+Forcing<T> forcing_over(const scene::Waveform& load, scene::Instant from, scene::Instant to, T dt, bool with_slope) {
+    Forcing<T> forcing;
+    forcing.dt = dt;
+    if (load.sine()) {
+        const scene::Instant length(double(dt), double(dt - double(dt)));
+        forcing.sine = Sine<T>{load.angular_frequency<T>(), load.phasor<T>(from), load.turn<T>(length)};
+    } else if (load.breaks(from, to)) {
+        forcing.segments = segments_of<T>(load, from, to);
+    } else {
+        forcing.segments = {{dt, 0, load.rise<T>(from, to)}};
+    }
+    if (with_slope) {
+        forcing.slope = load.slope_before<T>(from);
+        forcing.slope_length = scene::difference<T>(to, from);
+    }
+    return forcing;
 }
 
-void force(f64::Coefficients& k, const Element& m, const ResponseRule& rule, const Forcing& forcing) {
-    if (forcing.sine) force_sine(k, m, rule, *forcing.sine, forcing.dt);
-    else if (!forcing.segments.empty()) force_straight(k, m, rule, forcing.segments, forcing.dt);
-    if (forcing.slope && is_elastic(m)) k.a1 = (k.v1 - final_strain(m, *forcing.slope)) / forcing.slope_length;
-    if (forcing.impulse) force_impulse(k, m, *forcing.impulse, forcing.framed, forcing.held);
+template <class K> void scale_change(typename K::Coefficients& k, typename K::real du) {
+    for (auto* factor : {&k.f, &k.i2, &k.v1, &k.a1}) *factor *= du;
 }
+
+template <class K>
+void force(typename K::Coefficients& k, const Element& m, const ResponseRule& rule,
+           const Forcing<typename K::real>& forcing) {
+    if (forcing.sine) force_sine<K>(k, m, rule, *forcing.sine, forcing.dt);
+    else if (!forcing.segments.empty()) force_straight<K>(k, m, rule, forcing.segments, forcing.dt);
+    if (forcing.slope && is_elastic(m)) k.a1 = (k.v1 - *forcing.slope / m.modulus) / forcing.slope_length;
+    if (forcing.impulse) force_impulse<K>(k, m, *forcing.impulse, forcing.framed, forcing.held);
+}
+
+#define IN(K)                                                                                                          \
+    template Forcing<K::real> forcing_over(const scene::Waveform&, scene::Instant, scene::Instant, K::real, bool);     \
+    template void scale_change<K>(K::Coefficients&, K::real);                                                          \
+    template void force<K>(K::Coefficients&, const Element&, const ResponseRule&, const Forcing<K::real>&);
+IN(f64)
+IN(extended)
+#undef IN
 
 } // namespace dermis::plan

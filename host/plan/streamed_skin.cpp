@@ -125,7 +125,7 @@ bool fill_table(const std::vector<Element>& materials, const Chain& chain, const
     std::array<f64::Coefficients, scene::most_in_series> k;
     for (size_t i = 0; i < materials.size(); i += chain.length) {
         for (size_t e = 0; e < chain.length; ++e) k[e] = exact_coefficients(materials[i + e], rule, dt);
-        join_loads(k.data(), chain.length, chain.spring, dt);
+        join_loads<f64>(k.data(), chain.length, chain.spring, dt);
         for (size_t e = 0; e < chain.length; ++e)
             if (!round_to_float(k[e], table[i + e])) return false;
     }

@@ -64,29 +64,25 @@ Step Timeline::exact_step(Instant from, Instant to) const {
     if (schedule_.sequence) return framed_step(from, to);
     Step s;
     s.time = to.t;
+    s.begin = from;
+    s.end = to;
+    s.exact = true;
     s.start = load_.after(from);
     s.jump = s.start - load_.before(from);
     s.coefficients = coefficients_over(from, to);
     const double dt = s.length = length_of(from, to);
     if (to == from) return s;
-    const bool straight = !load_.sine() && !load_.breaks(from, to);
-    const double du = straight ? load_.rise(from, to) : 0;
-    const bool held = straight && du == 0;
+    Forcing<double> forcing = forcing_over(load_, from, to, dt, rate_from_slope_);
+    const std::vector<Segment<double>>& segments = forcing.segments;
+    const bool held = segments.size() == 1 && segments.front().du == 0;
     if (held && !rate_from_slope_) return s;
-    auto forcing = std::make_shared<Forcing>();
-    forcing->dt = dt;
-    std::vector<Segment>& segments = forcing->segments;
-    if (straight) segments = {{dt, 0, du}};
-    else if (!load_.sine()) segments = segments_of(load_, from, to);
     if (segments.size() > 1) {
         s.after_bend = segments.back().length;
-        for (const Segment& g : segments)
+        for (const Segment<double>& g : segments)
             s.bend = std::max({s.bend, std::abs(s.start + g.u0), std::abs(s.start + g.u0 + g.du)});
     }
-    if (load_.sine()) forcing->sine = Sine{load_.angular_frequency(), load_.phasor(from), load_.turn(dt)};
-    if (rate_from_slope_) forcing->slope = load_.slope_before(from), forcing->slope_length = to - from;
     s.rise = 1;
-    s.forcing = forcing;
+    s.forcing = std::make_shared<Forcing<double>>(std::move(forcing));
     return s;
 }
 
@@ -108,6 +104,9 @@ long long Timeline::frame_at(Instant t) const {
 Step Timeline::framed_step(Instant from, Instant to) const {
     Step s;
     s.time = to.t;
+    s.begin = from;
+    s.end = to;
+    s.exact = true;
     s.length = length_of(from, to);
     s.coefficients = coefficients_over(from, to);
     s.frame = frame_at(from);
@@ -152,7 +151,8 @@ void Timeline::peek_field(Step step) {
 void Timeline::peek_impulse(Step step, double before, double jump) {
     step.keep = false;
     step.impulse = impulses_++;
-    auto forcing = step.forcing ? std::make_shared<Forcing>(*step.forcing) : std::make_shared<Forcing>();
+    auto forcing =
+        step.forcing ? std::make_shared<Forcing<double>>(*step.forcing) : std::make_shared<Forcing<double>>();
     forcing->impulse = jump;
     forcing->before = before;
     forcing->framed = schedule_.sequence != nullptr;

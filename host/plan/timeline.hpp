@@ -16,11 +16,13 @@ using SharedCoefficients = std::shared_ptr<const CoefficientTable>;
 // One press of every cell, from the last kept state to `time`. keep: the new state replaces the old one. Otherwise the
 // step is a peek (a field between outputs, an impulse). trace, impulse, field: index of the output at its end, or -1.
 struct Step {
-    SharedCoefficients coefficients;        // under a load that is held; equal pointers mean equal numbers
-    std::shared_ptr<const Forcing> forcing; // null: none; equal pointers mean equal numbers
-    double start = 0, rise = 0, jump = 0;   // see Constants in kernels/layout.h
-    long long frame = -1;                   // in a sequence the pressure runs from this frame to the next
-    double time = 0, length = 0;            // s: the step's end, and how long it takes
+    SharedCoefficients coefficients;                // under a load that is held; equal pointers mean equal numbers
+    std::shared_ptr<const Forcing<double>> forcing; // null: none; equal pointers mean equal numbers
+    double start = 0, rise = 0, jump = 0;           // see Constants in kernels/layout.h
+    long long frame = -1;                           // in a sequence the pressure runs from this frame to the next
+    double time = 0, length = 0;                    // s: the step's end, and how long it takes
+    scene::Instant begin, end;
+    bool exact = false; // by the exact method
     // If the load has a breakpoint within the step: the load's greatest magnitude, and the seconds from the last
     // breakpoint to the step's end. 0 otherwise.
     double bend = 0, after_bend = 0;
@@ -34,7 +36,7 @@ struct Step {
     // The coefficients of a material, by its index and its element.
     f64::Coefficients coefficients_of(size_t material, const Element& element, const ResponseRule& rule) const {
         f64::Coefficients k = (*coefficients)[coefficients->size() == 1 ? 0 : material];
-        if (forcing) force(k, element, rule, *forcing);
+        if (forcing) force<f64>(k, element, rule, *forcing);
         return k;
     }
 };
@@ -45,7 +47,7 @@ void fill_chain(const Step& step, const std::vector<Element>& materials, const C
                 size_t first, typename K::Coefficients* to) {
     std::array<f64::Coefficients, scene::most_in_series> k;
     for (size_t e = 0; e < chain.length; ++e) k[e] = step.coefficients_of(first + e, materials[first + e], rule);
-    join_loads(k.data(), chain.length, chain.spring, step.length);
+    join_loads<f64>(k.data(), chain.length, chain.spring, step.length);
     if (chain.spring && step.forcing && step.forcing->impulse) { // the strain just before the jump
         f64::Coefficients& spring = k[chain.length - 1];
         spring.b = 0;
@@ -76,7 +78,7 @@ void fill_row(const Step& step, const std::vector<Element>& materials, const Cha
 #define SET_ONE(name) factor.name = 1;
     COEFFICIENTS(SET_ONE)
 #undef SET_ONE
-    if (step.forcing) scale_change(factor, step.forcing->segments.front().du);
+    if (step.forcing) scale_change<f64>(factor, step.forcing->segments.front().du);
     const f64::Coefficients* table = step.coefficients->data();
     const bool shared = step.coefficients->size() == 1;
     for (int i = 0; i < cells; ++i) {

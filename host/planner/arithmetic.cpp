@@ -7,9 +7,9 @@ namespace dermis::planner {
 
 namespace {
 
-// Bounds of what coefficients are off by in double, in units of 2^-53; tests/coefficients_test.cpp measures b, i0, i1
-// and a0, and the factors of ds before they contain the load's change. e^-z is off by as many more as z has units; the
-// a0 of a step mean, whose a2 is not 0, does not contain it.
+// Bounds of what coefficients are off by, in units of their arithmetic; tests/coefficients_test.cpp measures b, i0, i1
+// and a0 in double, and the factors of ds before they contain the load's change. e^-z is off by as many more as z has
+// units; the a0 of a step mean, whose a2 is not 0, does not contain it.
 struct Units {
     double b, i0 = 3.5, i1 = 4.5, leak = 4, v0, a0, a2 = 2, changes = 8, i2 = 14;
     // joined: the elements whose shares are added up.
@@ -24,8 +24,8 @@ struct Units {
 } // namespace
 
 f64::Coefficients cancelled_under_sine(const f64::Coefficients& k, const plan::Element& m,
-                                       const plan::ResponseRule& rule, double w, double amplitude) {
-    const double eps = 8 * 0x1p-53 * std::abs(amplitude) / std::hypot(m.modulus, w * m.viscosity);
+                                       const plan::ResponseRule& rule, double w, double amplitude, double unit) {
+    const double eps = 8 * unit * std::abs(amplitude) / std::hypot(m.modulus, w * m.viscosity);
     f64::Coefficients off{};
     off.f = eps;
     off.i2 = eps * (1 / std::hypot(1 / rule.sa2_adaptation, w) + k.i0);
@@ -40,33 +40,43 @@ struct CountedArithmetic::Pressures {
 };
 
 CountedArithmetic::Pressures CountedArithmetic::pressures(const CountedLoad& load) const {
-    const Counted p{1, (bound ? 4 : 1) * (single ? u : 0)}; // rounded to float; frames are joined in it
-    const auto pressure = [&](const Counted& share) {
-        return times({share.value, share.off + of(share.value, 0).off}, p);
-    };
+    // Between frames the load's errors contain the rounding of the pressure; otherwise it is the same in all responses.
+    const auto pressure = [&](const Counted& share) { return times(stored(share), {1, 0}); };
     return {pressure(load.s0), pressure(load.ds), pressure(load.sj)};
 }
 
+using C = f64::Coefficients;
+
 void CountedArithmetic::strain(const CountedStep& step, const Pressures& p, const CountedCell& c,
                                CountedCell& n) const {
-    const f64::Coefficients& k = step.k;
     const Units units(step.z, false, 1);
-    const Counted r = plus(p.s0, times(of(-k.E, 0), {c.eps, 0}));
-    const Counted moved = plus(times(of(k.b, units.b), r), times(of(k.f, units.changes, step.load.cancelled.f), p.ds));
-    const double keep = std::abs(1 - k.b * k.E);
-    n.eps = bound ? keep * c.eps + std::abs(k.b * p.s0.value) + std::abs(k.f * p.ds.value) : c.eps + moved.value;
-    n.d_eps = keep * c.d_eps + moved.off + left(n.eps) + flushed(n.eps);
+    const double b = step.k.b, E = step.k.E, before = c.eps.value;
+    const Counted r = excess_stress(step, p, c);
+    const Counted moved = plus(times(factor(step, &C::b, units.b), r), times(factor(step, &C::f, units.changes), p.ds));
+    const double keep = std::abs(1 - b * E);
+    n.eps.value = before + moved.value;
+    if (bound) { // 0 <= f <= b
+        const double s0 = p.s0.value, f = step.k.f;
+        n.eps.value = keep * before + std::min(b * s0 + f * p.ds.value, (b - f) * s0 + f * step.load.end);
+    }
+    n.eps.shift = c.eps.shift + moved.shift;
+    n.eps.off = keep * c.eps.off + moved.off + left(n.eps.value) + flushed(n.eps.value);
+    n.flushed = c.flushed || flushed(n.eps.value) > 0;
+}
+
+// What the strain is off by is carried on beside it.
+Counted CountedArithmetic::excess_stress(const CountedStep& step, const Pressures& p, const CountedCell& c) const {
+    return plus(p.s0, times(factor(step, &C::E, 0), {-c.eps.value, 0, -c.eps.shift}));
 }
 
 void CountedArithmetic::spring(const CountedStep& step, const Pressures& p, const CountedCell& c,
                                CountedCell& n) const {
-    const f64::Coefficients& k = step.k;
-    const Counted eps = plus(times(of(k.b, 1), p.s0), times(of(k.f, 8, step.load.cancelled.f), p.ds));
-    n.eps = eps.value;
-    n.d_eps = eps.off + flushed(eps.value);
-    const Counted rate = plus({k.v0 * c.spring_rate, k.v0 * c.d_spring_rate}, times(of(k.v1, 2), p.ds));
-    n.spring_rate = rate.value;
-    n.d_spring_rate = rate.off + flushed(rate.value);
+    n.eps = plus(times(factor(step, &C::b, 1), p.s0), times(factor(step, &C::f, 8), p.ds));
+    n.eps.off += flushed(n.eps.value);
+    const double keep = step.k.v0; // 0 or 1
+    const Counted kept{keep * c.spring_rate.value, keep * c.spring_rate.off, keep * c.spring_rate.shift};
+    n.spring_rate = plus(kept, times(factor(step, &C::v1, 2), p.ds));
+    n.spring_rate.off += flushed(n.spring_rate.value);
 }
 
 void CountedArithmetic::press(const CountedStep* steps, size_t count, const CountedCell* before,
@@ -82,38 +92,41 @@ void CountedArithmetic::press(const CountedStep* steps, size_t count, const Coun
         CountedCell& n = after[e] = {};
         if (step.spring) {
             spring(step, p, c, n);
-            const Counted change = plus({n.spring_rate, n.d_spring_rate}, {-c.spring_rate, c.d_spring_rate});
-            acceleration = plus(acceleration, times(of(k.a1, 1), change));
+            const Counted change = plus(n.spring_rate, -c.spring_rate);
+            acceleration = plus(acceleration, times(factor(step, &C::a1, 1), change));
             continue;
         }
         strain(step, p, c, n);
         const Units units(step.z, first.a2 != 0, double(count));
-        const Counted eps{c.eps, 0}, r = plus(p.s0, times(of(-k.E, 0), eps));
-        gained = plus(gained, times(of(k.i0, units.i0), eps));
-        rate = plus(rate, times(of(k.v0, units.v0), r));
-        acceleration = plus(acceleration, times(of(k.a0, units.a0), r));
+        const Counted eps{c.eps.value, 0, c.eps.shift}, r = excess_stress(step, p, c);
+        gained = plus(gained, times(factor(step, &C::i0, units.i0), eps));
+        rate = plus(rate, times(factor(step, &C::v0, units.v0), r));
+        acceleration = plus(acceleration, times(factor(step, &C::a0, units.a0), r));
         if (e == 0) { // the load's share in all of them
-            const f64::Coefficients& off = step.load.cancelled;
-            gained = plus(plus(gained, times(of(k.i1, units.i1), p.s0)), times(of(k.i2, units.i2, off.i2), p.ds));
-            rate = plus(rate, times(of(k.v1, units.changes, off.v1), p.ds));
-            acceleration =
-                plus(plus(acceleration, times(of(k.a1, units.changes, off.a1), p.ds)), times(of(k.a2, units.a2), p.sj));
+            gained = plus(gained, times(factor(step, &C::i1, units.i1), p.s0));
+            gained = plus(gained, times(factor(step, &C::i2, units.i2), p.ds));
+            rate = plus(rate, times(factor(step, &C::v1, units.changes), p.ds));
+            acceleration = plus(acceleration, times(factor(step, &C::a1, units.changes), p.ds));
+            acceleration = plus(acceleration, times(factor(step, &C::a2, units.a2), p.sj));
         }
-        const double d_eps = c.d_eps + (carried < 1 ? rounding(c.eps) : 0); // rates take the rounded strain
-        keep_off += std::abs(k.i0) * c.d_eps;
+        const double d_eps = c.eps.off + (carried < 1 ? rounding(c.eps.value) : 0); // rates take the rounded strain
+        keep_off += std::abs(k.i0) * c.eps.off;
         rate_off += std::abs(k.v0 * k.E) * d_eps;
         acceleration_off += std::abs(k.a0 * k.E) * d_eps;
     }
-    const CountedCell& c = before[0];
+    const Counted& sum = before[0].sum;
     CountedCell& n = after[0];
-    const Counted leaked = plus(gained, times(of(-first.leak, Units(0, false, 1).leak), {c.sum, 0}));
+    const Counted leak = factor(steps[0], &C::leak, Units(0, false, 1).leak);
+    const Counted leaked = plus(gained, times(leak, {-sum.value, 0, -sum.shift}));
     const double keep = std::abs(1 - first.leak);
-    n.sum = bound ? keep * c.sum + gained.value : c.sum + leaked.value;
-    n.d_sum = keep * c.d_sum + keep_off + leaked.off + left(n.sum) + flushed(n.sum);
-    n.rate = rate.value;
-    n.d_rate = rate.off + rate_off;
-    n.acceleration = acceleration.value;
-    n.d_acceleration = acceleration.off + acceleration_off;
+    n.sum.value = bound ? keep * sum.value + gained.value : sum.value + leaked.value;
+    n.sum.shift = sum.shift + leaked.shift;
+    n.sum.off = keep * sum.off + keep_off + leaked.off + left(n.sum.value) + flushed(n.sum.value);
+    n.flushed = n.flushed || before[0].flushed || flushed(n.sum.value) > 0;
+    n.rate = rate;
+    n.rate.off += rate_off;
+    n.acceleration = acceleration;
+    n.acceleration.off += acceleration_off;
 }
 
 } // namespace dermis::planner

@@ -8,44 +8,47 @@
 
 namespace dermis::planner {
 
-// One element of a cell under unit pressure (between frames: a bound over all cells): exact values, and in d_* a
-// running bound of the rounding error at unit roundoff u. Of elements in series that the kernel adds up, the first one
-// has the sum, rate and acceleration of all, and a spring the rate that its state holds.
-struct CountedCell {
-    double eps = 0, sum = 0, rate = 0, acceleration = 0;
-    double d_eps = 0, d_sum = 0, d_rate = 0, d_acceleration = 0;
-    double spring_rate = 0, d_spring_rate = 0;
-
-    // The signal of a quantity.
-    double value(int q) const {
-        const double of[] = {eps, eps, sum, rate, acceleration};
-        return of[q];
-    }
-    double error(int q) const {
-        const double of[] = {d_eps, d_eps, d_sum, d_rate, d_acceleration};
-        return of[q];
-    }
+// A value, and what it differs by from that without any error: a part whose sign is known, by what coefficients and
+// load differ from their references, and a bound of the rest. Parts of known sign cancel where the values do.
+struct Counted {
+    double value, off, shift = 0;
 };
 
-// A value, and what it may be off by.
-struct Counted {
-    double value, off;
+inline Counted operator-(const Counted& a) { return {-a.value, a.off, -a.shift}; }
+
+// One element of a cell under unit pressure (between frames: a bound over all cells), at unit roundoff u. Of elements
+// in series that the kernel adds up, the first one has the sum, rate and acceleration of all, and a spring the rate
+// that its state holds.
+struct CountedCell {
+    Counted eps{0, 0}, sum{0, 0}, rate{0, 0}, acceleration{0, 0}, spring_rate{0, 0};
+    bool flushed = false; // what was too small to be stored is part of what they are off by
+
+    // The signal of a quantity.
+    const Counted& signal(int q) const {
+        const Counted* const of[] = {&eps, &eps, &sum, &rate, &acceleration};
+        return *of[q];
+    }
+    double value(int q) const { return signal(q).value; }
+    double error(int q) const { return signal(q).off + std::abs(signal(q).shift); }
 };
 
 // The pressures of a step per unit of the map, or between frames their greatest magnitudes.
 struct CountedLoad {
-    Counted s0, ds, sj;
-    f64::Coefficients cancelled{}; // what factors of ds are off by where they are small differences (under a sine)
+    Counted s0{0, 0}, ds{0, 0}, sj{0, 0};
+    double end = 0; // of s0 + ds, between frames
 };
 
-// Returns what plan::force_sine may leave the factors of ds off by, because it takes differences of terms that are each
-// rounded. w: angular frequency, 1/s.
+// Returns what plan::force_sine may leave the factors of ds off by at a unit roundoff, because it takes differences of
+// terms that are each rounded. w: angular frequency, 1/s.
 f64::Coefficients cancelled_under_sine(const f64::Coefficients&, const plan::Element&, const plan::ResponseRule&,
-                                       double w, double amplitude);
+                                       double w, double amplitude, double unit);
 
 // The step of one element. z is dt/tau.
 struct CountedStep {
-    f64::Coefficients k;
+    f64::Coefficients k;           // in double
+    f64::Coefficients shift{};     // k less their references
+    f64::Coefficients cancelled{}; // what references of factors of ds are off by where they are small differences
+    double unit = 0x1p-53;         // the unit roundoff of the references
     CountedLoad load;
     double z = 0;
     bool spring = false; // in series with others: the last one, which keeps no strain
@@ -65,18 +68,26 @@ struct CountedArithmetic {
         std::frexp(peak * std::abs(x) * (1 + 1e-5), &exponent);
         return x == 0 || peak == 0 ? 0 : std::ldexp(u, exponent - 1) / peak;
     }
-    // A coefficient as it comes to the kernel: so many units of 2^-53 off in double, and rounded to float there.
-    Counted of(double coefficient, double units, double cancelled = 0) const {
-        const double in_double = units * 0x1p-53 * std::abs(coefficient) + cancelled;
-        return {coefficient, in_double + (single ? std::abs(double(float(coefficient)) - coefficient) : 0)};
+    // A number as it comes to the kernel: rounded to float there.
+    Counted stored(Counted a) const {
+        const double rounded = single ? double(float(a.value)) : a.value;
+        if (!std::isfinite(rounded)) return {a.value, INFINITY};
+        a.shift += rounded - a.value;
+        return bound ? Counted{a.value, a.off + std::abs(a.shift)} : a;
+    }
+    // A coefficient, whose reference is off by so many units.
+    Counted factor(const CountedStep& step, double f64::Coefficients::*name, double units) const {
+        return stored(
+            {step.k.*name, units * step.unit * std::abs(step.k.*name) + step.cancelled.*name, step.shift.*name});
     }
     Counted times(Counted a, Counted b) const {
         const double x = a.value * b.value, off = std::abs(a.value) * b.off + std::abs(b.value) * a.off;
-        return {x, off + (std::abs(a.value) == 1 ? 0 : rounding(x))};
+        return {x, off + (std::abs(a.value) == 1 ? 0 : rounding(x)),
+                a.value * b.shift + b.value * a.shift + a.shift * b.shift};
     }
     Counted plus(Counted a, Counted b) const {
         const double x = bound ? std::abs(a.value) + std::abs(b.value) : a.value + b.value;
-        return {x, a.off + b.off + (a.value == 0 || b.value == 0 ? 0 : rounding(x))};
+        return {x, a.off + b.off + (a.value == 0 || b.value == 0 ? 0 : rounding(x)), a.shift + b.shift};
     }
 
     // One step of n elements in series, whose coefficients are joined (plan::join_loads) and stand in `steps`. What eps
@@ -86,6 +97,7 @@ struct CountedArithmetic {
   private:
     struct Pressures; // of an element over a step
     Pressures pressures(const CountedLoad&) const;
+    Counted excess_stress(const CountedStep&, const Pressures&, const CountedCell&) const;
     void strain(const CountedStep&, const Pressures&, const CountedCell& before, CountedCell& after) const;
     void spring(const CountedStep&, const Pressures&, const CountedCell& before, CountedCell& after) const;
     double flushed(double x) const { return x != 0 && (bound || least * std::abs(x) < flush) ? flush : 0; }

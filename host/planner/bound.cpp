@@ -111,9 +111,9 @@ class Analysis {
   public:
     Analysis(const PreparedSkin& skin, const Schedule& schedule, const Arithmetic& kind, const Read& read)
         : skin_(skin), schedule_(schedule), kind_(kind), u_(kind.single ? 0x1p-24 : 0x1p-53),
-          last_(kind.compensated ? u_ : 0), l_(std::abs(skin.constants.curvature_length)),
-          weight_(skin.constants.bend * weight_of(skin.stencil)), rest_(rest_peak(skin, schedule, !read.everything)),
-          chain_(skin.chain) {
+          rounded_pressure_(0x1p-53 + (kind.single ? u_ : 0)), last_(kind.compensated ? u_ : 0),
+          l_(std::abs(skin.constants.curvature_length)), weight_(skin.constants.bend * weight_of(skin.stencil)),
+          rest_(rest_peak(skin, schedule, !read.everything)), chain_(skin.chain) {
         const double least = schedule.framed ? 0 : least_of(schedule.pressure);
         const auto arithmetic = [&](double peak) {
             return CountedArithmetic{.u = u_,
@@ -125,10 +125,13 @@ class Analysis {
                                      .least = peak > 0 ? least / peak : 0};
         };
         double greatest = 0; // pressure around what is read
-        for (const auto& materials : analysed(pressed_materials(skin, schedule, read))) {
+        std::vector<PressedMaterial> pressed = pressed_materials(skin, schedule, read);
+        take_gains(skin, schedule, read, kind.separable, pressed);
+        for (const auto& materials : analysed(std::move(pressed))) {
             for (const PressedMaterial& m : materials) {
                 materials_.push_back({m.element, arithmetic(m.around), m.around});
                 share_.push_back(m.around > 0 ? m.peak / m.around : 0);
+                gain_.push_back(m.gain);
                 greatest = std::max(greatest, m.around);
             }
             ends_.push_back(materials_.size());
@@ -169,15 +172,17 @@ class Analysis {
     // Each part is analysed with its least and with its greatest retardation time, one after the other.
     void pair_parts() {
         std::vector<CountedMaterial> materials;
-        std::vector<double> share;
+        std::vector<double> share, gain;
         for (size_t i = 0; i < skin_.parts.size(); ++i)
             for (const Element& m : {skin_.parts[i].low, skin_.parts[i].high}) {
                 materials.push_back({m, materials_[i].arithmetic, materials_[i].peak});
                 share.push_back(share_[i]);
+                gain.push_back(gain_[i]);
             }
         materials_ = materials;
         ends_ = {materials_.size()};
         share_ = share;
+        gain_ = gain;
         paired_ = true;
     }
 
@@ -194,20 +199,25 @@ class Analysis {
     struct Sum {
         double value = 0, magnitude = 0; // the sum, and that of magnitudes
         double off = 0;                  // what the sum is off by
+        double gain = INFINITY;          // the greatest at rest of what is off, where all of that is rounding
     };
     Sum sum_of(size_t first, int q, bool around) const {
         Sum s;
         const double share = around ? 1 : share_[first], peak = materials_[first].peak * share;
-        double error = 0, truncated = 0;
+        double error = 0, shift = 0, truncated = 0;
         for (size_t i = first; i < first + chain_.length; ++i) {
-            s.value += peak * now_[i].value(q);
-            s.magnitude += peak * std::abs(now_[i].value(q));
-            error += now_[i].error(q);
+            const Counted& of = now_[i].signal(q);
+            s.value += peak * of.value;
+            s.magnitude += peak * std::abs(of.value);
+            error += of.off;
+            shift += of.shift;
             truncated += truncation(i, q);
         }
+        if (!now_[first].flushed && (kind_.separable || !kind_.compensated)) s.gain = gain_[first];
         if (q <= QUANTITY_SA2) s.off = last_ * s.magnitude; // compensated, it is off by the last rounding of its value
         // Half a unit in the last place of a smaller value is up to twice as much of it.
-        s.off += peak * ((share < 1 && !kind_.separable ? 2 : 1) * error + truncated);
+        s.off += peak * ((share < 1 && !kind_.separable ? 2 : 1) * error + std::abs(shift) + truncated);
+        if (!schedule_.framed) s.off += rounded_pressure_ * std::abs(s.value);
         // Strains in series are added up; of the other quantities the kernel's sums are counted.
         if (q <= QUANTITY_SA1 && s.magnitude > 0)
             s.off += double(chain_.length - 1) * (u_ * s.magnitude + kind_.stored);
@@ -244,7 +254,7 @@ class Analysis {
             strain = std::max(strain, eps.magnitude);
             d_strain = std::max(d_strain, eps.off);
         }
-        const double gain = 1 + l_ * (rest_ + rough_.laplacian * strain);
+        const double bent = l_ * rough_.laplacian * strain, gain = 1 + l_ * rest_ + bent;
         const double d_C = weight_ * d_strain + u_ * (2 * rest_ + (rough_.laplacian + rough_.differences) * strain);
         for (int q = 0; q < REDUCED_MAPS; ++q)
             for (const Sum& of : sums_of(q, false)) {
@@ -254,7 +264,8 @@ class Analysis {
                 if (kind_.single && !(x * gain < 3e38)) worst = INFINITY;
                 const double stored = x == 0 || kind_.separable ? 0 : kind_.stored;
                 const double error = q == QUANTITY_STRAIN ? of.off + stored
-                                                          : of.off * gain + x * (l_ * d_C + 3 * u_ * gain) + 2 * stored;
+                                                          : of.off * std::min(of.gain + bent, gain) +
+                                                                x * (l_ * d_C + 3 * u_ * gain) + 2 * stored;
                 worst = std::max(worst, error);
             }
     }
@@ -263,13 +274,15 @@ class Analysis {
     const Schedule& schedule_;
     const Arithmetic kind_;
     const double u_;
-    const double last_; // of a value: the last rounding, where earlier ones are compensated
+    const double rounded_pressure_; // what the pressure on a cell is off by, relative to it
+    const double last_;             // of a value: the last rounding, where earlier ones are compensated
     const double l_, weight_, rest_;
     Roughness rough_;
     plan::Chain chain_;                      // of the materials that are analysed
     std::vector<CountedMaterial> materials_; // each with the peak around what is read
     std::vector<size_t> ends_;               // of all of them, or of those at each place of a series
     std::vector<double> share_;              // of that peak: the pressure on what is read
+    std::vector<double> gain_;               // see PressedMaterial::gain
     bool paired_ = false;                    // materials are the least and the greatest of each part
     std::vector<CountedCell> now_, exact_;   // by the method, and by the exact one
     Bounds bounds_{};

@@ -23,21 +23,25 @@ double envelope_peak(const scene::Waveform& load, const Envelope& envelope) {
     return peak;
 }
 
-// The load of a cell whose greatest |pressure| is `peak`, per unit of it. Pressures that are held are as exact as the
-// scene; others come from a few operations on the envelope's values. Between frames only magnitudes are known.
-CountedLoad load_of(const Schedule& schedule, const plan::Step& step, double envelope_peak, double peak) {
-    constexpr double few = 8 * 0x1p-53;
-    if (!schedule.framed) {
-        const double off = step.rise != 0 || schedule.method != Method::exact ? few * envelope_peak : 0;
-        return {{step.start, off}, {step.rise, 0}, {step.jump, step.jump != 0 ? 2 * off : 0}};
-    }
-    const auto share = [&](long long k) {
-        if (k < 0 || peak == 0) return 0.0;
-        return std::min(schedule.frame_peaks[std::min(size_t(k), schedule.frame_peaks.size() - 1)] / peak, 1.0);
+// The rounding of a few operations, in units.
+constexpr double few = 8;
+
+// The load between frames of a cell whose greatest |pressure| is `peak`, per unit of it: only magnitudes are known, of
+// the frames and of their change. Frames are joined by a few operations in the run's precision, of unit roundoff u.
+CountedLoad load_of_frames(const Schedule& schedule, const plan::Step& step, double peak, double u) {
+    const auto share = [&](const std::vector<double>& of, long long k) {
+        return peak == 0 ? 0.0 : of[std::min(size_t(k), of.size() - 1)] / peak;
     };
-    const double before = share(step.frame), after = step.frame < 0 ? 0 : share(step.frame + 1);
-    const auto counted = [](double x) { return Counted{x, few * x}; };
-    return {counted(std::max(before, after)), counted(step.rise * (before + after)), counted(step.jump * before)};
+    if (step.frame < 0) return {};
+    const double from = std::min(share(schedule.frame_peaks, step.frame), 1.0);
+    const double to = std::min(share(schedule.frame_peaks, step.frame + 1), 1.0);
+    const double change = step.rise == 0 ? 0 : std::min(from + to, share(schedule.frame_changes, step.frame));
+    const double start = step.start, end = start + step.rise, s0 = (1 - start) * from + start * to;
+    const double joined = u * (from + to + few * change); // of the change, by a share of which the pressure rises
+    return {.s0 = {s0, u * from + (start == 0 ? 0 : start * joined + u * s0)},
+            .ds = {step.rise * change, step.rise * joined},
+            .sj = {step.jump * from, step.jump * u * from},
+            .end = std::abs(1 - end) * from + end * to};
 }
 
 } // namespace
@@ -45,16 +49,15 @@ CountedLoad load_of(const Schedule& schedule, const plan::Step& step, double env
 CountedRun::CountedRun(const Schedule& schedule, const std::vector<CountedMaterial>& materials,
                        const plan::ResponseRule& rule, Method method, const plan::Chain& chain)
     : schedule_(schedule), materials_(materials), rule_(rule), chain_(chain), elements_(elements_of(materials)),
-      timeline_(schedule, elements_, rule, method), kept_(materials.size()), now_(materials.size()) {
-    const Envelope& envelope = schedule.load.envelope;
-    const scene::Waveform load(envelope, schedule.time);
-    envelope_peak_ = envelope_peak(load, envelope);
-    if (!schedule.framed && method == Method::exact && envelope.kind == Envelope::Kind::sine)
-        angular_frequency_ = load.angular_frequency();
+      timeline_(schedule, elements_, rule, method), load_(schedule.load.envelope, schedule.time),
+      envelope_peak_(envelope_peak(load_, schedule.load.envelope)), references_(materials.size()),
+      kept_(materials.size()), now_(materials.size()) {
+    if (!schedule.framed && method == Method::exact && load_.sine()) angular_frequency_ = load_.angular_frequency();
 }
 
 bool CountedRun::next(bool impulses) {
     while (timeline_.next(step_)) {
+        take_references();
         for (size_t i = 0; i < materials_.size(); i += chain_.length) press(i, step_);
         if (step_.keep) kept_ = now_;
         if (step_.trace >= 0 || step_.field >= 0 || (impulses && at_impulse())) return true;
@@ -62,24 +65,61 @@ bool CountedRun::next(bool impulses) {
     return false;
 }
 
+// Computes the step's coefficients and load once more, with more digits.
+void CountedRun::take_references() {
+    measured_ = step_.exact && !at_impulse();
+    if (!measured_) return;
+    long double dt = scene::difference<long double>(step_.end, step_.begin);
+    if (std::abs(dt - step_.length) <= unit_of_reference * dt) dt = step_.length; // that of all steps
+    if (dt != reference_length_)
+        for (size_t i = 0; i < materials_.size(); ++i)
+            references_[i] = plan::exact_coefficients_in<extended>(materials_[i].element, rule_, dt);
+    reference_length_ = dt;
+    forcing_ = {};
+    if (step_.forcing)
+        forcing_ = plan::forcing_over(load_, step_.begin, step_.end, dt, step_.forcing->slope.has_value());
+}
+
+// The load of a step, per unit of the map. Pressures that are held are as exact as the scene; others come from a few
+// operations on the envelope's values.
+CountedLoad CountedRun::load_over(const plan::Step& step, const CountedMaterial& m) const {
+    if (schedule_.framed) return load_of_frames(schedule_, step, m.peak, m.arithmetic.u);
+    const bool computed = step.rise != 0 || schedule_.method != Method::exact;
+    const double off = computed ? few * (measured_ ? unit_of_reference : unit_of_double) * envelope_peak_ : 0;
+    CountedLoad load{.s0 = {step.start, off}, .ds = {step.rise, 0}, .sj = {step.jump, step.jump != 0 ? 2 * off : 0}};
+    if (!measured_) return load;
+    const long double start = load_.after<long double>(step.begin);
+    load.s0.shift = double(step.start - start);
+    load.sj.shift = double(step.jump - (start - load_.before<long double>(step.begin)));
+    return load;
+}
+
 void CountedRun::press(size_t first, const plan::Step& step) {
     std::array<CountedStep, scene::most_in_series> steps;
     std::array<f64::Coefficients, scene::most_in_series> k, cancelled{};
-    const CountedLoad load = load_of(schedule_, step, envelope_peak_, materials_[first].peak);
+    std::array<extended::Coefficients, scene::most_in_series> references;
+    const CountedLoad load = load_over(step, materials_[first]);
+    const double unit = measured_ ? unit_of_reference : unit_of_double;
     for (size_t e = 0; e < chain_.length; ++e) {
         const Element& m = materials_[first + e].element;
         k[e] = step.coefficients_of(first + e, m, rule_);
+        references[e] = references_[first + e];
+        if (measured_ && step.forcing) plan::force<extended>(references[e], m, rule_, forcing_);
         steps[e].load = load;
+        steps[e].unit = unit;
         steps[e].z = is_elastic(m) ? 0 : z_of(m, schedule_.time.step);
         steps[e].spring = chain_.spring && e + 1 == chain_.length;
         if (angular_frequency_ && step.rise != 0)
-            cancelled[e] = cancelled_under_sine(k[e], m, rule_, *angular_frequency_, schedule_.load.envelope.amplitude);
+            cancelled[e] =
+                cancelled_under_sine(k[e], m, rule_, *angular_frequency_, schedule_.load.envelope.amplitude, unit);
     }
-    plan::join_loads(k.data(), chain_.length, chain_.spring, step.length);
-    plan::join_loads(cancelled.data(), chain_.length, false, step.length);
+    plan::join_loads<f64>(k.data(), chain_.length, chain_.spring, step.length);
+    plan::join_loads<f64>(cancelled.data(), chain_.length, false, step.length);
+    plan::join_loads<extended>(references.data(), chain_.length, chain_.spring, reference_length_);
     for (size_t e = 0; e < chain_.length; ++e) {
         steps[e].k = k[e];
-        steps[e].load.cancelled = cancelled[e];
+        steps[e].cancelled = cancelled[e];
+        if (measured_) steps[e].shift = plan::difference(k[e], references[e]);
     }
     materials_[first].arithmetic.press(steps.data(), chain_.length, &kept_[first], &now_[first]);
     for (size_t e = 0; step.bend > 0 && e < chain_.length; ++e)
@@ -87,12 +127,13 @@ void CountedRun::press(size_t first, const plan::Step& step) {
 }
 
 // Adds the error of a step within which the load bends: the rate at its end comes from a pressure and a stress that
-// cancel in double.
+// cancel.
 void CountedRun::add_bend(CountedCell& cell, const Element& m, const plan::Step& step) const {
     const double z = z_of(m, step.after_bend);
-    const double rate = strain_rate(m, (4 + 2 * z) * 0x1p-53 * step.bend * std::exp(-z));
-    cell.d_rate += rate;
-    cell.d_acceleration += rate * (rule_.step_mean ? 1 / schedule_.time.step : z_of(m, 1));
+    const double unit = measured_ ? unit_of_reference : unit_of_double;
+    const double rate = strain_rate(m, (4 + 2 * z) * unit * step.bend * std::exp(-z));
+    cell.rate.off += rate;
+    cell.acceleration.off += rate * (rule_.step_mean ? 1 / schedule_.time.step : z_of(m, 1));
 }
 
 } // namespace dermis::planner

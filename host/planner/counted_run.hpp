@@ -29,6 +29,8 @@ class CountedRun {
     const std::vector<CountedCell>& cells() const { return now_; }
 
   private:
+    void take_references();
+    CountedLoad load_over(const plan::Step&, const CountedMaterial&) const;
     void press(size_t first, const plan::Step&);
     void add_bend(CountedCell&, const plan::Element&, const plan::Step&) const;
 
@@ -39,7 +41,12 @@ class CountedRun {
     const std::vector<plan::Element> elements_;
     plan::Timeline timeline_;
     plan::Step step_; // the last one
-    double envelope_peak_;
+    const scene::Waveform load_;
+    const double envelope_peak_;
+    bool measured_ = false;                          // the step's coefficients and load are compared with references
+    std::vector<extended::Coefficients> references_; // of a load that is held
+    plan::Forcing<long double> forcing_;
+    long double reference_length_ = -1;       // s, of their step
     std::optional<double> angular_frequency_; // of a sine that is not held over the steps
     std::vector<CountedCell> kept_, now_;
 };

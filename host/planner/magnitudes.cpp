@@ -82,4 +82,31 @@ std::vector<PressedMaterial> pressed_materials(const PreparedSkin& skin, const S
     return alike();
 }
 
+void take_gains(const PreparedSkin& skin, const Schedule& schedule, const Read& read, bool separable,
+                std::vector<PressedMaterial>& materials) {
+    if (schedule.framed || skin.chain.length > 1) return;
+    const size_t width = size_t(skin.width());
+    for (PressedMaterial& m : materials) m.gain = 0;
+    const auto take = [&](size_t i, double rest) {
+        PressedMaterial& m = materials[skin.material_at(i)];
+        if (m.peak == 0) return;
+        const double share = std::abs(schedule.pressure[i]) / m.peak, twice = separable || m.around > m.peak ? 1 : 2;
+        const double gain = std::abs(1 + skin.constants.curvature_length * rest);
+        m.gain = std::max(m.gain, std::min(twice * share, 1.0) * gain);
+    };
+    if (!read.everything) {
+        for (const Site& site : skin.description.sites)
+            if (int(site.type) == read.quantity)
+                take(size_t(site.cell.y) * width + size_t(site.cell.x), rest_curvature_at(skin, site.cell));
+        return;
+    }
+    std::vector<double> rest(width);
+    for (size_t y = 0; y < schedule.pressure.size() / width; ++y) {
+        const double* row = schedule.pressure.data() + y * width;
+        if (std::all_of(row, row + width, [](double p) { return p == 0; })) continue;
+        rest_curvature_row(skin, int(y), 0, int(width), rest.data());
+        for (size_t x = 0; x < width; ++x) take(y * width + x, rest[x]);
+    }
+}
+
 } // namespace dermis::planner

@@ -31,6 +31,9 @@ struct Instant {
     friend bool operator<=(const Instant& a, const Instant& b) { return !(b < a); }
 };
 
+// a - b in T, double or long double.
+template <class T> T difference(const Instant& a, const Instant& b) { return (T(a.t) - b.t) + (T(a.rest) - b.rest); }
+
 // The multiple of `step` that is equal to t but for a few units in the last place, or else t.
 inline Instant snapped(const Instant& time, double step) {
     const Instant output = Instant::multiple(std::round(time.t / step), step);

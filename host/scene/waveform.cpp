@@ -46,52 +46,65 @@ Waveform::Waveform(const Envelope& envelope, const Time& time) : envelope_(envel
     for (Knot& k : knots_) k.time = snapped(k.time, time.step);
 }
 
-double Waveform::angular_frequency() const { return 2 * std::numbers::pi * envelope_.frequency; }
+template <class T> T Waveform::angular_frequency() const { return 2 * std::numbers::pi_v<T> * T(envelope_.frequency); }
 
-std::complex<double> Waveform::turn(Instant time) const {
+template <class T> std::complex<T> Waveform::turn(Instant time) const {
     const double f = envelope_.frequency, cycles = f * time.t;
-    const double part = std::fma(f, time.t, -cycles) + f * time.rest; // what rounding has left out
-    return std::polar(1.0, 2 * std::numbers::pi * ((cycles - std::nearbyint(cycles)) + part));
+    const T part = std::fma(f, time.t, -cycles) + T(f) * time.rest; // what rounding has left out
+    return std::polar(T(1), 2 * std::numbers::pi_v<T> * ((cycles - std::nearbyint(cycles)) + part));
 }
 
-std::complex<double> Waveform::phasor(Instant time) const {
-    return envelope_.amplitude * std::polar(1.0, envelope_.phase) * turn(time);
+template <class T> std::complex<T> Waveform::phasor(Instant time) const {
+    return T(envelope_.amplitude) * std::polar(T(1), T(envelope_.phase)) * turn<T>(time);
 }
 
 bool Waveform::rests(Instant t) const { return knots_.empty() || t <= knots_.front().time; }
 
-double Waveform::before(Instant t) const {
+template <class T> T Waveform::before(Instant t) const {
     if (rests(t)) return 0;
-    if (sine()) return envelope_.mean + phasor(t).imag();
+    if (sine()) return envelope_.mean + phasor<T>(t).imag();
     const auto next = knot_from(knots_, t);
     const Knot& last = *(next - 1);
     if (next == knots_.end()) return last.right;
     if (next->time == t) return next->left;
-    return last.right + (next->left - last.right) * ((t - last.time) / (next->time - last.time));
+    const T share = difference<T>(t, last.time) / difference<T>(next->time, last.time);
+    return last.right + (T(next->left) - last.right) * share;
 }
 
-double Waveform::slope_before(Instant t) const {
+template <class T> T Waveform::slope_before(Instant t) const {
     if (rests(t)) return 0;
-    if (sine()) return angular_frequency() * phasor(t).real();
+    if (sine()) return angular_frequency<T>() * phasor<T>(t).real();
     const auto next = knot_from(knots_, t);
     if (next == knots_.end()) return 0;
-    return (next->left - (next - 1)->right) / (next->time - (next - 1)->time);
+    return (T(next->left) - (next - 1)->right) / difference<T>(next->time, (next - 1)->time);
 }
 
-double Waveform::rise(Instant from, Instant to) const {
-    if (sine()) return before(to) - after(from);
+template <class T> T Waveform::rise(Instant from, Instant to) const {
+    if (sine()) return before<T>(to) - after<T>(from);
     const auto next = std::upper_bound(knots_.begin(), knots_.end(), from,
                                        [](const Instant& t, const Knot& k) { return t < k.time; });
     if (next == knots_.begin() || next == knots_.end()) return 0;
     const Knot& last = *(next - 1);
     // The difference of two values would lose the digits that they share.
-    return (next->left - last.right) * ((to - from) / (next->time - last.time));
+    return (T(next->left) - last.right) * (difference<T>(to, from) / difference<T>(next->time, last.time));
 }
 
-double Waveform::after(Instant t) const {
+template <class T> T Waveform::after(Instant t) const {
     const auto at = knot_from(knots_, t);
-    return at != knots_.end() && at->time == t ? at->right : before(t);
+    return at != knots_.end() && at->time == t ? T(at->right) : before<T>(t);
 }
+
+#define IN(T)                                                                                                          \
+    template T Waveform::before(Instant) const;                                                                        \
+    template T Waveform::after(Instant) const;                                                                         \
+    template T Waveform::slope_before(Instant) const;                                                                  \
+    template T Waveform::rise(Instant, Instant) const;                                                                 \
+    template T Waveform::angular_frequency() const;                                                                    \
+    template std::complex<T> Waveform::turn(Instant) const;                                                            \
+    template std::complex<T> Waveform::phasor(Instant) const;
+IN(double)
+IN(long double)
+#undef IN
 
 bool Waveform::breaks(Instant from, Instant to) const {
     const auto next = std::upper_bound(knots_.begin(), knots_.end(), from,

@@ -14,23 +14,25 @@ struct Knot {
     double left, right; // left and right limits of g at time
 };
 
+// Values are computed in T, double or long double.
 class Waveform {
   public:
     // The envelope has been validated. A knot that is an output time but for rounding is moved onto it.
     Waveform(const Envelope&, const Time&);
 
-    double before(Instant) const;                             // left limit
-    double after(Instant) const;                              // right limit
-    double slope_before(Instant) const;                       // 1/s, left limit
-    double rise(Instant from, Instant to) const;              // before(to) - after(from), with no knot strictly between
+    template <class T = double> T before(Instant) const;       // left limit
+    template <class T = double> T after(Instant) const;        // right limit
+    template <class T = double> T slope_before(Instant) const; // 1/s, left limit
+    // before(to) - after(from), with no knot strictly between.
+    template <class T = double> T rise(Instant from, Instant to) const;
     const std::vector<Knot>& knots() const { return knots_; } // times ascend strictly
     bool breaks(Instant from, Instant to) const;              // whether a knot lies strictly between
     bool sine() const { return envelope_.kind == Envelope::Kind::sine; }
-    double angular_frequency() const; // 1/s
+    template <class T = double> T angular_frequency() const; // 1/s
     // e^(i w t), whose phase is reduced before it is multiplied; t may be a difference of instants.
-    std::complex<double> turn(Instant) const;
+    template <class T = double> std::complex<T> turn(Instant) const;
     // The sine is the imaginary part of this plus the mean: amplitude*e^(i (w t + phase)).
-    std::complex<double> phasor(Instant) const;
+    template <class T = double> std::complex<T> phasor(Instant) const;
 
   private:
     bool rests(Instant) const; // nothing has happened yet

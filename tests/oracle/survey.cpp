@@ -96,23 +96,41 @@ void Survey::take(const Verdict& v, const std::string& line) {
     below_prediction += v.below_prediction();
     if (!v.kept()) broken.push_back(line);
     if (!v.below_prediction()) exceeded.push_back(line);
-    if (v.measured.value > 0) ratios.push_back(v.predicted / v.measured.value);
+    if (v.measured.value > 0)
+        ratios[v.model == Model::march ? name(v.precision) : name(v.model)].push_back(v.predicted / v.measured.value);
 }
 
+namespace {
+
+double median(std::vector<double> values) {
+    if (values.empty()) return 0;
+    const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+}
+
+} // namespace
+
 double Survey::median_ratio() const {
-    if (ratios.empty()) return 0;
-    std::vector<double> sorted = ratios;
-    std::nth_element(sorted.begin(), sorted.begin() + std::ptrdiff_t(sorted.size() / 2), sorted.end());
-    return sorted[sorted.size() / 2];
+    std::vector<double> all;
+    for (const auto& [arithmetic, of] : ratios) all.insert(all.end(), of.begin(), of.end());
+    return median(all);
+}
+
+std::string Survey::median_ratios() const {
+    std::ostringstream out;
+    for (const auto& [arithmetic, of] : ratios)
+        out << (out.tellp() > 0 ? ", " : "") << arithmetic << " " << median(of) << " (" << of.size() << ")";
+    return out.str();
 }
 
 std::string Survey::summary() const {
     std::ostringstream out;
     out << scenes << " scenes: " << accepted << " accepted, of which " << broken.size() << " break their tolerance and "
         << exceeded.size() << " exceed their prediction; prediction over measurement " << median_ratio()
-        << " in the median; " << shortened << " of fewer elements in series; " << refused << " refused, of which "
-        << refused_free << " with free precision and a tolerance from 1e-9 on, and f64 met " << met_all_the_same
-        << " of these; " << failed.size() << " failed otherwise";
+        << " in the median: " << median_ratios() << "; " << shortened << " of fewer elements in series; " << refused
+        << " refused, of which " << refused_free << " with free precision and a tolerance from 1e-9 on, and f64 met "
+        << met_all_the_same << " of these; " << failed.size() << " failed otherwise";
     return out.str();
 }
 

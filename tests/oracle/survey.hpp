@@ -4,6 +4,7 @@
 
 #include "tests/oracle/family.hpp"
 
+#include <map>
 #include <string>
 
 namespace oracle {
@@ -31,10 +32,11 @@ struct Survey {
     int shortened = 0; // accepted runs of fewer elements in series than the scene's
     int refused = 0, refused_free = 0, met_all_the_same = 0; // the last two: precision free, tolerance at least 1e-9
     std::vector<std::string> broken, exceeded, wrongly_refused, failed;
-    std::vector<double> ratios; // of prediction to measurement, where it is not 0
+    std::map<std::string, std::vector<double>> ratios; // of prediction to measurement, where it is not 0, by arithmetic
 
     void take(const Verdict&, const std::string& line);
-    double median_ratio() const;
+    double median_ratio() const;       // of all
+    std::string median_ratios() const; // of each arithmetic
     std::string summary() const;
 };
 // The scenes of the seeds first .. first + count - 1.
