@@ -245,8 +245,8 @@ TEST_CASE("the recorded check passes on a right device and fails on a wrong one"
 TEST_CASE("coefficients are written after those of the press before are written and read") {
     const Device device = open_device("0", shimmed());
     Context& context = *vulkan::context_of(*device.impl().backend);
-    for (const SkinDescription& d : {with_materials(ridged(40, 20)), with_sites(with_materials(ridged(40, 20)), 9),
-                                     with_chain(ridged(40, 20))}) {
+    for (const SkinDescription& d :
+         {with_materials(ridged(40, 20)), with_sites(with_materials(ridged(40, 20)), 9), with_chain(ridged(40, 20))}) {
         Host host(context, d, 2);
         Range check(context, host.program.memory().check);
         host.program.bind_check(check.info);

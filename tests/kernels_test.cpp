@@ -52,8 +52,7 @@ typename K::real press_one(typename K::real p, typename K::real eps, typename K:
     m = K::with_element(m, rest, plain, load, lanes);
     m.strain = K::in_series(m.strain, K::spring_strain(load, lanes));
     const real integral = K::advanced_integral(K::sum_of(I, rest), m.gained, lanes, 1).value;
-    const real C =
-        K::curvature_of(rest, K::difference(I, eps, after, plain, p, K::axis(1, 3, 1, 0), 1), r(0.5));
+    const real C = K::curvature_of(rest, K::difference(I, eps, after, plain, p, K::axis(1, 3, 1, 0), 1), r(0.5));
     typename K::Summary all = K::summary_of(plain + integral);
     for (int q = QUANTITY_SA1; q < REDUCED_MAPS; ++q)
         all = K::join(all, K::summary_of(K::answer(q, K::signal(q, m, integral), C, c)));

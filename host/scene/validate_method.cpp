@@ -39,7 +39,8 @@ void check_given(const SkinDescription& s) {
     const Material& m = s.material;
     for (auto [key, number, map] : {std::tuple{"material.modulus", &m.modulus, &m.modulus_map},
                                     {"material.viscosity", &m.viscosity, &m.viscosity_map}}) {
-        if (is_chain(m) && !map->empty()) refuse(key, "(a map)", "not beside material.elements, which take maps of their own");
+        if (is_chain(m) && !map->empty())
+            refuse(key, "(a map)", "not beside material.elements, which take maps of their own");
         if (is_chain(m) && *number) refuse(key, shortest(**number), "not beside material.elements");
         if (s.grid.spacing && !is_chain(m) && !*number && map->empty())
             refuse(key, "(not given)",

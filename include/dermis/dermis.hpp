@@ -134,9 +134,9 @@ struct Material {
     std::optional<double> curvature_length; // l, m, any finite number: a gain
     // Values of each cell in place of the numbers, width*height, same ranges. Empty: the number everywhere.
     Map modulus_map, viscosity_map;
-    // 1 to 8 elements in series in place of modulus and viscosity: their strains add up. With them a spring (Pa, > 0) and
-    // a dashpot (Pa s, > 0) in the same series, the same in every cell. None of them
-    // stands beside modulus or viscosity.
+    // 1 to 8 elements in series in place of modulus and viscosity: their strains add up. With them a spring (Pa, > 0)
+    // and a dashpot (Pa s, > 0) in the same series, the same in every cell. None of them stands beside modulus or
+    // viscosity.
     std::vector<KelvinVoigt> elements;
     std::optional<double> spring, dashpot;
 };
@@ -343,9 +343,9 @@ struct Figure {
 
 // What the numbers of a skin mean. In a scene without Grid::spacing strains and times have no range.
 struct Report {
-    Figure strain; // greatest |eps| of the traces' extremes or of a Skin's state: indentation over thickness; 0..1
-    Figure indentation;     // m: thickness*strain; 0..thickness
-    Figure gain;            // greatest |l*C|; 0..1, above which responses can change sign
+    Figure strain;      // greatest |eps| of the traces' extremes or of a Skin's state: indentation over thickness; 0..1
+    Figure indentation; // m: thickness*strain; 0..thickness
+    Figure gain;        // greatest |l*C|; 0..1, above which responses can change sign
     Figure cells_per_ridge; // infinite where the surface has no ridges of its own; from 8 on
     // s, 1e-4..20: of elements in series each, else the least and the greatest of all cells. Springs and dashpots have
     // none.
@@ -460,8 +460,8 @@ class DERMIS_API Skin {
 
     void reset(); // back to a skin at rest
 
-    // The state: strains, integrals and the pressure that the next press starts from, in native byte order. The bytes are
-    // the same on the CPU and on Vulkan, and any skin takes them that has the same grid, sites, number of elements,
+    // The state: strains, integrals and the pressure that the next press starts from, in native byte order. The bytes
+    // are the same on the CPU and on Vulkan, and any skin takes them that has the same grid, sites, number of elements,
     // precision, and SA2 and FA2 asked for: its next presses give the same bits. Responses stay those of the last press
     // until then. save() and load() throw Error::bad_input naming the first thing that differs, and nothing has
     // happened; Error::device.
@@ -469,9 +469,9 @@ class DERMIS_API Skin {
     void save(void* state, size_t bytes) const;
     void load(const void* state, size_t bytes);
 
-    // What the state and the description tell: strain and indentation now (of the cells that sites read), times, ridges, the
-    // gain at rest and, of fields on a surface that is no map, now, and which of the last responses changed sign. Takes
-    // up to as long as making the skin did.
+    // What the state and the description tell: strain and indentation now (of the cells that sites read), times,
+    // ridges, the gain at rest and, of fields on a surface that is no map, now, and which of the last responses changed
+    // sign. Takes up to as long as making the skin did.
     Report report() const;
 
     struct DERMIS_HIDDEN Impl;

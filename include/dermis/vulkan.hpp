@@ -20,7 +20,8 @@
 // The next press swaps the two states and the two pressures, by another binding. A press
 //   - reads constants, state_from, pressure_from and pressure_to;
 //   - writes state_to, response and, where a pressure is not finite, invalid;
-//   - writes coefficients into constants if the material varies or has several elements, with barriers of its own that order
+//   - writes coefficients into constants if the material varies or has several elements, with barriers of its own that
+//   order
 //     this after what earlier presses on the queue wrote and read there, and before what this one reads: presses of one
 //     program must then not run on two queues at once;
 //   - clobbers the bound compute pipeline, every descriptor set of the compute bind point (another layout of set 0
@@ -80,11 +81,11 @@ struct MemoryNeeds {
     // rounding; last the rate of a spring for FA2. Copies of a state and of pressure_to go on with the same bits, on
     // every skin of the same description.
     Memory state;
-    Memory pressure;  // float, Pa, pushing is positive; pitch()*height, row 0 first: index = y*pitch() + x
-    Memory response;  // float; see range()
-    Memory invalid;   // uint32_t: running count of cells of pressure_to, or of those that sites read, that were not
-                      // finite; such a pressure counts as 0. The host may clear it.
-    Memory check;     // see record_check
+    Memory pressure; // float, Pa, pushing is positive; pitch()*height, row 0 first: index = y*pitch() + x
+    Memory response; // float; see range()
+    Memory invalid;  // uint32_t: running count of cells of pressure_to, or of those that sites read, that were not
+                     // finite; such a pressure counts as 0. The host may clear it.
+    Memory check;    // see record_check
 };
 
 // The memory of a press. Only pressure_from and pressure_to may be the same range (a pressure that is held) or overlap

@@ -205,7 +205,8 @@ class Evaluation {
     std::vector<std::pair<double, double>> chain_in(size_t cell) const {
         const Material& m = s_.material;
         const auto at = [cell](const Map& map, double otherwise) { return map.empty() ? otherwise : map[cell]; };
-        if (m.elements.empty()) return {{at(m.modulus_map, m.modulus.value_or(1.54)), at(m.viscosity_map, m.viscosity.value_or(1))}};
+        if (m.elements.empty())
+            return {{at(m.modulus_map, m.modulus.value_or(1.54)), at(m.viscosity_map, m.viscosity.value_or(1))}};
         std::vector<std::pair<double, double>> chain;
         for (const KelvinVoigt& e : m.elements)
             chain.push_back({at(e.modulus_map, e.modulus), at(e.viscosity_map, e.viscosity)});
