@@ -343,8 +343,11 @@ bool sums(const RespondArguments<Kernels>& r) {
 template <bool compensated, bool chain>
 __attribute__((always_inline)) inline void step_between(const AdvanceArguments<Kernels>& a, int i, const Constants& c,
                                                         const LaneCoefficients& k) {
-    step_at<true, compensated, chain>(
-        a, i, c, [&](int e) { return chain && e > 0 ? lanes_of(a.table[e]) : k; }, [](int, Sum, Sum) {});
+    const auto nothing = [](int, Sum, Sum) {};
+    if constexpr (chain)
+        step_at<true, compensated, true>(a, i, c, [&](int e) { return e > 0 ? lanes_of(a.table[e]) : k; }, nothing);
+    else // by reference: a copy for each block would go through memory
+        step_at<true, compensated, false>(a, i, c, [&](int) -> const LaneCoefficients& { return k; }, nothing);
 }
 
 // A step and the responses of columns x .. last - 1 near an end of the row.

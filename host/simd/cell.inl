@@ -36,7 +36,7 @@ __attribute__((always_inline)) inline void step_at(const AdvanceArguments<Kernel
     const Load load = framed ? load_between(loaded(a.pressure + i), loaded(a.pressure_to + i), c)
                              : load_of(loaded(a.pressure + i), c);
     const Sum integral = sum_at<compensated>(a.from, sum_integral, size_t(i));
-    const LaneCoefficients first = coefficients(0);
+    const LaneCoefficients& first = coefficients(0);
     const Strained strain = strain_at<compensated>(a, 0, i, load, first);
     changed(sum_strain, strain.before, strain.after);
     Motion m = motion_of(strain.before.value, strain.after.value, load, first);
