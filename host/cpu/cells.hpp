@@ -167,7 +167,7 @@ template <class K> class Cells {
 
     // Whether responses go past the caches: these would not hold them until somebody reads them.
     bool streams(const Press& press) const {
-        constexpr size_t held = 4 << 20; // bytes; measured: on one thread 0.8 of the time up to there
+        constexpr size_t held = 2 << 20; // bytes; measured: up to there a store past them costs more
         return press.response_pitch % PITCH_CELLS == 0 &&
                press.response_pitch * size_t(height_) * RESPONSE_MAPS * sizeof(real) > held;
     }
@@ -315,16 +315,16 @@ template <class K> class Cells {
                                                 Signal signal) const {
         const int at = first_column();
         const size_t row = size_t(y) * size_t(pitch_) + size_t(at);
-        simd::AdvanceArguments<K> a{.count = last_column() - at,
-                                    .elements = int(variant_.chain.elements()),
-                                    .spring = variant_.chain.spring,
-                                    .pressure = press.pressure + row,
-                                    .pressure_to = press.pressure_to ? press.pressure_to + row : nullptr,
-                                    .material = material_of_.empty() ? nullptr : material_of_.data() + row,
-                                    .table = press.table,
-                                    .from = from,
-                                    .to = to,
-                                    .signal = {}};
+        simd::AdvanceArguments<K> a;
+        a.count = last_column() - at;
+        a.elements = int(variant_.chain.elements());
+        a.spring = variant_.chain.spring;
+        a.pressure = press.pressure + row;
+        a.pressure_to = press.pressure_to ? press.pressure_to + row : nullptr;
+        a.material = material_of_.empty() ? nullptr : material_of_.data() + row;
+        a.table = press.table;
+        a.from = from;
+        a.to = to;
         for (simd::StateRow<real>* state : {&a.from, &a.to}) {
             for (size_t s = 0; s < simd::state_sums; ++s) {
                 state->value[s] += at;
@@ -348,20 +348,18 @@ template <class K> class Cells {
         const State<real>& to = stepped(press);
         const auto strain = [&](int i) -> const real* {
             if (!is_pressed(i) && rolls()) return resting_row_.data();
-            if (ready(band, i, y)) return rolls() ? rolled(worker, i) : to.row(i, pitch_).strain;
+            if (ready(band, i, y)) return rolls() ? rolled(worker, i) : to.strain_row(i, pitch_);
             const size_t k = band.place_of(i);
             return (press.keep ? band.outside[k].state : worker.peeked[k]).strain();
         };
-        const simd::StateRow<real> state = to.row(y, pitch_);
-        simd::RespondArguments<K> r{
-            .first = first_column(),
-            .last = last_column(),
-            .strain = simd::neighbours<real>(y, width_, height_, variant_.stencil, variant_.edges, strain),
-            .signal = {rolls() ? rolled(worker, y) : state.strain, state.value[simd::sum_integral]}, // SA1, SA2
-            .rest_curvature = press.rest_curvature + row,
-            .response = {},
-            .streams = streams(press),
-            .tiles = {}};
+        simd::RespondArguments<K> r; // every member is set below: to clear it first took a tenth of a short row
+        r.first = first_column();
+        r.last = last_column();
+        r.strain = simd::neighbours<real>(y, width_, height_, variant_.stencil, variant_.edges, strain);
+        r.signal[0] = rolls() ? rolled(worker, y) : to.strain_row(y, pitch_); // SA1
+        r.signal[QUANTITY_SA2 - QUANTITY_SA1] = to.integral_row(y, pitch_);
+        r.rest_curvature = press.rest_curvature + row;
+        r.streams = streams(press);
         for (size_t s = 0; s < STEP_SIGNALS; ++s)
             r.signal[QUANTITY_FA1 - QUANTITY_SA1 + s] = worker.signals[s][size_t(y % 3)].data();
         for (size_t i = 0; i < RESPONSE_MAPS; ++i)

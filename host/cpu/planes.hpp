@@ -63,6 +63,8 @@ template <class real> class State {
     bool empty() const { return !value_[0].data(); }
     // The strain of every cell, where the state holds it.
     const real* strain() const { return strain_.data() ? strain_.data() : value_[simd::sum_strain].data(); }
+    const real* strain_row(int y, int pitch) const { return strain() + size_t(y) * size_t(pitch); }
+    real* integral_row(int y, int pitch) const { return value_[simd::sum_integral].row(y, pitch); }
     // Each plane from column 0 on.
     simd::StateRow<real> row(int y, int pitch) const {
         simd::StateRow<real> row;
