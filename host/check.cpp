@@ -132,8 +132,8 @@ void compare_sites(SelfTest::Kernel& kernel, plan::Backend& backend, const TestV
     for (int i = 0; i <= SampleStream::presses; ++i) pressures.push_back(sample.pressure(i));
     const std::vector<std::vector<float>> expected = sample.expected(pressures);
     for (size_t i = 0; i < SampleStream::presses; ++i) {
-        (void)stream->take(pressures[i + 1].data(), size_t(sample.skin().skin.pitch)); // true: noise is finite
-        (void)stream->press(SampleStream::dt); // true: a sample's coefficients fit float
+        (void)stream->take({}, sample.frame(pressures[i + 1]).data()); // true: noise is finite
+        (void)stream->press({}, {&SampleStream::dt});                  // true: a sample's coefficients fit float
         for (int q = QUANTITY_SA1; q < REDUCED_MAPS; ++q) {
             const plan::ResponseLayout::Range& r = sample.layout().of[size_t(q)];
             const float* response = stream->response(Quantity(q));
@@ -196,6 +196,14 @@ std::vector<float> SampleStream::pressure(int i) const {
     return plan::padded<float>(i == 1 ? sample_pressure() : streamed_.skin.description.surface.map, streamed_.skin, "");
 }
 
+std::vector<float> SampleStream::frame(const std::vector<float>& pressure) const {
+    const size_t width = size_t(streamed_.skin.width()), pitch = size_t(streamed_.skin.pitch);
+    std::vector<float> frame;
+    for (size_t at = 0; at < pressure.size(); at += pitch)
+        frame.insert(frame.end(), pressure.data() + at, pressure.data() + at + width);
+    return frame;
+}
+
 std::array<size_t, 2> SampleStream::read_cells() const {
     const auto at = [&](Cell c) { return size_t(c.y) * size_t(streamed_.skin.pitch) + size_t(c.x); };
     const std::vector<Site>& sites = streamed_.skin.description.sites;
@@ -204,15 +212,20 @@ std::array<size_t, 2> SampleStream::read_cells() const {
 }
 
 std::vector<std::vector<float>> SampleStream::expected(const std::vector<std::vector<float>>& pressures) const {
-    cpu::FramePress frames(streamed_, 1, simd::plain);
+    const std::unique_ptr<plan::Stream> stream = cpu::stream(streamed_, 1, simd::plain);
+    const size_t width = size_t(streamed_.skin.width()), pitch = size_t(streamed_.skin.pitch),
+                 row = streamed_.skin.description.sites.empty() ? width : 0; // of responses
     std::vector<std::vector<float>> all;
-    for (size_t i = 0; i + 1 < pressures.size(); ++i) {
+    for (size_t i = 1; i < pressures.size(); ++i) { // the first one is that of a skin at rest
+        (void)stream->take({}, frame(pressures[i]).data());
+        (void)stream->press({}, {&dt});
         std::vector<float>& out = all.emplace_back(layout_.all);
-        float* response[RESPONSE_MAPS];
-        for (size_t r = 0; r < RESPONSE_MAPS; ++r)
-            response[r] =
-                streamed_.wanted[QUANTITY_SA1 + r] ? out.data() + layout_.of[QUANTITY_SA1 + r].first : nullptr;
-        (void)frames.press(dt, pressures[i].data(), pressures[i + 1].data(), response);
+        for (int q = QUANTITY_SA1; q < REDUCED_MAPS; ++q) {
+            const plan::ResponseLayout::Range& r = layout_.of[size_t(q)];
+            for (size_t k = 0; k < r.count; k += row ? pitch : r.count)
+                std::copy_n(stream->response(Quantity(q)) + (row ? k / pitch * row : k), row ? row : r.count,
+                            out.data() + r.first + k);
+        }
     }
     return all;
 }

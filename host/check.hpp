@@ -48,6 +48,8 @@ class SampleStream {
     const plan::ResponseLayout& layout() const { return layout_; }
     // The pressure at the end of press i = 1, 2; i = 0 is at rest. pitch*height values.
     std::vector<float> pressure(int i) const;
+    // The same pressure as a stream takes it, width*height values.
+    std::vector<float> frame(const std::vector<float>& pressure) const;
     // The indices, in a map of pitch*height, of two cells on whose pressure some response depends.
     std::array<size_t, 2> read_cells() const;
     // The responses after each press by the plain loops, laid out as layout() says. pressures: before the first press,

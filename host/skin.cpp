@@ -18,9 +18,9 @@ namespace {
 // What a saved state begins with.
 struct StateHeader {
     char magic[8];
-    uint32_t version, width, height, cells, elements, spring, compensated, integral, rate, sites;
+    uint32_t version, pads, width, height, cells, elements, spring, compensated, integral, rate, sites;
 };
-static_assert(sizeof(StateHeader) == 48);
+static_assert(sizeof(StateHeader) == 52);
 constexpr char state_magic[8] = {'d', 'e', 'r', 'm', 'i', 's', 's', 't'};
 
 // FNV-1a of the sites that read cells.
@@ -36,7 +36,8 @@ StateHeader header_of(const plan::StreamedSkin& skin, const plan::StateLayout& l
     const plan::Variant v = skin.variant();
     StateHeader h{};
     std::memcpy(h.magic, state_magic, sizeof h.magic);
-    h.version = 1;
+    h.version = 2;
+    h.pads = 1;
     h.width = uint32_t(skin.skin.width());
     h.height = uint32_t(skin.skin.height());
     h.cells = uint32_t(layout.cells);
@@ -59,6 +60,7 @@ void check_header(const StateHeader& saved, const StateHeader& own) {
                           std::string(what) + " " + std::to_string(allowed) + ", as the skin has");
     };
     need_same("version", saved.version, own.version);
+    need_same("number of pads", saved.pads, own.pads);
     need_same("width", saved.width, own.width);
     need_same("height", saved.height, own.height);
     need_same("sites of hash", saved.sites, own.sites);
@@ -70,37 +72,41 @@ void check_header(const StateHeader& saved, const StateHeader& own) {
     need_same("rate of a spring for fa2", saved.rate, own.rate);
 }
 
-// The strain that a state means. springs_: the moduli of springs in series in the cells that it holds; one if they are
-// alike, none without springs.
+// The strain that a pad's state means. springs_: the moduli of springs in series in the cells that it holds, where they
+// differ.
 class Strains {
   public:
-    explicit Strains(const plan::StreamedSkin& skin) : elements_(skin.skin.chain.elements()) {
+    explicit Strains(const plan::StreamedSkin& skin) : chain_(skin.skin.chain) {
         const plan::PreparedSkin& s = skin.skin;
-        sums_ = elements_ * (skin.variant().compensated ? 2 : 1);
-        if (!s.chain.spring) return;
+        sums_ = chain_.elements() * (skin.variant().compensated ? 2 : 1);
+        if (!chain_.spring) return;
         std::vector<Cell> at;
         for (const Site& site : s.description.sites) at.push_back(site.cell);
         if (!at.empty()) cells_ = plan::SiteCells(s, {s.whole()}, at).cells;
-        const size_t count = s.uniform() ? 1 : cells_.empty() ? s.cells() : cells_.size();
+        const size_t count = s.uniform() ? 0 : cells_.empty() ? s.cells() : cells_.size();
         for (size_t i = 0; i < count; ++i)
-            springs_.push_back(s.materials[s.material_at(cells_.empty() ? i : cells_[i]) + elements_].modulus);
+            springs_.push_back(
+                s.materials[s.material_at(cells_.empty() ? i : cells_[i]) + chain_.elements()].modulus);
     }
 
-    // That of each cell that the state holds.
-    std::vector<double> of(const float* state, const plan::StateLayout& layout) const {
+    // That of each cell that the state holds. elements: the pad's in series, where all cells have the same.
+    std::vector<double> of(const float* state, const plan::StateLayout& layout,
+                           const std::vector<plan::Element>& elements) const {
         const float* pressure = state + layout.cells * layout.planes;
         std::vector<double> strains(layout.cells);
+        const size_t n = chain_.elements();
         for (size_t i = 0; i < layout.cells; ++i) {
-            for (size_t e = 0; e < elements_; ++e)
-                strains[i] += double(state[e * (sums_ / elements_) * layout.cells + i]);
-            if (!springs_.empty())
-                strains[i] += double(pressure[cells_.empty() ? i : cells_[i]]) / springs_[springs_.size() == 1 ? 0 : i];
+            for (size_t e = 0; e < n; ++e) strains[i] += double(state[e * (sums_ / n) * layout.cells + i]);
+            if (chain_.spring)
+                strains[i] += double(pressure[cells_.empty() ? i : cells_[i]]) /
+                              (springs_.empty() ? elements.back().modulus : springs_[i]);
         }
         return strains;
     }
 
   private:
-    size_t elements_, sums_;
+    plan::Chain chain_;
+    size_t sums_;
     std::vector<size_t> cells_; // that sites read; empty: all
     std::vector<double> springs_;
 };
@@ -109,12 +115,14 @@ class Strains {
 
 struct Skin::Impl {
     // Copies the numbers that it needs, so that the maps of the prepared skin are freed once the stream has read them.
-    Impl(const plan::StreamedSkin& skin, plan::Backend& backend)
-        : width(size_t(skin.skin.width())), height(size_t(skin.skin.height())),
-          fields(skin.skin.description.sites.empty()), wanted(skin.wanted), layout(response_layout_of(skin)),
-          state_layout(state_layout_of(skin)), header(header_of(skin, state_layout)), strains(skin),
-          threads(backend.capabilities().threads), tau(tau_range(skin.skin.materials)),
-          description(skin.skin.description), stream(backend.stream(skin)) {
+    Impl(const plan::StreamedSkin& skin, const SkinOptions& options, plan::Backend& backend)
+        : width(size_t(skin.skin.width())), height(size_t(skin.skin.height())), count(size_t(skin.pads)),
+          fields(skin.skin.description.sites.empty()), uniform(skin.skin.uniform()), wanted(skin.wanted),
+          chain(skin.skin.chain), state_layout(state_layout_of(skin)), header(header_of(skin, state_layout)),
+          strains(skin), threads(backend.capabilities().threads), tau(tau_range(skin.skin.materials)),
+          description(skin.skin.description), materials(options.materials), pressed(count),
+          stream(backend.stream(skin)) {
+        for (const Site& site : description.sites) ++sites_of[size_t(site.type)];
         if (description.surface.kind == Surface::Kind::map) gain_at_rest = gain_of(skin.skin);
         description.surface.map = {};
         scene::drop_maps(description.material);
@@ -122,7 +130,7 @@ struct Skin::Impl {
     }
 
     // Counts the curvature under a strain of every cell in: the gain, and the responses that it makes change sign.
-    void bend(Report& report, const plan::PreparedSkin& skin, const std::vector<double>& strain) const {
+    void bend(Report& report, const plan::PreparedSkin& skin, size_t pad, const std::vector<double>& strain) const {
         const f64::Constants& c = skin.constants;
         const Grid unit = plan::without_spacing(skin.description.grid);
         const std::vector<double> L = plan::laplacian(strain, unit, skin.stencil, skin.edges);
@@ -135,7 +143,7 @@ struct Skin::Impl {
                 report.gain.value = std::max(report.gain.value, std::abs(bent));
                 if (1 + bent >= 0) continue;
                 for (size_t q = QUANTITY_SA1; q < REDUCED_MAPS; ++q)
-                    if (wanted[q]) changed[q] |= stream->response(Quantity(q))[y * width + x] != 0;
+                    if (wanted[q]) changed[q] |= stream->response(Quantity(q))[pad * cells() + y * width + x] != 0;
             }
         }
         for (size_t q = QUANTITY_SA1; q < REDUCED_MAPS; ++q)
@@ -146,42 +154,87 @@ struct Skin::Impl {
         return std::abs(skin.constants.curvature_length) * greatest_rest_curvature(skin);
     }
 
-    const size_t width, height;
-    const bool fields;
+    const size_t width, height, count; // count: of pads
+    const bool fields, uniform;        // uniform: a pad's cells have the same elements
     const plan::Wanted wanted;
-    const plan::ResponseLayout layout;
-    const plan::StateLayout state_layout;
-    const StateHeader header;
+    const plan::Chain chain;
+    const plan::StateLayout state_layout; // of one pad
+    const StateHeader header;             // of one pad
     const Strains strains;
     const int threads;
-    const scene::TauRange tau;
-    SkinDescription description;        // without maps and sites
-    std::optional<double> gain_at_rest; // of a surface that cannot be made again
+    const scene::TauRange tau;              // of all cells, where they differ
+    std::array<size_t, REDUCED_MAPS> sites_of{}; // of each class, in a pad
+    SkinDescription description;            // without maps and sites
+    std::vector<Material> materials;        // of each pad, where each has its own
+    std::optional<double> gain_at_rest;     // of a surface that cannot be made again
+    std::vector<uint32_t> pressed;          // by pad: the last list in which it stood
+    uint32_t lists = 0;
     std::unique_ptr<plan::Stream> stream;
 
     size_t cells() const { return width * height; }
-    size_t state_bytes() const { return sizeof header + state_layout.floats() * sizeof(float); }
-    void need_state(const void* state, size_t bytes) const {
-        if (!state || bytes != state_bytes())
-            scene::refuse("state", state ? std::to_string(bytes) + " bytes" : "(null)",
-                          std::to_string(state_bytes()) + " bytes");
+    size_t pad_bytes() const { return state_layout.floats() * sizeof(float); }
+    plan::PadList list_of(const Pads&);
+    StateHeader header_with(const plan::PadList& pads) const {
+        StateHeader h = header;
+        h.pads = uint32_t(pads.count);
+        return h;
     }
-    void refuse_pressure(const float* pressure) const;
+    size_t state_bytes(const plan::PadList& pads) const { return sizeof header + pads.count * pad_bytes(); }
+    void need_state(const void* state, size_t bytes, const plan::PadList& pads) const {
+        if (!state || bytes != state_bytes(pads))
+            scene::refuse("state", state ? std::to_string(bytes) + " bytes" : "(null)",
+                          std::to_string(state_bytes(pads)) + " bytes");
+    }
+    void press(const float* pressure, size_t numbers, const plan::StepLengths&, const plan::PadList&);
+    void refuse_pressure(const float* pressure, const plan::PadList&) const;
+    const Material& material_of(int pad) const {
+        return materials.empty() ? description.material : materials[size_t(pad)];
+    }
 };
 
+// Throws Error::bad_input where a number is no pad's, or a pad's for the second time.
+plan::PadList Skin::Impl::list_of(const Pads& pads) {
+    if (pads.all) return {.count = count};
+    ++lists;
+    for (size_t i = 0; i < pads.count; ++i) {
+        const int pad = pads.numbers[i];
+        if (pad < 0 || size_t(pad) >= count || pressed[size_t(pad)] == lists)
+            scene::refuse("pads", std::to_string(pad) + " at position " + std::to_string(i),
+                          "0.." + std::to_string(count - 1) + ", each at most once");
+        pressed[size_t(pad)] = lists;
+    }
+    return {.ids = pads.numbers, .count = pads.count};
+}
+
+void Skin::Impl::press(const float* pressure, size_t numbers, const plan::StepLengths& dt, const plan::PadList& pads) {
+    // Only on failure: need_not_negative() builds its message first, which allocates.
+    for (size_t i = 0; i < (dt.each ? pads.count : 1); ++i)
+        if (!scene::finite(dt[i]) || dt[i] < 0) scene::need_not_negative("dt", dt[i]);
+    if (numbers != pads.count * cells())
+        scene::refuse("pressure", std::to_string(numbers) + " cells",
+                      (count > 1 ? std::to_string(pads.count) + " pads of " : "") +
+                          "width*height = " + std::to_string(cells()) + ", row 0 first");
+    if (!stream->take(pads, pressure)) refuse_pressure(pressure, pads);
+    if (const double* refused = stream->press(pads, dt))
+        scene::need(false, "dt", *refused, "seconds over which the coefficients of a step stay below 3.4e38");
+}
+
 // Throws Error::bad_input naming the first cell that is not finite.
-void Skin::Impl::refuse_pressure(const float* pressure) const {
-    for (size_t i = 0; i < cells(); ++i)
-        if (!scene::finite(double(pressure[i])))
-            scene::refuse("pressure", shortest(double(pressure[i])) + " in cell " + scene::cell_text(i, int(width)),
-                          "finite numbers");
+void Skin::Impl::refuse_pressure(const float* pressure, const plan::PadList& pads) const {
+    for (size_t k = 0; k < pads.count; ++k)
+        for (size_t i = 0; i < cells(); ++i, ++pressure)
+            if (!scene::finite(double(*pressure)))
+                scene::refuse("pressure",
+                              shortest(double(*pressure)) + " in cell " + scene::cell_text(i, int(width)) +
+                                  (count > 1 ? " of pad " + std::to_string(pads[k]) : ""),
+                              "finite numbers");
 }
 
 Skin::Skin(const Device& device, const SkinDescription& description, const SkinOptions& options) {
     const DefaultFloats guard;
     Device::Impl& d = device.impl();
     impl_ = std::make_unique<Impl>(plan::streamed_skin(description, options, d.backend->capabilities().threads),
-                                   *d.backend);
+                                   options, *d.backend);
     d.info.exact &= impl_->stream->exact();
     d.need_exact();
 }
@@ -190,16 +243,17 @@ Skin::~Skin() = default;
 Skin::Skin(Skin&&) noexcept = default;
 Skin& Skin::operator=(Skin&&) noexcept = default;
 
-void Skin::press(const float* pressure, size_t cells, double dt) {
-    Impl& s = *impl_;
-    // Only on failure: need_not_negative() builds its message first, which allocates.
-    if (!scene::finite(dt) || dt < 0) scene::need_not_negative("dt", dt);
-    if (cells != s.cells())
-        scene::refuse("pressure", std::to_string(cells) + " cells",
-                      "width*height = " + std::to_string(s.cells()) + ", row 0 first");
-    if (!s.stream->take(pressure, s.width)) s.refuse_pressure(pressure);
-    if (!s.stream->press(dt))
-        scene::need(false, "dt", dt, "seconds over which the coefficients of a step stay below 3.4e38");
+int Skin::count() const { return int(impl_->count); }
+
+void Skin::press(const float* pressure, size_t cells, double dt, const Pads& pads) {
+    impl_->press(pressure, cells, {.dt = &dt}, impl_->list_of(pads));
+}
+
+void Skin::press(const float* pressure, size_t cells, const double* dt, size_t steps, const Pads& pads) {
+    const plan::PadList list = impl_->list_of(pads);
+    if (steps != list.count)
+        scene::refuse("dt", std::to_string(steps) + " steps", std::to_string(list.count) + ", one for each pad");
+    impl_->press(pressure, cells, {.dt = dt, .each = true}, list);
 }
 
 Skin::Response Skin::response(Quantity q) const {
@@ -207,53 +261,82 @@ Skin::Response Skin::response(Quantity q) const {
     if (!scene::is_receptor_class(q) || !s.wanted[size_t(q)])
         scene::refuse("response", std::string("\"") + name(q) + "\"",
                       s.fields ? "what SkinOptions::responses asks for" : "the classes of the description's sites");
-    return {s.stream->response(q), s.fields ? s.cells() : s.layout.of[size_t(q)].count}; // throws if the device is lost
+    const float* data = s.stream->response(q); // throws if the device is lost
+    return {data, s.count * (s.fields ? s.cells() : s.sites_of[size_t(q)])};
 }
 
-size_t Skin::state_bytes() const { return impl_->state_bytes(); }
+void Skin::reset(const Pads& pads) { impl_->stream->reset(impl_->list_of(pads)); }
 
-void Skin::save(void* state, size_t bytes) const {
-    const Impl& s = *impl_;
-    s.need_state(state, bytes);
-    std::vector<float> floats(s.state_layout.floats());
-    s.stream->save(floats.data());
-    std::memcpy(state, &s.header, sizeof s.header);
-    std::memcpy(static_cast<char*>(state) + sizeof s.header, floats.data(), floats.size() * sizeof(float));
+size_t Skin::state_bytes(const Pads& pads) const { return impl_->state_bytes(impl_->list_of(pads)); }
+
+void Skin::save(void* state, size_t bytes, const Pads& pads) const {
+    Impl& s = *impl_;
+    const plan::PadList list = s.list_of(pads);
+    s.need_state(state, bytes, list);
+    const StateHeader header = s.header_with(list);
+    std::memcpy(state, &header, sizeof header);
+    char* to = static_cast<char*>(state) + sizeof header;
+    for (size_t i = 0; i < list.count; ++i, to += s.pad_bytes()) s.stream->save(list[i], to);
 }
 
-void Skin::load(const void* state, size_t bytes) {
-    const Impl& s = *impl_;
+void Skin::load(const void* state, size_t bytes, const Pads& pads) {
+    Impl& s = *impl_;
+    const plan::PadList list = s.list_of(pads);
     StateHeader saved{};
     if (state && bytes >= sizeof saved) {
         std::memcpy(&saved, state, sizeof saved);
-        check_header(saved, s.header);
+        check_header(saved, s.header_with(list));
     }
-    s.need_state(state, bytes);
-    std::vector<float> floats(s.state_layout.floats());
-    std::memcpy(floats.data(), static_cast<const char*>(state) + sizeof saved, floats.size() * sizeof(float));
-    for (float x : floats)
-        if (!scene::finite(double(x))) scene::refuse("state", "(a number that is not finite)", "finite numbers");
-    s.stream->load(floats.data());
+    s.need_state(state, bytes, list);
+    const char* from = static_cast<const char*>(state) + sizeof saved;
+    bool finite = true;
+    for (size_t i = 0; i < list.count * s.state_layout.floats(); ++i) {
+        float x;
+        std::memcpy(&x, from + i * sizeof x, sizeof x);
+        finite &= scene::finite(double(x));
+    }
+    if (!finite) scene::refuse("state", "(a number that is not finite)", "finite numbers");
+    for (size_t i = 0; i < list.count; ++i, from += s.pad_bytes()) s.stream->load(list[i], from);
 }
 
-Report Skin::report() const {
+void Skin::set_material(const Material& material, const Pads& pads) {
+    const DefaultFloats guard;
+    Impl& s = *impl_;
+    const plan::PadList list = s.list_of(pads);
+    if (!s.uniform)
+        scene::refuse("material", "(numbers)", "none: the skin has a material of maps, which stays as it is");
+    if (s.materials.empty() && list.count != s.count)
+        scene::refuse("pads", std::to_string(list.count) + " of " + std::to_string(s.count),
+                      "all, where SkinOptions::materials gives none");
+    const std::vector<plan::Element> elements =
+        plan::elements_of_pad(s.description, material, s.chain, s.wanted, "material");
+    s.stream->set_elements(list, elements);
+    if (s.materials.empty()) scene::take_elements(s.description.material, material);
+    else
+        for (size_t i = 0; i < list.count; ++i) s.materials[size_t(list[i])] = material;
+}
+
+Report Skin::report(int pad) const {
     const DefaultFloats guard;
     const Impl& s = *impl_;
+    scene::need(pad >= 0 && size_t(pad) < s.count, "pad", pad, "0.." + std::to_string(s.count - 1));
+    SkinDescription own = s.description;
+    scene::take_elements(own.material, s.material_of(pad));
     std::optional<plan::PreparedSkin> skin;
-    if (!s.gain_at_rest) skin = plan::prepare_skin(s.description, s.threads);
-    Report report = report_of(s.description, s.tau, scene::cells_per_ridge(s.description),
+    if (!s.gain_at_rest) skin = plan::prepare_skin(own, s.threads);
+    std::vector<plan::Element> elements;
+    if (s.uniform) elements = scene::chain_of(own.material);
+    Report report = report_of(own, s.uniform ? tau_range(elements) : s.tau, scene::cells_per_ridge(own),
                               skin ? Impl::gain_of(*skin) : *s.gain_at_rest);
     std::vector<float> state(s.state_layout.floats());
-    s.stream->save(state.data());
-    const std::vector<double> strain = s.strains.of(state.data(), s.state_layout);
+    s.stream->save(pad, state.data());
+    const std::vector<double> strain = s.strains.of(state.data(), s.state_layout, elements);
     report.strain.value = 0;
     for (double eps : strain) report.strain.value = std::max(report.strain.value, std::abs(eps));
-    if (skin && s.fields) s.bend(report, *skin, strain);
-    if (s.description.grid.spacing)
-        report.indentation.value = report.strain.value * s.description.material.thickness.value_or(0);
+    if (skin && s.fields) s.bend(report, *skin, size_t(pad), strain);
+    if (own.grid.spacing)
+        report.indentation.value = report.strain.value * own.material.thickness.value_or(0);
     return report;
 }
-
-void Skin::reset() { impl_->stream->reset(); }
 
 } // namespace dermis

@@ -9,6 +9,7 @@ layout(constant_id = VARIANT_RESPONSES) const int RESPONSES = (1 << RESPONSE_MAP
 layout(constant_id = VARIANT_ELEMENTS) const int ELEMENTS = 1;
 layout(constant_id = VARIANT_SPRING) const int SPRING = 0;
 layout(constant_id = VARIANT_STRAIN) const int STRAIN = 0;
+layout(constant_id = VARIANT_PADS) const int PADS = 0;
 // Rows or numbers of a state: all of them, those before the strain of element e, the integral and the
 // rate of a spring.
 #define PLANES STATE_PLANES(ELEMENTS, COMPENSATED, STRAIN, RESPONSES, CARRIES_RATE)
@@ -18,7 +19,7 @@ layout(constant_id = VARIANT_STRAIN) const int STRAIN = 0;
 #define CARRIES_RATE (SPRING & FRAMES & (RESPONSES >> (QUANTITY_FA2 - 1)))
 
 // Whether coefficients are those of a table. Else the constants hold those of the only element.
-bool tabled() { return MATERIALS != 0 || ELEMENTS + SPRING > 1; }
+bool tabled() { return MATERIALS != 0 || ELEMENTS + SPRING > 1 || PADS != 0; }
 
 bool asked(int quantity) { return (RESPONSES & RESPONSE_BIT(quantity)) != 0; }
 

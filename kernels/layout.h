@@ -3,8 +3,9 @@
 
 // Maps are row-major, index = y*pitch + x; pitch is the width rounded up to PITCH_CELLS: a cache line of floats.
 #define PITCH_CELLS 16
-// Work of an invocation and size of a workgroup: `press` PRESS_CELLS cells, PRESS_X x PRESS_Y; `fields` one cell,
-// FIELDS_X x 1; `sites` one cell or receptor, SITES_X; `reduce` one tile of TILE_CELLS columns, REDUCE_ROWS rows.
+// Work of an invocation and size of a workgroup: `press` PRESS_CELLS cells, PRESS_X x PRESS_Y, of pads as many of these
+// as their rows fill; `fields` one cell, FIELDS_X x 1; `sites` one cell or receptor, SITES_X; `reduce` one tile of
+// TILE_CELLS columns, REDUCE_ROWS rows.
 #define PRESS_CELLS 4
 #define PRESS_X 64
 #define PRESS_Y 1
@@ -43,7 +44,10 @@
 #define VARIANT_ELEMENTS 6    // elements in series whose strain the state carries
 #define VARIANT_SPRING 7      // 1: a spring in series with them, of which the state carries nothing
 #define VARIANT_STRAIN 8      // 1: the state holds the cell's strain too, the sum over elements and spring
-#define VARIANT_CONSTANTS 9
+#define VARIANT_PADS 9        // 1: workgroups along z are of the pads in a list, each with coefficients of its own
+#define VARIANT_GROUP_X 10    // size of a workgroup of press
+#define VARIANT_GROUP_Y 11
+#define VARIANT_CONSTANTS 12
 
 #define PRESS_PRESSURE_FROM 0
 #define PRESS_PRESSURE_TO 1
@@ -124,6 +128,13 @@ struct Constants {
     int respond;                  // 0: only advance the state
 };
 
+// A pad of a list, which stands before the table of coefficients: its number, and the index of its first coefficients
+// in list and table together, counted in Coefficients.
+struct PadEntry {
+    int pad;
+    int table;
+};
+
 // A cell that some receptor's stencil reads, and the index of its material.
 struct SiteCell {
     int cell; // y*pitch + x
@@ -135,7 +146,8 @@ struct SiteStencil {
     int x_far_low, x_low, x_high, x_far_high;
     int y_far_low, y_low, y_high, y_far_high;
     int quantity; // its response
-    int response; // index of its float in the response
+    int response; // index of its float in the response of pad 0
+    int of_class; // receptors of its class in a pad: floats from pad to pad
     scalar rest_curvature;
 };
 struct SiteConstants {

@@ -14,9 +14,10 @@
 #include "cells.glsl"
 #include "maps.glsl"
 
-layout(local_size_x = PRESS_X, local_size_y = PRESS_Y) in;
+layout(local_size_x_id = VARIANT_GROUP_X, local_size_y_id = VARIANT_GROUP_Y) in;
 layout(push_constant) uniform Push { Constants c; };
-// Each map has pitch/4 vec4s per bound row, a state PLANES times as many. The last cells of a row may be padding.
+// Each map has pitch/4 vec4s per bound row, a state PLANES times as many. The last cells of a row may be padding. Pads
+// stand one after another in pressures, states and responses; rest curvature and materials are the same for all.
 MAP(PRESS_PRESSURE_FROM, PressureFrom, pressure_from);
 MAP(PRESS_PRESSURE_TO, PressureTo, pressure_to);
 MAP(PRESS_REST_CURVATURE, Rest, rest_curvature);
@@ -26,15 +27,22 @@ layout(std430, binding = PRESS_RESPONSE(QUANTITY_SA1)) writeonly restrict buffer
 layout(std430, binding = PRESS_RESPONSE(QUANTITY_SA2)) writeonly restrict buffer Sa2 { vec4 sa2[]; };
 layout(std430, binding = PRESS_RESPONSE(QUANTITY_FA1)) writeonly restrict buffer Fa1 { vec4 fa1[]; };
 layout(std430, binding = PRESS_RESPONSE(QUANTITY_FA2)) writeonly restrict buffer Fa2 { vec4 fa2[]; };
-layout(std430, binding = PRESS_COEFFICIENTS) readonly restrict buffer Table { Coefficients table[]; };
+layout(std430, binding = PRESS_COEFFICIENTS) readonly buffer Table { Coefficients table[]; };
+layout(std430, binding = PRESS_COEFFICIENTS) readonly buffer List { PadEntry pads[]; };
 layout(std430, binding = PRESS_MATERIAL) readonly buffer Material { ivec4 material[]; };
 layout(std430, binding = PRESS_INVALID) restrict buffer Invalid { uint invalid; }; // counts pressures that are not finite
 // The same material as scalars.
+layout(std430, binding = PRESS_COEFFICIENTS) readonly buffer List { PadEntry pads[]; };
 layout(std430, binding = PRESS_MATERIAL) readonly buffer MaterialCells { int material_cells[]; };
 
-// The index of row y's first cell in a map; the vec4 index of cells x .. x + 3 of that row in a map and in a state; and
-// the distance of a state's planes in vec4s.
-int row_start(int y) { return (y - c.base_row) * c.pitch; }
+// The invocation's pad: its first cell in a map, and the index of its first coefficients.
+int pad_start = 0;
+int pad_table = 0;
+
+// The index of row y's first cell in a map; the vec4 index of cells x .. x + 3 of that row in a map and in a state; the
+// vec4 index of a map in one that is the same for all pads; and the distance of a state's planes in vec4s.
+int row_start(int y) { return pad_start + (y - c.base_row) * c.pitch; }
+int of_all_pads(int i) { return i - (pad_start >> 2); }
 int in_map(int start, int x) { return (start + x) >> 2; }
 int in_state(int start, int x) { return (start * PLANES + x) >> 2; }
 #define NEXT_PLANE (c.pitch >> 2)
@@ -54,10 +62,10 @@ LaneCoefficients coefficients_of(ivec4 materials) {
 // The coefficients of the elements e of cells with these materials, and of the four cells i of a map.
 LaneCoefficients element_of(ivec4 materials, int e) {
     if (!tabled()) return lanes_of(c.coefficients);
-    return MATERIALS == 0 ? lanes_of(table[e]) : coefficients_of(materials + e);
+    return MATERIALS == 0 ? lanes_of(table[pad_table + e]) : coefficients_of(materials + (pad_table + e));
 }
 
-ivec4 materials_at(int i) { return MATERIALS == 0 ? ivec4(0) : material[i]; }
+ivec4 materials_at(int i) { return MATERIALS == 0 ? ivec4(0) : material[of_all_pads(i)]; }
 
 Load load_at(int i) {
     vec4 p = FOUR(pressure_from, i);
@@ -91,8 +99,8 @@ vec4 strains_beside(int x, int y, int cells) {
     if (FRAMES != 0) load = load_between(valid(p), valid(BESIDE(pressure_to, start)), c);
     ivec4 materials = ivec4(0);
     if (MATERIALS != 0)
-        materials = ivec4(material_cells[start + low], material_cells[start + high], material_cells[start + far_low],
-                          material_cells[start + far_high]);
+        materials = ivec4(material_cells[start - pad_start + low], material_cells[start - pad_start + high],
+                          material_cells[start - pad_start + far_low], material_cells[start - pad_start + far_high]);
     vec4 eps = vec4(0.0);
     for (int e = 0; e < ELEMENTS; ++e) {
         int plane = state + ELEMENT(e) * c.pitch;
@@ -172,6 +180,11 @@ void main() {
     int x = int(gl_GlobalInvocationID.x) * PRESS_CELLS + c.first_column;
     int y = int(gl_GlobalInvocationID.y) + c.first_row;
     if (x >= c.width || y >= c.height) return;
+    if (PADS != 0) {
+        PadEntry pad = pads[gl_WorkGroupID.z];
+        pad_start = pad.pad * c.height * c.pitch;
+        pad_table = pad.table;
+    }
     int start = row_start(y);
     int i = in_map(start, x);
     int state = in_state(start, x);
@@ -208,7 +221,7 @@ void main() {
     if (c.respond == 0 || RESPONSES == 0) return;
 
     vec4 L = add(laplacian_along_x(x, y, m.strain), laplacian_along_y(x, y, m.strain));
-    vec4 C = curvature_of(FOUR(rest_curvature, i), L, c.bend);
+    vec4 C = curvature_of(FOUR(rest_curvature, of_all_pads(i)), L, c.bend);
 #define RESPONSE(quantity) answer(quantity, signal(quantity, m, integral.value), C, c)
     if (asked(QUANTITY_SA1)) sa1[i] = RESPONSE(QUANTITY_SA1);
     if (asked(QUANTITY_SA2)) sa2[i] = RESPONSE(QUANTITY_SA2);

@@ -21,11 +21,17 @@ layout(std430, binding = SITES_SITES) readonly restrict buffer Sites { SiteStenc
 layout(std430, binding = SITES_STATE_FROM) readonly restrict buffer StateFrom { float state_from[]; };
 layout(std430, binding = SITES_STATE_TO) writeonly restrict buffer StateTo { float state_to[]; };
 layout(std430, binding = SITES_RESPONSE) writeonly restrict buffer Response { float responses[]; };
-layout(std430, binding = SITES_COEFFICIENTS) readonly restrict buffer Table { Coefficients table[]; };
+layout(std430, binding = SITES_COEFFICIENTS) readonly buffer Table { Coefficients table[]; };
+layout(std430, binding = SITES_COEFFICIENTS) readonly buffer List { PadEntry pads[]; };
 layout(std430, binding = SITES_INVALID) restrict buffer Invalid { uint invalid; }; // counts pressures that are not finite
 
+// The invocation's pad: its number, and the index of its first coefficients. Pads stand one after another in pressures,
+// states and the responses of each class.
+int pad = 0;
+int pad_table = 0;
+
 // The index of a cell in the pressures that are bound. `rank` is its index in `cells`.
-int bound(int rank) { return cells[rank].cell - s.c.base_row * s.c.pitch; }
+int bound(int rank) { return cells[rank].cell + (pad * s.c.height - s.c.base_row) * s.c.pitch; }
 
 Load load_at(int rank) {
     int i = bound(rank);
@@ -34,10 +40,10 @@ Load load_at(int rank) {
 
 LaneCoefficients element_at(int rank, int e) {
     if (!tabled()) return lanes_of(s.c.coefficients);
-    return lanes_of(table[(MATERIALS == 0 ? 0 : cells[rank].material) + e]);
+    return lanes_of(table[pad_table + (MATERIALS == 0 ? 0 : cells[rank].material) + e]);
 }
 
-int state_at(int rank) { return rank * PLANES; }
+int state_at(int rank) { return (pad * s.cells + rank) * PLANES; }
 
 Sum sum_from(int state) { return sum_of(state_from[state], COMPENSATED != 0 ? state_from[state + 1] : 0.0); }
 
@@ -100,10 +106,15 @@ void respond(SiteStencil site) {
                   along(site.y_far_low, site.y_low, eps, site.y_high, site.y_far_high,
                         axis(cell / s.c.pitch, s.c.height, STENCIL, EDGES)));
     float C = curvature_of(site.rest_curvature, L, s.c.bend);
-    responses[site.response] = answer(site.quantity, signal(site.quantity, m, integral_after(site.here, m).value), C, s.c);
+    responses[site.response + pad * site.of_class] =
+        answer(site.quantity, signal(site.quantity, m, integral_after(site.here, m).value), C, s.c);
 }
 
 void main() {
+    if (PADS != 0) {
+        pad = pads[gl_WorkGroupID.z].pad;
+        pad_table = pads[gl_WorkGroupID.z].table;
+    }
     int i = int((gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * SITES_X + gl_LocalInvocationID.x);
     if (i < s.cells) advance(s.first_cell + i);
     else if (i < s.cells + s.sites) respond(sites[s.first_site + i - s.cells]);

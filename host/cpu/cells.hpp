@@ -12,6 +12,7 @@
 #include <array>
 #include <atomic>
 #include <barrier>
+#include <cstring>
 #include <functional>
 #include <numeric>
 #include <span>
@@ -142,14 +143,17 @@ template <class K> class Cells {
 
     void rest() { state_.rest(); }
 
-    // Copies the state to or from planes of width*height numbers each.
-    void save(real* to) const {
-        each_row([&](const real* row) { to = std::copy_n(row, width_, to); });
+    // Copies the state to or from planes of width*height numbers each, at any address.
+    void save(char* to) const {
+        each_row([&](const real* row) {
+            std::memcpy(to, row, size_t(width_) * sizeof(real));
+            to += size_t(width_) * sizeof(real);
+        });
     }
-    void load(const real* from) {
+    void load(const char* from) {
         each_row([&](real* row) {
-            std::copy_n(from, width_, row);
-            from += width_;
+            std::memcpy(row, from, size_t(width_) * sizeof(real));
+            from += size_t(width_) * sizeof(real);
         });
     }
 

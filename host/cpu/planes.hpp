@@ -102,6 +102,18 @@ template <class real> class State {
         for (Plane<real>* plane : {&value_[0], &value_[1], &lost_[0], &lost_[1], &strain_, &rate_}) plane->clear();
     }
 
+    // The same in one row.
+    void rest_row(int y, int pitch) {
+        const auto clear = [&](real* row) {
+            if (row) std::fill_n(row, pitch, real(0));
+        };
+        const simd::StateRow<real> r = row(y, pitch);
+        for (size_t e = 0; e < elements_; ++e)
+            for (real* strain : {r.value[simd::sum_strain], r.lost[simd::sum_strain]})
+                if (strain) clear(strain + e * element_);
+        for (real* plane : {r.value[simd::sum_integral], r.lost[simd::sum_integral], r.strain, r.rate}) clear(plane);
+    }
+
   private:
     static constexpr size_t gap = Plane<real>::shift;        // so that elements begin at different bits of an address
     size_t elements_ = 0, element_ = 0;                      // their number; the distance from one to the next

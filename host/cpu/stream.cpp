@@ -2,8 +2,9 @@
 #include "host/cpu/stream.hpp"
 
 #include "host/cpu/cells.hpp"
+#include "host/cpu/pad_cells.hpp"
 #include "host/plan/float_environment.hpp"
-#include "host/plan/site_stepper.hpp"
+#include "host/plan/laplacian.hpp"
 #include "host/simd/pool.hpp"
 
 #include <atomic>
@@ -15,118 +16,36 @@ namespace dermis::cpu {
 using plan::StreamedSkin;
 
 struct FramePress::Impl {
-    explicit Impl(StreamedSkin s) : streamed(std::move(s)) {}
-    virtual ~Impl() = default;
-    virtual void run(const f32::Constants&, const float* from, const float* to, float* const (&response)[RESPONSE_MAPS],
-                     size_t response_pitch) = 0;
-    virtual void reset() = 0;
-    virtual void save(float* planes) const = 0;
-    virtual void load(const float* planes) = 0;
-    virtual simd::Pool& pool() = 0;
-
-    StreamedSkin streamed;
-    std::vector<plan::Element> materials; // those that are stepped
-    std::vector<f32::Coefficients> table; // theirs, of a press over table_dt
-    double table_dt = std::nan("");
-};
-
-struct FramePress::Fields : Impl {
-    Fields(StreamedSkin s, int threads, const simd::Isa& isa)
-        : Impl(std::move(s)), rest(streamed.skin.padded_cells(), rest_place(streamed.skin.chain)),
+    Impl(StreamedSkin s, int threads, const simd::Isa& isa)
+        : streamed(std::move(s)), rest(streamed.skin.padded_cells(), rest_place(streamed.skin.chain)),
+          tables(streamed, streamed.skin.materials),
           cells(streamed.skin, streamed.variant(), streamed.skin.whole(), threads, isa) {
-        materials = streamed.skin.materials;
         std::ranges::copy(plan::padded_rest_curvature<float>(streamed.skin), rest.data());
         plan::drop_maps(streamed.skin);
     }
 
-    void run(const f32::Constants& c, const float* from, const float* to, float* const (&response)[RESPONSE_MAPS],
-             size_t response_pitch) override {
-        const CellsPress<f32> press{.constants = c,
-                                    .table = table.data(),
-                                    .pressure = from,
-                                    .pressure_to = to,
-                                    .rest_curvature = rest.data(),
-                                    .response = std::to_array(response),
-                                    .response_pitch = response_pitch};
-        int changed;
-        cells.press({&press, 1}, {&changed, 1});
-    }
-
-    void reset() override { cells.rest(); }
-    void save(float* planes) const override { cells.save(planes); }
-    void load(const float* planes) override { cells.load(planes); }
-    simd::Pool& pool() override { return cells.pool(); }
-
+    StreamedSkin streamed;
     const Plane<float> rest;
+    plan::StepTables tables;
     Cells<f32> cells;
-};
-
-struct FramePress::Sites : Impl {
-    Sites(StreamedSkin s, int threads)
-        : Impl(std::move(s)), threads_(threads),
-          cells(streamed.skin, {streamed.skin.whole()}, site_cells(streamed.skin)),
-          stepper(streamed.skin, cells, streamed.variant()) {
-        for (const Cell& c : cells.points) points.push_back(stepper.point(c));
-        for (auto* pressure : {&from, &to}) pressure->resize(cells.cells.size());
-        materials = cells.materials;
-        lanes.resize(materials.size());
-        plan::drop_maps(streamed.skin);
-    }
-
-    static std::vector<Cell> site_cells(const plan::PreparedSkin& skin) {
-        std::vector<Cell> at;
-        for (const Site& site : skin.description.sites) at.push_back(site.cell);
-        return at;
-    }
-
-    void run(const f32::Constants& c, const float* p, const float* q, float* const (&response)[RESPONSE_MAPS],
-             size_t) override {
-        std::transform(table.begin(), table.end(), lanes.begin(), f32::lanes_of);
-        const size_t width = size_t(streamed.skin.width()), pitch = size_t(streamed.skin.pitch);
-        for (size_t i = 0; i < from.size(); ++i) {
-            const size_t cell = cells.cells[i], at = cell / width * pitch + cell % width;
-            from[i] = p[at];
-            to[i] = q[at];
-        }
-        stepper.advance(c, lanes.data(), {from.data(), to.data()}, 0, from.size());
-        std::array<size_t, RESPONSE_MAPS> next{};
-        for (size_t i = 0; i < points.size(); ++i) {
-            const Quantity type = streamed.skin.description.sites[i].type;
-            const size_t r = size_t(type) - QUANTITY_SA1;
-            response[r][next[r]++] = stepper.value(points[i], type, c, lanes.data(), {from.data(), to.data()});
-        }
-        stepper.keep();
-    }
-
-    void reset() override { stepper.reset(); }
-    void save(float* planes) const override { stepper.save(planes, streamed.wanted[QUANTITY_SA2]); }
-    void load(const float* planes) override { stepper.load(planes, streamed.wanted[QUANTITY_SA2]); }
-    simd::Pool& pool() override { return threads_; }
-
-    simd::Pool threads_; // take in the pressure
-    const plan::SiteCells cells;
-    plan::SiteStepper<f32> stepper;
-    std::vector<plan::SiteStepper<f32>::Point> points;
-    std::vector<float> from, to; // pressures of the cells
-    std::vector<f32::LaneCoefficients> lanes;
 };
 
 FramePress::FramePress(StreamedSkin skin, int threads, const simd::Isa& isa) {
     const DefaultFloats guard; // threads inherit it
     threads = simd::useful_threads(skin.skin.cells(), threads);
-    if (skin.skin.description.sites.empty()) impl_ = std::make_unique<Fields>(std::move(skin), threads, isa);
-    else impl_ = std::make_unique<Sites>(std::move(skin), threads);
-    impl_->table.resize(impl_->materials.size());
+    impl_ = std::make_unique<Impl>(std::move(skin), threads, isa);
 }
 
 FramePress::~FramePress() = default;
 
-void FramePress::reset() { impl_->reset(); }
-void FramePress::save(float* planes) const { impl_->save(planes); }
-void FramePress::load(const float* planes) { impl_->load(planes); }
+void FramePress::reset() { impl_->cells.rest(); }
+void FramePress::save(char* planes) const { impl_->cells.save(planes); }
+void FramePress::load(const char* planes) { impl_->cells.load(planes); }
+void FramePress::set_elements(const std::vector<plan::Element>& elements) { impl_->tables.set_elements({}, elements); }
 
 bool FramePress::copy(const float* pressure, size_t stride, float* to) {
     const plan::PreparedSkin& skin = impl_->streamed.skin;
+    simd::Pool& pool = impl_->cells.pool();
     struct {
         plan::PressureCopy copy;
         long long rows, threads;
@@ -137,8 +56,8 @@ bool FramePress::copy(const float* pressure, size_t stride, float* to) {
                    .to = to,
                    .pitch = size_t(skin.pitch)},
           .rows = skin.height(),
-          .threads = impl_->pool().threads()};
-    impl_->pool().each([&job](int thread) { // captures so little that nothing is allocated
+          .threads = pool.threads()};
+    pool.each([&job](int thread) { // captures so little that nothing is allocated
         if (!copy_rows(job.copy, int(job.rows * thread / job.threads), int(job.rows * (thread + 1) / job.threads)))
             job.finite = false;
     });
@@ -153,13 +72,17 @@ bool FramePress::press(double dt, const float* from, const float* to, float* con
                        size_t response_pitch) {
     const DefaultFloats guard;
     Impl& s = *impl_;
-    if (dt != s.table_dt) {
-        s.table_dt = std::nan(""); // the table is no longer that of any dt
-        const plan::PreparedSkin& skin = s.streamed.skin;
-        if (!plan::fill_table(s.materials, skin.chain, skin.rule, dt, s.table.data())) return false;
-        s.table_dt = dt;
-    }
-    s.run(plan::frame_constants(s.streamed.skin, s.table.front()), from, to, response, response_pitch);
+    if (s.tables.fill({}, {&dt})) return false;
+    const f32::Constants constants = plan::frame_constants(s.streamed.skin, *s.tables.of(0));
+    const CellsPress<f32> press{.constants = constants,
+                                .table = s.tables.of(0),
+                                .pressure = from,
+                                .pressure_to = to,
+                                .rest_curvature = s.rest.data(),
+                                .response = std::to_array(response),
+                                .response_pitch = response_pitch};
+    int changed;
+    s.cells.press({&press, 1}, {&changed, 1});
     return true;
 }
 
@@ -188,69 +111,249 @@ class SideBySide {
     std::vector<float*> begins_;
 };
 
-class CpuStream : public plan::Stream {
+using Responses = std::array<float*, RESPONSE_MAPS>;
+
+// The numbers of each response: of each pad a field of width*height, or its sites.
+std::array<size_t, RESPONSE_MAPS> response_counts(const StreamedSkin& s) {
+    std::array<size_t, RESPONSE_MAPS> counts{};
+    const std::vector<Site>& sites = s.skin.description.sites;
+    for (size_t r = 0; r < RESPONSE_MAPS; ++r)
+        if (sites.empty() && s.wanted[QUANTITY_SA1 + r]) counts[r] = s.skin.cells();
+    for (const Site& site : sites) ++counts[size_t(site.type) - QUANTITY_SA1];
+    return counts;
+}
+
+// One skin, whose rows are shared among threads.
+class SkinStream : public plan::Stream {
   public:
-    CpuStream(const StreamedSkin& skin, int threads, const simd::Isa& isa)
-        : press_(skin, threads, isa), memory_(sizes_of(skin)), layout_(state_layout_of(skin)),
-          width_(size_t(skin.skin.width())), pitch_(size_t(skin.skin.pitch)) {
+    SkinStream(const StreamedSkin& skin, int threads, const simd::Isa& isa)
+        : press_(skin, threads, isa), memory_(sizes_of(skin)), width_(size_t(skin.skin.width())),
+          pitch_(size_t(skin.skin.pitch)), cells_(skin.skin.cells()), planes_(state_layout_of(skin).planes) {
+        const bool sites = !skin.skin.description.sites.empty();
+        if (sites) sites_.emplace(skin.skin.description.sites, width_);
         for (size_t i = 0; i < 2; ++i) pressure_[i] = memory_[i];
         for (size_t r = 0; r < RESPONSE_MAPS; ++r)
-            response_[r] = skin.wanted[QUANTITY_SA1 + r] ? memory_[2 + r] : nullptr;
+            if (skin.wanted[QUANTITY_SA1 + r]) {
+                field_[r] = memory_[2 + r];
+                response_[r] = sites ? memory_[2 + RESPONSE_MAPS + r] : field_[r];
+            }
     }
 
     // The map that is overwritten is the one before the last press, which nobody needs any more.
-    bool take(const float* pressure, size_t stride) override { return press_.copy(pressure, stride, pressure_[1]); }
+    bool take(const plan::PadList& pads, const float* pressure) override {
+        return pads.count == 0 || press_.copy(pressure, width_, pressure_[1]);
+    }
 
-    bool press(double dt) override {
-        if (!press_.press(dt, pressure_[0], pressure_[1], response_, width_)) return false;
+    const double* press(const plan::PadList& pads, const plan::StepLengths& dt) override {
+        if (pads.count == 0) return nullptr;
+        if (!press_.press(dt[0], pressure_[0], pressure_[1], field_, width_)) return &dt[0];
         std::swap(pressure_[0], pressure_[1]);
-        return true;
+        if (sites_) sites_->read(std::to_array(field_), response_);
+        return nullptr;
     }
 
     const float* response(Quantity q) const override { return response_[size_t(q) - QUANTITY_SA1]; }
 
-    void reset() override {
+    void reset(const plan::PadList& pads) override {
+        if (pads.count == 0) return;
         press_.reset();
         memory_.clear();
     }
 
-    void save(float* state) override {
-        press_.save(state);
-        float* to = state + layout_.cells * layout_.planes;
-        for (size_t i = 0; i < layout_.pressure; i += width_, to += width_)
-            std::copy_n(pressure_[0] + i / width_ * pitch_, width_, to);
+    void save(int, void* state) override {
+        char* to = static_cast<char*>(state);
+        press_.save(to);
+        to += planes_ * cells_ * sizeof(float);
+        for (size_t at = 0; at < cells_ / width_ * pitch_; at += pitch_, to += width_ * sizeof(float))
+            std::memcpy(to, pressure_[0] + at, width_ * sizeof(float));
     }
 
-    void load(const float* state) override {
-        press_.load(state);
-        const float* from = state + layout_.cells * layout_.planes;
-        for (size_t i = 0; i < layout_.pressure; i += width_, from += width_)
-            std::copy_n(from, width_, pressure_[0] + i / width_ * pitch_);
+    void load(int, const void* state) override {
+        const char* from = static_cast<const char*>(state);
+        press_.load(from);
+        from += planes_ * cells_ * sizeof(float);
+        for (size_t at = 0; at < cells_ / width_ * pitch_; at += pitch_, from += width_ * sizeof(float))
+            std::memcpy(pressure_[0] + at, from, width_ * sizeof(float));
+    }
+
+    void set_elements(const plan::PadList&, const std::vector<plan::Element>& elements) override {
+        press_.set_elements(elements);
     }
 
   private:
     static std::vector<size_t> sizes_of(const StreamedSkin& skin) {
         const size_t map = skin.skin.padded_cells();
         std::vector<size_t> sizes = {map, map};
-        const plan::ResponseLayout layout = response_layout_of(skin);
-        const bool fields = skin.skin.description.sites.empty();
-        for (size_t q = QUANTITY_SA1; q < REDUCED_MAPS; ++q)
-            sizes.push_back(fields && skin.wanted[q] ? skin.skin.cells() : layout.of[q].count);
+        for (size_t r = 0; r < RESPONSE_MAPS; ++r)
+            sizes.push_back(skin.wanted[QUANTITY_SA1 + r] ? skin.skin.cells() : 0);
+        for (size_t count : response_counts(skin)) sizes.push_back(skin.skin.description.sites.empty() ? 0 : count);
         return sizes;
     }
 
     FramePress press_;
-    SideBySide memory_; // two pressures, then the responses
-    const plan::StateLayout layout_;
-    const size_t width_, pitch_;
+    SideBySide memory_; // two pressures, then the fields, then the responses of sites
+    const size_t width_, pitch_, cells_, planes_;
+    std::optional<SitesOfFields> sites_;
     float* pressure_[2];
-    float* response_[RESPONSE_MAPS];
+    float* field_[RESPONSE_MAPS]{};
+    Responses response_{};
 };
+
+// Pads alike, or a skin of short rows or few sites as one: a thread takes whole pads.
+class PadStream : public plan::Stream {
+  public:
+    PadStream(const StreamedSkin& s, int threads, const simd::Isa& isa)
+        : pool_(threads), pads_(s, threads, isa), frame_(s.skin.cells()), counts_(response_counts(s)),
+          planes_(state_layout_of(s).planes), tables_(s, pads_.elements()), pad_(size_t(s.pads)) {
+        for (std::vector<float>& p : pressure_) p = simd::map_of(pad_.size() * pads_.pitch(), 0.0f);
+        if (lists())
+            for (std::vector<float>& f : whole_) f = simd::map_of(pad_.size() * frame_, 0.0f);
+        for (size_t r = 0; r < RESPONSE_MAPS; ++r) response_[r] = simd::map_of(pad_.size() * counts_[r], 0.0f);
+    }
+
+    bool take(const plan::PadList& pads, const float* pressures) override {
+        Job job{.self = *this, .pads = pads, .pressures = pressures};
+        run(job, [](Job& j, int, size_t i) {
+            if (!j.self.take_one(j.pads[i], j.pressures + i * j.self.frame_)) j.finite = false;
+        });
+        return job.finite;
+    }
+
+    const double* press(const plan::PadList& pads, const plan::StepLengths& dt) override {
+        const DefaultFloats guard;
+        if (const double* refused = tables_.fill(pads, dt)) return refused;
+        Job job{.self = *this, .pads = pads};
+        run(job, [](Job& j, int thread, size_t i) { j.self.press_one(thread, j.pads[i]); });
+        return nullptr;
+    }
+
+    const float* response(Quantity q) const override { return response_[size_t(q) - QUANTITY_SA1].data(); }
+
+    void reset(const plan::PadList& pads) override {
+        for (size_t i = 0; i < pads.count; ++i) {
+            const size_t pad = size_t(pads[i]);
+            pad_[pad] = {};
+            pads_.rest(pads[i]);
+            for (auto* p : {&pressure_[0], &pressure_[1]}) clear(*p, pad, pads_.pitch());
+            if (lists())
+                for (auto* p : {&whole_[0], &whole_[1]}) clear(*p, pad, frame_);
+            for (size_t r = 0; r < RESPONSE_MAPS; ++r) clear(response_[r], pad, counts_[r]);
+        }
+    }
+
+    void save(int pad, void* state) override {
+        char* to = static_cast<char*>(state);
+        pads_.save(pad, to);
+        std::memcpy(to + planes_bytes(), frame_of(pad, pad_[size_t(pad)].from), frame_ * sizeof(float));
+    }
+
+    void load(int pad, const void* state) override {
+        const char* from = static_cast<const char*>(state);
+        pad_[size_t(pad)].rests = false;
+        pads_.load(pad, from);
+        const int side = pad_[size_t(pad)].from;
+        std::memcpy(frame_of(pad, side), from + planes_bytes(), frame_ * sizeof(float));
+        list(pad, side);
+    }
+
+    void set_elements(const plan::PadList& pads, const std::vector<plan::Element>& elements) override {
+        tables_.set_elements(pads, elements);
+    }
+
+  private:
+    struct Pad {
+        int from = 0;              // the side of the pressure that the next press starts from
+        bool rests = true;         // nothing has ever pressed it
+        bool stays_at_rest = true; // nor does the pressure that was taken last
+    };
+    struct Job {
+        PadStream& self;
+        const plan::PadList& pads;
+        const float* pressures = nullptr;
+        void (*one)(Job&, int thread, size_t i) = nullptr;
+        std::atomic<bool> finite = true;
+        std::atomic<size_t> next = 0;
+    };
+
+    // Calls one(job, thread, i) for each pad i of the list on some thread.
+    void run(Job& job, void (*one)(Job&, int, size_t)) {
+        job.one = one;
+        pool_.each([&job](int thread) { // captures so little that nothing is allocated
+            constexpr size_t share = 4;
+            for (size_t i; (i = job.next.fetch_add(share)) < job.pads.count;)
+                for (size_t k = i; k < std::min(i + share, job.pads.count); ++k) job.one(job, thread, k);
+        });
+    }
+
+    bool lists() const { return !pads_.read_cells().empty(); }
+    size_t planes_bytes() const { return planes_ * pads_.cells() * sizeof(float); }
+    // A pad's pressure of width*height on one side.
+    float* frame_of(int pad, int side) {
+        return lists() ? whole_[side].data() + size_t(pad) * frame_ : pressure_of(pad, side);
+    }
+    float* pressure_of(int pad, int side) { return pressure_[side].data() + size_t(pad) * pads_.pitch(); }
+
+    // Copies the pressures of listed cells from a pad's frame.
+    void list(int pad, int side) {
+        if (!lists()) return;
+        const float* frame = frame_of(pad, side);
+        std::ranges::transform(pads_.read_cells(), pressure_of(pad, side), [frame](size_t cell) { return frame[cell]; });
+    }
+
+    bool take_one(int pad, const float* pressure) {
+        Pad& p = pad_[size_t(pad)];
+        p.stays_at_rest = p.rests && plan::all_bits_zero(pressure, frame_);
+        if (p.stays_at_rest) return true;
+        const bool finite = plan::copy_rows(
+            {.from = pressure, .stride = frame_, .width = frame_, .to = frame_of(pad, 1 - p.from), .pitch = frame_}, 0,
+            1);
+        list(pad, 1 - p.from);
+        return finite;
+    }
+
+    void press_one(int thread, int pad) {
+        Pad& p = pad_[size_t(pad)];
+        if (p.stays_at_rest) return;
+        PadCells::Press press{.from = pressure_of(pad, p.from),
+                          .to = pressure_of(pad, 1 - p.from),
+                          .table = tables_.of(pad),
+                          .response = {}};
+        for (size_t r = 0; r < RESPONSE_MAPS; ++r)
+            press.response[r] = counts_[r] ? response_[r].data() + size_t(pad) * counts_[r] : nullptr;
+        pads_.press(thread, pad, press);
+        p = {.from = 1 - p.from, .rests = false, .stays_at_rest = false};
+    }
+
+    static void clear(std::vector<float>& map, size_t pad, size_t count) {
+        std::fill_n(map.begin() + long(pad * count), count, 0.0f);
+    }
+
+    simd::Pool pool_;
+    PadCells pads_;
+    const size_t frame_; // cells of a frame
+    const std::array<size_t, RESPONSE_MAPS> counts_;
+    const size_t planes_;
+    plan::StepTables tables_;
+    std::vector<Pad> pad_;
+    std::vector<float> pressure_[2], whole_[2]; // of the cells that are stepped; the frames of sites, whole
+    std::array<std::vector<float>, RESPONSE_MAPS> response_;
+};
+
+// Whether a single skin is pressed like pads: on one thread, at less cost for the rows or sites that it has.
+bool as_pads(const StreamedSkin& s, int threads) {
+    const plan::PreparedSkin& skin = s.skin;
+    const std::vector<Site>& sites = skin.description.sites;
+    if (!sites.empty() && PadCells::sparse(skin, {skin, {skin.whole()}, cells_of(sites)}, threads)) return true;
+    return skin.width() < 96 && threads == 1;
+}
 
 } // namespace
 
 std::unique_ptr<plan::Stream> stream(const StreamedSkin& skin, int threads, const simd::Isa& isa) {
-    return std::make_unique<CpuStream>(skin, threads, isa);
+    const DefaultFloats guard; // threads inherit it
+    const int useful = simd::useful_threads(skin.skin.cells() * size_t(skin.pads), threads);
+    if (skin.pads == 1 && !as_pads(skin, useful)) return std::make_unique<SkinStream>(skin, threads, isa);
+    return std::make_unique<PadStream>(skin, std::min(skin.pads, useful), isa);
 }
 
 } // namespace dermis::cpu

@@ -7,7 +7,7 @@
 
 namespace dermis::cpu {
 
-// A press from any map of pitch*height to any other, into memory that is the caller's.
+// A press of fields, from any map of pitch*height to any other, into memory that is the caller's.
 class FramePress {
   public:
     // threads: 0 = one per core.
@@ -22,16 +22,15 @@ class FramePress {
     bool press(double dt, const float* from, const float* to, float* const (&response)[RESPONSE_MAPS]);
     void reset(); // to a skin at rest
     // Copies the planes of a state (plan::StateLayout), without the pressure.
-    void save(float* planes) const;
-    void load(const float* planes);
+    void save(char* planes) const;
+    void load(const char* planes);
+    void set_elements(const std::vector<plan::Element>&); // of a uniform material, in place of as many
     // Copies a pressure into a map of pitch*height (plan::copy_rows), on the threads of a press. Returns whether all is
     // finite.
     bool copy(const float* pressure, size_t stride, float* to);
 
   private:
     struct Impl;
-    struct Fields;
-    struct Sites;
     std::unique_ptr<Impl> impl_;
 };
 

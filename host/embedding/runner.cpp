@@ -53,7 +53,7 @@ SkinRunner::SkinRunner(std::shared_ptr<Context> context, const plan::StreamedSki
     for (size_t q = QUANTITY_SA1; q < REDUCED_MAPS; ++q)
         if (!sites_ && width_ != pitch_ && skin.wanted[q]) dense_[q - QUANTITY_SA1].resize(width_ * size_t(height_));
     std::memset(upload_.data(), 0, upload_.bytes()); // cells beyond the width stay 0
-    reset();
+    reset({});
 }
 
 SkinRunner::~SkinRunner() {
@@ -95,24 +95,24 @@ bool SkinRunner::exact() {
     return program_.check_passed(back.data());
 }
 
-bool SkinRunner::take(const float* pressure, size_t stride) {
+bool SkinRunner::take(const plan::PadList&, const float* pressures) {
     context_->need_working();
-    return plan::copy_rows({.from = pressure,
-                            .stride = stride,
+    return plan::copy_rows({.from = pressures,
+                            .stride = width_,
                             .width = width_,
                             .to = static_cast<float*>(upload_.data()),
                             .pitch = pitch_},
                            0, height_);
 }
 
-bool SkinRunner::press(double dt) {
+const double* SkinRunner::press(const plan::PadList&, const plan::StepLengths& dt) {
     const DefaultFloats guard; // a software driver's threads inherit the floating-point environment
     const VolkDeviceTable& vk = context_->calls();
     const VkCommandBuffer commands = context_->begin();
     const VkBufferCopy in{0, 0, program_.memory().pressure.bytes}, out{0, 0, program_.memory().response.bytes};
     vk.vkCmdCopyBuffer(commands, upload_.handle(), pressure_[1 - from_].handle(), 1, &in);
     context_->barrier(commands);
-    if (!program_.record_press(commands, bindings_[from_], dt)) return false; // gives the recording up
+    if (!program_.record_press(commands, bindings_[from_], dt[0])) return &dt[0]; // gives the recording up
     context_->barrier(commands);
     vk.vkCmdCopyBuffer(commands, response_.handle(), download_.handle(), 1, &out);
     context_->barrier(commands);
@@ -124,7 +124,7 @@ bool SkinRunner::press(double dt) {
         for (size_t y = 0; !dense.empty() && y < size_t(height_); ++y)
             std::copy_n(response + y * pitch_, width_, dense.data() + y * width_);
     }
-    return true;
+    return nullptr;
 }
 
 const float* SkinRunner::response(Quantity q) const {
@@ -133,7 +133,7 @@ const float* SkinRunner::response(Quantity q) const {
     return dense.empty() ? static_cast<const float*>(download_.data()) + program_.range(q).first : dense.data();
 }
 
-void SkinRunner::reset() {
+void SkinRunner::reset(const plan::PadList&) {
     const VkCommandBuffer commands = context_->begin();
     for (const Buffer* b : {&state_[0], &state_[1], &pressure_[0], &response_})
         context_->calls().vkCmdFillBuffer(commands, b->handle(), 0, VK_WHOLE_SIZE, 0);
@@ -154,7 +154,10 @@ template <class F> void SkinRunner::each_run(F f) const {
                 f((y * planes + strain_ + p) * pitch_, p * layout_.cells + y * width_, width_);
 }
 
-void SkinRunner::save(float* state) {
+void SkinRunner::set_elements(const plan::PadList&, const std::vector<plan::Element>&) {}
+
+void SkinRunner::save(int, void* saved) {
+    float* state = static_cast<float*>(saved);
     context_->need_working();
     const Memory &of_state = program_.memory().state, &of_pressure = program_.memory().pressure;
     Buffer back(*context_, of_state.bytes + of_pressure.bytes, Buffer::Location::host);
@@ -171,7 +174,8 @@ void SkinRunner::save(float* state) {
     for (size_t y = 0; y < size_t(height_); ++y) std::copy_n(from + y * pitch_, width_, state + y * width_);
 }
 
-void SkinRunner::load(const float* state) {
+void SkinRunner::load(int, const void* saved) {
+    const float* state = static_cast<const float*>(saved);
     context_->need_working();
     const Memory &of_state = program_.memory().state, &of_pressure = program_.memory().pressure;
     Buffer staging(*context_, of_state.bytes + of_pressure.bytes, Buffer::Location::host);

@@ -14,12 +14,13 @@ class SkinRunner : public plan::Stream {
     SkinRunner(std::shared_ptr<Context>, const plan::StreamedSkin&);
     ~SkinRunner() override;
     // All functions throw Error::device if the device is lost.
-    bool take(const float* pressure, size_t stride) override;
-    bool press(double dt) override;
+    bool take(const plan::PadList&, const float* pressures) override;
+    const double* press(const plan::PadList&, const plan::StepLengths&) override;
     const float* response(Quantity) const override;
-    void reset() override;
-    void save(float* state) override;
-    void load(const float* state) override;
+    void reset(const plan::PadList&) override;
+    void save(int pad, void* state) override;
+    void load(int pad, const void* state) override;
+    void set_elements(const plan::PadList&, const std::vector<plan::Element>&) override;
     bool exact() override;
 
   private:

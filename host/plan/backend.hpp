@@ -17,23 +17,26 @@ struct Capabilities {
     double dispatch = 0;          // seconds per dispatch; 0: no dispatches
 };
 
-// A skin that is pressed frame by frame. Nothing is allocated from press to press.
+// Pads alike that are pressed frame by frame, a single skin as one. Nothing is allocated from press to press, but as
+// StepTables says.
 class Stream {
   public:
     virtual ~Stream() = default;
-    // Takes in the next pressure, Pa, whose rows of `width` begin `stride` numbers apart. Returns false if a number is
-    // not finite; another one must then be taken in before the next press.
-    virtual bool take(const float* pressure, size_t stride) = 0;
-    // Steps dt seconds, over which the pressure runs linearly from that of the previous press to this one. Returns
-    // false, and changes nothing, if a coefficient of the step is beyond float.
-    virtual bool press(double dt) = 0;
-    // The response of the last press, a field of width*height or sites in the order given; the same memory after every
-    // press.
+    // Takes in the next pressures of these pads, Pa, width*height numbers of each. Returns false if a number is not
+    // finite; others must then be taken in before the next press.
+    virtual bool take(const PadList&, const float* pressures) = 0;
+    // Steps the same pads, whose pressures run linearly from those of the previous press to these. Returns null, or, where
+    // nothing has changed, a step of which a coefficient is beyond float.
+    virtual const double* press(const PadList&, const StepLengths&) = 0;
+    // The responses of the last press of each pad, fields of width*height or sites in the order given, pad by pad; the
+    // same memory after every press.
     virtual const float* response(Quantity) const = 0;
-    virtual void reset() = 0; // back to a skin at rest
-    // Copies the state, laid out by StateLayout, to and from memory of the caller's.
-    virtual void save(float* state) = 0;
-    virtual void load(const float* state) = 0;
+    virtual void reset(const PadList&) = 0; // back to skins at rest
+    // Copies the state of a pad, laid out by StateLayout, to and from memory of the caller's, at any address.
+    virtual void save(int pad, void* state) = 0;
+    virtual void load(int pad, const void* state) = 0;
+    // Gives pads other elements in series, as many as before; strains stay.
+    virtual void set_elements(const PadList&, const std::vector<Element>&) = 0;
     // Returns whether a test of these very kernels gives the CPU path's bits.
     virtual bool exact() { return true; }
 };

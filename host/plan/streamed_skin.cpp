@@ -13,12 +13,22 @@ namespace {
 
 constexpr size_t field_alignment = 64; // floats: 256 bytes, the greatest offset alignment that Vulkan allows
 
+void need_float(const char* parameter, double v) {
+    scene::need(scene::finite(double(float(v))), parameter, v, "up to 3.4e38 for a skin in float");
+}
+
+// Checks elements, those of each cell one after another, of a skin with these responses.
+void check_elements(const std::vector<Element>& elements, const Chain& chain, const Wanted& wanted) {
+    for (size_t i = 0; i < elements.size(); ++i) {
+        if (is_elastic(elements[i]) && i % chain.length < chain.elements() && wanted[QUANTITY_FA2])
+            scene::refuse("material.viscosity", "0", "> 0 for FA2 of frames; with viscosity 0 do without fa2");
+        need_float("material.modulus", stiffness(elements[i]));
+    }
+}
+
 // Every constant must be finite in float: a product with infinity could be NaN, and appear as a wrong 0.
 void check_float(const PreparedSkin& skin) {
-    const auto need = [](const char* parameter, double v) {
-        scene::need(scene::finite(double(float(v))), parameter, v, "up to 3.4e38 for a skin in float");
-    };
-    for (const Element& m : skin.materials) need("material.modulus", stiffness(m));
+    const auto need = need_float;
     const f64::Constants& c = skin.constants;
     scene::need(scene::finite(double(float(c.bend))), "grid.spacing", skin.spacing(),
                 "material.thickness/spacing^2 up to 3.4e38 for a skin in float");
@@ -45,6 +55,16 @@ std::vector<Quantity> asked_responses(const SkinDescription& d, const SkinOption
     return asked;
 }
 
+void check_pads(const SkinDescription& description, const SkinOptions& options) {
+    constexpr int most = 1048576;
+    scene::need(options.count >= 1 && options.count <= most, "count", options.count, "1..1048576 pads");
+    const double cells = double(description.grid.width) * description.grid.height * options.count;
+    scene::need(cells <= 2147483647, "count", options.count, "count*width*height up to 2147483647");
+    if (!options.materials.empty() && options.materials.size() != size_t(options.count))
+        scene::refuse("materials", std::to_string(options.materials.size()) + " materials",
+                      "none, or one for each of count = " + std::to_string(options.count) + " pads");
+}
+
 } // namespace
 
 Variant StreamedSkin::variant() const {
@@ -54,6 +74,7 @@ Variant StreamedSkin::variant() const {
             .materials = !skin.uniform(),
             .framed = true,
             .chain = skin.chain,
+            .pads = pads > 1,
             .wanted = wanted};
 }
 
@@ -61,18 +82,50 @@ StreamedSkin streamed_skin(const SkinDescription& description, const SkinOptions
     const std::vector<Quantity> asked = asked_responses(description, options);
     if (options.precision == Precision::f64)
         scene::refuse("precision", "\"f64\"", "f32, f32-compensated: a skin pressed frame by frame is in float");
+    check_pads(description, options);
     StreamedSkin s;
-    const SkinDescription validated = scene::validate_skin(description, asked);
+    SkinDescription own = description;
+    if (!options.materials.empty()) scene::take_elements(own.material, options.materials.front());
+    const SkinDescription validated = scene::validate_skin(own, asked);
     for (Quantity q : asked) s.wanted[size_t(q)] = true;
     s.skin = prepare_skin(validated, threads);
     const bool grows = s.wanted[QUANTITY_SA2] && !validated.receptors.sa2_adaptation;
     s.precision = options.precision.value_or(grows ? Precision::f32_compensated : Precision::f32);
-    const Chain& chain = s.skin.chain;
-    for (size_t i = 0; i < s.skin.materials.size(); ++i)
-        if (is_elastic(s.skin.materials[i]) && i % chain.length < chain.elements() && s.wanted[QUANTITY_FA2])
-            scene::refuse("material.viscosity", "0", "> 0 for FA2 of frames; with viscosity 0 do without fa2");
+    check_elements(s.skin.materials, s.skin.chain, s.wanted);
     check_float(s.skin);
+    s.pads = options.count;
+    for (size_t i = 0; i < options.materials.size(); ++i) {
+        const std::vector<Element> own = elements_of_pad(validated, options.materials[i], s.skin.chain, s.wanted,
+                                                         "materials[" + std::to_string(i) + "]");
+        s.elements_of_pad.insert(s.elements_of_pad.end(), own.begin(), own.end());
+    }
     return s;
+}
+
+std::vector<Element> elements_of_pad(const SkinDescription& validated, const Material& material, const Chain& chain,
+                                     const Wanted& wanted, const std::string& parameter) {
+    SkinDescription d; // what a material is checked against, without the maps
+    d.grid = validated.grid;
+    d.receptors = validated.receptors;
+    if (!scene::is_uniform(material)) scene::refuse(parameter, "(a map)", "numbers");
+    std::vector<Quantity> asked;
+    for (size_t q = 0; q < wanted.size(); ++q)
+        if (wanted[q]) asked.push_back(Quantity(q));
+    try {
+        scene::check_material(d, material, asked);
+        const scene::Series series = scene::series_at(material, 0);
+        if (series.length != chain.length || series.ends_in_spring != chain.spring)
+            scene::refuse("material.elements",
+                          std::to_string(series.length - series.ends_in_spring) + " and " +
+                              (series.ends_in_spring ? "a" : "no") + " spring",
+                          std::to_string(chain.elements()) + " and " + (chain.spring ? "a" : "no") +
+                              " spring, as the skin has");
+        const std::vector<Element> elements = scene::chain_of(material);
+        check_elements(elements, chain, wanted);
+        return elements;
+    } catch (const Error& error) {
+        throw Error(error.code(), parameter, parameter + ": " + error.what());
+    }
 }
 
 ResponseLayout response_layout_of(const StreamedSkin& s) {
@@ -83,10 +136,11 @@ ResponseLayout response_layout_of(const StreamedSkin& s) {
         range.first = layout.all;
         if (!s.wanted[size_t(q)]) continue;
         if (sites.empty()) {
-            range.count = s.skin.padded_cells();
+            range.count = s.skin.padded_cells() * size_t(s.pads);
             layout.all += (range.count + field_alignment - 1) / field_alignment * field_alignment;
         } else {
-            range.count = size_t(std::count_if(sites.begin(), sites.end(), [q](auto& t) { return int(t.type) == q; }));
+            range.count = size_t(std::count_if(sites.begin(), sites.end(), [q](auto& t) { return int(t.type) == q; })) *
+                          size_t(s.pads);
             layout.all += range.count;
         }
     }
@@ -119,7 +173,13 @@ bool copy_rows(const PressureCopy& copy, int first, int last) {
     return all;
 }
 
-bool fill_table(const std::vector<Element>& materials, const Chain& chain, const ResponseRule& rule, double dt,
+bool all_bits_zero(const float* numbers, size_t count) {
+    uint32_t bits = 0;
+    for (size_t i = 0; i < count; ++i) bits |= std::bit_cast<uint32_t>(numbers[i]);
+    return bits == 0;
+}
+
+bool fill_table(std::span<const Element> materials, const Chain& chain, const ResponseRule& rule, double dt,
                 f32::Coefficients* table) {
     if (!scene::finite(double(float(dt)))) return false;
     std::array<f64::Coefficients, scene::most_in_series> k;
@@ -130,6 +190,41 @@ bool fill_table(const std::vector<Element>& materials, const Chain& chain, const
             if (!round_to_float(k[e], table[i + e])) return false;
     }
     return true;
+}
+
+StepTables::StepTables(const StreamedSkin& s, const std::vector<Element>& elements)
+    : chain_(s.skin.chain), rule_(s.skin.rule), pads_(size_t(s.pads)), own_(!s.elements_of_pad.empty()), each_(own_),
+      elements_(own_ ? s.elements_of_pad : elements) {
+    length_ = own_ ? chain_.length : elements_.size();
+    tables_.resize(length_ * (own_ ? pads_ : 1));
+    filled_.assign(own_ ? pads_ : 1, std::nan(""));
+}
+
+const double* StepTables::fill_slot(size_t slot, const double& dt) {
+    if (dt == filled_[slot]) return nullptr;
+    filled_[slot] = std::nan(""); // the table is no longer that of any step
+    const Element* elements = elements_.data() + (own_ ? slot * length_ : 0);
+    if (!fill_table({elements, length_}, chain_, rule_, dt, tables_.data() + slot * length_)) return &dt;
+    filled_[slot] = dt;
+    return nullptr;
+}
+
+const double* StepTables::fill(const PadList& pads, const StepLengths& dt) {
+    each_ = own_ || dt.each;
+    if (!each_) return fill_slot(0, dt[0]);
+    if (filled_.size() < pads_) {
+        tables_.resize(length_ * pads_);
+        filled_.resize(pads_, std::nan(""));
+    }
+    for (size_t i = 0; i < pads.count; ++i)
+        if (const double* refused = fill_slot(size_t(pads[i]), dt[i])) return refused;
+    return nullptr;
+}
+
+void StepTables::set_elements(const PadList& pads, const std::vector<Element>& elements) {
+    for (size_t i = 0; i < pads.count; ++i)
+        std::ranges::copy(elements, elements_.begin() + long(own_ ? size_t(pads[i]) * length_ : 0));
+    std::ranges::fill(filled_, std::nan(""));
 }
 
 f32::Constants frame_constants(const PreparedSkin& skin, const f32::Coefficients& coefficients) {

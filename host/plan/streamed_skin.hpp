@@ -5,24 +5,75 @@
 #include "host/plan/skin.hpp"
 #include "host/plan/timeline.hpp"
 
+#include <span>
+
 namespace dermis::plan {
 
 struct StreamedSkin {
-    PreparedSkin skin;
-    Wanted wanted{}; // the responses to compute
+    PreparedSkin skin; // of each pad
+    Wanted wanted{};   // the responses to compute
     Precision precision = Precision::f32;
+    int pads = 1;                         // skins alike that are pressed together
+    std::vector<Element> elements_of_pad; // the elements in series of each pad; empty: all have those of `skin`
     Variant variant() const;
 };
 // Throws Error::bad_input. threads: as for Device::cpu.
 StreamedSkin streamed_skin(const SkinDescription&, const SkinOptions&, int threads = 0);
+// Returns the elements in series of a pad's own material. Throws Error::bad_input naming `parameter` where a skin of
+// this description, chain and responses cannot have it.
+std::vector<Element> elements_of_pad(const SkinDescription& validated, const Material&, const Chain&, const Wanted&,
+                                     const std::string& parameter);
+
+// Pads in the order in which their pressures, steps or states stand.
+struct PadList {
+    const int* ids = nullptr; // null: 0, 1 ..
+    size_t count = 1;
+    int operator[](size_t i) const { return ids ? ids[i] : int(i); }
+};
+
+// The lengths of a press's steps, s.
+struct StepLengths {
+    const double* dt = nullptr;
+    bool each = false; // one for each pad of the press; otherwise one for all
+    const double& operator[](size_t i) const { return dt[each ? i : 0]; }
+};
+
+// The coefficients of the next step of each pad. Pads whose elements and steps are the same share a table.
+class StepTables {
+  public:
+    StepTables() = default;
+    // elements: those that are stepped, of a pad without elements of its own.
+    StepTables(const StreamedSkin&, const std::vector<Element>& elements);
+    // Returns null, or the first step which or a coefficient of which is beyond float. It allocates at the first press
+    // whose pads have each a step of their own.
+    const double* fill(const PadList&, const StepLengths&);
+    size_t length() const { return length_; } // of one table
+    // The first coefficients of a pad's table, after fill() of a list with it.
+    const f32::Coefficients* of(int pad) const { return tables_.data() + slot(pad) * length_; }
+    // Gives pads other elements, as many as before.
+    void set_elements(const PadList&, const std::vector<Element>&);
+
+  private:
+    size_t slot(int pad) const { return each_ ? size_t(pad) : 0; }
+    const double* fill_slot(size_t slot, const double& dt);
+
+    Chain chain_;
+    ResponseRule rule_{};
+    size_t pads_ = 0, length_ = 0;
+    bool own_ = false, each_ = false;     // whether each pad has elements of its own, and a table
+    std::vector<Element> elements_;       // of all pads where each has its own, else of one
+    std::vector<f32::Coefficients> tables_;
+    std::vector<double> filled_; // the step that each table is of; NaN: of none
+};
 
 // The positions of responses among the floats of a stream.
 struct ResponseLayout {
     struct Range {
         size_t first = 0, count = 0;
     };
-    std::array<Range, REDUCED_MAPS> of; // by quantity: a field of pitch*height, or its sites in the order given
-    std::vector<size_t> site;           // index of each site's float
+    // By quantity, pad by pad: a field of pitch*height, or its sites in the order given.
+    std::array<Range, REDUCED_MAPS> of;
+    std::vector<size_t> site; // index of each site's float, of pad 0
     size_t all = 0;                     // number of floats
 };
 ResponseLayout response_layout_of(const StreamedSkin&);
@@ -45,10 +96,12 @@ struct PressureCopy {
 };
 // Copies rows first .. last - 1. Returns whether all numbers are finite.
 bool copy_rows(const PressureCopy&, int first, int last);
+// Returns whether all numbers are +0.
+bool all_bits_zero(const float* numbers, size_t count);
 
 // Writes the coefficients of a press for each of the materials, in float. Returns false if dt or one of them is beyond
 // float. Allocates nothing.
-bool fill_table(const std::vector<Element>& materials, const Chain&, const ResponseRule&, double dt,
+bool fill_table(std::span<const Element> materials, const Chain&, const ResponseRule&, double dt,
                 f32::Coefficients* table);
 
 // The constants of a press, with these coefficients.

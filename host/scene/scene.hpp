@@ -61,8 +61,9 @@ ValidatedScene validate(const Scene&);
 // over a step.
 SkinDescription validate_skin(const SkinDescription&, const std::vector<Quantity>& asked);
 
-// Checks the elements of another material for a scene that is validated. Throws Error::bad_input.
+// Checks the elements of another material for a scene or a skin that is validated. Throws Error::bad_input.
 void check_material(const Scene& validated, const Material&);
+void check_material(const SkinDescription& validated, const Material&, const std::vector<Quantity>& asked);
 
 // The functions below expect a validated scene or skin.
 

@@ -189,14 +189,20 @@ ValidatedScene validate(const Scene& scene) {
     return {std::move(s), std::move(frames)};
 }
 
+void check_material(const SkinDescription& validated, const Material& material, const std::vector<Quantity>& asked) {
+    SkinDescription s = validated;
+    take_elements(s.material, material);
+    const MaterialSurvey survey = survey_material(s);
+    if (std::count(asked.begin(), asked.end(), Quantity::fa2)) check_fa2_density(s, survey);
+}
+
 SkinDescription validate_skin(const SkinDescription& description, const std::vector<Quantity>& asked) {
     SkinDescription s = description;
     check_grid(s.grid);
     check_surface(s);
     check_lengths(s);
     s.receptors.fa2 = s.receptors.fa2.value_or(Fa2::step_mean);
-    const MaterialSurvey material = survey_material(s);
-    if (std::count(asked.begin(), asked.end(), Quantity::fa2)) check_fa2_density(s, material);
+    check_material(s, s.material, asked);
     check_curvature_and_receptors(s);
     check_sites(s);
     return s;

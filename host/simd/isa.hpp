@@ -17,6 +17,9 @@ template <class real> struct RowNeighbours {
     const real *far_low, *low, *here, *high, *far_high;
     real w_low, w_high, w;
     int width, stencil, edges; // stencil and edges: numbers of kernels/layout.h
+    // Rows that follow one another without a gap can be taken as one: `width` is then that of a row all the same, and
+    // this the second difference along it of every cell (Loops::differences). Otherwise null.
+    const real* along = nullptr;
 };
 
 // row(i) is where row i of the map begins. The five-point stencil has no far rows: the near ones are repeated.
@@ -93,6 +96,8 @@ struct ColumnSums {
 template <class K> struct Loops {
     using real = typename K::real;
     void (*laplacian)(const RowNeighbours<real>&, int first, int last, real* L);
+    // along[y*width + x] = the second difference along row y at its column x, of rows that follow one another.
+    void (*differences)(const real* rows, int count, int width, int stencil, int edges, real* along);
     int (*advance)(const AdvanceArguments<K>&, const typename K::Constants&);
     void (*respond)(const RespondArguments<K>&, const typename K::Constants&);
     // Does advance() of one row, then respond() in the same columns of another, which may read the new strain of the

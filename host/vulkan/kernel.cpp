@@ -168,14 +168,14 @@ void Kernel::bind(size_t number, const std::vector<BoundRange>& bound) {
     table.calls.vkUpdateDescriptorSets(table.device, uint32_t(writes.size()), writes.data(), 0, nullptr);
 }
 
-void Kernel::record(VkCommandBuffer commands, size_t set, const void* constants, uint32_t x,
-                    uint32_t y) const noexcept {
+void Kernel::record(VkCommandBuffer commands, size_t set, const void* constants, uint32_t x, uint32_t y,
+                    uint32_t z) const noexcept {
     const VolkDeviceTable& vk = pipelines_.device().calls;
     vk.vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_.pipeline);
     vk.vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_.layout, 0, 1, &sets_[set], 0,
                                nullptr);
     vk.vkCmdPushConstants(commands, pipeline_.layout, VK_SHADER_STAGE_COMPUTE_BIT, 0, constants_bytes_, constants);
-    vk.vkCmdDispatch(commands, x, y, 1);
+    vk.vkCmdDispatch(commands, x, y, z);
 }
 
 } // namespace dermis::vulkan

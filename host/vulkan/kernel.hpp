@@ -85,8 +85,9 @@ class Kernel {
     // Fills a descriptor set; sets are filled in the order 0, 1 .. max_sets - 1 and have a range for every binding.
     // After a failure the same set may be filled again.
     void bind(size_t set, const std::vector<BoundRange>&);
-    // Dispatches x times y workgroups.
-    void record(VkCommandBuffer, size_t set, const void* constants, uint32_t x, uint32_t y) const noexcept;
+    // Dispatches x times y times z workgroups.
+    void record(VkCommandBuffer, size_t set, const void* constants, uint32_t x, uint32_t y,
+                uint32_t z = 1) const noexcept;
 
   private:
     VkBufferView view_of(const BufferRange&) const;

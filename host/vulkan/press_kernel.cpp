@@ -5,13 +5,24 @@ namespace dermis::vulkan {
 
 static_assert(sizeof(f32::Constants) <= 128, "push constants: every device has 128 bytes");
 
+namespace {
+
+std::vector<uint32_t> specialization_of(const plan::Variant& variant, int x, int y) {
+    std::vector<uint32_t> constants = specialization(variant);
+    constants[VARIANT_GROUP_X] = uint32_t(x);
+    constants[VARIANT_GROUP_Y] = uint32_t(y);
+    return constants;
+}
+
+} // namespace
+
 Module press_module_for(const DeviceTable& device) {
     return device.texels ? press_texels_module(device.rounds) : press_module(device.rounds);
 }
 
 PressKernel::PressKernel(Pipelines& pipelines, const plan::PreparedSkin& skin, const plan::Variant& variant,
                          const plan::PressedBox& pressed, uint32_t max_bindings)
-    : variant_(variant), pressed_(pressed), pitch_(skin.pitch),
+    : variant_(variant), pressed_(pressed), pitch_(skin.pitch), group_(group_of(skin, variant)),
       windows_(row_windows(skin, {.first = pressed.first_row,
                                   .last = pressed.last_row,
                                   .planes = state_planes(variant),
@@ -19,22 +30,34 @@ PressKernel::PressKernel(Pipelines& pipelines, const plan::PreparedSkin& skin, c
       kernel_(pipelines, press_module_for(pipelines.device()),
               {.bindings = PRESS_BINDINGS,
                .constants_bytes = sizeof(f32::Constants),
-               .specialization = specialization(variant),
+               .specialization = specialization_of(variant, group_.x, group_.y),
                .max_sets = max_bindings * uint32_t(windows_.size())}) {}
+
+// As many rows of a pad as fill a workgroup, shared evenly among the workgroups of a pad.
+PressKernel::Group PressKernel::group_of(const plan::PreparedSkin& skin, const plan::Variant& variant) {
+    if (!variant.pads) return {.x = PRESS_X, .y = PRESS_Y};
+    constexpr int all = PRESS_X * PRESS_Y;
+    const int x = std::min((skin.width() + PRESS_CELLS - 1) / PRESS_CELLS, all), most = std::max(all / x, 1),
+              count = (skin.height() + most - 1) / most;
+    return {.x = x, .y = (skin.height() + count - 1) / count};
+}
 
 void PressKernel::bind(size_t binding, const Maps& m) {
     const int planes = state_planes(variant_);
     size_t set = binding * windows_.size();
     for (const RowWindow& window : windows_) {
         const auto map = [&](const BufferRange& range, bool used = true) {
-            return used ? window.of(range, pitch_) : range;
+            return used && !variant_.pads ? window.of(range, pitch_) : range;
+        };
+        const auto state = [&](const BufferRange& range) {
+            return variant_.pads ? range : window.of(range, pitch_, planes);
         };
         std::vector<BoundRange> bound = {
             {PRESS_PRESSURE_FROM, map(m.pressure_from)},
             {PRESS_PRESSURE_TO, map(variant_.framed ? m.pressure_to : m.pressure_from)},
             {PRESS_REST_CURVATURE, map(m.rest_curvature)},
-            {PRESS_STATE_FROM, window.of(m.state_from, pitch_, planes)},
-            {PRESS_STATE_TO, window.of(m.state_to, pitch_, planes)},
+            {PRESS_STATE_FROM, state(m.state_from)},
+            {PRESS_STATE_TO, state(m.state_to)},
             {PRESS_COEFFICIENTS, m.coefficients},
             {PRESS_MATERIAL, map(m.material, variant_.materials)},
             {PRESS_INVALID, m.invalid},
@@ -46,16 +69,17 @@ void PressKernel::bind(size_t binding, const Maps& m) {
     }
 }
 
-void PressKernel::record(VkCommandBuffer commands, size_t binding, const f32::Constants& constants) const noexcept {
+void PressKernel::record(VkCommandBuffer commands, size_t binding, const f32::Constants& constants,
+                         uint32_t pads) const noexcept {
     f32::Constants c = constants;
-    const int columns = pressed_.last_tile * TILE_CELLS - c.first_column;
+    const int columns = variant_.pads ? c.width : pressed_.last_tile * TILE_CELLS - c.first_column;
     for (size_t i = 0; i < windows_.size(); ++i) {
         const RowWindow& window = windows_[i];
         c.first_row = window.first;
         c.base_row = window.base;
         if (window.rows() > 0) // Vulkan allows a dispatch of 0 groups, but some layers do not.
-            kernel_.record(commands, binding * windows_.size() + i, &c, groups(columns, PRESS_CELLS * PRESS_X),
-                           groups(window.rows(), PRESS_Y));
+            kernel_.record(commands, binding * windows_.size() + i, &c, groups(columns, PRESS_CELLS * group_.x),
+                           groups(window.rows(), group_.y), pads);
     }
 }
 

@@ -41,7 +41,7 @@ f32::SiteStencil stencil_of(const plan::PreparedSkin& skin, const plan::SiteCell
 
 SitesKernel::SitesKernel(Pipelines& pipelines, const plan::StreamedSkin& streamed, const plan::ResponseLayout& layout,
                          uint32_t max_bindings)
-    : width_(streamed.skin.width()), pitch_(streamed.skin.pitch),
+    : width_(streamed.skin.width()), pitch_(streamed.skin.pitch), pads_(streamed.pads > 1),
       needed_(streamed.skin, {streamed.skin.whole()}, cells_of(streamed.skin)),
       windows_(row_windows(streamed.skin, {.first = 0,
                                            .last = streamed.skin.height(),
@@ -55,6 +55,8 @@ SitesKernel::SitesKernel(Pipelines& pipelines, const plan::StreamedSkin& streame
     const std::vector<Site>& sites = streamed.skin.description.sites;
     for (size_t i = 0; i < sites.size(); ++i)
         sites_.push_back(stencil_of(streamed.skin, needed_, sites[i], layout.site[i]));
+    for (f32::SiteStencil& site : sites_)
+        site.of_class = int(layout.of[size_t(site.quantity)].count / size_t(streamed.pads));
     std::sort(sites_.begin(), sites_.end(), [](auto& a, auto& b) { return a.here < b.here; });
     divide_cells();
 }
@@ -91,8 +93,8 @@ void SitesKernel::bind(size_t binding, const Maps& m) {
     size_t set = binding * windows_.size();
     for (const RowWindow& window : windows_)
         kernel_.bind(set++, {
-                                {SITES_PRESSURE_FROM, window.of(m.pressure_from, pitch_)},
-                                {SITES_PRESSURE_TO, window.of(m.pressure_to, pitch_)},
+                                {SITES_PRESSURE_FROM, pads_ ? m.pressure_from : window.of(m.pressure_from, pitch_)},
+                                {SITES_PRESSURE_TO, pads_ ? m.pressure_to : window.of(m.pressure_to, pitch_)},
                                 {SITES_CELLS, m.cells},
                                 {SITES_SITES, m.sites},
                                 {SITES_STATE_FROM, m.state_from},
@@ -103,7 +105,8 @@ void SitesKernel::bind(size_t binding, const Maps& m) {
                             });
 }
 
-void SitesKernel::record(VkCommandBuffer commands, size_t binding, const f32::Constants& constants) const noexcept {
+void SitesKernel::record(VkCommandBuffer commands, size_t binding, const f32::Constants& constants,
+                         uint32_t pads) const noexcept {
     f32::SiteConstants s{};
     s.c = constants;
     for (size_t i = 0; i < windows_.size(); ++i) {
@@ -114,7 +117,7 @@ void SitesKernel::record(VkCommandBuffer commands, size_t binding, const f32::Co
         s.first_site = window.first_site;
         s.sites = window.sites;
         const uint32_t all = groups(window.cells + window.sites, SITES_X), x = std::min(all, most_groups);
-        if (all > 0) kernel_.record(commands, binding * windows_.size() + i, &s, x, (all + x - 1) / x);
+        if (all > 0) kernel_.record(commands, binding * windows_.size() + i, &s, x, (all + x - 1) / x, pads);
     }
 }
 

@@ -16,7 +16,8 @@ class SitesKernel {
     };
     SitesKernel(Pipelines&, const plan::StreamedSkin&, const plan::ResponseLayout&, uint32_t max_bindings);
     void bind(size_t binding, const Maps&);
-    void record(VkCommandBuffer, size_t binding, const f32::Constants&) const noexcept;
+    // pads: the length of the list, of a batch.
+    void record(VkCommandBuffer, size_t binding, const f32::Constants&, uint32_t pads = 1) const noexcept;
 
     const std::vector<plan::Element>& materials() const { return needed_.materials; }
     std::vector<f32::SiteCell> cells() const;
@@ -29,6 +30,7 @@ class SitesKernel {
     void divide_cells();
 
     const int width_, pitch_;
+    const bool pads_;
     const plan::SiteCells needed_;
     std::vector<f32::SiteStencil> sites_; // sorted by cell
     std::vector<RowWindow> windows_;

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: MIT
+// The two ways to the response of a receptor: from a field of its class, or from the cells that its stencil reads. Both
+// give the same bits.
+#pragma once
+
+#include "host/plan/laplacian.hpp"
+#include "host/plan/site_cells.hpp"
+#include "host/plan/skin.hpp"
+
+#include <algorithm>
+
+namespace dermis::cpu {
+
+inline std::vector<Cell> cells_of(const std::vector<Site>& sites) {
+    std::vector<Cell> cells;
+    for (const Site& site : sites) cells.push_back(site.cell);
+    return cells;
+}
+
+// Reads fields at the sites of each class.
+class SitesOfFields {
+  public:
+    // pitch: cells from row to row of the fields.
+    SitesOfFields(const std::vector<Site>& sites, size_t pitch) {
+        for (const Site& site : sites)
+            cells_[size_t(site.type) - QUANTITY_SA1].push_back(size_t(site.cell.y) * pitch + size_t(site.cell.x));
+    }
+    void read(const std::array<float*, RESPONSE_MAPS>& fields, const std::array<float*, RESPONSE_MAPS>& responses) const {
+        for (size_t r = 0; r < RESPONSE_MAPS; ++r)
+            std::ranges::transform(cells_[r], responses[r], [field = fields[r]](size_t cell) { return field[cell]; });
+    }
+
+  private:
+    std::array<std::vector<size_t>, RESPONSE_MAPS> cells_;
+};
+
+// Answers from the strain and the signals of the cells in SiteCells, in their order. The strain has one cell more, at
+// rest.
+class SitesOfCells {
+  public:
+    SitesOfCells(const plan::PreparedSkin& skin, const plan::SiteCells& cells) : stencil_(skin.stencil) {
+        for (const Site& site : skin.description.sites)
+            sites_[size_t(site.type) - QUANTITY_SA1].push_back(
+                {.stencil = stencil_cells_of(skin, cells, site.cell),
+                 .x = f32::axis(site.cell.x, skin.width(), skin.stencil, skin.edges),
+                 .y = f32::axis(site.cell.y, skin.height(), skin.stencil, skin.edges),
+                 .rest_curvature = float(plan::rest_curvature_at(skin, site.cell))});
+    }
+    void read(const float* strain, const std::array<const float*, RESPONSE_MAPS>& signals, const f32::Constants& c,
+              const std::array<float*, RESPONSE_MAPS>& responses) const {
+        for (size_t r = 0; r < RESPONSE_MAPS; ++r)
+            std::ranges::transform(sites_[r], responses[r], [&](const Place& site) {
+                const float eps = strain[site.stencil.here];
+                const auto along = [&](const size_t(&at)[4], const f32::Axis& axis) {
+                    return f32::difference(strain[at[0]], strain[at[1]], eps, strain[at[2]], strain[at[3]], axis,
+                                           stencil_);
+                };
+                const float L = f32::add(along(site.stencil.x, site.x), along(site.stencil.y, site.y)),
+                            C = f32::curvature_of(site.rest_curvature, L, c.bend);
+                return f32::answer(int(r) + QUANTITY_SA1, signals[r][site.stencil.here], C, c);
+            });
+    }
+
+  private:
+    struct Place {
+        plan::StencilCells stencil;
+        f32::Axis x, y;
+        float rest_curvature;
+    };
+    int stencil_;
+    std::array<std::vector<Place>, RESPONSE_MAPS> sites_;
+};
+
+} // namespace dermis::cpu

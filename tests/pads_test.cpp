@@ -1,0 +1,285 @@
+// SPDX-License-Identifier: MIT
+// Many pads pressed together, on the CPU and on Vulkan: each has the bits of a Skin alone.
+#include "tests/allocations.hpp"
+#include "tests/support.hpp"
+
+#include <cstring>
+
+using namespace test;
+
+namespace {
+
+constexpr int pads = 5;
+
+// A batch of pads, and the same pads one by one.
+class Both {
+  public:
+    Both(const Device& device, const SkinDescription& d, const SkinOptions& options)
+        : d_(d), batch_(device, d, with_count(options)) {
+        for (int i = 0; i < pads; ++i) {
+            SkinDescription own = d;
+            SkinOptions alone = options;
+            alone.materials.clear();
+            if (!options.materials.empty()) {
+                const Material& m = options.materials[size_t(i)];
+                own.material.modulus = m.modulus;
+                own.material.viscosity = m.viscosity;
+                own.material.elements = m.elements;
+                own.material.spring = m.spring;
+            }
+            single_.emplace_back(Device::cpu(1), own, alone);
+        }
+    }
+
+    Skin& batch() { return batch_; }
+    Skin& single(int pad) { return single_[size_t(pad)]; }
+
+    // Presses some pads by a frame of each and by one step or one for each.
+    void press(const std::vector<int>& some, int n, const std::vector<double>& dt) {
+        std::vector<float> all;
+        for (size_t i = 0; i < some.size(); ++i) {
+            const std::vector<float> own = frame(d_, n + some[i]);
+            all.insert(all.end(), own.begin(), own.end());
+            single_[size_t(some[i])].press(own, dt[dt.size() > 1 ? i : 0]);
+        }
+        if (dt.size() > 1) batch_.press(all, dt, some);
+        else if (some.size() == size_t(pads)) batch_.press(all, dt[0]);
+        else batch_.press(all, dt[0], some);
+    }
+
+    bool same() const {
+        bool all = true;
+        for (Quantity q : all_responses) {
+            const Skin::Response r = batch_.response(q);
+            REQUIRE(r.size % pads == 0);
+            for (int i = 0; i < pads; ++i) {
+                const Skin::Response alone = single_[size_t(i)].response(q);
+                REQUIRE(alone.size == r.size / pads);
+                all &= std::memcmp(alone.data, r.data + size_t(i) * alone.size, alone.size * sizeof(float)) == 0;
+            }
+        }
+        return all;
+    }
+
+    static SkinOptions with_count(SkinOptions o) {
+        o.count = pads;
+        return o;
+    }
+
+  private:
+    const SkinDescription d_;
+    Skin batch_;
+    std::vector<Skin> single_;
+};
+
+const std::vector<int> every = {0, 1, 2, 3, 4};
+
+SkinDescription pad(int width, int height) {
+    SkinDescription d = small_scene(width, height);
+    d.receptors.fa2 = Fa2::step_mean;
+    d.material.modulus = 1.3;
+    return d;
+}
+
+std::vector<Device> devices(const Validated& vulkan) { return {Device::cpu(1), Device::cpu(3), vulkan.device()}; }
+
+void press_in_turn(Both& both) {
+    both.press(every, 0, {0.01});
+    CHECK(both.same());
+    both.press({3, 1}, 5, {0.02});
+    CHECK(both.same());
+    both.press(every, 9, {0.01, 0.5, 0.0, 0.02, 3});
+    CHECK(both.same());
+    both.press({}, 9, {0.01});
+    both.press({4, 0, 2}, 11, {0.01, 0.07, 0.01});
+    CHECK(both.same());
+    both.press(every, 13, {0.01});
+    CHECK(both.same());
+}
+
+} // namespace
+
+TEST_CASE("each pad of a batch has the bits of a skin alone, whatever its stencil, edges, sizes and precision") {
+    const Validated vulkan;
+    for (const Device& device : devices(vulkan))
+        for (Stencil stencil : {Stencil::five_point, Stencil::fourth_order, Stencil::published})
+            for (Edges edges : {Edges::mirror, Edges::periodic, Edges::published})
+                for (auto [width, height] : {std::pair{20, 7}, {5, 3}, {2, 9}, {67, 4}}) {
+                    SkinDescription d = pad(width, height);
+                    d.stencil = stencil;
+                    d.edges = edges;
+                    SkinOptions options;
+                    if (width != 20) options.precision = Precision::f32;
+                    CAPTURE(device.info().name);
+                    CAPTURE(int(stencil));
+                    CAPTURE(int(edges));
+                    CAPTURE(width);
+                    Both both(device, d, options);
+                    press_in_turn(both);
+                }
+}
+
+TEST_CASE("each pad of a batch has the bits of a skin alone, whatever its elements, materials and sites") {
+    const Validated vulkan;
+    for (const Device& device : devices(vulkan))
+        for (int variant = 0; variant < 32; ++variant) {
+            CAPTURE(device.info().name);
+            CAPTURE(variant);
+            SkinDescription d = pad(23, 11);
+            SkinOptions options;
+            std::vector<double> moduli;
+            for (int i = 0; i < 23 * 11; ++i) moduli.push_back(2 + i % 3);
+            if (variant & 1) {
+                d.material.modulus = d.material.viscosity = {};
+                d.material.elements = {{3, 0.05}, {2, 0.9}};
+                d.material.spring = 5;
+            }
+            if (variant & 2) (variant & 1 ? d.material.elements[1].modulus_map : d.material.modulus_map) = moduli;
+            else if (variant & 4)
+                for (int i = 0; i < pads; ++i) {
+                    Material m = d.material;
+                    if (variant & 1) m.elements[0].viscosity = 0.1 * (1 + i % 3);
+                    else m.viscosity = 0.2 * (1 + i);
+                    options.materials.push_back(m);
+                }
+            const int sites = variant & 8 ? variant & 16 ? 200 : 9 : 0;
+            for (int i = 0; i < sites; ++i) d.sites.push_back({all_responses[i % 4], {i * 7 % 23, i * 5 % 11}});
+            if (variant >= 16 && sites == 0) options.responses = {Quantity::fa1, Quantity::sa1, Quantity::sa2, Quantity::fa2};
+            Both both(device, d, options);
+            press_in_turn(both);
+        }
+}
+
+TEST_CASE("pads are reset alone, and a state goes from pad to pad and to a skin alone") {
+    const Validated vulkan;
+    for (const Device& device : devices(vulkan)) {
+        CAPTURE(device.info().name);
+        const SkinDescription d = pad(20, 13);
+        Both both(device, d, {});
+        both.press(every, 0, {0.01});
+        both.press(every, 4, {0.03});
+        both.batch().reset(std::vector<int>{1, 4});
+        both.single(1).reset();
+        both.single(4).reset();
+        CHECK(both.same());
+        both.press({0, 1}, 7, {0.01});
+        std::vector<unsigned char> state(both.batch().state_bytes(std::vector<int>{0, 2}));
+        both.batch().save(state.data(), state.size(), std::vector<int>{0, 2});
+        both.batch().load(state.data(), state.size(), std::vector<int>{4, 3});
+        std::vector<unsigned char> one(both.single(0).state_bytes());
+        for (auto [from, to] : {std::pair{0, 4}, {2, 3}}) {
+            both.single(from).save(one.data(), one.size());
+            std::vector<unsigned char> own(both.batch().state_bytes(std::vector<int>{from}));
+            both.batch().save(own.data(), own.size(), std::vector<int>{from});
+            CHECK(own == one);
+            both.single(to).load(one.data(), one.size());
+        }
+        both.press(every, 8, {0.02});
+        CHECK(both.same());
+        CHECK(both.batch().report(3).strain.value == both.single(3).report().strain.value);
+    }
+}
+
+TEST_CASE("another material at run time keeps the strain") {
+    const Validated vulkan;
+    for (const Device& device : devices(vulkan))
+        for (bool own : {false, true}) {
+            CAPTURE(device.info().name);
+            CAPTURE(own);
+            const SkinDescription d = pad(20, 5);
+            SkinOptions options;
+            if (own) options.materials.assign(pads, d.material);
+            Both both(device, d, options);
+            both.press(every, 0, {0.01});
+            Material stiff = d.material;
+            stiff.modulus = 40;
+            stiff.viscosity = 3;
+            both.batch().set_material(stiff, own ? Pads(std::vector<int>{2}) : Pads());
+            for (int i = 0; i < pads; ++i)
+                if (!own || i == 2) both.single(i).set_material(stiff);
+            both.press(every, 2, {0.01});
+            CHECK(both.same());
+            // A skin made of that material, in the same state, does the same.
+            SkinDescription other = d;
+            other.material = stiff;
+            Skin made(Device::cpu(1), other);
+            std::vector<unsigned char> state(made.state_bytes());
+            both.single(2).save(state.data(), state.size());
+            made.load(state.data(), state.size());
+            made.press(frame(d, 3), 0.02);
+            both.single(2).press(frame(d, 3), 0.02);
+            CHECK(std::memcmp(made.response(Quantity::fa1).data, both.single(2).response(Quantity::fa1).data,
+                              made.response(Quantity::fa1).size * sizeof(float)) == 0);
+        }
+}
+
+TEST_CASE("a press of pads that is refused names what is wrong, and nothing has happened") {
+    const Validated vulkan;
+    const SkinDescription d = pad(20, 3);
+    const size_t cells = 60;
+    for (const Device& device : devices(vulkan)) {
+        CAPTURE(device.info().name);
+        Both both(device, d, {});
+        both.press(every, 0, {0.01});
+        Skin& batch = both.batch();
+        const auto says = [&](auto call, const char* what) {
+            const std::string message = refusal(Error::Code::bad_input, call);
+            CAPTURE(message);
+            CHECK(message.find(what) != std::string::npos);
+        };
+        std::vector<float> some(3 * cells, 1.0f);
+        says([&] { batch.press(some, 0.01, std::vector<int>{0, 1, 5}); }, "5 at position 2");
+        says([&] { batch.press(some, 0.01, std::vector<int>{0, -1, 4}); }, "-1 at position 1");
+        says([&] { batch.press(some, 0.01, std::vector<int>{0, 3, 3}); }, "3 at position 2");
+        says([&] { batch.press(some, 0.01, std::vector<int>{0, 3}); }, "180 cells");
+        says([&] { batch.press(some, 0.01); }, "5 pads");
+        says([&] { batch.press(some, {0.01, 0.1}, std::vector<int>{0, 1, 2}); }, "2 steps");
+        says([&] { batch.press(some, {0.01, NAN, 0.1}, std::vector<int>{0, 1, 2}); }, "dt");
+        says([&] { batch.press(some, {0.01, 1e39, 0.1}, std::vector<int>{0, 1, 2}); }, "1e+39");
+        some[2 * cells + 21] = INFINITY;
+        says([&] { batch.press(some, 0.01, std::vector<int>{0, 1, 4}); }, "cell [1, 1] of pad 4");
+        says([&] { batch.reset(std::vector<int>{5}); }, "5 at position 0");
+        says([&] { (void)batch.state_bytes(std::vector<int>{2, 2}); }, "2 at position 1");
+        says([&] { (void)batch.report(5); }, "0..4");
+        Material other = d.material;
+        says([&] { batch.set_material(other, std::vector<int>{0}); }, "SkinOptions::materials");
+        other.modulus = -1;
+        says([&] { batch.set_material(other); }, "material.modulus");
+        both.press(every, 3, {0.02});
+        CHECK(both.same());
+    }
+    SkinOptions options;
+    const auto made = [&] { Skin(Device::cpu(), d, options); };
+    for (int count : {0, -1, 1048577}) {
+        options.count = count;
+        CHECK(refusal(Error::Code::bad_input, made).find("1..1048576") != std::string::npos);
+    }
+    options.count = 3;
+    options.materials = {d.material, d.material};
+    CHECK(refusal(Error::Code::bad_input, made).find("2 materials") != std::string::npos);
+    options.materials.push_back(d.material);
+    options.materials[2].modulus = -2;
+    CHECK(refusal(Error::Code::bad_input, made).find("materials[2]") != std::string::npos);
+    options.materials[2] = {};
+    options.materials[2].elements = {{1, 1}, {2, 2}};
+    CHECK(refusal(Error::Code::bad_input, made).find("materials[2]") != std::string::npos);
+}
+
+TEST_CASE("presses of pads allocate nothing") {
+    const SkinDescription d = pad(20, 25);
+    SkinOptions options;
+    options.count = 64;
+    for (int threads : {1, 2}) {
+        Skin batch(Device::cpu(threads), d, options);
+        const std::vector<float> pressure(64 * 500, 1.0f), some(2 * 500, 2.0f);
+        const std::vector<double> steps(64, 0.5);
+        const std::vector<int> list = {7, 3};
+        batch.press(pressure, steps);
+        const size_t before = allocations();
+        batch.press(pressure, 0.01);
+        batch.press(some, 0.02, list);
+        batch.press(pressure, steps);
+        batch.reset(list);
+        CHECK(allocations() == before);
+    }
+}
