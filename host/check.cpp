@@ -178,6 +178,7 @@ SampleStream::SampleStream(const Variant& v) {
     for (int i = 0; v.sites && i < 100; ++i)
         d.sites.push_back({options.responses[size_t(i) % options.responses.size()],
                            {i * 31 % d.grid.width, i * i * 7 % d.grid.height}});
+    options.count = v.pads ? 2 : 1;
     streamed_ = plan::streamed_skin(d, options);
     layout_ = response_layout_of(streamed_);
 }
@@ -188,12 +189,20 @@ SampleStream::SampleStream(const plan::StreamedSkin& like)
                     .precision = like.precision,
                     .materials = !like.skin.uniform(),
                     .sites = !like.skin.description.sites.empty(),
+                    .pads = like.pads > 1,
                     .chain = like.skin.chain,
                     .wanted = like.wanted}) {}
 
 std::vector<float> SampleStream::pressure(int i) const {
-    if (i == 0) return std::vector<float>(streamed_.skin.padded_cells(), 0.0f);
-    return plan::padded<float>(i == 1 ? sample_pressure() : streamed_.skin.description.surface.map, streamed_.skin, "");
+    std::vector<float> all;
+    for (int pad = 0; pad < streamed_.pads; ++pad) {
+        std::vector<float> own(streamed_.skin.padded_cells(), 0.0f);
+        if (i > 0)
+            own = plan::padded<float>((i + pad) % 2 ? sample_pressure() : streamed_.skin.description.surface.map,
+                                      streamed_.skin, "");
+        all.insert(all.end(), own.begin(), own.end());
+    }
+    return all;
 }
 
 std::vector<float> SampleStream::frame(const std::vector<float>& pressure) const {
@@ -217,8 +226,9 @@ std::vector<std::vector<float>> SampleStream::expected(const std::vector<std::ve
                  row = streamed_.skin.description.sites.empty() ? width : 0; // of responses
     std::vector<std::vector<float>> all;
     for (size_t i = 1; i < pressures.size(); ++i) { // the first one is that of a skin at rest
-        (void)stream->take({}, frame(pressures[i]).data());
-        (void)stream->press({}, {&dt});
+        const plan::PadList pads{.count = size_t(streamed_.pads)};
+        (void)stream->take(pads, frame(pressures[i]).data());
+        (void)stream->press(pads, {&dt});
         std::vector<float>& out = all.emplace_back(layout_.all);
         for (int q = QUANTITY_SA1; q < REDUCED_MAPS; ++q) {
             const plan::ResponseLayout::Range& r = layout_.of[size_t(q)];

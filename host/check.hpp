@@ -37,6 +37,7 @@ class SampleStream {
         Edges edges = Edges::mirror;
         Precision precision = Precision::f32;
         bool materials = false, sites = false; // sites: receptors of the wanted classes respond, otherwise every cell
+        bool pads = false;                     // a batch of two
         plan::Chain chain;                     // elements in series, at most 10
         plan::Wanted wanted{};
     };
@@ -46,9 +47,9 @@ class SampleStream {
 
     const plan::StreamedSkin& skin() const { return streamed_; }
     const plan::ResponseLayout& layout() const { return layout_; }
-    // The pressure at the end of press i = 1, 2; i = 0 is at rest. pitch*height values.
+    // The pressure at the end of press i = 1, 2; i = 0 is at rest. pitch*height values of each pad.
     std::vector<float> pressure(int i) const;
-    // The same pressure as a stream takes it, width*height values.
+    // The same pressure as a stream takes it, width*height values of each pad.
     std::vector<float> frame(const std::vector<float>& pressure) const;
     // The indices, in a map of pitch*height, of two cells on whose pressure some response depends.
     std::array<size_t, 2> read_cells() const;

@@ -85,8 +85,7 @@ class Strains {
         if (!at.empty()) cells_ = plan::SiteCells(s, {s.whole()}, at).cells;
         const size_t count = s.uniform() ? 0 : cells_.empty() ? s.cells() : cells_.size();
         for (size_t i = 0; i < count; ++i)
-            springs_.push_back(
-                s.materials[s.material_at(cells_.empty() ? i : cells_[i]) + chain_.elements()].modulus);
+            springs_.push_back(s.materials[s.material_at(cells_.empty() ? i : cells_[i]) + chain_.elements()].modulus);
     }
 
     // That of each cell that the state holds. elements: the pad's in series, where all cells have the same.
@@ -162,12 +161,12 @@ struct Skin::Impl {
     const StateHeader header;             // of one pad
     const Strains strains;
     const int threads;
-    const scene::TauRange tau;              // of all cells, where they differ
+    const scene::TauRange tau;                   // of all cells, where they differ
     std::array<size_t, REDUCED_MAPS> sites_of{}; // of each class, in a pad
-    SkinDescription description;            // without maps and sites
-    std::vector<Material> materials;        // of each pad, where each has its own
-    std::optional<double> gain_at_rest;     // of a surface that cannot be made again
-    std::vector<uint32_t> pressed;          // by pad: the last list in which it stood
+    SkinDescription description;                 // without maps and sites
+    std::vector<Material> materials;             // of each pad, where each has its own
+    std::optional<double> gain_at_rest;          // of a surface that cannot be made again
+    std::vector<uint32_t> pressed;               // by pad: the last list in which it stood
     uint32_t lists = 0;
     std::unique_ptr<plan::Stream> stream;
 
@@ -303,11 +302,7 @@ void Skin::set_material(const Material& material, const Pads& pads) {
     const DefaultFloats guard;
     Impl& s = *impl_;
     const plan::PadList list = s.list_of(pads);
-    if (!s.uniform)
-        scene::refuse("material", "(numbers)", "none: the skin has a material of maps, which stays as it is");
-    if (s.materials.empty() && list.count != s.count)
-        scene::refuse("pads", std::to_string(list.count) + " of " + std::to_string(s.count),
-                      "all, where SkinOptions::materials gives none");
+    plan::need_new_material(s.uniform, !s.materials.empty(), list.count, s.count);
     const std::vector<plan::Element> elements =
         plan::elements_of_pad(s.description, material, s.chain, s.wanted, "material");
     s.stream->set_elements(list, elements);
@@ -334,8 +329,7 @@ Report Skin::report(int pad) const {
     report.strain.value = 0;
     for (double eps : strain) report.strain.value = std::max(report.strain.value, std::abs(eps));
     if (skin && s.fields) s.bend(report, *skin, size_t(pad), strain);
-    if (own.grid.spacing)
-        report.indentation.value = report.strain.value * own.material.thickness.value_or(0);
+    if (own.grid.spacing) report.indentation.value = report.strain.value * own.material.thickness.value_or(0);
     return report;
 }
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The interface of host and kernels: parameter blocks, sizes, and the numbers of bindings and specialization constants.
 
-// Maps are row-major, index = y*pitch + x; pitch is the width rounded up to PITCH_CELLS: a cache line of floats.
+// Maps are row-major, index = y*pitch + x; pitch is the width rounded up to PITCH_CELLS, a cache line of floats, or in a
+// batch of pads, whose rows may be short, to PRESS_CELLS.
 #define PITCH_CELLS 16
 // Work of an invocation and size of a workgroup: `press` PRESS_CELLS cells, PRESS_X x PRESS_Y, of pads as many of these
 // as their rows fill; `fields` one cell, FIELDS_X x 1; `sites` one cell or receptor, SITES_X; `reduce` one tile of

@@ -27,12 +27,11 @@ layout(std430, binding = PRESS_RESPONSE(QUANTITY_SA1)) writeonly restrict buffer
 layout(std430, binding = PRESS_RESPONSE(QUANTITY_SA2)) writeonly restrict buffer Sa2 { vec4 sa2[]; };
 layout(std430, binding = PRESS_RESPONSE(QUANTITY_FA1)) writeonly restrict buffer Fa1 { vec4 fa1[]; };
 layout(std430, binding = PRESS_RESPONSE(QUANTITY_FA2)) writeonly restrict buffer Fa2 { vec4 fa2[]; };
-layout(std430, binding = PRESS_COEFFICIENTS) readonly buffer Table { Coefficients table[]; };
+layout(std430, binding = PRESS_COEFFICIENTS) readonly restrict buffer Table { Coefficients table[]; };
 layout(std430, binding = PRESS_COEFFICIENTS) readonly buffer List { PadEntry pads[]; };
 layout(std430, binding = PRESS_MATERIAL) readonly buffer Material { ivec4 material[]; };
 layout(std430, binding = PRESS_INVALID) restrict buffer Invalid { uint invalid; }; // counts pressures that are not finite
 // The same material as scalars.
-layout(std430, binding = PRESS_COEFFICIENTS) readonly buffer List { PadEntry pads[]; };
 layout(std430, binding = PRESS_MATERIAL) readonly buffer MaterialCells { int material_cells[]; };
 
 // The invocation's pad: its first cell in a map, and the index of its first coefficients.

@@ -21,7 +21,7 @@ layout(std430, binding = SITES_SITES) readonly restrict buffer Sites { SiteStenc
 layout(std430, binding = SITES_STATE_FROM) readonly restrict buffer StateFrom { float state_from[]; };
 layout(std430, binding = SITES_STATE_TO) writeonly restrict buffer StateTo { float state_to[]; };
 layout(std430, binding = SITES_RESPONSE) writeonly restrict buffer Response { float responses[]; };
-layout(std430, binding = SITES_COEFFICIENTS) readonly buffer Table { Coefficients table[]; };
+layout(std430, binding = SITES_COEFFICIENTS) readonly restrict buffer Table { Coefficients table[]; };
 layout(std430, binding = SITES_COEFFICIENTS) readonly buffer List { PadEntry pads[]; };
 layout(std430, binding = SITES_INVALID) restrict buffer Invalid { uint invalid; }; // counts pressures that are not finite
 

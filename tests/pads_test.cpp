@@ -105,6 +105,7 @@ TEST_CASE("each pad of a batch has the bits of a skin alone, whatever its stenci
         for (Stencil stencil : {Stencil::five_point, Stencil::fourth_order, Stencil::published})
             for (Edges edges : {Edges::mirror, Edges::periodic, Edges::published})
                 for (auto [width, height] : {std::pair{20, 7}, {5, 3}, {2, 9}, {67, 4}}) {
+                    if (edges == Edges::published && stencil != Stencil::published) continue;
                     SkinDescription d = pad(width, height);
                     d.stencil = stencil;
                     d.edges = edges;
@@ -144,7 +145,8 @@ TEST_CASE("each pad of a batch has the bits of a skin alone, whatever its elemen
                 }
             const int sites = variant & 8 ? variant & 16 ? 200 : 9 : 0;
             for (int i = 0; i < sites; ++i) d.sites.push_back({all_responses[i % 4], {i * 7 % 23, i * 5 % 11}});
-            if (variant >= 16 && sites == 0) options.responses = {Quantity::fa1, Quantity::sa1, Quantity::sa2, Quantity::fa2};
+            if (variant >= 16 && sites == 0)
+                options.responses = {Quantity::fa1, Quantity::sa1, Quantity::sa2, Quantity::fa2};
             Both both(device, d, options);
             press_in_turn(both);
         }

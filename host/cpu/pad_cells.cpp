@@ -89,13 +89,12 @@ void PadCells::press(int thread, int pad, const Press& p) {
     float* strain = worker.strain.data(); // a chain's stands here already
     if (variant_.chain.length == 1) std::copy_n(row.strain, cells_, strain);
     strain[cells_] = 0;
-    of_cells_->read(strain,
-                    {strain, row.value[simd::sum_integral], worker.signals[0].data(), worker.signals[1].data()}, c,
-                    p.response);
+    of_cells_->read(strain, {strain, row.value[simd::sum_integral], worker.signals[0].data(), worker.signals[1].data()},
+                    c, p.response);
 }
 
 void PadCells::answer(const Worker& worker, const simd::StateRow<float>& row, const Press& p,
-                  const f32::Constants& c) const {
+                      const f32::Constants& c) const {
     loops_.differences(row.strain, height_, width_, stencil_, edges_, worker.along.data());
     Press fields = p;
     for (size_t r = 0; of_fields_ && r < RESPONSE_MAPS; ++r)
@@ -105,7 +104,7 @@ void PadCells::answer(const Worker& worker, const simd::StateRow<float>& row, co
 }
 
 simd::RespondArguments<f32> PadCells::respond_arguments(const Worker& worker, const simd::StateRow<float>& row,
-                                                    const Press& p, const Run& run) const {
+                                                        const Press& p, const Run& run) const {
     const size_t at = size_t(run.first) * size_t(width_);
     simd::RespondArguments<f32> r{
         .first = 0,

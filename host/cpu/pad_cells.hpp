@@ -45,7 +45,7 @@ class PadCells {
     };
     struct Worker {
         std::array<Plane<float>, STEP_SIGNALS> signals;
-        Plane<float> strain, along;                    // of chains, the sum of its elements; second differences
+        Plane<float> strain, along;                     // of chains, the sum of its elements; second differences
         std::array<Plane<float>, RESPONSE_MAPS> fields; // of which sites are read
     };
 

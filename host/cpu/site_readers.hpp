@@ -25,7 +25,8 @@ class SitesOfFields {
         for (const Site& site : sites)
             cells_[size_t(site.type) - QUANTITY_SA1].push_back(size_t(site.cell.y) * pitch + size_t(site.cell.x));
     }
-    void read(const std::array<float*, RESPONSE_MAPS>& fields, const std::array<float*, RESPONSE_MAPS>& responses) const {
+    void read(const std::array<float*, RESPONSE_MAPS>& fields,
+              const std::array<float*, RESPONSE_MAPS>& responses) const {
         for (size_t r = 0; r < RESPONSE_MAPS; ++r)
             std::ranges::transform(cells_[r], responses[r], [field = fields[r]](size_t cell) { return field[cell]; });
     }

@@ -297,7 +297,8 @@ class PadStream : public plan::Stream {
     void list(int pad, int side) {
         if (!lists()) return;
         const float* frame = frame_of(pad, side);
-        std::ranges::transform(pads_.read_cells(), pressure_of(pad, side), [frame](size_t cell) { return frame[cell]; });
+        std::ranges::transform(pads_.read_cells(), pressure_of(pad, side),
+                               [frame](size_t cell) { return frame[cell]; });
     }
 
     bool take_one(int pad, const float* pressure) {
@@ -315,9 +316,9 @@ class PadStream : public plan::Stream {
         Pad& p = pad_[size_t(pad)];
         if (p.stays_at_rest) return;
         PadCells::Press press{.from = pressure_of(pad, p.from),
-                          .to = pressure_of(pad, 1 - p.from),
-                          .table = tables_.of(pad),
-                          .response = {}};
+                              .to = pressure_of(pad, 1 - p.from),
+                              .table = tables_.of(pad),
+                              .response = {}};
         for (size_t r = 0; r < RESPONSE_MAPS; ++r)
             press.response[r] = counts_[r] ? response_[r].data() + size_t(pad) * counts_[r] : nullptr;
         pads_.press(thread, pad, press);

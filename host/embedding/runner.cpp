@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <tuple>
 
 namespace dermis::vulkan {
 namespace {
@@ -28,8 +29,8 @@ SkinProgram fitting(const Context& context, const plan::StreamedSkin& skin) {
 } // namespace
 
 SkinRunner::SkinRunner(std::shared_ptr<Context> context, const plan::StreamedSkin& skin)
-    : width_(size_t(skin.skin.width())), pitch_(size_t(skin.skin.pitch)), height_(skin.skin.height()),
-      layout_(state_layout_of(skin)), sites_(!skin.skin.description.sites.empty()),
+    : pads_(size_t(skin.pads)), width_(size_t(skin.skin.width())), pitch_(size_t(skin.skin.pitch)),
+      height_(skin.skin.height()), layout_(state_layout_of(skin)), sites_(!skin.skin.description.sites.empty()),
       strain_(skin.variant().keeps_strain), context_(std::move(context)), program_(fitting(*context_, skin)),
       constants_(buffer(program_.memory().constants, Buffer::Location::device)),
       state_{buffer(program_.memory().state, Buffer::Location::device),
@@ -39,7 +40,9 @@ SkinRunner::SkinRunner(std::shared_ptr<Context> context, const plan::StreamedSki
       response_(buffer(program_.memory().response, Buffer::Location::device)),
       invalid_(buffer(program_.memory().invalid, Buffer::Location::device)),
       upload_(buffer(program_.memory().pressure, Buffer::Location::host)),
-      download_(buffer(program_.memory().response, Buffer::Location::host)) {
+      download_(buffer(program_.memory().response, Buffer::Location::host)), tables_(skin, skin.skin.materials),
+      pad_(pads_), numbers_(pads_), steps_(pads_) {
+    listed_.reserve(pads_);
     fill(constants_, program_.memory().constants);
     fill(invalid_, program_.memory().invalid);
     for (int i = 0; i < 2; ++i)
@@ -51,9 +54,10 @@ SkinRunner::SkinRunner(std::shared_ptr<Context> context, const plan::StreamedSki
                                       .response = info(response_),
                                       .invalid = info(invalid_)});
     for (size_t q = QUANTITY_SA1; q < REDUCED_MAPS; ++q)
-        if (!sites_ && width_ != pitch_ && skin.wanted[q]) dense_[q - QUANTITY_SA1].resize(width_ * size_t(height_));
+        if (!sites_ && width_ != pitch_ && skin.wanted[q])
+            dense_[q - QUANTITY_SA1].resize(pads_ * width_ * size_t(height_));
     std::memset(upload_.data(), 0, upload_.bytes()); // cells beyond the width stay 0
-    reset({});
+    reset({.count = pads_});
 }
 
 SkinRunner::~SkinRunner() {
@@ -95,36 +99,81 @@ bool SkinRunner::exact() {
     return program_.check_passed(back.data());
 }
 
-bool SkinRunner::take(const plan::PadList&, const float* pressures) {
+bool SkinRunner::take(const plan::PadList& pads, const float* pressures) {
     context_->need_working();
-    return plan::copy_rows({.from = pressures,
-                            .stride = width_,
-                            .width = width_,
-                            .to = static_cast<float*>(upload_.data()),
-                            .pitch = pitch_},
-                           0, height_);
+    const size_t rows = size_t(height_), cells = rows * width_;
+    bool finite = true;
+    for (size_t i = 0; i < pads.count; ++i, pressures += cells) {
+        Pad& pad = pad_[size_t(pads[i])];
+        pad.stays_at_rest = pad.rests && pads_ > 1 && plan::all_bits_zero(pressures, cells);
+        if (pad.stays_at_rest) continue;
+        finite &= plan::copy_rows({.from = pressures,
+                                   .stride = width_,
+                                   .width = width_,
+                                   .to = static_cast<float*>(upload_.data()) + size_t(pads[i]) * rows * pitch_,
+                                   .pitch = pitch_},
+                                  0, height_);
+    }
+    return finite;
 }
 
-const double* SkinRunner::press(const plan::PadList&, const plan::StepLengths& dt) {
+// Lists the pads to press in ascending order, those left out that stay at rest.
+void SkinRunner::sort(const plan::PadList& pads, const plan::StepLengths& dt) {
+    listed_.clear();
+    for (size_t i = 0; i < pads.count; ++i)
+        if (!pad_[size_t(pads[i])].stays_at_rest) listed_.emplace_back(pads[i], dt[i]);
+    std::ranges::sort(listed_);
+    for (size_t i = 0; i < listed_.size(); ++i) std::tie(numbers_[i], steps_[i]) = listed_[i];
+}
+
+template <class F> void SkinRunner::each_part(const plan::PadList& pads, VkDeviceSize bytes, F f) const {
+    for (size_t i = 0; i < pads.count;) {
+        size_t n = 1;
+        while (i + n < pads.count && pads[i + n] == pads[i] + int(n)) ++n;
+        f(VkDeviceSize(pads[i]) * bytes, n * bytes);
+        i += n;
+    }
+}
+
+const double* SkinRunner::press(const plan::PadList& all, const plan::StepLengths& dt) {
     const DefaultFloats guard; // a software driver's threads inherit the floating-point environment
+    if (pads_ > 1)
+        if (const double* refused = tables_.fill(all, dt)) return refused;
+    sort(all, dt);
+    const plan::PadList pads{.ids = numbers_.data(), .count = listed_.size()};
+    if (pads.count == 0) return nullptr;
     const VolkDeviceTable& vk = context_->calls();
     const VkCommandBuffer commands = context_->begin();
-    const VkBufferCopy in{0, 0, program_.memory().pressure.bytes}, out{0, 0, program_.memory().response.bytes};
-    vk.vkCmdCopyBuffer(commands, upload_.handle(), pressure_[1 - from_].handle(), 1, &in);
+    each_part(pads, upload_.bytes() / pads_, [&](VkDeviceSize first, VkDeviceSize bytes) {
+        const VkBufferCopy in{first, first, bytes};
+        vk.vkCmdCopyBuffer(commands, upload_.handle(), pressure_[1 - from_].handle(), 1, &in);
+    });
     context_->barrier(commands);
-    if (!program_.record_press(commands, bindings_[from_], dt[0])) return &dt[0]; // gives the recording up
+    const bool recorded = pads_ == 1 ? program_.record_press(commands, bindings_[from_], dt[0])
+                                     : program_.record_press(commands, bindings_[from_], Pads(pads.ids, pads.count),
+                                                             steps_.data(), dt.each ? pads.count : 1);
+    if (!recorded) return &dt[0]; // gives the recording up
     context_->barrier(commands);
+    const VkBufferCopy out{0, 0, program_.memory().response.bytes};
     vk.vkCmdCopyBuffer(commands, response_.handle(), download_.handle(), 1, &out);
     context_->barrier(commands);
     context_->submit();
     from_ = 1 - from_;
+    for (size_t i = 0; i < pads.count; ++i) pad_[size_t(pads[i])].rests = false;
+    read_responses(pads);
+    return nullptr;
+}
+
+// Copies the fields of these pads without what pads their rows.
+void SkinRunner::read_responses(const plan::PadList& pads) {
+    const size_t rows = size_t(height_);
     for (int q = QUANTITY_SA1; q < REDUCED_MAPS; ++q) {
         std::vector<float>& dense = dense_[size_t(q - QUANTITY_SA1)];
         const float* response = static_cast<const float*>(download_.data()) + program_.range(Quantity(q)).first;
-        for (size_t y = 0; !dense.empty() && y < size_t(height_); ++y)
-            std::copy_n(response + y * pitch_, width_, dense.data() + y * width_);
+        for (size_t i = 0; !dense.empty() && i < pads.count; ++i)
+            for (size_t y = size_t(pads[i]) * rows, end = y + rows; y < end; ++y)
+                std::copy_n(response + y * pitch_, width_, dense.data() + y * width_);
     }
-    return nullptr;
 }
 
 const float* SkinRunner::response(Quantity q) const {
@@ -133,15 +182,30 @@ const float* SkinRunner::response(Quantity q) const {
     return dense.empty() ? static_cast<const float*>(download_.data()) + program_.range(q).first : dense.data();
 }
 
-void SkinRunner::reset(const plan::PadList&) {
+void SkinRunner::reset(const plan::PadList& pads) {
     const VkCommandBuffer commands = context_->begin();
-    for (const Buffer* b : {&state_[0], &state_[1], &pressure_[0], &response_})
-        context_->calls().vkCmdFillBuffer(commands, b->handle(), 0, VK_WHOLE_SIZE, 0);
+    const auto clear = [&](const Buffer& b, VkDeviceSize offset, VkDeviceSize bytes) {
+        if (bytes > 0) context_->calls().vkCmdFillBuffer(commands, b.handle(), offset, bytes, 0);
+    };
+    const auto each_response = [&](const plan::PadList& list, auto f) { // f(first byte, bytes)
+        for (int q = QUANTITY_SA1; q < REDUCED_MAPS; ++q) {
+            const SkinProgram::Range r = program_.range(Quantity(q));
+            each_part(list, r.count / pads_ * sizeof(float), [&](VkDeviceSize first, VkDeviceSize bytes) {
+                f(VkDeviceSize(r.first) * sizeof(float) + first, bytes);
+            });
+        }
+    };
+    for (const Buffer* b : {&state_[0], &state_[1], &pressure_[0], &pressure_[1]})
+        each_part(pads, b->bytes() / pads_, [&](VkDeviceSize first, VkDeviceSize bytes) { clear(*b, first, bytes); });
+    each_response(pads, [&](VkDeviceSize first, VkDeviceSize bytes) { clear(response_, first, bytes); });
     context_->barrier(commands);
     context_->submit();
-    from_ = 0; // after the submission: where that fails, nothing has happened
-    std::memset(download_.data(), 0, download_.bytes());
-    for (std::vector<float>& dense : dense_) std::fill(dense.begin(), dense.end(), 0.0f);
+    // After the submission: where that fails, nothing has happened.
+    each_response(pads, [&](VkDeviceSize first, VkDeviceSize bytes) {
+        std::memset(static_cast<char*>(download_.data()) + first, 0, bytes);
+    });
+    for (size_t i = 0; i < pads.count; ++i) pad_[size_t(pads[i])] = {};
+    read_responses(pads);
 }
 
 template <class F> void SkinRunner::each_run(F f) const {
@@ -154,43 +218,57 @@ template <class F> void SkinRunner::each_run(F f) const {
                 f((y * planes + strain_ + p) * pitch_, p * layout_.cells + y * width_, width_);
 }
 
-void SkinRunner::set_elements(const plan::PadList&, const std::vector<plan::Element>&) {}
+void SkinRunner::set_elements(const plan::PadList& pads, const std::vector<plan::Element>& elements) {
+    tables_.set_elements(pads, elements);
+    vulkan::set_elements(program_, pads, elements);
+}
 
-void SkinRunner::save(int, void* saved) {
-    float* state = static_cast<float*>(saved);
+void SkinRunner::save(int pad, void* saved) {
     context_->need_working();
-    const Memory &of_state = program_.memory().state, &of_pressure = program_.memory().pressure;
-    Buffer back(*context_, of_state.bytes + of_pressure.bytes, Buffer::Location::host);
+    const VkDeviceSize of_state = program_.memory().state.bytes / pads_,
+                       of_pressure = program_.memory().pressure.bytes / pads_;
+    Buffer back(*context_, of_state + of_pressure, Buffer::Location::host);
     const VkCommandBuffer commands = context_->begin();
-    const VkBufferCopy planes{0, 0, of_state.bytes}, pressure{0, of_state.bytes, of_pressure.bytes};
+    const VkBufferCopy planes{VkDeviceSize(pad) * of_state, 0, of_state},
+        pressure{VkDeviceSize(pad) * of_pressure, of_state, of_pressure};
     context_->calls().vkCmdCopyBuffer(commands, state_[from_].handle(), back.handle(), 1, &planes);
     context_->calls().vkCmdCopyBuffer(commands, pressure_[from_].handle(), back.handle(), 1, &pressure);
     context_->barrier(commands);
     context_->submit();
     const auto* from = static_cast<const float*>(back.data());
-    each_run([&](size_t there, size_t here, size_t n) { std::copy_n(from + there, n, state + here); });
-    from += of_state.bytes / sizeof(float);
-    state += layout_.cells * layout_.planes;
-    for (size_t y = 0; y < size_t(height_); ++y) std::copy_n(from + y * pitch_, width_, state + y * width_);
+    char* to = static_cast<char*>(saved);
+    each_run([&](size_t there, size_t here, size_t n) {
+        std::memcpy(to + here * sizeof(float), from + there, n * sizeof(float));
+    });
+    from += of_state / sizeof(float);
+    to += layout_.cells * layout_.planes * sizeof(float);
+    for (size_t y = 0; y < size_t(height_); ++y, to += width_ * sizeof(float))
+        std::memcpy(to, from + y * pitch_, width_ * sizeof(float));
 }
 
-void SkinRunner::load(int, const void* saved) {
-    const float* state = static_cast<const float*>(saved);
+void SkinRunner::load(int pad, const void* saved) {
     context_->need_working();
-    const Memory &of_state = program_.memory().state, &of_pressure = program_.memory().pressure;
-    Buffer staging(*context_, of_state.bytes + of_pressure.bytes, Buffer::Location::host);
+    const VkDeviceSize of_state = program_.memory().state.bytes / pads_,
+                       of_pressure = program_.memory().pressure.bytes / pads_;
+    Buffer staging(*context_, of_state + of_pressure, Buffer::Location::host);
     auto* to = static_cast<float*>(staging.data());
+    const char* from = static_cast<const char*>(saved);
     std::memset(to, 0, staging.bytes());
-    each_run([&](size_t there, size_t here, size_t n) { std::copy_n(state + here, n, to + there); });
-    to += of_state.bytes / sizeof(float);
-    state += layout_.cells * layout_.planes;
-    for (size_t y = 0; y < size_t(height_); ++y) std::copy_n(state + y * width_, width_, to + y * pitch_);
+    each_run([&](size_t there, size_t here, size_t n) {
+        std::memcpy(to + there, from + here * sizeof(float), n * sizeof(float));
+    });
+    to += of_state / sizeof(float);
+    from += layout_.cells * layout_.planes * sizeof(float);
+    for (size_t y = 0; y < size_t(height_); ++y, from += width_ * sizeof(float))
+        std::memcpy(to + y * pitch_, from, width_ * sizeof(float));
     const VkCommandBuffer commands = context_->begin();
-    const VkBufferCopy planes{0, 0, of_state.bytes}, pressure{of_state.bytes, 0, of_pressure.bytes};
+    const VkBufferCopy planes{0, VkDeviceSize(pad) * of_state, of_state},
+        pressure{of_state, VkDeviceSize(pad) * of_pressure, of_pressure};
     context_->calls().vkCmdCopyBuffer(commands, staging.handle(), state_[from_].handle(), 1, &planes);
     context_->calls().vkCmdCopyBuffer(commands, staging.handle(), pressure_[from_].handle(), 1, &pressure);
     context_->barrier(commands);
     context_->submit();
+    pad_[size_t(pad)].rests = false;
 }
 
 } // namespace dermis::vulkan

@@ -29,8 +29,12 @@ class SkinRunner : public plan::Stream {
     // Calls f(number of a state on the device, number of a saved one) for each run of neighbouring numbers, whose
     // length is the third argument.
     template <class F> void each_run(F f) const;
+    // Calls f(first byte, bytes) for each run of neighbouring pads of a list among the parts of a buffer, one for each.
+    template <class F> void each_part(const plan::PadList&, VkDeviceSize bytes, F f) const;
+    void sort(const plan::PadList&, const plan::StepLengths&);
+    void read_responses(const plan::PadList&);
 
-    const size_t width_, pitch_;
+    const size_t pads_, width_, pitch_;
     const int height_;
     const plan::StateLayout layout_;
     const bool sites_, strain_; // only sites respond; the state holds the cell's strain before all other planes
@@ -40,6 +44,15 @@ class SkinRunner : public plan::Stream {
     std::array<std::vector<float>, RESPONSE_MAPS> dense_; // fields of width*height, where the pitch is greater
     Binding bindings_[2];
     int from_ = 0; // the index of the state and the pressure that the next press starts from
+    plan::StepTables tables_;
+    struct Pad {
+        bool rests = true;         // nothing has ever pressed it
+        bool stays_at_rest = true; // nor does the pressure that was taken last
+    };
+    std::vector<Pad> pad_;
+    std::vector<std::pair<int, double>> listed_; // pads to press and their steps, ascending
+    std::vector<int> numbers_;
+    std::vector<double> steps_;
 };
 
 } // namespace dermis::vulkan

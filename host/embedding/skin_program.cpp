@@ -81,9 +81,12 @@ class DeviceCheck {
 
     void record(VkCommandBuffer commands, const VolkDeviceTable& vk) const noexcept {
         PressTable table;
-        (void)recorder_.fill(table, SampleStream::dt); // true: a sample's coefficients fit float
+        const plan::PadList pads{.count = size_t(sample_.skin().pads)};
+        const bool batch = pads.count > 1;
+        if (!batch) (void)recorder_.fill(table, SampleStream::dt); // true: a sample's coefficients fit float
         for (int i = 0; i < presses; ++i) {
-            recorder_.record(commands, size_t(i), table);
+            if (batch) recorder_.record(commands, size_t(i), pads, {&SampleStream::dt});
+            else recorder_.record(commands, size_t(i), table);
             const VkMemoryBarrier memory{VK_STRUCTURE_TYPE_MEMORY_BARRIER, nullptr, VK_ACCESS_SHADER_WRITE_BIT,
                                          VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT};
             if (i + 1 < presses)
@@ -124,6 +127,10 @@ struct SkinProgram::Impl {
         needs.check = check.memory();
     }
 
+    bool batch() const { return recorder.skin().pads > 1; }
+    bool ascend(const Pads&) const noexcept;
+    bool record(VkCommandBuffer, Binding, const plan::PadList&, const plan::StepLengths&,
+                const Timestamps&) const noexcept;
     void check_range(const char* name, const VkDescriptorBufferInfo&, const Memory&) const;
     void check_apart(const Buffers&) const;
 
@@ -144,10 +151,15 @@ struct Internal {
         program.impl_ = std::make_unique<SkinProgram::Impl>(handles, std::move(skin), max_bindings);
         return program;
     }
+    static Recorder& recorder_of(SkinProgram& program) { return program.impl_->recorder; }
 };
 
 SkinProgram program_of(const Handles& handles, const plan::StreamedSkin& skin, uint32_t max_bindings) {
     return Internal::make(handles, plan::StreamedSkin(skin), max_bindings);
+}
+
+void set_elements(SkinProgram& program, const plan::PadList& pads, const std::vector<plan::Element>& elements) {
+    Internal::recorder_of(program).set_elements(pads, elements);
 }
 
 namespace {
@@ -180,15 +192,21 @@ SkinProgram::Range SkinProgram::range(Quantity q) const noexcept {
 
 Access SkinProgram::first_access() const noexcept {
     Access a{VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT};
-    if (impl_->recorder.writes_constants()) {
+    if (impl_->recorder.writes_constants()) { // a batch always does, and copies besides
         a.stages |= VK_PIPELINE_STAGE_TRANSFER_BIT;
         a.access |= VK_ACCESS_TRANSFER_WRITE_BIT;
+        if (impl_->batch()) a.access |= VK_ACCESS_TRANSFER_READ_BIT;
     }
     return a;
 }
 
 Access SkinProgram::last_access() const noexcept {
-    return {VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_WRITE_BIT};
+    Access a{VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_WRITE_BIT};
+    if (impl_->batch()) {
+        a.stages |= VK_PIPELINE_STAGE_TRANSFER_BIT;
+        a.access |= VK_ACCESS_TRANSFER_WRITE_BIT;
+    }
+    return a;
 }
 
 void SkinProgram::Impl::check_range(const char* name, const VkDescriptorBufferInfo& b, const Memory& m) const {
@@ -245,22 +263,59 @@ Binding SkinProgram::bind(const Buffers& b) {
     return binding;
 }
 
-bool SkinProgram::record_press(VkCommandBuffer commands, Binding binding, double dt,
-                               const Timestamps& stamps) const noexcept {
-    const Impl& impl = *impl_;
-    if (!scene::finite(dt) || dt < 0 || binding.program != &impl) return false;
+bool SkinProgram::Impl::ascend(const Pads& pads) const noexcept {
+    for (size_t i = 0; !pads.all && i < pads.count; ++i) {
+        const int least = i == 0 ? 0 : pads.numbers[i - 1] + 1;
+        if (pads.numbers[i] < least || pads.numbers[i] >= recorder.skin().pads) return false;
+    }
+    return true;
+}
+
+bool SkinProgram::Impl::record(VkCommandBuffer commands, Binding binding, const plan::PadList& pads,
+                               const plan::StepLengths& dt, const Timestamps& stamps) const noexcept {
+    for (size_t i = 0; i < (dt.each ? pads.count : 1); ++i)
+        if (!scene::finite(dt[i]) || dt[i] < 0) return false;
     PressTable table;
-    if (!impl.recorder.fill(table, dt)) return false;
-    const VolkDeviceTable& vk = impl.device.calls;
+    if (batch() ? !recorder.accepts(pads, dt) : !recorder.fill(table, dt[0])) return false;
+    const VolkDeviceTable& vk = device.calls;
     VkDebugUtilsLabelEXT label{VK_STRUCTURE_TYPE_DEBUG_UTILS_LABEL_EXT};
     label.pLabelName = "dermis press";
-    if (impl.labels.begin) impl.labels.begin(commands, &label);
+    if (labels.begin) labels.begin(commands, &label);
     if (stamps.pool) vk.vkCmdWriteTimestamp(commands, VK_PIPELINE_STAGE_TOP_OF_PIPE_BIT, stamps.pool, stamps.first);
-    impl.recorder.record(commands, binding.set, table);
+    if (batch()) recorder.record(commands, binding.set, pads, dt);
+    else recorder.record(commands, binding.set, table);
     if (stamps.pool)
         vk.vkCmdWriteTimestamp(commands, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, stamps.pool, stamps.first + 1);
-    if (impl.labels.begin) impl.labels.end(commands);
+    if (labels.begin) labels.end(commands);
     return true;
+}
+
+bool SkinProgram::record_press(VkCommandBuffer commands, Binding binding, double dt,
+                               const Timestamps& stamps) const noexcept {
+    if (binding.program != impl_.get()) return false;
+    return impl_->record(commands, binding, {.count = size_t(impl_->recorder.skin().pads)}, {&dt}, stamps);
+}
+
+bool SkinProgram::record_press(VkCommandBuffer commands, Binding binding, const Pads& pads, const double* dt,
+                               size_t steps, const Timestamps& stamps) const noexcept {
+    const Impl& impl = *impl_;
+    const size_t count = pads.all ? size_t(impl.recorder.skin().pads) : pads.count;
+    if (binding.program != &impl || !impl.batch() || !impl.ascend(pads) || (steps != 1 && steps != count)) return false;
+    return impl.record(commands, binding, {.ids = pads.all ? nullptr : pads.numbers, .count = count},
+                       {.dt = dt, .each = steps != 1}, stamps);
+}
+
+void SkinProgram::set_material(const Material& material, const Pads& pads) {
+    const DefaultFloats guard;
+    Impl& impl = *impl_;
+    const plan::StreamedSkin& skin = impl.recorder.skin();
+    if (!impl.ascend(pads)) refuse("pads", "(numbers)", "ascending numbers of pads");
+    const plan::PadList list{.ids = pads.all ? nullptr : pads.numbers,
+                             .count = pads.all ? size_t(skin.pads) : pads.count};
+    plan::need_new_material(skin.skin.uniform(), !skin.elements_of_pad.empty(), list.count, size_t(skin.pads));
+    const std::vector<plan::Element> elements =
+        plan::elements_of_pad(skin.skin.description, material, skin.skin.chain, skin.wanted, "material");
+    impl.recorder.set_elements(list, elements);
 }
 
 void SkinProgram::bind_check(const VkDescriptorBufferInfo& range) {

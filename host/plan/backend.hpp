@@ -25,8 +25,8 @@ class Stream {
     // Takes in the next pressures of these pads, Pa, width*height numbers of each. Returns false if a number is not
     // finite; others must then be taken in before the next press.
     virtual bool take(const PadList&, const float* pressures) = 0;
-    // Steps the same pads, whose pressures run linearly from those of the previous press to these. Returns null, or, where
-    // nothing has changed, a step of which a coefficient is beyond float.
+    // Steps the same pads, whose pressures run linearly from those of the previous press to these. Returns null, or,
+    // where nothing has changed, a step of which a coefficient is beyond float.
     virtual const double* press(const PadList&, const StepLengths&) = 0;
     // The responses of the last press of each pad, fields of width*height or sites in the order given, pad by pad; the
     // same memory after every press.

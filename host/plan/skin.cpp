@@ -133,12 +133,12 @@ void find_materials(PreparedSkin& skin) {
 
 } // namespace
 
-PreparedSkin prepare_skin(const SkinDescription& d, int threads) {
+PreparedSkin prepare_skin(const SkinDescription& d, int threads, int pitch_cells) {
     PreparedSkin skin;
     skin.description = d;
     skin.heights = scene::surface_heights(d, threads);
     skin.relief = *d.surface.relief;
-    skin.pitch = (d.grid.width + PITCH_CELLS - 1) / PITCH_CELLS * PITCH_CELLS;
+    skin.pitch = (d.grid.width + pitch_cells - 1) / pitch_cells * pitch_cells;
     skin.tiles = (d.grid.width + TILE_CELLS - 1) / TILE_CELLS;
     skin.stencil = int(*d.stencil);
     skin.edges = int(*d.edges);

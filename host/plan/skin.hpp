@@ -68,8 +68,8 @@ struct PreparedSkin {
     double spacing() const { return description.grid.spacing.value_or(1); }
 };
 
-// Prepares a skin. `description` is validated. threads: as for Device::cpu.
-PreparedSkin prepare_skin(const SkinDescription& description, int threads);
+// Prepares a skin. `description` is validated. threads: as for Device::cpu. The pitch is a multiple of pitch_cells.
+PreparedSkin prepare_skin(const SkinDescription& description, int threads, int pitch_cells = PITCH_CELLS);
 // The same skin of another material's elements.
 PreparedSkin with_material(PreparedSkin, const Material&);
 // Releases the maps once a backend has copied what it needs.

@@ -88,7 +88,7 @@ StreamedSkin streamed_skin(const SkinDescription& description, const SkinOptions
     if (!options.materials.empty()) scene::take_elements(own.material, options.materials.front());
     const SkinDescription validated = scene::validate_skin(own, asked);
     for (Quantity q : asked) s.wanted[size_t(q)] = true;
-    s.skin = prepare_skin(validated, threads);
+    s.skin = prepare_skin(validated, threads, options.count > 1 ? PRESS_CELLS : PITCH_CELLS);
     const bool grows = s.wanted[QUANTITY_SA2] && !validated.receptors.sa2_adaptation;
     s.precision = options.precision.value_or(grows ? Precision::f32_compensated : Precision::f32);
     check_elements(s.skin.materials, s.skin.chain, s.wanted);
@@ -100,6 +100,13 @@ StreamedSkin streamed_skin(const SkinDescription& description, const SkinOptions
         s.elements_of_pad.insert(s.elements_of_pad.end(), own.begin(), own.end());
     }
     return s;
+}
+
+void need_new_material(bool uniform, bool own, size_t listed, size_t all) {
+    if (!uniform) scene::refuse("material", "(numbers)", "none: the skin has a material of maps, which stays as it is");
+    if (!own && listed != all)
+        scene::refuse("pads", std::to_string(listed) + " of " + std::to_string(all),
+                      "all, where SkinOptions::materials gives none");
 }
 
 std::vector<Element> elements_of_pad(const SkinDescription& validated, const Material& material, const Chain& chain,

@@ -60,11 +60,15 @@ class StepTables {
     Chain chain_;
     ResponseRule rule_{};
     size_t pads_ = 0, length_ = 0;
-    bool own_ = false, each_ = false;     // whether each pad has elements of its own, and a table
-    std::vector<Element> elements_;       // of all pads where each has its own, else of one
+    bool own_ = false, each_ = false; // whether each pad has elements of its own, and a table
+    std::vector<Element> elements_;   // of all pads where each has its own, else of one
     std::vector<f32::Coefficients> tables_;
     std::vector<double> filled_; // the step that each table is of; NaN: of none
 };
+
+// Throws Error::bad_input where `listed` pads of `all` cannot have another material. uniform: a pad's cells have the
+// same elements; own: each pad has elements of its own.
+void need_new_material(bool uniform, bool own, size_t listed, size_t all);
 
 // The positions of responses among the floats of a stream.
 struct ResponseLayout {
@@ -74,7 +78,7 @@ struct ResponseLayout {
     // By quantity, pad by pad: a field of pitch*height, or its sites in the order given.
     std::array<Range, REDUCED_MAPS> of;
     std::vector<size_t> site; // index of each site's float, of pad 0
-    size_t all = 0;                     // number of floats
+    size_t all = 0;           // number of floats
 };
 ResponseLayout response_layout_of(const StreamedSkin&);
 

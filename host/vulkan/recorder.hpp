@@ -30,21 +30,37 @@ class Recorder {
     const MemoryNeeds& needs() const { return needs_; }
     bool writes_constants() const { return table_.bytes > 0; }
     void bind(size_t binding, const Buffers&); // trusts that the buffers are as needs() says
-    // Fills the table for a press of dt seconds. Returns false where a coefficient is beyond float.
+    // Fills the table for a press of one skin by dt seconds. Returns false where a coefficient is beyond float.
     bool fill(PressTable&, double dt) const noexcept;
     void record(VkCommandBuffer, size_t binding, const PressTable&) const noexcept;
+    // Returns whether all coefficients of a press of these pads are floats.
+    bool accepts(const plan::PadList&, const plan::StepLengths&) const noexcept;
+    // Records a press of some pads of a batch, whose numbers ascend, and copies the states and pressures of the others.
+    void record(VkCommandBuffer, size_t binding, const plan::PadList&, const plan::StepLengths&) const noexcept;
+    // Gives pads other elements, as many as before.
+    void set_elements(const plan::PadList&, const std::vector<plan::Element>&);
 
   private:
     struct Slice { // a part of the constants
         VkDeviceSize offset = 0, bytes = 0;
     };
     template <class T> Slice append(const std::vector<T>&);
-    const std::vector<plan::Element>& materials() const {
-        return sites_ ? sites_->materials() : streamed_.skin.materials;
+    // The elements of all materials of a skin, or of a pad without elements of its own.
+    const std::vector<plan::Element>& materials() const { return materials_; }
+    size_t table_length() const {
+        return streamed_.elements_of_pad.empty() ? materials_.size() : streamed_.skin.chain.length;
     }
+    // The index of the first coefficients behind a list of all pads, counted in Coefficients.
+    size_t behind_list() const;
+    bool fill_table(f32::Coefficients* table, int pad, double dt) const noexcept;
+    bool pads_alike(const plan::StepLengths& dt) const { return streamed_.elements_of_pad.empty() && !dt.each; }
+    void update_list(VkCommandBuffer, size_t binding, const plan::PadList&, const plan::StepLengths&) const noexcept;
+    void copy_others(VkCommandBuffer, size_t binding, const plan::PadList&) const noexcept;
     void fill_needs();
     void check_limits() const;
     void update_table(VkCommandBuffer, size_t binding, const f32::Coefficients*) const noexcept;
+    // Calls `update` between the barriers that keep it apart from earlier and later presses.
+    template <class F> void between_presses(VkCommandBuffer, F update) const noexcept;
 
     const DeviceTable& device_;
     plan::StreamedSkin streamed_;
@@ -53,7 +69,12 @@ class Recorder {
     std::optional<SitesKernel> sites_;  // where only sites respond
     MemoryNeeds needs_;
     Slice rest_, material_, table_, cells_, stencils_;
-    std::vector<BufferRange> tables_; // the coefficients of each binding
+    std::vector<plan::Element> materials_;
+    struct Bound {         // by a binding
+        BufferRange table; // list and coefficients
+        VkDescriptorBufferInfo state_from, state_to, pressure_from, pressure_to;
+    };
+    std::vector<Bound> bound_;
 };
 
 } // namespace dermis::vulkan

@@ -20,8 +20,8 @@
 // The next press swaps the two states and the two pressures, by another binding. A press
 //   - reads constants, state_from, pressure_from and pressure_to;
 //   - writes state_to, response and, where a pressure is not finite, invalid;
-//   - writes coefficients into constants if the material varies or has several elements, with barriers of its own that
-//   order
+//   - writes coefficients into constants if the material varies or has several elements, and for pads
+//     (SkinOptions::count), with barriers of its own that order
 //     this after what earlier presses on the queue wrote and read there, and before what this one reads: presses of one
 //     program must then not run on two queues at once;
 //   - clobbers the bound compute pipeline, every descriptor set of the compute bind point (another layout of set 0
@@ -80,8 +80,10 @@ struct MemoryNeeds {
     // series its strain, then the integral for SA2; each followed, if sums are compensated, by what it has lost to
     // rounding; last the rate of a spring for FA2. Copies of a state and of pressure_to go on with the same bits, on
     // every skin of the same description.
+    // The pads of a batch stand one after another, each with an equal part of the range.
     Memory state;
-    Memory pressure; // float, Pa, pushing is positive; pitch()*height, row 0 first: index = y*pitch() + x
+    // float, Pa, pushing is positive; pitch()*height for each pad, row 0 first: index = y*pitch() + x
+    Memory pressure;
     Memory response; // float; see range()
     Memory invalid;  // uint32_t: running count of cells of pressure_to, or of those that sites read, that were not
                      // finite; such a pressure counts as 0. The host may clear it.
@@ -128,10 +130,10 @@ class DERMIS_API SkinProgram {
 
     // The ranges of memory that presses need.
     const MemoryNeeds& memory() const noexcept;
-    // Cells from row to row of pressures and fields: the width rounded up to 16.
+    // Cells from row to row of pressures and fields: the width rounded up to 16, in a batch to 4.
     int pitch() const noexcept;
-    // The floats of one class (sa1 ..) within a response: a field of pitch()*height, row 0 first, or, if the
-    // description has sites, one float per site of that class in the order given. count 0: not asked for.
+    // The floats of one class (sa1 ..) within a response, pad by pad: a field of pitch()*height, row 0 first, or, if
+    // the description has sites, one float per site of that class in the order given. count 0: not asked for.
     struct Range {
         size_t first = 0, count = 0;
     };
@@ -143,12 +145,20 @@ class DERMIS_API SkinProgram {
     // Makes a descriptor set of these ranges. Throws Error::bad_input if one is too small, misaligned, outside its
     // buffer or overlaps another, or if max_bindings is reached.
     Binding bind(const Buffers&);
-    // Records one press. dt: s, finite, >= 0; 0 is a pause: the state is kept, and the next press starts at
-    // pressure_to. Returns false, and records nothing, if:
+    // Records one press, of all pads. dt: s, finite, >= 0; 0 is a pause: the state is kept, and the next press starts
+    // at pressure_to. Returns false, and records nothing, if:
     //   - dt is not a finite number >= 0;
     //   - a coefficient of the step is beyond float;
     //   - the binding is not this program's.
     [[nodiscard]] bool record_press(VkCommandBuffer, Binding, double dt, const Timestamps& = {}) const noexcept;
+    // Records a press of some pads of a batch, whose numbers ascend, by one step (steps = 1) or by one for each. For
+    // the others it copies the state and, unless the pressure is held, the pressure; their responses stay as they are.
+    // Returns false, and records nothing, also if numbers do not ascend or there are not as many steps.
+    [[nodiscard]] bool record_press(VkCommandBuffer, Binding, const Pads&, const double* dt, size_t steps,
+                                    const Timestamps& = {}) const noexcept;
+
+    // As Skin::set_material, for the presses that are recorded from now on.
+    void set_material(const Material&, const Pads& = {});
 
     // The check tells whether this device gives the CPU's bits, by two presses of a small skin with these very
     // pipelines. Nothing is known before it has passed. bind_check takes a range of memory().check that holds its
