@@ -143,10 +143,19 @@ struct Workload {
 };
 // These fork, so that they run before any device is opened.
 constexpr Workload forking[] = {{"growth", growth}, {"memory", memory}};
-constexpr Workload workloads[] = {{"limits", limits},      {"W1", streamed_frames}, {"W2", constant_map},
-                                  {"W3", study},           {"W4", population},      {"W4-frames", streamed_population},
-                                  {"march", marches},      {"chains", chains},      {"materials", materials},
-                                  {"accuracy", accuracy},  {"stiff", stiff},        {"construction", construction},
+constexpr Workload workloads[] = {{"limits", limits},
+                                  {"W1", streamed_frames},
+                                  {"W2", constant_map},
+                                  {"W3", study},
+                                  {"W4", population},
+                                  {"W4-frames", streamed_population},
+                                  {"march", marches},
+                                  {"chains", chains},
+                                  {"pads", pads},
+                                  {"materials", materials},
+                                  {"accuracy", accuracy},
+                                  {"stiff", stiff},
+                                  {"construction", construction},
                                   {"processes", processes}};
 // It takes minutes on a software device, so that it is not among all.
 constexpr Workload on_request = {"device", device_growth};

@@ -36,6 +36,7 @@ void population(Bench&);          // W4
 void streamed_population(Bench&); // W4 frame by frame
 void marches(Bench&);             // traces by materials and precision
 void chains(Bench&);              // frames by elements in series
+void pads(Bench&);                // batches of pads, sites beside fields, presses at 1 kHz
 void materials(Bench&);           // a hundred materials on one map
 void accuracy(Bench&);            // error against time
 void stiff(Bench&);               // error against step and time on a chain of elements

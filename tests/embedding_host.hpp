@@ -42,14 +42,16 @@ struct Range {
 struct Host {
     Context& context;
     SkinDescription description;
+    int rows; // of all pads
     SkinProgram program;
     Range constants, invalid;
     std::vector<std::unique_ptr<Range>> states, pressures, responses;
     std::vector<Binding> bindings;
 
     Host(Context& c, const SkinDescription& d, int frames, const SkinOptions& options = {})
-        : context(c), description(d), program(c.handles(), d, uint32_t(frames), options),
-          constants(c, program.memory().constants), invalid(c, program.memory().invalid) {
+        : context(c), description(d), rows(d.grid.height * options.count),
+          program(c.handles(), d, uint32_t(frames), options), constants(c, program.memory().constants),
+          invalid(c, program.memory().invalid) {
         const auto& m = program.memory();
         for (int i = 0; i <= frames; ++i) {
             states.push_back(std::make_unique<Range>(c, m.state));
@@ -72,7 +74,7 @@ struct Host {
     void set_pressure(int i, const std::vector<float>& map) {
         const int width = description.grid.width;
         auto* to = reinterpret_cast<float*>(pressures[size_t(i)]->data());
-        for (int y = 0; y < description.grid.height; ++y) {
+        for (int y = 0; y < rows; ++y) {
             std::memcpy(to + y * program.pitch(), map.data() + y * width, size_t(width) * sizeof(float));
             for (int x = width; x < program.pitch(); ++x) to[y * program.pitch() + x] = NAN; // nobody's
         }
@@ -82,7 +84,7 @@ struct Host {
         const auto* from = reinterpret_cast<const float*>(responses[size_t(i)]->data()) + r.first;
         if (!description.sites.empty()) return {from, from + r.count};
         std::vector<float> map;
-        for (int y = 0; y < description.grid.height; ++y)
+        for (int y = 0; y < rows; ++y)
             map.insert(map.end(), from + y * program.pitch(), from + y * program.pitch() + description.grid.width);
         return map;
     }

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Many pads pressed together, on the CPU and on Vulkan: each has the bits of a Skin alone.
+#include "host/device.hpp"
+#include "host/embedding/backend.hpp"
 #include "tests/allocations.hpp"
-#include "tests/support.hpp"
+#include "tests/embedding_host.hpp"
 
 #include <cstring>
 
@@ -265,6 +267,68 @@ TEST_CASE("a press of pads that is refused names what is wrong, and nothing has 
     options.materials[2] = {};
     options.materials[2].elements = {{1, 1}, {2, 2}};
     CHECK(refusal(Error::Code::bad_input, made).find("materials[2]") != std::string::npos);
+}
+
+TEST_CASE("pads in a host's command buffer have the CPU's bits, those that are not pressed keep state and pressure") {
+    const Validated vulkan;
+    Context& context = *vulkan::context_of(*vulkan.device().impl().backend);
+    for (int variant = 0; variant < 8; ++variant) {
+        CAPTURE(variant);
+        SkinDescription d = pad(21, 6);
+        SkinOptions options;
+        options.count = pads;
+        for (int i = 0; variant & 1 && i < pads; ++i) {
+            options.materials.push_back(d.material);
+            options.materials.back().viscosity = 0.5 + i;
+        }
+        for (int i = 0; variant & 2 && i < 24; ++i) d.sites.push_back({all_responses[i % 4], {i * 5 % 21, i % 6}});
+        Skin skin(Device::cpu(1), d, options);
+        Host host(context, d, 4, options);
+        const std::vector<int> lists[] = {every, {1, 3}, {0, 2, 3, 4}, every};
+        const std::vector<double> dt = {0.01, 0.3, 0.0, 0.02, 1};
+        const auto pressure = [&](int i, const std::vector<int>& list) {
+            std::vector<float> all;
+            for (int p : list) {
+                const std::vector<float> own = frame(d, i + p);
+                all.insert(all.end(), own.begin(), own.end());
+            }
+            return all;
+        };
+        for (int i = 1; i <= 4; ++i) host.set_pressure(i, pressure(i, every));
+        const VkCommandBuffer commands = context.begin();
+        for (int i = 1; i <= 4; ++i) {
+            const std::vector<int>& list = lists[i - 1];
+            const Binding binding = host.bindings[size_t(i - 1)];
+            const bool each = variant & 4 && i > 1;
+            REQUIRE((i == 4 && !each
+                         ? host.program.record_press(commands, binding, dt[0])
+                         : host.program.record_press(commands, binding, list, dt.data(), each ? list.size() : 1)));
+            barrier(context, commands, host.program);
+        }
+        CHECK(!host.program.record_press(commands, host.bindings[0], std::vector<int>{1, 0}, dt.data(), 1));
+        CHECK(!host.program.record_press(commands, host.bindings[0], std::vector<int>{pads}, dt.data(), 1));
+        CHECK(!host.program.record_press(commands, host.bindings[0], std::vector<int>{0, 1, 2}, dt.data(), 2));
+        context.barrier(commands);
+        context.submit();
+        for (int i = 1; i <= 4; ++i) {
+            const std::vector<int>& list = lists[i - 1];
+            if (variant & 4 && i > 1) skin.press(pressure(i, list), {dt.begin(), dt.begin() + long(list.size())}, list);
+            else skin.press(pressure(i, list), dt[0], list);
+            for (Quantity q : all_responses) {
+                CAPTURE(i);
+                CAPTURE(name(q));
+                const Skin::Response r = skin.response(q);
+                const std::vector<float> answered = host.response(i, q);
+                REQUIRE(answered.size() == r.size);
+                const size_t of_pad = r.size / pads;
+                for (int p : list)
+                    CHECK(std::memcmp(answered.data() + size_t(p) * of_pad, r.data + size_t(p) * of_pad,
+                                      of_pad * sizeof(float)) == 0);
+            }
+        }
+        CHECK(host.not_finite() == 0);
+        CHECK(host.untouched_around());
+    }
 }
 
 TEST_CASE("presses of pads allocate nothing") {

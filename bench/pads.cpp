@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: MIT
+// Many small pads and receptors, as robots have them: batches beside single skins, sites beside fields, and presses at
+// 1 kHz. What is compared is timed in the same rounds.
+#include "bench/bench.hpp"
+
+#include <chrono>
+#include <memory>
+#include <random>
+#include <thread>
+
+namespace bench {
+
+using namespace dermis;
+
+namespace {
+
+SkinDescription rectangle(int width, int height) {
+    SkinDescription d;
+    d.grid = {width, height, 2.5e-4};
+    d.surface.relief = 5e-5;
+    d.material = {.modulus = 20e3, .viscosity = 1e3, .thickness = 1e-3, .curvature_length = 1e-5};
+    return d;
+}
+
+SkinDescription with_sites(SkinDescription d, int count) {
+    std::mt19937 random(7);
+    constexpr Quantity types[] = {Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2};
+    for (int i = 0; i < count; ++i)
+        d.sites.push_back(
+            {types[i % 4], {int(random() % unsigned(d.grid.width)), int(random() % unsigned(d.grid.height))}});
+    return d;
+}
+
+// Skins of one kind and their pressures.
+class Contender {
+  public:
+    // pads: of each of the skins. pressure: Pa; 0 for skins that stay at rest.
+    Contender(const Device& device, const SkinDescription& d, int pads, int skins, float pressure) {
+        SkinOptions options;
+        options.precision = Precision::f32;
+        options.count = pads;
+        for (int i = 0; i < skins; ++i) skins_.push_back(std::make_unique<Skin>(device, d, options));
+        const size_t cells = size_t(pads) * size_t(d.grid.width) * size_t(d.grid.height);
+        for (int i = 0; i < 2; ++i) frames_.emplace_back(cells, pressure * float(1 + i));
+    }
+    double seconds(int presses) {
+        return seconds_of([&] {
+            for (int i = 0; i < presses; ++i)
+                for (auto& skin : skins_) skin->press(frames_[size_t(i % 2)], 0.001);
+        });
+    }
+
+  private:
+    std::vector<std::unique_ptr<Skin>> skins_;
+    std::vector<std::vector<float>> frames_;
+};
+
+struct Row {
+    const char* model;
+    SkinDescription description;
+    int pads, skins;
+    float pressure = 1e4f;
+};
+
+void add_rows(Bench& bench, const Device* device, const std::vector<Row>& all, int presses) {
+    const Device cpu = Device::cpu(1);
+    std::vector<std::unique_ptr<Contender>> contenders;
+    std::vector<std::function<double()>> work;
+    for (const Row& r : all) {
+        contenders.push_back(
+            std::make_unique<Contender>(device ? *device : cpu, r.description, r.pads, r.skins, r.pressure));
+        work.push_back([c = contenders.back().get(), presses] { return c->seconds(presses); });
+    }
+    const std::vector<Timing> timings = bench.paired(work, bench.runs);
+    for (size_t i = 0; i < all.size(); ++i) {
+        Measurement r = device ? bench.on_vulkan("pads", 0) : bench.cpu("pads", 0, 1);
+        r.model = all[i].model;
+        r.precision = "f32";
+        r.width = all[i].description.grid.width;
+        r.height = static_cast<long long>(all[i].description.grid.height) * all[i].pads * all[i].skins;
+        r.receptors = static_cast<long long>(all[i].description.sites.size()) * all[i].pads;
+        r.steps = presses;
+        r.wall = timings[i];
+        bench.add(r);
+    }
+}
+
+// Presses at 1 kHz, and as many waits with nothing to do: what the machine itself is late by.
+void add_paced(Bench& bench, const char* model, const SkinDescription* d) {
+    using Clock = std::chrono::steady_clock;
+    SkinOptions options;
+    options.precision = Precision::f32;
+    std::optional<Skin> skin;
+    std::vector<float> frame;
+    if (d) {
+        skin.emplace(Device::cpu(1), *d, options);
+        frame.assign(size_t(d->grid.width) * size_t(d->grid.height), 1e4f);
+    }
+    const int steps = bench.quick ? 500 : 5000;
+    std::vector<double> seconds;
+    int in_time = 0;
+    Clock::time_point due = Clock::now();
+    for (int i = 0; i < steps; ++i) {
+        due += std::chrono::milliseconds(1);
+        std::this_thread::sleep_until(due);
+        const auto begin = Clock::now();
+        if (skin) skin->press(frame, 0.001);
+        seconds.push_back(std::chrono::duration<double>(Clock::now() - begin).count());
+        in_time += seconds.back() < 1e-3;
+    }
+    Measurement r = bench.cpu("paced", 0, 1);
+    r.model = model;
+    r.precision = "f32";
+    if (d) {
+        r.width = d->grid.width;
+        r.height = d->grid.height;
+        r.receptors = static_cast<long long>(d->sites.size());
+    }
+    r.steps = 1;
+    r.wall = timing_of(std::move(seconds));
+    r.limit = "1 ms";
+    r.of_limit = double(in_time) / steps;
+    bench.add(r);
+}
+
+} // namespace
+
+void pads(Bench& bench) {
+    const SkinDescription small = rectangle(20, 25), hand = rectangle(240, 320);
+    const std::vector<Row> batches = {{"batch", small, 512, 1},
+                                      {"one-skin", rectangle(512, 500), 1, 1},
+                                      {"skins", small, 1, 512},
+                                      {"at-rest", small, 512, 1, 0},
+                                      {"batch-sites", with_sites(small, 80), 512, 1}};
+    add_rows(bench, nullptr, batches, 8);
+    if (bench.vulkan) add_rows(bench, &*bench.vulkan, {batches[0], batches[1], batches[3], batches[4]}, 2);
+    for (int sites : {12000, 3000, 300})
+        add_rows(bench, nullptr, {{"sites", with_sites(hand, sites), 1, 1}, {"fields", hand, 1, 1}}, 20);
+    const SkinDescription receptors = with_sites(hand, 12000);
+    add_paced(bench, "empty", nullptr);
+    add_paced(bench, "sites", &receptors);
+    add_paced(bench, "fields", &hand);
+}
+
+} // namespace bench
