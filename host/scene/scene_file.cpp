@@ -140,10 +140,22 @@ std::string line_of(const toml::table& file, const std::string& parameter) {
     return node != &file ? line_text(node->source()) : "";
 }
 
-// Reads a scene from a text that errors call `name`. Paths in the text are relative to `folder`. The files of the
-// result are those that the text names.
-scene::SceneWithFiles read_text(const std::string& text, const std::string& name, const fs::path& folder,
-                                const std::vector<std::string>& overrides) {
+} // namespace
+
+scene::SceneText scene::text_of_file(const std::string& path) {
+    return {.text = read_scene_file(path), .name = path, .folder = fs::path(path).parent_path()};
+}
+
+scene::SceneText scene::text_of_string(const std::string& text, const std::string& folder) {
+    if (text.size() > most_bytes)
+        throw Error(Error::Code::bad_input, "",
+                    "scene: has " + std::to_string(text.size()) + " bytes; allowed: at most 64 MiB");
+    return {.text = text, .name = "scene", .folder = folder};
+}
+
+scene::SceneWithFiles scene::read_scene(const SceneText& source, const std::vector<std::string>& overrides,
+                                        const NamedMaps& maps) {
+    const auto& [text, name, folder] = source;
     toml::table file;
     if (const int line = line_too_deep(text))
         throw Error(Error::Code::bad_input, "",
@@ -158,20 +170,18 @@ scene::SceneWithFiles read_text(const std::string& text, const std::string& name
     }
     try {
         for (const std::string& o : overrides) apply_override(file, o);
-        scene::SceneWithFiles read;
-        read.scene = scene::read_tables(file, folder, read.files);
+        SceneWithFiles read;
+        read.scene = read_tables(file, folder, maps, read.files);
         // The caller gets the scene without defaults: they depend on what it may still change.
-        scene::validate(read.scene);
+        validate(read.scene);
         return read;
     } catch (const Error& e) {
         throw Error(e.code(), e.parameter(), name + line_of(file, e.parameter()) + ": " + e.what());
     }
 }
 
-} // namespace
-
 scene::SceneWithFiles scene::read_scene(const std::string& path, const std::vector<std::string>& overrides) {
-    SceneWithFiles read = read_text(read_scene_file(path), path, fs::path(path).parent_path(), overrides);
+    SceneWithFiles read = read_scene(text_of_file(path), overrides);
     read.files.insert(read.files.begin(), path);
     return read;
 }
@@ -182,10 +192,7 @@ Scene Scene::from_file(const std::string& path, const std::vector<std::string>& 
 
 Scene Scene::from_string(const std::string& text, const std::vector<std::string>& overrides,
                          const std::string& folder) {
-    if (text.size() > most_bytes)
-        throw Error(Error::Code::bad_input, "",
-                    "scene: has " + std::to_string(text.size()) + " bytes; allowed: at most 64 MiB");
-    return read_text(text, "scene", folder, overrides).scene;
+    return scene::read_scene(scene::text_of_string(text, folder), overrides).scene;
 }
 
 } // namespace dermis
