@@ -116,6 +116,31 @@ TEST_CASE("a press in C has the bits of C++, allocates nothing, and takes at mos
     CHECK(c - cpp < 1e-6);
 }
 
+TEST_CASE("a Vulkan device in C presses with the bits of the CPU path, and one that does not exist is named") {
+    const auto device = made<dermis_device>([](auto d) { return dermis_device_open("vulkan", d); });
+    dermis_device_info info{};
+    info.size = sizeof info;
+    CHECK(dermis_device_get_info(device.get(), &info) == DERMIS_OK);
+    CHECK(info.vulkan == 1);
+    const Scene scene = Scene::from_string(pad);
+    const auto answer = [&](const dermis_device* on) {
+        const auto skin =
+            made<dermis_skin>([&](auto s) { return dermis_skin_create(on, c_scene().get(), nullptr, s); });
+        const std::vector<float> pressure = frame(scene, 1);
+        const float* values = nullptr;
+        size_t count = 0;
+        CHECK(dermis_skin_press(skin.get(), pressure.data(), pressure.size(), 0.01) == DERMIS_OK);
+        CHECK(dermis_skin_get_response(skin.get(), DERMIS_SA1, &values, &count) == DERMIS_OK);
+        return std::vector<float>(values, values + count);
+    };
+    CHECK(answer(device.get()) == answer(nullptr));
+    dermis_device* none = nullptr;
+    CHECK(dermis_device_open("no such device", &none) == DERMIS_BAD_INPUT);
+    CHECK(none == nullptr);
+    CHECK(std::string(dermis_last_error()).find("no such device; allowed: auto, cpu, vulkan, 0 or part of") !=
+          std::string::npos);
+}
+
 TEST_CASE("every exception is a status with a message, and each thread has its own") {
     using c::guarded;
     const auto status = [](Error::Code code) { return guarded([&] { throw Error(code, "", "an error"); }); };
