@@ -2,8 +2,8 @@
 // dermis in C99: pressure on skin in, mechanoreceptor responses out. It is dermis.hpp without C++, and that header says
 // what the model and each number mean. Maps are row-major, row 0 first: index = y*width + x.
 //
-//     dermis_scene* scene;
-//     dermis_skin* skin;
+//     dermis_scene* scene = NULL;
+//     dermis_skin* skin = NULL;
 //     const float* fa1;
 //     size_t count;
 //     if (dermis_scene_from_file("pad.toml", &scene) || dermis_skin_create(NULL, scene, NULL, &skin) ||
@@ -15,16 +15,16 @@
 //
 // Rules for every function:
 // - It returns DERMIS_OK, or another status, and dermis_last_error() then names the argument, its value and what is
-//   allowed. A call that is refused with DERMIS_BAD_INPUT has changed nothing, but that a handle which it should have
-//   made is NULL. C++ exceptions stay inside.
+//   allowed. A call that is refused with DERMIS_BAD_INPUT has changed nothing, but for pointers and numbers that it
+//   should have given, which are then NULL or 0. C++ exceptions stay inside.
 // - Pointers must not be NULL unless it says so. Texts end with a 0 and are UTF-8.
 // - Use of a handle after its destroy or close is undefined, and is not detected.
 // - One thread at a time may use a handle; all runs and skins on one Vulkan device count as one. Threads may share a
 //   scene that none of them changes.
 // - A handle keeps what it needs: a device, a scene or a result may be destroyed before what was made with it.
 // - Memory that a function gives access to belongs to its handle.
-// - Enumerators keep their numbers for ever. A struct begins with its size, which you set to sizeof of it, so that
-//   later versions can append members.
+// - Enumerators keep their numbers for ever. A struct begins with its size, which the caller sets to its sizeof, so
+//   that later versions can append members.
 #pragma once
 
 #include <dermis/export.hpp>
@@ -82,7 +82,7 @@ DERMIS_API dermis_status dermis_device_open_cpu(int32_t threads, dermis_device**
 DERMIS_API void dermis_device_close(dermis_device* device); // NULL: nothing happens
 
 typedef struct dermis_device_info {
-    size_t size;         // sizeof(dermis_device_info), set by you
+    size_t size;         // sizeof(dermis_device_info)
     const char* name;    // "cpu", or what the driver calls the device
     const char* kind;    // "cpu path", "discrete GPU", "integrated GPU", "virtual GPU", "software", "other"
     const char* driver;  // name and version; "" for the CPU path
@@ -90,7 +90,7 @@ typedef struct dermis_device_info {
     int32_t vulkan;      // 1 for a Vulkan device, 0 for the CPU path
     int32_t exact;       // 1 if a self-test gave the bits of the CPU path, else 0
 } dermis_device_info;
-// The texts are valid until the next call for this device, and until it is closed.
+// The texts are valid until the device is closed.
 DERMIS_API dermis_status dermis_device_get_info(const dermis_device* device, dermis_device_info* info);
 
 // ---- Scenes. host/scene/README.md lists the keys of a scene and their ranges.
@@ -120,7 +120,7 @@ typedef struct dermis_figure {
 } dermis_figure;
 
 typedef struct dermis_report {
-    size_t size;                        // sizeof(dermis_report), set by you
+    size_t size;                        // sizeof(dermis_report)
     dermis_figure strain;               // greatest |eps|: indentation over thickness
     dermis_figure indentation;          // m: thickness*strain
     dermis_figure gain;                 // greatest |l*C|, above 1 responses can change sign
@@ -171,7 +171,7 @@ enum {
 };
 
 typedef struct dermis_skin_options {
-    size_t size;                // sizeof(dermis_skin_options), set by you
+    size_t size;                // sizeof(dermis_skin_options)
     int32_t count;              // pads of the skin; 1
     uint32_t responses;         // bits of sa1, sa2, fa1 and fa2; 0: all four. Not used if the scene has sites
     dermis_precision precision; // one of the three above
