@@ -27,6 +27,17 @@ std::string npy(const std::string& descr, const std::string& shape, size_t bytes
     return npy_header(descr, shape, order) + std::string(bytes, '\0');
 }
 
+// Returns why a scene file is refused; the same text as a string must be refused alike, without the file's name.
+std::string why_refused(const std::string& toml, const std::vector<std::string>& overrides = {}) {
+    const std::string file = write("scene.toml", toml);
+    const std::string why = refusal(Error::Code::bad_input, [&] { Scene::from_file(file, overrides); });
+    const std::string text =
+        refusal(Error::Code::bad_input, [&] { Scene::from_string(toml, overrides, folder().string()); });
+    CHECK(why.rfind(file + ":", 0) == 0);
+    CHECK(text == "scene" + why.substr(std::min(file.size(), why.size())));
+    return why;
+}
+
 struct Bad {
     const char* toml;
     const char* says; // parts, separated by |
@@ -156,8 +167,7 @@ TEST_CASE("every bad scene file is refused with file, line, key, value and allow
         const std::string text = bad.toml;
         CAPTURE(text);
         write("zero.npy", npy("<f8", "(2, 2)", 32));
-        const std::string message =
-            refusal(Error::Code::bad_input, [&] { Scene::from_file(write("scene.toml", bad.toml)); });
+        const std::string message = why_refused(bad.toml);
         CHECK(message.find("scene.toml") != std::string::npos);
         std::istringstream parts(bad.says);
         for (std::string part; std::getline(parts, part, '|');)
@@ -173,9 +183,7 @@ TEST_CASE("every bad scene file is refused with file, line, key, value and allow
                               {"orders.npy", "has the key 'fortran_order' 2 times in its header"},
                               {"shapes.npy", "has the key 'shape' 2 times in its header"},
                               {"text.npy", "not a .npy"}}) {
-        const std::string message = refusal(Error::Code::bad_input, [&, file = file] {
-            Scene::from_file(write("scene.toml", map + "\"" + file + "\""));
-        });
+        const std::string message = why_refused(map + "\"" + file + "\"");
         CAPTURE(message);
         CHECK(message.find(says) != std::string::npos);
         CHECK(message.find("load.path") != std::string::npos);
@@ -234,6 +242,24 @@ TEST_CASE("an override is one key and one value on one line, with or without bla
     std::filesystem::remove_all(folder());
 }
 
+TEST_CASE("a scene in a string is that of a file, with the same overrides and a folder for its paths") {
+    const std::string text = "[grid]\nwidth = 2\nheight = 2\n[load]\nkind = \"file\"\npath = \"load.npy\"\n";
+    write("load.npy", npy("<f8", "(2, 2)", 32));
+    const Scene file = Scene::from_file(write("scene.toml", text), {"time.step=0.25", "output.probes=[[1, 0]]"});
+    const Scene string = Scene::from_string(text, {"time.step=0.25", "output.probes=[[1, 0]]"}, folder().string());
+    CHECK(string.grid.width == 2);
+    CHECK(string.load.map.values() == file.load.map.values());
+    CHECK(string.load.path == file.load.path);
+    CHECK(string.time.step == 0.25);
+    CHECK(run(string).trace(Quantity::fa1).probes == run(file).trace(Quantity::fa1).probes);
+    CHECK(Scene::from_string("").grid.width == 150);
+    // without a folder from the working directory
+    CHECK(refusal(Error::Code::bad_input, [&] { Scene::from_string(text); }).find("scene:6: load.path = ") == 0);
+    const auto huge = [] { Scene::from_string(std::string((64 << 20) + 1, '\n')); };
+    CHECK(refusal(Error::Code::bad_input, huge) == "scene: has 67108865 bytes; allowed: at most 64 MiB");
+    std::filesystem::remove_all(folder());
+}
+
 TEST_CASE("tables and lists that are too deep for the stack are refused before they are parsed") {
     const auto repeated = [](const std::string& part, int times) {
         std::string text;
@@ -241,7 +267,7 @@ TEST_CASE("tables and lists that are too deep for the stack are refused before t
         return text;
     };
     const auto why = [](const std::string& text, const std::vector<std::string>& overrides = {}) {
-        return refusal(Error::Code::bad_input, [&] { Scene::from_file(write("scene.toml", text), overrides); });
+        return why_refused(text, overrides);
     };
     const std::string too_deep = "scene.toml:3: tables and lists are too deep; allowed: 32 levels",
                       key = repeated("a.", 1000000) + "a", quoted = repeated("\"a\" . ", 1000000) + "a",

@@ -6,6 +6,16 @@ include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 set(package ${CMAKE_INSTALL_LIBDIR}/cmake/dermis)
 
+# A program in C links them to a static library; g++ does so unasked.
+set(cxx_runtime ${CMAKE_CXX_IMPLICIT_LINK_LIBRARIES})
+list(REMOVE_ITEM cxx_runtime ${CMAKE_C_IMPLICIT_LINK_LIBRARIES})
+get_target_property(kind dermis_library TYPE)
+if(kind STREQUAL "STATIC_LIBRARY")
+    target_link_libraries(dermis_library INTERFACE "$<$<LINK_LANGUAGE:C>:${cxx_runtime}>")
+endif()
+list(TRANSFORM cxx_runtime PREPEND -l)
+list(JOIN cxx_runtime " " cxx_runtime)
+
 install(TARGETS dermis_library EXPORT dermis INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 if(DERMIS_CLI)
     install(TARGETS dermis-cli)

@@ -5,7 +5,9 @@
 #include "dermis/dermis.hpp"
 #include "host/scene/element.hpp"
 
+#include <filesystem>
 #include <fstream>
+#include <map>
 
 namespace dermis::scene {
 
@@ -45,6 +47,18 @@ struct SceneWithFiles {
 };
 // Is Scene::from_file, and also returns the files.
 SceneWithFiles read_scene(const std::string& path, const std::vector<std::string>& overrides);
+
+// The text of a scene, the name that errors give it, and the folder that paths in it are relative to.
+struct SceneText {
+    std::string text, name;
+    std::filesystem::path folder;
+};
+SceneText text_of_file(const std::string& path);
+SceneText text_of_string(const std::string& text, const std::string& folder);
+// Maps in memory, each under the name that stands in a scene in place of its file.
+using NamedMaps = std::map<std::string, Map>;
+// The files of the result are those that the text names.
+SceneWithFiles read_scene(const SceneText&, const std::vector<std::string>& overrides, const NamedMaps& = {});
 // Returns the dotted name of every key that a scene file may have, as in "load.radius", but for those in lists.
 std::vector<std::string> known_keys();
 

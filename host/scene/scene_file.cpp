@@ -24,7 +24,8 @@ std::string trimmed(const std::string& text) {
     return first == text.npos ? "" : text.substr(first, text.find_last_not_of(' ') + 1 - first);
 }
 
-constexpr int most_levels = 32; // of tables and lists; a scene has four
+constexpr size_t most_bytes = 64 << 20; // of a scene file, or of a text in its place
+constexpr int most_levels = 32;         // of tables and lists; a scene has four
 
 // Goes past a string that begins at text[at], and returns the place behind it, or that of the line's end which cuts it
 // short.
@@ -114,7 +115,7 @@ std::string nearest_file(const fs::path& missing) {
 // Reads a scene file, which may be a regular file alone: a pipe or a device may never end.
 std::string read_scene_file(const std::string& path) {
     const std::string allowed = "; allowed: a scene file (TOML), a regular file of at most 64 MiB";
-    std::string why = scene::why_no_file(path, 64 << 20);
+    std::string why = scene::why_no_file(path, most_bytes);
     std::ifstream in;
     if (why.empty()) {
         in.open(path, std::ios::binary);
@@ -141,33 +142,57 @@ std::string line_of(const toml::table& file, const std::string& parameter) {
 
 } // namespace
 
-scene::SceneWithFiles scene::read_scene(const std::string& path, const std::vector<std::string>& overrides) {
+scene::SceneText scene::text_of_file(const std::string& path) {
+    return {.text = read_scene_file(path), .name = path, .folder = fs::path(path).parent_path()};
+}
+
+scene::SceneText scene::text_of_string(const std::string& text, const std::string& folder) {
+    if (text.size() > most_bytes)
+        throw Error(Error::Code::bad_input, "",
+                    "scene: has " + std::to_string(text.size()) + " bytes; allowed: at most 64 MiB");
+    return {.text = text, .name = "scene", .folder = folder};
+}
+
+scene::SceneWithFiles scene::read_scene(const SceneText& source, const std::vector<std::string>& overrides,
+                                        const NamedMaps& maps) {
+    const auto& [text, name, folder] = source;
     toml::table file;
-    const std::string text = read_scene_file(path);
     if (const int line = line_too_deep(text))
         throw Error(Error::Code::bad_input, "",
-                    path + ":" + std::to_string(line) +
+                    name + ":" + std::to_string(line) +
                         ": tables and lists are too deep; allowed: " + std::to_string(most_levels) + " levels");
     try {
-        file = toml::parse(text, path);
+        file = toml::parse(text, name);
     } catch (const toml::parse_error& e) {
         const std::string column = ":" + std::to_string(e.source().begin.column);
         throw Error(Error::Code::bad_input, "",
-                    path + line_text(e.source()) + column + ": " + std::string(e.description()));
+                    name + line_text(e.source()) + column + ": " + std::string(e.description()));
     }
     try {
         for (const std::string& o : overrides) apply_override(file, o);
-        std::vector<std::string> files = {path};
-        Scene scene = read_tables(file, fs::path(path).parent_path(), files);
-        validate(scene); // The caller gets the scene without defaults: they depend on what it may still change.
-        return {.scene = std::move(scene), .files = std::move(files)};
+        SceneWithFiles read;
+        read.scene = read_tables(file, folder, maps, read.files);
+        // The caller gets the scene without defaults: they depend on what it may still change.
+        validate(read.scene);
+        return read;
     } catch (const Error& e) {
-        throw Error(e.code(), e.parameter(), path + line_of(file, e.parameter()) + ": " + e.what());
+        throw Error(e.code(), e.parameter(), name + line_of(file, e.parameter()) + ": " + e.what());
     }
+}
+
+scene::SceneWithFiles scene::read_scene(const std::string& path, const std::vector<std::string>& overrides) {
+    SceneWithFiles read = read_scene(text_of_file(path), overrides);
+    read.files.insert(read.files.begin(), path);
+    return read;
 }
 
 Scene Scene::from_file(const std::string& path, const std::vector<std::string>& overrides) {
     return scene::read_scene(path, overrides).scene;
+}
+
+Scene Scene::from_string(const std::string& text, const std::vector<std::string>& overrides,
+                         const std::string& folder) {
+    return scene::read_scene(scene::text_of_string(text, folder), overrides).scene;
 }
 
 } // namespace dermis

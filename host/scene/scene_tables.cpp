@@ -8,12 +8,21 @@
 namespace dermis::scene {
 namespace {
 
-// The folder that paths in a scene file are relative to, and the files that have been named so far.
+// The folder that paths in a scene file are relative to, maps in memory, and the files that have been named so far.
 struct Folder {
     std::filesystem::path path;
+    const NamedMaps& maps;
     std::vector<std::string>& files;
-    // Returns the path from the working directory.
-    std::string file(const std::string& name) const { return files.emplace_back((path / name).string()); }
+    // Returns the path from the working directory, or the name of a map in memory.
+    std::string file(const std::string& name) const {
+        return maps.count(name) ? name : files.emplace_back((path / name).string());
+    }
+    // Returns the map of such a path or name.
+    Map map(const std::string& file, const Grid& grid, const std::string& parameter) const {
+        const auto in_memory = maps.find(file);
+        if (in_memory != maps.end()) return in_memory->second;
+        return read_npy(file, grid.width, grid.height, parameter);
+    }
 };
 
 // Reads the key `path` of a table, which is required with the kinds named in `kinds` and refused with any other.
@@ -43,7 +52,7 @@ void read_surface(Section table, const Grid& grid, const Folder& folder, Surface
         surface = {.kind = surface.kind, .relief = surface.relief};
     if (table.has("ridges")) surface.ridge_period.reset();
     const std::string path = path_in(table, map, "\"file\"", folder);
-    if (map) surface.map = read_npy(path, grid.width, grid.height, table.parameter("path"));
+    if (map) surface.map = folder.map(path, grid, table.parameter("path"));
     table.number("ridges", surface.ridges);
     table.number("ridge_period", surface.ridge_period);
     table.number("noise", surface.noise);
@@ -62,7 +71,7 @@ struct NumberOrMap {
         if (!text.ends_with(".npy"))
             if (const auto plain = plain_number(table.parameter(key), text))
                 refuse(table.parameter(key), "\"" + text + "\"", *plain + "; or a map, \"file.npy\"");
-        map = read_npy(folder.file(text), grid.width, grid.height, table.parameter(key));
+        map = folder.map(folder.file(text), grid, table.parameter(key));
     }
 };
 
@@ -136,7 +145,7 @@ void read_load(Section table, const Grid& grid, const Folder& folder, Load& load
     table.choice("kind", load.kind);
     const bool map = load.kind == Load::Kind::map, sequence = load.kind == Load::Kind::sequence;
     load.path = path_in(table, map || sequence, "\"file\" or \"sequence\"", folder);
-    if (map) load.map = read_npy(load.path, grid.width, grid.height, table.parameter("path"));
+    if (map) load.map = folder.map(load.path, grid, table.parameter("path"));
     table.number("interval", load.interval);
     table.cell("center", load.center);
     table.whole_number("radius", load.radius);
@@ -240,13 +249,14 @@ Scene read_all(Section top, const Folder& folder) {
 
 } // namespace
 
-Scene read_tables(const toml::table& file, const std::filesystem::path& folder, std::vector<std::string>& files) {
-    return read_all(Section(&file, ""), {folder, files});
+Scene read_tables(const toml::table& file, const std::filesystem::path& folder, const NamedMaps& maps,
+                  std::vector<std::string>& files) {
+    return read_all(Section(&file, ""), {folder, maps, files});
 }
 
 std::vector<std::string> known_keys() {
     std::vector<std::string> keys, no_files;
-    read_all(Section(nullptr, "", &keys), {"", no_files}); // the readers ask for every key, whatever a file has
+    read_all(Section(nullptr, "", &keys), {"", {}, no_files}); // the readers ask for every key, whatever a file has
     return keys;
 }
 

@@ -1,17 +1,16 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "dermis/dermis.hpp"
-
-#include <filesystem>
+#include "host/scene/scene.hpp"
 
 #include <toml++/toml.h>
 
 namespace dermis::scene {
 
-// Reads a Scene from the tables of a scene file. Paths in the file are relative to `folder`, and each that is read is
-// appended to `files`. Checks keys and types; validate() checks ranges and fills the defaults in. Throws
-// Error::bad_input.
-Scene read_tables(const toml::table& file, const std::filesystem::path& folder, std::vector<std::string>& files);
+// Reads a Scene from the tables of a scene file. Paths in the file are relative to `folder`, but for the names of
+// `maps`, and each that is read is appended to `files`. Checks keys and types; validate() checks ranges and fills the
+// defaults in. Throws Error::bad_input.
+Scene read_tables(const toml::table& file, const std::filesystem::path& folder, const NamedMaps& maps,
+                  std::vector<std::string>& files);
 
 } // namespace dermis::scene

@@ -239,6 +239,10 @@ struct Scene : SkinDescription {
     // "key=value" and replaces a key. The file is a regular file of at most 64 MiB. Throws Error::bad_input with file,
     // line, key, value and allowed range.
     DERMIS_API static Scene from_file(const std::string& path, const std::vector<std::string>& overrides = {});
+    // Reads the same from a text of at most 64 MiB. Paths in it are relative to `folder`, which is by default the
+    // working directory. Errors say "scene" in place of a file.
+    DERMIS_API static Scene from_string(const std::string& text, const std::vector<std::string>& overrides = {},
+                                        const std::string& folder = {});
 };
 
 // A human fingertip to begin with: 1 cm2 of ridged skin in metres, of a material with three decades of relaxation

@@ -13,6 +13,7 @@
 #define DERMIS_VERSION_TEXT(major, minor, patch) DERMIS_VERSION_JOINED(major, minor, patch)
 #define DERMIS_VERSION_JOINED(major, minor, patch) #major "." #minor "." #patch
 
+#ifdef __cplusplus
 namespace dermis {
 
 // The version of the library that runs. It differs from DERMIS_VERSION where a program was compiled with headers of
@@ -24,3 +25,4 @@ DERMIS_API const char* version() noexcept;
 DERMIS_API const char* commit() noexcept;
 
 } // namespace dermis
+#endif

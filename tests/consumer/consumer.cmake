@@ -99,12 +99,14 @@ elseif(claim STREQUAL "command")
 elseif(claim STREQUAL "examples")
     set(folder ${work}/examples)
     configure(../../host/examples ${folder} -DCMAKE_PREFIX_PATH=${prefix}
+        "-DCMAKE_C_FLAGS=${c_flags} -Wall -Wextra -pedantic -Werror"
         "-DCMAKE_CXX_FLAGS=${cxx_flags} -Wall -Wextra -pedantic -Werror")
     run(${CMAKE_COMMAND} --build ${folder})
     printed("dermis ${version}: 500 times by the model moments in f64\n"
         ${folder}/run_scene ${source}/host/examples/first_press.toml)
     printed("frame 60: greatest SA1 [0-9.]+, greatest FA1 [0-9.]+\n" ${folder}/frame_by_frame)
     printed("^100 ms: 0.5 N on [0-9]+ cells, at most 1.89e\\+04 Pa; greatest FA1 [0-9.]+\n200 ms: 0.5 N" ${folder}/contacts)
+    printed("^  1 ms: greatest SA1 [0-9.]+, FA1 [0-9.]+\n251 ms: " ${folder}/press)
     printed("^275 receptors\n 40 ms:  sa1 of 100 receptors, mean [0-9.]+" ${folder}/receptors)
 
 # The C++ of README.md compiles without a warning and runs.
@@ -142,6 +144,14 @@ elseif(claim STREQUAL "pkg_config")
     separate_arguments(flags UNIX_COMMAND "${cxx_flags} ${here}/package/bits.cpp ${flags}")
     run(${cxx} -std=c++17 ${flags} -o ${work}/pkg_config_${kind})
     same_bits(${work}/pkg_config_${kind})
+    list(TRANSFORM flags REPLACE "bits.cpp$" "../../c/interface.c")
+    run(${cc} -std=c99 ${flags} -lm -o ${work}/pkg_config_c_${kind})
+    printed("passed" ${work}/pkg_config_c_${kind})
+
+elseif(claim STREQUAL "c")
+    configure(c ${work}/c_${kind} -DCMAKE_PREFIX_PATH=${prefix} -Dversion=${version})
+    run(${CMAKE_COMMAND} --build ${work}/c_${kind})
+    printed("passed" ${work}/c_${kind}/interface)
 
 # Each header by itself, strictly.
 elseif(claim STREQUAL "cxx17")
@@ -155,14 +165,20 @@ elseif(claim STREQUAL "cxx17")
         run(${cxx} ${flags} -std=c++17 -pedantic-errors -Wall -Wextra -Werror -I${prefix}/include -fsyntax-only
             ${work}/cxx17.cpp)
     endforeach()
+    separate_arguments(flags UNIX_COMMAND "${c_flags}")
+    file(WRITE ${work}/c99.c "#include <dermis/dermis.h>\n")
+    run(${cc} ${flags} -std=c99 -pedantic-errors -Wall -Wextra -Werror -I${prefix}/include -fsyntax-only ${work}/c99.c)
 
-# A shared library shows what the headers declare, a static one has no name of Vulkan's or volk's.
+# A shared library shows what the headers declare, for C what stands in the list of its ABI, a static one has no name of Vulkan's or volk's.
 elseif(claim STREQUAL "symbols")
     if(kind STREQUAL "shared")
         file(GLOB_RECURSE library ${prefix}/libdermis.so)
         lines(symbols ${nm} -D --defined-only ${library})
         set(foreign ${symbols})
         list(FILTER foreign EXCLUDE REGEX " [TVW] _Z(N|NK|TIN|TSN|TVN)6dermis")
+        file(STRINGS ${source}/tests/c/abi.txt functions REGEX "^T ")
+        list(JOIN functions "|" functions)
+        list(FILTER foreign EXCLUDE REGEX " (${functions})$")
         # Namespaces have the names of the folders, as the test `architecture` sees to; dermis::vulkan is public.
         file(GLOB namespaces RELATIVE ${source}/host ${source}/host/*)
         list(FILTER namespaces EXCLUDE REGEX "\\.|^vulkan$")

@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: MIT
+// dermis in C99: pressure on skin in, mechanoreceptor responses out. It is dermis.hpp without C++, and that header says
+// what the model and each number mean. Maps are row-major, row 0 first: index = y*width + x.
+//
+//     dermis_scene* scene = NULL;
+//     dermis_skin* skin = NULL;
+//     const float* fa1;
+//     size_t count;
+//     if (dermis_scene_from_file("pad.toml", &scene) || dermis_skin_create(NULL, scene, NULL, &skin) ||
+//         dermis_skin_press(skin, pressure, width * height, 0.001) ||
+//         dermis_skin_get_response(skin, DERMIS_FA1, &fa1, &count))
+//         fputs(dermis_last_error(), stderr);
+//     dermis_skin_destroy(skin);
+//     dermis_scene_destroy(scene);
+//
+// Rules for every function:
+// - It returns DERMIS_OK, or another status, and dermis_last_error() then names the argument, its value and what is
+//   allowed. A call that is refused with DERMIS_BAD_INPUT has changed nothing, but for pointers and numbers that it
+//   should have given, which are then NULL or 0. C++ exceptions stay inside.
+// - Pointers must not be NULL unless it says so. Texts end with a 0 and are UTF-8.
+// - Use of a handle after its destroy or close is undefined, and is not detected.
+// - One thread at a time may use a handle; all runs and skins on one Vulkan device count as one. Threads may share a
+//   scene that none of them changes.
+// - A handle keeps what it needs: a device, a scene or a result may be destroyed before what was made with it.
+// - Memory that a function gives access to belongs to its handle.
+// - Enumerators keep their numbers for ever. A struct begins with its size, which the caller sets to its sizeof, so
+//   that later versions can append members.
+#pragma once
+
+#include <dermis/export.hpp>
+#include <dermis/version.hpp>
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef int32_t dermis_status;
+enum {
+    DERMIS_OK = 0,
+    DERMIS_BAD_INPUT = 1,     // an argument or a parameter of a scene is not allowed
+    DERMIS_NO_DEVICE = 2,     // there is no such device, or none that can compute
+    DERMIS_DEVICE_FAILED = 3, // a device failed while working
+    DERMIS_IO = 4,            // a file could not be written
+    DERMIS_NO_MEMORY = 5,     // memory could not be allocated; what was made before is as it was
+    DERMIS_INTERNAL = 6       // anything else, which is an error in dermis
+};
+
+typedef int32_t dermis_quantity;
+enum {
+    DERMIS_STRAIN = 0,
+    DERMIS_SA1 = 1,
+    DERMIS_SA2 = 2,
+    DERMIS_FA1 = 3,
+    DERMIS_FA2 = 4,
+    DERMIS_CURVATURE = 5,
+    DERMIS_DEFORMATION = 6
+};
+// A set of quantities is a sum of these: DERMIS_BIT(DERMIS_SA1) | DERMIS_BIT(DERMIS_FA1).
+#define DERMIS_BIT(quantity) ((uint32_t)1 << (quantity))
+
+typedef struct dermis_device dermis_device;
+typedef struct dermis_scene dermis_scene;
+typedef struct dermis_result dermis_result;
+typedef struct dermis_skin dermis_skin;
+
+// The version of the library that runs, as "0.1.0". DERMIS_VERSION is that of the headers.
+DERMIS_API const char* dermis_version(void);
+
+// The message of the last call on this thread that did not return DERMIS_OK; "" before there is one. Calls that succeed
+// leave it. It is valid until the next call that fails on this thread, and is the only thing that calls share.
+DERMIS_API const char* dermis_last_error(void);
+
+// ---- Devices. Where a function takes a device, NULL is the CPU path with one thread per core.
+
+// which: "auto", "cpu", "vulkan", a number, or a part of a Vulkan device's name; see Device::open in dermis.hpp.
+DERMIS_API dermis_status dermis_device_open(const char* which, dermis_device** device);
+// The CPU path. threads: 0 (one per core), 1 (only the calling thread) .. 1024.
+DERMIS_API dermis_status dermis_device_open_cpu(int32_t threads, dermis_device** device);
+DERMIS_API void dermis_device_close(dermis_device* device); // NULL: nothing happens
+
+typedef struct dermis_device_info {
+    size_t size;         // sizeof(dermis_device_info)
+    const char* name;    // "cpu", or what the driver calls the device
+    const char* kind;    // "cpu path", "discrete GPU", "integrated GPU", "virtual GPU", "software", "other"
+    const char* driver;  // name and version; "" for the CPU path
+    const char* refused; // the reason why no Vulkan device is used, if "auto" found none; else ""
+    int32_t vulkan;      // 1 for a Vulkan device, 0 for the CPU path
+    int32_t exact;       // 1 if a self-test gave the bits of the CPU path, else 0
+} dermis_device_info;
+// The texts are valid until the device is closed.
+DERMIS_API dermis_status dermis_device_get_info(const dermis_device* device, dermis_device_info* info);
+
+// ---- Scenes. host/scene/README.md lists the keys of a scene and their ranges.
+
+// path: a TOML file of at most 64 MiB, which is read once. Paths in it are relative to its folder.
+DERMIS_API dermis_status dermis_scene_from_file(const char* path, dermis_scene** scene);
+// text: the same in memory; "" is a scene too. folder: for paths in it; NULL: the working directory.
+DERMIS_API dermis_status dermis_scene_from_string(const char* text, const char* folder, dermis_scene** scene);
+// Replaces one key, as in ("time.step", "0.001"). value: one line of TOML; what is not TOML is a text without quotes.
+// The scene must be valid before and after: keys that depend on each other are set as a table, as in
+// ("time", "{ step = 0.5, duration = 20 }"), which replaces all keys of that table, or stand in the text from the
+// start. The files that the scene names are read again.
+DERMIS_API dermis_status dermis_scene_set(dermis_scene* scene, const char* key, const char* value);
+// Gives a map in memory in place of a .npy file. key: "surface.path" or "load.path", whose kind becomes "file", or
+// "material.modulus" or "material.viscosity". values: count = width*height finite numbers, row 0 first, of the unit
+// that the key has; copied.
+DERMIS_API dermis_status dermis_scene_set_map(dermis_scene* scene, const char* key, const double* values, size_t count);
+// The grid's cells, 1..16384 each.
+DERMIS_API dermis_status dermis_scene_get_size(const dermis_scene* scene, int32_t* width, int32_t* height);
+DERMIS_API void dermis_scene_destroy(dermis_scene* scene); // NULL: nothing happens
+
+// ---- What numbers mean, of a result or a skin.
+
+// A figure, and the range in which it can mean skin. NaN: not known.
+typedef struct dermis_figure {
+    double value, least, greatest;
+} dermis_figure;
+
+typedef struct dermis_report {
+    size_t size;                        // sizeof(dermis_report)
+    dermis_figure strain;               // greatest |eps|: indentation over thickness
+    dermis_figure indentation;          // m: thickness*strain
+    dermis_figure gain;                 // greatest |l*C|, above 1 responses can change sign
+    dermis_figure cells_per_ridge;      // infinite where the surface has no ridges of its own
+    dermis_figure retardation_times[8]; // s: of elements in series each, else the least and the greatest of all cells
+    uint32_t retardation_time_count;    // 0..8
+    uint32_t sign_changed;              // bits of the responses that have in some cell another sign than they answer to
+} dermis_report;
+
+// ---- Runs.
+
+// Runs a scene. device: or NULL.
+DERMIS_API dermis_status dermis_run(const dermis_scene* scene, const dermis_device* device, dermis_result** result);
+
+// The pointers below are valid until the result is destroyed.
+
+// The output times in s, ascending.
+DERMIS_API dermis_status dermis_result_get_times(const dermis_result* result, const double** times, size_t* count);
+
+typedef int32_t dermis_column;
+enum {
+    DERMIS_MEAN = 0, // over all cells
+    DERMIS_MIN = 1,  // min and max: with output.extremes, which is the default
+    DERMIS_MAX = 2
+};
+// One number per output time of a quantity of output.traces.
+DERMIS_API dermis_status dermis_result_get_trace(const dermis_result* result, dermis_quantity quantity,
+                                                 dermis_column column, const double** values, size_t* count);
+// The same in one cell. probe: its place in output.probes, from 0 on.
+DERMIS_API dermis_status dermis_result_get_probe(const dermis_result* result, dermis_quantity quantity, size_t probe,
+                                                 const double** values, size_t* count);
+// A field of output.fields: width*height numbers. at: the time that the scene gives, s.
+DERMIS_API dermis_status dermis_result_get_field(const dermis_result* result, dermis_quantity quantity, double at,
+                                                 const double** values, size_t* count);
+// The responses of the scene's sites: values[time*sites + site]. Without sites, sites is 0 and values NULL.
+DERMIS_API dermis_status dermis_result_get_responses(const dermis_result* result, const double** values, size_t* times,
+                                                     size_t* sites);
+DERMIS_API dermis_status dermis_result_get_report(const dermis_result* result, dermis_report* report);
+DERMIS_API void dermis_result_destroy(dermis_result* result); // NULL: nothing happens
+
+// ---- Skins, pressed frame by frame. Presses allocate nothing.
+
+typedef int32_t dermis_precision;
+enum {
+    DERMIS_DEFAULT_PRECISION = 0, // compensated if SA2 is asked for as a plain integral, else f32
+    DERMIS_F32 = 1,
+    DERMIS_F32_COMPENSATED = 2
+};
+
+typedef struct dermis_skin_options {
+    size_t size;                // sizeof(dermis_skin_options)
+    int32_t count;              // pads of the skin; 1
+    uint32_t responses;         // bits of sa1, sa2, fa1 and fa2; 0: all four. Not used if the scene has sites
+    dermis_precision precision; // one of the three above
+} dermis_skin_options;
+
+// Makes a skin at rest of a scene's grid, surface, material, curvature, receptors and sites. device: or NULL. options:
+// or NULL for one pad with all four responses.
+DERMIS_API dermis_status dermis_skin_create(const dermis_device* device, const dermis_scene* scene,
+                                            const dermis_skin_options* options, dermis_skin** skin);
+// pressure: cells = width*height finite floats, Pa, pushing is positive, row 0 first; copied. It is the pressure at the
+// end of a step of dt seconds, over which it runs linearly from that of the press before, or from 0. dt: finite, >= 0;
+// 0 is a pause.
+DERMIS_API dermis_status dermis_skin_press(dermis_skin* skin, const float* pressure, size_t cells, double dt);
+// The response sa1, sa2, fa1 or fa2 at the end of the last press, 0 before the first: count = width*height floats, row
+// 0 first, or, if the scene has sites, one per site of that class in the order given. The memory stays the same until
+// dermis_skin_set_material or the skin's end.
+DERMIS_API dermis_status dermis_skin_get_response(const dermis_skin* skin, dermis_quantity quantity,
+                                                  const float** values, size_t* count);
+DERMIS_API dermis_status dermis_skin_reset(dermis_skin* skin); // back to a skin at rest
+
+// The state as bytes: the same on every device, for any skin of the same grid, sites, number of elements, precision,
+// and SA2 and FA2 asked for. bytes: what dermis_skin_get_state_size gives.
+DERMIS_API dermis_status dermis_skin_get_state_size(const dermis_skin* skin, size_t* bytes);
+DERMIS_API dermis_status dermis_skin_save(const dermis_skin* skin, void* state, size_t bytes);
+DERMIS_API dermis_status dermis_skin_load(dermis_skin* skin, const void* state, size_t bytes);
+
+// Gives the skin the material of a scene, with as many elements in series as it has, and keeps all else of it: the
+// state goes on, and responses are 0 until the next press. It takes as long as making the skin.
+DERMIS_API dermis_status dermis_skin_set_material(dermis_skin* skin, const dermis_scene* scene);
+
+// Takes up to as long as making the skin.
+DERMIS_API dermis_status dermis_skin_get_report(const dermis_skin* skin, dermis_report* report);
+DERMIS_API void dermis_skin_destroy(dermis_skin* skin); // NULL: nothing happens
+
+#ifdef __cplusplus
+}
+#endif

@@ -1,0 +1,334 @@
+/* SPDX-License-Identifier: MIT */
+/* The C interface as a C program uses it: what it computes, and every misuse that can be seen. */
+#include "check.h"
+
+#include <math.h>
+
+#define CELLS 12 /* of the skin's grid, 4 x 3 */
+
+static const char pad[] = "[grid]\nwidth = 4\nheight = 3\n[surface]\nkind = \"wave\"\n[material]\nmodulus = 2\n";
+
+static dermis_scene* scene_of(const char* text) {
+    dermis_scene* scene = NULL;
+    CHECK(dermis_scene_from_string(text, NULL, &scene) == DERMIS_OK);
+    return scene;
+}
+
+static dermis_skin* skin_of(const char* text) {
+    dermis_scene* scene = scene_of(text);
+    dermis_skin* skin = NULL;
+    CHECK(dermis_skin_create(NULL, scene, NULL, &skin) == DERMIS_OK);
+    dermis_scene_destroy(scene); /* the skin keeps what it needs */
+    return skin;
+}
+
+/* Whether a relative difference is at most 1e-6. */
+static int near(double a, double b) { return fabs(a - b) <= 1e-6 * fabs(b); }
+
+static void versions_and_errors(void) {
+    CHECK(strcmp(dermis_last_error(), "") == 0);
+    CHECK(strcmp(dermis_version(), DERMIS_VERSION) == 0);
+    REFUSED(dermis_device_open("no such device", NULL), "device = (null)");
+    dermis_device* device = NULL;
+    CHECK(dermis_device_open("cpu", &device) == DERMIS_OK);
+    CHECK(strcmp(dermis_last_error(), "device = (null); allowed: a pointer") == 0); /* a call that succeeds leaves it */
+    dermis_device_close(device);
+}
+
+static void devices(void) {
+    dermis_device* device = NULL;
+    dermis_device_info info = {.size = sizeof info};
+    CHECK(dermis_device_open_cpu(1, &device) == DERMIS_OK);
+    CHECK(dermis_device_get_info(device, &info) == DERMIS_OK);
+    CHECK(strcmp(info.name, "cpu") == 0 && strcmp(info.kind, "cpu path") == 0);
+    CHECK(strcmp(info.driver, "") == 0 && strcmp(info.refused, "") == 0);
+    CHECK(info.vulkan == 0 && info.exact == 1 && info.size == sizeof info);
+    info.size = 3;
+    REFUSED(dermis_device_get_info(device, &info), "info->size = 3; allowed: ");
+    REFUSED(dermis_device_get_info(device, NULL), "info = (null)");
+    REFUSED(dermis_device_get_info(NULL, &info), "device = (null)");
+    dermis_device_close(device);
+    dermis_device_close(NULL);
+    REFUSED(dermis_device_open(NULL, &device), "which = (null)");
+    CHECK(device == NULL);
+    REFUSED(dermis_device_open_cpu(-1, &device), "threads = -1; allowed: 0 (one per core) .. 1024");
+    REFUSED(dermis_device_open_cpu(1000000, &device), "threads = 1000000");
+}
+
+static void scenes(void) {
+    dermis_scene* scene = NULL;
+    int32_t width = 0, height = 0;
+    REFUSED(dermis_scene_from_string("[time]\n\nstep = -1\n", NULL, &scene), "scene:3: time.step = -1; allowed: ");
+    CHECK(scene == NULL);
+    REFUSED(dermis_scene_from_string(NULL, NULL, &scene), "text = (null)");
+    REFUSED(dermis_scene_from_string("", NULL, NULL), "scene = (null)");
+    REFUSED(dermis_scene_from_file("no/such/scene.toml", &scene), "no/such/scene.toml: cannot be read");
+    REFUSED(dermis_scene_from_file(NULL, &scene), "path = (null)");
+    scene = scene_of(pad);
+    CHECK(dermis_scene_get_size(scene, &width, &height) == DERMIS_OK && width == 4 && height == 3);
+    REFUSED(dermis_scene_get_size(scene, NULL, &height), "width = (null)");
+    REFUSED(dermis_scene_get_size(NULL, &width, &height), "scene = (null)");
+    CHECK(width == 0 && height == 0);
+
+    CHECK(dermis_scene_set(scene, "grid.width", "5") == DERMIS_OK);
+    CHECK(dermis_scene_set(scene, "grid.width", "6") == DERMIS_OK); /* a key is set again */
+    CHECK(dermis_scene_set(scene, "time", "{ step = 0.5, duration = 20 }") == DERMIS_OK);
+    REFUSED(dermis_scene_set(scene, "grid.width", "-6"), "grid.width = -6; allowed: whole cells, 1..16384");
+    REFUSED(dermis_scene_set(scene, "grid.widht", "6"), "did you mean width?");
+    REFUSED(dermis_scene_set(scene, "grid.width=5 #", "6"), "key = \"grid.width=5 #\"");
+    REFUSED(dermis_scene_set(scene, "grid.width", "6\n[load]"), "one line");
+    REFUSED(dermis_scene_set(scene, "grid.width", NULL), "value = (null)");
+    REFUSED(dermis_scene_set(scene, NULL, "6"), "key = (null)");
+    REFUSED(dermis_scene_set(NULL, "grid.width", "6"), "scene = (null)");
+    CHECK(dermis_scene_get_size(scene, &width, &height) == DERMIS_OK && width == 6); /* as it was */
+    dermis_scene_destroy(scene);
+    dermis_scene_destroy(NULL);
+}
+
+static void files(void) {
+    const char* path = "dermis_c_scene.toml";
+    FILE* file = fopen(path, "w");
+    dermis_scene* scene = NULL;
+    int32_t width = 0, height = 0;
+    CHECK(file != NULL && fputs(pad, file) >= 0 && fclose(file) == 0);
+    CHECK(dermis_scene_from_file(path, &scene) == DERMIS_OK);
+    remove(path);
+    CHECK(dermis_scene_set(scene, "grid.height", "7") == DERMIS_OK); /* the file has been read once */
+    CHECK(dermis_scene_get_size(scene, &width, &height) == DERMIS_OK && width == 4 && height == 7);
+    REFUSED(dermis_scene_set(scene, "time.step", "0"), "dermis_c_scene.toml");
+    dermis_scene_destroy(scene);
+}
+
+static void maps(void) {
+    dermis_scene* scene = scene_of("[grid]\nwidth = 2\nheight = 1\n[output]\nprobes = [[0, 0], [1, 0]]\n");
+    dermis_result* result = NULL;
+    const double pressure[] = {1, 3}, moduli[] = {1.54, 3.08}, heights[] = {0, 1}, bad[] = {1, NAN};
+    const double *values = NULL, *other = NULL;
+    size_t count = 0;
+    CHECK(dermis_scene_set_map(scene, "load.path", pressure, 2) == DERMIS_OK);
+    CHECK(dermis_scene_set_map(scene, "material.modulus", moduli, 2) == DERMIS_OK);
+    CHECK(dermis_scene_set_map(scene, "surface.path", heights, 2) == DERMIS_OK);
+    CHECK(dermis_scene_set(scene, "surface", "{ kind = \"flat\" }") == DERMIS_OK);
+    CHECK(dermis_scene_set(scene, "time.step", "0.02") == DERMIS_OK); /* maps stay */
+    REFUSED(dermis_scene_set_map(scene, "load.path", pressure, 3), "load.path = 3 cells; allowed: width*height = 2");
+    REFUSED(dermis_scene_set_map(scene, "load.path", pressure, (size_t)-1), "allowed: width*height = 2");
+    REFUSED(dermis_scene_set_map(scene, "load.path", bad, 2), "load.path = nan in cell [1, 0]");
+    REFUSED(dermis_scene_set_map(scene, "material.modulus", bad, 2), "nan");
+    REFUSED(dermis_scene_set_map(scene, "load.map", pressure, 2), "key = \"load.map\"; allowed: surface.path");
+    REFUSED(dermis_scene_set_map(scene, "load.path", NULL, 2), "values = (null)");
+    REFUSED(dermis_scene_set_map(scene, NULL, pressure, 2), "key = (null)");
+    REFUSED(dermis_scene_set_map(NULL, "load.path", pressure, 2), "scene = (null)");
+    REFUSED(dermis_scene_set(scene, "grid.width", "3"), "= 2; allowed: width*height = 3");
+    CHECK(dermis_run(scene, NULL, &result) == DERMIS_OK);
+    CHECK(dermis_result_get_probe(result, DERMIS_STRAIN, 0, &values, &count) == DERMIS_OK && count == 500);
+    CHECK(dermis_result_get_probe(result, DERMIS_STRAIN, 1, &other, &count) == DERMIS_OK);
+    CHECK(near(values[1], (1 - exp(-0.0308)) / 1.54) && near(other[1], 3 * (1 - exp(-0.0616)) / 3.08));
+    dermis_result_destroy(result);
+
+    CHECK(dermis_scene_set(scene, "material.modulus", "1.54") == DERMIS_OK); /* in place of the map */
+    CHECK(dermis_run(scene, NULL, &result) == DERMIS_OK);
+    CHECK(dermis_result_get_probe(result, DERMIS_STRAIN, 1, &other, &count) == DERMIS_OK);
+    CHECK(near(other[1], 3 * (1 - exp(-0.0308)) / 1.54));
+    dermis_result_destroy(result);
+    dermis_scene_destroy(scene);
+}
+
+static const char run_text[] = "[grid]\nwidth = 4\nheight = 3\n[time]\nduration = 1\n[output]\nprobes = [[1, 2]]\n"
+                               "traces = [\"strain\", \"fa1\"]\nfields = [{ at = 0.5, what = [\"sa1\"] }]\n";
+
+static void runs(void) {
+    dermis_scene* scene = scene_of(run_text);
+    dermis_result* result = NULL;
+    dermis_report report = {.size = sizeof report};
+    const double *times = NULL, *values = NULL;
+    size_t count = 0, sites = 1;
+    REFUSED(dermis_run(NULL, NULL, &result), "scene = (null)");
+    REFUSED(dermis_run(scene, NULL, NULL), "result = (null)");
+    CHECK(dermis_run(scene, NULL, &result) == DERMIS_OK);
+    dermis_scene_destroy(scene);
+    CHECK(dermis_result_get_times(result, &times, &count) == DERMIS_OK && count == 100 && times[99] == 99 * 0.01);
+    CHECK(dermis_result_get_trace(result, DERMIS_FA1, DERMIS_MEAN, &values, &count) == DERMIS_OK && count == 100);
+    CHECK(values[0] == 0 && values[1] > 0);
+    CHECK(dermis_result_get_trace(result, DERMIS_STRAIN, DERMIS_MAX, &values, &count) == DERMIS_OK && count == 100);
+    CHECK(dermis_result_get_probe(result, DERMIS_FA1, 0, &values, &count) == DERMIS_OK && count == 100);
+    CHECK(dermis_result_get_field(result, DERMIS_SA1, 0.5, &values, &count) == DERMIS_OK && count == CELLS);
+    CHECK(dermis_result_get_responses(result, &values, &count, &sites) == DERMIS_OK);
+    CHECK(values == NULL && sites == 0 && count == 100);
+    CHECK(dermis_result_get_report(result, &report) == DERMIS_OK);
+    CHECK(report.strain.value > 0 && report.retardation_time_count == 1 && report.sign_changed == 0);
+    CHECK(near(report.retardation_times[0].value, 1 / 1.54));
+
+    REFUSED(dermis_result_get_trace(result, DERMIS_SA1, DERMIS_MEAN, &values, &count), "output.traces has no \"sa1\"");
+    CHECK(values == NULL && count == 0);
+    REFUSED(dermis_result_get_trace(result, 7, DERMIS_MEAN, &values, &count), "quantity = 7; allowed: DERMIS_STRAIN");
+    REFUSED(dermis_result_get_trace(result, -1, DERMIS_MEAN, &values, &count), "quantity = -1");
+    REFUSED(dermis_result_get_trace(result, DERMIS_FA1, 3, &values, &count), "column = 3; allowed: DERMIS_MEAN (0)");
+    REFUSED(dermis_result_get_trace(result, DERMIS_FA1, DERMIS_MEAN, NULL, &count), "values = (null)");
+    REFUSED(dermis_result_get_trace(NULL, DERMIS_FA1, DERMIS_MEAN, &values, &count), "result = (null)");
+    REFUSED(dermis_result_get_probe(result, DERMIS_FA1, 1, &values, &count), "probe = 1; allowed: less than 1");
+    REFUSED(dermis_result_get_field(result, DERMIS_SA1, 0.4, &values, &count), "at of sa1 = 0.4; allowed: 0.5");
+    REFUSED(dermis_result_get_field(result, DERMIS_FA2, 0.5, &values, &count), "asks for no field of it");
+    REFUSED(dermis_result_get_field(result, DERMIS_SA1, NAN, &values, &count), "at of sa1 = nan");
+    REFUSED(dermis_result_get_times(result, NULL, &count), "values = (null)");
+    REFUSED(dermis_result_get_responses(result, &values, &count, NULL), "sites = (null)");
+    report.size = 0;
+    REFUSED(dermis_result_get_report(result, &report), "report->size = 0; allowed: ");
+    REFUSED(dermis_result_get_report(NULL, &report), "result = (null)");
+    dermis_result_destroy(result);
+    dermis_result_destroy(NULL);
+}
+
+static void sites(void) {
+    dermis_scene* scene = scene_of(pad);
+    dermis_result* result = NULL;
+    const double* values = NULL;
+    size_t times = 0, sites = 0;
+    CHECK(dermis_scene_set(scene, "grid", "{ width = 40, height = 40, spacing = 1e-4 }") == DERMIS_BAD_INPUT);
+    dermis_scene_destroy(scene);
+    scene = scene_of("preset = \"fingertip\"\n[sites]\nseed = 3\n[load]\nintensity = 1e4\n[time]\nduration = 0.1\n");
+    CHECK(dermis_run(scene, NULL, &result) == DERMIS_OK);
+    CHECK(dermis_result_get_responses(result, &values, &times, &sites) == DERMIS_OK);
+    CHECK(values != NULL && times == 10 && sites == 245);
+    dermis_result_destroy(result);
+    dermis_scene_destroy(scene);
+}
+
+static void presses(void) {
+    dermis_skin* skin = skin_of(pad);
+    float pressure[CELLS];
+    const float *fa1 = NULL, *again = NULL;
+    float first[CELLS];
+    size_t count = 0, bytes = 0;
+    void* state;
+    dermis_report report = {.size = sizeof report};
+    for (int i = 0; i < CELLS; ++i) pressure[i] = (float)i;
+    CHECK(dermis_skin_get_response(skin, DERMIS_FA1, &fa1, &count) == DERMIS_OK && count == CELLS && fa1[5] == 0);
+    CHECK(dermis_skin_press(skin, pressure, CELLS, 0.01) == DERMIS_OK);
+    CHECK(fa1[5] != 0);
+    CHECK(dermis_skin_get_state_size(skin, &bytes) == DERMIS_OK && bytes > 0);
+    state = malloc(bytes);
+    CHECK(state != NULL && dermis_skin_save(skin, state, bytes) == DERMIS_OK);
+    CHECK(dermis_skin_press(skin, pressure, CELLS, 0.01) == DERMIS_OK);
+    memcpy(first, fa1, sizeof first);
+
+    /* every refusal leaves the skin as it was */
+    REFUSED(dermis_skin_press(skin, pressure, CELLS - 1, 0.01), "pressure = 11 cells; allowed: width*height = 12");
+    REFUSED(dermis_skin_press(skin, pressure, (size_t)-1, 0.01), "allowed: width*height = 12");
+    REFUSED(dermis_skin_press(skin, NULL, CELLS, 0.01), "pressure = (null)");
+    REFUSED(dermis_skin_press(skin, pressure, CELLS, -1), "dt = -1");
+    REFUSED(dermis_skin_press(skin, pressure, CELLS, NAN), "dt = nan");
+    REFUSED(dermis_skin_press(NULL, pressure, CELLS, 0.01), "skin = (null)");
+    pressure[6] = NAN;
+    REFUSED(dermis_skin_press(skin, pressure, CELLS, 0.01), "pressure = nan in cell [2, 1]; allowed: finite numbers");
+    pressure[6] = 6;
+    REFUSED(dermis_skin_save(skin, state, bytes - 1), "state = ");
+    REFUSED(dermis_skin_save(skin, NULL, bytes), "state = (null)");
+    REFUSED(dermis_skin_load(skin, state, 7), "state = 7 bytes");
+    REFUSED(dermis_skin_load(skin, NULL, bytes), "state = (null)");
+    REFUSED(dermis_skin_load(NULL, state, bytes), "skin = (null)");
+    REFUSED(dermis_skin_get_response(skin, DERMIS_STRAIN, &again, &count), "response = \"strain\"");
+    REFUSED(dermis_skin_get_response(skin, 99, &again, &count), "quantity = 99");
+    REFUSED(dermis_skin_get_response(skin, DERMIS_FA1, NULL, &count), "values = (null)");
+    CHECK(memcmp(first, fa1, sizeof first) == 0);
+
+    CHECK(dermis_skin_load(skin, state, bytes) == DERMIS_OK);
+    CHECK(dermis_skin_press(skin, pressure, CELLS, 0.01) == DERMIS_OK);
+    CHECK(memcmp(first, fa1, sizeof first) == 0); /* the same once more */
+    CHECK(dermis_skin_get_response(skin, DERMIS_FA1, &again, &count) == DERMIS_OK && again == fa1);
+    CHECK(dermis_skin_get_report(skin, &report) == DERMIS_OK && report.strain.value > 0);
+    CHECK(dermis_skin_reset(skin) == DERMIS_OK && fa1[5] == 0);
+    REFUSED(dermis_skin_reset(NULL), "skin = (null)");
+    report.size = 1;
+    REFUSED(dermis_skin_get_report(skin, &report), "report->size = 1");
+    REFUSED(dermis_skin_get_report(skin, NULL), "report = (null)");
+    free(state);
+    dermis_skin_destroy(skin);
+    dermis_skin_destroy(NULL);
+}
+
+static void materials(void) {
+    dermis_skin *skin = skin_of(pad), *stiff = NULL;
+    dermis_scene* scene = scene_of(pad);
+    float pressure[CELLS];
+    const float *soft_sa1 = NULL, *stiff_sa1 = NULL;
+    dermis_report before = {.size = sizeof before}, after = {.size = sizeof after};
+    size_t count = 0;
+    for (int i = 0; i < CELLS; ++i) pressure[i] = 1;
+    CHECK(dermis_skin_press(skin, pressure, CELLS, 0.5) == DERMIS_OK);
+    CHECK(dermis_skin_get_report(skin, &before) == DERMIS_OK);
+    CHECK(dermis_scene_set(scene, "material.modulus", "50") == DERMIS_OK);
+    CHECK(dermis_skin_set_material(skin, scene) == DERMIS_OK);
+    CHECK(dermis_skin_get_report(skin, &after) == DERMIS_OK);
+    CHECK(after.strain.value == before.strain.value); /* the state goes on */
+    CHECK(after.retardation_times[0].value == 1.0 / 50);
+    CHECK(dermis_skin_press(skin, pressure, CELLS, 10) == DERMIS_OK);
+    CHECK(dermis_skin_create(NULL, scene, NULL, &stiff) == DERMIS_OK);
+    CHECK(dermis_skin_press(stiff, pressure, CELLS, 0.5) == DERMIS_OK);
+    CHECK(dermis_skin_press(stiff, pressure, CELLS, 10) == DERMIS_OK);
+    CHECK(dermis_skin_get_response(skin, DERMIS_SA1, &soft_sa1, &count) == DERMIS_OK);
+    CHECK(dermis_skin_get_response(stiff, DERMIS_SA1, &stiff_sa1, &count) == DERMIS_OK);
+    for (int i = 0; i < CELLS; ++i)
+        CHECK(fabs(soft_sa1[i] / stiff_sa1[i] - 1) < 1e-5); /* and ends as that material does */
+
+    CHECK(dermis_scene_set(scene, "material",
+                           "{ elements = [{ modulus = 1, viscosity = 1 }, { modulus = 2, viscosity = 1 }] }") ==
+          DERMIS_OK);
+    REFUSED(dermis_skin_set_material(skin, scene), "number of elements");
+    REFUSED(dermis_skin_set_material(skin, NULL), "scene = (null)");
+    REFUSED(dermis_skin_set_material(NULL, scene), "skin = (null)");
+    CHECK(dermis_skin_get_report(skin, &after) == DERMIS_OK && after.retardation_times[0].value == 1.0 / 50);
+    dermis_skin_destroy(skin);
+    dermis_skin_destroy(stiff);
+    dermis_scene_destroy(scene);
+}
+
+static void options(void) {
+    dermis_scene* scene = scene_of(pad);
+    dermis_skin* skin = NULL;
+    const float* values = NULL;
+    size_t count = 0;
+    dermis_skin_options o = {.size = sizeof o, .count = 1};
+    CHECK(dermis_skin_create(NULL, scene, &o, &skin) == DERMIS_OK);
+    CHECK(dermis_skin_get_response(skin, DERMIS_FA2, &values, &count) == DERMIS_OK); /* all four */
+    dermis_skin_destroy(skin);
+    o.responses = DERMIS_BIT(DERMIS_SA1) | DERMIS_BIT(DERMIS_FA1);
+    o.precision = DERMIS_F32_COMPENSATED;
+    CHECK(dermis_skin_create(NULL, scene, &o, &skin) == DERMIS_OK);
+    CHECK(dermis_skin_get_response(skin, DERMIS_SA1, &values, &count) == DERMIS_OK);
+    REFUSED(dermis_skin_get_response(skin, DERMIS_FA2, &values, &count), "response = \"fa2\"");
+    CHECK(values == NULL && count == 0);
+    dermis_skin_destroy(skin);
+
+    o.precision = 9;
+    REFUSED(dermis_skin_create(NULL, scene, &o, &skin), "options->precision = 9");
+    o.precision = DERMIS_F32;
+    o.responses = DERMIS_BIT(DERMIS_STRAIN);
+    REFUSED(dermis_skin_create(NULL, scene, &o, &skin), "options->responses = 1; allowed: bits of sa1, sa2, fa1, fa2");
+    o.responses = 0;
+    for (int i = 0; i < 3; ++i) {
+        o.count = (int32_t[]){0, -1, INT32_MAX}[i];
+        REFUSED(dermis_skin_create(NULL, scene, &o, &skin), "options->count = ");
+    }
+    o.count = 1;
+    o.size = 0;
+    REFUSED(dermis_skin_create(NULL, scene, &o, &skin), "options->size = 0; allowed: ");
+    CHECK(skin == NULL);
+    REFUSED(dermis_skin_create(NULL, NULL, NULL, &skin), "scene = (null)");
+    REFUSED(dermis_skin_create(NULL, scene, NULL, NULL), "skin = (null)");
+    dermis_scene_destroy(scene);
+}
+
+int main(void) {
+    versions_and_errors();
+    devices();
+    scenes();
+    files();
+    maps();
+    runs();
+    sites();
+    presses();
+    materials();
+    options();
+    puts("passed");
+    return 0;
+}
