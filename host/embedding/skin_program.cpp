@@ -122,9 +122,19 @@ class DeviceCheck {
 
 struct SkinProgram::Impl {
     Impl(const Handles& h, plan::StreamedSkin&& skin, uint32_t most)
-        : device(checked(h)), pipelines(device), check(pipelines, skin), recorder(pipelines, std::move(skin), most),
-          max_bindings(most), needs(recorder.needs()), labels(labels_of(h)) {
-        needs.check = check.memory();
+        : own_device(checked(h)), own_pipelines(std::in_place, *own_device), pipelines(*own_pipelines),
+          recorder(pipelines, std::move(skin), most), max_bindings(most), needs(recorder.needs()),
+          labels(labels_of(h)) {
+        make_check();
+    }
+    // Uses the pipelines of a context, whose check is made where it is needed.
+    Impl(Pipelines& shared, const Handles& h, plan::StreamedSkin&& skin, uint32_t most)
+        : pipelines(shared), recorder(pipelines, std::move(skin), most), max_bindings(most), needs(recorder.needs()),
+          labels(labels_of(h)) {}
+
+    void make_check() {
+        check.emplace(pipelines, recorder.skin());
+        needs.check = check->memory();
     }
 
     bool batch() const { return recorder.skin().pads > 1; }
@@ -134,9 +144,11 @@ struct SkinProgram::Impl {
     void check_range(const char* name, const VkDescriptorBufferInfo&, const Memory&) const;
     void check_apart(const Buffers&) const;
 
-    const DeviceTable device;
-    Pipelines pipelines;
-    DeviceCheck check;
+    std::optional<DeviceTable> own_device;
+    std::optional<Pipelines> own_pipelines;
+    Pipelines& pipelines;
+    const DeviceTable& device = pipelines.device();
+    std::optional<DeviceCheck> check;
     Recorder recorder;
     uint32_t max_bindings, bindings = 0;
     MemoryNeeds needs;
@@ -151,15 +163,24 @@ struct Internal {
         program.impl_ = std::make_unique<SkinProgram::Impl>(handles, std::move(skin), max_bindings);
         return program;
     }
-    static Recorder& recorder_of(SkinProgram& program) { return program.impl_->recorder; }
+    static SkinProgram make(Pipelines& shared, const Handles& handles, plan::StreamedSkin&& skin,
+                            uint32_t max_bindings) {
+        const DefaultFloats guard;
+        SkinProgram program;
+        program.impl_ = std::make_unique<SkinProgram::Impl>(shared, handles, std::move(skin), max_bindings);
+        return program;
+    }
+    static SkinProgram::Impl& impl_of(SkinProgram& program) { return *program.impl_; }
 };
 
-SkinProgram program_of(const Handles& handles, const plan::StreamedSkin& skin, uint32_t max_bindings) {
-    return Internal::make(handles, plan::StreamedSkin(skin), max_bindings);
+SkinProgram program_of(Context& context, const plan::StreamedSkin& skin, uint32_t max_bindings) {
+    return Internal::make(context.pipelines(), context.handles(), plan::StreamedSkin(skin), max_bindings);
 }
 
+void make_check(SkinProgram& program) { Internal::impl_of(program).make_check(); }
+
 void set_elements(SkinProgram& program, const plan::PadList& pads, const std::vector<plan::Element>& elements) {
-    Internal::recorder_of(program).set_elements(pads, elements);
+    Internal::impl_of(program).recorder.set_elements(pads, elements);
 }
 
 namespace {
@@ -321,20 +342,20 @@ void SkinProgram::set_material(const Material& material, const Pads& pads) {
 void SkinProgram::bind_check(const VkDescriptorBufferInfo& range) {
     Impl& impl = *impl_;
     impl.check_range("check", range, impl.needs.check);
-    if (impl.check.bound()) refuse("check", "bound already", "one binding");
-    impl.check.bind(range);
+    if (impl.check->bound()) refuse("check", "bound already", "one binding");
+    impl.check->bind(range);
 }
 
 bool SkinProgram::record_check(VkCommandBuffer commands) const noexcept {
     const Impl& impl = *impl_;
-    if (!impl.check.bound()) return false;
-    impl.check.record(commands, impl.device.calls);
+    if (!impl.check->bound()) return false;
+    impl.check->record(commands, impl.device.calls);
     return true;
 }
 
 bool SkinProgram::check_passed(const void* bytes) const {
     const DefaultFloats guard;
-    return impl_->check.passed(static_cast<const unsigned char*>(bytes));
+    return impl_->check->passed(static_cast<const unsigned char*>(bytes));
 }
 
 } // namespace dermis::vulkan
