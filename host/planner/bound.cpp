@@ -132,6 +132,7 @@ class Analysis {
                 materials_.push_back({m.element, arithmetic(m.around), m.around});
                 share_.push_back(m.around > 0 ? m.peak / m.around : 0);
                 gain_.push_back(m.gain);
+                value_gain_.push_back(m.value_gain);
                 greatest = std::max(greatest, m.around);
             }
             ends_.push_back(materials_.size());
@@ -172,17 +173,19 @@ class Analysis {
     // Each part is analysed with its least and with its greatest retardation time, one after the other.
     void pair_parts() {
         std::vector<CountedMaterial> materials;
-        std::vector<double> share, gain;
+        std::vector<double> share, gain, value_gain;
         for (size_t i = 0; i < skin_.parts.size(); ++i)
             for (const Element& m : {skin_.parts[i].low, skin_.parts[i].high}) {
                 materials.push_back({m, materials_[i].arithmetic, materials_[i].peak});
                 share.push_back(share_[i]);
                 gain.push_back(gain_[i]);
+                value_gain.push_back(value_gain_[i]);
             }
         materials_ = materials;
         ends_ = {materials_.size()};
         share_ = share;
         gain_ = gain;
+        value_gain_ = value_gain;
         paired_ = true;
     }
 
@@ -200,6 +203,7 @@ class Analysis {
         double value = 0, magnitude = 0; // the sum, and that of magnitudes
         double off = 0;                  // what the sum is off by
         double gain = INFINITY;          // the greatest at rest of what is off, where all of that is rounding
+        double value_gain = INFINITY;    // that of the value
     };
     Sum sum_of(size_t first, int q, bool around) const {
         Sum s;
@@ -214,6 +218,7 @@ class Analysis {
             truncated += truncation(i, q);
         }
         if (!now_[first].flushed && (kind_.separable || !kind_.compensated)) s.gain = gain_[first];
+        s.value_gain = value_gain_[first];
         if (q <= QUANTITY_SA2) s.off = last_ * s.magnitude; // compensated, it is off by the last rounding of its value
         // Half a unit in the last place of a smaller value is up to twice as much of it.
         s.off += peak * ((share < 1 && !kind_.separable ? 2 : 1) * error + std::abs(shift) + truncated);
@@ -263,11 +268,23 @@ class Analysis {
                 greatest = std::max(greatest, q == QUANTITY_STRAIN ? x : x * gain);
                 if (kind_.single && !(x * gain < 3e38)) worst = INFINITY;
                 const double stored = x == 0 || kind_.separable ? 0 : kind_.stored;
+                const double value = x * std::min(of.value_gain + bent, gain); // of the response
                 const double error = q == QUANTITY_STRAIN ? of.off + stored
-                                                          : of.off * std::min(of.gain + bent, gain) +
-                                                                x * (l_ * d_C + 3 * u_ * gain) + 2 * stored;
+                                                          : of.off * std::min(of.gain + bent, gain) + x * l_ * d_C +
+                                                                rounding(x, gain, value) + 2 * stored;
                 worst = std::max(worst, error);
             }
+    }
+
+    // The roundings of a response, the product of a signal x and its gain: of the curvature times a length, of the gain
+    // and of the product. A separable one is a product of other factors, each rounded.
+    double rounding(double x, double gain, double response) const {
+        if (kind_.separable) return 3 * u_ * response;
+        const auto half_unit = [&](double value) {
+            return value > 0 ? std::ldexp(u_, std::ilogb(value * (1 + 1e-5))) : 0;
+        };
+        return (kind_.single ? 2 : 1) * u_ * x * (gain - 1) + std::min(x * half_unit(gain), u_ * response) +
+               half_unit(response);
     }
 
     const PreparedSkin& skin_;
@@ -282,7 +299,7 @@ class Analysis {
     std::vector<CountedMaterial> materials_; // each with the peak around what is read
     std::vector<size_t> ends_;               // of all of them, or of those at each place of a series
     std::vector<double> share_;              // of that peak: the pressure on what is read
-    std::vector<double> gain_;               // see PressedMaterial::gain
+    std::vector<double> gain_, value_gain_;  // see PressedMaterial
     bool paired_ = false;                    // materials are the least and the greatest of each part
     std::vector<CountedCell> now_, exact_;   // by the method, and by the exact one
     Bounds bounds_{};

@@ -27,8 +27,9 @@ double envelope_peak(const scene::Waveform& load, const Envelope& envelope) {
 constexpr double few = 8;
 
 // The load between frames of a cell whose greatest |pressure| is `peak`, per unit of it: only magnitudes are known, of
-// the frames and of their change. Frames are joined by a few operations in the run's precision, of unit roundoff u.
-CountedLoad load_of_frames(const Schedule& schedule, const plan::Step& step, double peak, double u) {
+// the frames and of their change. A share of the change is rounded with the change, by itself and as a product: in
+// double, it comes from a few operations.
+CountedLoad load_of_frames(const Schedule& schedule, const plan::Step& step, double peak, const CountedArithmetic& as) {
     const auto share = [&](const std::vector<double>& of, long long k) {
         return peak == 0 ? 0.0 : of[std::min(size_t(k), of.size() - 1)] / peak;
     };
@@ -37,9 +38,10 @@ CountedLoad load_of_frames(const Schedule& schedule, const plan::Step& step, dou
     const double to = std::min(share(schedule.frame_peaks, step.frame + 1), 1.0);
     const double change = step.rise == 0 ? 0 : std::min(from + to, share(schedule.frame_changes, step.frame));
     const double start = step.start, end = start + step.rise, s0 = (1 - start) * from + start * to;
-    const double joined = u * (from + to + few * change); // of the change, by a share of which the pressure rises
-    return {.s0 = {s0, u * from + (start == 0 ? 0 : start * joined + u * s0)},
-            .ds = {step.rise * change, step.rise * joined},
+    const auto units = [&](double share) { return share == 1 ? 1 : as.single ? 3 : few; };
+    const double u = as.u, joined = start == 0 ? 0 : u * (units(start) * start * change + s0);
+    return {.s0 = {s0, u * s0 + joined},
+            .ds = {step.rise * change, u * step.rise * (from + to + units(step.rise) * change)},
             .sj = {step.jump * from, step.jump * u * from},
             .end = std::abs(1 - end) * from + end * to};
 }
@@ -83,7 +85,7 @@ void CountedRun::take_references() {
 // The load of a step, per unit of the map. Pressures that are held are as exact as the scene; others come from a few
 // operations on the envelope's values.
 CountedLoad CountedRun::load_over(const plan::Step& step, const CountedMaterial& m) const {
-    if (schedule_.framed) return load_of_frames(schedule_, step, m.peak, m.arithmetic.u);
+    if (schedule_.framed) return load_of_frames(schedule_, step, m.peak, m.arithmetic);
     const bool computed = step.rise != 0 || schedule_.method != Method::exact;
     const double off = computed ? few * (measured_ ? unit_of_reference : unit_of_double) * envelope_peak_ : 0;
     CountedLoad load{.s0 = {step.start, off}, .ds = {step.rise, 0}, .sj = {step.jump, step.jump != 0 ? 2 * off : 0}};
