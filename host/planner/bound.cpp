@@ -6,6 +6,7 @@
 #include "host/reduced/sites.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace dermis::planner {
 namespace {
@@ -106,95 +107,104 @@ void add_telling_sites(const PreparedSkin& skin, const Schedule& schedule, std::
     }
 }
 
+// Whether one cell is stepped for all others, so that its roundings are measured instead of counted.
+bool is_measured(const PreparedSkin& skin, const Arithmetic& kind) { return kind.separable && skin.parts.empty(); }
+
+// The materials that an analysis steps, each with the arithmetic of its cell.
+struct AnalysedMaterials {
+    std::vector<PressedMaterial> pressed;
+    std::vector<CountedMaterial> counted; // the same, each with the pressure around what is read as its peak
+    std::vector<size_t> ends;             // of all of them, or of those at each place of a series
+    plan::Chain chain;
+    bool paired = false; // they are the least and the greatest of each part
+};
+
+// Where elements in series are too many, those of each place in the series are represented by some of them, as if they
+// were cells of their own.
+void represent(AnalysedMaterials& m) {
+    const std::vector<PressedMaterial> all = std::exchange(m.pressed, {});
+    for (size_t e = 0; e < m.chain.length; ++e) {
+        std::vector<PressedMaterial> of_place;
+        for (size_t i = e; i < all.size(); i += m.chain.length) of_place.push_back(all[i]);
+        const std::vector<PressedMaterial> few = representatives(of_place);
+        m.pressed.insert(m.pressed.end(), few.begin(), few.end());
+        m.ends.push_back(m.pressed.size());
+    }
+    m.chain = {};
+}
+
+// Each part is analysed with its least and with its greatest retardation time, one after the other.
+void pair_parts(AnalysedMaterials& m, const std::vector<plan::Part>& parts) {
+    const std::vector<PressedMaterial> all = std::exchange(m.pressed, {});
+    for (size_t i = 0; i < parts.size(); ++i)
+        for (const Element& element : {parts[i].low, parts[i].high}) {
+            m.pressed.push_back(all[i]);
+            m.pressed.back().element = element;
+        }
+    m.paired = true;
+}
+
+AnalysedMaterials analysed(const PreparedSkin& skin, const Schedule& schedule, const Arithmetic& kind,
+                           const Read& read) {
+    AnalysedMaterials m{
+        .pressed = pressed_materials(skin, schedule, read), .counted = {}, .ends = {}, .chain = skin.chain};
+    take_gains(skin, schedule, read, kind.separable, m.pressed);
+    if (too_many(m.pressed.size(), double(schedule.outputs))) represent(m);
+    if (kind.separable && !skin.parts.empty()) pair_parts(m, skin.parts);
+    if (m.ends.empty()) m.ends = {m.pressed.size()};
+    const double least = schedule.framed ? 0 : least_of(schedule.pressure);
+    const double u = is_measured(skin, kind) ? unit_of_reference : kind.unit();
+    for (const PressedMaterial& material : m.pressed) {
+        const double peak = material.around;
+        m.counted.push_back({.element = material.element,
+                             .arithmetic = {.u = u,
+                                            .peak = kind.separable ? 1 : peak,
+                                            .single = kind.single,
+                                            .bound = schedule.framed,
+                                            .carried = kind.compensated ? 2 * u : 1,
+                                            .flush = peak > 0 && !kind.separable ? 2 * kind.stored / peak : 0,
+                                            .least = peak > 0 ? least / peak : 0},
+                             .peak = peak});
+    }
+    return m;
+}
+
+double greatest_around(const std::vector<PressedMaterial>& materials) {
+    double greatest = 0;
+    for (const PressedMaterial& m : materials) greatest = std::max(greatest, m.around);
+    return greatest;
+}
+
 // The running analysis of one cell of each material, step by step.
 class Analysis {
   public:
     Analysis(const PreparedSkin& skin, const Schedule& schedule, const Arithmetic& kind, const Read& read)
-        : skin_(skin), schedule_(schedule), kind_(kind), u_(kind.single ? 0x1p-24 : 0x1p-53),
-          rounded_pressure_(0x1p-53 + (kind.single ? u_ : 0)), last_(kind.compensated ? u_ : 0),
-          l_(std::abs(skin.constants.curvature_length)), weight_(skin.constants.bend * weight_of(skin.stencil)),
-          rest_(rest_peak(skin, schedule, !read.everything)), chain_(skin.chain) {
-        const double least = schedule.framed ? 0 : least_of(schedule.pressure);
-        const auto arithmetic = [&](double peak) {
-            return CountedArithmetic{.u = u_,
-                                     .peak = kind.separable ? 1 : peak,
-                                     .single = kind.single,
-                                     .bound = schedule.framed,
-                                     .carried = kind.compensated ? 2 * u_ : 1,
-                                     .flush = peak > 0 && !kind.separable ? 2 * kind.stored / peak : 0,
-                                     .least = peak > 0 ? least / peak : 0};
-        };
-        double greatest = 0; // pressure around what is read
-        std::vector<PressedMaterial> pressed = pressed_materials(skin, schedule, read);
-        take_gains(skin, schedule, read, kind.separable, pressed);
-        for (const auto& materials : analysed(std::move(pressed))) {
-            for (const PressedMaterial& m : materials) {
-                materials_.push_back({m.element, arithmetic(m.around), m.around});
-                share_.push_back(m.around > 0 ? m.peak / m.around : 0);
-                gain_.push_back(m.gain);
-                value_gain_.push_back(m.value_gain);
-                greatest = std::max(greatest, m.around);
-            }
-            ends_.push_back(materials_.size());
-        }
-        rough_ = roughness_of(skin, schedule, schedule.framed ? 1 : greatest);
-        if (kind.separable && !skin.parts.empty()) pair_parts();
+        : skin_(skin), schedule_(schedule), kind_(kind), u_(kind.unit()),
+          rounded_pressure_(0x1p-53 + (kind.single ? u_ : 0)), measured_(is_measured(skin, kind)),
+          last_(kind.compensated && !measured_ ? u_ : 0), l_(std::abs(skin.constants.curvature_length)),
+          weight_(skin.constants.bend * weight_of(skin.stencil)), rest_(rest_peak(skin, schedule, !read.everything)),
+          materials_(analysed(skin, schedule, kind, read)),
+          rough_(roughness_of(skin, schedule, schedule.framed ? 1 : greatest_around(materials_.pressed))),
+          run_(schedule, materials_.counted, skin.rule, schedule.method, materials_.chain, measured_) {
+        if (schedule.method != Method::exact)
+            exact_.emplace(schedule, materials_.counted, skin.rule, Method::exact, materials_.chain);
     }
 
     Bounds run() {
-        CountedRun by_method(schedule_, materials_, skin_.rule, schedule_.method, chain_);
-        const bool baseline = schedule_.method != Method::exact;
-        std::optional<CountedRun> exact;
-        if (baseline) exact.emplace(schedule_, materials_, skin_.rule, Method::exact, chain_);
-        while (by_method.next()) {
-            if (exact) exact->next(); // a baseline has its fields at outputs, so that both read the same times
-            now_ = by_method.cells();
-            exact_ = exact ? exact->cells() : now_;
+        while (run_.next()) {
+            if (exact_) exact_->next(); // a baseline has its fields at outputs, so that both read the same times
             widen();
         }
         return bounds_;
     }
 
   private:
-    // Where elements in series are too many, those of each place in the series are represented by some of them, as if
-    // they were cells of their own.
-    std::vector<std::vector<PressedMaterial>> analysed(std::vector<PressedMaterial> all) {
-        if (!too_many(all.size(), double(schedule_.outputs))) return {all};
-        std::vector<std::vector<PressedMaterial>> few;
-        for (size_t e = 0; e < chain_.length; ++e) {
-            std::vector<PressedMaterial> of_place;
-            for (size_t i = e; i < all.size(); i += chain_.length) of_place.push_back(all[i]);
-            few.push_back(representatives(of_place));
-        }
-        chain_ = {};
-        return few;
-    }
-
-    // Each part is analysed with its least and with its greatest retardation time, one after the other.
-    void pair_parts() {
-        std::vector<CountedMaterial> materials;
-        std::vector<double> share, gain, value_gain;
-        for (size_t i = 0; i < skin_.parts.size(); ++i)
-            for (const Element& m : {skin_.parts[i].low, skin_.parts[i].high}) {
-                materials.push_back({m, materials_[i].arithmetic, materials_[i].peak});
-                share.push_back(share_[i]);
-                gain.push_back(gain_[i]);
-                value_gain.push_back(value_gain_[i]);
-            }
-        materials_ = materials;
-        ends_ = {materials_.size()};
-        share_ = share;
-        gain_ = gain;
-        value_gain_ = value_gain;
-        paired_ = true;
-    }
-
     // Distance of the method from the exact one, per unit of pressure; 0 for the exact method itself. A part adds what
     // its retardation times differ by and the rounding of pressure over resistance.
     double truncation(size_t i, int q) const {
-        const double method = std::abs(now_[i].value(q) - exact_[i].value(q));
-        if (!paired_) return method;
-        return method + std::abs(now_[i].value(q) - now_[i ^ 1].value(q)) + 0x1p-53 * std::abs(now_[i].value(q));
+        const std::vector<CountedCell>& now = run_.cells();
+        const double x = now[i].value(q), method = exact_ ? std::abs(x - exact_->cells()[i].value(q)) : 0;
+        return materials_.paired ? method + std::abs(x - now[i ^ 1].value(q)) + 0x1p-53 * std::abs(x) : method;
     }
 
     // A quantity of one cell under the greatest pressure on it, or around it: of its element, or summed over those in
@@ -207,37 +217,41 @@ class Analysis {
     };
     Sum sum_of(size_t first, int q, bool around) const {
         Sum s;
-        const double share = around ? 1 : share_[first], peak = materials_[first].peak * share;
+        const PressedMaterial& m = materials_.pressed[first];
+        const size_t length = materials_.chain.length;
+        const double peak = around ? m.around : m.peak, share = peak < m.around ? peak / m.around : 1;
         double error = 0, shift = 0, truncated = 0;
-        for (size_t i = first; i < first + chain_.length; ++i) {
-            const Counted& of = now_[i].signal(q);
+        for (size_t i = first; i < first + length; ++i) {
+            const Counted& of = run_.cells()[i].signal(q);
             s.value += peak * of.value;
             s.magnitude += peak * std::abs(of.value);
             error += of.off;
             shift += of.shift;
             truncated += truncation(i, q);
         }
-        if (!now_[first].flushed && (kind_.separable || !kind_.compensated)) s.gain = gain_[first];
-        s.value_gain = value_gain_[first];
+        if (!run_.cells()[first].flushed && (kind_.separable || !kind_.compensated)) s.gain = m.gain;
+        s.value_gain = m.value_gain;
         if (q <= QUANTITY_SA2) s.off = last_ * s.magnitude; // compensated, it is off by the last rounding of its value
         // Half a unit in the last place of a smaller value is up to twice as much of it.
         s.off += peak * ((share < 1 && !kind_.separable ? 2 : 1) * error + std::abs(shift) + truncated);
         if (!schedule_.framed) s.off += rounded_pressure_ * std::abs(s.value);
         // Strains in series are added up; of the other quantities the kernel's sums are counted.
-        if (q <= QUANTITY_SA1 && s.magnitude > 0)
-            s.off += double(chain_.length - 1) * (u_ * s.magnitude + kind_.stored);
+        if (measured_) s.off += peak * run_.measured(first / length, q);
+        else if (q <= QUANTITY_SA1 && s.magnitude > 0) s.off += double(length - 1) * (u_ * s.magnitude + kind_.stored);
         return s;
     }
 
     // That of every cell; of cells whose elements are represented, one that no cell exceeds.
     std::vector<Sum> sums_of(int q, bool around) const {
         std::vector<Sum> all;
-        for (size_t i = 0; i < ends_.front(); i += chain_.length) all.push_back(sum_of(i, q, around));
-        if (ends_.size() == 1) return all;
+        for (size_t i = 0; i < materials_.ends.front(); i += materials_.chain.length)
+            all.push_back(sum_of(i, q, around));
+        const std::vector<size_t>& ends = materials_.ends;
+        if (ends.size() == 1) return all;
         Sum together;
-        for (size_t place = 0, i = 0; place < ends_.size(); ++place) {
+        for (size_t place = 0, i = 0; place < ends.size(); ++place) {
             Sum most;
-            for (; i < ends_[place]; ++i) {
+            for (; i < ends[place]; ++i) {
                 const Sum s = sum_of(i, q, around);
                 most.magnitude = std::max(most.magnitude, s.magnitude);
                 most.off = std::max(most.off, s.off);
@@ -248,7 +262,7 @@ class Analysis {
         // What the kernel adds up in one sum it rounds as often as there are elements, each time as if they were alone
         // at most twice over.
         together.value = together.magnitude;
-        together.off *= 2 * double(ends_.size());
+        together.off *= 2 * double(ends.size());
         return {together};
     }
 
@@ -292,16 +306,13 @@ class Analysis {
     const Arithmetic kind_;
     const double u_;
     const double rounded_pressure_; // what the pressure on a cell is off by, relative to it
+    const bool measured_;           // the roundings of the run's one cell
     const double last_;             // of a value: the last rounding, where earlier ones are compensated
     const double l_, weight_, rest_;
-    Roughness rough_;
-    plan::Chain chain_;                      // of the materials that are analysed
-    std::vector<CountedMaterial> materials_; // each with the peak around what is read
-    std::vector<size_t> ends_;               // of all of them, or of those at each place of a series
-    std::vector<double> share_;              // of that peak: the pressure on what is read
-    std::vector<double> gain_, value_gain_;  // see PressedMaterial
-    bool paired_ = false;                    // materials are the least and the greatest of each part
-    std::vector<CountedCell> now_, exact_;   // by the method, and by the exact one
+    const AnalysedMaterials materials_;
+    const Roughness rough_;
+    CountedRun run_;                  // by the method
+    std::optional<CountedRun> exact_; // beside a baseline
     Bounds bounds_{};
 };
 

@@ -49,11 +49,12 @@ CountedLoad load_of_frames(const Schedule& schedule, const plan::Step& step, dou
 } // namespace
 
 CountedRun::CountedRun(const Schedule& schedule, const std::vector<CountedMaterial>& materials,
-                       const plan::ResponseRule& rule, Method method, const plan::Chain& chain)
+                       const plan::ResponseRule& rule, Method method, const plan::Chain& chain, bool product)
     : schedule_(schedule), materials_(materials), rule_(rule), chain_(chain), elements_(elements_of(materials)),
       timeline_(schedule, elements_, rule, method), load_(schedule.load.envelope, schedule.time),
       envelope_peak_(envelope_peak(load_, schedule.load.envelope)), references_(materials.size()),
-      kept_(materials.size()), now_(materials.size()) {
+      kept_(materials.size()), now_(materials.size()),
+      products_(product ? materials.size() / chain.length : 0, MeasuredCell(chain)) {
     if (!schedule.framed && method == Method::exact && load_.sine()) angular_frequency_ = load_.angular_frequency();
 }
 
@@ -61,7 +62,10 @@ bool CountedRun::next(bool impulses) {
     while (timeline_.next(step_)) {
         take_references();
         for (size_t i = 0; i < materials_.size(); i += chain_.length) press(i, step_);
-        if (step_.keep) kept_ = now_;
+        if (step_.keep) {
+            kept_ = now_;
+            for (MeasuredCell& cell : products_) cell.keep();
+        }
         if (step_.trace >= 0 || step_.field >= 0 || (impulses && at_impulse())) return true;
     }
     return false;
@@ -89,7 +93,7 @@ CountedLoad CountedRun::load_over(const plan::Step& step, const CountedMaterial&
     const bool computed = step.rise != 0 || schedule_.method != Method::exact;
     const double off = computed ? few * (measured_ ? unit_of_reference : unit_of_double) * envelope_peak_ : 0;
     CountedLoad load{.s0 = {step.start, off}, .ds = {step.rise, 0}, .sj = {step.jump, step.jump != 0 ? 2 * off : 0}};
-    if (!measured_) return load;
+    if (!measured_ || !products_.empty()) return load;
     const long double start = load_.after<long double>(step.begin);
     load.s0.shift = double(step.start - start);
     load.sj.shift = double(step.jump - (start - load_.before<long double>(step.begin)));
@@ -121,11 +125,25 @@ void CountedRun::press(size_t first, const plan::Step& step) {
     for (size_t e = 0; e < chain_.length; ++e) {
         steps[e].k = k[e];
         steps[e].cancelled = cancelled[e];
-        if (measured_) steps[e].shift = plan::difference(k[e], references[e]);
+        if (measured_ && products_.empty()) steps[e].shift = plan::difference(k[e], references[e]);
     }
+    if (!products_.empty()) measure(products_[first / chain_.length], step, k.data(), references.data());
     materials_[first].arithmetic.press(steps.data(), chain_.length, &kept_[first], &now_[first]);
     for (size_t e = 0; step.bend > 0 && e < chain_.length; ++e)
         if (const Element& m = materials_[first + e].element; !is_elastic(m)) add_bend(now_[first], m, step);
+}
+
+// Takes the step of a product as the run does, and by references.
+void CountedRun::measure(MeasuredCell& cell, const plan::Step& step, const f64::Coefficients* k,
+                         extended::Coefficients* references) const {
+    extended::Load exact = extended::load(step.start, step.rise, step.jump);
+    if (measured_) {
+        exact.s0 = load_.after<long double>(step.begin);
+        exact.sj = exact.s0 - load_.before<long double>(step.begin);
+    } else {
+        std::transform(k, k + chain_.length, references, plan::rounded<extended>);
+    }
+    cell.press(f64::load(step.start, step.rise, step.jump), k, exact, references);
 }
 
 // Adds the error of a step within which the load bends: the rate at its end comes from a pressure and a stress that
