@@ -181,7 +181,7 @@ class Analysis {
     Analysis(const PreparedSkin& skin, const Schedule& schedule, const Arithmetic& kind, const Read& read)
         : skin_(skin), schedule_(schedule), kind_(kind), u_(kind.unit()),
           rounded_pressure_(0x1p-53 + (kind.single ? u_ : 0)), measured_(is_measured(skin, kind)),
-          last_(kind.compensated && !measured_ ? u_ : 0), l_(std::abs(skin.constants.curvature_length)),
+          last_(!kind.compensated ? 0 : measured_ ? unit_of_reference : u_), l_(std::abs(skin.constants.curvature_length)),
           weight_(skin.constants.bend * weight_of(skin.stencil)), rest_(rest_peak(skin, schedule, !read.everything)),
           materials_(analysed(skin, schedule, kind, read)),
           rough_(roughness_of(skin, schedule, schedule.framed ? 1 : greatest_around(materials_.pressed))),

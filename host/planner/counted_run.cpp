@@ -127,15 +127,16 @@ void CountedRun::press(size_t first, const plan::Step& step) {
         steps[e].cancelled = cancelled[e];
         if (measured_ && products_.empty()) steps[e].shift = plan::difference(k[e], references[e]);
     }
-    if (!products_.empty()) measure(products_[first / chain_.length], step, k.data(), references.data());
     materials_[first].arithmetic.press(steps.data(), chain_.length, &kept_[first], &now_[first]);
     for (size_t e = 0; step.bend > 0 && e < chain_.length; ++e)
         if (const Element& m = materials_[first + e].element; !is_elastic(m)) add_bend(now_[first], m, step);
+    if (!products_.empty()) measure(first, step, k.data(), references.data());
 }
 
 // Takes the step of a product as the run does, and by references.
-void CountedRun::measure(MeasuredCell& cell, const plan::Step& step, const f64::Coefficients* k,
-                         extended::Coefficients* references) const {
+void CountedRun::measure(size_t first, const plan::Step& step, const f64::Coefficients* k,
+                         extended::Coefficients* references) {
+    MeasuredCell& cell = products_[first / chain_.length];
     extended::Load exact = extended::load(step.start, step.rise, step.jump);
     if (measured_) {
         exact.s0 = load_.after<long double>(step.begin);
@@ -144,6 +145,14 @@ void CountedRun::measure(MeasuredCell& cell, const plan::Step& step, const f64::
         std::transform(k, k + chain_.length, references, plan::rounded<extended>);
     }
     cell.press(f64::load(step.start, step.rise, step.jump), k, exact, references);
+    const auto elastic = [](const CountedMaterial& m) { return is_elastic(m.element); };
+    if (!measured_ || !rule_.step_mean || std::any_of(materials_.begin(), materials_.end(), elastic)) return;
+    // The mean acceleration is also the change of the rate over the step.
+    const Counted &before = kept_[first].rate, &after = now_[first].rate;
+    const double length = double(reference_length_), off = (before.off + after.off) / length;
+    if (!(off < now_[first].acceleration.off)) return;
+    now_[first].acceleration = {(after.value - before.value) / length, off};
+    cell.take_change_of_rate(reference_length_);
 }
 
 // Adds the error of a step within which the load bends: the rate at its end comes from a pressure and a stress that

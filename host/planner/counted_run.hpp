@@ -36,8 +36,7 @@ class CountedRun {
     void take_references();
     CountedLoad load_over(const plan::Step&, const CountedMaterial&) const;
     void press(size_t first, const plan::Step&);
-    void measure(MeasuredCell&, const plan::Step&, const f64::Coefficients* k,
-                 extended::Coefficients* references) const;
+    void measure(size_t first, const plan::Step&, const f64::Coefficients* k, extended::Coefficients* references);
     void add_bend(CountedCell&, const plan::Element&, const plan::Step&) const;
 
     const plan::Schedule& schedule_;
