@@ -107,16 +107,13 @@ void add_telling_sites(const PreparedSkin& skin, const Schedule& schedule, std::
     }
 }
 
-// Whether one cell is stepped for all others, so that its roundings are measured instead of counted.
-bool is_measured(const PreparedSkin& skin, const Arithmetic& kind) { return kind.separable && skin.parts.empty(); }
-
 // The materials that an analysis steps, each with the arithmetic of its cell.
 struct AnalysedMaterials {
     std::vector<PressedMaterial> pressed;
     std::vector<CountedMaterial> counted; // the same, each with the pressure around what is read as its peak
     std::vector<size_t> ends;             // of all of them, or of those at each place of a series
     plan::Chain chain;
-    bool paired = false; // they are the least and the greatest of each part
+    std::vector<CountedMaterial> extremes; // of each part, its least and its greatest retardation time
 };
 
 // Where elements in series are too many, those of each place in the series are represented by some of them, as if they
@@ -133,27 +130,15 @@ void represent(AnalysedMaterials& m) {
     m.chain = {};
 }
 
-// Each part is analysed with its least and with its greatest retardation time, one after the other.
-void pair_parts(AnalysedMaterials& m, const std::vector<plan::Part>& parts) {
-    const std::vector<PressedMaterial> all = std::exchange(m.pressed, {});
-    for (size_t i = 0; i < parts.size(); ++i)
-        for (const Element& element : {parts[i].low, parts[i].high}) {
-            m.pressed.push_back(all[i]);
-            m.pressed.back().element = element;
-        }
-    m.paired = true;
-}
-
 AnalysedMaterials analysed(const PreparedSkin& skin, const Schedule& schedule, const Arithmetic& kind,
                            const Read& read) {
     AnalysedMaterials m{
         .pressed = pressed_materials(skin, schedule, read), .counted = {}, .ends = {}, .chain = skin.chain};
     take_gains(skin, schedule, read, kind.separable, m.pressed);
     if (too_many(m.pressed.size(), double(schedule.outputs))) represent(m);
-    if (kind.separable && !skin.parts.empty()) pair_parts(m, skin.parts);
     if (m.ends.empty()) m.ends = {m.pressed.size()};
     const double least = schedule.framed ? 0 : least_of(schedule.pressure);
-    const double u = is_measured(skin, kind) ? unit_of_reference : kind.unit();
+    const double u = kind.separable ? unit_of_reference : kind.unit();
     for (const PressedMaterial& material : m.pressed) {
         const double peak = material.around;
         m.counted.push_back({.element = material.element,
@@ -166,6 +151,10 @@ AnalysedMaterials analysed(const PreparedSkin& skin, const Schedule& schedule, c
                                             .least = peak > 0 ? least / peak : 0},
                              .peak = peak});
     }
+    for (size_t i = 0; kind.separable && i < skin.parts.size(); ++i)
+        for (const Element& element : {skin.parts[i].low, skin.parts[i].high})
+            m.extremes.push_back(
+                {.element = element, .arithmetic = m.counted[i].arithmetic, .peak = m.counted[i].peak});
     return m;
 }
 
@@ -180,19 +169,22 @@ class Analysis {
   public:
     Analysis(const PreparedSkin& skin, const Schedule& schedule, const Arithmetic& kind, const Read& read)
         : skin_(skin), schedule_(schedule), kind_(kind), u_(kind.unit()),
-          rounded_pressure_(0x1p-53 + (kind.single ? u_ : 0)), measured_(is_measured(skin, kind)),
-          last_(!kind.compensated ? 0 : measured_ ? unit_of_reference : u_), l_(std::abs(skin.constants.curvature_length)),
-          weight_(skin.constants.bend * weight_of(skin.stencil)), rest_(rest_peak(skin, schedule, !read.everything)),
-          materials_(analysed(skin, schedule, kind, read)),
+          rounded_pressure_(0x1p-53 + (kind.single ? u_ : 0)), last_(!kind.compensated ? 0
+                                                                     : kind.separable  ? unit_of_reference
+                                                                                       : u_),
+          l_(std::abs(skin.constants.curvature_length)), weight_(skin.constants.bend * weight_of(skin.stencil)),
+          rest_(rest_peak(skin, schedule, !read.everything)), materials_(analysed(skin, schedule, kind, read)),
           rough_(roughness_of(skin, schedule, schedule.framed ? 1 : greatest_around(materials_.pressed))),
-          run_(schedule, materials_.counted, skin.rule, schedule.method, materials_.chain, measured_) {
+          run_(schedule, materials_.counted, skin.rule, schedule.method, materials_.chain, kind.separable) {
         if (schedule.method != Method::exact)
             exact_.emplace(schedule, materials_.counted, skin.rule, Method::exact, materials_.chain);
+        if (!materials_.extremes.empty()) extremes_.emplace(schedule, materials_.extremes, skin.rule, schedule.method);
     }
 
     Bounds run() {
         while (run_.next()) {
             if (exact_) exact_->next(); // a baseline has its fields at outputs, so that both read the same times
+            if (extremes_) extremes_->next();
             widen();
         }
         return bounds_;
@@ -202,9 +194,10 @@ class Analysis {
     // Distance of the method from the exact one, per unit of pressure; 0 for the exact method itself. A part adds what
     // its retardation times differ by and the rounding of pressure over resistance.
     double truncation(size_t i, int q) const {
-        const std::vector<CountedCell>& now = run_.cells();
-        const double x = now[i].value(q), method = exact_ ? std::abs(x - exact_->cells()[i].value(q)) : 0;
-        return materials_.paired ? method + std::abs(x - now[i ^ 1].value(q)) + 0x1p-53 * std::abs(x) : method;
+        const double x = run_.cells()[i].value(q), method = exact_ ? std::abs(x - exact_->cells()[i].value(q)) : 0;
+        if (!extremes_) return method;
+        const std::vector<CountedCell>& of = extremes_->cells();
+        return method + std::abs(of[2 * i].value(q) - of[2 * i + 1].value(q)) + 0x1p-53 * std::abs(x);
     }
 
     // A quantity of one cell under the greatest pressure on it, or around it: of its element, or summed over those in
@@ -236,7 +229,7 @@ class Analysis {
         s.off += peak * ((share < 1 && !kind_.separable ? 2 : 1) * error + std::abs(shift) + truncated);
         if (!schedule_.framed) s.off += rounded_pressure_ * std::abs(s.value);
         // Strains in series are added up; of the other quantities the kernel's sums are counted.
-        if (measured_) s.off += peak * run_.measured(first / length, q);
+        if (kind_.separable) s.off += peak * run_.measured(first / length, q);
         else if (q <= QUANTITY_SA1 && s.magnitude > 0) s.off += double(length - 1) * (u_ * s.magnitude + kind_.stored);
         return s;
     }
@@ -282,10 +275,10 @@ class Analysis {
                 greatest = std::max(greatest, q == QUANTITY_STRAIN ? x : x * gain);
                 if (kind_.single && !(x * gain < 3e38)) worst = INFINITY;
                 const double stored = x == 0 || kind_.separable ? 0 : kind_.stored;
-                const double value = x * std::min(of.value_gain + bent, gain); // of the response
+                const double run = x + of.off, value = run * std::min(of.value_gain + bent, gain); // of the response
                 const double error = q == QUANTITY_STRAIN ? of.off + stored
-                                                          : of.off * std::min(of.gain + bent, gain) + x * l_ * d_C +
-                                                                rounding(x, gain, value) + 2 * stored;
+                                                          : of.off * std::min(of.gain + bent, gain) + run * l_ * d_C +
+                                                                rounding(run, gain, value) + 2 * stored;
                 worst = std::max(worst, error);
             }
     }
@@ -306,13 +299,13 @@ class Analysis {
     const Arithmetic kind_;
     const double u_;
     const double rounded_pressure_; // what the pressure on a cell is off by, relative to it
-    const bool measured_;           // the roundings of the run's one cell
     const double last_;             // of a value: the last rounding, where earlier ones are compensated
     const double l_, weight_, rest_;
     const AnalysedMaterials materials_;
     const Roughness rough_;
     CountedRun run_;                  // by the method
     std::optional<CountedRun> exact_; // beside a baseline
+    std::optional<CountedRun> extremes_;
     Bounds bounds_{};
 };
 
@@ -380,6 +373,7 @@ double worst_asked(const PreparedSkin& skin, const Schedule& schedule, const Bou
                    const Peaks& peaks, double stored) {
     const auto& gains = skin.description.receptors.fa2_gains;
     const double gain = std::max(std::abs(gains[0]), std::abs(gains[1]));
+    constexpr double sure = 1 - 1e-9; // of the peaks, which come from a run in double
     double worst = 0;
     const auto count = [&](Quantity q, const Bounds& bounds, const Errors& largest) {
         if (q >= Quantity::curvature) return;
@@ -387,7 +381,7 @@ double worst_asked(const PreparedSkin& skin, const Schedule& schedule, const Bou
         const double flushed = q == Quantity::fa2 ? stored : 0; // after the gains
         const double error = scale * bounds.error[size_t(q)] + flushed;
         if (scale * bounds.greatest[size_t(q)] <= stored && error <= 5 * stored) return; // exact
-        worst = std::max(worst, error / std::max(scale * largest[size_t(q)], stored));
+        worst = std::max(worst, error / std::max(sure * scale * largest[size_t(q)], stored));
     };
     for (Quantity q : schedule.output.traces) count(q, all, peaks.all);
     for (const FieldRequest& f : schedule.output.fields)
