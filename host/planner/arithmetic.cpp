@@ -62,7 +62,7 @@ void CountedArithmetic::strain(const CountedStep& step, const Pressures& p, cons
         n.excess = (keep + 0x1p-50) * r.value + (std::abs(1 - f * E) + 0x1p-50) * p.ds.value;
     }
     n.eps.shift = c.eps.shift + moved.shift;
-    n.eps.off = keep * c.eps.off + moved.off + left(n.eps.value) + flushed(n.eps.value);
+    n.eps.off = keep * c.eps.off + moved.off + left(n.eps.value, c.eps) + flushed(n.eps.value);
     n.flushed = c.flushed || flushed(n.eps.value) > 0;
 }
 
@@ -126,7 +126,7 @@ void CountedArithmetic::press(const CountedStep* steps, size_t count, const Coun
     const double keep = std::abs(1 - first.leak);
     n.sum.value = bound ? keep * sum.value + gained.value : sum.value + leaked.value;
     n.sum.shift = sum.shift + leaked.shift;
-    n.sum.off = keep * sum.off + keep_off + leaked.off + left(n.sum.value) + flushed(n.sum.value);
+    n.sum.off = keep * sum.off + keep_off + leaked.off + left(n.sum.value, sum) + flushed(n.sum.value);
     n.flushed = n.flushed || before[0].flushed || flushed(n.sum.value) > 0;
     n.rate = rate;
     n.rate.off += rate_off;

@@ -104,13 +104,14 @@ struct CountedArithmetic {
     // the smaller one.
     double rounding_of_sum(double x, const Counted& a, const Counted& b) const {
         const double smaller = std::min(std::abs(a.value), std::abs(b.value));
-        if (smaller == 0 || (!bound && std::abs(x) < (1 - 1e-5) * smaller)) return 0;
+        if (smaller == 0 || (!bound && std::abs(x) < 0.9 * smaller)) return 0;
         return std::min(rounding(x), smaller + a.off + b.off + std::abs(a.shift) + std::abs(b.shift));
     }
     double flushed(double x) const { return x != 0 && (bound || least * std::abs(x) < flush) ? flush : 0; }
     // A compensated sum keeps a part of each addition's rounding, and what of it is too small to be carried.
-    double left(double x) const {
-        return carried < 1 ? carried * rounding(x) + std::min(rounding(x), flush) : rounding(x);
+    double left(double x, const Counted& before) const {
+        const double rounded = std::min(rounding(x), std::abs(before.value) + before.off + std::abs(before.shift));
+        return carried < 1 ? carried * rounded + std::min(rounded, flush) : rounded;
     }
 };
 

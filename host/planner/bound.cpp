@@ -107,6 +107,9 @@ void add_telling_sites(const PreparedSkin& skin, const Schedule& schedule, std::
     }
 }
 
+// The unit of the roundings that are counted: where the run's own are measured, those of the reference.
+double counted_unit(const Arithmetic& kind) { return kind.separable ? unit_of_reference : kind.unit(); }
+
 // The materials that an analysis steps, each with the arithmetic of its cell.
 struct AnalysedMaterials {
     std::vector<PressedMaterial> pressed;
@@ -138,7 +141,7 @@ AnalysedMaterials analysed(const PreparedSkin& skin, const Schedule& schedule, c
     if (too_many(m.pressed.size(), double(schedule.outputs))) represent(m);
     if (m.ends.empty()) m.ends = {m.pressed.size()};
     const double least = schedule.framed ? 0 : least_of(schedule.pressure);
-    const double u = kind.separable ? unit_of_reference : kind.unit();
+    const double u = counted_unit(kind);
     for (const PressedMaterial& material : m.pressed) {
         const double peak = material.around;
         m.counted.push_back({.element = material.element,
@@ -169,11 +172,9 @@ class Analysis {
   public:
     Analysis(const PreparedSkin& skin, const Schedule& schedule, const Arithmetic& kind, const Read& read)
         : skin_(skin), schedule_(schedule), kind_(kind), u_(kind.unit()),
-          rounded_pressure_(0x1p-53 + (kind.single ? u_ : 0)), last_(!kind.compensated ? 0
-                                                                     : kind.separable  ? unit_of_reference
-                                                                                       : u_),
-          l_(std::abs(skin.constants.curvature_length)), weight_(skin.constants.bend * weight_of(skin.stencil)),
-          rest_(rest_peak(skin, schedule, !read.everything)), materials_(analysed(skin, schedule, kind, read)),
+          last_(kind.compensated ? counted_unit(kind) : 0), l_(std::abs(skin.constants.curvature_length)),
+          weight_(skin.constants.bend * weight_of(skin.stencil)), rest_(rest_peak(skin, schedule, !read.everything)),
+          materials_(analysed(skin, schedule, kind, read)),
           rough_(roughness_of(skin, schedule, schedule.framed ? 1 : greatest_around(materials_.pressed))),
           run_(schedule, materials_.counted, skin.rule, schedule.method, materials_.chain, kind.separable) {
         if (schedule.method != Method::exact)
@@ -227,7 +228,7 @@ class Analysis {
         if (q <= QUANTITY_SA2) s.off = last_ * s.magnitude; // compensated, it is off by the last rounding of its value
         // Half a unit in the last place of a smaller value is up to twice as much of it.
         s.off += peak * ((share < 1 && !kind_.separable ? 2 : 1) * error + std::abs(shift) + truncated);
-        if (!schedule_.framed) s.off += rounded_pressure_ * std::abs(s.value);
+        if (!schedule_.framed) s.off += rounding_of(peak, share) * std::abs(s.value);
         // Strains in series are added up; of the other quantities the kernel's sums are counted.
         if (kind_.separable) s.off += peak * run_.measured(first / length, q);
         else if (q <= QUANTITY_SA1 && s.magnitude > 0) s.off += double(length - 1) * (u_ * s.magnitude + kind_.stored);
@@ -283,13 +284,18 @@ class Analysis {
             }
     }
 
+    double half_unit(double x) const { return x > 0 ? std::ldexp(u_, std::ilogb(x * (1 + 1e-5))) : 0; }
+
+    // What pressures are off by, relative to the greatest one: the map is rounded in double, and to float.
+    double rounding_of(double peak, double share) const {
+        const double units = kind_.separable || share < 1 || peak == 0 ? u_ : half_unit(peak) / peak;
+        return units + (kind_.single ? 0x1p-53 : 0);
+    }
+
     // The roundings of a response, the product of a signal x and its gain: of the curvature times a length, of the gain
     // and of the product. A separable one is a product of other factors, each rounded.
     double rounding(double x, double gain, double response) const {
         if (kind_.separable) return 3 * u_ * response;
-        const auto half_unit = [&](double value) {
-            return value > 0 ? std::ldexp(u_, std::ilogb(value * (1 + 1e-5))) : 0;
-        };
         return (kind_.single ? 2 : 1) * u_ * x * (gain - 1) + std::min(x * half_unit(gain), u_ * response) +
                half_unit(response);
     }
@@ -298,8 +304,7 @@ class Analysis {
     const Schedule& schedule_;
     const Arithmetic kind_;
     const double u_;
-    const double rounded_pressure_; // what the pressure on a cell is off by, relative to it
-    const double last_;             // of a value: the last rounding, where earlier ones are compensated
+    const double last_; // of a value: the last rounding, where earlier ones are compensated
     const double l_, weight_, rest_;
     const AnalysedMaterials materials_;
     const Roughness rough_;
@@ -373,7 +378,6 @@ double worst_asked(const PreparedSkin& skin, const Schedule& schedule, const Bou
                    const Peaks& peaks, double stored) {
     const auto& gains = skin.description.receptors.fa2_gains;
     const double gain = std::max(std::abs(gains[0]), std::abs(gains[1]));
-    constexpr double sure = 1 - 1e-9; // of the peaks, which come from a run in double
     double worst = 0;
     const auto count = [&](Quantity q, const Bounds& bounds, const Errors& largest) {
         if (q >= Quantity::curvature) return;
@@ -381,7 +385,7 @@ double worst_asked(const PreparedSkin& skin, const Schedule& schedule, const Bou
         const double flushed = q == Quantity::fa2 ? stored : 0; // after the gains
         const double error = scale * bounds.error[size_t(q)] + flushed;
         if (scale * bounds.greatest[size_t(q)] <= stored && error <= 5 * stored) return; // exact
-        worst = std::max(worst, error / std::max(sure * scale * largest[size_t(q)], stored));
+        worst = std::max(worst, error / std::max(scale * largest[size_t(q)], stored));
     };
     for (Quantity q : schedule.output.traces) count(q, all, peaks.all);
     for (const FieldRequest& f : schedule.output.fields)
