@@ -26,10 +26,16 @@ double envelope_peak(const scene::Waveform& load, const Envelope& envelope) {
 // The rounding of a few operations, in units.
 constexpr double few = 8;
 
+// What a step's shares of the change between two frames are off by, in double.
+struct OffShares {
+    double start, rise;
+};
+
 // The load between frames of a cell whose greatest |pressure| is `peak`, per unit of it: only magnitudes are known, of
-// the frames and of their change. A share of the change is rounded with the change, by itself and as a product: in
-// double, it comes from a few operations.
-CountedLoad load_of_frames(const Schedule& schedule, const plan::Step& step, double peak, const CountedArithmetic& as) {
+// the frames and of their change. A share of the change is rounded with the change, in float by itself, and as a
+// product.
+CountedLoad load_of_frames(const Schedule& schedule, const plan::Step& step, const OffShares& off, double peak,
+                           const CountedArithmetic& as) {
     const auto share = [&](const std::vector<double>& of, long long k) {
         return peak == 0 ? 0.0 : of[std::min(size_t(k), of.size() - 1)] / peak;
     };
@@ -38,10 +44,13 @@ CountedLoad load_of_frames(const Schedule& schedule, const plan::Step& step, dou
     const double to = std::min(share(schedule.frame_peaks, step.frame + 1), 1.0);
     const double change = step.rise == 0 ? 0 : std::min(from + to, share(schedule.frame_changes, step.frame));
     const double start = step.start, end = start + step.rise, s0 = (1 - start) * from + start * to;
-    const auto units = [&](double share) { return share == 1 ? 1 : as.single ? 3 : few; };
-    const double u = as.u, joined = start == 0 ? 0 : u * (units(start) * start * change + s0);
-    return {.s0 = {s0, u * s0 + joined},
-            .ds = {step.rise * change, u * step.rise * (from + to + units(step.rise) * change)},
+    const double u = as.u;
+    const auto rounded = [&](double share, double share_off) {
+        const double units = share == 1 ? 1 : as.single ? 3 : 2; // of the change, of the share and of their product
+        return change * (units * u * share + share_off);
+    };
+    return {.s0 = {s0, u * s0 + (start == 0 ? 0 : rounded(start, off.start) + u * s0)},
+            .ds = {step.rise * change, u * step.rise * (from + to) + rounded(step.rise, off.rise)},
             .sj = {step.jump * from, step.jump * u * from},
             .end = std::abs(1 - end) * from + end * to};
 }
@@ -89,7 +98,19 @@ void CountedRun::take_references() {
 // The load of a step, per unit of the map. Pressures that are held are as exact as the scene; others come from a few
 // operations on the envelope's values.
 CountedLoad CountedRun::load_over(const plan::Step& step, const CountedMaterial& m) const {
-    if (schedule_.framed) return load_of_frames(schedule_, step, m.peak, m.arithmetic);
+    if (schedule_.framed) {
+        OffShares off{0, 0};
+        if (step.rise != 0) {
+            const scene::Instant from = timeline_.frame_time(step.frame), to = timeline_.frame_time(step.frame + 1);
+            const auto share_off = [&](double share, const scene::Instant& first, const scene::Instant& last) {
+                const long double exact =
+                    scene::difference<long double>(last, first) / scene::difference<long double>(to, from);
+                return few * unit_of_reference * share + double(std::abs(share - exact));
+            };
+            off = {share_off(step.start, from, step.begin), share_off(step.rise, step.begin, step.end)};
+        }
+        return load_of_frames(schedule_, step, off, m.peak, m.arithmetic);
+    }
     const bool computed = step.rise != 0 || schedule_.method != Method::exact;
     const double off = computed ? few * (measured_ ? unit_of_reference : unit_of_double) * envelope_peak_ : 0;
     CountedLoad load{.s0 = {step.start, off}, .ds = {step.rise, 0}, .sj = {step.jump, step.jump != 0 ? 2 * off : 0}};
