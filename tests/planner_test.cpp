@@ -112,12 +112,12 @@ TEST_CASE("an accepted tolerance is kept in 3000 random scenes") {
 
 TEST_CASE("predicted_error is never exceeded in 3000 random scenes") { none(surveyed().exceeded); }
 
-TEST_CASE("of refusals with free precision and a tolerance from 1e-9 on, f64 would have met one in ten at most") {
+TEST_CASE("of refusals with free precision and a tolerance from 1e-9 on, f64 would have met one in twenty at most") {
     const oracle::Survey& s = surveyed();
     std::string lines;
     for (const std::string& line : s.wrongly_refused) lines += line + "\n";
     INFO(lines);
-    CHECK(10 * s.met_all_the_same <= s.refused_free);
+    CHECK(20 * s.met_all_the_same <= s.refused_free);
 }
 
 TEST_CASE("the bound is at most 8 times the measured error in the median") { CHECK(surveyed().median_ratio() <= 8); }
