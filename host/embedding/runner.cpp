@@ -107,7 +107,7 @@ bool SkinRunner::passes_check() {
     context_->calls().vkCmdCopyBuffer(commands, check.handle(), back.handle(), 1, &region);
     context_->barrier(commands);
     context_->submit();
-    return program_.check_passed(back.data());
+    return program_.check_passed(back.data(), back.bytes());
 }
 
 bool SkinRunner::take(const plan::PadList& pads, const float* pressures) {

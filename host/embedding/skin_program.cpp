@@ -139,8 +139,8 @@ struct SkinProgram::Impl {
 
     bool batch() const { return recorder.skin().pads > 1; }
     bool ascend(const Pads&) const noexcept;
-    bool record(VkCommandBuffer, Binding, const plan::PadList&, const plan::StepLengths&,
-                const Timestamps&) const noexcept;
+    Recorded record(VkCommandBuffer, Binding, const plan::PadList&, const plan::StepLengths&,
+                    const Timestamps&) const noexcept;
     void check_range(const char* name, const VkDescriptorBufferInfo&, const Memory&) const;
     void check_apart(const Buffers&) const;
 
@@ -236,13 +236,13 @@ void SkinProgram::Impl::check_range(const char* name, const VkDescriptorBufferIn
     if (b.offset % m.alignment != 0)
         refuse(parameter + ".offset", std::to_string(b.offset),
                "a multiple of minStorageBufferOffsetAlignment = " + std::to_string(m.alignment));
-    if (b.range < m.bytes || b.range == VK_WHOLE_SIZE)
-        refuse(parameter + ".range", b.range == VK_WHOLE_SIZE ? "VK_WHOLE_SIZE" : std::to_string(b.range),
-               "at least " + std::to_string(m.bytes) + " bytes, and a number");
+    if (b.range < m.bytes) // VK_WHOLE_SIZE is the greatest number
+        refuse(parameter + ".range", std::to_string(b.range), "at least " + std::to_string(m.bytes) + " bytes");
     VkMemoryRequirements there{};
     device.calls.vkGetBufferMemoryRequirements(device.device, b.buffer, &there);
-    if (b.offset > there.size || b.range > there.size - b.offset)
-        refuse(parameter, std::to_string(b.offset) + " + " + std::to_string(b.range) + " bytes",
+    const VkDeviceSize range = b.range == VK_WHOLE_SIZE ? m.bytes : b.range;
+    if (b.offset > there.size || range > there.size - b.offset)
+        refuse(parameter, std::to_string(b.offset) + " + " + std::to_string(range) + " bytes",
                "within the buffer, which has at most " + std::to_string(there.size));
 }
 
@@ -292,12 +292,13 @@ bool SkinProgram::Impl::ascend(const Pads& pads) const noexcept {
     return true;
 }
 
-bool SkinProgram::Impl::record(VkCommandBuffer commands, Binding binding, const plan::PadList& pads,
-                               const plan::StepLengths& dt, const Timestamps& stamps) const noexcept {
+Recorded SkinProgram::Impl::record(VkCommandBuffer commands, Binding binding, const plan::PadList& pads,
+                                   const plan::StepLengths& dt, const Timestamps& stamps) const noexcept {
     for (size_t i = 0; i < (dt.each ? pads.count : 1); ++i)
-        if (!scene::finite(dt[i]) || dt[i] < 0) return false;
+        if (!scene::finite(dt[i]) || dt[i] < 0) return {"dt is not a finite number >= 0"};
     PressTable table;
-    if (batch() ? !recorder.accepts(pads, dt) : !recorder.fill(table, dt[0])) return false;
+    if (batch() ? !recorder.accepts(pads, dt) : !recorder.fill(table, dt[0]))
+        return {"dt: a coefficient of the step is beyond 3.4e38"};
     const VolkDeviceTable& vk = device.calls;
     VkDebugUtilsLabelEXT label{VK_STRUCTURE_TYPE_DEBUG_UTILS_LABEL_EXT};
     label.pLabelName = "dermis press";
@@ -308,20 +309,23 @@ bool SkinProgram::Impl::record(VkCommandBuffer commands, Binding binding, const 
     if (stamps.pool)
         vk.vkCmdWriteTimestamp(commands, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, stamps.pool, stamps.first + 1);
     if (labels.begin) labels.end(commands);
-    return true;
+    return {};
 }
 
-bool SkinProgram::record_press(VkCommandBuffer commands, Binding binding, double dt,
-                               const Timestamps& stamps) const noexcept {
-    if (binding.program != impl_.get()) return false;
+Recorded SkinProgram::record_press(VkCommandBuffer commands, Binding binding, double dt,
+                                   const Timestamps& stamps) const noexcept {
+    if (binding.program != impl_.get()) return {"the binding is not this program's"};
     return impl_->record(commands, binding, {.count = size_t(impl_->recorder.skin().pads)}, {&dt}, stamps);
 }
 
-bool SkinProgram::record_press(VkCommandBuffer commands, Binding binding, const Pads& pads, const double* dt,
-                               size_t steps, const Timestamps& stamps) const noexcept {
+Recorded SkinProgram::record_press(VkCommandBuffer commands, Binding binding, const Pads& pads, const double* dt,
+                                   size_t steps, const Timestamps& stamps) const noexcept {
     const Impl& impl = *impl_;
     const size_t count = pads.all ? size_t(impl.recorder.skin().pads) : pads.count;
-    if (binding.program != &impl || !impl.batch() || !impl.ascend(pads) || (steps != 1 && steps != count)) return false;
+    if (binding.program != &impl) return {"the binding is not this program's"};
+    if (!impl.batch()) return {"pads: the program is of a single skin"};
+    if (!impl.ascend(pads)) return {"pads: the numbers do not ascend from 0 on below SkinOptions::count"};
+    if (steps != 1 && steps != count) return {"steps: neither one nor as many as pads"};
     return impl.record(commands, binding, {.ids = pads.all ? nullptr : pads.numbers, .count = count},
                        {.dt = dt, .each = steps != 1}, stamps);
 }
@@ -353,8 +357,11 @@ bool SkinProgram::record_check(VkCommandBuffer commands) const noexcept {
     return true;
 }
 
-bool SkinProgram::check_passed(const void* bytes) const {
+bool SkinProgram::check_passed(const void* bytes, size_t size) const {
     const DefaultFloats guard;
+    if (!bytes || size < impl_->needs.check.bytes)
+        refuse("check", bytes ? std::to_string(size) + " bytes" : "(null)",
+               "memory().check.bytes = " + std::to_string(impl_->needs.check.bytes));
     return impl_->check->passed(static_cast<const unsigned char*>(bytes));
 }
 
