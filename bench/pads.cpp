@@ -3,7 +3,10 @@
 // 1 kHz. What is compared is timed in the same rounds.
 #include "bench/bench.hpp"
 
+#include <algorithm>
 #include <chrono>
+#include <cstring>
+#include <fmt/format.h>
 #include <memory>
 #include <random>
 #include <thread>
@@ -60,27 +63,95 @@ struct Row {
     SkinDescription description;
     int pads, skins;
     float pressure = 1e4f;
+    long long cells() const {
+        return static_cast<long long>(description.grid.width) * description.grid.height * pads * skins;
+    }
+    int presses(const Device* device) const {   // at once
+        const double work = device ? 5e5 : 2e6; // cells
+        return std::clamp(int(work / double(cells())), 2, 2000);
+    }
 };
 
-void add_rows(Bench& bench, const Device* device, const std::vector<Row>& all, int presses) {
+void add_rows(Bench& bench, const Device* device, const std::vector<Row>& all) {
     const Device cpu = Device::cpu(1);
     std::vector<std::unique_ptr<Contender>> contenders;
     std::vector<std::function<double()>> work;
     for (const Row& r : all) {
         contenders.push_back(
             std::make_unique<Contender>(device ? *device : cpu, r.description, r.pads, r.skins, r.pressure));
-        work.push_back([c = contenders.back().get(), presses] { return c->seconds(presses); });
+        work.push_back([c = contenders.back().get(), n = r.presses(device)] { return c->seconds(n); });
     }
     const std::vector<Timing> timings = bench.paired(work, bench.runs);
     for (size_t i = 0; i < all.size(); ++i) {
         Measurement r = device ? bench.on_vulkan("pads", 0) : bench.cpu("pads", 0, 1);
         r.model = all[i].model;
+        r.method = fmt::format("exact-{}x{}x{}", all[i].description.grid.width, all[i].description.grid.height,
+                               all[i].pads * all[i].skins);
         r.precision = "f32";
         r.width = all[i].description.grid.width;
-        r.height = static_cast<long long>(all[i].description.grid.height) * all[i].pads * all[i].skins;
+        r.height = all[i].cells() / r.width;
         r.receptors = static_cast<long long>(all[i].description.sites.size()) * all[i].pads;
-        r.steps = presses;
+        r.steps = all[i].presses(device);
         r.wall = timings[i];
+        bench.add(r);
+    }
+}
+
+// Batches by the size of a pad and their number, and single skins of as many cells.
+void add_sizes(Bench& bench, const Device* device) {
+    const int most = device || bench.quick ? 64000 : 2048000; // cells
+    for (const auto& [width, height] : {std::pair{8, 8}, {20, 25}, {64, 64}}) {
+        std::vector<Row> rows;
+        for (int count = 1; count * width * height <= most; count *= 8)
+            rows.push_back({"batch", rectangle(width, height), count, 1});
+        add_rows(bench, device, rows);
+    }
+    std::vector<Row> single;
+    for (int n : {8, 32, 128, 512, 1024})
+        if (n * n <= 2 * most) single.push_back({"one-skin", rectangle(n, n), 1, 1});
+    add_rows(bench, device, single);
+}
+
+// Saving and loading the state of 2000 pads, beside a copy of as many bytes.
+void add_state(Bench& bench) {
+    SkinOptions options;
+    options.count = 2000;
+    const SkinDescription d = rectangle(20, 25);
+    Skin skin(Device::cpu(), d, options);
+    skin.press(std::vector<float>(size_t(options.count) * 500, 1e4f), 0.001);
+    std::vector<char> state(skin.state_bytes()), copy(state.size());
+    skin.save(state.data(), state.size());
+    const std::vector<Timing> timings =
+        bench.paired({[&] { return seconds_of([&] { std::memcpy(copy.data(), state.data(), state.size()); }); },
+                      [&] { return seconds_of([&] { skin.save(state.data(), state.size()); }); },
+                      [&] { return seconds_of([&] { skin.load(state.data(), state.size()); }); }},
+                     3 * bench.runs);
+    const char* const models[] = {"memcpy", "save", "load"};
+    for (size_t i = 0; i < timings.size(); ++i) {
+        Measurement r = bench.cpu("state", 0, bench.cores);
+        r.model = models[i];
+        r.width = d.grid.width;
+        r.height = static_cast<long long>(d.grid.height) * options.count;
+        r.steps = 1;
+        r.wall = timings[i];
+        bench.add(r);
+    }
+}
+
+// Making 4096 pads, and the second skin of a kind on a device.
+void add_made(Bench& bench, const Device* device) {
+    for (int count : {4096, 1}) {
+        SkinOptions options;
+        options.count = count;
+        const SkinDescription d = rectangle(20, 25);
+        const Device cpu = Device::cpu();
+        Measurement r = device ? bench.on_vulkan("pads-made", 0) : bench.cpu("pads-made", 0, bench.cores);
+        r.model = count == 1 ? "second-skin" : "batch";
+        r.width = d.grid.width;
+        r.height = static_cast<long long>(d.grid.height) * count;
+        r.steps = 1;
+        r.wall = bench.paired({[&] { return seconds_of([&] { Skin(device ? *device : cpu, d, options); }); }},
+                              bench.runs)[0];
         bench.add(r);
     }
 }
@@ -132,10 +203,15 @@ void pads(Bench& bench) {
                                       {"skins", small, 1, 512},
                                       {"at-rest", small, 512, 1, 0},
                                       {"batch-sites", with_sites(small, 80), 512, 1}};
-    add_rows(bench, nullptr, batches, 8);
-    if (bench.vulkan) add_rows(bench, &*bench.vulkan, {batches[0], batches[1], batches[3], batches[4]}, 2);
+    add_rows(bench, nullptr, batches);
+    if (bench.vulkan) add_rows(bench, &*bench.vulkan, {batches[0], batches[1], batches[3], batches[4]});
     for (int sites : {12000, 3000, 300})
-        add_rows(bench, nullptr, {{"sites", with_sites(hand, sites), 1, 1}, {"fields", hand, 1, 1}}, 20);
+        add_rows(bench, nullptr, {{"sites", with_sites(hand, sites), 1, 1}, {"fields", hand, 1, 1}});
+    add_sizes(bench, nullptr);
+    if (bench.vulkan) add_sizes(bench, &*bench.vulkan);
+    add_state(bench);
+    add_made(bench, nullptr);
+    if (bench.vulkan) add_made(bench, &*bench.vulkan);
     const SkinDescription receptors = with_sites(hand, 12000);
     add_paced(bench, "empty", nullptr);
     add_paced(bench, "sites", &receptors);

@@ -213,6 +213,28 @@ def devices(rows, folder):
     save(figure, folder, "devices", rows)
 
 
+# Batches by the number of pads, beside single skins of as many cells.
+def pads(rows, folder):
+    figure, axes = plt.subplots(1, 2, figsize=(14, 5))
+    for axis, device in zip(axes, ("cpu", "vulkan")):
+        mine = [r for r in of(rows, "pads") if device_of(r) == device and r["receptors"] == "0"]
+        single = sorted((r for r in mine if r["model"] == "one-skin" and r["width"] == r["height"]), key=lambda r: r["cells"])
+        axis.loglog([r["cells"] for r in single], [r["least_ns"] for r in single], "--", color="black", label="one skin of as many cells")
+        for (width, height), colour in (((8, 8), VERMILLION), ((20, 25), BLUE), ((64, 64), GREEN)):
+            line = {}
+            for r in mine:
+                size = r["method"].split("-")[-1].split("x")
+                if r["model"] == "batch" and size[:2] == [str(width), str(height)]:
+                    line[r["cells"]] = min(r["least_ns"], line.get(r["cells"], np.inf))
+            axis.loglog(sorted(line), [line[c] for c in sorted(line)], "o-", color=colour, label=f"pads of {width} x {height}")
+        alone = [r for r in mine if r["model"] == "skins"]
+        axis.loglog([r["cells"] for r in alone], [r["least_ns"] for r in alone], "x", color=BLUE, markersize=9, label="512 skins of 20 x 25, one by one")
+        axis.set(xlabel="cells of all pads", ylabel="ns per cell and press", title={"cpu": "CPU, one thread", "vulkan": "Vulkan"}[device])
+        axis.grid(alpha=0.25, which="both")
+        axis.legend(fontsize=9)
+    save(figure, folder, "pads", rows)
+
+
 FASTEST = 4  # ms: the least retardation time of the stiff chain
 LIMITS = {"Euler": 2 * FASTEST, "RK4": 2.785 * FASTEST}  # ms
 PEER_INTERVAL = 10  # ms between outputs of CVODE, which has steps of its own
@@ -294,7 +316,7 @@ def stiff_table(rows):
     return "\n".join(lines) + "\n"
 
 
-PICTURES = (work_precision, work_precision_all, stiff, roofline, scaling, devices)
+PICTURES = (work_precision, work_precision_all, stiff, roofline, scaling, devices, pads)
 
 
 def main(path, folder, *wanted):

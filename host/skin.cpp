@@ -71,6 +71,17 @@ void check_header(const StateHeader& saved, const StateHeader& own) {
     need_same("rate of a spring for fa2", saved.rate, own.rate);
 }
 
+// Whether floats at any address are finite.
+bool all_finite(const char* floats, size_t count) {
+    uint32_t carries = 0; // an exponent of all ones carries into the sign, and no other does
+    for (size_t i = 0; i < count; ++i) {
+        uint32_t bits;
+        std::memcpy(&bits, floats + i * sizeof bits, sizeof bits);
+        carries |= (bits & 0x7f800000u) + 0x00800000u;
+    }
+    return carries >> 31 == 0;
+}
+
 } // namespace
 
 struct Skin::Impl {
@@ -210,7 +221,7 @@ void Skin::Impl::refuse_pressure(const float* pressure, const plan::PadList& pad
 // The strain of each cell that a pad's state holds.
 std::vector<float> Skin::Impl::strain_of(int pad) const {
     std::vector<float> state(state_layout.floats());
-    stream->save(pad, state.data());
+    stream->save({.ids = &pad, .count = 1}, state.data());
     std::vector<plan::Element> elements;
     if (uniform) elements = scene::chain_of(material_of(pad));
     return felt.strain(state.data(), elements);
@@ -279,8 +290,7 @@ void Skin::save(void* state, size_t bytes, const Pads& pads) const {
     s.need_state(state, bytes, list);
     const StateHeader header = s.header_with(list);
     std::memcpy(state, &header, sizeof header);
-    char* to = static_cast<char*>(state) + sizeof header;
-    for (size_t i = 0; i < list.count; ++i, to += s.pad_bytes()) s.stream->save(list[i], to);
+    s.stream->save(list, static_cast<char*>(state) + sizeof header);
 }
 
 void Skin::load(const void* state, size_t bytes, const Pads& pads) {
@@ -293,14 +303,9 @@ void Skin::load(const void* state, size_t bytes, const Pads& pads) {
     }
     s.need_state(state, bytes, list);
     const char* from = static_cast<const char*>(state) + sizeof saved;
-    bool finite = true;
-    for (size_t i = 0; i < list.count * s.state_layout.floats(); ++i) {
-        float x;
-        std::memcpy(&x, from + i * sizeof x, sizeof x);
-        finite &= scene::finite(double(x));
-    }
-    if (!finite) scene::refuse("state", "(a number that is not finite)", "finite numbers");
-    for (size_t i = 0; i < list.count; ++i, from += s.pad_bytes()) s.stream->load(list[i], from);
+    if (!all_finite(from, list.count * s.state_layout.floats()))
+        scene::refuse("state", "(a number that is not finite)", "finite numbers");
+    s.stream->load(list, from);
 }
 
 void Skin::set_material(const Material& material, const Pads& pads) {

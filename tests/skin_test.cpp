@@ -216,7 +216,7 @@ TEST_CASE("what cannot be pressed is named, and nothing has happened") {
         says("pressure = 199 cells; allowed: width*height = 200", [&] { skin.press(bad.data(), 199, 0.1); });
         says("dt = -0.1; allowed: a finite number >= 0", [&] { skin.press(frame(d, 2), -0.1); });
         says("dt = nan", [&] { skin.press(frame(d, 2), NAN); });
-        says("response = \"strain\"", [&] { skin.response(Quantity::strain); });
+        says("response = \"deformation\"", [&] { skin.response(Quantity::deformation); });
         for (Skin* s : {&skin, &twin}) s->press(frame(d, 3), 0.1);
         for (Quantity q : all_responses) CHECK(same(copy(skin.response(q)), copy(twin.response(q))));
     }

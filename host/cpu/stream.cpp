@@ -160,16 +160,18 @@ class SkinStream : public plan::Stream {
         memory_.clear();
     }
 
-    void save(int, void* state) override {
-        char* to = static_cast<char*>(state);
+    void save(const plan::PadList& pads, void* states) override {
+        if (pads.count == 0) return;
+        char* to = static_cast<char*>(states);
         press_.save(to);
         to += planes_ * cells_ * sizeof(float);
         for (size_t at = 0; at < cells_ / width_ * pitch_; at += pitch_, to += width_ * sizeof(float))
             std::memcpy(to, pressure_[0] + at, width_ * sizeof(float));
     }
 
-    void load(int, const void* state) override {
-        const char* from = static_cast<const char*>(state);
+    void load(const plan::PadList& pads, const void* states) override {
+        if (pads.count == 0) return;
+        const char* from = static_cast<const char*>(states);
         press_.load(from);
         from += planes_ * cells_ * sizeof(float);
         for (size_t at = 0; at < cells_ / width_ * pitch_; at += pitch_, from += width_ * sizeof(float))
@@ -241,19 +243,14 @@ class PadStream : public plan::Stream {
         }
     }
 
-    void save(int pad, void* state) override {
-        char* to = static_cast<char*>(state);
-        pads_.save(pad, to);
-        std::memcpy(to + planes_bytes(), frame_of(pad, pad_[size_t(pad)].from), frame_ * sizeof(float));
+    void save(const plan::PadList& pads, void* states) override {
+        Job job{.self = *this, .pads = pads, .to = static_cast<char*>(states)};
+        run(job, [](Job& j, int, size_t i) { j.self.save_one(j.pads[i], j.to + i * j.self.state_bytes()); });
     }
 
-    void load(int pad, const void* state) override {
-        const char* from = static_cast<const char*>(state);
-        pad_[size_t(pad)].rests = false;
-        pads_.load(pad, from);
-        const int side = pad_[size_t(pad)].from;
-        std::memcpy(frame_of(pad, side), from + planes_bytes(), frame_ * sizeof(float));
-        list(pad, side);
+    void load(const plan::PadList& pads, const void* states) override {
+        Job job{.self = *this, .pads = pads, .from = static_cast<const char*>(states)};
+        run(job, [](Job& j, int, size_t i) { j.self.load_one(j.pads[i], j.from + i * j.self.state_bytes()); });
     }
 
     void set_elements(const plan::PadList& pads, const std::vector<plan::Element>& elements) override {
@@ -270,6 +267,8 @@ class PadStream : public plan::Stream {
         PadStream& self;
         const plan::PadList& pads;
         const float* pressures = nullptr;
+        char* to = nullptr;         // states
+        const char* from = nullptr; // states
         void (*one)(Job&, int thread, size_t i) = nullptr;
         std::atomic<bool> finite = true;
         std::atomic<size_t> next = 0;
@@ -287,6 +286,7 @@ class PadStream : public plan::Stream {
 
     bool lists() const { return !pads_.read_cells().empty(); }
     size_t planes_bytes() const { return planes_ * pads_.cells() * sizeof(float); }
+    size_t state_bytes() const { return planes_bytes() + frame_ * sizeof(float); }
     // A pad's pressure of width*height on one side.
     float* frame_of(int pad, int side) {
         return lists() ? whole_[side].data() + size_t(pad) * frame_ : pressure_of(pad, side);
@@ -299,6 +299,19 @@ class PadStream : public plan::Stream {
         const float* frame = frame_of(pad, side);
         std::ranges::transform(pads_.read_cells(), pressure_of(pad, side),
                                [frame](size_t cell) { return frame[cell]; });
+    }
+
+    void save_one(int pad, char* to) {
+        pads_.save(pad, to);
+        std::memcpy(to + planes_bytes(), frame_of(pad, pad_[size_t(pad)].from), frame_ * sizeof(float));
+    }
+
+    void load_one(int pad, const char* from) {
+        pad_[size_t(pad)].rests = false;
+        pads_.load(pad, from);
+        const int side = pad_[size_t(pad)].from;
+        std::memcpy(frame_of(pad, side), from + planes_bytes(), frame_ * sizeof(float));
+        list(pad, side);
     }
 
     bool take_one(int pad, const float* pressure) {

@@ -234,52 +234,62 @@ void SkinRunner::set_elements(const plan::PadList& pads, const std::vector<plan:
     vulkan::set_elements(program_, pads, elements);
 }
 
-void SkinRunner::save(int pad, void* saved) {
+void SkinRunner::save(const plan::PadList& pads, void* saved) {
     context_->need_working();
     const VkDeviceSize of_state = program_.memory().state.bytes / pads_,
                        of_pressure = program_.memory().pressure.bytes / pads_;
-    Buffer back(*context_, of_state + of_pressure, Buffer::Location::host);
+    Buffer back(*context_, std::max<VkDeviceSize>(pads.count * (of_state + of_pressure), 4), Buffer::Location::host);
     const VkCommandBuffer commands = context_->begin();
-    const VkBufferCopy planes{VkDeviceSize(pad) * of_state, 0, of_state},
-        pressure{VkDeviceSize(pad) * of_pressure, of_state, of_pressure};
-    context_->calls().vkCmdCopyBuffer(commands, state_[from_].handle(), back.handle(), 1, &planes);
-    context_->calls().vkCmdCopyBuffer(commands, pressure_[from_].handle(), back.handle(), 1, &pressure);
+    VkDeviceSize end = 0;
+    for (const auto& [buffer, bytes] : {std::pair{&state_[from_], of_state}, {&pressure_[from_], of_pressure}})
+        each_part(pads, bytes, [&, from = buffer->handle()](VkDeviceSize first, VkDeviceSize all) {
+            const VkBufferCopy region{first, end, all};
+            context_->calls().vkCmdCopyBuffer(commands, from, back.handle(), 1, &region);
+            end += all;
+        });
     context_->barrier(commands);
     context_->submit();
-    const auto* from = static_cast<const float*>(back.data());
+    const auto* state = static_cast<const float*>(back.data());
+    const float* pressure = state + pads.count * of_state / sizeof(float);
     char* to = static_cast<char*>(saved);
-    each_run([&](size_t there, size_t here, size_t n) {
-        std::memcpy(to + here * sizeof(float), from + there, n * sizeof(float));
-    });
-    from += of_state / sizeof(float);
-    to += layout_.cells * layout_.planes * sizeof(float);
-    for (size_t y = 0; y < size_t(height_); ++y, to += width_ * sizeof(float))
-        std::memcpy(to, from + y * pitch_, width_ * sizeof(float));
+    for (size_t i = 0; i < pads.count; ++i, state += of_state / sizeof(float)) {
+        each_run([&](size_t there, size_t here, size_t n) {
+            std::memcpy(to + here * sizeof(float), state + there, n * sizeof(float));
+        });
+        to += layout_.cells * layout_.planes * sizeof(float);
+        for (size_t y = 0; y < size_t(height_); ++y, to += width_ * sizeof(float), pressure += pitch_)
+            std::memcpy(to, pressure, width_ * sizeof(float));
+    }
 }
 
-void SkinRunner::load(int pad, const void* saved) {
+void SkinRunner::load(const plan::PadList& pads, const void* saved) {
     context_->need_working();
     const VkDeviceSize of_state = program_.memory().state.bytes / pads_,
                        of_pressure = program_.memory().pressure.bytes / pads_;
-    Buffer staging(*context_, of_state + of_pressure, Buffer::Location::host);
-    auto* to = static_cast<float*>(staging.data());
+    Buffer staging(*context_, std::max<VkDeviceSize>(pads.count * (of_state + of_pressure), 4), Buffer::Location::host);
+    auto* state = static_cast<float*>(staging.data());
+    std::memset(state, 0, staging.bytes());
+    float* pressure = state + pads.count * of_state / sizeof(float);
     const char* from = static_cast<const char*>(saved);
-    std::memset(to, 0, staging.bytes());
-    each_run([&](size_t there, size_t here, size_t n) {
-        std::memcpy(to + there, from + here * sizeof(float), n * sizeof(float));
-    });
-    to += of_state / sizeof(float);
-    from += layout_.cells * layout_.planes * sizeof(float);
-    for (size_t y = 0; y < size_t(height_); ++y, from += width_ * sizeof(float))
-        std::memcpy(to + y * pitch_, from, width_ * sizeof(float));
+    for (size_t i = 0; i < pads.count; ++i, state += of_state / sizeof(float)) {
+        each_run([&](size_t there, size_t here, size_t n) {
+            std::memcpy(state + there, from + here * sizeof(float), n * sizeof(float));
+        });
+        from += layout_.cells * layout_.planes * sizeof(float);
+        for (size_t y = 0; y < size_t(height_); ++y, from += width_ * sizeof(float), pressure += pitch_)
+            std::memcpy(pressure, from, width_ * sizeof(float));
+    }
     const VkCommandBuffer commands = context_->begin();
-    const VkBufferCopy planes{0, VkDeviceSize(pad) * of_state, of_state},
-        pressure{of_state, VkDeviceSize(pad) * of_pressure, of_pressure};
-    context_->calls().vkCmdCopyBuffer(commands, staging.handle(), state_[from_].handle(), 1, &planes);
-    context_->calls().vkCmdCopyBuffer(commands, staging.handle(), pressure_[from_].handle(), 1, &pressure);
+    VkDeviceSize begin = 0;
+    for (const auto& [buffer, bytes] : {std::pair{&state_[from_], of_state}, {&pressure_[from_], of_pressure}})
+        each_part(pads, bytes, [&, to = buffer->handle()](VkDeviceSize first, VkDeviceSize all) {
+            const VkBufferCopy region{begin, first, all};
+            context_->calls().vkCmdCopyBuffer(commands, staging.handle(), to, 1, &region);
+            begin += all;
+        });
     context_->barrier(commands);
     context_->submit();
-    pad_[size_t(pad)].rests = false;
+    for (size_t i = 0; i < pads.count; ++i) pad_[size_t(pads[i])].rests = false;
 }
 
 } // namespace dermis::vulkan

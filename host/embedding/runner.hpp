@@ -18,8 +18,8 @@ class SkinRunner : public plan::Stream {
     const double* press(const plan::PadList&, const plan::StepLengths&) override;
     const float* response(Quantity) const override;
     void reset(const plan::PadList&) override;
-    void save(int pad, void* state) override;
-    void load(int pad, const void* state) override;
+    void save(const plan::PadList&, void* states) override;
+    void load(const plan::PadList&, const void* states) override;
     void set_elements(const plan::PadList&, const std::vector<plan::Element>&) override;
     bool exact() override;
 
