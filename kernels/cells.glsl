@@ -19,7 +19,7 @@ layout(constant_id = VARIANT_PADS) const int PADS = 0;
 #define CARRIES_RATE (SPRING & FRAMES & (RESPONSES >> (QUANTITY_FA2 - 1)))
 
 // Whether coefficients are those of a table. Else the constants hold those of the only element.
-bool tabled() { return ELEMENTS + SPRING + MATERIALS + PADS > 1; }
+bool tabled() { return ELEMENTS + SPRING + MATERIALS + PADS / 2 > 1; }
 
 bool asked(int quantity) { return (RESPONSES & RESPONSE_BIT(quantity)) != 0; }
 

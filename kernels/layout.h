@@ -45,7 +45,7 @@
 #define VARIANT_ELEMENTS 6    // elements in series whose strain the state carries
 #define VARIANT_SPRING 7      // 1: a spring in series with them, of which the state carries nothing
 #define VARIANT_STRAIN 8      // 1: the state holds the cell's strain too, the sum over elements and spring
-#define VARIANT_PADS 9        // 1: workgroups along z are of the pads in a list, each with coefficients of its own
+#define VARIANT_PADS 9        // workgroups along z are of the pads in a list; 2: each with coefficients of its own
 #define VARIANT_GROUP_X 10    // size of a workgroup of press
 #define VARIANT_GROUP_Y 11
 #define VARIANT_CONSTANTS 12

@@ -83,9 +83,11 @@ class DeviceCheck {
         PressTable table;
         const plan::PadList pads{.count = size_t(sample_.skin().pads)};
         const bool batch = pads.count > 1;
+        const double steps[] = {SampleStream::dt, SampleStream::dt};
         if (!batch) (void)recorder_.fill(table, SampleStream::dt); // true: a sample's coefficients fit float
         for (int i = 0; i < presses; ++i) {
-            if (batch) recorder_.record(commands, size_t(i), pads, {&SampleStream::dt});
+            // The second press of a batch is by a step for each pad: that is another kernel.
+            if (batch) recorder_.record(commands, size_t(i), pads, {.dt = steps, .each = i > 0});
             else recorder_.record(commands, size_t(i), table);
             const VkMemoryBarrier memory{VK_STRUCTURE_TYPE_MEMORY_BARRIER, nullptr, VK_ACCESS_SHADER_WRITE_BIT,
                                          VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT};

@@ -82,7 +82,7 @@ struct Variant {
     bool framed = false; // the pressure runs from frame to frame
     Chain chain;
     bool keeps_strain = false; // the state holds the sum of strains in series
-    bool pads = false;         // of a batch
+    enum class Pads { none, alike, own } pads = Pads::none; // of a batch: whether pads have coefficients of their own
     Wanted wanted{};
     bool tabled() const { return materials || chain.length > 1; }
     // Whether the state holds the rate of a spring, for FA2 between frames.

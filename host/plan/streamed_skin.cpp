@@ -74,7 +74,7 @@ Variant StreamedSkin::variant() const {
             .materials = !skin.uniform(),
             .framed = true,
             .chain = skin.chain,
-            .pads = pads > 1,
+            .pads = pads > 1 ? Variant::Pads::own : Variant::Pads::none,
             .wanted = wanted};
 }
 

@@ -7,6 +7,8 @@ static_assert(sizeof(f32::Constants) <= 128, "push constants: every device has 1
 
 namespace {
 
+bool is_batch(const plan::Variant& variant) { return variant.pads != plan::Variant::Pads::none; }
+
 std::vector<uint32_t> specialization_of(const plan::Variant& variant, int x, int y) {
     std::vector<uint32_t> constants = specialization(variant);
     constants[VARIANT_GROUP_X] = uint32_t(x);
@@ -35,8 +37,8 @@ PressKernel::PressKernel(Pipelines& pipelines, const plan::PreparedSkin& skin, c
 
 // As many rows of a pad as fill a workgroup, shared evenly among the workgroups of a pad.
 PressKernel::Group PressKernel::group_of(const plan::PreparedSkin& skin, const plan::Variant& variant) {
-    if (!variant.pads) return {.x = PRESS_X, .y = PRESS_Y};
-    constexpr int all = PRESS_X * PRESS_Y;
+    if (!is_batch(variant)) return {.x = PRESS_X, .y = PRESS_Y};
+    constexpr int all = 128; // invocations that every device allows
     const int x = std::min((skin.width() + PRESS_CELLS - 1) / PRESS_CELLS, all), most = std::max(all / x, 1),
               count = (skin.height() + most - 1) / most;
     return {.x = x, .y = (skin.height() + count - 1) / count};
@@ -47,10 +49,10 @@ void PressKernel::bind(size_t binding, const Maps& m) {
     size_t set = binding * windows_.size();
     for (const RowWindow& window : windows_) {
         const auto map = [&](const BufferRange& range, bool used = true) {
-            return used && !variant_.pads ? window.of(range, pitch_) : range;
+            return used && !is_batch(variant_) ? window.of(range, pitch_) : range;
         };
         const auto state = [&](const BufferRange& range) {
-            return variant_.pads ? range : window.of(range, pitch_, planes);
+            return is_batch(variant_) ? range : window.of(range, pitch_, planes);
         };
         std::vector<BoundRange> bound = {
             {PRESS_PRESSURE_FROM, map(m.pressure_from)},
@@ -72,7 +74,7 @@ void PressKernel::bind(size_t binding, const Maps& m) {
 void PressKernel::record(VkCommandBuffer commands, size_t binding, const f32::Constants& constants,
                          uint32_t pads) const noexcept {
     f32::Constants c = constants;
-    const int columns = variant_.pads ? c.width : pressed_.last_tile * TILE_CELLS - c.first_column;
+    const int columns = is_batch(variant_) ? c.width : pressed_.last_tile * TILE_CELLS - c.first_column;
     for (size_t i = 0; i < windows_.size(); ++i) {
         const RowWindow& window = windows_[i];
         c.first_row = window.first;

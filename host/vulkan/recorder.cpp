@@ -22,6 +22,11 @@ Recorder::Recorder(Pipelines& pipelines, plan::StreamedSkin&& streamed, uint32_t
     if (skin.description.sites.empty())
         fields_.emplace(pipelines, skin, streamed_.variant(), skin.whole(), max_bindings);
     else sites_.emplace(pipelines, streamed_, layout_, max_bindings);
+    if (fields_ && streamed_.pads > 1 && !skin.tabled() && streamed_.elements_of_pad.empty()) {
+        plan::Variant alike = streamed_.variant();
+        alike.pads = plan::Variant::Pads::alike;
+        alike_.emplace(pipelines, skin, alike, skin.whole(), max_bindings);
+    }
     materials_ = sites_ ? sites_->materials() : skin.materials;
     if (sites_) {
         cells_ = append(sites_->cells());
@@ -131,6 +136,7 @@ void Recorder::bind(size_t binding, const Buffers& b) {
                 : invalid;
     }
     fields_->bind(binding, m);
+    if (alike_) alike_->bind(binding, m);
 }
 
 bool Recorder::fill(PressTable& table, double dt) const noexcept {
@@ -178,30 +184,35 @@ bool Recorder::fill_table(f32::Coefficients* table, int pad, double dt) const no
     return plan::fill_table(elements, skin.chain, skin.rule, dt, table);
 }
 
-void Recorder::update_list(VkCommandBuffer commands, size_t binding, const plan::PadList& pads,
-                           const plan::StepLengths& dt) const noexcept {
+void Recorder::update(VkCommandBuffer commands, size_t binding, size_t offset, const void* from,
+                      size_t bytes) const noexcept {
     const BufferRange& to = bound_[binding].table;
-    const auto update = [&](size_t offset, const void* from, size_t bytes) {
-        if (bytes > 0) device_.calls.vkCmdUpdateBuffer(commands, to.buffer, to.offset + offset, bytes, from);
-    };
-    const bool alike = pads_alike(dt);
+    device_.calls.vkCmdUpdateBuffer(commands, to.buffer, to.offset + offset, bytes, from);
+}
+
+void Recorder::update_list(VkCommandBuffer commands, size_t binding, const plan::PadList& pads,
+                           bool tables_alike) const noexcept {
     const size_t length = table_length(), tables = behind_list();
     std::array<f32::PadEntry, of_update / sizeof(f32::PadEntry)> entries;
     for (size_t i = 0, n = 0; i < pads.count; ++i) {
         entries[n].pad = pads[i];
-        entries[n++].table = int(tables + (alike ? 0 : i * length));
+        entries[n++].table = int(tables + (tables_alike ? 0 : i * length));
         if (n < entries.size() && i + 1 < pads.count) continue;
-        update((i + 1 - n) * sizeof(f32::PadEntry), entries.data(), n * sizeof(f32::PadEntry));
+        update(commands, binding, (i + 1 - n) * sizeof(f32::PadEntry), entries.data(), n * sizeof(f32::PadEntry));
         n = 0;
     }
-    if (pads.count == 0) return;
+}
+
+void Recorder::update_tables(VkCommandBuffer commands, size_t binding, const plan::PadList& pads,
+                             const plan::StepLengths& dt) const noexcept {
     PressTable table;
-    const size_t at_once = std::max<size_t>(most_materials / length, 1), count = alike ? 1 : pads.count;
+    const size_t length = table_length(), at_once = std::max<size_t>(most_materials / length, 1),
+                 count = pads_alike(dt) ? 1 : pads.count;
     for (size_t i = 0, n = 0; i < count; ++i) {
         (void)fill_table(table.of_material.data() + n++ * length, pads[i], dt[i]); // true: it was checked
         if (n < at_once && i + 1 < count) continue;
-        update((tables + (i + 1 - n) * length) * sizeof(f32::Coefficients), table.of_material.data(),
-               n * length * sizeof(f32::Coefficients));
+        update(commands, binding, (behind_list() + (i + 1 - n) * length) * sizeof(f32::Coefficients),
+               table.of_material.data(), n * length * sizeof(f32::Coefficients));
         n = 0;
     }
 }
@@ -237,14 +248,19 @@ bool Recorder::accepts(const plan::PadList& pads, const plan::StepLengths& dt) c
 void Recorder::record(VkCommandBuffer commands, size_t binding, const plan::PadList& pads,
                       const plan::StepLengths& dt) const noexcept {
     const DefaultFloats guard;
+    const bool from_constants = alike_ && pads_alike(dt);
     between_presses(commands, [&] {
         copy_others(commands, binding, pads);
-        update_list(commands, binding, pads, dt);
+        if (pads.count > 0) update_list(commands, binding, pads, pads_alike(dt));
+        if (pads.count > 0 && !from_constants) update_tables(commands, binding, pads, dt);
     });
     if (pads.count == 0) return;
-    const f32::Constants c = plan::frame_constants(streamed_.skin, {});
-    if (sites_) sites_->record(commands, binding, c, uint32_t(pads.count));
-    else fields_->record(commands, binding, c, uint32_t(pads.count));
+    f32::Coefficients only{};
+    if (from_constants) (void)fill_table(&only, pads[0], dt[0]); // true: it was checked
+    const f32::Constants c = plan::frame_constants(streamed_.skin, only);
+    const uint32_t count = uint32_t(pads.count);
+    if (sites_) sites_->record(commands, binding, c, count);
+    else (from_constants ? alike_ : fields_)->record(commands, binding, c, count);
 }
 
 void Recorder::set_elements(const plan::PadList& pads, const std::vector<plan::Element>& elements) {

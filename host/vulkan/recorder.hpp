@@ -54,7 +54,9 @@ class Recorder {
     size_t behind_list() const;
     bool fill_table(f32::Coefficients* table, int pad, double dt) const noexcept;
     bool pads_alike(const plan::StepLengths& dt) const { return streamed_.elements_of_pad.empty() && !dt.each; }
-    void update_list(VkCommandBuffer, size_t binding, const plan::PadList&, const plan::StepLengths&) const noexcept;
+    void update_list(VkCommandBuffer, size_t binding, const plan::PadList&, bool tables_alike) const noexcept;
+    void update_tables(VkCommandBuffer, size_t binding, const plan::PadList&, const plan::StepLengths&) const noexcept;
+    void update(VkCommandBuffer, size_t binding, size_t offset, const void* from, size_t bytes) const noexcept;
     void copy_others(VkCommandBuffer, size_t binding, const plan::PadList&) const noexcept;
     void fill_needs();
     void check_limits() const;
@@ -66,6 +68,7 @@ class Recorder {
     plan::StreamedSkin streamed_;
     const plan::ResponseLayout layout_;
     std::optional<PressKernel> fields_; // where every cell responds
+    std::optional<PressKernel> alike_;  // for pads whose coefficients are those of one element, and the same
     std::optional<SitesKernel> sites_;  // where only sites respond
     MemoryNeeds needs_;
     Slice rest_, material_, table_, cells_, stencils_;

@@ -48,7 +48,7 @@ std::vector<uint32_t> specialization(const plan::Variant& variant) {
     constants[VARIANT_ELEMENTS] = uint32_t(variant.chain.elements());
     constants[VARIANT_SPRING] = variant.chain.spring;
     constants[VARIANT_STRAIN] = variant.keeps_strain;
-    constants[VARIANT_PADS] = variant.pads;
+    constants[VARIANT_PADS] = uint32_t(variant.pads);
     constants[VARIANT_GROUP_X] = PRESS_X;
     constants[VARIANT_GROUP_Y] = PRESS_Y;
     return constants;
