@@ -178,7 +178,7 @@ typedef struct dermis_skin_options {
     int32_t count;              // of pads that are pressed together, 1..1048576; count*width*height up to 2147483647
     uint32_t responses;         // bits of sa1, sa2, fa1 and fa2; 0: all four. Not used if the scene has sites
     dermis_precision precision; // one of the three above
-    int32_t own_materials;      // 1: each pad has a material of its own, in numbers, at first the scene's. 0: one
+    int32_t own_materials;      // 1: a material for each pad, in numbers, at first the scene's; 0: one for all
 } dermis_skin_options;
 
 // Some pads of a skin, in this order: numbers from 0 on, each at most once. Where a function takes such a list, NULL
@@ -195,8 +195,8 @@ DERMIS_API dermis_status dermis_skin_create(const dermis_device* device, const d
                                             const dermis_skin_options* options, dermis_skin** skin);
 // pressure: cells = width*height finite floats for each pad that is pressed, Pa, pushing is positive, row 0 first;
 // copied. It is the pressure at the end of a step of dt seconds, over which it runs linearly from that of the pad's
-// press before, or from 0. The other pads stay as they are. dt: finite, >= 0; 0 is a pause. steps: 1, all pads take
-// dt[0], or as many as pads, one for each. pressure and dt may be NULL if the list of pads is empty.
+// press before, or from 0. The other pads stay as they are. dt: steps numbers, finite, >= 0; 0 is a pause. steps: 1 for
+// all pads that are pressed, or one for each. pressure and dt may be NULL if the list of pads is empty.
 DERMIS_API dermis_status dermis_skin_press(dermis_skin* skin, const float* pressure, size_t cells, const double* dt,
                                            size_t steps, const dermis_pads* pads);
 // The response sa1, sa2, fa1 or fa2 at the end of each pad's last press, 0 before the first: pad by pad from 0 on,
