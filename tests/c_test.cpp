@@ -48,6 +48,21 @@ bool same_response(const dermis_skin* in_c, const Skin& skin, Quantity q) {
     return std::memcmp(values, expected.data, count * sizeof(float)) == 0;
 }
 
+void check_report(const dermis_contact_report& report, const contact::Report& expected) {
+    CHECK(report.asked == expected.asked);
+    CHECK(report.placed == expected.placed);
+    CHECK(report.outside == expected.outside);
+    CHECK(report.greatest == expected.greatest);
+    CHECK(report.level == expected.level);
+    CHECK(report.cells == expected.cells);
+    CHECK(report.below_cell == expected.below_cell);
+    CHECK(report.beside == expected.beside);
+    CHECK(report.plausible == expected.plausible());
+    char doubts[400];
+    CHECK(dermis_contact_report_get_doubts(&report, doubts, sizeof doubts) == DERMIS_OK);
+    CHECK(doubts == expected.doubts());
+}
+
 template <class Call> void time_once(double& least, Call&& call) {
     const auto start = std::chrono::steady_clock::now();
     call();
@@ -193,18 +208,7 @@ TEST_CASE("contacts in C give the pressures of contact.hpp and allocate nothing"
     report.size = sizeof report;
     const auto check_same = [&](const contact::Report& r) {
         CHECK(actual == expected);
-        CHECK(report.asked == r.asked);
-        CHECK(report.placed == r.placed);
-        CHECK(report.outside == r.outside);
-        CHECK(report.greatest == r.greatest);
-        CHECK(report.level == r.level);
-        CHECK(report.cells == r.cells);
-        CHECK(report.below_cell == r.below_cell);
-        CHECK(report.beside == r.beside);
-        CHECK(report.plausible == r.plausible());
-        char doubts[400];
-        CHECK(dermis_contact_report_get_doubts(&report, doubts, sizeof doubts) == DERMIS_OK);
-        CHECK(doubts == r.doubts());
+        check_report(report, r);
     };
     const size_t before = allocations();
     const dermis_contact some[] = {{.x = 0.01, .y = 0.02, .force = 0.5, .radius = 3e-3},
