@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The C interface beside C++: the same bits, at no cost that a press shows. How it is used from C: tests/c.
+#include "dermis/contact.hpp"
 #include "host/c/handles.hpp"
 #include "tests/allocations.hpp"
 #include "tests/support.hpp"
@@ -35,6 +36,31 @@ template <class Handle, class Call> Owned<Handle> made(Call&& call) {
 
 Owned<dermis_scene> c_scene() {
     return made<dermis_scene>([](auto s) { return dermis_scene_from_string(pad, nullptr, s); });
+}
+
+// Whether a response in C has the bits of that in C++.
+bool same_response(const dermis_skin* in_c, const Skin& skin, Quantity q) {
+    const Skin::Response expected = skin.response(q);
+    const float* values = nullptr;
+    size_t count = 0;
+    CHECK(dermis_skin_get_response(in_c, int(q), &values, &count) == DERMIS_OK);
+    REQUIRE(count == expected.size);
+    return std::memcmp(values, expected.data, count * sizeof(float)) == 0;
+}
+
+void check_report(const dermis_contact_report& report, const contact::Report& expected) {
+    CHECK(report.asked == expected.asked);
+    CHECK(report.placed == expected.placed);
+    CHECK(report.outside == expected.outside);
+    CHECK(report.greatest == expected.greatest);
+    CHECK(report.level == expected.level);
+    CHECK(report.cells == expected.cells);
+    CHECK(report.below_cell == expected.below_cell);
+    CHECK(report.beside == expected.beside);
+    CHECK(report.plausible == expected.plausible());
+    char doubts[400];
+    CHECK(dermis_contact_report_get_doubts(&report, doubts, sizeof doubts) == DERMIS_OK);
+    CHECK(doubts == expected.doubts());
 }
 
 template <class Call> void time_once(double& least, Call&& call) {
@@ -93,27 +119,134 @@ TEST_CASE("a press in C has the bits of C++, allocates nothing, and takes at mos
     for (int i = 0; i < 5; ++i) {
         const std::vector<float> pressure = frame(scene, i);
         skin.press(pressure, 0.01 * i);
+        const double dt = 0.01 * i;
         const size_t before = allocations();
-        const dermis_status status = dermis_skin_press(in_c.get(), pressure.data(), pressure.size(), 0.01 * i);
+        const dermis_status status = dermis_skin_press(in_c.get(), pressure.data(), pressure.size(), &dt, 1, nullptr);
         CHECK(allocations() == before);
         REQUIRE(status == DERMIS_OK);
-        for (Quantity q : all_responses) {
-            const Skin::Response expected = skin.response(q);
-            const float* values = nullptr;
-            size_t count = 0;
-            CHECK(dermis_skin_get_response(in_c.get(), int(q), &values, &count) == DERMIS_OK);
-            REQUIRE(count == expected.size);
-            CHECK(std::memcmp(values, expected.data, count * sizeof(float)) == 0);
-        }
+        for (Quantity q : all_responses) CHECK(same_response(in_c.get(), skin, q));
     }
     const std::vector<float> pressure = frame(scene, 1);
+    const double dt = 0.01;
     double cpp = HUGE_VAL, c = HUGE_VAL; // s, the least of many, taken in turn
     for (int i = 0; i < 3000; ++i) {
-        time_once(cpp, [&] { skin.press(pressure, 0.01); });
-        time_once(c, [&] { dermis_skin_press(in_c.get(), pressure.data(), pressure.size(), 0.01); });
+        time_once(cpp, [&] { skin.press(pressure, dt); });
+        time_once(c, [&] { dermis_skin_press(in_c.get(), pressure.data(), pressure.size(), &dt, 1, nullptr); });
     }
     MESSAGE("a press of 25 x 20 cells: " << 1e9 * cpp << " ns in C++, " << 1e9 * c << " ns in C");
     CHECK(c - cpp < 1e-6);
+}
+
+TEST_CASE("a batch in C has the bits of one in C++: some pads, a step for each, own materials, states and reports") {
+    Scene scene = Scene::from_string(pad);
+    dermis_skin_options options{};
+    options.size = sizeof options;
+    options.count = 3;
+    options.own_materials = 1;
+    Skin skin(Device::cpu(1), scene, {.count = 3, .materials = std::vector<Material>(3, scene.material)});
+    const auto in_c =
+        made<dermis_skin>([&](auto s) { return dermis_skin_create(nullptr, c_scene().get(), &options, s); });
+    std::vector<float> pressure;
+    for (int i = 0; i < 3; ++i)
+        for (float p : frame(scene, i)) pressure.push_back(p);
+    const std::vector<float> two_frames(pressure.begin(), pressure.begin() + long(pressure.size() / 3 * 2));
+    const std::vector<int> two = {2, 0};
+    const dermis_pads c_two = {two.data(), two.size()};
+    const std::vector<double> dt = {0.01, 0.5, 0.02};
+    const auto all_same = [&] {
+        bool all = true;
+        for (Quantity q : all_responses) all &= same_response(in_c.get(), skin, q);
+        for (Quantity q : {Quantity::strain, Quantity::indentation, Quantity::curvature})
+            all &= same_response(in_c.get(), skin, q);
+        return all;
+    };
+    CHECK(dermis_skin_press(in_c.get(), pressure.data(), pressure.size(), dt.data(), 3, nullptr) == DERMIS_OK);
+    skin.press(pressure, dt);
+    CHECK(all_same());
+    const Owned<dermis_scene> stiff = c_scene();
+    CHECK(dermis_scene_set(stiff.get(), "material.modulus", "7") == DERMIS_OK);
+    CHECK(dermis_skin_set_material(in_c.get(), stiff.get(), &c_two) == DERMIS_OK);
+    scene.material.modulus = 7;
+    skin.set_material(scene.material, two);
+    CHECK(dermis_skin_press(in_c.get(), two_frames.data(), two_frames.size(), dt.data(), 1, &c_two) == DERMIS_OK);
+    skin.press(two_frames, dt[0], two);
+    CHECK(all_same());
+
+    size_t bytes = 0;
+    CHECK(dermis_skin_get_state_size(in_c.get(), &bytes, &c_two) == DERMIS_OK);
+    REQUIRE(bytes == skin.state_bytes(two));
+    std::vector<char> state(bytes), expected(bytes);
+    CHECK(dermis_skin_save(in_c.get(), state.data(), bytes, &c_two) == DERMIS_OK);
+    skin.save(expected.data(), bytes, two);
+    CHECK(state == expected);
+    const std::vector<int> others = {1, 2};
+    const dermis_pads c_others = {others.data(), others.size()};
+    CHECK(dermis_skin_load(in_c.get(), state.data(), bytes, &c_others) == DERMIS_OK);
+    skin.load(expected.data(), bytes, others);
+    CHECK(dermis_skin_reset(in_c.get(), &c_two) == DERMIS_OK);
+    skin.reset(two);
+    CHECK(all_same());
+    dermis_report report{};
+    report.size = sizeof report;
+    CHECK(dermis_skin_get_report(in_c.get(), 1, &report) == DERMIS_OK);
+    CHECK(report.strain.value == skin.report(1).strain.value);
+    CHECK(report.strain.value > 0);
+}
+
+TEST_CASE("contacts in C give the pressures of contact.hpp and allocate nothing") {
+    constexpr int width = 40, height = 30, pitch = 41;
+    std::vector<float> expected(size_t(pitch) * height, 3.0f), actual = expected, depth(size_t(width) * height);
+    const contact::Pad on{
+        .width = width, .height = height, .spacing = 1e-3, .pressure = expected.data(), .pitch = pitch};
+    const dermis_contact_pad in_c{.size = sizeof in_c,
+                                  .width = width,
+                                  .height = height,
+                                  .spacing = 1e-3,
+                                  .pressure = actual.data(),
+                                  .pitch = pitch};
+    dermis_contact_report report{};
+    report.size = sizeof report;
+    const auto check_same = [&](const contact::Report& r) {
+        CHECK(actual == expected);
+        check_report(report, r);
+    };
+    const size_t before = allocations();
+    const dermis_contact some[] = {{.x = 0.01, .y = 0.02, .force = 0.5, .radius = 3e-3},
+                                   {.x = 0.04, .y = 0.01, .force = 2, .area = 5e-5},
+                                   {.x = 0.02, .y = 0.02, .force = 3, .radius = 1e-9},
+                                   {.x = 1, .y = 1, .force = 1}};
+    dermis_status status = dermis_add_contacts(&in_c, some, 4, &report);
+    CHECK(allocations() == before);
+    REQUIRE(status == DERMIS_OK);
+    std::vector<contact::Contact> same;
+    for (const dermis_contact& c : some)
+        same.push_back({.x = c.x, .y = c.y, .force = c.force, .radius = c.radius, .area = c.area});
+    check_same(contact::add_contacts(on, same));
+    CHECK(report.beside == 1);
+    CHECK(report.plausible == 0);
+
+    for (size_t i = 0; i < depth.size(); ++i) depth[i] = float(i % 7) * 1e-4f - 2e-4f;
+    for (double stiffness : {0.0, 1e6}) {
+        const dermis_depths depths{.size = sizeof depths, .depth = depth.data(), .force = 0.4, .stiffness = stiffness};
+        REQUIRE(dermis_add_depths(&in_c, &depths, &report) == DERMIS_OK);
+        check_same(contact::add_depths(on, {.depth = depth.data(), .force = 0.4, .stiffness = stiffness}));
+    }
+    CHECK(report.level != 0);
+
+    dermis_taxels taxels{};
+    taxels = {
+        .size = sizeof taxels, .values = depth.data() + 2, .columns = 3, .rows = 2, .width = 7e-3, .height = 4.5e-3};
+    taxels.x = 2e-2, taxels.y = -1e-3, taxels.row_step = 7, taxels.unit = DERMIS_PASCAL;
+    REQUIRE(dermis_add_taxels(&in_c, &taxels, &report) == DERMIS_OK);
+    contact::Taxels own;
+    own.unit = contact::Taxels::Unit::pascal;
+    own.values = depth.data() + 2;
+    own.columns = 3, own.rows = 2;
+    own.width = 7e-3, own.height = 4.5e-3;
+    own.x = 2e-2, own.y = -1e-3;
+    own.row_step = 7;
+    check_same(contact::add_taxels(on, own));
+    CHECK(report.placed > 0);
 }
 
 TEST_CASE("a Vulkan device in C presses with the bits of the CPU path, and one that does not exist is named") {
@@ -127,9 +260,10 @@ TEST_CASE("a Vulkan device in C presses with the bits of the CPU path, and one t
         const auto skin =
             made<dermis_skin>([&](auto s) { return dermis_skin_create(on, c_scene().get(), nullptr, s); });
         const std::vector<float> pressure = frame(scene, 1);
+        const double dt = 0.01;
         const float* values = nullptr;
         size_t count = 0;
-        CHECK(dermis_skin_press(skin.get(), pressure.data(), pressure.size(), 0.01) == DERMIS_OK);
+        CHECK(dermis_skin_press(skin.get(), pressure.data(), pressure.size(), &dt, 1, nullptr) == DERMIS_OK);
         CHECK(dermis_skin_get_response(skin.get(), DERMIS_SA1, &values, &count) == DERMIS_OK);
         return std::vector<float>(values, values + count);
     };

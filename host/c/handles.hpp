@@ -24,9 +24,6 @@ struct dermis_result {
 };
 
 struct dermis_skin {
-    dermis::Device device;
-    dermis::SkinDescription description;
-    dermis::SkinOptions options;
     dermis::Skin skin;
 };
 

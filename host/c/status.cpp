@@ -51,11 +51,11 @@ dermis_status status_of_exception() noexcept {
 static_assert(int(Quantity::strain) == DERMIS_STRAIN && int(Quantity::sa1) == DERMIS_SA1 &&
               int(Quantity::sa2) == DERMIS_SA2 && int(Quantity::fa1) == DERMIS_FA1 &&
               int(Quantity::fa2) == DERMIS_FA2 && int(Quantity::curvature) == DERMIS_CURVATURE &&
-              int(Quantity::deformation) == DERMIS_DEFORMATION);
+              int(Quantity::deformation) == DERMIS_DEFORMATION && int(Quantity::indentation) == DERMIS_INDENTATION);
 
 Quantity quantity_of(dermis_quantity q) {
-    if (q < DERMIS_STRAIN || q > DERMIS_DEFORMATION)
-        scene::refuse("quantity", std::to_string(q), "DERMIS_STRAIN (0) .. DERMIS_DEFORMATION (6)");
+    if (q < DERMIS_STRAIN || q > DERMIS_INDENTATION)
+        scene::refuse("quantity", std::to_string(q), "DERMIS_STRAIN (0) .. DERMIS_INDENTATION (7)");
     return Quantity(q);
 }
 

@@ -213,6 +213,22 @@ inline void add(const Pad& pad, const Contact& c, Report& report) {
     report.outside += c.force - placed;
 }
 
+// Adds contacts, one after another, to a pad that is checked, once all of them are. contact_at returns the one at an
+// index.
+template <class ContactAt> Report add_each(const Pad& pad, std::size_t count, const ContactAt& contact_at) {
+    Report report;
+    for (std::size_t i = 0; i < count; ++i) {
+        const Contact& c = contact_at(i);
+        check_patch(c, i);
+        check_length(".x", c.x, i);
+        check_length(".y", c.y, i);
+        report.asked += c.force;
+    }
+    need_float_pressure(pad, report.asked);
+    for (std::size_t i = 0; i < count; ++i) add(pad, contact_at(i), report);
+    return report;
+}
+
 inline void check(const Pose& pose) {
     for (double p : pose.position) need_within("pose.position", p, -greatest_length, greatest_length);
     const std::array<double, 9>& r = pose.rotation;
@@ -387,16 +403,7 @@ inline std::string Report::doubts() const {
 inline Report add_contacts(const Pad& pad, const Contact* contacts, std::size_t count) {
     detail::check(pad);
     if (count > 0) detail::need_memory("contacts", contacts);
-    Report report;
-    for (std::size_t i = 0; i < count; ++i) {
-        detail::check_patch(contacts[i], i);
-        detail::check_length(".x", contacts[i].x, i);
-        detail::check_length(".y", contacts[i].y, i);
-        report.asked += contacts[i].force;
-    }
-    detail::need_float_pressure(pad, report.asked);
-    for (std::size_t i = 0; i < count; ++i) detail::add(pad, contacts[i], report);
-    return report;
+    return detail::add_each(pad, count, [contacts](std::size_t i) -> const Contact& { return contacts[i]; });
 }
 
 inline Report add_contacts(const Pad& pad, const std::vector<Contact>& contacts) {

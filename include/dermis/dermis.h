@@ -4,10 +4,11 @@
 //
 //     dermis_scene* scene = NULL;
 //     dermis_skin* skin = NULL;
+//     const double dt = 0.001;
 //     const float* fa1;
 //     size_t count;
 //     if (dermis_scene_from_file("pad.toml", &scene) || dermis_skin_create(NULL, scene, NULL, &skin) ||
-//         dermis_skin_press(skin, pressure, width * height, 0.001) ||
+//         dermis_skin_press(skin, pressure, width * height, &dt, 1, NULL) ||
 //         dermis_skin_get_response(skin, DERMIS_FA1, &fa1, &count))
 //         fputs(dermis_last_error(), stderr);
 //     dermis_skin_destroy(skin);
@@ -24,7 +25,7 @@
 // - A handle keeps what it needs: a device, a scene or a result may be destroyed before what was made with it.
 // - Memory that a function gives access to belongs to its handle.
 // - Enumerators keep their numbers for ever. A struct begins with its size, which the caller sets to its sizeof, so
-//   that later versions can append members.
+//   that later versions can append members. A struct without a size never changes.
 #pragma once
 
 #include <dermis/export.hpp>
@@ -56,7 +57,8 @@ enum {
     DERMIS_FA1 = 3,
     DERMIS_FA2 = 4,
     DERMIS_CURVATURE = 5,
-    DERMIS_DEFORMATION = 6
+    DERMIS_DEFORMATION = 6,
+    DERMIS_INDENTATION = 7 // of a skin alone
 };
 // A set of quantities is a sum of these: DERMIS_BIT(DERMIS_SA1) | DERMIS_BIT(DERMIS_FA1).
 #define DERMIS_BIT(quantity) ((uint32_t)1 << (quantity))
@@ -161,7 +163,8 @@ DERMIS_API dermis_status dermis_result_get_responses(const dermis_result* result
 DERMIS_API dermis_status dermis_result_get_report(const dermis_result* result, dermis_report* report);
 DERMIS_API void dermis_result_destroy(dermis_result* result); // NULL: nothing happens
 
-// ---- Skins, pressed frame by frame. Presses allocate nothing.
+// ---- Skins, pressed frame by frame, one or many at once. Presses allocate nothing, but for the first one of a batch
+// that has a step for each pad.
 
 typedef int32_t dermis_precision;
 enum {
@@ -172,39 +175,121 @@ enum {
 
 typedef struct dermis_skin_options {
     size_t size;                // sizeof(dermis_skin_options)
-    int32_t count;              // pads of the skin; 1
+    int32_t count;              // of pads that are pressed together, 1..1048576; count*width*height up to 2147483647
     uint32_t responses;         // bits of sa1, sa2, fa1 and fa2; 0: all four. Not used if the scene has sites
     dermis_precision precision; // one of the three above
+    int32_t own_materials;      // 1: a material for each pad, in numbers, at first the scene's; 0: one for all
 } dermis_skin_options;
 
-// Makes a skin at rest of a scene's grid, surface, material, curvature, receptors and sites. device: or NULL. options:
-// or NULL for one pad with all four responses.
+// Some pads of a skin, in this order: numbers from 0 on, each at most once. Where a function takes such a list, NULL
+// stands for all pads, from 0 on. A list with a count of 0 is no pad.
+typedef struct dermis_pads {
+    const int32_t* numbers; // NULL is allowed if count is 0
+    size_t count;
+} dermis_pads;
+
+// Makes a skin at rest of a scene's grid, surface, material, curvature, receptors and sites: a pad, or a batch of them,
+// each with edges and a state of its own and with the bits of a skin alone. device: or NULL. options: or NULL for one
+// pad with all four responses.
 DERMIS_API dermis_status dermis_skin_create(const dermis_device* device, const dermis_scene* scene,
                                             const dermis_skin_options* options, dermis_skin** skin);
-// pressure: cells = width*height finite floats, Pa, pushing is positive, row 0 first; copied. It is the pressure at the
-// end of a step of dt seconds, over which it runs linearly from that of the press before, or from 0. dt: finite, >= 0;
-// 0 is a pause.
-DERMIS_API dermis_status dermis_skin_press(dermis_skin* skin, const float* pressure, size_t cells, double dt);
-// The response sa1, sa2, fa1 or fa2 at the end of the last press, 0 before the first: count = width*height floats, row
-// 0 first, or, if the scene has sites, one per site of that class in the order given. The memory stays the same until
-// dermis_skin_set_material or the skin's end.
+// pressure: cells = width*height finite floats for each pad that is pressed, Pa, pushing is positive, row 0 first;
+// copied. It is the pressure at the end of a step of dt seconds, over which it runs linearly from that of the pad's
+// press before, or from 0. The other pads stay as they are. dt: steps numbers, finite, >= 0; 0 is a pause. steps: 1 for
+// all pads that are pressed, or one for each. pressure and dt may be NULL if the list of pads is empty.
+DERMIS_API dermis_status dermis_skin_press(dermis_skin* skin, const float* pressure, size_t cells, const double* dt,
+                                           size_t steps, const dermis_pads* pads);
+// The response sa1, sa2, fa1 or fa2 at the end of each pad's last press, 0 before the first: pad by pad from 0 on,
+// width*height floats, row 0 first, or, if the scene has sites, one per site of that class in the order given. count:
+// of all pads. Strain, indentation (m) and curvature (1/m) are read from the state by this call, of every cell or every
+// site. The memory stays the same until the skin's end.
 DERMIS_API dermis_status dermis_skin_get_response(const dermis_skin* skin, dermis_quantity quantity,
                                                   const float** values, size_t* count);
-DERMIS_API dermis_status dermis_skin_reset(dermis_skin* skin); // back to a skin at rest
+DERMIS_API dermis_status dermis_skin_reset(dermis_skin* skin, const dermis_pads* pads); // back to skins at rest
 
-// The state as bytes: the same on every device, for any skin of the same grid, sites, number of elements, precision,
-// and SA2 and FA2 asked for. bytes: what dermis_skin_get_state_size gives.
-DERMIS_API dermis_status dermis_skin_get_state_size(const dermis_skin* skin, size_t* bytes);
-DERMIS_API dermis_status dermis_skin_save(const dermis_skin* skin, void* state, size_t bytes);
-DERMIS_API dermis_status dermis_skin_load(dermis_skin* skin, const void* state, size_t bytes);
+// The state as bytes: the same on every device, for as many pads of any skin of the same grid, sites, number of
+// elements, precision, and SA2 and FA2 asked for. bytes: what dermis_skin_get_state_size gives for as many pads.
+DERMIS_API dermis_status dermis_skin_get_state_size(const dermis_skin* skin, size_t* bytes, const dermis_pads* pads);
+DERMIS_API dermis_status dermis_skin_save(const dermis_skin* skin, void* state, size_t bytes, const dermis_pads* pads);
+DERMIS_API dermis_status dermis_skin_load(dermis_skin* skin, const void* state, size_t bytes, const dermis_pads* pads);
 
-// Gives the skin the material of a scene, with as many elements in series as it has, and keeps all else of it: the
-// state goes on, and responses are 0 until the next press. It takes as long as making the skin.
-DERMIS_API dermis_status dermis_skin_set_material(dermis_skin* skin, const dermis_scene* scene);
+// Gives pads from the next press on the moduli and viscosities, in numbers, of a scene with as many elements, springs
+// and dashpots as they have; all else of the scene is ignored. Strains stay. Some pads alone are allowed with
+// own_materials. A material of maps is refused: a new skin takes it, and the state by dermis_skin_load.
+DERMIS_API dermis_status dermis_skin_set_material(dermis_skin* skin, const dermis_scene* scene,
+                                                  const dermis_pads* pads);
 
-// Takes up to as long as making the skin.
-DERMIS_API dermis_status dermis_skin_get_report(const dermis_skin* skin, dermis_report* report);
+// pad: 0..count-1. Takes up to as long as making the skin.
+DERMIS_API dermis_status dermis_skin_get_report(const dermis_skin* skin, int32_t pad, dermis_report* report);
 DERMIS_API void dermis_skin_destroy(dermis_skin* skin); // NULL: nothing happens
+
+// ---- Contacts: forces, depths or taxels become the pressure on a pad's cells. contact.hpp says how, and has the
+// frame: the origin is the outer corner of cell (0, 0), x runs along a row, y from row to row, and the centre of cell
+// (x, y) is ((x + 0.5)*spacing, (y + 0.5)*spacing). Pressure is added to what the buffer holds: fill it with 0 before a
+// frame. Lengths are at most 1e6 m, and a force on one cell at most 3.4e38 Pa. Functions that add allocate nothing.
+
+// A grid of cells, and the caller's pressures: that of cell (x, y) is pressure[y*pitch + x].
+typedef struct dermis_contact_pad {
+    size_t size;           // sizeof(dermis_contact_pad)
+    int32_t width, height; // cells, 1..16384
+    double spacing;        // m between cells, 1e-9..1e6
+    float* pressure;       // Pa, finite
+    size_t pitch;          // floats from row to row, >= width; 0: width
+} dermis_contact_pad;
+
+// What became of the forces. asked = placed + outside.
+typedef struct dermis_contact_report {
+    size_t size;        // sizeof(dermis_contact_report)
+    double asked;       // N: sum of the forces given
+    double placed;      // N: the part that presses cells
+    double outside;     // N: the part beside the pad, or of depths that nowhere exceed 0
+    double greatest;    // Pa: greatest pressure of the cells that were pressed, with what they held before
+    double level;       // m: of dermis_add_depths with a stiffness, else 0; see contact.hpp
+    int32_t cells;      // cells that are pressed now and held 0 before
+    int32_t below_cell; // patches of which one cell takes all; its pressure is force/spacing^2, whatever the radius
+    int32_t beside;     // contacts and taxels with a force that are wholly beside the pad
+    int32_t plausible;  // 1 if below_cell is 0 and greatest at most 1e6 Pa, else 0
+} dermis_contact_report;
+// Writes the sentences that say why a report is not plausible, or "". text: size bytes, 400 are enough for all.
+DERMIS_API dermis_status dermis_contact_report_get_doubts(const dermis_contact_report* report, char* text, size_t size);
+
+// A force on a round patch, with the pressure of an elastic contact after Hertz. Give a radius of two cells or more.
+typedef struct dermis_contact {
+    double x, y;   // m, -1e6..1e6
+    double force;  // N, finite, >= 0, into the pad
+    double radius; // m, 0..1e6
+    double area;   // m^2, 0..1e12: pi*radius^2 in place of radius; one of them is 0
+} dermis_contact;
+// contacts: count of them, or NULL if count is 0. Pressures add up where patches overlap.
+DERMIS_API dermis_status dermis_add_contacts(const dermis_contact_pad* pad, const dermis_contact* contacts,
+                                             size_t count, dermis_contact_report* report);
+
+// How deep something sinks into each cell, and the force with which it does. A negative depth is a gap.
+typedef struct dermis_depths {
+    size_t size;        // sizeof(dermis_depths)
+    const float* depth; // m, finite; that of cell (x, y) is depth[y*pitch + x]
+    size_t pitch;       // floats from row to row, >= width; 0: width
+    double force;       // N, finite, >= 0
+    double stiffness;   // Pa per m, 1e-6..1e30, or 0: pressure is in proportion to depth
+} dermis_depths;
+DERMIS_API dermis_status dermis_add_depths(const dermis_contact_pad* pad, const dermis_depths* depths,
+                                           dermis_contact_report* report);
+
+typedef int32_t dermis_taxel_unit;
+enum { DERMIS_NEWTON = 0, DERMIS_PASCAL = 1 };
+// The readings of a sensor array: rectangles side by side, each under an even pressure.
+typedef struct dermis_taxels {
+    size_t size;            // sizeof(dermis_taxels)
+    const float* values;    // finite, >= 0; that in column i and row j is values[i*column_step + j*row_step]
+    dermis_taxel_unit unit; // of the values
+    int32_t columns, rows;  // 1..16384; columns follow each other along x, rows along y
+    double width, height;   // m, of one taxel along x and y, 1e-9..1e6
+    double x, y;            // m, outer corner of the first taxel, -1e6..1e6
+    size_t column_step;     // floats; 0: 1
+    size_t row_step;        // floats; 0: columns
+} dermis_taxels;
+DERMIS_API dermis_status dermis_add_taxels(const dermis_contact_pad* pad, const dermis_taxels* taxels,
+                                           dermis_contact_report* report);
 
 #ifdef __cplusplus
 }

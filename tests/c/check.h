@@ -4,6 +4,7 @@
 
 #include <dermis/dermis.h>
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -13,6 +14,9 @@ static void check(int holds, const char* claim, const char* file, int line) {
     fprintf(stderr, "%s:%d: %s; last error: %s\n", file, line, claim, dermis_last_error());
     exit(1);
 }
+
+/* Whether a relative difference is at most 1e-6. */
+static int near(double a, double b) { return fabs(a - b) <= 1e-6 * fabs(b); }
 
 #define CHECK(claim) check((claim) != 0, #claim, __FILE__, __LINE__)
 /* The call is refused as bad input, and the last error has this text in it. */

@@ -2,8 +2,6 @@
 /* The C interface as a C program uses it: what it computes, and every misuse that can be seen. */
 #include "check.h"
 
-#include <math.h>
-
 #define CELLS 12 /* of the skin's grid, 4 x 3 */
 
 static const char pad[] = "[grid]\nwidth = 4\nheight = 3\n[surface]\nkind = \"wave\"\n[material]\nmodulus = 2\n";
@@ -21,9 +19,6 @@ static dermis_skin* skin_of(const char* text) {
     dermis_scene_destroy(scene); /* the skin keeps what it needs */
     return skin;
 }
-
-/* Whether a relative difference is at most 1e-6. */
-static int near(double a, double b) { return fabs(a - b) <= 1e-6 * fabs(b); }
 
 static void versions_and_errors(void) {
     CHECK(strcmp(dermis_last_error(), "") == 0);
@@ -160,7 +155,8 @@ static void runs(void) {
 
     REFUSED(dermis_result_get_trace(result, DERMIS_SA1, DERMIS_MEAN, &values, &count), "output.traces has no \"sa1\"");
     CHECK(values == NULL && count == 0);
-    REFUSED(dermis_result_get_trace(result, 7, DERMIS_MEAN, &values, &count), "quantity = 7; allowed: DERMIS_STRAIN");
+    REFUSED(dermis_result_get_trace(result, 8, DERMIS_MEAN, &values, &count), "quantity = 8; allowed: DERMIS_STRAIN");
+    REFUSED(dermis_result_get_trace(result, DERMIS_INDENTATION, DERMIS_MEAN, &values, &count), "indentation");
     REFUSED(dermis_result_get_trace(result, -1, DERMIS_MEAN, &values, &count), "quantity = -1");
     REFUSED(dermis_result_get_trace(result, DERMIS_FA1, 3, &values, &count), "column = 3; allowed: DERMIS_MEAN (0)");
     REFUSED(dermis_result_get_trace(result, DERMIS_FA1, DERMIS_MEAN, NULL, &count), "values = (null)");
@@ -193,6 +189,11 @@ static void sites(void) {
     dermis_scene_destroy(scene);
 }
 
+/* A press of all pads with one step. */
+static dermis_status press(dermis_skin* skin, const float* pressure, size_t cells, double dt) {
+    return dermis_skin_press(skin, pressure, cells, &dt, 1, NULL);
+}
+
 static void presses(void) {
     dermis_skin* skin = skin_of(pad);
     float pressure[CELLS];
@@ -203,44 +204,44 @@ static void presses(void) {
     dermis_report report = {.size = sizeof report};
     for (int i = 0; i < CELLS; ++i) pressure[i] = (float)i;
     CHECK(dermis_skin_get_response(skin, DERMIS_FA1, &fa1, &count) == DERMIS_OK && count == CELLS && fa1[5] == 0);
-    CHECK(dermis_skin_press(skin, pressure, CELLS, 0.01) == DERMIS_OK);
+    CHECK(press(skin, pressure, CELLS, 0.01) == DERMIS_OK);
     CHECK(fa1[5] != 0);
-    CHECK(dermis_skin_get_state_size(skin, &bytes) == DERMIS_OK && bytes > 0);
+    CHECK(dermis_skin_get_state_size(skin, &bytes, NULL) == DERMIS_OK && bytes > 0);
     state = malloc(bytes);
-    CHECK(state != NULL && dermis_skin_save(skin, state, bytes) == DERMIS_OK);
-    CHECK(dermis_skin_press(skin, pressure, CELLS, 0.01) == DERMIS_OK);
+    CHECK(state != NULL && dermis_skin_save(skin, state, bytes, NULL) == DERMIS_OK);
+    CHECK(press(skin, pressure, CELLS, 0.01) == DERMIS_OK);
     memcpy(first, fa1, sizeof first);
 
     /* every refusal leaves the skin as it was */
-    REFUSED(dermis_skin_press(skin, pressure, CELLS - 1, 0.01), "pressure = 11 cells; allowed: width*height = 12");
-    REFUSED(dermis_skin_press(skin, pressure, (size_t)-1, 0.01), "allowed: width*height = 12");
-    REFUSED(dermis_skin_press(skin, NULL, CELLS, 0.01), "pressure = (null)");
-    REFUSED(dermis_skin_press(skin, pressure, CELLS, -1), "dt = -1");
-    REFUSED(dermis_skin_press(skin, pressure, CELLS, NAN), "dt = nan");
-    REFUSED(dermis_skin_press(NULL, pressure, CELLS, 0.01), "skin = (null)");
+    REFUSED(press(skin, pressure, CELLS - 1, 0.01), "pressure = 11 cells; allowed: width*height = 12");
+    REFUSED(press(skin, pressure, (size_t)-1, 0.01), "allowed: width*height = 12");
+    REFUSED(press(skin, NULL, CELLS, 0.01), "pressure = (null)");
+    REFUSED(press(skin, pressure, CELLS, -1), "dt = -1");
+    REFUSED(press(skin, pressure, CELLS, NAN), "dt = nan");
+    REFUSED(press(NULL, pressure, CELLS, 0.01), "skin = (null)");
     pressure[6] = NAN;
-    REFUSED(dermis_skin_press(skin, pressure, CELLS, 0.01), "pressure = nan in cell [2, 1]; allowed: finite numbers");
+    REFUSED(press(skin, pressure, CELLS, 0.01), "pressure = nan in cell [2, 1]; allowed: finite numbers");
     pressure[6] = 6;
-    REFUSED(dermis_skin_save(skin, state, bytes - 1), "state = ");
-    REFUSED(dermis_skin_save(skin, NULL, bytes), "state = (null)");
-    REFUSED(dermis_skin_load(skin, state, 7), "state = 7 bytes");
-    REFUSED(dermis_skin_load(skin, NULL, bytes), "state = (null)");
-    REFUSED(dermis_skin_load(NULL, state, bytes), "skin = (null)");
-    REFUSED(dermis_skin_get_response(skin, DERMIS_STRAIN, &again, &count), "response = \"strain\"");
+    REFUSED(dermis_skin_save(skin, state, bytes - 1, NULL), "state = ");
+    REFUSED(dermis_skin_save(skin, NULL, bytes, NULL), "state = (null)");
+    REFUSED(dermis_skin_load(skin, state, 7, NULL), "state = 7 bytes");
+    REFUSED(dermis_skin_load(skin, NULL, bytes, NULL), "state = (null)");
+    REFUSED(dermis_skin_load(NULL, state, bytes, NULL), "skin = (null)");
+    REFUSED(dermis_skin_get_response(skin, DERMIS_DEFORMATION, &again, &count), "response = \"deformation\"");
     REFUSED(dermis_skin_get_response(skin, 99, &again, &count), "quantity = 99");
     REFUSED(dermis_skin_get_response(skin, DERMIS_FA1, NULL, &count), "values = (null)");
     CHECK(memcmp(first, fa1, sizeof first) == 0);
 
-    CHECK(dermis_skin_load(skin, state, bytes) == DERMIS_OK);
-    CHECK(dermis_skin_press(skin, pressure, CELLS, 0.01) == DERMIS_OK);
+    CHECK(dermis_skin_load(skin, state, bytes, NULL) == DERMIS_OK);
+    CHECK(press(skin, pressure, CELLS, 0.01) == DERMIS_OK);
     CHECK(memcmp(first, fa1, sizeof first) == 0); /* the same once more */
     CHECK(dermis_skin_get_response(skin, DERMIS_FA1, &again, &count) == DERMIS_OK && again == fa1);
-    CHECK(dermis_skin_get_report(skin, &report) == DERMIS_OK && report.strain.value > 0);
-    CHECK(dermis_skin_reset(skin) == DERMIS_OK && fa1[5] == 0);
-    REFUSED(dermis_skin_reset(NULL), "skin = (null)");
+    CHECK(dermis_skin_get_report(skin, 0, &report) == DERMIS_OK && report.strain.value > 0);
+    CHECK(dermis_skin_reset(skin, NULL) == DERMIS_OK && fa1[5] == 0);
+    REFUSED(dermis_skin_reset(NULL, NULL), "skin = (null)");
     report.size = 1;
-    REFUSED(dermis_skin_get_report(skin, &report), "report->size = 1");
-    REFUSED(dermis_skin_get_report(skin, NULL), "report = (null)");
+    REFUSED(dermis_skin_get_report(skin, 0, &report), "report->size = 1");
+    REFUSED(dermis_skin_get_report(skin, 0, NULL), "report = (null)");
     free(state);
     dermis_skin_destroy(skin);
     dermis_skin_destroy(NULL);
@@ -254,17 +255,17 @@ static void materials(void) {
     dermis_report before = {.size = sizeof before}, after = {.size = sizeof after};
     size_t count = 0;
     for (int i = 0; i < CELLS; ++i) pressure[i] = 1;
-    CHECK(dermis_skin_press(skin, pressure, CELLS, 0.5) == DERMIS_OK);
-    CHECK(dermis_skin_get_report(skin, &before) == DERMIS_OK);
+    CHECK(press(skin, pressure, CELLS, 0.5) == DERMIS_OK);
+    CHECK(dermis_skin_get_report(skin, 0, &before) == DERMIS_OK);
     CHECK(dermis_scene_set(scene, "material.modulus", "50") == DERMIS_OK);
-    CHECK(dermis_skin_set_material(skin, scene) == DERMIS_OK);
-    CHECK(dermis_skin_get_report(skin, &after) == DERMIS_OK);
+    CHECK(dermis_skin_set_material(skin, scene, NULL) == DERMIS_OK);
+    CHECK(dermis_skin_get_report(skin, 0, &after) == DERMIS_OK);
     CHECK(after.strain.value == before.strain.value); /* the state goes on */
     CHECK(after.retardation_times[0].value == 1.0 / 50);
-    CHECK(dermis_skin_press(skin, pressure, CELLS, 10) == DERMIS_OK);
+    CHECK(press(skin, pressure, CELLS, 10) == DERMIS_OK);
     CHECK(dermis_skin_create(NULL, scene, NULL, &stiff) == DERMIS_OK);
-    CHECK(dermis_skin_press(stiff, pressure, CELLS, 0.5) == DERMIS_OK);
-    CHECK(dermis_skin_press(stiff, pressure, CELLS, 10) == DERMIS_OK);
+    CHECK(press(stiff, pressure, CELLS, 0.5) == DERMIS_OK);
+    CHECK(press(stiff, pressure, CELLS, 10) == DERMIS_OK);
     CHECK(dermis_skin_get_response(skin, DERMIS_SA1, &soft_sa1, &count) == DERMIS_OK);
     CHECK(dermis_skin_get_response(stiff, DERMIS_SA1, &stiff_sa1, &count) == DERMIS_OK);
     for (int i = 0; i < CELLS; ++i)
@@ -273,10 +274,10 @@ static void materials(void) {
     CHECK(dermis_scene_set(scene, "material",
                            "{ elements = [{ modulus = 1, viscosity = 1 }, { modulus = 2, viscosity = 1 }] }") ==
           DERMIS_OK);
-    REFUSED(dermis_skin_set_material(skin, scene), "number of elements");
-    REFUSED(dermis_skin_set_material(skin, NULL), "scene = (null)");
-    REFUSED(dermis_skin_set_material(NULL, scene), "skin = (null)");
-    CHECK(dermis_skin_get_report(skin, &after) == DERMIS_OK && after.retardation_times[0].value == 1.0 / 50);
+    REFUSED(dermis_skin_set_material(skin, scene, NULL), "material.elements = 2 and no spring; allowed: 1");
+    REFUSED(dermis_skin_set_material(skin, NULL, NULL), "scene = (null)");
+    REFUSED(dermis_skin_set_material(NULL, scene, NULL), "skin = (null)");
+    CHECK(dermis_skin_get_report(skin, 0, &after) == DERMIS_OK && after.retardation_times[0].value == 1.0 / 50);
     dermis_skin_destroy(skin);
     dermis_skin_destroy(stiff);
     dermis_scene_destroy(scene);
@@ -309,12 +310,115 @@ static void options(void) {
         o.count = (int32_t[]){0, -1, INT32_MAX}[i];
         REFUSED(dermis_skin_create(NULL, scene, &o, &skin), "options->count = ");
     }
+    o.count = 1048576;
+    CHECK(dermis_scene_set(scene, "grid.width", "1024") == DERMIS_OK);
+    REFUSED(dermis_skin_create(NULL, scene, &o, &skin), "count = 1048576; allowed: count*width*height up to");
     o.count = 1;
+    o.own_materials = 2;
+    REFUSED(dermis_skin_create(NULL, scene, &o, &skin), "options->own_materials = 2; allowed: 0, 1");
     o.size = 0;
     REFUSED(dermis_skin_create(NULL, scene, &o, &skin), "options->size = 0; allowed: ");
     CHECK(skin == NULL);
     REFUSED(dermis_skin_create(NULL, NULL, NULL, &skin), "scene = (null)");
     REFUSED(dermis_skin_create(NULL, scene, NULL, NULL), "skin = (null)");
+    dermis_scene_destroy(scene);
+}
+
+/* Three pads with materials of their own. */
+static dermis_skin* batch(void) {
+    dermis_scene* scene = scene_of(pad);
+    dermis_skin* skin = NULL;
+    const dermis_skin_options o = {.size = sizeof o, .count = 3, .own_materials = 1};
+    CHECK(dermis_skin_create(NULL, scene, &o, &skin) == DERMIS_OK);
+    dermis_scene_destroy(scene);
+    return skin;
+}
+
+static void batches(void) {
+    dermis_skin* skin = batch();
+    const int32_t numbers[] = {2, 0}, twice[] = {1, 1}, beyond[] = {0, 3}, below[] = {-1};
+    const dermis_pads two = {numbers, 2}, none = {NULL, 0};
+    const double dt[] = {0.01, 0.02, 0.03}, bad_dt[] = {0.01, -1};
+    float pressure[3 * CELLS], first[3 * CELLS];
+    const float *sa1 = NULL, *strain = NULL;
+    size_t count = 0, all = 0, some = 0;
+    void* state;
+    dermis_report report = {.size = sizeof report};
+    for (int i = 0; i < 3 * CELLS; ++i) pressure[i] = (float)(1 + i);
+    CHECK(dermis_skin_get_response(skin, DERMIS_SA1, &sa1, &count) == DERMIS_OK && count == 3 * CELLS);
+    CHECK(dermis_skin_press(skin, pressure, 2 * CELLS, dt, 2, &two) == DERMIS_OK);
+    CHECK(sa1[0] != 0 && sa1[CELLS] == 0 && sa1[2 * CELLS] != 0); /* pad 1 is as it was */
+    CHECK(dermis_skin_press(skin, pressure, 3 * CELLS, dt, 3, NULL) == DERMIS_OK && sa1[CELLS] != 0);
+    CHECK(dermis_skin_get_state_size(skin, &all, NULL) == DERMIS_OK);
+    CHECK(dermis_skin_get_state_size(skin, &some, &two) == DERMIS_OK && some < all);
+    state = malloc(some);
+    CHECK(state != NULL && dermis_skin_save(skin, state, some, &two) == DERMIS_OK);
+    CHECK(dermis_skin_press(skin, pressure, 2 * CELLS, dt, 1, &two) == DERMIS_OK);
+    memcpy(first, sa1, sizeof first);
+
+    /* every refusal leaves the skin as it was, and an empty list changes nothing */
+    REFUSED(dermis_skin_press(skin, pressure, 3 * CELLS, dt, 1, &two), "pressure = 36 cells; allowed: 2 pads of");
+    REFUSED(dermis_skin_press(skin, pressure, 2 * CELLS, dt, 3, &two), "dt = 3 steps; allowed: 2");
+    REFUSED(dermis_skin_press(skin, pressure, 3 * CELLS, dt, 0, NULL), "dt = 0 steps; allowed: 3");
+    REFUSED(dermis_skin_press(skin, pressure, 2 * CELLS, bad_dt, 2, &two), "dt = -1");
+    REFUSED(dermis_skin_press(skin, pressure, 2 * CELLS, NULL, 2, &two), "dt = (null)");
+    REFUSED(dermis_skin_press(skin, pressure, 2 * CELLS, dt, 1, &(dermis_pads){NULL, 2}), "pads->numbers = (null)");
+    REFUSED(dermis_skin_press(skin, pressure, 2 * CELLS, dt, 1, &(dermis_pads){twice, 2}),
+            "pads = 1 at position 1; allowed: 0..2, each at most once");
+    REFUSED(dermis_skin_reset(skin, &(dermis_pads){beyond, 2}), "pads = 3 at position 1; allowed: 0..2");
+    REFUSED(dermis_skin_reset(skin, &(dermis_pads){below, 1}), "pads = -1 at position 0");
+    REFUSED(dermis_skin_get_state_size(skin, &all, &(dermis_pads){twice, 2}), "pads = 1");
+    CHECK(all == 0);
+    REFUSED(dermis_skin_save(skin, state, some, NULL), "state = ");
+    REFUSED(dermis_skin_load(skin, state, some, NULL), "number of pads 2");
+    REFUSED(dermis_skin_get_report(skin, 3, &report), "pad = 3; allowed: 0..2");
+    REFUSED(dermis_skin_get_report(skin, -1, &report), "pad = -1");
+    CHECK(dermis_skin_press(skin, NULL, 0, dt, 1, &none) == DERMIS_OK);
+    CHECK(dermis_skin_press(skin, NULL, 0, NULL, 0, &none) == DERMIS_OK);
+    CHECK(dermis_skin_reset(skin, &none) == DERMIS_OK);
+    CHECK(memcmp(first, sa1, sizeof first) == 0);
+
+    CHECK(dermis_skin_load(skin, state, some, &two) == DERMIS_OK);
+    CHECK(dermis_skin_press(skin, pressure, 2 * CELLS, dt, 1, &two) == DERMIS_OK);
+    CHECK(memcmp(first, sa1, sizeof first) == 0); /* the same once more */
+    CHECK(dermis_skin_reset(skin, &two) == DERMIS_OK);
+    CHECK(dermis_skin_get_response(skin, DERMIS_STRAIN, &strain, &count) == DERMIS_OK && count == 3 * CELLS);
+    CHECK(strain[0] == 0 && strain[CELLS] != 0 && strain[2 * CELLS] == 0);
+    CHECK(dermis_skin_get_response(skin, DERMIS_INDENTATION, &strain, &count) == DERMIS_OK && count == 3 * CELLS);
+    CHECK(dermis_skin_get_report(skin, 0, &report) == DERMIS_OK && report.strain.value == 0);
+    CHECK(dermis_skin_get_report(skin, 1, &report) == DERMIS_OK && report.strain.value > 0);
+    free(state);
+    dermis_skin_destroy(skin);
+}
+
+static void own_materials(void) {
+    dermis_skin *skin = batch(), *shared = NULL;
+    dermis_scene* scene = scene_of(pad);
+    const int32_t second = 1;
+    const dermis_pads one = {&second, 1};
+    double moduli[CELLS];
+    dermis_report report = {.size = sizeof report};
+    dermis_skin_options o = {.size = sizeof o, .count = 3};
+    CHECK(dermis_skin_create(NULL, scene, &o, &shared) == DERMIS_OK);
+    CHECK(dermis_scene_set(scene, "material.modulus", "50") == DERMIS_OK);
+    CHECK(dermis_skin_set_material(skin, scene, &one) == DERMIS_OK);
+    CHECK(dermis_skin_get_report(skin, 0, &report) == DERMIS_OK && report.retardation_times[0].value == 1.0 / 2);
+    CHECK(dermis_skin_get_report(skin, 1, &report) == DERMIS_OK && report.retardation_times[0].value == 1.0 / 50);
+    REFUSED(dermis_skin_set_material(shared, scene, &one), "pads = 1 of 3; allowed: all");
+    CHECK(dermis_skin_set_material(shared, scene, NULL) == DERMIS_OK);
+    CHECK(dermis_skin_get_report(shared, 2, &report) == DERMIS_OK && report.retardation_times[0].value == 1.0 / 50);
+
+    for (int i = 0; i < CELLS; ++i) moduli[i] = 1 + i;
+    CHECK(dermis_scene_set_map(scene, "material.modulus", moduli, CELLS) == DERMIS_OK);
+    REFUSED(dermis_skin_set_material(skin, scene, &one), "material = (a map); allowed: numbers");
+    dermis_skin_destroy(shared);
+    o.own_materials = 1;
+    REFUSED(dermis_skin_create(NULL, scene, &o, &shared), "options->own_materials = 1; allowed: 0, where the scene's");
+    o.own_materials = 0;
+    CHECK(dermis_skin_create(NULL, scene, &o, &shared) == DERMIS_OK);
+    REFUSED(dermis_skin_set_material(shared, scene, NULL), "the skin has a material of maps");
+    dermis_skin_destroy(shared);
+    dermis_skin_destroy(skin);
     dermis_scene_destroy(scene);
 }
 
@@ -329,6 +433,8 @@ int main(void) {
     presses();
     materials();
     options();
+    batches();
+    own_materials();
     puts("passed");
     return 0;
 }

@@ -1,0 +1,95 @@
+/* SPDX-License-Identifier: MIT */
+/* Contacts as a C program adds them to a pad's pressures: what they add up to, and every misuse that can be seen. */
+#include "check.h"
+
+#define CELLS 12 /* of the pad, 4 x 3 */
+
+static void contacts(void) {
+    float pressure[CELLS] = {0}, before[CELLS];
+    dermis_contact_pad on = {.size = sizeof on, .width = 4, .height = 3, .spacing = 1e-3, .pressure = pressure};
+    dermis_contact some[] = {{.x = 2e-3, .y = 1.5e-3, .force = 0.01, .radius = 2e-3}, {.x = 1, .force = 0.5}};
+    dermis_contact_report report = {.size = sizeof report};
+    char text[400] = "-";
+    CHECK(dermis_add_contacts(&on, some, 2, &report) == DERMIS_OK);
+    CHECK(near(report.asked, 0.51) && near(report.placed + report.outside, 0.51) && report.beside == 1);
+    CHECK(report.cells > 4 && report.below_cell == 0 && report.plausible == 1 && report.greatest > pressure[0]);
+    CHECK(dermis_contact_report_get_doubts(&report, text, 1) == DERMIS_OK && strcmp(text, "") == 0);
+    memcpy(before, pressure, sizeof before);
+
+    /* every refusal leaves pressures and report as they were */
+    some[1].radius = -1;
+    REFUSED(dermis_add_contacts(&on, some, 2, &report), "contacts[1].radius = -1; allowed: 0..1e6");
+    REFUSED(dermis_add_contacts(&on, NULL, 2, &report), "contacts = (null)");
+    REFUSED(dermis_add_contacts(&on, some, 1, NULL), "report = (null)");
+    REFUSED(dermis_add_contacts(NULL, some, 1, &report), "pad = (null)");
+    on.width = 0;
+    REFUSED(dermis_add_contacts(&on, some, 1, &report), "pad.width = 0; allowed: 1..16384");
+    on.width = 4;
+    on.pressure = NULL;
+    REFUSED(dermis_add_contacts(&on, some, 1, &report), "pad.pressure = null");
+    on.pressure = pressure;
+    on.size = 1;
+    REFUSED(dermis_add_contacts(&on, some, 1, &report), "pad->size = 1");
+    on.size = sizeof on;
+    CHECK(memcmp(before, pressure, sizeof before) == 0 && near(report.asked, 0.51));
+    CHECK(dermis_add_contacts(&on, NULL, 0, &report) == DERMIS_OK && report.asked == 0);
+    report.size = 0;
+    REFUSED(dermis_add_contacts(&on, some, 1, &report), "report->size = 0");
+    report.size = sizeof report;
+
+    some[0].force = 10;
+    some[0].radius = 1e-6;
+    CHECK(dermis_add_contacts(&on, some, 1, &report) == DERMIS_OK && report.below_cell == 1 && report.plausible == 0);
+    REFUSED(dermis_contact_report_get_doubts(&report, text, 10), "size = 10; allowed: ");
+    REFUSED(dermis_contact_report_get_doubts(&report, NULL, 10), "text = (null)");
+    REFUSED(dermis_contact_report_get_doubts(NULL, text, sizeof text), "report = (null)");
+    CHECK(strcmp(text, "") == 0);
+    report.below_cell = INT32_MAX; /* the longest text */
+    report.greatest = 1.23456789e+38;
+    CHECK(dermis_contact_report_get_doubts(&report, text, sizeof text) == DERMIS_OK);
+    CHECK(strstr(text, "2147483647 patches press") != NULL && strstr(text, "1.23456789e+38 Pa") != NULL);
+}
+
+static void depths_and_taxels(void) {
+    float pressure[CELLS] = {0}, depth[CELLS] = {0}, values[] = {0.1f, 0, 0, 0.3f};
+    const dermis_contact_pad on = {.size = sizeof on, .width = 4, .height = 3, .spacing = 1e-3, .pressure = pressure};
+    dermis_depths depths = {.size = sizeof depths, .depth = depth, .force = 0.02};
+    dermis_taxels taxels = {.size = sizeof taxels, .values = values, .columns = 2, .rows = 2, .width = 2e-3};
+    dermis_contact_report report = {.size = sizeof report};
+    depth[5] = 1e-3f;
+    depth[6] = 3e-3f;
+    CHECK(dermis_add_depths(&on, &depths, &report) == DERMIS_OK && report.placed == 0.02 && report.cells == 2);
+    CHECK(near(pressure[5], 5e3) && near(pressure[6], 15e3));
+    depths.stiffness = -1;
+    REFUSED(dermis_add_depths(&on, &depths, &report), "depths.stiffness = -1; allowed: 1e-06..1e+30");
+    depths.stiffness = 0;
+    depths.depth = NULL;
+    REFUSED(dermis_add_depths(&on, &depths, &report), "depths.depth = null");
+    depths.size = 1;
+    REFUSED(dermis_add_depths(&on, &depths, &report), "depths->size = 1");
+    REFUSED(dermis_add_depths(&on, NULL, &report), "depths = (null)");
+
+    REFUSED(dermis_add_taxels(&on, &taxels, &report), "taxels.height = 0; allowed: 1e-09..1000000");
+    taxels.height = 1.5e-3;
+    memset(pressure, 0, sizeof pressure);
+    CHECK(dermis_add_taxels(&on, &taxels, &report) == DERMIS_OK && near(report.asked, (double)0.1f + (double)0.3f));
+    CHECK(near(report.placed, report.asked) && near(pressure[0], 0.1 / 3e-6) && near(pressure[11], 0.3 / 3e-6));
+    taxels.unit = DERMIS_PASCAL;
+    memset(pressure, 0, sizeof pressure);
+    CHECK(dermis_add_taxels(&on, &taxels, &report) == DERMIS_OK && near(pressure[0], 0.1));
+    taxels.unit = 2;
+    REFUSED(dermis_add_taxels(&on, &taxels, &report), "taxels->unit = 2; allowed: DERMIS_NEWTON (0), DERMIS_P");
+    values[3] = -1;
+    taxels.unit = DERMIS_NEWTON;
+    REFUSED(dermis_add_taxels(&on, &taxels, &report), "taxels.values[3] = -1");
+    taxels.size = 1;
+    REFUSED(dermis_add_taxels(&on, &taxels, &report), "taxels->size = 1");
+    REFUSED(dermis_add_taxels(&on, NULL, &report), "taxels = (null)");
+}
+
+int main(void) {
+    contacts();
+    depths_and_taxels();
+    puts("passed");
+    return 0;
+}
