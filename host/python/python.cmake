@@ -4,7 +4,7 @@ find_package(Python 3.10 REQUIRED COMPONENTS Interpreter Development.Module)
 find_package(nanobind 3.1 CONFIG REQUIRED)
 nanobind_add_module(dermis_python NB_STATIC
     host/python/contact.cpp
-    host/python/device.cpp
+    host/python/devices.cpp
     host/python/fit.cpp
     host/python/module.cpp
     host/python/result.cpp

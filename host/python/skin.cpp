@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Skins pressed frame by frame: arrays in, views out.
 #include "host/python/module.hpp"
-#include "host/scene/scene.hpp"
 
 namespace dermis::python {
 namespace {
@@ -120,13 +119,6 @@ void press(SkinWithShapes& s, nb::handle pressure, nb::handle dt, nb::handle pad
     s.skin->press(data, array.size(), steps.data(), steps.size(), numbers.pads());
 }
 
-Quantity response_named(const std::string& name) {
-    const std::optional<Quantity> quantity = scene::value_of<Quantity>(name);
-    if (!quantity || !scene::is_receptor_class(*quantity))
-        scene::refuse("response", "\"" + name + "\"", scene::receptor_class_names());
-    return *quantity;
-}
-
 Skin::Response response_of(const SkinWithShapes& s, Quantity quantity) {
     const Computing computing(s.in_use.get());
     return s.skin->response(quantity);
@@ -134,7 +126,7 @@ Skin::Response response_of(const SkinWithShapes& s, Quantity quantity) {
 
 View<float> response(nb::handle_t<SkinWithShapes> self, const std::string& quantity) {
     const SkinWithShapes& s = nb::cast<const SkinWithShapes&>(self);
-    const Skin::Response response = response_of(s, response_named(quantity));
+    const Skin::Response response = response_of(s, value_named<Quantity>("response", quantity));
     const size_t pads = size_t(s.skin->count());
     std::vector<size_t> shape = shape_of(s, pads);
     if (!s.sites.empty()) {

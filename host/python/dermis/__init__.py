@@ -102,7 +102,7 @@ def _scene_with(material: AnyMaterial, name: str) -> Scene:
 class Skin(_core.Skin):
     """A skin at rest, or n of them, pressed frame by frame. One thread at a time uses it; others wait.
 
-    scene: of which grid, surface, material, curvature, receptors and sites are used; a Scene, tables by name, or a path.
+    scene: a Scene, tables by name, or a path; its load, time and output are not used.
     n: pads that are pressed together, each with a state of its own; arrays then have an axis of pads. None: one pad.
     device: a Device, a text that Device.open takes, or None for the CPU path.
     responses: fields to compute, of "sa1", "sa2", "fa1", "fa2"; None is all. With sites, their classes are.

@@ -32,7 +32,10 @@ class Grid:
 
 @dataclass(kw_only=True)
 class Surface:
-    """The ridges. path: heights of shape (height, width), of kind "file". relief, ridge_period: m; noise_length: cells."""
+    """The ridges. path: heights of shape (height, width), of kind "file". relief, ridge_period: m.
+
+    noise_length: cells.
+    """
 
     kind: str | None = None
     path: MapOrFile | None = None
