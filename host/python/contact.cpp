@@ -65,8 +65,7 @@ contact::Report add_depths_of(const PadOnArray& pad, nb::handle depth, double fo
     if (!nb::try_cast(with_strides(depth), array, false) || !has_rows(array) || array.shape(0) != height ||
         array.shape(1) != width)
         scene::refuse("depth", description_of(depth),
-                      "float32 array of shape " + python::text_of({height, width}) +
-                          " in m, its rows one after another");
+                      "float32 array of shape " + shape_text({height, width}) + " in m, its rows one after another");
     const Depths depths{
         .depth = array.data(), .force = force, .stiffness = stiffness, .pitch = size_t(array.stride(0))};
     return refusing([&] { return contact::add_depths(pad.pad(), depths); });

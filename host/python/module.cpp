@@ -5,7 +5,7 @@
 namespace dermis::python {
 namespace {
 
-const char* text_of(Error::Code code) {
+const char* name_of(Error::Code code) {
     switch (code) {
     case Error::Code::bad_input: return "bad_input";
     case Error::Code::no_device: return "no_device";
@@ -21,7 +21,7 @@ void translate(const std::exception_ptr& thrown, void*) {
         std::rethrow_exception(thrown);
     } catch (const Error& e) {
         const nb::object type = nb::module_::import_("dermis._error").attr("Error");
-        PyErr_SetObject(type.ptr(), nb::make_tuple(text_of(e.code()), e.parameter(), e.what()).ptr());
+        PyErr_SetObject(type.ptr(), nb::make_tuple(name_of(e.code()), e.parameter(), e.what()).ptr());
     }
 }
 
@@ -54,7 +54,7 @@ std::optional<AnyArray> array_in(nb::handle argument) {
     return array;
 }
 
-std::string text_of(const std::vector<size_t>& shape) {
+std::string shape_text(const std::vector<size_t>& shape) {
     std::string text;
     for (size_t n : shape) text += (text.empty() ? "" : ", ") + std::to_string(n);
     return "(" + text + (shape.size() == 1 ? ",)" : ")");
@@ -69,7 +69,7 @@ std::string description_of(nb::handle argument) {
     std::vector<size_t> shape;
     for (size_t i = 0; i < array.ndim(); ++i) shape.push_back(array.shape(i));
     const std::string where = array.device_type() == nb::device::cpu::value ? "" : " on another device";
-    return type_of(array.dtype()) + " array of shape " + text_of(shape) + where;
+    return type_of(array.dtype()) + " array of shape " + shape_text(shape) + where;
 }
 
 std::vector<Quantity> quantities_named(const std::string& parameter, const std::vector<std::string>& names) {

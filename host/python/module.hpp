@@ -66,7 +66,7 @@ using AnyArray = nb::ndarray<nb::ro, nb::device::cpu>;
 std::optional<AnyArray> array_in(nb::handle);
 // Says what an argument is, as in "float64 array of shape (25, 20)", or gives the beginning of its repr.
 std::string description_of(nb::handle);
-std::string text_of(const std::vector<size_t>& shape); // "(25, 20)"
+std::string shape_text(const std::vector<size_t>& shape); // "(25, 20)"
 
 template <class Enum> Enum value_named(const std::string& parameter, const std::string& name) {
     const std::optional<Enum> value = scene::value_of<Enum>(name);

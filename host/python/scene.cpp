@@ -17,8 +17,8 @@ void check_shapes(const MapArrays& maps, const Grid& grid) {
     const std::vector<size_t> shape = {size_t(grid.height), size_t(grid.width)};
     for (const auto& [name, map] : maps)
         if (map.shape(0) != shape[0] || map.shape(1) != shape[1])
-            scene::refuse(name, "array of shape " + text_of({map.shape(0), map.shape(1)}),
-                          "shape (height, width) = " + text_of(shape));
+            scene::refuse(name, "array of shape " + shape_text({map.shape(0), map.shape(1)}),
+                          "shape (height, width) = " + shape_text(shape));
 }
 
 std::vector<Site> sites_named(const std::vector<NamedSite>& named) {

@@ -101,7 +101,7 @@ AnyArray pressure_in(const SkinWithShapes& s, nb::handle argument, size_t pads) 
     if (!array || array->dtype() != nb::dtype<float>() || !is_dense(*array) || !fits(*array, s, pads)) {
         const bool strided = array && array->dtype() == nb::dtype<float>() && !is_dense(*array);
         scene::refuse("pressure", (strided ? "strided " : "") + description_of(argument),
-                      "float32 array in C order, of shape " + text_of(shape_of(s, pads)) + " in Pa");
+                      "float32 array in C order, of shape " + shape_text(shape_of(s, pads)) + " in Pa");
     }
     return std::move(*array);
 }
