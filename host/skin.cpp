@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 // dermis::Skin: frames in, responses out, on the CPU or on a device.
 #include "host/device.hpp"
+#include "host/plan/felt.hpp"
 #include "host/plan/float_environment.hpp"
-#include "host/plan/laplacian.hpp"
-#include "host/plan/site_cells.hpp"
 #include "host/report.hpp"
 #include "host/scene/refusal.hpp"
 
@@ -72,44 +71,6 @@ void check_header(const StateHeader& saved, const StateHeader& own) {
     need_same("rate of a spring for fa2", saved.rate, own.rate);
 }
 
-// The strain that a pad's state means. springs_: the moduli of springs in series in the cells that it holds, where they
-// differ.
-class Strains {
-  public:
-    explicit Strains(const plan::StreamedSkin& skin) : chain_(skin.skin.chain) {
-        const plan::PreparedSkin& s = skin.skin;
-        sums_ = chain_.elements() * (skin.variant().compensated ? 2 : 1);
-        if (!chain_.spring) return;
-        std::vector<Cell> at;
-        for (const Site& site : s.description.sites) at.push_back(site.cell);
-        if (!at.empty()) cells_ = plan::SiteCells(s, {s.whole()}, at).cells;
-        const size_t count = s.uniform() ? 0 : cells_.empty() ? s.cells() : cells_.size();
-        for (size_t i = 0; i < count; ++i)
-            springs_.push_back(s.materials[s.material_at(cells_.empty() ? i : cells_[i]) + chain_.elements()].modulus);
-    }
-
-    // That of each cell that the state holds. elements: the pad's in series, where all cells have the same.
-    std::vector<double> of(const float* state, const plan::StateLayout& layout,
-                           const std::vector<plan::Element>& elements) const {
-        const float* pressure = state + layout.cells * layout.planes;
-        std::vector<double> strains(layout.cells);
-        const size_t n = chain_.elements();
-        for (size_t i = 0; i < layout.cells; ++i) {
-            for (size_t e = 0; e < n; ++e) strains[i] += double(state[e * (sums_ / n) * layout.cells + i]);
-            if (chain_.spring)
-                strains[i] += double(pressure[cells_.empty() ? i : cells_[i]]) /
-                              (springs_.empty() ? elements.back().modulus : springs_[i]);
-        }
-        return strains;
-    }
-
-  private:
-    plan::Chain chain_;
-    size_t sums_;
-    std::vector<size_t> cells_; // that sites read; empty: all
-    std::vector<double> springs_;
-};
-
 } // namespace
 
 struct Skin::Impl {
@@ -118,11 +79,14 @@ struct Skin::Impl {
         : width(size_t(skin.skin.width())), height(size_t(skin.skin.height())), count(size_t(skin.pads)),
           fields(skin.skin.description.sites.empty()), uniform(skin.skin.uniform()), wanted(skin.wanted),
           chain(skin.skin.chain), state_layout(state_layout_of(skin)), header(header_of(skin, state_layout)),
-          strains(skin), threads(backend.capabilities().threads), tau(tau_range(skin.skin.materials)),
+          felt(skin), threads(backend.capabilities().threads), tau(tau_range(skin.skin.materials)),
           description(skin.skin.description), materials(options.materials), pressed(count),
           stream(backend.stream(skin)) {
         for (const Site& site : description.sites) ++sites_of[size_t(site.type)];
-        if (description.surface.kind == Surface::Kind::map) gain_at_rest = gain_of(skin.skin);
+        if (description.surface.kind == Surface::Kind::map) {
+            gain_at_rest = gain_of(skin.skin);
+            if (fields) rest_curvature = rest_curvature_of(skin.skin);
+        }
         description.surface.map = {};
         scene::drop_maps(description.material);
         description.sites.clear();
@@ -149,6 +113,16 @@ struct Skin::Impl {
             if (changed[q]) report.sign_changed.push_back(Quantity(q));
     }
 
+    static std::vector<float> rest_curvature_of(const plan::PreparedSkin& skin) {
+        std::vector<float> rest;
+        std::vector<double> row(size_t(skin.width()));
+        for (int y = 0; y < skin.height(); ++y) {
+            plan::rest_curvature_row(skin, y, 0, skin.width(), row.data());
+            for (double C : row) rest.push_back(float(C));
+        }
+        return rest;
+    }
+
     static double gain_of(const plan::PreparedSkin& skin) {
         return std::abs(skin.constants.curvature_length) * greatest_rest_curvature(skin);
     }
@@ -159,13 +133,15 @@ struct Skin::Impl {
     const plan::Chain chain;
     const plan::StateLayout state_layout; // of one pad
     const StateHeader header;             // of one pad
-    const Strains strains;
+    const plan::Felt felt;
     const int threads;
     const scene::TauRange tau;                   // of all cells, where they differ
     std::array<size_t, REDUCED_MAPS> sites_of{}; // of each class, in a pad
     SkinDescription description;                 // without maps and sites
     std::vector<Material> materials;             // of each pad, where each has its own
     std::optional<double> gain_at_rest;          // of a surface that cannot be made again
+    std::vector<float> rest_curvature;           // width*height, once it is needed; kept of a surface that is a map
+    std::array<std::vector<float>, 3> told;      // strain, indentation and curvature, once they are asked for
     std::vector<uint32_t> pressed;               // by pad: the last list in which it stood
     uint32_t lists = 0;
     std::unique_ptr<plan::Stream> stream;
@@ -185,6 +161,8 @@ struct Skin::Impl {
                           std::to_string(state_bytes(pads)) + " bytes");
     }
     void press(const float* pressure, size_t numbers, const plan::StepLengths&, const plan::PadList&);
+    std::vector<float> strain_of(int pad) const;
+    const std::vector<float>& tell(Quantity);
     void refuse_pressure(const float* pressure, const plan::PadList&) const;
     const Material& material_of(int pad) const {
         return materials.empty() ? description.material : materials[size_t(pad)];
@@ -229,6 +207,26 @@ void Skin::Impl::refuse_pressure(const float* pressure, const plan::PadList& pad
                               "finite numbers");
 }
 
+// The strain of each cell that a pad's state holds.
+std::vector<float> Skin::Impl::strain_of(int pad) const {
+    std::vector<float> state(state_layout.floats());
+    stream->save(pad, state.data());
+    std::vector<plan::Element> elements;
+    if (uniform) elements = scene::chain_of(material_of(pad));
+    return felt.strain(state.data(), elements);
+}
+
+// Reads strain, indentation or curvature of all pads from their states.
+const std::vector<float>& Skin::Impl::tell(Quantity q) {
+    if (q == Quantity::curvature && fields && rest_curvature.empty())
+        rest_curvature = rest_curvature_of(plan::prepare_skin(description, threads));
+    std::vector<float>& all = told[q == Quantity::strain ? 0 : q == Quantity::indentation ? 1 : 2];
+    all.resize(count * felt.count());
+    for (size_t pad = 0; pad < count; ++pad)
+        felt.read(q, strain_of(int(pad)), rest_curvature.data(), all.data() + pad * felt.count());
+    return all;
+}
+
 Skin::Skin(const Device& device, const SkinDescription& description, const SkinOptions& options) {
     const DefaultFloats guard;
     Device::Impl& d = device.impl();
@@ -256,10 +254,17 @@ void Skin::press(const float* pressure, size_t cells, const double* dt, size_t s
 }
 
 Skin::Response Skin::response(Quantity q) const {
-    const Impl& s = *impl_;
+    Impl& s = *impl_;
+    if (q == Quantity::strain || q == Quantity::indentation || q == Quantity::curvature) {
+        const DefaultFloats guard;
+        const std::vector<float>& all = s.tell(q);
+        return {all.data(), all.size()};
+    }
     if (!scene::is_receptor_class(q) || !s.wanted[size_t(q)])
-        scene::refuse("response", std::string("\"") + name(q) + "\"",
-                      s.fields ? "what SkinOptions::responses asks for" : "the classes of the description's sites");
+        scene::refuse(
+            "response", std::string("\"") + name(q) + "\"",
+            std::string(s.fields ? "what SkinOptions::responses asks for" : "the classes of the description's sites") +
+                ", strain, indentation, curvature");
     const float* data = s.stream->response(q); // throws if the device is lost
     return {data, s.count * (s.fields ? s.cells() : s.sites_of[size_t(q)])};
 }
@@ -323,12 +328,10 @@ Report Skin::report(int pad) const {
     if (s.uniform) elements = scene::chain_of(own.material);
     Report report = report_of(own, s.uniform ? tau_range(elements) : s.tau, scene::cells_per_ridge(own),
                               skin ? Impl::gain_of(*skin) : *s.gain_at_rest);
-    std::vector<float> state(s.state_layout.floats());
-    s.stream->save(pad, state.data());
-    const std::vector<double> strain = s.strains.of(state.data(), s.state_layout, elements);
+    const std::vector<float> strain = s.strain_of(pad);
     report.strain.value = 0;
-    for (double eps : strain) report.strain.value = std::max(report.strain.value, std::abs(eps));
-    if (skin && s.fields) s.bend(report, *skin, size_t(pad), strain);
+    for (float eps : strain) report.strain.value = std::max(report.strain.value, double(std::abs(eps)));
+    if (skin && s.fields) s.bend(report, *skin, size_t(pad), {strain.begin(), strain.end()});
     if (own.grid.spacing) report.indentation.value = report.strain.value * own.material.thickness.value_or(0);
     return report;
 }

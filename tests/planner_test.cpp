@@ -112,15 +112,15 @@ TEST_CASE("an accepted tolerance is kept in 3000 random scenes") {
 
 TEST_CASE("predicted_error is never exceeded in 3000 random scenes") { none(surveyed().exceeded); }
 
-TEST_CASE("of refusals with free precision and a tolerance from 1e-9 on, f64 would have met one in ten at most") {
+TEST_CASE("of refusals with free precision and a tolerance from 1e-9 on, f64 would have met one in twenty at most") {
     const oracle::Survey& s = surveyed();
     std::string lines;
     for (const std::string& line : s.wrongly_refused) lines += line + "\n";
     INFO(lines);
-    CHECK(10 * s.met_all_the_same <= s.refused_free);
+    CHECK(20 * s.met_all_the_same <= s.refused_free);
 }
 
-TEST_CASE("the bound is at most 10 times the measured error in the median") { CHECK(surveyed().median_ratio() <= 10); }
+TEST_CASE("the bound is at most 8 times the measured error in the median") { CHECK(surveyed().median_ratio() <= 8); }
 
 TEST_CASE("the choice is near the cheapest that would do, and a tighter tolerance is never cheaper") {
     const double tolerances[] = {1e-2, 1e-4, 1e-6, 1e-9};
@@ -451,6 +451,22 @@ TEST_CASE("what is nowhere above the least that is stored, or rectified to nothi
     accepted(with_maps(unloaded));
     unloaded.output = {{}, {}, {}, true};
     accepted(with_maps(unloaded)); // by sites alone
+}
+
+TEST_CASE("FA2 that stays below what is stored, the small difference of two large terms, is exact where one cell is "
+          "stepped for all") {
+    for (unsigned seed : {813u, 1689u, 2279u, 2801u, 21053u, 21936u}) { // moments, and once sites
+        CAPTURE(seed);
+        oracle::Family family(seed);
+        accepted(family.next());
+    }
+    Scene s = square(10, 1e-9, {Quantity::strain, Quantity::fa1, Quantity::fa2});
+    s.material = {1e6, 1, {}, {}, {}, {}}; // dt is 10^4 retardation times
+    s.load.envelope.kind = Envelope::Kind::pulse;
+    s.load.envelope.period = 0.3;
+    s.load.envelope.length = 0.1;
+    s.receptors.fa2 = Fa2::step_mean;
+    accepted(with_maps(s));
 }
 
 TEST_CASE("pulses that begin after the end press nothing") {

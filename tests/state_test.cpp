@@ -200,3 +200,74 @@ TEST_CASE("a skin's report has the greatest strain of its state, a spring's shar
         }
     }
 }
+
+TEST_CASE("a skin tells strain, indentation and curvature: with them its responses are the formula, bit for bit") {
+    const Validated vulkan;
+    for (const Device& device : {Device::cpu(1), vulkan.device()})
+        for (const SkinDescription& with : descriptions()) {
+            SkinDescription d = with;
+            d.material.spring = {}; // of which no state holds the strain
+            d.grid.spacing = 0.5;
+            d.surface.relief = 1;
+            d.material.thickness = 0.25;
+            d.material.curvature_length = 0.5;
+            CAPTURE(device.info().name);
+            CAPTURE(d.material.elements.size());
+            CAPTURE(d.sites.size());
+            SkinOptions options;
+            options.count = 2;
+            Skin skin(device, d, options);
+            const auto copy = [&](Quantity q) {
+                const Skin::Response r = skin.response(q);
+                return std::vector<float>(r.begin(), r.end());
+            };
+            for (float at_rest : copy(Quantity::strain)) CHECK(at_rest == 0);
+            std::vector<float> pressure = frame(d, 1), second = frame(d, 4);
+            pressure.insert(pressure.end(), second.begin(), second.end());
+            const float* const told = skin.response(Quantity::curvature).data;
+            skin.press(pressure, 0.02);
+            const std::vector<float> strain = copy(Quantity::strain), indentation = copy(Quantity::indentation),
+                                     curvature = copy(Quantity::curvature), sa1 = copy(Quantity::sa1);
+            CHECK(skin.response(Quantity::curvature).data == told); // the same memory
+            const size_t sites = d.sites.size(), count = sites ? sites : 19 * 11;
+            REQUIRE(strain.size() == 2 * count);
+            const float l = 0.5f;
+            size_t of_class = 0;
+            bool same = true, bent = false;
+            for (size_t pad = 0; pad < 2; ++pad)
+                for (size_t i = 0; i < count; ++i) {
+                    const size_t at = pad * count + i;
+                    CHECK(indentation[at] == 0.25f * strain[at]);
+                    bent |= curvature[at] != 0;
+                    if (sites && d.sites[i].type != Quantity::sa1) continue;
+                    same &= sa1[sites ? of_class : at] == f32::response(strain[at], curvature[at], l);
+                    ++of_class;
+                }
+            CHECK(same);
+            CHECK(bent);
+        }
+}
+
+TEST_CASE("the fields that a skin tells are those of a march") {
+    SkinDescription d = descriptions()[3]; // elements in maps, and a spring
+    Scene s;
+    static_cast<SkinDescription&>(s) = d;
+    s.load.envelope = {.kind = Envelope::Kind::ramp, .rise = 1};
+    s.time = {0.25, 0.75};
+    s.model = Model::march;
+    s.precision = Precision::f64;
+    s.output.traces.clear();
+    s.output.fields = {{0.5, {Quantity::strain, Quantity::curvature}}};
+    const Result r = run(s);
+    const SceneMaps m = maps(s);
+    Skin skin(Device::cpu(), d);
+    for (double t : {0.25, 0.5}) {
+        std::vector<float> pressure;
+        for (double p : m.pressure) pressure.push_back(float(p * t));
+        skin.press(pressure, 0.25);
+    }
+    for (const Field& f : r.fields) {
+        const Skin::Response told = skin.response(f.quantity);
+        CHECK(difference({told.begin(), told.end()}, {f.values.begin(), f.values.end()}) < 1e-6);
+    }
+}

@@ -3,9 +3,7 @@
 // give the same bits.
 #pragma once
 
-#include "host/plan/laplacian.hpp"
-#include "host/plan/site_cells.hpp"
-#include "host/plan/skin.hpp"
+#include "host/plan/felt.hpp"
 
 #include <algorithm>
 
@@ -41,35 +39,20 @@ class SitesOfCells {
   public:
     SitesOfCells(const plan::PreparedSkin& skin, const plan::SiteCells& cells) : stencil_(skin.stencil) {
         for (const Site& site : skin.description.sites)
-            sites_[size_t(site.type) - QUANTITY_SA1].push_back(
-                {.stencil = stencil_cells_of(skin, cells, site.cell),
-                 .x = f32::axis(site.cell.x, skin.width(), skin.stencil, skin.edges),
-                 .y = f32::axis(site.cell.y, skin.height(), skin.stencil, skin.edges),
-                 .rest_curvature = float(plan::rest_curvature_at(skin, site.cell))});
+            sites_[size_t(site.type) - QUANTITY_SA1].emplace_back(skin, cells, site.cell);
     }
     void read(const float* strain, const std::array<const float*, RESPONSE_MAPS>& signals, const f32::Constants& c,
               const std::array<float*, RESPONSE_MAPS>& responses) const {
         for (size_t r = 0; r < RESPONSE_MAPS; ++r)
-            std::ranges::transform(sites_[r], responses[r], [&](const Place& site) {
-                const float eps = strain[site.stencil.here];
-                const auto along = [&](const size_t(&at)[4], const f32::Axis& axis) {
-                    return f32::difference(strain[at[0]], strain[at[1]], eps, strain[at[2]], strain[at[3]], axis,
-                                           stencil_);
-                };
-                const float L = f32::add(along(site.stencil.x, site.x), along(site.stencil.y, site.y)),
-                            C = f32::curvature_of(site.rest_curvature, L, c.bend);
+            std::ranges::transform(sites_[r], responses[r], [&](const plan::SitePlace& site) {
+                const float C = site.curvature(strain, stencil_, c.bend);
                 return f32::answer(int(r) + QUANTITY_SA1, signals[r][site.stencil.here], C, c);
             });
     }
 
   private:
-    struct Place {
-        plan::StencilCells stencil;
-        f32::Axis x, y;
-        float rest_curvature;
-    };
     int stencil_;
-    std::array<std::vector<Place>, RESPONSE_MAPS> sites_;
+    std::array<std::vector<plan::SitePlace>, RESPONSE_MAPS> sites_;
 };
 
 } // namespace dermis::cpu

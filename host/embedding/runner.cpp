@@ -3,6 +3,7 @@
 
 #include "host/embedding/skin_program.hpp"
 #include "host/plan/float_environment.hpp"
+#include "host/vulkan/windows.hpp"
 
 #include <algorithm>
 #include <cstring>
@@ -14,8 +15,8 @@ namespace {
 VkDescriptorBufferInfo info(const Buffer& b) { return {b.handle(), 0, b.bytes()}; }
 
 // Makes the program; throws Error::bad_input where its memory exceeds the device's, before anything is allocated.
-SkinProgram fitting(const Context& context, const plan::StreamedSkin& skin) {
-    SkinProgram program = program_of(context.handles(), skin, 2);
+SkinProgram fitting(Context& context, const plan::StreamedSkin& skin) {
+    SkinProgram program = program_of(context, skin, 2);
     const MemoryNeeds& n = program.memory();
     const VkDeviceSize all = n.constants.bytes + 2 * n.state.bytes + 2 * n.pressure.bytes + n.response.bytes;
     if (all > context.heap_bytes())
@@ -30,9 +31,9 @@ SkinProgram fitting(const Context& context, const plan::StreamedSkin& skin) {
 
 SkinRunner::SkinRunner(std::shared_ptr<Context> context, const plan::StreamedSkin& skin)
     : pads_(size_t(skin.pads)), width_(size_t(skin.skin.width())), pitch_(size_t(skin.skin.pitch)),
-      height_(skin.skin.height()), layout_(state_layout_of(skin)), sites_(!skin.skin.description.sites.empty()),
-      strain_(skin.variant().keeps_strain), context_(std::move(context)), program_(fitting(*context_, skin)),
-      constants_(buffer(program_.memory().constants, Buffer::Location::device)),
+      height_(skin.skin.height()), layout_(state_layout_of(skin)), variant_(specialization(skin.variant())),
+      sites_(!skin.skin.description.sites.empty()), strain_(skin.variant().keeps_strain), context_(std::move(context)),
+      program_(fitting(*context_, skin)), constants_(buffer(program_.memory().constants, Buffer::Location::device)),
       state_{buffer(program_.memory().state, Buffer::Location::device),
              buffer(program_.memory().state, Buffer::Location::device)},
       pressure_{buffer(program_.memory().pressure, Buffer::Location::device),
@@ -43,6 +44,7 @@ SkinRunner::SkinRunner(std::shared_ptr<Context> context, const plan::StreamedSki
       download_(buffer(program_.memory().response, Buffer::Location::host)), tables_(skin, skin.skin.materials),
       pad_(pads_), numbers_(pads_), steps_(pads_) {
     listed_.reserve(pads_);
+    variant_.push_back(sites_);
     fill(constants_, program_.memory().constants);
     fill(invalid_, program_.memory().invalid);
     for (int i = 0; i < 2; ++i)
@@ -85,6 +87,15 @@ void SkinRunner::fill(Buffer& buffer, const Memory& m) {
 }
 
 bool SkinRunner::exact() {
+    auto& known = context_->exact_variants();
+    if (const auto found = known.find(variant_); found != known.end()) return found->second;
+    const bool exact = passes_check();
+    known[variant_] = exact;
+    return exact;
+}
+
+bool SkinRunner::passes_check() {
+    make_check(program_);
     const Memory& m = program_.memory().check;
     Buffer check(*context_, m.bytes, Buffer::Location::device), back(*context_, m.bytes, Buffer::Location::host);
     fill(check, m);
@@ -96,7 +107,7 @@ bool SkinRunner::exact() {
     context_->calls().vkCmdCopyBuffer(commands, check.handle(), back.handle(), 1, &region);
     context_->barrier(commands);
     context_->submit();
-    return program_.check_passed(back.data());
+    return program_.check_passed(back.data(), back.bytes());
 }
 
 bool SkinRunner::take(const plan::PadList& pads, const float* pressures) {

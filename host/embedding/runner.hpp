@@ -31,13 +31,15 @@ class SkinRunner : public plan::Stream {
     template <class F> void each_run(F f) const;
     // Calls f(first byte, bytes) for each run of neighbouring pads of a list among the parts of a buffer, one for each.
     template <class F> void each_part(const plan::PadList&, VkDeviceSize bytes, F f) const;
+    bool passes_check();
     void sort(const plan::PadList&, const plan::StepLengths&);
     void read_responses(const plan::PadList&);
 
     const size_t pads_, width_, pitch_;
     const int height_;
     const plan::StateLayout layout_;
-    const bool sites_, strain_; // only sites respond; the state holds the cell's strain before all other planes
+    std::vector<uint32_t> variant_; // of its kernel: the specialization, and whether sites respond
+    const bool sites_, strain_;     // only sites respond; the state holds the cell's strain before all other planes
     std::shared_ptr<Context> context_;
     SkinProgram program_;
     Buffer constants_, state_[2], pressure_[2], response_, invalid_, upload_, download_;

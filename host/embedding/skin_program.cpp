@@ -122,21 +122,33 @@ class DeviceCheck {
 
 struct SkinProgram::Impl {
     Impl(const Handles& h, plan::StreamedSkin&& skin, uint32_t most)
-        : device(checked(h)), pipelines(device), check(pipelines, skin), recorder(pipelines, std::move(skin), most),
-          max_bindings(most), needs(recorder.needs()), labels(labels_of(h)) {
-        needs.check = check.memory();
+        : own_device(checked(h)), own_pipelines(std::in_place, *own_device), pipelines(*own_pipelines),
+          recorder(pipelines, std::move(skin), most), max_bindings(most), needs(recorder.needs()),
+          labels(labels_of(h)) {
+        make_check();
+    }
+    // Uses the pipelines of a context, whose check is made where it is needed.
+    Impl(Pipelines& shared, const Handles& h, plan::StreamedSkin&& skin, uint32_t most)
+        : pipelines(shared), recorder(pipelines, std::move(skin), most), max_bindings(most), needs(recorder.needs()),
+          labels(labels_of(h)) {}
+
+    void make_check() {
+        check.emplace(pipelines, recorder.skin());
+        needs.check = check->memory();
     }
 
     bool batch() const { return recorder.skin().pads > 1; }
     bool ascend(const Pads&) const noexcept;
-    bool record(VkCommandBuffer, Binding, const plan::PadList&, const plan::StepLengths&,
-                const Timestamps&) const noexcept;
+    Recorded record(VkCommandBuffer, Binding, const plan::PadList&, const plan::StepLengths&,
+                    const Timestamps&) const noexcept;
     void check_range(const char* name, const VkDescriptorBufferInfo&, const Memory&) const;
     void check_apart(const Buffers&) const;
 
-    const DeviceTable device;
-    Pipelines pipelines;
-    DeviceCheck check;
+    std::optional<DeviceTable> own_device;
+    std::optional<Pipelines> own_pipelines;
+    Pipelines& pipelines;
+    const DeviceTable& device = pipelines.device();
+    std::optional<DeviceCheck> check;
     Recorder recorder;
     uint32_t max_bindings, bindings = 0;
     MemoryNeeds needs;
@@ -151,15 +163,24 @@ struct Internal {
         program.impl_ = std::make_unique<SkinProgram::Impl>(handles, std::move(skin), max_bindings);
         return program;
     }
-    static Recorder& recorder_of(SkinProgram& program) { return program.impl_->recorder; }
+    static SkinProgram make(Pipelines& shared, const Handles& handles, plan::StreamedSkin&& skin,
+                            uint32_t max_bindings) {
+        const DefaultFloats guard;
+        SkinProgram program;
+        program.impl_ = std::make_unique<SkinProgram::Impl>(shared, handles, std::move(skin), max_bindings);
+        return program;
+    }
+    static SkinProgram::Impl& impl_of(SkinProgram& program) { return *program.impl_; }
 };
 
-SkinProgram program_of(const Handles& handles, const plan::StreamedSkin& skin, uint32_t max_bindings) {
-    return Internal::make(handles, plan::StreamedSkin(skin), max_bindings);
+SkinProgram program_of(Context& context, const plan::StreamedSkin& skin, uint32_t max_bindings) {
+    return Internal::make(context.pipelines(), context.handles(), plan::StreamedSkin(skin), max_bindings);
 }
 
+void make_check(SkinProgram& program) { Internal::impl_of(program).make_check(); }
+
 void set_elements(SkinProgram& program, const plan::PadList& pads, const std::vector<plan::Element>& elements) {
-    Internal::recorder_of(program).set_elements(pads, elements);
+    Internal::impl_of(program).recorder.set_elements(pads, elements);
 }
 
 namespace {
@@ -215,13 +236,13 @@ void SkinProgram::Impl::check_range(const char* name, const VkDescriptorBufferIn
     if (b.offset % m.alignment != 0)
         refuse(parameter + ".offset", std::to_string(b.offset),
                "a multiple of minStorageBufferOffsetAlignment = " + std::to_string(m.alignment));
-    if (b.range < m.bytes || b.range == VK_WHOLE_SIZE)
-        refuse(parameter + ".range", b.range == VK_WHOLE_SIZE ? "VK_WHOLE_SIZE" : std::to_string(b.range),
-               "at least " + std::to_string(m.bytes) + " bytes, and a number");
+    if (b.range < m.bytes) // VK_WHOLE_SIZE is the greatest number
+        refuse(parameter + ".range", std::to_string(b.range), "at least " + std::to_string(m.bytes) + " bytes");
     VkMemoryRequirements there{};
     device.calls.vkGetBufferMemoryRequirements(device.device, b.buffer, &there);
-    if (b.offset > there.size || b.range > there.size - b.offset)
-        refuse(parameter, std::to_string(b.offset) + " + " + std::to_string(b.range) + " bytes",
+    const VkDeviceSize range = b.range == VK_WHOLE_SIZE ? m.bytes : b.range;
+    if (b.offset > there.size || range > there.size - b.offset)
+        refuse(parameter, std::to_string(b.offset) + " + " + std::to_string(range) + " bytes",
                "within the buffer, which has at most " + std::to_string(there.size));
 }
 
@@ -271,12 +292,13 @@ bool SkinProgram::Impl::ascend(const Pads& pads) const noexcept {
     return true;
 }
 
-bool SkinProgram::Impl::record(VkCommandBuffer commands, Binding binding, const plan::PadList& pads,
-                               const plan::StepLengths& dt, const Timestamps& stamps) const noexcept {
+Recorded SkinProgram::Impl::record(VkCommandBuffer commands, Binding binding, const plan::PadList& pads,
+                                   const plan::StepLengths& dt, const Timestamps& stamps) const noexcept {
     for (size_t i = 0; i < (dt.each ? pads.count : 1); ++i)
-        if (!scene::finite(dt[i]) || dt[i] < 0) return false;
+        if (!scene::finite(dt[i]) || dt[i] < 0) return {"dt is not a finite number >= 0"};
     PressTable table;
-    if (batch() ? !recorder.accepts(pads, dt) : !recorder.fill(table, dt[0])) return false;
+    if (batch() ? !recorder.accepts(pads, dt) : !recorder.fill(table, dt[0]))
+        return {"dt: a coefficient of the step is beyond 3.4e38"};
     const VolkDeviceTable& vk = device.calls;
     VkDebugUtilsLabelEXT label{VK_STRUCTURE_TYPE_DEBUG_UTILS_LABEL_EXT};
     label.pLabelName = "dermis press";
@@ -287,20 +309,23 @@ bool SkinProgram::Impl::record(VkCommandBuffer commands, Binding binding, const 
     if (stamps.pool)
         vk.vkCmdWriteTimestamp(commands, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, stamps.pool, stamps.first + 1);
     if (labels.begin) labels.end(commands);
-    return true;
+    return {};
 }
 
-bool SkinProgram::record_press(VkCommandBuffer commands, Binding binding, double dt,
-                               const Timestamps& stamps) const noexcept {
-    if (binding.program != impl_.get()) return false;
+Recorded SkinProgram::record_press(VkCommandBuffer commands, Binding binding, double dt,
+                                   const Timestamps& stamps) const noexcept {
+    if (binding.program != impl_.get()) return {"the binding is not this program's"};
     return impl_->record(commands, binding, {.count = size_t(impl_->recorder.skin().pads)}, {&dt}, stamps);
 }
 
-bool SkinProgram::record_press(VkCommandBuffer commands, Binding binding, const Pads& pads, const double* dt,
-                               size_t steps, const Timestamps& stamps) const noexcept {
+Recorded SkinProgram::record_press(VkCommandBuffer commands, Binding binding, const Pads& pads, const double* dt,
+                                   size_t steps, const Timestamps& stamps) const noexcept {
     const Impl& impl = *impl_;
     const size_t count = pads.all ? size_t(impl.recorder.skin().pads) : pads.count;
-    if (binding.program != &impl || !impl.batch() || !impl.ascend(pads) || (steps != 1 && steps != count)) return false;
+    if (binding.program != &impl) return {"the binding is not this program's"};
+    if (!impl.batch()) return {"pads: the program is of a single skin"};
+    if (!impl.ascend(pads)) return {"pads: the numbers do not ascend from 0 on below SkinOptions::count"};
+    if (steps != 1 && steps != count) return {"steps: neither one nor as many as pads"};
     return impl.record(commands, binding, {.ids = pads.all ? nullptr : pads.numbers, .count = count},
                        {.dt = dt, .each = steps != 1}, stamps);
 }
@@ -321,20 +346,23 @@ void SkinProgram::set_material(const Material& material, const Pads& pads) {
 void SkinProgram::bind_check(const VkDescriptorBufferInfo& range) {
     Impl& impl = *impl_;
     impl.check_range("check", range, impl.needs.check);
-    if (impl.check.bound()) refuse("check", "bound already", "one binding");
-    impl.check.bind(range);
+    if (impl.check->bound()) refuse("check", "bound already", "one binding");
+    impl.check->bind(range);
 }
 
 bool SkinProgram::record_check(VkCommandBuffer commands) const noexcept {
     const Impl& impl = *impl_;
-    if (!impl.check.bound()) return false;
-    impl.check.record(commands, impl.device.calls);
+    if (!impl.check->bound()) return false;
+    impl.check->record(commands, impl.device.calls);
     return true;
 }
 
-bool SkinProgram::check_passed(const void* bytes) const {
+bool SkinProgram::check_passed(const void* bytes, size_t size) const {
     const DefaultFloats guard;
-    return impl_->check.passed(static_cast<const unsigned char*>(bytes));
+    if (!bytes || size < impl_->needs.check.bytes)
+        refuse("check", bytes ? std::to_string(size) + " bytes" : "(null)",
+               "memory().check.bytes = " + std::to_string(impl_->needs.check.bytes));
+    return impl_->check->passed(static_cast<const unsigned char*>(bytes));
 }
 
 } // namespace dermis::vulkan

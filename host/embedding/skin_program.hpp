@@ -3,11 +3,14 @@
 
 #include "dermis/vulkan.hpp"
 #include "host/plan/streamed_skin.hpp"
+#include "host/vulkan/context.hpp"
 
 namespace dermis::vulkan {
 
-// Makes a SkinProgram of a skin that is prepared already.
-SkinProgram program_of(const Handles&, const plan::StreamedSkin&, uint32_t max_bindings);
+// Makes a SkinProgram of a skin that is prepared already, with the pipelines of a context and without its check.
+SkinProgram program_of(Context&, const plan::StreamedSkin&, uint32_t max_bindings);
+// Makes the check; memory().check is then what it needs.
+void make_check(SkinProgram&);
 // Gives pads of a program other elements, which have been checked.
 void set_elements(SkinProgram&, const plan::PadList&, const std::vector<plan::Element>&);
 

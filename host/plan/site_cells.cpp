@@ -43,16 +43,23 @@ bool ever_pressed(const PressedCells& pressed, size_t cell, int width) {
 SiteCells::SiteCells(const PreparedSkin& skin, const PressedCells& pressed, const std::vector<Cell>& at)
     : points(at), chain(skin.chain) {
     const size_t width = size_t(skin.width());
+    const bool many = points.size() > skin.cells() / 256; // then marking cells is faster than sorting them
+    std::vector<bool> marked(many ? skin.cells() : 0);
+    const auto add = [&](size_t cell) {
+        if (!ever_pressed(pressed, cell, skin.width())) return false;
+        if (many) marked[cell] = true;
+        else cells.push_back(cell);
+        return true;
+    };
     for (const Cell& c : points) {
         const Neighbours n = neighbours_of(skin, c);
-        const size_t cell = size_t(c.y) * width + size_t(c.x);
-        if (!ever_pressed(pressed, cell, skin.width())) continue;
-        cells.push_back(cell);
+        if (!add(size_t(c.y) * width + size_t(c.x))) continue;
         for (const auto& along : {n.x, n.y})
-            for (int i = 0; i < 4; ++i)
-                if (ever_pressed(pressed, along[i], skin.width())) cells.push_back(along[i]);
+            for (int i = 0; i < 4; ++i) add(along[i]);
     }
-    std::sort(cells.begin(), cells.end());
+    for (size_t cell = 0; cell < marked.size(); ++cell)
+        if (marked[cell]) cells.push_back(cell);
+    if (!many) std::ranges::sort(cells);
     cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
     std::map<int, int> known;
     for (size_t cell : cells) {

@@ -109,11 +109,11 @@ class Timeline {
     Timeline(const Schedule& schedule, const PreparedSkin& skin)
         : Timeline(schedule, skin.materials, skin.rule, schedule.method) {}
     bool next(Step&);
+    scene::Instant frame_time(long long k) const;
 
   private:
     using Instant = scene::Instant;
     Instant output_time(long long n) const;
-    Instant frame_time(long long k) const;
     long long frame_at(Instant) const;
     bool regular(Instant from, Instant to) const;
     double length_of(Instant from, Instant to) const;

@@ -40,7 +40,8 @@ struct CountedArithmetic::Pressures {
 };
 
 CountedArithmetic::Pressures CountedArithmetic::pressures(const CountedLoad& load) const {
-    // Between frames the load's errors contain the rounding of the pressure; otherwise it is the same in all responses.
+    if (bound) return {load.s0, load.ds, load.sj}; // what they are off by is all counted
+    // The rounding of the map is the same in all responses.
     const auto pressure = [&](const Counted& share) { return times(stored(share), {1, 0}); };
     return {pressure(load.s0), pressure(load.ds), pressure(load.sj)};
 }
@@ -58,15 +59,18 @@ void CountedArithmetic::strain(const CountedStep& step, const Pressures& p, cons
     if (bound) { // 0 <= f <= b
         const double s0 = p.s0.value, f = step.k.f;
         n.eps.value = keep * before + std::min(b * s0 + f * p.ds.value, (b - f) * s0 + f * step.load.end);
+        n.excess = (keep + 0x1p-50) * r.value + (std::abs(1 - f * E) + 0x1p-50) * p.ds.value;
     }
     n.eps.shift = c.eps.shift + moved.shift;
-    n.eps.off = keep * c.eps.off + moved.off + left(n.eps.value) + flushed(n.eps.value);
+    n.eps.off = keep * c.eps.off + moved.off + left(n.eps.value, c.eps) + flushed(n.eps.value);
     n.flushed = c.flushed || flushed(n.eps.value) > 0;
 }
 
 // What the strain is off by is carried on beside it.
 Counted CountedArithmetic::excess_stress(const CountedStep& step, const Pressures& p, const CountedCell& c) const {
-    return plus(p.s0, times(factor(step, &C::E, 0), {-c.eps.value, 0, -c.eps.shift}));
+    Counted r = plus(p.s0, times(factor(step, &C::E, 0), {-c.eps.value, 0, -c.eps.shift}));
+    if (bound) r.value = std::min(r.value, c.excess + p.sj.value);
+    return r;
 }
 
 void CountedArithmetic::spring(const CountedStep& step, const Pressures& p, const CountedCell& c,
@@ -105,6 +109,7 @@ void CountedArithmetic::press(const CountedStep* steps, size_t count, const Coun
         if (e == 0) { // the load's share in all of them
             gained = plus(gained, times(factor(step, &C::i1, units.i1), p.s0));
             gained = plus(gained, times(factor(step, &C::i2, units.i2), p.ds));
+            if (bound) gained.value -= std::max(0.0, k.i2 * (p.s0.value + p.ds.value - step.load.end)); // 0 <= i2 <= i1
             rate = plus(rate, times(factor(step, &C::v1, units.changes), p.ds));
             acceleration = plus(acceleration, times(factor(step, &C::a1, units.changes), p.ds));
             acceleration = plus(acceleration, times(factor(step, &C::a2, units.a2), p.sj));
@@ -121,7 +126,7 @@ void CountedArithmetic::press(const CountedStep* steps, size_t count, const Coun
     const double keep = std::abs(1 - first.leak);
     n.sum.value = bound ? keep * sum.value + gained.value : sum.value + leaked.value;
     n.sum.shift = sum.shift + leaked.shift;
-    n.sum.off = keep * sum.off + keep_off + leaked.off + left(n.sum.value) + flushed(n.sum.value);
+    n.sum.off = keep * sum.off + keep_off + leaked.off + left(n.sum.value, sum) + flushed(n.sum.value);
     n.flushed = n.flushed || before[0].flushed || flushed(n.sum.value) > 0;
     n.rate = rate;
     n.rate.off += rate_off;

@@ -21,6 +21,7 @@ inline Counted operator-(const Counted& a) { return {-a.value, a.off, -a.shift};
 // that its state holds.
 struct CountedCell {
     Counted eps{0, 0}, sum{0, 0}, rate{0, 0}, acceleration{0, 0}, spring_rate{0, 0};
+    double excess = 0;    // between frames: greatest |pressure less the spring's stress|
     bool flushed = false; // what was too small to be stored is part of what they are off by
 
     // The signal of a quantity.
@@ -64,9 +65,8 @@ struct CountedArithmetic {
 
     // Half a unit in the last place of the greatest cell's value; of no other cell is it more.
     double rounding(double x) const {
-        int exponent = 0;
-        std::frexp(peak * std::abs(x) * (1 + 1e-5), &exponent);
-        return x == 0 || peak == 0 ? 0 : std::ldexp(u, exponent - 1) / peak;
+        const double greatest = peak * std::abs(x) * (1 + 1e-5);
+        return greatest == 0 ? 0 : std::ldexp(u, std::ilogb(greatest)) / peak;
     }
     // A number as it comes to the kernel: rounded to float there.
     Counted stored(Counted a) const {
@@ -87,7 +87,7 @@ struct CountedArithmetic {
     }
     Counted plus(Counted a, Counted b) const {
         const double x = bound ? std::abs(a.value) + std::abs(b.value) : a.value + b.value;
-        return {x, a.off + b.off + (a.value == 0 || b.value == 0 ? 0 : rounding(x)), a.shift + b.shift};
+        return {x, a.off + b.off + rounding_of_sum(x, a, b), a.shift + b.shift};
     }
 
     // One step of n elements in series, whose coefficients are joined (plan::join_loads) and stand in `steps`. What eps
@@ -100,10 +100,18 @@ struct CountedArithmetic {
     Counted excess_stress(const CountedStep&, const Pressures&, const CountedCell&) const;
     void strain(const CountedStep&, const Pressures&, const CountedCell& before, CountedCell& after) const;
     void spring(const CountedStep&, const Pressures&, const CountedCell& before, CountedCell& after) const;
+    // The rounding of a sum is no more than either of its terms, and there is none where they cancel down to less than
+    // the smaller one.
+    double rounding_of_sum(double x, const Counted& a, const Counted& b) const {
+        const double smaller = std::min(std::abs(a.value), std::abs(b.value));
+        if (smaller == 0 || (!bound && std::abs(x) < 0.9 * smaller)) return 0;
+        return std::min(rounding(x), smaller + a.off + b.off + std::abs(a.shift) + std::abs(b.shift));
+    }
     double flushed(double x) const { return x != 0 && (bound || least * std::abs(x) < flush) ? flush : 0; }
     // A compensated sum keeps a part of each addition's rounding, and what of it is too small to be carried.
-    double left(double x) const {
-        return carried < 1 ? carried * rounding(x) + std::min(rounding(x), flush) : rounding(x);
+    double left(double x, const Counted& before) const {
+        const double rounded = std::min(rounding(x), std::abs(before.value) + before.off + std::abs(before.shift));
+        return carried < 1 ? carried * rounded + std::min(rounded, flush) : rounded;
     }
 };
 

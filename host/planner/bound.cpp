@@ -6,6 +6,7 @@
 #include "host/reduced/sites.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace dermis::planner {
 namespace {
@@ -106,92 +107,98 @@ void add_telling_sites(const PreparedSkin& skin, const Schedule& schedule, std::
     }
 }
 
+// The unit of the roundings that are counted: where the run's own are measured, those of the reference.
+double counted_unit(const Arithmetic& kind) { return kind.separable ? unit_of_reference : kind.unit(); }
+
+// The materials that an analysis steps, each with the arithmetic of its cell.
+struct AnalysedMaterials {
+    std::vector<PressedMaterial> pressed;
+    std::vector<CountedMaterial> counted; // the same, each with the pressure around what is read as its peak
+    std::vector<size_t> ends;             // of all of them, or of those at each place of a series
+    plan::Chain chain;
+    std::vector<CountedMaterial> extremes; // of each part, its least and its greatest retardation time
+};
+
+// Where elements in series are too many, those of each place in the series are represented by some of them, as if they
+// were cells of their own.
+void represent(AnalysedMaterials& m) {
+    const std::vector<PressedMaterial> all = std::exchange(m.pressed, {});
+    for (size_t e = 0; e < m.chain.length; ++e) {
+        std::vector<PressedMaterial> of_place;
+        for (size_t i = e; i < all.size(); i += m.chain.length) of_place.push_back(all[i]);
+        const std::vector<PressedMaterial> few = representatives(of_place);
+        m.pressed.insert(m.pressed.end(), few.begin(), few.end());
+        m.ends.push_back(m.pressed.size());
+    }
+    m.chain = {};
+}
+
+AnalysedMaterials analysed(const PreparedSkin& skin, const Schedule& schedule, const Arithmetic& kind,
+                           const Read& read) {
+    AnalysedMaterials m{
+        .pressed = pressed_materials(skin, schedule, read), .counted = {}, .ends = {}, .chain = skin.chain};
+    take_gains(skin, schedule, read, kind.separable, m.pressed);
+    if (too_many(m.pressed.size(), double(schedule.outputs))) represent(m);
+    if (m.ends.empty()) m.ends = {m.pressed.size()};
+    const double least = schedule.framed ? 0 : least_of(schedule.pressure);
+    const double u = counted_unit(kind);
+    for (const PressedMaterial& material : m.pressed) {
+        const double peak = material.around;
+        m.counted.push_back({.element = material.element,
+                             .arithmetic = {.u = u,
+                                            .peak = kind.separable ? 1 : peak,
+                                            .single = kind.single,
+                                            .bound = schedule.framed,
+                                            .carried = kind.compensated ? 2 * u : 1,
+                                            .flush = peak > 0 && !kind.separable ? 2 * kind.stored / peak : 0,
+                                            .least = peak > 0 ? least / peak : 0},
+                             .peak = peak});
+    }
+    for (size_t i = 0; kind.separable && i < skin.parts.size(); ++i)
+        for (const Element& element : {skin.parts[i].low, skin.parts[i].high})
+            m.extremes.push_back(
+                {.element = element, .arithmetic = m.counted[i].arithmetic, .peak = m.counted[i].peak});
+    return m;
+}
+
+double greatest_around(const std::vector<PressedMaterial>& materials) {
+    double greatest = 0;
+    for (const PressedMaterial& m : materials) greatest = std::max(greatest, m.around);
+    return greatest;
+}
+
 // The running analysis of one cell of each material, step by step.
 class Analysis {
   public:
     Analysis(const PreparedSkin& skin, const Schedule& schedule, const Arithmetic& kind, const Read& read)
-        : skin_(skin), schedule_(schedule), kind_(kind), u_(kind.single ? 0x1p-24 : 0x1p-53),
-          rounded_pressure_(0x1p-53 + (kind.single ? u_ : 0)), last_(kind.compensated ? u_ : 0),
-          l_(std::abs(skin.constants.curvature_length)), weight_(skin.constants.bend * weight_of(skin.stencil)),
-          rest_(rest_peak(skin, schedule, !read.everything)), chain_(skin.chain) {
-        const double least = schedule.framed ? 0 : least_of(schedule.pressure);
-        const auto arithmetic = [&](double peak) {
-            return CountedArithmetic{.u = u_,
-                                     .peak = kind.separable ? 1 : peak,
-                                     .single = kind.single,
-                                     .bound = schedule.framed,
-                                     .carried = kind.compensated ? 2 * u_ : 1,
-                                     .flush = peak > 0 && !kind.separable ? 2 * kind.stored / peak : 0,
-                                     .least = peak > 0 ? least / peak : 0};
-        };
-        double greatest = 0; // pressure around what is read
-        std::vector<PressedMaterial> pressed = pressed_materials(skin, schedule, read);
-        take_gains(skin, schedule, read, kind.separable, pressed);
-        for (const auto& materials : analysed(std::move(pressed))) {
-            for (const PressedMaterial& m : materials) {
-                materials_.push_back({m.element, arithmetic(m.around), m.around});
-                share_.push_back(m.around > 0 ? m.peak / m.around : 0);
-                gain_.push_back(m.gain);
-                greatest = std::max(greatest, m.around);
-            }
-            ends_.push_back(materials_.size());
-        }
-        rough_ = roughness_of(skin, schedule, schedule.framed ? 1 : greatest);
-        if (kind.separable && !skin.parts.empty()) pair_parts();
+        : skin_(skin), schedule_(schedule), kind_(kind), u_(kind.unit()),
+          last_(kind.compensated ? counted_unit(kind) : 0), l_(std::abs(skin.constants.curvature_length)),
+          weight_(skin.constants.bend * weight_of(skin.stencil)), rest_(rest_peak(skin, schedule, !read.everything)),
+          materials_(analysed(skin, schedule, kind, read)),
+          rough_(roughness_of(skin, schedule, schedule.framed ? 1 : greatest_around(materials_.pressed))),
+          run_(schedule, materials_.counted, skin.rule, schedule.method, materials_.chain, kind.separable) {
+        if (schedule.method != Method::exact)
+            exact_.emplace(schedule, materials_.counted, skin.rule, Method::exact, materials_.chain);
+        if (!materials_.extremes.empty()) extremes_.emplace(schedule, materials_.extremes, skin.rule, schedule.method);
     }
 
     Bounds run() {
-        CountedRun by_method(schedule_, materials_, skin_.rule, schedule_.method, chain_);
-        const bool baseline = schedule_.method != Method::exact;
-        std::optional<CountedRun> exact;
-        if (baseline) exact.emplace(schedule_, materials_, skin_.rule, Method::exact, chain_);
-        while (by_method.next()) {
-            if (exact) exact->next(); // a baseline has its fields at outputs, so that both read the same times
-            now_ = by_method.cells();
-            exact_ = exact ? exact->cells() : now_;
+        while (run_.next()) {
+            if (exact_) exact_->next(); // a baseline has its fields at outputs, so that both read the same times
+            if (extremes_) extremes_->next();
             widen();
         }
         return bounds_;
     }
 
   private:
-    // Where elements in series are too many, those of each place in the series are represented by some of them, as if
-    // they were cells of their own.
-    std::vector<std::vector<PressedMaterial>> analysed(std::vector<PressedMaterial> all) {
-        if (!too_many(all.size(), double(schedule_.outputs))) return {all};
-        std::vector<std::vector<PressedMaterial>> few;
-        for (size_t e = 0; e < chain_.length; ++e) {
-            std::vector<PressedMaterial> of_place;
-            for (size_t i = e; i < all.size(); i += chain_.length) of_place.push_back(all[i]);
-            few.push_back(representatives(of_place));
-        }
-        chain_ = {};
-        return few;
-    }
-
-    // Each part is analysed with its least and with its greatest retardation time, one after the other.
-    void pair_parts() {
-        std::vector<CountedMaterial> materials;
-        std::vector<double> share, gain;
-        for (size_t i = 0; i < skin_.parts.size(); ++i)
-            for (const Element& m : {skin_.parts[i].low, skin_.parts[i].high}) {
-                materials.push_back({m, materials_[i].arithmetic, materials_[i].peak});
-                share.push_back(share_[i]);
-                gain.push_back(gain_[i]);
-            }
-        materials_ = materials;
-        ends_ = {materials_.size()};
-        share_ = share;
-        gain_ = gain;
-        paired_ = true;
-    }
-
     // Distance of the method from the exact one, per unit of pressure; 0 for the exact method itself. A part adds what
     // its retardation times differ by and the rounding of pressure over resistance.
     double truncation(size_t i, int q) const {
-        const double method = std::abs(now_[i].value(q) - exact_[i].value(q));
-        if (!paired_) return method;
-        return method + std::abs(now_[i].value(q) - now_[i ^ 1].value(q)) + 0x1p-53 * std::abs(now_[i].value(q));
+        const double x = run_.cells()[i].value(q), method = exact_ ? std::abs(x - exact_->cells()[i].value(q)) : 0;
+        if (!extremes_) return method;
+        const std::vector<CountedCell>& of = extremes_->cells();
+        return method + std::abs(of[2 * i].value(q) - of[2 * i + 1].value(q)) + 0x1p-53 * std::abs(x);
     }
 
     // A quantity of one cell under the greatest pressure on it, or around it: of its element, or summed over those in
@@ -200,39 +207,45 @@ class Analysis {
         double value = 0, magnitude = 0; // the sum, and that of magnitudes
         double off = 0;                  // what the sum is off by
         double gain = INFINITY;          // the greatest at rest of what is off, where all of that is rounding
+        double value_gain = INFINITY;    // that of the value
     };
     Sum sum_of(size_t first, int q, bool around) const {
         Sum s;
-        const double share = around ? 1 : share_[first], peak = materials_[first].peak * share;
+        const PressedMaterial& m = materials_.pressed[first];
+        const size_t length = materials_.chain.length;
+        const double peak = around ? m.around : m.peak, share = peak < m.around ? peak / m.around : 1;
         double error = 0, shift = 0, truncated = 0;
-        for (size_t i = first; i < first + chain_.length; ++i) {
-            const Counted& of = now_[i].signal(q);
+        for (size_t i = first; i < first + length; ++i) {
+            const Counted& of = run_.cells()[i].signal(q);
             s.value += peak * of.value;
             s.magnitude += peak * std::abs(of.value);
             error += of.off;
             shift += of.shift;
             truncated += truncation(i, q);
         }
-        if (!now_[first].flushed && (kind_.separable || !kind_.compensated)) s.gain = gain_[first];
+        if (!run_.cells()[first].flushed && (kind_.separable || !kind_.compensated)) s.gain = m.gain;
+        s.value_gain = m.value_gain;
         if (q <= QUANTITY_SA2) s.off = last_ * s.magnitude; // compensated, it is off by the last rounding of its value
         // Half a unit in the last place of a smaller value is up to twice as much of it.
         s.off += peak * ((share < 1 && !kind_.separable ? 2 : 1) * error + std::abs(shift) + truncated);
-        if (!schedule_.framed) s.off += rounded_pressure_ * std::abs(s.value);
+        if (!schedule_.framed) s.off += rounding_of(peak, share) * std::abs(s.value);
         // Strains in series are added up; of the other quantities the kernel's sums are counted.
-        if (q <= QUANTITY_SA1 && s.magnitude > 0)
-            s.off += double(chain_.length - 1) * (u_ * s.magnitude + kind_.stored);
+        if (kind_.separable) s.off += peak * run_.measured(first / length, q);
+        else if (q <= QUANTITY_SA1 && s.magnitude > 0) s.off += double(length - 1) * (u_ * s.magnitude + kind_.stored);
         return s;
     }
 
     // That of every cell; of cells whose elements are represented, one that no cell exceeds.
     std::vector<Sum> sums_of(int q, bool around) const {
         std::vector<Sum> all;
-        for (size_t i = 0; i < ends_.front(); i += chain_.length) all.push_back(sum_of(i, q, around));
-        if (ends_.size() == 1) return all;
+        for (size_t i = 0; i < materials_.ends.front(); i += materials_.chain.length)
+            all.push_back(sum_of(i, q, around));
+        const std::vector<size_t>& ends = materials_.ends;
+        if (ends.size() == 1) return all;
         Sum together;
-        for (size_t place = 0, i = 0; place < ends_.size(); ++place) {
+        for (size_t place = 0, i = 0; place < ends.size(); ++place) {
             Sum most;
-            for (; i < ends_[place]; ++i) {
+            for (; i < ends[place]; ++i) {
                 const Sum s = sum_of(i, q, around);
                 most.magnitude = std::max(most.magnitude, s.magnitude);
                 most.off = std::max(most.off, s.off);
@@ -243,7 +256,7 @@ class Analysis {
         // What the kernel adds up in one sum it rounds as often as there are elements, each time as if they were alone
         // at most twice over.
         together.value = together.magnitude;
-        together.off *= 2 * double(ends_.size());
+        together.off *= 2 * double(ends.size());
         return {together};
     }
 
@@ -263,28 +276,41 @@ class Analysis {
                 greatest = std::max(greatest, q == QUANTITY_STRAIN ? x : x * gain);
                 if (kind_.single && !(x * gain < 3e38)) worst = INFINITY;
                 const double stored = x == 0 || kind_.separable ? 0 : kind_.stored;
+                const double run = x + of.off, value = run * std::min(of.value_gain + bent, gain); // of the response
                 const double error = q == QUANTITY_STRAIN ? of.off + stored
-                                                          : of.off * std::min(of.gain + bent, gain) +
-                                                                x * (l_ * d_C + 3 * u_ * gain) + 2 * stored;
+                                                          : of.off * std::min(of.gain + bent, gain) + run * l_ * d_C +
+                                                                rounding(run, gain, value) + 2 * stored;
                 worst = std::max(worst, error);
             }
+    }
+
+    double half_unit(double x) const { return x > 0 ? std::ldexp(u_, std::ilogb(x * (1 + 1e-5))) : 0; }
+
+    // What pressures are off by, relative to the greatest one: the map is rounded in double, and to float.
+    double rounding_of(double peak, double share) const {
+        const double units = kind_.separable || share < 1 || peak == 0 ? u_ : half_unit(peak) / peak;
+        return units + (kind_.single ? 0x1p-53 : 0);
+    }
+
+    // The roundings of a response, the product of a signal x and its gain: of the curvature times a length, of the gain
+    // and of the product. A separable one is a product of other factors, each rounded.
+    double rounding(double x, double gain, double response) const {
+        if (kind_.separable) return 3 * u_ * response;
+        return (kind_.single ? 2 : 1) * u_ * x * (gain - 1) + std::min(x * half_unit(gain), u_ * response) +
+               half_unit(response);
     }
 
     const PreparedSkin& skin_;
     const Schedule& schedule_;
     const Arithmetic kind_;
     const double u_;
-    const double rounded_pressure_; // what the pressure on a cell is off by, relative to it
-    const double last_;             // of a value: the last rounding, where earlier ones are compensated
+    const double last_; // of a value: the last rounding, where earlier ones are compensated
     const double l_, weight_, rest_;
-    Roughness rough_;
-    plan::Chain chain_;                      // of the materials that are analysed
-    std::vector<CountedMaterial> materials_; // each with the peak around what is read
-    std::vector<size_t> ends_;               // of all of them, or of those at each place of a series
-    std::vector<double> share_;              // of that peak: the pressure on what is read
-    std::vector<double> gain_;               // see PressedMaterial::gain
-    bool paired_ = false;                    // materials are the least and the greatest of each part
-    std::vector<CountedCell> now_, exact_;   // by the method, and by the exact one
+    const AnalysedMaterials materials_;
+    const Roughness rough_;
+    CountedRun run_;                  // by the method
+    std::optional<CountedRun> exact_; // beside a baseline
+    std::optional<CountedRun> extremes_;
     Bounds bounds_{};
 };
 

@@ -14,6 +14,7 @@ struct Arithmetic {
     bool single, compensated;
     bool separable; // one cell under unit pressure is stepped for all, and nothing is flushed
     double stored;  // the least magnitude that is stored; a smaller one is flushed to 0
+    double unit() const { return single ? 0x1p-24 : 0x1p-53; }
 };
 Arithmetic arithmetic_of(Precision, bool separable);
 

@@ -124,9 +124,21 @@ class ErrorBounds {
             for (size_t q = 0; q < REDUCED_MAPS; ++q) b.error[q] += replaced[q], b.greatest[q] += replaced[q];
             return b;
         };
-        const Bounds cells = whole ? bounds_of_cells(skin, schedule, kind) : Bounds{};
-        return worst_asked(skin, schedule, widened(cells, by.cells),
-                           widened(bounds_of_sites(skin, schedule, kind), by.sites), peaks(), kind.stored);
+        const auto of_cells = [&](const Arithmetic& as) {
+            return whole ? bounds_of_cells(skin, schedule, as) : Bounds{};
+        };
+        const auto of_sites = [&](const Arithmetic& as) { return bounds_of_sites(skin, schedule, as); };
+        Peaks sure = peaks();
+        if (kind.separable && schedule.method == Method::exact) { // it may be off by less than a march in double is
+            const Arithmetic march = arithmetic_of(Precision::f64, false);
+            const Errors cells = of_cells(march).error, sites = of_sites(march).error;
+            for (size_t q = 0; q < REDUCED_MAPS; ++q) {
+                sure.all[q] = std::max(sure.all[q] - 2 * cells[q], 0.0);
+                sure.sites[q] = std::max(sure.sites[q] - 2 * sites[q], 0.0);
+            }
+        }
+        return worst_asked(skin, schedule, widened(of_cells(kind), by.cells), widened(of_sites(kind), by.sites), sure,
+                           kind.stored);
     }
 
     const PreparedSkin& skin_;

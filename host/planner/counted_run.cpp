@@ -26,9 +26,16 @@ double envelope_peak(const scene::Waveform& load, const Envelope& envelope) {
 // The rounding of a few operations, in units.
 constexpr double few = 8;
 
+// What a step's shares of the change between two frames are off by, in double.
+struct OffShares {
+    double start, rise;
+};
+
 // The load between frames of a cell whose greatest |pressure| is `peak`, per unit of it: only magnitudes are known, of
-// the frames and of their change. Frames are joined by a few operations in the run's precision, of unit roundoff u.
-CountedLoad load_of_frames(const Schedule& schedule, const plan::Step& step, double peak, double u) {
+// the frames and of their change. A share of the change is rounded with the change, in float by itself, and as a
+// product.
+CountedLoad load_of_frames(const Schedule& schedule, const plan::Step& step, const OffShares& off, double peak,
+                           const CountedArithmetic& as) {
     const auto share = [&](const std::vector<double>& of, long long k) {
         return peak == 0 ? 0.0 : of[std::min(size_t(k), of.size() - 1)] / peak;
     };
@@ -37,9 +44,13 @@ CountedLoad load_of_frames(const Schedule& schedule, const plan::Step& step, dou
     const double to = std::min(share(schedule.frame_peaks, step.frame + 1), 1.0);
     const double change = step.rise == 0 ? 0 : std::min(from + to, share(schedule.frame_changes, step.frame));
     const double start = step.start, end = start + step.rise, s0 = (1 - start) * from + start * to;
-    const double joined = u * (from + to + few * change); // of the change, by a share of which the pressure rises
-    return {.s0 = {s0, u * from + (start == 0 ? 0 : start * joined + u * s0)},
-            .ds = {step.rise * change, step.rise * joined},
+    const double u = as.u;
+    const auto rounded = [&](double share, double share_off) {
+        const double units = share == 1 ? 1 : as.single ? 3 : 2; // of the change, of the share and of their product
+        return change * (units * u * share + share_off);
+    };
+    return {.s0 = {s0, u * s0 + (start == 0 ? 0 : rounded(start, off.start) + u * s0)},
+            .ds = {step.rise * change, u * step.rise * (from + to) + rounded(step.rise, off.rise)},
             .sj = {step.jump * from, step.jump * u * from},
             .end = std::abs(1 - end) * from + end * to};
 }
@@ -47,11 +58,12 @@ CountedLoad load_of_frames(const Schedule& schedule, const plan::Step& step, dou
 } // namespace
 
 CountedRun::CountedRun(const Schedule& schedule, const std::vector<CountedMaterial>& materials,
-                       const plan::ResponseRule& rule, Method method, const plan::Chain& chain)
+                       const plan::ResponseRule& rule, Method method, const plan::Chain& chain, bool product)
     : schedule_(schedule), materials_(materials), rule_(rule), chain_(chain), elements_(elements_of(materials)),
       timeline_(schedule, elements_, rule, method), load_(schedule.load.envelope, schedule.time),
       envelope_peak_(envelope_peak(load_, schedule.load.envelope)), references_(materials.size()),
-      kept_(materials.size()), now_(materials.size()) {
+      kept_(materials.size()), now_(materials.size()),
+      products_(product ? materials.size() / chain.length : 0, MeasuredCell(chain)) {
     if (!schedule.framed && method == Method::exact && load_.sine()) angular_frequency_ = load_.angular_frequency();
 }
 
@@ -59,7 +71,10 @@ bool CountedRun::next(bool impulses) {
     while (timeline_.next(step_)) {
         take_references();
         for (size_t i = 0; i < materials_.size(); i += chain_.length) press(i, step_);
-        if (step_.keep) kept_ = now_;
+        if (step_.keep) {
+            kept_ = now_;
+            for (MeasuredCell& cell : products_) cell.keep();
+        }
         if (step_.trace >= 0 || step_.field >= 0 || (impulses && at_impulse())) return true;
     }
     return false;
@@ -83,11 +98,23 @@ void CountedRun::take_references() {
 // The load of a step, per unit of the map. Pressures that are held are as exact as the scene; others come from a few
 // operations on the envelope's values.
 CountedLoad CountedRun::load_over(const plan::Step& step, const CountedMaterial& m) const {
-    if (schedule_.framed) return load_of_frames(schedule_, step, m.peak, m.arithmetic.u);
+    if (schedule_.framed) {
+        OffShares off{0, 0};
+        if (step.rise != 0) {
+            const scene::Instant from = timeline_.frame_time(step.frame), to = timeline_.frame_time(step.frame + 1);
+            const auto share_off = [&](double share, const scene::Instant& first, const scene::Instant& last) {
+                const long double exact =
+                    scene::difference<long double>(last, first) / scene::difference<long double>(to, from);
+                return few * unit_of_reference * share + double(std::abs(share - exact));
+            };
+            off = {share_off(step.start, from, step.begin), share_off(step.rise, step.begin, step.end)};
+        }
+        return load_of_frames(schedule_, step, off, m.peak, m.arithmetic);
+    }
     const bool computed = step.rise != 0 || schedule_.method != Method::exact;
     const double off = computed ? few * (measured_ ? unit_of_reference : unit_of_double) * envelope_peak_ : 0;
     CountedLoad load{.s0 = {step.start, off}, .ds = {step.rise, 0}, .sj = {step.jump, step.jump != 0 ? 2 * off : 0}};
-    if (!measured_) return load;
+    if (!measured_ || !products_.empty()) return load;
     const long double start = load_.after<long double>(step.begin);
     load.s0.shift = double(step.start - start);
     load.sj.shift = double(step.jump - (start - load_.before<long double>(step.begin)));
@@ -119,11 +146,34 @@ void CountedRun::press(size_t first, const plan::Step& step) {
     for (size_t e = 0; e < chain_.length; ++e) {
         steps[e].k = k[e];
         steps[e].cancelled = cancelled[e];
-        if (measured_) steps[e].shift = plan::difference(k[e], references[e]);
+        if (measured_ && products_.empty()) steps[e].shift = plan::difference(k[e], references[e]);
     }
     materials_[first].arithmetic.press(steps.data(), chain_.length, &kept_[first], &now_[first]);
     for (size_t e = 0; step.bend > 0 && e < chain_.length; ++e)
         if (const Element& m = materials_[first + e].element; !is_elastic(m)) add_bend(now_[first], m, step);
+    if (!products_.empty()) measure(first, step, k.data(), references.data());
+}
+
+// Takes the step of a product as the run does, and by references.
+void CountedRun::measure(size_t first, const plan::Step& step, const f64::Coefficients* k,
+                         extended::Coefficients* references) {
+    MeasuredCell& cell = products_[first / chain_.length];
+    extended::Load exact = extended::load(step.start, step.rise, step.jump);
+    if (measured_) {
+        exact.s0 = load_.after<long double>(step.begin);
+        exact.sj = exact.s0 - load_.before<long double>(step.begin);
+    } else {
+        std::transform(k, k + chain_.length, references, plan::rounded<extended>);
+    }
+    cell.press(f64::load(step.start, step.rise, step.jump), k, exact, references);
+    const auto elastic = [](const CountedMaterial& m) { return is_elastic(m.element); };
+    if (!measured_ || !rule_.step_mean || std::any_of(materials_.begin(), materials_.end(), elastic)) return;
+    // The mean acceleration is also the change of the rate over the step.
+    const Counted &before = kept_[first].rate, &after = now_[first].rate;
+    const double length = double(reference_length_), off = (before.off + after.off) / length;
+    if (!(off < now_[first].acceleration.off)) return;
+    now_[first].acceleration = {(after.value - before.value) / length, off};
+    cell.take_change_of_rate(reference_length_);
 }
 
 // Adds the error of a step within which the load bends: the rate at its end comes from a pressure and a stress that

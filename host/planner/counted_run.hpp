@@ -4,6 +4,7 @@
 
 #include "host/plan/timeline.hpp"
 #include "host/planner/arithmetic.hpp"
+#include "host/planner/measured_cell.hpp"
 
 namespace dermis::planner {
 
@@ -17,9 +18,10 @@ struct CountedMaterial {
 // The schedule and the materials outlive the run.
 class CountedRun {
   public:
-    // chain: how many of the materials, one after another, are elements in series of one cell.
+    // chain: how many of the materials, one after another, are elements in series of one cell. product: cells are
+    // stepped for all others, and measured; the arithmetic is that of references.
     CountedRun(const plan::Schedule&, const std::vector<CountedMaterial>&, const plan::ResponseRule&, Method,
-               const plan::Chain& chain = {});
+               const plan::Chain& chain = {}, bool product = false);
 
     // Takes the steps up to the next one whose end is read, an output or a field; false where there is none left.
     // impulses: up to those of the load's jumps too, at which rates and accelerations are the impulses.
@@ -27,11 +29,14 @@ class CountedRun {
     bool at_impulse() const { return step_.impulse >= 0; }
     // The cell of each material at the end of that step.
     const std::vector<CountedCell>& cells() const { return now_; }
+    // What a signal of the run of a product is off by at the end of that step, beside its reference's error.
+    double measured(size_t cell, int q) const { return products_.empty() ? 0 : products_[cell].off(q); }
 
   private:
     void take_references();
     CountedLoad load_over(const plan::Step&, const CountedMaterial&) const;
     void press(size_t first, const plan::Step&);
+    void measure(size_t first, const plan::Step&, const f64::Coefficients* k, extended::Coefficients* references);
     void add_bend(CountedCell&, const plan::Element&, const plan::Step&) const;
 
     const plan::Schedule& schedule_;
@@ -49,6 +54,7 @@ class CountedRun {
     long double reference_length_ = -1;       // s, of their step
     std::optional<double> angular_frequency_; // of a sine that is not held over the steps
     std::vector<CountedCell> kept_, now_;
+    std::vector<MeasuredCell> products_; // one for each cell
 };
 
 } // namespace dermis::planner

@@ -84,15 +84,17 @@ std::vector<PressedMaterial> pressed_materials(const PreparedSkin& skin, const S
 
 void take_gains(const PreparedSkin& skin, const Schedule& schedule, const Read& read, bool separable,
                 std::vector<PressedMaterial>& materials) {
-    if (schedule.framed || skin.chain.length > 1) return;
     const size_t width = size_t(skin.width());
-    for (PressedMaterial& m : materials) m.gain = 0;
+    for (PressedMaterial& m : materials) m.gain = m.value_gain = 0;
     const auto take = [&](size_t i, double rest) {
         PressedMaterial& m = materials[skin.material_at(i)];
-        if (m.peak == 0) return;
-        const double share = std::abs(schedule.pressure[i]) / m.peak, twice = separable || m.around > m.peak ? 1 : 2;
-        const double gain = std::abs(1 + skin.constants.curvature_length * rest);
-        m.gain = std::max(m.gain, std::min(twice * share, 1.0) * gain);
+        const double pressure = schedule.framed ? m.peak : std::abs(schedule.pressure[i]);
+        if (pressure == 0) return;
+        const double share = pressure / m.peak, gain = std::abs(1 + skin.constants.curvature_length * rest);
+        const bool even = separable || m.around > m.peak; // otherwise rounded by units of binades
+        const double of_units = even ? share : std::ldexp(1, std::ilogb(share * (1 + 1e-5)) + 1);
+        m.gain = std::max(m.gain, std::min(of_units, 1.0) * gain);
+        m.value_gain = std::max(m.value_gain, share * gain);
     };
     if (!read.everything) {
         for (const Site& site : skin.description.sites)
@@ -101,9 +103,9 @@ void take_gains(const PreparedSkin& skin, const Schedule& schedule, const Read& 
         return;
     }
     std::vector<double> rest(width);
-    for (size_t y = 0; y < schedule.pressure.size() / width; ++y) {
-        const double* row = schedule.pressure.data() + y * width;
-        if (std::all_of(row, row + width, [](double p) { return p == 0; })) continue;
+    for (size_t y = 0; y < size_t(skin.height()); ++y) {
+        const double* row = schedule.framed ? nullptr : schedule.pressure.data() + y * width;
+        if (row && std::all_of(row, row + width, [](double p) { return p == 0; })) continue;
         rest_curvature_row(skin, int(y), 0, int(width), rest.data());
         for (size_t x = 0; x < width; ++x) take(y * width + x, rest[x]);
     }

@@ -28,8 +28,9 @@ struct PressedMaterial {
     plan::Element element;
     double peak = 0;
     double around = 0; // the same with the cells that their stencils read
-    // The greatest |1 + l*L(S)| of those cells, each by its share of the rounding errors of the most pressed one.
-    double gain = INFINITY;
+    // The greatest |1 + l*L(S)| of those cells, each by its share of the rounding errors of the most pressed one, and
+    // by its share of the pressure.
+    double gain = INFINITY, value_gain = INFINITY;
 };
 
 // The cells that an analysis covers: all of them, or the sites of one class.
@@ -40,7 +41,7 @@ struct Read {
 
 std::vector<PressedMaterial> pressed_materials(const plan::PreparedSkin&, const plan::Schedule&, const Read&);
 
-// Sets the gains of materials that are no chains, under an envelope. separable: errors are proportional to pressure;
+// Sets the gains of materials. separable: errors are proportional to pressure;
 // otherwise, half a unit in the last place of a smaller value is up to twice as much of it.
 void take_gains(const plan::PreparedSkin&, const plan::Schedule&, const Read&, bool separable,
                 std::vector<PressedMaterial>&);

@@ -25,6 +25,7 @@ template <> struct Names<Quantity> {
         {Quantity::fa2, "fa2"},
         {Quantity::curvature, "curvature"},
         {Quantity::deformation, "deformation"},
+        {Quantity::indentation, "indentation"},
     };
 };
 template <> struct Names<Method> {

@@ -13,8 +13,10 @@ namespace {
 
 std::string text(Cell c) { return "[" + std::to_string(c.x) + ", " + std::to_string(c.y) + "]"; }
 
+bool is_inside(Cell c, const Grid& g) { return c.x >= 0 && c.y >= 0 && c.x < g.width && c.y < g.height; }
+
 void need_inside(const std::string& parameter, Cell c, const Grid& g) {
-    if (c.x < 0 || c.y < 0 || c.x >= g.width || c.y >= g.height)
+    if (!is_inside(c, g))
         refuse(parameter, text(c),
                "[x, y] with x in 0.." + std::to_string(g.width - 1) + ", y in 0.." + std::to_string(g.height - 1));
 }
@@ -115,10 +117,11 @@ void check_time(const Scene& s) {
 
 void check_sites(const SkinDescription& s) {
     for (size_t i = 0; i < s.sites.size(); ++i) {
-        const std::string site = "sites[" + std::to_string(i) + "]";
-        need_inside(site, s.sites[i].cell, s.grid);
-        if (!is_receptor_class(s.sites[i].type))
-            refuse(site, std::string("\"") + name(s.sites[i].type) + "\"", receptor_class_names());
+        const Site& site = s.sites[i];
+        if (is_inside(site.cell, s.grid) && is_receptor_class(site.type)) continue;
+        const std::string parameter = "sites[" + std::to_string(i) + "]"; // only here: there may be millions
+        need_inside(parameter, site.cell, s.grid);
+        refuse(parameter, std::string("\"") + name(site.type) + "\"", receptor_class_names());
     }
 }
 
@@ -127,10 +130,14 @@ void check_output(const Scene& s) {
         need_inside("output.probes[" + std::to_string(i) + "]", s.output.probes[i], s.grid);
     check_sites(s);
     for (Quantity q : s.output.traces)
-        if (q == Quantity::curvature || q == Quantity::deformation)
+        if (q > Quantity::fa2)
             refuse("output.traces", std::string("\"") + name(q) + "\"",
                    "strain, " + receptor_class_names() + "; curvature and deformation as fields");
     for (const FieldRequest& f : s.output.fields) {
+        if (std::count(f.what.begin(), f.what.end(), Quantity::indentation))
+            refuse("output.fields.what", "\"indentation\"",
+                   "strain, " + receptor_class_names() +
+                       ", curvature, deformation; indentation is thickness*strain, and a Skin's response");
         need(finite(f.at) && f.at >= 0 && f.at <= s.time.duration, "output.fields.at", f.at,
              "0.." + shortest(s.time.duration) + ", within time.duration");
         const double n = std::round(f.at / s.time.step);

@@ -5,6 +5,7 @@
 #include "dermis/vulkan.hpp"
 #include "host/vulkan/instance.hpp"
 
+#include <map>
 #include <memory>
 
 namespace dermis::vulkan {
@@ -42,6 +43,8 @@ class Context {
     const PhysicalDevice& physical() const { return physical_; }
     Handles handles() const; // as an embedding host gives them to a SkinProgram
     Pipelines& pipelines() { return *pipelines_; }
+    // Whether variants of streamed kernels have the CPU path's bits here, as far as they have been tested.
+    std::map<std::vector<uint32_t>, bool>& exact_variants() { return exact_variants_; }
     const VkPhysicalDeviceLimits& limits() const { return physical_.properties.limits; }
     VkDeviceSize heap_bytes() const; // size of the largest device-local heap
     const VolkDeviceTable& calls() const { return device_.calls; }
@@ -69,6 +72,7 @@ class Context {
     PhysicalDevice physical_;
     DeviceTable device_;
     std::unique_ptr<Pipelines> pipelines_;
+    std::map<std::vector<uint32_t>, bool> exact_variants_;
     VkQueue queue_ = VK_NULL_HANDLE;
     VkCommandPool pool_ = VK_NULL_HANDLE;
     VkCommandBuffer commands_ = VK_NULL_HANDLE;

@@ -46,7 +46,8 @@ class DERMIS_API Error : public std::runtime_error {
     std::string parameter_;
 };
 
-enum class Quantity { strain, sa1, sa2, fa1, fa2, curvature, deformation };
+// deformation: S - h*eps. indentation: h*eps, of a Skin alone.
+enum class Quantity { strain, sa1, sa2, fa1, fa2, curvature, deformation, indentation };
 DERMIS_API const char* name(Quantity) noexcept;
 
 // exact: the closed-form solution of each step, at any step length. euler .. sdirk2: one-step baselines for comparison,

@@ -74,6 +74,9 @@ class DERMIS_API Skin {
         const float* end() const { return data + size; }
         float operator[](size_t i) const { return data[i]; }
     };
+    // Also strain, indentation (thickness*strain, m) and curvature (1/m; of the deformed surface, where gains are
+    // 1 + l*C), which are read from the state when this is called: of every cell, or of every site in the order given.
+    // A spring's share in the strain is that of the last pressure.
     Response response(Quantity) const;
 
     void reset(const Pads& = {}); // back to skins at rest

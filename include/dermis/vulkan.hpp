@@ -115,6 +115,12 @@ struct Timestamps {
     uint32_t first = 0;
 };
 
+// Whether a press was recorded.
+struct Recorded {
+    const char* refused = nullptr; // why it was not, or null
+    operator bool() const noexcept { return !refused; }
+};
+
 // A skin's pipelines and descriptor sets. A program outlives the execution of what it has recorded. Several programs,
 // devices and threads may work at once: one thread at a time constructs and binds; any number call record_press and the
 // other const functions, each with a command buffer of its own.
@@ -142,20 +148,20 @@ class DERMIS_API SkinProgram {
     Access first_access() const noexcept;
     Access last_access() const noexcept;
 
-    // Makes a descriptor set of these ranges. Throws Error::bad_input if one is too small, misaligned, outside its
-    // buffer or overlaps another, or if max_bindings is reached.
+    // Makes a descriptor set of these ranges, each to VK_WHOLE_SIZE or with a size. Throws Error::bad_input if one is
+    // too small, misaligned, outside its buffer or overlaps another, or if max_bindings is reached.
     Binding bind(const Buffers&);
     // Records one press, of all pads. dt: s, finite, >= 0; 0 is a pause: the state is kept, and the next press starts
-    // at pressure_to. Returns false, and records nothing, if:
+    // at pressure_to. Refuses, and records nothing, if:
     //   - dt is not a finite number >= 0;
     //   - a coefficient of the step is beyond float;
     //   - the binding is not this program's.
-    [[nodiscard]] bool record_press(VkCommandBuffer, Binding, double dt, const Timestamps& = {}) const noexcept;
+    [[nodiscard]] Recorded record_press(VkCommandBuffer, Binding, double dt, const Timestamps& = {}) const noexcept;
     // Records a press of some pads of a batch, whose numbers ascend, by one step (steps = 1) or by one for each. For
     // the others it copies the state and, unless the pressure is held, the pressure; their responses stay as they are.
-    // Returns false, and records nothing, also if numbers do not ascend or there are not as many steps.
-    [[nodiscard]] bool record_press(VkCommandBuffer, Binding, const Pads&, const double* dt, size_t steps,
-                                    const Timestamps& = {}) const noexcept;
+    // Refuses, and records nothing, also if numbers do not ascend or there are not as many steps.
+    [[nodiscard]] Recorded record_press(VkCommandBuffer, Binding, const Pads&, const double* dt, size_t steps,
+                                        const Timestamps& = {}) const noexcept;
 
     // As Skin::set_material, for the presses that are recorded from now on.
     void set_material(const Material&, const Pads& = {});
@@ -166,12 +172,40 @@ class DERMIS_API SkinProgram {
     void bind_check(const VkDescriptorBufferInfo&);
     // Records the check. Returns false, and records nothing, if no range is bound.
     [[nodiscard]] bool record_check(VkCommandBuffer) const noexcept;
-    // Compares `bytes`, the content of the range after the check has run, with the CPU's.
-    bool check_passed(const void* bytes) const;
+    // Compares `bytes`, the content of the range after the check has run, with the CPU's. Throws Error::bad_input if
+    // there are fewer than memory().check.bytes.
+    bool check_passed(const void* bytes, size_t size) const;
 
   private:
     friend struct Internal;
     SkinProgram();
+    struct DERMIS_HIDDEN Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+// A trial of a host's own code before its first frame: two presses of known pressures, uploaded, bound and read back as
+// the host does with all others, and what the responses say of it.
+//
+//     const dermis::vulkan::Trial trial(description, options);           // those of the program
+//     upload(trial.pressure(1)), press by Trial::dt, and the same of 2   // from a skin at rest
+//     const std::string fault = trial.fault(program, 2, responses, bytes);
+class DERMIS_API Trial {
+  public:
+    static constexpr double dt = 0.01; // s
+    // Throws Error::bad_input.
+    explicit Trial(const SkinDescription&, const SkinOptions& = {});
+    ~Trial();
+    Trial(const Trial&) = delete;
+    Trial& operator=(const Trial&) = delete;
+
+    // The pressure at the end of press 1 or 2: width*height floats for each pad, row 0 first.
+    const std::vector<float>& pressure(int press) const;
+    // Says what is wrong after press 1 or 2; empty if the responses have the CPU path's bits. It knows rows of pressure
+    // that are a width apart in place of a pitch, constants that were never uploaded, and states that were swapped.
+    // responses: the content of memory().response. Throws Error::bad_input if there are too few bytes.
+    std::string fault(const SkinProgram&, int press, const void* responses, size_t bytes) const;
+
+  private:
     struct DERMIS_HIDDEN Impl;
     std::unique_ptr<Impl> impl_;
 };
