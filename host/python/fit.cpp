@@ -62,12 +62,16 @@ void bind_fit(nb::module_& m) {
     m.def("chain_of", &chain_of, nb::arg("relaxation"),
           "Return the chain of elements that relaxes so, for material.elements.");
     m.def("relaxation_of", &relaxation_of, nb::arg("elements"), "Return the relaxation of a chain, times ascending.");
-    m.def("fit_creep", fit<fit_creep>, nb::arg("times"), nb::arg("compliances"), nb::arg("n"),
-          nb::arg("residual") = "relative",
+    m.def("fit_creep", fit<fit_creep>,
+          nb::sig("def fit_creep(times: Sequence[float] | NDArray[numpy.floating], "
+                  "compliances: Sequence[float] | NDArray[numpy.floating], n: int, residual: str = 'relative') -> Fit"),
+          nb::arg("times"), nb::arg("compliances"), nb::arg("n"), nb::arg("residual") = "relative",
           "Fit a chain of at most n elements, 1..8, to measured creep.\n\n"
           "times: s, >= 0; compliances: 1/Pa; at least 2*n + 1 of each. residual: \"relative\" or \"absolute\".");
-    m.def("fit_relaxation", fit<fit_relaxation>, nb::arg("times"), nb::arg("moduli"), nb::arg("n"),
-          nb::arg("residual") = "relative",
+    m.def("fit_relaxation", fit<fit_relaxation>,
+          nb::sig("def fit_relaxation(times: Sequence[float] | NDArray[numpy.floating], "
+                  "moduli: Sequence[float] | NDArray[numpy.floating], n: int, residual: str = 'relative') -> Fit"),
+          nb::arg("times"), nb::arg("moduli"), nb::arg("n"), nb::arg("residual") = "relative",
           "Fit a chain of at most n elements, 1..8, to a measured relaxation.\n\n"
           "times: s, >= 0; moduli: Pa; at least 2*n + 1 of each. residual: \"relative\" or \"absolute\".");
 }

@@ -83,7 +83,7 @@ std::vector<Quantity> quantities_named(const std::string& parameter, const std::
 NB_MODULE(_core, m) {
     using namespace dermis::python;
     m.doc() = "The compiled part of dermis. Use the package dermis, which has all of it.";
-    m.attr("__version__") = dermis::version();
+    m.attr("version") = dermis::version();
     m.attr("commit") = dermis::commit();
     nanobind::register_exception_translator(translate);
     bind_device(m);

@@ -144,7 +144,8 @@ void bind_result(nb::module_& m) {
             "The trace of a quantity of output.traces: \"strain\", \"sa1\", \"sa2\", \"fa1\", \"fa2\", ..")
         .def("keys", trace_names, "The quantities that have traces.")
         .def("__contains__", has_trace, nb::arg("quantity"))
-        .def("__iter__", [](const RunOfScene& r) { return nb::iter(nb::cast(trace_names(r))); })
+        .def("__iter__",
+             [](const RunOfScene& r) { return nb::typed<nb::iterator, nb::str>(nb::iter(nb::cast(trace_names(r)))); })
         .def("__len__", [](const RunOfScene& r) { return r.result.traces.size(); })
         .def_prop_ro("fields", fields_of,
                      "The fields of output.fields by (quantity, time in s), float64 of shape (height, width) each.")

@@ -138,7 +138,11 @@ View<float> response(nb::handle_t<SkinWithShapes> self, const std::string& quant
 
 nb::bytes save(const SkinWithShapes& s, nb::handle pads) {
     const PadNumbers numbers(pads, s.skin->count());
-    const size_t size = s.skin->state_bytes(numbers.pads());
+    size_t size = 0;
+    {
+        const Computing computing(s.in_use.get());
+        size = s.skin->state_bytes(numbers.pads());
+    }
     nb::object bytes = nb::steal(PyBytes_FromStringAndSize(nullptr, Py_ssize_t(size)));
     if (!bytes.is_valid()) nb::raise_python_error();
     char* state = PyBytes_AsString(bytes.ptr());
@@ -230,13 +234,16 @@ void bind_skin(nb::module_& m) {
              "The response \"sa1\", \"sa2\", \"fa1\" or \"fa2\" at the end of each pad's last press, 0 before the "
              "first.\n\n"
              "A view, float32 of shape (n, height, width), with sites (n, sites of that class); without n the first\n"
-             "axis is missing. The memory stays the same: after each press it holds the new values.")
+             "axis is missing. The memory stays the same: after each press it holds the new values. \"strain\",\n"
+             "\"indentation\" (m) and \"curvature\" (1/m) are read from the state each time they are asked for, with\n"
+             "sites of all sites in the order given.")
         .def("reset", reset, nb::arg("pads").none() = nb::none(), "Bring pads back to rest. pads: as of press.")
         .def("save", save, nb::arg("pads").none() = nb::none(),
              "Return the state of pads as bytes, the same on every device. pads: as of press.")
         .def("load", load, nb::arg("state").none(), nb::arg("pads").none() = nb::none(),
              "Take a state that save has returned, of as many pads of such a skin. pads: as of press.")
-        .def("_set_material", set_material, nb::arg("scene"), nb::arg("pads").none())
+        .def("take_material", set_material, nb::arg("scene"), nb::arg("pads").none(),
+             "Is set_material, with the material of a scene.")
         .def("report", report_of, nb::arg("pad") = 0,
              "Return what the numbers of a pad mean, beside the ranges that skin has. Takes up to as long as Skin().")
         .def_prop_ro(

@@ -77,7 +77,7 @@ def test_some_pads_are_pressed_and_the_others_stay(pads):
 
 def test_each_pad_has_a_step_of_its_own():
     skin = cpu(GRID, 2)
-    skin.press(np.ones((2, 25, 20), np.float32), [0.01, 0.02])
+    skin.press(np.ones((2, 25, 20), np.float32), np.array([0.01, 0.02]))
     single = cpu(GRID)
     single.press(np.ones((25, 20), np.float32), 0.02)
     assert skin["sa1"][1].tobytes() == single["sa1"].tobytes()
@@ -139,7 +139,7 @@ def test_refused_arguments_are_named():
     assert refused(skin.press, p, "soon").parameter == "dt"
     for pads in ([0, 2], [0, 0], [True, False], np.array([True]), np.array([0.0, 1.0]), 0, [2**40, 0], "01"):
         assert refused(skin.press, p, 0.01, pads).parameter == "pads"
-    assert refused(skin.__getitem__, "strain").parameter == "response"
+    assert refused(skin.__getitem__, "deformation").parameter == "response"
     assert refused(cpu, GRID, 0).parameter == "count"
     assert refused(cpu, GRID, responses=["pain"]).parameter == "responses"
     assert refused(dermis.Skin, GRID, device=3).parameter == "device"
@@ -201,6 +201,18 @@ def test_sites_have_one_response_each_in_their_order():
     assert skin["sa1"].shape == (2, 2) and cpu(scene)["fa1"].shape == (1,)
     x, y = skin.sites["sa1"].T
     np.testing.assert_array_equal(skin["sa1"], fields["sa1"][:, y, x])
+
+
+def test_strain_indentation_and_curvature_are_read_when_they_are_asked_for():
+    skin = cpu({**GRID, "material": {"modulus": 2.0, "viscosity": 1.0}}, 2)
+    strain = skin["strain"]
+    for _ in range(2):
+        skin.press(np.ones((2, 25, 20), np.float32), 1000.0)
+    assert strain.shape == (2, 25, 20) and not strain.any()
+    np.testing.assert_allclose(skin["strain"], 0.5, rtol=1e-6)
+    np.testing.assert_allclose(strain, 0.5, rtol=1e-6)
+    assert skin["indentation"].shape == skin["curvature"].shape == (2, 25, 20)
+    assert cpu(dermis.Scene(GRID, sites=[("sa1", 1, 2), ("fa1", 3, 4)]))["strain"].shape == (2,)
 
 
 def test_a_report_tells_what_a_pad_means():

@@ -23,10 +23,12 @@ import numpy as np
 
 from . import _core, contact
 from ._core import (Candidate, Device, DeviceInfo, Explanation, Figure, Fit, Impulse, KelvinVoigt, Relaxation, Report,
-                    Result, Trace, __version__, chain_of, commit, fit_creep, fit_relaxation, relaxation_of)
+                    Result, Trace, chain_of, commit, fit_creep, fit_relaxation, relaxation_of)
 from ._error import Error
 from ._tables import Curvature, Grid, Load, Material, Output, Receptors, Sites, Surface, Time
 from ._toml import overrides_of, refuse, text_of
+
+__version__ = _core.version
 
 __all__ = [
     "Candidate", "Curvature", "Device", "DeviceInfo", "Error", "Explanation", "Figure", "Fit", "Grid", "Impulse",
@@ -130,7 +132,7 @@ class Skin(_core.Skin):
         material: without thickness and curvature_length, which stay. pads: as of press; some of them only where
         materials gave each its own.
         """
-        self._set_material(_scene_with(material, "material"), pads)
+        self.take_material(_scene_with(material, "material"), pads)
 
 
 def run(scene: AnyScene, device: Device | str | None = None, *, precision: str | None = None,
