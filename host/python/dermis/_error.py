@@ -1,0 +1,19 @@
+# SPDX-License-Identifier: MIT
+"""The exception of the package."""
+
+
+class Error(Exception):
+    """What is refused or fails. Its text names the parameter, its value and the allowed range.
+
+    code: "bad_input" (a parameter is not allowed), "no_device" (there is none that can compute), "device" (a device
+    failed while working) or "io" (a file could not be written).
+    parameter: the dotted name of the parameter at fault, as in "time.step"; "" if there is none.
+    """
+
+    def __init__(self, code: str, parameter: str, message: str) -> None:
+        super().__init__(code, parameter, message)
+        self.code = code
+        self.parameter = parameter
+
+    def __str__(self) -> str:
+        return str(self.args[2])

@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: MIT
+"""Tables of Python objects as TOML, with the maps that cannot stand in a text."""
+from __future__ import annotations
+
+import dataclasses
+import json
+import os
+import re
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ._core import KelvinVoigt, Relaxation
+from ._error import Error
+
+Maps = dict[str, np.ndarray[Any, np.dtype[np.float64]]]
+
+_maps = re.compile(r"(surface|load)\.path|material\.(elements\[\d+\]\.)?(modulus|viscosity)")
+
+
+def refuse(parameter: str, value: object, allowed: str) -> Error:
+    """Return the exception for a value that is not allowed."""
+    return Error("bad_input", parameter, f"{parameter} = {value}; allowed: {allowed}")
+
+
+def _map_named(name: str, array: np.ndarray[Any, Any], maps: Maps) -> str:
+    if array.dtype not in (np.float32, np.float64) or array.ndim != 2:
+        raise refuse(name, f"{array.dtype} array of shape {array.shape}",
+                     "float32 or float64 array of shape (height, width)")
+    maps[name] = np.ascontiguousarray(array, np.float64)
+    return name
+
+
+def _pairs(value: object) -> Mapping[str, Any] | None:
+    """The keys and values of what is a table, without those that are not given."""
+    if isinstance(value, KelvinVoigt):
+        return {"modulus": value.modulus, "viscosity": value.viscosity}
+    if isinstance(value, Relaxation):
+        return {"moduli": value.moduli, "times": value.times, "equilibrium": value.equilibrium}
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        value = {f.name: getattr(value, f.name) for f in dataclasses.fields(value)}
+    if not isinstance(value, Mapping):
+        return None
+    for key in value:
+        if not isinstance(key, str):
+            raise refuse("key", repr(key), "texts")
+    return {key: inner for key, inner in value.items() if inner is not None}
+
+
+def value_of(value: object, name: str, maps: Maps) -> str:
+    """Return a value of the key `name` as TOML on one line, and put an array that is a map into `maps`."""
+    if isinstance(value, np.ndarray) and _maps.fullmatch(name) and value.ndim:
+        value = _map_named(name, value, maps)
+    if isinstance(value, (np.ndarray, np.generic)):
+        value = value.tolist()
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, (int, float)):
+        return repr(value)
+    if isinstance(value, os.PathLike):
+        value = os.fspath(value)
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False)
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(value_of(v, f"{name}[{i}]", maps) for i, v in enumerate(value)) + "]"
+    pairs = _pairs(value)
+    if pairs is None:
+        raise refuse(name, f"{value!r} of type {type(value).__name__}", "a number, a text, a list, a table or an array")
+    return "{" + ", ".join(f"{json.dumps(k)} = {value_of(v, f'{name}.{k}', maps)}" for k, v in pairs.items()) + "}"
+
+
+def text_of(tables: Mapping[str, Any]) -> tuple[str, Maps]:
+    """Return a scene of tables as a text and the maps that it names. A map in memory makes its table's kind "file"."""
+    maps: Maps = {}
+    lines = []
+    for key, value in (_pairs(tables) or {}).items():
+        pairs = _pairs(value)
+        if key in ("surface", "load") and pairs is not None and isinstance(pairs.get("path"), np.ndarray):
+            value = {"kind": "file", **pairs}
+        lines.append(f"{json.dumps(key)} = {value_of(value, key, maps)}\n")
+    return "".join(lines), maps
+
+
+def overrides_of(overrides: Mapping[str, Any]) -> list[str]:
+    """Return overrides by dotted name, as in {"time.step": 0.001}, as Scene::from_file takes them."""
+    maps: Maps = {}
+    lines = [f"{key}={value_of(value, key, maps)}" for key, value in overrides.items()]
+    for name in maps:
+        raise refuse(name, "an array", "a value that can stand in a text; give maps in a scene of tables")
+    return lines

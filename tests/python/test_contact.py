@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: MIT
+"""Contacts to pressure, in an array of the caller's."""
+import dermis
+import numpy as np
+import pytest
+from dermis import contact
+
+SPACING = 2.5e-4
+PATCH = dict(x=0.01, y=0.008, force=0.5, radius=0.003)
+
+
+def force_in(pressure):
+    return pressure.sum(dtype=float) * SPACING**2
+
+
+def test_a_force_is_kept_and_reported():
+    pressure = np.zeros((64, 80), np.float32)
+    report = contact.add_contacts(contact.Pad(pressure, SPACING), [contact.Contact(**PATCH)])
+    assert force_in(pressure) == pytest.approx(0.5, rel=1e-6) and report.placed == pytest.approx(0.5)
+    assert report.plausible and report.doubts == "" and report.cells == np.count_nonzero(pressure)
+    y, x = np.unravel_index(pressure.argmax(), pressure.shape)
+    assert abs(x - 40) <= 1 and abs(y - 32) <= 1
+
+
+def test_pressure_is_added_to_a_part_of_an_array():
+    whole = np.zeros((100, 200), np.float32)
+    part = whole[10:74, 50:130]
+    pad = contact.Pad(part, SPACING)
+    for _ in range(2):
+        contact.add_contacts(pad, [contact.Contact(**PATCH)])
+    assert force_in(whole) == pytest.approx(1.0, rel=1e-6) and not whole[:, :50].any() and not whole[:10].any()
+
+
+def test_a_force_on_one_cell_is_doubted():
+    report = contact.add_contacts(contact.Pad(np.zeros((64, 80), np.float32), SPACING),
+                                  [contact.Contact(x=0.01, y=0.01, force=1.0)])
+    assert not report.plausible and report.below_cell == 1 and "MPa" in report.doubts or "1e" in report.doubts
+
+
+def test_contacts_of_the_world_are_at_the_foot_of_their_perpendicular():
+    pressure, moved = (np.zeros((64, 80), np.float32) for _ in range(2))
+    contact.add_contacts(contact.Pad(pressure, SPACING), [contact.Contact(**PATCH)])
+    pose = contact.Pose.from_quaternion([1.0, 2.0, 3.0], [1.0, 0.0, 0.0, 0.0])
+    patch = contact.WorldContact(position=(1.01, 2.008, 3.001), force=0.5, radius=0.003)
+    report = contact.add_contacts(contact.Pad(moved, SPACING), pose, 0.002, [patch])
+    assert report.placed == pytest.approx(0.5)
+    np.testing.assert_allclose(moved, pressure, rtol=1e-3, atol=1)
+
+
+def test_depths_share_a_force():
+    depth = np.zeros((64, 80), np.float32)
+    depth[30:34, 40:44] = 1e-3
+    pressure = np.zeros((64, 80), np.float32)
+    report = contact.add_depths(contact.Pad(pressure, SPACING), depth, force=1.0)
+    assert report.placed == pytest.approx(1.0) and np.count_nonzero(pressure) == 16
+
+
+@pytest.mark.parametrize("wrong", [np.zeros((4, 5)), np.zeros(20, np.float32), np.zeros((4, 10), np.float32)[:, ::2],
+                                   np.zeros((5, 4), np.float32).T, [[0.0]]])
+def test_other_arrays_are_refused_by_name(wrong):
+    with pytest.raises(dermis.Error, match="^pressure = .*; allowed: float32 array of shape"):
+        contact.Pad(wrong, SPACING)
+
+
+def test_an_array_that_cannot_be_written_is_refused():
+    locked = np.zeros((4, 5), np.float32)
+    locked.flags.writeable = False
+    with pytest.raises(dermis.Error, match="that can be written"):
+        contact.Pad(locked, SPACING)
+
+
+def test_a_contact_that_is_refused_is_named_and_nothing_happens():
+    pressure = np.zeros((4, 5), np.float32)
+    with pytest.raises(dermis.Error) as caught:
+        contact.add_contacts(contact.Pad(pressure, SPACING), [contact.Contact(x=0, y=0, force=1),
+                                                              contact.Contact(x=0, y=0, force=-1)])
+    assert (caught.value.code, caught.value.parameter) == ("bad_input", "contacts[1].force")
+    assert not pressure.any()
+    with pytest.raises(dermis.Error, match="^ball = 0"):
+        contact.hertz_radius(1.0, 0.0, 1e5)
+    assert contact.hertz_radius(1.0, 0.01, 1e5) == pytest.approx((3 * 1.0 * 0.01 / 4e5) ** (1 / 3))

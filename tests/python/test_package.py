@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: MIT
+"""The package as it is installed, and the tutorial."""
+import ast
+import inspect
+import pathlib
+import re
+import subprocess
+import sys
+
+import dermis
+
+TOP = pathlib.Path(__file__).parents[2]
+
+
+def test_the_version_is_that_of_the_headers():
+    header = (TOP / "include/dermis/version.hpp").read_text()
+    assert dermis.__version__ == ".".join(re.findall(r"DERMIS_VERSION_\w+ (\d+)\n", header))
+    assert re.fullmatch(r"unknown|[0-9a-f]{12}(-dirty)?", dermis.commit)
+
+
+def test_types_come_with_the_package():
+    folder = pathlib.Path(dermis.__file__).parent
+    assert (folder / "py.typed").exists()
+    stub = ast.parse((folder / "_core.pyi").read_text())
+    names = {node.name for node in stub.body if isinstance(node, (ast.ClassDef, ast.FunctionDef))}
+    compiled = {name for name, value in vars(dermis._core).items() if callable(value) and not name.startswith("__")}
+    assert names == compiled
+
+
+def test_everything_public_says_what_it_is():
+    for thing in (getattr(module, name) for module in (dermis, dermis.contact) for name in module.__all__):
+        if callable(thing) or inspect.ismodule(thing):
+            assert thing.__doc__, thing
+
+
+def test_the_tutorial_prints_what_stands_beside_it():
+    script = TOP / "host/examples/tutorial.py"
+    run = subprocess.run([sys.executable, script], capture_output=True, text=True, check=True)
+    assert run.stdout == (TOP / "host/examples/tutorial.txt").read_text()

@@ -1,0 +1,141 @@
+# SPDX-License-Identifier: MIT
+"""Scenes from tables, objects, texts and files."""
+import dataclasses
+import re
+
+import dermis
+import numpy as np
+import pytest
+
+TABLES = {
+    "grid": {"width": 12, "height": 9},
+    "surface": {"kind": "wave", "ridges": 3},
+    "load": {"kind": "circular", "center": [6, 4], "envelope": "ramp", "rise": 0.2},
+    "time": {"step": 0.05, "duration": 0.5},
+    "output": {"traces": ["sa1", "fa1"], "probes": [[6, 4]]},
+}
+TEXT = """
+[grid]
+width = 12
+height = 9
+[surface]
+kind = "wave"
+ridges = 3
+[load]
+kind = "circular"
+center = [6, 4]
+envelope = "ramp"
+rise = 0.2
+[time]
+step = 0.05
+duration = 0.5
+[output]
+traces = ["sa1", "fa1"]
+probes = [[6, 4]]
+"""
+
+
+def bits(scene):
+    result = dermis.run(scene)
+    return [array.tobytes() for name in result for array in (result[name].mean, result[name].max, *result[name].probes)]
+
+
+def refused(call, *args, **keys):
+    with pytest.raises(dermis.Error) as caught:
+        call(*args, **keys)
+    assert caught.value.code == "bad_input"
+    return caught.value
+
+
+def test_tables_objects_text_and_file_make_the_same_scene(tmp_path):
+    path = tmp_path / "scene.toml"
+    path.write_text(TEXT)
+    objects = dermis.Scene(
+        grid=dermis.Grid(width=12, height=9), surface=dermis.Surface(kind="wave", ridges=3),
+        load=dermis.Load(center=(6, 4), envelope="ramp", rise=0.2), time=dermis.Time(step=0.05, duration=0.5),
+        output=dermis.Output(traces=["sa1", "fa1"], probes=np.array([[6, 4]])))
+    expected = bits(dermis.Scene.from_string(TEXT))
+    for scene in (TABLES, dermis.Scene(TABLES), objects, path, str(path), dermis.Scene.from_file(path)):
+        assert bits(scene) == expected
+
+
+def test_a_keyword_takes_the_place_of_a_table():
+    assert dermis.Scene(TABLES, grid={"width": 20, "height": 25}, load={}).width == 20
+
+
+def test_overrides_replace_keys():
+    scene = dermis.Scene.from_string(TEXT, {"time.duration": 0.25, "output.traces": ["sa2"], "surface.kind": "flat",
+                                            "surface": {"kind": "flat"}})
+    result = dermis.run(scene)
+    assert list(result) == ["sa2"] and len(result.time) == 5
+
+
+def test_an_array_stands_in_place_of_a_maps_file(tmp_path):
+    heights = np.random.default_rng(1).random((9, 12))
+    np.save(tmp_path / "heights.npy", heights)
+    moduli = heights + 1
+    scene = dermis.Scene(TABLES, surface={"path": heights}, material={"modulus": moduli.astype(np.float32)})
+    from_file = dermis.Scene(TABLES, surface={"kind": "file", "path": tmp_path / "heights.npy"},
+                             material={"modulus": moduli.astype(np.float32).astype(float)})
+    assert bits(scene) == bits(from_file)
+    np.testing.assert_array_equal(dermis.maps(scene)["surface"], heights)
+
+
+def test_elements_have_maps_too():
+    moduli = np.linspace(1, 2, 108).reshape(9, 12)
+    elements = [{"modulus": moduli, "viscosity": 1.0}, dermis.KelvinVoigt(modulus=3.0, viscosity=0.5)]
+    uniform = [dermis.KelvinVoigt(modulus=1.0, viscosity=1.0), elements[1]]
+    with_maps, without = (dermis.run(dermis.Scene(TABLES, material={"elements": e})) for e in (elements, uniform))
+    assert with_maps["sa1"].mean[-1] < without["sa1"].mean[-1]
+
+
+def test_maps_of_another_type_or_shape_are_refused_by_name():
+    error = refused(dermis.Scene, TABLES, surface={"path": np.ones((9, 12), int)})
+    assert error.parameter == "surface.path"
+    assert str(error) == ("surface.path = int64 array of shape (9, 12); allowed: float32 or float64 array of shape "
+                          "(height, width)")
+    error = refused(dermis.Scene, TABLES, load={"path": np.ones((12, 9))})
+    assert str(error) == "load.path = array of shape (12, 9); allowed: shape (height, width) = (9, 12)"
+    error = refused(dermis.Scene, TABLES, material={"modulus": np.full((9, 12), np.nan)})
+    assert error.parameter.startswith("material.modulus")
+
+
+def test_a_scene_that_is_refused_names_key_value_and_range():
+    error = refused(dermis.Scene, grid={"width": 0})
+    assert error.parameter == "grid.width"
+    assert str(error) == "grid.width = 0; allowed: whole cells, 1..16384"
+    assert "did you mean width?" in str(refused(dermis.Scene, {"grid": {"widht": 3}}))
+    error = refused(dermis.Scene.from_string, "[time]\nstep = -1")
+    assert error.parameter == "time.step" and str(error).startswith("scene:2: time.step = -1; allowed:")
+    assert refused(dermis.run, 3).parameter == "scene"
+    assert refused(dermis.Scene, grid={"width": object()}).parameter == "grid.width"
+    assert refused(dermis.Scene, sites=["sa1"]).parameter == "sites"
+    assert refused(dermis.Scene, sites=[("sa1", 500, 0)]).parameter.startswith("sites")
+
+
+def test_texts_keep_every_character(tmp_path):
+    folder = tmp_path / 'a "quoted" \\ \U0001f590 name'
+    folder.mkdir()
+    np.save(folder / "load.npy", np.ones((9, 12)))
+    assert dermis.Scene(TABLES, load={"kind": "file", "path": folder / "load.npy"}).width == 12
+
+
+def test_sites_stand_in_memory_or_come_by_density():
+    sites = [("fa1", 3, 4), ("sa1", 0, 8)]
+    assert dermis.Scene(TABLES, sites=sites).sites == sites
+    assert len(dermis.fingertip(sites=dermis.Sites(density={"sa1": 70, "sa2": 0, "fa1": 0, "fa2": 0})).sites) == 70
+
+
+def test_objects_have_the_keys_of_a_scene_file():
+    tables = {"grid": dermis.Grid, "surface": dermis.Surface, "material": dermis.Material, "load": dermis.Load,
+              "time": dermis.Time, "curvature": dermis.Curvature, "receptors": dermis.Receptors, "sites": dermis.Sites,
+              "output": dermis.Output}
+    for name, table in tables.items():
+        known = re.search(r"known: ([^;]*)", str(refused(dermis.Scene, {name: {"qqqqqqqqqq": 1}}))).group(1)
+        assert {f.name for f in dataclasses.fields(table)} == set(known.split(", ")), name
+
+
+def test_a_preset_is_a_scene_to_begin_with():
+    scene = dermis.fingertip(load=dermis.Load(intensity=1e4))
+    assert scene.spacing == pytest.approx(1e-4, rel=1)
+    assert not dermis.run(scene).report().strain.outside

@@ -1,0 +1,244 @@
+# SPDX-License-Identifier: MIT
+"""Skins pressed frame by frame."""
+import array
+import ctypes
+import pickle
+import threading
+
+import dermis
+import numpy as np
+import pytest
+
+GRID = {"grid": {"width": 20, "height": 25}, "surface": {"kind": "wave", "ridges": 4}}
+CLASSES = ("sa1", "sa2", "fa1", "fa2")
+RNG = np.random.default_rng(7)
+
+
+def pressures(*shape):
+    return RNG.random(shape, np.float32)
+
+
+def cpu(*args, **keys):
+    return dermis.Skin(*args, device=dermis.Device.cpu(1), **keys)
+
+
+def refused(call, *args, **keys):
+    with pytest.raises(dermis.Error) as caught:
+        call(*args, **keys)
+    assert caught.value.code == "bad_input"
+    return caught.value
+
+
+def address(view):
+    return view.__array_interface__["data"][0]
+
+
+def test_a_response_is_a_view_of_the_same_memory_after_each_press():
+    skin = cpu(GRID)
+    fa1 = skin["fa1"]
+    assert fa1.shape == (25, 20) and fa1.dtype == np.float32 and not fa1.any() and not fa1.flags.writeable
+    skin.press(np.ones((25, 20), np.float32), 0.01)
+    assert fa1.all() and address(skin["fa1"]) == address(fa1)
+
+
+def test_a_view_outlives_its_skin():
+    skin = cpu(GRID)
+    skin.press(np.ones((25, 20), np.float32), 0.01)
+    fa1 = skin["fa1"]
+    before = fa1.copy()
+    del skin
+    np.testing.assert_array_equal(fa1, before)
+
+
+def test_pads_have_the_bits_of_skins_alone():
+    batch, singles = cpu(GRID, 3), [cpu(GRID) for _ in range(3)]
+    assert batch.count == 3
+    for _ in range(4):
+        p = pressures(3, 25, 20)
+        batch.press(p, 0.01)
+        for skin, own in zip(singles, p):
+            skin.press(own, 0.01)
+    for name in CLASSES:
+        assert batch[name].shape == (3, 25, 20)
+        assert batch[name].tobytes() == b"".join(skin[name].tobytes() for skin in singles)
+
+
+@pytest.mark.parametrize("pads", [[2, 0], (2, 0), np.array([2, 0]), np.array([2, 0], np.int32),
+                                  np.array([True, False, True])])
+def test_some_pads_are_pressed_and_the_others_stay(pads):
+    skin = cpu(GRID, 3)
+    skin.press(np.ones((2, 25, 20), np.float32), 0.01, pads)
+    sa1 = skin["sa1"]
+    assert sa1[0].all() and not sa1[1].any() and sa1[2].all()
+    skin.reset(pads)
+    skin.press(np.zeros((3, 25, 20), np.float32), 0.01)
+    assert not skin["sa1"].any()
+
+
+def test_each_pad_has_a_step_of_its_own():
+    skin = cpu(GRID, 2)
+    skin.press(np.ones((2, 25, 20), np.float32), np.array([0.01, 0.02]))
+    single = cpu(GRID)
+    single.press(np.ones((25, 20), np.float32), 0.02)
+    assert skin["sa1"][1].tobytes() == single["sa1"].tobytes()
+    assert refused(skin.press, np.ones((2, 25, 20), np.float32), [0.01]).parameter == "dt"
+
+
+class DLPackOnly:
+    """What has DLPack and nothing else, as arrays of other packages do."""
+
+    def __init__(self, numbers):
+        self.numbers = numbers
+
+    def __dlpack__(self, **keys):
+        return self.numbers.__dlpack__(**keys)
+
+    def __dlpack_device__(self):
+        return self.numbers.__dlpack_device__()
+
+
+def test_every_buffer_of_float32_is_taken():
+    p = pressures(25, 20)
+    expected = cpu(GRID)
+    expected.press(p, 0.01)
+    locked = p.copy()
+    locked.flags.writeable = False
+    in_c = (ctypes.c_float * 500)(*p.ravel())
+    for numbers in (p.ravel(), array.array("f", p.ravel()), memoryview(p), in_c, DLPackOnly(p), locked):
+        skin = cpu(GRID)
+        skin.press(numbers, 0.01)
+        assert skin["sa1"].tobytes() == expected["sa1"].tobytes()
+
+
+@pytest.mark.parametrize("wrong, named", [
+    (np.ones((25, 20)), "float64 array of shape (25, 20)"),
+    (np.ones((25, 20), np.int32), "int32 array of shape (25, 20)"),
+    (np.ones((20, 25), np.float32), "float32 array of shape (20, 25)"),
+    (np.ones((1, 25, 20), np.float32), "float32 array of shape (1, 25, 20)"),
+    (np.ones(499, np.float32), "float32 array of shape (499,)"),
+    (np.ones((20, 25), np.float32).T, "strided float32 array of shape (25, 20)"),
+    (np.ones((25, 40), np.float32)[:, ::2], "strided float32 array of shape (25, 20)"),
+    ([1.0], "[1.0]"),
+    (None, "None"),
+])
+def test_other_pressures_are_refused_by_name_and_nothing_happens(wrong, named):
+    skin = cpu(GRID)
+    error = refused(skin.press, wrong, 0.01)
+    assert error.parameter == "pressure"
+    assert str(error) == f"pressure = {named}; allowed: float32 array in C order, of shape (25, 20) in Pa"
+    assert not skin["sa1"].any()
+
+
+def test_refused_arguments_are_named():
+    skin = cpu(GRID, 2)
+    p = np.ones((2, 25, 20), np.float32)
+    p[1, 3, 4] = np.nan
+    assert str(refused(skin.press, p, 0.01)) == "pressure = nan in cell [4, 3] of pad 1; allowed: finite numbers"
+    p[1, 3, 4] = 1
+    assert refused(skin.press, p, -1).parameter == "dt"
+    assert refused(skin.press, p, "soon").parameter == "dt"
+    for pads in ([0, 2], [0, 0], [True, False], np.array([True]), np.array([0.0, 1.0]), 0, [2**40, 0], "01"):
+        assert refused(skin.press, p, 0.01, pads).parameter == "pads"
+    assert refused(skin.__getitem__, "deformation").parameter == "response"
+    assert refused(cpu, GRID, 0).parameter == "count"
+    assert refused(cpu, GRID, responses=["pain"]).parameter == "responses"
+    assert refused(dermis.Skin, GRID, device=3).parameter == "device"
+
+
+def test_a_state_is_bytes_that_give_the_same_next_press():
+    skin, other = cpu(GRID, 2), cpu(GRID, 2)
+    skin.press(pressures(2, 25, 20), 0.01)
+    state = skin.save()
+    assert isinstance(state, bytes)
+    other.load(state)
+    p = pressures(2, 25, 20)
+    for s in (skin, other):
+        s.press(p, 0.02)
+    for name in CLASSES:
+        assert skin[name].tobytes() == other[name].tobytes()
+    other.load(memoryview(skin.save([1])), [0])
+    assert other.save([0]) == skin.save([1])
+    assert refused(skin.load, state[:-1]).parameter == "state"
+    assert refused(skin.load, "text").parameter == "state"
+
+
+def test_a_new_material_acts_from_the_next_press_on():
+    p = np.ones((25, 20), np.float32)
+    skin = cpu(GRID)
+    skin.press(p, 0.01)
+    skin.set_material(dermis.Material(modulus=100.0, viscosity=0.1))
+    skin.press(p, 100.0)
+    flat = cpu({**GRID, "material": {"modulus": 100.0, "viscosity": 0.1}})
+    flat.press(p, 0.01)
+    flat.press(p, 100.0)
+    np.testing.assert_allclose(skin["sa1"], flat["sa1"], rtol=1e-5)
+    for material in ({"modulus": 1.0}, {"modulus": -1.0, "viscosity": 1.0},
+                     {"elements": [{"modulus": 1.0, "viscosity": 1.0}] * 2}):
+        assert refused(skin.set_material, material).parameter.startswith("material")
+    error = refused(skin.set_material, {"modulus": 1.0, "viscosity": 1.0, "thickness": 2.0})
+    assert str(error) == "material.thickness = 2.0; allowed: none: it stays that of the skin"
+
+
+def test_each_pad_can_have_a_material_of_its_own():
+    soft, stiff = {"modulus": 1.0, "viscosity": 1.0}, {"modulus": 10.0, "viscosity": 1.0}
+    skin = cpu(GRID, 2, materials=[soft, stiff])
+    for _ in range(2):
+        skin.press(np.ones((2, 25, 20), np.float32), 10.0)
+    assert abs(skin["sa1"][0]).sum() > 5 * abs(skin["sa1"][1]).sum()
+    skin.set_material(soft, [1])
+    for _ in range(2):
+        skin.press(np.ones((2, 25, 20), np.float32), 100.0)
+    np.testing.assert_allclose(skin["sa1"][0], skin["sa1"][1], rtol=1e-5)
+
+
+def test_sites_have_one_response_each_in_their_order():
+    sites = [("sa1", 3, 4), ("fa1", 10, 20), ("sa1", 0, 0)]
+    scene = dermis.Scene(GRID, sites=sites)
+    skin, fields = cpu(scene, 2), cpu(GRID, 2)
+    p = pressures(2, 25, 20)
+    for s in (skin, fields):
+        s.press(p, 0.01)
+    assert skin["sa1"].shape == (2, 2) and cpu(scene)["fa1"].shape == (1,)
+    x, y = skin.sites["sa1"].T
+    np.testing.assert_array_equal(skin["sa1"], fields["sa1"][:, y, x])
+
+
+def test_strain_indentation_and_curvature_are_read_when_they_are_asked_for():
+    skin = cpu({**GRID, "material": {"modulus": 2.0, "viscosity": 1.0}}, 2)
+    strain = skin["strain"]
+    for _ in range(2):
+        skin.press(np.ones((2, 25, 20), np.float32), 1000.0)
+    assert strain.shape == (2, 25, 20) and not strain.any()
+    np.testing.assert_allclose(skin["strain"], 0.5, rtol=1e-6)
+    np.testing.assert_allclose(strain, 0.5, rtol=1e-6)
+    assert skin["indentation"].shape == skin["curvature"].shape == (2, 25, 20)
+    assert cpu(dermis.Scene(GRID, sites=[("sa1", 1, 2), ("fa1", 3, 4)]))["strain"].shape == (2,)
+
+
+def test_a_report_tells_what_a_pad_means():
+    skin = cpu(GRID, 2)
+    skin.press(np.ones((1, 25, 20), np.float32), 1.0, [1])
+    assert skin.report().strain.value == 0 and skin.report(1).strain.value > 0
+
+
+def test_threads_wait_for_each_other_on_one_skin():
+    skin, expected = cpu(GRID), cpu(GRID)
+    p = np.ones((25, 20), np.float32)
+    for _ in range(4000):
+        expected.press(p, 0.001)
+
+    def work():
+        for _ in range(1000):
+            skin.press(p, 0.001)
+
+    threads = [threading.Thread(target=work) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert skin["sa1"].tobytes() == expected["sa1"].tobytes()
+
+
+def test_errors_pass_between_processes():
+    error = pickle.loads(pickle.dumps(refused(cpu, {"grid": {"width": 0}})))
+    assert (error.code, error.parameter) == ("bad_input", "grid.width") and "1..16384" in str(error)
