@@ -62,8 +62,10 @@ class PadNumbers {
         }
         return true;
     }
-    // A number that is no int is no pad's: -1 is refused with the others, at its position.
-    static int pad(long long number) { return int(number) == number ? int(number) : -1; }
+    static int pad(long long number) {
+        if (int(number) != number) scene::refuse("pads", std::to_string(number), "numbers of pads, from 0 on");
+        return int(number);
+    }
 
     bool all_ = true;
     std::vector<int> numbers_;
