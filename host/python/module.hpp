@@ -25,8 +25,7 @@ void bind_result(nb::module_&);
 void bind_scene(nb::module_&);
 void bind_skin(nb::module_&);
 
-// A device, and what keeps all but one thread from it while it computes: set for a Vulkan device, which its skins and
-// runs share.
+// A device. in_use: set for a Vulkan device, which one thread at a time may use, with all its skins and runs.
 struct SharedDevice {
     Device device;
     std::shared_ptr<std::mutex> in_use;
@@ -35,8 +34,9 @@ SharedDevice share(Device);
 // The device of an argument: a Device, the text that Device.open takes, or None for the CPU path.
 SharedDevice device_of(nb::handle);
 
-// While it lives, other Python threads run, and others that want the same thing wait. The lock is given up before the
-// interpreter's is taken again, so that neither waits for the other.
+// Releases the interpreter's lock while it lives, so that other Python threads run, and holds `in_use`, unless that is
+// null. It unlocks `in_use` before it takes the interpreter's lock again, so that two threads never wait for each
+// other.
 class Computing {
   public:
     explicit Computing(std::mutex* in_use) {

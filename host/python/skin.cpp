@@ -35,7 +35,10 @@ class PadNumbers {
     bool take(const AnyArray& array, int count) {
         if (array.ndim() != 1) return false;
         if (array.dtype() == nb::dtype<bool>()) return array.shape(0) == size_t(count) && take_mask(array);
-        return take_as<int64_t>(array) || take_as<int32_t>(array) || take_as<uint8_t>(array);
+        return take_as_one_of<int64_t, int32_t, int16_t, int8_t, uint64_t, uint32_t, uint16_t, uint8_t>(array);
+    }
+    template <class... Integers> bool take_as_one_of(const AnyArray& array) {
+        return (take_as<Integers>(array) || ...);
     }
     bool take_mask(const AnyArray& array) {
         const auto mask = array.view<const bool, nb::ndim<1>>();
@@ -46,7 +49,7 @@ class PadNumbers {
     template <class Integer> bool take_as(const AnyArray& array) {
         if (array.dtype() != nb::dtype<Integer>()) return false;
         const auto numbers = array.view<const Integer, nb::ndim<1>>();
-        for (size_t i = 0; i < numbers.shape(0); ++i) numbers_.push_back(pad(numbers(i)));
+        for (size_t i = 0; i < numbers.shape(0); ++i) numbers_.push_back(pad((long long)(numbers(i))));
         return true;
     }
     // A bool is an integer in Python, but a list of them is meant as a mask.
@@ -59,8 +62,10 @@ class PadNumbers {
         }
         return true;
     }
-    // A number that is no int is no pad's: -1 is refused with the others, at its position.
-    static int pad(long long number) { return int(number) == number ? int(number) : -1; }
+    static int pad(long long number) {
+        if (int(number) != number) scene::refuse("pads", std::to_string(number), "numbers of pads, from 0 on");
+        return int(number);
+    }
 
     bool all_ = true;
     std::vector<int> numbers_;
