@@ -50,7 +50,7 @@ dermis::SkinOptions options_of(const dermis_skin_options* given, const dermis::M
 dermis::Pads pads_of(const dermis_pads* pads) {
     if (!pads) return {};
     if (pads->count > 0) need_pointer(pads->numbers, "pads->numbers");
-    return {pads->numbers, pads->count};
+    return dermis::Pads(pads->numbers, pads->count);
 }
 
 } // namespace
