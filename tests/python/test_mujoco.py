@@ -2,12 +2,15 @@
 """A finger that touches in MuJoCo, tests/embedding/mujoco/finger.py, and hands in one batch."""
 import importlib.util
 import pathlib
+import re
 import sys
 
 import dermis
+import numpy as np
 import pytest
 
-SAMPLE = pathlib.Path(__file__).parents[1] / "embedding/mujoco/finger.py"
+TOP = pathlib.Path(__file__).parents[2]
+SAMPLE = TOP / "tests/embedding/mujoco/finger.py"
 
 
 @pytest.fixture(scope="module")
@@ -60,3 +63,13 @@ def test_a_vulkan_device_has_the_bits_of_the_cpu(finger, recording):
     if all(info.refused for info in dermis.Device.list()):
         pytest.skip("no Vulkan device")
     holds(finger.devices_agree(recording))
+
+
+def test_the_page_for_any_simulator_runs_as_it_stands():
+    def simulated(hand):
+        return (0, 0, 0), (1, 0, 0, 0, -1, 0, 0, 0, -1), 0.3, np.full((60, 80), 1e-4, np.float32)
+
+    blocks = re.findall(r"^```python\n(.*?)^```$", (TOP / "host/examples/SIMULATOR.md").read_text(), re.M | re.S)
+    names = {"simulated": simulated}
+    exec("\n".join(blocks), names)
+    assert (names["observed"] > 0).all()

@@ -32,8 +32,8 @@ FRAMES = 1050
 PRESS, HOLD, SLIDE, RELEASE = slice(90, 150), slice(200, 450), slice(490, 840), slice(925, 960)
 PARTS = {"pressed": PRESS, "held": HOLD, "slid": SLIDE, "lifted": RELEASE}
 
-# The solver's pad is rigid and touches crests alone, so that its plate is a row of crests. Contacts are soft: stiff ones
-# chatter at the solver's rate, and FA2, an acceleration, shows little else.
+# The solver's pad is rigid and touches crests alone, so that its plate is a row of crests. Contacts are soft: stiff
+# ones chatter at the solver's rate, and FA2, an acceleration, shows little else.
 MODEL = """
 <mujoco>
   <option timestep="0.001" gravity="0 0 0" cone="elliptic"/>
@@ -119,8 +119,8 @@ def sum_of_contacts(finger):
 class Recording:
     """What one finger did and felt, frame by frame."""
 
-    force: np.ndarray  # N: of the sensor
-    contacts: np.ndarray  # N: of the contacts, one by one
+    force: np.ndarray  # N, by the sensor
+    contacts: np.ndarray  # N, the sum of single contacts
     speed: np.ndarray  # m/s along the plate
     pressure: np.ndarray  # Pa, of shape (frames, height, width)
     felt: dict[str, np.ndarray]  # by class, of the same shape
@@ -139,7 +139,7 @@ def record(frames=FRAMES):
         made.contacts[frame] = sum_of_contacts(finger)
         made.speed[frame] = finger.data.qvel[0]
         made.pressure[frame] = pressure
-        made.doubts += report.doubts
+        made.doubts = made.doubts or report.doubts
         for name, felt in made.felt.items():
             felt[frame] = skin[name]
     return made
@@ -149,8 +149,10 @@ def force_is_kept(made):
     """The integral of the pressure is the contact force, in every frame."""
     integral = made.pressure.sum((1, 2), dtype=float) * SPACING**2
     off = np.abs(integral - made.contacts).max() / made.contacts.max()
-    return off < 1e-6 and not made.doubts, (f"up to {made.contacts.max():.4f} N, off by {off:.1e} of it; "
-                                            f"at most {made.pressure.max() / 1e3:.2f} kPa{made.doubts}")
+    numbers = (f"up to {made.contacts.max():.4f} N, off by {off:.1e} of it; "
+               f"at most {made.pressure.max() / 1e3:.2f} kPa; "
+               f"{made.doubts or 'no doubts'}")
+    return off < 1e-6 and not made.doubts, numbers
 
 
 def fa1_changes_sign(made):
@@ -172,19 +174,21 @@ def sa1_follows_the_hold(made):
 
 def fa2_has_the_rate_of_ridges(made):
     """While the pad slides, FA2 has its power at the rate at which ridges pass a cell: speed by period."""
-    rate = made.speed[SLIDE].mean() / PERIOD
+    speed = made.speed[SLIDE].mean()
+    rate = speed / PERIOD
     fa2 = made.felt["fa2"][SLIDE].astype(float)
     windowed = (fa2 - fa2.mean(0)) * np.hanning(len(fa2))[:, None, None]
     power = (np.abs(np.fft.rfft(windowed, axis=0))**2).sum((1, 2))
     hertz = np.fft.rfftfreq(len(fa2), STEP)
     near = np.abs(hertz - rate) < 2 / (len(fa2) * STEP)
     peak, share = hertz[power.argmax()], power[near].sum() / power.sum()
-    return near[power.argmax()] and share > 0.9, (f"{made.speed[SLIDE].mean() * 1e3:.2f} mm/s over {PERIOD * 1e3:g} mm "
-                                                  f"are {rate:.2f} Hz; peak at {peak:.2f} Hz, {share:.2%} of the power")
+    numbers = (f"{speed * 1e3:.2f} mm/s over {PERIOD * 1e3:g} mm are {rate:.2f} Hz; "
+               f"peak at {peak:.2f} Hz, {share:.2%} of the power")
+    return near[power.argmax()] and share > 0.99, numbers
 
 
 def differing(skin, made, frame, pad=()):
-    """Return how many responses of a pad differ in a bit from those of a recorded frame; before the first they are 0."""
+    """Return how many responses of a pad have other bits than a recorded frame, before the first of which all are 0."""
     if frame < 0:
         return sum(int(np.count_nonzero(skin[name][pad])) for name in CLASSES)
     return sum(int(np.count_nonzero(skin[name][pad].view(np.int32) != felt[frame].view(np.int32)))
@@ -270,7 +274,8 @@ def main():
     made = record()
     if given.picture:
         draw(made, given.picture)
-    claims = [force_is_kept, fa1_changes_sign, sa1_follows_the_hold, fa2_has_the_rate_of_ridges, rolls_back, hands_agree]
+    claims = [force_is_kept, fa1_changes_sign, sa1_follows_the_hold, fa2_has_the_rate_of_ridges, rolls_back,
+              hands_agree]
     if any(not info.refused for info in dermis.Device.list()):
         claims.append(devices_agree)
     else:
