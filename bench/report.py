@@ -217,19 +217,23 @@ def devices(rows, folder):
 def pads(rows, folder):
     figure, axes = plt.subplots(1, 2, figsize=(14, 5))
     for axis, device in zip(axes, ("cpu", "vulkan")):
-        mine = [r for r in of(rows, "pads") if device_of(r) == device and r["receptors"] == "0"]
-        single = sorted((r for r in mine if r["model"] == "one-skin" and r["width"] == r["height"]), key=lambda r: r["cells"])
-        axis.loglog([r["cells"] for r in single], [r["least_ns"] for r in single], "--", color="black", label="one skin of as many cells")
+        mine = [r for r in of(rows, "pads") if device_of(r) == device and r["receptors"] in ("", "0")]
+        draw = axis.semilogx if device == "cpu" else axis.loglog
+        single = sorted((r for r in mine if r["model"] == "one-skin"), key=lambda r: r["cells"])
+        draw([r["cells"] for r in single], [r["least_ns"] for r in single], "--", color="black", label="one skin of as many cells")
         for (width, height), colour in (((8, 8), VERMILLION), ((20, 25), BLUE), ((64, 64), GREEN)):
             line = {}
             for r in mine:
                 size = r["method"].split("-")[-1].split("x")
                 if r["model"] == "batch" and size[:2] == [str(width), str(height)]:
                     line[r["cells"]] = min(r["least_ns"], line.get(r["cells"], np.inf))
-            axis.loglog(sorted(line), [line[c] for c in sorted(line)], "o-", color=colour, label=f"pads of {width} x {height}")
+            draw(sorted(line), [line[c] for c in sorted(line)], "o-", color=colour, label=f"pads of {width} x {height}")
         alone = [r for r in mine if r["model"] == "skins"]
-        axis.loglog([r["cells"] for r in alone], [r["least_ns"] for r in alone], "x", color=BLUE, markersize=9, label="512 skins of 20 x 25, one by one")
+        if alone:
+            draw([r["cells"] for r in alone], [r["least_ns"] for r in alone], "x", color=BLUE, markersize=9, label="512 skins of 20 x 25, one by one")
         axis.set(xlabel="cells of all pads", ylabel="ns per cell and press", title={"cpu": "CPU, one thread", "vulkan": "Vulkan"}[device])
+        if device == "cpu":
+            axis.set(ylim=(0, None))
         axis.grid(alpha=0.25, which="both")
         axis.legend(fontsize=9)
     save(figure, folder, "pads", rows)
