@@ -34,6 +34,8 @@ class FramePress {
     std::unique_ptr<Impl> impl_;
 };
 
+// A stream of pads alike, or of a skin as one, of which a thread takes whole pads.
+std::unique_ptr<plan::Stream> pad_stream(const plan::StreamedSkin&, int threads, const simd::Isa&);
 // threads: 0 = one per core.
 std::unique_ptr<plan::Stream> stream(const plan::StreamedSkin&, int threads, const simd::Isa& isa = simd::best());
 

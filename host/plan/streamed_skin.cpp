@@ -157,6 +157,15 @@ ResponseLayout response_layout_of(const StreamedSkin& s) {
     return layout;
 }
 
+std::array<size_t, RESPONSE_MAPS> response_counts(const StreamedSkin& s) {
+    std::array<size_t, RESPONSE_MAPS> counts{};
+    const std::vector<Site>& sites = s.skin.description.sites;
+    for (size_t r = 0; r < RESPONSE_MAPS; ++r)
+        if (sites.empty() && s.wanted[QUANTITY_SA1 + r]) counts[r] = s.skin.cells();
+    for (const Site& site : sites) ++counts[size_t(site.type) - QUANTITY_SA1];
+    return counts;
+}
+
 StateLayout state_layout_of(const StreamedSkin& s) {
     const Variant v = s.variant();
     const size_t sums = v.chain.elements() + (s.wanted[QUANTITY_SA2] ? 1 : 0);

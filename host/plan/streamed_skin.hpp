@@ -81,6 +81,8 @@ struct ResponseLayout {
     size_t all = 0;           // number of floats
 };
 ResponseLayout response_layout_of(const StreamedSkin&);
+// The numbers of each response that a pad gives: a field of width*height, or its sites.
+std::array<size_t, RESPONSE_MAPS> response_counts(const StreamedSkin&);
 
 // The floats of a saved state, the same on every backend: planes of one number for each cell, in the order of a state
 // in kernels/layout.h without the cell's strain (for sites of the cells that they read, in ascending order); then the
