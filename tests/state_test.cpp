@@ -29,10 +29,10 @@ std::vector<float> answers(Skin& skin, const SkinDescription& d, int first, int 
     return all;
 }
 
-// Skins of one element and of several, of one material and of many, of fields and of sites.
+// Skins of one element and of several, of one material and of many, of fields and of few sites and many.
 std::vector<SkinDescription> descriptions() {
     std::vector<SkinDescription> all;
-    for (int variant = 0; variant < 8; ++variant) {
+    for (int variant = 0; variant < 12; ++variant) {
         SkinDescription d = small_scene(19, 11);
         d.receptors.fa2 = Fa2::step_mean;
         std::vector<double> moduli;
@@ -46,9 +46,14 @@ std::vector<SkinDescription> descriptions() {
             d.material.viscosity = 0.3;
             d.material.modulus_map = moduli;
         }
-        for (int i = 0; variant & 4 && i < 30; ++i) d.sites.push_back({all_responses[i % 4], {i * 7 % 19, i * 5 % 11}});
+        const int sites = variant & 8 ? 300 : variant & 4 ? 9 : 0; // of many all cells are stepped
+        for (int i = 0; i < sites; ++i) d.sites.push_back({all_responses[i % 4], {i * 7 % 19, i * 5 % 11}});
         all.push_back(d);
     }
+    SkinDescription wide = all[0]; // whose rows are shared among threads
+    wide.grid.width = 101;
+    for (int i = 0; i < 2000; ++i) wide.sites.push_back({all_responses[i % 4], {i * 7 % 101, i * 5 % 11}});
+    all.push_back(wide);
     return all;
 }
 

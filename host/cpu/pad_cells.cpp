@@ -32,6 +32,7 @@ PadCells::PadCells(const plan::StreamedSkin& s, int threads, const simd::Isa& is
         if (!s.skin.uniform()) material_ = read.material_of;
     } else {
         if (!sites_.empty()) of_fields_.emplace(sites_, size_t(width_));
+        if (!sites_.empty()) held_ = read.cells;
         for (size_t i = 0; !s.skin.uniform() && i < cells_; ++i) material_.push_back(int(s.skin.material_at(i)));
         find_runs();
     }
@@ -122,24 +123,24 @@ simd::RespondArguments<f32> PadCells::respond_arguments(const Worker& worker, co
     return r;
 }
 
-template <class F> void PadCells::each_plane(int pad, F f) const {
-    state_.each_plane(variant_.wanted[QUANTITY_SA2], [&](float* plane) { f(plane + size_t(pad) * pitch_); });
+template <class F> void PadCells::each_run(int pad, F f) const {
+    size_t at = 0;
+    state_.each_plane(variant_.wanted[QUANTITY_SA2], [&](float* plane) {
+        float* const own = plane + size_t(pad) * pitch_;
+        if (held_.empty()) f(own, at, cells_ * sizeof(float));
+        for (size_t i = 0; i < held_.size(); ++i) f(own + held_[i], at + i * sizeof(float), sizeof(float));
+        at += held() * sizeof(float);
+    });
 }
 
 void PadCells::rest(int pad) { state_.rest_row(pad, int(pitch_)); }
 
 void PadCells::save(int pad, char* planes) const {
-    each_plane(pad, [&](const float* plane) {
-        std::memcpy(planes, plane, cells_ * sizeof(float));
-        planes += cells_ * sizeof(float);
-    });
+    each_run(pad, [&](const float* run, size_t at, size_t bytes) { std::memcpy(planes + at, run, bytes); });
 }
 
 void PadCells::load(int pad, const char* planes) {
-    each_plane(pad, [&](float* plane) {
-        std::memcpy(plane, planes, cells_ * sizeof(float));
-        planes += cells_ * sizeof(float);
-    });
+    each_run(pad, [&](float* run, size_t at, size_t bytes) { std::memcpy(run, planes + at, bytes); });
 }
 
 } // namespace dermis::cpu

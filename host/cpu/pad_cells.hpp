@@ -22,6 +22,8 @@ class PadCells {
     size_t pitch() const { return pitch_; }
     // The cells of a frame that are stepped; empty: all of them.
     const std::vector<size_t>& read_cells() const { return read_; }
+    // The number of cells that a saved state holds: those that sites read, where there are sites.
+    size_t held() const { return held_.empty() ? cells_ : held_.size(); }
     // The elements in series that are stepped, of a pad without its own.
     const std::vector<plan::Element>& elements() const { return elements_; }
 
@@ -53,13 +55,14 @@ class PadCells {
     void answer(const Worker&, const simd::StateRow<float>&, const Press&, const f32::Constants&) const;
     simd::RespondArguments<f32> respond_arguments(const Worker&, const simd::StateRow<float>&, const Press&,
                                                   const Run&) const;
-    template <class F> void each_plane(int pad, F f) const;
+    // Calls f(first number, its place in a saved state in bytes, bytes) for each run of numbers that a state holds.
+    template <class F> void each_run(int pad, F f) const;
 
     const int width_, height_, stencil_, edges_;
     const plan::Variant variant_;
     const simd::Loops<f32>& loops_;
     const std::vector<Site> sites_;
-    std::vector<size_t> read_;
+    std::vector<size_t> read_, held_; // held_: empty where all cells that are stepped are held
     std::vector<plan::Element> elements_;
     std::vector<int> material_; // index of each cell's first element; empty: the same in all
     size_t cells_ = 0, pitch_ = 0;

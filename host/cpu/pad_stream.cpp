@@ -97,7 +97,7 @@ class PadStream : public plan::Stream {
     }
 
     bool lists() const { return !pads_.read_cells().empty(); }
-    size_t planes_bytes() const { return planes_ * pads_.cells() * sizeof(float); }
+    size_t planes_bytes() const { return planes_ * pads_.held() * sizeof(float); }
     size_t state_bytes() const { return planes_bytes() + frame_ * sizeof(float); }
     // A pad's pressure of width*height on one side.
     float* frame_of(int pad, int side) {

@@ -120,7 +120,10 @@ class SkinStream : public plan::Stream {
         : press_(skin, threads, isa), memory_(sizes_of(skin)), width_(size_t(skin.skin.width())),
           pitch_(size_t(skin.skin.pitch)), cells_(skin.skin.cells()), planes_(state_layout_of(skin).planes) {
         const bool sites = !skin.skin.description.sites.empty();
-        if (sites) sites_.emplace(skin.skin.description.sites, width_);
+        if (sites) {
+            sites_.emplace(skin.skin.description.sites, width_);
+            held_ = plan::SiteCells(skin.skin, {skin.skin.whole()}, cells_of(skin.skin.description.sites)).cells;
+        }
         for (size_t i = 0; i < 2; ++i) pressure_[i] = memory_[i];
         for (size_t r = 0; r < RESPONSE_MAPS; ++r)
             if (skin.wanted[QUANTITY_SA1 + r]) {
@@ -153,8 +156,13 @@ class SkinStream : public plan::Stream {
     void save(const plan::PadList& pads, void* states) override {
         if (pads.count == 0) return;
         char* to = static_cast<char*>(states);
-        press_.save(to);
-        to += planes_ * cells_ * sizeof(float);
+        if (held_.empty()) press_.save(to);
+        else {
+            std::vector<char> all(planes_ * cells_ * sizeof(float));
+            press_.save(all.data());
+            each_held([&](size_t there, size_t here) { std::memcpy(to + there, all.data() + here, sizeof(float)); });
+        }
+        to += planes_ * (held_.empty() ? cells_ : held_.size()) * sizeof(float);
         for (size_t at = 0; at < cells_ / width_ * pitch_; at += pitch_, to += width_ * sizeof(float))
             std::memcpy(to, pressure_[0] + at, width_ * sizeof(float));
     }
@@ -162,8 +170,13 @@ class SkinStream : public plan::Stream {
     void load(const plan::PadList& pads, const void* states) override {
         if (pads.count == 0) return;
         const char* from = static_cast<const char*>(states);
-        press_.load(from);
-        from += planes_ * cells_ * sizeof(float);
+        if (held_.empty()) press_.load(from);
+        else {
+            std::vector<char> all(planes_ * cells_ * sizeof(float)); // nobody reads the other cells
+            each_held([&](size_t there, size_t here) { std::memcpy(all.data() + here, from + there, sizeof(float)); });
+            press_.load(all.data());
+        }
+        from += planes_ * (held_.empty() ? cells_ : held_.size()) * sizeof(float);
         for (size_t at = 0; at < cells_ / width_ * pitch_; at += pitch_, from += width_ * sizeof(float))
             std::memcpy(pressure_[0] + at, from, width_ * sizeof(float));
     }
@@ -183,10 +196,18 @@ class SkinStream : public plan::Stream {
         return sizes;
     }
 
+    // Calls f(place in a saved state, place in planes of all cells), in bytes, of each number that a state holds.
+    template <class F> void each_held(F f) const {
+        for (size_t p = 0; p < planes_; ++p)
+            for (size_t i = 0; i < held_.size(); ++i)
+                f((p * held_.size() + i) * sizeof(float), (p * cells_ + held_[i]) * sizeof(float));
+    }
+
     FramePress press_;
     SideBySide memory_; // two pressures, then the fields, then the responses of sites
     const size_t width_, pitch_, cells_, planes_;
     std::optional<SitesOfFields> sites_;
+    std::vector<size_t> held_; // the cells that sites read, where there are sites: of these a state is saved
     float* pressure_[2];
     float* field_[RESPONSE_MAPS]{};
     Responses response_{};
