@@ -14,7 +14,7 @@ namespace dermis {
 
 namespace {
 
-// What a saved state begins with.
+// A saved state begins with this header.
 struct StateHeader {
     char magic[8];
     uint32_t version, pads, width, height, cells, elements, spring, compensated, integral, rate, sites;

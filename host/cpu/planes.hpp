@@ -36,7 +36,7 @@ template <class real> class Plane {
     size_t shift_ = 0, all_ = 0;
 };
 
-// What the state of a cell holds.
+// Says which numbers the state of a cell consists of.
 struct StateShape {
     size_t elements; // in series, whose strains it holds
     bool compensated;
