@@ -21,8 +21,8 @@ std::vector<float> pressures(size_t count, unsigned seed) {
     return all;
 }
 
-// What a kernel reads as width*height of each pad from such numbers that were written a width apart, where rows are a
-// pitch apart and 0 stood there before.
+// Returns what a kernel reads as width*height of each pad from such numbers that were written a width apart, where rows
+// are a pitch apart and 0 stood there before.
 std::vector<float> misread(const std::vector<float>& dense, size_t width, size_t pitch) {
     std::vector<float> read;
     for (size_t row = 0; row < dense.size() / width; ++row)

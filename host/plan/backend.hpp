@@ -32,8 +32,8 @@ class Stream {
     // same memory after every press.
     virtual const float* response(Quantity) const = 0;
     virtual void reset(const PadList&) = 0; // back to skins at rest
-    // Copies the states of pads, one after another and each laid out by StateLayout, to and from memory of the caller's,
-    // at any address.
+    // Copies the states of pads, one after another and each laid out by StateLayout, to and from memory of the
+    // caller's, at any address.
     virtual void save(const PadList&, void* states) = 0;
     virtual void load(const PadList&, const void* states) = 0;
     // Gives pads other elements in series, as many as before; strains stay.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What a saved state of a pad tells of its skin: strain, indentation and curvature, in float, with the bits of a
-// march's fields. Of a spring, whose strain no state holds, that under the pressure of the last press.
+// Reads from a saved state of a pad what it tells of its skin: strain, indentation and curvature, in float, with the
+// bits of a march's fields. Of a spring, whose strain no state holds, that under the pressure of the last press.
 #pragma once
 
 #include "host/plan/laplacian.hpp"

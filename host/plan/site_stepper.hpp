@@ -7,7 +7,7 @@
 #include "host/plan/laplacian.hpp"
 #include "host/plan/site_cells.hpp"
 
-#include <algorithm>
+#include <vector>
 
 namespace dermis::plan {
 
@@ -56,31 +56,9 @@ template <class K> class SiteStepper {
         return K::answer(int(q), K::signal(int(q), motion, after[shape_.integral()].value), C, c);
     }
 
-    // Copies the state to or from planes of one number for each cell. integral: it is asked for.
-    void save(real* to, bool integral) const {
-        each_number(*this, integral, [&](const real& x) { *to++ = x; });
-    }
-    void load(const real* from, bool integral) {
-        each_number(*this, integral, [&](real& x) { x = *from++; });
-    }
-
     void keep() { state_.swap(visible_); }
-    void reset() { std::fill(state_.begin(), state_.end(), typename K::Sum{}); }
 
   private:
-    // Calls f with each number of a state, plane by plane.
-    template <class Self, class F> static void each_number(Self& self, bool integral, F f) {
-        const size_t cells = self.cells_.cells.size();
-        const auto plane = [&](size_t sum, auto member) {
-            for (size_t i = 0; i < cells; ++i) f(self.state_[i * self.sums_ + sum].*member);
-        };
-        for (size_t sum = 0; sum < self.sums_; ++sum) {
-            if (sum == self.shape_.integral() && !integral) continue;
-            plane(sum, &K::Sum::value);
-            if (self.shape_.compensated && sum <= self.shape_.integral()) plane(sum, &K::Sum::lost);
-        }
-    }
-
     // The coefficients of a cell's elements.
     const LaneCoefficients* of_cell(const LaneCoefficients* k, size_t cell) const {
         return k + cells_.material_of[cell];

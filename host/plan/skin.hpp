@@ -81,7 +81,7 @@ struct Variant {
     bool compensated = false, materials = false;
     bool framed = false; // the pressure runs from frame to frame
     Chain chain;
-    bool keeps_strain = false; // the state holds the sum of strains in series
+    bool keeps_strain = false;                              // the state holds the sum of strains in series
     enum class Pads { none, alike, own } pads = Pads::none; // of a batch: whether pads have coefficients of their own
     Wanted wanted{};
     bool tabled() const { return materials || chain.length > 1; }

@@ -75,7 +75,7 @@ struct ResponseLayout {
     struct Range {
         size_t first = 0, count = 0;
     };
-    // By quantity, pad by pad: a field of pitch*height, or its sites in the order given.
+    // Each quantity's floats stand pad by pad: a field of pitch*height, or its sites in the order given.
     std::array<Range, REDUCED_MAPS> of;
     std::vector<size_t> site; // index of each site's float, of pad 0
     size_t all = 0;           // number of floats

@@ -24,7 +24,8 @@ inline std::string cell_text(size_t i, int width) {
 inline void need(bool ok, const char* parameter, double value, const std::string& allowed) {
     if (!ok) refuse(parameter, shortest(value), allowed);
 }
-inline void need(bool ok, const char* parameter, double value, const char* allowed) { // makes no string of what is right
+inline void need(bool ok, const char* parameter, double value,
+                 const char* allowed) { // makes no string of what is right
     if (!ok) refuse(parameter, shortest(value), allowed);
 }
 inline void need_positive(const char* parameter, double v) {

@@ -35,7 +35,7 @@ PressKernel::PressKernel(Pipelines& pipelines, const plan::PreparedSkin& skin, c
                .specialization = specialization_of(variant, group_.x, group_.y),
                .max_sets = max_bindings * uint32_t(windows_.size())}) {}
 
-// As many rows of a pad as fill a workgroup, shared evenly among the workgroups of a pad.
+// A workgroup takes as many rows of a pad as fill it, shared evenly among the workgroups of the pad.
 PressKernel::Group PressKernel::group_of(const plan::PreparedSkin& skin, const plan::Variant& variant) {
     if (!is_batch(variant)) return {.x = PRESS_X, .y = PRESS_Y};
     constexpr int all = 128; // invocations that every device allows
