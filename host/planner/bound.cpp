@@ -286,7 +286,7 @@ class Analysis {
 
     double half_unit(double x) const { return x > 0 ? std::ldexp(u_, std::ilogb(x * (1 + 1e-5))) : 0; }
 
-    // What pressures are off by, relative to the greatest one: the map is rounded in double, and to float.
+    // Returns how far pressures are off, relative to the greatest one: the map is rounded in double, and to float.
     double rounding_of(double peak, double share) const {
         const double units = kind_.separable || share < 1 || peak == 0 ? u_ : half_unit(peak) / peak;
         return units + (kind_.single ? 0x1p-53 : 0);

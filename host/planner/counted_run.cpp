@@ -26,7 +26,7 @@ double envelope_peak(const scene::Waveform& load, const Envelope& envelope) {
 // The rounding of a few operations, in units.
 constexpr double few = 8;
 
-// What a step's shares of the change between two frames are off by, in double.
+// Holds how far a step's shares of the change between two frames are off, in double.
 struct OffShares {
     double start, rise;
 };

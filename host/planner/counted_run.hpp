@@ -29,7 +29,7 @@ class CountedRun {
     bool at_impulse() const { return step_.impulse >= 0; }
     // The cell of each material at the end of that step.
     const std::vector<CountedCell>& cells() const { return now_; }
-    // What a signal of the run of a product is off by at the end of that step, beside its reference's error.
+    // The error of a signal of the run of a product at the end of that step, beside its reference's error.
     double measured(size_t cell, int q) const { return products_.empty() ? 0 : products_[cell].off(q); }
 
   private:

@@ -51,7 +51,7 @@ class MeasuredCell {
         run_.keep();
         reference_.keep();
     }
-    // What a signal of the run is off by after the step, but for what the reference is.
+    // The error of a signal of the run after the step, but for that of its reference.
     double off(int q) const { return double(std::abs(run_.signals[size_t(q)] - reference_.signals[size_t(q)])); }
 
   private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the files of the Python module share. A dermis::Error becomes dermis.Error with its code and parameter.
+// The files of the Python module share this. A dermis::Error becomes dermis.Error with its code and parameter.
 #pragma once
 
 #include "host/scene/names.hpp"

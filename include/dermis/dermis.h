@@ -237,7 +237,7 @@ typedef struct dermis_contact_pad {
     size_t pitch;          // floats from row to row, >= width; 0: width
 } dermis_contact_pad;
 
-// What became of the forces. asked = placed + outside.
+// The struct tells what became of the forces: asked = placed + outside.
 typedef struct dermis_contact_report {
     size_t size;        // sizeof(dermis_contact_report)
     double asked;       // N: sum of the forces given

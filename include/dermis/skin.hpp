@@ -95,9 +95,9 @@ class DERMIS_API Skin {
     // where the material is one of maps, and nothing has happened.
     void set_material(const Material&, const Pads& = {});
 
-    // What the state and the description tell: strain and indentation now (of the cells that sites read), times,
-    // ridges, the gain at rest and, of fields on a surface that is no map, now, and which of the last responses changed
-    // sign. Takes up to as long as making the skin did.
+    // Returns what the state and the description tell: strain and indentation now (of the cells that sites read),
+    // times, ridges, the gain at rest and, of fields on a surface that is no map, now, and which of the last responses
+    // changed sign. Takes up to as long as making the skin did.
     Report report(int pad = 0) const;
 
     struct DERMIS_HIDDEN Impl;
