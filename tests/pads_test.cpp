@@ -246,7 +246,7 @@ TEST_CASE("a press of pads that is refused names what is wrong, and nothing has 
         says([&] { (void)batch.state_bytes(std::vector<int>{2, 2}); }, "2 at position 1");
         says([&] { (void)batch.report(5); }, "0..4");
         Material other = d.material;
-        says([&] { batch.set_material(other, std::vector<int>{0}); }, "SkinOptions::materials");
+        says([&] { batch.set_material(other, std::vector<int>{0}); }, "no materials of their own");
         other.modulus = -1;
         says([&] { batch.set_material(other); }, "material.modulus");
         both.press(every, 3, {0.02});

@@ -3,6 +3,7 @@
 
 #include "dermis/contact.hpp"
 
+#include <algorithm>
 #include <cstring>
 
 using namespace dermis::c;
@@ -10,16 +11,41 @@ namespace contact = dermis::contact;
 
 namespace {
 
-// Adds to a pad, and fills the caller's report. contact.hpp has exceptions of its own, which are all refusals.
-template <class Add> void add(const dermis_contact_pad* pad, dermis_contact_report* report, Add&& add) {
-    need_size(pad, "pad");
-    need_size(report, "report");
+// Calls, and makes an exception of contact.hpp, which is a refusal, one that has a status.
+template <class Call> void refusing(Call&& call) {
     try {
-        const contact::Report r = add(contact::Pad{.width = pad->width,
-                                                   .height = pad->height,
-                                                   .spacing = pad->spacing,
-                                                   .pressure = pad->pressure,
-                                                   .pitch = pad->pitch});
+        call();
+    } catch (const std::invalid_argument& refused) {
+        throw dermis::Error(dermis::Error::Code::bad_input, "", refused.what());
+    }
+}
+
+contact::Pad pad_of(const dermis_contact_pad* pad) {
+    need_size(pad, "pad");
+    const contact::Pad made{.width = pad->width,
+                            .height = pad->height,
+                            .spacing = pad->spacing,
+                            .pressure = pad->pressure,
+                            .pitch = pad->pitch};
+    contact::detail::check(made);
+    return made;
+}
+
+contact::Pose pose_of(const dermis_pose* pose) {
+    need_pointer(pose, "pose");
+    return contact::Pose::from_matrix(pose->position, pose->rotation);
+}
+
+void fill(dermis_pose* to, const contact::Pose& pose) {
+    std::copy(pose.position.begin(), pose.position.end(), to->position);
+    std::copy(pose.rotation.begin(), pose.rotation.end(), to->rotation);
+}
+
+// Adds to a pad, and fills the caller's report.
+template <class Add> void add(const dermis_contact_pad* pad, dermis_contact_report* report, Add&& add) {
+    need_size(report, "report");
+    refusing([&] {
+        const contact::Report r = add(pad_of(pad));
         *report = {.size = sizeof *report,
                    .asked = r.asked,
                    .placed = r.placed,
@@ -29,10 +55,11 @@ template <class Add> void add(const dermis_contact_pad* pad, dermis_contact_repo
                    .cells = r.cells,
                    .below_cell = r.below_cell,
                    .beside = r.beside,
-                   .plausible = r.plausible()};
-    } catch (const std::invalid_argument& refused) {
-        throw dermis::Error(dermis::Error::Code::bad_input, "", refused.what());
-    }
+                   .plausible = r.plausible(),
+                   .sideways = r.sideways,
+                   .too_far = r.too_far,
+                   .turned_away = r.turned_away};
+    });
 }
 
 } // namespace
@@ -56,10 +83,40 @@ dermis_status dermis_add_contacts(const dermis_contact_pad* pad, const dermis_co
     return guarded([&] {
         if (count > 0) need_pointer(contacts, "contacts");
         add(pad, report, [&](const contact::Pad& on) {
-            contact::detail::check(on);
             return contact::detail::add_each(on, count, [&](size_t i) {
                 const dermis_contact& c = contacts[i];
                 return contact::Contact{.x = c.x, .y = c.y, .force = c.force, .radius = c.radius, .area = c.area};
+            });
+        });
+    });
+}
+
+dermis_status dermis_pose_from_quaternion(const double* position, const double* quaternion, dermis_pose* pose) {
+    return guarded([&] {
+        need_pointer(pose, "pose");
+        need_pointer(position, "position");
+        need_pointer(quaternion, "quaternion");
+        refusing([&] { fill(pose, contact::Pose::from_quaternion(position, quaternion)); });
+    });
+}
+
+dermis_status dermis_pose_move_from_middle(dermis_pose* pose, const dermis_contact_pad* pad) {
+    return guarded([&] { refusing([&] { fill(pose, pose_of(pose).from_middle(pad_of(pad))); }); });
+}
+
+dermis_status dermis_add_world_contacts(const dermis_contact_pad* pad, const dermis_pose* pose, double reach,
+                                        const dermis_world_contact* contacts, size_t count,
+                                        dermis_contact_report* report) {
+    return guarded([&] {
+        if (count > 0) need_pointer(contacts, "contacts");
+        add(pad, report, [&](const contact::Pad& on) {
+            return contact::detail::add_each(on, pose_of(pose), reach, count, [&](size_t i) {
+                const dermis_world_contact& c = contacts[i];
+                return contact::WorldContact{.position = {c.position[0], c.position[1], c.position[2]},
+                                             .force = c.force,
+                                             .radius = c.radius,
+                                             .area = c.area,
+                                             .direction = {c.direction[0], c.direction[1], c.direction[2]}};
             });
         });
     });

@@ -326,7 +326,7 @@ Recorded SkinProgram::record_press(VkCommandBuffer commands, Binding binding, co
     const size_t count = pads.all ? size_t(impl.recorder.skin().pads) : pads.count;
     if (binding.program != &impl) return {"the binding is not this program's"};
     if (!impl.batch()) return {"pads: the program is of a single skin"};
-    if (!impl.ascend(pads)) return {"pads: the numbers do not ascend from 0 on below SkinOptions::count"};
+    if (!impl.ascend(pads)) return {"pads: the numbers do not ascend from 0 on below the count of pads"};
     if (steps != 1 && steps != count) return {"steps: neither one nor as many as pads"};
     return impl.record(commands, binding, {.ids = pads.all ? nullptr : pads.numbers, .count = count},
                        {.dt = dt, .each = steps != 1}, stamps);

@@ -106,7 +106,7 @@ void need_new_material(bool uniform, bool own, size_t listed, size_t all) {
     if (!uniform) scene::refuse("material", "(numbers)", "none: the skin has a material of maps, which stays as it is");
     if (!own && listed != all)
         scene::refuse("pads", std::to_string(listed) + " of " + std::to_string(all),
-                      "all, where SkinOptions::materials gives none");
+                      "all, where pads have no materials of their own");
 }
 
 std::vector<Element> elements_of_pad(const SkinDescription& validated, const Material& material, const Chain& chain,

@@ -3,12 +3,13 @@
 #include "dermis/contact.hpp"
 #include "host/python/module.hpp"
 
+#include <climits>
 #include <nanobind/stl/array.h>
 
 namespace dermis::python {
 namespace {
 
-using contact::Contact, contact::Depths, contact::Pad, contact::Pose, contact::WorldContact;
+using contact::Contact, contact::Depths, contact::Pad, contact::Pose, contact::Taxels, contact::WorldContact;
 using Vector = std::array<double, 3>;
 using Rotation = std::array<double, 9>;
 
@@ -69,6 +70,27 @@ contact::Report add_depths_of(const PadOnArray& pad, nb::handle depth, double fo
     const Depths depths{
         .depth = array.data(), .force = force, .stiffness = stiffness, .pitch = size_t(array.stride(0))};
     return refusing([&] { return contact::add_depths(pad.pad(), depths); });
+}
+
+// Taxels may lie in memory in any order, as a transposed array does, but forward.
+contact::Report add_taxels_of(const PadOnArray& pad, nb::handle values, double width, double height, double x, double y,
+                              const std::string& unit) {
+    nb::ndarray<nb::ro, float, nb::ndim<2>, nb::device::cpu> array;
+    if (!nb::try_cast(with_strides(values), array, false) || array.stride(0) < 1 || array.stride(1) < 1 ||
+        array.shape(0) > INT_MAX || array.shape(1) > INT_MAX)
+        scene::refuse("values", description_of(values), "float32 array of shape (rows, columns), of positive strides");
+    if (unit != "newton" && unit != "pascal") scene::refuse("unit", "\"" + unit + "\"", "\"newton\", \"pascal\"");
+    const Taxels taxels{.unit = unit == "newton" ? Taxels::Unit::newton : Taxels::Unit::pascal,
+                        .values = array.data(),
+                        .columns = int(array.shape(1)),
+                        .rows = int(array.shape(0)),
+                        .width = width,
+                        .height = height,
+                        .x = x,
+                        .y = y,
+                        .column_step = size_t(array.stride(1)),
+                        .row_step = size_t(array.stride(0))};
+    return refusing([&] { return contact::add_taxels(pad.pad(), taxels); });
 }
 
 template <class Struct> void bind_patch(nb::class_<Struct>& type) {
@@ -158,6 +180,13 @@ void bind_contact(nb::module_& m) {
           nb::arg("stiffness") = 0.0,
           "Add a force where depth > 0, in proportion to it. depth: float32 of the pad's shape, m.\n"
           "force: N; stiffness: Pa per m, with which a level is sought that makes the sum the force.");
+    m.def("add_taxels", add_taxels_of, nb::arg("pad"), nb::arg("values").none(), nb::kw_only(), nb::arg("width"),
+          nb::arg("height"), nb::arg("x") = 0.0, nb::arg("y") = 0.0, nb::arg("unit") = "newton",
+          "Add each reading of a sensor array to the cells below it, by the area that they share; forces are kept.\n"
+          "values: float32 of shape (rows, columns), columns along x, >= 0, of a unit \"newton\" or \"pascal\"; "
+          "readings\n"
+          "that stand column by column are values.T. width, height: m, of one taxel. x, y: m, outer corner of the "
+          "first.");
     m.def(
         "hertz_radius",
         [](double force, double ball, double modulus) {

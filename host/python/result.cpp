@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Runs, what they would cost, and their results as views by name.
 #include "host/python/module.hpp"
+#include "host/scene/element.hpp"
 
 namespace dermis::python {
 namespace {
@@ -23,6 +24,24 @@ RunOfScene* run_scene(const Scene& scene, nb::handle device, const std::optional
     const SharedDevice on = device_of(device);
     const Computing computing(on.in_use.get());
     return new RunOfScene{scene, run(scene, on.device, options)};
+}
+
+// materials: scenes of one cell each, which have them.
+std::vector<RunOfScene> run_materials(const Scene& scene, const std::vector<Scene>& materials, nb::handle device,
+                                      const std::optional<std::string>& precision, bool check, bool describe_each) {
+    RunOptions options = options_of(precision, check);
+    options.describe_each = describe_each;
+    std::vector<Material> wanted(materials.size());
+    for (size_t i = 0; i < wanted.size(); ++i) scene::take_elements(wanted[i], materials[i].material);
+    const SharedDevice on = device_of(device);
+    const Computing computing(on.in_use.get());
+    std::vector<Result> results = run(scene, wanted, on.device, options);
+    std::vector<RunOfScene> runs;
+    for (size_t i = 0; i < results.size(); ++i) {
+        runs.push_back({scene, std::move(results[i])});
+        scene::take_elements(runs.back().scene.material, wanted[i]);
+    }
+    return runs;
 }
 
 Explanation explain_scene(const Scene& scene, nb::handle device, const std::optional<std::string>& precision) {
@@ -161,6 +180,8 @@ void bind_result(nb::module_& m) {
     add_figures(type);
     m.def("run", run_scene, nb::arg("scene"), nb::arg("device").none() = nb::none(),
           nb::arg("precision").none() = nb::none(), nb::arg("check") = false);
+    m.def("run_materials", run_materials, nb::arg("scene"), nb::arg("materials"), nb::arg("device").none(),
+          nb::arg("precision").none(), nb::arg("check"), nb::arg("describe_each"));
     bind_explanation(m);
 }
 

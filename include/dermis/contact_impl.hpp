@@ -120,8 +120,15 @@ struct Disc {
     double x, y, radius;
 };
 
-// Calls each(x, y, 1 - r^2/radius^2) for each of these cells whose centre the disc covers.
-template <class Each> void each_covered(const Disc& disc, Range columns, Range rows, Each each) {
+// Neighbouring cells of a row of a disc: count of them from (x, y) on. rest is 1 - dy^2/radius^2.
+struct Piece {
+    static constexpr int longest = 256;
+    int x, y, count;
+    double rest;
+};
+
+// Calls each(piece) for each of these cells whose centre the disc covers, row by row.
+template <class Each> void each_piece(const Disc& disc, Range columns, Range rows, Each each) {
     if (disc.radius < 1e-6) return; // It covers none, but for a centre that it is in, which is the nearest.
     const double scale = 1 / disc.radius;
     rows = within(disc.y - disc.radius, disc.y + disc.radius, rows);
@@ -130,27 +137,50 @@ template <class Each> void each_covered(const Disc& disc, Range columns, Range r
         if (rest <= 0) continue;
         const double half = disc.radius * std::sqrt(rest);
         const Range covered = within(disc.x - half, disc.x + half, columns);
-        for (int x = covered.first; x <= covered.last; ++x) {
-            const double dx = (x - disc.x) * scale, square = rest - dx * dx;
-            if (square > 0) each(x, y, square);
-        }
+        for (int x = covered.first; x <= covered.last; x += Piece::longest)
+            each(Piece{x, y, std::min(Piece::longest, covered.last + 1 - x), rest});
     }
 }
 
-// The cells of a disc, by Hertz's profile. Weights are kept as far as there is room, because roots are what takes time.
-struct Weights {
-    static constexpr int room = 2048;
-    double sum = 0;
-    int cells = 0;
-    float kept[room];
+// Calls each(x, lane) for 0..n-1. Four lanes run side by side, because an addition takes longer than what is added.
+template <class Each> void each_in_lanes(int n, Each each) {
+    int x = 0;
+    for (; x + 4 <= n; x += 4) each(x, 0), each(x + 1, 1), each(x + 2, 2), each(x + 3, 3);
+    for (; x < n; ++x) each(x, 0);
+}
 
-    void add(double square) {
-        const double weight = std::sqrt(square);
-        if (cells < room) kept[cells] = float(weight);
-        sum += cells < room ? double(kept[cells]) : weight;
-        ++cells;
+// Weights by Hertz's profile of the cells of a disc. They are kept as far as there is room, because roots are what
+// takes time.
+class Weights {
+  public:
+    double sum = 0;
+    int cells = 0; // of a weight above 0
+
+    // Adds the cells of a piece.
+    void add(const Disc& disc, const Piece& piece) {
+        const float* weights = of(disc, piece, used_);
+        used_ += piece.count;
+        double sums[4] = {0, 0, 0, 0};
+        each_in_lanes(piece.count, [&](int i, int lane) { sums[lane] += double(weights[i]), cells += weights[i] > 0; });
+        sum += (sums[0] + sums[1]) + (sums[2] + sums[3]);
     }
-    double of(int cell, double square) const { return cell < room ? double(kept[cell]) : std::sqrt(square); }
+    // Returns the weights of a piece before which there were `before` cells.
+    const float* of(const Disc& disc, const Piece& piece, int before) {
+        const bool fits = before + piece.count <= room, made = before < used_;
+        float* weights = fits ? kept_ + before : kept_ + room;
+        if (fits && made) return weights;
+        const double scale = 1 / disc.radius;
+        for (int i = 0; i < piece.count; ++i) {
+            const double dx = (piece.x + i - disc.x) * scale, square = piece.rest - dx * dx;
+            weights[i] = std::sqrt(std::max(float(square), 0.0f));
+        }
+        return weights;
+    }
+
+  private:
+    static constexpr int room = 2048;
+    int used_ = 0;
+    float kept_[room + Piece::longest];
 };
 
 // Adds the weights that a disc which overhangs has beyond the border.
@@ -161,14 +191,16 @@ inline void add_beyond(const Disc& disc, Range columns, Range rows, double& sum,
         return;
     }
     constexpr int far_away = 2 * greatest_count;
+    Weights beyond;
     const auto add = [&](Range some_columns, Range some_rows) {
-        each_covered(disc, some_columns, some_rows,
-                     [&](int, int, double square) { sum += std::sqrt(square), ++cells; });
+        each_piece(disc, some_columns, some_rows, [&](const Piece& piece) { beyond.add(disc, piece); });
     };
     add({-far_away, far_away}, {-far_away, -1});
     add({-far_away, far_away}, {rows.last + 1, far_away});
     add({-far_away, -1}, rows);
     add({columns.last + 1, far_away}, rows);
+    sum += beyond.sum;
+    cells += beyond.cells;
 }
 
 // Presses a patch of which the pad has no covered centre: it has none at all, or all of them are beside the pad.
@@ -189,7 +221,7 @@ inline double spread(const Pad& pad, const Contact& c, Report& report) {
     const Disc disc{c.x / pad.spacing - 0.5, c.y / pad.spacing - 0.5, radius / pad.spacing};
     const Range columns{0, pad.width - 1}, rows{0, pad.height - 1};
     Weights weights;
-    each_covered(disc, columns, rows, [&](int, int, double square) { weights.add(square); });
+    each_piece(disc, columns, rows, [&](const Piece& piece) { weights.add(disc, piece); });
     if (weights.cells == 0) return press_nearest(pad, disc, c.force, report);
 
     double whole = weights.sum;
@@ -199,9 +231,12 @@ inline double spread(const Pad& pad, const Contact& c, Report& report) {
     if (!inside) add_beyond(disc, columns, rows, whole, cells);
     report.below_cell += cells == 1;
     const double peak = c.force / (pad.spacing * pad.spacing * whole);
-    int cell = 0;
-    each_covered(disc, columns, rows, [&](int x, int y, double square) {
-        press(row_of(pad, y)[x], peak * weights.of(cell++, square), report);
+    int before = 0;
+    each_piece(disc, columns, rows, [&](const Piece& piece) {
+        const float* weight = weights.of(disc, piece, before);
+        float* row = row_of(pad, piece.y) + piece.x;
+        for (int i = 0; i < piece.count; ++i) press(row[i], peak * double(weight[i]), report);
+        before += piece.count;
     });
     return c.force * (weights.sum / whole);
 }
@@ -284,6 +319,22 @@ inline void add(const Pad& pad, const Pose& pose, double reach, const WorldConta
     add(pad, local, report);
 }
 
+// The same for contacts of the world.
+template <class ContactAt>
+Report add_each(const Pad& pad, const Pose& pose, double reach, std::size_t count, const ContactAt& contact_at) {
+    check(pose);
+    need_at_least_0("reach", reach);
+    Report report;
+    for (std::size_t i = 0; i < count; ++i) {
+        const WorldContact& c = contact_at(i);
+        check(c, i);
+        report.asked += c.force;
+    }
+    need_float_pressure(pad, report.asked);
+    for (std::size_t i = 0; i < count; ++i) add(pad, pose, reach, contact_at(i), report);
+    return report;
+}
+
 // What depths above a level sum up to. The depths count from a reference.
 struct Excess {
     double sum = 0;         // of the depths above the level
@@ -292,13 +343,6 @@ struct Excess {
 
 inline const float* row_of(const Pad& pad, const Depths& d, int y) {
     return d.depth + std::size_t(y) * (d.pitch ? d.pitch : std::size_t(pad.width));
-}
-
-// Calls each(x, lane) for 0..n-1. Four lanes run side by side, because an addition takes longer than what is added.
-template <class Each> void each_in_lanes(int n, Each each) {
-    int x = 0;
-    for (; x + 4 <= n; x += 4) each(x, 0), each(x + 1, 1), each(x + 2, 2), each(x + 3, 3);
-    for (; x < n; ++x) each(x, 0);
 }
 
 inline Excess above(const Pad& pad, const Depths& d, double reference, double level) {
@@ -453,17 +497,9 @@ inline Pose Pose::from_middle(const Pad& pad) const {
 inline Report add_contacts(const Pad& pad, const Pose& pose, double reach, const WorldContact* contacts,
                            std::size_t count) {
     detail::check(pad);
-    detail::check(pose);
-    detail::need_at_least_0("reach", reach);
     if (count > 0) detail::need_memory("contacts", contacts);
-    Report report;
-    for (std::size_t i = 0; i < count; ++i) {
-        detail::check(contacts[i], i);
-        report.asked += contacts[i].force;
-    }
-    detail::need_float_pressure(pad, report.asked);
-    for (std::size_t i = 0; i < count; ++i) detail::add(pad, pose, reach, contacts[i], report);
-    return report;
+    return detail::add_each(pad, pose, reach, count,
+                            [contacts](std::size_t i) -> const WorldContact& { return contacts[i]; });
 }
 
 inline Report add_contacts(const Pad& pad, const Pose& pose, double reach, const std::vector<WorldContact>& contacts) {

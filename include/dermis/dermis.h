@@ -237,18 +237,21 @@ typedef struct dermis_contact_pad {
     size_t pitch;          // floats from row to row, >= width; 0: width
 } dermis_contact_pad;
 
-// The struct tells what became of the forces: asked = placed + outside.
+// The struct tells what became of the forces: asked = placed + outside + sideways.
 typedef struct dermis_contact_report {
-    size_t size;        // sizeof(dermis_contact_report)
-    double asked;       // N: sum of the forces given
-    double placed;      // N: the part that presses cells
-    double outside;     // N: the part beside the pad, or of depths that nowhere exceed 0
-    double greatest;    // Pa: greatest pressure of the cells that were pressed, with what they held before
-    double level;       // m: of dermis_add_depths with a stiffness, else 0; see contact.hpp
-    int32_t cells;      // cells that are pressed now and held 0 before
-    int32_t below_cell; // patches of which one cell takes all; its pressure is force/spacing^2, whatever the radius
-    int32_t beside;     // contacts and taxels with a force that are wholly beside the pad
-    int32_t plausible;  // 1 if below_cell is 0 and greatest at most 1e6 Pa, else 0
+    size_t size;         // sizeof(dermis_contact_report)
+    double asked;        // N: sum of the forces given
+    double placed;       // N: the part that presses cells
+    double outside;      // N: the part that presses none: beside the pad, too far, turned away, or of depths all <= 0
+    double greatest;     // Pa: greatest pressure of the cells that were pressed, with what they held before
+    double level;        // m: of dermis_add_depths with a stiffness, else 0; see contact.hpp
+    int32_t cells;       // cells that are pressed now and held 0 before
+    int32_t below_cell;  // patches of which one cell takes all; its pressure is force/spacing^2, whatever the radius
+    int32_t beside;      // contacts and taxels with a force that are wholly beside the pad
+    int32_t plausible;   // 1 if below_cell is 0 and greatest at most 1e6 Pa, else 0
+    double sideways;     // N: what a force at an angle to the pad lacks when only its part into the pad is taken
+    int32_t too_far;     // contacts of the world with a force farther from the pad's plane than reach
+    int32_t turned_away; // contacts of the world whose force does not push into the pad
 } dermis_contact_report;
 // Writes the sentences that say why a report is not plausible, or "". text: size bytes, 400 are enough for all.
 DERMIS_API dermis_status dermis_contact_report_get_doubts(const dermis_contact_report* report, char* text, size_t size);
@@ -263,6 +266,30 @@ typedef struct dermis_contact {
 // contacts: count of them, or NULL if count is 0. Pressures add up where patches overlap.
 DERMIS_API dermis_status dermis_add_contacts(const dermis_contact_pad* pad, const dermis_contact* contacts,
                                              size_t count, dermis_contact_report* report);
+
+// Where a pad is: world = position + rotation*local. The pad's z points out of the skin.
+typedef struct dermis_pose {
+    double position[3]; // m, -1e6..1e6: the outer corner of cell (0, 0)
+    double rotation[9]; // row-major, right to 1e-3; its columns are the pad's axes in the world
+} dermis_pose;
+// quaternion: w, x, y, z, of any length but 0.
+DERMIS_API dermis_status dermis_pose_from_quaternion(const double* position, const double* quaternion,
+                                                     dermis_pose* pose);
+// Moves a pose from the middle of the pad, where simulators have it, to the outer corner of cell (0, 0).
+DERMIS_API dermis_status dermis_pose_move_from_middle(dermis_pose* pose, const dermis_contact_pad* pad);
+
+// A contact in the world. Of a force at an angle to the pad the part along -z is taken.
+typedef struct dermis_world_contact {
+    double position[3];  // m, -1e6..1e6
+    double direction[3]; // -1e6..1e6: in which the force pushes the pad, of any length; 0: straight into the pad
+    double force;        // N, finite, >= 0
+    double radius, area; // as of a dermis_contact
+} dermis_world_contact;
+// Adds each contact at the foot of its perpendicular to the pad's plane, if it is at most reach metres from there, on
+// either side. reach: m, >= 0. contacts: count of them, or NULL if count is 0.
+DERMIS_API dermis_status dermis_add_world_contacts(const dermis_contact_pad* pad, const dermis_pose* pose, double reach,
+                                                   const dermis_world_contact* contacts, size_t count,
+                                                   dermis_contact_report* report);
 
 // How deep something sinks into each cell, and the force with which it does. A negative depth is a gap.
 typedef struct dermis_depths {

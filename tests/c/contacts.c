@@ -50,6 +50,55 @@ static void contacts(void) {
     CHECK(strstr(text, "2147483647 patches press") != NULL && strstr(text, "1.23456789e+38 Pa") != NULL);
 }
 
+static void contacts_of_the_world(void) {
+    float pressure[CELLS] = {0}, local[CELLS] = {0};
+    const dermis_contact_pad on = {.size = sizeof on, .width = 4, .height = 3, .spacing = 1e-3, .pressure = pressure};
+    const dermis_contact_pad alone = {.size = sizeof on, .width = 4, .height = 3, .spacing = 1e-3, .pressure = local};
+    /* The pad lies a quarter turn about z in the world: its x is the world's y. */
+    const double middle[] = {1, 2, 3}, turn[] = {1, 0, 0, 1}, no_turn[] = {0, 0, 0, 0};
+    const dermis_contact same = {.x = 1.5e-3, .y = 1e-3, .force = 0.01, .radius = 1.4e-3};
+    dermis_world_contact some[] = {
+        {.position = {1 + 0.5e-3, 2 - 0.5e-3, 3}, .direction = {0, 0, -2}, .force = 0.01, .radius = 1.4e-3},
+        {.position = {1, 2, 3.1}, .force = 0.02, .radius = 1e-3},
+        {.position = {1, 2, 3}, .direction = {0, 0, 1}, .force = 0.04, .radius = 1e-3},
+        {.position = {1, 2, 3}, .direction = {1, 0, -1}, .force = 0, .radius = 1e-3},
+    };
+    dermis_contact_report report = {.size = sizeof report};
+    dermis_pose pose, wrong;
+    CHECK(dermis_pose_from_quaternion(middle, turn, &pose) == DERMIS_OK && pose.position[2] == 3);
+    CHECK(near(pose.rotation[1], -1) && near(pose.rotation[3], 1) && fabs(pose.rotation[0]) < 1e-12);
+    CHECK(dermis_pose_move_from_middle(&pose, &on) == DERMIS_OK);
+    CHECK(fabs(pose.position[0] - (1 + 1.5e-3)) < 1e-12 && fabs(pose.position[1] - (2 - 2e-3)) < 1e-12);
+    CHECK(dermis_add_world_contacts(&on, &pose, 1e-3, some, 4, &report) == DERMIS_OK);
+    CHECK(near(report.asked, 0.07) && report.too_far == 1 && report.turned_away == 1 && report.sideways == 0);
+    CHECK(near(report.asked, report.placed + report.outside + report.sideways));
+    CHECK(dermis_add_contacts(&alone, &same, 1, &report) == DERMIS_OK && report.sideways == 0);
+    for (int i = 0; i < CELLS; ++i) CHECK(fabs(pressure[i] - local[i]) <= 1e-3 * fabs(local[i]));
+    some[0].direction[0] = 2; /* 45 degrees */
+    CHECK(dermis_add_world_contacts(&on, &pose, 1e-3, some, 1, &report) == DERMIS_OK);
+    CHECK(near(report.sideways, 0.01 * (1 - sqrt(0.5))));
+
+    memcpy(local, pressure, sizeof local);
+    wrong = pose;
+    wrong.rotation[0] = 2;
+    REFUSED(dermis_add_world_contacts(&on, &wrong, 1e-3, some, 1, &report),
+            "pose.rotation = 2; allowed: -1.001..1.001");
+    REFUSED(dermis_add_world_contacts(&on, NULL, 1e-3, some, 1, &report), "pose = (null)");
+    REFUSED(dermis_add_world_contacts(&on, &pose, -1, some, 1, &report), "reach = -1; allowed: a finite number >= 0");
+    REFUSED(dermis_add_world_contacts(&on, &pose, 1e-3, NULL, 1, &report), "contacts = (null)");
+    REFUSED(dermis_add_world_contacts(NULL, &pose, 1e-3, some, 1, &report), "pad = (null)");
+    REFUSED(dermis_add_world_contacts(&on, &pose, 1e-3, some, 1, NULL), "report = (null)");
+    some[0].position[1] = NAN;
+    REFUSED(dermis_add_world_contacts(&on, &pose, 1e-3, some, 1, &report), "contacts[0].position = nan");
+    CHECK(memcmp(local, pressure, sizeof local) == 0);
+    REFUSED(dermis_pose_from_quaternion(middle, no_turn, &pose), "|quaternion|^2 = 0; allowed: a finite number > 0");
+    REFUSED(dermis_pose_from_quaternion(NULL, turn, &pose), "position = (null)");
+    REFUSED(dermis_pose_from_quaternion(middle, NULL, &pose), "quaternion = (null)");
+    REFUSED(dermis_pose_from_quaternion(middle, turn, NULL), "pose = (null)");
+    REFUSED(dermis_pose_move_from_middle(NULL, &on), "pose = (null)");
+    REFUSED(dermis_pose_move_from_middle(&pose, NULL), "pad = (null)");
+}
+
 static void depths_and_taxels(void) {
     float pressure[CELLS] = {0}, depth[CELLS] = {0}, values[] = {0.1f, 0, 0, 0.3f};
     const dermis_contact_pad on = {.size = sizeof on, .width = 4, .height = 3, .spacing = 1e-3, .pressure = pressure};
@@ -89,6 +138,7 @@ static void depths_and_taxels(void) {
 
 int main(void) {
     contacts();
+    contacts_of_the_world();
     depths_and_taxels();
     puts("passed");
     return 0;

@@ -6,6 +6,8 @@
 
 static const char pad[] = "[grid]\nwidth = 4\nheight = 3\n[surface]\nkind = \"wave\"\n[material]\nmodulus = 2\n";
 
+static dermis_device* on = NULL; /* the device of skins; NULL: the CPU path */
+
 static dermis_scene* scene_of(const char* text) {
     dermis_scene* scene = NULL;
     CHECK(dermis_scene_from_string(text, NULL, &scene) == DERMIS_OK);
@@ -15,7 +17,7 @@ static dermis_scene* scene_of(const char* text) {
 static dermis_skin* skin_of(const char* text) {
     dermis_scene* scene = scene_of(text);
     dermis_skin* skin = NULL;
-    CHECK(dermis_skin_create(NULL, scene, NULL, &skin) == DERMIS_OK);
+    CHECK(dermis_skin_create(on, scene, NULL, &skin) == DERMIS_OK);
     dermis_scene_destroy(scene); /* the skin keeps what it needs */
     return skin;
 }
@@ -263,7 +265,7 @@ static void materials(void) {
     CHECK(after.strain.value == before.strain.value); /* the state goes on */
     CHECK(after.retardation_times[0].value == 1.0 / 50);
     CHECK(press(skin, pressure, CELLS, 10) == DERMIS_OK);
-    CHECK(dermis_skin_create(NULL, scene, NULL, &stiff) == DERMIS_OK);
+    CHECK(dermis_skin_create(on, scene, NULL, &stiff) == DERMIS_OK);
     CHECK(press(stiff, pressure, CELLS, 0.5) == DERMIS_OK);
     CHECK(press(stiff, pressure, CELLS, 10) == DERMIS_OK);
     CHECK(dermis_skin_get_response(skin, DERMIS_SA1, &soft_sa1, &count) == DERMIS_OK);
@@ -289,38 +291,38 @@ static void options(void) {
     const float* values = NULL;
     size_t count = 0;
     dermis_skin_options o = {.size = sizeof o, .count = 1};
-    CHECK(dermis_skin_create(NULL, scene, &o, &skin) == DERMIS_OK);
+    CHECK(dermis_skin_create(on, scene, &o, &skin) == DERMIS_OK);
     CHECK(dermis_skin_get_response(skin, DERMIS_FA2, &values, &count) == DERMIS_OK); /* all four */
     dermis_skin_destroy(skin);
     o.responses = DERMIS_BIT(DERMIS_SA1) | DERMIS_BIT(DERMIS_FA1);
     o.precision = DERMIS_F32_COMPENSATED;
-    CHECK(dermis_skin_create(NULL, scene, &o, &skin) == DERMIS_OK);
+    CHECK(dermis_skin_create(on, scene, &o, &skin) == DERMIS_OK);
     CHECK(dermis_skin_get_response(skin, DERMIS_SA1, &values, &count) == DERMIS_OK);
     REFUSED(dermis_skin_get_response(skin, DERMIS_FA2, &values, &count), "response = \"fa2\"");
     CHECK(values == NULL && count == 0);
     dermis_skin_destroy(skin);
 
     o.precision = 9;
-    REFUSED(dermis_skin_create(NULL, scene, &o, &skin), "options->precision = 9");
+    REFUSED(dermis_skin_create(on, scene, &o, &skin), "options->precision = 9");
     o.precision = DERMIS_F32;
     o.responses = DERMIS_BIT(DERMIS_STRAIN);
-    REFUSED(dermis_skin_create(NULL, scene, &o, &skin), "options->responses = 1; allowed: bits of sa1, sa2, fa1, fa2");
+    REFUSED(dermis_skin_create(on, scene, &o, &skin), "options->responses = 1; allowed: bits of sa1, sa2, fa1, fa2");
     o.responses = 0;
     for (int i = 0; i < 3; ++i) {
         o.count = (int32_t[]){0, -1, INT32_MAX}[i];
-        REFUSED(dermis_skin_create(NULL, scene, &o, &skin), "options->count = ");
+        REFUSED(dermis_skin_create(on, scene, &o, &skin), "options->count = ");
     }
     o.count = 1048576;
     CHECK(dermis_scene_set(scene, "grid.width", "1024") == DERMIS_OK);
-    REFUSED(dermis_skin_create(NULL, scene, &o, &skin), "count = 1048576; allowed: count*width*height up to");
+    REFUSED(dermis_skin_create(on, scene, &o, &skin), "count = 1048576; allowed: count*width*height up to");
     o.count = 1;
     o.own_materials = 2;
-    REFUSED(dermis_skin_create(NULL, scene, &o, &skin), "options->own_materials = 2; allowed: 0, 1");
+    REFUSED(dermis_skin_create(on, scene, &o, &skin), "options->own_materials = 2; allowed: 0, 1");
     o.size = 0;
-    REFUSED(dermis_skin_create(NULL, scene, &o, &skin), "options->size = 0; allowed: ");
+    REFUSED(dermis_skin_create(on, scene, &o, &skin), "options->size = 0; allowed: ");
     CHECK(skin == NULL);
     REFUSED(dermis_skin_create(NULL, NULL, NULL, &skin), "scene = (null)");
-    REFUSED(dermis_skin_create(NULL, scene, NULL, NULL), "skin = (null)");
+    REFUSED(dermis_skin_create(on, scene, NULL, NULL), "skin = (null)");
     dermis_scene_destroy(scene);
 }
 
@@ -329,12 +331,14 @@ static dermis_skin* batch(void) {
     dermis_scene* scene = scene_of(pad);
     dermis_skin* skin = NULL;
     const dermis_skin_options o = {.size = sizeof o, .count = 3, .own_materials = 1};
-    CHECK(dermis_skin_create(NULL, scene, &o, &skin) == DERMIS_OK);
+    CHECK(dermis_skin_create(on, scene, &o, &skin) == DERMIS_OK);
     dermis_scene_destroy(scene);
     return skin;
 }
 
-static void batches(void) {
+/* The first device's answers are those of the second one, bit for bit. */
+static void batches(int device) {
+    static float answers[3 * CELLS];
     dermis_skin* skin = batch();
     const int32_t numbers[] = {2, 0}, twice[] = {1, 1}, beyond[] = {0, 3}, below[] = {-1};
     const dermis_pads two = {numbers, 2}, none = {NULL, 0};
@@ -355,6 +359,8 @@ static void batches(void) {
     CHECK(state != NULL && dermis_skin_save(skin, state, some, &two) == DERMIS_OK);
     CHECK(dermis_skin_press(skin, pressure, 2 * CELLS, dt, 1, &two) == DERMIS_OK);
     memcpy(first, sa1, sizeof first);
+    if (device == 0) memcpy(answers, sa1, sizeof answers);
+    CHECK(memcmp(answers, sa1, sizeof answers) == 0);
 
     /* every refusal leaves the skin as it was, and an empty list changes nothing */
     REFUSED(dermis_skin_press(skin, pressure, 3 * CELLS, dt, 1, &two), "pressure = 36 cells; allowed: 2 pads of");
@@ -399,7 +405,7 @@ static void own_materials(void) {
     double moduli[CELLS];
     dermis_report report = {.size = sizeof report};
     dermis_skin_options o = {.size = sizeof o, .count = 3};
-    CHECK(dermis_skin_create(NULL, scene, &o, &shared) == DERMIS_OK);
+    CHECK(dermis_skin_create(on, scene, &o, &shared) == DERMIS_OK);
     CHECK(dermis_scene_set(scene, "material.modulus", "50") == DERMIS_OK);
     CHECK(dermis_skin_set_material(skin, scene, &one) == DERMIS_OK);
     CHECK(dermis_skin_get_report(skin, 0, &report) == DERMIS_OK && report.retardation_times[0].value == 1.0 / 2);
@@ -413,9 +419,9 @@ static void own_materials(void) {
     REFUSED(dermis_skin_set_material(skin, scene, &one), "material = (a map); allowed: numbers");
     dermis_skin_destroy(shared);
     o.own_materials = 1;
-    REFUSED(dermis_skin_create(NULL, scene, &o, &shared), "options->own_materials = 1; allowed: 0, where the scene's");
+    REFUSED(dermis_skin_create(on, scene, &o, &shared), "options->own_materials = 1; allowed: 0, where the scene's");
     o.own_materials = 0;
-    CHECK(dermis_skin_create(NULL, scene, &o, &shared) == DERMIS_OK);
+    CHECK(dermis_skin_create(on, scene, &o, &shared) == DERMIS_OK);
     REFUSED(dermis_skin_set_material(shared, scene, NULL), "the skin has a material of maps");
     dermis_skin_destroy(shared);
     dermis_skin_destroy(skin);
@@ -430,11 +436,15 @@ int main(void) {
     maps();
     runs();
     sites();
-    presses();
-    materials();
-    options();
-    batches();
-    own_materials();
+    for (int device = 0; device < 2; ++device) {
+        if (device == 1) CHECK(dermis_device_open("vulkan", &on) == DERMIS_OK);
+        presses();
+        materials();
+        options();
+        batches(device);
+        own_materials();
+    }
+    dermis_device_close(on);
     puts("passed");
     return 0;
 }

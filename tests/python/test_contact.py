@@ -79,3 +79,34 @@ def test_a_contact_that_is_refused_is_named_and_nothing_happens():
     with pytest.raises(dermis.Error, match="^ball = 0"):
         contact.hertz_radius(1.0, 0.0, 1e5)
     assert contact.hertz_radius(1.0, 0.01, 1e5) == pytest.approx((3 * 1.0 * 0.01 / 4e5) ** (1 / 3))
+
+
+def test_taxels_share_their_force_with_the_cells_below():
+    values = np.arange(12, dtype=np.float32).reshape(3, 4)  # four columns along x
+    size = dict(width=16 * SPACING, height=16 * SPACING)
+    row_by_row, column_by_column = (np.zeros((64, 80), np.float32) for _ in range(2))
+    report = contact.add_taxels(contact.Pad(row_by_row, SPACING), values, **size)
+    assert report.placed == pytest.approx(66) and force_in(row_by_row) == pytest.approx(66, rel=1e-6)
+    assert row_by_row[40, 20] * 256 * SPACING**2 == pytest.approx(9)  # row 2, column 1
+    stored = np.ascontiguousarray(values.T)
+    contact.add_taxels(contact.Pad(column_by_column, SPACING), stored.T, **size)
+    np.testing.assert_array_equal(column_by_column, row_by_row)
+    pascal = np.zeros((64, 80), np.float32)
+    contact.add_taxels(contact.Pad(pascal, SPACING), values, **size, x=16 * SPACING, unit="pascal")
+    assert pascal[40, 36] == 9 and not pascal[:, :16].any()
+
+
+@pytest.mark.parametrize("wrong", [np.zeros((3, 4)), np.zeros((3, 4), np.float32)[::-1], np.zeros(4, np.float32), None])
+def test_other_taxels_are_refused_by_name(wrong):
+    pressure = np.zeros((64, 80), np.float32)
+    with pytest.raises(dermis.Error) as caught:
+        contact.add_taxels(contact.Pad(pressure, SPACING), wrong, width=1e-3, height=1e-3)
+    assert caught.value.parameter == "values"
+
+
+@pytest.mark.parametrize("key, value", [("unit", "bar"), ("width", 0.0), ("x", float("nan"))])
+def test_numbers_of_taxels_are_refused_by_name(key, value):
+    pad = contact.Pad(np.zeros((64, 80), np.float32), SPACING)
+    with pytest.raises(dermis.Error) as caught:
+        contact.add_taxels(pad, np.ones((3, 4), np.float32), **{"width": 1e-3, "height": 1e-3, key: value})
+    assert key in caught.value.parameter and "allowed" in str(caught.value)

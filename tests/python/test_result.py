@@ -112,3 +112,20 @@ def test_other_threads_run_while_a_scene_does():
         beats += 1
     thread.join()
     assert beats > 3
+
+
+def test_several_materials_give_the_result_of_each():
+    scene = {**SCENE, "material": {"modulus": 2.0, "viscosity": 1.0}}
+    materials = [dermis.Material(modulus=2.0, viscosity=1.0), {"modulus": 4.0, "viscosity": 1.0}]
+    soft, stiff = dermis.run_materials(scene, materials)
+    np.testing.assert_array_equal(soft["strain"].mean, dermis.run(scene)["strain"].mean)
+    alone = dermis.run({**scene, "material": materials[1]})
+    np.testing.assert_array_equal(stiff["strain"].mean, alone["strain"].mean)
+    assert [f.value for f in stiff.report().retardation_times] == [0.25]
+    assert dermis.run_materials(scene, []) == []
+    with pytest.raises(dermis.Error) as caught:
+        dermis.run_materials(scene, [{"modulus": -1.0, "viscosity": 1.0}])
+    assert "modulus" in str(caught.value)
+    with pytest.raises(dermis.Error) as caught:
+        dermis.run_materials(scene, [{"modulus": 1.0, "viscosity": 1.0, "thickness": 2.0}])
+    assert caught.value.parameter == "materials[0].thickness"

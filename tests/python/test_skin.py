@@ -2,6 +2,7 @@
 """Skins pressed frame by frame."""
 import array
 import ctypes
+import functools
 import pickle
 import threading
 
@@ -18,8 +19,21 @@ def pressures(*shape):
     return RNG.random(shape, np.float32)
 
 
-def cpu(*args, **keys):
-    return dermis.Skin(*args, device=dermis.Device.cpu(1), **keys)
+@functools.cache
+def device_named(name):
+    return dermis.Device.cpu(1) if name == "cpu" else dermis.Device.open(name)
+
+
+@pytest.fixture(params=["cpu", "vulkan"], autouse=True)
+def device(request):
+    """Every claim holds on both."""
+    global DEVICE
+    DEVICE = device_named(request.param)
+    return DEVICE
+
+
+def skin_of(*args, **keys):
+    return dermis.Skin(*args, device=DEVICE, **keys)
 
 
 def refused(call, *args, **keys):
@@ -34,7 +48,7 @@ def address(view):
 
 
 def test_a_response_is_a_view_of_the_same_memory_after_each_press():
-    skin = cpu(GRID)
+    skin = skin_of(GRID)
     fa1 = skin["fa1"]
     assert fa1.shape == (25, 20) and fa1.dtype == np.float32 and not fa1.any() and not fa1.flags.writeable
     skin.press(np.ones((25, 20), np.float32), 0.01)
@@ -42,7 +56,7 @@ def test_a_response_is_a_view_of_the_same_memory_after_each_press():
 
 
 def test_a_view_outlives_its_skin():
-    skin = cpu(GRID)
+    skin = skin_of(GRID)
     skin.press(np.ones((25, 20), np.float32), 0.01)
     fa1 = skin["fa1"]
     before = fa1.copy()
@@ -51,7 +65,7 @@ def test_a_view_outlives_its_skin():
 
 
 def test_pads_have_the_bits_of_skins_alone():
-    batch, singles = cpu(GRID, 3), [cpu(GRID) for _ in range(3)]
+    batch, singles = skin_of(GRID, 3), [skin_of(GRID) for _ in range(3)]
     assert batch.count == 3
     for _ in range(4):
         p = pressures(3, 25, 20)
@@ -66,7 +80,7 @@ def test_pads_have_the_bits_of_skins_alone():
 @pytest.mark.parametrize("pads", [[2, 0], (2, 0), np.array([2, 0]), np.array([2, 0], np.uint16),
                                   np.array([True, False, True])])
 def test_some_pads_are_pressed_and_the_others_stay(pads):
-    skin = cpu(GRID, 3)
+    skin = skin_of(GRID, 3)
     skin.press(np.ones((2, 25, 20), np.float32), 0.01, pads)
     sa1 = skin["sa1"]
     assert sa1[0].all() and not sa1[1].any() and sa1[2].all()
@@ -76,9 +90,9 @@ def test_some_pads_are_pressed_and_the_others_stay(pads):
 
 
 def test_each_pad_has_a_step_of_its_own():
-    skin = cpu(GRID, 2)
+    skin = skin_of(GRID, 2)
     skin.press(np.ones((2, 25, 20), np.float32), np.array([0.01, 0.02]))
-    single = cpu(GRID)
+    single = skin_of(GRID)
     single.press(np.ones((25, 20), np.float32), 0.02)
     assert skin["sa1"][1].tobytes() == single["sa1"].tobytes()
     assert refused(skin.press, np.ones((2, 25, 20), np.float32), [0.01]).parameter == "dt"
@@ -99,13 +113,13 @@ class DLPackOnly:
 
 def test_every_buffer_of_float32_is_taken():
     p = pressures(25, 20)
-    expected = cpu(GRID)
+    expected = skin_of(GRID)
     expected.press(p, 0.01)
     locked = p.copy()
     locked.flags.writeable = False
     in_c = (ctypes.c_float * 500)(*p.ravel())
     for numbers in (p.ravel(), array.array("f", p.ravel()), memoryview(p), in_c, DLPackOnly(p), locked):
-        skin = cpu(GRID)
+        skin = skin_of(GRID)
         skin.press(numbers, 0.01)
         assert skin["sa1"].tobytes() == expected["sa1"].tobytes()
 
@@ -122,7 +136,7 @@ def test_every_buffer_of_float32_is_taken():
     (None, "None"),
 ])
 def test_other_pressures_are_refused_by_name_and_nothing_happens(wrong, named):
-    skin = cpu(GRID)
+    skin = skin_of(GRID)
     error = refused(skin.press, wrong, 0.01)
     assert error.parameter == "pressure"
     assert str(error) == f"pressure = {named}; allowed: float32 array in C order, of shape (25, 20) in Pa"
@@ -130,7 +144,7 @@ def test_other_pressures_are_refused_by_name_and_nothing_happens(wrong, named):
 
 
 def test_refused_arguments_are_named():
-    skin = cpu(GRID, 2)
+    skin = skin_of(GRID, 2)
     p = np.ones((2, 25, 20), np.float32)
     p[1, 3, 4] = np.nan
     assert str(refused(skin.press, p, 0.01)) == "pressure = nan in cell [4, 3] of pad 1; allowed: finite numbers"
@@ -140,13 +154,13 @@ def test_refused_arguments_are_named():
     for pads in ([0, 2], [0, 0], [True, False], np.array([True]), np.array([0.0, 1.0]), 0, [2**40, 0], "01"):
         assert refused(skin.press, p, 0.01, pads).parameter == "pads"
     assert refused(skin.__getitem__, "deformation").parameter == "response"
-    assert refused(cpu, GRID, 0).parameter == "count"
-    assert refused(cpu, GRID, responses=["pain"]).parameter == "responses"
+    assert refused(skin_of, GRID, 0).parameter == "count"
+    assert refused(skin_of, GRID, responses=["pain"]).parameter == "responses"
     assert refused(dermis.Skin, GRID, device=3).parameter == "device"
 
 
 def test_a_state_is_bytes_that_give_the_same_next_press():
-    skin, other = cpu(GRID, 2), cpu(GRID, 2)
+    skin, other = skin_of(GRID, 2), skin_of(GRID, 2)
     skin.press(pressures(2, 25, 20), 0.01)
     state = skin.save()
     assert isinstance(state, bytes)
@@ -164,11 +178,11 @@ def test_a_state_is_bytes_that_give_the_same_next_press():
 
 def test_a_new_material_acts_from_the_next_press_on():
     p = np.ones((25, 20), np.float32)
-    skin = cpu(GRID)
+    skin = skin_of(GRID)
     skin.press(p, 0.01)
     skin.set_material(dermis.Material(modulus=100.0, viscosity=0.1))
     skin.press(p, 100.0)
-    flat = cpu({**GRID, "material": {"modulus": 100.0, "viscosity": 0.1}})
+    flat = skin_of({**GRID, "material": {"modulus": 100.0, "viscosity": 0.1}})
     flat.press(p, 0.01)
     flat.press(p, 100.0)
     np.testing.assert_allclose(skin["sa1"], flat["sa1"], rtol=1e-5)
@@ -181,7 +195,7 @@ def test_a_new_material_acts_from_the_next_press_on():
 
 def test_each_pad_can_have_a_material_of_its_own():
     soft, stiff = {"modulus": 1.0, "viscosity": 1.0}, {"modulus": 10.0, "viscosity": 1.0}
-    skin = cpu(GRID, 2, materials=[soft, stiff])
+    skin = skin_of(GRID, 2, materials=[soft, stiff])
     for _ in range(2):
         skin.press(np.ones((2, 25, 20), np.float32), 10.0)
     assert abs(skin["sa1"][0]).sum() > 5 * abs(skin["sa1"][1]).sum()
@@ -194,17 +208,17 @@ def test_each_pad_can_have_a_material_of_its_own():
 def test_sites_have_one_response_each_in_their_order():
     sites = [("sa1", 3, 4), ("fa1", 10, 20), ("sa1", 0, 0)]
     scene = dermis.Scene(GRID, sites=sites)
-    skin, fields = cpu(scene, 2), cpu(GRID, 2)
+    skin, fields = skin_of(scene, 2), skin_of(GRID, 2)
     p = pressures(2, 25, 20)
     for s in (skin, fields):
         s.press(p, 0.01)
-    assert skin["sa1"].shape == (2, 2) and cpu(scene)["fa1"].shape == (1,)
+    assert skin["sa1"].shape == (2, 2) and skin_of(scene)["fa1"].shape == (1,)
     x, y = skin.sites["sa1"].T
     np.testing.assert_array_equal(skin["sa1"], fields["sa1"][:, y, x])
 
 
 def test_strain_indentation_and_curvature_are_read_when_they_are_asked_for():
-    skin = cpu({**GRID, "material": {"modulus": 2.0, "viscosity": 1.0}}, 2)
+    skin = skin_of({**GRID, "material": {"modulus": 2.0, "viscosity": 1.0}}, 2)
     strain = skin["strain"]
     for _ in range(2):
         skin.press(np.ones((2, 25, 20), np.float32), 1000.0)
@@ -212,17 +226,17 @@ def test_strain_indentation_and_curvature_are_read_when_they_are_asked_for():
     np.testing.assert_allclose(skin["strain"], 0.5, rtol=1e-6)
     np.testing.assert_allclose(strain, 0.5, rtol=1e-6)
     assert skin["indentation"].shape == skin["curvature"].shape == (2, 25, 20)
-    assert cpu(dermis.Scene(GRID, sites=[("sa1", 1, 2), ("fa1", 3, 4)]))["strain"].shape == (2,)
+    assert skin_of(dermis.Scene(GRID, sites=[("sa1", 1, 2), ("fa1", 3, 4)]))["strain"].shape == (2,)
 
 
 def test_a_report_tells_what_a_pad_means():
-    skin = cpu(GRID, 2)
+    skin = skin_of(GRID, 2)
     skin.press(np.ones((1, 25, 20), np.float32), 1.0, [1])
     assert skin.report().strain.value == 0 and skin.report(1).strain.value > 0
 
 
 def test_threads_wait_for_each_other_on_one_skin():
-    skin, expected = cpu(GRID), cpu(GRID)
+    skin, expected = skin_of(GRID), skin_of(GRID)
     p = np.ones((25, 20), np.float32)
     for _ in range(4000):
         expected.press(p, 0.001)
@@ -240,5 +254,16 @@ def test_threads_wait_for_each_other_on_one_skin():
 
 
 def test_errors_pass_between_processes():
-    error = pickle.loads(pickle.dumps(refused(cpu, {"grid": {"width": 0}})))
+    error = pickle.loads(pickle.dumps(refused(skin_of, {"grid": {"width": 0}})))
     assert (error.code, error.parameter) == ("bad_input", "grid.width") and "1..16384" in str(error)
+
+
+def test_a_vulkan_device_has_the_bits_of_the_cpu():
+    p = pressures(3, 25, 20)
+    skins = [dermis.Skin(GRID, 3, device=device_named(name)) for name in ("cpu", "vulkan")]
+    for skin in skins:
+        skin.press(p, 0.01)
+        skin.press(p[::2].copy(), [0.01, 0.02], [0, 2])
+    for name in CLASSES:
+        assert skins[0][name].tobytes() == skins[1][name].tobytes()
+    assert skins[0].save() == skins[1].save()

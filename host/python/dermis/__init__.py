@@ -34,7 +34,7 @@ __all__ = [
     "Candidate", "Curvature", "Device", "DeviceInfo", "Error", "Explanation", "Figure", "Fit", "Grid", "Impulse",
     "KelvinVoigt", "Load", "Material", "Output", "Receptors", "Relaxation", "Report", "Result", "Scene", "Sites",
     "Skin", "Surface", "Time", "Trace", "__version__", "chain_of", "commit", "contact", "explain", "fingertip",
-    "fit_creep", "fit_relaxation", "maps", "relaxation_of", "run",
+    "fit_creep", "fit_relaxation", "maps", "relaxation_of", "run", "run_materials",
 ]
 
 
@@ -144,6 +144,18 @@ def run(scene: AnyScene, device: Device | str | None = None, *, precision: str |
     on the other backend too and compare all bits. Other Python threads run meanwhile.
     """
     return _core.run(_scene_of(scene), device, precision, check)
+
+
+def run_materials(scene: AnyScene, materials: Iterable[AnyMaterial], device: Device | str | None = None, *,
+                  precision: str | None = None, check: bool = False, describe_each: bool = False) -> list[Result]:
+    """Run a scene with each of these materials in place of its own, and return a result of each.
+
+    materials: without thickness and curvature_length, which stay the scene's. All models but a march read the maps
+    once. describe_each: whether greatest_curvature and what else describes a skin as a whole is each run's own, at the
+    cost of a pass over all cells; otherwise it is the first one's. All else is as of run.
+    """
+    scenes = [_scene_with(m, f"materials[{i}]") for i, m in enumerate(materials)]
+    return _core.run_materials(_scene_of(scene), scenes, device, precision, check, describe_each)
 
 
 def explain(scene: AnyScene, device: Device | str | None = None, *, precision: str | None = None) -> Explanation:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Contacts to pressure: forces at contact points or depths, as a simulator has them, on the cells of a skin.
+"""Contacts to pressure: forces at contact points, depths or taxels, as a simulator has them, on the cells of a skin.
 
     pressure = np.zeros((64, 80), np.float32)            # Pa
     pad = contact.Pad(pressure, spacing=2.5e-4)          # 20 mm x 16 mm
@@ -11,7 +11,8 @@
 The pad's frame is right-handed: its origin is the outer corner of cell [0, 0], x runs along a row, y from row to row,
 z out of the skin. Pressure is added: fill the array with 0 before a frame.
 """
-from ._core import Contact, Pad, Pose, WorldContact, add_contacts, add_depths, hertz_radius
+from ._core import Contact, Pad, Pose, WorldContact, add_contacts, add_depths, add_taxels, hertz_radius
 from ._core import ContactReport as Report
 
-__all__ = ["Contact", "Pad", "Pose", "Report", "WorldContact", "add_contacts", "add_depths", "hertz_radius"]
+__all__ = ["Contact", "Pad", "Pose", "Report", "WorldContact", "add_contacts", "add_depths", "add_taxels",
+           "hertz_radius"]
