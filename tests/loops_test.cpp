@@ -102,7 +102,7 @@ template <class K> struct Rows {
             .streams = true,
             .tiles = {}};
         if (at_once) {
-            loops.step_row(a, r, c);
+            loops.step_rows({.advance = a, .respond = r}, c);
         } else {
             loops.advance(a, c);
             loops.respond(r, c);

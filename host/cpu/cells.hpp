@@ -272,7 +272,8 @@ template <class K> class Cells {
         State<real>& to = stepped(press);
         int changed = 0;
         for (size_t k = 0; respond && k < band.outside.size(); ++k) step_outside(press, band.outside[k], k, worker);
-        for (int y = band.first; y < band.last + reach; ++y) {
+        for (int y = band.first, rows; y < band.last + reach; y += rows) {
+            rows = 1;
             const bool advances = y < band.last, responds = respond && y - reach >= band.first;
             const auto arguments = [&] {
                 simd::StateRow<real> row = to.row(y, pitch_);
@@ -285,11 +286,36 @@ template <class K> class Cells {
                 continue;
             }
             const simd::RespondArguments<K> answered = respond_arguments(press, band, worker, y - reach);
-            if (advances) changed |= loops_.step_row(arguments(), answered, press.constants);
-            else loops_.respond(answered, press.constants);
+            if (advances) {
+                rows = rows_alike(press, band, y);
+                changed |= loops_.step_rows(row_steps(press, worker, arguments(), answered, y, rows), press.constants);
+            } else {
+                loops_.respond(answered, press.constants);
+            }
             if (press.points) read_points(press, answered, y - reach);
         }
         return changed;
+    }
+
+    // How many rows from y on differ from it in where they stand alone: those that are answered read rows of the band.
+    int rows_alike(const Press& press, const Band<real>& band, int y) const {
+        const bool each_apart = press.points || press.fill_row || rolls();
+        return each_apart || y < band.first + 2 * K::reach(variant_.stencil) ? 1 : band.last - y;
+    }
+
+    simd::RowSteps<K> row_steps(const Press& press, const Worker<K>& worker, const simd::AdvanceArguments<K>& a,
+                                const simd::RespondArguments<K>& r, int y, int rows) const {
+        simd::RowSteps<K> s{.advance = a,
+                            .respond = r,
+                            .rows = rows,
+                            .pitch = size_t(pitch_),
+                            .response_pitch = press.response_pitch,
+                            .tiles = size_t(tiles_),
+                            .stepped = y % 3,
+                            .answered = (y - K::reach(variant_.stencil)) % 3};
+        for (size_t i = 0; i < STEP_SIGNALS; ++i)
+            for (size_t row = 0; row < 3; ++row) s.signal[i][row] = worker.signals[i][row].data();
+        return s;
     }
 
     // Steps a row outside a band.

@@ -45,7 +45,8 @@ inline void store(scalar* to, real x) { *reinterpret_cast<Wide::Anywhere*>(to) =
 template <int count, class Index, class Vector> inline auto picked(Vector a, Vector b) {
     return []<int... i>(Vector a, Vector b, std::integer_sequence<int, i...>) {
         return __builtin_shufflevector(a, b, Index()(i)...);
-    }(a, b, std::make_integer_sequence<int, count>());
+    }
+    (a, b, std::make_integer_sequence<int, count>());
 }
 
 // Changes of a block's sums: lanes that are not 0. No -0 is ever kept.
@@ -79,15 +80,15 @@ struct Gathered {
     // Lanes of two cells in turn, from the low (0) or high (1) half of each side; pairs of lanes likewise.
     template <int half> static auto in_turn(Wide::Lanes a, Wide::Lanes b) {
         return picked<lanes, decltype([](int lane) {
-            const int within = lane % side, from = lane - within + half * side / 2 + within / 2;
-            return within % 2 ? lanes + from : from;
-        })>(a, b);
+                          const int within = lane % side, from = lane - within + half * side / 2 + within / 2;
+                          return within % 2 ? lanes + from : from;
+                      })>(a, b);
     }
     template <int half> static auto pairs(Wide::Lanes a, Wide::Lanes b) {
         return picked<lanes, decltype([](int lane) {
-            const int within = lane % 4, from = lane - within + half * 2 + within % 2;
-            return within < 2 ? from : lanes + from;
-        })>(a, b);
+                          const int within = lane % 4, from = lane - within + half * 2 + within % 2;
+                          return within < 2 ? from : lanes + from;
+                      })>(a, b);
     }
 
     static LaneCoefficients of(const Coefficients* table, const int* material) {
@@ -130,9 +131,8 @@ template <bool framed, bool materials, bool compensated, bool chain>
 int advance_in(const AdvanceArguments<Kernels> a, const Constants c) {
     Bits changed[state_sums] = {};
     const auto step = [&](int i, auto coefficients) {
-        step_at<framed, compensated, chain>(a, i, c, coefficients, [&](int sum, Sum before, Sum after) {
-            changed[sum] |= differing(before, after);
-        });
+        step_at<framed, compensated, chain>(
+            a, i, c, coefficients, [&](int sum, Sum before, Sum after) { changed[sum] |= differing(before, after); });
     };
     int material = materials ? *a.material : 0;
     LaneCoefficients k = lanes_of(materials ? a.table[material] : chain ? a.table[0] : c.coefficients);
@@ -165,18 +165,20 @@ template <bool framed, bool materials> int advance_for(const AdvanceArguments<Ke
 
 // The curvature of a block at column x. along: its second difference along the row.
 template <int stencil>
-inline real curvature_at(const RespondArguments<Kernels>& r, int x, real along, const Constants& c) {
+__attribute__((always_inline)) inline real curvature_at(const RespondArguments<Kernels>& r, int x, real along,
+                                                        const Constants& c) {
     return curvature_of(loaded(r.rest_curvature + x), add(along, difference_across<stencil>(r.strain, x)), c.bend);
 }
 
 // The response i of a block at column x where the skin has the curvature C.
 template <bool passed>
-inline real response_at(const RespondArguments<Kernels>& r, int i, int x, real C, const Constants& c) {
+__attribute__((always_inline)) inline real response_at(const RespondArguments<Kernels>& r, int i, int x, real C,
+                                                       const Constants& c) {
     return answer_of<passed>(QUANTITY_SA1 + i, loaded(r.signal[i] + x), C, c);
 }
 
 // Stores a register of responses.
-template <bool streams> inline void store_response(scalar* to, real x) {
+template <bool streams> __attribute__((always_inline)) inline void store_response(scalar* to, real x) {
     if constexpr (streams) stream_register(to, (Register)x.v);
     else store(to, x);
 }
@@ -184,7 +186,7 @@ template <bool streams> inline void store_response(scalar* to, real x) {
 // The responses of a cache line of columns, in which no cell is read across an end of the row: each is stored at
 // once, because lines that reach memory in parts cost more.
 template <int stencil, bool passed, bool streams>
-inline void respond_line(const RespondArguments<Kernels>& r, int x, const Constants& c) {
+__attribute__((always_inline)) inline void respond_line(const RespondArguments<Kernels>& r, int x, const Constants& c) {
     real C[line / lanes];
 #pragma GCC unroll 8
     for (int i = 0; i < line; i += lanes)
@@ -198,7 +200,8 @@ inline void respond_line(const RespondArguments<Kernels>& r, int x, const Consta
 
 // The responses of n <= lanes columns from x on.
 template <bool passed>
-inline void respond_block(const RespondArguments<Kernels>& r, int x, int n, real C, const Constants& c) {
+__attribute__((always_inline)) inline void respond_block(const RespondArguments<Kernels>& r, int x, int n, real C,
+                                                         const Constants& c) {
     for (int q = 0; q < RESPONSE_MAPS; ++q) {
         const real answered = response_at<passed>(r, q, x, C, c);
         if (n == lanes && r.streams) store_response<true>(r.response[q] + x, answered);
@@ -215,16 +218,17 @@ struct EndDifferences {
     // The difference at `first` is values[lanes]: a block of which a part is wanted is stored whole.
     alignas(real) scalar values[TILE_CELLS + 3 * lanes];
 
-    template <int stencil> void fill(const RowNeighbours<scalar>& l, int first, int last) {
+    template <int stencil> void fill(const RowNeighbours<scalar> l, int first, int last) {
         const int far = reach(stencil), inside = l.width - far - lanes; // the last block inside
         const bool any = far <= inside;
+        const int low = any ? min(far, last) : last, high = max(l.width - far, low);
         scalar* to = values + lanes;
         for (int x = max(first, far); any && x < min(last, l.width - far); x += lanes) {
             const int at = min(x, inside);
             store(to + (at - first), difference_along<stencil>(l, at));
         }
-        for (int x = first; x < last; ++x)
-            if (!any || x < far || x >= l.width - far) to[x - first] = difference_at(l, x);
+        for (int x = first; x < low; ++x) to[x - first] = difference_at(l, x);
+        for (int x = max(high, first); x < last; ++x) to[x - first] = difference_at(l, x);
     }
 };
 
@@ -246,8 +250,8 @@ __attribute__((always_inline)) inline Summary summary_of_blocks(const real (&x)[
 // give one, so that no lane is idle. second: whether the cells that come second are picked.
 template <int reach, int second> inline Wide halves(Wide x, Wide y) {
     return Wide(picked<lanes, decltype([](int lane) {
-        return lane & reach ? lanes + lane - (second ? 0 : reach) : lane + (second ? reach : 0);
-    })>(x.v, y.v));
+                           return lane & reach ? lanes + lane - (second ? 0 : reach) : lane + (second ? reach : 0);
+                       })>(x.v, y.v));
 }
 template <int reach, int second> inline Summary halves(const Summary& x, const Summary& y) {
     Summary s;
@@ -276,8 +280,8 @@ constexpr int lane_of(int i) {
 }
 
 // Stores the summaries of a tile that are asked for.
-__attribute__((always_inline)) inline void store_summaries(const Summary (&of_blocks)[REDUCED_MAPS], Kernels::Summary* const (&tiles)[REDUCED_MAPS],
-                            int tile) {
+__attribute__((always_inline)) inline void store_summaries(const Summary (&of_blocks)[REDUCED_MAPS],
+                                                           Kernels::Summary* const (&tiles)[REDUCED_MAPS], int tile) {
     Summary all[(REDUCED_MAPS + lanes - 1) / lanes];
     join_lanes<lanes / 2>(of_blocks, all);
 #pragma GCC unroll 8
@@ -345,31 +349,52 @@ __attribute__((always_inline)) inline void step_between(const AdvanceArguments<K
                                                         const LaneCoefficients& k) {
     const auto nothing = [](int, Sum, Sum) {};
     if constexpr (chain)
-        step_at<true, compensated, true>(a, i, c, [&](int e) { return e > 0 ? lanes_of(a.table[e]) : k; }, nothing);
+        step_at<true, compensated, true>(
+            a, i, c, [&](int e) { return e > 0 ? lanes_of(a.table[e]) : k; }, nothing);
     else // by reference: a copy for each block would go through memory
-        step_at<true, compensated, false>(a, i, c, [&](int) -> const LaneCoefficients& { return k; }, nothing);
+        step_at<true, compensated, false>(
+            a, i, c, [&](int) -> const LaneCoefficients& { return k; }, nothing);
 }
 
-// A step and the responses of columns x .. last - 1 near an end of the row.
-template <int stencil, bool compensated, bool chain, bool passed>
-__attribute__((noinline)) void step_end(const AdvanceArguments<Kernels>& a, const RespondArguments<Kernels>& r,
-                                        const Constants& c, int x, int last, const EndDifferences& along) {
-    for (const scalar* at = along.values + lanes; x < last; x += lanes, at += lanes) {
-        step_between<compensated, chain>(a, x - r.first, c, lanes_of(chain ? a.table[0] : c.coefficients));
-        respond_block<passed>(r, x, min(last - x, lanes), curvature_at<stencil>(r, x, loaded(at), c), c);
+// Leads the arguments to the next rows.
+__attribute__((always_inline)) inline void lead_on(RowSteps<Kernels>& s) {
+    const auto lead = [](auto*& row, size_t cells) { row = row ? row + cells : nullptr; };
+    AdvanceArguments<Kernels>& a = s.advance;
+    RespondArguments<Kernels>& r = s.respond;
+    for (const scalar** row : {&a.pressure, &a.pressure_to, &r.strain.far_low, &r.strain.low, &r.strain.here,
+                               &r.strain.high, &r.strain.far_high, &r.rest_curvature, &r.signal[0], &r.signal[1]})
+        lead(*row, s.pitch);
+    lead(a.material, s.pitch);
+    for (StateRow<scalar>* state : {&a.from, &a.to})
+        for (scalar** row :
+             {&state->value[0], &state->value[1], &state->lost[0], &state->lost[1], &state->strain, &state->rate})
+            lead(*row, s.pitch);
+    for (scalar*& row : r.response) lead(row, s.response_pitch);
+    for (auto*& row : r.tiles) lead(row, s.tiles);
+    s.stepped = s.stepped == 2 ? 0 : s.stepped + 1;
+    s.answered = s.answered == 2 ? 0 : s.answered + 1;
+    for (int i = 0; i < STEP_SIGNALS; ++i) {
+        a.signal[i] = s.signal[i][s.stepped] + r.first;
+        r.signal[QUANTITY_FA1 - QUANTITY_SA1 + i] = s.signal[i][s.answered];
     }
 }
 
+// Steps and answers at both ends of a row. Nothing that is called here is given an address of the arguments, so that
+// the loops know that no store changes them.
 template <int stencil, bool compensated, bool chain, bool passed>
-void step_row_in(const AdvanceArguments<Kernels>& a, const RespondArguments<Kernels>& r, const Constants& c) {
+void step_rows_in(const RowSteps<Kernels>& given, const Constants& constants) {
+    RowSteps<Kernels> s = given;
+    const Constants c = constants;
+    const AdvanceArguments<Kernels>& a = s.advance;
+    const RespondArguments<Kernels>& r = s.respond;
     const int far = reach(stencil), begin = r.first < far ? min(r.first + line, r.last) : r.first,
               end = begin + max(min(r.last, r.strain.width - far) - begin, 0) / line * line;
-    EndDifferences low, high;
-    low.fill<stencil>(r.strain, r.first, begin);
-    high.fill<stencil>(r.strain, end, r.last);
-    [begin, end, a = a, r = r, c = c] { // copies: nothing that is stored may change them
-        const LaneCoefficients k = lanes_of(chain ? a.table[0] : c.coefficients);
-        const auto step_lines = [&](auto streams) {
+    const LaneCoefficients k = lanes_of(chain ? a.table[0] : c.coefficients);
+    for (int row = 0; row < s.rows; ++row, lead_on(s)) {
+        EndDifferences low, high;
+        low.fill<stencil>(r.strain, r.first, begin);
+        high.fill<stencil>(r.strain, end, r.last);
+        const auto step_lines = [&](auto streams) __attribute__((always_inline)) {
             for (int x = begin; x < end; x += line) {
 #pragma GCC unroll 8
                 for (int i = 0; i < line; i += lanes) step_between<compensated, chain>(a, x + i - r.first, c, k);
@@ -378,16 +403,20 @@ void step_row_in(const AdvanceArguments<Kernels>& a, const RespondArguments<Kern
         };
         if (r.streams) step_lines(Constant<1>{});
         else step_lines(Constant<0>{});
-    }();
-    step_end<stencil, compensated, chain, passed>(a, r, c, r.first, begin, low);
-    step_end<stencil, compensated, chain, passed>(a, r, c, end, r.last, high);
+        for (int side = 0; side < 2; ++side) {
+            const scalar* along = (side ? high : low).values + lanes;
+            for (int x = side ? end : r.first, last = side ? r.last : begin; x < last; x += lanes, along += lanes) {
+                step_between<compensated, chain>(a, x - r.first, c, k);
+                respond_block<passed>(r, x, min(last - x, lanes), curvature_at<stencil>(r, x, loaded(along), c), c);
+            }
+        }
+    }
 }
 
-template <bool compensated, bool passed>
-void step_row_for(const AdvanceArguments<Kernels>& a, const RespondArguments<Kernels>& r, const Constants& c) {
-    with_stencil(r.strain.stencil, [&](auto stencil) {
-        if (is_chain(a)) step_row_in<stencil.number, compensated, true, passed>(a, r, c);
-        else step_row_in<stencil.number, compensated, false, passed>(a, r, c);
+template <bool compensated, bool passed> void step_rows_for(const RowSteps<Kernels>& s, const Constants& c) {
+    with_stencil(s.respond.strain.stencil, [&](auto stencil) {
+        if (is_chain(s.advance)) step_rows_in<stencil.number, compensated, true, passed>(s, c);
+        else step_rows_in<stencil.number, compensated, false, passed>(s, c);
     });
 }
 
@@ -415,20 +444,27 @@ void respond(const RespondArguments<Kernels>& r, const Constants& c) {
 // Whether the loop of blocks serves: frames, a uniform material, all responses and no sums.
 bool in_blocks(const AdvanceArguments<Kernels>& a, const RespondArguments<Kernels>& r) {
     bool all = a.pressure_to && !a.material;
-    for (int i = 0; i < RESPONSE_MAPS; ++i) all = all && r.response[i] && (!r.streams || is_aligned(r.response[i] + r.first));
+    for (int i = 0; i < RESPONSE_MAPS; ++i)
+        all = all && r.response[i] && (!r.streams || is_aligned(r.response[i] + r.first));
     for (int i = 0; i < REDUCED_MAPS; ++i) all = all && !r.tiles[i];
     return all;
 }
 
-int step_row(const AdvanceArguments<Kernels>& a, const RespondArguments<Kernels>& r, const Constants& c) {
-    if (!in_blocks(a, r)) {
-        const int changed = advance(a, c);
-        respond(r, c);
+int step_rows(const RowSteps<Kernels>& given, const Constants& c) {
+    if (!in_blocks(given.advance, given.respond)) {
+        RowSteps<Kernels> s = given;
+        int changed = 0;
+        for (int row = 0; row < s.rows; ++row, blocks::lead_on(s)) {
+            changed |= advance(s.advance, c);
+            respond(s.respond, c);
+        }
         return changed;
     }
-    const bool compensated = a.from.lost[sum_strain], passed = c.gain_plus == real(1) && c.gain_minus == real(-1);
-    if (compensated) passed ? blocks::step_row_for<true, true>(a, r, c) : blocks::step_row_for<true, false>(a, r, c);
-    else passed ? blocks::step_row_for<false, true>(a, r, c) : blocks::step_row_for<false, false>(a, r, c);
+    const bool compensated = given.advance.from.lost[sum_strain],
+               passed = c.gain_plus == real(1) && c.gain_minus == real(-1);
+    if (compensated)
+        passed ? blocks::step_rows_for<true, true>(given, c) : blocks::step_rows_for<true, false>(given, c);
+    else passed ? blocks::step_rows_for<false, true>(given, c) : blocks::step_rows_for<false, false>(given, c);
     end_vector_code();
     return (1 << state_sums) - 1;
 }

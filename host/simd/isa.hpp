@@ -81,6 +81,18 @@ template <class K> struct RespondArguments {
     typename K::Summary* tiles[REDUCED_MAPS]; // null: not asked for
 };
 
+// Steps of rows that follow one another, and with each the responses of a row above it, which may read its new strain:
+// the arguments of the first ones, and what leads from row to row.
+template <class K> struct RowSteps {
+    using real = typename K::real;
+    AdvanceArguments<K> advance;
+    RespondArguments<K> respond;
+    int rows = 1;
+    size_t pitch = 0, response_pitch = 0, tiles = 0; // cells of maps and of responses, and tiles, from row to row
+    int stepped = 0, answered = 0;                   // y % 3 of the first ones
+    real* signal[STEP_SIGNALS][3] = {};              // those of row y stand in [y % 3], from column 0 on
+};
+
 // The half-plane to the right of the line through the point (b, a) in direction (along_b, along_a), line included.
 struct HalfPlane {
     double b, a, along_b, along_a;
@@ -100,10 +112,10 @@ template <class K> struct Loops {
     void (*differences)(const real* rows, int count, int width, int stencil, int edges, real* along);
     int (*advance)(const AdvanceArguments<K>&, const typename K::Constants&);
     void (*respond)(const RespondArguments<K>&, const typename K::Constants&);
-    // Does advance() of one row, then respond() in the same columns of another, which may read the new strain of the
-    // first. Where all responses of frames under a uniform material are asked for, and no sums, that is one loop: it
-    // may read rows up to their pitch, writes those of state and signals so far, and returns all bits.
-    int (*step_row)(const AdvanceArguments<K>&, const RespondArguments<K>&, const typename K::Constants&);
+    // Does advance() of each row, then respond() in the same columns of the other one. Where all responses of frames
+    // under a uniform material are asked for, and no sums, that is one loop: it may read rows up to their pitch, writes
+    // those of state and signals so far, and returns all bits.
+    int (*step_rows)(const RowSteps<K>&, const typename K::Constants&);
 };
 
 // One instruction set.
