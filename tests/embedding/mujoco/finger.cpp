@@ -313,8 +313,8 @@ int main(int count, char** arguments) try {
     char error[1000] = "";
     const Model model(mj_loadXML(arguments[1], nullptr, error, sizeof error));
     if (!model) throw std::runtime_error(error);
-    const Recording made = record(model.get());
     std::printf("MuJoCo %s\n", mj_versionString());
+    const Recording made = record(model.get());
     bool holds = force_is_kept(made);
     holds &= fa1_changes_sign(made);
     holds &= sa1_follows_the_hold(made);
