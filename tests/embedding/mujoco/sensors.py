@@ -70,6 +70,7 @@ class Array(finger.Finger):
 
     def touch(self, force, corner):
         self.taxels = self.read(force)
+        # Each taxel presses the cells below it by the area that they share, as add_taxels of contact.hpp does.
         rows, columns = (shares(*counts) for counts in zip(self.pressure.shape, self.taxels.shape))
         spread = (rows @ self.taxels @ columns.T).astype(np.float32)
         return contact.add_depths(self.pad, spread, self.taxels.sum(dtype=float))
