@@ -205,6 +205,10 @@ elseif(claim STREQUAL "frames")
     configure(../embedding/frames ${work}/frames -DCMAKE_PREFIX_PATH=${prefix} -DCMAKE_COMPILE_WARNING_AS_ERROR=ON)
     run(${CMAKE_COMMAND} --build ${work}/frames)
 
+elseif(claim STREQUAL "mujoco")
+    configure(../embedding/mujoco ${work}/mujoco -DCMAKE_PREFIX_PATH=${prefix} -DCMAKE_COMPILE_WARNING_AS_ERROR=ON)
+    run(${CMAKE_COMMAND} --build ${work}/mujoco)
+
 else()
     message(FATAL_ERROR "no such claim: ${claim}")
 endif()

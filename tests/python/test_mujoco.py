@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A finger that touches in MuJoCo, tests/embedding/mujoco/finger.py, and hands in one batch."""
+"""A finger that touches in MuJoCo, tests/embedding/mujoco, alone and in batches, by shapes and through its sensors."""
 import importlib.util
 import pathlib
 import re
@@ -10,7 +10,15 @@ import numpy as np
 import pytest
 
 TOP = pathlib.Path(__file__).parents[2]
-SAMPLE = TOP / "tests/embedding/mujoco/finger.py"
+SAMPLES = TOP / "tests/embedding/mujoco"
+PAGE, SENSORS = TOP / "host/examples/SIMULATOR.md", "## Through a sensor array"
+
+
+def module(name):
+    spec = importlib.util.spec_from_file_location(name, SAMPLES / f"{name}.py")
+    made = sys.modules[name] = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(made)
+    return made
 
 
 @pytest.fixture(scope="module")
@@ -19,15 +27,22 @@ def finger():
         # The extra `test` has it wherever its package can be had.
         missing = pytest.fail if sys.version_info >= (3, 11) else pytest.skip
         missing("mujoco is missing: pip install mujoco-core, for Python 3.11 or newer")
-    spec = importlib.util.spec_from_file_location("finger", SAMPLE)
-    module = sys.modules["finger"] = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return module("finger")
+
+
+@pytest.fixture(scope="module")
+def sensors(finger):
+    return module("sensors")
 
 
 @pytest.fixture(scope="module")
 def recording(finger):
     return finger.record()
+
+
+@pytest.fixture(scope="module")
+def sensed(finger, sensors):
+    return finger.record(sensors.Depths, sensors.load())
 
 
 def holds(claim):
@@ -69,11 +84,43 @@ def test_a_vulkan_device_has_the_bits_of_the_cpu(finger, recording):
     holds(finger.devices_agree(recording))
 
 
+@pytest.mark.parametrize("sensor", ("Depths", "Forces"))
+def test_the_force_that_a_sensor_reads_is_kept(sensors, sensor):
+    holds(sensors.force_is_kept(getattr(sensors, sensor)))
+
+
+@pytest.mark.parametrize("sensor", ("Depths", "Forces"))
+def test_a_taxel_presses_the_skin_where_it_is(sensors, sensor):
+    holds(sensors.taxels_are_in_place(getattr(sensors, sensor)))
+
+
+def test_a_finger_feels_through_its_sensor(finger, sensed):
+    holds(finger.fa1_changes_sign(sensed))
+    holds(finger.sa1_follows_the_hold(sensed))
+
+
+def test_fa2_has_its_power_at_overtones_of_the_ridges_that_a_sensor_reads(finger, sensed):
+    holds(finger.fa2_has_the_rate_of_ridges(sensed, overtones=11))
+
+
+def run_blocks(text, names):
+    exec("\n".join(re.findall(r"^```python\n(.*?)^```$", text, re.M | re.S)), names)
+
+
 def test_the_page_for_any_simulator_runs_as_it_stands():
     def simulated(hand):
         return (0, 0, 0), (1, 0, 0, 0, -1, 0, 0, 0, -1), 0.3, np.full((60, 80), 1e-4, np.float32)
 
-    blocks = re.findall(r"^```python\n(.*?)^```$", (TOP / "host/examples/SIMULATOR.md").read_text(), re.M | re.S)
     names = {"simulated": simulated}
-    exec("\n".join(blocks), names)
+    run_blocks(PAGE.read_text().partition(SENSORS)[0], names)
     assert (names["observed"] > 0).all()
+
+
+def test_what_the_page_says_of_sensors_runs_as_it_stands(finger, sensors):
+    hand = sensors.Depths(sensors.load(), np.zeros((finger.HEIGHT, finger.WIDTH), np.float32))
+    force = [hand.step()[0] for _ in range(300)][-1]
+    names = {"np": np, "model": hand.model, "data": hand.data, "force": force}
+    run_blocks(PAGE.read_text().partition(SENSORS)[2], names)
+    assert (names["taxels"] == hand.taxels).all()
+    assert abs(names["forces"].sum() - force) < 1e-6 * force
+    assert names["field"] == pytest.approx(sensors.FIELD)
