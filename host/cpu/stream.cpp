@@ -16,12 +16,35 @@ namespace dermis::cpu {
 using plan::StreamedSkin;
 
 struct FramePress::Impl {
+    // The pressures of a press (see CellsPress).
+    struct Pressures {
+        const float *from, *to;
+        float* held;
+    };
+
     Impl(StreamedSkin s, int threads, const simd::Isa& isa)
         : streamed(std::move(s)), rest(streamed.skin.padded_cells(), rest_place(streamed.skin.chain)),
           tables(streamed, streamed.skin.materials),
           cells(streamed.skin, streamed.variant(), streamed.skin.whole(), threads, isa) {
         std::ranges::copy(plan::padded_rest_curvature<float>(streamed.skin), rest.data());
         plan::drop_maps(streamed.skin);
+    }
+
+    bool press(double dt, const Pressures& p, float* const (&response)[RESPONSE_MAPS], size_t response_pitch) {
+        const DefaultFloats guard;
+        if (tables.fill({}, {&dt})) return false;
+        const f32::Constants constants = plan::frame_constants(streamed.skin, *tables.of(0));
+        const CellsPress<f32> press{.constants = constants,
+                                    .table = tables.of(0),
+                                    .pressure = p.from,
+                                    .pressure_to = p.to,
+                                    .held = p.held,
+                                    .rest_curvature = rest.data(),
+                                    .response = std::to_array(response),
+                                    .response_pitch = response_pitch};
+        int changed;
+        cells.press({&press, 1}, {&changed, 1});
+        return true;
     }
 
     StreamedSkin streamed;
@@ -43,23 +66,17 @@ void FramePress::save(char* planes) const { impl_->cells.save(planes); }
 void FramePress::load(const char* planes) { impl_->cells.load(planes); }
 void FramePress::set_elements(const std::vector<plan::Element>& elements) { impl_->tables.set_elements({}, elements); }
 
-bool FramePress::copy(const float* pressure, size_t stride, float* to) {
-    const plan::PreparedSkin& skin = impl_->streamed.skin;
+bool FramePress::finite(const float* numbers) {
     simd::Pool& pool = impl_->cells.pool();
     struct {
-        plan::PressureCopy copy;
-        long long rows, threads;
+        const float* numbers;
+        size_t count, threads;
         std::atomic<bool> finite = true;
-    } job{.copy = {.from = pressure,
-                   .stride = stride,
-                   .width = size_t(skin.width()),
-                   .to = to,
-                   .pitch = size_t(skin.pitch)},
-          .rows = skin.height(),
-          .threads = pool.threads()};
+    } job{.numbers = numbers, .count = impl_->streamed.skin.cells(), .threads = size_t(pool.threads())};
     pool.each([&job](int thread) { // captures so little that nothing is allocated
-        if (!copy_rows(job.copy, int(job.rows * thread / job.threads), int(job.rows * (thread + 1) / job.threads)))
-            job.finite = false;
+        const size_t first = job.count * size_t(thread) / job.threads,
+                     last = job.count * size_t(thread + 1) / job.threads;
+        if (!plan::all_finite(job.numbers + first, last - first)) job.finite = false;
     });
     return job.finite;
 }
@@ -70,20 +87,12 @@ bool FramePress::press(double dt, const float* from, const float* to, float* con
 
 bool FramePress::press(double dt, const float* from, const float* to, float* const (&response)[RESPONSE_MAPS],
                        size_t response_pitch) {
-    const DefaultFloats guard;
-    Impl& s = *impl_;
-    if (s.tables.fill({}, {&dt})) return false;
-    const f32::Constants constants = plan::frame_constants(s.streamed.skin, *s.tables.of(0));
-    const CellsPress<f32> press{.constants = constants,
-                                .table = s.tables.of(0),
-                                .pressure = from,
-                                .pressure_to = to,
-                                .rest_curvature = s.rest.data(),
-                                .response = std::to_array(response),
-                                .response_pitch = response_pitch};
-    int changed;
-    s.cells.press({&press, 1}, {&changed, 1});
-    return true;
+    return impl_->press(dt, {.from = from, .to = to, .held = nullptr}, response, response_pitch);
+}
+
+bool FramePress::press_on(double dt, float* held, const float* to, float* const (&response)[RESPONSE_MAPS],
+                          size_t response_pitch) {
+    return impl_->press(dt, {.from = held, .to = to, .held = held}, response, response_pitch);
 }
 
 namespace {
@@ -124,23 +133,21 @@ class SkinStream : public plan::Stream {
             sites_.emplace(skin.skin.description.sites, width_);
             held_ = plan::SiteCells(skin.skin, {skin.skin.whole()}, cells_of(skin.skin.description.sites)).cells;
         }
-        for (size_t i = 0; i < 2; ++i) pressure_[i] = memory_[i];
         for (size_t r = 0; r < RESPONSE_MAPS; ++r)
             if (skin.wanted[QUANTITY_SA1 + r]) {
-                field_[r] = memory_[2 + r];
-                response_[r] = sites ? memory_[2 + RESPONSE_MAPS + r] : field_[r];
+                field_[r] = memory_[1 + r];
+                response_[r] = sites ? memory_[1 + RESPONSE_MAPS + r] : field_[r];
             }
     }
 
-    // The map that is overwritten is the one before the last press, which nobody needs any more.
     bool take(const plan::PadList& pads, const float* pressure) override {
-        return pads.count == 0 || press_.copy(pressure, width_, pressure_[1]);
+        taken_ = pressure;
+        return pads.count == 0 || press_.finite(pressure);
     }
 
     const double* press(const plan::PadList& pads, const plan::StepLengths& dt) override {
         if (pads.count == 0) return nullptr;
-        if (!press_.press(dt[0], pressure_[0], pressure_[1], field_, width_)) return &dt[0];
-        std::swap(pressure_[0], pressure_[1]);
+        if (!press_.press_on(dt[0], pressure(), taken_, field_, width_)) return &dt[0];
         if (sites_) sites_->read(std::to_array(field_), response_);
         return nullptr;
     }
@@ -164,7 +171,7 @@ class SkinStream : public plan::Stream {
         }
         to += planes_ * (held_.empty() ? cells_ : held_.size()) * sizeof(float);
         for (size_t at = 0; at < cells_ / width_ * pitch_; at += pitch_, to += width_ * sizeof(float))
-            std::memcpy(to, pressure_[0] + at, width_ * sizeof(float));
+            std::memcpy(to, pressure() + at, width_ * sizeof(float));
     }
 
     void load(const plan::PadList& pads, const void* states) override {
@@ -178,7 +185,7 @@ class SkinStream : public plan::Stream {
         }
         from += planes_ * (held_.empty() ? cells_ : held_.size()) * sizeof(float);
         for (size_t at = 0; at < cells_ / width_ * pitch_; at += pitch_, from += width_ * sizeof(float))
-            std::memcpy(pressure_[0] + at, from, width_ * sizeof(float));
+            std::memcpy(pressure() + at, from, width_ * sizeof(float));
     }
 
     void set_elements(const plan::PadList&, const std::vector<plan::Element>& elements) override {
@@ -188,13 +195,15 @@ class SkinStream : public plan::Stream {
   private:
     static std::vector<size_t> sizes_of(const StreamedSkin& skin) {
         const size_t map = skin.skin.padded_cells();
-        std::vector<size_t> sizes = {map, map};
+        std::vector<size_t> sizes = {map};
         for (size_t r = 0; r < RESPONSE_MAPS; ++r)
             sizes.push_back(skin.wanted[QUANTITY_SA1 + r] ? skin.skin.cells() : 0);
         for (size_t count : plan::response_counts(skin))
             sizes.push_back(skin.skin.description.sites.empty() ? 0 : count);
         return sizes;
     }
+
+    float* pressure() const { return memory_[0]; }
 
     // Calls f(place in a saved state, place in planes of all cells), in bytes, of each number that a state holds.
     template <class F> void each_held(F f) const {
@@ -204,11 +213,11 @@ class SkinStream : public plan::Stream {
     }
 
     FramePress press_;
-    SideBySide memory_; // two pressures, then the fields, then the responses of sites
+    SideBySide memory_; // the pressure, then the fields, then the responses of sites
     const size_t width_, pitch_, cells_, planes_;
     std::optional<SitesOfFields> sites_;
-    std::vector<size_t> held_; // the cells that sites read, where there are sites: of these a state is saved
-    float* pressure_[2];
+    std::vector<size_t> held_;     // the cells that sites read, where there are sites: of these a state is saved
+    const float* taken_ = nullptr; // the pressure of the next press, which is the caller's
     float* field_[RESPONSE_MAPS]{};
     Responses response_{};
 };

@@ -25,9 +25,11 @@ class FramePress {
     void save(char* planes) const;
     void load(const char* planes);
     void set_elements(const std::vector<plan::Element>&); // of a uniform material, in place of as many
-    // Copies a pressure into a map of pitch*height (plan::copy_rows), on the threads of a press. Returns whether all is
-    // finite.
-    bool copy(const float* pressure, size_t stride, float* to);
+    // The same to a pressure of width*height from one of pitch*height, which takes it over.
+    bool press_on(double dt, float* held, const float* to, float* const (&response)[RESPONSE_MAPS],
+                  size_t response_pitch);
+    // Returns whether all of width*height numbers are finite, which is found on the threads of a press.
+    bool finite(const float* numbers);
 
   private:
     struct Impl;

@@ -22,8 +22,8 @@ struct Capabilities {
 class Stream {
   public:
     virtual ~Stream() = default;
-    // Takes in the next pressures of these pads, Pa, width*height numbers of each. Returns false if a number is not
-    // finite; others must then be taken in before the next press.
+    // Takes the next pressures of these pads, Pa, width*height numbers of each, which stay until the press. Returns
+    // false if a number is not finite; others must then be taken before the next press.
     virtual bool take(const PadList&, const float* pressures) = 0;
     // Steps the same pads, whose pressures run linearly from those of the previous press to these. Returns null, or,
     // where nothing has changed, a step of which a coefficient is beyond float.

@@ -176,17 +176,33 @@ StateLayout state_layout_of(const StreamedSkin& s) {
             .pressure = s.skin.cells()};
 }
 
+namespace {
+
+// All ones where a number is not finite: as many bits as the number has, so that loops over both vectorise.
+uint32_t not_finite(float x) {
+    constexpr uint32_t exponent = 0x7f800000;
+    return (std::bit_cast<uint32_t>(x) & exponent) == exponent ? ~uint32_t(0) : 0;
+}
+
+} // namespace
+
 bool copy_rows(const PressureCopy& copy, int first, int last) {
-    bool all = true; // no early exit, so that the loop vectorises
+    uint32_t wrong = 0; // no early exit, so that the loop vectorises
     for (size_t y = size_t(first); y < size_t(last); ++y) {
         const float* from = copy.from + y * copy.stride;
         float* to = copy.to + y * copy.pitch;
         for (size_t x = 0; x < copy.width; ++x) {
-            all &= (std::bit_cast<uint32_t>(from[x]) & 0x7f800000u) != 0x7f800000u;
+            wrong |= not_finite(from[x]);
             to[x] = from[x];
         }
     }
-    return all;
+    return wrong == 0;
+}
+
+bool all_finite(const float* numbers, size_t count) {
+    uint32_t wrong = 0;
+    for (size_t i = 0; i < count; ++i) wrong |= not_finite(numbers[i]);
+    return wrong == 0;
 }
 
 bool all_bits_zero(const float* numbers, size_t count) {

@@ -361,8 +361,10 @@ __attribute__((always_inline)) inline void lead_on(RowSteps<Kernels>& s) {
     const auto lead = [](auto*& row, size_t cells) { row = row ? row + cells : nullptr; };
     AdvanceArguments<Kernels>& a = s.advance;
     RespondArguments<Kernels>& r = s.respond;
-    for (const scalar** row : {&a.pressure, &a.pressure_to, &r.strain.far_low, &r.strain.low, &r.strain.here,
-                               &r.strain.high, &r.strain.far_high, &r.rest_curvature, &r.signal[0], &r.signal[1]})
+    lead(a.pressure_to, s.pressure_pitch);
+    lead(s.held, s.pitch);
+    for (const scalar** row : {&a.pressure, &r.strain.far_low, &r.strain.low, &r.strain.here, &r.strain.high,
+                               &r.strain.far_high, &r.rest_curvature, &r.signal[0], &r.signal[1]})
         lead(*row, s.pitch);
     lead(a.material, s.pitch);
     for (StateRow<scalar>* state : {&a.from, &a.to})
@@ -379,7 +381,11 @@ __attribute__((always_inline)) inline void lead_on(RowSteps<Kernels>& s) {
     }
 }
 
-// Steps and answers at both ends of a row. Nothing that is called here is given an address of the arguments, so that
+inline void hold_pressure(scalar* held, const scalar* pressure_to, int count) {
+    if (held) __builtin_memcpy(held, pressure_to, size_t(count) * sizeof(scalar));
+}
+
+// Steps rows and answers in others. Nothing that is called here is given an address of the arguments, so that
 // the loops know that no store changes them.
 template <int stencil, bool compensated, bool chain, bool passed>
 void step_rows_in(const RowSteps<Kernels>& given, const Constants& constants) {
@@ -410,6 +416,7 @@ void step_rows_in(const RowSteps<Kernels>& given, const Constants& constants) {
                 respond_block<passed>(r, x, min(last - x, lanes), curvature_at<stencil>(r, x, loaded(along), c), c);
             }
         }
+        hold_pressure(s.held, a.pressure_to, a.count);
     }
 }
 
@@ -457,6 +464,7 @@ int step_rows(const RowSteps<Kernels>& given, const Constants& c) {
         for (int row = 0; row < s.rows; ++row, blocks::lead_on(s)) {
             changed |= advance(s.advance, c);
             respond(s.respond, c);
+            blocks::hold_pressure(s.held, s.advance.pressure_to, s.advance.count);
         }
         return changed;
     }
