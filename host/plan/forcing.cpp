@@ -43,38 +43,6 @@ void force_straight(typename K::Coefficients& whole, const Element& element, con
     whole.a1 = rule.step_mean ? rate / dt : acceleration;
 }
 
-// a/b by Smith's method. That of std::complex depends on the compiler, and calls a function.
-template <class T> std::complex<T> quotient(std::complex<T> a, std::complex<T> b) {
-    if (std::abs(b.real()) < std::abs(b.imag())) {
-        const T ratio = b.real() / b.imag(), denominator = b.real() * ratio + b.imag();
-        return {(a.real() * ratio + a.imag()) / denominator, (a.imag() * ratio - a.real()) / denominator};
-    }
-    const T ratio = b.imag() / b.real(), denominator = b.imag() * ratio + b.real();
-    return {(a.imag() * ratio + a.real()) / denominator, (a.imag() - a.real() * ratio) / denominator};
-}
-
-// The real part of a*b.
-template <class T> T real_product(std::complex<T> a, std::complex<T> b) {
-    return a.real() * b.real() - a.imag() * b.imag();
-}
-
-// The steady-state response to the sine, less the decayed rest of its value at the step's start.
-template <class K, class T = typename K::real>
-void force_sine(typename K::Coefficients& k, const Element& m, const ResponseRule& rule, const Sine<T>& s, T dt) {
-    using Complex = std::complex<T>;
-    const T modulus = m.modulus, viscosity = m.viscosity;
-    const Complex turn = s.turn, rate_of_turn(-s.w * turn.imag(), s.w * turn.real()); // i w turn
-    const Complex eps0 = quotient<T>({s.start.imag(), -s.start.real()}, {modulus, s.w * viscosity});
-    const Complex sum0 = quotient<T>(eps0, {1 / T(rule.sa2_adaptation), s.w});
-    const T left = k.v0 * viscosity; // e^-z, the factor by which a strain decays over the step
-    const T wave = s.start.imag();   // the held pressure, whose effect the coefficients contain: subtracted
-    k.f = real_product(eps0, turn - left) - k.b * wave;
-    k.i2 = (real_product(sum0, turn - (1 - k.leak)) - eps0.real() * k.i0) - k.i1 * wave;
-    k.v1 = real_product(eps0, rate_of_turn + modulus * k.v0) - k.v0 * wave;
-    const T acceleration = real_product(eps0, -s.w * s.w * turn + k.E * k.a0) - k.a0 * wave;
-    k.a1 = rule.step_mean ? k.v1 / dt : acceleration;
-}
-
 // Writes the impulses of a jump. whole: the pressure of the step is the jump; held: the load does not change before it.
 template <class K>
 void force_impulse(typename K::Coefficients& k, const Element& m, double jump, bool whole, bool held) {
@@ -115,7 +83,7 @@ template <class K> void scale_change(typename K::Coefficients& k, typename K::re
 template <class K>
 void force(typename K::Coefficients& k, const Element& m, const ResponseRule& rule,
            const Forcing<typename K::real>& forcing) {
-    if (forcing.sine) force_sine<K>(k, m, rule, *forcing.sine, forcing.dt);
+    if (forcing.sine) SineForce<K>(*forcing.sine, rule, forcing.dt).force(k, m);
     else if (!forcing.segments.empty()) force_straight<K>(k, m, rule, forcing.segments, forcing.dt);
     if (forcing.slope && is_elastic(m)) k.a1 = (k.v1 - *forcing.slope / m.modulus) / forcing.slope_length;
     if (forcing.impulse) force_impulse<K>(k, m, *forcing.impulse, forcing.framed, forcing.held);

@@ -25,7 +25,7 @@ struct Units {
 
 f64::Coefficients cancelled_under_sine(const f64::Coefficients& k, const plan::Element& m,
                                        const plan::ResponseRule& rule, double w, double amplitude, double unit) {
-    const double eps = 8 * unit * std::abs(amplitude) / std::hypot(m.modulus, w * m.viscosity);
+    const double eps = 12 * unit * std::abs(amplitude) / std::hypot(m.modulus, w * m.viscosity);
     f64::Coefficients off{};
     off.f = eps;
     off.i2 = eps * (1 / std::hypot(1 / rule.sa2_adaptation, w) + k.i0);

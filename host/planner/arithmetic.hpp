@@ -39,7 +39,7 @@ struct CountedLoad {
     double end = 0; // of s0 + ds, between frames
 };
 
-// Returns what plan::force_sine may leave the factors of ds off by at a unit roundoff, because it takes differences of
+// Returns what plan::SineForce may leave the factors of ds off by at a unit roundoff, because it takes differences of
 // terms that are each rounded. w: angular frequency, 1/s.
 f64::Coefficients cancelled_under_sine(const f64::Coefficients&, const plan::Element&, const plan::ResponseRule&,
                                        double w, double amplitude, double unit);
