@@ -57,12 +57,6 @@ def load(ball=None):
     return spec.compile()
 
 
-def shares(cells, taxels):
-    """Return the length that each cell of a side shares with each taxel, as parts of the side."""
-    cell, taxel = np.linspace(0, 1, cells + 1)[:, None], np.linspace(0, 1, taxels + 1)
-    return np.maximum(np.minimum(cell[1:], taxel[1:]) - np.maximum(cell[:-1], taxel[:-1]), 0)
-
-
 class Array(finger.Finger):
     """A finger whose skin is pressed by what a sensor array reads, in N: `taxels`, row by row in the skin's frame."""
 
@@ -70,10 +64,8 @@ class Array(finger.Finger):
 
     def touch(self, force, corner):
         self.taxels = self.read(force)
-        # Each taxel presses the cells below it by the area that they share, as add_taxels of contact.hpp does.
-        rows, columns = (shares(*counts) for counts in zip(self.pressure.shape, self.taxels.shape))
-        spread = (rows @ self.taxels @ columns.T).astype(np.float32)
-        return contact.add_depths(self.pad, spread, self.taxels.sum(dtype=float))
+        width, height = PAD / self.shape
+        return contact.add_taxels(self.pad, self.taxels, width=width, height=height)
 
 
 class Depths(Array):
