@@ -69,15 +69,8 @@ void fill_table(const Step& step, const std::vector<Element>& materials, const C
 template <class K>
 void fill_row(const Step& step, const std::vector<Element>& materials, const Chain& chain, const ResponseRule& rule,
               const int* material, int cells, typename K::Coefficients* row) {
-    if (chain.length == 1 && step.forcing && step.forcing->is_sine_alone()) {
-        const SineForce<f64> sine(*step.forcing->sine, rule, step.forcing->dt);
-        for (int i = 0; i < cells; ++i) {
-            f64::Coefficients k = (*step.coefficients)[step.coefficients->size() == 1 ? 0 : size_t(material[i])];
-            sine.force(k, materials[size_t(material[i])]);
-            row[i] = rounded<K>(k);
-        }
-        return;
-    }
+    if (chain.length == 1 && step.forcing && step.forcing->is_sine_alone())
+        return fill_row_of_sine<K>(*step.coefficients, materials, material, cells, rule, *step.forcing, row);
     if (chain.length > 1 || (step.forcing && !step.forcing->scales())) {
         for (int i = 0; i < cells; ++i)
             fill_chain<K>(step, materials, chain, rule, size_t(material[i]), row + size_t(i) * chain.length);
