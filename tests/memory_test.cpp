@@ -5,6 +5,7 @@
 #include "dermis/fit.hpp"
 #include "host/c/handles.hpp"
 #include "host/device.hpp"
+#include "host/embedding/backend.hpp"
 #include "host/simd/pool.hpp"
 #include "tests/allocations.hpp"
 #include "tests/command.hpp"
@@ -255,6 +256,17 @@ TEST_CASE("an allocation that fails beside a Vulkan driver's own: the same, and 
     s.precision = Precision::f32;
     starve("a run", [&](Numbers& all) { append(all, run(s, device)); });
     starve("skins", Pressing(3, device));
+    const vulkan::Handles handles = vulkan::context_of(*device.impl().backend)->handles();
+    const Pressing pressing(1);
+    const auto program = [&](Numbers& all) {
+        const vulkan::SkinProgram made(handles, pressing.description, 1, pressing.options);
+        all.push_back(double(made.memory().check.bytes));
+    };
+    starve("a program", program, 31);
+    starve("a trial", [&](Numbers& all) {
+        const vulkan::Trial trial(pressing.description, pressing.options);
+        all.push_back(trial.pressure(1)[0]);
+    });
 }
 
 TEST_CASE("an allocation that fails under the C interface is the status DERMIS_NO_MEMORY") {
