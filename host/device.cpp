@@ -4,6 +4,7 @@
 #include "host/check.hpp"
 #include "host/cpu/backend.hpp"
 #include "host/embedding/backend.hpp"
+#include "host/scene/memory.hpp"
 
 #include <algorithm>
 #include <cctype>
@@ -67,7 +68,7 @@ const PhysicalDevice& named(const std::vector<PhysicalDevice>& devices, const st
 
 } // namespace
 
-Device open_device(const std::string& which, const vulkan::Loader& loader, const vulkan::InstanceOptions& options) {
+Device open_device(const std::string& which, const vulkan::Loader& loader, const vulkan::InstanceOptions& options) try {
     if (which == "cpu") return Device::cpu();
     std::string why;
     try {
@@ -95,6 +96,8 @@ Device open_device(const std::string& which, const vulkan::Loader& loader, const
     Device device = Device::cpu();
     device.impl().info.refused = "no Vulkan device used: " + why;
     return device;
+} catch (const std::bad_alloc&) {
+    scene::out_of_memory([&] { return "device \"" + which + "\" and its test"; });
 }
 
 void Device::Impl::need_exact() const {
@@ -130,7 +133,7 @@ std::unique_ptr<plan::Stepper> march(const Device& device, const plan::PreparedS
     return d.backend->stepper(skin, schedule, precision, std::move(sink));
 }
 
-Device Device::cpu(int threads) {
+Device Device::cpu(int threads) try {
     if (threads < 0 || threads > 1024)
         throw Error(Error::Code::bad_input, "threads",
                     "threads = " + std::to_string(threads) + "; allowed: 0 (one per core) .. 1024");
@@ -140,15 +143,19 @@ Device Device::cpu(int threads) {
     impl->backend = cpu::backend(threads);
     impl->tested = true; // others are tested against the CPU path
     return Device(impl);
+} catch (const std::bad_alloc&) {
+    scene::out_of_memory([] { return "device \"cpu\""; });
 }
 
 Device Device::open(const std::string& which) { return open_device(which, vulkan::system_loader()); }
 
-std::vector<DeviceInfo> Device::list() {
+std::vector<DeviceInfo> Device::list() try {
     const vulkan::Instance instance(vulkan::system_loader());
     std::vector<DeviceInfo> list;
     for (const PhysicalDevice& p : instance.devices()) list.push_back(p.info);
     return list;
+} catch (const std::bad_alloc&) {
+    scene::out_of_memory([] { return "the list of devices"; });
 }
 
 const DeviceInfo& Device::info() const noexcept { return impl_->info; }

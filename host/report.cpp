@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "host/report.hpp"
 
+#include "host/scene/memory.hpp"
+
 #include <cmath>
 
 namespace dermis {
@@ -89,7 +91,7 @@ Report report_of(const SkinDescription& s, scene::TauRange tau, double cells_per
     return report;
 }
 
-Report report(const Scene& s, const Result& r) {
+Report report(const Scene& s, const Result& r) try {
     Report report = report_of(s, {.min = r.tau_min, .max = r.tau_max}, r.cells_per_ridge, r.greatest_gain);
     if (const Trace* strain = trace_with_extremes(r, Quantity::strain)) {
         report.strain.value = range_of(*strain).size();
@@ -97,6 +99,8 @@ Report report(const Scene& s, const Result& r) {
     }
     report.sign_changed = sign_changed(s, r);
     return report;
+} catch (const std::bad_alloc&) {
+    scene::out_of_memory([] { return "the report of a result"; });
 }
 
 } // namespace dermis

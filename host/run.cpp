@@ -7,6 +7,7 @@
 #include "host/planner/choice.hpp"
 #include "host/reduced/moments.hpp"
 #include "host/reduced/sites.hpp"
+#include "host/scene/memory.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -14,15 +15,17 @@
 
 namespace dermis {
 
-const Trace& Result::trace(Quantity q) const {
+const Trace& Result::trace(Quantity q) const try {
     const auto t = std::find_if(traces.begin(), traces.end(), [q](auto& trace) { return trace.quantity == q; });
     if (t == traces.end())
         throw Error(Error::Code::bad_input, "output.traces",
                     std::string("output.traces has no \"") + name(q) + "\"; allowed: what the scene asked for");
     return *t;
+} catch (const std::bad_alloc&) {
+    scene::out_of_memory();
 }
 
-SceneMaps maps(const Scene& scene) {
+SceneMaps maps(const Scene& scene) try {
     const DefaultFloats guard;
     const plan::PreparedRun run = plan::prepare_run(scene);
     const size_t width = size_t(run.skin.width());
@@ -32,6 +35,8 @@ SceneMaps maps(const Scene& scene) {
         plan::rest_curvature_row(run.skin, y, 0, run.skin.width(), rest.data() + size_t(y) * width);
     }
     return {.surface = std::move(surface), .rest_curvature = std::move(rest), .pressure = run.schedule.pressure};
+} catch (const std::bad_alloc&) {
+    scene::out_of_memory([&] { return scene::needs_of(scene); });
 }
 
 namespace {
@@ -236,19 +241,23 @@ class Run {
 
 } // namespace
 
-Explanation explain(const Scene& scene, const Device& device, const RunOptions& options) {
+Explanation explain(const Scene& scene, const Device& device, const RunOptions& options) try {
     const DefaultFloats guard;
     return choice_of(plan::prepare_run(scene, false, threads_of(device)), scene, device, options, true).explanation;
+} catch (const std::bad_alloc&) {
+    scene::out_of_memory([&] { return scene::needs_of(scene); });
 }
 
-Result run(const Scene& scene, const Device& device, const RunOptions& options) {
+Result run(const Scene& scene, const Device& device, const RunOptions& options) try {
     const DefaultFloats guard;
     const Decided d = decided(scene, device, options);
     return Run(d, options).take(nullptr);
+} catch (const std::bad_alloc&) {
+    scene::out_of_memory([&] { return scene::needs_of(scene); });
 }
 
 std::vector<Result> run(const Scene& scene, const std::vector<Material>& materials, const Device& device,
-                        const RunOptions& options) {
+                        const RunOptions& options) try {
     const DefaultFloats guard;
     std::vector<Result> results;
     std::optional<Decided> last; // of the material before; its maps serve as long as no length and no map changes
@@ -271,6 +280,8 @@ std::vector<Result> run(const Scene& scene, const std::vector<Material>& materia
         results.push_back(Run(*last, options).take(like_first ? &results.front() : nullptr));
     }
     return results;
+} catch (const std::bad_alloc&) {
+    scene::out_of_memory([&] { return std::to_string(materials.size()) + " times " + scene::needs_of(scene); });
 }
 
 } // namespace dermis

@@ -4,6 +4,7 @@
 #include "host/plan/felt.hpp"
 #include "host/plan/float_environment.hpp"
 #include "host/report.hpp"
+#include "host/scene/memory.hpp"
 #include "host/scene/refusal.hpp"
 
 #include <algorithm>
@@ -90,9 +91,9 @@ struct Skin::Impl {
         : width(size_t(skin.skin.width())), height(size_t(skin.skin.height())), count(size_t(skin.pads)),
           fields(skin.skin.description.sites.empty()), uniform(skin.skin.uniform()), wanted(skin.wanted),
           chain(skin.skin.chain), state_layout(state_layout_of(skin)), header(header_of(skin, state_layout)),
-          felt(skin), threads(backend.capabilities().threads), tau(tau_range(skin.skin.materials)),
-          description(skin.skin.description), materials(options.materials), pressed(count),
-          stream(backend.stream(skin)) {
+          felt(skin), needs(scene::needs_of(skin.skin.description, options)), threads(backend.capabilities().threads),
+          tau(tau_range(skin.skin.materials)), description(skin.skin.description), materials(options.materials),
+          pressed(count), stream(backend.stream(skin)) {
         for (const Site& site : description.sites) ++sites_of[size_t(site.type)];
         if (description.surface.kind == Surface::Kind::map) {
             gain_at_rest = gain_of(skin.skin);
@@ -145,6 +146,7 @@ struct Skin::Impl {
     const plan::StateLayout state_layout; // of one pad
     const StateHeader header;             // of one pad
     const plan::Felt felt;
+    const std::string needs; // words for the day when memory runs out
     const int threads;
     const scene::TauRange tau;                   // of all cells, where they differ
     std::array<size_t, REDUCED_MAPS> sites_of{}; // of each class, in a pad
@@ -238,13 +240,15 @@ const std::vector<float>& Skin::Impl::tell(Quantity q) {
     return all;
 }
 
-Skin::Skin(const Device& device, const SkinDescription& description, const SkinOptions& options) {
+Skin::Skin(const Device& device, const SkinDescription& description, const SkinOptions& options) try {
     const DefaultFloats guard;
     Device::Impl& d = device.impl();
     impl_ = std::make_unique<Impl>(plan::streamed_skin(description, options, d.backend->capabilities().threads),
                                    options, *d.backend);
     d.info.exact &= impl_->stream->exact();
     d.need_exact();
+} catch (const std::bad_alloc&) {
+    scene::out_of_memory([&] { return scene::needs_of(description, options); });
 }
 
 Skin::~Skin() = default;
@@ -253,18 +257,22 @@ Skin& Skin::operator=(Skin&&) noexcept = default;
 
 int Skin::count() const { return int(impl_->count); }
 
-void Skin::press(const float* pressure, size_t cells, double dt, const Pads& pads) {
+void Skin::press(const float* pressure, size_t cells, double dt, const Pads& pads) try {
     impl_->press(pressure, cells, {.dt = &dt}, impl_->list_of(pads));
+} catch (const std::bad_alloc&) {
+    scene::out_of_memory([&] { return impl_->needs; });
 }
 
-void Skin::press(const float* pressure, size_t cells, const double* dt, size_t steps, const Pads& pads) {
+void Skin::press(const float* pressure, size_t cells, const double* dt, size_t steps, const Pads& pads) try {
     const plan::PadList list = impl_->list_of(pads);
     if (steps != list.count)
         scene::refuse("dt", std::to_string(steps) + " steps", std::to_string(list.count) + ", one for each pad");
     impl_->press(pressure, cells, {.dt = dt, .each = true}, list);
+} catch (const std::bad_alloc&) {
+    scene::out_of_memory([&] { return impl_->needs; });
 }
 
-Skin::Response Skin::response(Quantity q) const {
+Skin::Response Skin::response(Quantity q) const try {
     Impl& s = *impl_;
     if (q == Quantity::strain || q == Quantity::indentation || q == Quantity::curvature) {
         const DefaultFloats guard;
@@ -278,22 +286,32 @@ Skin::Response Skin::response(Quantity q) const {
                 ", strain, indentation, curvature");
     const float* data = s.stream->response(q); // throws if the device is lost
     return {data, s.count * (s.fields ? s.cells() : s.sites_of[size_t(q)])};
+} catch (const std::bad_alloc&) {
+    scene::out_of_memory([&] { return impl_->needs; });
 }
 
-void Skin::reset(const Pads& pads) { impl_->stream->reset(impl_->list_of(pads)); }
+void Skin::reset(const Pads& pads) try { impl_->stream->reset(impl_->list_of(pads)); } catch (const std::bad_alloc&) {
+    scene::out_of_memory([&] { return impl_->needs; });
+}
 
-size_t Skin::state_bytes(const Pads& pads) const { return impl_->state_bytes(impl_->list_of(pads)); }
+size_t Skin::state_bytes(const Pads& pads) const try {
+    return impl_->state_bytes(impl_->list_of(pads));
+} catch (const std::bad_alloc&) {
+    scene::out_of_memory([&] { return impl_->needs; });
+}
 
-void Skin::save(void* state, size_t bytes, const Pads& pads) const {
+void Skin::save(void* state, size_t bytes, const Pads& pads) const try {
     Impl& s = *impl_;
     const plan::PadList list = s.list_of(pads);
     s.need_state(state, bytes, list);
     const StateHeader header = s.header_with(list);
     std::memcpy(state, &header, sizeof header);
     s.stream->save(list, static_cast<char*>(state) + sizeof header);
+} catch (const std::bad_alloc&) {
+    scene::out_of_memory([&] { return impl_->needs; });
 }
 
-void Skin::load(const void* state, size_t bytes, const Pads& pads) {
+void Skin::load(const void* state, size_t bytes, const Pads& pads) try {
     Impl& s = *impl_;
     const plan::PadList list = s.list_of(pads);
     StateHeader saved{};
@@ -306,22 +324,28 @@ void Skin::load(const void* state, size_t bytes, const Pads& pads) {
     if (!all_finite(from, list.count * s.state_layout.floats()))
         scene::refuse("state", "(a number that is not finite)", "finite numbers");
     s.stream->load(list, from);
+} catch (const std::bad_alloc&) {
+    scene::out_of_memory([&] { return impl_->needs; });
 }
 
-void Skin::set_material(const Material& material, const Pads& pads) {
+void Skin::set_material(const Material& material, const Pads& pads) try {
     const DefaultFloats guard;
     Impl& s = *impl_;
     const plan::PadList list = s.list_of(pads);
     plan::need_new_material(s.uniform, !s.materials.empty(), list.count, s.count);
     const std::vector<plan::Element> elements =
         plan::elements_of_pad(s.description, material, s.chain, s.wanted, "material");
+    Material taken = s.description.material; // Copies come first: they allocate, and the rest does not.
+    scene::take_elements(taken, material);
+    std::vector<Material> copies(s.materials.empty() ? 0 : list.count, material);
     s.stream->set_elements(list, elements);
-    if (s.materials.empty()) scene::take_elements(s.description.material, material);
-    else
-        for (size_t i = 0; i < list.count; ++i) s.materials[size_t(list[i])] = material;
+    if (copies.empty()) s.description.material = std::move(taken);
+    for (size_t i = 0; i < copies.size(); ++i) s.materials[size_t(list[i])] = std::move(copies[i]);
+} catch (const std::bad_alloc&) {
+    scene::out_of_memory([&] { return impl_->needs; });
 }
 
-Report Skin::report(int pad) const {
+Report Skin::report(int pad) const try {
     const DefaultFloats guard;
     const Impl& s = *impl_;
     scene::need(pad >= 0 && size_t(pad) < s.count, "pad", pad, "0.." + std::to_string(s.count - 1));
@@ -339,6 +363,8 @@ Report Skin::report(int pad) const {
     if (skin && s.fields) s.bend(report, *skin, size_t(pad), {strain.begin(), strain.end()});
     if (own.grid.spacing) report.indentation.value = report.strain.value * own.material.thickness.value_or(0);
     return report;
+} catch (const std::bad_alloc&) {
+    scene::out_of_memory([&] { return impl_->needs; });
 }
 
 } // namespace dermis

@@ -49,8 +49,11 @@ struct Host {
     std::vector<Binding> bindings;
 
     Host(Context& c, const SkinDescription& d, int frames, const SkinOptions& options = {})
+        : Host(c, c.handles(), d, frames, options) {}
+    // handles: of the context, but for what stands between the program and the loader.
+    Host(Context& c, const vulkan::Handles& handles, const SkinDescription& d, int frames, const SkinOptions& options)
         : context(c), description(d), rows(d.grid.height * options.count),
-          program(c.handles(), d, uint32_t(frames), options), constants(c, program.memory().constants),
+          program(handles, d, uint32_t(frames), options), constants(c, program.memory().constants),
           invalid(c, program.memory().invalid) {
         const auto& m = program.memory();
         for (int i = 0; i <= frames; ++i) {

@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "tests/shim.hpp"
 
+#include "tests/allocations.hpp"
+#include "tests/vulkan_calls.hpp"
+
 #include <cstring>
 #include <mutex>
+#include <tuple>
 
 namespace test {
 
@@ -18,12 +22,14 @@ VKAPI_ATTR VkResult VKAPI_CALL no_instance(const VkInstanceCreateInfo*, const Vk
 }
 
 VKAPI_ATTR void VKAPI_CALL queues(VkPhysicalDevice p, uint32_t* count, VkQueueFamilyProperties* families) {
+    const InDriver driver;
     reinterpret_cast<PFN_vkGetPhysicalDeviceQueueFamilyProperties>(real_queues)(p, count, families);
     for (uint32_t i = 0; families && shim.no_compute && i < *count; ++i)
         families[i].queueFlags &= ~VkQueueFlags(VK_QUEUE_COMPUTE_BIT);
 }
 
 VKAPI_ATTR void VKAPI_CALL properties(VkPhysicalDevice p, VkPhysicalDeviceProperties* out) {
+    const InDriver driver;
     reinterpret_cast<PFN_vkGetPhysicalDeviceProperties>(real_properties)(p, out);
     if (shim.few_buffers) out->limits.maxPerStageDescriptorStorageBuffers = 4;
     if (shim.least) {
@@ -39,6 +45,7 @@ VKAPI_ATTR void VKAPI_CALL properties(VkPhysicalDevice p, VkPhysicalDeviceProper
 }
 
 VKAPI_ATTR void VKAPI_CALL memory(VkPhysicalDevice p, VkPhysicalDeviceMemoryProperties* out) {
+    const InDriver driver;
     reinterpret_cast<PFN_vkGetPhysicalDeviceMemoryProperties>(real_memory)(p, out);
     for (uint32_t i = 0; shim.heap && i < out->memoryHeapCount; ++i) out->memoryHeaps[i].size = shim.heap;
 }
@@ -81,35 +88,109 @@ VKAPI_ATTR void VKAPI_CALL barrier(VkCommandBuffer c, VkPipelineStageFlags from,
                                                              image);
 }
 
-// Whether this call is the one to fail.
-bool strikes(const char* name) {
-    Fault& f = shim.fault;
-    if (f.struck || std::strcmp(name, f.call) != 0 || f.before-- > 0) return false;
-    return f.struck = true;
+bool begins(const char* name, const char* with) { return std::strncmp(name, with, std::strlen(with)) == 0; }
+
+bool makes(const char* name) { return begins(name, "vkCreate") || begins(name, "vkAllocate"); }
+
+// Whether Vulkan says that a call which fails has done nothing: it made no object, or lacked memory for a submission.
+bool does_nothing(const char* name, VkResult code) {
+    const bool memory = code == VK_ERROR_OUT_OF_HOST_MEMORY || code == VK_ERROR_OUT_OF_DEVICE_MEMORY;
+    return makes(name) || (memory && std::strcmp(name, "vkQueueSubmit") == 0);
 }
 
-// A device function that is written down, and fails where it is to.
+// Whether a call that fails loses its device, so that none follows it.
+bool loses(const char* name, VkResult code) {
+    return std::strcmp(name, "vkWaitForFences") == 0 || std::strcmp(name, "vkResetFences") == 0 ||
+           (std::strcmp(name, "vkQueueSubmit") == 0 && !does_nothing(name, code));
+}
+
+// Whether this call fails.
+bool strikes(const char* name) {
+    Fault& f = shim.fault;
+    if (std::strcmp(f.call, any_call) != 0 && std::strcmp(name, f.call) != 0) return false;
+    if (f.struck) return f.sticky;
+    if ((f.made && does_nothing(name, f.code)) || (f.sticky && loses(name, f.code))) return false;
+    if (f.before-- > 0) return false;
+    f.struck = name;
+    return true;
+}
+
+template <class T> uint64_t number(T* handle) { return uint64_t(reinterpret_cast<uintptr_t>(handle)); }
+
+template <class... A> auto last_of(A... a) { return std::get<sizeof...(A) - 1>(std::tuple(a...)); }
+template <class First, class... A> First first_of(First first, A...) { return first; }
+
+// Whether an argument is a place for handles.
+template <class T, class To = std::remove_pointer_t<T>>
+inline constexpr bool takes_handle =
+    std::is_pointer_v<T>&& std::is_pointer_v<To> && !std::is_const_v<To> && !std::is_same_v<To, void*>;
+
+// Where the last argument takes a handle, it has an undefined value after a failure, but for those functions of which
+// Vulkan says that it is null.
+template <class... A> void leave_undefined(const char* name, A... a) {
+    using Last = decltype(last_of(a...));
+    if constexpr (takes_handle<Last>) {
+        const bool null = begins(name, "vkAllocateDescriptor") || begins(name, "vkAllocateCommand") ||
+                          begins(name, "vkCreateComputePipelines");
+        if (makes(name))
+            *last_of(a...) = reinterpret_cast<std::remove_pointer_t<Last>>(uintptr_t(null ? 0 : 0xdead'dead'dead));
+    }
+}
+
+// Writes into the ledger what the library was told.
+template <class... A> void enter(Ledger& ledger, const char* name, VkResult result, A... a) {
+    using First = decltype(first_of(a...));
+    using Last = decltype(last_of(a...));
+    const auto is = [name](const char* other) { return std::strcmp(name, other) == 0; };
+    const bool done = result == VK_SUCCESS;
+    uint64_t owner = 0;
+    if constexpr (std::is_pointer_v<First>) owner = number(first_of(a...));
+    if (is("vkWaitForFences")) ledger.waited(owner, done);
+    if (is("vkResetFences") && !done) ledger.lose(owner);
+    if constexpr (std::is_same_v<Last, VkFence>)
+        if (result != VK_ERROR_OUT_OF_HOST_MEMORY && result != VK_ERROR_OUT_OF_DEVICE_MEMORY)
+            ledger.submitted(number(last_of(a...)), done);
+    if constexpr (std::is_same_v<Last, VkPhysicalDevice*>)
+        for (uint32_t i = 0; last_of(a...) && done && i < *std::get<1>(std::tuple(a...)); ++i)
+            ledger.found_device(number(last_of(a...)[i]), owner);
+    // What a pool has given goes with the pool.
+    if constexpr (takes_handle<Last>)
+        if (done && (begins(name, "vkCreate") || is("vkAllocateMemory")))
+            ledger.made(name, is("vkCreateInstance") ? 0 : owner, number(*last_of(a...)));
+}
+
+std::mutex log_mutex;
+
+// A function that is written down, and fails where it is to.
 template <int which, class Function> struct Logged;
 template <int which, class R, class... A> struct Logged<which, R(VKAPI_PTR*)(A...)> {
     static inline R(VKAPI_PTR* real)(A...) = nullptr;
     static inline const char* name = "";
     static VKAPI_ATTR R VKAPI_CALL call(A... a) {
-        static std::mutex mutex;
-        [[maybe_unused]] bool fails = false;
-        {
-            const std::lock_guard lock(mutex);
-            shim.calls.push_back(name);
-            fails = strikes(name);
+        const InDriver driver;
+        std::unique_lock lock(log_mutex);
+        shim.calls.push_back(name);
+        if constexpr (std::is_same_v<R, VkResult>) {
+            const bool fails = strikes(name);
+            const Fault fault = shim.fault;
+            lock.unlock();
+            VkResult result = VK_SUCCESS;
+            if (!fails || (fault.made && !does_nothing(name, fault.code))) result = real(a...);
+            else leave_undefined(name, a...);
+            if (fails) result = fault.code;
+            lock.lock();
+            if (shim.ledger) enter(*shim.ledger, name, result, a...);
+            return result;
+        } else {
+            if constexpr (std::is_same_v<decltype(last_of(a...)), const VkAllocationCallbacks*>)
+                if (shim.ledger && !shim.ledger->ended(name, number(std::get<sizeof...(A) - 2>(std::tuple(a...)))))
+                    return;
+            lock.unlock();
+            real(a...);
         }
-        if constexpr (std::is_same_v<R, VkResult>)
-            if (fails) {
-                if (shim.fault.made) (void)real(a...);
-                return shim.fault.code;
-            }
-        return real(a...);
     }
     static bool take(const char* wanted, const char* own, PFN_vkVoidFunction& f) {
-        if (std::strcmp(wanted, own) != 0) return false;
+        if (!f || std::strcmp(wanted, own) != 0) return false;
         name = own;
         real = reinterpret_cast<R(VKAPI_PTR*)(A...)>(f);
         f = reinterpret_cast<PFN_vkVoidFunction>(call);
@@ -117,47 +198,42 @@ template <int which, class R, class... A> struct Logged<which, R(VKAPI_PTR*)(A..
     }
 };
 
+#define LOGGED(name_) Logged<__COUNTER__, PFN_##name_>::take(name, #name_, f) ||
+
 VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL device_address(VkDevice device, const char* name) {
+    const InDriver driver;
     PFN_vkVoidFunction f = reinterpret_cast<PFN_vkGetDeviceProcAddr>(real_device_address)(device, name);
     if (std::strcmp(name, shim.absent) == 0) return nullptr;
-    if (std::strcmp(name, "vkCreateShaderModule") == 0) {
-        real_module = f;
-        return reinterpret_cast<PFN_vkVoidFunction>(module);
-    }
     const auto instead = [&](const char* wanted, PFN_vkVoidFunction& keep, auto* ours) {
         if (std::strcmp(name, wanted) != 0) return;
         keep = f;
         f = reinterpret_cast<PFN_vkVoidFunction>(ours);
     };
+    instead("vkCreateShaderModule", real_module, module);
     instead("vkAllocateDescriptorSets", real_sets, sets);
     instead("vkCmdPipelineBarrier", real_barrier, barrier);
-#define LOGGED(name_) Logged<__LINE__, PFN_##name_>::take(name, #name_, f) ||
-    (void)(LOGGED(vkBeginCommandBuffer) LOGGED(vkEndCommandBuffer) LOGGED(vkQueueSubmit) LOGGED(vkWaitForFences)
-               LOGGED(vkResetFences) LOGGED(vkCmdBindPipeline) LOGGED(vkCmdBindDescriptorSets)
-                   LOGGED(vkCmdPushConstants) LOGGED(vkCmdDispatch) LOGGED(vkCmdPipelineBarrier) LOGGED(vkCmdCopyBuffer)
-                       LOGGED(vkCmdUpdateBuffer) LOGGED(vkCmdFillBuffer) LOGGED(vkCmdWriteTimestamp)
-                           LOGGED(vkCreateBuffer) LOGGED(vkAllocateMemory) LOGGED(vkCreateComputePipelines)
-                               LOGGED(vkAllocateDescriptorSets) LOGGED(vkUpdateDescriptorSets) LOGGED(vkMapMemory)
-                                   LOGGED(vkDestroyPipeline) LOGGED(vkDestroyDescriptorPool) LOGGED(vkDestroyBuffer)
-                                       LOGGED(vkFreeMemory) LOGGED(vkDestroyDevice) false);
+    (void)(FAILABLE_DEVICE_CALLS(LOGGED) ENDING_CALLS(LOGGED) RECORDING_CALLS(LOGGED) false);
     return f;
 }
 
 VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL instance_address(VkInstance instance, const char* name) {
-    const PFN_vkVoidFunction real = real_get(instance, name);
-    const auto instead = [&](PFN_vkVoidFunction& keep, auto* ours) {
-        keep = real;
-        return reinterpret_cast<PFN_vkVoidFunction>(ours);
+    const InDriver driver;
+    PFN_vkVoidFunction f = real_get(instance, name);
+    const auto instead = [&](const char* wanted, PFN_vkVoidFunction& keep, auto* ours) {
+        if (std::strcmp(name, wanted) != 0) return;
+        keep = f;
+        f = reinterpret_cast<PFN_vkVoidFunction>(ours);
     };
-    const auto is = [name](const char* other) { return std::strcmp(name, other) == 0; };
-    if (is(shim.absent)) return nullptr;
-    if (shim.no_driver && is("vkCreateInstance")) return reinterpret_cast<PFN_vkVoidFunction>(no_instance);
-    if (is("vkGetPhysicalDeviceQueueFamilyProperties")) return instead(real_queues, queues);
-    if (is("vkGetPhysicalDeviceProperties")) return instead(real_properties, properties);
-    if (is("vkGetPhysicalDeviceMemoryProperties")) return instead(real_memory, memory);
-    if (is("vkEnumerateDeviceExtensionProperties")) return instead(real_extensions, extensions);
-    if (is("vkGetDeviceProcAddr")) return instead(real_device_address, device_address);
-    return real;
+    if (std::strcmp(name, shim.absent) == 0) return nullptr;
+    if (shim.no_driver && std::strcmp(name, "vkCreateInstance") == 0)
+        return reinterpret_cast<PFN_vkVoidFunction>(no_instance);
+    instead("vkGetPhysicalDeviceQueueFamilyProperties", real_queues, queues);
+    instead("vkGetPhysicalDeviceProperties", real_properties, properties);
+    instead("vkGetPhysicalDeviceMemoryProperties", real_memory, memory);
+    instead("vkEnumerateDeviceExtensionProperties", real_extensions, extensions);
+    instead("vkGetDeviceProcAddr", real_device_address, device_address);
+    (void)(FAILABLE_INSTANCE_CALLS(LOGGED) ENDING_INSTANCE_CALLS(LOGGED) false);
+    return f;
 }
 
 } // namespace

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
-// What stands between the library and the real loader: faults, smaller limits, and a log of calls.
+// What stands between the library and the real loader: faults, smaller limits, a log of calls, and a ledger of objects.
 #pragma once
 
 #include "host/vulkan/instance.hpp"
+#include "tests/ledger.hpp"
 
 #include <functional>
 #ifdef __SANITIZE_ADDRESS__
@@ -13,13 +14,16 @@ namespace test {
 
 using namespace dermis;
 
-// One call of a device function fails.
+inline constexpr const char* any_call = "*";
+
+// One call of a function fails, or it and all that follow.
 struct Fault {
-    const char* call = "";      // the function's name
+    const char* call = "";      // the function's name, or any_call
     int before = 0;             // the calls of it that succeed before
     VkResult code = VK_SUCCESS; // the result of the call that fails
-    bool made = false;          // the call does its work all the same
-    bool struck = false;        // the call has come
+    bool made = false;          // it does its work all the same; calls that Vulkan says do none are not counted
+    bool sticky = false; // the later calls fail too; one that loses the device, so that none follows, is not counted
+    const char* struck = nullptr; // the first call that failed
 };
 
 // A barrier as it was recorded, with the first of its memory barriers.
@@ -41,6 +45,7 @@ struct Shim {
     const char* absent = "";                  // a function that is not there
     std::vector<const char*> calls;           // of commands, submissions, what is made and what is destroyed
     std::vector<Barrier>* barriers = nullptr; // if set, each vkCmdPipelineBarrier that is recorded
+    Ledger* ledger = nullptr;                 // if set, what the library is told of its objects
 };
 extern Shim shim; // of all devices whose loader is shimmed()
 

@@ -26,6 +26,7 @@ dermis_status status_of(Error::Code code) noexcept {
     case Error::Code::no_device: return DERMIS_NO_DEVICE;
     case Error::Code::device: return DERMIS_DEVICE_FAILED;
     case Error::Code::io: return DERMIS_IO;
+    case Error::Code::no_memory: return DERMIS_NO_MEMORY;
     }
     return DERMIS_INTERNAL;
 }

@@ -6,7 +6,7 @@
 #include <cerrno>
 #include <charconv>
 #include <cstring>
-#include <fstream>
+#include <sstream>
 
 #include <fmt/format.h>
 
@@ -66,22 +66,19 @@ std::pair<Test, std::string> read_names(const Line& line, const CurveOptions& op
     return {test, name};
 }
 
-std::ifstream opened(const std::string& path) {
-    std::string why = scene::why_no_file(path, 64 << 20);
-    std::ifstream in;
-    if (why.empty()) {
-        in.open(path);
-        if (!in) why = std::string("cannot be read (") + std::strerror(errno) + ")";
-    }
+std::string content_of(const std::string& path) {
+    std::string why = scene::why_no_file(path, 64 << 20), content;
+    if (why.empty() && !scene::read_file(path, content))
+        why = std::string("cannot be read (") + std::strerror(errno) + ")";
     if (!why.empty())
         throw Error(Error::Code::bad_input, "data", path + ": " + why + "; allowed: a CSV file of at most 64 MiB");
-    return in;
+    return content;
 }
 
 } // namespace
 
 Curve read_curve(const std::string& path, const CurveOptions& options) {
-    std::ifstream in = opened(path);
+    auto in = scene::throwing(std::istringstream(content_of(path)));
     Curve curve;
     std::string name;
     const char* allowed = options.residual == Residual::relative

@@ -63,7 +63,7 @@ SkinRunner::SkinRunner(std::shared_ptr<Context> context, const plan::StreamedSki
 }
 
 SkinRunner::~SkinRunner() {
-    if (context_->lost()) new SkinProgram(std::move(program_)); // the driver may still use it
+    if (context_->lost()) leave_for_ever(std::move(program_)); // the driver may still use it
 }
 
 Buffer SkinRunner::buffer(const Memory& m, Buffer::Location location) {

@@ -5,6 +5,7 @@
 #include "host/check.hpp"
 #include "host/embedding/handles.hpp"
 #include "host/plan/float_environment.hpp"
+#include "host/scene/memory.hpp"
 #include "host/scene/refusal.hpp"
 #include "host/vulkan/recorder.hpp"
 
@@ -145,6 +146,11 @@ struct SkinProgram::Impl {
                     const Timestamps&) const noexcept;
     void check_range(const char* name, const VkDescriptorBufferInfo&, const Memory&) const;
     void check_apart(const Buffers&) const;
+    std::string words_of_needs() const {
+        return "a program of " + std::to_string(recorder.skin().pads) + " pads and up to " +
+               std::to_string(max_bindings) + " bindings, whose constants have " +
+               scene::bytes_text(double(needs.constants.bytes));
+    }
 
     std::optional<DeviceTable> own_device;
     std::optional<Pipelines> own_pipelines;
@@ -197,8 +203,11 @@ plan::StreamedSkin streamed(const SkinDescription& d, uint32_t max_bindings, con
 
 SkinProgram::SkinProgram() = default;
 SkinProgram::SkinProgram(const Handles& handles, const SkinDescription& description, uint32_t max_bindings,
-                         const SkinOptions& options)
-    : SkinProgram(Internal::make(handles, streamed(description, max_bindings, options), max_bindings)) {}
+                         const SkinOptions& options) try
+    : SkinProgram(Internal::make(handles, streamed(description, max_bindings, options), max_bindings)) {
+} catch (const std::bad_alloc&) {
+    scene::out_of_memory([&] { return scene::needs_of(description, options); });
+}
 SkinProgram::~SkinProgram() = default;
 SkinProgram::SkinProgram(SkinProgram&&) noexcept = default;
 SkinProgram& SkinProgram::operator=(SkinProgram&&) noexcept = default;
@@ -273,7 +282,7 @@ void SkinProgram::Impl::check_apart(const Buffers& b) const {
                        "memory of its own, because a press writes it");
 }
 
-Binding SkinProgram::bind(const Buffers& b) {
+Binding SkinProgram::bind(const Buffers& b) try {
     Impl& impl = *impl_;
     impl.check_apart(b);
     if (impl.bindings == impl.max_bindings)
@@ -284,6 +293,8 @@ Binding SkinProgram::bind(const Buffers& b) {
     impl.recorder.bind(binding.set, b);
     ++impl.bindings;
     return binding;
+} catch (const std::bad_alloc&) {
+    scene::out_of_memory([&] { return impl_->words_of_needs(); });
 }
 
 bool SkinProgram::Impl::ascend(const Pads& pads) const noexcept {
@@ -332,7 +343,7 @@ Recorded SkinProgram::record_press(VkCommandBuffer commands, Binding binding, co
                        {.dt = dt, .each = steps != 1}, stamps);
 }
 
-void SkinProgram::set_material(const Material& material, const Pads& pads) {
+void SkinProgram::set_material(const Material& material, const Pads& pads) try {
     const DefaultFloats guard;
     Impl& impl = *impl_;
     const plan::StreamedSkin& skin = impl.recorder.skin();
@@ -343,13 +354,17 @@ void SkinProgram::set_material(const Material& material, const Pads& pads) {
     const std::vector<plan::Element> elements =
         plan::elements_of_pad(skin.skin.description, material, skin.skin.chain, skin.wanted, "material");
     impl.recorder.set_elements(list, elements);
+} catch (const std::bad_alloc&) {
+    scene::out_of_memory([&] { return impl_->words_of_needs(); });
 }
 
-void SkinProgram::bind_check(const VkDescriptorBufferInfo& range) {
+void SkinProgram::bind_check(const VkDescriptorBufferInfo& range) try {
     Impl& impl = *impl_;
     impl.check_range("check", range, impl.needs.check);
     if (impl.check->bound()) refuse("check", "bound already", "one binding");
     impl.check->bind(range);
+} catch (const std::bad_alloc&) {
+    scene::out_of_memory([&] { return impl_->words_of_needs(); });
 }
 
 bool SkinProgram::record_check(VkCommandBuffer commands) const noexcept {
@@ -359,12 +374,14 @@ bool SkinProgram::record_check(VkCommandBuffer commands) const noexcept {
     return true;
 }
 
-bool SkinProgram::check_passed(const void* bytes, size_t size) const {
+bool SkinProgram::check_passed(const void* bytes, size_t size) const try {
     const DefaultFloats guard;
     if (!bytes || size < impl_->needs.check.bytes)
         refuse("check", bytes ? std::to_string(size) + " bytes" : "(null)",
                "memory().check.bytes = " + std::to_string(impl_->needs.check.bytes));
     return impl_->check->passed(static_cast<const unsigned char*>(bytes));
+} catch (const std::bad_alloc&) {
+    scene::out_of_memory([&] { return impl_->words_of_needs(); });
 }
 
 } // namespace dermis::vulkan

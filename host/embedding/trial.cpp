@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // dermis::vulkan::Trial: what the responses to known pressures say of a host's own code.
 #include "dermis/vulkan.hpp"
+#include "host/scene/memory.hpp"
 
 #include <cstring>
 #include <optional>
@@ -103,8 +104,11 @@ struct Trial::Impl {
     std::array<std::vector<float>, 2> pressure;
 };
 
-Trial::Trial(const SkinDescription& description, const SkinOptions& options)
-    : impl_(std::make_unique<Impl>(description, options)) {}
+Trial::Trial(const SkinDescription& description, const SkinOptions& options) try
+    : impl_(std::make_unique<Impl>(description, options)) {
+} catch (const std::bad_alloc&) {
+    scene::out_of_memory([&] { return "a trial of " + scene::needs_of(description, options); });
+}
 Trial::~Trial() = default;
 
 const std::vector<float>& Trial::pressure(int press) const {
@@ -113,7 +117,7 @@ const std::vector<float>& Trial::pressure(int press) const {
     return impl_->pressure[size_t(press - 1)];
 }
 
-std::string Trial::fault(const SkinProgram& program, int press, const void* responses, size_t bytes) const {
+std::string Trial::fault(const SkinProgram& program, int press, const void* responses, size_t bytes) const try {
     const Impl& t = *impl_;
     (void)pressure(press); // refuses another press
     if (!responses || bytes < program.memory().response.bytes)
@@ -141,6 +145,8 @@ std::string Trial::fault(const SkinProgram& program, int press, const void* resp
         return "constants: they are zeros; upload memory().constants.initial before the first press";
     return "responses: other bits than the CPU path's, for no reason that this trial knows; SkinProgram::record_check "
            "tells whether the device gives these bits";
+} catch (const std::bad_alloc&) {
+    scene::out_of_memory([&] { return "a trial of " + scene::needs_of(impl_->description, impl_->options); });
 }
 
 } // namespace dermis::vulkan

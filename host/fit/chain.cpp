@@ -2,6 +2,7 @@
 // Relaxation and retardation spectra, one from the other. The zeros of a compliance lie between its poles, one in each
 // gap, and so do those of a modulus: both are the roots of one secular equation.
 #include "dermis/fit.hpp"
+#include "host/scene/memory.hpp"
 #include "host/scene/refusal.hpp"
 
 #include <algorithm>
@@ -125,7 +126,7 @@ double representable(const char* result, Real x) {
 } // namespace
 } // namespace fit
 
-std::vector<KelvinVoigt> chain_of(const Relaxation& r) {
+std::vector<KelvinVoigt> chain_of(const Relaxation& r) try {
     fit::check(r);
     std::vector<fit::Pole> poles;
     fit::Real instantaneous = r.equilibrium, viscosity = 0;
@@ -142,9 +143,11 @@ std::vector<KelvinVoigt> chain_of(const Relaxation& r) {
     }
     if (r.equilibrium == 0) chain.push_back({0, fit::representable("viscosity of the dashpot", viscosity)});
     return chain;
+} catch (const std::bad_alloc&) {
+    scene::out_of_memory([] { return "a chain of elements"; });
 }
 
-Relaxation relaxation_of(const std::vector<KelvinVoigt>& chain) {
+Relaxation relaxation_of(const std::vector<KelvinVoigt>& chain) try {
     fit::check(chain);
     fit::Real spring = 0, dashpot = 0, compliance = 0; // compliance, fluidity, compliance after any time
     std::vector<fit::Pole> poles;
@@ -165,6 +168,8 @@ Relaxation relaxation_of(const std::vector<KelvinVoigt>& chain) {
     }
     if (dashpot == 0) r.equilibrium = fit::representable("equilibrium modulus", 1 / compliance);
     return r;
+} catch (const std::bad_alloc&) {
+    scene::out_of_memory([] { return "a relaxation spectrum"; });
 }
 
 } // namespace dermis

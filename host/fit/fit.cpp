@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "host/fit/problem.hpp"
+#include "host/scene/memory.hpp"
 #include "host/scene/refusal.hpp"
 
 #include <algorithm>
@@ -125,15 +126,24 @@ Fit fitted(const Problem& p, int n) {
     return fit;
 }
 
+std::string needs_of(size_t points, int n) {
+    return "a fit of " + std::to_string(n) + " elements to " + std::to_string(points) + " points needs at least " +
+           scene::bytes_text(double(points) * (n + 2) * sizeof(double));
+}
+
 } // namespace
 } // namespace fit
 
-Fit fit_creep(const std::vector<double>& times, const std::vector<double>& compliances, int n, Residual residual) {
+Fit fit_creep(const std::vector<double>& times, const std::vector<double>& compliances, int n, Residual residual) try {
     return fit::fitted(fit::checked(fit::Test::creep, times, compliances, n, residual), n);
+} catch (const std::bad_alloc&) {
+    scene::out_of_memory([&] { return fit::needs_of(times.size(), n); });
 }
 
-Fit fit_relaxation(const std::vector<double>& times, const std::vector<double>& moduli, int n, Residual residual) {
+Fit fit_relaxation(const std::vector<double>& times, const std::vector<double>& moduli, int n, Residual residual) try {
     return fit::fitted(fit::checked(fit::Test::relaxation, times, moduli, n, residual), n);
+} catch (const std::bad_alloc&) {
+    scene::out_of_memory([&] { return fit::needs_of(times.size(), n); });
 }
 
 } // namespace dermis

@@ -4,6 +4,7 @@
 #include "dermis/dermis.hpp"
 
 #include <algorithm>
+#include <cerrno>
 #include <fstream>
 #include <map>
 #include <optional>
@@ -16,11 +17,20 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// Opens a file whose stream throws where memory runs out; others swallow that, and the file seems to end or be missing.
+std::ifstream opened(const fs::path& path) {
+    errno = 0;
+    std::ifstream in(path, std::ios::binary);
+    if (!in && errno == ENOMEM) throw std::bad_alloc();
+    in.exceptions(std::ios::badbit);
+    return in;
+}
+
 bool begins_with(const fs::path& path, const std::string& start) {
     std::error_code none;
     if (!fs::is_regular_file(path, none)) return false;
     std::string text(start.size(), ' ');
-    std::ifstream in(path, std::ios::binary);
+    std::ifstream in = opened(path);
     return in.read(text.data(), std::streamsize(text.size())) && text == start;
 }
 
@@ -62,7 +72,7 @@ std::vector<fs::path> files_of_run(const fs::path& folder, const std::vector<std
 size_t lines_of_sweep(const fs::path& folder) {
     size_t lines = 0;
     if (!begins_with(folder / "runs.csv", runs_columns)) return lines;
-    std::ifstream table(folder / "runs.csv");
+    std::ifstream table = opened(folder / "runs.csv");
     for (std::string line; std::getline(table, line);) ++lines;
     return lines;
 }

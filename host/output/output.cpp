@@ -202,10 +202,9 @@ void make_folder(const Path& folder) {
         throw Error(Error::Code::io, "", fmt::format("{}: cannot be created ({})", folder.string(), error.message()));
 }
 
-void write_result(const Path& folder, const Scene& scene, const Result& result) {
-    make_folder(folder);
-    remove_earlier_run(folder, result_files(scene));
-    write_file(folder / "traces.csv", traces_csv(result));
+namespace {
+
+void write_files(const Path& folder, const Scene& scene, const Result& result) {
     write_file(folder / "impulses.csv", impulses_csv(result));
     for (const Field& f : result.fields)
         write_npy(folder / field_name(f.quantity, f.at), f.values, scene.grid.width, scene.grid.height);
@@ -214,6 +213,24 @@ void write_result(const Path& folder, const Scene& scene, const Result& result) 
         write_npy(folder / "responses.npy", result.responses, int(scene.sites.size()), int(result.time.size()));
     }
     write_file(folder / "summary.json", summary_json(scene, result));
+}
+
+} // namespace
+
+void write_result(const Path& folder, const Scene& scene, const Result& result) {
+    make_folder(folder);
+    const std::vector<std::string> names = result_files(scene);
+    remove_earlier_run(folder, names);
+    std::vector<Path> paths; // made before anything fails: there may be no memory for them then
+    for (const std::string& name : names) paths.push_back(folder / name);
+    write_file(folder / "traces.csv", traces_csv(result));
+    try {
+        write_files(folder, scene, result);
+    } catch (...) { // Some files without the others would be taken for a result.
+        std::error_code none;
+        for (const Path& path : paths) std::filesystem::remove(path, none);
+        throw;
+    }
 }
 
 void Progress::clear() {

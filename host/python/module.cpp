@@ -11,15 +11,17 @@ const char* name_of(Error::Code code) {
     case Error::Code::no_device: return "no_device";
     case Error::Code::device: return "device";
     case Error::Code::io: return "io";
+    case Error::Code::no_memory: return "no_memory";
     }
     return "(no such code)";
 }
 
-// Raises dermis.Error in place of a dermis::Error. Other exceptions are nanobind's to translate.
+// Raises MemoryError or dermis.Error in place of a dermis::Error. Other exceptions are nanobind's to translate.
 void translate(const std::exception_ptr& thrown, void*) {
     try {
         std::rethrow_exception(thrown);
     } catch (const Error& e) {
+        if (e.code() == Error::Code::no_memory) return PyErr_SetString(PyExc_MemoryError, e.what());
         const nb::object type = nb::module_::import_("dermis._error").attr("Error");
         PyErr_SetObject(type.ptr(), nb::make_tuple(name_of(e.code()), e.parameter(), e.what()).ptr());
     }

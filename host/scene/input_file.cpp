@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "host/scene/input_file.hpp"
 
+#include <cerrno>
+#include <fcntl.h>
 #include <filesystem>
+#include <unistd.h>
 
 namespace dermis::scene {
 
@@ -16,6 +19,33 @@ std::string why_no_file(const std::string& path, uintmax_t most_bytes) {
     const uintmax_t bytes = std::filesystem::file_size(path, error);
     if (error) return "cannot be read (" + error.message() + ")";
     return bytes <= most_bytes ? "" : "has " + std::to_string(bytes) + " bytes";
+}
+
+bool read_file(const std::string& path, std::string& content) {
+    content.clear();
+    const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    if (file < 0) return false;
+    char part[1 << 14];
+    ssize_t n = 0;
+    try {
+        while ((n = ::read(file, part, sizeof part)) > 0 || (n < 0 && errno == EINTR))
+            if (n > 0) content.append(part, size_t(n));
+    } catch (...) {
+        ::close(file);
+        throw;
+    }
+    const int error = errno;
+    ::close(file);
+    errno = error;
+    return n == 0;
+}
+
+bool read_bytes(std::istream& in, char* to, std::streamsize bytes) {
+    try {
+        return bool(in.read(to, bytes));
+    } catch (const std::ios::failure&) {
+        return false;
+    }
 }
 
 } // namespace dermis::scene

@@ -61,12 +61,13 @@ Error NpyFile::error(const std::string& what) const {
 
 std::string NpyFile::read_header() {
     char magic[8] = {};
-    if (!in_.read(magic, 8) || std::memcmp(magic, "\x93NUMPY", 6) != 0) throw error("is not a .npy file" + allowed_);
+    if (!read_bytes(in_, magic, 8) || std::memcmp(magic, "\x93NUMPY", 6) != 0)
+        throw error("is not a .npy file" + allowed_);
     unsigned char length[4] = {};
-    in_.read(reinterpret_cast<char*>(length), magic[6] == 1 ? 2 : 4);
+    const bool there = read_bytes(in_, reinterpret_cast<char*>(length), magic[6] == 1 ? 2 : 4);
     const uint32_t size = length[0] | length[1] << 8 | uint32_t(length[2]) << 16 | uint32_t(length[3]) << 24;
-    std::string header(in_ && size <= 4096 ? size : 0, ' ');
-    if (header.empty() || !in_.read(header.data(), size)) throw error("has a damaged header" + allowed_);
+    std::string header(there && size <= 4096 ? size : 0, ' ');
+    if (header.empty() || !read_bytes(in_, header.data(), size)) throw error("has a damaged header" + allowed_);
     return header;
 }
 
@@ -76,8 +77,11 @@ NpyFile::NpyFile(const std::string& path, int width, int height, bool sequence, 
     allowed_ = "; allowed: a .npy file of float32 or float64, C order, shape (" +
                std::string(sequence ? "frames, " : "") + rows + ", " + columns + ")";
     if (const std::string why = why_no_file(path); !why.empty()) throw error(why + allowed_);
+    errno = 0;
     in_.open(path, std::ios::binary);
-    if (!in_) throw error(std::string("cannot be read (") + std::strerror(errno) + ")" + allowed_);
+    if (!in_ && errno == ENOMEM) throw std::bad_alloc();
+    if (in_) in_.exceptions(std::ios::badbit);
+    else throw error(std::string("cannot be read (") + std::strerror(errno) + ")" + allowed_);
     const std::string header = read_header();
     for (const char* key : {"descr", "fortran_order", "shape"})
         if (const int count = count_of(header, key); count > 1)
@@ -105,8 +109,8 @@ void NpyFile::read(long long map, std::vector<double>& values) {
     values.resize(cells_);
     if (!f8_) raw_.resize(cells_);
     in_.seekg(first_ + map * bytes);
-    in_.read(f8_ ? reinterpret_cast<char*>(values.data()) : reinterpret_cast<char*>(raw_.data()), bytes);
-    if (!in_) throw error("is cut short" + allowed_);
+    if (!read_bytes(in_, reinterpret_cast<char*>(f8_ ? static_cast<void*>(values.data()) : raw_.data()), bytes))
+        throw error("is cut short" + allowed_);
     if (!f8_) values.assign(raw_.begin(), raw_.end());
     for (size_t i = 0; i < cells_; ++i)
         if (!finite(values[i]))

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Scene files: parsing, overriding keys, and the line of the file in every error.
 #include "host/scene/input_file.hpp"
+#include "host/scene/memory.hpp"
 #include "host/scene/nearest.hpp"
 #include "host/scene/refusal.hpp"
 #include "host/scene/scene.hpp"
@@ -77,14 +78,11 @@ void apply_override(toml::table& file, const std::string& override_) {
                     "--set " + override_.substr(0, 40) +
                         "..: tables and lists are too deep; allowed: " + std::to_string(most_levels) + " levels");
     const std::string key = trimmed(override_.substr(0, equals)), text = override_.substr(equals + 1);
-    toml::table value;
-    try {
-        value = toml::parse("value = " + text);
-    } catch (const toml::parse_error&) {
-        value = toml::table{{"value", text}};
-    }
+    toml::parse_result parsed = toml::parse("value = " + text);
+    toml::table value{{"value", text}};
+    if (parsed) value = std::move(parsed).table();
     toml::table* table = &file;
-    std::istringstream parts(key);
+    auto parts = scene::throwing(std::istringstream(key));
     std::string part, next;
     std::getline(parts, part, '.');
     for (; std::getline(parts, next, '.'); part = next) {
@@ -115,16 +113,11 @@ std::string nearest_file(const fs::path& missing) {
 // Reads a scene file, which may be a regular file alone: a pipe or a device may never end.
 std::string read_scene_file(const std::string& path) {
     const std::string allowed = "; allowed: a scene file (TOML), a regular file of at most 64 MiB";
-    std::string why = scene::why_no_file(path, most_bytes);
-    std::ifstream in;
-    if (why.empty()) {
-        in.open(path, std::ios::binary);
-        if (!in) why = std::string("cannot be read (") + std::strerror(errno) + ")";
-    }
+    std::string why = scene::why_no_file(path, most_bytes), text;
+    if (why.empty() && !scene::read_file(path, text))
+        why = std::string("cannot be read (") + std::strerror(errno) + ")";
     if (!why.empty()) throw Error(Error::Code::bad_input, "", path + ": " + why + allowed + nearest_file(path));
-    std::ostringstream text;
-    text << in.rdbuf();
-    return text.str();
+    return text;
 }
 
 // Returns the line of a parameter as ":line": the line of its key, or of the nearest table around it that the file has.
@@ -132,7 +125,8 @@ std::string read_scene_file(const std::string& path) {
 std::string line_of(const toml::table& file, const std::string& parameter) {
     const toml::node* node = &file;
     std::string key;
-    for (std::istringstream parts(parameter.substr(0, parameter.find('['))); std::getline(parts, key, '.');) {
+    auto parts = scene::throwing(std::istringstream(parameter.substr(0, parameter.find('['))));
+    while (std::getline(parts, key, '.')) {
         const toml::node* inner = node->is_table() ? node->as_table()->get(key) : nullptr;
         if (!inner) break;
         node = inner;
@@ -142,32 +136,38 @@ std::string line_of(const toml::table& file, const std::string& parameter) {
 
 } // namespace
 
-scene::SceneText scene::text_of_file(const std::string& path) {
+scene::SceneText scene::text_of_file(const std::string& path) try {
     return {.text = read_scene_file(path), .name = path, .folder = fs::path(path).parent_path()};
+} catch (const std::bad_alloc&) {
+    out_of_memory([&] { return "the text of " + path; });
 }
 
-scene::SceneText scene::text_of_string(const std::string& text, const std::string& folder) {
+scene::SceneText scene::text_of_string(const std::string& text, const std::string& folder) try {
     if (text.size() > most_bytes)
         throw Error(Error::Code::bad_input, "",
                     "scene: has " + std::to_string(text.size()) + " bytes; allowed: at most 64 MiB");
     return {.text = text, .name = "scene", .folder = folder};
+} catch (const std::bad_alloc&) {
+    out_of_memory([&] { return "a scene of " + bytes_text(double(text.size())); });
 }
 
 scene::SceneWithFiles scene::read_scene(const SceneText& source, const std::vector<std::string>& overrides,
-                                        const NamedMaps& maps) {
+                                        const NamedMaps& maps) try {
     const auto& [text, name, folder] = source;
     toml::table file;
     if (const int line = line_too_deep(text))
         throw Error(Error::Code::bad_input, "",
                     name + ":" + std::to_string(line) +
                         ": tables and lists are too deep; allowed: " + std::to_string(most_levels) + " levels");
-    try {
-        file = toml::parse(text, name);
-    } catch (const toml::parse_error& e) {
-        const std::string column = ":" + std::to_string(e.source().begin.column);
+    // The parser is not told the name: it would copy it where no exception may leave.
+    toml::parse_result parsed = toml::parse(text);
+    if (!parsed) {
+        const toml::source_region& at = parsed.error().source();
         throw Error(Error::Code::bad_input, "",
-                    name + line_text(e.source()) + column + ": " + std::string(e.description()));
+                    name + line_text(at) + ":" + std::to_string(at.begin.column) + ": " +
+                        std::string(parsed.error().description()));
     }
+    file = std::move(parsed).table();
     try {
         for (const std::string& o : overrides) apply_override(file, o);
         SceneWithFiles read;
@@ -178,12 +178,16 @@ scene::SceneWithFiles scene::read_scene(const SceneText& source, const std::vect
     } catch (const Error& e) {
         throw Error(e.code(), e.parameter(), name + line_of(file, e.parameter()) + ": " + e.what());
     }
+} catch (const std::bad_alloc&) {
+    out_of_memory([&] { return source.name + " has " + bytes_text(double(source.text.size())) + " and its maps"; });
 }
 
-scene::SceneWithFiles scene::read_scene(const std::string& path, const std::vector<std::string>& overrides) {
+scene::SceneWithFiles scene::read_scene(const std::string& path, const std::vector<std::string>& overrides) try {
     SceneWithFiles read = read_scene(text_of_file(path), overrides);
     read.files.insert(read.files.begin(), path);
     return read;
+} catch (const std::bad_alloc&) {
+    out_of_memory([&] { return "the files of " + path; });
 }
 
 Scene Scene::from_file(const std::string& path, const std::vector<std::string>& overrides) {

@@ -2,8 +2,7 @@
 #pragma once
 
 #include "host/scene/scene.hpp"
-
-#include <toml++/toml.h>
+#include "host/scene/toml.hpp"
 
 namespace dermis::scene {
 

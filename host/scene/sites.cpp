@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Receptor populations: drawn at random from densities, or read from a list.
 #include "host/scene/input_file.hpp"
+#include "host/scene/memory.hpp"
 #include "host/scene/names.hpp"
 #include "host/scene/refusal.hpp"
 #include "host/scene/scene.hpp"
@@ -29,7 +30,7 @@ struct SplitMix64 {
 
 } // namespace
 
-std::vector<Site> population(const Grid& grid, const Density& density, unsigned long long seed) {
+std::vector<Site> population(const Grid& grid, const Density& density, unsigned long long seed) try {
     if (!grid.spacing) scene::refuse("grid.spacing", "(not given)", "metres, required for sites by density");
     const double area = grid.width * *grid.spacing * grid.height * *grid.spacing * 1e4; // cm2
     SplitMix64 random{seed};
@@ -45,6 +46,13 @@ std::vector<Site> population(const Grid& grid, const Density& density, unsigned 
         }
     }
     return sites;
+} catch (const std::bad_alloc&) {
+    scene::out_of_memory([&] {
+        double count = 0;
+        for (const scene::ReceptorClass& c : scene::receptor_classes)
+            count += density.*c.density * grid.width * *grid.spacing * grid.height * *grid.spacing * 1e4;
+        return "some " + shortest(std::round(count)) + " receptors need " + scene::bytes_text(count * sizeof(Site));
+    });
 }
 
 namespace scene {
@@ -63,17 +71,18 @@ std::vector<Site> read_sites(const std::string& path) {
                          "; cells)");
     };
     if (const std::string why = why_no_file(path); !why.empty()) throw fail(why);
-    std::ifstream in(path);
-    if (!in) throw fail(std::string("cannot be read (") + std::strerror(errno) + ")");
+    std::string content;
+    if (!read_file(path, content)) throw fail(std::string("cannot be read (") + std::strerror(errno) + ")");
     std::vector<Site> sites;
     std::string line;
+    auto in = throwing(std::istringstream(content));
     for (int number = 1; std::getline(in, line); ++number) {
         if (!line.empty() && line.back() == '\r') line.pop_back();
         if (number == 1) {
             if (line != "type,x,y") throw fail("begins with " + line);
             continue;
         }
-        std::istringstream parts(line);
+        auto parts = throwing(std::istringstream(line));
         std::string type;
         Site site;
         char comma = 0;

@@ -2,22 +2,22 @@
 // Typed access to one table of a TOML file. Errors give the dotted name of the key, its value and what is allowed.
 #pragma once
 
+#include "host/scene/input_file.hpp"
 #include "host/scene/names.hpp"
 #include "host/scene/nearest.hpp"
 #include "host/scene/refusal.hpp"
 #include "host/scene/scene.hpp"
+#include "host/scene/toml.hpp"
 #include "host/scene/units.hpp"
 
 #include <set>
 #include <sstream>
 
-#include <toml++/toml.h>
-
 namespace dermis::scene {
 
 // Returns a value as it stands in a file, on one line.
 inline std::string text_of(const toml::node& value) {
-    std::ostringstream text;
+    auto text = throwing(std::ostringstream());
     value.visit([&](auto& node) { text << node; });
     std::string line = text.str();
     std::replace(line.begin(), line.end(), '\n', ' ');

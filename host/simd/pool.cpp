@@ -2,7 +2,7 @@
 #include "host/simd/pool.hpp"
 
 #include <algorithm>
-#include <system_error>
+#include <utility>
 
 #ifdef __linux__
 #include <sys/mman.h>
@@ -49,8 +49,9 @@ void prefer_large_pages([[maybe_unused]] void* memory, [[maybe_unused]] size_t b
 
 Pool::Pool(int threads) {
     try {
+        threads_.reserve(size_t(std::max(threads, 1)));
         for (int thread = 1; thread < threads; ++thread) threads_.emplace_back([this, thread] { work(thread); });
-    } catch (const std::system_error&) { // fewer threads give the same bits
+    } catch (const std::exception&) { // The system or memory allows no more; fewer threads give the same bits.
     }
 }
 
@@ -67,8 +68,17 @@ void Pool::each(const std::function<void(int)>& body) {
     running_ = int(threads_.size());
     ++round_;
     round_.notify_all();
-    body(0);
+    run(0);
     for (int left; (left = running_) != 0;) wait_while(running_, left);
+    if (failed_.exchange(false)) std::rethrow_exception(std::exchange(thrown_, nullptr));
+}
+
+void Pool::run(int thread) noexcept {
+    try {
+        (*body_)(thread);
+    } catch (...) {
+        if (!failed_.exchange(true)) thrown_ = std::current_exception();
+    }
 }
 
 void Pool::share(int count, const std::function<void(int, int)>& body) {
@@ -80,7 +90,7 @@ void Pool::work(int thread) {
     for (unsigned seen = 0;; ++seen) {
         wait_while(round_, seen);
         if (stop_) return;
-        (*body_)(thread);
+        run(thread);
         if (--running_ == 0) running_.notify_one();
     }
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <exception>
 #include <functional>
 #include <thread>
 #include <vector>
@@ -33,18 +34,21 @@ class Pool {
     explicit Pool(int threads);
     ~Pool();
     int threads() const { return int(threads_.size()) + 1; }
-    // Runs body(0) .. body(threads() - 1) concurrently and returns when all are done.
+    // Runs body(0) .. body(threads() - 1) concurrently and returns when all are done. Throws what the first one that
+    // failed has thrown.
     void each(const std::function<void(int)>& body);
     // Runs body(first, last) on each thread for its share of 0 .. count - 1.
     void share(int count, const std::function<void(int, int)>& body);
 
   private:
     void work(int thread);
+    void run(int thread) noexcept;
 
     const std::function<void(int)>* body_ = nullptr;
     std::atomic<unsigned> round_{0};
     std::atomic<int> running_{0};
-    std::atomic<bool> stop_{false};
+    std::atomic<bool> stop_{false}, failed_{false};
+    std::exception_ptr thrown_;
     std::vector<std::thread> threads_;
 };
 

@@ -25,7 +25,7 @@ Buffer::Buffer(Context& context, VkDeviceSize bytes, Location location) : contex
         VkMemoryAllocateInfo allocation{VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO};
         allocation.allocationSize = needs.size;
         allocation.memoryTypeIndex = context.memory_type(needs.memoryTypeBits, location);
-        check(vk.vkAllocateMemory(context.device(), &allocation, nullptr, &memory_), "vkAllocateMemory");
+        check_made(vk.vkAllocateMemory(context.device(), &allocation, nullptr, &memory_), "vkAllocateMemory", memory_);
         check(vk.vkBindBufferMemory(context.device(), handle_, memory_, 0), "vkBindBufferMemory");
         if (location == Location::host)
             check(vk.vkMapMemory(context.device(), memory_, 0, VK_WHOLE_SIZE, 0, &data_), "vkMapMemory");
@@ -56,18 +56,20 @@ Context::Context(std::shared_ptr<const Instance> instance, const PhysicalDevice&
         VkCommandPoolCreateInfo pool{VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO};
         pool.flags = VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT;
         pool.queueFamilyIndex = physical_.family;
-        check(vk.vkCreateCommandPool(device, &pool, nullptr, &pool_), "vkCreateCommandPool");
+        check_made(vk.vkCreateCommandPool(device, &pool, nullptr, &pool_), "vkCreateCommandPool", pool_);
         VkCommandBufferAllocateInfo buffer{VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO};
         buffer.commandPool = pool_;
         buffer.level = VK_COMMAND_BUFFER_LEVEL_PRIMARY;
         buffer.commandBufferCount = 1;
         check(vk.vkAllocateCommandBuffers(device, &buffer, &commands_), "vkAllocateCommandBuffers");
         const VkFenceCreateInfo fence{VK_STRUCTURE_TYPE_FENCE_CREATE_INFO, nullptr, 0};
-        check(vk.vkCreateFence(device, &fence, nullptr, &fence_), "vkCreateFence");
+        check_made(vk.vkCreateFence(device, &fence, nullptr, &fence_), "vkCreateFence", fence_);
         const VkPipelineCacheCreateInfo cache{VK_STRUCTURE_TYPE_PIPELINE_CACHE_CREATE_INFO};
-        check(vk.vkCreatePipelineCache(device, &cache, nullptr, &device_.cache), "vkCreatePipelineCache");
+        check_made(vk.vkCreatePipelineCache(device, &cache, nullptr, &device_.cache), "vkCreatePipelineCache",
+                   device_.cache);
         pipelines_ = std::make_unique<Pipelines>(device_);
     } catch (...) {
+        vk.vkDestroyPipelineCache(device, device_.cache, nullptr);
         vk.vkDestroyFence(device, fence_, nullptr);
         vk.vkDestroyCommandPool(device, pool_, nullptr);
         vk.vkDestroyDevice(device, nullptr);
@@ -79,7 +81,7 @@ Context::~Context() {
     const VolkDeviceTable& vk = device_.calls;
     const VkDevice device = device_.device;
     if (lost()) { // The driver may still use every object, the instance too: they are left to it.
-        new std::shared_ptr<const Instance>(std::move(instance_));
+        leave_for_ever(std::move(instance_));
         return;
     }
     pipelines_.reset();

@@ -7,10 +7,18 @@
 
 #include <map>
 #include <memory>
+#include <new>
+#include <utility>
 
 namespace dermis::vulkan {
 
 class Context;
+
+// Keeps what a value holds from ever being freed. It allocates nothing, so a destructor may call it.
+template <class T> void leave_for_ever(T&& value) noexcept {
+    alignas(T) unsigned char place[sizeof(T)];
+    new (place) T(std::move(value));
+}
 
 // A buffer with memory of its own, on the device or where the host can read and write it.
 class Buffer {

@@ -89,9 +89,10 @@ Instance::Instance(const Loader& loader, const InstanceOptions& options) : optio
         no_device("the Vulkan loader lacks vkCreateInstance");
 
     uint32_t count = 0;
-    vkEnumerateInstanceExtensionProperties(nullptr, &count, nullptr);
+    constexpr const char* enumerate = "vkEnumerateInstanceExtensionProperties";
+    check(vkEnumerateInstanceExtensionProperties(nullptr, &count, nullptr), enumerate);
     std::vector<VkExtensionProperties> extensions(count);
-    vkEnumerateInstanceExtensionProperties(nullptr, &count, extensions.data());
+    check(vkEnumerateInstanceExtensionProperties(nullptr, &count, extensions.data()), enumerate);
     std::vector<const char*> enabled;
     VkApplicationInfo application{VK_STRUCTURE_TYPE_APPLICATION_INFO};
     application.pApplicationName = application.pEngineName = "dermis";
@@ -127,8 +128,8 @@ Instance::Instance(const Loader& loader, const InstanceOptions& options) : optio
     destroy_messenger_ = vkDestroyDebugUtilsMessengerEXT;
     try {
         if (options_.validation)
-            check(vkCreateDebugUtilsMessengerEXT(handle_, &messenger, nullptr, &messenger_),
-                  "vkCreateDebugUtilsMessengerEXT");
+            check_made(vkCreateDebugUtilsMessengerEXT(handle_, &messenger, nullptr, &messenger_),
+                       "vkCreateDebugUtilsMessengerEXT", messenger_);
         find_devices();
     } catch (...) {
         if (messenger_) destroy_messenger_(handle_, messenger_, nullptr);
@@ -190,9 +191,16 @@ void Instance::describe(PhysicalDevice& p) const {
     else if (compute == families.end()) p.info.refused = "no compute queue";
     else p.info.refused = why_not(limits);
     if (!p.info.refused.empty()) return;
-    vkEnumerateDeviceExtensionProperties(p.handle, nullptr, &count, nullptr);
-    std::vector<VkExtensionProperties> extensions(count);
-    vkEnumerateDeviceExtensionProperties(p.handle, nullptr, &count, extensions.data());
+    std::vector<VkExtensionProperties> extensions;
+    VkResult result = vkEnumerateDeviceExtensionProperties(p.handle, nullptr, &count, nullptr);
+    if (result == VK_SUCCESS) {
+        extensions.resize(count);
+        result = vkEnumerateDeviceExtensionProperties(p.handle, nullptr, &count, extensions.data());
+    }
+    if (result != VK_SUCCESS) {
+        p.info.refused = failure(result, "vkEnumerateDeviceExtensionProperties");
+        return;
+    }
     const Requirements needs = requirements();
     for (const auto& list : {needs.required_if_offered, needs.used_if_enabled})
         for (const char* name : list)

@@ -56,8 +56,8 @@ const Pipeline& Pipelines::get(const Module& source, uint32_t bindings, uint32_t
         VkDescriptorSetLayoutCreateInfo set_info{VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO};
         set_info.bindingCount = bindings;
         set_info.pBindings = slots.data();
-        check(vk.vkCreateDescriptorSetLayout(device, &set_info, device_.allocator, &made.set_layout),
-              "vkCreateDescriptorSetLayout");
+        check_made(vk.vkCreateDescriptorSetLayout(device, &set_info, device_.allocator, &made.set_layout),
+                   "vkCreateDescriptorSetLayout", made.set_layout);
 
         const VkPushConstantRange range{VK_SHADER_STAGE_COMPUTE_BIT, 0, constants_bytes};
         VkPipelineLayoutCreateInfo layout_info{VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO};
@@ -65,13 +65,14 @@ const Pipeline& Pipelines::get(const Module& source, uint32_t bindings, uint32_t
         layout_info.pSetLayouts = &made.set_layout;
         layout_info.pushConstantRangeCount = 1;
         layout_info.pPushConstantRanges = &range;
-        check(vk.vkCreatePipelineLayout(device, &layout_info, device_.allocator, &made.layout),
-              "vkCreatePipelineLayout");
+        check_made(vk.vkCreatePipelineLayout(device, &layout_info, device_.allocator, &made.layout),
+                   "vkCreatePipelineLayout", made.layout);
 
         VkShaderModuleCreateInfo module_info{VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO};
         module_info.codeSize = source.bytes;
         module_info.pCode = source.code;
-        check(vk.vkCreateShaderModule(device, &module_info, device_.allocator, &module), "vkCreateShaderModule");
+        check_made(vk.vkCreateShaderModule(device, &module_info, device_.allocator, &module), "vkCreateShaderModule",
+                   module);
 
         std::vector<VkSpecializationMapEntry> entries;
         for (uint32_t i = 0; i < specialization.size(); ++i) entries.push_back({i, i * 4, 4});
@@ -84,8 +85,8 @@ const Pipeline& Pipelines::get(const Module& source, uint32_t bindings, uint32_t
         info.stage.pName = "main";
         info.stage.pSpecializationInfo = &special;
         info.layout = made.layout;
-        check(vk.vkCreateComputePipelines(device, device_.cache, 1, &info, device_.allocator, &made.pipeline),
-              "vkCreateComputePipelines");
+        check_made(vk.vkCreateComputePipelines(device, device_.cache, 1, &info, device_.allocator, &made.pipeline),
+                   "vkCreateComputePipelines", made.pipeline);
     } catch (...) {
         vk.vkDestroyShaderModule(device, module, device_.allocator);
         destroy(made);

@@ -16,6 +16,11 @@ namespace dermis::vulkan {
 std::string failure(VkResult, const char* call);
 // Throws Error::device with that message unless the result is success.
 void check(VkResult, const char* call);
+// The same for a call that makes an object, whose handle a failure leaves undefined: it is null then.
+template <class Handle> void check_made(VkResult result, const char* call, Handle& handle) {
+    if (result != VK_SUCCESS) handle = VK_NULL_HANDLE;
+    check(result, call);
+}
 
 // The handle, functions and limits of a device that pipelines and recording use.
 struct DeviceTable {

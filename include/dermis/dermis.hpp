@@ -36,7 +36,8 @@ class DERMIS_API Error : public std::runtime_error {
         bad_input, // a parameter is not allowed; the message names it, its value and the allowed range
         no_device, // there is no such device, or none that can compute; the message says what is missing
         device,    // a device failed while working; the message names the call (see Device)
-        io         // a file could not be written
+        io,        // a file could not be written
+        no_memory  // memory could not be allocated; the message says what for and how much, unless none is left for it
     };
     Error(Code code, std::string parameter, const std::string& message)
         : std::runtime_error(message), code_(code), parameter_(std::move(parameter)) {}

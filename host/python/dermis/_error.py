@@ -7,6 +7,7 @@ class Error(Exception):
 
     code: "bad_input" (a parameter is not allowed), "no_device" (there is none that can compute), "device" (a device
     failed while working) or "io" (a file could not be written).
+    Memory that cannot be allocated is Python's MemoryError, with what needed how much.
     parameter: the dotted name of the parameter at fault, as in "time.step"; "" if there is none.
     """
 

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: MIT
+// The error of an allocation that fails.
+#pragma once
+
+#include "dermis/dermis.hpp"
+
+#include <new>
+
+namespace dermis::scene {
+
+// Throws Error::no_memory with the message "out of memory" alone, and allocates nothing.
+[[noreturn]] void out_of_memory();
+
+// Throws Error::no_memory in place of the std::bad_alloc that is being handled. what: makes the words that say what
+// needed how much; where there is no memory for them the message goes without.
+template <class What> [[noreturn]] void out_of_memory(What&& what) {
+    try {
+        throw Error(Error::Code::no_memory, "", std::string("out of memory: ") + what());
+    } catch (const std::bad_alloc&) {
+        out_of_memory();
+    }
+}
+
+// "1.34 GB"
+std::string bytes_text(double bytes);
+
+// Say what a run, and a skin pressed frame by frame, need at least.
+std::string needs_of(const Scene&);
+std::string needs_of(const SkinDescription&, const SkinOptions&);
+
+} // namespace dermis::scene

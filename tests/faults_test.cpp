@@ -1,0 +1,343 @@
+// SPDX-License-Identifier: MIT
+// Every Vulkan call fails, one after another: an error names it, nothing is left, and the next device works.
+#include "host/device.hpp"
+#include "host/embedding/backend.hpp"
+#include "tests/command.hpp"
+#include "tests/embedding_host.hpp"
+#include "tests/shim.hpp"
+#include "tests/vulkan_calls.hpp"
+
+#include <filesystem>
+#include <fstream>
+#include <regex>
+#include <sstream>
+
+using namespace test;
+
+namespace {
+
+using Numbers = std::vector<float>;
+
+struct Figures {
+    int faults = 0, errors = 0, absorbed = 0, losses = 0, left = 0;
+} figures;
+
+Ledger ledger;
+
+void append(Numbers& all, const Skin& skin, std::initializer_list<Quantity> responses) {
+    for (Quantity q : responses) {
+        const Skin::Response r = skin.response(q);
+        all.insert(all.end(), r.begin(), r.end());
+    }
+}
+
+// A run with traces, probes and fields, in several submissions.
+Numbers run_scene(const Device& device) {
+    Scene s = small_scene(33, 20);
+    s.model = Model::march;
+    s.precision = Precision::f32;
+    s.output.fields = {{0.1, {Quantity::curvature, Quantity::sa1}}, {0.2, {Quantity::fa2}}};
+    const Result r = run(s, device);
+    Numbers all;
+    for (const Trace& t : r.traces)
+        for (const auto* column : {&t.mean, &t.min, &t.max, &t.probes[0], &t.probes[1]})
+            all.insert(all.end(), column->begin(), column->end());
+    for (const Field& f : r.fields) all.insert(all.end(), f.values.begin(), f.values.end());
+    return all;
+}
+
+// Three presses, with a reset, a state that is saved and one that is loaded.
+Numbers press_skin(const Device& device) {
+    const SkinDescription d = small_scene(33, 20);
+    SkinOptions options;
+    options.responses = {Quantity::sa1, Quantity::fa2};
+    Skin skin(device, d, options);
+    Numbers all;
+    skin.press(frame(d, 0), 0.1);
+    append(all, skin, {Quantity::sa1});
+    std::vector<char> state(skin.state_bytes());
+    skin.save(state.data(), state.size());
+    skin.press(frame(d, 1), 0.2);
+    skin.reset();
+    skin.load(state.data(), state.size());
+    skin.press(frame(d, 2), 0.1);
+    append(all, skin, {Quantity::sa1, Quantity::fa2, Quantity::strain});
+    return all;
+}
+
+// Pads that are pressed together and alone, with receptors alone that respond.
+Numbers press_batch(const Device& device) {
+    SkinDescription d = small_scene(12, 8);
+    d.sites = {{Quantity::sa1, {3, 4}}, {Quantity::fa2, {11, 7}}};
+    SkinOptions options;
+    options.count = 3;
+    Skin skin(device, d, options);
+    Numbers pressures;
+    for (int pad = 0; pad < 3; ++pad) {
+        const Numbers one = frame(d, pad);
+        pressures.insert(pressures.end(), one.begin(), one.end());
+    }
+    Numbers all;
+    skin.press(pressures, 0.1);
+    append(all, skin, {Quantity::sa1, Quantity::fa2});
+    const std::vector<int> last = {2};
+    skin.press(frame(d, 5), std::vector<double>{0.3}, last);
+    append(all, skin, {Quantity::sa1, Quantity::fa2});
+    return all;
+}
+
+// Devices without a self-test, of one instance.
+struct Source {
+    vulkan::Loader loader = shimmed();
+    std::shared_ptr<const vulkan::Instance> instance = std::make_shared<const vulkan::Instance>(loader);
+
+    Source() { shim.ledger = &ledger; }
+    ~Source() { shim.ledger = nullptr; }
+    Device device() const {
+        const vulkan::PhysicalDevice& physical = instance->devices()[0];
+        auto impl = std::make_shared<Device::Impl>();
+        impl->info = physical.info;
+        impl->info.exact = impl->asked = impl->named = impl->tested = true;
+        impl->backend = vulkan::backend(std::make_shared<vulkan::Context>(instance, physical));
+        return Device(impl);
+    }
+};
+
+std::string says(const Fault& f) { return std::string(f.struck) + " failed with VkResult " + std::to_string(f.code); }
+
+// Ends the fault and counts what came of it. message: of the error, or empty.
+Fault judge(const std::string& message) {
+    const Fault fault = std::exchange(shim.fault, {});
+    if (!fault.struck) return fault;
+    ++figures.faults;
+    ++(message.empty() ? figures.absorbed : figures.errors);
+    if (message.empty()) return fault;
+    CHECK_MESSAGE(message.find(says(fault)) != std::string::npos, message);
+    CHECK_MESSAGE(std::regex_match(message, std::regex("[^\n]*\\bvk[A-Z]\\w+ failed with VkResult -?\\d+[^\n]*")),
+                  message);
+    return fault;
+}
+
+// Checks that nothing was ended wrongly, and that as many objects are there as there were before.
+void check_ledger(size_t before) {
+    for (const std::string& fault : ledger.faults()) CHECK_MESSAGE(false, fault);
+    const size_t now = ledger.left().size();
+    CHECK(now == before);
+    figures.left += int(now > before ? now - before : 0);
+}
+
+// Fails each call of a work in turn on a device that has done it before, and so has its pipelines.
+template <class Work> void strike_work(const Source& source, Fault fault, const Numbers& right, Work&& work) {
+    const size_t none = ledger.left().size();
+    std::optional<LeftToDriver> leaks;
+    if (!fault.sticky) leaks.emplace(); // which loses devices
+    std::optional<Device> device;
+    size_t objects = 0;
+    for (bool struck = true; struck; ++fault.before) {
+        CAPTURE(fault.code);
+        CAPTURE(fault.before);
+        if (!device) {
+            device = source.device();
+            CHECK(work(*device) == right);
+            objects = ledger.left().size();
+        }
+        shim.fault = fault;
+        Numbers got;
+        std::string message;
+        try {
+            got = work(*device);
+        } catch (const Error& e) {
+            CHECK(e.code() == Error::Code::device);
+            message = e.what();
+        }
+        const Fault done = judge(message);
+        struck = done.struck;
+        CAPTURE(std::string(struck ? done.struck : ""));
+        const vulkan::Context& context = *vulkan::context_of(*device->impl().backend);
+        const bool lost = context.lost();
+        CHECK(lost == ledger.lost(uint64_t(reinterpret_cast<uintptr_t>(context.device()))));
+        if (lost) {
+            ++figures.losses;
+            shim.calls.clear();
+            CHECK(refusal(Error::Code::device, [&] { work(*device); }).find(" is lost since " + says(done)) !=
+                  std::string::npos);
+            device.reset();
+            CHECK(shim.calls.empty()); // nothing is tried again or destroyed
+        } else CHECK((message.empty() ? got : work(*device)) == right);
+        check_ledger(device ? objects : none);
+    }
+    device.reset();
+    check_ledger(none);
+}
+
+constexpr VkResult codes[] = {VK_ERROR_OUT_OF_HOST_MEMORY, VK_ERROR_OUT_OF_DEVICE_MEMORY,
+                              VK_ERROR_INITIALIZATION_FAILED, VK_ERROR_DEVICE_LOST, VK_ERROR_UNKNOWN};
+
+// Once and sticky with each code; with its work done all the same; and a wait that ends too early.
+std::vector<Fault> kinds() {
+    std::vector<Fault> all;
+    for (VkResult code : codes) all.push_back({.call = any_call, .code = code});
+    for (VkResult code : codes) all.push_back({.call = any_call, .code = code, .sticky = true});
+    for (VkResult code : {VK_ERROR_OUT_OF_DEVICE_MEMORY, VK_ERROR_DEVICE_LOST})
+        all.push_back({.call = any_call, .code = code, .made = true});
+    for (const bool made : {false, true}) all.push_back({.call = "vkWaitForFences", .code = VK_TIMEOUT, .made = made});
+    return all;
+}
+
+// The fault of a call that costs pipelines, with one code after another.
+Fault one_kind(int before, bool sticky) {
+    return {.call = any_call, .before = before, .code = codes[size_t(before) % std::size(codes)], .sticky = sticky};
+}
+
+// Opens a device under a fault, and checks the error. Returns the call that failed, or nothing.
+std::string strike_opening(const vulkan::Loader& loader, const Fault& fault, size_t objects) {
+    CAPTURE(fault.code);
+    CAPTURE(fault.before);
+    std::optional<LeftToDriver> leaks;
+    if (!fault.sticky) leaks.emplace();
+    shim.fault = fault;
+    std::string message;
+    try {
+        const Device device = open_device("0", loader);
+        CHECK(device.info().exact);
+    } catch (const Error& e) {
+        CHECK(e.code() == Error::Code::no_device);
+        message = e.what();
+    }
+    const Fault done = judge(message);
+    check_ledger(objects);
+    return done.struck ? done.struck : "";
+}
+
+// A host whose own calls never fail: they pass the shim by.
+struct Embedding {
+    Device device = Device::open("0");
+    vulkan::Context& context = *vulkan::context_of(*device.impl().backend);
+    vulkan::Handles handles = context.handles();
+    SkinOptions options;
+    SkinDescription description = small_scene(12, 8);
+
+    Embedding(const Source& source, int count) {
+        handles.get_instance_proc_addr = source.loader.get;
+        options.count = count;
+        options.responses = {Quantity::sa1, Quantity::fa2};
+        if (count > 1) description.sites = {{Quantity::sa1, {3, 4}}, {Quantity::fa2, {11, 7}}};
+    }
+    std::vector<float> pressure(int press) const {
+        Numbers all;
+        for (int pad = 0; pad < options.count; ++pad) {
+            const Numbers one = frame(description, press + pad);
+            all.insert(all.end(), one.begin(), one.end());
+        }
+        return all;
+    }
+    Numbers operator()() const {
+        Host host(context, handles, description, 2, options);
+        Range check(context, host.program.memory().check);
+        host.program.bind_check(check.info);
+        for (int press : {1, 2}) host.set_pressure(press, pressure(press));
+        const VkCommandBuffer commands = context.begin();
+        CHECK(host.program.record_check(commands));
+        for (const vulkan::Binding& binding : host.bindings) {
+            barrier(context, commands, host.program);
+            CHECK(host.program.record_press(commands, binding, 0.1));
+        }
+        context.barrier(commands);
+        context.submit();
+        CHECK(host.program.check_passed(check.data(), check.info.range));
+        Numbers all = host.response(2, Quantity::sa1);
+        for (float x : host.response(2, Quantity::fa2)) all.push_back(x);
+        return all;
+    }
+    Numbers right() const {
+        Skin skin(Device::cpu(1), description, options);
+        for (int press : {1, 2}) skin.press(pressure(press), 0.1);
+        Numbers all;
+        append(all, skin, {Quantity::sa1, Quantity::fa2});
+        return all;
+    }
+};
+
+// Each call of a program fails, with one code after another.
+void strike_program(const Embedding& host, bool sticky) {
+    const size_t objects = ledger.left().size();
+    const Numbers right = host.right();
+    bool struck = true;
+    for (int before = 0; struck; ++before) {
+        const Fault fault = one_kind(before, sticky);
+        CAPTURE(fault.code);
+        CAPTURE(fault.before);
+        shim.fault = fault;
+        Numbers got;
+        std::string message;
+        try {
+            got = host();
+        } catch (const Error& e) {
+            CHECK(e.code() == Error::Code::device);
+            message = e.what();
+        }
+        struck = judge(message).struck;
+        check_ledger(objects);
+        if (message.empty()) CHECK(got == right);
+        else if (before % 8 == 0) CHECK(host() == right); // the driver compiles a new program's kernels
+    }
+}
+
+} // namespace
+
+TEST_CASE("the list of calls to fail has every Vulkan function that the library names") {
+#define FAILS(name_)                                                                                                   \
+    static_assert(std::is_same_v<decltype(std::function(PFN_##name_()))::result_type, VkResult>);                      \
+    known.insert(#name_);
+#define TELLS_NOTHING(name_)                                                                                           \
+    static_assert(std::is_void_v<decltype(std::function(PFN_##name_()))::result_type>);                                \
+    known.insert(#name_);
+    std::set<std::string> known = {"vkGetInstanceProcAddr", "vkGetDeviceProcAddr"}, unknown, named;
+    FAILABLE_INSTANCE_CALLS(FAILS)
+    FAILABLE_DEVICE_CALLS(FAILS)
+    ENDING_CALLS(TELLS_NOTHING)
+    ENDING_INSTANCE_CALLS(TELLS_NOTHING)
+    RECORDING_CALLS(TELLS_NOTHING)
+    TELLING_CALLS(TELLS_NOTHING)
+    const std::regex function("\\b(PFN_)?(vk[A-Z]\\w*)\\b");
+    for (const auto& file : std::filesystem::recursive_directory_iterator(DERMIS_TEST_DATA "/../../host")) {
+        const std::string ending = file.path().extension();
+        if (ending != ".cpp" && ending != ".hpp") continue;
+        const std::string text = slurp(file.path());
+        for (std::sregex_iterator i(text.begin(), text.end(), function), end; i != end; ++i)
+            if (!known.count((*i)[2]) && (*i)[2] != "vkVoidFunction") unknown.insert((*i)[2]);
+            else named.insert((*i)[2]);
+    }
+    for (const std::string& name : unknown) CHECK_MESSAGE(false, name);
+    CHECK(named.size() > 50);
+}
+
+TEST_CASE("every Vulkan call fails: one error names it, nothing is left, and what comes next has the right bits") {
+    const Source source;
+    const size_t objects = ledger.left().size();
+    for (const auto work : {&run_scene, &press_skin, &press_batch}) {
+        const Numbers right = work(Device::cpu(1));
+        for (const Fault& kind : kinds()) {
+            // A device that is lost takes a new one and megabytes for ever, so skins lose theirs with two codes alone.
+            const bool few = kind.sticky || kind.code == VK_TIMEOUT || kind.code == VK_ERROR_OUT_OF_DEVICE_MEMORY ||
+                             kind.code == VK_ERROR_DEVICE_LOST;
+            if (work != &run_scene && (kind.made || !few)) continue;
+            strike_work(source, kind, right, work);
+        }
+    }
+    strike_program(Embedding(source, 1), false);
+    strike_program(Embedding(source, 3), true);
+    for (const Fault& kind : kinds()) { // up to the test of the device, which is a run
+        if (kind.made || kind.code == VK_TIMEOUT) continue;
+        Fault fault = kind;
+        for (std::string call = "any"; !call.empty() && call != "vkCreatePipelineCache"; ++fault.before)
+            call = strike_opening(source.loader, fault, objects);
+    }
+    for (int before = 0; !strike_opening(source.loader, one_kind(before, false), objects).empty(); ++before)
+        if (before % 8 == 0) CHECK(open_device("0", source.loader).info().exact);
+    check_ledger(objects);
+    CHECK(figures.faults > 2000);
+    CHECK(figures.left == 0);
+    MESSAGE(figures.faults << " faults injected: " << figures.errors << " errors, " << figures.absorbed << " absorbed, "
+                           << figures.left << " leaks; " << figures.losses << " devices lost");
+}

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+// A list of the Vulkan objects that are there, by which what is left, destroyed twice or destroyed too early is found.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace test {
+
+class Ledger {
+  public:
+    // What the library was told: an object was made or ended, a submission began or its fence was waited for.
+    // owner: the device, or what a device was made of.
+    void made(const char* call, uint64_t owner, uint64_t handle);
+    void found_device(uint64_t physical, uint64_t instance) { instance_of_[physical] = instance; }
+    // Returns false where no such object is there, which the driver should then not see.
+    bool ended(const char* call, uint64_t handle);
+    void submitted(uint64_t fence, bool accepted);
+    void waited(uint64_t device, bool done);
+    void lose(uint64_t device) { lost_.insert(device); }
+
+    bool lost(uint64_t device) const { return lost_.count(device) > 0; }
+    // The objects that are there, but those of lost devices and their instances.
+    std::vector<std::string> left() const;
+    // What was ended wrongly, in words; then forgotten.
+    std::vector<std::string> faults() { return std::exchange(faults_, {}); }
+
+  private:
+    using Object = std::pair<std::string, uint64_t>; // kind and handle
+    bool is_of(const std::set<uint64_t>& devices, const Object&, uint64_t owner) const;
+
+    std::map<Object, uint64_t> owners_;
+    std::map<uint64_t, uint64_t> instance_of_; // of a physical device
+    std::set<uint64_t> lost_, running_;        // devices; running: with a submission that has not been waited for
+    std::vector<std::string> faults_;
+};
+
+} // namespace test

@@ -1,0 +1,334 @@
+// SPDX-License-Identifier: MIT
+// Every allocation of the library fails, one after another, and from each one on: an error says so, never
+// std::bad_alloc, and what comes next is as if nothing had happened.
+#include "dermis/dermis.h"
+#include "dermis/fit.hpp"
+#include "host/c/handles.hpp"
+#include "host/device.hpp"
+#include "host/embedding/backend.hpp"
+#include "host/simd/pool.hpp"
+#include "tests/allocations.hpp"
+#include "tests/command.hpp"
+#include "tests/shim.hpp"
+#include "tests/support.hpp"
+
+#include <atomic>
+#include <regex>
+
+using namespace test;
+
+namespace {
+
+using Numbers = std::vector<double>;
+
+struct Figures {
+    int failures = 0, errors = 0, without_words = 0;
+} figures;
+
+// Calls, and keeps what that throws.
+template <class Work> std::exception_ptr thrown_by(Work&& work) noexcept {
+    try {
+        work();
+    } catch (...) {
+        return std::current_exception();
+    }
+    return nullptr;
+}
+
+std::string message_of(const std::exception_ptr& thrown) {
+    if (!thrown) return "";
+    try {
+        std::rethrow_exception(thrown);
+    } catch (const Error& e) {
+        CHECK(e.code() == Error::Code::no_memory);
+        return e.what();
+    } catch (dermis_status status) {
+        CHECK(status == DERMIS_NO_MEMORY);
+        return dermis_last_error();
+    } catch (const std::exception& e) {
+        return std::string("not an Error: ") + e.what();
+    }
+}
+
+// Counts a failure and checks what came of it. Returns whether it was an error.
+bool judge(const std::exception_ptr& thrown, bool sticky) {
+    ++figures.failures;
+    if (!thrown) return false;
+    ++figures.errors;
+    const std::string message = message_of(thrown);
+    figures.without_words += message.find(": ") == std::string::npos;
+    const bool in_c = message.find(" could not be allocated") != std::string::npos;
+    CHECK_MESSAGE((in_c || message.find(sticky ? "out of memory" : "out of memory: ") != std::string::npos), message);
+    return true;
+}
+
+// Fails each allocation of a work in turn, until there is none left to fail. The work itself allocates nothing outside
+// the library: the numbers have room. stride: between those that fail.
+template <class Work> void starve(const char* name, Work&& work, long stride = 1) {
+    Numbers right, got;
+    got.reserve(100000);
+    work(got);
+    right = got;
+    for (const bool sticky : {false, true})
+        for (long before = 0;; before += stride) {
+            INFO(std::string(name));
+            CAPTURE(sticky);
+            CAPTURE(before);
+            got.clear();
+            const long left = allocations_left();
+            std::exception_ptr thrown;
+            bool struck = false;
+            {
+                FailingAllocation failing(before, sticky);
+                thrown = thrown_by([&] { work(got); });
+                struck = failing.struck();
+            }
+            if (struck && judge(thrown, sticky)) {
+                thrown = nullptr;
+                CHECK(allocations_left() == left);
+                got.clear();
+                work(got);
+            }
+            CHECK(got == right);
+            if (!struck) {
+                if (thrown) std::rethrow_exception(thrown);
+                break;
+            }
+        }
+}
+
+void append(Numbers& all, const Result& r) {
+    for (const Trace& t : r.traces) {
+        for (const auto* column : {&t.mean, &t.min, &t.max}) all.insert(all.end(), column->begin(), column->end());
+        for (const auto& probe : t.probes) all.insert(all.end(), probe.begin(), probe.end());
+    }
+    all.insert(all.end(), r.responses.begin(), r.responses.end());
+    for (const Impulse& i : r.impulses) all.insert(all.end(), {i.time, i.mean, i.min, i.max});
+    for (const Field& f : r.fields) all.insert(all.end(), f.values.begin(), f.values.end());
+}
+
+const std::string text = "[grid]\nwidth = 13\nheight = 9\n[surface]\nkind = \"wave\"\n[time]\nduration = 0.05\n"
+                         "[output]\nprobes = [[3, 4]]\nfields = [{ at = 0.05, what = [\"sa1\", \"curvature\"] }]\n";
+
+Scene scene_of(Model model) {
+    Scene s = Scene::from_string(text);
+    s.model = model;
+    if (model == Model::sites || model == Model::moments) s.output.fields.clear();
+    if (model == Model::sites) {
+        s.output.traces.clear();
+        s.output.probes.clear();
+        s.sites = {{Quantity::sa1, {3, 4}}, {Quantity::fa2, {12, 8}}};
+    }
+    return s;
+}
+
+void append(Numbers& all, const Skin& skin, Quantity q) {
+    const Skin::Response r = skin.response(q);
+    all.insert(all.end(), r.begin(), r.end());
+}
+
+// What a skin, or a batch of them, is pressed by.
+struct Pressing {
+    SkinDescription description = small_scene(12, 8);
+    SkinOptions options;
+    Material softer = description.material;
+    std::vector<float> pressures;
+    std::vector<double> steps;
+    mutable std::vector<char> state;
+
+    Device device;
+
+    explicit Pressing(int count, const Device& d = Device::cpu(1)) : device(d) {
+        options.count = count;
+        if (count > 1) options.materials.resize(size_t(count), description.material);
+        softer.modulus = 0.5;
+        for (int pad = 0; pad < count; ++pad) {
+            const std::vector<float> one = frame(description, pad);
+            pressures.insert(pressures.end(), one.begin(), one.end());
+        }
+        steps.resize(size_t(count), 0.2);
+        state.resize(Skin(device, description, options).state_bytes());
+    }
+    void operator()(Numbers& all) const {
+        Skin skin(device, description, options);
+        skin.press(pressures, 0.1);
+        append(all, skin, Quantity::fa2);
+        skin.save(state.data(), state.size());
+        skin.reset();
+        skin.load(state.data(), state.size());
+        skin.set_material(softer);
+        skin.press(pressures, steps);
+        for (Quantity q : {Quantity::sa1, Quantity::strain, Quantity::curvature}) append(all, skin, q);
+        all.push_back(skin.report(options.count - 1).gain.value);
+    }
+};
+
+// The same in C, where a status is thrown by the test.
+void need(dermis_status status) {
+    if (status != DERMIS_OK) throw status;
+}
+void in_c(Numbers& all) {
+    struct Handles {
+        dermis_device* device = nullptr;
+        dermis_scene* scene = nullptr;
+        dermis_result* result = nullptr;
+        dermis_skin* skin = nullptr;
+        ~Handles() {
+            dermis_skin_destroy(skin);
+            dermis_result_destroy(result);
+            dermis_scene_destroy(scene);
+            dermis_device_close(device);
+        }
+    } h;
+    need(dermis_device_open_cpu(1, &h.device));
+    need(dermis_scene_from_string(text.c_str(), nullptr, &h.scene));
+    need(dermis_scene_set(h.scene, "material.modulus", "2"));
+    need(dermis_run(h.scene, h.device, &h.result));
+    need(dermis_skin_create(h.device, h.scene, nullptr, &h.skin));
+    const float pressure[13 * 9] = {1, 2, 3};
+    const double dt = 0.1;
+    need(dermis_skin_press(h.skin, pressure, std::size(pressure), &dt, 1, nullptr));
+    const float* values = nullptr;
+    size_t count = 0;
+    need(dermis_skin_get_response(h.skin, DERMIS_FA1, &values, &count));
+    all.insert(all.end(), values, values + count);
+}
+
+// A terminal's command with an allocation that fails; before: how many succeed, with "+" where all later ones fail.
+Outcome starved(const Folder& folder, const std::string& arguments, const std::string& before) {
+    return command(folder, arguments,
+                   "LD_PRELOAD=" DERMIS_FAILING_ALLOCATION " DERMIS_ALLOCATION=" + before +
+                       " DERMIS_ALLOCATIONS_FILE=" + (folder / "count").string());
+}
+
+// The names and contents of all files in a folder, but for what tells the time.
+std::map<std::string, std::string> files_in(const std::filesystem::path& folder) {
+    std::map<std::string, std::string> files;
+    if (std::filesystem::exists(folder))
+        for (const auto& entry : std::filesystem::directory_iterator(folder))
+            files[entry.path().filename()] = entry.path().filename() == "summary.json" ? "" : slurp(entry.path());
+    return files;
+}
+
+} // namespace
+
+TEST_CASE("an allocation that fails in the library: an error says what needed how much, and nothing is left") {
+    if (!allocations_fail()) return;
+    for (Model model : {Model::moments, Model::maps, Model::sites, Model::march})
+        starve(name(model), [s = scene_of(model)](Numbers& all) { append(all, run(s, Device::cpu(1))); });
+    const Folder folder;
+    folder.write("sites.csv", "type,x,y\nsa1,3,4\nfa2,11,7\n");
+    folder.write("map.npy", npy_header("<f8", "(9, 13)") + std::string(9 * 13 * 8, '\0'));
+    const std::string path = folder.write(
+        "scene.toml", text + "[load]\nkind = \"file\"\npath = \"map.npy\"\n[sites]\npath = \"sites.csv\"\n");
+    const std::vector<std::string> overrides = {"material.modulus=2", "surface.kind=wave"};
+    starve("a file", [&](Numbers& all) {
+        const Scene s = Scene::from_file(path, overrides);
+        all.insert(all.end(),
+                   {*s.material.modulus, s.load.intensity, double(s.sites.size()), double(s.load.map.size())});
+    });
+    for (int count : {1, 3}) starve("a skin", Pressing(count));
+    const Scene s = scene_of(Model::maps);
+    starve("maps", [&](Numbers& all) {
+        const SceneMaps m = maps(s);
+        all.insert(all.end(), m.rest_curvature.begin(), m.rest_curvature.end());
+    });
+    starve("explain", [&](Numbers& all) { all.push_back(double(explain(s, Device::cpu(1)).candidates.size())); });
+    starve("population", [](Numbers& all) { all.push_back(double(population(fingertip().grid).size())); });
+    Numbers times, values;
+    for (int i = 0; i < 30; ++i) {
+        times.push_back(0.01 * (i + 1));
+        values.push_back(1 + std::exp(-10 * times.back()));
+    }
+    starve("a fit", [&](Numbers& all) {
+        const Fit fit = fit_relaxation(times, values, 2);
+        all.push_back(relaxation_of(fit.elements).moduli[0]);
+    });
+}
+
+TEST_CASE("an allocation that fails beside a Vulkan driver's own: the same, and the device works on") {
+    if (!allocations_fail()) return;
+    const vulkan::Loader loader = shimmed();
+    starve(
+        "a device", [&](Numbers& all) { all.push_back(open_device("0", loader).info().exact); }, 101);
+    const Device device = open_device("0", loader);
+    Scene s = scene_of(Model::march);
+    s.precision = Precision::f32;
+    starve("a run", [&](Numbers& all) { append(all, run(s, device)); });
+    starve("skins", Pressing(3, device));
+    const vulkan::Handles handles = vulkan::context_of(*device.impl().backend)->handles();
+    const Pressing pressing(1);
+    const auto program = [&](Numbers& all) {
+        const vulkan::SkinProgram made(handles, pressing.description, 1, pressing.options);
+        all.push_back(double(made.memory().check.bytes));
+    };
+    starve("a program", program, 31);
+    starve("a trial", [&](Numbers& all) {
+        const vulkan::Trial trial(pressing.description, pressing.options);
+        all.push_back(trial.pressure(1)[0]);
+    });
+}
+
+TEST_CASE("an allocation that fails under the C interface is the status DERMIS_NO_MEMORY") {
+    if (!allocations_fail()) return;
+    dermis_scene* none = nullptr; // its message is longer than those to come, which then take no memory
+    CHECK(dermis_scene_from_string((std::string(500, 'x') + "=").c_str(), nullptr, &none) == DERMIS_BAD_INPUT);
+    starve("C", in_c);
+}
+
+TEST_CASE("what one of several threads throws reaches the caller, and the threads go on") {
+    simd::Pool pool(3);
+    for (int failing = 0; failing < pool.threads(); ++failing) {
+        CHECK_THROWS_AS(pool.each([=](int thread) {
+            if (thread == failing) throw std::bad_alloc();
+        }),
+                        std::bad_alloc);
+        std::atomic<int> done = 0;
+        pool.each([&](int) { ++done; });
+        CHECK(done == pool.threads());
+    }
+}
+
+TEST_CASE("an allocation that fails in the command: one line, status 1, and no file or all of them") {
+    if (!allocations_fail()) return;
+    const Folder folder;
+    const std::string scene = folder.write("scene.toml", text), out = (folder / "out").string();
+    std::string curve = "time,modulus\n";
+    for (int i = 1; i < 20; ++i)
+        curve += std::to_string(0.01 * i) + "," + std::to_string(1 + std::exp(-0.1 * i)) + "\n";
+    const std::string data = folder.write("data.csv", curve);
+    int runs = 0, failed = 0;
+    for (const auto& [arguments, stride] :
+         {std::pair<std::string, long>{"run " + scene + " --out " + out + " --device cpu", 1},
+          {"run " + scene + " --out " + out + " --device cpu --set surface.kind=flat", 7},
+          {"run " + scene + " --bogus", 7},
+          {"plan " + scene + " --device cpu", 7},
+          {"fit " + data + " --elements 1", 17},
+          {"--help", 7}}) {
+        std::filesystem::remove_all(out);
+        const Outcome clean = starved(folder, arguments, "1000000000");
+        const auto files = files_in(out);
+        const long count = std::stol(slurp(folder / "count"));
+        CAPTURE(arguments);
+        CHECK(count > 50);
+        for (const char* sticky : {"", "+"})
+            for (long before = 0; before < count; before += stride, ++runs) {
+                CAPTURE(before);
+                CAPTURE(std::string(sticky));
+                std::filesystem::remove_all(out);
+                const Outcome o = starved(folder, arguments, std::to_string(before) + sticky);
+                if (o.status == clean.status && o.err == clean.err) {
+                    CHECK(files_in(out) == files);
+                    continue;
+                }
+                ++failed;
+                CHECK(o.status == 1);
+                CHECK_MESSAGE(std::regex_match(o.err, std::regex("dermis: [^\n]*out of memory[^\n]*\n")), o.err);
+                const auto left = files_in(out); // all where they had been written before
+                CHECK((left.empty() || left == files));
+            }
+    }
+    MESSAGE(figures.failures << " allocations failed in the library: " << figures.errors << " errors, "
+                             << figures.failures - figures.errors << " absorbed, 0 leaks; " << runs
+                             << " in the command: " << failed << " errors, " << runs - failed << " absorbed");
+}
