@@ -69,7 +69,7 @@ TEST_CASE("bad input: one line that says what, exit status 2, no output left beh
         {"run " + good + " --precision f16", "f16"},
         {"run " + good + " --colour red", "--colour"},
         {"run " + good + " --devise cpu", "\"--devise\" is no option of run; allowed: --help, --out, --device, "
-                                          "--precision, --check, --set; did you mean "
+                                          "--precision, --check, --resume, --set; did you mean "
                                           "--device?\n"},
         {"plan --precison=f32 " + good, "did you mean --precision?"},
         {"run " + good + " --tolerence 1e-3", "did you mean --set tolerance=VALUE?"},
@@ -136,7 +136,7 @@ TEST_CASE("the program does not need a Vulkan loader to start") {
     CHECK(slurp(list).find("vulkan") == std::string::npos);
 }
 
-TEST_CASE("a full disk is an error that names the file, and leaves none half written") {
+TEST_CASE("a full disk is an error that names the file, and leaves none") {
     const Folder folder;
     const fs::path out = folder / "out";
     const Outcome o =
@@ -144,8 +144,7 @@ TEST_CASE("a full disk is an error that names the file, and leaves none half wri
                 "ulimit -f 2;");
     CHECK(o.status == 1);
     CHECK(o.err.find((out / "traces.csv").string()) != std::string::npos);
-    CHECK_FALSE(fs::exists(out / "traces.csv"));
-    CHECK_FALSE(fs::exists(out / "traces.csv.part"));
+    CHECK_FALSE(fs::exists(out));
 }
 
 TEST_CASE("work longer than a second shows progress on a terminal; shorter work, and a pipe, see none") {
@@ -331,7 +330,7 @@ TEST_CASE(
               .find("\"elements\": [{\"modulus\": 2, \"viscosity\": 0.25}, {\"modulus\": 1, "
                     "\"viscosity\": 0}]}") != std::string::npos);
     CHECK(command(folder, run + " --set tolerance=1e-9").out.find("elements") == std::string::npos);
-    CHECK(slurp(out / "summary.json").find("elements") == std::string::npos);
+    CHECK(slurp(out / "summary.json").find("\"elements\"") == std::string::npos);
 }
 
 TEST_CASE("plan says what a run would take, and why not the rest") {

@@ -284,11 +284,53 @@ TEST_CASE("tables and lists that are too deep for the stack are refused before t
           std::string::npos);
     CHECK(key_too_deep.size() < 1000);
     CHECK(why("", {"x=" + repeated("[", 1000000)}).find("too deep; allowed: 32 levels") != std::string::npos);
+    CHECK(why("", {"\"" + key + "\"=1"}).find("too deep; allowed: 32 levels") != std::string::npos);
+    CHECK(why("", {"\u00e9." + key + "=1"}).find("too deep; allowed: 32 levels") != std::string::npos);
     // a scene's own depth, and dots and brackets in strings and comments
     CHECK(why("x = " + repeated("[", 32) + repeated("]", 32)).find("no such key") != std::string::npos);
     CHECK(why("x = \"" + key + repeated("[", 99) + "\" # " + key).find("no such key") != std::string::npos);
     CHECK(why("x = '''\n" + key + repeated("{", 99) + "'''").find("no such key") != std::string::npos);
     CHECK(why(repeated("a.", 31) + "a = 1").find("no such table") != std::string::npos);
+    std::filesystem::remove_all(folder());
+}
+
+TEST_CASE("what the parser does not expect is refused before it is parsed, and quoted texts and comments may be in any "
+          "script") {
+    const std::string nameless = "scene.toml:2: a table begins without a name; allowed: letters, digits, - and _, or a "
+                                 "text in quotes",
+                      script = "scene.toml:2: a character that is not ASCII; allowed: in a text in quotes, and in a "
+                               "comment";
+    const auto refused = [](const std::string& text, const std::string& why) {
+        const std::string message = why_refused(text);
+        CHECK_MESSAGE(message.find(why) != std::string::npos, message);
+    };
+    for (const char* name : {"[.", "[ =", "[[\t.a]]", "[#", "[[ [a]]]", "[\\", "[\u00e9]"})
+        refused(std::string("\n") + name, nameless);
+    refused(std::string("\n[\0", 3), nameless);
+    refused("\xef\xbb\xbf# first\n[.", nameless);
+    for (const char* text : {"\u00e9 = 1", "x = \u00e9", "[a]\u00a0", "x = [1,\u2003 2]"})
+        refused(std::string("\n") + text, script);
+    refused("\nx = [1, }", "scene.toml:2: } closes another bracket");
+    refused("\nx = { y = [] ]", "scene.toml:2: ] closes another bracket");
+    for (const char* word :
+         {"1979-05-27T07:32:00", "07:32:00", "0x1p3", "0b12", "1__0", "_1", "1.", ".5", "1e", "spiral", "-", "tru"}) {
+        refused(std::string("\nx = ") + word, std::string("scene.toml:2: ") + word + " without quotes; allowed: ");
+        refused(std::string("\nx = { y = [1,\n ") + word + "] }", std::string("scene.toml:3: ") + word + " without");
+    }
+    for (const char* word : {"1_000", "+1.5e-3", "-inf", "nan", "0xFf_0", "0o17", "0b10", "true", "0", "1E+05"})
+        refused(std::string("x = [") + word + ", " + word + "]", "no such key here");
+    // lists in several lines, and scripts where they are allowed
+    refused("x = [\n[1],\n[ [] ]\n] # \u00e9\n\"\u00e9\" = '\u00e9'", "no such key here");
+    CHECK(why_refused("", {"load.path=\u00e9.npy", "load.kind=file"}).find("/\u00e9.npy\": cannot be read") !=
+          std::string::npos);
+    std::filesystem::remove_all(folder());
+}
+
+TEST_CASE("a message is one line, whatever it quotes") {
+    for (const std::string& message :
+         {why_refused("\"a\\nb\" = 1"), why_refused("x = 'a'", {"a\tb=1"}), why_refused("x = \"\"\"\na\nb\"\"\"")})
+        for (char c : message) CHECK(static_cast<unsigned char>(c) >= 32);
+    CHECK(std::string(Error(Error::Code::io, "", "a\r\n\tb\x01").what()) == "a   b ");
     std::filesystem::remove_all(folder());
 }
 

@@ -3,6 +3,7 @@
 #include "host/cli/curve_file.hpp"
 #include "host/output/drawing.hpp"
 #include "host/output/earlier.hpp"
+#include "host/output/folder.hpp"
 #include "host/scene/refusal.hpp"
 
 #include "fit_figure_script.h"
@@ -80,7 +81,7 @@ int fit_data(const FitArguments& a) {
                                                                                   options.residual);
     print_fit(a, curve, fit);
     if (a.out.empty()) return 0;
-    output::make_folder(out);
+    const output::Folder folder(out);
     output::write_file(out / "fit.csv", fit_csv(curve, fit));
     fmt::print("# {}\n", (out / "fit.csv").string());
     std::fflush(stdout); // before a message of the script

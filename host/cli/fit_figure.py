@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Draws fit.csv of a folder, data and fitted curve, into its fit.png."""
 import csv
+import os
 import sys
 from pathlib import Path
 
@@ -23,4 +24,10 @@ scale = max(map(abs, data)) if min(data) <= 0 else None
 residual.plot(time, [100 * (m - d) / (scale or d) for d, m in zip(data, model)], ".", color="#0072B2")
 residual.axhline(0, color="black", linewidth=0.8)
 residual.set(xlabel="time (s)", ylabel="% of the greatest" if scale else "model - data (%)")
-figure.savefig(folder / "fit.png", dpi=120)
+part = folder / f"fit.png.dermis-{os.getpid()}.part"
+try:
+    with open(part, "xb") as file:
+        figure.savefig(file, format="png", dpi=120)
+    part.rename(folder / "fit.png")
+finally:
+    part.unlink(missing_ok=True)

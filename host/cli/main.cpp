@@ -3,6 +3,7 @@
 #include "host/check.hpp"
 #include "host/cli/fit.hpp"
 #include "host/cli/settings.hpp"
+#include "host/cli/sweep.hpp"
 #include "host/device.hpp"
 #include "host/output/earlier.hpp"
 #include "host/output/warnings.hpp"
@@ -56,7 +57,7 @@ struct Arguments {
     std::string scene, out, device = "auto", precision;
     std::string checked_device; // empty: every device
     std::vector<std::string> overrides;
-    bool check = false;
+    bool check = false, resume = false;
     FitArguments fit;
 };
 
@@ -164,95 +165,30 @@ int explain_scene(const Arguments& a) {
     return 0;
 }
 
-std::string in_csv(const std::string& text) {
-    std::string out = "\"";
-    for (char c : text) out += c == '"' ? "\"\"" : std::string(1, c);
-    return out + '"';
-}
-
-// A line of runs.csv; what is not known is left empty.
-std::string line_of_run(size_t number, const Result& r, const std::vector<std::string>& overrides) {
-    const auto known = [](double x) { return std::isfinite(x) ? fmt::format("{}", x) : ""; };
-    return fmt::format("{},{},{},{},{},{},{},{},{},{}\n", number, name(r.model), name(r.precision), r.seconds,
-                       known(r.predicted_error), known(r.greatest_gain), known(r.kinks < 0 ? NAN : double(r.kinks)),
-                       r.cells_compared, r.cells_different, in_csv(fmt::format("{}", fmt::join(overrides, " "))));
-}
-
-// Runs every scene. Where only the numbers of the material vary, the maps are read once.
-std::vector<Result> results_of(const std::vector<Scene>& scenes, const std::vector<Setting>& settings,
-                               const Device& device, const RunOptions& options) {
-    std::vector<Result> results;
-    const bool materials_only = std::all_of(settings.begin(), settings.end(), [](const Setting& s) {
-        return s.values.size() == 1 || s.key == "material.modulus" || s.key == "material.viscosity";
-    });
-    if (materials_only) {
-        std::vector<Material> materials;
-        for (const Scene& s : scenes) materials.push_back(s.material);
-        return run(scenes[0], materials, device, options);
-    }
-    for (const Scene& s : scenes) results.push_back(run(s, device, options));
-    return results;
-}
-
-// Reads the scene of every run, and refuses all where a run into --out would cost one of them a file that it reads.
-std::vector<Scene> read_scenes(const Arguments& a, const std::vector<std::vector<std::string>>& runs) {
-    std::vector<Scene> scenes;
-    std::vector<std::string> inputs, written;
-    for (const auto& overrides : runs) {
-        scene::SceneWithFiles read = scene::read_scene(a.scene, overrides);
-        inputs.insert(inputs.end(), read.files.begin(), read.files.end());
-        const std::vector<std::string> names = output::result_files(read.scene);
-        written.insert(written.end(), names.begin(), names.end());
-        scenes.push_back(std::move(read.scene));
-    }
-    for (std::vector<std::string>* list : {&inputs, &written}) { // runs have most of them in common
-        std::sort(list->begin(), list->end());
-        list->erase(std::unique(list->begin(), list->end()), list->end());
-    }
-    output::need_inputs_kept(a.out, runs.size() > 1 ? runs.size() : 0, written, inputs);
-    return scenes;
-}
-
-// Writes OUT/1, OUT/2 .. and OUT/runs.csv.
-int sweep(const Arguments& a, const std::vector<Setting>& settings, const std::vector<Scene>& scenes,
-          const Device& device) {
-    const output::Path out = a.out;
-    const auto runs = combinations(settings);
-    const std::vector<Result> results = results_of(scenes, settings, device, options_of(a));
-    const auto refused =
-        std::find_if(results.begin(), results.end(), [](auto& r) { return !r.device.refused.empty(); });
-    if (refused != results.end()) print_refused(*refused);
-    output::remove_earlier_run(out, {});
-    output::remove_earlier_sweep(out, runs.size() + 1);
-    std::string table =
-        output::runs_columns + "seconds,predicted_error,greatest_gain,kinks,cells_compared,cells_different,set\n";
-    bool same = true;
-    for (size_t i = 0; i < runs.size(); ++i) {
-        output::write_result(out / std::to_string(i + 1), scenes[i], results[i]);
-        table += line_of_run(i + 1, results[i], runs[i]);
-        for (const std::string& warning : output::warnings(scenes[i], results[i]))
-            fmt::print("run {}: warning: {}\n", i + 1, warning);
-        same &= results[i].cells_different == 0;
-    }
-    output::write_file(out / "runs.csv", table);
-    fmt::print("{}: {} runs\n{}\n", a.scene, runs.size(), (out / "runs.csv").string());
-    return same ? 0 : 1;
-}
-
 int run_scene(const Arguments& a) {
     const std::vector<Setting> settings = settings_of(a.overrides);
-    const auto runs = combinations(settings);
-    const std::vector<Scene> scenes = read_scenes(a, runs); // so that a bad one is refused first
-    const Scene& scene = scenes[0];
-    const Device device = device_of(a);
-    if (runs.size() > 1) return sweep(a, settings, scenes, device);
-    RunOptions options = options_of(a);
     const output::Path out = a.out;
+    const output::Origin asked{.device = a.device, .precision = a.precision, .check = a.check};
+    const std::vector<PlannedRun> runs = planned_runs(a.scene, out, settings, asked); // a bad one is refused first
+    const Scene& scene = runs[0].scene;
+    const Device device = device_of(a);
+    RunOptions options = options_of(a);
+    const output::Folder folder(out);
+    if (runs.size() > 1) {
+        const bool same = sweep(folder, settings, runs, device, options, a.resume);
+        fmt::print("{}: {} runs\n{}\n", a.scene, runs.size(), (out / "runs.csv").string());
+        return same ? 0 : 1;
+    }
+    if (a.resume && output::is_finished(out, scene, runs[0].origin)) {
+        output::remove_earlier_sweep(out, 1);
+        fmt::print("{}: done before\n{}\n", a.scene, (out / "traces.csv").string());
+        return output::figures_of(out).different ? 1 : 0;
+    }
     output::Progress progress(a.scene);
     options.progress = std::ref(progress);
     const Result r = run(scene, device, options);
     print_refused(r);
-    output::write_result(out, scene, r);
+    output::write_result(folder, scene, r, runs[0].origin);
     output::remove_earlier_sweep(out, 1);
     const double cells = double(scene.grid.width) * scene.grid.height;
     fmt::print("{}: {} x {} cells, {} steps, {}, {}, {} on {}: {:.3f} s", a.scene, scene.grid.width, scene.grid.height,
@@ -326,6 +262,11 @@ void add_overrides(CLI::App& command, Arguments& a) {
         ->type_name("KEY=VALUE[,VALUE ..] ..");
 }
 
+void add_resume(CLI::App& command, Arguments& a) {
+    command.add_flag("--resume", a.resume,
+                     "Keep runs in --out that are finished, of the same scene, version and commit, and do the rest");
+}
+
 void add_fit(CLI::App& command, FitArguments& a) {
     command
         .add_option("data", a.data,
@@ -363,12 +304,14 @@ Commands add_commands(CLI::App& app, Arguments& a) {
     all.run->add_option("--out", a.out, "Folder for the results")->required();
     add_backend(*all.run, a);
     all.run->add_flag("--check", a.check, "Also run the other backend and compare every cell's bits");
+    add_resume(*all.run, a);
     add_overrides(*all.run, a);
     add_scene(*all.plan, a);
     add_backend(*all.plan, a);
     add_overrides(*all.plan, a);
     add_fit(*all.fit, a.fit);
     all.study->add_option("--out", a.out, "Folder for the results")->required();
+    add_resume(*all.study, a);
     all.check->add_option("--device", a.checked_device, devices_help);
     return all;
 }
@@ -377,7 +320,7 @@ int execute(const Commands& commands, const Arguments& a) {
     if (*commands.run) return run_scene(a);
     if (*commands.plan) return explain_scene(a);
     if (*commands.fit) return fit_data(a.fit);
-    if (*commands.study) return study::reproduce(a.out);
+    if (*commands.study) return study::reproduce(a.out, a.resume);
     if (*commands.devices) return list_devices();
     return check_devices(a.checked_device);
 }
@@ -443,6 +386,7 @@ void flush_output() {
 int main(int argc, char** argv) {
     using namespace dermis;
     std::signal(SIGXFSZ, SIG_IGN); // a file that grows too large is then an error of write()
+    output::remove_leftovers_on_signals();
     try {
         const int status = cli::command({argv + std::min(argc, 1), argv + argc});
         cli::flush_output();

@@ -2,6 +2,7 @@
 #include "host/output/earlier.hpp"
 
 #include "dermis/dermis.hpp"
+#include "host/output/folder.hpp"
 
 #include <algorithm>
 #include <cerrno>
@@ -26,17 +27,8 @@ std::ifstream opened(const fs::path& path) {
     return in;
 }
 
-bool begins_with(const fs::path& path, const std::string& start) {
-    std::error_code none;
-    if (!fs::is_regular_file(path, none)) return false;
-    std::string text(start.size(), ' ');
-    std::ifstream in = opened(path);
-    return in.read(text.data(), std::streamsize(text.size())) && text == start;
-}
-
 // Whether a run has files of this name: the fixed ones, and {quantity}_t{time}.npy.
-bool is_ours(std::string name) {
-    if (name.ends_with(".part")) name.resize(name.size() - 5); // left by a run that was killed
+bool is_ours(const std::string& name) {
     for (const char* fixed : {"traces.csv", "impulses.csv", "receptors.csv", "responses.npy", "summary.json"})
         if (name == fixed) return true;
     const size_t time = name.find("_t");
@@ -105,6 +97,14 @@ void need_none(const Inputs& inputs, const std::vector<fs::path>& files) {
 
 } // namespace
 
+bool begins_with(const Path& path, const std::string& start) {
+    std::error_code none;
+    if (!fs::is_regular_file(path, none)) return false;
+    std::string text(start.size(), ' ');
+    std::ifstream in = opened(path);
+    return in.read(text.data(), std::streamsize(text.size())) && text == start;
+}
+
 void need_inputs_kept(const fs::path& folder, size_t runs, const std::vector<std::string>& written,
                       const std::vector<std::string>& paths) {
     Inputs inputs;
@@ -113,14 +113,20 @@ void need_inputs_kept(const fs::path& folder, size_t runs, const std::vector<std
     const size_t lines = lines_of_sweep(folder);
     const auto check = [&](const fs::path& of_run, const std::vector<std::string>& names) {
         std::vector<fs::path> files = files_of_run(of_run, {});
-        for (const std::string& name : names)
-            for (const char* ending : {"", ".part"}) files.push_back(of_run / (name + ending));
+        for (const std::string& name : names) files.push_back(of_run / name);
         need_none(inputs, files);
     };
     check(folder, runs ? std::vector<std::string>{"runs.csv"} : written);
     if (lines) need_none(inputs, {folder / "runs.csv"});
     for (size_t run = 1; run < std::max(runs + 1, lines); ++run)
         check(folder / std::to_string(run), run <= runs ? written : std::vector<std::string>());
+}
+
+bool is_owned(const fs::path& folder) {
+    if (begins_with(folder / "summary.json", made_by_dermis)) return true;
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder))
+        if (is_ours(entry.path().filename().string())) return false;
+    return true;
 }
 
 void remove_earlier_run(const fs::path& folder, const std::vector<std::string>& kept) {
@@ -136,10 +142,10 @@ void remove_earlier_sweep(const fs::path& folder, size_t first) {
     const size_t lines = lines_of_sweep(folder);
     for (size_t run = first; run < lines; ++run) {
         const fs::path of_run = folder / std::to_string(run);
-        if (!begins_with(of_run / "summary.json", made_by_dermis)) continue;
-        remove_earlier_run(of_run, {});
-        std::error_code not_empty;
-        fs::remove(of_run, not_empty);
+        std::error_code none;
+        if (!fs::is_directory(of_run, none)) continue;
+        remove_earlier_run(Folder(of_run).path(), {});
+        fs::remove(of_run, none); // where nothing else is in it
     }
     if (lines && first == 1) remove_file(folder / "runs.csv");
 }

@@ -12,11 +12,17 @@ namespace dermis::output {
 inline const std::string made_by_dermis = "{\n  \"program\": \"dermis\","; // begins each summary.json
 inline const std::string runs_columns = "run,model,precision,";            // begins each runs.csv
 
+// Returns whether a path is a regular file that begins so.
+bool begins_with(const std::filesystem::path&, const std::string& start);
+
 // Throws Error::bad_input where one of `paths`, the files that the scenes read, is a file that would be removed or
 // replaced. runs: 0 for a run into `folder`, else a sweep's runs 1 .. runs below it. written: names of the files that
 // such a run writes.
 void need_inputs_kept(const std::filesystem::path& folder, size_t runs, const std::vector<std::string>& written,
                       const std::vector<std::string>& paths);
+
+// Returns whether all files with a name of a run's are dermis's: summary.json shows it, or there are none.
+bool is_owned(const std::filesystem::path& folder);
 
 // Removes a run's files but for those in `kept`; its summary.json shows that dermis wrote them.
 void remove_earlier_run(const std::filesystem::path& folder, const std::vector<std::string>& kept);

@@ -2,33 +2,17 @@
 #include "host/output/output.hpp"
 
 #include "host/output/earlier.hpp"
+#include "host/output/json.hpp"
 #include "host/output/warnings.hpp"
 #include "host/scene/text.hpp"
 
-#include <cerrno>
-#include <cstring>
-#include <fcntl.h>
 #include <iterator>
-#include <unistd.h>
+#include <list>
 
 #include <fmt/format.h>
 
 namespace dermis::output {
 namespace {
-
-[[noreturn]] void failed(const Path& path, const char* what) {
-    throw Error(Error::Code::io, "", fmt::format("{}: cannot be {} ({})", path.string(), what, std::strerror(errno)));
-}
-
-std::string json_text(const std::string& text) {
-    std::string out = "\"";
-    for (char c : text) {
-        if (c == '"' || c == '\\') out += '\\';
-        if (static_cast<unsigned char>(c) < 32) out += fmt::format("\\u{:04x}", c);
-        else out += c;
-    }
-    return out + '"';
-}
 
 void append(std::string& line, double value) {
     line += ',';
@@ -88,8 +72,6 @@ std::string receptors_csv(const Scene& scene) {
 
 std::string field_name(Quantity quantity, double at) { return fmt::format("{}_t{}.npy", name(quantity), shortest(at)); }
 
-std::string json_number(double x) { return std::isfinite(x) ? shortest(x) : "null"; }
-
 std::string json_of(const Figure& f) {
     return fmt::format("{{\"value\": {}, \"least\": {}, \"greatest\": {}, \"within\": {}}}", json_number(f.value),
                        json_number(f.least), json_number(f.greatest),
@@ -114,7 +96,7 @@ std::string json_of(const Report& r) {
                        fmt::join(times, ",\n      "), fmt::join(changed, ", "));
 }
 
-std::string summary_json(const Scene& s, const Result& r) {
+std::string summary_json(const Scene& s, const Result& r, const std::string& origin) {
     std::string check = "null";
     if (r.cells_compared)
         check = fmt::format("{{\"cells\": {}, \"different\": {}}}", r.cells_compared, r.cells_different);
@@ -126,9 +108,7 @@ std::string summary_json(const Scene& s, const Result& r) {
     if (!reduced.empty()) reduced += "]";
     std::vector<std::string> sentences = warnings(s, r);
     for (std::string& sentence : sentences) sentence = "\n    " + json_text(sentence);
-    return made_by_dermis +
-           fmt::format(R"(
-  "version": {}, "commit": {},
+    return origin + fmt::format(R"(
   "device": {{"name": {}, "kind": {}, "driver": {}, "exact": {}}},
   "plan": {{"model": "{}", "method": "{}", "precision": "{}", "predicted_error": {}{}}},
   "grid": {{"width": {}, "height": {}}},
@@ -140,42 +120,19 @@ std::string summary_json(const Scene& s, const Result& r) {
   "warnings": [{}]
 }}
 )",
-                       json_text(version()), json_text(commit()), json_text(r.device.name), json_text(r.device.kind),
-                       json_text(r.device.driver), r.device.exact, name(r.model), name(s.method), name(r.precision),
-                       json_number(r.predicted_error), reduced, s.grid.width, s.grid.height, r.steps, r.left_out,
-                       r.time.size(), r.dispatches, shortest(r.seconds), check, json_number(r.tau_min),
-                       json_number(r.tau_max), json_number(s.time.step / r.tau_max),
-                       json_number(s.time.step / r.tau_min), json_number(r.greatest_gain),
-                       json_number(r.greatest_curvature), json_number(r.stencil_estimate), count(r.kinks),
-                       count(r.pressed_cells), json_of(report(s, r)), fmt::join(sentences, ","));
+                                json_text(r.device.name), json_text(r.device.kind), json_text(r.device.driver),
+                                r.device.exact, name(r.model), name(s.method), name(r.precision),
+                                json_number(r.predicted_error), reduced, s.grid.width, s.grid.height, r.steps,
+                                r.left_out, r.time.size(), r.dispatches, shortest(r.seconds), check,
+                                json_number(r.tau_min), json_number(r.tau_max), json_number(s.time.step / r.tau_max),
+                                json_number(s.time.step / r.tau_min), json_number(r.greatest_gain),
+                                json_number(r.greatest_curvature), json_number(r.stencil_estimate), count(r.kinks),
+                                count(r.pressed_cells), json_of(report(s, r)), fmt::join(sentences, ","));
 }
 
 } // namespace
 
-void write_file(const Path& path, const std::string& content) {
-    const Path temporary = path.string() + ".part";
-    const int file = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
-    if (file < 0) failed(path, "created");
-    for (size_t done = 0; done < content.size();) {
-        const ssize_t n = ::write(file, content.data() + done, content.size() - done);
-        if (n < 0 && errno == EINTR) continue;
-        if (n < 0) {
-            const int error = errno;
-            ::close(file);
-            ::unlink(temporary.c_str());
-            errno = error;
-            failed(path, "written");
-        }
-        done += size_t(n);
-    }
-    const bool synced = ::fsync(file) == 0 || errno == EINVAL; // EINVAL: the file cannot be synced
-    if (::close(file) != 0 || !synced || ::rename(temporary.c_str(), path.c_str()) != 0) {
-        ::unlink(temporary.c_str());
-        failed(path, "written");
-    }
-}
-
-void write_npy(const Path& path, const std::vector<double>& map, int width, int height) {
+std::string npy_of(const std::vector<double>& map, int width, int height) {
     std::string header = fmt::format("{{'descr': '<f8', 'fortran_order': False, 'shape': ({}, {}), }}", height, width);
     header.resize((10 + header.size() + 1 + 63) / 64 * 64 - 10 - 1, ' ');
     header += '\n';
@@ -184,7 +141,7 @@ void write_npy(const Path& path, const std::vector<double>& map, int width, int 
     content += char(header.size() >> 8);
     content += header;
     content.append(reinterpret_cast<const char*>(map.data()), map.size() * sizeof(double));
-    write_file(path, content);
+    return content;
 }
 
 std::vector<std::string> result_files(const Scene& scene) {
@@ -195,42 +152,27 @@ std::vector<std::string> result_files(const Scene& scene) {
     return names;
 }
 
-void make_folder(const Path& folder) {
-    std::error_code error;
-    std::filesystem::create_directories(folder, error);
-    if (error)
-        throw Error(Error::Code::io, "", fmt::format("{}: cannot be created ({})", folder.string(), error.message()));
-}
-
-namespace {
-
-void write_files(const Path& folder, const Scene& scene, const Result& result) {
-    write_file(folder / "impulses.csv", impulses_csv(result));
+void write_result(const Folder& folder, const Scene& scene, const Result& result, const std::string& origin) {
+    const Path& out = folder.path();
+    Part unfinished(out / "summary.json", made_by_dermis + "\n  \"unfinished\": true\n}\n");
+    std::list<Part> parts;
+    const auto add = [&](const std::string& name, const std::string& content) {
+        parts.emplace_back(out / name, content);
+    };
+    add("traces.csv", traces_csv(result));
+    add("impulses.csv", impulses_csv(result));
     for (const Field& f : result.fields)
-        write_npy(folder / field_name(f.quantity, f.at), f.values, scene.grid.width, scene.grid.height);
+        add(field_name(f.quantity, f.at), npy_of(f.values, scene.grid.width, scene.grid.height));
     if (!scene.sites.empty()) {
-        write_file(folder / "receptors.csv", receptors_csv(scene));
-        write_npy(folder / "responses.npy", result.responses, int(scene.sites.size()), int(result.time.size()));
+        add("receptors.csv", receptors_csv(scene));
+        add("responses.npy", npy_of(result.responses, int(scene.sites.size()), int(result.time.size())));
     }
-    write_file(folder / "summary.json", summary_json(scene, result));
-}
-
-} // namespace
-
-void write_result(const Path& folder, const Scene& scene, const Result& result) {
-    make_folder(folder);
-    const std::vector<std::string> names = result_files(scene);
-    remove_earlier_run(folder, names);
-    std::vector<Path> paths; // made before anything fails: there may be no memory for them then
-    for (const std::string& name : names) paths.push_back(folder / name);
-    write_file(folder / "traces.csv", traces_csv(result));
-    try {
-        write_files(folder, scene, result);
-    } catch (...) { // Some files without the others would be taken for a result.
-        std::error_code none;
-        for (const Path& path : paths) std::filesystem::remove(path, none);
-        throw;
-    }
+    add("summary.json", summary_json(scene, result, origin));
+    // A kill from here on leaves files of two runs, and the summary that says so.
+    const HeldSignals signals;
+    if (is_owned(out)) unfinished.publish(signals);
+    remove_earlier_run(out, result_files(scene));
+    for (Part& part : parts) part.publish(signals);
 }
 
 void Progress::clear() {

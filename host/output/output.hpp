@@ -3,27 +3,23 @@
 #pragma once
 
 #include "dermis/dermis.hpp"
+#include "host/output/folder.hpp"
 
 #include <chrono>
 #include <cstdio>
-#include <filesystem>
 
 #include <unistd.h>
 
 namespace dermis::output {
 
-using Path = std::filesystem::path;
-
-// Makes a folder with those above it, unless it is there. Throws Error::io.
-void make_folder(const Path&);
-// Each file is written under a temporary name, then renamed. Throws Error::io, naming the file.
-void write_file(const Path&, const std::string& content);
-void write_npy(const Path&, const std::vector<double>& map, int width, int height);
+// Returns a .npy file of float64, shape (height, width).
+std::string npy_of(const std::vector<double>& map, int width, int height);
 // The names of the files that write_result writes.
 std::vector<std::string> result_files(const Scene&);
-// Writes traces.csv, impulses.csv, summary.json, the fields, and with sites receptors.csv and responses.npy. What an
-// earlier run left there beside them is removed (see earlier.hpp). scene: as it was run.
-void write_result(const Path& folder, const Scene& scene, const Result&);
+// Writes traces.csv, impulses.csv, summary.json, the fields, and with sites receptors.csv and responses.npy; all of
+// them or, where one cannot be written, none. What an earlier run left there is removed (see earlier.hpp). scene: as it
+// was run. origin: the first lines of summary.json, from origin_of().
+void write_result(const Folder&, const Scene& scene, const Result&, const std::string& origin);
 
 // A line on the terminal that shows the share of the work done, once a second has passed; nothing where stderr is no
 // terminal.

@@ -6,6 +6,7 @@
 #include "host/scene/refusal.hpp"
 #include "host/scene/scene.hpp"
 #include "host/scene/scene_tables.hpp"
+#include "host/scene/unreadable.hpp"
 
 #include <cerrno>
 #include <cstring>
@@ -26,61 +27,20 @@ std::string trimmed(const std::string& text) {
 }
 
 constexpr size_t most_bytes = 64 << 20; // of a scene file, or of a text in its place
-constexpr int most_levels = 32;         // of tables and lists; a scene has four
-
-// Goes past a string that begins at text[at], and returns the place behind it, or that of the line's end which cuts it
-// short.
-size_t after_string(const std::string& text, size_t at) {
-    const char quote = text[at];
-    const bool basic = quote == '"'; // has escapes
-    const std::string three(3, quote);
-    const bool lines = text.compare(at, 3, three) == 0;
-    for (size_t i = at + (lines ? 3 : 1); i < text.size(); ++i) {
-        if (basic && text[i] == '\\') ++i;
-        else if (lines ? text.compare(i, 3, three) == 0 : text[i] == quote) {
-            if (!lines) return i + 1;
-            for (i += 3; i < text.size() && text[i] == quote;) ++i; // up to two more are in the string
-            return i;
-        } else if (!lines && text[i] == '\n') return i;
-    }
-    return text.size();
-}
-
-// Returns the number of the first line whose brackets, or the parts of whose dotted key, are more than `most_levels`
-// deep; 0 if there is none. The parser and the tables that it makes recurse, so that such a text exhausts the stack.
-int line_too_deep(const std::string& text) {
-    int line = 1, brackets = 0, dots = 0;
-    for (size_t i = 0; i < text.size(); ++i) {
-        const char c = text[i];
-        if (c == '"' || c == '\'') {
-            const size_t behind = after_string(text, i);
-            line += int(std::count(text.begin() + std::ptrdiff_t(i), text.begin() + std::ptrdiff_t(behind), '\n'));
-            i = behind - 1;
-            continue;
-        }
-        if (c == '#') i = std::min(text.find('\n', i), text.size()) - 1;
-        if (c == '[' || c == '{') ++brackets;
-        if (c == ']' || c == '}') --brackets;
-        dots = c == '.' ? dots + 1 : std::strchr("\n=,[]{}", c) && c ? 0 : dots;
-        if (brackets > most_levels || dots >= most_levels) return line;
-        line += c == '\n';
-    }
-    return 0;
-}
 
 // Sets one key from "key=value". A value that is not TOML is taken for a text without quotes.
 void apply_override(toml::table& file, const std::string& override_) {
     const size_t equals = override_.find('=');
     if (equals == std::string::npos) refuse_override(override_, "key=value, as in time.step=0.001");
     if (override_.find('\n') != std::string::npos) refuse_override(override_, "one line");
-    if (line_too_deep(override_))
-        throw Error(Error::Code::bad_input, "--set",
-                    "--set " + override_.substr(0, 40) +
-                        "..: tables and lists are too deep; allowed: " + std::to_string(most_levels) + " levels");
-    const std::string key = trimmed(override_.substr(0, equals)), text = override_.substr(equals + 1);
-    toml::parse_result parsed = toml::parse("value = " + text);
-    toml::table value{{"value", text}};
-    if (parsed) value = std::move(parsed).table();
+    const std::string key = trimmed(override_.substr(0, equals)), text = override_.substr(equals + 1),
+                      toml = "value = " + text;
+    const scene::Unreadable found = scene::unreadable(toml);
+    if (found.deep || size_t(std::count(key.begin(), key.end(), '.')) >= scene::most_levels)
+        throw Error(Error::Code::bad_input, "--set", "--set " + override_.substr(0, 40) + "..: " + scene::too_deep);
+    toml::table value{{"value", text}}; // it stays a text
+    if (!found.line)
+        if (toml::parse_result parsed = toml::parse(toml)) value = std::move(parsed).table();
     toml::table* table = &file;
     auto parts = scene::throwing(std::istringstream(key));
     std::string part, next;
@@ -155,10 +115,8 @@ scene::SceneWithFiles scene::read_scene(const SceneText& source, const std::vect
                                         const NamedMaps& maps) try {
     const auto& [text, name, folder] = source;
     toml::table file;
-    if (const int line = line_too_deep(text))
-        throw Error(Error::Code::bad_input, "",
-                    name + ":" + std::to_string(line) +
-                        ": tables and lists are too deep; allowed: " + std::to_string(most_levels) + " levels");
+    if (const Unreadable found = unreadable(text); found.line)
+        throw Error(Error::Code::bad_input, "", name + ":" + std::to_string(found.line) + ": " + found.why);
     // The parser is not told the name: it would copy it where no exception may leave.
     toml::parse_result parsed = toml::parse(text);
     if (!parsed) {

@@ -15,13 +15,22 @@
 
 namespace dermis::scene {
 
-// Returns a value as it stands in a file, on one line.
+// Returns a value as it stands in a file, on one line. Lists and tables are not left to the parser's formatter, which
+// measures their lines by logarithms that it converts to unsigned numbers, of 0.1 too.
 inline std::string text_of(const toml::node& value) {
+    std::string items;
+    const auto add = [&](const std::string& item) { items += (items.empty() ? " " : ", ") + item; };
+    if (const toml::array* list = value.as_array()) {
+        for (const toml::node& item : *list) add(text_of(item));
+        return "[" + items + (items.empty() ? "]" : " ]");
+    }
+    if (const toml::table* table = value.as_table()) {
+        for (auto&& [key, item] : *table) add(std::string(key.str()) + " = " + text_of(item));
+        return "{" + items + (items.empty() ? "}" : " }");
+    }
     auto text = throwing(std::ostringstream());
     value.visit([&](auto& node) { text << node; });
-    std::string line = text.str();
-    std::replace(line.begin(), line.end(), '\n', ' ');
-    return line;
+    return text.str();
 }
 
 [[noreturn]] inline void refuse(const std::string& parameter, const toml::node& value, const std::string& allowed) {

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Draws figures 3 to 12 of the published study, error against cost and stability from a results folder into its figures/."""
+import os
 import sys
 from collections import namedtuple
 from concurrent.futures import ProcessPoolExecutor
@@ -54,7 +55,14 @@ def plotted_average(trace):
 def save(figure, study, name):
     figure.canvas.draw()
     image = Image.fromarray(np.asarray(figure.canvas.buffer_rgba())[..., :3])
-    image.quantize(256, Image.Quantize.MAXCOVERAGE).save(study / "figures" / f"{name}.png", optimize=True)
+    place = study / "figures" / f"{name}.png"
+    part = place.with_name(f"{place.name}.dermis-{os.getpid()}.part")
+    try:
+        with open(part, "xb") as file:
+            image.quantize(256, Image.Quantize.MAXCOVERAGE).save(file, format="png", optimize=True)
+        part.rename(place)
+    finally:
+        part.unlink(missing_ok=True)
     plt.close(figure)
 
 

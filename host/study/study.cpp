@@ -2,6 +2,8 @@
 #include "host/study/study.hpp"
 
 #include "host/output/drawing.hpp"
+#include "host/output/earlier.hpp"
+#include "host/output/origin.hpp"
 #include "host/scene/text.hpp"
 
 #include "figures_script.h"
@@ -12,6 +14,7 @@
 #include <deque>
 #include <future>
 #include <memory>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -71,16 +74,30 @@ template <class Work> void timed(const char* phase, Work work) {
 }
 
 void write_maps(const Path& folder) {
-    std::filesystem::create_directories(folder);
+    const output::Folder locked(folder);
     for (auto [surface, kind] : surfaces) {
         const Scene s = study_scene(kind, Load::Kind::circular, Method::exact);
-        output::write_npy(folder / fmt::format("surface_{}.npy", surface), maps(s).surface, s.grid.width,
-                          s.grid.height);
+        output::write_file(folder / fmt::format("surface_{}.npy", surface),
+                           output::npy_of(maps(s).surface, s.grid.width, s.grid.height));
     }
     for (auto [load, kind] : loads) {
         const Scene s = study_scene(Surface::Kind::flat, kind, Method::exact);
-        output::write_npy(folder / fmt::format("pressure_{}.npy", load), maps(s).pressure, s.grid.width, s.grid.height);
+        output::write_file(folder / fmt::format("pressure_{}.npy", load),
+                           output::npy_of(maps(s).pressure, s.grid.width, s.grid.height));
     }
+}
+
+// Removes what an earlier study wrote, which the summary of a scene shows; its finished scenes stay where it is
+// resumed. Maps and pictures stay until they are replaced, each whole.
+void remove_earlier_study(const Path& out, bool resume) {
+    bool shown = false;
+    for (const auto& [folder, scene] : all_scenes()) {
+        if (!output::begins_with(out / folder / "summary.json", output::made_by_dermis)) continue;
+        shown = true;
+        if (!resume) output::remove_earlier_run(output::Folder(out / folder).path(), {});
+    }
+    for (const char* name : {"claims.md", "chart.csv", "chart_device.txt", "stability.csv", "failures.csv"})
+        if (shown) std::filesystem::remove(out / name);
 }
 
 // Two scenes run at a time, each on a device of its own: a software driver leaves cores idle while it is waited for.
@@ -100,14 +117,26 @@ Devices open_devices() {
 }
 
 struct Done {
-    Result f32, f64;
+    std::optional<Result> f32; // none where an earlier study has written it
+    Result f64;
 };
 
-Done run_both(const Scene& scene, const Device* vulkan) {
+Done run_both(const Scene& scene, const Device* vulkan, bool finished) {
+    if (finished) return {{}, in_double(scene)};
     RunOptions options;
     options.precision = Precision::f32;
     options.check = vulkan != nullptr;
     return {run(scene, vulkan ? *vulkan : Device::cpu(1), options), in_double(scene)};
+}
+
+// A scene of the study is known by its folder.
+std::string origin_of(const std::string& folder, const Device* vulkan) {
+    return output::text_of({.scene = "study " + folder,
+                            .overrides = {},
+                            .inputs = {},
+                            .device = vulkan ? vulkan->info().name + ", " + vulkan->info().driver : "cpu",
+                            .precision = name(Precision::f32),
+                            .check = vulkan != nullptr});
 }
 
 struct Totals {
@@ -115,16 +144,22 @@ struct Totals {
     long long cell_steps = 0, compared = 0, different = 0;
 };
 
-// Prints the scene's row, writes its folder and adds it to the totals.
-void finish(const Path& out, const std::string& folder, const Scene& scene, Done done, Totals& totals) {
-    const long long cell_steps = 1LL * scene.grid.width * scene.grid.height * done.f32.steps;
-    fmt::print("{:<36} {:>12} {:>14} {:>15} {:>10.1e}\n", folder, cell_steps, done.f32.cells_compared,
-               done.f32.cells_different, float_error(done.f32, done.f64));
+// Prints the scene's row, writes its folder unless it is finished, and adds it to the totals.
+void finish(const Path& out, const std::string& folder, const Scene& scene, Done done, const std::string& origin,
+            Totals& totals) {
+    if (done.f32) {
+        const long long cell_steps = 1LL * scene.grid.width * scene.grid.height * done.f32->steps;
+        fmt::print("{:<36} {:>12} {:>14} {:>15} {:>10.1e}\n", folder, cell_steps, done.f32->cells_compared,
+                   done.f32->cells_different, float_error(*done.f32, done.f64));
+        totals.cell_steps += cell_steps;
+        output::write_result(output::Folder(out / folder), scene, *done.f32, origin);
+    }
+    const output::Figures figures = output::figures_of(out / folder);
+    if (!done.f32)
+        fmt::print("{:<36} {:>12} {:>14} {:>15}\n", folder, "done before", figures.compared, figures.different);
     std::fflush(stdout);
-    output::write_result(out / folder, scene, done.f32);
-    totals.cell_steps += cell_steps;
-    totals.compared += done.f32.cells_compared;
-    totals.different += done.f32.cells_different;
+    totals.compared += figures.compared;
+    totals.different += figures.different;
     totals.runs[folder] = {scene, std::move(done.f64)};
 }
 
@@ -135,7 +170,7 @@ struct Lane {
     std::future<Done> done;
 };
 
-Totals run_scenes(const Path& out, const Devices& devices) {
+Totals run_scenes(const Path& out, const Devices& devices, bool resume) {
     const std::map<std::string, Scene> scenes = all_scenes();
     fmt::print("{:<36} {:>12} {:>14} {:>15} {:>10}\n", "scene", "cells x steps", "cells compared", "cells different",
                "f32 error");
@@ -146,8 +181,9 @@ Totals run_scenes(const Path& out, const Devices& devices) {
     auto next = scenes.begin();
     const auto start = [&](const Device* device) {
         if (next == scenes.end()) return;
-        lanes.push_back({next->first, device, std::async(std::launch::async, run_both, next->second, device)});
-        ++next;
+        const auto& [folder, scene] = *next++;
+        const bool finished = resume && output::is_finished(out / folder, scene, origin_of(folder, device));
+        lanes.push_back({folder, device, std::async(std::launch::async, run_both, scene, device, finished)});
     };
     for (const auto& device : devices) start(device.get());
     while (!lanes.empty()) {
@@ -156,7 +192,7 @@ Totals run_scenes(const Path& out, const Devices& devices) {
         Done done = lane.done.get();
         start(lane.device); // runs while this scene's files are written
         progress.clear();
-        finish(out, lane.folder, scenes.at(lane.folder), std::move(done), totals);
+        finish(out, lane.folder, scenes.at(lane.folder), std::move(done), origin_of(lane.folder, lane.device), totals);
         progress(double(totals.runs.size()) / double(scenes.size()));
     }
     progress.clear();
@@ -209,12 +245,14 @@ Result in_double(const Scene& scene) {
     return run(scene, Device::cpu(1), f64);
 }
 
-int reproduce(const Path& out) {
+int reproduce(const Path& out, bool resume) {
+    const output::Folder folder(out);
+    remove_earlier_study(out, resume);
     const Devices devices = open_devices();
     const Device* vulkan = devices[0].get();
     Totals totals;
     bool drawn = false;
-    timed("scenes and sweeps", [&] { totals = run_scenes(out, devices); });
+    timed("scenes and sweeps", [&] { totals = run_scenes(out, devices, resume); });
     timed("claims", [&] { output::write_file(out / "claims.md", claims(totals.runs)); });
     timed("error against time", [&] {
         output::write_file(out / "chart.csv", error_against_time(vulkan));
@@ -226,6 +264,7 @@ int reproduce(const Path& out) {
     });
     timed("pictures", [&] {
         write_maps(out / "maps");
+        const output::Folder figures(out / "figures");
         drawn = output::draw(figures_script, out);
     });
     print_places(out, drawn);

@@ -11,8 +11,9 @@ namespace dermis::study {
 using output::Path;
 
 // Runs everything, writes it below `out` and prints what is being done and where it lies. Returns the exit status: 1
-// where a cell differs between Vulkan and the CPU, else 0.
-int reproduce(const Path& out);
+// where a cell differs between Vulkan and the CPU, else 0. resume: scenes that an earlier study of this version, commit
+// and device has finished there stay; only what the claims need of them is computed again.
+int reproduce(const Path& out, bool resume);
 
 // Makes the study's scene: 150 x 150 cells, E = 1.54, eta = 1, 1000 outputs 0.01 s apart, its five probes.
 Scene study_scene(Surface::Kind, Load::Kind, Method);

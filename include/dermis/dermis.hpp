@@ -40,12 +40,18 @@ class DERMIS_API Error : public std::runtime_error {
         no_memory  // memory could not be allocated; the message says what for and how much, unless none is left for it
     };
     Error(Code code, std::string parameter, const std::string& message)
-        : std::runtime_error(message), code_(code), parameter_(std::move(parameter)) {}
+        : std::runtime_error(one_line(message)), code_(code), parameter_(std::move(parameter)) {}
     Code code() const noexcept { return code_; }
     // Dotted name of the parameter at fault, as in a scene file ("time.step"); empty if there is none.
     const std::string& parameter() const noexcept { return parameter_; }
 
   private:
+    // A message may quote a file or a key, with its line breaks and other control characters.
+    static std::string one_line(std::string message) {
+        for (char& c : message)
+            if (static_cast<unsigned char>(c) < 32) c = ' ';
+        return message;
+    }
     Code code_;
     std::string parameter_;
 };

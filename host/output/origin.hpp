@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: MIT
+// Tells runs apart by what they are made from, so that one that is finished need not be done again.
+#pragma once
+
+#include "dermis/dermis.hpp"
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace dermis::output {
+
+// A file that a run reads, by its name and what it holds.
+struct Input {
+    std::string name;
+    uint64_t hash; // FNV-1a of its bytes
+};
+// Throws Error::io where the file cannot be read.
+Input input_of(const std::string& path);
+
+// What a run's results follow from, beside the version and the commit of dermis.
+struct Origin {
+    std::string scene;                  // its text, or a name that the program gives it
+    std::vector<std::string> overrides; // of keys
+    std::vector<Input> inputs;          // maps, frames and receptors
+    std::string device, precision;      // as they were asked for
+    bool check = false;
+};
+
+// Returns the first lines of the summary.json of such a run.
+std::string text_of(const Origin&);
+
+// Returns whether a folder holds all files of a finished run of this scene whose summary.json begins so.
+bool is_finished(const std::filesystem::path& folder, const Scene&, const std::string& origin);
+
+// The figures of a finished run for tables, as they stand in its summary.json; empty where that has null.
+struct Figures {
+    std::string model, precision, seconds, predicted_error, greatest_gain, kinks;
+    long long compared = 0, different = 0; // cells
+};
+// Throws Error::io where the file does not have them.
+Figures figures_of(const std::filesystem::path& folder);
+
+} // namespace dermis::output

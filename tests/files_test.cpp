@@ -1,0 +1,472 @@
+// SPDX-License-Identifier: MIT
+// Folders of results: one writer at a time, whole files alone, whatever ends the command, and going on afterwards.
+#include "host/output/earlier.hpp"
+#include "host/output/output.hpp"
+#include "tests/command.hpp"
+#include "tests/support.hpp"
+
+#include <csignal>
+#include <fstream>
+#include <functional>
+#include <map>
+#include <random>
+#include <regex>
+#include <sstream>
+
+#include <fcntl.h>
+#include <spawn.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+using namespace test;
+namespace fs = std::filesystem;
+
+namespace {
+
+std::string names_in(const fs::path& folder) {
+    std::vector<std::string> names;
+    for (const auto& entry : fs::directory_iterator(folder)) names.push_back(entry.path().filename().string());
+    std::sort(names.begin(), names.end());
+    std::string all;
+    for (const std::string& name : names) all += name + " ";
+    return all;
+}
+
+bool is_part(const fs::path& path) { return path.extension() == ".part"; }
+
+// Does some work in a process of its own, in which leftovers are removed on signals. Returns the status it ended with.
+int in_child(const std::function<void()>& work) {
+    const pid_t child = fork();
+    if (child == 0) {
+        const rlimit no_core = {};
+        setrlimit(RLIMIT_CORE, &no_core);
+        for (int signal = 1; signal <= SIGRTMAX; ++signal) std::signal(signal, SIG_DFL); // the test program's own
+        output::remove_leftovers_on_signals();
+        work();
+        _exit(0);
+    }
+    int status = 0;
+    waitpid(child, &status, 0);
+    return status;
+}
+
+// Starts a program by its path, without waiting for it; what it prints is not kept.
+pid_t started(const std::string& line) {
+    std::vector<std::string> words;
+    std::istringstream in(line);
+    for (std::string word; in >> word;) words.push_back(word);
+    std::vector<char*> argv;
+    for (std::string& word : words) argv.push_back(word.data());
+    argv.push_back(nullptr);
+    posix_spawn_file_actions_t quiet;
+    posix_spawn_file_actions_init(&quiet);
+    posix_spawn_file_actions_addopen(&quiet, 1, "/dev/null", O_WRONLY, 0);
+    posix_spawn_file_actions_adddup2(&quiet, 1, 2);
+    pid_t pid = 0;
+    REQUIRE(posix_spawn(&pid, argv[0], &quiet, nullptr, argv.data(), environ) == 0);
+    posix_spawn_file_actions_destroy(&quiet);
+    return pid;
+}
+
+// A file without the seconds that its run took, which are never the same.
+std::string without_seconds(const fs::path& path) {
+    static const std::regex in_summary("\"seconds\": [^,]*"), in_table("(\n[0-9]+,[^,]*,[^,]*,)[^,]*");
+    const std::string text = slurp(path);
+    if (path.filename() == "summary.json") return std::regex_replace(text, in_summary, "");
+    return path.filename() == "runs.csv" ? std::regex_replace(text, in_table, "$1") : text;
+}
+
+// The files below a folder, by their paths in it.
+std::map<std::string, std::string> contents(const fs::path& folder) {
+    std::map<std::string, std::string> all;
+    if (!fs::exists(folder)) return all;
+    for (const auto& entry : fs::recursive_directory_iterator(folder))
+        if (entry.is_regular_file()) all[entry.path().lexically_relative(folder)] = without_seconds(entry.path());
+    return all;
+}
+
+const std::string unfinished = output::made_by_dermis + "\n  \"unfinished\": true\n}\n";
+
+// runs.csv before the runs are done.
+std::string without_figures(const std::string& table) {
+    static const std::regex line("\n([0-9]+),.*,(\"[^\n]*)");
+    return std::regex_replace(table, line, "\n$1,,,,,,,,,$2");
+}
+
+} // namespace
+
+TEST_CASE("every signal that can be caught and ends a process removes its parts, and folders that are empty") {
+    const Folder folder;
+    int ended = 0;
+    for (int signal = 1; signal <= SIGRTMAX; ++signal) {
+        if (signal == SIGKILL || signal == SIGSTOP || signal == SIGTSTP || signal == SIGTTIN || signal == SIGTTOU)
+            continue;
+        CAPTURE(signal);
+        const fs::path out = folder / "a/b";
+        const int status = in_child([&] {
+            const output::Folder made(out), empty(folder / "a/c");
+            const output::Part first(out / "traces.csv", "1"), second(out / "traces.csv", "2");
+            if (fs::exists(out / ("traces.csv.dermis-" + std::to_string(getpid()) + ".part"))) raise(signal);
+        });
+        if (WIFEXITED(status)) continue; // it is one that ends nobody
+        ++ended;
+        CHECK(WTERMSIG(status) == signal);
+        CHECK_FALSE(fs::exists(folder / "a/c"));
+        CHECK_MESSAGE(!fs::exists(out), names_in(out));
+    }
+    CHECK(ended >= 50); // with those of real time
+}
+
+TEST_CASE("a signal that arrives while files get their names ends the process after the last") {
+    const Folder folder;
+    const int status = in_child([&] {
+        output::Part first(folder / "first", "1"), second(folder / "second", "2"), third(folder / "third", "3");
+        const output::HeldSignals signals;
+        first.publish(signals);
+        raise(SIGINT);
+        second.publish(signals);
+    });
+    CHECK(WIFSIGNALED(status));
+    CHECK(WTERMSIG(status) == SIGINT);
+    CHECK(names_in(folder / "") == "first second ");
+}
+
+TEST_CASE("a signal that was ignored stays so") {
+    const Folder folder;
+    CHECK(in_child([] {
+              std::signal(SIGHUP, SIG_IGN); // as under nohup
+              output::remove_leftovers_on_signals();
+              raise(SIGHUP);
+          }) == 0);
+}
+
+TEST_CASE("a part takes the place of no file, link or pipe, and the name behind a link gets a file of its own") {
+    const Folder folder;
+    const std::string precious = folder.write("precious", "mine");
+    const auto part = [&](int n) {
+        return folder / "out/traces.csv.dermis-" += std::to_string(getpid() + n) + ".part";
+    };
+    const output::Folder out(folder / "out");
+    fs::create_symlink(precious, part(0));
+    REQUIRE(mkfifo(part(1).c_str(), 0600) == 0);
+    std::ofstream(part(2)) << "mine";
+    fs::create_symlink(precious, folder / "out/traces.csv");
+    output::write_file(folder / "out/traces.csv", "theirs");
+    CHECK(slurp(precious) == "mine");
+    CHECK(slurp(folder / "out/traces.csv") == "theirs");
+    CHECK_FALSE(fs::is_symlink(folder / "out/traces.csv"));
+    CHECK(fs::is_symlink(part(0)));
+    CHECK(fs::is_fifo(part(1)));
+    CHECK(slurp(part(2)) == "mine");
+    CHECK_FALSE(fs::exists(part(3)));
+}
+
+TEST_CASE("of two commands that write into one folder the second is refused, until the first has ended in any way") {
+    const Folder folder;
+    const std::string scene = folder.write("scene.toml", small);
+    const fs::path out = folder / "out";
+    const std::string call = "run " + scene + " --device cpu --out " + out.string();
+    const auto refused = [&](const std::string& arguments, const fs::path& named) {
+        const Outcome o = command(folder, arguments);
+        CHECK(o.status == 1);
+        CHECK(o.err == "dermis: " + named.string() +
+                           ": another dermis writes into this folder; allowed: another --out, or this one when that "
+                           "has ended\n");
+    };
+    {
+        const output::Folder first(out);
+        refused(call, out);
+        refused(call + " --set material.modulus=1,2", out);
+        refused("study --out " + out.string(), out);
+        refused("fit " DERMIS_TEST_DATA "/../../host/examples/fingerpad_relaxation.csv --elements 2 --out " +
+                    out.string(),
+                out);
+        CHECK(names_in(out).empty());
+    }
+    CHECK_FALSE(fs::exists(out)); // which the first had made
+    CHECK(command(folder, call).status == 0);
+    {
+        const output::Folder one_run(out / "2");
+        refused(call + " --set material.modulus=1,2", out / "2");
+    }
+    CHECK(WTERMSIG(in_child([&] {
+              const output::Folder first(out);
+              raise(SIGKILL);
+          })) == SIGKILL);
+    CHECK(command(folder, call).status == 0);
+}
+
+TEST_CASE("a run that fails leaves no file, and an earlier run as it was") {
+    const Folder folder;
+    const std::string scene = folder.write("scene.toml", small);
+    const fs::path out = folder / "out";
+    const auto run = [&](const std::string& set, const std::string& before = "") {
+        return command(folder, "run " + scene + " --device cpu --out " + out.string() + set, before);
+    };
+    // the first file cannot be written, or the third
+    const std::string first = "", third = " --set 'output.traces=[]'";
+    for (const std::string& fails : {first, third}) {
+        const Outcome o = run(fails, "ulimit -f 2;");
+        CHECK(o.status == 1);
+        CHECK_MESSAGE(o.err.find("cannot be written (File too large)") != std::string::npos, o.err);
+        CHECK((o.err.find("traces.csv") == std::string::npos) == (fails == third));
+        CHECK_FALSE(fs::exists(out));
+    }
+    REQUIRE(run("").status == 0);
+    const auto before = contents(out);
+    for (const std::string& fails : {first, third}) {
+        CHECK(run(fails, "ulimit -f 2;").status == 1);
+        CHECK(contents(out) == before);
+    }
+}
+
+TEST_CASE("parts of a process that was killed go with the next run; names that are like them stay") {
+    const Folder folder;
+    const std::string scene = folder.write("scene.toml", small);
+    const std::string call = "run " + scene + " --device cpu --out " + (folder / "out").string();
+    REQUIRE(command(folder, call + " --set material.modulus=1,2").status == 0);
+    for (const char* name : {"traces.csv.dermis-12345.part", "2/notes.txt.dermis-1.part"})
+        folder.write("out/" + std::string(name), "");
+    for (const char* name : {"a.dermis-.part", "a.dermis-1x.part", "film.1.part", "a.dermis-1.parts"})
+        folder.write("out/" + std::string(name), "");
+    CHECK(command(folder, call).status == 0);
+    CHECK(names_in(folder / "out") ==
+          "a.dermis-.part a.dermis-1.parts a.dermis-1x.part curvature_t0.05.npy film.1.part impulses.csv "
+          "sa1_t0.05.npy summary.json traces.csv ");
+}
+
+TEST_CASE("what a killed run leaves is cleared by the next one, but for files that are not dermis's") {
+    const Folder folder;
+    const std::string scene = folder.write("scene.toml", small);
+    const std::string call =
+        "run " + scene + " --device cpu --set 'output.fields=[]' --out " + (folder / "out").string();
+    fs::create_directory(folder / "out");
+    folder.write("out/summary.json", unfinished); // as between the first name and the last
+    folder.write("out/sa1_t7.npy", "theirs");
+    folder.write("out/notes.npy", "mine");
+    CHECK(command(folder, call).status == 0);
+    CHECK(names_in(folder / "out") == "impulses.csv notes.npy summary.json traces.csv ");
+}
+
+namespace {
+
+// A sweep of three runs. A run that is written anew loses what `mark` has added to it.
+struct Resumed {
+    Folder folder;
+    fs::path out = folder / "out";
+    std::string call = "run " + folder.write("scene.toml", small) + " --device cpu --out " + out.string() + " --set ";
+    std::string set = "material.modulus=1,2,3";
+
+    Resumed() { CHECK(command(folder, call + set).status == 0); }
+    void mark() const {
+        for (const char* run : {"1", "2", "3"}) std::ofstream(out / run / "traces.csv", std::ios::app) << "mark\n";
+    }
+    // Returns the numbers of the runs that stayed.
+    std::string kept(const std::string& changed_set = "", const std::string& options = " --resume") const {
+        mark();
+        const Outcome o = command(folder, call + (changed_set.empty() ? set : changed_set) + options);
+        CHECK_MESSAGE(o.status == 0, o.err);
+        std::string numbers;
+        for (const char* run : {"1", "2", "3"})
+            if (slurp(out / run / "traces.csv").find("mark") != std::string::npos) numbers += run;
+        if (options == " --resume")
+            CHECK(o.out.find(std::to_string(numbers.size()) + " of 3 runs were done before\n") != std::string::npos);
+        return numbers;
+    }
+};
+
+} // namespace
+
+TEST_CASE("--resume keeps the runs of a sweep that are finished, and does the rest") {
+    const Resumed sweep;
+    const auto whole = contents(sweep.out);
+    CHECK(sweep.kept() == "123");
+    CHECK(sweep.kept("", "") == ""); // without it all are done again
+    CHECK(contents(sweep.out) == whole);
+    fs::remove(sweep.out / "1/traces.csv");
+    sweep.folder.write("out/2/summary.json", unfinished);
+    std::ofstream(sweep.out / "3/traces.csv", std::ios::app) << "mark\n";
+    CHECK(command(sweep.folder, sweep.call + sweep.set + " --resume").out.find("1 of 3 runs were done before") !=
+          std::string::npos);
+    CHECK(slurp(sweep.out / "3/traces.csv").find("mark") != std::string::npos);
+    fs::remove(sweep.out / "3/sa1_t0.05.npy");
+    CHECK(command(sweep.folder, sweep.call + sweep.set + " --resume").status == 0);
+    CHECK(contents(sweep.out) == whole);
+}
+
+TEST_CASE("--resume does a run again where scene, keys, options, version or commit differ") {
+    const Resumed sweep;
+    CHECK(sweep.kept("material.modulus=1,3,2") == "1");
+    CHECK(sweep.kept("material.modulus=1,3,2 load.intensity=2") == "");
+    CHECK(sweep.kept() == "");
+    CHECK(sweep.kept("", " --resume --precision f64") == "");
+    CHECK(sweep.kept("", " --resume --check") == "");
+    CHECK(sweep.kept() == "");
+    const auto edit = [&](const char* run, const char* key) {
+        const fs::path file = sweep.out / run / "summary.json";
+        std::string text = slurp(file);
+        text.insert(text.find(key) + std::string(key).size(), "x");
+        std::ofstream(file) << text;
+    };
+    edit("1", "\"version\": \"");
+    edit("2", "\"commit\": \"");
+    CHECK(sweep.kept() == "3");
+    sweep.folder.write("scene.toml", std::string(small) + "# another\n");
+    CHECK(sweep.kept() == "");
+    // fewer runs, and one alone
+    CHECK(command(sweep.folder, sweep.call + "material.modulus=1,2 --resume").out.find("2 of 2 runs were") == 0);
+    CHECK(names_in(sweep.out) == "1 2 runs.csv ");
+    CHECK(command(sweep.folder, sweep.call + "material.modulus=1 --resume").status == 0);
+    CHECK(names_in(sweep.out) == "curvature_t0.05.npy impulses.csv sa1_t0.05.npy summary.json traces.csv ");
+    CHECK(command(sweep.folder, sweep.call + "material.modulus=1 --resume").out.find("scene.toml: done before\n") !=
+          std::string::npos);
+}
+
+TEST_CASE("--resume does a run again where a map that it reads holds something else") {
+    const Folder folder;
+    const auto map = [&](char last) {
+        return folder.write("map.npy", npy_header("<f4", "(1, 2)") + std::string("\0\0\x80\x3f\0\0\x80", 7) + last);
+    };
+    map('\x3f');
+    const std::string scene = folder.write(
+        "scene.toml",
+        "[grid]\nwidth = 2\nheight = 1\n[load]\nkind = \"file\"\npath = \"map.npy\"\n[time]\nduration = 0.1\n");
+    const std::string call = "run " + scene + " --device cpu --resume --out " + (folder / "out").string();
+    const auto done_before = [&] { return command(folder, call).out.find("done before") != std::string::npos; };
+    CHECK_FALSE(done_before());
+    CHECK(done_before());
+    map('\x40');
+    CHECK_FALSE(done_before());
+    CHECK(done_before());
+}
+
+namespace {
+
+// Kills the command at random times, each time on top of what was left before, and compares every file that is there
+// under its own name with that of a run that nobody killed.
+class Killer {
+  public:
+    Killer(const Folder& folder, std::string arguments, const std::string& name)
+        : arguments_(std::move(arguments)), reference_(folder / (name + "_whole")), out_(folder / name) {
+        const auto start = std::chrono::steady_clock::now();
+        CHECK(command(folder, arguments_ + " --out " + reference_.string()).status == 0);
+        seconds_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+        whole_ = contents(reference_);
+    }
+
+    void kill(int signal, bool resume) {
+        const pid_t pid =
+            started(DERMIS_CLI " " + arguments_ + " --out " + out_.string() + (resume ? " --resume" : ""));
+        usleep(useconds_t(1e6 * 1.1 * seconds_ * double(random_()) / double(random_.max())));
+        ::kill(pid, signal);
+        int status = 0;
+        waitpid(pid, &status, 0);
+        ++kills;
+        while_it_ran += WIFSIGNALED(status);
+        compare(signal);
+    }
+
+    // Ends what was begun.
+    void finish(const Folder& folder) {
+        CHECK(command(folder, arguments_ + " --resume --out " + out_.string()).status == 0);
+        CHECK(contents(out_) == whole_);
+    }
+
+    int kills = 0, while_it_ran = 0, torn = 0;
+
+  private:
+    void compare(int signal) {
+        for (const auto& [path, content] : contents(out_)) {
+            CAPTURE(path);
+            const fs::path name = fs::path(path).filename();
+            const auto right = whole_.find(path);
+            const bool killed = signal == SIGKILL, part = is_part(name);
+            const bool whole = right != whole_.end() && content == right->second,
+                       said = killed && name == "summary.json" && content == unfinished,
+                       table = name == "runs.csv" && content == without_figures(right->second);
+            if (!whole && !said && !table && !(killed && part)) ++torn;
+            CHECK_MESSAGE((whole || said || table || (killed && part)), content);
+        }
+    }
+
+    std::string arguments_;
+    fs::path reference_, out_;
+    double seconds_;
+    std::map<std::string, std::string> whole_;
+    std::minstd_rand random_{1};
+};
+
+} // namespace
+
+TEST_CASE("300 runs and sweeps killed at random times: each file under its own name is whole, and --resume ends them") {
+    const Folder folder;
+    const std::string scene = folder.write("scene.toml", small), run = "run " + scene + " --device cpu",
+                      set = " --set surface.kind=wave,spiral material.modulus=1,2,3";
+    Killer killers[] = {{folder, run, "run"}, {folder, run + set, "sweep"}, {folder, run + set, "caught"}};
+    const int caught[] = {SIGINT, SIGTERM, SIGHUP};
+    for (int i = 0; i < 100; ++i) {
+        killers[0].kill(SIGKILL, i % 2);
+        killers[1].kill(SIGKILL, i % 2);
+        killers[2].kill(caught[i % 3], i % 2);
+    }
+    int kills = 0, while_it_ran = 0, torn = 0;
+    for (Killer& k : killers) {
+        k.finish(folder);
+        kills += k.kills, while_it_ran += k.while_it_ran, torn += k.torn;
+    }
+    MESSAGE(kills, " kills, ", while_it_ran, " of them before the end: ", torn, " torn files");
+    CHECK(kills == 300);
+    CHECK(while_it_ran > 100);
+    CHECK(torn == 0);
+}
+
+namespace {
+
+// The study's scenes and claims. The pictures are other programs' work, and longer than all the rest.
+std::map<std::string, std::string> scenes_and_claims(const fs::path& study) {
+    std::map<std::string, std::string> all;
+    for (const char* part : {"published", "exact", "sweep_modulus", "sweep_viscosity"})
+        for (auto& [path, content] : contents(study / part)) all[fs::path(part) / path] = content;
+    all["claims.md"] = slurp(study / "claims.md");
+    return all;
+}
+
+// Starts a study on the CPU path, and kills it as soon as `until` holds, or when it has written its claims.
+double study_until(const std::string& options, const fs::path& out, const std::function<bool(double)>& until) {
+    const auto start = std::chrono::steady_clock::now();
+    const pid_t pid =
+        started("/usr/bin/env VK_DRIVER_FILES=/dev/null VK_ICD_FILENAMES=/dev/null " DERMIS_CLI " study --out " +
+                out.string() + options);
+    double seconds = 0;
+    int status = 0;
+    while (waitpid(pid, &status, WNOHANG) == 0 && !until(seconds)) {
+        usleep(10000);
+        seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    }
+    ::kill(pid, SIGKILL);
+    waitpid(pid, &status, 0);
+    return seconds;
+}
+
+} // namespace
+
+TEST_CASE("a study that is killed five times ends under --resume with the files of one that is not") {
+    const Folder folder;
+    const fs::path whole = folder / "whole", out = folder / "killed";
+    const double seconds = study_until("", whole, [&](double) { return fs::exists(whole / "claims.md"); });
+    std::minstd_rand random{1};
+    int torn = 0;
+    const auto right = scenes_and_claims(whole);
+    CHECK(right.size() == 38 * 6 + 1);
+    for (int i = 0; i < 5; ++i) {
+        const double at = seconds * double(random()) / double(random.max());
+        study_until(" --resume", out, [&](double now) { return now > at || fs::exists(out / "claims.md"); });
+        for (const auto& [path, content] : scenes_and_claims(out))
+            if (!is_part(path) && content != unfinished && path != "claims.md") torn += content != right.at(path);
+    }
+    study_until(" --resume", out, [&](double) { return fs::exists(out / "claims.md"); });
+    CHECK(torn == 0);
+    CHECK(scenes_and_claims(out) == right);
+}

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: MIT
+// The data of `dermis fit`: a byte of options, then a CSV file.
+#include "host/cli/curve_file.hpp"
+#include "tests/fuzz/fuzz.hpp"
+
+using namespace dermis;
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+    if (!size) return 0;
+    cli::CurveOptions options;
+    if (data[0] & 1) options.test = data[0] & 2 ? fit::Test::creep : fit::Test::relaxation;
+    if (data[0] & 4) options.stress = 2.0;
+    if (data[0] & 8) options.residual = Residual::absolute;
+    cli::Curve curve;
+    if (!fuzz::taken([&] { curve = cli::read_curve(fuzz::file_of(data + 1, size - 1), options); })) return 0;
+    fuzz::need(!curve.times.empty() && curve.times.size() == curve.values.size(), "a curve without points");
+    return 0;
+}
