@@ -2,6 +2,7 @@
 // Relaxation and retardation spectra, one from the other. The zeros of a compliance lie between its poles, one in each
 // gap, and so do those of a modulus: both are the roots of one secular equation.
 #include "dermis/fit.hpp"
+#include "host/scene/float_environment.hpp"
 #include "host/scene/refusal.hpp"
 
 #include <algorithm>
@@ -126,6 +127,7 @@ double representable(const char* result, Real x) {
 } // namespace fit
 
 std::vector<KelvinVoigt> chain_of(const Relaxation& r) {
+    const DefaultFloats guard;
     fit::check(r);
     std::vector<fit::Pole> poles;
     fit::Real instantaneous = r.equilibrium, viscosity = 0;
@@ -145,6 +147,7 @@ std::vector<KelvinVoigt> chain_of(const Relaxation& r) {
 }
 
 Relaxation relaxation_of(const std::vector<KelvinVoigt>& chain) {
+    const DefaultFloats guard;
     fit::check(chain);
     fit::Real spring = 0, dashpot = 0, compliance = 0; // compliance, fluidity, compliance after any time
     std::vector<fit::Pole> poles;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "host/fit/problem.hpp"
+#include "host/scene/float_environment.hpp"
 #include "host/scene/refusal.hpp"
 
 #include <algorithm>
@@ -129,10 +130,12 @@ Fit fitted(const Problem& p, int n) {
 } // namespace fit
 
 Fit fit_creep(const std::vector<double>& times, const std::vector<double>& compliances, int n, Residual residual) {
+    const DefaultFloats guard;
     return fit::fitted(fit::checked(fit::Test::creep, times, compliances, n, residual), n);
 }
 
 Fit fit_relaxation(const std::vector<double>& times, const std::vector<double>& moduli, int n, Residual residual) {
+    const DefaultFloats guard;
     return fit::fitted(fit::checked(fit::Test::relaxation, times, moduli, n, residual), n);
 }
 

@@ -59,7 +59,7 @@ def build(name, compiler, options, source, work):
         # Headers that are the same for every processor are this system's.
         flags += " -idirafter /usr/include -static"
         settings += ["-DCMAKE_SYSTEM_NAME=Linux", "-DCMAKE_SYSTEM_PROCESSOR=aarch64",
-                     "-DCMAKE_C_FLAGS=-idirafter /usr/include"]
+                     "-DCMAKE_C_FLAGS=-idirafter /usr/include -static"]
     if shutil.which("ccache"):
         settings.append("-DCMAKE_CXX_COMPILER_LAUNCHER=ccache")
     for command in (["cmake", "-G", "Ninja", "-S", source / "tests/determinism/variant", "-B", folder,
