@@ -90,11 +90,12 @@ void change(VkPhysicalDeviceProperties& p) {
         break;
     case Kind::alignment: change_to_aligned(l); break;
     case Kind::least:
+    case Kind::few_buffers:
         p.apiVersion = VK_API_VERSION_1_1;
         change_to_least(l);
         change_to_aligned(l);
+        if (is(Kind::few_buffers)) l.maxPerStageDescriptorStorageBuffers = 4;
         break;
-    case Kind::few_buffers: l.maxPerStageDescriptorStorageBuffers = 4; break;
     case Kind::narrow: l.maxStorageBufferRange = chosen().number; break;
     default: break;
     }
