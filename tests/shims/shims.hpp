@@ -20,7 +20,7 @@ enum class Kind {
     no_timestamps, // queues write none
     alignment,     // everything begins at multiples of 256 bytes
     least,       // limits are the least that Vulkan 1.1 allows, but for 12 storage buffers; no rounding mode is offered
-    few_buffers, // a shader has 4 storage buffers
+    few_buffers, // every limit is the least: a shader has 4 storage buffers
     contracting, // a product and a sum are rounded once
     metal,       // arithmetic is that of SPIRV-Cross for Metal: fma(a, b, 0), fma(1, a, b), fma(-1, b, a)
     groups,      // a workgroup of the kernel `press` has `number` invocations
