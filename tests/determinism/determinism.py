@@ -14,15 +14,18 @@ import sys
 from pathlib import Path
 
 NO_CACHE = {"MESA_SHADER_CACHE_DISABLE": "true"}  # Mesa's cache does not know the width of vectors
-# glibc has exponentials and sines of its own for processors without fused products, whose last bits are others.
 NO_FUSED = {"GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX2,-FMA,-FMA4,-AVX512F"}
 MODES = ("up", "down", "zero", "flush")
 
 # (name, arguments, variables)
-ON_CPU = [("once more", "", {})]
-ON_CPU += [(f"{n} threads", f"threads={n}", {}) for n in (1, 2, 3, 7)]
+ON_CPU = [(f"{n} threads", f"threads={n}", {}) for n in (1, 2, 3, 7)]
 ON_CPU += [(f"caller's floats: {mode}, {when}", f"{when}={mode}", {}) for mode in MODES for when in ("early", "late")]
+REPEATS = 20
+# glibc has exponentials and sines of its own for processors without fused products, whose last bits are others.
 OTHER_LIBRARY = [("another C library's functions: without FMA", "", NO_FUSED)]
+# Processors without AVX, and with AVX2: (name, before the program, whether it has another library's functions).
+PROCESSORS = [("a Nehalem, emulated", "qemu-x86_64 -cpu Nehalem", True),
+              ("a Haswell, emulated", "qemu-x86_64 -cpu Haswell", False)]
 
 ON_VULKAN = [("the driver as it is", "", {})]
 ON_VULKAN += [(f"LP_NUM_THREADS={n}", "", {"LP_NUM_THREADS": str(n), **NO_CACHE}) for n in (0, 1, 2, 7)]
@@ -48,6 +51,12 @@ def hashes(command, variables=None):
     if done.returncode != 0:
         sys.exit(f"{shlex.join(map(str, command))} ended with {done.returncode}:\n{done.stdout}{done.stderr}")
     return dict(line.split() for line in done.stdout.splitlines())
+
+
+def common(all_hashes):
+    """What several runs have in common."""
+    return {key: value if all(found[key] == value for found in all_hashes) else "varies"
+            for key, value in all_hashes[0].items()}
 
 
 def build(name, compiler, options, source, work):
@@ -113,6 +122,11 @@ def main():
     for name, arguments, variables in ON_CPU + OTHER_LIBRARY:
         if wanted(f"cpu: {name}"):
             table.row(f"cpu: {name}", hashes([options.program, *arguments.split()], variables), variables == NO_FUSED)
+    if wanted("cpu: repeats"):
+        table.row(f"cpu: {REPEATS} repeats", common([hashes([options.program]) for _ in range(REPEATS)]))
+    for name, before, other_library in PROCESSORS if everything else []:
+        if wanted(f"cpu: {name}"):
+            table.row(f"cpu: {name}", hashes([*before.split(), options.program]), other_library)
     layers = {"VK_LAYER_PATH": str(options.layers), "VK_INSTANCE_LAYERS": "VK_LAYER_DERMIS_shim"}
     for name, arguments, variables in ON_VULKAN:
         if wanted(f"vulkan: {name}") and (everything or name in QUICK_ON_VULKAN):
