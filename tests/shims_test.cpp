@@ -46,7 +46,6 @@ struct Unchosen {
     }
 };
 
-// Both buffers hold more than their size of neither: the first `bytes` are copied.
 void copy(vulkan::Context& c, VkBuffer from, VkBuffer to) {
     const VkCommandBuffer commands = c.begin();
     const VkBufferCopy all{0, 0, Unchosen::bytes};
@@ -56,6 +55,8 @@ void copy(vulkan::Context& c, VkBuffer from, VkBuffer to) {
 }
 
 } // namespace
+
+TEST_SUITE_BEGIN("devices made by a layer" * doctest::skip());
 
 TEST_CASE("noncoherent: the host and the device see each other's bytes where a range is flushed or invalidated") {
     const Opened opened;
@@ -161,3 +162,5 @@ TEST_CASE("contracting: the device is refused unless it is named; then it says s
         }
     CHECK(different > 0); // the shim acts
 }
+
+TEST_SUITE_END();

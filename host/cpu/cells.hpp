@@ -56,8 +56,8 @@ class PointsOfRows {
     }
     size_t count() const { return points_.size(); }
     std::span<const Point> of(int y) const {
-        const auto [first, last] = std::ranges::equal_range(points_, y, {}, &Point::y);
-        return {first, last};
+        return {std::ranges::lower_bound(points_, y, {}, &Point::y),
+                std::ranges::upper_bound(points_, y, {}, &Point::y)};
     }
 
   private:

@@ -39,9 +39,9 @@ QUICK_ON_VULKAN = ("LP_NUM_THREADS=0", "LP_NUM_THREADS=7", "vectors of 128 bits"
 
 # (name, compiler, options, before the program)
 CROSS = "aarch64-linux-gnu-g++"
-QUICK_BUILDS = [("g++ -O0", "g++", "-O0", "")]
+QUICK_BUILDS = [("g++ -O2 -march=native", "g++", "-O2 -march=native", "")]
 BUILDS = [(f"g++ {options}", "g++", options, "") for options in
-          ("-O1", "-O2", "-O3 -march=native", "-O3 -ffast-math")]
+          ("-O0", "-O1", "-O3 -march=native", "-O3 -ffast-math")]
 BUILDS += [(f"clang++ {options}", "clang++", options, "") for options in ("-O0", "-O2", "-O3 -march=native")]
 BUILDS += [("aarch64 -O2", CROSS, "-O2", "qemu-aarch64"), ("aarch64 -O0", CROSS, "-O0", "qemu-aarch64")]
 
@@ -127,7 +127,7 @@ def main():
     for name, before, other_library in PROCESSORS if everything else []:
         if wanted(f"cpu: {name}"):
             table.row(f"cpu: {name}", hashes([*before.split(), options.program]), other_library)
-    layers = {"VK_LAYER_PATH": str(options.layers), "VK_INSTANCE_LAYERS": "VK_LAYER_DERMIS_shim"}
+    layers = {"VK_LAYER_PATH": str(options.layers.resolve()), "VK_INSTANCE_LAYERS": "VK_LAYER_DERMIS_shim"}
     for name, arguments, variables in ON_VULKAN:
         if wanted(f"vulkan: {name}") and (everything or name in QUICK_ON_VULKAN):
             below = {**variables, **(layers if "DERMIS_SHIM" in variables else {})}

@@ -22,7 +22,7 @@ namespace {
 
 using namespace dermis;
 
-// FNV-1a.
+// The hash is FNV-1a.
 class Hash {
   public:
     template <class Number> void add(Number x) {
@@ -40,7 +40,7 @@ class Hash {
     uint64_t value_ = 14695981039346656037u;
 };
 
-// Numbers that every machine makes alike, some of them so small that they are stored as 0.
+// Makes numbers that are the same on every machine, some of them so small that they are stored as 0.
 Map noise(int count, uint32_t random, double offset) {
     Map map;
     for (int i = 0; i < count; ++i) {
@@ -52,7 +52,7 @@ Map noise(int count, uint32_t random, double offset) {
 
 constexpr int width = 131, height = 37, cells = width * height;
 
-// A scene whose maps are noise, under a load that is held.
+// Makes a scene whose maps are noise, under a load that is held.
 Scene given() {
     Scene s;
     s.grid = {width, height, {}};
@@ -95,13 +95,13 @@ void hash(const std::string& name, const Scene& scene, Precision precision, cons
     h.print(name);
 }
 
-// In each precision that the device has.
+// Prints a hash for each precision that the device has.
 void hash_each(const std::string& name, const Scene& scene, const Device& device) {
     for (Precision p : {Precision::f32, Precision::f32_compensated, Precision::f64})
         if (p != Precision::f64 || !device.info().vulkan) hash(name + "_" + dermis::name(p), scene, p, device);
 }
 
-// The published study's surface, and a load that changes within steps.
+// Makes a scene on a surface of the published study, with a load that changes within steps.
 Scene study(Surface::Kind surface, Envelope::Kind envelope) {
     Scene s;
     s.grid = {150, 90, {}};
@@ -126,7 +126,7 @@ Scene chain() {
     return s;
 }
 
-// Receptors of a fingertip, alone.
+// Makes a scene of a fingertip of which only receptors are computed.
 Scene receptors() {
     Scene s = fingertip();
     s.sites = population(s.grid, {}, 7);
@@ -156,7 +156,7 @@ struct Presses {
     std::vector<std::vector<float>> frames;
 };
 
-// One skin, and a batch with a material for each pad; of fields and of sites.
+// Makes one skin and a batch with a material for each pad, both of fields and of sites.
 std::vector<Presses> presses() {
     std::vector<Presses> all;
     for (const int pads : {1, 3})

@@ -25,7 +25,7 @@ constexpr struct {
              {"groups", Kind::groups},
              {"narrow", Kind::narrow}};
 
-// The least limits of Vulkan 1.1 that a program of compute kernels meets; the greatest alignments.
+// Sets the limits that a program of compute kernels meets to the least of Vulkan 1.1.
 void change_to_least(VkPhysicalDeviceLimits& l) {
     l.maxTexelBufferElements = 65536;
     l.maxUniformBufferRange = 16384;

@@ -21,8 +21,8 @@ using Functions = std::map<std::string_view, PFN_vkVoidFunction>; // nothing is 
 const Functions& instance_functions();
 const Functions& device_functions();
 
-// The functions below of the same names as these. They are asked for while the chain is made: later the loader answers
-// with its top.
+// Finds the functions of the next layer that have the same names as these. That is done while the chain is made: later
+// the loader answers with the chain's top.
 template <class Get, class Handle> Functions below(Get get, Handle handle, const Functions& names) {
     Functions found;
     for (const auto& [name, own] : names) found[name] = get(handle, name.data());
@@ -47,8 +47,8 @@ std::map<void*, InstanceBelow> instances;
 std::map<void*, DeviceBelow> devices;
 Memory memories;
 std::map<VkShaderModule, bool> variable_groups;
-std::map<VkPipeline, uint32_t> group_of; // the x size that the host has asked for of a workgroup that is another one
-std::map<VkPipeline, uint32_t> rows_of;  // its y size
+// The sizes that a program has asked for where the layer has made a workgroup another one.
+std::map<VkPipeline, uint32_t> group_of, rows_of;
 std::map<VkCommandBuffer, VkPipeline> bound;
 
 // Instance, physical devices of it, or a device, its queues and command buffers share the first word.
@@ -63,7 +63,7 @@ template <class Handle> const DeviceBelow& device_of(Handle handle) {
 }
 #define BELOW(handle, name) reinterpret_cast<PFN_##name>(handle##_of(handle).functions.at(#name))
 
-// The next layer's entry in the chain of an Info, and what follows it for that layer.
+// Finds the link to the next layer among what the loader has chained to an Info.
 template <class Link, class Info> Link* link_of(const Info* info, VkStructureType type) {
     auto* next = reinterpret_cast<Link*>(const_cast<void*>(info->pNext));
     while (next && !(next->sType == type && next->function == VK_LAYER_LINK_INFO))
@@ -236,7 +236,7 @@ VKAPI_ATTR void VKAPI_CALL requirements2(VkDevice device, const VkBufferMemoryRe
     change(out->memoryRequirements);
 }
 
-// Rules of limits, which software drivers do not keep themselves.
+// The next three hold a program to the limits, because software drivers do not.
 VKAPI_ATTR VkResult VKAPI_CALL set_layout(VkDevice device, const VkDescriptorSetLayoutCreateInfo* info,
                                           const VkAllocationCallbacks* a, VkDescriptorSetLayout* made) {
     uint32_t buffers = 0;
@@ -284,7 +284,7 @@ VKAPI_ATTR VkResult VKAPI_CALL module(VkDevice device, const VkShaderModuleCreat
     return result;
 }
 
-// One pipeline at a time, as the library makes them.
+// The library makes one pipeline at a time; several at once would keep their workgroups.
 VKAPI_ATTR VkResult VKAPI_CALL pipeline(VkDevice device, VkPipelineCache cache, uint32_t count,
                                         const VkComputePipelineCreateInfo* info, const VkAllocationCallbacks* a,
                                         VkPipeline* made) {
@@ -373,7 +373,7 @@ const Functions& instance_functions() {
     return own;
 }
 
-// The layer's own function of this name, or null.
+// Returns the layer's own function of this name, or null.
 PFN_vkVoidFunction found(const Functions& functions, const char* name) {
     const auto own = functions.find(name);
     return own == functions.end() ? nullptr : own->second;

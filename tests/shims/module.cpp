@@ -75,10 +75,10 @@ class Rewriting {
         return id;
     }
 
-    // What stands between capabilities and the memory model.
+    // Declares what must stand before the memory model.
     void begin() {
         if (is(Kind::contracting)) {
-            // A capability may stand nowhere but first.
+            // A module begins with its capabilities.
             const Words capability = {first_word(op_capability, 2), capability_float64};
             out_.insert(out_.begin() + header_words, capability.begin(), capability.end());
         } else if (functions_ == 0) {
@@ -110,7 +110,7 @@ class Rewriting {
             }
     }
 
-    // Metal's guards, as SPIRV-Cross writes them.
+    // Writes arithmetic as SPIRV-Cross guards it for Metal. Returns false where there is none.
     bool guarded(uint32_t operation, const Words& w) {
         if (operation != op_f_add && operation != op_f_sub && operation != op_f_mul) return false;
         const uint32_t type = w[1], id = w[2], l = w[3], r = w[4];
@@ -123,7 +123,8 @@ class Rewriting {
         return true;
     }
 
-    // A sum with a product: in double, where a product of floats is exact, and rounded at the end.
+    // Computes a sum with a product in double, where a product of floats is exact, and rounds at the end. Returns false
+    // where there is none.
     bool contracted(uint32_t operation, const Words& w) {
         if (operation != op_f_add && operation != op_f_sub) return false;
         const bool first = products_.count(w[3]) > 0;

@@ -37,7 +37,7 @@ inline bool is(Kind kind) { return chosen().kind == kind; }
 
 [[noreturn]] void broken(const std::string& rule);
 
-// What the device seems to be.
+// Each makes of the driver's answer that of the device which is chosen.
 void change(VkPhysicalDeviceProperties&);
 void change(VkPhysicalDeviceSubgroupProperties&);
 void change(VkPhysicalDeviceFloatControlsProperties&);
@@ -45,7 +45,7 @@ void change(VkPhysicalDeviceMemoryProperties&);
 void change(VkQueueFamilyProperties&);
 void change(VkMemoryRequirements&);
 
-// The memory that programs of the device see, where it is not the driver's own.
+// Memory as programs see it where that is not the driver's own.
 class Memory {
   public:
     static bool changed() { return is(Kind::noncoherent) || is(Kind::split); }
@@ -70,9 +70,9 @@ class Memory {
     std::vector<std::pair<VkDeviceMemory, Block>> blocks_;
 };
 
-// A module as the device would execute it.
+// Rewrites a module as the device would execute it.
 std::vector<uint32_t> change(const uint32_t* code, size_t words);
-// Whether the host sets the size of a workgroup of this module.
+// Returns whether the host sets the size of a workgroup of this module.
 bool has_variable_groups(const uint32_t* code, size_t words);
 
 } // namespace shims

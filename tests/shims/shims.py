@@ -78,6 +78,7 @@ def main():
     parser.add_argument("--all", action="store_true")
     parser.add_argument("--only")
     options = parser.parse_args()
+    options.layers = options.layers.resolve()  # the command's tests run it in folders of their own
     suites = SUITES if options.all else list(QUICK)
     shims = [options.only] if options.only else SHIMS if options.all else QUICK_SHIMS
     print(f"{'':<14} {'self-test':<10}" + "".join(f"{name:>12}" for name in ["shims", *suites]), flush=True)
