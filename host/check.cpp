@@ -3,7 +3,7 @@
 
 #include "host/cpu/backend.hpp"
 #include "host/cpu/stream.hpp"
-#include "host/plan/float_environment.hpp"
+#include "host/scene/float_environment.hpp"
 
 #include <bit>
 #include <cstring>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "host/report.hpp"
+#include "host/scene/float_environment.hpp"
 
 #include "host/scene/memory.hpp"
 
@@ -92,6 +93,7 @@ Report report_of(const SkinDescription& s, scene::TauRange tau, double cells_per
 }
 
 Report report(const Scene& s, const Result& r) try {
+    const DefaultFloats guard;
     Report report = report_of(s, {.min = r.tau_min, .max = r.tau_max}, r.cells_per_ridge, r.greatest_gain);
     if (const Trace* strain = trace_with_extremes(r, Quantity::strain)) {
         report.strain.value = range_of(*strain).size();

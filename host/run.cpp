@@ -2,11 +2,11 @@
 // Scene -> skin and schedule -> decision -> stepper -> Result.
 #include "host/collector.hpp"
 #include "host/device.hpp"
-#include "host/plan/float_environment.hpp"
 #include "host/plan/site_cells.hpp"
 #include "host/planner/choice.hpp"
 #include "host/reduced/moments.hpp"
 #include "host/reduced/sites.hpp"
+#include "host/scene/float_environment.hpp"
 #include "host/scene/memory.hpp"
 
 #include <algorithm>

@@ -2,8 +2,8 @@
 // dermis::Skin: frames in, responses out, on the CPU or on a device.
 #include "host/device.hpp"
 #include "host/plan/felt.hpp"
-#include "host/plan/float_environment.hpp"
 #include "host/report.hpp"
+#include "host/scene/float_environment.hpp"
 #include "host/scene/memory.hpp"
 #include "host/scene/refusal.hpp"
 

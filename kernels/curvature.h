@@ -62,9 +62,9 @@ inline real fourth_order(real far_low, real low, real centre, real high, real fa
 }
 
 inline real published_difference(real far_low, real low, real high, real far_high, Axis a) {
-    precise real gradient_low = a.w_low * (low - far_low);
-    precise real gradient_high = a.w_high * (far_high - high);
-    precise real sum = a.w * (gradient_high - gradient_low);
+    precise real gradient_low = real(a.w_low) * (low - far_low);
+    precise real gradient_high = real(a.w_high) * (far_high - high);
+    precise real sum = real(a.w) * (gradient_high - gradient_low);
     return sum;
 }
 
@@ -83,12 +83,12 @@ inline real add(real along_x, real along_y) {
 
 // C = L(S) - h*L(eps). L(S) is computed once, in double.
 inline real curvature_of(real rest_curvature, real strain_laplacian, scalar bend) {
-    precise real C = rest_curvature - bend * strain_laplacian;
+    precise real C = rest_curvature - real(bend) * strain_laplacian;
     return C;
 }
 
 // D = S - h*eps
 inline real deformation_of(real surface, real eps, scalar thickness) {
-    precise real D = surface - thickness * eps;
+    precise real D = surface - real(thickness) * eps;
     return D;
 }

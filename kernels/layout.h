@@ -152,9 +152,9 @@ struct SiteStencil {
     scalar rest_curvature;
 };
 struct SiteConstants {
-    Constants c;
     int first_cell, cells; // the cells of this window of rows: first and number
     int first_site, sites; // its receptors: first and number
+    Constants c;           // last, at a multiple of 16 bytes: HLSL can pack no member behind a struct of 108 bytes
 };
 
 struct ReduceConstants {

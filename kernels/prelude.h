@@ -3,7 +3,8 @@
 // (float and float, double and double, or glm::vec4 and float: four cells at a time) and provides the GLSL functions
 // abs, min, max, mix, lessThan. In GLSL real is float unless it is defined before, as vec4. Every function of kernels/*.h
 // keeps these rules (a build check counts them): only + - * compare and select, each intermediate a `precise` local,
-// literals real(...), structs filled member by member.
+// both factors of type real (what translates a vector times a scalar drops `precise`), literals real(...), structs
+// filled member by member.
 #ifdef __cplusplus
 #define precise
 #else

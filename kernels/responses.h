@@ -11,7 +11,7 @@ inline real signal(int quantity, Motion m, real integral) {
 
 // The signal x scaled by curvature: x*(1 + l*C).
 inline real response(real x, real C, scalar l) {
-    precise real gain = real(1.0) + l * C;
+    precise real gain = real(1.0) + real(l) * C;
     precise real scaled = x * gain;
     return flush(scaled);
 }
@@ -19,8 +19,8 @@ inline real response(real x, real C, scalar l) {
 // Pacinian transduction has a gain for each sign; (1, -1) passes the signal unchanged.
 inline real rectified(real a, scalar gain_plus, scalar gain_minus) {
     precise real other = -a; // no max(): that of a NaN may be 0
-    precise real plus = gain_plus * mix(a, real(0.0), lessThan(a, real(0.0)));
-    precise real minus = gain_minus * mix(other, real(0.0), lessThan(other, real(0.0)));
+    precise real plus = real(gain_plus) * mix(a, real(0.0), lessThan(a, real(0.0)));
+    precise real minus = real(gain_minus) * mix(other, real(0.0), lessThan(other, real(0.0)));
     precise real passed = plus + minus;
     return flush(passed);
 }

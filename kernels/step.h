@@ -31,18 +31,18 @@ inline Load load(real s0, real ds, real sj) {
 
 // The load of a pressure p of the map under an envelope.
 inline Load load_of(real p, Constants c) {
-    precise real s0 = c.start * p;
-    precise real ds = c.rise * p;
-    precise real sj = c.jump * p;
+    precise real s0 = real(c.start) * p;
+    precise real ds = real(c.rise) * p;
+    precise real sj = real(c.jump) * p;
     return load(s0, ds, sj);
 }
 
 // The load of a pressure that runs linearly from frame p to frame q.
 inline Load load_between(real p, real q, Constants c) {
     precise real change = q - p;
-    precise real s0 = p + c.start * change;
-    precise real ds = c.rise * change;
-    precise real sj = c.jump * p;
+    precise real s0 = p + real(c.start) * change;
+    precise real ds = real(c.rise) * change;
+    precise real sj = real(c.jump) * p;
     return load(s0, ds, sj);
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // One body over every backend: the CPU in float, Vulkan, against the CPU in double and closed forms.
+#include "dermis/fit.hpp"
 #include "host/check.hpp"
 #include "host/device.hpp"
 #include "tests/oracle/oracle.hpp"
@@ -416,6 +417,35 @@ TEST_CASE("every field, with every length in it, is what the formulas say, on ev
                     }
                 }
             }
+}
+
+TEST_CASE("a scene is read, receptors are drawn, chains are fitted and reports are made alike in every rounding mode") {
+    const auto numbers = [] {
+        const Scene s = Scene::from_string("[grid]\nwidth = 20\nheight = 10\nspacing = 0.1e-3\n[time]\nstep = 0.1\n"
+                                           "duration = 0.3\n[surface]\nrelief = 5e-5\n[material]\nmodulus = 1.1e-3\n"
+                                           "viscosity = 0.7\nthickness = 1e-3\ncurvature_length = 1e-5\n");
+        std::vector<double> all = {*s.grid.spacing, s.time.step, s.time.duration, *s.material.modulus,
+                                   *s.material.viscosity};
+        for (const KelvinVoigt& e : fingertip().material.elements) all.insert(all.end(), {e.modulus, e.viscosity});
+        for (const Site& site : population(s.grid, {}, 3))
+            all.insert(all.end(), {1.0 * site.cell.x, 1.0 * site.cell.y});
+        const Relaxation r = relaxation_of(fingertip().material.elements);
+        all.insert(all.end(), r.moduli.begin(), r.moduli.end());
+        const Fit fit = fit_creep({0.01, 0.1, 0.3, 1, 3, 10}, {0.1, 0.31, 0.52, 0.71, 0.83, 0.9}, 2);
+        for (const KelvinVoigt& e : fit.elements) all.insert(all.end(), {e.modulus, e.viscosity});
+        const Report report = dermis::report(s, run(s));
+        for (const Figure& f : report.retardation_times) all.push_back(f.value);
+        all.insert(all.end(), {report.strain.value, report.indentation.value, report.gain.value});
+        return all;
+    };
+    const std::vector<double> expected = numbers();
+    for (int mode : {FE_UPWARD, FE_DOWNWARD, FE_TOWARDZERO}) {
+        CAPTURE(mode);
+        std::fesetround(mode);
+        const std::vector<double> found = numbers();
+        std::fesetround(FE_TONEAREST);
+        CHECK(found == expected);
+    }
 }
 
 TEST_CASE("a caller's rounding mode changes nothing") {

@@ -4,6 +4,7 @@
 #include "host/device.hpp"
 #include "host/scene/scene.hpp"
 
+#include <cstdlib>
 #include <fstream>
 #include <sstream>
 
@@ -65,12 +66,15 @@ Validated::Validated() : Validated(vulkan::system_loader()) {}
 Validated::Validated(const vulkan::Loader& loader) : messages_(std::make_shared<std::vector<std::string>>()) {
     vulkan::InstanceOptions options;
     options.validation = [messages = messages_](const std::string& m) { messages->push_back(m); };
-    device_ = std::make_unique<Device>(open_device("vulkan", loader, options));
+    const char* which = std::getenv("DERMIS_TEST_DEVICE");
+    device_ = std::make_unique<Device>(open_device(which ? which : "vulkan", loader, options));
 }
 
 Validated::~Validated() {
     device_.reset();
-    for (const std::string& m : *messages_) FAIL_CHECK(m);
+    // The loader says of layers that the environment names that it does.
+    for (const std::string& m : *messages_)
+        if (m.find("env var 'VK_INSTANCE_LAYERS' defined") == std::string::npos) FAIL_CHECK(m);
 }
 
 double difference(const std::vector<double>& a, const std::vector<double>& b) {

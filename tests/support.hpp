@@ -37,7 +37,7 @@ inline constexpr Quantity all_responses[] = {Quantity::sa1, Quantity::sa2, Quant
 std::vector<float> frame(const SkinDescription&, int n);
 
 // A Vulkan device with synchronization validation on; when it goes out of scope every message it gave is a failure.
-// Fails, never skips, where there is no device.
+// Fails, never skips, where there is no device. The variable DERMIS_TEST_DEVICE names another one than "vulkan".
 class Validated {
   public:
     Validated();

@@ -2,7 +2,7 @@
 #include "host/cpu/stream.hpp"
 
 #include "host/cpu/pad_cells.hpp"
-#include "host/plan/float_environment.hpp"
+#include "host/scene/float_environment.hpp"
 
 #include <atomic>
 #include <cstring>

@@ -2,7 +2,7 @@
 #include "host/cpu/stepper.hpp"
 
 #include "host/cpu/cells.hpp"
-#include "host/plan/float_environment.hpp"
+#include "host/scene/float_environment.hpp"
 
 #include <deque>
 

@@ -3,8 +3,8 @@
 
 #include "host/cpu/cells.hpp"
 #include "host/cpu/pad_cells.hpp"
-#include "host/plan/float_environment.hpp"
 #include "host/plan/laplacian.hpp"
+#include "host/scene/float_environment.hpp"
 #include "host/simd/pool.hpp"
 
 #include <atomic>

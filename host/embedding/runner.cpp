@@ -2,7 +2,7 @@
 #include "host/embedding/runner.hpp"
 
 #include "host/embedding/skin_program.hpp"
-#include "host/plan/float_environment.hpp"
+#include "host/scene/float_environment.hpp"
 #include "host/vulkan/windows.hpp"
 
 #include <algorithm>

@@ -4,7 +4,7 @@
 
 #include "host/check.hpp"
 #include "host/embedding/handles.hpp"
-#include "host/plan/float_environment.hpp"
+#include "host/scene/float_environment.hpp"
 #include "host/scene/memory.hpp"
 #include "host/scene/refusal.hpp"
 #include "host/vulkan/recorder.hpp"

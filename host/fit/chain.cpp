@@ -2,6 +2,7 @@
 // Relaxation and retardation spectra, one from the other. The zeros of a compliance lie between its poles, one in each
 // gap, and so do those of a modulus: both are the roots of one secular equation.
 #include "dermis/fit.hpp"
+#include "host/scene/float_environment.hpp"
 #include "host/scene/memory.hpp"
 #include "host/scene/refusal.hpp"
 
@@ -127,6 +128,7 @@ double representable(const char* result, Real x) {
 } // namespace fit
 
 std::vector<KelvinVoigt> chain_of(const Relaxation& r) try {
+    const DefaultFloats guard;
     fit::check(r);
     std::vector<fit::Pole> poles;
     fit::Real instantaneous = r.equilibrium, viscosity = 0;
@@ -148,6 +150,7 @@ std::vector<KelvinVoigt> chain_of(const Relaxation& r) try {
 }
 
 Relaxation relaxation_of(const std::vector<KelvinVoigt>& chain) try {
+    const DefaultFloats guard;
     fit::check(chain);
     fit::Real spring = 0, dashpot = 0, compliance = 0; // compliance, fluidity, compliance after any time
     std::vector<fit::Pole> poles;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "host/fit/problem.hpp"
+#include "host/scene/float_environment.hpp"
 #include "host/scene/memory.hpp"
 #include "host/scene/refusal.hpp"
 
@@ -135,12 +136,14 @@ std::string needs_of(size_t points, int n) {
 } // namespace fit
 
 Fit fit_creep(const std::vector<double>& times, const std::vector<double>& compliances, int n, Residual residual) try {
+    const DefaultFloats guard;
     return fit::fitted(fit::checked(fit::Test::creep, times, compliances, n, residual), n);
 } catch (const std::bad_alloc&) {
     scene::out_of_memory([&] { return fit::needs_of(times.size(), n); });
 }
 
 Fit fit_relaxation(const std::vector<double>& times, const std::vector<double>& moduli, int n, Residual residual) try {
+    const DefaultFloats guard;
     return fit::fitted(fit::checked(fit::Test::relaxation, times, moduli, n, residual), n);
 } catch (const std::bad_alloc&) {
     scene::out_of_memory([&] { return fit::needs_of(times.size(), n); });

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Scene files: parsing, overriding keys, and the line of the file in every error.
+#include "host/scene/float_environment.hpp"
 #include "host/scene/input_file.hpp"
 #include "host/scene/memory.hpp"
 #include "host/scene/nearest.hpp"
@@ -113,6 +114,7 @@ scene::SceneText scene::text_of_string(const std::string& text, const std::strin
 
 scene::SceneWithFiles scene::read_scene(const SceneText& source, const std::vector<std::string>& overrides,
                                         const NamedMaps& maps) try {
+    const DefaultFloats guard; // what a text's numbers are depends on it too
     const auto& [text, name, folder] = source;
     toml::table file;
     if (const Unreadable found = unreadable(text); found.line)

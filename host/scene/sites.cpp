@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Receptor populations: drawn at random from densities, or read from a list.
+#include "host/scene/float_environment.hpp"
 #include "host/scene/input_file.hpp"
 #include "host/scene/memory.hpp"
 #include "host/scene/names.hpp"
@@ -31,6 +32,7 @@ struct SplitMix64 {
 } // namespace
 
 std::vector<Site> population(const Grid& grid, const Density& density, unsigned long long seed) try {
+    const DefaultFloats guard;
     if (!grid.spacing) scene::refuse("grid.spacing", "(not given)", "metres, required for sites by density");
     const double area = grid.width * *grid.spacing * grid.height * *grid.spacing * 1e4; // cm2
     SplitMix64 random{seed};

@@ -17,7 +17,6 @@ struct Wide {
     friend Wide operator+(Wide a, Wide b) { return Wide(a.v + b.v); }
     friend Wide operator-(Wide a, Wide b) { return Wide(a.v - b.v); }
     friend Wide operator*(Wide a, Wide b) { return Wide(a.v * b.v); }
-    friend Wide operator*(scalar a, Wide b) { return Wide(a) * b; }
     friend Wide operator-(Wide a) { return Wide(-a.v); }
     friend Wide abs(Wide a) { return Wide((Lanes)((Mask)a.v & ~(Mask)Wide(scalar(-0.0)).v)); }
     friend Mask lessThan(Wide a, Wide b) { return a.v < b.v; }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "host/vulkan/instance.hpp"
 
-#include "host/plan/float_environment.hpp"
+#include "host/scene/float_environment.hpp"
 #include "host/vulkan/requirements.hpp"
 
 #include <algorithm>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "host/vulkan/recorder.hpp"
 
-#include "host/plan/float_environment.hpp"
 #include "host/plan/laplacian.hpp"
+#include "host/scene/float_environment.hpp"
 
 #include <algorithm>
 #include <cstring>

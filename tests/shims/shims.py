@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: MIT
+"""Runs test suites on each device that the layer makes, and prints a matrix: how many cases of each suite passed on each.
+
+Arguments: --tests dermis-tests, --command dermis, --layers the layer's folder, --all for whole suites, --only SHIM.
+Fails where a case fails, where the command's self-test does not say of a device what it should, or where nothing ran.
+"""
+
+import argparse
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+LAYER = "VK_LAYER_DERMIS_shim"
+# Above the shim, validation holds the library to the limits that the shim tells.
+LAYERS = f"VK_LAYER_KHRONOS_validation:{LAYER}"
+# But where allocations are counted, of which validation makes many: there a test's own validation stands below.
+COUNTS_ALLOCATIONS = ("skin",)
+SHIMS = ["noncoherent", "split", "no_timestamps", "alignment", "least", "subgroup=1", "subgroup=4", "subgroup=64", "metal",
+         "groups=16", "few_buffers", "contracting"]
+QUICK_SHIMS = [shim for shim in SHIMS if shim not in ("subgroup=4", "subgroup=64")]
+SUITES = ["backends", "chain", "cli", "conventions", "device", "embedding", "frames", "kernels", "materials", "models", "pads",
+          "sites", "skin", "stability", "state", "trial"]
+# Cases that together use every kind of buffer, submission and limit.
+QUICK = {
+    "chain": "a skin of a chain*",
+    "device": "the canary*",
+    "embedding": "timestamps*,nothing of sites*",
+    "pads": "pads in a host's*",
+    "sites": "*",
+    "skin": "a pause keeps*",
+}
+# What the command's self-test says of a device.
+VERDICTS = {"few_buffers": "maxPerStageDescriptorStorageBuffers = 4; 12 are needed", "contracting": "; NOT exact"}
+# Cases that claim equal bits, or that "vulkan" takes the device: not on one whose bits differ and which has to be named.
+CLAIMS_OF_BITS = [
+    "*bits*", "*bit for bit*", "*ring of results*", "a check takes any NaN*", "a caller's rounding*", "*is counted",
+    "the recorded check*", "requirements are data*", "programs on several devices*", "a device that fails in one*",
+    "auto takes no software*", "a submission that fails*", "frames of one map*", "a model that cannot serve*",
+    "long runs: plain float*", "from press to press nothing*", "skins on threads*", "a press of pads*",
+    "another material at run time*", "pads are reset alone*", "a trial of a host's code*", "dermis run writes*",
+    "bad input: one line*", "dermis devices lists*", "a summary says*"]
+CLAIMS = "--test-case-exclude=" + ",".join(CLAIMS_OF_BITS)
+
+
+def environment(shim, layer_folder, layers):
+    return {**os.environ, "DERMIS_SHIM": shim, "VK_INSTANCE_LAYERS": layers,
+            "VK_LAYER_PATH": f"{layer_folder}:/usr/share/vulkan/explicit_layer.d"}
+
+
+def cases(program, variables, *filters):
+    """Runs test cases; returns what the matrix says of them, and the output where one failed."""
+    done = subprocess.run([program, "--no-skip", *filters], env=variables, capture_output=True, text=True)
+    found = re.search(r"test cases: +(\d+) \| +(\d+) passed \| +(\d+) failed", done.stdout)
+    if found and found[1] == "0" and CLAIMS in filters:
+        return "-", ""
+    if not found or found[1] == "0":
+        return "none", done.stdout + done.stderr
+    failed = done.returncode != 0 or found[3] != "0"
+    return f"{found[2]}/{found[1]}", done.stdout + done.stderr if failed else ""
+
+
+def suite(program, variables, name, shim, whole):
+    filters = [f"--source-file=*{name}_test.cpp"]
+    if not whole:
+        filters.append(f"--test-case={QUICK[name]}")
+    if shim == "contracting":
+        filters.append(CLAIMS)
+        variables = {**variables, "DERMIS_TEST_DEVICE": "0"}
+    return cases(program, variables, *filters)
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    for name in ("--tests", "--command", "--layers"):
+        parser.add_argument(name, type=Path, required=True)
+    parser.add_argument("--all", action="store_true")
+    parser.add_argument("--only")
+    options = parser.parse_args()
+    options.layers = options.layers.resolve()  # the command's tests run it in folders of their own
+    suites = SUITES if options.all else list(QUICK)
+    shims = [options.only] if options.only else SHIMS if options.all else QUICK_SHIMS
+    print(f"{'':<14} {'self-test':<10}" + "".join(f"{name:>12}" for name in ["shims", *suites]), flush=True)
+    failures = []
+    for shim in shims:
+        checked = subprocess.run([options.command, "check"], env=environment(shim, options.layers, LAYER),
+                                 capture_output=True, text=True)
+        text = checked.stdout + checked.stderr
+        verdict = VERDICTS.get(shim, "differ; exact\n")
+        if verdict not in text or f", {shim}" not in text:
+            failures.append(f"{shim}: dermis check should say {verdict!r}:\n{text}")
+        row = {"few_buffers": "refused", "contracting": "not exact"}.get(shim, "exact")
+        line = f"{shim:<14} {row:<10}"
+        kind = shim.split("=")[0]
+        own = kind in ("noncoherent", "split", "alignment", "least", "few_buffers", "contracting")
+        for name in ["shims", *(suites if shim != "few_buffers" else [])]:
+            variables = environment(shim, options.layers, LAYER if name in COUNTS_ALLOCATIONS else LAYERS)
+            if name == "shims" and not own:
+                line += f"{'':>12}"
+                continue
+            if name == "shims":
+                passed, output = cases(options.tests, variables, "--source-file=*shims_test.cpp", f"--test-case={kind}:*")
+            else:
+                passed, output = suite(options.tests, variables, name, shim, options.all)
+            line += f"{passed:>12}"
+            if output:
+                failures.append(f"{shim}, {name}:\n{output[-6000:]}")
+        print(line, flush=True)
+    for failure in failures:
+        print(failure)
+    sys.exit(bool(failures))
+
+
+if __name__ == "__main__":
+    main()
