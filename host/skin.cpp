@@ -280,10 +280,10 @@ Skin::Response Skin::response(Quantity q) const try {
         return {all.data(), all.size()};
     }
     if (!scene::is_receptor_class(q) || !s.wanted[size_t(q)])
-        scene::refuse(
-            "response", std::string("\"") + name(q) + "\"",
-            std::string(s.fields ? "the responses that the skin was made with" : "the classes of the description's sites") +
-                ", strain, indentation, curvature");
+        scene::refuse("response", std::string("\"") + name(q) + "\"",
+                      std::string(s.fields ? "the responses that the skin was made with"
+                                           : "the classes of the description's sites") +
+                          ", strain, indentation, curvature");
     const float* data = s.stream->response(q); // throws if the device is lost
     return {data, s.count * (s.fields ? s.cells() : s.sites_of[size_t(q)])};
 } catch (const std::bad_alloc&) {

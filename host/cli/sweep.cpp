@@ -95,7 +95,7 @@ class Sweep {
     void clear() {
         if (cleared_) return;
         cleared_ = true;
-        output::remove_earlier_run(out_, {});
+        output::remove_earlier_run(out_);
         output::remove_earlier_sweep(out_, resume_ ? runs_.size() + 1 : 1);
         output::write_file(out_ / "runs.csv", table_of(runs_, {}));
     }

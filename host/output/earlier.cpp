@@ -39,19 +39,20 @@ bool is_ours(const std::string& name) {
     return quantity && !number.empty() && number.find_first_not_of("0123456789.e+-") == number.npos;
 }
 
-void remove_file(const fs::path& path) {
+// Returns the entries of a folder. Throws std::bad_alloc where there is no memory to open it.
+fs::directory_iterator entries_of(const fs::path& folder) {
     std::error_code error;
-    fs::remove(path, error);
+    fs::directory_iterator entries(folder, error);
+    if (error == std::errc::not_enough_memory) throw std::bad_alloc();
     if (error)
-        throw Error(Error::Code::io, "",
-                    fmt::format("{}: cannot be removed ({}), and is an earlier run's", path.string(), error.message()));
+        throw Error(Error::Code::io, "", fmt::format("{}: cannot be read ({})", folder.string(), error.message()));
+    return entries;
 }
 
-// Returns the files of an earlier run but for those in `kept`.
 std::vector<fs::path> files_of_run(const fs::path& folder, const std::vector<std::string>& kept) {
     std::vector<fs::path> stale;
     if (!begins_with(folder / "summary.json", made_by_dermis)) return stale;
-    for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+    for (const fs::directory_entry& entry : entries_of(folder)) {
         const std::string name = entry.path().filename().string();
         if (is_ours(name) && !entry.is_directory() && std::find(kept.begin(), kept.end(), name) == kept.end())
             stale.push_back(entry.path());
@@ -97,6 +98,14 @@ void need_none(const Inputs& inputs, const std::vector<fs::path>& files) {
 
 } // namespace
 
+void remove_file(const fs::path& path) {
+    std::error_code error;
+    fs::remove(path, error);
+    if (error)
+        throw Error(Error::Code::io, "",
+                    fmt::format("{}: cannot be removed ({}), and is an earlier run's", path.string(), error.message()));
+}
+
 bool begins_with(const Path& path, const std::string& start) {
     std::error_code none;
     if (!fs::is_regular_file(path, none)) return false;
@@ -124,18 +133,22 @@ void need_inputs_kept(const fs::path& folder, size_t runs, const std::vector<std
 
 bool is_owned(const fs::path& folder) {
     if (begins_with(folder / "summary.json", made_by_dermis)) return true;
-    for (const fs::directory_entry& entry : fs::directory_iterator(folder))
+    for (const fs::directory_entry& entry : entries_of(folder))
         if (is_ours(entry.path().filename().string())) return false;
     return true;
 }
 
-void remove_earlier_run(const fs::path& folder, const std::vector<std::string>& kept) {
+std::vector<fs::path> earlier_run(const fs::path& folder, const std::vector<std::string>& kept) {
     std::vector<fs::path> stale = files_of_run(folder, kept);
     // summary.json goes last: until then a run that was stopped here can be finished by the next.
     std::sort(stale.begin(), stale.end(), [](const fs::path& a, const fs::path& b) {
         return (a.filename() == "summary.json") < (b.filename() == "summary.json");
     });
-    for (const fs::path& path : stale) remove_file(path);
+    return stale;
+}
+
+void remove_earlier_run(const fs::path& folder) {
+    for (const fs::path& path : earlier_run(folder, {})) remove_file(path);
 }
 
 void remove_earlier_sweep(const fs::path& folder, size_t first) {
@@ -144,7 +157,7 @@ void remove_earlier_sweep(const fs::path& folder, size_t first) {
         const fs::path of_run = folder / std::to_string(run);
         std::error_code none;
         if (!fs::is_directory(of_run, none)) continue;
-        remove_earlier_run(Folder(of_run).path(), {});
+        remove_earlier_run(Folder(of_run).path());
         fs::remove(of_run, none); // where nothing else is in it
     }
     if (lines && first == 1) remove_file(folder / "runs.csv");

@@ -24,8 +24,12 @@ void need_inputs_kept(const std::filesystem::path& folder, size_t runs, const st
 // Returns whether all files with a name of a run's are dermis's: summary.json shows it, or there are none.
 bool is_owned(const std::filesystem::path& folder);
 
-// Removes a run's files but for those in `kept`; its summary.json shows that dermis wrote them.
-void remove_earlier_run(const std::filesystem::path& folder, const std::vector<std::string>& kept);
+// Returns a run's files but for those in `kept`, in the order in which they may be removed; its summary.json shows that
+// dermis wrote them.
+std::vector<std::filesystem::path> earlier_run(const std::filesystem::path& folder,
+                                               const std::vector<std::string>& kept);
+void remove_file(const std::filesystem::path&);
+void remove_earlier_run(const std::filesystem::path& folder);
 
 // Removes a sweep's runs from number `first` on, with their folders if they are then empty; runs.csv shows how many
 // there were, and goes with the first.

@@ -154,6 +154,9 @@ std::vector<std::string> result_files(const Scene& scene) {
 
 void write_result(const Folder& folder, const Scene& scene, const Result& result, const std::string& origin) {
     const Path& out = folder.path();
+    // Known before anything is written, because there may be no memory to find it out later.
+    const std::vector<Path> stale = earlier_run(out, result_files(scene));
+    const bool owned = is_owned(out);
     Part unfinished(out / "summary.json", made_by_dermis + "\n  \"unfinished\": true\n}\n");
     std::list<Part> parts;
     const auto add = [&](const std::string& name, const std::string& content) {
@@ -170,8 +173,8 @@ void write_result(const Folder& folder, const Scene& scene, const Result& result
     add("summary.json", summary_json(scene, result, origin));
     // A kill from here on leaves files of two runs, and the summary that says so.
     const HeldSignals signals;
-    if (is_owned(out)) unfinished.publish(signals);
-    remove_earlier_run(out, result_files(scene));
+    if (owned) unfinished.publish(signals);
+    for (const Path& path : stale) remove_file(path);
     for (Part& part : parts) part.publish(signals);
 }
 

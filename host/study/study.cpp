@@ -94,7 +94,7 @@ void remove_earlier_study(const Path& out, bool resume) {
     for (const auto& [folder, scene] : all_scenes()) {
         if (!output::begins_with(out / folder / "summary.json", output::made_by_dermis)) continue;
         shown = true;
-        if (!resume) output::remove_earlier_run(output::Folder(out / folder).path(), {});
+        if (!resume) output::remove_earlier_run(output::Folder(out / folder).path());
     }
     for (const char* name : {"claims.md", "chart.csv", "chart_device.txt", "stability.csv", "failures.csv"})
         if (shown) std::filesystem::remove(out / name);

@@ -8,11 +8,12 @@
 //
 //     dermis::Result r = dermis::run(dermis::Scene::from_file("scene.toml"));
 //
-// Maps are row-major, row 0 first: index = y*width + x. The centre of cell [x, y] lies (x + 0.5)*spacing along a row and
-// (y + 0.5)*spacing across the rows from the outer corner of cell [0, 0]; seen from outside the skin the rows follow one
-// another a quarter turn counter-clockwise from the direction along a row. Pressure pushes where it is positive; a
-// negative one is suction, which lifts the skin, and strain and responses change their sign with it. Every output at a
-// time t is the left limit at t, and 0 at t = 0 until the load has acted. Functions throw dermis::Error, and check their input before they write anything.
+// Maps are row-major, row 0 first: index = y*width + x. The centre of cell [x, y] lies (x + 0.5)*spacing along a row
+// and (y + 0.5)*spacing across the rows from the outer corner of cell [0, 0]; seen from outside the skin the rows
+// follow one another a quarter turn counter-clockwise from the direction along a row. Pressure pushes where it is
+// positive; a negative one is suction, which lifts the skin, and strain and responses change their sign with it. Every
+// output at a time t is the left limit at t, and 0 at t = 0 until the load has acted. Functions throw dermis::Error,
+// and check their input before they write anything.
 #pragma once
 
 #include <dermis/export.hpp>
