@@ -13,7 +13,7 @@ namespace test {
 
 class Ledger {
   public:
-    // What the library was told: an object was made or ended, a submission began or its fence was waited for.
+    // These tell what happened: an object was made or ended, a submission began or its fence was waited for.
     // owner: the device, or what a device was made of.
     void made(const char* call, uint64_t owner, uint64_t handle);
     void found_device(uint64_t physical, uint64_t instance) { instance_of_[physical] = instance; }
@@ -26,7 +26,7 @@ class Ledger {
     bool lost(uint64_t device) const { return lost_.count(device) > 0; }
     // The objects that are there, but those of lost devices and their instances.
     std::vector<std::string> left() const;
-    // What was ended wrongly, in words; then forgotten.
+    // Returns in words what was ended wrongly, and forgets it.
     std::vector<std::string> faults() { return std::exchange(faults_, {}); }
 
   private:

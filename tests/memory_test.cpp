@@ -127,7 +127,7 @@ void append(Numbers& all, const Skin& skin, Quantity q) {
     all.insert(all.end(), r.begin(), r.end());
 }
 
-// What a skin, or a batch of them, is pressed by.
+// A skin, or a batch of them, is pressed by this.
 struct Pressing {
     SkinDescription description = small_scene(12, 8);
     SkinOptions options;

@@ -95,7 +95,7 @@ Part::Part(const Path& path, const std::string& content) : path_(path) {
     if (::close(file) != 0 || !synced) failed(path_, "written");
 }
 
-// Where a name is taken, by a file that a process of the same number left or by another file of this one, the next
+// If a name is taken, by a file that a process of the same number left or by another file of this one, the next
 // number is tried.
 int Part::created() {
     for (long number = ::getpid();; ++number) {

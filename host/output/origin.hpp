@@ -19,7 +19,7 @@ struct Input {
 // Throws Error::io where the file cannot be read.
 Input input_of(const std::string& path);
 
-// What a run's results follow from, beside the version and the commit of dermis.
+// A run's results follow from these, and from the version and the commit of dermis.
 struct Origin {
     std::string scene;                  // its text, or a name that the program gives it
     std::vector<std::string> overrides; // of keys

@@ -53,7 +53,7 @@ std::string needs_of(const Scene& s) {
 }
 
 std::string needs_of(const SkinDescription& d, const SkinOptions& options) {
-    // Of each cell a pressure, and without sites a strain and responses.
+    // Each cell has a pressure, and without sites a strain and responses.
     const double of_cell = 1 + (d.sites.empty() ? 1 + double(options.responses.size()) : 0);
     return std::to_string(options.count) + (options.count == 1 ? " skin of " : " skins of ") + grid_text(d.grid) +
            " and " + std::to_string(d.sites.size()) + " receptors need at least " +

@@ -267,7 +267,7 @@ typedef struct dermis_contact {
 DERMIS_API dermis_status dermis_add_contacts(const dermis_contact_pad* pad, const dermis_contact* contacts,
                                              size_t count, dermis_contact_report* report);
 
-// Where a pad is: world = position + rotation*local. The pad's z points out of the skin.
+// A pose says where a pad is: world = position + rotation*local. The pad's z points out of the skin.
 typedef struct dermis_pose {
     double position[3]; // m, -1e6..1e6: the outer corner of cell (0, 0)
     double rotation[9]; // row-major, right to 1e-3; its columns are the pad's axes in the world

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the fuzzers share. Each target reads bytes as one reader of the project does: it may refuse them by an Error, of
+// The fuzzers share this. Each target reads bytes as one reader of the project does: it may refuse them by an Error, of
 // one line that says why, or take them. All else, and each finding of a sanitizer, is a failure.
 #pragma once
 

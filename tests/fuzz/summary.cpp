@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What an earlier run has left in a folder: a summary.json, and after a 0 a runs.csv.
+// The bytes are what an earlier run has left in a folder: a summary.json, and after a 0 a runs.csv.
 #include "host/output/earlier.hpp"
 #include "host/output/origin.hpp"
 #include "tests/fuzz/fuzz.hpp"

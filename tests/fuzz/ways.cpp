@@ -36,7 +36,7 @@ Numbers numbers_of(const Result& r) {
     return all;
 }
 
-// What became of a run: its numbers, or a refusal of the scene.
+// A run gave numbers, or refused the scene.
 struct Outcome {
     bool done = false;
     Numbers numbers;
@@ -97,7 +97,7 @@ std::string difference_of_models(const Scene& scene, const Device& cpu) {
                 scale = std::fmax(scale, std::fabs(right[i]));
                 off = std::fmax(off, std::isfinite(other[i]) ? std::fabs(other[i] - right[i]) : HUGE_VAL);
             }
-            // Of responses and fields the tolerance is of the greatest value of all cells, which is not here.
+            // The tolerance of responses and fields is relative to the greatest value of all cells, which is not here.
             const bool whole = what != "responses" && what.find("field") != 0;
             if (whole && off > 2 * tolerance * scale) return where + " differs by " + std::to_string(off / scale);
         }

@@ -139,7 +139,7 @@ class Finger {
     int up_, along_, site_, geom_;
 };
 
-// What one finger did and felt, frame by frame.
+// A recording has what one finger did and felt, frame by frame.
 struct Recording {
     std::vector<double> held_up, speed;
     std::vector<float> pressure;            // of frames*cells
