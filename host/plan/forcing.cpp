@@ -59,36 +59,15 @@ template <class T> std::complex<T> reciprocal(T real, T imaginary) {
     return {wide ? share : other, wide ? -other : -share};
 }
 
-// Makes of the coefficients of a load that is held those under a sine: its steady-state response, less the decayed rest
-// of its value at the step's start.
-template <class K> class SineForce {
-  public:
-    using T = typename K::real;
-    SineForce(const Sine<T>& s, const ResponseRule& rule, T dt)
-        : w_(s.w), dt_(dt), start_(s.start.imag(), -s.start.real()), turn_(s.turn),
-          rate_of_turn_(-s.w * s.turn.imag(), s.w * s.turn.real()),
-          sum_(reciprocal<T>(1 / T(rule.sa2_adaptation), s.w)), step_mean_(rule.step_mean) {}
-
-    [[gnu::always_inline]] void force(typename K::Coefficients& k, const Element& m) const {
-        const T modulus = m.modulus, viscosity = m.viscosity;
-        const std::complex<T> compliance = reciprocal<T>(modulus, w_ * viscosity), eps0 = product(start_, compliance),
-                              sum0 = product(eps0, sum_);
-        const T left = k.v0 * viscosity; // e^-z, the factor by which a strain decays over the step
-        const T wave = start_.real();    // the held pressure, whose effect the coefficients contain: subtracted
-        k.f = real_product<T>(eps0, {turn_.real() - left, turn_.imag()}) - k.b * wave;
-        k.i2 = (real_product<T>(sum0, {turn_.real() - (1 - k.leak), turn_.imag()}) - eps0.real() * k.i0) - k.i1 * wave;
-        k.v1 = real_product<T>(eps0, {rate_of_turn_.real() + modulus * k.v0, rate_of_turn_.imag()}) - k.v0 * wave;
-        const T acceleration =
-            real_product<T>(eps0, {-w_ * w_ * turn_.real() + k.E * k.a0, -w_ * w_ * turn_.imag()}) - k.a0 * wave;
-        k.a1 = step_mean_ ? k.v1 / dt_ : acceleration;
-    }
-
-  private:
-    T w_, dt_;
-    std::complex<T> start_, turn_, rate_of_turn_; // start_: over i; rate_of_turn_: i w turn
-    std::complex<T> sum_;                         // by which the integral follows from a strain
-    bool step_mean_;
-};
+// Writes the factors of ds under a sine: of each the real part of its gain times the phasor at the start, over i.
+template <class To, class T> void force_sine(To& k, const SineGains<T>& gains, std::complex<T> start) {
+    using real = decltype(k.f);
+    const std::complex<T> over_i(start.imag(), -start.real());
+    k.f = real(real_product(gains.f, over_i));
+    k.i2 = real(real_product(gains.i2, over_i));
+    k.v1 = real(real_product(gains.v1, over_i));
+    k.a1 = real(real_product(gains.a1, over_i));
+}
 
 // Writes the impulses of a jump. whole: the pressure of the step is the jump; held: the load does not change before it.
 template <class K>
@@ -127,36 +106,58 @@ template <class K> void scale_change(typename K::Coefficients& k, typename K::re
     for (auto* factor : {&k.f, &k.i2, &k.v1, &k.a1}) *factor *= du;
 }
 
+// A sine's effect is its steady-state response, less the decayed rest of that at the step's start, less the effect of
+// the pressure at the step's start, which the coefficients contain.
+template <class K, class T>
+SineGains<T> sine_gains(const typename K::Coefficients& held, const Element& m, const ResponseRule& rule, T w,
+                        std::complex<T> turn, T dt) {
+    const T modulus = m.modulus, viscosity = m.viscosity;
+    const std::complex<T> compliance = reciprocal<T>(modulus, w * viscosity),
+                          rate_of_turn(-w * turn.imag(), w * turn.real());
+    const T left = held.v0 * viscosity; // e^-z, the factor by which a strain decays over the step
+    SineGains<T> gains;
+    gains.f = product(compliance, turn - left) - held.b;
+    const std::complex<T> sum = product(compliance, reciprocal<T>(1 / T(rule.sa2_adaptation), w));
+    gains.i2 = (product(sum, turn - (1 - held.leak)) - compliance * held.i0) - held.i1;
+    gains.v1 = product(compliance, rate_of_turn + modulus * held.v0) - held.v0;
+    gains.a1 = rule.step_mean ? gains.v1 / dt : product(compliance, held.E * held.a0 - w * w * turn) - held.a0;
+    return gains;
+}
+template SineGains<double> sine_gains<f64>(const f64::Coefficients&, const Element&, const ResponseRule&, double,
+                                           std::complex<double>, double);
+
 template <class K>
 void force(typename K::Coefficients& k, const Element& m, const ResponseRule& rule,
-           const Forcing<typename K::real>& forcing) {
-    if (forcing.sine) SineForce<K>(*forcing.sine, rule, forcing.dt).force(k, m);
+           const Forcing<typename K::real>& forcing, const SineGains<typename K::real>* known) {
+    using T = typename K::real;
+    if (const auto& sine = forcing.sine)
+        force_sine<typename K::Coefficients, T>(
+            k, known ? *known : sine_gains<K, T>(k, m, rule, sine->w, sine->turn, forcing.dt), sine->start);
     else if (!forcing.segments.empty()) force_straight<K>(k, m, rule, forcing.segments, forcing.dt);
     if (forcing.slope && is_elastic(m)) k.a1 = (k.v1 - *forcing.slope / m.modulus) / forcing.slope_length;
     if (forcing.impulse) force_impulse<K>(k, m, *forcing.impulse, forcing.framed, forcing.held);
 }
 
 template <class K>
-void fill_row_of_sine(const std::vector<f64::Coefficients>& held, const std::vector<Element>& materials,
-                      const int* material, int cells, const ResponseRule& rule, const Forcing<double>& forcing,
-                      typename K::Coefficients* row) {
-    const SineForce<f64> sine(*forcing.sine, rule, forcing.dt);
+void fill_row_of_sine(const std::vector<f64::Coefficients>& held, const std::vector<SineGains<double>>& gains,
+                      const int* material, int cells, const Forcing<double>& forcing, typename K::Coefficients* row) {
+    const bool shared = held.size() == 1;
     for (int i = 0; i < cells; ++i) {
         const size_t of = size_t(material[i]);
-        f64::Coefficients k = held[held.size() == 1 ? 0 : of];
-        sine.force(k, materials[of]);
-        row[i] = rounded<K>(k);
+        row[i] = rounded<K>(held[shared ? 0 : of]);
+        force_sine(row[i], gains[of], forcing.sine->start);
     }
 }
-template void fill_row_of_sine<f32>(const std::vector<f64::Coefficients>&, const std::vector<Element>&, const int*, int,
-                                    const ResponseRule&, const Forcing<double>&, f32::Coefficients*);
-template void fill_row_of_sine<f64>(const std::vector<f64::Coefficients>&, const std::vector<Element>&, const int*, int,
-                                    const ResponseRule&, const Forcing<double>&, f64::Coefficients*);
+template void fill_row_of_sine<f32>(const std::vector<f64::Coefficients>&, const std::vector<SineGains<double>>&,
+                                    const int*, int, const Forcing<double>&, f32::Coefficients*);
+template void fill_row_of_sine<f64>(const std::vector<f64::Coefficients>&, const std::vector<SineGains<double>>&,
+                                    const int*, int, const Forcing<double>&, f64::Coefficients*);
 
 #define IN(K)                                                                                                          \
     template Forcing<K::real> forcing_over(const scene::Waveform&, scene::Instant, scene::Instant, K::real, bool);     \
     template void scale_change<K>(K::Coefficients&, K::real);                                                          \
-    template void force<K>(K::Coefficients&, const Element&, const ResponseRule&, const Forcing<K::real>&);
+    template void force<K>(K::Coefficients&, const Element&, const ResponseRule&, const Forcing<K::real>&,             \
+                           const SineGains<K::real>*);
 IN(f64)
 IN(extended)
 #undef IN

@@ -22,6 +22,10 @@ template <class T> struct Sine {
     std::complex<T> start, turn;
 };
 
+// The factors of ds under a sine, by the phasor at the step's start: of an element, a length of the step and a
+// frequency.
+template <class T> struct SineGains { std::complex<T> f, i2, v1, a1; };
+
 // How a step differs from one under a load that is held, or whose change is the pressure's between frames.
 template <class T> struct Forcing {
     T dt = 0;                         // length of the step, s
@@ -48,15 +52,22 @@ Forcing<T> forcing_over(const scene::Waveform&, scene::Instant from, scene::Inst
 // Multiplies the factors of ds, those of a linear rise by 1.
 template <class K> void scale_change(typename K::Coefficients&, typename K::real du);
 
-// Writes what the forcing makes of the coefficients of a load that is held; K is f64 or extended.
+// Returns the gains of an element from its coefficients under a load that is held. w, turn: those of Sine; dt: the
+// length of the step, s.
+template <class K, class T = typename K::real>
+SineGains<T> sine_gains(const typename K::Coefficients& held, const Element&, const ResponseRule&, T w,
+                        std::complex<T> turn, T dt);
+
+// Writes what the forcing makes of the coefficients of a load that is held; K is f64 or extended. known: the gains of a
+// sine, which are made where it is null.
 template <class K>
-void force(typename K::Coefficients&, const Element&, const ResponseRule&, const Forcing<typename K::real>&);
+void force(typename K::Coefficients&, const Element&, const ResponseRule&, const Forcing<typename K::real>&,
+           const SineGains<typename K::real>* known = nullptr);
 
 // Writes the coefficients of a row of cells under a sine alone, each cell's by its index into the materials. held: of
-// a load that is held, of each material or one for all.
+// a load that is held, of each material or one for all; gains: of each material.
 template <class K>
-void fill_row_of_sine(const std::vector<f64::Coefficients>& held, const std::vector<Element>& materials,
-                      const int* material, int cells, const ResponseRule&, const Forcing<double>&,
-                      typename K::Coefficients* row);
+void fill_row_of_sine(const std::vector<f64::Coefficients>& held, const std::vector<SineGains<double>>& gains,
+                      const int* material, int cells, const Forcing<double>&, typename K::Coefficients* row);
 
 } // namespace dermis::plan

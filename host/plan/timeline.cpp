@@ -16,29 +16,36 @@ void FrameFeed::before(const Step& step, const std::function<void(const std::vec
     }
 }
 
+// A table of make(index) for each material.
+template <class Make> auto Timeline::table_of(Make make) const {
+    using Table = std::vector<decltype(make(0))>;
+    auto table = std::make_shared<Table>(simd::map_of(materials_.size(), typename Table::value_type{}));
+    simd::Pool pool(simd::useful_threads(materials_.size(), threads_));
+    pool.share(int(materials_.size()), [&](int first, int last) {
+        for (int i = first; i < last; ++i) (*table)[size_t(i)] = make(size_t(i));
+    });
+    return std::shared_ptr<const Table>(std::move(table));
+}
+
 Timeline::Timeline(const Schedule& schedule, const std::vector<Element>& materials, const ResponseRule& rule,
                    Method method, int threads)
     : schedule_(schedule), materials_(materials), rule_(rule), method_(method), threads_(threads),
       rate_from_slope_(rule.step_mean && std::any_of(materials.begin(), materials.end(), scene::is_elastic)),
       load_(schedule.load.envelope, schedule.time) {
     const double dt = schedule.time.step;
-    regular_ = table_of([&](const Element& m) {
+    regular_ = table_of([&](size_t i) {
+        const Element& m = materials[i];
         switch (method) {
         case Method::exact: return exact_coefficients(m, rule, dt);
         case Method::published: return published_coefficients(m, dt);
         default: return baseline_coefficients(method, m, rule, dt);
         }
     });
-}
-
-// A table of make(element) for each material.
-template <class Make> SharedCoefficients Timeline::table_of(Make make) const {
-    auto table = std::make_shared<CoefficientTable>(simd::map_of(materials_.size(), f64::Coefficients{}));
-    simd::Pool pool(simd::useful_threads(materials_.size(), threads_));
-    pool.share(int(materials_.size()), [&](int first, int last) {
-        for (int i = first; i < last; ++i) (*table)[size_t(i)] = make(materials_[size_t(i)]);
-    });
-    return table;
+    if (method == Method::exact && !schedule.sequence && load_.sine())
+        gains_ = table_of([&](size_t i) {
+            return sine_gains<f64>((*regular_)[i], materials[i], rule, load_.angular_frequency(),
+                                   load_.turn<double>(dt), dt);
+        });
 }
 
 scene::Instant Timeline::output_time(long long n) const { return Instant::multiple(double(n), schedule_.time.step); }
@@ -55,7 +62,7 @@ double Timeline::length_of(Instant from, Instant to) const {
 
 SharedCoefficients Timeline::coefficients_over(Instant from, Instant to) const {
     if (regular(from, to)) return regular_;
-    return table_of([&](const Element& m) { return exact_coefficients(m, rule_, to - from); });
+    return table_of([&](size_t i) { return exact_coefficients(materials_[i], rule_, to - from); });
 }
 
 // One step under the load. Step::start is the load after a jump at the step's start; its change within the step is in
@@ -83,6 +90,7 @@ Step Timeline::exact_step(Instant from, Instant to) const {
     }
     s.rise = 1;
     s.forcing = std::make_shared<Forcing<double>>(std::move(forcing));
+    if (s.coefficients == regular_) s.gains = gains_;
     return s;
 }
 

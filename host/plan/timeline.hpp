@@ -12,11 +12,13 @@ namespace dermis::plan {
 
 using CoefficientTable = std::vector<f64::Coefficients>; // one entry for each material, or one for all
 using SharedCoefficients = std::shared_ptr<const CoefficientTable>;
+using SharedGains = std::shared_ptr<const std::vector<SineGains<double>>>; // one entry for each material
 
 // One press of every cell, from the last kept state to `time`. keep: the new state replaces the old one. Otherwise the
 // step is a peek (a field between outputs, an impulse). trace, impulse, field: index of the output at its end, or -1.
 struct Step {
     SharedCoefficients coefficients;                // under a load that is held; equal pointers mean equal numbers
+    SharedGains gains;                              // of a sine over a whole step; null: to be made from the forcing
     std::shared_ptr<const Forcing<double>> forcing; // null: none; equal pointers mean equal numbers
     double start = 0, rise = 0, jump = 0;           // see Constants in kernels/layout.h
     long long frame = -1;                           // in a sequence the pressure runs from this frame to the next
@@ -36,7 +38,7 @@ struct Step {
     // The coefficients of a material, by its index and its element.
     f64::Coefficients coefficients_of(size_t material, const Element& element, const ResponseRule& rule) const {
         f64::Coefficients k = (*coefficients)[coefficients->size() == 1 ? 0 : material];
-        if (forcing) force<f64>(k, element, rule, *forcing);
+        if (forcing) force<f64>(k, element, rule, *forcing, gains ? &(*gains)[material] : nullptr);
         return k;
     }
 };
@@ -69,8 +71,8 @@ void fill_table(const Step& step, const std::vector<Element>& materials, const C
 template <class K>
 void fill_row(const Step& step, const std::vector<Element>& materials, const Chain& chain, const ResponseRule& rule,
               const int* material, int cells, typename K::Coefficients* row) {
-    if (chain.length == 1 && step.forcing && step.forcing->is_sine_alone())
-        return fill_row_of_sine<K>(*step.coefficients, materials, material, cells, rule, *step.forcing, row);
+    if (chain.length == 1 && step.gains && step.forcing->is_sine_alone())
+        return fill_row_of_sine<K>(*step.coefficients, *step.gains, material, cells, *step.forcing, row);
     if (chain.length > 1 || (step.forcing && !step.forcing->scales())) {
         for (int i = 0; i < cells; ++i)
             fill_chain<K>(step, materials, chain, rule, size_t(material[i]), row + size_t(i) * chain.length);
@@ -119,7 +121,7 @@ class Timeline {
     long long frame_at(Instant) const;
     bool regular(Instant from, Instant to) const;
     double length_of(Instant from, Instant to) const;
-    template <class Make> SharedCoefficients table_of(Make) const;
+    template <class Make> auto table_of(Make) const;
     SharedCoefficients coefficients_over(Instant from, Instant to) const;
     Step exact_step(Instant from, Instant to) const;
     Step framed_step(Instant from, Instant to) const;
@@ -140,6 +142,7 @@ class Timeline {
     const bool rate_from_slope_;
     SharedCoefficients regular_; // those of a whole step
     scene::Waveform load_;
+    SharedGains gains_;         // of a whole step of the exact method
     std::vector<Step> pending_; // steps up to the next output, last first
     long long output_ = 0;      // index of the next output
     size_t field_ = 0, knot_ = 0;

@@ -62,11 +62,12 @@ void cost_materials(Candidate& c, const PreparedSkin& skin, const Schedule& sche
                                    : std::min(steps, double(plan::steps_of_batch));
     double maps = !m.modulus_map.empty() + !m.viscosity_map.empty();
     for (const KelvinVoigt& e : m.elements) maps += !e.modulus_map.empty() + !e.viscosity_map.empty();
-    c.bytes += cells * (sizeof(int) + 8.0 * maps) +
-               materials * (sizeof(plan::Element) + in_double * (peeks ? 2 : 1) + rounded * tables);
-    if (device) return;
     const bool sine = !schedule.framed && schedule.load.envelope.kind == Envelope::Kind::sine;
-    c.seconds += (materials * 3e-7 + steps * cells * (!rows ? 4e-10 : sine ? 3e-8 : 6e-9)) / backend.threads;
+    const double gains = sine ? sizeof(plan::SineGains<double>) : 0;
+    c.bytes += cells * (sizeof(int) + 8.0 * maps) +
+               materials * (sizeof(plan::Element) + in_double * (peeks ? 2 : 1) + gains + rounded * tables);
+    if (device) return;
+    c.seconds += (materials * 3e-7 + steps * cells * (!rows ? 4e-10 : sine ? 8e-9 : 6e-9)) / backend.threads;
 }
 
 void cost_march(Candidate& c, const PreparedSkin& skin, const Schedule& schedule, const plan::Capabilities& backend) {
