@@ -97,46 +97,30 @@ bool FramePress::press_on(double dt, float* held, const float* to, float* const 
 
 namespace {
 
-// Maps that are walked side by side: each begins at a cache line, and at other bits of an address than its neighbours,
-// which would otherwise compete for the same lines of a cache.
-class SideBySide {
-  public:
-    explicit SideBySide(const std::vector<size_t>& sizes) {
-        size_t all = line;
-        for (size_t size : sizes) all += size + gap;
-        values_ = simd::map_of(all, 0.0f);
-        size_t at = (64 - reinterpret_cast<uintptr_t>(values_.data()) % 64) % 64 / sizeof(float);
-        for (size_t size : sizes) {
-            begins_.push_back(values_.data() + at);
-            at += (size + line - 1) / line * line + 5 * line;
-        }
-    }
-    float* operator[](size_t i) const { return begins_[i]; }
-    void clear() { std::fill(values_.begin(), values_.end(), 0.0f); }
-
-  private:
-    static constexpr size_t line = 64 / sizeof(float), gap = 6 * line;
-    std::vector<float> values_;
-    std::vector<float*> begins_;
-};
-
 using Responses = std::array<float*, RESPONSE_MAPS>;
 
 // One skin, whose rows are shared among threads.
 class SkinStream : public plan::Stream {
   public:
     SkinStream(const StreamedSkin& skin, int threads, const simd::Isa& isa)
-        : press_(skin, threads, isa), memory_(sizes_of(skin)), width_(size_t(skin.skin.width())),
-          pitch_(size_t(skin.skin.pitch)), cells_(skin.skin.cells()), planes_(state_layout_of(skin).planes) {
+        : press_(skin, threads, isa), width_(size_t(skin.skin.width())), pitch_(size_t(skin.skin.pitch)),
+          cells_(skin.skin.cells()), planes_(state_layout_of(skin).planes) {
         const bool sites = !skin.skin.description.sites.empty();
         if (sites) {
             sites_.emplace(skin.skin.description.sites, width_);
             held_ = plan::SiteCells(skin.skin, {skin.skin.whole()}, cells_of(skin.skin.description.sites)).cells;
         }
+        int place = response_place(skin.skin.chain);
+        pressure_ = Plane<float>(skin.skin.padded_cells(), place++);
+        const auto made = [](Plane<float>& plane, size_t cells, int at) {
+            plane = Plane<float>(cells, at);
+            return plane.data();
+        };
+        const auto counts = plan::response_counts(skin);
         for (size_t r = 0; r < RESPONSE_MAPS; ++r)
             if (skin.wanted[QUANTITY_SA1 + r]) {
-                field_[r] = memory_[1 + r];
-                response_[r] = sites ? memory_[1 + RESPONSE_MAPS + r] : field_[r];
+                field_[r] = made(fields_[r], cells_, place++);
+                response_[r] = sites ? made(felt_[r], counts[r], place) : field_[r];
             }
     }
 
@@ -157,7 +141,9 @@ class SkinStream : public plan::Stream {
     void reset(const plan::PadList& pads) override {
         if (pads.count == 0) return;
         press_.reset();
-        memory_.clear();
+        pressure_.clear();
+        for (auto* planes : {&fields_, &felt_})
+            for (Plane<float>& plane : *planes) plane.clear();
     }
 
     void save(const plan::PadList& pads, void* states) override {
@@ -193,17 +179,7 @@ class SkinStream : public plan::Stream {
     }
 
   private:
-    static std::vector<size_t> sizes_of(const StreamedSkin& skin) {
-        const size_t map = skin.skin.padded_cells();
-        std::vector<size_t> sizes = {map};
-        for (size_t r = 0; r < RESPONSE_MAPS; ++r)
-            sizes.push_back(skin.wanted[QUANTITY_SA1 + r] ? skin.skin.cells() : 0);
-        for (size_t count : plan::response_counts(skin))
-            sizes.push_back(skin.skin.description.sites.empty() ? 0 : count);
-        return sizes;
-    }
-
-    float* pressure() const { return memory_[0]; }
+    float* pressure() const { return pressure_.data(); }
 
     // Calls f(place in a saved state, place in planes of all cells), in bytes, of each number that a state holds.
     template <class F> void each_held(F f) const {
@@ -213,7 +189,8 @@ class SkinStream : public plan::Stream {
     }
 
     FramePress press_;
-    SideBySide memory_; // the pressure, then the fields, then the responses of sites
+    Plane<float> pressure_;
+    std::array<Plane<float>, RESPONSE_MAPS> fields_, felt_; // of cells, and of sites
     const size_t width_, pitch_, cells_, planes_;
     std::optional<SitesOfFields> sites_;
     std::vector<size_t> held_;     // the cells that sites read, where there are sites: of these a state is saved

@@ -40,9 +40,8 @@ size_t second_level_cache() {
 
 void prefer_large_pages([[maybe_unused]] void* memory, [[maybe_unused]] size_t bytes) {
 #ifdef __linux__
-    constexpr size_t large = 2 << 20;
-    const size_t begin = (reinterpret_cast<size_t>(memory) + large - 1) / large * large,
-                 end = (reinterpret_cast<size_t>(memory) + bytes) / large * large;
+    const size_t begin = (reinterpret_cast<size_t>(memory) + large_page - 1) / large_page * large_page,
+                 end = (reinterpret_cast<size_t>(memory) + bytes) / large_page * large_page;
     if (begin < end) madvise(reinterpret_cast<void*>(begin), end - begin, MADV_HUGEPAGE);
 #endif
 }

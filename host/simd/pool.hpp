@@ -15,6 +15,8 @@ int useful_threads(size_t cells, int asked);
 // Bytes of a core's second-level cache, as the system says; half a MiB where it does not.
 size_t second_level_cache();
 
+constexpr size_t large_page = 2 << 20; // bytes, of most processors
+
 // Asks the system to back maps of many megabytes with large pages: they are read from end to end, and each small page
 // costs an address translation.
 void prefer_large_pages(void* memory, size_t bytes);
