@@ -168,6 +168,7 @@ template <int which, class R, class... A> struct Logged<which, R(VKAPI_PTR*)(A..
     static inline const char* name = "";
     static VKAPI_ATTR R VKAPI_CALL call(A... a) {
         const InDriver driver;
+        const LeftToDriver leaks; // what a lost device has allocated
         std::unique_lock lock(log_mutex);
         shim.calls.push_back(name);
         if constexpr (std::is_same_v<R, VkResult>) {
