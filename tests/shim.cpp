@@ -4,8 +4,10 @@
 #include "tests/allocations.hpp"
 #include "tests/vulkan_calls.hpp"
 
+#include <chrono>
 #include <cstring>
 #include <mutex>
+#include <thread>
 #include <tuple>
 
 namespace test {
@@ -176,6 +178,7 @@ template <int which, class R, class... A> struct Logged<which, R(VKAPI_PTR*)(A..
             const Fault fault = shim.fault;
             lock.unlock();
             VkResult result = VK_SUCCESS;
+            if (fails) std::this_thread::sleep_for(std::chrono::duration<double>(fault.lasts));
             if (!fails || (fault.made && !does_nothing(name, fault.code))) result = real(a...);
             else leave_undefined(name, a...);
             if (fails) result = fault.code;
