@@ -220,6 +220,14 @@ TEST_CASE("whatever fails in a submission is an error; then the device is lost, 
     strike_both({"vkResetFences", 0, VK_ERROR_OUT_OF_DEVICE_MEMORY}, true);
 }
 
+TEST_CASE("a process that is stopped while it waits loses that wait and no device") {
+    const Device device = open_device("vulkan", shimmed());
+    shim.fault = {.call = "vkWaitForFences", .before = 1, .code = VK_TIMEOUT, .lasts = 0.6};
+    CHECK(Running().on(device) == Running().on(Device::cpu(1)));
+    CHECK(shim.fault.struck);
+    shim.fault = {};
+}
+
 TEST_CASE("a submission that fails in the test of a device: it is not opened, and the next one is") {
     const LeftToDriver leaks;
     const vulkan::Loader loader = shimmed();

@@ -89,10 +89,15 @@ Numbers press_batch(const Device& device) {
 // Devices without a self-test, of one instance.
 struct Source {
     vulkan::Loader loader = shimmed();
-    std::shared_ptr<const vulkan::Instance> instance = std::make_shared<const vulkan::Instance>(loader);
+    std::shared_ptr<const vulkan::Instance> instance = left_instance(loader);
 
     Source() { shim.ledger = &ledger; }
     ~Source() { shim.ledger = nullptr; }
+    // A device that is lost keeps its instance for ever.
+    static std::shared_ptr<const vulkan::Instance> left_instance(const vulkan::Loader& loader) {
+        const LeftToDriver leaks;
+        return std::make_shared<const vulkan::Instance>(loader);
+    }
     Device device() const {
         const vulkan::PhysicalDevice& physical = instance->devices()[0];
         auto impl = std::make_shared<Device::Impl>();
@@ -126,14 +131,25 @@ void check_ledger(size_t before) {
     figures.left += int(now > before ? now - before : 0);
 }
 
+constexpr VkResult codes[] = {VK_ERROR_OUT_OF_HOST_MEMORY, VK_ERROR_OUT_OF_DEVICE_MEMORY,
+                              VK_ERROR_INITIALIZATION_FAILED, VK_ERROR_DEVICE_LOST, VK_ERROR_UNKNOWN};
+constexpr VkResult each_in_turn = VK_SUCCESS; // one of these after another
+
+// The fault of the call after so many others.
+Fault fault_after(int before, Fault kind) {
+    kind.before = before;
+    if (kind.code == each_in_turn) kind.code = codes[size_t(before) % std::size(codes)];
+    return kind;
+}
+
 // Fails each call of a work in turn on a device that has done it before, and so has its pipelines.
-template <class Work> void strike_work(const Source& source, Fault fault, const Numbers& right, Work&& work) {
+template <class Work> void strike_work(const Source& source, const Fault& kind, const Numbers& right, Work&& work) {
     const size_t none = ledger.left().size();
-    std::optional<LeftToDriver> leaks;
-    if (!fault.sticky) leaks.emplace(); // which loses devices
     std::optional<Device> device;
     size_t objects = 0;
-    for (bool struck = true; struck; ++fault.before) {
+    bool struck = true;
+    for (int before = 0; struck; ++before) {
+        const Fault fault = fault_after(before, kind);
         CAPTURE(fault.code);
         CAPTURE(fault.before);
         if (!device) {
@@ -170,23 +186,16 @@ template <class Work> void strike_work(const Source& source, Fault fault, const 
     check_ledger(none);
 }
 
-constexpr VkResult codes[] = {VK_ERROR_OUT_OF_HOST_MEMORY, VK_ERROR_OUT_OF_DEVICE_MEMORY,
-                              VK_ERROR_INITIALIZATION_FAILED, VK_ERROR_DEVICE_LOST, VK_ERROR_UNKNOWN};
-
-// Once and sticky with each code; with its work done all the same; and a wait that ends too early.
+// Once and from then on with each code; once with the work done all the same; and a wait that ends too early.
 std::vector<Fault> kinds() {
     std::vector<Fault> all;
     for (VkResult code : codes) all.push_back({.call = any_call, .code = code});
     for (VkResult code : codes) all.push_back({.call = any_call, .code = code, .sticky = true});
-    for (VkResult code : {VK_ERROR_OUT_OF_DEVICE_MEMORY, VK_ERROR_DEVICE_LOST})
+    // Most of these lose the device, and each new one compiles its pipelines: the other codes share the calls.
+    for (VkResult code : {VK_ERROR_OUT_OF_DEVICE_MEMORY, VK_ERROR_DEVICE_LOST, each_in_turn})
         all.push_back({.call = any_call, .code = code, .made = true});
     for (const bool made : {false, true}) all.push_back({.call = "vkWaitForFences", .code = VK_TIMEOUT, .made = made});
     return all;
-}
-
-// The fault of a call that costs pipelines, with one code after another.
-Fault one_kind(int before, bool sticky) {
-    return {.call = any_call, .before = before, .code = codes[size_t(before) % std::size(codes)], .sticky = sticky};
 }
 
 // Opens a device under a fault, and checks the error. Returns the call that failed, or nothing.
@@ -258,13 +267,13 @@ struct Embedding {
     }
 };
 
-// Each call of a program fails, with one code after another.
-void strike_program(const Embedding& host, bool sticky) {
+// Each call of a program fails, with one code after another, because each trial compiles its pipelines.
+void strike_program(const Embedding& host, const Fault& kind) {
     const size_t objects = ledger.left().size();
     const Numbers right = host.right();
     bool struck = true;
     for (int before = 0; struck; ++before) {
-        const Fault fault = one_kind(before, sticky);
+        const Fault fault = fault_after(before, kind);
         CAPTURE(fault.code);
         CAPTURE(fault.before);
         shim.fault = fault;
@@ -317,26 +326,25 @@ TEST_CASE("every Vulkan call fails: one error names it, nothing is left, and wha
     const size_t objects = ledger.left().size();
     for (const auto work : {&run_scene, &press_skin, &press_batch}) {
         const Numbers right = work(Device::cpu(1));
-        for (const Fault& kind : kinds()) {
-            // A device that is lost takes a new one and megabytes for ever, so skins lose theirs with two codes alone.
-            const bool few = kind.sticky || kind.code == VK_TIMEOUT || kind.code == VK_ERROR_OUT_OF_DEVICE_MEMORY ||
-                             kind.code == VK_ERROR_DEVICE_LOST;
-            if (work != &run_scene && (kind.made || !few)) continue;
-            strike_work(source, kind, right, work);
-        }
+        for (const Fault& kind : kinds()) strike_work(source, kind, right, work);
     }
-    strike_program(Embedding(source, 1), false);
-    strike_program(Embedding(source, 3), true);
+    for (const int count : {1, 3}) {
+        const Embedding host(source, count);
+        for (const auto& [sticky, made] : {std::pair(false, false), {true, false}, {false, true}})
+            strike_program(host, {.call = any_call, .code = each_in_turn, .made = made, .sticky = sticky});
+    }
     for (const Fault& kind : kinds()) { // up to the test of the device, which is a run
         if (kind.made || kind.code == VK_TIMEOUT) continue;
         Fault fault = kind;
         for (std::string call = "any"; !call.empty() && call != "vkCreatePipelineCache"; ++fault.before)
             call = strike_opening(source.loader, fault, objects);
     }
-    for (int before = 0; !strike_opening(source.loader, one_kind(before, false), objects).empty(); ++before)
+    for (int before = 0;
+         !strike_opening(source.loader, fault_after(before, {.call = any_call, .code = each_in_turn}), objects).empty();
+         ++before)
         if (before % 8 == 0) CHECK(open_device("0", source.loader).info().exact);
     check_ledger(objects);
-    CHECK(figures.faults > 2000);
+    CHECK(figures.faults > 3000);
     CHECK(figures.left == 0);
     MESSAGE(figures.faults << " faults injected: " << figures.errors << " errors, " << figures.absorbed << " absorbed, "
                            << figures.left << " leaks; " << figures.losses << " devices lost");

@@ -20,36 +20,41 @@ void Ledger::made(const char* call, uint64_t owner, uint64_t handle) {
         owner = instance_of_[owner];
         lost_.erase(handle); // a handle may come again after its device has been destroyed
     }
-    owners_[object] = owner;
+    if (lost_.count(owner)) left_to_driver_.insert(object);
+    else owners_[object] = owner;
 }
 
-// Whether an object is one of these devices, an object of theirs, or the instance that one was made of.
-bool Ledger::is_of(const std::set<uint64_t>& devices, const Object& object, uint64_t owner) const {
-    if (object.first != "Instance") return devices.count(object.first == "Device" ? object.second : owner) > 0;
+// Whether an object is a device that runs a submission, an object of one, or the instance that one was made of.
+bool Ledger::is_running(const Object& object, uint64_t owner) const {
+    if (object.first == "Device") return running_.count(object.second) > 0;
+    if (object.first != "Instance") return running_.count(owner) > 0;
     for (const auto& [other, of] : owners_)
-        if (other.first == "Device" && of == object.second && devices.count(other.second)) return true;
+        if (other.first == "Device" && of == object.second && running_.count(other.second)) return true;
     return false;
 }
 
 bool Ledger::ended(const char* call, uint64_t handle) {
     if (handle == 0) return true;
-    const auto found = owners_.find({kind_of(call), handle});
-    if (found == owners_.end()) {
+    const Object object{kind_of(call), handle};
+    const auto found = owners_.find(object);
+    const bool of_lost = left_to_driver_.count(object) > 0;
+    if (found == owners_.end() && !of_lost) {
         faults_.push_back(std::string(call) + " of what is not there");
         return false;
     }
-    if (is_of(lost_, found->first, found->second) || is_of(running_, found->first, found->second))
-        faults_.push_back(std::string(call) + " of what may be in use");
-    const bool owns = found->first.first == "Device" || found->first.first == "Instance";
+    if (of_lost || is_running(object, found->second)) faults_.push_back(std::string(call) + " of what may be in use");
+    if (left_to_driver_.erase(object)) return true;
+    const bool owns = object.first == "Device" || object.first == "Instance";
     owners_.erase(found);
     if (owns)
-        for (const auto& [object, owner] : owners_)
-            if (owner == handle) faults_.push_back(std::string(call) + " before its " + object.first);
+        for (const auto& [other, owner] : owners_)
+            if (owner == handle) faults_.push_back(std::string(call) + " before its " + other.first);
     return true;
 }
 
 void Ledger::submitted(uint64_t fence, bool accepted) {
-    const uint64_t device = owners_[{"Fence", fence}];
+    const auto found = owners_.find({"Fence", fence});
+    const uint64_t device = found == owners_.end() ? 0 : found->second;
     running_.insert(device);
     if (!accepted) lose(device);
 }
@@ -59,10 +64,22 @@ void Ledger::waited(uint64_t device, bool done) {
     else lose(device);
 }
 
+void Ledger::lose(uint64_t device) {
+    lost_.insert(device);
+    const auto of = owners_.find({"Device", device});
+    const uint64_t instance = of == owners_.end() ? 0 : of->second;
+    for (auto i = owners_.begin(); i != owners_.end();) {
+        const auto& [object, owner] = *i;
+        const bool its =
+            owner == device || object == Object("Device", device) || object == Object("Instance", instance);
+        if (its) left_to_driver_.insert(object);
+        i = its ? owners_.erase(i) : std::next(i);
+    }
+}
+
 std::vector<std::string> Ledger::left() const {
     std::vector<std::string> kinds;
-    for (const auto& [object, owner] : owners_)
-        if (!is_of(lost_, object, owner)) kinds.push_back(object.first);
+    for (const auto& [object, owner] : owners_) kinds.push_back(object.first);
     return kinds;
 }
 

@@ -21,19 +21,20 @@ class Ledger {
     bool ended(const char* call, uint64_t handle);
     void submitted(uint64_t fence, bool accepted);
     void waited(uint64_t device, bool done);
-    void lose(uint64_t device) { lost_.insert(device); }
+    void lose(uint64_t device);
 
     bool lost(uint64_t device) const { return lost_.count(device) > 0; }
-    // The objects that are there, but those of lost devices and their instances.
+    // Returns the kinds of the objects that are there, but for those of lost devices and their instances.
     std::vector<std::string> left() const;
     // Returns in words what was ended wrongly, and forgets it.
     std::vector<std::string> faults() { return std::exchange(faults_, {}); }
 
   private:
     using Object = std::pair<std::string, uint64_t>; // kind and handle
-    bool is_of(const std::set<uint64_t>& devices, const Object&, uint64_t owner) const;
+    bool is_running(const Object&, uint64_t owner) const;
 
-    std::map<Object, uint64_t> owners_;
+    std::map<Object, uint64_t> owners_;        // of the objects that are not left to a driver
+    std::set<Object> left_to_driver_;          // lost devices, their objects and their instances
     std::map<uint64_t, uint64_t> instance_of_; // of a physical device
     std::set<uint64_t> lost_, running_;        // devices; running: with a submission that has not been waited for
     std::vector<std::string> faults_;

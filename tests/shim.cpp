@@ -4,8 +4,10 @@
 #include "tests/allocations.hpp"
 #include "tests/vulkan_calls.hpp"
 
+#include <chrono>
 #include <cstring>
 #include <mutex>
+#include <thread>
 #include <tuple>
 
 namespace test {
@@ -168,6 +170,7 @@ template <int which, class R, class... A> struct Logged<which, R(VKAPI_PTR*)(A..
     static inline const char* name = "";
     static VKAPI_ATTR R VKAPI_CALL call(A... a) {
         const InDriver driver;
+        const LeftToDriver leaks; // what a lost device has allocated
         std::unique_lock lock(log_mutex);
         shim.calls.push_back(name);
         if constexpr (std::is_same_v<R, VkResult>) {
@@ -175,6 +178,7 @@ template <int which, class R, class... A> struct Logged<which, R(VKAPI_PTR*)(A..
             const Fault fault = shim.fault;
             lock.unlock();
             VkResult result = VK_SUCCESS;
+            if (fails) std::this_thread::sleep_for(std::chrono::duration<double>(fault.lasts));
             if (!fails || (fault.made && !does_nothing(name, fault.code))) result = real(a...);
             else leave_undefined(name, a...);
             if (fails) result = fault.code;

@@ -23,6 +23,7 @@ struct Fault {
     VkResult code = VK_SUCCESS; // the result of the call that fails
     bool made = false;          // it does its work all the same; calls that Vulkan says do none are not counted
     bool sticky = false; // the later calls fail too; one that loses the device, so that none follows, is not counted
+    double lasts = 0;    // seconds that the call takes before it fails
     const char* struck = nullptr; // the first call that failed
 };
 

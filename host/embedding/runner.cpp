@@ -62,10 +62,6 @@ SkinRunner::SkinRunner(std::shared_ptr<Context> context, const plan::StreamedSki
     reset({.count = pads_});
 }
 
-SkinRunner::~SkinRunner() {
-    if (context_->lost()) leave_for_ever(std::move(program_)); // the driver may still use it
-}
-
 Buffer SkinRunner::buffer(const Memory& m, Buffer::Location location) {
     return Buffer(*context_, std::max<VkDeviceSize>(m.bytes, 4), location);
 }

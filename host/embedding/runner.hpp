@@ -12,7 +12,6 @@ namespace dermis::vulkan {
 class SkinRunner : public plan::Stream {
   public:
     SkinRunner(std::shared_ptr<Context>, const plan::StreamedSkin&);
-    ~SkinRunner() override;
     // All functions throw Error::device if the device is lost.
     bool take(const plan::PadList&, const float* pressures) override;
     const double* press(const plan::PadList&, const plan::StepLengths&) override;

@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: MIT
 #include "host/vulkan/context.hpp"
 
+#include <chrono>
+#include <new>
 #include <utility>
 
 namespace dermis::vulkan {
 namespace {
 
-// A submission holds at most about a second of a software driver's work; one that takes this long is lost.
-constexpr uint64_t timeout_ns = 60'000'000'000;
+// A submission holds at most about a second of a software driver's work; one that takes so many waits is lost.
+constexpr std::chrono::nanoseconds wait_time = std::chrono::seconds(1);
+constexpr int waits = 60;
 
 } // namespace
 
@@ -81,7 +84,9 @@ Context::~Context() {
     const VolkDeviceTable& vk = device_.calls;
     const VkDevice device = device_.device;
     if (lost()) { // The driver may still use every object, the instance too: they are left to it.
-        leave_for_ever(std::move(instance_));
+        using Reference = std::shared_ptr<const Instance>;
+        alignas(Reference) unsigned char for_ever[sizeof(Reference)];
+        new (for_ever) Reference(std::move(instance_));
         return;
     }
     pipelines_.reset();
@@ -146,6 +151,19 @@ void Context::check_submitted(VkResult result, const char* call) {
     check(result, call);
 }
 
+// Waits for the submission in many short waits, because the clock goes on while a process is stopped, by a shell or a
+// debugger: that ends one of them.
+VkResult Context::wait() {
+    using Clock = std::chrono::steady_clock;
+    for (int left = waits;; --left) {
+        const Clock::time_point begin = Clock::now();
+        const VkResult result =
+            device_.calls.vkWaitForFences(device_.device, 1, &fence_, VK_TRUE, uint64_t(wait_time.count()));
+        const bool early = Clock::now() - begin < wait_time / 2; // which is no time-out, whatever the driver says
+        if (result != VK_TIMEOUT || early || left == 1) return result;
+    }
+}
+
 void Context::submit() {
     check(device_.calls.vkEndCommandBuffer(commands_), "vkEndCommandBuffer");
     VkSubmitInfo info{VK_STRUCTURE_TYPE_SUBMIT_INFO};
@@ -156,7 +174,7 @@ void Context::submit() {
     const bool nothing = submitted == VK_ERROR_OUT_OF_HOST_MEMORY || submitted == VK_ERROR_OUT_OF_DEVICE_MEMORY;
     if (nothing) check(submitted, "vkQueueSubmit");
     check_submitted(submitted, "vkQueueSubmit");
-    check_submitted(device_.calls.vkWaitForFences(device_.device, 1, &fence_, VK_TRUE, timeout_ns), "vkWaitForFences");
+    check_submitted(wait(), "vkWaitForFences");
     // A fence that stays signalled would end the next wait before its submission.
     check_submitted(device_.calls.vkResetFences(device_.device, 1, &fence_), "vkResetFences");
     unfinished_ = false;

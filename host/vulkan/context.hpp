@@ -7,18 +7,10 @@
 
 #include <map>
 #include <memory>
-#include <new>
-#include <utility>
 
 namespace dermis::vulkan {
 
 class Context;
-
-// Keeps what a value holds from ever being freed. It allocates nothing, so a destructor may call it.
-template <class T> void leave_for_ever(T&& value) noexcept {
-    alignas(T) unsigned char place[sizeof(T)];
-    new (place) T(std::move(value));
-}
 
 // A buffer with memory of its own, on the device or where the host can read and write it.
 class Buffer {
@@ -70,6 +62,7 @@ class Context {
     void need_working() const; // throws Error::device, naming the call that failed, if the device is lost
 
   private:
+    VkResult wait();
     void check_submitted(VkResult, const char* call);
 
     struct Loss {
