@@ -18,7 +18,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     fuzz::taken([&] { output::is_finished(folder, {}, output::text_of({})); });
     fuzz::taken([&] { output::need_inputs_kept(folder, 2, {"traces.csv"}, {folder / "runs.csv"}); });
     fuzz::taken([&] { output::remove_earlier_sweep(folder, 1); });
-    fuzz::taken([&] { output::remove_earlier_run(folder, {}); });
+    fuzz::taken([&] { output::remove_earlier_run(folder); });
     std::filesystem::remove_all(folder);
     return 0;
 }
