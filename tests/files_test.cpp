@@ -324,6 +324,23 @@ TEST_CASE("--resume does a run again where scene, keys, options, version or comm
           std::string::npos);
 }
 
+TEST_CASE("--resume names what a summary lacks, or has in place of a number, and leaves it") {
+    const Resumed sweep;
+    const fs::path summary = sweep.out / "1/summary.json";
+    const std::string whole = slurp(summary);
+    const auto says = [&](const std::string& from, const std::string& to, const std::string& what) {
+        std::string text = whole;
+        text.replace(text.rfind(from), from.size(), to);
+        std::ofstream(summary) << text;
+        const Outcome o = command(sweep.folder, sweep.call + sweep.set + " --resume");
+        CHECK(o.status == 1);
+        CHECK(o.err == "dermis: " + summary.string() + ": " + what + "\n");
+        CHECK(slurp(summary) == text);
+    };
+    says("\"predicted_error\": ", "\"error\": ", "has no predicted_error");
+    says("\"cross_check\": null", "\"cross_check\": {\"cells\": many, \"different\": 0}", "cells is \"many\"");
+}
+
 TEST_CASE("--resume does a run again where a map that it reads holds something else") {
     const Folder folder;
     const auto map = [&](char last) {

@@ -197,8 +197,8 @@ void in_c(Numbers& all) {
 // A terminal's command with an allocation that fails; before: how many succeed, with "+" where all later ones fail.
 Outcome starved(const Folder& folder, const std::string& arguments, const std::string& before) {
     return command(folder, arguments,
-                   "LD_PRELOAD=" DERMIS_FAILING_ALLOCATION " DERMIS_ALLOCATION=" + before +
-                       " DERMIS_ALLOCATIONS_FILE=" + (folder / "count").string());
+                   "LD_PRELOAD=\"" DERMIS_FAILING_ALLOCATION "${LD_PRELOAD:+:$LD_PRELOAD}\" DERMIS_ALLOCATION=" +
+                       before + " DERMIS_ALLOCATIONS_FILE=" + (folder / "count").string());
 }
 
 // The names and contents of all files in a folder, but for what tells the time.

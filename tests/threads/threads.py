@@ -19,6 +19,8 @@ from pathlib import Path
 SUITES = ["backends", "c", "chain", "cli", "conventions", "device", "embedding", "faults", "files", "frames", "kernels",
           "loops", "materials", "memory", "models", "output", "pads", "planner", "reduction", "scene", "sites", "skin",
           "stability", "state", "trial"]
+# A claim about speed, which this build has not, and grids of whose memory the sanitizer would need several times as much.
+EXCLUDED = "--test-case-exclude=a press in C has the bits*,8192 x 8192*,millions of receptors*"
 # Address-space randomisation may leave no room for the sanitizer's shadow.
 FIXED_ADDRESSES = ["setarch", "-R"]
 
@@ -31,8 +33,8 @@ def run_suite(options, name):
     suppressions = Path(__file__).resolve().parent / "drivers.supp"
     variables = {**os.environ, "TSAN_OPTIONS": f"suppressions={suppressions} log_path={reports}/report history_size=4"}
     start = time.monotonic()
-    done = subprocess.run([*FIXED_ADDRESSES, options.tests, f"--source-file=*{name}_test.cpp", "--no-skip"], env=variables,
-                          capture_output=True, text=True)
+    done = subprocess.run([*FIXED_ADDRESSES, options.tests, f"--source-file=*/{name}_test.cpp", "--no-skip", EXCLUDED],
+                          env=variables, capture_output=True, text=True)
     seconds = time.monotonic() - start
     found = re.search(r"test cases: +(\d+) \| +(\d+) passed", done.stdout)
     passed, cases = (int(found[2]), int(found[1])) if found else (0, 0)
@@ -52,6 +54,10 @@ def main():
     parser.add_argument("--only")
     options = parser.parse_args()
     options.work = options.work.resolve()
+    told = subprocess.run([*FIXED_ADDRESSES, options.tests, "--version"], env={**os.environ, "TSAN_OPTIONS": "help=1"},
+                          capture_output=True, text=True)
+    if "ThreadSanitizer" not in told.stdout + told.stderr:
+        sys.exit(f"threads: {options.tests} has no ThreadSanitizer in it: {told.stderr}")
     suites = [options.only] if options.only else SUITES
     print(f"{'suite':<14}{'cases':>8}{'reports':>11}{'seconds':>9}", flush=True)
     right, reports, start = True, 0, time.monotonic()
