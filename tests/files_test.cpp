@@ -222,6 +222,21 @@ TEST_CASE("a run that fails leaves no file, and an earlier run as it was") {
     }
 }
 
+TEST_CASE("a folder that is a file, or lies in one, and a name that a folder has, are errors that name it") {
+    const Folder folder;
+    const std::string scene = folder.write("scene.toml", small), file = folder.write("file", "mine");
+    fs::create_directories(folder / "out/traces.csv");
+    const auto says = [&](const fs::path& out, const std::string& what) {
+        const Outcome o = command(folder, "run " + scene + " --device cpu --out " + out.string());
+        CHECK(o.status == 1);
+        CHECK(o.err == "dermis: " + what + "\n");
+    };
+    says(file, file + ": cannot be created (Not a directory)");
+    says(file + "/out", file + "/out: cannot be created (Not a directory)");
+    says(folder / "out", (folder / "out/traces.csv").string() + ": cannot be written (Is a directory)");
+    CHECK(slurp(file) == "mine");
+}
+
 TEST_CASE("parts of a process that was killed go with the next run; names that are like them stay") {
     const Folder folder;
     const std::string scene = folder.write("scene.toml", small);
