@@ -28,7 +28,7 @@ QUICK = {"scene": "", "refusals": "", "cli": "", "c": "", "output": "", "state":
          "faults": "", "memory": "~an allocation that fails in the command*", "files": "~300 runs*,a study*",
          "fit": "*refuse*,dermis fit refuses*,a picture*", "models": "a model that*,requests*",
          "embedding": "what a host*,a binding that*,nothing of sites*,the recorded check*",
-         "pads": "a press of pads that*,another material*", "device": "a grid that*,a device whose*"}
+         "pads": "a press of pads that*,another material*"}
 EVERY = ["backends", "c", "chain", "cli", "closed_form", "coefficients", "contact", "conventions", "device", "embedding",
          "faults", "files", "fit", "frames", "kernels", "loops", "materials", "memory", "models", "output", "pads", "planner",
          "preset", "published", "reduction", "refusals", "report", "scene", "sites", "skin", "stability", "state", "trial"]
