@@ -293,3 +293,40 @@ TEST_CASE("every exception is a status with a message, and each thread has its o
     CHECK(guarded([] { throw std::runtime_error("another"); }) == DERMIS_INTERNAL);
     CHECK(dermis_last_error() == std::string("another"));
 }
+
+TEST_CASE("a null in place of a handle, or of what a call returns, is refused by its name") {
+    const auto scene = c_scene();
+    const auto skin = made<dermis_skin>([&](auto s) { return dermis_skin_create(nullptr, scene.get(), nullptr, s); });
+    const auto result = made<dermis_result>([&](auto r) { return dermis_run(scene.get(), nullptr, r); });
+    const float* floats = nullptr;
+    const double* doubles = nullptr;
+    size_t count = 0;
+    int32_t width = 0;
+    char state = 0;
+    dermis_report report = {.size = sizeof report};
+    const auto refused = [](dermis_status status, const char* argument) {
+        CHECK(status == DERMIS_BAD_INPUT);
+        CHECK(dermis_last_error() == std::string(argument) + " = (null); allowed: a pointer");
+    };
+    refused(dermis_device_open_cpu(1, nullptr), "device");
+    refused(dermis_scene_from_file("scene.toml", nullptr), "scene");
+    refused(dermis_scene_get_size(scene.get(), &width, nullptr), "height");
+    refused(dermis_result_get_times(result.get(), &doubles, nullptr), "count");
+    refused(dermis_skin_create(nullptr, scene.get(), nullptr, nullptr), "skin");
+    refused(dermis_skin_get_response(skin.get(), DERMIS_FA1, &floats, nullptr), "count");
+    refused(dermis_skin_get_response(nullptr, DERMIS_FA1, &floats, &count), "skin");
+    refused(dermis_skin_get_state_size(skin.get(), nullptr, nullptr), "bytes");
+    refused(dermis_skin_get_state_size(nullptr, &count, nullptr), "skin");
+    refused(dermis_skin_save(nullptr, &state, 1, nullptr), "skin");
+    refused(dermis_skin_get_report(nullptr, 0, &report), "skin");
+}
+
+TEST_CASE("a column that a scene without extremes does not have is refused in C") {
+    const auto scene = c_scene();
+    REQUIRE(dermis_scene_set(scene.get(), "output.extremes", "false") == DERMIS_OK);
+    const auto result = made<dermis_result>([&](auto r) { return dermis_run(scene.get(), nullptr, r); });
+    const double* values = nullptr;
+    size_t count = 0;
+    CHECK(dermis_result_get_trace(result.get(), DERMIS_SA1, DERMIS_MAX, &values, &count) == DERMIS_BAD_INPUT);
+    CHECK(dermis_last_error() == std::string("column = 2; allowed: DERMIS_MEAN (0), without output.extremes"));
+}

@@ -7,6 +7,7 @@
 #include "tests/shim.hpp"
 #include "tests/vulkan_calls.hpp"
 
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <regex>
@@ -186,9 +187,13 @@ template <class Work> void strike_work(const Source& source, const Fault& kind, 
     check_ledger(none);
 }
 
+// A build in which all of them take too long, as for coverage, makes each call fail once, and lose the device once.
+bool few() { return std::getenv("DERMIS_FEW_FAULTS") != nullptr; }
+
 // Once and from then on with each code; once with the work done all the same; and a wait that ends too early.
 std::vector<Fault> kinds() {
     std::vector<Fault> all;
+    if (few()) return {{.call = any_call, .code = codes[1]}, {.call = any_call, .code = VK_ERROR_DEVICE_LOST}};
     for (VkResult code : codes) all.push_back({.call = any_call, .code = code});
     for (VkResult code : codes) all.push_back({.call = any_call, .code = code, .sticky = true});
     // Most of these lose the device, and each new one compiles its pipelines: the other codes share the calls.
@@ -344,7 +349,7 @@ TEST_CASE("every Vulkan call fails: one error names it, nothing is left, and wha
          ++before)
         if (before % 8 == 0) CHECK(open_device("0", source.loader).info().exact);
     check_ledger(objects);
-    CHECK(figures.faults > 3000);
+    CHECK(figures.faults > (few() ? 300 : 3000));
     CHECK(figures.left == 0);
     MESSAGE(figures.faults << " faults injected: " << figures.errors << " errors, " << figures.absorbed << " absorbed, "
                            << figures.left << " leaks; " << figures.losses << " devices lost");

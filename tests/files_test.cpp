@@ -222,6 +222,21 @@ TEST_CASE("a run that fails leaves no file, and an earlier run as it was") {
     }
 }
 
+TEST_CASE("a folder that is a file, or lies in one, and a name that a folder has, are errors that name it") {
+    const Folder folder;
+    const std::string scene = folder.write("scene.toml", small), file = folder.write("file", "mine");
+    fs::create_directories(folder / "out/traces.csv");
+    const auto says = [&](const fs::path& out, const std::string& what) {
+        const Outcome o = command(folder, "run " + scene + " --device cpu --out " + out.string());
+        CHECK(o.status == 1);
+        CHECK(o.err == "dermis: " + what + "\n");
+    };
+    says(file, file + ": cannot be created (Not a directory)");
+    says(file + "/out", file + "/out: cannot be created (Not a directory)");
+    says(folder / "out", (folder / "out/traces.csv").string() + ": cannot be written (Is a directory)");
+    CHECK(slurp(file) == "mine");
+}
+
 TEST_CASE("parts of a process that was killed go with the next run; names that are like them stay") {
     const Folder folder;
     const std::string scene = folder.write("scene.toml", small);
@@ -322,6 +337,23 @@ TEST_CASE("--resume does a run again where scene, keys, options, version or comm
     CHECK(names_in(sweep.out) == "curvature_t0.05.npy impulses.csv sa1_t0.05.npy summary.json traces.csv ");
     CHECK(command(sweep.folder, sweep.call + "material.modulus=1 --resume").out.find("scene.toml: done before\n") !=
           std::string::npos);
+}
+
+TEST_CASE("--resume names what a summary lacks, or has in place of a number, and leaves it") {
+    const Resumed sweep;
+    const fs::path summary = sweep.out / "1/summary.json";
+    const std::string whole = slurp(summary);
+    const auto says = [&](const std::string& from, const std::string& to, const std::string& what) {
+        std::string text = whole;
+        text.replace(text.rfind(from), from.size(), to);
+        std::ofstream(summary) << text;
+        const Outcome o = command(sweep.folder, sweep.call + sweep.set + " --resume");
+        CHECK(o.status == 1);
+        CHECK(o.err == "dermis: " + summary.string() + ": " + what + "\n");
+        CHECK(slurp(summary) == text);
+    };
+    says("\"predicted_error\": ", "\"error\": ", "has no predicted_error");
+    says("\"cross_check\": null", "\"cross_check\": {\"cells\": many, \"different\": 0}", "cells is \"many\"");
 }
 
 TEST_CASE("--resume does a run again where a map that it reads holds something else") {

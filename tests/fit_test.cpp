@@ -417,3 +417,16 @@ TEST_CASE("dermis fit refuses bad data with line, value and what is allowed") {
     CHECK(kept.status == 2);
     CHECK_MESSAGE(kept.err.find("fit.csv") != std::string::npos, kept.err);
 }
+
+TEST_CASE("a picture of dermis fit that cannot be written is an error, and its table stays") {
+    const Folder folder;
+    fs::create_directories(folder / "out/fit.png");
+    const Outcome o =
+        command(folder, "fit " DERMIS_TEST_DATA "/../../host/examples/fingerpad_relaxation.csv --elements 2 --out " +
+                            (folder / "out").string());
+    CHECK(fs::exists(folder / "out/fit.csv"));
+    if (o.out.find("no picture: /usr/bin/python3 has no matplotlib") != std::string::npos) return;
+    CHECK(o.status == 1);
+    CHECK_MESSAGE(o.err.find("dermis: drawing the figures failed; its message stands above\n") != std::string::npos,
+                  o.err);
+}

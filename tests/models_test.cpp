@@ -343,3 +343,17 @@ TEST_CASE("a model that cannot serve a scene is refused, and why; left free, the
     s.model = Model::moments;
     CHECK(int(run(s, Device::open("vulkan")).model) == int(Model::moments));
 }
+
+TEST_CASE("requests that contradict each other are refused word for word") {
+    Scene s = small_scene(8, 8);
+    RunOptions options;
+    const auto why = [&] { return refusal(Error::Code::bad_input, [&] { run(s, Device::cpu(1), options); }); };
+    s.model = Model::maps;
+    options.precision = Precision::f32;
+    CHECK(why() == "precision = f32; not allowed here: model \"maps\" works in f64");
+    options = {.check = true};
+    CHECK(why() == "model = \"maps\"; not allowed here: a check compares marches");
+    s.model.reset();
+    options.precision = Precision::f64;
+    CHECK(why() == "precision = f64; not allowed here: a check of backends compares f32");
+}

@@ -344,6 +344,11 @@ TEST_CASE("what is beyond float is refused, or is seen to be: never a number tha
             CHECK(refusal(Error::Code::bad_input, [&] { Skin(device, wrong); }).find(what) == 0);
         };
         says("material.modulus = 1e+39", [](auto& w) { w.material.modulus = 1e39; });
+        says("material.curvature_length = 1e+39; allowed: up to 3.4e38 for a skin in float", [](auto& w) {
+            w.grid.spacing = w.material.viscosity = 1;
+            w.surface.relief = w.material.thickness = 1;
+            w.material.curvature_length = 1e39;
+        });
         says("receptors.fa2_gains = 1e+39", [](auto& w) { w.receptors.fa2_gains = {1e39, 1}; });
         says("grid.spacing = 1e-20", [](auto& w) {
             w.grid.spacing = 1e-20;

@@ -149,6 +149,29 @@ TEST_CASE(
           std::string::npos);
 }
 
+TEST_CASE("a state of another stencil, spring or response is refused word for word") {
+    SkinDescription d = small_scene(9, 7);
+    d.receptors.fa2 = Fa2::step_mean;
+    d.material.modulus = d.material.viscosity = {};
+    d.material.elements = {{3, 0.5}};
+    d.material.spring = 5;
+    const auto why = [&](const SkinDescription& other, const SkinOptions& options = {}) {
+        const Bytes state = saved(Skin(Device::cpu(1), other, options));
+        return refusal(Error::Code::bad_input, [&] { Skin(Device::cpu(1), d).load(state.data(), state.size()); });
+    };
+    SkinDescription other = d;
+    other.material.spring.reset();
+    CHECK(why(other) == "state = (number of springs 0); allowed: number of springs 1, as the skin has");
+    SkinOptions without;
+    without.responses = {Quantity::sa1, Quantity::sa2, Quantity::fa1};
+    CHECK(why(d, without) ==
+          "state = (rate of a spring for fa2 0); allowed: rate of a spring for fa2 1, as the skin has");
+    d.sites = {{Quantity::sa1, {4, 3}}}; // reads 5 cells, or 9 of the wider stencil
+    other = d;
+    other.stencil = Stencil::fourth_order;
+    CHECK(why(other) == "state = (number of cells 9); allowed: number of cells 5, as the skin has");
+}
+
 TEST_CASE("a skin drops none of its elements, however fast or slow: it does not know its load") {
     SkinDescription d;
     d.grid = {4, 3, {}};

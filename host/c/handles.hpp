@@ -65,7 +65,7 @@ Quantity quantity_of(dermis_quantity);
 // The device of a handle; the CPU path for null.
 Device device_of(const dermis_device*);
 
-// Checks the size of the caller's report and fills it.
+// Fills the caller's report, whose size is checked.
 void fill(dermis_report* to, const Report&);
 
 } // namespace dermis::c

@@ -63,7 +63,6 @@ Quantity quantity_of(dermis_quantity q) {
 Device device_of(const dermis_device* device) { return device ? device->device : Device::cpu(); }
 
 void fill(dermis_report* to, const Report& from) {
-    need_size(to, "report");
     constexpr size_t most = sizeof to->retardation_times / sizeof(dermis_figure);
     if (from.retardation_times.size() > most)
         throw std::length_error("a report has " + std::to_string(from.retardation_times.size()) + " retardation times");

@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: MIT
+// Every refusal of a scene that scene_test.cpp leaves out, word for word: the key, its value and what is allowed.
+#include "host/scene/scene.hpp"
+#include "tests/command.hpp"
+#include "tests/support.hpp"
+
+#include <filesystem>
+
+using namespace test;
+
+namespace {
+
+struct Refused {
+    std::string toml, says; // behind "scene:"
+};
+
+const std::string two = "[grid]\nwidth = 2\nheight = 2\n", units = "[grid]\nspacing = 1e-3\n";
+const std::string frames = two + "[load]\nkind = \"sequence\"\npath = \"frames.npy\"\n";
+const std::string chain = "[material]\nelements = [{ modulus = 1, viscosity = 1 }]\n";
+const std::string lengths = units + "[material]\nmodulus = 1\nviscosity = 1\n";
+const std::string list = "; allowed: a first line type,x,y, then lines such as sa1,12,40 (sa1, sa2, fa1, fa2; cells)";
+const std::string table = "[load]\nenvelope = \"table\"\n", sine = "[load]\nenvelope = \"sine\"\n";
+const std::string wave = "[surface]\nkind = \"wave\"\n", positive = "; allowed: a finite number > 0";
+const std::string any_finite = "; allowed: a finite number", least_0 = "; allowed: a finite number >= 0";
+
+// Files that the scenes name.
+void write_files(const Folder& folder) {
+    folder.write("frames.npy", npy_header("<f4", "(3, 2, 2)") + std::string(48, '\0'));
+    folder.write("map.npy", npy_header("<f8", "(2, 2)") + std::string(32, '\0'));
+    folder.write("head.npy", std::string("\x93NUMPY\1\0\xff\xff", 10));
+    folder.write("shape.npy", npy_header("<f8", "2, 2"));
+    folder.write("outside.csv", "type,x,y\nsa1,1,1\nfa2,2,0\n");
+    folder.write("head.csv", "x,y,type\n");
+    folder.write("line.csv", "type,x,y\nsa1,1\n");
+    folder.write("none.csv", "type,x,y\n");
+}
+
+void check(const Folder& folder, const std::vector<Refused>& all) {
+    for (const Refused& r : all) {
+        CAPTURE(r.toml);
+        const std::string message =
+            refusal(Error::Code::bad_input, [&] { Scene::from_string(r.toml, {}, (folder / "").string()); });
+        std::string says = "scene:" + r.says;
+        const size_t file = says.find("{}");
+        if (file != says.npos) says.replace(file, 2, (folder / "").string());
+        CHECK(message == says);
+    }
+}
+
+} // namespace
+
+TEST_CASE("what a sequence, an envelope and a time cannot be is refused word for word") {
+    const Folder folder;
+    write_files(folder);
+    check(
+        folder,
+        {{frames + "interval = 0.1\nenvelope = \"ramp\"",
+          "8: load.envelope = (given); allowed: only without load.kind = \"sequence\", which is all of the load"},
+         {"method = \"euler\"\n" + frames + "interval = 0.1",
+          "1: method = \"euler\"; allowed: \"exact\" with load.kind = \"sequence\""},
+         {frames, "4: load.interval = (not given); allowed: seconds between frames, required with a sequence"},
+         {frames + "interval = 0", "7: load.interval = 0" + positive},
+         {frames + "interval = 1e-9", "7: load.interval = 1e-09; allowed: at most 1e8 frames within time.duration"},
+         {frames + "interval = 0.015",
+          "7: load.interval = 0.015; allowed: a whole multiple of time.step = 0.01 s for FA2 as a mean over a step; or "
+          "receptors.fa2 = \"point\", or leave fa2 out of [output]"},
+         {frames + "interval = 0.1\n[material]\nviscosity = 0",
+          "9: material.viscosity = 0; allowed: > 0 for FA2 of a sequence; with viscosity 0 leave fa2 out of [output]"},
+         {two + "[load]\nkind = \"file\"\npath = \"map.npy\"\nradius = 2",
+          "7: load.radius = 2; allowed: only with load.kind \"circular\", \"point\" or \"linear\""},
+         {two + "[load]\nkind = \"file\"\npath = \"head.npy\"",
+          "6: load.path = \"{}head.npy\": has a damaged header; allowed: a .npy file of float32 or float64, C order, "
+          "shape (2, 2)"},
+         {two + "[load]\nkind = \"file\"\npath = \"shape.npy\"",
+          "6: load.path = \"{}shape.npy\": has a damaged header; allowed: a .npy file of float32 or float64, C order, "
+          "shape (2, 2)"},
+         {sine + "phase = nan", "3: load.phase = nan" + any_finite},
+         {sine + "mean = nan", "3: load.mean = nan" + any_finite},
+         {sine + "amplitude = inf", "3: load.amplitude = inf" + any_finite},
+         {"[load]\nenvelope = \"pulse\"\nlength = 0", "3: load.length = 0" + positive},
+         {table + "times = [-1]\nvalues = [1]", "3: load.times = -1" + least_0},
+         {table + "times = [1]\nvalues = [nan]", "4: load.values = nan" + any_finite},
+         {table + "times = [1, 1, 1]\nvalues = [1, 2, 3]", "3: load.times = 1; allowed: each time at most twice"},
+         {"tolerance = 0", "1: tolerance = 0" + positive}});
+}
+
+TEST_CASE("what a surface, its lengths and its material cannot be is refused word for word") {
+    const Folder folder;
+    write_files(folder);
+    const std::string element = "{ modulus = 1, viscosity = 1 }, ";
+    std::string nine;
+    for (int i = 0; i < 9; ++i) nine += element;
+    check(
+        folder,
+        {{lengths + "thickness = 1\ncurvature_length = 1\n[surface]\nrelief = 0", "9: surface.relief = 0" + positive},
+         {lengths + "thickness = -1\ncurvature_length = 1\n[surface]\nrelief = 1",
+          "6: material.thickness = -1" + least_0},
+         {lengths + "thickness = 1\ncurvature_length = inf\n[surface]\nrelief = 1",
+          "7: material.curvature_length = inf" + any_finite},
+         {units + "[surface]\nrelief = 1\n[material]\nthickness = 1\ncurvature_length = 1",
+          "5: material.modulus = (not given); allowed: material.modulus in Pa and material.viscosity in Pa s, required "
+          "with grid.spacing; or material.elements, material.relaxation, or preset = \"fingertip\""},
+         {wave + "ridges = inf", "3: surface.ridges = inf" + any_finite},
+         {wave + "noise_length = 0", "3: surface.noise_length = 0" + positive},
+         {wave + "ridge_period = 1", "3: surface.ridge_period = 1; allowed: only with grid.spacing"},
+         {units + wave + "ridges = 2\nridge_period = 1",
+          "5: surface.ridges = 2; allowed: not beside surface.ridge_period"},
+         {units + wave + "ridge_period = -1", "5: surface.ridge_period = -1" + positive},
+         {"[grid]\nspacing = 1e300\n" + wave + "ridge_period = 1e-300",
+          "5: surface.ridge_period = 1e-300; allowed: a period whose ridges can be counted"},
+         {"[material]\nelements = [{ modulus = -1, viscosity = 1 }]", "2: material.elements[0].modulus = -1" + least_0},
+         {"[material]\nelements = [{ modulus = 1, viscosity = -1 }]",
+          "2: material.elements[0].viscosity = -1" + least_0},
+         {"[material]\nelements = [" + element + "{ modulus = 0, viscosity = 0 }]",
+          "2: material.elements[1].viscosity = 0; allowed: > 0 where its modulus is 0"},
+         {"[material]\nelements = [" + nine + "]", "2: material.elements = (9 elements); allowed: 1 to 8, with "
+                                                   "material.spring and material.dashpot beside them"},
+         {chain + "spring = 0", "3: material.spring = 0" + positive},
+         {chain + "dashpot = 0", "3: material.dashpot = 0" + positive},
+         {"method = \"euler\"\n" + chain + "spring = 2",
+          "4: material.spring = 2; allowed: no spring but with method = \"exact\""},
+         {"method = \"euler\"\n[material]\nelements = [" + element + "{ modulus = 1, viscosity = 0 }]",
+          "3: material.elements = (one of viscosity 0); allowed: no spring but with method = \"exact\""},
+         {"[receptors]\nfa2 = \"point\"\n" + chain + "spring = 2",
+          "5: material.spring = 2; allowed: no spring for FA2 as a density, because a jump makes it infinite twice; "
+          "with a "
+          "spring set receptors.fa2 = \"step-mean\" or leave fa2 out of [output]"},
+         {"method = \"published\"\n" + chain, "1: method = \"published\"; allowed: another one with material.elements"},
+         {"method = \"published\"\n" + two + "[material]\nmodulus = \"map.npy\"\nviscosity = 1",
+          "6: material.modulus = (a map); allowed: one number with method = \"published\""},
+         {"method = \"published\"\n" + two + "[material]\nviscosity = \"map.npy\"\nmodulus = 1",
+          "6: material.viscosity = (a map); allowed: one number with method = \"published\""},
+         {"method = \"published\"\n[curvature]\nedges = \"mirror\"",
+          "3: curvature.edges = (given); allowed: not beside method = \"published\", which sets it"},
+         {"method = \"published\"\n[grid]\nheight = 1",
+          "3: grid.height = 1; allowed: at least 2 with the published edges"}});
+}
+
+TEST_CASE("what receptors and outputs cannot be, and values of another kind, are refused word for word") {
+    const Folder folder;
+    write_files(folder);
+    const std::string sites = two + "[sites]\npath = ";
+    check(
+        folder,
+        {{sites + "\"outside.csv\"", "4: sites[1] = [2, 0]; allowed: [x, y] with x in 0..1, y in 0..1"},
+         {sites + "\"head.csv\"", "5: sites.path = \"{}head.csv\": begins with x,y,type" + list},
+         {sites + "\"line.csv\"", "5: sites.path = \"{}line.csv\": line 2 is sa1,1" + list},
+         {sites + "\"none.csv\"", "5: sites.path = \"{}none.csv\": holds no receptor" + list},
+         {units + "[sites.density]\nsa1 = -1", "4: sites.density.sa1 = -1" + least_0},
+         {"[grid]\nspacing = 1\n[sites.density]\nsa1 = 1e9",
+          "4: sites.density.sa1 = 1e+09; allowed: at most 1e8 receptors of a class"},
+         {"[output]\nfields = [{ at = 1, what = [\"indentation\"] }]",
+          "2: output.fields.what = \"indentation\"; allowed: strain, sa1, sa2, fa1, fa2, curvature, deformation; "
+          "indentation is thickness*strain, and a Skin's response"},
+         {"allow_unstable = 3", "1: allow_unstable = 3; allowed: true or false"},
+         {"[surface]\npath = 3", "2: surface.path = 3; allowed: a text in quotes"},
+         {table + "times = 3", "3: load.times = 3; allowed: a list in [ ]"},
+         {"[material]\nelements = [3]", "2: material.elements = 3; allowed: tables { modulus = Pa, viscosity = Pa s }"},
+         {"[output]\nfields = [3]", "2: output.fields = 3; allowed: tables { at = seconds, what = [...] }"},
+         {"preset = \"thumb\"", "1: preset = \"thumb\"; allowed: \"fingertip\""}});
+    CHECK(refusal(Error::Code::bad_input, [] { Scene::from_string("[sites.density]\nsa1 = 3"); }) ==
+          "scene: grid.spacing = (not given); allowed: metres, required for sites by density");
+    CHECK(refusal(Error::Code::bad_input, [] { Scene::from_string("tolerance = 1", {"tolerance.x=1"}); }) ==
+          "scene:1: --set tolerance.x=1: tolerance is not a table");
+}
+
+TEST_CASE("what no file can say is refused word for word in a Scene made by hand") {
+    const auto why = [](auto&& change) {
+        Scene s = small_scene(4, 3);
+        change(s);
+        return refusal(Error::Code::bad_input, [&] { run(s, Device::cpu(1)); });
+    };
+    CHECK(why([](Scene& s) {
+              s.surface.kind = Surface::Kind::map;
+              s.surface.map.edit().assign(11, 0);
+          }) == "surface.path = 11; allowed: width*height = 12 cells, row 0 first");
+    CHECK(why([](Scene& s) { s.material.viscosity_map.edit().assign(13, 1); }) ==
+          "material.viscosity = 13; allowed: width*height = 12 cells, row 0 first");
+    CHECK(why([](Scene& s) {
+              s.sites = {{Quantity::strain, {1, 1}}};
+          }) == "sites[0] = \"strain\"; allowed: sa1, sa2, fa1, fa2");
+    const auto in_series = [](Scene& s) {
+        s.material.modulus = s.material.viscosity = {};
+        s.material.elements = {{1, 1}};
+    };
+    CHECK(why([&](Scene& s) { in_series(s), s.material.modulus = 2; }) ==
+          "material.modulus = 2; allowed: not beside material.elements");
+    CHECK(why([&](Scene& s) { in_series(s), s.material.modulus_map.edit().assign(12, 1); }) ==
+          "material.modulus = (a map); allowed: not beside material.elements, which take maps of their own");
+    CHECK(why([&](Scene& s) { in_series(s), s.material.elements[0].modulus_map.edit().assign(11, 1); }) ==
+          "material.elements[0].modulus = 11; allowed: width*height = 12 cells, row 0 first");
+    CHECK(why([&](Scene& s) { in_series(s), s.material.elements[0].viscosity_map.edit().assign(11, 1); }) ==
+          "material.elements[0].viscosity = 11; allowed: width*height = 12 cells, row 0 first");
+}
+
+TEST_CASE("a sequence that becomes shorter while it is read is refused word for word") {
+    const Folder folder;
+    write_files(folder);
+    const std::string path = (folder / "frames.npy").string();
+    scene::NpyFile file(path, 2, 2, true, "load.path");
+    std::vector<double> values;
+    file.read(2, values);
+    CHECK(values == std::vector<double>(4, 0));
+    std::filesystem::resize_file(path, 100);
+    CHECK(refusal(Error::Code::bad_input, [&] { file.read(2, values); }) ==
+          "load.path = \"" + path +
+              "\": is cut short; allowed: a .npy file of float32 or float64, C order, shape (frames, 2, 2)");
+}
