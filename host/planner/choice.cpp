@@ -215,6 +215,7 @@ Explanation choose(const PreparedSkin& skin, const Schedule& schedule, const Req
     if (taken) take_cheaper(e, *taken, r, backends, bounds);
     if (!taken && nearest && e.binding) refuse_tolerance(e.tolerance, e.candidates[*nearest]);
     if (!taken && nearest) e.candidates[*nearest].refused.clear(), taken = nearest; // the default binds where it can
+    if (!taken) refuse("precision", r.precision ? name(*r.precision) : "(free)", "no model of this scene works in it");
     for (size_t i = 0; i < e.candidates.size(); ++i)
         if (i != *taken && e.candidates[i].refused.empty()) e.candidates[i].refused = "dearer than the one taken";
     e.chosen = *taken;
