@@ -88,7 +88,7 @@ template <class Work> void starve(const char* name, Work&& work, long stride = 1
             }
             if (struck && judge(thrown, sticky)) {
                 thrown = nullptr;
-                CHECK(allocations_left() == left);
+                CHECK(allocations_left() <= left); // less where a driver has freed some of its own
                 got.clear();
                 work(got);
             }
