@@ -24,7 +24,8 @@ from sites import never_return, sites_of
 
 ROOT = Path(__file__).resolve().parents[2]
 # The suites that reach most for their time, with the cases that are run of them: all, but those behind ~, or only some.
-QUICK = {"scene": "", "refusals": "", "cli": "", "c": "", "output": "", "state": "", "trial": "", "skin": "", "preset": "",
+QUICK = {"scene": "", "refusals": "", "cli": "", "c": "", "output": "", "report": "", "state": "", "trial": "", "skin": "",
+         "preset": "",
          "faults": "", "memory": "~an allocation that fails in the command*", "files": "~300 runs*,a study*",
          "fit": "*refuse*,dermis fit refuses*,a picture*", "models": "a model that*,requests*",
          "embedding": "what a host*,a binding that*,nothing of sites*,the recorded check*",
@@ -140,7 +141,8 @@ def stacks(build, throws):
         places = {}
         for address, function, place in zip(addresses, text[::2], text[1::2]):
             path, _, line = place.split(" ")[0].rpartition(":")
-            places[address] = function, os.path.relpath(path, ROOT), int(line) if line.isdigit() else 0
+            # A place that is not known has no path.
+            places[address] = function, os.path.relpath(path or "?", ROOT), int(line) if line.isdigit() else 0
         found += [(kind, [places[a] for a in stack]) for kind, *stack in offsets]
     return found
 
