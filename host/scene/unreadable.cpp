@@ -75,9 +75,13 @@ Unreadable unreadable(const std::string& text) {
     size_t dots = 0;
     std::string open;                  // brackets, but ( for one around the name of a table
     bool begins = true, value = false; // nothing but spaces stands in the line so far, or behind an =
+    char last = '\n';                  // the last character that is no space
     for (size_t i = text.starts_with("\xef\xbb\xbf") ? 3 : 0; i < text.size(); ++i) {
         const char c = text[i], inner = open.empty() ? '\0' : open.back();
         if (c == '"' || c == '\'') {
+            if (!is_in("\n=[{,.", last)) // to the parser it belongs to what stands before it, and begins nothing
+                return {line, "a quote where no text begins; allowed: behind =, [, {, a comma or a dot, and in a text"};
+            last = c;
             const size_t behind = after_string(text, i);
             line += int(std::count(text.begin() + std::ptrdiff_t(i), text.begin() + std::ptrdiff_t(behind), '\n'));
             i = behind - 1;
@@ -93,6 +97,7 @@ Unreadable unreadable(const std::string& text) {
                 return {line, word.substr(0, longest_word) + " without quotes; allowed: a number, true or false, or a "
                                                              "text in quotes"};
             i += word.size() - 1;
+            last = word.back();
             value = false;
             continue;
         }
@@ -110,6 +115,7 @@ Unreadable unreadable(const std::string& text) {
         line += c == '\n';
         begins = c == '\n' || (begins && (c == ' ' || c == '\t'));
         value = c == '=' || (value && (c == ' ' || c == '\t'));
+        if (!is_in(" \t\r", c)) last = c;
     }
     return {};
 }

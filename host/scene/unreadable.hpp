@@ -19,7 +19,8 @@ struct Unreadable {
 // Finds the first line with something that a scene never has and the parser is not safe from. Where brackets, or the
 // parts of a dotted key, are too deep it exhausts the stack, because it recurses, and so do its tables. What it does is
 // undefined where a table has no name, where a bracket is closed by one of another kind, and with some values that are
-// no number, and characters that are not ASCII, outside of quotes and comments.
+// no number, and characters that are not ASCII, outside of quotes and comments. A quote where no text begins would hide
+// these.
 Unreadable unreadable(const std::string& text);
 
 } // namespace dermis::scene
