@@ -7,7 +7,7 @@
 namespace dermis::scene {
 namespace {
 
-constexpr std::string_view decimals = "0123456789_", around_words = " \t\r\n,[]{}#\"'";
+constexpr std::string_view decimals = "0123456789_", before_words = " \t\r\n,[]{}#\"'", behind_words = " \t\r\n,]}#";
 constexpr size_t longest_word = 100;
 
 bool is_in(std::string_view all, char c) { return all.find(c) != all.npos; }
@@ -91,8 +91,8 @@ Unreadable unreadable(const std::string& text) {
         if (c == '#') i = std::min(text.find('\n', i), text.size()) - 1;
         if (static_cast<unsigned char>(c) >= 0x80)
             return {line, "a character that is not ASCII; allowed: in a text in quotes, and in a comment"};
-        if ((value || inner == '[') && !is_in(around_words, c)) {
-            const std::string word = text.substr(i, text.find_first_of(around_words, i) - i);
+        if ((value || inner == '[') && !is_in(before_words, c)) {
+            const std::string word = text.substr(i, text.find_first_of(behind_words, i) - i);
             if (!is_plain(word))
                 return {line, word.substr(0, longest_word) + " without quotes; allowed: a number, true or false, or a "
                                                              "text in quotes"};
