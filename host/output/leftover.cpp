@@ -37,8 +37,10 @@ void end_by(int signal) {
 }
 
 extern "C" void dermis_on_signal(int signal) {
+    const int error = errno; // of the code that the signal interrupts
     arrived = signal;
     if (!held.test_and_set()) end_by(signal);
+    errno = error;
 }
 
 } // namespace
