@@ -237,9 +237,9 @@ struct Scene : SkinDescription {
     // Default: chosen with the model. RunOptions::precision overrides it.
     std::optional<Precision> precision;
     // Greatest |X - X_exact| over cells and output times, divided by the greatest |X_exact|, of each output of strain
-    // and the four responses; > 0. X_exact has no error in time or arithmetic on the grid, maps and load as given. If
-    // given, it always binds: a run that cannot promise it is refused, naming what can be had. Default: 1e-4,
-    // for a free choice.
+    // and the four responses; > 0. X_exact has no error in time or arithmetic on the grid, maps and load as given; an
+    // output that is nowhere above 2^-64 in float, or 2^-340 in double, counts as 0. If given, it always binds: a run
+    // that cannot promise it is refused, naming what can be had. Default: 1e-4, for a free choice.
     std::optional<double> tolerance;
     Method method = Method::exact;
     bool allow_unstable = false; // run an explicit method beyond its stability limit
