@@ -217,17 +217,25 @@ struct EndDifferences {
     // The difference at `first` is values[lanes]: a block of which a part is wanted is stored whole.
     alignas(real) scalar values[TILE_CELLS + 3 * lanes];
 
-    template <int stencil> void fill(const RowNeighbours<scalar> l, int first, int last) {
-        const int far = reach(stencil), inside = l.width - far - lanes; // the last block inside
-        const bool any = far <= inside;
-        const int low = any ? min(far, last) : last, high = max(l.width - far, low);
+    template <int stencil> void fill(const scalar* row, const EndCells<stencil>& ends, int first, int last) {
+        RowNeighbours<scalar> l{}; // of these members alone: to copy all of the others for each row takes longer
+        l.here = row;
+        l.width = ends.width;
+        l.stencil = stencil;
+        l.edges = ends.edges;
+        const int far = ends.far, after = l.width - far, inside = after - lanes; // the last block inside
         scalar* to = values + lanes;
-        for (int x = max(first, far); any && x < min(last, l.width - far); x += lanes) {
+        if (inside < far) {
+            for (int x = first; x < last; ++x) to[x - first] = difference_at(l, x);
+            return;
+        }
+        for (int x = max(first, far); x < min(last, after); x += lanes) {
             const int at = min(x, inside);
             store(to + (at - first), difference_along<stencil>(l, at));
         }
-        for (int x = first; x < low; ++x) to[x - first] = difference_at(l, x);
-        for (int x = max(high, first); x < last; ++x) to[x - first] = difference_at(l, x);
+        for (int x = first; x < min(far, last); ++x) to[x - first] = difference_by<stencil>(row, x, ends.low[x]);
+        for (int x = max(after, first); x < last; ++x)
+            to[x - first] = difference_by<stencil>(row, x, ends.high[x - after]);
     }
 };
 
@@ -295,7 +303,8 @@ __attribute__((always_inline)) inline void store_summaries(const Summary (&of_bl
 
 // The responses of a tile at column x of which sums are asked for, or the map. inner: no cell is read across an end.
 template <int stencil, bool passed, bool inner>
-inline void respond_tile(const RespondArguments<Kernels>& r, int x, const Constants& c) {
+inline void respond_tile(const RespondArguments<Kernels>& r, const EndCells<stencil>& end_cells, int x,
+                         const Constants& c) {
     real values[blocks_of_tile], C[blocks_of_tile];
     Summary all[REDUCED_MAPS]{};
     if (r.tiles[QUANTITY_STRAIN]) {
@@ -304,7 +313,7 @@ inline void respond_tile(const RespondArguments<Kernels>& r, int x, const Consta
         all[QUANTITY_STRAIN] = summary_of_blocks(values);
     }
     EndDifferences ends;
-    if constexpr (!inner) ends.fill<stencil>(r.strain, x, x + TILE_CELLS);
+    if constexpr (!inner) ends.fill<stencil>(r.strain.here, end_cells, x, x + TILE_CELLS);
 #pragma GCC unroll 32
     for (int i = 0; i < blocks_of_tile; ++i) {
         const int at = x + i * lanes;
@@ -326,9 +335,10 @@ inline void respond_tile(const RespondArguments<Kernels>& r, int x, const Consta
 
 template <int stencil, bool passed> void respond_tiles_in(const RespondArguments<Kernels> r, const Constants c) {
     const int far = reach(stencil);
+    const EndCells<stencil> ends(r.strain);
     for (int x = r.first; x + TILE_CELLS <= r.last; x += TILE_CELLS)
-        if (x >= far && x + TILE_CELLS <= r.strain.width - far) respond_tile<stencil, passed, true>(r, x, c);
-        else respond_tile<stencil, passed, false>(r, x, c);
+        if (x >= far && x + TILE_CELLS <= r.strain.width - far) respond_tile<stencil, passed, true>(r, ends, x, c);
+        else respond_tile<stencil, passed, false>(r, ends, x, c);
 }
 
 // Answers in the tiles that are whole.
@@ -394,11 +404,12 @@ void step_rows_in(const RowSteps<Kernels>& given, const Constants& constants) {
     const RespondArguments<Kernels>& r = s.respond;
     const int far = reach(stencil), begin = r.first < far ? min(r.first + line, r.last) : r.first,
               end = begin + max(min(r.last, r.strain.width - far) - begin, 0) / line * line;
+    const EndCells<stencil> ends(r.strain);
     const LaneCoefficients k = lanes_of(chain ? a.table[0] : c.coefficients);
     for (int row = 0; row < s.rows; ++row, lead_on(s)) {
         EndDifferences low, high;
-        low.fill<stencil>(r.strain, r.first, begin);
-        high.fill<stencil>(r.strain, end, r.last);
+        low.fill<stencil>(r.strain.here, ends, r.first, begin);
+        high.fill<stencil>(r.strain.here, ends, end, r.last);
         const auto step_lines = [&](auto streams) __attribute__((always_inline)) {
             for (int x = begin; x < end; x += line) {
 #pragma GCC unroll 8

@@ -43,6 +43,25 @@ real difference_at(const RowNeighbours<real>& l, int x) {
     return RowCells{l.here}.laplacian_along_x(x, 0, l.here[x], l.width, l.stencil, l.edges);
 }
 
+// The second difference along a row at column x, whose axis is given.
+template <int stencil> inline real difference_by(const real* row, int x, const Axis& a) {
+    return difference(row[a.far_low], row[a.low], row[x], row[a.high], row[a.far_high], a, stencil);
+}
+
+// The cells that the second differences near the ends of a row read: the same in every row.
+template <int stencil> struct EndCells {
+    static constexpr int far = stencil == STENCIL_FIVE_POINT ? 1 : 2;
+    int width, edges;
+    Axis low[far], high[far]; // of the first columns, and of the last ones
+
+    explicit EndCells(const RowNeighbours<real>& l) : width(l.width), edges(l.edges) {
+        for (int i = 0; i < far; ++i) {
+            low[i] = axis(i, width, stencil, edges);
+            high[i] = axis(width - far + i, width, stencil, edges);
+        }
+    }
+};
+
 real laplacian_at(const RowNeighbours<real>& l, int x) {
     return add(difference_at(l, x),
                difference(l.far_low[x], l.low[x], l.here[x], l.high[x], l.far_high[x], across(l), l.stencil));
@@ -66,8 +85,7 @@ template <int stencil> void differences_in(const RowNeighbours<real> l, int coun
         if (x >= far && x < l.width - far) x = l.width - far;
         const Axis a = axis(x, l.width, stencil, l.edges);
         for (const real *row = l.here, *end = row + cells; row < end; row += l.width)
-            along[row - l.here + x] =
-                difference(row[a.far_low], row[a.low], row[x], row[a.high], row[a.far_high], a, stencil);
+            along[row - l.here + x] = difference_by<stencil>(row, x, a);
     }
 }
 
