@@ -115,7 +115,7 @@ TEST_CASE("what a surface, its lengths and its material cannot be is refused wor
           "2: material.elements[1].viscosity = 0; allowed: > 0 where its modulus is 0"},
          {"[material]\nelements = [" + nine + "]", "2: material.elements = (9 elements); allowed: 1 to 8, with "
                                                    "material.spring and material.dashpot beside them"},
-         {"[material]\nelements = []", "2: material.elements = (0 elements); allowed: 1 to 8, with material.spring and "
+         {"[material]\nelements = []", "2: material.elements = []; allowed: 1 to 8, with material.spring and "
                                        "material.dashpot beside them"},
          {chain + "spring = 0", "3: material.spring = 0" + positive},
          {chain + "dashpot = 0", "3: material.dashpot = 0" + positive},

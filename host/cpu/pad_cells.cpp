@@ -23,7 +23,7 @@ PadCells::PadCells(const plan::StreamedSkin& s, int threads, const simd::Isa& is
     : width_(s.skin.width()), height_(s.skin.height()), stencil_(s.skin.stencil), edges_(s.skin.edges),
       variant_(s.variant()), loops_(isa.of<f32>()), sites_(s.skin.description.sites), elements_(s.skin.materials),
       cells_(s.skin.cells()), constants_(plan::frame_constants(s.skin, {})) {
-    const plan::SiteCells read(s.skin, {s.skin.whole()}, cells_of(sites_));
+    const plan::SiteCells read(s.skin, {s.skin.whole()}, plan::cells_of(sites_));
     if (!sites_.empty() && sparse(s.skin, read, 1)) {
         read_ = read.cells;
         cells_ = read_.size();

@@ -9,12 +9,6 @@
 
 namespace dermis::cpu {
 
-inline std::vector<Cell> cells_of(const std::vector<Site>& sites) {
-    std::vector<Cell> cells;
-    for (const Site& site : sites) cells.push_back(site.cell);
-    return cells;
-}
-
 // Reads fields at the sites of each class.
 class SitesOfFields {
   public:

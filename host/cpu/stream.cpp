@@ -108,7 +108,7 @@ class SkinStream : public plan::Stream {
         const bool sites = !skin.skin.description.sites.empty();
         if (sites) {
             sites_.emplace(skin.skin.description.sites, width_);
-            held_ = plan::SiteCells(skin.skin, {skin.skin.whole()}, cells_of(skin.skin.description.sites)).cells;
+            held_ = plan::SiteCells(skin.skin, {skin.skin.whole()}, plan::cells_of(skin.skin.description.sites)).cells;
         }
         int place = response_place(skin.skin.chain);
         pressure_ = Plane<float>(skin.skin.padded_cells(), place++);
@@ -203,7 +203,7 @@ class SkinStream : public plan::Stream {
 bool as_pads(const StreamedSkin& s, int threads) {
     const plan::PreparedSkin& skin = s.skin;
     const std::vector<Site>& sites = skin.description.sites;
-    if (!sites.empty() && PadCells::sparse(skin, {skin, {skin.whole()}, cells_of(sites)}, threads)) return true;
+    if (!sites.empty() && PadCells::sparse(skin, {skin, {skin.whole()}, plan::cells_of(sites)}, threads)) return true;
     return skin.width() < 96 && threads == 1;
 }
 

@@ -4,15 +4,6 @@
 #include "host/simd/isa.hpp"
 
 namespace dermis::plan {
-namespace {
-
-std::vector<Cell> cells_of(const std::vector<Site>& sites) {
-    std::vector<Cell> cells;
-    for (const Site& site : sites) cells.push_back(site.cell);
-    return cells;
-}
-
-} // namespace
 
 SitePlace::SitePlace(const PreparedSkin& skin, const SiteCells& cells, Cell cell)
     : stencil(stencil_cells_of(skin, cells, cell)), x(f32::axis(cell.x, skin.width(), skin.stencil, skin.edges)),

@@ -29,6 +29,12 @@ Neighbours neighbours_of(const PreparedSkin& skin, Cell c) {
 
 } // namespace
 
+std::vector<Cell> cells_of(const std::vector<Site>& sites) {
+    std::vector<Cell> cells;
+    for (const Site& site : sites) cells.push_back(site.cell);
+    return cells;
+}
+
 PressedCells pressed_cells(const Schedule& schedule) {
     return {schedule.pressed, schedule.framed ? nullptr : schedule.pressure.data()};
 }

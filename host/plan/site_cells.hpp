@@ -12,6 +12,8 @@ struct PressedCells {
     const double* pressure = nullptr; // width*height: only cells where it is not 0; null: the whole box
 };
 
+std::vector<Cell> cells_of(const std::vector<Site>&);
+
 struct SiteCells {
     SiteCells(const PreparedSkin&, const PressedCells&, const std::vector<Cell>& points);
     std::vector<Cell> points;

@@ -97,9 +97,8 @@ void read_material(Section table, const Grid& grid, const Folder& folder, Materi
     table.list("elements", material.elements, [&](const toml::node& node, const std::string& parameter) {
         return element_in(node, parameter, number_or_map);
     });
-    if (table.has("elements") && material.elements.empty())
-        refuse(table.parameter("elements"), "(0 elements)",
-               "1 to 8, with material.spring and material.dashpot beside them");
+    table.permit("elements", !material.elements.empty(),
+                 "1 to 8, with material.spring and material.dashpot beside them");
     const bool relaxes = table.has("relaxation");
     Section relaxation = table.section("relaxation");
     Relaxation measured;

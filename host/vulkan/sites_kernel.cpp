@@ -12,12 +12,6 @@ constexpr uint32_t most_groups = 65535; // workgroups along an axis that every d
 
 static_assert(sizeof(f32::SiteConstants) <= 128, "push constants: every device has 128 bytes");
 
-std::vector<Cell> cells_of(const plan::PreparedSkin& skin) {
-    std::vector<Cell> cells;
-    for (const Site& site : skin.description.sites) cells.push_back(site.cell);
-    return cells;
-}
-
 f32::SiteStencil stencil_of(const plan::PreparedSkin& skin, const plan::SiteCells& needed, const Site& site,
                             size_t response) {
     const plan::StencilCells n = stencil_cells_of(skin, needed, site.cell);
@@ -42,7 +36,7 @@ f32::SiteStencil stencil_of(const plan::PreparedSkin& skin, const plan::SiteCell
 SitesKernel::SitesKernel(Pipelines& pipelines, const plan::StreamedSkin& streamed, const plan::ResponseLayout& layout,
                          uint32_t max_bindings)
     : width_(streamed.skin.width()), pitch_(streamed.skin.pitch), pads_(streamed.pads > 1),
-      needed_(streamed.skin, {streamed.skin.whole()}, cells_of(streamed.skin)),
+      needed_(streamed.skin, {streamed.skin.whole()}, plan::cells_of(streamed.skin.description.sites)),
       windows_(row_windows(streamed.skin, {.first = 0,
                                            .last = streamed.skin.height(),
                                            .planes = 1,
