@@ -51,10 +51,10 @@ template <int count, class Index, class Vector> inline auto picked(Vector a, Vec
 // Changes of a block's sums: lanes that are not 0. No -0 is ever kept.
 using Bits = Wide::Mask;
 inline Bits differing(Sum a, Sum b) { return ((Bits)a.value.v ^ (Bits)b.value.v) | ((Bits)a.lost.v ^ (Bits)b.lost.v); }
-inline bool any(Bits x) {
-    bool set = false;
-    for (int i = 0; i < lanes; ++i) set |= x[i] != 0;
-    return set;
+// Whether some lane of `n` is not 0: each is joined with that `reach` lanes away, and then with fewer.
+template <int n, int reach = n / 2, class Vector> inline bool any(Vector x) {
+    if constexpr (reach == 0) return x[0] != 0;
+    else return any<n, reach / 2>(x | picked<n, decltype([](int lane) { return lane ^ reach; })>(x, x));
 }
 
 // The coefficients of a block whose cells have each their own material. They are loaded cell by cell, `side` members
@@ -117,10 +117,14 @@ struct Gathered {
 
 // Whether a cache line of cells has one material.
 inline bool alike(const int* material) {
-    int other = 0;
-#pragma GCC unroll 16
-    for (int i = 1; i < line; ++i) other |= material[i] ^ material[0];
-    return other == 0;
+    constexpr int in_register = int(sizeof(Register) / sizeof(int)), ints = in_register < line ? in_register : line;
+    typedef int Ints __attribute__((vector_size(ints * sizeof(int))));
+    typedef Ints Unaligned __attribute__((aligned(alignof(int)), may_alias));
+    const Ints first = material[0] - Ints{};
+    Ints other{};
+#pragma GCC unroll 8
+    for (int i = 0; i < line; i += ints) other |= *reinterpret_cast<const Unaligned*>(material + i) ^ first;
+    return !any<ints>(other);
 }
 
 inline bool is_chain(const AdvanceArguments<Kernels>& a) { return a.elements > 1 || a.spring; }
@@ -147,7 +151,7 @@ int advance_in(const AdvanceArguments<Kernels> a, const Constants c) {
             step(i, [&](int e) { return chain && e > 0 ? lanes_of(a.table[material + e]) : k; });
     }
     int bits = 0;
-    for (int s = 0; s < state_sums; ++s) bits |= int(any(changed[s])) << s;
+    for (int s = 0; s < state_sums; ++s) bits |= int(any<lanes>(changed[s])) << s;
     return bits;
 }
 
