@@ -8,8 +8,8 @@
 // not.
 extern "C" const char* __lsan_default_suppressions() { return "leak:libVkLayer_khronos_validation.so\n"; }
 
-// ThreadSanitizer sees nothing of drivers and layers, which are not built with it. lavapipe's compiler, LLVM, is set up by
-// two threads at once.
+// ThreadSanitizer sees nothing of drivers and layers, which are not built with it. lavapipe's compiler, LLVM, is set up
+// by two threads at once.
 extern "C" const char* __tsan_default_suppressions() { return "race:llvm::sys::DynamicLibrary\n"; }
 
 int main(int argc, char** argv) {

@@ -12,7 +12,7 @@ struct PressedCells {
     const double* pressure = nullptr; // width*height: only cells where it is not 0; null: the whole box
 };
 
-std::vector<Cell> cells_of(const std::vector<Site>&);
+std::vector<Cell> cells_of(const std::vector<Site>&); // in the order of the sites
 
 struct SiteCells {
     SiteCells(const PreparedSkin&, const PressedCells&, const std::vector<Cell>& points);

@@ -222,7 +222,7 @@ struct EndDifferences {
     alignas(real) scalar values[TILE_CELLS + 3 * lanes];
 
     template <int stencil> void fill(const scalar* row, const EndCells<stencil>& ends, int first, int last) {
-        RowNeighbours<scalar> l{}; // of these members alone: to copy all of the others for each row takes longer
+        RowNeighbours<scalar> l{}; // nothing else of it is read, and to copy the rest for each row takes longer
         l.here = row;
         l.width = ends.width;
         l.stencil = stencil;

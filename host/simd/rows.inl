@@ -50,7 +50,7 @@ template <int stencil> inline real difference_by(const real* row, int x, const A
 
 // The cells that the second differences near the ends of a row read: the same in every row.
 template <int stencil> struct EndCells {
-    static constexpr int far = stencil == STENCIL_FIVE_POINT ? 1 : 2;
+    static constexpr int far = stencil == STENCIL_FIVE_POINT ? 1 : 2; // reach(stencil), which is no constant
     int width, edges;
     Axis low[far], high[far]; // of the first columns, and of the last ones
 
