@@ -209,7 +209,7 @@ void Skin::Impl::press(const float* pressure, size_t numbers, const plan::StepLe
         scene::need(false, "dt", *refused, "seconds over which the coefficients of a step stay below 3.4e38");
 }
 
-// Throws Error::bad_input naming the first cell that is not finite.
+// Throws Error::bad_input naming the first cell that is not finite, or none if another thread has changed it since.
 void Skin::Impl::refuse_pressure(const float* pressure, const plan::PadList& pads) const {
     for (size_t k = 0; k < pads.count; ++k)
         for (size_t i = 0; i < cells(); ++i, ++pressure)
@@ -218,6 +218,7 @@ void Skin::Impl::refuse_pressure(const float* pressure, const plan::PadList& pad
                               shortest(double(*pressure)) + " in cell " + scene::cell_text(i, int(width)) +
                                   (count > 1 ? " of pad " + std::to_string(pads[k]) : ""),
                               "finite numbers");
+    scene::refuse("pressure", "(a number that was not finite)", "finite numbers");
 }
 
 // The strain of each cell that a pad's state holds.

@@ -83,6 +83,27 @@ TEST_CASE("frame by frame a skin has the bits of the run of the same sequence") 
     std::remove(path.c_str());
 }
 
+TEST_CASE("a skin's own response as its next pressure gives what a copy of that response gives, on any threads") {
+    const Validated vulkan;
+    const int width = 300, height = 256; // enough cells for several threads
+    for (const Device& device : {Device::cpu(1), Device::cpu(2), Device::cpu(4), vulkan.device()})
+        for (const Stencil stencil : {Stencil::five_point, Stencil::fourth_order}) {
+            SkinDescription d = ridged(width, height);
+            d.stencil = stencil;
+            Skin own(device, d), copied(device, d);
+            for (int n = 0; n < 5; ++n) {
+                const Quantity q = all_responses[size_t(n) % std::size(all_responses)];
+                CAPTURE(device.info().name);
+                CAPTURE(name(q));
+                const std::vector<float> pressure = n == 0 ? frame(d, 1) : copy(copied.response(q));
+                copied.press(pressure, 0.01);
+                if (n == 0) own.press(pressure, 0.01);
+                else own.press(own.response(q).data, size_t(width) * height, 0.01);
+                for (Quantity r : all_responses) CHECK(same(copy(own.response(r)), copy(copied.response(r))));
+            }
+        }
+}
+
 TEST_CASE("a skin of one cell answers the equation's solution under straight pressures, steps of any length") {
     const Validated vulkan;
     for (const Device& device : {Device::cpu(1), vulkan.device()}) {

@@ -27,8 +27,6 @@ template <class K> struct CellsPress {
     // Instead, where there are too many for a table: writes the coefficients of all cells of row y.
     const std::function<void(int y, typename K::Coefficients* row)>* fill_row = nullptr;
     const real *pressure, *pressure_to; // pressure_to is null without frames
-    // Not null: `pressure`, which takes over pressure_to, whose rows are then `width` cells apart.
-    real* held = nullptr;
     const real* rest_curvature;
     bool keep = true;                            // the state advances; otherwise the step goes to a scratch state
     std::array<real*, RESPONSE_MAPS> response{}; // null: not wanted
@@ -70,8 +68,7 @@ class PointsOfRows {
 template <class real> struct Band {
     struct Outside {
         int row;
-        State<real> state;    // of that row; nobody reads its integral
-        Plane<real> pressure; // of that row, before another thread overwrites it
+        State<real> state; // of that row; nobody reads its integral
     };
     int first, last;
     std::vector<Outside> outside;
@@ -88,7 +85,6 @@ template <class K> struct Worker {
     std::array<std::array<Plane<real>, 3>, STEP_SIGNALS> signals; // of the last rows, each at y % 3
     std::array<Plane<real>, 5> strain; // of the last rows, each at y % 5, where no state holds it
     std::array<Plane<real>, STEP_SIGNALS> unused;
-    Plane<real> last_row; // of a pressure which ends where its last row does: loops read rows up to their pitch
     std::array<State<real>, 8> peeked;                  // of rows outside, at the end of a step that is not kept
     std::array<Plane<real>, RESPONSE_MAPS> answered;    // one row, of which points are read
     std::vector<typename K::Coefficients> coefficients; // of one row's cells
@@ -117,7 +113,6 @@ template <class K> class Cells {
             };
             make(worker.unused);
             make(worker.answered);
-            worker.last_row = Plane<real>(size_t(pitch_), 0);
             for (State<real>& row : worker.peeked) row = row_state();
             for (auto& ring : worker.signals)
                 for (Plane<real>& row : ring) row = Plane<real>(size_t(pitch_), ++place);
@@ -236,7 +231,7 @@ template <class K> class Cells {
                 const f64::Axis a = f64::axis(y, height_, variant_.stencil, variant_.edges);
                 for (int i : {a.far_low, a.low, a.high, a.far_high})
                     if (const size_t k = band.place_of(i); !ready(band, i, y) && k == band.outside.size())
-                        band.outside.push_back({i, row_state(), Plane<real>(size_t(pitch_), 0)});
+                        band.outside.push_back({i, row_state()});
             }
         }
         return all;
@@ -256,8 +251,7 @@ template <class K> class Cells {
         std::fill(worker.changed.begin(), worker.changed.end(), 0);
         if (std::any_of(batch.presses.begin(), batch.presses.end(),
                         [](const Press& p) { return p.constants.respond != 0; })) {
-            const real* held = batch.presses.front().held;
-            for (size_t b = size_t(thread); b < count; b += threads) take_outside(batch.bands[b], held);
+            for (size_t b = size_t(thread); b < count; b += threads) take_outside(batch.bands[b]);
             if (threads > 1) barrier_.arrive_and_wait();
         }
         for (size_t b = size_t(thread); b < count; b = size_t(batch.next++))
@@ -266,12 +260,9 @@ template <class K> class Cells {
         isa_.fence_streams();
     }
 
-    // Copies the strain of rows outside a band, and their held pressure, before anybody steps them.
-    void take_outside(Band<real>& band, const real* held) const {
-        for (auto& o : band.outside) {
-            o.state.take_strains(state_.row(o.row, pitch_), size_t(pitch_));
-            if (held) std::copy_n(held + size_t(o.row) * size_t(pitch_), pitch_, o.pressure.data());
-        }
+    // Copies the strain of rows outside a band before anybody steps them.
+    void take_outside(Band<real>& band) const {
+        for (auto& o : band.outside) o.state.take_strains(state_.row(o.row, pitch_), size_t(pitch_));
     }
 
     // Takes one step of a band. Returns what changed.
@@ -291,7 +282,7 @@ template <class K> class Cells {
                                          [&](size_t s) { return worker.signals[s][size_t(y % 3)].data(); });
             };
             if (!responds) {
-                if (advances) changed |= advance(press, arguments(), y);
+                if (advances) changed |= loops_.advance(arguments(), press.constants);
                 continue;
             }
             const simd::RespondArguments<K> answered = respond_arguments(press, band, worker, y - reach);
@@ -310,22 +301,7 @@ template <class K> class Cells {
     int rows_alike(const Press& press, const Band<real>& band, int y) const {
         const bool each_apart = press.points || press.fill_row || rolls();
         if (each_apart || y < band.first + 2 * K::reach(variant_.stencil)) return 1;
-        return std::max(band.last - (band.last == height_ && ends_early(press)) - y, 1);
-    }
-
-    // Whether loops, which read rows up to their pitch, would read beyond the end of a pressure.
-    bool ends_early(const Press& press) const { return press.held && width_ < pitch_; }
-    size_t pitch_of_pressure_to(const Press& press) const { return size_t(press.held ? width_ : pitch_); }
-
-    real* held_row(const Press& press, int y) const {
-        return press.held ? press.held + size_t(y) * size_t(pitch_) + size_t(first_column()) : nullptr;
-    }
-
-    // Steps a row that nobody answers in yet.
-    int advance(const Press& press, const simd::AdvanceArguments<K>& a, int y) const {
-        const int changed = loops_.advance(a, press.constants);
-        if (real* held = held_row(press, y)) std::copy_n(a.pressure_to, a.count, held);
-        return changed;
+        return std::max(band.last - y, 1);
     }
 
     simd::RowSteps<K> row_steps(const Press& press, const Worker<K>& worker, const simd::AdvanceArguments<K>& a,
@@ -337,9 +313,7 @@ template <class K> class Cells {
                             .response_pitch = press.response_pitch,
                             .tiles = size_t(tiles_),
                             .stepped = y % 3,
-                            .answered = (y - K::reach(variant_.stencil)) % 3,
-                            .pressure_pitch = pitch_of_pressure_to(press),
-                            .held = held_row(press, y)};
+                            .answered = (y - K::reach(variant_.stencil)) % 3};
         for (size_t i = 0; i < STEP_SIGNALS; ++i)
             for (size_t row = 0; row < 3; ++row) s.signal[i][row] = worker.signals[i][row].data();
         return s;
@@ -348,10 +322,9 @@ template <class K> class Cells {
     // Steps a row outside a band.
     void step_outside(const Press& press, typename Band<real>::Outside& o, size_t k, Worker<K>& worker) const {
         const simd::StateRow<real> to = (press.keep ? o.state : worker.peeked[k]).row(0, pitch_);
-        simd::AdvanceArguments<K> a = advance_arguments(press, worker, o.row, o.state.row(0, pitch_), to,
-                                                        [&](size_t s) { return worker.unused[s].data(); });
-        if (press.held) a.pressure = o.pressure.data() + first_column();
-        loops_.advance(a, press.constants);
+        loops_.advance(advance_arguments(press, worker, o.row, o.state.row(0, pitch_), to,
+                                         [&](size_t s) { return worker.unused[s].data(); }),
+                       press.constants);
     }
 
     // The place of row y's strain where no state holds it.
@@ -378,7 +351,7 @@ template <class K> class Cells {
         a.elements = int(variant_.chain.elements());
         a.spring = variant_.chain.spring;
         a.pressure = press.pressure + row;
-        a.pressure_to = press.pressure_to ? pressure_to_row(press, worker, y) : nullptr;
+        a.pressure_to = press.pressure_to ? press.pressure_to + row : nullptr;
         a.material = material_of_.empty() ? nullptr : material_of_.data() + row;
         a.table = press.table;
         a.from = from;
@@ -398,13 +371,6 @@ template <class K> class Cells {
             a.material = column_.data();
         }
         return a;
-    }
-
-    const real* pressure_to_row(const Press& press, const Worker<K>& worker, int y) const {
-        const real* row = press.pressure_to + size_t(y) * pitch_of_pressure_to(press);
-        if (y < height_ - 1 || !ends_early(press)) return row + first_column();
-        std::copy_n(row, width_, worker.last_row.data());
-        return worker.last_row.data() + first_column();
     }
 
     simd::RespondArguments<K> respond_arguments(const Press& press, const Band<real>& band, const Worker<K>& worker,

@@ -16,12 +16,6 @@ namespace dermis::cpu {
 using plan::StreamedSkin;
 
 struct FramePress::Impl {
-    // The pressures of a press (see CellsPress).
-    struct Pressures {
-        const float *from, *to;
-        float* held;
-    };
-
     Impl(StreamedSkin s, int threads, const simd::Isa& isa)
         : streamed(std::move(s)), rest(streamed.skin.padded_cells(), rest_place(streamed.skin.chain)),
           tables(streamed, streamed.skin.materials),
@@ -30,15 +24,15 @@ struct FramePress::Impl {
         plan::drop_maps(streamed.skin);
     }
 
-    bool press(double dt, const Pressures& p, float* const (&response)[RESPONSE_MAPS], size_t response_pitch) {
+    bool press(double dt, const float* from, const float* to, float* const (&response)[RESPONSE_MAPS],
+               size_t response_pitch) {
         const DefaultFloats guard;
         if (tables.fill({}, {&dt})) return false;
         const f32::Constants constants = plan::frame_constants(streamed.skin, *tables.of(0));
         const CellsPress<f32> press{.constants = constants,
                                     .table = tables.of(0),
-                                    .pressure = p.from,
-                                    .pressure_to = p.to,
-                                    .held = p.held,
+                                    .pressure = from,
+                                    .pressure_to = to,
                                     .rest_curvature = rest.data(),
                                     .response = std::to_array(response),
                                     .response_pitch = response_pitch};
@@ -66,17 +60,23 @@ void FramePress::save(char* planes) const { impl_->cells.save(planes); }
 void FramePress::load(const char* planes) { impl_->cells.load(planes); }
 void FramePress::set_elements(const std::vector<plan::Element>& elements) { impl_->tables.set_elements({}, elements); }
 
-bool FramePress::finite(const float* numbers) {
+bool FramePress::take(const float* numbers, float* to) {
+    const plan::PreparedSkin& skin = impl_->streamed.skin;
     simd::Pool& pool = impl_->cells.pool();
     struct {
-        const float* numbers;
-        size_t count, threads;
+        plan::PressureCopy copy;
+        long long rows, threads;
         std::atomic<bool> finite = true;
-    } job{.numbers = numbers, .count = impl_->streamed.skin.cells(), .threads = size_t(pool.threads())};
+    } job{.copy = {.from = numbers,
+                   .stride = size_t(skin.width()),
+                   .width = size_t(skin.width()),
+                   .to = to,
+                   .pitch = size_t(skin.pitch)},
+          .rows = skin.height(),
+          .threads = pool.threads()};
     pool.each([&job](int thread) { // captures so little that nothing is allocated
-        const size_t first = job.count * size_t(thread) / job.threads,
-                     last = job.count * size_t(thread + 1) / job.threads;
-        if (!plan::all_finite(job.numbers + first, last - first)) job.finite = false;
+        const int first = int(job.rows * thread / job.threads), last = int(job.rows * (thread + 1) / job.threads);
+        if (!plan::copy_rows(job.copy, first, last)) job.finite = false;
     });
     return job.finite;
 }
@@ -87,12 +87,7 @@ bool FramePress::press(double dt, const float* from, const float* to, float* con
 
 bool FramePress::press(double dt, const float* from, const float* to, float* const (&response)[RESPONSE_MAPS],
                        size_t response_pitch) {
-    return impl_->press(dt, {.from = from, .to = to, .held = nullptr}, response, response_pitch);
-}
-
-bool FramePress::press_on(double dt, float* held, const float* to, float* const (&response)[RESPONSE_MAPS],
-                          size_t response_pitch) {
-    return impl_->press(dt, {.from = held, .to = to, .held = held}, response, response_pitch);
+    return impl_->press(dt, from, to, response, response_pitch);
 }
 
 namespace {
@@ -111,7 +106,7 @@ class SkinStream : public plan::Stream {
             held_ = plan::SiteCells(skin.skin, {skin.skin.whole()}, plan::cells_of(skin.skin.description.sites)).cells;
         }
         int place = response_place(skin.skin.chain);
-        pressure_ = Plane<float>(skin.skin.padded_cells(), place++);
+        for (Plane<float>& side : pressure_) side = Plane<float>(skin.skin.padded_cells(), place++);
         const auto made = [](Plane<float>& plane, size_t cells, int at) {
             plane = Plane<float>(cells, at);
             return plane.data();
@@ -125,13 +120,13 @@ class SkinStream : public plan::Stream {
     }
 
     bool take(const plan::PadList& pads, const float* pressure) override {
-        taken_ = pressure;
-        return pads.count == 0 || press_.finite(pressure);
+        return pads.count == 0 || press_.take(pressure, pressure_[1 - from_].data());
     }
 
     const double* press(const plan::PadList& pads, const plan::StepLengths& dt) override {
         if (pads.count == 0) return nullptr;
-        if (!press_.press_on(dt[0], pressure(), taken_, field_, width_)) return &dt[0];
+        if (!press_.press(dt[0], pressure(), pressure_[1 - from_].data(), field_, width_)) return &dt[0];
+        from_ = 1 - from_;
         if (sites_) sites_->read(std::to_array(field_), response_);
         return nullptr;
     }
@@ -141,7 +136,7 @@ class SkinStream : public plan::Stream {
     void reset(const plan::PadList& pads) override {
         if (pads.count == 0) return;
         press_.reset();
-        pressure_.clear();
+        pressure_[from_].clear();
         for (auto* planes : {&fields_, &felt_})
             for (Plane<float>& plane : *planes) plane.clear();
     }
@@ -179,7 +174,7 @@ class SkinStream : public plan::Stream {
     }
 
   private:
-    float* pressure() const { return pressure_.data(); }
+    float* pressure() const { return pressure_[from_].data(); } // that the next press starts from
 
     // Calls f(place in a saved state, place in planes of all cells), in bytes, of each number that a state holds.
     template <class F> void each_held(F f) const {
@@ -189,12 +184,12 @@ class SkinStream : public plan::Stream {
     }
 
     FramePress press_;
-    Plane<float> pressure_;
+    Plane<float> pressure_[2];
+    int from_ = 0; // the side of the pressure that the next press starts from
     std::array<Plane<float>, RESPONSE_MAPS> fields_, felt_; // of cells, and of sites
     const size_t width_, pitch_, cells_, planes_;
     std::optional<SitesOfFields> sites_;
-    std::vector<size_t> held_;     // the cells that sites read, where there are sites: of these a state is saved
-    const float* taken_ = nullptr; // the pressure of the next press, which is the caller's
+    std::vector<size_t> held_; // the cells that sites read, where there are sites: of these a state is saved
     float* field_[RESPONSE_MAPS]{};
     Responses response_{};
 };

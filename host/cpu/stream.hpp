@@ -25,11 +25,8 @@ class FramePress {
     void save(char* planes) const;
     void load(const char* planes);
     void set_elements(const std::vector<plan::Element>&); // of a uniform material, in place of as many
-    // The same to a pressure of width*height from one of pitch*height, which takes it over.
-    bool press_on(double dt, float* held, const float* to, float* const (&response)[RESPONSE_MAPS],
-                  size_t response_pitch);
-    // Returns whether all of width*height numbers are finite, which is found on the threads of a press.
-    bool finite(const float* numbers);
+    // Copies width*height numbers to a map of pitch*height, on the threads of a press. Returns whether all are finite.
+    bool take(const float* numbers, float* to);
 
   private:
     struct Impl;

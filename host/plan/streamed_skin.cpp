@@ -199,16 +199,6 @@ bool copy_rows(const PressureCopy& copy, int first, int last) {
     return wrong == 0;
 }
 
-bool all_finite(const float* numbers, size_t count) {
-    constexpr size_t in_turn = 16; // of which none waits for another
-    uint32_t wrong[in_turn] = {};
-    size_t i = 0;
-    for (; i + in_turn <= count; i += in_turn)
-        for (size_t k = 0; k < in_turn; ++k) wrong[k] |= not_finite(numbers[i + k]);
-    for (; i < count; ++i) wrong[0] |= not_finite(numbers[i]);
-    return std::ranges::all_of(wrong, [](uint32_t w) { return w == 0; });
-}
-
 bool all_bits_zero(const float* numbers, size_t count) {
     uint32_t bits = 0;
     for (size_t i = 0; i < count; ++i) bits |= std::bit_cast<uint32_t>(numbers[i]);

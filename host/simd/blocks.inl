@@ -374,9 +374,7 @@ __attribute__((always_inline)) inline void lead_on(RowSteps<Kernels>& s) {
     const auto lead = [](auto*& row, size_t cells) { row = row ? row + cells : nullptr; };
     AdvanceArguments<Kernels>& a = s.advance;
     RespondArguments<Kernels>& r = s.respond;
-    lead(a.pressure_to, s.pressure_pitch);
-    lead(s.held, s.pitch);
-    for (const scalar** row : {&a.pressure, &r.strain.far_low, &r.strain.low, &r.strain.here, &r.strain.high,
+    for (const scalar** row : {&a.pressure, &a.pressure_to, &r.strain.far_low, &r.strain.low, &r.strain.here, &r.strain.high,
                                &r.strain.far_high, &r.rest_curvature, &r.signal[0], &r.signal[1]})
         lead(*row, s.pitch);
     lead(a.material, s.pitch);
@@ -392,10 +390,6 @@ __attribute__((always_inline)) inline void lead_on(RowSteps<Kernels>& s) {
         a.signal[i] = s.signal[i][s.stepped] + r.first;
         r.signal[QUANTITY_FA1 - QUANTITY_SA1 + i] = s.signal[i][s.answered];
     }
-}
-
-inline void hold_pressure(scalar* held, const scalar* pressure_to, int count) {
-    if (held) __builtin_memcpy(held, pressure_to, size_t(count) * sizeof(scalar));
 }
 
 // Steps rows and answers in others. Nothing that is called here is given an address of the arguments, so that
@@ -430,7 +424,6 @@ void step_rows_in(const RowSteps<Kernels>& given, const Constants& constants) {
                 respond_block<passed>(r, x, min(last - x, lanes), curvature_at<stencil>(r, x, loaded(along), c), c);
             }
         }
-        hold_pressure(s.held, a.pressure_to, a.count);
     }
 }
 
@@ -478,7 +471,6 @@ int step_rows(const RowSteps<Kernels>& given, const Constants& c) {
         for (int row = 0; row < s.rows; ++row, blocks::lead_on(s)) {
             changed |= advance(s.advance, c);
             respond(s.respond, c);
-            blocks::hold_pressure(s.held, s.advance.pressure_to, s.advance.count);
         }
         return changed;
     }

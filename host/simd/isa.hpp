@@ -91,8 +91,6 @@ template <class K> struct RowSteps {
     size_t pitch = 0, response_pitch = 0, tiles = 0; // cells of maps and of responses, and tiles, from row to row
     int stepped = 0, answered = 0;                   // y % 3 of the first ones
     real* signal[STEP_SIGNALS][3] = {};              // those of row y stand in [y % 3], from column 0 on
-    size_t pressure_pitch = 0;                       // cells from row to row of advance.pressure_to
-    real* held = nullptr; // not null: takes over the columns of advance.pressure_to once the row has been stepped
 };
 
 // The half-plane to the right of the line through the point (b, a) in direction (along_b, along_a), line included.
