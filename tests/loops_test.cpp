@@ -298,13 +298,19 @@ TEST_CASE("what moments and estimates are made of has the same bits on every ins
         for (double& v : maps) v = number(random);
         const double* m = maps.data();
         const auto all = [&](const simd::Isa& isa) {
-            std::vector<double> out(size_t(n) * 13);
+            std::vector<double> out(size_t(n) * 14);
             double* o = out.data();
             const auto row = [&](int i) { return o + i * n; };
-            isa.moments(m, m + n, m + 2 * n, n, 0.3, 1.7, row(0), row(1), {row(2), row(3), row(4), row(5), row(6)});
-            std::vector<double> lean(size_t(3 * n));
+            isa.moments(m, m + n, m + 2 * n, n, 0.3, 1.7, row(0), row(1),
+                        {.p = {row(2), row(3)},
+                         .a = {row(4), row(5)},
+                         .b = {row(6), row(7)},
+                         .least = row(8),
+                         .greatest = row(13)});
+            std::vector<double> lean(size_t(3 * n)), rest(size_t(3 * n));
+            const auto sums = [&](int i) { return simd::LongSums{lean.data() + i * n, rest.data() + i * n}; };
             isa.means(m, m + n, m + 2 * n, n, 0.3, 1.7,
-                      {lean.data(), lean.data() + n, lean.data() + 2 * n, nullptr, nullptr});
+                      {.p = sums(0), .a = sums(1), .b = sums(2), .least = nullptr, .greatest = nullptr});
             for (int x = 0; x < n; ++x) // of one row, from nothing
                 REQUIRE((lean[size_t(x)] == m[x] && lean[size_t(n + x)] == row(0)[x] &&
                          lean[size_t(2 * n + x)] == row(1)[x]));

@@ -39,6 +39,8 @@ template <class T> struct Forcing {
     bool framed = false;           // the pressure of an impulse is the jump itself, as where a sequence begins
     bool held = false;             // the load does not change before an impulse
 
+    // Whether the load stays as it is over the step.
+    bool holds() const { return !sine && segments.size() == 1 && segments.front().du == 0; }
     // Whether all that it does is to multiply the factors of ds by one number.
     bool scales() const { return !sine && !slope && !impulse && segments.size() == 1; }
     bool is_sine_alone() const { return sine && !slope && !impulse; }

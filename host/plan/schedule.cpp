@@ -93,7 +93,7 @@ PreparedRun prepare_run(const scene::ValidatedScene& validated, bool check, int 
 Variant variant_of(const PreparedSkin& skin, const Schedule& schedule, Precision precision) {
     return {.stencil = skin.stencil,
             .edges = skin.edges,
-            .compensated = precision == Precision::f32_compensated,
+            .compensated = precision != Precision::f32,
             .materials = !skin.uniform(),
             .framed = schedule.framed,
             .chain = skin.chain,

@@ -51,6 +51,7 @@ template <class K> class SiteStepper {
         if (q == Quantity::strain) return eps;
         const real L = K::add(along(point.stencil.x, eps, point.x), along(point.stencil.y, eps, point.y)),
                    C = K::curvature_of(point.rest_curvature, L, c.bend);
+        if (q == Quantity::curvature) return C;
         const typename K::Sum *before = &state_[here * sums_], *after = &visible_[here * sums_];
         const auto motion = motion_between<K>(before, after, load_at(here, c, p), of_cell(k, here), shape_);
         return K::answer(int(q), K::signal(int(q), motion, after[shape_.integral()].value), C, c);

@@ -4,15 +4,12 @@
 
 #include "host/plan/laplacian.hpp"
 #include "host/plan/timeline.hpp"
+#include "host/plan/totals.hpp"
 
 namespace dermis::plan {
 
 // The number of steps that the CPU path takes at once in a march, while a band of rows is in a cache.
 constexpr size_t steps_of_batch = 8;
-
-struct Totals {
-    double mean, min, max;
-};
 
 // The strain and the responses at the end of one step, over all cells and in the points of the schedule.
 struct Sample {
@@ -47,17 +44,5 @@ class Stepper {
         return stencil_estimate(skin, strain[0], 1);
     }
 };
-
-// Joins tiles in row order, in double (see kernels/reduce.h).
-template <class Summary> Totals total_of(const Summary* tiles, size_t count, size_t cells) {
-    double sum = 0;
-    Summary all = tiles[0];
-    for (size_t i = 0; i < count; ++i) {
-        sum += tiles[i].sum;
-        all.low = tiles[i].low < all.low ? tiles[i].low : all.low;
-        all.high = all.high < tiles[i].high ? tiles[i].high : all.high;
-    }
-    return {sum / double(cells), double(all.low), double(all.high)};
-}
 
 } // namespace dermis::plan

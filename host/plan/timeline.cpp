@@ -81,8 +81,7 @@ Step Timeline::exact_step(Instant from, Instant to) const {
     if (to == from) return s;
     Forcing<double> forcing = forcing_over(load_, from, to, dt, rate_from_slope_);
     const std::vector<Segment<double>>& segments = forcing.segments;
-    const bool held = segments.size() == 1 && segments.front().du == 0;
-    if (held && !rate_from_slope_) return s;
+    if (forcing.holds() && !rate_from_slope_) return s;
     if (segments.size() > 1) {
         s.after_bend = segments.back().length;
         for (const Segment<double>& g : segments)

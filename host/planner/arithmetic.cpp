@@ -54,15 +54,16 @@ void CountedArithmetic::strain(const CountedStep& step, const Pressures& p, cons
     const double b = step.k.b, E = step.k.E, before = c.eps.value;
     const Counted r = excess_stress(step, p, c);
     const Counted moved = plus(times(factor(step, &C::b, units.b), r), times(factor(step, &C::f, units.changes), p.ds));
-    const double keep = std::abs(1 - b * E);
+    const double keep = contraction(b * E);
     n.eps.value = before + moved.value;
     if (bound) { // 0 <= f <= b
         const double s0 = p.s0.value, f = step.k.f;
         n.eps.value = keep * before + std::min(b * s0 + f * p.ds.value, (b - f) * s0 + f * step.load.end);
-        n.excess = (keep + 0x1p-50) * r.value + (std::abs(1 - f * E) + 0x1p-50) * p.ds.value;
+        n.excess = (std::abs(1 - b * E) + 0x1p-50) * r.value + (std::abs(1 - f * E) + 0x1p-50) * p.ds.value;
     }
     n.eps.shift = c.eps.shift + moved.shift;
-    n.eps.off = keep * c.eps.off + moved.off + left(n.eps.value, c.eps) + flushed(n.eps.value);
+    n.eps.off =
+        keep * c.eps.off + std::abs(b * E) * lost(c.eps) + moved.off + left(n.eps.value, c.eps) + flushed(n.eps.value);
     n.flushed = c.flushed || flushed(n.eps.value) > 0;
 }
 
@@ -114,8 +115,8 @@ void CountedArithmetic::press(const CountedStep* steps, size_t count, const Coun
             acceleration = plus(acceleration, times(factor(step, &C::a1, units.changes), p.ds));
             acceleration = plus(acceleration, times(factor(step, &C::a2, units.a2), p.sj));
         }
-        const double d_eps = c.eps.off + (carried < 1 ? rounding(c.eps.value) : 0); // rates take the rounded strain
-        keep_off += std::abs(k.i0) * c.eps.off;
+        const double d_eps = (1 + 4 * u) * (c.eps.off + lost(c.eps)); // integral and rates take the rounded strain
+        keep_off += std::abs(k.i0) * d_eps;
         rate_off += std::abs(k.v0 * k.E) * d_eps;
         acceleration_off += std::abs(k.a0 * k.E) * d_eps;
     }
@@ -123,10 +124,11 @@ void CountedArithmetic::press(const CountedStep* steps, size_t count, const Coun
     CountedCell& n = after[0];
     const Counted leak = factor(steps[0], &C::leak, Units(0, false, 1).leak);
     const Counted leaked = plus(gained, times(leak, {-sum.value, 0, -sum.shift}));
-    const double keep = std::abs(1 - first.leak);
-    n.sum.value = bound ? keep * sum.value + gained.value : sum.value + leaked.value;
+    const double keep = contraction(first.leak);
+    n.sum.value = bound ? std::abs(1 - first.leak) * sum.value + gained.value : sum.value + leaked.value;
     n.sum.shift = sum.shift + leaked.shift;
-    n.sum.off = keep * sum.off + keep_off + leaked.off + left(n.sum.value, sum) + flushed(n.sum.value);
+    n.sum.off = keep * sum.off + std::abs(first.leak) * lost(sum) + keep_off + leaked.off + left(n.sum.value, sum) +
+                flushed(n.sum.value);
     n.flushed = n.flushed || before[0].flushed || flushed(n.sum.value) > 0;
     n.rate = rate;
     n.rate.off += rate_off;

@@ -107,6 +107,11 @@ struct CountedArithmetic {
         if (smaller == 0 || (!bound && std::abs(x) < 0.9 * smaller)) return 0;
         return std::min(rounding(x), smaller + a.off + b.off + std::abs(a.shift) + std::abs(b.shift));
     }
+    // How much a step leaves of what a sum was off by, if its own roundings are counted too: the sum takes back a part
+    // of itself.
+    double contraction(double part) const { return std::abs(1 - part) + 4 * u * std::abs(part); }
+    // What the value of a compensated sum has lost to rounding: the kernel takes it back in the next addition alone.
+    double lost(const Counted& sum) const { return carried < 1 ? rounding(sum.value) : 0; }
     double flushed(double x) const { return x != 0 && (bound || least * std::abs(x) < flush) ? flush : 0; }
     // A compensated sum keeps a part of each addition's rounding, and what of it is too small to be carried.
     double left(double x, const Counted& before) const {

@@ -6,6 +6,8 @@
 #include "host/reduced/sites.hpp"
 
 #include <algorithm>
+#include <bit>
+#include <tuple>
 #include <utility>
 
 namespace dermis::planner {
@@ -167,6 +169,50 @@ double greatest_around(const std::vector<PressedMaterial>& materials) {
     return greatest;
 }
 
+// The roundings of a mean over all cells, in units of the greatest value: one for each level of a tile's tree that
+// joins columns, by the mean of the values' magnitudes; in models of products that of the mean alone.
+double units_of_mean(const PreparedSkin& skin, const Schedule& schedule, const Arithmetic& kind) {
+    if (kind.separable) return 1;
+    const int columns = std::min(skin.width(), TILE_CELLS);
+    const double levels = double(std::bit_width(unsigned(columns - 1)));
+    if (schedule.framed || !skin.uniform()) return levels;
+    double sum = 0, greatest = 0;
+    for (double p : schedule.pressure) sum += std::abs(p), greatest = std::max(greatest, std::abs(p));
+    return sum > 0 ? levels * std::min(1.0, (1 + 1e-6) * sum / greatest / double(skin.cells())) : levels;
+}
+
+double greatest_surface(const PreparedSkin& skin) {
+    double greatest = 0;
+    for (double height : skin.heights) greatest = std::max(greatest, std::abs(height));
+    return greatest * std::abs(skin.relief);
+}
+
+// Tells which quantities are written at the end of a step.
+class Written {
+  public:
+    Written(const Schedule& schedule, const Read& read) : fields_(schedule.field_times.size()) {
+        if (!read.everything) {
+            rows_[size_t(read.quantity)] = true;
+            return;
+        }
+        for (Quantity q : schedule.output.traces) rows_[size_t(q)] = means_[size_t(q)] = true;
+        for (const FieldRequest& f : schedule.output.fields)
+            for (size_t i = 0; i < fields_.size(); ++i)
+                if (schedule.field_times[i] == scene::snapped(f.at, schedule.time.step))
+                    for (Quantity q : f.what) fields_[i][size_t(q)] = true;
+    }
+
+    bool at(const plan::Step& step, Quantity q) const {
+        return (step.trace >= 0 && rows_[size_t(q)]) || (step.field >= 0 && fields_[size_t(step.field)][size_t(q)]);
+    }
+    bool mean(const plan::Step& step, Quantity q) const { return step.trace >= 0 && means_[size_t(q)]; }
+
+  private:
+    using Quantities = std::array<bool, std::tuple_size_v<Errors>>;
+    Quantities rows_{}, means_{};
+    std::vector<Quantities> fields_;
+};
+
 // The running analysis of one cell of each material, step by step.
 class Analysis {
   public:
@@ -174,7 +220,8 @@ class Analysis {
         : skin_(skin), schedule_(schedule), kind_(kind), u_(kind.unit()),
           last_(kind.compensated ? counted_unit(kind) : 0), l_(std::abs(skin.constants.curvature_length)),
           weight_(skin.constants.bend * weight_of(skin.stencil)), rest_(rest_peak(skin, schedule, !read.everything)),
-          materials_(analysed(skin, schedule, kind, read)),
+          surface_(greatest_surface(skin)), units_of_mean_(units_of_mean(skin, schedule, kind)),
+          written_(schedule, read), materials_(analysed(skin, schedule, kind, read)),
           rough_(roughness_of(skin, schedule, schedule.framed ? 1 : greatest_around(materials_.pressed))),
           run_(schedule, materials_.counted, skin.rule, schedule.method, materials_.chain, kind.separable) {
         if (schedule.method != Method::exact)
@@ -271,17 +318,35 @@ class Analysis {
         const double d_C = weight_ * d_strain + u_ * (2 * rest_ + (rough_.laplacian + rough_.differences) * strain);
         for (int q = 0; q < REDUCED_MAPS; ++q)
             for (const Sum& of : sums_of(q, false)) {
-                const double x = std::abs(of.value);
-                double &worst = bounds_.error[size_t(q)], &greatest = bounds_.greatest[size_t(q)];
-                greatest = std::max(greatest, q == QUANTITY_STRAIN ? x : x * gain);
-                if (kind_.single && !(x * gain < 3e38)) worst = INFINITY;
+                const double x = std::abs(of.value), greatest = q == QUANTITY_STRAIN ? x : x * gain;
                 const double stored = x == 0 || kind_.separable ? 0 : kind_.stored;
                 const double run = x + of.off, value = run * std::min(of.value_gain + bent, gain); // of the response
                 const double error = q == QUANTITY_STRAIN ? of.off + stored
                                                           : of.off * std::min(of.gain + bent, gain) + run * l_ * d_C +
                                                                 rounding(run, gain, value) + 2 * stored;
-                worst = std::max(worst, error);
+                take(Quantity(q), greatest, kind_.single && !(x * gain < 3e38) ? INFINITY : error);
             }
+        take_shape(strain, d_strain, d_C);
+    }
+
+    // Takes a value of a quantity at the end of the step, and its error.
+    void take(Quantity q, double value, double error) {
+        const size_t i = size_t(q);
+        bounds_.greatest[i] = std::max(bounds_.greatest[i], value);
+        bounds_.throughout[i] = std::max(bounds_.throughout[i], error);
+        if (written_.at(run_.step(), q)) {
+            const double of_mean = written_.mean(run_.step(), q) ? units_of_mean_ * u_ * (value + error) : 0;
+            bounds_.error[i] = std::max(bounds_.error[i], error + of_mean);
+        }
+    }
+
+    // Takes curvature and deformation under a strain.
+    void take_shape(double strain, double d_strain, double d_C) {
+        const double parts = double(std::max<size_t>(skin_.parts.size(), 1)), bent = rough_.laplacian * strain;
+        const double indented = skin_.constants.thickness * strain;
+        take(Quantity::curvature, rest_ + bent, d_C + parts * u_ * (rest_ + bent) + kind_.stored);
+        take(Quantity::deformation, surface_ + indented,
+             skin_.constants.thickness * d_strain + 2 * u_ * (surface_ + indented) + kind_.stored);
     }
 
     double half_unit(double x) const { return x > 0 ? std::ldexp(u_, std::ilogb(x * (1 + 1e-5))) : 0; }
@@ -289,7 +354,8 @@ class Analysis {
     // Returns how far pressures are off, relative to the greatest one: the map is rounded in double, and to float.
     double rounding_of(double peak, double share) const {
         const double units = kind_.separable || share < 1 || peak == 0 ? u_ : half_unit(peak) / peak;
-        return units + (kind_.single ? 0x1p-53 : 0);
+        constexpr double least_float = 0x1p-149; // a smaller pressure is rounded to a multiple of it
+        return units + (kind_.single ? 0x1p-53 + (peak > 0 ? least_float / peak : 0) : 0);
     }
 
     // The roundings of a response, the product of a signal x and its gain: of the curvature times a length, of the gain
@@ -304,8 +370,10 @@ class Analysis {
     const Schedule& schedule_;
     const Arithmetic kind_;
     const double u_;
-    const double last_; // of a value: the last rounding, where earlier ones are compensated
-    const double l_, weight_, rest_;
+    const double last_;                        // of a value: the last rounding, where earlier ones are compensated
+    const double l_, weight_, rest_, surface_; // surface_: greatest |S|
+    const double units_of_mean_;
+    const Written written_;
     const AnalysedMaterials materials_;
     const Roughness rough_;
     CountedRun run_;                  // by the method
@@ -337,7 +405,7 @@ void solve(const PreparedSkin& skin, const Schedule& schedule, const std::vector
 Arithmetic arithmetic_of(Precision precision, bool separable) {
     const double least = precision == Precision::f64 ? f64::least_stored() : double(f32::least_stored());
     return {.single = precision != Precision::f64,
-            .compensated = separable || precision == Precision::f32_compensated,
+            .compensated = separable || precision != Precision::f32,
             .separable = separable,
             .stored = least};
 }
@@ -355,6 +423,10 @@ Peaks measured_peaks(const PreparedSkin& skin, const Schedule& schedule) {
         double& peak = (point < cells ? peaks.all : peaks.sites)[q];
         peak = std::max(peak, x);
     });
+    double &curvature = peaks.all[size_t(Quantity::curvature)], &deformed = peaks.all[size_t(Quantity::deformation)];
+    curvature = std::max(curvature, greatest_rest_curvature(skin)); // of the skin at rest, as at the first output
+    const double surface = greatest_surface(skin);
+    deformed = std::max(surface, skin.constants.thickness * peaks.all[QUANTITY_STRAIN] - surface);
     return peaks;
 }
 
@@ -369,6 +441,7 @@ Bounds bounds_of_sites(const PreparedSkin& skin, const Schedule& schedule, const
         if (std::none_of(sites.begin(), sites.end(), [q](const Site& site) { return int(site.type) == q; })) continue;
         const Bounds of = Analysis(skin, schedule, kind, {.everything = false, .quantity = q}).run();
         all.error[size_t(q)] = of.error[size_t(q)];
+        all.throughout[size_t(q)] = of.throughout[size_t(q)];
         all.greatest[size_t(q)] = of.greatest[size_t(q)];
     }
     return all;
@@ -380,7 +453,6 @@ double worst_asked(const PreparedSkin& skin, const Schedule& schedule, const Bou
     const double gain = std::max(std::abs(gains[0]), std::abs(gains[1]));
     double worst = 0;
     const auto count = [&](Quantity q, const Bounds& bounds, const Errors& largest) {
-        if (q >= Quantity::curvature) return;
         const double scale = q == Quantity::fa2 ? gain : 1;
         const double flushed = q == Quantity::fa2 ? stored : 0; // after the gains
         const double error = scale * bounds.error[size_t(q)] + flushed;

@@ -7,7 +7,8 @@
 
 namespace dermis::planner {
 
-using Errors = std::array<double, REDUCED_MAPS>; // of strain, SA1, SA2, FA1, FA2; FA2 before its gains
+// Of strain, SA1, SA2, FA1, FA2, curvature and deformation; of FA2 before its gains.
+using Errors = std::array<double, size_t(Quantity::deformation) + 1>;
 
 // How a run computes.
 struct Arithmetic {
@@ -29,8 +30,9 @@ Peaks measured_peaks(const plan::PreparedSkin&, const plan::Schedule&);
 // share by the stencil's weights, a baseline's truncation as its distance from the exact method. A run of
 // plan::in_parts is bounded against the skin that it stands for.
 struct Bounds {
-    Errors error;    // of |X - X_exact|
-    Errors greatest; // of |X_exact|
+    Errors error;      // of |X - X_exact| where it is written
+    Errors throughout; // of |X - X_exact| at every output time
+    Errors greatest;   // of |X_exact| at every output time
 };
 Bounds bounds_of_cells(const plan::PreparedSkin&, const plan::Schedule&, const Arithmetic&);
 // The same over the sites of each class alone.

@@ -121,7 +121,7 @@ class ErrorBounds {
     double worst(const PreparedSkin& skin, const Schedule& schedule, const Arithmetic& kind, const Replacement& by) {
         const bool whole = !schedule.output.traces.empty() || !schedule.output.fields.empty();
         const auto widened = [](Bounds b, const Errors& replaced) {
-            for (size_t q = 0; q < REDUCED_MAPS; ++q) b.error[q] += replaced[q], b.greatest[q] += replaced[q];
+            for (size_t q = 0; q < replaced.size(); ++q) b.error[q] += replaced[q], b.greatest[q] += replaced[q];
             return b;
         };
         const auto of_cells = [&](const Arithmetic& as) {
@@ -131,8 +131,8 @@ class ErrorBounds {
         Peaks sure = peaks();
         if (kind.separable && schedule.method == Method::exact) { // it may be off by less than a march in double is
             const Arithmetic march = arithmetic_of(Precision::f64, false);
-            const Errors cells = of_cells(march).error, sites = of_sites(march).error;
-            for (size_t q = 0; q < REDUCED_MAPS; ++q) {
+            const Errors cells = of_cells(march).throughout, sites = of_sites(march).throughout;
+            for (size_t q = 0; q < cells.size(); ++q) {
                 sure.all[q] = std::max(sure.all[q] - 2 * cells[q], 0.0);
                 sure.sites[q] = std::max(sure.sites[q] - 2 * sites[q], 0.0);
             }

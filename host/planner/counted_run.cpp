@@ -111,7 +111,8 @@ CountedLoad CountedRun::load_over(const plan::Step& step, const CountedMaterial&
         }
         return load_of_frames(schedule_, step, off, m.peak, m.arithmetic);
     }
-    const bool computed = step.rise != 0 || schedule_.method != Method::exact;
+    const bool held = step.rise == 0 || (step.forcing && step.forcing->holds());
+    const bool computed = !held || schedule_.method != Method::exact;
     const double off = computed ? few * (measured_ ? unit_of_reference : unit_of_double) * envelope_peak_ : 0;
     CountedLoad load{.s0 = {step.start, off}, .ds = {step.rise, 0}, .sj = {step.jump, step.jump != 0 ? 2 * off : 0}};
     if (!measured_ || !products_.empty()) return load;

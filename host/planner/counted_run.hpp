@@ -26,6 +26,7 @@ class CountedRun {
     // Takes the steps up to the next one whose end is read, an output or a field; false where there is none left.
     // impulses: up to those of the load's jumps too, at which rates and accelerations are the impulses.
     bool next(bool impulses = false);
+    const plan::Step& step() const { return step_; }
     bool at_impulse() const { return step_.impulse >= 0; }
     // The cell of each material at the end of that step.
     const std::vector<CountedCell>& cells() const { return now_; }

@@ -199,7 +199,11 @@ Replacement ReplacementBound::of(const Elements& chain) const {
         if (at_sites_[q]) r.sites[q] = bound(q, *at_sites_[q]);
         if (!std::isfinite(r.cells[q]) || !std::isfinite(r.sites[q])) r.error = INFINITY;
     }
-    Bounds cells{r.cells, {}}, sites{r.sites, {}};
+    const double strain = r.cells[QUANTITY_STRAIN];
+    r.cells[size_t(Quantity::curvature)] = skin_.constants.bend * weight_of(skin_.stencil) * strain;
+    r.cells[size_t(Quantity::deformation)] = skin_.constants.thickness * strain;
+    Bounds cells{.error = r.cells, .throughout = {}, .greatest = {}},
+        sites{.error = r.sites, .throughout = {}, .greatest = {}};
     cells.greatest.fill(INFINITY); // no output counts as exact
     sites.greatest.fill(INFINITY);
     const double stored = arithmetic_of(Precision::f64, false).stored;

@@ -33,17 +33,25 @@ void add_points(Moments& m, const plan::PreparedSkin& skin, const plan::Schedule
     }
 }
 
+bool is_finite(const Moments::Means& m) {
+    return std::isfinite(m.p) && std::isfinite(m.a) &&
+           std::ranges::all_of(m.b, [](double b) { return std::isfinite(b); });
+}
+
 constexpr int block = 256; // columns at a time; their values stay in the first-level cache
 
 // Column sums of a block.
 struct BlockSums {
-    double p[block] = {}, a[block] = {}, b[block] = {}, least[block], greatest[block];
+    double p[2][block] = {}, a[2][block] = {}, b[2][block] = {}; // sums in two parts
+    double least[block], greatest[block];
 
     BlockSums() {
         std::fill_n(least, block, INFINITY);
         std::fill_n(greatest, block, -INFINITY);
     }
-    simd::ColumnSums columns() { return {.p = p, .a = a, .b = b, .least = least, .greatest = greatest}; }
+    simd::ColumnSums columns() {
+        return {.p = {p[0], p[1]}, .a = {a[0], a[1]}, .b = {b[0], b[1]}, .least = least, .greatest = greatest};
+    }
 };
 
 // Points (b, a) that may be vertices of the hull.
@@ -75,9 +83,31 @@ struct Candidates {
     }
 };
 
+void add(f64::LongSum& sum, double x, double rest = 0) { sum = f64::joined(sum, {x, rest}); }
+
+// The sums of p, a and each b in two parts, so that their number adds no error.
+struct Sums {
+    f64::LongSum p{0, 0}, a{0, 0};
+    std::vector<f64::LongSum> b; // of each part
+
+    explicit Sums(size_t parts) : b(parts, {0, 0}) {}
+    void add_all(const Sums& other) {
+        p = f64::joined(p, other.p);
+        a = f64::joined(a, other.a);
+        for (size_t m = 0; m < b.size(); ++m) b[m] = f64::joined(b[m], other.b[m]);
+    }
+    Moments::Means over(size_t cells) const {
+        const auto mean = [cells](const f64::LongSum& s) { return (s.sum + s.rest) / double(cells); };
+        Moments::Means means{.p = mean(p), .a = mean(a), .b = {}};
+        for (const f64::LongSum& sum : b) means.b.push_back(mean(sum));
+        return means;
+    }
+};
+
 // Sums and hull of some rows within the pressed box.
 struct Stripe {
-    double p = 0, a = 0, b = 0, least = INFINITY, greatest = -INFINITY;
+    Sums sums{1};
+    double least = INFINITY, greatest = -INFINITY;
     std::vector<Vertex> hull;
     std::vector<simd::HalfPlane> polygon; // inscribed in this stripe's own hull
 
@@ -90,20 +120,20 @@ struct Stripe {
         for (int column = from; column < to; column += block) {
             const int end = std::min(column + block, to);
             const size_t width = size_t(end - column);
-            BlockSums sums;
+            BlockSums columns;
             MomentRow row(skin, schedule, column, end);
             for (int y = first; y < last; y += step) {
                 if (!schedule.output.extremes) {
-                    row.add_means(y, sums.columns());
+                    row.add_means(y, columns.columns());
                     continue;
                 }
                 points.reserve(width);
-                row.compute(y, points.a.data() + points.count, points.b.data() + points.count, sums.columns());
+                row.compute(y, points.a.data() + points.count, points.b.data() + points.count, columns.columns());
                 points.keep(width, others);
             }
-            add_sums(sums, width);
+            add_sums(columns, width);
         }
-        if (points.count == 0 || !std::isfinite(p + a + b)) return; // moments_of() refuses what is not finite
+        if (points.count == 0 || !is_finite(sums.over(1))) return; // moments_of() refuses what is not finite
         const auto [left, right] =
             std::minmax_element(points.b.begin(), points.b.begin() + std::ptrdiff_t(points.count));
         const HullSides sides(points.b.data(), points.a.data(), points.count, *left, *right);
@@ -112,13 +142,13 @@ struct Stripe {
         if (others.empty()) polygon = inscribed_polygon(sides);
     }
 
-    void add_sums(const BlockSums& sums, size_t width) {
+    void add_sums(const BlockSums& of, size_t width) {
         for (size_t x = 0; x < width; ++x) {
-            p += sums.p[x];
-            a += sums.a[x];
-            b += sums.b[x];
-            least = std::min(least, sums.least[x]);
-            greatest = std::max(greatest, sums.greatest[x]);
+            add(sums.p, of.p[0][x], of.p[1][x]);
+            add(sums.a, of.a[0][x], of.a[1][x]);
+            add(sums.b[0], of.b[0][x], of.b[1][x]);
+            least = std::min(least, of.least[x]);
+            greatest = std::max(greatest, of.greatest[x]);
         }
     }
 };
@@ -138,9 +168,7 @@ void add_hull(Moments& m, const std::vector<Vertex>& vertices) {
 constexpr int stripe_rows = 16; // fixed, because the bits depend on it
 
 void check_finite(const Moments::Means& m) {
-    bool all = std::isfinite(m.p) && std::isfinite(m.a);
-    for (double b : m.b) all = all && std::isfinite(b);
-    if (!all)
+    if (!is_finite(m))
         throw Error(Error::Code::bad_input, "",
                     "pressure times curvature overflows; allowed: loads and lengths whose products stay below 1.8e308");
 }
@@ -152,26 +180,26 @@ class PartSums {
         : skin_(skin), schedule_(schedule), parts_(parts), unit_(plan::without_spacing(skin.description.grid)) {}
 
     // The sums of rows first .. last - 1.
-    std::vector<Moments::Means> of_rows(int first, int last) const {
+    std::vector<Sums> of_rows(int first, int last) const {
         const int from = schedule_.pressed.first_column(), to = schedule_.pressed.last_column(skin_.width());
         const size_t width = size_t(to - from);
-        std::vector<Moments::Means> sums(parts_.size(), {.p = 0, .a = 0, .b = std::vector<double>(parts_.size())});
+        std::vector<Sums> sums(parts_.size(), Sums(parts_.size()));
         std::vector<double> rest(width), L(width);
         for (int y = first; y < last; ++y) {
             const size_t row = size_t(y) * size_t(skin_.width()) + size_t(from);
             plan::rest_curvature_row(skin_, y, from, to, rest.data());
             for (size_t x = 0; x < width; ++x) {
-                Moments::Means& s = sums[skin_.material_at(row + x)];
+                Sums& s = sums[skin_.material_at(row + x)];
                 const double p = schedule_.pressure[row + x];
-                s.p += p;
-                s.a += p * (1 + skin_.constants.curvature_length * rest[x]);
+                add(s.p, p);
+                add(s.a, p * (1 + skin_.constants.curvature_length * rest[x]));
             }
             for (size_t m = 0; m < parts_.size(); ++m) {
                 plan::laplacian_row(parts_[m], y, from, to, unit_, skin_.stencil, skin_.edges, L.data());
                 for (size_t x = 0; x < width; ++x)
-                    sums[skin_.material_at(row + x)].b[m] +=
+                    add(sums[skin_.material_at(row + x)].b[m],
                         schedule_.pressure[row + x] *
-                        (skin_.constants.curvature_length * (skin_.constants.bend * L[x]));
+                            (skin_.constants.curvature_length * (skin_.constants.bend * L[x])));
             }
         }
         return sums;
@@ -180,20 +208,19 @@ class PartSums {
     std::vector<Moments::Means> of_all(simd::Pool& pool) const {
         const plan::PressedBox& box = schedule_.pressed;
         const int rows = box.last_row - box.first_row, count = (rows + stripe_rows - 1) / stripe_rows;
-        std::vector<std::vector<Moments::Means>> stripes(static_cast<size_t>(count));
+        std::vector<std::vector<Sums>> stripes(static_cast<size_t>(count));
         pool.share(count, [&](int first, int last) {
             for (int i = first; i < last; ++i)
                 stripes[size_t(i)] =
                     of_rows(box.first_row + i * stripe_rows, box.first_row + std::min((i + 1) * stripe_rows, rows));
         });
-        std::vector<Moments::Means> sums(parts_.size(), {.p = 0, .a = 0, .b = std::vector<double>(parts_.size())});
-        for (const auto& stripe : stripes)
-            for (size_t k = 0; k < parts_.size(); ++k) {
-                sums[k].p += stripe[k].p;
-                sums[k].a += stripe[k].a;
-                for (size_t m = 0; m < parts_.size(); ++m) sums[k].b[m] += stripe[k].b[m];
-            }
-        return sums;
+        std::vector<Moments::Means> means;
+        for (size_t k = 0; k < parts_.size(); ++k) {
+            Sums sums(parts_.size());
+            for (const auto& stripe : stripes) sums.add_all(stripe[k]);
+            means.push_back(sums.over(skin_.cells()));
+        }
+        return means;
     }
 
   private:
@@ -222,17 +249,15 @@ void add_one_part(Moments& m, const plan::PreparedSkin& skin, const plan::Schedu
     if (!full) vertices.push_back({0, 0}); // cells outside the pressed box
     m.least = full ? stripes[0].least : 0;
     m.greatest = full ? stripes[0].greatest : 0;
-    Moments::Means sums{.p = 0, .a = 0, .b = {0}};
+    Sums sums(1);
     for (const Stripe& stripe : stripes) {
-        sums.p += stripe.p;
-        sums.a += stripe.a;
-        sums.b[0] += stripe.b;
+        sums.add_all(stripe.sums);
         vertices.insert(vertices.end(), stripe.hull.begin(), stripe.hull.end());
         m.least = std::min(m.least, stripe.least);
         m.greatest = std::max(m.greatest, stripe.greatest);
     }
-    m.means = {sums};
-    check_finite(sums); // before the hull, which takes finite points
+    m.means = {sums.over(skin.cells())};
+    check_finite(m.means[0]); // before the hull, which takes finite points
     if (schedule.output.extremes) add_hull(m, vertices);
 }
 
@@ -247,12 +272,7 @@ std::shared_ptr<const Moments> moments_of(const plan::PreparedSkin& skin, const 
     simd::Pool pool(simd::useful_threads(skin.cells(), threads));
     if (skin.uniform()) add_one_part(*m, skin, schedule, pool);
     else m->means = PartSums(skin, schedule, m->pressures).of_all(pool);
-    for (Moments::Means& sums : m->means) {
-        check_finite(sums);
-        sums.p /= double(skin.cells());
-        sums.a /= double(skin.cells());
-        for (double& b : sums.b) b /= double(skin.cells());
-    }
+    for (const Moments::Means& means : m->means) check_finite(means);
     return m;
 }
 

@@ -27,7 +27,7 @@ class Sites : public plan::Stepper {
             from_.push_back(0);
             to_.push_back(schedule.framed ? 0 : schedule.pressure[cell]);
         }
-        sample_.points.assign(columns_ * REDUCED_MAPS, 0);
+        sample_.points.assign(columns_ * answered, 0);
     }
 
     void frame(const std::vector<double>& pressure) override {
@@ -60,6 +60,7 @@ class Sites : public plan::Stepper {
     void read(const std::vector<Quantity>&, std::vector<std::vector<double>>&) override {} // plan::why_not: no fields
 
   private:
+    static constexpr int answered = int(Quantity::curvature) + 1; // quantities of a sample
     struct Point {
         plan::SiteStepper<f64>::Point at;
         size_t column; // of a sample
@@ -71,7 +72,7 @@ class Sites : public plan::Stepper {
     }
 
     void respond(const Point& p, const f64::Constants& c) {
-        for (int q = 0; q < REDUCED_MAPS; ++q)
+        for (int q = 0; q < answered; ++q)
             if (p.quantity == every_quantity || p.quantity == q)
                 sample_.points[size_t(q) * columns_ + p.column] =
                     stepper_.value(p.at, Quantity(q), c, lanes_.data(), pressures());

@@ -8,7 +8,8 @@
 
 namespace dermis::reduced {
 
-// A class is the quantity that a point of SiteCells is asked for; every_quantity stands for all of them.
+// A class is the quantity that a point of SiteCells is asked for; every_quantity stands for all of them and the
+// curvature, which follows them in a sample.
 constexpr int every_quantity = -1;
 // The classes of the schedule's points: every quantity for a probe, the site's own for a site.
 std::vector<int> classes_of(const plan::PreparedSkin&, const plan::Schedule&);

@@ -100,9 +100,15 @@ struct HalfPlane {
 
 constexpr int polygon_edges = 8;
 
+// Sums in two parts (kernels/reduce.h), one for each column.
+struct LongSums {
+    double *sum, *rest;
+};
+
 // Sums over the rows of each column of p, a and b (see host/reduced/moments.hpp), and the range of p.
 struct ColumnSums {
-    double *p, *a, *b, *least, *greatest;
+    LongSums p, a, b;
+    double *least, *greatest;
 };
 
 template <class K> struct Loops {

@@ -77,15 +77,22 @@ inline real abs(real x) { return __builtin_fabs(x); }
 #include "host/simd/blocks.inl"
 } // namespace loops_f64
 
+// Adds to a column's sum.
+inline void add(const LongSums& sums, int x, double value) {
+    const f64::LongSum s = f64::joined({sums.sum[x], sums.rest[x]}, {value, 0});
+    sums.sum[x] = s.sum;
+    sums.rest[x] = s.rest;
+}
+
 void moments(const double* p, const double* rest, const double* L, int width, double length, double bend, double* a,
              double* b, const ColumnSums& sums) {
 #pragma GCC ivdep
     for (int x = 0; x < width; ++x) {
         a[x] = p[x] * (1 + length * rest[x]);
         b[x] = p[x] * (length * (bend * L[x]));
-        sums.p[x] += p[x];
-        sums.a[x] += a[x];
-        sums.b[x] += b[x];
+        add(sums.p, x, p[x]);
+        add(sums.a, x, a[x]);
+        add(sums.b, x, b[x]);
         sums.least[x] = p[x] < sums.least[x] ? p[x] : sums.least[x];
         sums.greatest[x] = sums.greatest[x] < p[x] ? p[x] : sums.greatest[x];
     }
@@ -97,9 +104,9 @@ void means(const double* p, const double* rest, const double* L, int width, doub
            const ColumnSums& sums) {
 #pragma GCC ivdep
     for (int x = 0; x < width; ++x) {
-        sums.p[x] += p[x];
-        sums.a[x] += p[x] * (1 + length * rest[x]);
-        sums.b[x] += p[x] * (length * (bend * L[x]));
+        add(sums.p, x, p[x]);
+        add(sums.a, x, p[x] * (1 + length * rest[x]));
+        add(sums.b, x, p[x] * (length * (bend * L[x])));
     }
     end_vector_code();
 }

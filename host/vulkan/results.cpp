@@ -94,7 +94,7 @@ void Results::hand_over(const plan::Stepper::Sink& sink) {
     for (const plan::Step& step : steps_) {
         plan::Sample sample{};
         for (size_t q = 0; q < REDUCED_MAPS; ++q, map += tiles() + probes()) {
-            sample.totals[q] = plan::total_of(map, tiles(), skin_.cells());
+            sample.totals[q] = plan::total_of<f32>(map, tiles(), skin_.cells());
             for (size_t i = 0; i < probes(); ++i) sample.points.push_back(double(map[tiles() + i].sum));
         }
         sink(step, sample);

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: MIT
+// Mean, minimum and maximum of a map from the summaries of its tiles, by the tree of kernels/reduce.h.
+#pragma once
+
+#include "host/simd/model.hpp"
+
+#include <algorithm>
+#include <array>
+
+namespace dermis::plan {
+
+struct Totals {
+    double mean, min, max;
+};
+
+// Joins sums in the order in which they are added, 64 at a time, and those joins in the same way.
+template <class K> class JoinedSums {
+  public:
+    void add(typename K::LongSum s) {
+        for (Level& of : levels_) {
+            of.add(s);
+            if (of.count < tree) return;
+            s = of.joined();
+        }
+    }
+
+    // The sum of all that were added.
+    typename K::LongSum total() {
+        typename K::LongSum s{0, 0};
+        for (Level& of : levels_) {
+            of.add(s);
+            s = of.joined();
+        }
+        return s;
+    }
+
+  private:
+    static constexpr size_t tree = 64;
+    struct Level {
+        typename K::real sum[tree], rest[tree];
+        size_t count = 0;
+
+        void add(typename K::LongSum s) {
+            sum[count] = s.sum;
+            rest[count] = s.rest;
+            ++count;
+        }
+        // Joins the sums, of which none is left then.
+        typename K::LongSum joined() {
+            std::fill(sum + count, sum + tree, typename K::real(0));
+            std::fill(rest + count, rest + tree, typename K::real(0));
+            count = 0;
+            for (size_t reach = tree / 2; reach > 0; reach /= 2)
+                for (size_t i = 0; i < reach; ++i) {
+                    const typename K::LongSum s = K::joined({sum[i], rest[i]}, {sum[i + reach], rest[i + reach]});
+                    sum[i] = s.sum;
+                    rest[i] = s.rest;
+                }
+            return {sum[0], rest[0]};
+        }
+    };
+
+    std::array<Level, 5> levels_; // 64^5 is more than the tiles of any grid
+};
+
+template <class K> Totals total_of(const typename K::Summary* tiles, size_t count, size_t cells) {
+    JoinedSums<K> sums;
+    typename K::Summary all = tiles[0];
+    for (size_t i = 0; i < count; ++i) {
+        sums.add(K::long_sum(tiles[i].sum));
+        all.low = tiles[i].low < all.low ? tiles[i].low : all.low;
+        all.high = all.high < tiles[i].high ? tiles[i].high : all.high;
+    }
+    const typename K::LongSum total = sums.total();
+    return {(double(total.sum) + double(total.rest)) / double(cells) * 0x1p28, double(all.low), double(all.high)};
+}
+
+} // namespace dermis::plan
