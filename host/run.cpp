@@ -8,6 +8,7 @@
 #include "host/reduced/sites.hpp"
 #include "host/scene/float_environment.hpp"
 #include "host/scene/memory.hpp"
+#include "host/witness.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -56,16 +57,17 @@ planner::Request request_of(const Scene& scene, const Device& device, const RunO
 }
 
 Explanation explanation_of(const plan::PreparedRun& run, const Scene& scene, const Device& device,
-                           const RunOptions& options, bool everything) {
+                           const RunOptions& options, bool everything, std::optional<planner::Peaks>& peaks) {
     const plan::Capabilities opened = device.impl().backend->capabilities();
     const planner::Backends backends{opened, opened.f64 ? opened : Device::cpu().impl().backend->capabilities()};
-    return planner::choose(run.skin, run.schedule, request_of(scene, device, options), backends, everything);
+    return planner::choose(run.skin, run.schedule, request_of(scene, device, options), backends, everything, peaks);
 }
 
 // An explanation, and the device that it holds for.
 struct Choice {
     Explanation explanation;
     Device device;
+    std::optional<planner::Peaks> peaks; // what errors are relative to, where one was bounded
 
     const Candidate& taken() const { return explanation.candidates[explanation.chosen]; }
 };
@@ -73,11 +75,13 @@ struct Choice {
 // Opens a device that was put off where a march in float is taken, and chooses again if that is no CPU path.
 Choice choice_of(const plan::PreparedRun& run, const Scene& scene, const Device& device, const RunOptions& options,
                  bool everything) {
-    Choice c{explanation_of(run, scene, device, options, everything), device};
+    Choice c{.explanation = {}, .device = device, .peaks = {}};
+    c.explanation = explanation_of(run, scene, device, options, everything, c.peaks);
     if (!device.impl().put_off || c.taken().model != Model::march || c.taken().precision == Precision::f64) return c;
     c.device = device.impl().best();
     if (c.device.impl().backend->capabilities().f64) return c;
-    return {explanation_of(run, scene, c.device, options, everything), c.device};
+    c.explanation = explanation_of(run, scene, c.device, options, everything, c.peaks);
+    return c;
 }
 
 // A run with its model, precision and device decided.
@@ -85,8 +89,9 @@ struct Decided {
     Scene scene; // validated
     plan::PreparedRun run;
     Candidate decision;
-    Device device;         // the one that computes: the CPU path for all but a march in float
-    SharedMoments moments; // null where cells are stepped
+    Device device;                    // the one that computes: the CPU path for all but a march in float
+    SharedMoments moments;            // null where cells are stepped
+    std::unique_ptr<Witness> witness; // null where no tolerance binds
 
     bool sites_alone() const { return decision.model == Model::sites; }
 };
@@ -102,7 +107,10 @@ Decided decided(const Scene& validated, plan::PreparedRun&& run, const Device& w
               .run = std::move(run),
               .decision = taken,
               .device = !f64 && (!march || taken.precision == Precision::f64) ? Device::cpu() : device,
-              .moments = {}};
+              .moments = {},
+              .witness = {}};
+    d.run.schedule.points.resize(d.run.schedule.output.probes.size() + d.run.skin.description.sites.size());
+    if (choice.explanation.binding && choice.peaks) d.witness = witness_of(d.run, taken, *choice.peaks);
     if (!taken.reduced.empty()) {
         Material fewer = d.run.skin.description.material;
         scene::take_chain(fewer, taken.reduced);
@@ -110,8 +118,9 @@ Decided decided(const Scene& validated, plan::PreparedRun&& run, const Device& w
     }
     if (march || !why_not_separable(d.run.skin, d.run.schedule).empty()) return d;
     d.run = in_parts(std::move(d.run));
+    const bool same_points = moments && moments->points.size() == d.run.schedule.points.size();
     d.moments =
-        moments ? moments : reduced::moments_of(d.run.skin, d.run.schedule, d.sites_alone(), threads_of(d.device));
+        same_points ? moments : reduced::moments_of(d.run.skin, d.run.schedule, d.sites_alone(), threads_of(d.device));
     return d;
 }
 
@@ -165,16 +174,21 @@ class Run {
             feed.before(step, [&](const std::vector<double>& frame) {
                 stepper_->frame(frame);
                 if (check_) check_->frame(frame);
+                if (d_.witness) d_.witness->frame(frame);
             });
+            if (d_.witness) d_.witness->advance(step.end);
             stepper_->press(step);
             ++result_.steps;
             if (check_) check_->press(step, *stepper_);
             if (step.field >= 0) read_fields(step);
+            if (step.trace == most_strained_ && step.trace + 1 < schedule_.outputs)
+                most_curved_ = stepper_->estimate(skin_).curvature;
             if (options_.progress && step.trace >= 0 && step.trace % 16 == 0)
                 options_.progress(double(step.trace + 1) / double(schedule_.outputs));
         }
         stepper_->finish();
         if (check_) check_->finish();
+        if (d_.witness) result_.measured_error = d_.witness->measured_error();
         result_.seconds = std::chrono::duration<double>(Clock::now() - start).count();
         if (!d_.sites_alone()) describe_end(like);
         result_.dispatches = stepper_->dispatches();
@@ -185,14 +199,19 @@ class Run {
 
   private:
     void make_stepper() {
+        const auto sink = [this](const plan::Step& step, const plan::Sample& sample) {
+            collect_(step, sample);
+            if (d_.witness) d_.witness->compare(step, sample);
+        };
         if (d_.decision.model == Model::march) {
-            stepper_ = march(d_.device, skin_, schedule_, d_.decision.precision, std::ref(collect_));
+            most_strained_ = most_strained_output(skin_, schedule_);
+            stepper_ = march(d_.device, skin_, schedule_, d_.decision.precision, sink);
         } else if (d_.moments) {
-            stepper_ = reduced::separable(skin_, schedule_, d_.moments, d_.sites_alone(), std::ref(collect_));
+            stepper_ = reduced::separable(skin_, schedule_, d_.moments, d_.sites_alone(), sink);
         } else {
             cells_.emplace(skin_, pressed_cells(schedule_), schedule_.points);
             stepper_ = reduced::sites(skin_, schedule_, *cells_, reduced::classes_of(skin_, schedule_),
-                                      threads_of(d_.device), std::ref(collect_));
+                                      threads_of(d_.device), sink);
         }
     }
 
@@ -203,6 +222,7 @@ class Run {
             stepper_->read(f.what, maps);
             for (size_t i = 0; i < maps.size(); ++i) {
                 for (double v : maps[i]) collect_.check_finite(v, f.what[i], f.at);
+                if (d_.witness) d_.witness->compare(f.what[i], maps[i]);
                 result_.fields.push_back({f.at, f.what[i], std::move(maps[i])});
             }
         }
@@ -221,8 +241,8 @@ class Run {
         const plan::StencilEstimate estimate = stepper_->estimate(skin_);
         result_.stencil_estimate = estimate.greatest;
         result_.kinks = estimate.kinks;
-        result_.greatest_curvature = estimate.curvature;
-        result_.greatest_gain = std::abs(skin_.constants.curvature_length) * estimate.curvature;
+        result_.greatest_curvature = std::max(estimate.curvature, most_curved_);
+        result_.greatest_gain = std::abs(skin_.constants.curvature_length) * result_.greatest_curvature;
         if (schedule_.framed) return; // its pressure is that of the first frame
         const Map& pressure = schedule_.pressure;
         result_.pressed_cells = std::count_if(pressure.begin(), pressure.end(), [](double p) { return p != 0; });
@@ -234,6 +254,8 @@ class Run {
     const RunOptions& options_;
     Result result_;
     Collector collect_;
+    long long most_strained_ = -1;         // in a march, the output at which the skin is likely to be curved most
+    double most_curved_ = 0;               // greatest |C| there, 1/m
     std::optional<plan::SiteCells> cells_; // the cells that the model `sites` steps, if it steps any
     std::unique_ptr<plan::Stepper> stepper_;
     std::unique_ptr<CrossCheck> check_;

@@ -197,10 +197,14 @@ int run_scene(const Arguments& a) {
     else fmt::print(", {:.2f} ns per cell-step\n", 1e9 * r.seconds / (cells * double(r.steps)));
     print_scene(scene, r);
     print_reduced("", scene, r.reduced);
-    if (!std::isnan(r.predicted_error)) fmt::print("predicted error at most {:.2g}\n", r.predicted_error);
+    if (!std::isnan(r.predicted_error)) fmt::print("predicted error at most {:.2g}", r.predicted_error);
+    if (!std::isnan(r.measured_error)) fmt::print(", measured in some cells {:.2g}", r.measured_error);
+    if (!std::isnan(r.predicted_error)) fmt::print("\n");
     if (a.check) fmt::print("{} cells compared, {} different\n", r.cells_compared, r.cells_different);
     fmt::print("{}\n", (out / "traces.csv").string());
-    return r.cells_different ? 1 : 0;
+    const bool wrong = r.measured_error > r.predicted_error;
+    if (wrong) fmt::print(stderr, "dermis: the measured error is above the prediction: these results are wrong\n");
+    return wrong || r.cells_different ? 1 : 0;
 }
 
 int list_devices() {

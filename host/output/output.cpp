@@ -110,7 +110,7 @@ std::string summary_json(const Scene& s, const Result& r, const std::string& ori
     for (std::string& sentence : sentences) sentence = "\n    " + json_text(sentence);
     return origin + fmt::format(R"(
   "device": {{"name": {}, "kind": {}, "driver": {}, "exact": {}}},
-  "plan": {{"model": "{}", "method": "{}", "precision": "{}", "predicted_error": {}{}}},
+  "plan": {{"model": "{}", "method": "{}", "precision": "{}", "predicted_error": {}, "measured_error": {}{}}},
   "grid": {{"width": {}, "height": {}}},
   "steps": {}, "left_out": {}, "outputs": {}, "dispatches": {}, "seconds": {},
   "cross_check": {},
@@ -122,7 +122,7 @@ std::string summary_json(const Scene& s, const Result& r, const std::string& ori
 )",
                                 json_text(r.device.name), json_text(r.device.kind), json_text(r.device.driver),
                                 r.device.exact, name(r.model), name(s.method), name(r.precision),
-                                json_number(r.predicted_error), reduced, s.grid.width, s.grid.height, r.steps,
+                                json_number(r.predicted_error), json_number(r.measured_error), reduced, s.grid.width, s.grid.height, r.steps,
                                 r.left_out, r.time.size(), r.dispatches, shortest(r.seconds), check,
                                 json_number(r.tau_min), json_number(r.tau_max), json_number(s.time.step / r.tau_max),
                                 json_number(s.time.step / r.tau_min), json_number(r.greatest_gain),

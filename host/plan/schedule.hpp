@@ -44,6 +44,10 @@ PreparedRun prepare_run(const scene::ValidatedScene&, bool check = false, int th
 // Validates the scene, once. Throws Error::bad_input.
 PreparedRun prepare_run(const Scene&, bool check = false, int threads = 0);
 
+// The same schedule with every 2^n-th output alone, at most `most` of them: a load that is an envelope needs no others.
+// every: 2^n.
+Schedule with_fewer_outputs(const Schedule&, long long most, long long& every);
+
 Variant variant_of(const PreparedSkin&, const Schedule&, Precision);
 
 // The run of a skin of as few elements as parts that has the same strain, under the pressure over each cell's

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Steps the cells of SiteCells, one step at a time, in K = f32 or f64. Cells are indexed as in SiteCells::cells; one
+// Steps the cells of SiteCells, one step at a time, in K = f32, f64 or extended. Cells are indexed as in SiteCells::cells; one
 // more at the end stands for all that are never pressed and stays at rest.
 #pragma once
 
@@ -28,13 +28,13 @@ template <class K> class SiteStepper {
         const real *from, *to;
     };
 
-    SiteStepper(const PreparedSkin& skin, const SiteCells& cells, const Variant& variant)
-        : skin_(skin), cells_(cells), variant_(variant), shape_(shape_of(variant)), sums_(shape_.sums()),
+    SiteStepper(const SiteCells& cells, const Variant& variant)
+        : cells_(cells), variant_(variant), shape_(shape_of(variant)), sums_(shape_.sums()),
           state_(cells.cells.size() * sums_), visible_(state_.size()), strain_(cells.cells.size() + 1) {}
 
-    Point point(Cell c) const {
-        return {stencil_cells_of(skin_, cells_, c), K::axis(c.x, skin_.width(), skin_.stencil, skin_.edges),
-                K::axis(c.y, skin_.height(), skin_.stencil, skin_.edges), real(rest_curvature_at(skin_, c))};
+    Point point(const PreparedSkin& skin, Cell c) const {
+        return {stencil_cells_of(skin, cells_, c), K::axis(c.x, skin.width(), skin.stencil, skin.edges),
+                K::axis(c.y, skin.height(), skin.stencil, skin.edges), real(rest_curvature_at(skin, c))};
     }
 
     // Steps cells first .. last - 1. k: coefficients of each material.
@@ -74,7 +74,6 @@ template <class K> class SiteStepper {
         return K::difference(eps(0), eps(1), centre, eps(2), eps(3), axis, variant_.stencil);
     }
 
-    const PreparedSkin& skin_;
     const SiteCells& cells_;
     const Variant variant_;
     const CellShape shape_;

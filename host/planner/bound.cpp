@@ -61,35 +61,6 @@ std::vector<PressedMaterial> representatives(std::vector<PressedMaterial> all) {
     return few;
 }
 
-// Cells where outputs are likely to be greatest: of the softest and the most fluid under pressure, and some from all
-// over.
-std::vector<Cell> telling_cells(const PreparedSkin& skin, const Schedule& schedule) {
-    const std::vector<double>& p = schedule.pressure;
-    const size_t width = size_t(skin.width());
-    const auto element = [&](size_t i) -> const Element& { return skin.materials[skin.material_at(i)]; };
-    std::vector<size_t> chosen;
-    const auto choose = [&](size_t count, auto measure) {
-        std::vector<std::pair<double, size_t>> best; // the greatest ones, the least of them first
-        const auto later = std::greater<std::pair<double, size_t>>();
-        for (size_t i = 0; i < p.size(); ++i) {
-            const double m = measure(i);
-            if (!(m > 0) || (best.size() == count && m <= best.front().first)) continue;
-            if (best.size() == count) std::pop_heap(best.begin(), best.end(), later), best.pop_back();
-            best.push_back({m, i});
-            std::push_heap(best.begin(), best.end(), later);
-        }
-        for (const auto& [m, i] : best) chosen.push_back(i);
-    };
-    const size_t count = skin.uniform() ? 4 : some / 2;
-    choose(count, [&](size_t i) { return final_strain(element(i), std::abs(p[i])); });
-    choose(count, [&](size_t i) { return strain_rate(element(i), std::abs(p[i])); });
-    const size_t more = std::min(some, p.size());
-    for (size_t i = 0; i < more; ++i) chosen.push_back((2 * i + 1) * p.size() / (2 * more));
-    std::vector<Cell> cells;
-    for (size_t i : chosen) cells.push_back({int(i % width), int(i / width)});
-    return cells;
-}
-
 // Adds up to `some` sites of each class: half of them the most pressed, half from all over.
 void add_telling_sites(const PreparedSkin& skin, const Schedule& schedule, std::vector<Cell>& cells,
                        std::vector<int>& classes) {
@@ -408,6 +379,33 @@ Arithmetic arithmetic_of(Precision precision, bool separable) {
             .compensated = separable || precision != Precision::f32,
             .separable = separable,
             .stored = least};
+}
+
+std::vector<Cell> telling_cells(const PreparedSkin& skin, const Schedule& schedule) {
+    const std::vector<double>& p = schedule.pressure;
+    const size_t width = size_t(skin.width());
+    const auto element = [&](size_t i) -> const Element& { return skin.materials[skin.material_at(i)]; };
+    std::vector<size_t> chosen;
+    const auto choose = [&](size_t count, auto measure) {
+        std::vector<std::pair<double, size_t>> best; // the greatest ones, the least of them first
+        const auto later = std::greater<std::pair<double, size_t>>();
+        for (size_t i = 0; i < p.size(); ++i) {
+            const double m = measure(i);
+            if (!(m > 0) || (best.size() == count && m <= best.front().first)) continue;
+            if (best.size() == count) std::pop_heap(best.begin(), best.end(), later), best.pop_back();
+            best.push_back({m, i});
+            std::push_heap(best.begin(), best.end(), later);
+        }
+        for (const auto& [m, i] : best) chosen.push_back(i);
+    };
+    const size_t count = skin.uniform() ? 4 : some / 2;
+    choose(count, [&](size_t i) { return final_strain(element(i), std::abs(p[i])); });
+    choose(count, [&](size_t i) { return strain_rate(element(i), std::abs(p[i])); });
+    const size_t more = std::min(some, p.size());
+    for (size_t i = 0; i < more; ++i) chosen.push_back((2 * i + 1) * p.size() / (2 * more));
+    std::vector<Cell> cells;
+    for (size_t i : chosen) cells.push_back({int(i % width), int(i / width)});
+    return cells;
 }
 
 Peaks measured_peaks(const PreparedSkin& skin, const Schedule& schedule) {

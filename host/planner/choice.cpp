@@ -80,7 +80,8 @@ const plan::Capabilities& backend_of(const Candidate& c, const Backends& backend
 
 class ErrorBounds {
   public:
-    ErrorBounds(const PreparedSkin& skin, const Schedule& schedule) : skin_(skin), schedule_(schedule) {}
+    ErrorBounds(const PreparedSkin& skin, const Schedule& schedule, std::optional<Peaks>& peaks)
+        : skin_(skin), schedule_(schedule), peaks_(peaks) {}
 
     double of(const Candidate& c) {
         const bool separable = c.model != Model::march && why_not_separable(skin_, schedule_).empty();
@@ -143,7 +144,7 @@ class ErrorBounds {
 
     const PreparedSkin& skin_;
     const Schedule& schedule_;
-    std::optional<Peaks> peaks_;
+    std::optional<Peaks>& peaks_;            // once they are needed
     std::optional<plan::PreparedRun> parts_; // of the same strain, where materials differ
     std::optional<Replacement> of_march_, of_sites_;
 };
@@ -179,13 +180,13 @@ void take_cheaper(Explanation& e, size_t& taken, const Request& r, const Backend
 } // namespace
 
 Explanation choose(const PreparedSkin& skin, const Schedule& schedule, const Request& r, const Backends& backends,
-                   bool everything) {
+                   bool everything, std::optional<Peaks>& peaks) {
     check_request(skin, schedule, r, backends);
     Explanation e;
     e.binding = r.tolerance.has_value();
     e.tolerance = r.tolerance.value_or(default_tolerance);
     e.candidates = candidates(skin, schedule, backends, everything);
-    ErrorBounds bounds(skin, schedule);
+    ErrorBounds bounds(skin, schedule, peaks);
     std::optional<size_t> taken, nearest;
     for (size_t i = 0; i < e.candidates.size() && (everything || !taken); ++i) {
         Candidate& c = e.candidates[i];

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "host/plan/backend.hpp"
+#include "host/planner/bound.hpp"
 
 namespace dermis::planner {
 
@@ -22,7 +23,9 @@ struct Backends {
 };
 
 // Explanation::chosen is the decision. everything: also the costs and errors of candidates that are not chosen. Throws
-// Error::bad_input for a model, precision or tolerance that cannot be had.
-Explanation choose(const plan::PreparedSkin&, const plan::Schedule&, const Request&, const Backends&, bool everything);
+// Error::bad_input for a model, precision or tolerance that cannot be had. peaks: where a bound was needed, the values
+// that it is relative to.
+Explanation choose(const plan::PreparedSkin&, const plan::Schedule&, const Request&, const Backends&, bool everything,
+                   std::optional<Peaks>& peaks);
 
 } // namespace dermis::planner

@@ -60,16 +60,16 @@ CountedLoad load_of_frames(const Schedule& schedule, const plan::Step& step, con
 CountedRun::CountedRun(const Schedule& schedule, const std::vector<CountedMaterial>& materials,
                        const plan::ResponseRule& rule, Method method, const plan::Chain& chain, bool product)
     : schedule_(schedule), materials_(materials), rule_(rule), chain_(chain), elements_(elements_of(materials)),
-      timeline_(schedule, elements_, rule, method), load_(schedule.load.envelope, schedule.time),
-      envelope_peak_(envelope_peak(load_, schedule.load.envelope)), references_(materials.size()),
-      kept_(materials.size()), now_(materials.size()),
-      products_(product ? materials.size() / chain.length : 0, MeasuredCell(chain)) {
-    if (!schedule.framed && method == Method::exact && load_.sine()) angular_frequency_ = load_.angular_frequency();
+      timeline_(schedule, elements_, rule, method), references_(schedule, elements_, rule),
+      envelope_peak_(envelope_peak(references_.load(), schedule.load.envelope)), kept_(materials.size()),
+      now_(materials.size()), products_(product ? materials.size() / chain.length : 0, MeasuredCell(chain)) {
+    if (!schedule.framed && method == Method::exact && references_.load().sine())
+        angular_frequency_ = references_.load().angular_frequency();
 }
 
 bool CountedRun::next(bool impulses) {
     while (timeline_.next(step_)) {
-        take_references();
+        measured_ = references_.take(step_);
         for (size_t i = 0; i < materials_.size(); i += chain_.length) press(i, step_);
         if (step_.keep) {
             kept_ = now_;
@@ -78,21 +78,6 @@ bool CountedRun::next(bool impulses) {
         if (step_.trace >= 0 || step_.field >= 0 || (impulses && at_impulse())) return true;
     }
     return false;
-}
-
-// Computes the step's coefficients and load once more, with more digits.
-void CountedRun::take_references() {
-    measured_ = step_.exact && !at_impulse();
-    if (!measured_) return;
-    long double dt = scene::difference<long double>(step_.end, step_.begin);
-    if (std::abs(dt - step_.length) <= unit_of_reference * dt) dt = step_.length; // that of all steps
-    if (dt != reference_length_)
-        for (size_t i = 0; i < materials_.size(); ++i)
-            references_[i] = plan::exact_coefficients_in<extended>(materials_[i].element, rule_, dt);
-    reference_length_ = dt;
-    forcing_ = {};
-    if (step_.forcing)
-        forcing_ = plan::forcing_over(load_, step_.begin, step_.end, dt, step_.forcing->slope.has_value());
 }
 
 // The load of a step, per unit of the map. Pressures that are held are as exact as the scene; others come from a few
@@ -116,9 +101,8 @@ CountedLoad CountedRun::load_over(const plan::Step& step, const CountedMaterial&
     const double off = computed ? few * (measured_ ? unit_of_reference : unit_of_double) * envelope_peak_ : 0;
     CountedLoad load{.s0 = {step.start, off}, .ds = {step.rise, 0}, .sj = {step.jump, step.jump != 0 ? 2 * off : 0}};
     if (!measured_ || !products_.empty()) return load;
-    const long double start = load_.after<long double>(step.begin);
-    load.s0.shift = double(step.start - start);
-    load.sj.shift = double(step.jump - (start - load_.before<long double>(step.begin)));
+    load.s0.shift = double(step.start - references_.start(step));
+    load.sj.shift = double(step.jump - references_.jump(step));
     return load;
 }
 
@@ -131,8 +115,7 @@ void CountedRun::press(size_t first, const plan::Step& step) {
     for (size_t e = 0; e < chain_.length; ++e) {
         const Element& m = materials_[first + e].element;
         k[e] = step.coefficients_of(first + e, m, rule_);
-        references[e] = references_[first + e];
-        if (measured_ && step.forcing) plan::force<extended>(references[e], m, rule_, forcing_);
+        references[e] = references_.coefficients(first + e);
         steps[e].load = load;
         steps[e].unit = unit;
         steps[e].z = is_elastic(m) ? 0 : z_of(m, schedule_.time.step);
@@ -143,7 +126,7 @@ void CountedRun::press(size_t first, const plan::Step& step) {
     }
     plan::join_loads<f64>(k.data(), chain_.length, chain_.spring, step.length);
     plan::join_loads<f64>(cancelled.data(), chain_.length, false, step.length);
-    plan::join_loads<extended>(references.data(), chain_.length, chain_.spring, reference_length_);
+    plan::join_loads<extended>(references.data(), chain_.length, chain_.spring, references_.length());
     for (size_t e = 0; e < chain_.length; ++e) {
         steps[e].k = k[e];
         steps[e].cancelled = cancelled[e];
@@ -161,8 +144,8 @@ void CountedRun::measure(size_t first, const plan::Step& step, const f64::Coeffi
     MeasuredCell& cell = products_[first / chain_.length];
     extended::Load exact = extended::load(step.start, step.rise, step.jump);
     if (measured_) {
-        exact.s0 = load_.after<long double>(step.begin);
-        exact.sj = exact.s0 - load_.before<long double>(step.begin);
+        exact.s0 = references_.start(step);
+        exact.sj = references_.jump(step);
     } else {
         std::transform(k, k + chain_.length, references, plan::rounded<extended>);
     }
@@ -171,10 +154,10 @@ void CountedRun::measure(size_t first, const plan::Step& step, const f64::Coeffi
     if (!measured_ || !rule_.step_mean || std::any_of(materials_.begin(), materials_.end(), elastic)) return;
     // The mean acceleration is also the change of the rate over the step.
     const Counted &before = kept_[first].rate, &after = now_[first].rate;
-    const double length = double(reference_length_), off = (before.off + after.off) / length;
+    const double length = double(references_.length()), off = (before.off + after.off) / length;
     if (!(off < now_[first].acceleration.off)) return;
     now_[first].acceleration = {(after.value - before.value) / length, off};
-    cell.take_change_of_rate(reference_length_);
+    cell.take_change_of_rate(references_.length());
 }
 
 // Adds the error of a step within which the load bends: the rate at its end comes from a pressure and a stress that

@@ -2,7 +2,7 @@
 // The steps of a run in counted arithmetic: one cell of each material, under the schedule's load per unit of the map.
 #pragma once
 
-#include "host/plan/timeline.hpp"
+#include "host/plan/references.hpp"
 #include "host/planner/arithmetic.hpp"
 #include "host/planner/measured_cell.hpp"
 
@@ -34,7 +34,6 @@ class CountedRun {
     double measured(size_t cell, int q) const { return products_.empty() ? 0 : products_[cell].off(q); }
 
   private:
-    void take_references();
     CountedLoad load_over(const plan::Step&, const CountedMaterial&) const;
     void press(size_t first, const plan::Step&);
     void measure(size_t first, const plan::Step&, const f64::Coefficients* k, extended::Coefficients* references);
@@ -47,12 +46,9 @@ class CountedRun {
     const std::vector<plan::Element> elements_;
     plan::Timeline timeline_;
     plan::Step step_; // the last one
-    const scene::Waveform load_;
+    plan::References references_;
     const double envelope_peak_;
-    bool measured_ = false;                          // the step's coefficients and load are compared with references
-    std::vector<extended::Coefficients> references_; // of a load that is held
-    plan::Forcing<long double> forcing_;
-    long double reference_length_ = -1;       // s, of their step
+    bool measured_ = false;                   // the step's coefficients and load are compared with references
     std::optional<double> angular_frequency_; // of a sine that is not held over the steps
     std::vector<CountedCell> kept_, now_;
     std::vector<MeasuredCell> products_; // one for each cell

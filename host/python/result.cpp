@@ -114,6 +114,8 @@ void add_figures(nb::class_<RunOfScene>& type) {
     add("steps", &Result::steps, "Steps of the whole skin.");
     add("seconds", &Result::seconds, "Time of stepping in s, without set-up.");
     add("predicted_error", &Result::predicted_error, "Bound of the error that tolerance limits; NaN: not needed.");
+    add("measured_error", &Result::measured_error,
+        "Greatest error in some cells that are computed once more in long double; NaN: no tolerance given.");
     add("greatest_curvature", &Result::greatest_curvature, "Greatest |C| in 1/m, at rest and at the end.");
     add("greatest_gain", &Result::greatest_gain, "Greatest |l*C|, above which 1 responses change sign.");
     add("kinks", &Result::kinks, "Cells where the curvature does not converge; -1: not known.");

@@ -36,14 +36,20 @@ class Separable : public plan::Stepper {
             visible_[part][QUANTITY_FA2] *= skin_.constants.gain_plus;
             if (step.keep) state_[part].swap(after_);
         }
+        if (step.trace >= 0 && greatest_strain(visible_) > greatest_strain(most_)) most_ = visible_;
         if (step.trace >= 0 || step.impulse >= 0) points_only_ ? deliver_sites(step) : deliver(step);
     }
 
     void finish() override {}
 
+    // The greatest curvature is also that of the output with the greatest strain.
     plan::StencilEstimate estimate(const plan::PreparedSkin& skin) override {
-        if (visible_.size() == 1) return plan::stencil_estimate(skin, schedule_.pressure, strain(0));
-        return plan::stencil_estimate(skin, strains(), 1);
+        plan::StencilEstimate now = estimate_now(skin);
+        if (greatest_strain(most_) == greatest_strain(visible_)) return now;
+        visible_.swap(most_);
+        now.curvature = std::max(now.curvature, estimate_now(skin).curvature);
+        visible_.swap(most_);
+        return now;
     }
 
     void read(const std::vector<Quantity>& what, std::vector<std::vector<double>>& maps) override {
@@ -64,7 +70,20 @@ class Separable : public plan::Stepper {
     }
 
   private:
+    using Signals = std::array<double, REDUCED_MAPS>;
+
     double strain(size_t part) const { return visible_[part][QUANTITY_STRAIN]; }
+    // The greatest |strain| of a part under unit pressure.
+    static double greatest_strain(const std::vector<Signals>& parts) {
+        double greatest = 0;
+        for (const Signals& s : parts) greatest = std::max(greatest, std::abs(s[QUANTITY_STRAIN]));
+        return greatest;
+    }
+
+    plan::StencilEstimate estimate_now(const plan::PreparedSkin& skin) const {
+        if (visible_.size() == 1) return plan::stencil_estimate(skin, schedule_.pressure, strain(0));
+        return plan::stencil_estimate(skin, strains(), 1);
+    }
 
     std::vector<double> strains() const {
         std::vector<double> eps(skin_.cells());
@@ -146,7 +165,8 @@ class Separable : public plan::Stepper {
     std::vector<f64::Sum> after_;              // the state that a step leads to
     std::vector<f64::Coefficients> table_;     // of the parts' elements
     std::vector<f64::LaneCoefficients> lanes_;
-    std::vector<std::array<double, REDUCED_MAPS>> visible_; // strain and signals of each part after the last step
+    std::vector<Signals> visible_; // strain and signals of each part after the last step
+    std::vector<Signals> most_;    // the same at the output with the greatest strain
 };
 
 } // namespace

@@ -13,13 +13,13 @@ class Sites : public plan::Stepper {
           const std::vector<int>& classes, bool gains, int threads, Sink sink)
         : skin_(skin), schedule_(schedule), gains_(gains), sink_(std::move(sink)),
           pool_(simd::useful_threads(8 * cells.cells.size(), threads)),
-          stepper_(skin, cells, variant_of(skin, schedule, Precision::f64)), cells_(cells.cells),
+          stepper_(cells, variant_of(skin, schedule, Precision::f64)), cells_(cells.cells),
           materials_(cells.materials), columns_(cells.points.size()) {
         const plan::PressedCells pressed = pressed_cells(schedule);
         for (size_t i = 0; i < columns_; ++i) {
             const Cell c = cells.points[i];
             if (ever_pressed(pressed, size_t(c.y) * size_t(skin.width()) + size_t(c.x), skin.width()))
-                points_.push_back({stepper_.point(c), i, classes[i]}); // all that the others have is 0
+                points_.push_back({stepper_.point(skin, c), i, classes[i]}); // all that the others have is 0
         }
         std::sort(points_.begin(), points_.end(),
                   [](const Point& a, const Point& b) { return a.at.stencil.here < b.at.stencil.here; });

@@ -297,7 +297,7 @@ class DERMIS_API Device {
     std::shared_ptr<Impl> impl_;
 };
 
-// One quantity over time, over all cells and in each probe. The mean is summed in double even in f32. min and max are
+// One quantity over time, over all cells and in each probe. Means are summed in twice the digits of the run. min and max are
 // empty without Output::extremes.
 struct Trace {
     Quantity quantity = Quantity::strain;
@@ -335,13 +335,17 @@ struct Result {
     double seconds = 0;              // time of stepping, without set-up; with RunOptions::check also of the comparison
     double tau_min = 0, tau_max = 0; // s: range of viscosity/modulus of the materials; infinite if a modulus is 0
     double predicted_error = std::nan(""); // Candidate::error of this run; NaN if the choice was free and needed none
-    std::vector<KelvinVoigt> reduced;      // Candidate::reduced of this run
+    // Where Scene::tolerance is given: the greatest error in some 4 to 32 cells or sites that are computed once more in
+    // long double, relative as predicted_error is. Above predicted_error something is wrong: a driver, a compiler, or
+    // dermis. NaN otherwise, with Method::published, and where a baseline takes frames.
+    double measured_error = std::nan("");
+    std::vector<KelvinVoigt> reduced; // Candidate::reduced of this run
     double cells_per_ridge = HUGE_VAL;     // wavelength of wave and spiral, else infinite; below 8 curvature is coarse
     // The next five describe the whole skin. With Model::sites, which computes no other cells, they are not known: NaN
     // or -1.
     double stencil_estimate = std::nan("");   // 1/m: greatest |C5 - C4| at the end, the error of a five-point curvature
-    double greatest_curvature = std::nan(""); // 1/m: greatest |C|, at rest and at the end
-    double greatest_gain = std::nan("");      // greatest |l*C|, at rest and at the end; above 1 responses change sign
+    double greatest_curvature = std::nan(""); // 1/m: greatest |C|, at rest, at the end and at the greatest strain
+    double greatest_gain = std::nan("");      // greatest |l*C|, at the same times; above 1 responses change sign
     long long kinks = -1;                     // cells where |C5 - C4| exceeds |C|/2: curvature does not converge there
     long long pressed_cells = -1;             // cells that the load's map presses; -1 of a sequence
     // Counted with RunOptions::check. Any NaN counts as equal to any other, whatever its sign and payload.
