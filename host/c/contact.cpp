@@ -21,13 +21,16 @@ template <class Call> void refusing(Call&& call) {
 }
 
 contact::Pad pad_of(const dermis_contact_pad* pad) {
-    need_size(pad, "pad", offsetof(dermis_contact_pad, tiled));
+    constexpr size_t first_version = offsetof(dermis_contact_pad, tiled);
+    need_size(pad, "pad", first_version);
+    const int32_t tiled = pad->size == first_version ? 0 : pad->tiled;
+    if (tiled != 0 && tiled != 1) dermis::scene::refuse("pad->tiled", std::to_string(tiled), "0, 1");
     const contact::Pad made{.width = pad->width,
                             .height = pad->height,
                             .spacing = pad->spacing,
                             .pressure = pad->pressure,
                             .pitch = pad->pitch,
-                            .tiled = pad->size == sizeof *pad && pad->tiled != 0};
+                            .tiled = tiled == 1};
     contact::detail::check(made);
     return made;
 }

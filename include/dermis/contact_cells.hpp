@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: MIT
 // Which cells a patch presses, and how pressures are added to them. contact.hpp has what users need to know.
-#pragma once
-
+//
+// contact.hpp comes first even where a file includes this header alone. It includes this one, so the guard is below.
 #include <dermis/contact.hpp>
+
+#ifndef DERMIS_CONTACT_CELLS_HPP
+#define DERMIS_CONTACT_CELLS_HPP
 
 #include <algorithm>
 #include <cmath>
@@ -215,3 +218,5 @@ double spread(const Pad& pad, const Disc& disc, double pressure, const Tile& til
 }
 
 } // namespace dermis::contact::detail
+
+#endif

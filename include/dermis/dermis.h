@@ -236,8 +236,8 @@ typedef struct dermis_contact_pad {
     float* pressure;       // Pa, finite
     size_t pitch;          // floats from row to row, >= width; 0: width
     int32_t tiled;         // 1: pads lie side by side and share patches: what lies beyond the border is then asked of
-                           // the neighbours, and counts in no member of this pad's report. Else 0
-    // tiled came after the first version, whose size, up to here, is taken as well; tiled is then 0.
+                           // the neighbours, and counts in no member of this pad's report. Else 0, as
+                           // for a program from before this member, which gives a smaller size
 } dermis_contact_pad;
 
 // The struct tells what became of the forces: asked = placed + outside + sideways + what rounding took; that is less
