@@ -132,8 +132,7 @@ void bind_pad(nb::module_& m) {
         .def(
             "__init__", make_pad, nb::arg("pressure").none(), nb::arg("spacing"), nb::arg("tiled") = false,
             "pressure: float32 of shape (height, width), Pa, which is added to in place. spacing: m between cells.\n"
-            "tiled: whether pads lie side by side and share patches: what lies beyond the border is then asked of the\n"
-            "neighbours, and counts in no member of this pad's report.");
+            "tiled: whether pads side by side share patches; what lies beyond the border is then asked of the others.");
     nb::class_<Pose>(m, "Pose", "Where a pad is: world = position + rotation*local.")
         .def(
             "__init__",
@@ -170,8 +169,7 @@ void bind_contact_report(nb::module_& m) {
         .def_ro("turned_away", &contact::Report::turned_away)
         .def_ro("level", &contact::Report::level, "m: of add_depths with a stiffness.")
         .def_prop_ro("plausible", &contact::Report::plausible,
-                     "Whether at least half of the force is placed, at most a tenth outside, at most 0.001 lost to\n"
-                     "rounding, no patch below one cell, and no pressure above 1 MPa.")
+                     "Whether at least 0.5 of the force is placed, at most 0.1 outside, and no pressure is doubtful.")
         .def_prop_ro("doubts", &contact::Report::doubts, "Sentences that say why not; empty if plausible.");
 }
 
