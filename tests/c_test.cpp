@@ -57,6 +57,9 @@ void check_report(const dermis_contact_report& report, const contact::Report& ex
     CHECK(report.cells == expected.cells);
     CHECK(report.below_cell == expected.below_cell);
     CHECK(report.beside == expected.beside);
+    CHECK(report.sideways == expected.sideways);
+    CHECK(report.too_far == expected.too_far);
+    CHECK(report.turned_away == expected.turned_away);
     CHECK(report.plausible == expected.plausible());
     char doubts[400];
     CHECK(dermis_contact_report_get_doubts(&report, doubts, sizeof doubts) == DERMIS_OK);

@@ -1,61 +1,17 @@
 // SPDX-License-Identifier: MIT
 // Contacts, depths and taxels become pressure: the force is kept, and shapes are those of closed forms.
-#include "dermis/contact.hpp"
 #include "tests/allocations.hpp"
+#include "tests/contacts.hpp"
 #include "tests/expected.hpp"
 
-#include <doctest/doctest.h>
-
-#include <cmath>
 #include <limits>
-#include <numeric>
-#include <random>
 
 using namespace dermis::contact;
+using namespace test::contacts;
 using test::absolute;
 using test::relative;
 
 namespace {
-
-constexpr double quarter = 2.5e-4; // m
-constexpr double pi = 3.14159265358979323846;
-
-struct Random {
-    std::mt19937_64 bits{1};
-    double unit() { return double(bits() >> 11) * 0x1p-53; }
-    double within(double low, double high) { return low + (high - low) * unit(); }
-    double decades(double low, double high) { return std::pow(10, within(low, high)); }
-};
-
-// A pad with a buffer of its own.
-struct Buffer {
-    std::vector<float> pressure;
-    Pad pad;
-
-    Buffer(int width, int height, double spacing = quarter)
-        : pressure(size_t(width) * height), pad{width, height, spacing, pressure.data()} {}
-    double force() const { return std::accumulate(pressure.begin(), pressure.end(), 0.0) * pad.spacing * pad.spacing; }
-    double of(int x, int y) const { return pressure[size_t(y) * pad.width + x]; }
-    int pressed() const {
-        return int(std::count_if(pressure.begin(), pressure.end(), [](float p) { return p != 0; }));
-    }
-};
-
-double difference(const std::vector<float>& a, const std::vector<float>& b) {
-    REQUIRE(a.size() == b.size());
-    double most = 0, worst = 0;
-    for (size_t i = 0; i < a.size(); ++i) {
-        most = std::max(most, std::abs(double(b[i])));
-        worst = std::max(worst, std::abs(double(a[i]) - double(b[i])));
-    }
-    return worst / most;
-}
-
-Contact at(double x, double y, double force, double radius) {
-    Contact c;
-    c.x = x, c.y = y, c.force = force, c.radius = radius;
-    return c;
-}
 
 // Contacts whose patches are on the pad, from below one cell to a fifth of it.
 std::vector<Contact> contacts_inside(Random& random, const Pad& pad, int count) {
@@ -97,18 +53,6 @@ std::vector<float> ball(const Pad& pad, double radius, double depth) {
     return depths;
 }
 
-Depths depths_of(const std::vector<float>& depth, double force, double stiffness = 0) {
-    Depths d;
-    d.depth = depth.data(), d.force = force, d.stiffness = stiffness;
-    return d;
-}
-
-Taxels taxels_of(const std::vector<float>& values, int columns, int rows, double width, double height) {
-    Taxels t;
-    t.values = values.data(), t.columns = columns, t.rows = rows, t.width = width, t.height = height;
-    return t;
-}
-
 // The message of a refusal, before which nothing was written.
 template <class Call> std::string refusal(const Buffer& b, Call&& call) {
     const std::vector<float> before = b.pressure;
@@ -134,7 +78,7 @@ TEST_CASE("contacts on a pad keep their force to 1e-6, at any size of pad, patch
         for (const Contact& c : contacts) asked += c.force;
         const Report r = add_contacts(b.pad, contacts);
         CHECK(r.asked == relative(asked, 1e-12));
-        CHECK(r.placed == relative(asked, 1e-12));
+        CHECK(r.placed == relative(b.force(), 1e-12));
         CHECK(std::abs(r.outside) < 1e-12 * asked);
         CHECK(r.sideways == 0);
         CHECK(b.force() == relative(asked, 1e-6));
@@ -193,7 +137,7 @@ TEST_CASE("contacts add up, to each other and to what the buffer holds") {
     }
     CHECK(together.pressure == apart.pressure);
     CHECK(cells == r.cells);
-    CHECK(placed == relative(r.placed, 1e-12));
+    CHECK(placed == relative(r.placed, 1e-12)); // the same floats
 }
 
 TEST_CASE("a patch that covers no cell's centre presses the nearest cell, and is reported") {
@@ -208,13 +152,13 @@ TEST_CASE("a patch that covers no cell's centre presses the nearest cell, and is
         CHECK(r.doubts().find("16000000 Pa, above 1000000 Pa") != std::string::npos);
     }
     Buffer b(10, 8);
-    CHECK(add_contacts(b.pad, {at(7.5 * quarter, 2.5 * quarter, 1e-6, 5e-324)}).placed == 1e-6);
+    CHECK(add_contacts(b.pad, {at(7.5 * quarter, 2.5 * quarter, 1e-6, 5e-324)}).placed == relative(1e-6, 1e-6));
     // One centre is covered, and carries all; then several, at a plausible pressure.
     CHECK(add_contacts(b.pad, {at(7.5 * quarter, 2.5 * quarter, 1e-3, 0.9 * quarter)}).below_cell == 1);
     const Report wide = add_contacts(b.pad, {at(5 * quarter, 4 * quarter, 1e-3, 3 * quarter)});
     CHECK((wide.plausible() && wide.doubts() == ""));
     // The last cell is the last one; what is at the far border belongs to the next pad.
-    CHECK(add_contacts(b.pad, {at(9.99 * quarter, 7.99 * quarter, 1, 0)}).placed == 1);
+    CHECK(add_contacts(b.pad, {at(9.99 * quarter, 7.99 * quarter, 1, 0)}).placed == relative(1, 1e-6));
     CHECK(add_contacts(b.pad, {at(10 * quarter, 4 * quarter, 1, 0)}).beside == 1);
     CHECK(add_contacts(b.pad, {at(-1e-9, 4 * quarter, 1, 0)}).beside == 1);
     CHECK(add_contacts(b.pad, {at(1e6, -1e6, 1, 1)}).outside == 1);
@@ -234,9 +178,9 @@ TEST_CASE("two pads side by side share a patch as one pad carries it; each repor
             for (const Buffer* part : {&left, &right})
                 joined.insert(joined.end(), part->pad.pressure + row * 40, part->pad.pressure + row * 40 + 40);
         CHECK(difference(joined, whole.pressure) < 1e-6);
-        CHECK(l.placed + r.placed == relative(all.placed, 1e-9));
+        CHECK(l.placed + r.placed == relative(all.placed, 1e-6));
         for (const auto& [report, buffer] : {std::pair{l, &left}, {r, &right}}) {
-            CHECK(report.placed + report.outside == relative(2, 1e-9));
+            CHECK(report.placed + report.outside == relative(2, 1e-6));
             CHECK(std::abs(buffer->force() - report.placed) < 2e-6);
         }
     }
@@ -266,7 +210,7 @@ TEST_CASE("contacts in the world press as they do in the pad's frame, however bo
         }
         const Report l = add_contacts(local.pad, contacts), w = add_contacts(world.pad, pose, 1.001e-3, moved);
         CHECK(difference(world.pressure, local.pressure) < 1e-6);
-        CHECK(w.placed == relative(l.placed, 1e-9));
+        CHECK(w.placed == relative(l.placed, 1e-6));
         CHECK(std::abs(w.sideways) < 1e-9 * w.asked);
         CHECK(w.too_far + w.turned_away + w.beside == 0);
     }
@@ -295,7 +239,7 @@ TEST_CASE(
     CHECK(r.beside == 1);
     CHECK(r.asked == 6);
     CHECK(r.outside == relative(5, 1e-9));
-    CHECK(r.placed == relative(0.8, 1e-9));
+    CHECK(r.placed == relative(0.8, 1e-6));
     CHECK(r.sideways == relative(0.2, 1e-9));
     CHECK(b.force() == relative(0.8, 1e-6));
 }
@@ -322,7 +266,7 @@ TEST_CASE("depths press in proportion, and with the force that is given") {
     const std::vector<float> depth = ball(b.pad, 0.01, 1e-3);
     const Report r = add_depths(b.pad, depths_of(depth, 1.5));
     CHECK(b.force() == relative(1.5, 1e-6));
-    CHECK(r.placed == 1.5);
+    CHECK(r.placed == relative(1.5, 1e-6));
     CHECK(r.level == 0);
     CHECK(r.cells == b.pressed());
     // A paraboloid of depth d and radius R has the volume pi R d^2.
@@ -361,7 +305,7 @@ TEST_CASE("with a stiffness depths press at the level where the elastic foundati
         const double force = random.decades(-12, 3);
         const Report r = add_depths(b.pad, depths_of(depth, force, random.decades(-6, 12)));
         REQUIRE(b.force() == relative(force, 1e-6));
-        REQUIRE(r.placed == force);
+        REQUIRE(r.placed == relative(b.force(), 1e-12));
         REQUIRE(std::isfinite(r.level));
     }
 }
@@ -387,7 +331,7 @@ TEST_CASE("taxels keep their force, whichever of taxel and cell is finer") {
         }
         const Report r = add_taxels(b.pad, t);
         CHECK(r.asked == relative(force, 1e-12));
-        CHECK(r.placed == relative(force, 1e-8));
+        CHECK(r.placed == relative(b.force(), 1e-12));
         CHECK(b.force() == relative(force, 1e-6));
         if (share == 1 && force > 0) CHECK(r.cells == int(b.pressure.size()));
     }

@@ -82,6 +82,10 @@ TEST_CASE("the fingertip has the numbers of its page, each with a source or call
     CHECK(rows.at("surface.kind").value == std::string("`\"") + scene::text_of(s.surface.kind) + "\"`");
     rows.erase("surface.kind");
     CHECK(rows.size() == given.size());
+    // What the page says of all densities is their sum.
+    const double others = density.sa1 + density.fa1 + density.fa2, counted = 241;
+    CHECK(holds(rows.at("sites.density.sa2").source, fmt::format("leave {} of the {}", counted - others, counted)));
+    CHECK(holds(rows.at("sites.density.sa2").source, fmt::format("preset has {};", others + density.sa2)));
     for (const auto& [key, values] : given) {
         CAPTURE(key);
         REQUIRE(rows.count(key));

@@ -21,12 +21,16 @@ template <class Call> void refusing(Call&& call) {
 }
 
 contact::Pad pad_of(const dermis_contact_pad* pad) {
-    need_size(pad, "pad");
+    constexpr size_t first_version = offsetof(dermis_contact_pad, tiled);
+    need_size(pad, "pad", first_version);
+    const int32_t tiled = pad->size == first_version ? 0 : pad->tiled;
+    if (tiled != 0 && tiled != 1) dermis::scene::refuse("pad->tiled", std::to_string(tiled), "0, 1");
     const contact::Pad made{.width = pad->width,
                             .height = pad->height,
                             .spacing = pad->spacing,
                             .pressure = pad->pressure,
-                            .pitch = pad->pitch};
+                            .pitch = pad->pitch,
+                            .tiled = tiled == 1};
     contact::detail::check(made);
     return made;
 }
@@ -69,8 +73,11 @@ dermis_status dermis_contact_report_get_doubts(const dermis_contact_report* repo
         need_pointer(text, "text");
         need_size(report, "report");
         contact::Report own;
-        own.below_cell = report->below_cell;
+        own.asked = report->asked, own.placed = report->placed;
+        own.outside = report->outside, own.sideways = report->sideways;
         own.greatest = report->greatest;
+        own.below_cell = report->below_cell;
+        own.beside = report->beside, own.too_far = report->too_far, own.turned_away = report->turned_away;
         const std::string doubts = own.doubts();
         if (size <= doubts.size())
             dermis::scene::refuse("size", std::to_string(size), std::to_string(doubts.size() + 1) + " bytes or more");

@@ -51,10 +51,11 @@ template <class T> void need_output(T* output, const char* argument) {
     *output = {};
 }
 
-// Throws Error::bad_input unless a struct of the caller's has the size that it has here.
-template <class Struct> void need_size(const Struct* given, const char* argument) {
+// Throws Error::bad_input unless a struct of the caller's has the size that it has here, or that of its first version.
+template <class Struct>
+void need_size(const Struct* given, const char* argument, size_t first_version = sizeof(Struct)) {
     need_pointer(given, argument);
-    if (given->size != sizeof(Struct))
+    if (given->size != sizeof(Struct) && given->size != first_version)
         scene::refuse(std::string(argument) + "->size", std::to_string(given->size),
                       std::to_string(sizeof(Struct)) + ", which is its sizeof");
 }

@@ -17,12 +17,14 @@ using Rotation = std::array<double, 9>;
 struct PadOnArray {
     nb::ndarray<float, nb::ndim<2>, nb::device::cpu> pressure;
     double spacing;
+    bool tiled;
     Pad pad() const {
         return {.width = int(pressure.shape(1)),
                 .height = int(pressure.shape(0)),
                 .spacing = spacing,
                 .pressure = pressure.data(),
-                .pitch = size_t(pressure.stride(0))};
+                .pitch = size_t(pressure.stride(0)),
+                .tiled = tiled};
     }
 };
 
@@ -32,8 +34,8 @@ template <class Array> bool has_rows(const Array& array) {
            (array.shape(0) == 1 || array.stride(0) >= int64_t(array.shape(1)));
 }
 
-void make_pad(PadOnArray* self, nb::handle pressure, double spacing) {
-    PadOnArray made{{}, spacing};
+void make_pad(PadOnArray* self, nb::handle pressure, double spacing, bool tiled) {
+    PadOnArray made{{}, spacing, tiled};
     if (!nb::try_cast(with_strides(pressure), made.pressure, false) || !has_rows(made.pressure))
         scene::refuse("pressure", description_of(pressure),
                       "float32 array of shape (height, width) in Pa that can be written, its rows one after another");
@@ -127,8 +129,10 @@ void bind_contacts(nb::module_& m) {
 
 void bind_pad(nb::module_& m) {
     nb::class_<PadOnArray>(m, "Pad", "A grid of cells on an array of the caller's.")
-        .def("__init__", make_pad, nb::arg("pressure").none(), nb::arg("spacing"),
-             "pressure: float32 of shape (height, width), Pa, which is added to in place. spacing: m between cells.");
+        .def(
+            "__init__", make_pad, nb::arg("pressure").none(), nb::arg("spacing"), nb::arg("tiled") = false,
+            "pressure: float32 of shape (height, width), Pa, which is added to in place. spacing: m between cells.\n"
+            "tiled: whether pads side by side share patches; what lies beyond the border is then asked of the others.");
     nb::class_<Pose>(m, "Pose", "Where a pad is: world = position + rotation*local.")
         .def(
             "__init__",
@@ -150,11 +154,13 @@ void bind_pad(nb::module_& m) {
 }
 
 void bind_contact_report(nb::module_& m) {
-    nb::class_<contact::Report>(m, "ContactReport", "What became of the forces: asked = placed + outside + sideways.")
-        .def_ro("asked", &contact::Report::asked, "N")
-        .def_ro("placed", &contact::Report::placed, "N")
-        .def_ro("outside", &contact::Report::outside, "N")
-        .def_ro("sideways", &contact::Report::sideways, "N")
+    nb::class_<contact::Report>(m, "ContactReport",
+                                "What became of the forces: asked = placed + outside + sideways, but for rounding.")
+        .def_ro("asked", &contact::Report::asked, "N: the forces given.")
+        .def_ro("placed", &contact::Report::placed, "N: the part that presses cells, by what their floats gained.")
+        .def_ro("outside", &contact::Report::outside,
+                "N: the part beside the pad, too far, turned away, or of depths that nowhere exceed 0.")
+        .def_ro("sideways", &contact::Report::sideways, "N: what forces at an angle to the pad lack.")
         .def_ro("greatest", &contact::Report::greatest, "Greatest pressure of the cells pressed, Pa.")
         .def_ro("cells", &contact::Report::cells, "Cells that are pressed now and were not before.")
         .def_ro("below_cell", &contact::Report::below_cell, "Patches of which one cell takes all.")
@@ -162,7 +168,8 @@ void bind_contact_report(nb::module_& m) {
         .def_ro("too_far", &contact::Report::too_far)
         .def_ro("turned_away", &contact::Report::turned_away)
         .def_ro("level", &contact::Report::level, "m: of add_depths with a stiffness.")
-        .def_prop_ro("plausible", &contact::Report::plausible, "Whether nothing is doubtful.")
+        .def_prop_ro("plausible", &contact::Report::plausible,
+                     "Whether at least 0.5 of the force is placed, at most 0.1 outside, and no pressure is doubtful.")
         .def_prop_ro("doubts", &contact::Report::doubts, "Sentences that say why not; empty if plausible.");
 }
 

@@ -39,12 +39,15 @@ struct Pad {
     double spacing = 0;        // m between cells, 1e-9..1e6
     float* pressure = nullptr; // finite
     std::size_t pitch = 0;     // floats from row to row, >= width; 0: width
+    bool tiled = false;        // whether pads lie side by side and share patches: what lies beyond the border is then
+                               // asked of the neighbours, and counts in no member of this pad's report
 };
 
-// What became of the forces. asked = placed + outside + sideways.
+// What became of the forces. asked = placed + outside + sideways + what rounding took; that is less than 1e-6 of the
+// force that the buffer then holds.
 struct Report {
     double asked = 0;    // N: sum of the forces given
-    double placed = 0;   // N: the part that presses cells
+    double placed = 0;   // N: the part that presses cells, by what their floats gained
     double outside = 0;  // N: the part that presses none: beside the pad, too far from it, turned away, or of depths
                          // that nowhere exceed 0
     double sideways = 0; // N: what a force at an angle to the pad lacks when only its part into the pad is taken
@@ -56,8 +59,12 @@ struct Report {
     int turned_away = 0; // contacts whose force does not push into the pad
     double level = 0;    // m: add_depths with a stiffness; see there
 
-    // Whether no patch is below one cell, and no pressure above doubtful_pressure.
-    bool plausible() const { return below_cell == 0 && greatest <= doubtful_pressure; }
+    // Whether at least half of the force asked is placed, at most a tenth is outside, and at most 0.001 is lost to
+    // rounding beside what the buffer held. A force may vanish at a round body that touches beyond a flat pad, by a
+    // place in mm, by a wrong sign, or in a buffer that was not filled with 0.
+    bool keeps_force() const;
+    // Whether the force is kept, no patch is below one cell, and no pressure above doubtful_pressure.
+    bool plausible() const { return keeps_force() && below_cell == 0 && greatest <= doubtful_pressure; }
     std::string doubts() const; // sentences that say why not; empty if plausible
 };
 
@@ -66,8 +73,8 @@ struct Report {
 // presses the nearest cell: give a radius of two cells or more.
 //
 // The border changes nothing: what a patch has beyond it is lost to this pad and counts as Report::outside, so that
-// pads side by side share a patch. Of a patch that overhangs and has a radius of more than 128 cells the share is right
-// to 1e-4. A pad is [0, width*spacing) x [0, height*spacing).
+// pads side by side share a patch; these set Pad::tiled. Of a patch that overhangs and has a radius of more than 128
+// cells the share is right to 1e-4. A pad is [0, width*spacing) x [0, height*spacing).
 struct Contact {
     double x = 0, y = 0; // m, in the pad's frame
     double force = 0;    // N, >= 0, into the pad

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
-// How contacts become pressure. What users need to know stands in contact.hpp, which includes this header.
+// How contacts, depths and taxels become pressure: what is refused, and where forces go. What users need to know stands
+// in contact.hpp, which includes this header.
 #pragma once
 
-#include <dermis/contact.hpp>
+#include <dermis/contact_cells.hpp>
 
 #include <algorithm>
 #include <cfloat>
@@ -17,8 +18,6 @@ namespace dermis::contact {
 namespace detail {
 
 inline constexpr double greatest_length = 1e6;
-inline constexpr int greatest_count = 16384;
-inline constexpr double pi = 3.14159265358979323846;
 
 // These test the bits of the exponent, so that no compiler flag about NaN and infinity changes the result.
 inline bool finite(double x) {
@@ -93,175 +92,35 @@ inline void check_length(const char* member, double value, std::size_t i) {
     if (!finite(value) || std::abs(value) > greatest_length) refuse(of_contact(i, member), text(value), "-1e6..1e6");
 }
 
-inline float* row_of(const Pad& pad, int y) {
-    return pad.pressure + std::size_t(y) * (pad.pitch ? pad.pitch : std::size_t(pad.width));
-}
-
-inline void press(float& cell, double pressure, Report& report) {
-    const float before = cell;
-    cell = float(double(before) + pressure);
-    report.cells += before == 0 && cell != 0;
-    report.greatest = std::max(report.greatest, double(cell));
-}
-
-// Cells first..last along one axis.
-struct Range {
-    int first, last;
-};
-
-// Returns the cells of `all` at low..high. The limits stay double until they are small enough for an int.
-inline Range within(double low, double high, Range all) {
-    return {int(std::ceil(std::clamp(low, double(all.first), double(all.last) + 1))),
-            int(std::floor(std::clamp(high, double(all.first) - 1, double(all.last))))};
-}
-
-// A patch in units of cells: the centre of cell (x, y) is (x, y).
-struct Disc {
-    double x, y, radius;
-};
-
-// Neighbouring cells of a row of a disc: count of them from (x, y) on. rest is 1 - dy^2/radius^2.
-struct Piece {
-    static constexpr int longest = 256;
-    int x, y, count;
-    double rest;
-};
-
-// Calls each(piece) for each of these cells whose centre the disc covers, row by row.
-template <class Each> void each_piece(const Disc& disc, Range columns, Range rows, Each each) {
-    if (disc.radius < 1e-6) return; // It covers none, but for a centre that it is in, which is the nearest.
-    const double scale = 1 / disc.radius;
-    rows = within(disc.y - disc.radius, disc.y + disc.radius, rows);
-    for (int y = rows.first; y <= rows.last; ++y) {
-        const double dy = (y - disc.y) * scale, rest = 1 - dy * dy;
-        if (rest <= 0) continue;
-        const double half = disc.radius * std::sqrt(rest);
-        const Range covered = within(disc.x - half, disc.x + half, columns);
-        for (int x = covered.first; x <= covered.last; x += Piece::longest)
-            each(Piece{x, y, std::min(Piece::longest, covered.last + 1 - x), rest});
-    }
-}
-
-// Calls each(x, lane) for 0..n-1. Four lanes run side by side, because an addition takes longer than what is added.
-template <class Each> void each_in_lanes(int n, Each each) {
-    int x = 0;
-    for (; x + 4 <= n; x += 4) each(x, 0), each(x + 1, 1), each(x + 2, 2), each(x + 3, 3);
-    for (; x < n; ++x) each(x, 0);
-}
-
-// Weights by Hertz's profile of the cells of a disc. They are kept as far as there is room, because roots are what
-// takes time.
-class Weights {
-  public:
-    double sum = 0;
-    int cells = 0; // of a weight above 0
-
-    // Adds the cells of a piece.
-    void add(const Disc& disc, const Piece& piece) {
-        const float* weights = of(disc, piece, used_);
-        used_ += piece.count;
-        double sums[4] = {0, 0, 0, 0};
-        each_in_lanes(piece.count, [&](int i, int lane) { sums[lane] += double(weights[i]), cells += weights[i] > 0; });
-        sum += (sums[0] + sums[1]) + (sums[2] + sums[3]);
-    }
-    // Returns the weights of a piece before which there were `before` cells.
-    const float* of(const Disc& disc, const Piece& piece, int before) {
-        const bool fits = before + piece.count <= room, made = before < used_;
-        float* weights = fits ? kept_ + before : kept_ + room;
-        if (fits && made) return weights;
-        const double scale = 1 / disc.radius;
-        for (int i = 0; i < piece.count; ++i) {
-            const double dx = (piece.x + i - disc.x) * scale, square = piece.rest - dx * dx;
-            weights[i] = std::sqrt(std::max(float(square), 0.0f));
-        }
-        return weights;
-    }
-
-  private:
-    static constexpr int room = 2048;
-    int used_ = 0;
-    float kept_[room + Piece::longest];
-};
-
-// Adds the weights that a disc which overhangs has beyond the border.
-inline void add_beyond(const Disc& disc, Range columns, Range rows, double& sum, int& cells) {
-    if (disc.radius > 128) { // the integral, which differs from the sum by less than 1e-4 of it
-        sum = std::max(sum, 2 * pi / 3 * disc.radius * disc.radius);
-        ++cells;
-        return;
-    }
-    constexpr int far_away = 2 * greatest_count;
-    Weights beyond;
-    const auto add = [&](Range some_columns, Range some_rows) {
-        each_piece(disc, some_columns, some_rows, [&](const Piece& piece) { beyond.add(disc, piece); });
-    };
-    add({-far_away, far_away}, {-far_away, -1});
-    add({-far_away, far_away}, {rows.last + 1, far_away});
-    add({-far_away, -1}, rows);
-    add({columns.last + 1, far_away}, rows);
-    sum += beyond.sum;
-    cells += beyond.cells;
-}
-
-// Presses a patch of which the pad has no covered centre: it has none at all, or all of them are beside the pad.
-inline double press_nearest(const Pad& pad, const Disc& disc, double force, Report& report) {
-    const double x = std::floor(disc.x + 0.5), y = std::floor(disc.y + 0.5);
-    if (x < 0 || x >= pad.width || y < 0 || y >= pad.height) {
-        ++report.beside;
-        return 0;
-    }
-    ++report.below_cell;
-    press(row_of(pad, int(y))[int(x)], force / (pad.spacing * pad.spacing), report);
-    return force;
-}
-
-// Returns the part of the force that falls on the pad.
-inline double spread(const Pad& pad, const Contact& c, Report& report) {
+// Adds a contact with a force. whole: its force and what of it is sideways, N.
+template <class Press>
+void add(const Pad& pad, const Contact& c, double whole, const Tile& tile, const Press& press, Report& report) {
     const double radius = c.area > 0 ? std::sqrt(c.area / pi) : c.radius;
     const Disc disc{c.x / pad.spacing - 0.5, c.y / pad.spacing - 0.5, radius / pad.spacing};
-    const Range columns{0, pad.width - 1}, rows{0, pad.height - 1};
-    Weights weights;
-    each_piece(disc, columns, rows, [&](const Piece& piece) { weights.add(disc, piece); });
-    if (weights.cells == 0) return press_nearest(pad, disc, c.force, report);
-
-    double whole = weights.sum;
-    int cells = weights.cells;
-    const bool inside = disc.x - disc.radius > -1 && disc.x + disc.radius < pad.width && disc.y - disc.radius > -1 &&
-                        disc.y + disc.radius < pad.height;
-    if (!inside) add_beyond(disc, columns, rows, whole, cells);
-    report.below_cell += cells == 1;
-    const double peak = c.force / (pad.spacing * pad.spacing * whole);
-    int before = 0;
-    each_piece(disc, columns, rows, [&](const Piece& piece) {
-        const float* weight = weights.of(disc, piece, before);
-        float* row = row_of(pad, piece.y) + piece.x;
-        for (int i = 0; i < piece.count; ++i) press(row[i], peak * double(weight[i]), report);
-        before += piece.count;
-    });
-    return c.force * (weights.sum / whole);
+    const double share = spread(pad, disc, c.force / (pad.spacing * pad.spacing), tile, press, report);
+    const double own = pad.tiled ? share : 1; // the rest is asked of the neighbours
+    report.asked += own * whole;
+    report.outside += (own - share) * c.force;
+    report.sideways += own * (whole - c.force);
 }
 
-inline void add(const Pad& pad, const Contact& c, Report& report) {
-    if (c.force == 0) return;
-    const double placed = spread(pad, c, report);
-    report.placed += placed;
-    report.outside += c.force - placed;
-}
-
-// Adds contacts, one after another, to a pad that is checked, once all of them are. contact_at returns the one at an
-// index.
+// Adds contacts to a pad that is checked, once all of them are. contact_at returns the one at an index.
 template <class ContactAt> Report add_each(const Pad& pad, std::size_t count, const ContactAt& contact_at) {
-    Report report;
+    double asked = 0;
     for (std::size_t i = 0; i < count; ++i) {
         const Contact& c = contact_at(i);
         check_patch(c, i);
         check_length(".x", c.x, i);
         check_length(".y", c.y, i);
-        report.asked += c.force;
+        asked += c.force;
     }
-    need_float_pressure(pad, report.asked);
-    for (std::size_t i = 0; i < count; ++i) add(pad, contact_at(i), report);
-    return report;
+    need_float_pressure(pad, asked);
+    return press_cells(pad, double(count), [&](const Tile& tile, const auto& press, Report& report) {
+        for (std::size_t i = 0; i < count; ++i) {
+            const Contact& c = contact_at(i);
+            if (c.force > 0) add(pad, c, c.force, tile, press, report);
+        }
+    });
 }
 
 inline void check(const Pose& pose) {
@@ -296,8 +155,10 @@ inline std::array<double, 3> turned(const Pose& pose, const std::array<double, 3
             r[2] * v[0] + r[5] * v[1] + r[8] * v[2]};
 }
 
-inline void add(const Pad& pad, const Pose& pose, double reach, const WorldContact& c, Report& report) {
-    if (c.force == 0) return;
+// Adds a contact of the world with a force.
+template <class Press>
+void add(const Pad& pad, const Pose& pose, double reach, const WorldContact& c, const Tile& tile, const Press& press,
+         Report& report) {
     std::array<double, 3> place;
     for (std::size_t k = 0; k < 3; ++k) place[k] = c.position[k] - pose.position[k];
     place = turned(pose, place);
@@ -308,6 +169,7 @@ inline void add(const Pad& pad, const Pose& pose, double reach, const WorldConta
     if (distant || away) {
         report.too_far += distant;
         report.turned_away += !distant && away;
+        report.asked += c.force;
         report.outside += c.force;
         return;
     }
@@ -315,8 +177,7 @@ inline void add(const Pad& pad, const Pose& pose, double reach, const WorldConta
     local.x = place[0], local.y = place[1];
     local.force = c.force * inward;
     local.radius = c.radius, local.area = c.area;
-    report.sideways += c.force - local.force;
-    add(pad, local, report);
+    add(pad, local, c.force, tile, press, report);
 }
 
 // The same for contacts of the world.
@@ -324,15 +185,19 @@ template <class ContactAt>
 Report add_each(const Pad& pad, const Pose& pose, double reach, std::size_t count, const ContactAt& contact_at) {
     check(pose);
     need_at_least_0("reach", reach);
-    Report report;
+    double asked = 0;
     for (std::size_t i = 0; i < count; ++i) {
         const WorldContact& c = contact_at(i);
         check(c, i);
-        report.asked += c.force;
+        asked += c.force;
     }
-    need_float_pressure(pad, report.asked);
-    for (std::size_t i = 0; i < count; ++i) add(pad, pose, reach, contact_at(i), report);
-    return report;
+    need_float_pressure(pad, asked);
+    return press_cells(pad, double(count), [&](const Tile& tile, const auto& press, Report& report) {
+        for (std::size_t i = 0; i < count; ++i) {
+            const WorldContact& c = contact_at(i);
+            if (c.force > 0) add(pad, pose, reach, c, tile, press, report);
+        }
+    });
 }
 
 // What depths above a level sum up to. The depths count from a reference.
@@ -410,6 +275,7 @@ inline std::size_t place_of(const Taxels& t, int i, int j) {
 struct Interval {
     double low, high;
     Range cells;
+    double size() const { return high - low; }
     double overlap(double from, double to) const { return std::max(0.0, std::min(high, to) - std::max(low, from)); }
 };
 
@@ -418,29 +284,71 @@ inline Interval interval(double low, double high, int count) {
     return {low, high, within(std::floor(low + least), std::ceil(high - least) - 1, {0, count - 1})};
 }
 
-// Adds a taxel and returns the part of its area that is on the pad.
-inline double press_area(const Pad& pad, const Interval& columns, const Interval& rows, double pressure,
-                         Report& report) {
-    for (int y = rows.cells.first; y <= rows.cells.last; ++y) {
-        const double of_row = pressure * rows.overlap(y, y + 1);
-        for (int x = columns.cells.first; x <= columns.cells.last; ++x)
-            press(row_of(pad, y)[x], of_row * columns.overlap(x, x + 1), report);
+// Returns the taxels of a line that a tile needs: all at the first one, where they are counted, then those around its
+// cells.
+inline Range taxels_of(const Tile& tile, Range cells, double spacing, double start, double size, int count) {
+    const Range all{0, count - 1};
+    if (tile.first) return all;
+    return within((cells.first * spacing - start) / size - 2, ((cells.last + 1) * spacing - start) / size + 2, all);
+}
+
+// Presses what a taxel has in a tile, and returns the part of its area that is on the pad. pressure: force/spacing^2,
+// Pa.
+template <class Press>
+double press_area(const Pad& pad, const Interval& columns, const Interval& rows, double pressure, const Tile& tile,
+                  const Press& press) {
+    const Range on_x = common(columns.cells, tile.columns), on_y = common(rows.cells, tile.rows);
+    const double even = pressure / (columns.size() * rows.size());
+    for (int y = on_y.first; y <= on_y.last; ++y) {
+        const double of_row = even * rows.overlap(y, y + 1);
+        for (int x = on_x.first; x <= on_x.last; ++x) press(x, y, of_row * columns.overlap(x, x + 1));
     }
-    return columns.overlap(0, pad.width) / (columns.high - columns.low) * rows.overlap(0, pad.height) /
-           (rows.high - rows.low);
+    return columns.overlap(0, pad.width) / columns.size() * (rows.overlap(0, pad.height) / rows.size());
+}
+
+// Returns a sentence that says where the force went, in shares of what was asked.
+inline std::string whereabouts(const Report& r) {
+    const auto share = [&](double force) {
+        char digits[32];
+        std::snprintf(digits, sizeof digits, "%.2f", force / r.asked);
+        return std::string(digits);
+    };
+    const double rounded = r.asked - r.placed - r.outside - r.sideways;
+    std::string sentence = share(r.placed) + " of the force presses the pad";
+    if (r.sideways > 0) sentence += ", " + share(r.sideways) + " is sideways (a round body?)";
+    if (std::abs(rounded) > 1e-3 * r.asked) sentence += ", " + share(std::abs(rounded)) + " is lost to rounding";
+    if (r.outside > 0) {
+        std::string causes;
+        const auto count = [&](int patches, const char* cause) {
+            if (patches > 0) causes += ", " + std::to_string(patches) + cause;
+        };
+        count(r.beside, " beside");
+        count(r.too_far, " too far");
+        count(r.turned_away, " turned away");
+        if (r.placed > 0) causes += causes.empty() ? ", over the border" : ", else over the border";
+        if (causes.empty()) causes = ", nowhere deeper than 0";
+        sentence += ", " + share(r.outside) + " is outside: " + causes.substr(2);
+    }
+    return sentence + ". ";
 }
 
 } // namespace detail
 
+inline bool Report::keeps_force() const {
+    const double rounded = asked - placed - outside - sideways;
+    return outside <= 0.1 * asked && placed >= 0.5 * asked && std::abs(rounded) <= 1e-3 * asked;
+}
+
 inline std::string Report::doubts() const {
     std::string sentences;
+    if (!keeps_force()) sentences += detail::whereabouts(*this);
     if (below_cell > 0)
         sentences += std::to_string(below_cell) + (below_cell == 1 ? " patch presses" : " patches press") +
-                     " one cell alone: the pressure is force/spacing^2, whatever the radius. ";
+                     " one cell alone: the pressure is force/spacing^2. ";
     if (greatest > doubtful_pressure)
         sentences += "The greatest pressure is " + detail::text(greatest) + " Pa, above " +
-                     detail::text(doubtful_pressure) + " Pa; touch and grasp press skin with 1e3 to 1e5 Pa. ";
-    if (!sentences.empty()) sentences += "Are radius and spacing in m, and forces in N?";
+                     detail::text(doubtful_pressure) + " Pa; touch presses with 1e3 to 1e5 Pa. ";
+    if (!sentences.empty()) sentences += "Are lengths in m, forces in N?";
     return sentences;
 }
 
@@ -540,7 +448,7 @@ inline Report add_depths(const Pad& pad, const Depths& d) {
             if (sunk > 0) detail::press(pressure[x], scale * sunk, report);
         }
     }
-    report.placed = d.force;
+    detail::finish(pad, report);
     return report;
 }
 
@@ -548,34 +456,40 @@ inline Report add_taxels(const Pad& pad, const Taxels& t) {
     detail::check(pad);
     detail::check(t);
     const double to_force = t.unit == Taxels::Unit::newton ? 1 : t.width * t.height;
-    Report report;
+    double asked = 0;
     for (int j = 0; j < t.rows; ++j)
         for (int i = 0; i < t.columns; ++i) {
             const float value = t.values[detail::place_of(t, i, j)];
             if (!detail::finite(value) || value < 0)
                 detail::refuse(("taxels.values[" + std::to_string(detail::place_of(t, i, j)) + "]"),
                                detail::text(double(value)), "a finite number >= 0");
-            report.asked += double(value) * to_force;
+            asked += double(value) * to_force;
         }
-    if (t.unit == Taxels::Unit::newton) detail::need_float_pressure(pad, report.asked);
+    if (t.unit == Taxels::Unit::newton) detail::need_float_pressure(pad, asked);
 
     // Neighbours have the same border, to the last digit.
     const auto interval = [&](double start, double size, int i, int count) {
         return detail::interval((start + i * size) / pad.spacing, (start + (i + 1) * size) / pad.spacing, count);
     };
-    for (int j = 0; j < t.rows; ++j) {
-        const detail::Interval rows = interval(t.y, t.height, j, pad.height);
-        for (int i = 0; i < t.columns; ++i) {
-            const double force = double(t.values[detail::place_of(t, i, j)]) * to_force;
-            if (force == 0) continue;
-            const detail::Interval columns = interval(t.x, t.width, i, pad.width);
-            const double part = detail::press_area(pad, columns, rows, force / (t.width * t.height), report);
-            report.beside += part == 0;
-            report.placed += part * force;
-            report.outside += (1 - part) * force;
+    const double most = (std::ceil(pad.spacing / t.width) + 1) * (std::ceil(pad.spacing / t.height) + 1);
+    const double to_pressure = to_force / (pad.spacing * pad.spacing);
+    return detail::press_cells(pad, most, [&](const detail::Tile& tile, const auto& press, Report& report) {
+        const detail::Range along_x = detail::taxels_of(tile, tile.columns, pad.spacing, t.x, t.width, t.columns);
+        const detail::Range along_y = detail::taxels_of(tile, tile.rows, pad.spacing, t.y, t.height, t.rows);
+        for (int j = along_y.first; j <= along_y.last; ++j) {
+            const detail::Interval rows = interval(t.y, t.height, j, pad.height);
+            for (int i = along_x.first; i <= along_x.last; ++i) {
+                const double value = double(t.values[detail::place_of(t, i, j)]);
+                if (value == 0) continue;
+                const detail::Interval columns = interval(t.x, t.width, i, pad.width);
+                const double part = detail::press_area(pad, columns, rows, value * to_pressure, tile, press);
+                const double own = pad.tiled ? part : 1; // as of a contact
+                report.beside += own > 0 && part == 0;
+                report.asked += own * (value * to_force);
+                report.outside += (own - part) * (value * to_force);
+            }
         }
-    }
-    return report;
+    });
 }
 
 } // namespace dermis::contact

@@ -235,20 +235,25 @@ typedef struct dermis_contact_pad {
     double spacing;        // m between cells, 1e-9..1e6
     float* pressure;       // Pa, finite
     size_t pitch;          // floats from row to row, >= width; 0: width
+    int32_t tiled;         // 1: pads lie side by side and share patches: what lies beyond the border is then asked of
+                           // the neighbours, and counts in no member of this pad's report. Else 0, as
+                           // for a program from before this member, which gives a smaller size
 } dermis_contact_pad;
 
-// The struct tells what became of the forces: asked = placed + outside + sideways.
+// The struct tells what became of the forces: asked = placed + outside + sideways + what rounding took; that is less
+// than 1e-6 of the force that the buffer then holds.
 typedef struct dermis_contact_report {
     size_t size;         // sizeof(dermis_contact_report)
     double asked;        // N: sum of the forces given
-    double placed;       // N: the part that presses cells
+    double placed;       // N: the part that presses cells, by what their floats gained
     double outside;      // N: the part that presses none: beside the pad, too far, turned away, or of depths all <= 0
     double greatest;     // Pa: greatest pressure of the cells that were pressed, with what they held before
     double level;        // m: of dermis_add_depths with a stiffness, else 0; see contact.hpp
     int32_t cells;       // cells that are pressed now and held 0 before
     int32_t below_cell;  // patches of which one cell takes all; its pressure is force/spacing^2, whatever the radius
     int32_t beside;      // contacts and taxels with a force that are wholly beside the pad
-    int32_t plausible;   // 1 if below_cell is 0 and greatest at most 1e6 Pa, else 0
+    int32_t plausible;   // 1 if below_cell is 0, greatest at most 1e6 Pa, at least 0.5 of asked is placed, at most 0.1
+                         // of it is outside and 0.001 of it lost to rounding; else 0
     double sideways;     // N: what a force at an angle to the pad lacks when only its part into the pad is taken
     int32_t too_far;     // contacts of the world with a force farther from the pad's plane than reach
     int32_t turned_away; // contacts of the world whose force does not push into the pad

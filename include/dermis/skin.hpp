@@ -24,7 +24,7 @@ struct SkinOptions {
 // Some pads of a Skin, in this order: numbers from 0 on, each at most once. By default all, from 0 on.
 struct Pads {
     Pads() = default;
-    explicit Pads(const int* numbers, size_t n) : numbers(numbers), count(n), all(false) {} // not of {0, 1}
+    explicit Pads(const int* list, size_t n) : numbers(list), count(n), all(false) {} // not of {0, 1}
     Pads(const std::vector<int>& v) : Pads(v.data(), v.size()) {}
     const int* numbers = nullptr;
     size_t count = 0;

@@ -6,6 +6,8 @@
 
 #define NUMBER(name) printf(#name " %d\n", (int)name)
 #define SIZE(type) printf("sizeof " #type " %d\n", (int)sizeof(type))
+/* The size of a struct's first version, up to its last member. */
+#define FIRST_SIZE(type, last) printf("sizeof " #type " %d\n", (int)(offsetof(type, last) + sizeof((type*)0)->last))
 #define OFFSET(type, member) printf("offsetof " #type " " #member " %d\n", (int)offsetof(type, member))
 
 int main(void) {
@@ -57,7 +59,7 @@ int main(void) {
     OFFSET(dermis_pads, count);
     NUMBER(DERMIS_NEWTON);
     NUMBER(DERMIS_PASCAL);
-    SIZE(dermis_contact_pad);
+    FIRST_SIZE(dermis_contact_pad, pitch);
     OFFSET(dermis_contact_pad, width);
     OFFSET(dermis_contact_pad, height);
     OFFSET(dermis_contact_pad, spacing);
@@ -107,5 +109,7 @@ int main(void) {
     OFFSET(dermis_taxels, y);
     OFFSET(dermis_taxels, column_step);
     OFFSET(dermis_taxels, row_step);
+    OFFSET(dermis_contact_pad, tiled);
+    SIZE(dermis_contact_pad);
     return 0;
 }

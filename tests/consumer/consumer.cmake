@@ -156,21 +156,23 @@ elseif(claim STREQUAL "c")
     run(${CMAKE_COMMAND} --build ${work}/c_${kind})
     printed("passed" ${work}/c_${kind}/interface)
 
-# Each header by itself, strictly.
+# Each header by itself, with the warnings that a strict project has.
 elseif(claim STREQUAL "cxx17")
     file(GLOB headers RELATIVE ${prefix}/include ${prefix}/include/dermis/*)
     if(NOT "dermis/dermis.hpp" IN_LIST headers)
         message(FATAL_ERROR "no headers in ${prefix}/include")
     endif()
+    set(strict -pedantic-errors -Wall -Wextra -Wshadow -Wconversion -Wsign-conversion -Werror)
     separate_arguments(flags UNIX_COMMAND "${cxx_flags}")
     foreach(header ${headers})
         file(WRITE ${work}/cxx17.cpp "#include <${header}>\n")
-        run(${cxx} ${flags} -std=c++17 -pedantic-errors -Wall -Wextra -Werror -I${prefix}/include -fsyntax-only
-            ${work}/cxx17.cpp)
+        foreach(standard 17 20)
+            run(${cxx} ${flags} -std=c++${standard} ${strict} -I${prefix}/include -fsyntax-only ${work}/cxx17.cpp)
+        endforeach()
     endforeach()
     separate_arguments(flags UNIX_COMMAND "${c_flags}")
     file(WRITE ${work}/c99.c "#include <dermis/dermis.h>\n")
-    run(${cc} ${flags} -std=c99 -pedantic-errors -Wall -Wextra -Werror -I${prefix}/include -fsyntax-only ${work}/c99.c)
+    run(${cc} ${flags} -std=c99 ${strict} -I${prefix}/include -fsyntax-only ${work}/c99.c)
 
 # A shared library shows what the headers declare, for C what stands in the list of its ABI, a static one has no name of Vulkan's or volk's.
 elseif(claim STREQUAL "symbols")

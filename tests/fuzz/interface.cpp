@@ -123,7 +123,7 @@ class Calls {
         const int width = byte() % 9, height = byte() % 9;
         const size_t pitch = size_t(byte() % 12);
         pressure_.assign(size_t(height) * std::max(pitch, size_t(width)) + 1, 0.0f);
-        return {sizeof(dermis_contact_pad), width, height, number(), pressure_.data(), pitch};
+        return {sizeof(dermis_contact_pad), width, height, number(), pressure_.data(), pitch, byte() % 3};
     }
     void reported(dermis_status status, const dermis_contact_report& report) {
         char text[400];

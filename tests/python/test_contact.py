@@ -110,3 +110,37 @@ def test_numbers_of_taxels_are_refused_by_name(key, value):
     with pytest.raises(dermis.Error) as caught:
         contact.add_taxels(pad, np.ones((3, 4), np.float32), **{"width": 1e-3, "height": 1e-3, key: value})
     assert key in caught.value.parameter and "allowed" in str(caught.value)
+
+
+def test_lost_force_is_doubted_with_its_shares_and_causes():
+    pad = contact.Pad(np.zeros((64, 80), np.float32), SPACING)
+    kept = contact.WorldContact(position=(0.01, 0.008, 0), force=1.0, radius=3e-3)
+    assert contact.add_contacts(pad, contact.Pose(), 1e-3, [kept]).plausible
+    steep = contact.WorldContact(position=(0.01, 0.008, 0), force=1.0, radius=3e-3, direction=(1, 0, -0.5))
+    far = contact.WorldContact(position=(0.01, 0.008, 1), force=1.0, radius=3e-3)
+    report = contact.add_contacts(pad, contact.Pose(), 1e-3, [steep, far])
+    assert not report.plausible
+    assert "0.22 of the force presses the pad, 0.28 is sideways (a round body?), 0.50 is outside: 1 too far" in report.doubts
+
+
+def test_a_contact_in_millimetres_is_doubted():
+    pad = contact.Pad(np.zeros((64, 80), np.float32), SPACING)
+    report = contact.add_contacts(pad, [contact.Contact(x=10, y=8, force=0.5, radius=3)])
+    assert not report.plausible and report.placed == 0 and "1.00 is outside: 1 beside. Are lengths in m" in report.doubts
+
+
+def test_tiled_pads_share_a_patch():
+    left, right = (contact.Pad(np.zeros((64, 40), np.float32), SPACING, tiled=True) for _ in range(2))
+    reports = [contact.add_contacts(pad, [contact.Contact(x=x, y=0.008, force=0.5, radius=3e-3)])
+               for pad, x in ((left, 0.01), (right, 0.0))]
+    assert all(report.plausible and report.outside == 0 for report in reports)
+    assert sum(report.asked for report in reports) == pytest.approx(0.5)
+    alone = contact.Pad(np.zeros((64, 40), np.float32), SPACING)
+    assert "over the border" in contact.add_contacts(alone, [contact.Contact(x=0.01, y=0.008, force=0.5,
+                                                                             radius=3e-3)]).doubts
+
+
+def test_a_hundred_thousand_contacts_are_placed():
+    pressure = np.zeros((64, 80), np.float32)
+    report = contact.add_contacts(contact.Pad(pressure, SPACING), [contact.Contact(**{**PATCH, "force": 5e-6})] * 100_000)
+    assert force_in(pressure) == pytest.approx(0.5, rel=1e-6) and report.placed == pytest.approx(0.5, rel=1e-6)

@@ -1,0 +1,222 @@
+// SPDX-License-Identifier: MIT
+// Which cells a patch presses, and how pressures are added to them. contact.hpp has what users need to know.
+//
+// contact.hpp comes first even where a file includes this header alone. It includes this one, so the guard is below.
+#include <dermis/contact.hpp>
+
+#ifndef DERMIS_CONTACT_CELLS_HPP
+#define DERMIS_CONTACT_CELLS_HPP
+
+#include <algorithm>
+#include <cmath>
+
+namespace dermis::contact::detail {
+
+inline constexpr int greatest_count = 16384;
+inline constexpr double pi = 3.14159265358979323846;
+
+inline float* row_of(const Pad& pad, int y) {
+    return pad.pressure + std::size_t(y) * (pad.pitch ? pad.pitch : std::size_t(pad.width));
+}
+
+// Adds pressure to a cell of the caller's, and to placed what its float has gained, Pa.
+inline void press(float& cell, double pressure, Report& report) {
+    const float before = cell;
+    cell = float(double(before) + pressure);
+    report.placed += double(cell) - double(before);
+    report.cells += before == 0 && cell != 0;
+    report.greatest = std::max(report.greatest, double(cell));
+}
+
+// Makes placed a force, of a pad of which all cells are pressed.
+inline void finish(const Pad& pad, Report& report) { report.placed *= pad.spacing * pad.spacing; }
+
+// Cells first..last along one axis.
+struct Range {
+    int first, last;
+    bool has(double cell) const { return cell >= first && cell <= last; }
+};
+
+inline Range common(Range a, Range b) { return {std::max(a.first, b.first), std::min(a.last, b.last)}; }
+
+// Returns the cells of `all` at low..high. The limits stay double until they are small enough for an int.
+inline Range within(double low, double high, Range all) {
+    return {int(std::ceil(std::clamp(low, double(all.first), double(all.last) + 1))),
+            int(std::floor(std::clamp(high, double(all.first) - 1, double(all.last))))};
+}
+
+// A patch in units of cells: the centre of cell (x, y) is (x, y).
+struct Disc {
+    double x, y, radius;
+};
+
+// The part of a pad that is pressed at once. What became of the forces is counted at the first one.
+struct Tile {
+    Range columns, rows;
+    bool first;
+    bool meets(const Disc& disc) const {
+        return disc.x + disc.radius > columns.first - 1 && disc.x - disc.radius < columns.last + 1 &&
+               disc.y + disc.radius > rows.first - 1 && disc.y - disc.radius < rows.last + 1;
+    }
+};
+
+// Calls pass(tile, press, report), where press(x, y, pressure) adds to a cell of the tile, until each cell of the pad
+// has been in one tile. most: the greatest number of pressures that a cell gets. Sixteen additions of floats are off by
+// at most 1e-6 of what the cell then holds. Where there are more, the pad is cut into tiles that have room for a rest
+// beside each float, so that no number of pressures loses force.
+template <class Pass> Report press_cells(const Pad& pad, double most, const Pass& pass) {
+    Report report;
+    if (most <= 16) {
+        const auto press_once = [&](int x, int y, double pressure) { press(row_of(pad, y)[x], pressure, report); };
+        pass(Tile{{0, pad.width - 1}, {0, pad.height - 1}, true}, press_once, report);
+        finish(pad, report);
+        return report;
+    }
+    constexpr int width = 128, height = 64;
+    Report counted_before;
+    for (int top = 0; top < pad.height; top += height)
+        for (int left = 0; left < pad.width; left += width) {
+            const Tile tile{common({0, pad.width - 1}, {left, left + width - 1}),
+                            common({0, pad.height - 1}, {top, top + height - 1}), top == 0 && left == 0};
+            float rests[height][width] = {};
+            const auto press_and_keep = [&](int x, int y, double pressure) {
+                float &cell = row_of(pad, y)[x], &rest = rests[y - top][x - left];
+                const double missing = double(rest) + pressure, sum = double(cell) + missing;
+                press(cell, missing, report);
+                rest = float(sum - double(cell));
+            };
+            pass(tile, press_and_keep, tile.first ? report : counted_before);
+        }
+    finish(pad, report);
+    return report;
+}
+
+// Neighbouring cells of a row of a disc: count of them from (x, y) on. rest is 1 - dy^2/radius^2.
+struct Piece {
+    static constexpr int longest = 256;
+    int x, y, count;
+    double rest;
+};
+
+// Calls each(piece) for each of these cells whose centre the disc covers, row by row.
+template <class Each> void each_piece(const Disc& disc, Range columns, Range rows, Each each) {
+    if (disc.radius < 1e-6) return; // It covers none, but for a centre that it is in, which is the nearest.
+    const double scale = 1 / disc.radius;
+    rows = within(disc.y - disc.radius, disc.y + disc.radius, rows);
+    for (int y = rows.first; y <= rows.last; ++y) {
+        const double dy = (y - disc.y) * scale, rest = 1 - dy * dy;
+        if (rest <= 0) continue;
+        const double half = disc.radius * std::sqrt(rest);
+        const Range covered = within(disc.x - half, disc.x + half, columns);
+        for (int x = covered.first; x <= covered.last; x += Piece::longest)
+            each(Piece{x, y, std::min(Piece::longest, covered.last + 1 - x), rest});
+    }
+}
+
+// Calls each(x, lane) for 0..n-1. Four lanes run side by side, because an addition takes longer than what is added.
+template <class Each> void each_in_lanes(int n, Each each) {
+    int x = 0;
+    for (; x + 4 <= n; x += 4) each(x, 0), each(x + 1, 1), each(x + 2, 2), each(x + 3, 3);
+    for (; x < n; ++x) each(x, 0);
+}
+
+// Weights by Hertz's profile of the cells of a disc. They are kept as far as there is room, because roots are what
+// takes time.
+class Weights {
+  public:
+    double sum = 0;
+    int cells = 0; // of a weight above 0
+
+    // Adds the cells of a piece.
+    void add(const Disc& disc, const Piece& piece) {
+        const float* weights = of(disc, piece, used_);
+        used_ += piece.count;
+        double sums[4] = {0, 0, 0, 0};
+        each_in_lanes(piece.count, [&](int i, int lane) { sums[lane] += double(weights[i]), cells += weights[i] > 0; });
+        sum += (sums[0] + sums[1]) + (sums[2] + sums[3]);
+    }
+    // Returns the weights of a piece before which there were `before` cells.
+    const float* of(const Disc& disc, const Piece& piece, int before) {
+        const bool fits = before + piece.count <= room, made = before < used_;
+        float* weights = fits ? kept_ + before : kept_ + room;
+        if (fits && made) return weights;
+        const double scale = 1 / disc.radius;
+        for (int i = 0; i < piece.count; ++i) {
+            const double dx = (piece.x + i - disc.x) * scale, square = piece.rest - dx * dx;
+            weights[i] = std::sqrt(std::max(float(square), 0.0f));
+        }
+        return weights;
+    }
+
+  private:
+    static constexpr int room = 2048;
+    int used_ = 0;
+    float kept_[room + Piece::longest];
+};
+
+// Adds the weights that a disc which overhangs has beyond the border.
+inline void add_beyond(const Disc& disc, Range columns, Range rows, double& sum, int& cells) {
+    if (disc.radius > 128) { // the integral, which differs from the sum by less than 1e-4 of it
+        sum = std::max(sum, 2 * pi / 3 * disc.radius * disc.radius);
+        ++cells;
+        return;
+    }
+    constexpr int far_away = 2 * greatest_count;
+    Weights beyond;
+    const auto add = [&](Range some_columns, Range some_rows) {
+        each_piece(disc, some_columns, some_rows, [&](const Piece& piece) { beyond.add(disc, piece); });
+    };
+    add({-far_away, far_away}, {-far_away, -1});
+    add({-far_away, far_away}, {rows.last + 1, far_away});
+    add({-far_away, -1}, rows);
+    add({columns.last + 1, far_away}, rows);
+    sum += beyond.sum;
+    cells += beyond.cells;
+}
+
+// Presses a patch of which the pad has no covered centre: it has none at all, or all of them are beside the pad.
+template <class Press>
+double press_nearest(const Pad& pad, const Disc& disc, double pressure, const Tile& tile, const Press& press,
+                     Report& report) {
+    const double x = std::floor(disc.x + 0.5), y = std::floor(disc.y + 0.5);
+    if (x < 0 || x >= pad.width || y < 0 || y >= pad.height) {
+        report.beside += !pad.tiled;
+        return 0;
+    }
+    ++report.below_cell;
+    if (tile.columns.has(x) && tile.rows.has(y)) press(int(x), int(y), pressure);
+    return 1;
+}
+
+// Presses the cells that a disc has in a tile, and returns the part of the force that falls on the pad, 0..1. pressure:
+// force/spacing^2, Pa.
+template <class Press>
+double spread(const Pad& pad, const Disc& disc, double pressure, const Tile& tile, const Press& press, Report& report) {
+    if (!tile.first && !tile.meets(disc)) return 0;
+    const Range columns{0, pad.width - 1}, rows{0, pad.height - 1};
+    Weights weights;
+    each_piece(disc, columns, rows, [&](const Piece& piece) { weights.add(disc, piece); });
+    if (weights.cells == 0) return press_nearest(pad, disc, pressure, tile, press, report);
+
+    double whole = weights.sum;
+    int cells = weights.cells;
+    const bool inside = disc.x - disc.radius > -1 && disc.x + disc.radius < pad.width && disc.y - disc.radius > -1 &&
+                        disc.y + disc.radius < pad.height;
+    if (!inside) add_beyond(disc, columns, rows, whole, cells);
+    report.below_cell += cells == 1;
+    const double peak = pressure / whole;
+    int before = 0;
+    each_piece(disc, columns, rows, [&](const Piece& piece) {
+        const Range covered = common({piece.x, piece.x + piece.count - 1}, tile.columns);
+        if (tile.rows.has(piece.y) && covered.first <= covered.last) {
+            const float* weight = weights.of(disc, piece, before);
+            for (int x = covered.first; x <= covered.last; ++x) press(x, piece.y, peak * double(weight[x - piece.x]));
+        }
+        before += piece.count;
+    });
+    return weights.sum / whole;
+}
+
+} // namespace dermis::contact::detail
+
+#endif
