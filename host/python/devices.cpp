@@ -5,9 +5,10 @@
 namespace dermis::python {
 namespace {
 
-SharedDevice open(const std::string& which) {
+SharedDevice open(string_view which) {
+    const std::string name(which);
     const Computing computing(nullptr);
-    return share(Device::open(which));
+    return share(Device::open(name));
 }
 
 SharedDevice open_cpu(int threads) {
@@ -31,7 +32,7 @@ SharedDevice device_of(nb::handle argument) {
     if (argument.is_none()) return open_cpu(0);
     SharedDevice* device = nullptr;
     if (nb::try_cast(argument, device) && device) return *device;
-    std::string which;
+    string_view which;
     if (nb::try_cast(argument, which)) return open(which);
     scene::refuse("device", description_of(argument), "a Device, a text as Device.open takes it, or None");
 }
@@ -74,8 +75,8 @@ void bind_report(nb::module_& m) {
         .def_prop_ro(
             "sign_changed",
             [](const Report& r) {
-                std::vector<std::string> names;
-                for (Quantity q : r.sign_changed) names.emplace_back(name(q));
+                std::vector<const char*> names;
+                for (Quantity q : r.sign_changed) names.push_back(name(q));
                 return names;
             },
             "The responses that have in some cell another sign than what they answer to.");

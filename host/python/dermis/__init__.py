@@ -65,7 +65,7 @@ class Scene(_core.Scene):
     def from_file(cls, path: str | os.PathLike[str], overrides: Mapping[str, Any] | None = None) -> Scene:
         """Read a TOML file. overrides: values by dotted name, as in {"time.step": 0.001}."""
         scene = cls.__new__(cls)
-        _core.Scene.__init__(scene, path=os.fspath(path), overrides=overrides_of(overrides or {}))
+        _core.Scene.__init__(scene, path=os.fsencode(path), overrides=overrides_of(overrides or {}))
         return scene
 
     @classmethod
@@ -73,7 +73,7 @@ class Scene(_core.Scene):
                     folder: str | os.PathLike[str] = "") -> Scene:
         """Read a text of TOML. Paths in it are relative to the folder, by default the working directory."""
         scene = cls.__new__(cls)
-        _core.Scene.__init__(scene, text=text, folder=os.fspath(folder), overrides=overrides_of(overrides or {}))
+        _core.Scene.__init__(scene, text=text, folder=os.fsencode(folder), overrides=overrides_of(overrides or {}))
         return scene
 
 
