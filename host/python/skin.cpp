@@ -38,6 +38,7 @@ class PadNumbers {
     bool take(const AnyArray& array, int count) {
         if (array.ndim() != 1) return false;
         if (array.dtype() == nb::dtype<bool>()) return array.shape(0) == size_t(count) && take_mask(array);
+        if (array.size() == 0) return true; // even of doubles: what NumPy makes of an empty list
         return take_as_one_of<int64_t, int32_t, int16_t, int8_t, uint64_t, uint32_t, uint16_t, uint8_t>(array);
     }
     template <class... Integers> bool take_as_one_of(const AnyArray& array) {

@@ -110,3 +110,15 @@ def test_numbers_of_taxels_are_refused_by_name(key, value):
     with pytest.raises(dermis.Error) as caught:
         contact.add_taxels(pad, np.ones((3, 4), np.float32), **{"width": 1e-3, "height": 1e-3, key: value})
     assert key in caught.value.parameter and "allowed" in str(caught.value)
+
+
+@pytest.mark.parametrize("shape, named", [((0, 4), "taxels.rows = 0"), ((4, 0), "taxels.columns = 0")])
+def test_arrays_without_numbers_add_nothing_or_are_refused_by_their_number(shape, named):
+    pressure = np.zeros((64, 80), np.float32)
+    pad = contact.Pad(pressure, SPACING)
+    assert contact.add_contacts(pad, []).asked == 0 and contact.add_contacts(pad, np.array([])).asked == 0
+    with pytest.raises(dermis.Error, match=named):
+        contact.add_taxels(pad, np.zeros(shape, np.float32), width=1e-3, height=1e-3)
+    with pytest.raises(dermis.Error, match="pad.height = 0"):
+        contact.add_contacts(contact.Pad(pressure[:0], SPACING), [])
+    assert not pressure.any()
