@@ -80,8 +80,8 @@ contact::Report add_taxels_of(const PadOnArray& pad, nb::handle values, double w
                               string_view unit) {
     nb::ndarray<nb::ro, float, nb::ndim<2>, nb::device::cpu> array;
     if (!nb::try_cast(readable(values), array, false) ||
-        (array.size() > 0 && (array.stride(0) < 1 || array.stride(1) < 1)) ||
-        array.shape(0) > INT_MAX || array.shape(1) > INT_MAX)
+        (array.size() > 0 && (array.stride(0) < 1 || array.stride(1) < 1)) || array.shape(0) > INT_MAX ||
+        array.shape(1) > INT_MAX)
         scene::refuse("values", description_of(values), "float32 array of shape (rows, columns), of positive strides");
     if (unit != "newton" && unit != "pascal")
         scene::refuse("unit", "\"" + std::string(unit) + "\"", "\"newton\", \"pascal\"");

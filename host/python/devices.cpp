@@ -47,8 +47,9 @@ void bind_device(nb::module_& m) {
         .def_ro("refused", &DeviceInfo::refused, "The reason why the device cannot be used; empty if it can.")
         .def("__repr__", [](const DeviceInfo& i) { return "<DeviceInfo " + i.name + ", " + i.kind + ">"; });
     nb::class_<SharedDevice>(m, "Device", "Where runs and skins compute. Open one once and hand it to each.")
-        .def_static("cpu", open_cpu, nb::arg("threads") = 0,
-                    "Return the CPU path. threads: 0 is one per core, 1 only the calling thread.")
+        .def_static(
+            "cpu", open_cpu, nb::arg("threads") = 0,
+            "Return the CPU path. threads: 0 is one per core that the process may use, 1 only the calling thread.")
         .def_static(
             "open", open, nb::arg("which") = "auto",
             "Open a device: \"auto\" (a GPU if there is one, else the CPU path), \"cpu\", \"vulkan\", a number\n"

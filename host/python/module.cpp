@@ -2,6 +2,9 @@
 // The module dermis._core. The package around it is in host/python/dermis.
 #include "host/python/module.hpp"
 
+#include <chrono>
+#include <thread>
+
 namespace dermis::python {
 namespace {
 
@@ -71,6 +74,35 @@ nb::object capsule_of(nb::handle argument) {
 
 } // namespace
 
+// Up to Python 3.13 an interpreter that ends unwinds threads that come back to it, and no destructor may be unwound. So
+// such a thread waits here for the end of the process.
+void Computing::come_back() noexcept {
+    if (lock_) lock_.unlock();
+    try {
+        PyEval_RestoreThread(state_);
+    } catch (...) {
+        for (;;) std::this_thread::sleep_for(std::chrono::hours(1));
+    }
+}
+
+std::function<void(double)> Computing::progress(nb::handle progress) {
+    using Clock = std::chrono::steady_clock;
+    return [this, progress, last = Clock::time_point()](double done) mutable {
+        if (done < 1 && Clock::now() - last < std::chrono::milliseconds(50)) return; // a run may call far more often
+        come_back();
+        struct LeavingAgain {
+            Computing& computing;
+            ~LeavingAgain() {
+                computing.state_ = PyEval_SaveThread();
+                if (computing.lock_.mutex()) computing.lock_.lock();
+            }
+        } leaving_again{*this};
+        if (PyErr_CheckSignals() != 0) nb::raise_python_error();
+        if (!progress.is_none()) progress(done);
+        last = Clock::now();
+    };
+}
+
 nb::object readable(nb::handle argument) {
     const bool has_dlpack = nb::hasattr(argument, "__dlpack__"), has_buffer = PyObject_CheckBuffer(argument.ptr());
     if (has_dlpack)
@@ -115,6 +147,7 @@ NB_MODULE(_core, m) {
     m.doc() = "The compiled part of dermis. Use the package dermis, which has all of it.";
     m.attr("version") = dermis::version();
     m.attr("commit") = dermis::commit();
+    nanobind::set_leak_warnings(false); // a daemon thread keeps what it holds when the interpreter ends
     nanobind::register_exception_translator(translate);
     bind_device(m);
     bind_report(m);

@@ -5,6 +5,7 @@
 #include "host/scene/names.hpp"
 #include "host/scene/refusal.hpp"
 
+#include <functional>
 #include <mutex>
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
@@ -45,12 +46,21 @@ SharedDevice device_of(nb::handle);
 // other.
 class Computing {
   public:
-    explicit Computing(std::mutex* in_use) {
+    explicit Computing(std::mutex* in_use) : state_(PyEval_SaveThread()) {
         if (in_use) lock_ = std::unique_lock(*in_use);
     }
+    ~Computing() { come_back(); }
+    Computing(const Computing&) = delete;
+    Computing& operator=(const Computing&) = delete;
+
+    // Returns what a run calls while it computes. It lets Ctrl-C and other signals act, by an exception that ends the
+    // run, and calls `progress` with the fraction done, unless that is None.
+    std::function<void(double)> progress(nb::handle progress);
 
   private:
-    nb::gil_scoped_release released_;
+    void come_back() noexcept;
+
+    PyThreadState* state_;
     std::unique_lock<std::mutex> lock_;
 };
 

@@ -19,10 +19,12 @@ RunOptions options_of(const std::optional<string_view>& precision, bool check) {
     return options;
 }
 
-RunOfScene* run_scene(const Scene& scene, nb::handle device, const std::optional<string_view>& precision, bool check) {
-    const RunOptions options = options_of(precision, check);
+RunOfScene* run_scene(const Scene& scene, nb::handle device, const std::optional<string_view>& precision, bool check,
+                      nb::handle progress) {
+    RunOptions options = options_of(precision, check);
     const SharedDevice on = device_of(device);
-    const Computing computing(on.in_use.get());
+    Computing computing(on.in_use.get());
+    options.progress = computing.progress(progress);
     return new RunOfScene{scene, run(scene, on.device, options)};
 }
 
@@ -35,7 +37,8 @@ std::vector<RunOfScene> run_materials(const Scene& scene, const Sequence<Scene>&
     for (const Scene* s : items_of<const Scene*>(materials, "materials", "scenes"))
         scene::take_elements(wanted.emplace_back(), s->material);
     const SharedDevice on = device_of(device);
-    const Computing computing(on.in_use.get());
+    Computing computing(on.in_use.get());
+    options.progress = computing.progress(Py_None);
     std::vector<Result> results = run(scene, wanted, on.device, options);
     std::vector<RunOfScene> runs;
     for (size_t i = 0; i < results.size(); ++i) {
@@ -46,9 +49,10 @@ std::vector<RunOfScene> run_materials(const Scene& scene, const Sequence<Scene>&
 }
 
 Explanation explain_scene(const Scene& scene, nb::handle device, const std::optional<string_view>& precision) {
-    const RunOptions options = options_of(precision, false);
+    RunOptions options = options_of(precision, false);
     const SharedDevice on = device_of(device);
-    const Computing computing(on.in_use.get());
+    Computing computing(on.in_use.get());
+    options.progress = computing.progress(Py_None);
     return explain(scene, on.device, options);
 }
 
@@ -180,7 +184,7 @@ void bind_result(nb::module_& m) {
             "Return what the numbers mean, beside the ranges that skin has.");
     add_figures(type);
     m.def("run", run_scene, nb::arg("scene"), nb::arg("device").none() = nb::none(),
-          nb::arg("precision").none() = nb::none(), nb::arg("check") = false);
+          nb::arg("precision").none() = nb::none(), nb::arg("check") = false, nb::arg("progress").none() = nb::none());
     m.def("run_materials", run_materials, nb::arg("scene"), nb::arg("materials"), nb::arg("device").none(),
           nb::arg("precision").none(), nb::arg("check"), nb::arg("describe_each"));
     bind_explanation(m);
