@@ -8,6 +8,7 @@
 #include "host/reduced/sites.hpp"
 #include "host/scene/float_environment.hpp"
 #include "host/scene/memory.hpp"
+#include "host/scene/watch.hpp"
 #include "host/witness.hpp"
 
 #include <algorithm>
@@ -183,8 +184,7 @@ class Run {
             if (step.field >= 0) read_fields(step);
             if (step.trace == most_strained_ && step.trace + 1 < schedule_.outputs)
                 most_curved_ = stepper_->estimate(skin_).curvature;
-            if (options_.progress && step.trace >= 0 && step.trace % 16 == 0)
-                options_.progress(double(step.trace + 1) / double(schedule_.outputs));
+            if (step.trace >= 0) scene::reach(double(step.trace + 1) / double(schedule_.outputs), step.trace % 16 == 0);
         }
         stepper_->finish();
         if (check_) check_->finish();
@@ -193,7 +193,7 @@ class Run {
         if (!d_.sites_alone()) describe_end(like);
         result_.dispatches = stepper_->dispatches();
         result_.left_out = stepper_->left_out();
-        if (options_.progress) options_.progress(1);
+        scene::reach(1, true);
         return std::move(result_);
     }
 
@@ -265,6 +265,7 @@ class Run {
 
 Explanation explain(const Scene& scene, const Device& device, const RunOptions& options) try {
     const DefaultFloats guard;
+    const scene::Watch watch(options.progress);
     return choice_of(plan::prepare_run(scene, false, threads_of(device)), scene, device, options, true).explanation;
 } catch (const std::bad_alloc&) {
     scene::out_of_memory([&] { return scene::needs_of(scene); });
@@ -272,6 +273,7 @@ Explanation explain(const Scene& scene, const Device& device, const RunOptions& 
 
 Result run(const Scene& scene, const Device& device, const RunOptions& options) try {
     const DefaultFloats guard;
+    const scene::Watch watch(options.progress);
     const Decided d = decided(scene, device, options);
     return Run(d, options).take(nullptr);
 } catch (const std::bad_alloc&) {
@@ -281,6 +283,7 @@ Result run(const Scene& scene, const Device& device, const RunOptions& options) 
 std::vector<Result> run(const Scene& scene, const std::vector<Material>& materials, const Device& device,
                         const RunOptions& options) try {
     const DefaultFloats guard;
+    const scene::Watch watch(options.progress);
     std::vector<Result> results;
     std::optional<Decided> last; // of the material before; its maps serve as long as no length and no map changes
     for (size_t i = 0; i < materials.size(); ++i) {

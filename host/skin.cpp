@@ -155,8 +155,8 @@ struct Skin::Impl {
     std::optional<double> gain_at_rest;          // of a surface that cannot be made again
     std::vector<float> rest_curvature;           // width*height, once it is needed; kept of a surface that is a map
     std::array<std::vector<float>, 3> told;      // strain, indentation and curvature, once they are asked for
-    std::vector<uint32_t> pressed;               // by pad: the last list in which it stood
-    uint32_t lists = 0;
+    std::vector<uint64_t> pressed;               // by pad: the last list in which it stood
+    uint64_t lists = 0;
     std::unique_ptr<plan::Stream> stream;
 
     size_t cells() const { return width * height; }
@@ -246,7 +246,7 @@ Skin::Skin(const Device& device, const SkinDescription& description, const SkinO
     Device::Impl& d = device.impl();
     impl_ = std::make_unique<Impl>(plan::streamed_skin(description, options, d.backend->capabilities().threads),
                                    options, *d.backend);
-    d.info.exact &= impl_->stream->exact();
+    if (!impl_->stream->exact()) d.info.exact = false; // written on Vulkan alone, where one thread uses the device
     d.need_exact();
 } catch (const std::bad_alloc&) {
     scene::out_of_memory([&] { return scene::needs_of(description, options); });

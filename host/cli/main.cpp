@@ -20,7 +20,6 @@
 #include <cstring>
 #include <exception>
 #include <new>
-#include <thread>
 
 #include <unistd.h>
 
@@ -208,7 +207,7 @@ int run_scene(const Arguments& a) {
 }
 
 int list_devices() {
-    fmt::print("cpu: the CPU path, {} threads\n", std::thread::hardware_concurrency());
+    fmt::print("cpu: the CPU path, {} threads\n", Device::cpu().impl().backend->capabilities().threads);
     try {
         int row = 0;
         for (const DeviceInfo& d : Device::list())

@@ -3,8 +3,7 @@
 
 #include "host/cpu/stepper.hpp"
 #include "host/cpu/stream.hpp"
-
-#include <thread>
+#include "host/simd/cores.hpp"
 
 namespace dermis::cpu {
 namespace {
@@ -14,7 +13,7 @@ class CpuBackend : public plan::Backend {
     CpuBackend(int threads, const simd::Isa& isa) : threads_(threads), isa_(isa) {}
 
     plan::Capabilities capabilities() const override {
-        const int threads = std::max(threads_ ? threads_ : int(std::thread::hardware_concurrency()), 1);
+        const int threads = threads_ ? threads_ : simd::cores();
         plan::Capabilities c;
         c.name = "cpu";
         c.f64 = true;

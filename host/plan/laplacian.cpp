@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "host/plan/laplacian.hpp"
 
+#include "host/scene/watch.hpp"
 #include "host/simd/isa.hpp"
 
 #include <algorithm>
@@ -42,6 +43,7 @@ void surface_row(const PreparedSkin& skin, int y, double* S) {
 }
 
 void rest_curvature_row(const PreparedSkin& skin, int y, int first, int last, double* L) {
+    scene::look();
     laplacian_row(skin.heights, y, first, last, skin.description.grid, skin.stencil, skin.edges, L);
     for (int x = 0; x < last - first; ++x) L[x] *= skin.relief;
 }

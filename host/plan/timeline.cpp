@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "host/plan/timeline.hpp"
 
+#include "host/scene/watch.hpp"
 #include "host/simd/pool.hpp"
 
 #include <algorithm>
@@ -226,6 +227,7 @@ void Timeline::fill() {
 }
 
 bool Timeline::next(Step& step) {
+    scene::look();
     if (pending_.empty() && output_ <= schedule_.outputs) fill();
     if (pending_.empty()) return false;
     step = pending_.back();

@@ -30,13 +30,14 @@ struct PadOnArray {
 
 // Whether the numbers of a row follow each other, and rows do not overlap.
 template <class Array> bool has_rows(const Array& array) {
+    if (array.size() == 0) return true;
     return (array.shape(1) == 1 || array.stride(1) == 1) &&
            (array.shape(0) == 1 || array.stride(0) >= int64_t(array.shape(1)));
 }
 
 void make_pad(PadOnArray* self, nb::handle pressure, double spacing, bool tiled) {
     PadOnArray made{{}, spacing, tiled};
-    if (!nb::try_cast(with_strides(pressure), made.pressure, false) || !has_rows(made.pressure))
+    if (!nb::try_cast(readable(pressure), made.pressure, false) || !has_rows(made.pressure))
         scene::refuse("pressure", description_of(pressure),
                       "float32 array of shape (height, width) in Pa that can be written, its rows one after another");
     new (self) PadOnArray(std::move(made));
@@ -53,19 +54,21 @@ template <class Call> auto refusing(Call&& call) {
     }
 }
 
-contact::Report add_local(const PadOnArray& pad, const std::vector<Contact>& contacts) {
-    return refusing([&] { return add_contacts(pad.pad(), contacts); });
+contact::Report add_local(const PadOnArray& pad, const Sequence<Contact>& contacts) {
+    const auto local = items_of<Contact>(contacts, "contacts", "contact.Contact");
+    return refusing([&] { return add_contacts(pad.pad(), local); });
 }
 
 contact::Report add_in_world(const PadOnArray& pad, const Pose& pose, double reach,
-                             const std::vector<WorldContact>& contacts) {
-    return refusing([&] { return add_contacts(pad.pad(), pose, reach, contacts); });
+                             const Sequence<WorldContact>& contacts) {
+    const auto in_world = items_of<WorldContact>(contacts, "contacts", "contact.WorldContact");
+    return refusing([&] { return add_contacts(pad.pad(), pose, reach, in_world); });
 }
 
 contact::Report add_depths_of(const PadOnArray& pad, nb::handle depth, double force, double stiffness) {
     nb::ndarray<nb::ro, float, nb::ndim<2>, nb::device::cpu> array;
     const size_t height = pad.pressure.shape(0), width = pad.pressure.shape(1);
-    if (!nb::try_cast(with_strides(depth), array, false) || !has_rows(array) || array.shape(0) != height ||
+    if (!nb::try_cast(readable(depth), array, false) || !has_rows(array) || array.shape(0) != height ||
         array.shape(1) != width)
         scene::refuse("depth", description_of(depth),
                       "float32 array of shape " + shape_text({height, width}) + " in m, its rows one after another");
@@ -76,12 +79,14 @@ contact::Report add_depths_of(const PadOnArray& pad, nb::handle depth, double fo
 
 // Taxels may lie in memory in any order, as a transposed array does, but forward.
 contact::Report add_taxels_of(const PadOnArray& pad, nb::handle values, double width, double height, double x, double y,
-                              const std::string& unit) {
+                              string_view unit) {
     nb::ndarray<nb::ro, float, nb::ndim<2>, nb::device::cpu> array;
-    if (!nb::try_cast(with_strides(values), array, false) || array.stride(0) < 1 || array.stride(1) < 1 ||
-        array.shape(0) > INT_MAX || array.shape(1) > INT_MAX)
+    if (!nb::try_cast(readable(values), array, false) ||
+        (array.size() > 0 && (array.stride(0) < 1 || array.stride(1) < 1)) || array.shape(0) > INT_MAX ||
+        array.shape(1) > INT_MAX)
         scene::refuse("values", description_of(values), "float32 array of shape (rows, columns), of positive strides");
-    if (unit != "newton" && unit != "pascal") scene::refuse("unit", "\"" + unit + "\"", "\"newton\", \"pascal\"");
+    if (unit != "newton" && unit != "pascal")
+        scene::refuse("unit", "\"" + std::string(unit) + "\"", "\"newton\", \"pascal\"");
     const Taxels taxels{.unit = unit == "newton" ? Taxels::Unit::newton : Taxels::Unit::pascal,
                         .values = array.data(),
                         .columns = int(array.shape(1)),

@@ -5,9 +5,10 @@
 namespace dermis::python {
 namespace {
 
-SharedDevice open(const std::string& which) {
+SharedDevice open(string_view which) {
+    const std::string name(which);
     const Computing computing(nullptr);
-    return share(Device::open(which));
+    return share(Device::open(name));
 }
 
 SharedDevice open_cpu(int threads) {
@@ -31,7 +32,7 @@ SharedDevice device_of(nb::handle argument) {
     if (argument.is_none()) return open_cpu(0);
     SharedDevice* device = nullptr;
     if (nb::try_cast(argument, device) && device) return *device;
-    std::string which;
+    string_view which;
     if (nb::try_cast(argument, which)) return open(which);
     scene::refuse("device", description_of(argument), "a Device, a text as Device.open takes it, or None");
 }
@@ -46,8 +47,9 @@ void bind_device(nb::module_& m) {
         .def_ro("refused", &DeviceInfo::refused, "The reason why the device cannot be used; empty if it can.")
         .def("__repr__", [](const DeviceInfo& i) { return "<DeviceInfo " + i.name + ", " + i.kind + ">"; });
     nb::class_<SharedDevice>(m, "Device", "Where runs and skins compute. Open one once and hand it to each.")
-        .def_static("cpu", open_cpu, nb::arg("threads") = 0,
-                    "Return the CPU path. threads: 0 is one per core, 1 only the calling thread.")
+        .def_static(
+            "cpu", open_cpu, nb::arg("threads") = 0,
+            "Return the CPU path. threads: 0 is one per core that the process may use, 1 only the calling thread.")
         .def_static(
             "open", open, nb::arg("which") = "auto",
             "Open a device: \"auto\" (a GPU if there is one, else the CPU path), \"cpu\", \"vulkan\", a number\n"
@@ -74,8 +76,8 @@ void bind_report(nb::module_& m) {
         .def_prop_ro(
             "sign_changed",
             [](const Report& r) {
-                std::vector<std::string> names;
-                for (Quantity q : r.sign_changed) names.emplace_back(name(q));
+                std::vector<const char*> names;
+                for (Quantity q : r.sign_changed) names.push_back(name(q));
                 return names;
             },
             "The responses that have in some cell another sign than what they answer to.");

@@ -9,17 +9,23 @@ namespace {
 using Numbers = std::vector<double>;
 using FitFunction = Fit (*)(const Numbers&, const Numbers&, int, Residual);
 
-Residual residual_named(const std::string& name) {
+Residual residual_named(string_view name) {
     if (name == "relative") return Residual::relative;
     if (name == "absolute") return Residual::absolute;
-    scene::refuse("residual", "\"" + name + "\"", "\"absolute\", \"relative\"");
+    scene::refuse("residual", "\"" + std::string(name) + "\"", "\"absolute\", \"relative\"");
+}
+
+Numbers numbers_in(const Sequence<double>& sequence, const char* parameter) {
+    return items_of<double>(sequence, parameter, "numbers");
 }
 
 template <FitFunction function>
-Fit fit(const Numbers& times, const Numbers& values, int n, const std::string& residual) {
+Fit fit(const Sequence<double>& times, const Sequence<double>& values, int n, string_view residual) {
     const Residual kind = residual_named(residual);
+    const Numbers at = numbers_in(times, "times"),
+                  measured = numbers_in(values, function == fit_creep ? "compliances" : "moduli");
     const Computing computing(nullptr);
-    return function(times, values, n, kind);
+    return function(at, measured, n, kind);
 }
 
 std::string element_text(const KelvinVoigt& e) {
@@ -44,12 +50,17 @@ void bind_fit(nb::module_& m) {
     nb::class_<Relaxation>(m, "Relaxation", "The generalized Maxwell model: what papers call a Prony series.")
         .def(
             "__init__",
-            [](Relaxation* self, Numbers moduli, Numbers times, double equilibrium) {
-                new (self) Relaxation{std::move(moduli), std::move(times), equilibrium};
+            [](Relaxation* self, const Sequence<double>& moduli, const Sequence<double>& times, double equilibrium) {
+                new (self) Relaxation{numbers_in(moduli, "moduli"), numbers_in(times, "times"), equilibrium};
             },
-            nb::kw_only(), nb::arg("moduli") = Numbers(), nb::arg("times") = Numbers(), nb::arg("equilibrium") = 0.0)
-        .def_rw("moduli", &Relaxation::moduli, "Pa, > 0")
-        .def_rw("times", &Relaxation::times, "s, > 0")
+            nb::kw_only(), nb::arg("moduli") = nb::tuple(), nb::arg("times") = nb::tuple(),
+            nb::arg("equilibrium") = 0.0)
+        .def_prop_rw(
+            "moduli", [](const Relaxation& r) { return r.moduli; },
+            [](Relaxation& r, const Sequence<double>& moduli) { r.moduli = numbers_in(moduli, "moduli"); }, "Pa, > 0")
+        .def_prop_rw(
+            "times", [](const Relaxation& r) { return r.times; },
+            [](Relaxation& r, const Sequence<double>& times) { r.times = numbers_in(times, "times"); }, "s, > 0")
         .def_rw("equilibrium", &Relaxation::equilibrium, "Pa, >= 0");
     nb::class_<Fit>(m, "Fit", "A chain of elements that was fitted to a measured curve.")
         .def_ro("elements", &Fit::elements, "A spring, elements by ascending retardation time, a dashpot.")
@@ -61,7 +72,12 @@ void bind_fit(nb::module_& m) {
         .def_ro("undetermined", &Fit::undetermined, "Sentences about what the data leave open.");
     m.def("chain_of", &chain_of, nb::arg("relaxation"),
           "Return the chain of elements that relaxes so, for material.elements.");
-    m.def("relaxation_of", &relaxation_of, nb::arg("elements"), "Return the relaxation of a chain, times ascending.");
+    m.def(
+        "relaxation_of",
+        [](const Sequence<KelvinVoigt>& elements) {
+            return relaxation_of(items_of<KelvinVoigt>(elements, "elements", "KelvinVoigt"));
+        },
+        nb::arg("elements"), "Return the relaxation of a chain, times ascending.");
     m.def("fit_creep", fit<fit_creep>,
           nb::sig("def fit_creep(times: Sequence[float] | NDArray[numpy.floating], "
                   "compliances: Sequence[float] | NDArray[numpy.floating], n: int, residual: str = 'relative') -> Fit"),

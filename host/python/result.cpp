@@ -12,29 +12,33 @@ struct RunOfScene {
     Result result;
 };
 
-RunOptions options_of(const std::optional<std::string>& precision, bool check) {
+RunOptions options_of(const std::optional<string_view>& precision, bool check) {
     RunOptions options;
     if (precision) options.precision = value_named<Precision>("precision", *precision);
     options.check = check;
     return options;
 }
 
-RunOfScene* run_scene(const Scene& scene, nb::handle device, const std::optional<std::string>& precision, bool check) {
-    const RunOptions options = options_of(precision, check);
+RunOfScene* run_scene(const Scene& scene, nb::handle device, const std::optional<string_view>& precision, bool check,
+                      nb::handle progress) {
+    RunOptions options = options_of(precision, check);
     const SharedDevice on = device_of(device);
-    const Computing computing(on.in_use.get());
+    Computing computing(on.in_use.get());
+    options.progress = computing.progress(progress);
     return new RunOfScene{scene, run(scene, on.device, options)};
 }
 
 // materials: scenes of one cell each, which have them.
-std::vector<RunOfScene> run_materials(const Scene& scene, const std::vector<Scene>& materials, nb::handle device,
-                                      const std::optional<std::string>& precision, bool check, bool describe_each) {
+std::vector<RunOfScene> run_materials(const Scene& scene, const Sequence<Scene>& materials, nb::handle device,
+                                      const std::optional<string_view>& precision, bool check, bool describe_each) {
     RunOptions options = options_of(precision, check);
     options.describe_each = describe_each;
-    std::vector<Material> wanted(materials.size());
-    for (size_t i = 0; i < wanted.size(); ++i) scene::take_elements(wanted[i], materials[i].material);
+    std::vector<Material> wanted;
+    for (const Scene* s : items_of<const Scene*>(materials, "materials", "scenes"))
+        scene::take_elements(wanted.emplace_back(), s->material);
     const SharedDevice on = device_of(device);
-    const Computing computing(on.in_use.get());
+    Computing computing(on.in_use.get());
+    options.progress = computing.progress(Py_None);
     std::vector<Result> results = run(scene, wanted, on.device, options);
     std::vector<RunOfScene> runs;
     for (size_t i = 0; i < results.size(); ++i) {
@@ -44,10 +48,11 @@ std::vector<RunOfScene> run_materials(const Scene& scene, const std::vector<Scen
     return runs;
 }
 
-Explanation explain_scene(const Scene& scene, nb::handle device, const std::optional<std::string>& precision) {
-    const RunOptions options = options_of(precision, false);
+Explanation explain_scene(const Scene& scene, nb::handle device, const std::optional<string_view>& precision) {
+    RunOptions options = options_of(precision, false);
     const SharedDevice on = device_of(device);
-    const Computing computing(on.in_use.get());
+    Computing computing(on.in_use.get());
+    options.progress = computing.progress(Py_None);
     return explain(scene, on.device, options);
 }
 
@@ -75,15 +80,15 @@ View<double> responses_of(nb::handle_t<RunOfScene> self) {
     return view(r.result.responses.data(), {r.result.time.size(), r.scene.sites.size()}, self);
 }
 
-bool has_trace(const RunOfScene& r, const std::string& quantity) {
+bool has_trace(const RunOfScene& r, string_view quantity) {
     for (const Trace& t : r.result.traces)
         if (quantity == name(t.quantity)) return true;
     return false;
 }
 
-std::vector<std::string> trace_names(const RunOfScene& r) {
-    std::vector<std::string> names;
-    for (const Trace& t : r.result.traces) names.emplace_back(name(t.quantity));
+std::vector<const char*> trace_names(const RunOfScene& r) {
+    std::vector<const char*> names;
+    for (const Trace& t : r.result.traces) names.push_back(name(t.quantity));
     return names;
 }
 
@@ -158,7 +163,7 @@ void bind_result(nb::module_& m) {
             "Output times in s, float64 of shape (times,).")
         .def(
             "__getitem__",
-            [](const RunOfScene& r, const std::string& quantity) -> const Trace& {
+            [](const RunOfScene& r, string_view quantity) -> const Trace& {
                 return r.result.trace(value_named<Quantity>("quantity", quantity));
             },
             nb::rv_policy::reference_internal, nb::arg("quantity"),
@@ -181,7 +186,7 @@ void bind_result(nb::module_& m) {
             "Return what the numbers mean, beside the ranges that skin has.");
     add_figures(type);
     m.def("run", run_scene, nb::arg("scene"), nb::arg("device").none() = nb::none(),
-          nb::arg("precision").none() = nb::none(), nb::arg("check") = false);
+          nb::arg("precision").none() = nb::none(), nb::arg("check") = false, nb::arg("progress").none() = nb::none());
     m.def("run_materials", run_materials, nb::arg("scene"), nb::arg("materials"), nb::arg("device").none(),
           nb::arg("precision").none(), nb::arg("check"), nb::arg("describe_each"));
     bind_explanation(m);

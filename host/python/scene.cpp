@@ -3,14 +3,14 @@
 #include "host/scene/scene.hpp"
 #include "host/python/module.hpp"
 
-#include <nanobind/stl/map.h>
-
 namespace dermis::python {
 namespace {
 
 using MapArray = nb::ndarray<nb::ro, double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 using MapArrays = std::map<std::string, MapArray>;
-using NamedSite = std::tuple<std::string, int, int>; // type, x, y
+using NamedSite = std::tuple<const char*, int, int>; // type, x, y
+using NamedMaps = nb::typed<nb::dict, nb::str, MapArray>;
+using NamedSites = Sequence<nb::typed<nb::tuple, nb::str, int, int>>;
 
 // A map may have as many numbers as the grid has cells, and yet its rows along x.
 void check_shapes(const MapArrays& maps, const Grid& grid) {
@@ -21,18 +21,32 @@ void check_shapes(const MapArrays& maps, const Grid& grid) {
                           "shape (height, width) = " + shape_text(shape));
 }
 
-std::vector<Site> sites_named(const std::vector<NamedSite>& named) {
+std::vector<Site> sites_named(const NamedSites& named) {
     std::vector<Site> sites;
-    for (const auto& [type, x, y] : named) sites.push_back({value_named<Quantity>("sites", type), {x, y}});
+    for (nb::handle item : named) {
+        const nb::sequence site = nb::cast<nb::sequence>(item);
+        string_view type;
+        Cell cell{};
+        if (!nb::try_cast(site[0], type) || !nb::try_cast(site[1], cell.x) || !nb::try_cast(site[2], cell.y))
+            scene::refuse("sites", description_of(item), "(type, x, y), as in (\"sa1\", 12, 40)");
+        sites.push_back({value_named<Quantity>("sites", type), cell});
+    }
     return sites;
 }
 
+MapArrays arrays_of(const NamedMaps& named) {
+    MapArrays arrays;
+    for (const auto [name, array] : named) arrays.emplace(nb::cast<string_view>(name), nb::cast<MapArray>(array));
+    return arrays;
+}
+
 // The text is one that the package made: its lines mean nothing to a user.
-Scene scene_of(const std::string& text, const MapArrays& arrays, const std::optional<std::vector<NamedSite>>& sites) {
+Scene scene_of(string_view text, const NamedMaps& named, const std::optional<NamedSites>& sites) {
+    const MapArrays arrays = arrays_of(named);
     scene::NamedMaps maps;
     for (const auto& [name, map] : arrays) maps.emplace(name, std::vector<double>(map.data(), map.data() + map.size()));
     try {
-        Scene scene = scene::read_scene(scene::text_of_string(text, ""), {}, maps).scene;
+        Scene scene = scene::read_scene(scene::text_of_string(std::string(text), ""), {}, maps).scene;
         check_shapes(arrays, scene.grid);
         if (!sites) return scene;
         scene.sites = sites_named(*sites);
@@ -51,16 +65,17 @@ View<double> map_view(const Map& map, const Scene& scene, nb::handle owner) {
 
 // Returns the maps of a scene by name, each as a view of numbers that nobody else has.
 nb::typed<nb::dict, nb::str, View<double>> maps_of(const Scene& scene) {
-    SceneMaps* made = nullptr;
+    std::unique_ptr<SceneMaps> made;
     {
         const Computing computing(nullptr);
-        made = new SceneMaps(maps(scene));
+        made = std::make_unique<SceneMaps>(maps(scene));
     }
-    const nb::capsule owner(made, [](void* p) noexcept { delete static_cast<SceneMaps*>(p); });
+    const nb::capsule owner(made.get(), [](void* p) noexcept { delete static_cast<SceneMaps*>(p); });
+    const SceneMaps* kept = made.release();
     nb::typed<nb::dict, nb::str, View<double>> views;
-    views["surface"] = map_view(made->surface, scene, owner);
-    views["rest_curvature"] = map_view(made->rest_curvature, scene, owner);
-    views["pressure"] = map_view(made->pressure, scene, owner);
+    views["surface"] = map_view(kept->surface, scene, owner);
+    views["rest_curvature"] = map_view(kept->rest_curvature, scene, owner);
+    views["pressure"] = map_view(kept->pressure, scene, owner);
     return views;
 }
 
@@ -70,26 +85,34 @@ std::vector<NamedSite> sites_of(const Scene& scene) {
     return named;
 }
 
+// Bytes, because a path need not be UTF-8.
+std::string path_of(const nb::bytes& path) { return {path.c_str(), path.size()}; }
+
+std::vector<std::string> texts_in(const Sequence<nb::str>& overrides) {
+    const auto views = items_of<string_view>(overrides, "overrides", "texts");
+    return {views.begin(), views.end()};
+}
+
 } // namespace
 
 void bind_scene(nb::module_& m) {
     nb::class_<Scene>(m, "Scene", "A checked scene.")
         .def(
             "__init__",
-            [](Scene* self, const std::string& text, const std::string& folder,
-               const std::vector<std::string>& overrides) {
-                new (self) Scene(Scene::from_string(text, overrides, folder));
+            [](Scene* self, string_view text, const nb::bytes& folder, const Sequence<nb::str>& overrides) {
+                new (self) Scene(Scene::from_string(std::string(text), texts_in(overrides), path_of(folder)));
             },
             nb::arg("text"), nb::arg("folder"), nb::arg("overrides"))
         .def(
             "__init__",
-            [](Scene* self, const std::string& text, const MapArrays& maps,
-               const std::optional<std::vector<NamedSite>>& sites) { new (self) Scene(scene_of(text, maps, sites)); },
+            [](Scene* self, string_view text, const NamedMaps& maps, const std::optional<NamedSites>& sites) {
+                new (self) Scene(scene_of(text, maps, sites));
+            },
             nb::arg("text"), nb::arg("maps"), nb::arg("sites").none())
         .def(
             "__init__",
-            [](Scene* self, const std::string& path, const std::vector<std::string>& overrides) {
-                new (self) Scene(Scene::from_file(path, overrides));
+            [](Scene* self, const nb::bytes& path, const Sequence<nb::str>& overrides) {
+                new (self) Scene(Scene::from_file(path_of(path), texts_in(overrides)));
             },
             nb::arg("path"), nb::arg("overrides"))
         .def_prop_ro(

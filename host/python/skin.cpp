@@ -5,15 +5,18 @@
 namespace dermis::python {
 namespace {
 
-using Precisions = std::optional<std::string>;
-
 // A skin, and the shapes that its arrays have.
 struct SkinWithShapes {
     std::shared_ptr<std::mutex> in_use; // one thread at a time may use a skin
     bool batch;                         // whether arrays have an axis of pads
     std::vector<size_t> map;            // height, width
     std::vector<Site> sites;
-    std::shared_ptr<Skin> skin;
+    std::optional<Skin> skin; // never empty before the destructor, which uses a Vulkan device too
+
+    ~SkinWithShapes() {
+        const Computing computing(in_use.get());
+        skin.reset();
+    }
 };
 
 // The numbers of pads that an argument names: all where it is None, those of a list or an array of integers, or those
@@ -35,6 +38,7 @@ class PadNumbers {
     bool take(const AnyArray& array, int count) {
         if (array.ndim() != 1) return false;
         if (array.dtype() == nb::dtype<bool>()) return array.shape(0) == size_t(count) && take_mask(array);
+        if (array.size() == 0) return true; // even of doubles: what NumPy makes of an empty list
         return take_as_one_of<int64_t, int32_t, int16_t, int8_t, uint64_t, uint32_t, uint16_t, uint8_t>(array);
     }
     template <class... Integers> bool take_as_one_of(const AnyArray& array) {
@@ -73,13 +77,13 @@ class PadNumbers {
 
 // The step of a press, or one for each pad.
 std::vector<double> steps_in(nb::handle dt) {
-    std::vector<double> steps;
-    if (!nb::try_cast(dt, steps))
-        scene::refuse("dt", description_of(dt), "seconds, or an array of them, one for each pad");
-    return steps;
+    const char* allowed = "seconds, or an array of them, one for each pad";
+    if (!PySequence_Check(dt.ptr())) scene::refuse("dt", description_of(dt), allowed);
+    return items_of<double>(nb::borrow<nb::sequence>(dt), "dt", allowed);
 }
 
 bool is_dense(const AnyArray& array) {
+    if (array.size() == 0) return true;
     int64_t expected = 1;
     for (size_t i = array.ndim(); i-- > 0; expected *= int64_t(array.shape(i)))
         if (array.shape(i) != 1 && array.stride(i) != expected) return false;
@@ -129,7 +133,7 @@ Skin::Response response_of(const SkinWithShapes& s, Quantity quantity) {
     return s.skin->response(quantity);
 }
 
-View<float> response(nb::handle_t<SkinWithShapes> self, const std::string& quantity) {
+View<float> response(nb::handle_t<SkinWithShapes> self, string_view quantity) {
     const SkinWithShapes& s = nb::cast<const SkinWithShapes&>(self);
     const Skin::Response response = response_of(s, value_named<Quantity>("response", quantity));
     const size_t pads = size_t(s.skin->count());
@@ -200,25 +204,26 @@ Report report_of(const SkinWithShapes& s, int pad) {
 }
 
 void make(SkinWithShapes* self, const Scene& scene, std::optional<int> n, nb::handle device,
-          const std::optional<std::vector<std::string>>& responses, const Precisions& precision,
-          const std::vector<const Scene*>& materials) {
+          const std::optional<Sequence<nb::str>>& responses, const std::optional<string_view>& precision,
+          const Sequence<Scene>& materials) {
     SkinOptions options;
     options.count = n.value_or(1);
-    if (responses) options.responses = quantities_named("responses", *responses);
+    if (responses) {
+        options.responses.clear();
+        for (string_view name : items_of<string_view>(*responses, "responses", "texts"))
+            options.responses.push_back(value_named<Quantity>("responses", name));
+    }
     if (precision) options.precision = value_named<Precision>("precision", *precision);
-    for (const Scene* s : materials) options.materials.push_back(s->material);
+    for (const Scene* s : items_of<const Scene*>(materials, "materials", "scenes"))
+        options.materials.push_back(s->material);
     const SharedDevice on = device_of(device);
     const std::shared_ptr<std::mutex> in_use = on.in_use ? on.in_use : std::make_shared<std::mutex>();
-    const auto remove = [in_use](Skin* skin) {
-        const std::lock_guard lock(*in_use); // a Vulkan device is used here, too
-        delete skin;
-    };
     const Computing computing(in_use.get());
     new (self) SkinWithShapes{.in_use = in_use,
                               .batch = n.has_value(),
                               .map = {size_t(scene.grid.height), size_t(scene.grid.width)},
                               .sites = scene.sites,
-                              .skin = {new Skin(on.device, scene, options), remove}};
+                              .skin = Skin(on.device, scene, options)};
 }
 
 } // namespace

@@ -210,7 +210,7 @@ class PartSums {
         const int rows = box.last_row - box.first_row, count = (rows + stripe_rows - 1) / stripe_rows;
         std::vector<std::vector<Sums>> stripes(static_cast<size_t>(count));
         pool.share(count, [&](int first, int last) {
-            for (int i = first; i < last; ++i)
+            for (int i = first; i < last && !pool.failed(); ++i)
                 stripes[size_t(i)] =
                     of_rows(box.first_row + i * stripe_rows, box.first_row + std::min((i + 1) * stripe_rows, rows));
         });
@@ -240,7 +240,7 @@ void add_one_part(Moments& m, const plan::PreparedSkin& skin, const plan::Schedu
     if (rows > 0 && schedule.output.extremes)
         sample.add_rows(skin, schedule, box.first_row, box.last_row, std::max(rows / sampled, 1), {});
     pool.share(count, [&](int first, int last) {
-        for (int i = first; i < last; ++i)
+        for (int i = first; i < last && !pool.failed(); ++i)
             stripes[size_t(i)].add_rows(skin, schedule, box.first_row + i * stripe_rows,
                                         box.first_row + std::min((i + 1) * stripe_rows, rows), 1, sample.polygon);
     });

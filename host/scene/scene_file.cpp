@@ -38,7 +38,7 @@ void apply_override(toml::table& file, const std::string& override_) {
                       toml = "value = " + text;
     const scene::Unreadable found = scene::unreadable(toml);
     if (found.deep || size_t(std::count(key.begin(), key.end(), '.')) >= scene::most_levels)
-        throw Error(Error::Code::bad_input, "--set", "--set " + override_.substr(0, 40) + "..: " + scene::too_deep);
+        throw Error(Error::Code::bad_input, "--set", "--set " + beginning_of(override_, 40) + ": " + scene::too_deep);
     toml::table value{{"value", text}}; // it stays a text
     if (!found.line)
         if (toml::parse_result parsed = toml::parse(toml)) value = std::move(parsed).table();

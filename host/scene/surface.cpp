@@ -2,6 +2,7 @@
 // Surfaces: the three of the published study, or a given map.
 #include "host/scene/noise.hpp"
 #include "host/scene/scene.hpp"
+#include "host/scene/watch.hpp"
 #include "host/simd/pool.hpp"
 
 #include <algorithm>
@@ -61,6 +62,8 @@ Map surface_heights(const SkinDescription& scene, int threads) {
     std::vector<double> least(size_t(height), 0), greatest(least); // of each row
     pool.share(height, [&](int first, int last) {
         for (int y = first; y < last; ++y) {
+            if (pool.failed()) return;
+            look();
             double* row = map.data() + size_t(y) * size_t(width);
             ridges.row(y, row);
             double low = row[0], high = row[0];

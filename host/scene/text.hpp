@@ -19,4 +19,11 @@ inline std::string shortest(double x) {
     return text;
 }
 
+// Returns a text in UTF-8, or its whole letters within so many bytes and "..".
+inline std::string beginning_of(const std::string& text, size_t bytes) {
+    if (text.size() <= bytes) return text;
+    while (bytes > 0 && (static_cast<unsigned char>(text[bytes]) & 0xc0) == 0x80) --bytes; // within a letter
+    return text.substr(0, bytes) + "..";
+}
+
 } // namespace dermis

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "host/simd/pool.hpp"
 
+#include "host/simd/cores.hpp"
+
 #include <algorithm>
 #include <utility>
 
@@ -27,7 +29,7 @@ template <class T> void wait_while(const std::atomic<T>& value, T same) {
 } // namespace
 
 int useful_threads(size_t cells, int asked) {
-    if (asked == 0) asked = int(std::thread::hardware_concurrency());
+    if (asked == 0) asked = cores();
     return std::clamp(int(cells / 32768), 1, std::max(asked, 1));
 }
 

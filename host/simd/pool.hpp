@@ -39,6 +39,8 @@ class Pool {
     // Runs body(0) .. body(threads() - 1) concurrently and returns when all are done. Throws what the first one that
     // failed has thrown.
     void each(const std::function<void(int)>& body);
+    // Whether the body has thrown on some thread, after which the work of the others is in vain.
+    bool failed() const { return failed_; }
     // Runs body(first, last) on each thread for its share of 0 .. count - 1.
     void share(int count, const std::function<void(int, int)>& body);
 

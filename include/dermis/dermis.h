@@ -79,7 +79,7 @@ DERMIS_API const char* dermis_last_error(void);
 
 // which: "auto", "cpu", "vulkan", a number, or a part of a Vulkan device's name; see Device::open in dermis.hpp.
 DERMIS_API dermis_status dermis_device_open(const char* which, dermis_device** device);
-// The CPU path. threads: 0 (one per core), 1 (only the calling thread) .. 1024.
+// The CPU path. threads: 0 (one per core that the process may use), 1 (only the calling thread) .. 1024.
 DERMIS_API dermis_status dermis_device_open_cpu(int32_t threads, dermis_device** device);
 DERMIS_API void dermis_device_close(dermis_device* device); // NULL: nothing happens
 

@@ -276,7 +276,8 @@ struct DeviceInfo {
 // to it. Device::open() makes another one.
 class DERMIS_API Device {
   public:
-    // threads: 0 = one per core, 1 = only the calling thread.
+    // threads: 0 = one per core that the process may use, by its affinity and its control groups; 1 = only the calling
+    // thread.
     static Device cpu(int threads = 0);
     // which: "auto", a hardware GPU if there is one, else the CPU path (info().refused then says in one line why no
     // Vulkan device is used); "cpu"; "vulkan", the best Vulkan device, software included; a number, an index of list();
@@ -385,7 +386,9 @@ struct RunOptions {
     // Whether runs of several materials over the same maps each describe the skin at their own end, at the cost of a
     // pass over all cells; otherwise the figures from Result::stencil_estimate on are those of the first material.
     bool describe_each = false;
-    std::function<void(double)> progress; // called now and then with the fraction done, 0..1
+    // Called some times a second on the thread that called, while the run is prepared and planned too, with the fraction
+    // done, 0..1. What it throws ends the run.
+    std::function<void(double)> progress;
 };
 
 // The maps that a scene is made of: the surface S, its curvature L(S) and the pressure, width*height each.

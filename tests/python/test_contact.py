@@ -144,3 +144,13 @@ def test_a_hundred_thousand_contacts_are_placed():
     pressure = np.zeros((64, 80), np.float32)
     report = contact.add_contacts(contact.Pad(pressure, SPACING), [contact.Contact(**{**PATCH, "force": 5e-6})] * 100_000)
     assert force_in(pressure) == pytest.approx(0.5, rel=1e-6) and report.placed == pytest.approx(0.5, rel=1e-6)
+@pytest.mark.parametrize("shape, named", [((0, 4), "taxels.rows = 0"), ((4, 0), "taxels.columns = 0")])
+def test_arrays_without_numbers_add_nothing_or_are_refused_by_their_number(shape, named):
+    pressure = np.zeros((64, 80), np.float32)
+    pad = contact.Pad(pressure, SPACING)
+    assert contact.add_contacts(pad, []).asked == 0 and contact.add_contacts(pad, np.array([])).asked == 0
+    with pytest.raises(dermis.Error, match=named):
+        contact.add_taxels(pad, np.zeros(shape, np.float32), width=1e-3, height=1e-3)
+    with pytest.raises(dermis.Error, match="pad.height = 0"):
+        contact.add_contacts(contact.Pad(pressure[:0], SPACING), [])
+    assert not pressure.any()

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Scenes from tables, objects, texts and files."""
 import dataclasses
+import os
 import re
 
 import dermis
@@ -118,6 +119,24 @@ def test_texts_keep_every_character(tmp_path):
     folder.mkdir()
     np.save(folder / "load.npy", np.ones((9, 12)))
     assert dermis.Scene(TABLES, load={"kind": "file", "path": folder / "load.npy"}).width == 12
+
+
+def test_paths_may_have_bytes_that_are_not_utf_8(tmp_path):
+    folder = os.path.join(os.fsencode(tmp_path), b"\xff\xfe")
+    os.mkdir(folder)
+    path = os.path.join(folder, b"\xe9.toml")
+    with open(path, "w") as file:
+        file.write(TEXT)
+    assert bits(os.fsdecode(path)) == bits(TABLES)
+    with open(os.path.join(folder, b"load.npy"), "wb") as file:
+        np.save(file, np.ones((9, 12)))
+    load = "\n[load]\nkind = 'file'\npath = 'load.npy'\n"
+    grid = "[grid]\nwidth = 12\nheight = 9\n"
+    assert dermis.Scene.from_string(grid + load, folder=os.fsdecode(folder)).width == 12
+    error = refused(dermis.Scene.from_file, os.fsdecode(path + b".none"))
+    assert r"\xff\xfe/\xe9.toml.none: cannot be read" in str(error)
+    error = refused(dermis.Scene, TABLES, load={"kind": "file", "path": os.fsdecode(path)})
+    assert error.parameter == "load.path" and r"\udcff" in str(error)
 
 
 def test_sites_stand_in_memory_or_come_by_density():

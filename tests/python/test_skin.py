@@ -4,6 +4,7 @@ import array
 import ctypes
 import functools
 import pickle
+import re
 import threading
 
 import dermis
@@ -122,6 +123,51 @@ def test_every_buffer_of_float32_is_taken():
         skin = skin_of(GRID)
         skin.press(numbers, 0.01)
         assert skin["sa1"].tobytes() == expected["sa1"].tobytes()
+
+
+class GivesOneCapsule(DLPackOnly):
+    """What returns the same capsule each time, which only its first reader may use."""
+
+    def __init__(self, numbers):
+        super().__init__(numbers)
+        self.capsule = numbers.__dlpack__()
+
+    def __dlpack__(self, **keys):
+        return self.capsule
+
+
+def test_a_capsule_is_taken_once():
+    p = pressures(25, 20)
+    skin, producer = skin_of(GRID), GivesOneCapsule(p)
+    skin.press(producer, 0.01)
+    before = skin.save()
+    for _ in range(3):
+        assert refused(skin.press, producer, 0.01).parameter == "pressure"
+    assert skin.save() == before
+    del producer
+    skin.press(p, 0.01)
+
+
+def test_a_press_of_no_pad_changes_nothing():
+    skin, p = skin_of(GRID, 3), pressures(3, 25, 20)
+    skin.press(p, 0.01)
+    before = skin.save()
+    for none in ([], (), np.array([]), np.array([], np.int32), np.zeros(3, bool)):
+        for empty in (p[:0], p[np.zeros(3, bool)], np.zeros(0, np.float32), DLPackOnly(p[:0])):
+            skin.press(empty, 0.01, none)
+            skin.press(empty, np.array([]), none)
+        skin.load(skin.save(none), none)
+        skin.reset(none)
+    assert skin.save() == before
+    assert refused(skin.press, p[:0, :, :5], 0.01, []).parameter == "pressure"
+
+
+def test_messages_are_cut_between_letters():
+    skin = skin_of(GRID)
+    for letter in ("e", "\u00e9", "\u20ac", "\U0001f590", "e\u00e9", "ee\u20ac", "\udcff"):
+        error = refused(skin.press, letter * 100, 0.01)
+        assert re.fullmatch(r"pressure = '(.+)\.\.; allowed: .*", str(error)) and letter[0] in str(error).replace(
+            r"\udcff", "\udcff")
 
 
 @pytest.mark.parametrize("wrong, named", [

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import operator
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, Union
 
 import numpy as np
@@ -65,7 +65,7 @@ class Scene(_core.Scene):
     def from_file(cls, path: str | os.PathLike[str], overrides: Mapping[str, Any] | None = None) -> Scene:
         """Read a TOML file. overrides: values by dotted name, as in {"time.step": 0.001}."""
         scene = cls.__new__(cls)
-        _core.Scene.__init__(scene, path=os.fspath(path), overrides=overrides_of(overrides or {}))
+        _core.Scene.__init__(scene, path=os.fsencode(path), overrides=overrides_of(overrides or {}))
         return scene
 
     @classmethod
@@ -73,7 +73,7 @@ class Scene(_core.Scene):
                     folder: str | os.PathLike[str] = "") -> Scene:
         """Read a text of TOML. Paths in it are relative to the folder, by default the working directory."""
         scene = cls.__new__(cls)
-        _core.Scene.__init__(scene, text=text, folder=os.fspath(folder), overrides=overrides_of(overrides or {}))
+        _core.Scene.__init__(scene, text=text, folder=os.fsencode(folder), overrides=overrides_of(overrides or {}))
         return scene
 
 
@@ -135,15 +135,16 @@ class Skin(_core.Skin):
         self.take_material(_scene_with(material, "material"), pads)
 
 
-def run(scene: AnyScene, device: Device | str | None = None, *, precision: str | None = None,
-        check: bool = False) -> Result:
+def run(scene: AnyScene, device: Device | str | None = None, *, precision: str | None = None, check: bool = False,
+        progress: Callable[[float], object] | None = None) -> Result:
     """Run a scene, and return its traces, fields and responses.
 
     scene: a Scene, tables by name, or the path of a TOML file. device: a Device, a text that Device.open takes, or
     None for the CPU path. precision: "f32", "f32-compensated" or "f64"; None takes the scene's. check: whether to march
-    on the other backend too and compare all bits. Other Python threads run meanwhile.
+    on the other backend too and compare all bits. progress: called some times a second with the fraction done, 0..1; what
+    it raises ends the run. Other Python threads run meanwhile, and Ctrl-C ends the run.
     """
-    return _core.run(_scene_of(scene), device, precision, check)
+    return _core.run(_scene_of(scene), device, precision, check, progress)
 
 
 def run_materials(scene: AnyScene, materials: Iterable[AnyMaterial], device: Device | str | None = None, *,

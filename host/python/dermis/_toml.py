@@ -61,6 +61,10 @@ def value_of(value: object, name: str, maps: Maps) -> str:
     if isinstance(value, os.PathLike):
         value = os.fspath(value)
     if isinstance(value, str):
+        try:
+            value.encode()
+        except UnicodeEncodeError:
+            raise refuse(name, ascii(value), "a text in Unicode: no other bytes of a path stand in a scene") from None
         return json.dumps(value, ensure_ascii=False)
     if isinstance(value, (list, tuple)):
         return "[" + ", ".join(value_of(v, f"{name}[{i}]", maps) for i, v in enumerate(value)) + "]"

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: MIT
+// Calls a run's progress from wherever its time goes: steps, the planner's own steps, and passes over all cells.
+#pragma once
+
+#include <chrono>
+#include <functional>
+
+namespace dermis::scene {
+
+// While it lives, look() and reach() on this thread call `progress`, unless that is empty. An inner Watch takes the
+// place of an outer one.
+class Watch {
+  public:
+    using Progress = std::function<void(double)>;
+    struct State {
+        const Progress* progress = nullptr;
+        double done = 0; // the fraction of the run
+        std::chrono::steady_clock::time_point last{};
+    };
+
+    explicit Watch(const Progress& progress);
+    ~Watch();
+    Watch(const Watch&) = delete;
+    Watch& operator=(const Watch&) = delete;
+
+  private:
+    const State outer_;
+};
+
+// Calls progress if a tenth of a second has passed since its last call. What it throws ends the run. For loops whose
+// turns take less than that, as of steps or rows. On a thread without a Watch it does nothing.
+void look();
+
+// Takes down how far the run is. tell: whether progress is called now.
+void reach(double done, bool tell);
+
+} // namespace dermis::scene

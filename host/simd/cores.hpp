@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: MIT
+// The cores that this process may use.
+#pragma once
+
+#include <string>
+
+namespace dermis::simd {
+
+// The fewer of those that the process may run on and, rounded up, those whose time its control groups grant it. At
+// least 1. Found out at the first call.
+int cores();
+
+// Cores of time that the control groups of this process grant it, rounded up, at least 1; 0: no limit is known.
+// root: "", or a folder in place of the system's, with proc/self/cgroup and sys/fs/cgroup, of version 1, 2 or both.
+int cores_of_quota(const std::string& root);
+
+} // namespace dermis::simd

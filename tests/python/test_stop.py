@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: MIT
+"""Runs that are stopped, and threads that the end of the interpreter stops."""
+import signal
+import subprocess
+import sys
+
+import dermis
+import numpy as np
+import pytest
+
+# Each would take many minutes: in steps of all cells, in coefficients of each cell's material, or in steps of one cell
+# for all, first in the planner and then in the run.
+LONG = {
+    "a march": {"model": "march", "precision": "f32", "grid": {"width": 600, "height": 600},
+                "time": {"step": 1e-4, "duration": 600.0}},
+    "a march in many materials": {
+        "model": "march", "grid": {"width": 64, "height": 64}, "time": {"step": 1e-4, "duration": 600.0},
+        "material": {"modulus": np.linspace(1, 5, 4096).reshape(64, 64), "viscosity": 1.0}},
+    "sums": {"model": "moments", "grid": {"width": 150, "height": 150}, "time": {"step": 1e-6, "duration": 36.0},
+             "output": {"traces": ["sa1"], "extremes": False}},
+}
+SMALL = {"grid": {"width": 12, "height": 9}, "time": {"step": 0.05, "duration": 0.5}}
+STOPPED = """
+import os, signal, sys
+sys.path.insert(0, sys.argv[1])
+import dermis, test_stop
+device = dermis.Device.open(sys.argv[3])
+right = test_stop.bits(dermis.run(test_stop.SMALL, device, precision="f32"))
+call = dermis.explain if sys.argv[4:] else dermis.run
+print("running", flush=True)
+try:
+    call(test_stop.LONG[sys.argv[2]], device)
+except KeyboardInterrupt:
+    same = test_stop.bits(dermis.run(test_stop.SMALL, device, precision="f32")) == right
+    print("stopped, and the device", "works" if same else "gives other bits")
+"""
+
+
+def bits(result):
+    return [result[name].mean.tobytes() for name in result]
+
+
+@pytest.mark.parametrize("scene, device, call", [(scene, "cpu", []) for scene in LONG] + [
+    ("a march", "vulkan", []), ("sums", "cpu", ["explain"])])
+def test_ctrl_c_ends_a_run_and_the_next_one_is_right(scene, device, call):
+    command = [sys.executable, "-c", STOPPED, __file__.rpartition("/")[0], scene, device, *call]
+    child = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    assert child.stdout.readline() == "running\n"
+    with pytest.raises(subprocess.TimeoutExpired):
+        child.wait(1)
+    child.send_signal(signal.SIGINT)
+    assert child.communicate(timeout=100)[0] == "stopped, and the device works\n"
+
+
+@pytest.mark.parametrize("device", ["cpu", "vulkan"])
+def test_progress_hears_how_far_a_run_is_and_may_press_and_end_it(device):
+    opened = dermis.Device.open(device)
+    scene = dermis.Scene(SMALL, model="march", precision="f32")
+    heard, skin, pressure = [], dermis.Skin(SMALL, device=opened), np.ones((9, 12), np.float32)
+
+    def hear(done):
+        heard.append(done)
+        skin.press(pressure, 0.01)
+
+    assert bits(dermis.run(scene, opened, progress=hear)) == bits(dermis.run(scene, opened))
+    assert heard[-1] == 1 and heard == sorted(heard) and skin["sa1"].all()
+
+    def refuse(done):
+        raise LookupError(done)
+
+    with pytest.raises(LookupError):
+        dermis.run(scene, opened, progress=refuse)
+    assert bits(dermis.run(scene, opened)) == bits(dermis.run(scene, opened))
+
+
+PRESSED_AT_THE_END = """
+import sys, threading
+import dermis
+import numpy as np
+
+pressure, pressed = np.ones((64, 64), np.float32), threading.Barrier(4)
+device = dermis.Device.open(sys.argv[1])
+
+def press_on():
+    skin = dermis.Skin({"grid": {"width": 64, "height": 64}}, device=device)
+    skin.press(pressure, 0.01)
+    pressed.wait()
+    while True:
+        skin.press(pressure, 0.01)
+
+for _ in range(3):
+    threading.Thread(target=press_on, daemon=True).start()
+pressed.wait()
+"""
+
+
+@pytest.mark.parametrize("device", ["cpu", "vulkan"])
+def test_daemon_threads_that_press_do_not_disturb_the_end_of_the_interpreter(device):
+    run = subprocess.run([sys.executable, "-c", PRESSED_AT_THE_END, device], capture_output=True, text=True, timeout=100)
+    assert (run.returncode, run.stderr) == (0, "")
