@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <string>
 
 namespace test {
@@ -24,6 +25,16 @@ class Folder {
 
 // The content of a file.
 std::string slurp(const std::filesystem::path&);
+
+// The names of a folder's entries in alphabetical order, with a space behind each.
+std::string names_in(const std::filesystem::path& folder);
+
+// The files below a folder, by their paths in it; without the seconds that their runs took, which are never the same,
+// and the hash of a summary, which has them.
+std::map<std::string, std::string> contents(const std::filesystem::path& folder);
+
+// The summary.json of a run that was stopped while its files got their names.
+inline const std::string unfinished = "{\n  \"program\": \"dermis\",\n  \"unfinished\": true\n}\n";
 
 struct Outcome {
     int status;
