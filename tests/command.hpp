@@ -6,6 +6,8 @@
 #include <map>
 #include <string>
 
+#include <sys/types.h>
+
 namespace test {
 
 // An empty folder that goes with its object.
@@ -48,5 +50,8 @@ Outcome command(const Folder&, const std::string& arguments, const std::string& 
 inline constexpr const char* small =
     "[grid]\nwidth = 20\nheight = 12\n[surface]\nkind = \"wave\"\n[time]\nduration = 0.1\n"
     "[output]\nprobes = [[3, 4]]\nfields = [{ at = 0.05, what = [\"sa1\", \"curvature\"] }]\n";
+
+// Starts a program by its path, without waiting for it; what it prints is not kept.
+pid_t started(const std::string& line);
 
 } // namespace test

@@ -13,8 +13,6 @@
 #include <regex>
 #include <sstream>
 
-#include <fcntl.h>
-#include <spawn.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
@@ -41,24 +39,6 @@ int in_child(const std::function<void()>& work) {
     int status = 0;
     waitpid(child, &status, 0);
     return status;
-}
-
-// Starts a program by its path, without waiting for it; what it prints is not kept.
-pid_t started(const std::string& line) {
-    std::vector<std::string> words;
-    std::istringstream in(line);
-    for (std::string word; in >> word;) words.push_back(word);
-    std::vector<char*> argv;
-    for (std::string& word : words) argv.push_back(word.data());
-    argv.push_back(nullptr);
-    posix_spawn_file_actions_t quiet;
-    posix_spawn_file_actions_init(&quiet);
-    posix_spawn_file_actions_addopen(&quiet, 1, "/dev/null", O_WRONLY, 0);
-    posix_spawn_file_actions_adddup2(&quiet, 1, 2);
-    pid_t pid = 0;
-    REQUIRE(posix_spawn(&pid, argv[0], &quiet, nullptr, argv.data(), environ) == 0);
-    posix_spawn_file_actions_destroy(&quiet);
-    return pid;
 }
 
 // runs.csv before the runs are done.

@@ -369,7 +369,8 @@ int command(const std::vector<std::string>& given) {
     try {
         app.parse(std::move(words));
     } catch (const CLI::ParseError& e) {
-        return app.exit(e) ? 2 : 0;
+        if (e.get_exit_code() == 0) return app.exit(e); // --help and --version
+        throw Error(Error::Code::bad_input, "", e.what());
     }
     return execute(commands, arguments);
 }

@@ -77,7 +77,7 @@ std::string text_of(const Origin& o) {
                                         json_text(o.precision), o.check);
 }
 
-std::string text_of(std::vector<Contents> files) {
+std::string files_text(std::vector<Contents> files) {
     std::sort(files.begin(), files.end(), [](const Contents& a, const Contents& b) { return a.name < b.name; });
     return "\n  \"files\": " + listed(files) + ",";
 }
@@ -97,7 +97,8 @@ bool is_finished(const Path& folder, const Scene& scene, const std::string& orig
         if (name != "summary.json") files.push_back(contents_of(folder / name));
     }
     const std::string summary = text_in(folder / "summary.json");
-    return summary.starts_with(origin + text_of(files)) && summary == sealed(summary.substr(0, summary.rfind(",\n")));
+    return summary.starts_with(origin + files_text(files)) &&
+           summary == sealed(summary.substr(0, summary.rfind(",\n")));
 }
 
 Figures figures_of(const Path& folder) {

@@ -32,7 +32,7 @@ struct Origin {
 // Returns the first lines of the summary.json of such a run.
 std::string text_of(const Origin&);
 // Returns the line behind them, which lists the other files of the run.
-std::string text_of(std::vector<Contents>);
+std::string files_text(std::vector<Contents>);
 // Returns a summary.json with its own hash as last line; `text` is all before that.
 std::string sealed(std::string text);
 

@@ -174,7 +174,7 @@ void write_result(const Folder& folder, const Scene& scene, const Result& result
         add("receptors.csv", receptors_csv(scene));
         add("responses.npy", npy_of(result.responses, int(scene.sites.size()), int(result.time.size())));
     }
-    add("summary.json", summary_json(scene, result, origin + text_of(files)));
+    add("summary.json", summary_json(scene, result, origin + files_text(files)));
     // A kill from here on leaves files of two runs, and the summary that says so.
     const HeldSignals signals;
     if (owned) unfinished.publish(signals);
