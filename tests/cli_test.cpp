@@ -85,6 +85,11 @@ TEST_CASE("bad input: one line that says what, exit status 2, no output left beh
         {"run " + good + " --set material.modulus=1:2:0.5", "first:last:count"},
         {"run " + good + " --set material.modulus=1:2", "first:last:count"},
         {"run " + good + " --set material.modulus=1:2:1000 load.intensity=1:2:1000", "at most 100000 runs"},
+        {"run " + good + " --set load.radius=2147483647",
+         "load.radius = 2147483647; allowed: a whole number, -1e9..1e9"},
+        {"run", "scene is required"},
+        {"run " + good + " more.toml", "more.toml"},
+        {"fit " + good + " --elements many", "many"},
         {"run /dev/zero", "/dev/zero: is a device"},
         {"run /tmp", "/tmp: is a directory"},
     };
@@ -93,6 +98,8 @@ TEST_CASE("bad input: one line that says what, exit status 2, no output left beh
         const Outcome o = command(folder, call + " --out " + out.string());
         CHECK(o.status == 2);
         CHECK_MESSAGE(o.err.find(says) != std::string::npos, o.err);
+        CHECK(o.err.find("dermis: ") == 0);
+        CHECK(o.err.find('\n') == o.err.size() - 1);
         CHECK_FALSE(fs::exists(out));
     }
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Folders of results: one writer at a time, whole files alone, whatever ends the command, and going on afterwards.
+// Folders of results: one writer at a time, whole files alone, whatever ends the command.
 #include "host/output/earlier.hpp"
 #include "host/output/output.hpp"
 #include "tests/command.hpp"
@@ -13,8 +13,6 @@
 #include <regex>
 #include <sstream>
 
-#include <fcntl.h>
-#include <spawn.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
@@ -24,15 +22,6 @@ using namespace test;
 namespace fs = std::filesystem;
 
 namespace {
-
-std::string names_in(const fs::path& folder) {
-    std::vector<std::string> names;
-    for (const auto& entry : fs::directory_iterator(folder)) names.push_back(entry.path().filename().string());
-    std::sort(names.begin(), names.end());
-    std::string all;
-    for (const std::string& name : names) all += name + " ";
-    return all;
-}
 
 bool is_part(const fs::path& path) { return path.extension() == ".part"; }
 
@@ -51,43 +40,6 @@ int in_child(const std::function<void()>& work) {
     waitpid(child, &status, 0);
     return status;
 }
-
-// Starts a program by its path, without waiting for it; what it prints is not kept.
-pid_t started(const std::string& line) {
-    std::vector<std::string> words;
-    std::istringstream in(line);
-    for (std::string word; in >> word;) words.push_back(word);
-    std::vector<char*> argv;
-    for (std::string& word : words) argv.push_back(word.data());
-    argv.push_back(nullptr);
-    posix_spawn_file_actions_t quiet;
-    posix_spawn_file_actions_init(&quiet);
-    posix_spawn_file_actions_addopen(&quiet, 1, "/dev/null", O_WRONLY, 0);
-    posix_spawn_file_actions_adddup2(&quiet, 1, 2);
-    pid_t pid = 0;
-    REQUIRE(posix_spawn(&pid, argv[0], &quiet, nullptr, argv.data(), environ) == 0);
-    posix_spawn_file_actions_destroy(&quiet);
-    return pid;
-}
-
-// A file without the seconds that its run took, which are never the same.
-std::string without_seconds(const fs::path& path) {
-    static const std::regex in_summary("\"seconds\": [^,]*"), in_table("(\n[0-9]+,[^,]*,[^,]*,)[^,]*");
-    const std::string text = slurp(path);
-    if (path.filename() == "summary.json") return std::regex_replace(text, in_summary, "");
-    return path.filename() == "runs.csv" ? std::regex_replace(text, in_table, "$1") : text;
-}
-
-// The files below a folder, by their paths in it.
-std::map<std::string, std::string> contents(const fs::path& folder) {
-    std::map<std::string, std::string> all;
-    if (!fs::exists(folder)) return all;
-    for (const auto& entry : fs::recursive_directory_iterator(folder))
-        if (entry.is_regular_file()) all[entry.path().lexically_relative(folder)] = without_seconds(entry.path());
-    return all;
-}
-
-const std::string unfinished = output::made_by_dermis + "\n  \"unfinished\": true\n}\n";
 
 // runs.csv before the runs are done.
 std::string without_figures(const std::string& table) {
@@ -267,115 +219,6 @@ TEST_CASE("what a killed run leaves is cleared by the next one, but for files th
 
 namespace {
 
-// A sweep of three runs. A run that is written anew loses what `mark` has added to it.
-struct Resumed {
-    Folder folder;
-    fs::path out = folder / "out";
-    std::string call = "run " + folder.write("scene.toml", small) + " --device cpu --out " + out.string() + " --set ";
-    std::string set = "material.modulus=1,2,3";
-
-    Resumed() { CHECK(command(folder, call + set).status == 0); }
-    void mark() const {
-        for (const char* run : {"1", "2", "3"}) std::ofstream(out / run / "traces.csv", std::ios::app) << "mark\n";
-    }
-    // Returns the numbers of the runs that stayed.
-    std::string kept(const std::string& changed_set = "", const std::string& options = " --resume") const {
-        mark();
-        const Outcome o = command(folder, call + (changed_set.empty() ? set : changed_set) + options);
-        CHECK_MESSAGE(o.status == 0, o.err);
-        std::string numbers;
-        for (const char* run : {"1", "2", "3"})
-            if (slurp(out / run / "traces.csv").find("mark") != std::string::npos) numbers += run;
-        if (options == " --resume")
-            CHECK(o.out.find(std::to_string(numbers.size()) + " of 3 runs were done before\n") != std::string::npos);
-        return numbers;
-    }
-};
-
-} // namespace
-
-TEST_CASE("--resume keeps the runs of a sweep that are finished, and does the rest") {
-    const Resumed sweep;
-    const auto whole = contents(sweep.out);
-    CHECK(sweep.kept() == "123");
-    CHECK(sweep.kept("", "") == ""); // without it all are done again
-    CHECK(contents(sweep.out) == whole);
-    fs::remove(sweep.out / "1/traces.csv");
-    sweep.folder.write("out/2/summary.json", unfinished);
-    std::ofstream(sweep.out / "3/traces.csv", std::ios::app) << "mark\n";
-    CHECK(command(sweep.folder, sweep.call + sweep.set + " --resume").out.find("1 of 3 runs were done before") !=
-          std::string::npos);
-    CHECK(slurp(sweep.out / "3/traces.csv").find("mark") != std::string::npos);
-    fs::remove(sweep.out / "3/sa1_t0.05.npy");
-    CHECK(command(sweep.folder, sweep.call + sweep.set + " --resume").status == 0);
-    CHECK(contents(sweep.out) == whole);
-}
-
-TEST_CASE("--resume does a run again where scene, keys, options, version or commit differ") {
-    const Resumed sweep;
-    CHECK(sweep.kept("material.modulus=1,3,2") == "1");
-    CHECK(sweep.kept("material.modulus=1,3,2 load.intensity=2") == "");
-    CHECK(sweep.kept() == "");
-    CHECK(sweep.kept("", " --resume --precision f64") == "");
-    CHECK(sweep.kept("", " --resume --check") == "");
-    CHECK(sweep.kept() == "");
-    const auto edit = [&](const char* run, const char* key) {
-        const fs::path file = sweep.out / run / "summary.json";
-        std::string text = slurp(file);
-        text.insert(text.find(key) + std::string(key).size(), "x");
-        std::ofstream(file) << text;
-    };
-    edit("1", "\"version\": \"");
-    edit("2", "\"commit\": \"");
-    CHECK(sweep.kept() == "3");
-    sweep.folder.write("scene.toml", std::string(small) + "# another\n");
-    CHECK(sweep.kept() == "");
-    // fewer runs, and one alone
-    CHECK(command(sweep.folder, sweep.call + "material.modulus=1,2 --resume").out.find("2 of 2 runs were") == 0);
-    CHECK(names_in(sweep.out) == "1 2 runs.csv ");
-    CHECK(command(sweep.folder, sweep.call + "material.modulus=1 --resume").status == 0);
-    CHECK(names_in(sweep.out) == "curvature_t0.05.npy impulses.csv sa1_t0.05.npy summary.json traces.csv ");
-    CHECK(command(sweep.folder, sweep.call + "material.modulus=1 --resume").out.find("scene.toml: done before\n") !=
-          std::string::npos);
-}
-
-TEST_CASE("--resume names what a summary lacks, or has in place of a number, and leaves it") {
-    const Resumed sweep;
-    const fs::path summary = sweep.out / "1/summary.json";
-    const std::string whole = slurp(summary);
-    const auto says = [&](const std::string& from, const std::string& to, const std::string& what) {
-        std::string text = whole;
-        text.replace(text.rfind(from), from.size(), to);
-        std::ofstream(summary) << text;
-        const Outcome o = command(sweep.folder, sweep.call + sweep.set + " --resume");
-        CHECK(o.status == 1);
-        CHECK(o.err == "dermis: " + summary.string() + ": " + what + "\n");
-        CHECK(slurp(summary) == text);
-    };
-    says("\"predicted_error\": ", "\"error\": ", "has no predicted_error");
-    says("\"cross_check\": null", "\"cross_check\": {\"cells\": many, \"different\": 0}", "cells is \"many\"");
-}
-
-TEST_CASE("--resume does a run again where a map that it reads holds something else") {
-    const Folder folder;
-    const auto map = [&](char last) {
-        return folder.write("map.npy", npy_header("<f4", "(1, 2)") + std::string("\0\0\x80\x3f\0\0\x80", 7) + last);
-    };
-    map('\x3f');
-    const std::string scene = folder.write(
-        "scene.toml",
-        "[grid]\nwidth = 2\nheight = 1\n[load]\nkind = \"file\"\npath = \"map.npy\"\n[time]\nduration = 0.1\n");
-    const std::string call = "run " + scene + " --device cpu --resume --out " + (folder / "out").string();
-    const auto done_before = [&] { return command(folder, call).out.find("done before") != std::string::npos; };
-    CHECK_FALSE(done_before());
-    CHECK(done_before());
-    map('\x40');
-    CHECK_FALSE(done_before());
-    CHECK(done_before());
-}
-
-namespace {
-
 // Kills the command at random times, each time on top of what was left before, and compares every file that is there
 // under its own name with that of a run that nobody killed.
 class Killer {
@@ -484,7 +327,8 @@ double study_until(const std::string& options, const fs::path& out, const std::f
 
 } // namespace
 
-TEST_CASE("a study that is killed five times ends under --resume with the files of one that is not") {
+TEST_CASE("a study that is killed five times, and loses a part of a file, ends under --resume with the files of one "
+          "that is not") {
     const Folder folder;
     const fs::path whole = folder / "whole", out = folder / "killed";
     const double seconds = study_until("", whole, [&](double) { return fs::exists(whole / "claims.md"); });
@@ -495,8 +339,11 @@ TEST_CASE("a study that is killed five times ends under --resume with the files 
     for (int i = 0; i < 5; ++i) {
         const double at = seconds * double(random()) / double(random.max());
         study_until(" --resume", out, [&](double now) { return now > at || fs::exists(out / "claims.md"); });
+        const fs::path cut = out / "exact/flat_circular/traces.csv";
+        if (fs::exists(cut)) fs::resize_file(cut, 100);
         for (const auto& [path, content] : scenes_and_claims(out))
-            if (!is_part(path) && content != unfinished && path != "claims.md") torn += content != right.at(path);
+            if (!is_part(path) && content != unfinished && path != "claims.md" && out / path != cut)
+                torn += content != right.at(path);
     }
     study_until(" --resume", out, [&](double) { return fs::exists(out / "claims.md"); });
     CHECK(torn == 0);

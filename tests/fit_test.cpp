@@ -67,7 +67,7 @@ bool says(const Fit& f, const std::string& words) {
                        [&](const std::string& s) { return s.find(words) != std::string::npos; });
 }
 
-// Share of the numbers of a chain that lie within two standard errors of those of its fits to data with 1 % of noise.
+// Share of the numbers of a chain that lie within the intervals of its fits to data with 1 % of noise.
 double share_inside(const std::vector<KelvinVoigt>& truth, Test test) {
     Random random;
     const std::vector<double> t = log_spaced(1e-3, 20, 150), exact = fit::curve_of(test, truth, t);

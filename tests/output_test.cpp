@@ -6,6 +6,9 @@
 
 #include <fstream>
 
+#include <sys/resource.h>
+#include <sys/wait.h>
+
 using namespace test;
 namespace fs = std::filesystem;
 
@@ -159,4 +162,45 @@ TEST_CASE("units that cannot be meant are said in a sentence") {
     CHECK(warned("a run of 36000 s has 37"));
     s.load.interval = 0.001;
     CHECK_FALSE(warned(""));
+}
+
+TEST_CASE("a picture takes nothing from the working directory: no module of Python, no matplotlibrc") {
+    const Folder folder;
+    const auto drawn = [&](const std::string& name) {
+        const Outcome o = command(folder,
+                                  "fit " DERMIS_TEST_DATA "/../../host/examples/fingerpad_relaxation.csv --elements 2 "
+                                  "--out " +
+                                      name,
+                                  "cd '" + (folder / "").string() + "' &&");
+        CHECK_MESSAGE(o.status == 0, o.err);
+        CHECK(o.out.find(name + "/fit.png") != std::string::npos);
+        return slurp(folder / (name + "/fit.png"));
+    };
+    const std::string before = drawn("before");
+    for (const char* module : {"matplotlib.py", "csv.py"})
+        folder.write(module, "open('" + (folder / "ran").string() + "', 'w')\n");
+    folder.write("matplotlibrc", "axes.facecolor: red\n");
+    CHECK(drawn("after") == before);
+    CHECK_FALSE(fs::exists(folder / "ran"));
+}
+
+TEST_CASE("400 runs over one map of 2 MB are planned in the memory of 2") {
+    const Folder folder;
+    std::ofstream(folder / "map.npy", std::ios::binary)
+        << npy_header("<f8", "(512, 512)") << std::string(size_t(512) * 512 * 8, '\0');
+    const std::string scene = folder.write("scene.toml", "[grid]\nwidth = 512\nheight = 512\n[load]\nkind = "
+                                                         "\"file\"\npath = \"map.npy\"\n[time]\nduration = 0.02\n");
+    // The most bytes of a command that is refused when its runs are planned: its folder lies in a file.
+    const auto peak = [&](const char* range) {
+        const pid_t pid =
+            started(DERMIS_CLI " run " + scene + " --device cpu --out " + scene + "/out --set load.intensity=" + range);
+        int status = 0;
+        rusage usage = {};
+        wait4(pid, &status, 0, &usage);
+        CHECK(WEXITSTATUS(status) == 1);
+        return 1024.0 * double(usage.ru_maxrss);
+    };
+    const double two = peak("1:2:2"), all = peak("1:2:400");
+    MESSAGE(two, " and ", all, " bytes");
+    CHECK(all < two + 2e7);
 }

@@ -15,7 +15,7 @@
 namespace dermis::cli {
 namespace {
 
-// Two standard errors of a logarithm.
+// The interval of 95 % of a number, by the error of its logarithm.
 std::string interval(double error) {
     const double factor = std::exp(2 * error);
     if (error < 0.25) return fmt::format("+-{:.2g} %", 200 * error);
@@ -46,7 +46,7 @@ void print_fit(const FitArguments& a, const Curve& curve, const Fit& fit) {
                a.residual == "relative" ? "relative to each value" : "relative to the greatest value");
     const bool relaxes = !creep || fit.elements.front().viscosity == 0; // it has a spring
     if (relaxes) fmt::print("# relaxation E(t) = {} Pa, t in s\n", relaxation_text(fit.elements));
-    fmt::print("[material]\nelements = [ # +- and factors: two standard errors\n");
+    fmt::print("[material]\nelements = [ # +- and factors: the truth is within in 95 of 100 such data\n");
     for (size_t k = 0; k < fit.elements.size(); ++k) {
         const KelvinVoigt& e = fit.elements[k];
         fmt::print("    {:<52} # {}: {}\n",

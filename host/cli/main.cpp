@@ -168,17 +168,17 @@ int run_scene(const Arguments& a) {
     const std::vector<Setting> settings = settings_of(a.overrides);
     const output::Path out = a.out;
     const output::Origin asked{.device = a.device, .precision = a.precision, .check = a.check};
-    const std::vector<PlannedRun> runs = planned_runs(a.scene, out, settings, asked); // a bad one is refused first
-    const Scene& scene = runs[0].scene;
+    const Plan plan = plan_of(a.scene, out, settings, asked); // a bad run is refused first
+    const Scene& scene = plan.runs[0].scene;
     const Device device = device_of(a);
     RunOptions options = options_of(a);
     const output::Folder folder(out);
-    if (runs.size() > 1) {
-        const bool same = sweep(folder, settings, runs, device, options, a.resume);
-        fmt::print("{}: {} runs\n{}\n", a.scene, runs.size(), (out / "runs.csv").string());
+    if (plan.runs.size() > 1) {
+        const bool same = sweep(folder, settings, plan, device, options, a.resume);
+        fmt::print("{}: {} runs\n{}\n", a.scene, plan.runs.size(), (out / "runs.csv").string());
         return same ? 0 : 1;
     }
-    if (a.resume && output::is_finished(out, scene, runs[0].origin)) {
+    if (a.resume && output::is_finished(out, scene, plan.origin(0))) {
         output::remove_earlier_sweep(out, 1);
         fmt::print("{}: done before\n{}\n", a.scene, (out / "traces.csv").string());
         return output::figures_of(out).different ? 1 : 0;
@@ -187,7 +187,7 @@ int run_scene(const Arguments& a) {
     options.progress = std::ref(progress);
     const Result r = run(scene, device, options);
     print_refused(r);
-    output::write_result(folder, scene, r, runs[0].origin);
+    output::write_result(folder, scene, r, plan.origin(0));
     output::remove_earlier_sweep(out, 1);
     const double cells = double(scene.grid.width) * scene.grid.height;
     fmt::print("{}: {} x {} cells, {} steps, {}, {}, {} on {}: {:.3f} s", a.scene, scene.grid.width, scene.grid.height,
@@ -372,7 +372,8 @@ int command(const std::vector<std::string>& given) {
     try {
         app.parse(std::move(words));
     } catch (const CLI::ParseError& e) {
-        return app.exit(e) ? 2 : 0;
+        if (e.get_exit_code() == 0) return app.exit(e); // --help and --version
+        throw Error(Error::Code::bad_input, "", e.what());
     }
     return execute(commands, arguments);
 }

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -63,9 +64,9 @@ std::vector<Result> results_of(const std::vector<PlannedRun>& runs, const std::v
 // Writes runs as they are done, after what was there before has gone.
 class Sweep {
   public:
-    Sweep(const Path& out, const std::vector<PlannedRun>& runs, bool resume) : out_(out), runs_(runs), resume_(resume) {
-        for (size_t i = 0; i < runs.size(); ++i)
-            if (!resume || !output::is_finished(folder_of(out, i), runs[i].scene, runs[i].origin)) open_.push_back(i);
+    Sweep(const Path& out, const Plan& plan, bool resume) : out_(out), plan_(plan), resume_(resume) {
+        for (size_t i = 0; i < runs_.size(); ++i)
+            if (!resume || !output::is_finished(folder_of(out, i), runs_[i].scene, plan.origin(i))) open_.push_back(i);
     }
 
     const std::vector<size_t>& open() const { return open_; } // runs that are not finished
@@ -74,7 +75,7 @@ class Sweep {
         clear();
         if (!result.device.refused.empty() && !refusal_shown_) fmt::print("{}\n", result.device.refused);
         refusal_shown_ |= !result.device.refused.empty();
-        output::write_result(output::Folder(folder_of(out_, i)), runs_[i].scene, result, runs_[i].origin);
+        output::write_result(output::Folder(folder_of(out_, i)), runs_[i].scene, result, plan_.origin(i));
         for (const std::string& warning : output::warnings(runs_[i].scene, result))
             fmt::print("run {}: warning: {}\n", i + 1, warning);
     }
@@ -101,49 +102,52 @@ class Sweep {
     }
 
     const Path& out_;
-    const std::vector<PlannedRun>& runs_;
+    const Plan& plan_;
+    const std::vector<PlannedRun>& runs_ = plan_.runs;
     bool resume_, cleared_ = false, refusal_shown_ = false;
     std::vector<size_t> open_;
 };
 
 } // namespace
 
-std::vector<PlannedRun> planned_runs(const std::string& path, const Path& out, const std::vector<Setting>& settings,
-                                     output::Origin asked) {
-    const scene::SceneText text = scene::text_of_file(path);
-    asked.scene = text.text;
-    std::vector<PlannedRun> runs;
-    std::vector<std::string> inputs = {path}, written;
-    std::map<std::string, output::Input> read; // by their paths
-    for (auto& overrides : combinations(settings)) {
-        scene::SceneWithFiles made = scene::read_scene(text, overrides);
-        asked.overrides = overrides;
-        asked.inputs.clear();
-        for (const std::string& file : made.files) {
-            if (!read.count(file)) read.emplace(file, output::input_of(file));
-            asked.inputs.push_back(read.at(file));
-            inputs.push_back(file);
-        }
-        const std::vector<std::string> names = output::result_files(made.scene);
-        written.insert(written.end(), names.begin(), names.end());
-        runs.push_back({std::move(made.scene), std::move(overrides), output::text_of(asked)});
-    }
-    for (std::vector<std::string>* list : {&inputs, &written}) { // runs have most of them in common
-        std::sort(list->begin(), list->end());
-        list->erase(std::unique(list->begin(), list->end()), list->end());
-    }
-    output::need_inputs_kept(out, runs.size() > 1 ? runs.size() : 0, written, inputs);
-    return runs;
+std::string Plan::origin(size_t run) const {
+    output::Origin origin = common;
+    origin.overrides = runs[run].overrides;
+    origin.inputs = runs[run].inputs;
+    return output::text_of(origin);
 }
 
-bool sweep(const output::Folder& folder, const std::vector<Setting>& settings, const std::vector<PlannedRun>& runs,
-           const Device& device, const RunOptions& options, bool resume) {
-    Sweep sweep(folder.path(), runs, resume);
+Plan plan_of(const std::string& path, const Path& out, const std::vector<Setting>& settings, output::Origin asked) {
+    const scene::SceneText text = scene::text_of_file(path);
+    asked.scene = text.text;
+    Plan plan{.common = std::move(asked), .runs = {}};
+    std::set<std::string> inputs = {path}, written; // runs have most of them in common
+    std::map<std::string, output::Contents> read;   // by their paths
+    scene::FileMaps maps;
+    for (auto& overrides : combinations(settings)) {
+        scene::SceneWithFiles made = scene::read_scene(text, overrides, {}, &maps);
+        PlannedRun run{.scene = std::move(made.scene), .overrides = std::move(overrides), .inputs = {}};
+        for (const std::string& file : made.files) {
+            if (!read.count(file)) read.emplace(file, output::contents_of(file));
+            run.inputs.push_back(read.at(file));
+        }
+        inputs.insert(made.files.begin(), made.files.end());
+        for (std::string& name : output::result_files(run.scene)) written.insert(std::move(name));
+        plan.runs.push_back(std::move(run));
+    }
+    output::need_inputs_kept(out, plan.runs.size() > 1 ? plan.runs.size() : 0, {written.begin(), written.end()},
+                             {inputs.begin(), inputs.end()});
+    return plan;
+}
+
+bool sweep(const output::Folder& folder, const std::vector<Setting>& settings, const Plan& plan, const Device& device,
+           const RunOptions& options, bool resume) {
+    Sweep sweep(folder.path(), plan, resume);
     const size_t at_once = share_maps(settings) ? most_at_once : 1;
     for (auto next = sweep.open().begin(), end = sweep.open().end(); next != end;) {
         const auto last = next + std::ptrdiff_t(std::min(at_once, size_t(end - next)));
         const std::vector<size_t> some(next, last);
-        const std::vector<Result> results = results_of(runs, some, device, options);
+        const std::vector<Result> results = results_of(plan.runs, some, device, options);
         for (size_t i = 0; i < some.size(); ++i) sweep.write(some[i], results[i]);
         next = last;
     }

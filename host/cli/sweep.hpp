@@ -8,21 +8,29 @@
 
 namespace dermis::cli {
 
-// A run of a command: its scene, the overrides that make it, and what tells it from others.
+// A run of a command: its scene, the overrides that make it, and the files that it reads.
 struct PlannedRun {
     Scene scene;
     std::vector<std::string> overrides;
-    std::string origin;
+    std::vector<output::Contents> inputs;
+};
+
+// The runs of a command. They share what they have in common: maps, and the text of the scene.
+struct Plan {
+    output::Origin common; // without overrides and inputs
+    std::vector<PlannedRun> runs;
+
+    // Returns the first lines of the run's summary.json.
+    std::string origin(size_t run) const;
 };
 
 // Reads the scene of every run, and refuses all where a run into `out` would cost one of them a file that it reads.
 // asked: how they are to be run. Throws Error::bad_input.
-std::vector<PlannedRun> planned_runs(const std::string& path, const output::Path& out, const std::vector<Setting>&,
-                                     output::Origin asked);
+Plan plan_of(const std::string& path, const output::Path& out, const std::vector<Setting>&, output::Origin asked);
 
 // Writes OUT/1, OUT/2 .. and OUT/runs.csv, each run as soon as it is done. resume: those that are finished stay.
 // Returns whether no cell differs in any run.
-bool sweep(const output::Folder&, const std::vector<Setting>&, const std::vector<PlannedRun>&, const Device&,
-           const RunOptions&, bool resume);
+bool sweep(const output::Folder&, const std::vector<Setting>&, const Plan&, const Device&, const RunOptions&,
+           bool resume);
 
 } // namespace dermis::cli

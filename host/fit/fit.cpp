@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <map>
 
 namespace dermis {
 namespace fit {
@@ -27,6 +28,41 @@ std::vector<double> curve_of(Test test, const std::vector<KelvinVoigt>& chain, c
                         : e.viscosity == 0 ? 1 / e.modulus
                                            : -std::expm1(-times[i] * e.modulus / e.viscosity) / e.modulus;
     return curve;
+}
+
+Problem condensed(Problem p) {
+    constexpr double width = 1e-3; // of the logarithm of the time
+    if (p.points <= most_points) return p;
+    // Sums over the points of an interval; weights are squared, values are taken from the first one's.
+    struct Sums {
+        double first, weight, time, value, time_time, time_value, value_value;
+    };
+    std::map<double, Sums> intervals; // by the logarithm at their middle
+    for (size_t i = 0; i < p.times.size(); ++i) {
+        const double middle = (std::floor(std::log(p.times[i]) / width) + 0.5) * width; // -inf of time 0
+        const auto [at, is_new] = intervals.try_emplace(middle, Sums{.first = p.values[i]});
+        Sums& s = at->second;
+        const double w = p.weights[i] * p.weights[i], v = p.values[i] - s.first,
+                     t = p.times[i] > 0 ? std::log(p.times[i]) - middle : 0;
+        s.weight += w;
+        s.time += w * t;
+        s.value += w * v;
+        s.time_time += w * t * t;
+        s.time_value += w * t * v;
+        s.value_value += w * v * v;
+    }
+    Problem few{.test = p.test, .times = {}, .values = {}, .weights = {}, .points = p.points};
+    for (const auto& [middle, s] : intervals) {
+        few.times.push_back(std::exp(middle + s.time / s.weight));
+        few.values.push_back(s.first + s.value / s.weight);
+        few.weights.push_back(std::sqrt(s.weight));
+        // Beside a straight line in the logarithm of the time: a curve is one in so short an interval.
+        const double times = s.time_time - s.time * s.time / s.weight,
+                     both = s.time_value - s.time * s.value / s.weight,
+                     values = s.value_value - s.value * s.value / s.weight;
+        few.scatter += std::max(0.0, values - (times > 0 ? both * both / times : 0));
+    }
+    return few;
 }
 
 namespace {
@@ -62,7 +98,7 @@ Problem checked(Test test, const std::vector<double>& times, const std::vector<d
     if (std::none_of(times.begin(), times.end(), [](double t) { return t > 0; }))
         scene::refuse("times", "no time after 0", "at least one");
     if (greatest == 0) scene::refuse(name, "no number > 0", "at least one");
-    Problem p{.test = test, .times = times, .values = values, .weights = {}};
+    Problem p{.test = test, .times = times, .values = values, .weights = {}, .points = times.size()};
     for (double value : values) p.weights.push_back(1 / (residual == Residual::relative ? value : greatest));
     return p;
 }
@@ -91,14 +127,21 @@ std::vector<KelvinVoigt> chain_of_spectrum(const Problem& p, const Spectrum& s) 
     return chain;
 }
 
-double residual_of(const Problem& p, const Spectrum& s) { return std::sqrt(s.squares / double(p.times.size())); }
+double residual_of(const Problem& p, const std::vector<double>& model) {
+    double squares = 0;
+    for (size_t i = 0; i < model.size(); ++i) squares += std::pow(p.weights[i] * (model[i] - p.values[i]), 2);
+    return std::sqrt(squares / double(model.size()));
+}
+
+double residual_of(const Problem& p, const Spectrum& s) { return std::sqrt(s.squares / double(p.points)); }
 
 // Says so if a chain of fewer elements than `used` describes the data as well.
-void compare_with_fewer(const Problem& p, const Grid& grid, const Spectrum& s, size_t used, Fit& fit) {
+void compare_with_fewer(const Problem& p, const std::vector<Spectrum>& spectra, const Spectrum& s, size_t used,
+                        Fit& fit) {
     double least = information(p, s, s.parameters());
     std::string sentence;
     for (int n = int(used) - 1; n > 0; --n) {
-        const Spectrum fewer = best_spectrum(p, grid, n);
+        const Spectrum& fewer = spectra[size_t(n) - 1];
         const double score = information(p, fewer, fewer.parameters());
         if (fewer.amplitudes.empty() || score > least) continue;
         least = score;
@@ -111,25 +154,44 @@ void compare_with_fewer(const Problem& p, const Grid& grid, const Spectrum& s, s
     if (!sentence.empty()) fit.undetermined.push_back(sentence);
 }
 
-Fit fitted(const Problem& p, int n) {
-    const Grid grid = grid_of(p);
-    const Spectrum s = best_spectrum(p, grid, n);
+// Says so where the values run the wrong way in time, by more than three standard deviations of the count of pairs
+// among values without order (Mann and Kendall's test).
+void doubt_kind(const Problem& p, Fit& fit) {
+    double sum = 0;
+    const double n = double(p.times.size());
+    for (size_t i = 0; i < p.times.size(); ++i)
+        for (size_t j = 0; j < i; ++j) {
+            const double product = (p.times[i] - p.times[j]) * (p.values[i] - p.values[j]);
+            sum += double(product > 0) - double(product < 0);
+        }
+    const double deviations = sum / std::sqrt(n * (n - 1) * (2 * n + 5) / 18);
+    if (p.test == Test::creep && deviations < -3)
+        fit.undetermined.push_back("the compliances fall with time, and those of no creep do");
+    if (p.test == Test::relaxation && deviations > 3)
+        fit.undetermined.push_back("the moduli rise with time, and those of no relaxation do");
+}
+
+Fit fitted(const Problem& measured, int n) {
+    const Problem p = condensed(measured);
+    const std::vector<Spectrum> spectra = best_spectra(p, grid_of(p), n);
+    const Spectrum& s = spectra.back();
     Fit fit;
     fit.elements = chain_of_spectrum(p, s);
-    fit.residual = residual_of(p, s);
-    fit.model = curve_of(p.test, fit.elements, p.times);
+    fit.model = curve_of(p.test, fit.elements, measured.times);
+    fit.residual = residual_of(measured, fit.model);
+    doubt_kind(p, fit);
     const size_t used = fit.elements.size();
     if (used < size_t(n))
         fit.undetermined.push_back("the data take " + std::to_string(used) + " of " + std::to_string(n) +
                                    " elements: the others would add nothing");
-    compare_with_fewer(p, grid, s, used, fit);
+    compare_with_fewer(p, spectra, s, used, fit);
     judge(p, fit);
     return fit;
 }
 
 std::string needs_of(size_t points, int n) {
     return "a fit of " + std::to_string(n) + " elements to " + std::to_string(points) + " points needs at least " +
-           scene::bytes_text(double(points) * (n + 2) * sizeof(double));
+           scene::bytes_text(double(points) * 4 * sizeof(double));
 }
 
 } // namespace

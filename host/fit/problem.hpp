@@ -14,7 +14,14 @@ enum class Test { creep, relaxation };
 struct Problem {
     Test test;
     std::vector<double> times, values, weights;
+    size_t points;      // measured ones; several may stand here as one
+    double scatter = 0; // sum of the squared residuals that several have beside their one, whatever the curve is
 };
+
+// Returns a problem in which points whose times agree to 0.1 % are one, with the weight of all of them, where there are
+// more than `most_points`; a smaller problem as it is.
+constexpr size_t most_points = 10000;
+Problem condensed(Problem);
 
 // Relative residuals below this count as rounding of the data.
 constexpr double exact_data = 1e-7;
@@ -41,11 +48,15 @@ struct Grid {
 };
 Grid grid_of(const Problem&);
 
-// Returns the best spectrum of a chain of at most n elements.
-Spectrum best_spectrum(const Problem&, const Grid&, int n);
+// Returns the best spectra of chains of at most 1, 2 .. n elements: none has a greater residual than those before.
+std::vector<Spectrum> best_spectra(const Problem&, const Grid&, int n);
 
 // Weighs the residual of a spectrum against its number of parameters (Bayesian information criterion); less is better.
 double information(const Problem&, const Spectrum&, size_t parameters);
+
+// Student's quantile: the share 0.95 of a normal deviate over an estimate of its deviation is within +- this, for an
+// estimate of so many degrees of freedom, >= 1.
+double students_quantile(size_t freedom);
 
 // Fills Fit::errors in, and describes what stays undetermined.
 void judge(const Problem&, Fit&);

@@ -69,15 +69,23 @@ void set_amplitudes(const Problem& p, Spectrum& s) {
     m.append(target_of(p));
     Solution solution = nonnegative_solution(m, first(m.columns() - 1));
     s.amplitudes = std::move(solution.x);
-    s.squares = solution.squares;
+    s.squares = solution.squares + p.scatter;
 }
 
-// Chooses times on the grid one by one, each where it helps most, and after each moves all while that helps.
-void choose_on_grid(const Grid& grid, Spectrum& s, size_t count) {
-    std::vector<size_t> columns; // of the triangle
+// The columns of the triangle for the terms that `s` has beside exponentials.
+std::vector<size_t> fixed_columns(const Spectrum& s) {
+    std::vector<size_t> columns;
     if (s.constant) columns.push_back(0);
     if (s.ramp) columns.push_back(1);
-    const size_t fixed = columns.size(), begin = 2, end = begin + grid.log_times.size();
+    return columns;
+}
+
+constexpr size_t first_exponential = 2; // of the triangle's columns
+
+// Chooses times on the grid one by one, each where it helps most, and after each moves all while that helps.
+std::vector<double> chosen_times(const Grid& grid, const Spectrum& s, size_t count) {
+    std::vector<size_t> columns = fixed_columns(s);
+    const size_t fixed = columns.size(), begin = first_exponential, end = begin + grid.log_times.size();
     double best = HUGE_VAL;
     const auto improves = [&](size_t place, size_t column) {
         const size_t before = columns[place];
@@ -102,8 +110,36 @@ void choose_on_grid(const Grid& grid, Spectrum& s, size_t count) {
             }
         }
     }
-    for (size_t place = fixed; place < columns.size(); ++place)
-        s.log_times.push_back(grid.log_times[columns[place] - begin]);
+    std::vector<double> times;
+    for (size_t place = fixed; place < columns.size(); ++place) times.push_back(grid.log_times[columns[place] - begin]);
+    return times;
+}
+
+// Takes the times of the whole grid to which nonnegative least squares gives amplitudes, and joins the nearest two of
+// them until `count` are left.
+std::vector<double> joined_times(const Grid& grid, const Spectrum& s, size_t count) {
+    if (count == 0) return {};
+    std::vector<size_t> columns = fixed_columns(s);
+    const size_t fixed = columns.size();
+    for (size_t k = 0; k < grid.log_times.size(); ++k) columns.push_back(first_exponential + k);
+    const std::vector<double> amplitudes = nonnegative_solution(grid.triangle, columns).x;
+    std::vector<double> times, shares;
+    for (size_t k = 0; k < grid.log_times.size(); ++k)
+        if (amplitudes[fixed + k] > 0) {
+            times.push_back(grid.log_times[k]);
+            shares.push_back(amplitudes[fixed + k]);
+        }
+    while (times.size() > count) {
+        size_t nearest = 0;
+        for (size_t k = 1; k + 1 < times.size(); ++k)
+            if (times[k + 1] - times[k] < times[nearest + 1] - times[nearest]) nearest = k;
+        const double share = shares[nearest + 1] / (shares[nearest] + shares[nearest + 1]);
+        times[nearest] += share * (times[nearest + 1] - times[nearest]);
+        shares[nearest] += shares[nearest + 1];
+        times.erase(times.begin() + std::ptrdiff_t(nearest) + 1);
+        shares.erase(shares.begin() + std::ptrdiff_t(nearest) + 1);
+    }
+    return times;
 }
 
 // The Gauss-Newton equations of the logarithms of the times, from which the amplitudes are eliminated (variable
@@ -197,7 +233,7 @@ void simplify(const Problem& p, Spectrum& s) {
 } // namespace
 
 double information(const Problem& p, const Spectrum& s, size_t parameters) {
-    const double points = double(p.times.size());
+    const double points = double(p.points);
     const double mean_square = std::max(s.squares / points, exact_data * exact_data);
     return points * std::log(mean_square) + double(parameters) * std::log(points);
 }
@@ -214,6 +250,25 @@ Grid grid_of(const Problem& p) {
     return {all.log_times, triangle_of(std::move(m))};
 }
 
+namespace {
+
+// Whether no residual is left but rounding of the data.
+bool is_exact(const Problem& p, const Spectrum& s) { return s.squares <= exact_data * exact_data * double(p.points); }
+
+// Returns the best spectrum of these terms and at most so many times, of several starts as long as a residual stays.
+Spectrum best_of_terms(const Problem& p, const Grid& grid, bool constant, bool ramp, size_t times) {
+    Spectrum best{.constant = constant, .ramp = ramp, .squares = HUGE_VAL};
+    for (const auto start : {chosen_times, joined_times}) {
+        Spectrum s{.constant = constant, .ramp = ramp};
+        s.log_times = start(grid, s, times);
+        refine(p, s);
+        simplify(p, s);
+        if (s.squares < best.squares) best = std::move(s);
+        if (is_exact(p, best)) break;
+    }
+    return best;
+}
+
 Spectrum best_spectrum(const Problem& p, const Grid& grid, int n) {
     Spectrum best;
     double least = HUGE_VAL;
@@ -222,19 +277,28 @@ Spectrum best_spectrum(const Problem& p, const Grid& grid, int n) {
             // In creep a spring and a dashpot are elements of their own; in relaxation every spectrum has a spring.
             const int times = p.test == Test::creep ? n - constant - ramp : n - 1;
             if (times < 0 || (p.test == Test::relaxation && (ramp || times + constant == 0))) continue;
-            Spectrum s{.constant = constant, .ramp = ramp};
-            choose_on_grid(grid, s, size_t(times));
-            refine(p, s);
-            simplify(p, s);
+            Spectrum s = best_of_terms(p, grid, constant, ramp, size_t(times));
             // Noise must not make a kind of spectrum look better that could use fewer of its terms.
-            const bool exact = s.squares <= exact_data * exact_data * double(p.times.size());
             const size_t offered = size_t(2 * times + constant + ramp);
-            const double score = information(p, s, exact ? s.parameters() : offered);
+            const double score = information(p, s, is_exact(p, s) ? s.parameters() : offered);
             if (score >= least) continue;
             least = score;
             best = std::move(s);
         }
     return best;
+}
+
+} // namespace
+
+std::vector<Spectrum> best_spectra(const Problem& p, const Grid& grid, int n) {
+    std::vector<Spectrum> spectra;
+    for (int k = 1; k <= n; ++k) {
+        Spectrum s = best_spectrum(p, grid, k);
+        // The kinds of spectra are told apart by more than their residual.
+        if (k > 1 && (s.squares > spectra.back().squares || is_exact(p, spectra.back()))) s = spectra.back();
+        spectra.push_back(std::move(s));
+    }
+    return spectra;
 }
 
 } // namespace dermis::fit

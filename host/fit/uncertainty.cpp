@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// This file tells what the data say about the elements of a fit: standard errors from the Jacobian, and sentences about
+// This file tells what the data say about the elements of a fit: errors from the Jacobian, and sentences about
 // what is open.
 #include "host/fit/problem.hpp"
 
@@ -116,13 +116,37 @@ std::vector<std::optional<size_t>> twins_of(const std::vector<KelvinVoigt>& chai
     return twins;
 }
 
+// The share of Student's distribution within +- sqrt(freedom)*tan(angle).
+double share_within(double angle, size_t freedom) {
+    const size_t odd = freedom % 2;
+    const double c = std::cos(angle);
+    double sum = 0, term = odd ? c : 1;
+    for (size_t power = odd; power + 2 <= freedom; power += 2) {
+        sum += term;
+        term *= c * c * double(power + 1) / double(power + 2);
+    }
+    return odd ? (angle + std::sin(angle) * sum) * 2 / 3.141592653589793 : std::sin(angle) * sum;
+}
+
 } // namespace
+
+double students_quantile(size_t freedom) {
+    freedom = std::min(freedom, size_t(10000)); // beyond, it changes by 1e-4
+    double least = 0, most = 3.141592653589793 / 2;
+    for (int i = 0; i < 60; ++i) {
+        const double middle = (least + most) / 2;
+        (share_within(middle, freedom) < 0.95 ? least : most) = middle;
+    }
+    return std::sqrt(double(freedom)) * std::tan(least);
+}
 
 void judge(const Problem& p, Fit& fit) {
     const std::vector<Parameter> parameters = parameters_of(fit.elements);
     auto rows = inverse_rows(triangle_of(jacobian_of(p, fit.elements, parameters)));
-    const double points = double(p.times.size()), freedom = points - double(parameters.size());
-    const double deviation = std::max(fit.residual * std::sqrt(points / freedom), exact_data);
+    const size_t freedom = p.points - parameters.size();
+    // Scaled, so that two standard errors are the interval of 95 %.
+    const double deviation = students_quantile(freedom) / 2 *
+                             std::max(fit.residual * std::sqrt(double(p.points) / double(freedom)), exact_data);
     const auto length = [&](const std::vector<double>& row) {
         double squares = 0;
         for (double x : row) squares += x * x;

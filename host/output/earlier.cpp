@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <fstream>
 #include <map>
 #include <optional>
 #include <sys/stat.h>
@@ -17,15 +16,6 @@ namespace dermis::output {
 namespace {
 
 namespace fs = std::filesystem;
-
-// Opens a file whose stream throws where memory runs out; others swallow that, and the file seems to end or be missing.
-std::ifstream opened(const fs::path& path) {
-    errno = 0;
-    std::ifstream in(path, std::ios::binary);
-    if (!in && errno == ENOMEM) throw std::bad_alloc();
-    in.exceptions(std::ios::badbit);
-    return in;
-}
 
 // Whether a run has files of this name: the fixed ones, and {quantity}_t{time}.npy.
 bool is_ours(const std::string& name) {
@@ -97,6 +87,14 @@ void need_none(const Inputs& inputs, const std::vector<fs::path>& files) {
 }
 
 } // namespace
+
+std::ifstream opened(const fs::path& path) {
+    errno = 0;
+    std::ifstream in(path, std::ios::binary);
+    if (!in && errno == ENOMEM) throw std::bad_alloc();
+    in.exceptions(std::ios::badbit);
+    return in;
+}
 
 void remove_file(const fs::path& path) {
     std::error_code error;

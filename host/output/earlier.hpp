@@ -4,6 +4,7 @@
 #pragma once
 
 #include <filesystem>
+#include <fstream>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,9 @@ namespace dermis::output {
 
 inline const std::string made_by_dermis = "{\n  \"program\": \"dermis\","; // begins each summary.json
 inline const std::string runs_columns = "run,model,precision,";            // begins each runs.csv
+
+// Opens a file whose stream throws where memory runs out; others swallow that, and the file seems to end or be missing.
+std::ifstream opened(const std::filesystem::path&);
 
 // Returns whether a path is a regular file that begins so.
 bool begins_with(const std::filesystem::path&, const std::string& start);

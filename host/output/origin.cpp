@@ -9,7 +9,7 @@
 #include <algorithm>
 #include <charconv>
 #include <fstream>
-#include <sstream>
+#include <iterator>
 
 #include <fmt/ranges.h>
 
@@ -35,46 +35,75 @@ long long count_of(const Path& file, const std::string& text, const std::string&
     return count;
 }
 
+std::string text_in(const Path& file) {
+    std::ifstream in = opened(file);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+
+// Returns a list of files as JSON.
+std::string listed(const std::vector<Contents>& files) {
+    std::vector<std::string> list;
+    for (const Contents& file : files)
+        list.push_back(fmt::format(R"({{"file": {}, "bytes": {}, "fnv1a": "{:016x}"}})", json_text(file.name),
+                                   file.bytes, file.hash));
+    return fmt::format("[{}]", fmt::join(list, ", "));
+}
+
 } // namespace
 
-Input input_of(const std::string& path) {
-    Input input{Path(path).filename().string(), 14695981039346656037u};
+void Contents::add(const char* more, size_t count) {
+    bytes += count;
+    for (size_t i = 0; i < count; ++i) hash = (hash ^ static_cast<unsigned char>(more[i])) * 1099511628211u;
+}
+
+Contents contents_of(const Path& path) {
+    Contents contents{path.filename().string()};
     std::ifstream in(path, std::ios::binary);
-    for (char block[1 << 16]; in.read(block, sizeof block), in.gcount() > 0;)
-        for (std::streamsize i = 0; i < in.gcount(); ++i)
-            input.hash = (input.hash ^ static_cast<unsigned char>(block[i])) * 1099511628211u;
-    if (!in.eof()) throw Error(Error::Code::io, "", path + ": cannot be read");
-    return input;
+    for (char block[1 << 16]; in.read(block, sizeof block), in.gcount() > 0;) contents.add(block, size_t(in.gcount()));
+    if (!in.eof()) throw Error(Error::Code::io, "", path.string() + ": cannot be read");
+    return contents;
 }
 
 std::string text_of(const Origin& o) {
-    std::vector<std::string> overrides, inputs;
+    std::vector<std::string> overrides;
     for (const std::string& set : o.overrides) overrides.push_back(json_text(set));
-    for (const Input& input : o.inputs)
-        inputs.push_back(fmt::format("{{\"file\": {}, \"fnv1a\": \"{:016x}\"}}", json_text(input.name), input.hash));
     return made_by_dermis + fmt::format(R"(
   "version": {}, "commit": {},
   "scene": {},
-  "set": [{}], "inputs": [{}],
+  "set": [{}], "inputs": {},
   "asked": {{"device": {}, "precision": {}, "check": {}}},)",
                                         json_text(version()), json_text(commit()), json_text(o.scene),
-                                        fmt::join(overrides, ", "), fmt::join(inputs, ", "), json_text(o.device),
+                                        fmt::join(overrides, ", "), listed(o.inputs), json_text(o.device),
                                         json_text(o.precision), o.check);
 }
 
+std::string files_text(std::vector<Contents> files) {
+    std::sort(files.begin(), files.end(), [](const Contents& a, const Contents& b) { return a.name < b.name; });
+    return "\n  \"files\": " + listed(files) + ",";
+}
+
+std::string sealed(std::string text) {
+    Contents contents;
+    contents.add(text.data(), text.size());
+    return text + fmt::format(",\n  \"fnv1a\": \"{:016x}\"\n}}\n", contents.hash);
+}
+
 bool is_finished(const Path& folder, const Scene& scene, const std::string& origin) {
-    const std::vector<std::string> names = result_files(scene);
-    std::error_code none;
-    return begins_with(folder / "summary.json", origin) &&
-           std::all_of(names.begin(), names.end(),
-                       [&](const std::string& name) { return std::filesystem::is_regular_file(folder / name, none); });
+    if (!begins_with(folder / "summary.json", origin)) return false;
+    std::vector<Contents> files;
+    for (const std::string& name : result_files(scene)) {
+        std::error_code none;
+        if (!std::filesystem::is_regular_file(folder / name, none)) return false;
+        if (name != "summary.json") files.push_back(contents_of(folder / name));
+    }
+    const std::string summary = text_in(folder / "summary.json");
+    return summary.starts_with(origin + files_text(files)) &&
+           summary == sealed(summary.substr(0, summary.rfind(",\n")));
 }
 
 Figures figures_of(const Path& folder) {
     const Path file = folder / "summary.json";
-    std::ostringstream stream;
-    stream << std::ifstream(file).rdbuf();
-    std::string text = stream.str();
+    std::string text = text_in(file);
     text.erase(0, text.find("\n  \"device\": ")); // behind the scene, which may have any words
     const auto value = [&](const char* key) { return value_of(file, text, key); };
     Figures f{.model = value("model"),

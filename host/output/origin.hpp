@@ -11,27 +11,33 @@
 
 namespace dermis::output {
 
-// A file that a run reads, by its name and what it holds.
-struct Input {
+// A file that a run reads or writes, by its name and what it holds.
+struct Contents {
     std::string name;
-    uint64_t hash; // FNV-1a of its bytes
+    uint64_t bytes = 0, hash = 14695981039346656037u; // FNV-1a of the bytes
+    void add(const char* more, size_t count);
 };
 // Throws Error::io where the file cannot be read.
-Input input_of(const std::string& path);
+Contents contents_of(const std::filesystem::path&);
 
 // A run's results follow from these, and from the version and the commit of dermis.
 struct Origin {
     std::string scene;                  // its text, or a name that the program gives it
     std::vector<std::string> overrides; // of keys
-    std::vector<Input> inputs;          // maps, frames and receptors
+    std::vector<Contents> inputs;       // maps, frames and receptors
     std::string device, precision;      // as they were asked for
     bool check = false;
 };
 
 // Returns the first lines of the summary.json of such a run.
 std::string text_of(const Origin&);
+// Returns the line behind them, which lists the other files of the run.
+std::string files_text(std::vector<Contents>);
+// Returns a summary.json with its own hash as last line; `text` is all before that.
+std::string sealed(std::string text);
 
-// Returns whether a folder holds all files of a finished run of this scene whose summary.json begins so.
+// Returns whether a folder holds all files of a finished run of this scene, with every byte as it was written, and
+// their summary.json begins so.
 bool is_finished(const std::filesystem::path& folder, const Scene&, const std::string& origin);
 
 // The figures of a finished run for tables, as they stand in its summary.json; empty where that has null.

@@ -3,6 +3,7 @@
 
 #include "host/output/earlier.hpp"
 #include "host/output/json.hpp"
+#include "host/output/origin.hpp"
 #include "host/output/warnings.hpp"
 #include "host/scene/text.hpp"
 
@@ -96,7 +97,7 @@ std::string json_of(const Report& r) {
                        fmt::join(times, ",\n      "), fmt::join(changed, ", "));
 }
 
-std::string summary_json(const Scene& s, const Result& r, const std::string& origin) {
+std::string summary_json(const Scene& s, const Result& r, const std::string& begin) {
     std::string check = "null";
     if (r.cells_compared)
         check = fmt::format("{{\"cells\": {}, \"different\": {}}}", r.cells_compared, r.cells_different);
@@ -108,7 +109,7 @@ std::string summary_json(const Scene& s, const Result& r, const std::string& ori
     if (!reduced.empty()) reduced += "]";
     std::vector<std::string> sentences = warnings(s, r);
     for (std::string& sentence : sentences) sentence = "\n    " + json_text(sentence);
-    return origin + fmt::format(R"(
+    return sealed(begin + fmt::format(R"(
   "device": {{"name": {}, "kind": {}, "driver": {}, "exact": {}}},
   "plan": {{"model": "{}", "method": "{}", "precision": "{}", "predicted_error": {}, "measured_error": {}{}}},
   "grid": {{"width": {}, "height": {}}},
@@ -117,17 +118,16 @@ std::string summary_json(const Scene& s, const Result& r, const std::string& ori
   "tau_min": {}, "tau_max": {}, "z_min": {}, "z_max": {}, "greatest_gain": {}, "greatest_curvature": {}, "stencil_estimate": {},
   "kinks": {}, "pressed_cells": {},
   "report": {},
-  "warnings": [{}]
-}}
-)",
-                                json_text(r.device.name), json_text(r.device.kind), json_text(r.device.driver),
-                                r.device.exact, name(r.model), name(s.method), name(r.precision),
-                                json_number(r.predicted_error), json_number(r.measured_error), reduced, s.grid.width, s.grid.height, r.steps,
-                                r.left_out, r.time.size(), r.dispatches, shortest(r.seconds), check,
-                                json_number(r.tau_min), json_number(r.tau_max), json_number(s.time.step / r.tau_max),
-                                json_number(s.time.step / r.tau_min), json_number(r.greatest_gain),
-                                json_number(r.greatest_curvature), json_number(r.stencil_estimate), count(r.kinks),
-                                count(r.pressed_cells), json_of(report(s, r)), fmt::join(sentences, ","));
+  "warnings": [{}])",
+                                      json_text(r.device.name), json_text(r.device.kind), json_text(r.device.driver),
+                                      r.device.exact, name(r.model), name(s.method), name(r.precision),
+                                      json_number(r.predicted_error), json_number(r.measured_error), reduced,
+                                      s.grid.width, s.grid.height, r.steps, r.left_out, r.time.size(), r.dispatches,
+                                      shortest(r.seconds), check, json_number(r.tau_min), json_number(r.tau_max),
+                                      json_number(s.time.step / r.tau_max), json_number(s.time.step / r.tau_min),
+                                      json_number(r.greatest_gain), json_number(r.greatest_curvature),
+                                      json_number(r.stencil_estimate), count(r.kinks), count(r.pressed_cells),
+                                      json_of(report(s, r)), fmt::join(sentences, ",")));
 }
 
 } // namespace
@@ -145,10 +145,11 @@ std::string npy_of(const std::vector<double>& map, int width, int height) {
 }
 
 std::vector<std::string> result_files(const Scene& scene) {
-    std::vector<std::string> names = {"traces.csv", "impulses.csv", "summary.json"};
+    std::vector<std::string> names = {"traces.csv", "impulses.csv"};
     for (const FieldRequest& f : scene.output.fields)
         for (Quantity quantity : f.what) names.push_back(field_name(quantity, f.at));
     if (!scene.sites.empty()) names.insert(names.end(), {"receptors.csv", "responses.npy"});
+    names.push_back("summary.json");
     return names;
 }
 
@@ -159,8 +160,11 @@ void write_result(const Folder& folder, const Scene& scene, const Result& result
     const bool owned = is_owned(out);
     Part unfinished(out / "summary.json", made_by_dermis + "\n  \"unfinished\": true\n}\n");
     std::list<Part> parts;
+    std::vector<Contents> files;
     const auto add = [&](const std::string& name, const std::string& content) {
         parts.emplace_back(out / name, content);
+        files.push_back({name});
+        files.back().add(content.data(), content.size());
     };
     add("traces.csv", traces_csv(result));
     add("impulses.csv", impulses_csv(result));
@@ -170,7 +174,7 @@ void write_result(const Folder& folder, const Scene& scene, const Result& result
         add("receptors.csv", receptors_csv(scene));
         add("responses.npy", npy_of(result.responses, int(scene.sites.size()), int(result.time.size())));
     }
-    add("summary.json", summary_json(scene, result, origin));
+    add("summary.json", summary_json(scene, result, origin + files_text(files)));
     // A kill from here on leaves files of two runs, and the summary that says so.
     const HeldSignals signals;
     if (owned) unfinished.publish(signals);

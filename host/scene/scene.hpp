@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <tuple>
 
 namespace dermis::scene {
 
@@ -57,8 +58,11 @@ SceneText text_of_file(const std::string& path);
 SceneText text_of_string(const std::string& text, const std::string& folder);
 // Maps in memory, each under the name that stands in a scene in place of its file.
 using NamedMaps = std::map<std::string, Map>;
-// The files of the result are those that the text names.
-SceneWithFiles read_scene(const SceneText&, const std::vector<std::string>& overrides, const NamedMaps& = {});
+// Maps that have been read, by path, width and height.
+using FileMaps = std::map<std::tuple<std::string, int, int>, Map>;
+// The files of the result are those that the text names. read: where scenes are to share the maps that they read.
+SceneWithFiles read_scene(const SceneText&, const std::vector<std::string>& overrides, const NamedMaps& = {},
+                          FileMaps* read = nullptr);
 // Returns the dotted name of every key that a scene file may have, as in "load.radius", but for those in lists.
 std::vector<std::string> known_keys();
 

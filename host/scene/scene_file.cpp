@@ -113,7 +113,7 @@ scene::SceneText scene::text_of_string(const std::string& text, const std::strin
 }
 
 scene::SceneWithFiles scene::read_scene(const SceneText& source, const std::vector<std::string>& overrides,
-                                        const NamedMaps& maps) try {
+                                        const NamedMaps& maps, FileMaps* shared) try {
     const DefaultFloats guard; // what a text's numbers are depends on it too
     const auto& [text, name, folder] = source;
     toml::table file;
@@ -131,7 +131,8 @@ scene::SceneWithFiles scene::read_scene(const SceneText& source, const std::vect
     try {
         for (const std::string& o : overrides) apply_override(file, o);
         SceneWithFiles read;
-        read.scene = read_tables(file, folder, maps, read.files);
+        FileMaps own;
+        read.scene = read_tables(file, folder, maps, shared ? *shared : own, read.files);
         // The caller gets the scene without defaults: they depend on what it may still change.
         validate(read.scene);
         return read;

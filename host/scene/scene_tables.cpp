@@ -8,10 +8,12 @@
 namespace dermis::scene {
 namespace {
 
-// The folder that paths in a scene file are relative to, maps in memory, and the files that have been named so far.
+// The folder that paths in a scene file are relative to, maps in memory, maps that have been read, and the files that
+// have been named so far.
 struct Folder {
     std::filesystem::path path;
     const NamedMaps& maps;
+    FileMaps& read;
     std::vector<std::string>& files;
     // Returns the path from the working directory, or the name of a map in memory.
     std::string file(const std::string& name) const {
@@ -21,7 +23,9 @@ struct Folder {
     Map map(const std::string& file, const Grid& grid, const std::string& parameter) const {
         const auto in_memory = maps.find(file);
         if (in_memory != maps.end()) return in_memory->second;
-        return read_npy(file, grid.width, grid.height, parameter);
+        Map& map = read[{file, grid.width, grid.height}];
+        if (map.empty()) map = read_npy(file, grid.width, grid.height, parameter);
+        return map;
     }
 };
 
@@ -251,14 +255,16 @@ Scene read_all(Section top, const Folder& folder) {
 
 } // namespace
 
-Scene read_tables(const toml::table& file, const std::filesystem::path& folder, const NamedMaps& maps,
+Scene read_tables(const toml::table& file, const std::filesystem::path& folder, const NamedMaps& maps, FileMaps& read,
                   std::vector<std::string>& files) {
-    return read_all(Section(&file, ""), {folder, maps, files});
+    return read_all(Section(&file, ""), {folder, maps, read, files});
 }
 
 std::vector<std::string> known_keys() {
     std::vector<std::string> keys, no_files;
-    read_all(Section(nullptr, "", &keys), {"", {}, no_files}); // the readers ask for every key, whatever a file has
+    FileMaps no_maps;
+    read_all(Section(nullptr, "", &keys),
+             {"", {}, no_maps, no_files}); // the readers ask for every key, whatever a file has
     return keys;
 }
 

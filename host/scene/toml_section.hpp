@@ -51,7 +51,8 @@ inline double number_in(const toml::node& node, const std::string& parameter) {
 }
 
 inline int whole_number_in(const toml::node& node, const std::string& parameter) {
-    if (!node.is_integer() || std::abs(double(**node.as_integer())) > 1e9) refuse(parameter, node, "a whole number");
+    if (!node.is_integer() || std::abs(double(**node.as_integer())) > 1e9)
+        refuse(parameter, node, "a whole number, -1e9..1e9");
     return int(**node.as_integer());
 }
 

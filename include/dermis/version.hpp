@@ -21,7 +21,8 @@ namespace dermis {
 DERMIS_API const char* version() noexcept;
 
 // The commit that the library was built from, followed by "-dirty" if files had been changed since; "unknown" if the
-// sources were not a git checkout of their own.
+// sources were not a git checkout of their own. In both cases "-" and twelve digits of a hash of the sources follow, so
+// that equal commits mean equal sources.
 DERMIS_API const char* commit() noexcept;
 
 } // namespace dermis

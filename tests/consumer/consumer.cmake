@@ -83,10 +83,18 @@ elseif(claim STREQUAL "add_subdirectory")
         run(diff -r ${source}/${part} ${copy}/${part})
     endforeach()
     same_bits(${folder}/bits)
-    # a copy inside another repository does not take that one's commit for its own
+    # a copy inside another repository does not take that one's commit for its own, and changed sources have another one
     file(STRINGS ${folder}/dermis/generated/commit.h commit)
-    if(NOT commit STREQUAL "#define DERMIS_COMMIT \"unknown\"")
+    if(NOT commit MATCHES "^#define DERMIS_COMMIT \"unknown-[0-9a-f]+\"$")
         message(FATAL_ERROR "a copy of the sources has the ${commit}")
+    endif()
+    run(${CMAKE_COMMAND} -Dsource=${copy} -Dheader=${work}/commit.h -P ${copy}/host/packaging/commit.cmake)
+    file(STRINGS ${work}/commit.h again)
+    file(APPEND ${copy}/kernels/step.h "// another\n")
+    run(${CMAKE_COMMAND} -Dsource=${copy} -Dheader=${work}/commit.h -P ${copy}/host/packaging/commit.cmake)
+    file(STRINGS ${work}/commit.h changed)
+    if(NOT again STREQUAL commit OR changed STREQUAL commit)
+        message(FATAL_ERROR "${commit}, of the same sources ${again}, and of others ${changed}")
     endif()
 
 # The command, which runs, the licence and the README are installed beside the library.

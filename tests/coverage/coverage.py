@@ -25,14 +25,14 @@ from sites import never_return, sites_of
 ROOT = Path(__file__).resolve().parents[2]
 # The suites that reach most for their time, with the cases that are run of them: all, but those behind ~, or only some.
 QUICK = {"scene": "", "refusals": "", "cli": "", "c": "", "output": "", "report": "", "state": "", "trial": "", "skin": "",
-         "preset": "",
+         "preset": "", "resume": "",
          "faults": "", "memory": "~an allocation that fails in the command*", "files": "~300 runs*,a study*",
          "fit": "*refuse*,dermis fit refuses*,a picture*", "models": "a model that*,requests*",
          "embedding": "what a host*,a binding that*,nothing of sites*,the recorded check*",
          "pads": "a press of pads that*,another material*"}
 EVERY = ["backends", "c", "chain", "cli", "closed_form", "coefficients", "contact", "conventions", "device", "embedding",
-         "faults", "files", "fit", "frames", "kernels", "loops", "materials", "memory", "models", "output", "pads", "planner",
-         "preset", "published", "reduction", "refusals", "report", "scene", "sites", "skin", "stability", "state", "trial"]
+         "faults", "files", "fit", "frames", "intervals", "kernels", "loops", "materials", "memory", "models", "output", "pads", "planner",
+         "preset", "published", "reduction", "refusals", "report", "resume", "scene", "sites", "skin", "stability", "state", "trial"]
 # Claims about speed, which this build has not.
 SPEED = "a press in C has the bits*"
 LONG = ("memory", "faults", "skin")

@@ -15,7 +15,7 @@ TOP = pathlib.Path(__file__).parents[2]
 def test_the_version_is_that_of_the_headers():
     header = (TOP / "include/dermis/version.hpp").read_text()
     assert dermis.__version__ == ".".join(re.findall(r"DERMIS_VERSION_\w+ (\d+)\n", header))
-    assert re.fullmatch(r"unknown|[0-9a-f]{12}(-dirty)?", dermis.commit)
+    assert re.fullmatch(r"[0-9a-f]{12}|(unknown|[0-9a-f]{12}-dirty)-[0-9a-f]{12}", dermis.commit)
 
 
 def test_types_come_with_the_package():

@@ -17,7 +17,7 @@ from pathlib import Path
 # Threads of the CPU path, of programs on several devices, of skins and handles in a caller's own threads, of lavapipe, and
 # of the command.
 SUITES = ["backends", "c", "chain", "cli", "conventions", "device", "embedding", "faults", "files", "frames", "kernels",
-          "loops", "materials", "memory", "models", "output", "pads", "planner", "reduction", "scene", "sites", "skin",
+          "loops", "materials", "memory", "models", "output", "pads", "planner", "reduction", "resume", "scene", "sites", "skin",
           "stability", "state", "trial"]
 # A claim about speed, which this build has not, and grids of whose memory the sanitizer would need several times as much.
 EXCLUDED = "--test-case-exclude=a press in C has the bits*,8192 x 8192*,millions of receptors*"
