@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "tests/oracle/family.hpp"
 
+#include "tests/oracle/scene_files.hpp"
+
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 
 #include <unistd.h>
 
@@ -47,17 +48,6 @@ bool crowded(const Scene& s) {
 size_t cells_of(const Scene& s) { return size_t(s.grid.width) * size_t(s.grid.height); }
 
 } // namespace
-
-void write_frames(const std::filesystem::path& path, const Grid& grid, const std::vector<std::vector<double>>& frames) {
-    std::string header = "{'descr': '<f8', 'fortran_order': False, 'shape': (" + std::to_string(frames.size()) + ", " +
-                         std::to_string(grid.height) + ", " + std::to_string(grid.width) + "), }";
-    header.resize(118, ' ');
-    header.back() = '\n';
-    std::ofstream out(path, std::ios::binary);
-    out << std::string("\x93NUMPY\x01\x00\x76\x00", 10) << header;
-    for (const std::vector<double>& frame : frames)
-        out.write(reinterpret_cast<const char*>(frame.data()), std::streamsize(frame.size() * sizeof(double)));
-}
 
 Family::Family(unsigned seed)
     : random_(seed), path_(std::filesystem::temp_directory_path() /

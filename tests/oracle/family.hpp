@@ -57,7 +57,4 @@ class Family {
     const char* kind_ = "";
 };
 
-// Writes frames of width*height as one .npy file.
-void write_frames(const std::filesystem::path&, const dermis::Grid&, const std::vector<std::vector<double>>& frames);
-
 } // namespace oracle

@@ -16,7 +16,7 @@ using namespace dermis;
 
 Verdict judge(const Case& c) {
     Verdict v;
-    v.free = !c.scene.precision;
+    v.free = !c.scene.precision && c.scene.method == Method::exact && *c.scene.tolerance >= 1e-9;
     v.tolerance = *c.scene.tolerance;
     Result result;
     try {
@@ -77,17 +77,15 @@ std::string text(const Verdict& v, const Scene& s) {
 
 void Survey::take(const Verdict& v, const std::string& line) {
     ++scenes;
+    free += v.free;
     if (!v.failure.empty()) {
         failed.push_back(line);
         return;
     }
     if (!v.accepted) {
         ++refused;
-        if (!v.free || v.tolerance < 1e-9) return;
-        ++refused_free;
-        if (!v.kept()) return;
-        ++met_all_the_same;
-        wrongly_refused.push_back(line);
+        refused_free += v.free;
+        if (v.free && v.kept()) wrongly_refused.push_back(line);
         return;
     }
     ++accepted;
@@ -129,8 +127,8 @@ std::string Survey::summary() const {
     out << scenes << " scenes: " << accepted << " accepted, of which " << broken.size() << " break their tolerance and "
         << exceeded.size() << " exceed their prediction; prediction over measurement " << median_ratio()
         << " in the median: " << median_ratios() << "; " << shortened << " of fewer elements in series; " << refused
-        << " refused, of which " << refused_free << " with free precision and a tolerance from 1e-9 on, and f64 met "
-        << met_all_the_same << " of these; " << failed.size() << " failed otherwise";
+        << " refused; of " << free << " free ones with a tolerance from 1e-9 on " << refused_free << " refused, "
+        << wrongly_refused.size() << " wrongly; " << failed.size() << " failed otherwise";
     return out.str();
 }
 
