@@ -384,9 +384,8 @@ class Measure {
         const size_t q = size_t(quantity);
         const long double largest = (site ? exact_.largest_at_sites[q] : exact_.largest[q]) * gain_[q];
         for (size_t i = first; i < truth.size(); i += stride) {
-            double off = 0;
-            if (largest > least_) off = double(std::abs(values[i] - truth[i]) / largest);
-            else if (!(std::abs(values[i]) <= 2 * least_)) off = HUGE_VAL; // exact, and stored as 0 or thereabouts
+            double off = double(std::abs(values[i] - truth[i]) / std::max<long double>(largest, least_));
+            if (largest <= least_ && std::abs(values[i]) <= 2 * least_) off = 0; // exact, stored as 0 or thereabouts
             if (!(off >= 0)) off = HUGE_VAL;
             if (off > worst.value) worst = {off, quantity, where, i};
         }

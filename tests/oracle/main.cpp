@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // dermis-oracle N SEED: the survey of the planner's promises on N scenes of other seeds than those of the tests.
+// dermis-oracle --search SECONDS SEED FOLDER: climbs towards scenes that break them; what it finds is in FOLDER.
 #include "tests/oracle/scene_files.hpp"
-#include "tests/oracle/survey.hpp"
+#include "tests/oracle/search.hpp"
 
 #include <chrono>
 #include <cstdio>
@@ -24,6 +25,25 @@ int surveyed(int count, unsigned first) {
     return s.broken.empty() && s.exceeded.empty() && s.failed.empty() ? 0 : 1;
 }
 
+// Prints how near each bound came to its error, and writes what is beyond it into a folder.
+int searched(double seconds, unsigned seed, const std::filesystem::path& folder) {
+    int status = 0;
+    for (oracle::Found& f : oracle::search(seconds, seed)) {
+        const std::string name = std::string(dermis::name(f.model)) + " in " + dermis::name(f.precision);
+        std::printf("%s: %lld scenes, least bound over error %.4g, from seed %u\n", name.c_str(), f.scenes, f.ratio,
+                    f.seed);
+        if (f.ratio >= 1) continue;
+        status = 1;
+        f.scene = oracle::shrunk(std::move(f.scene));
+        const std::filesystem::path place =
+            folder / (std::string(dermis::name(f.model)) + "_" + dermis::name(f.precision));
+        oracle::write_case(f.scene, place);
+        std::printf("  %s: %s\n", (place / "scene.toml").c_str(),
+                    text(oracle::judge(oracle::read_case(place / "scene.toml")), f.scene.scene).c_str());
+    }
+    return status;
+}
+
 int written(unsigned seed, const char* folder) {
     oracle::Family family(seed);
     oracle::write_case(family.next(), folder);
@@ -35,7 +55,11 @@ int written(unsigned seed, const char* folder) {
 int main(int argc, char** argv) {
     if (argc == 3) return surveyed(std::atoi(argv[1]), number(argv[2]));
     if (argc == 4 && argv[1] == std::string_view("--write")) return written(number(argv[2]), argv[3]);
-    std::fprintf(stderr, "dermis-oracle N SEED: judges the scenes of the seeds SEED .. SEED + N - 1\n"
-                         "dermis-oracle --write SEED FOLDER: writes the scene of a seed as dermis run reads it\n");
+    if (argc == 5 && argv[1] == std::string_view("--search"))
+        return searched(std::atof(argv[2]), number(argv[3]), argv[4]);
+    std::fprintf(stderr,
+                 "dermis-oracle N SEED: judges the scenes of the seeds SEED .. SEED + N - 1\n"
+                 "dermis-oracle --search SECONDS SEED FOLDER: looks for scenes whose bound is below their error\n"
+                 "dermis-oracle --write SEED FOLDER: writes the scene of a seed as dermis run reads it\n");
     return 2;
 }

@@ -16,8 +16,8 @@ using namespace dermis;
 
 Verdict judge(const Case& c) {
     Verdict v;
-    v.free = !c.scene.precision && c.scene.method == Method::exact && *c.scene.tolerance >= 1e-9;
-    v.tolerance = *c.scene.tolerance;
+    v.tolerance = c.scene.tolerance.value_or(HUGE_VAL);
+    v.free = !c.scene.precision && c.scene.method == Method::exact && v.tolerance >= 1e-9;
     Result result;
     try {
         result = run(c.scene, Device::cpu(1));

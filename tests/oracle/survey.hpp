@@ -9,7 +9,7 @@
 
 namespace oracle {
 
-// The outcome of one scene that asks for a tolerance.
+// The outcome of one scene. Without a tolerance it is accepted.
 struct Verdict {
     bool accepted = false;
     bool free = false; // the scene asks for the exact method, for no precision and for a tolerance from 1e-9 on
