@@ -103,7 +103,8 @@ double ratio_of(Case c) {
     }
     const Verdict v = judge(c);
     std::filesystem::remove(path);
-    if (!v.failure.empty() || !v.accepted || !std::isfinite(v.predicted) || v.measured.value == 0) return HUGE_VAL;
+    if (!v.failure.empty() || !v.accepted || v.measured.value == 0) return HUGE_VAL;
+    if (!(v.predicted < 1)) return HUGE_VAL; // promises nothing
     return v.predicted / v.measured.value;
 }
 
