@@ -101,12 +101,21 @@ TEST_CASE("an accepted tolerance is kept in 3000 random scenes") {
 
 TEST_CASE("predicted_error is never exceeded in 3000 random scenes") { none(surveyed().exceeded); }
 
-TEST_CASE("of free scenes at a tolerance from 1e-9 on at most one in 200 is refused that f64 would have met") {
+TEST_CASE("no scene that once broke a bound, or was refused wrongly, does so again") {
+    const oracle::Survey s = oracle::survey(DERMIS_FOUND);
+    CHECK(s.scenes >= 16);
+    none(s.broken);
+    none(s.exceeded);
+    none(s.failed);
+    none(s.wrongly_refused);
+}
+
+TEST_CASE("of free scenes at a tolerance from 1e-9 on at most one in 2000 is refused that f64 would have met") {
     const oracle::Survey& s = surveyed();
     std::string lines;
     for (const std::string& line : s.wrongly_refused) lines += line + "\n";
     INFO(lines);
-    CHECK(200 * s.wrongly_refused.size() <= size_t(s.free));
+    CHECK(2000 * s.wrongly_refused.size() <= size_t(s.free));
 }
 
 TEST_CASE("the bound is at most 8 times the measured error in the median") { CHECK(surveyed().median_ratio() <= 8); }

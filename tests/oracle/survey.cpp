@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "tests/oracle/survey.hpp"
 
+#include "tests/oracle/scene_files.hpp"
+
 #include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <future>
+#include <set>
 #include <sstream>
 #include <thread>
 
@@ -130,6 +133,18 @@ std::string Survey::summary() const {
         << " refused; of " << free << " free ones with a tolerance from 1e-9 on " << refused_free << " refused, "
         << wrongly_refused.size() << " wrongly; " << failed.size() << " failed otherwise";
     return out.str();
+}
+
+Survey survey(const std::filesystem::path& found) {
+    std::set<std::filesystem::path> folders;
+    for (const auto& entry : std::filesystem::directory_iterator(found)) folders.insert(entry.path());
+    Survey s;
+    for (const std::filesystem::path& folder : folders) {
+        const Case c = read_case(folder / "scene.toml");
+        const Verdict v = judge(c);
+        s.take(v, folder.filename().string() + ": " + text(v, c.scene));
+    }
+    return s;
 }
 
 Survey survey(unsigned first, int count) {

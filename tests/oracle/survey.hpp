@@ -40,6 +40,8 @@ struct Survey {
     std::string median_ratios() const; // of each arithmetic
     std::string summary() const;
 };
+// Scenes that once broke a promise: those in a folder, each with its maps in a folder of its own.
+Survey survey(const std::filesystem::path& found);
 // The scenes of the seeds first .. first + count - 1.
 Survey survey(unsigned first, int count);
 
