@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Elements in series, against numbers of their closed form in 50 digits and against superposition.
 #include "tests/oracle/exact.hpp"
-#include "tests/oracle/family.hpp"
+#include "tests/oracle/scene_files.hpp"
 #include "tests/support.hpp"
 
 #include <filesystem>

@@ -2,6 +2,7 @@
 // The planner drops and merges elements in series where no output tells the difference, and nowhere else.
 #include "host/planner/reduction.hpp"
 
+#include "tests/oracle/scene_files.hpp"
 #include "tests/oracle/survey.hpp"
 #include "tests/support.hpp"
 

@@ -163,12 +163,13 @@ TEST_CASE("the exact scene is the straight reading of the model at every edge an
             s.time = {0.05, 0.4};
             const auto outside = periodic ? oracle::Outside::periodic : oracle::Outside::mirror;
             const double at = 0.31;
-            s.output.fields = {{at, s.output.traces}};
+            s.output.fields = {{at, s.output.traces}, {at, {Quantity::curvature, Quantity::deformation}}};
             const oracle::Fields f =
                 oracle::model({9, 6, 2e-4, 3e-4, 1e-4, 1.54, 0.7, outside, fourth}, s.surface.map, s.load.map, at);
             const oracle::Exact e = oracle::exact(c);
-            const std::vector<double>* expected[] = {&f.strain, &f.sa1, &f.sa2, &f.fa1, &f.fa2};
-            for (size_t q = 0; q < 5; ++q)
+            const std::vector<double>* expected[] = {&f.strain, &f.sa1,       &f.sa2,        &f.fa1,
+                                                     &f.fa2,    &f.curvature, &f.deformation};
+            for (size_t q = 0; q < std::size(expected); ++q)
                 CHECK(difference(std::vector<double>(e.fields[q].values.begin(), e.fields[q].values.end()),
                                  *expected[q]) < 1e-13);
         }

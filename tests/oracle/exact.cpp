@@ -168,6 +168,17 @@ struct Moment {
     long double strain = 0, integral = 0, rate = 0, acceleration = 0;
 };
 
+// The rounding of each addition is added at the end, so that a million cells have the mean of one.
+long double mean_of(const Numbers& map) {
+    long double sum = 0, lost = 0;
+    for (long double v : map) {
+        const long double next = sum + v, part = next - sum;
+        lost += (sum - (next - part)) + (v - part);
+        sum = next;
+    }
+    return (sum + lost) / (long double)map.size();
+}
+
 size_t place(const Scene& s, Cell c) { return size_t(c.y) * size_t(s.grid.width) + size_t(c.x); }
 
 long double gained(const Receptors& r, long double v) { return v >= 0 ? r.fa2_gains[0] * v : r.fa2_gains[1] * -v; }
@@ -194,8 +205,9 @@ class Evaluation {
         e.traces.resize(s_.output.traces.size());
         for (ExactTrace& t : e.traces) t.probes.resize(s_.output.probes.size());
         for (const FieldRequest& f : s_.output.fields)
-            for (Quantity q : f.what)
-                if (q < Quantity::curvature) e.fields.push_back({f.at, q, {}});
+            for (Quantity q : f.what) e.fields.push_back({f.at, q, {}});
+        bent_ =
+            std::any_of(e.fields.begin(), e.fields.end(), [](auto& f) { return f.quantity >= Quantity::curvature; });
         for (size_t i = 0; i < instants_.size(); ++i) take(i, e);
         return e;
     }
@@ -233,8 +245,9 @@ class Evaluation {
         area_ = spacing * spacing;
         l_ = s_.material.curvature_length.value_or(1);
         h_ = s_.material.thickness.value_or(1);
-        rest_ = curvature_.laplacian(Numbers(s_.surface.map.begin(), s_.surface.map.end()));
-        for (long double& v : rest_) v *= s_.surface.relief.value_or(1);
+        height_.assign(s_.surface.map.begin(), s_.surface.map.end());
+        for (long double& v : height_) v *= s_.surface.relief.value_or(1);
+        rest_ = curvature_.laplacian(height_);
     }
 
     void take_load(const Pressure& pressure, const std::vector<double>& map) {
@@ -264,29 +277,32 @@ class Evaluation {
         return map;
     }
 
-    // The quantities at an instant; FA2 before its gains.
-    std::array<Numbers, 5> quantities(size_t instant) const {
-        std::array<Numbers, 5> x;
+    // The quantities at an instant; FA2 before its gains. Without curvature and deformation where no field asks for
+    // one.
+    std::array<Numbers, 7> quantities(size_t instant) const {
+        std::array<Numbers, 7> x;
         x[0] = sum(instant, &Moment::strain);
         x[2] = sum(instant, &Moment::integral);
         x[3] = sum(instant, &Moment::rate);
         x[4] = sum(instant, &Moment::acceleration);
         x[1] = x[0];
-        const Numbers gain = gains(x[0]);
+        const Numbers C = curvature_under(x[0]);
         for (size_t q = 1; q < 5; ++q)
-            for (size_t i = 0; i < cells_; ++i) x[q][i] *= gain[i];
+            for (size_t i = 0; i < cells_; ++i) x[q][i] *= 1 + l_ * C[i];
+        if (!bent_) return x;
+        x[5] = C;
+        for (size_t i = 0; i < cells_; ++i) x[6].push_back(height_[i] - h_ * x[0][i]);
         return x;
     }
 
-    // 1 + l*C under a strain.
-    Numbers gains(const Numbers& strain) const {
-        Numbers gain = curvature_.laplacian(strain);
-        for (size_t i = 0; i < cells_; ++i) gain[i] = 1 + l_ * ((rest_[i] - h_ * gain[i]) / area_);
-        return gain;
+    Numbers curvature_under(const Numbers& strain) const {
+        Numbers C = curvature_.laplacian(strain);
+        for (size_t i = 0; i < cells_; ++i) C[i] = (rest_[i] - h_ * C[i]) / area_;
+        return C;
     }
 
     void take_impulse(size_t instant, const Knot& jump, Exact& e) const {
-        const Numbers gain = gains(sum(instant, &Moment::strain));
+        const Numbers C = curvature_under(sum(instant, &Moment::strain));
         const long double size = (jump.right - jump.left).rounded();
         for (Quantity q : {Quantity::fa1, Quantity::fa2}) {
             ExactImpulse impulse{jump.time.rounded(), q, Numbers(cells_, 0)};
@@ -296,7 +312,7 @@ class Evaluation {
                 for (const Element& m : materials_[material_of_[i]]) {
                     if ((m.viscosity == 0) != (q == Quantity::fa1)) continue;
                     any = true;
-                    weight += size * maps_[0][i] / (m.viscosity == 0 ? m.modulus : m.viscosity) * gain[i];
+                    weight += size * maps_[0][i] / (m.viscosity == 0 ? m.modulus : m.viscosity) * (1 + l_ * C[i]);
                 }
                 impulse.values[i] = q == Quantity::fa2 ? gained(s_.receptors, weight) : weight;
             }
@@ -312,8 +328,8 @@ class Evaluation {
         const bool row = instants_[instant].row >= 0,
                    field = std::any_of(e.fields.begin(), e.fields.end(), [&](auto&f) { return here(f.at); });
         if (!row && !field) return;
-        std::array<Numbers, 5> x = quantities(instant);
-        for (size_t q = 0; q < 5; ++q)
+        std::array<Numbers, 7> x = quantities(instant);
+        for (size_t q = 0; q < x.size(); ++q)
             for (long double v : x[q]) e.largest[q] = std::max(e.largest[q], std::abs(v));
         for (const Site& site : s_.sites)
             if (const size_t q = size_t(site.type); row)
@@ -325,9 +341,7 @@ class Evaluation {
         for (size_t t = 0; t < e.traces.size(); ++t) {
             const Numbers& map = x[size_t(s_.output.traces[t])];
             ExactTrace& trace = e.traces[t];
-            long double total = 0;
-            for (long double v : map) total += v;
-            trace.mean.push_back(total / (long double)cells_);
+            trace.mean.push_back(mean_of(map));
             trace.min.push_back(*std::min_element(map.begin(), map.end()));
             trace.max.push_back(*std::max_element(map.begin(), map.end()));
             for (size_t p = 0; p < trace.probes.size(); ++p)
@@ -343,8 +357,9 @@ class Evaluation {
     std::vector<size_t> material_of_;
     std::vector<Knot> jumps_;
     std::vector<Instant> instants_;
-    Numbers rest_; // L(S) of a spacing of 1
+    Numbers height_, rest_; // S, and L(S) of a spacing of 1
     long double area_ = 1, l_ = 1, h_ = 1;
+    bool bent_ = false;                                     // a field asks for curvature or deformation
     std::vector<Numbers> maps_;                             // [load]
     std::vector<std::vector<std::vector<Moment>>> moments_; // [load][material][instant]
 };
@@ -369,9 +384,8 @@ class Measure {
         const size_t q = size_t(quantity);
         const long double largest = (site ? exact_.largest_at_sites[q] : exact_.largest[q]) * gain_[q];
         for (size_t i = first; i < truth.size(); i += stride) {
-            double off = 0;
-            if (largest > least_) off = double(std::abs(values[i] - truth[i]) / largest);
-            else if (!(std::abs(values[i]) <= 2 * least_)) off = HUGE_VAL; // exact, and stored as 0 or thereabouts
+            double off = double(std::abs(values[i] - truth[i]) / std::max<long double>(largest, least_));
+            if (largest <= least_ && std::abs(values[i]) <= 2 * least_) off = 0; // exact, stored as 0 or thereabouts
             if (!(off >= 0)) off = HUGE_VAL;
             if (off > worst.value) worst = {off, quantity, where, i};
         }
@@ -382,7 +396,7 @@ class Measure {
   private:
     const Exact& exact_;
     const double least_; // what is stored
-    std::array<long double, 5> gain_{1, 1, 1, 1, 1};
+    std::array<long double, 7> gain_{1, 1, 1, 1, 1, 1, 1};
 };
 
 } // namespace

@@ -36,16 +36,18 @@ struct ExactImpulse {
 struct Exact {
     std::vector<ExactTrace> traces; // as the scene asks for them
     Numbers responses;              // of the sites: [time][site]
-    std::vector<ExactField> fields; // but for curvature and deformation
+    std::vector<ExactField> fields;
     std::vector<ExactImpulse> impulses;
-    // The greatest |X| over cells, or sites of the class, and output times: of FA2 before fa2_gains.
-    std::array<long double, 5> largest{}, largest_at_sites{};
+    // The greatest |X| over cells, or sites of the class, and over the times of rows and of fields: of FA2 before
+    // fa2_gains, of curvature and deformation where a field asks for one of them.
+    std::array<long double, 7> largest{}, largest_at_sites{};
 };
 
 // more_bits: beside those that the cancellation takes.
 Exact exact(const Case&, long more_bits = 320);
 
-// The greatest |X - X_exact| over the greatest |X_exact|, as Scene::tolerance means it, over all that was asked for.
+// The greatest |X - X_exact| over all numbers of an output, over the greatest |X_exact| as above: what Scene::tolerance
+// limits, for the output where it is greatest.
 struct Distance {
     double value = 0;
     Quantity quantity = Quantity::strain;

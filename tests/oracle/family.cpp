@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "tests/oracle/family.hpp"
 
+#include "tests/oracle/scene_files.hpp"
+
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 
 #include <unistd.h>
 
@@ -13,8 +14,21 @@ using namespace dermis;
 
 namespace {
 
-// Whether a breakpoint, field or frame is so far from an output that rounding could decide if it is the output's: about
-// 4 ulp.
+// Whether breakpoints stand closer than 1e-4 of a step.
+bool crowded(const Scene& s) {
+    const Envelope& e = s.load.envelope;
+    const double least = 1e-4 * s.time.step;
+    if (e.kind == Envelope::Kind::ramp) return e.rise < least;
+    if (e.kind == Envelope::Kind::pulse) return e.length < least || e.period - e.length < least;
+    for (size_t i = 1; i < e.times.size(); ++i)
+        if (e.times[i] != e.times[i - 1] && e.times[i] - e.times[i - 1] < least) return true;
+    return false;
+}
+
+size_t cells_of(const Scene& s) { return size_t(s.grid.width) * size_t(s.grid.height); }
+
+} // namespace
+
 bool undecided(const Scene& s) {
     const Envelope& e = s.load.envelope;
     std::vector<long double> times = {e.start, (long double)e.start + e.rise};
@@ -33,40 +47,11 @@ bool undecided(const Scene& s) {
     return false;
 }
 
-// Whether breakpoints stand closer than 1e-4 of a step.
-bool crowded(const Scene& s) {
-    const Envelope& e = s.load.envelope;
-    const double least = 1e-4 * s.time.step;
-    if (e.kind == Envelope::Kind::ramp) return e.rise < least;
-    if (e.kind == Envelope::Kind::pulse) return e.length < least || e.period - e.length < least;
-    for (size_t i = 1; i < e.times.size(); ++i)
-        if (e.times[i] != e.times[i - 1] && e.times[i] - e.times[i - 1] < least) return true;
-    return false;
-}
-
-size_t cells_of(const Scene& s) { return size_t(s.grid.width) * size_t(s.grid.height); }
-
-} // namespace
-
-void write_frames(const std::filesystem::path& path, const Grid& grid, const std::vector<std::vector<double>>& frames) {
-    std::string header = "{'descr': '<f8', 'fortran_order': False, 'shape': (" + std::to_string(frames.size()) + ", " +
-                         std::to_string(grid.height) + ", " + std::to_string(grid.width) + "), }";
-    header.resize(118, ' ');
-    header.back() = '\n';
-    std::ofstream out(path, std::ios::binary);
-    out << std::string("\x93NUMPY\x01\x00\x76\x00", 10) << header;
-    for (const std::vector<double>& frame : frames)
-        out.write(reinterpret_cast<const char*>(frame.data()), std::streamsize(frame.size() * sizeof(double)));
-}
-
 Family::Family(unsigned seed)
-    : random_(seed), path_(std::filesystem::temp_directory_path() /
-                           ("dermis_family_" + std::to_string(getpid()) + "_" + std::to_string(seed) + ".npy")) {}
+    : Draw(seed), path_(std::filesystem::temp_directory_path() /
+                        ("dermis_family_" + std::to_string(getpid()) + "_" + std::to_string(seed) + ".npy")) {}
 
 Family::~Family() { std::filesystem::remove(path_); }
-
-// Made of the bits of the generator alone, so that a seed means the same everywhere.
-double Family::real(double low, double high) { return low + (high - low) * (random_() * 0x1p-32); }
 
 Case Family::next() {
     Case c;

@@ -2,14 +2,14 @@
 // Random scenes of every kind that a tolerance has to be kept in; the same for the same seed.
 #pragma once
 
+#include "tests/oracle/draw.hpp"
 #include "tests/oracle/exact.hpp"
 
 #include <filesystem>
-#include <random>
 
 namespace oracle {
 
-class Family {
+class Family : private Draw {
   public:
     // Sequences are written to a file of this process, which each next() replaces.
     explicit Family(unsigned seed);
@@ -25,10 +25,6 @@ class Family {
     struct Size {
         int grid, outputs;
     };
-    int below(int n) { return int(random_() % unsigned(n)); }
-    bool one_in(int n) { return below(n) == 0; }
-    double real(double low, double high);
-    double decades(double low, double high) { return std::pow(10, real(low, high)); }
 
     dermis::Scene scene();
     void take_grid(dermis::Scene&, Size);
@@ -52,12 +48,11 @@ class Family {
     void take_sites_on_chain(Case&);
     std::vector<std::vector<double>> frames(dermis::Scene&);
 
-    std::mt19937 random_;
     std::filesystem::path path_;
     const char* kind_ = "";
 };
 
-// Writes frames of width*height as one .npy file.
-void write_frames(const std::filesystem::path&, const dermis::Grid&, const std::vector<std::vector<double>>& frames);
+// Whether a breakpoint, field or frame is so far from a row that rounding could decide if it is the row's: about 4 ulp.
+bool undecided(const dermis::Scene&);
 
 } // namespace oracle

@@ -9,9 +9,10 @@
 
 namespace oracle {
 
-// The outcome of one scene that asks for a tolerance.
+// The outcome of one scene. Without a tolerance it is accepted.
 struct Verdict {
-    bool accepted = false, free = false; // free: the scene asks for no precision
+    bool accepted = false;
+    bool free = false; // the scene asks for the exact method, for no precision and for a tolerance from 1e-9 on
     double tolerance = 0, predicted = 0, attainable = 0;
     Distance measured; // of the run, or where it was refused of a run in f64 without a tolerance
     dermis::Model model{};
@@ -30,7 +31,7 @@ std::string text(const Verdict&, const dermis::Scene&);
 struct Survey {
     int scenes = 0, accepted = 0, kept = 0, below_prediction = 0;
     int shortened = 0; // accepted runs of fewer elements in series than the scene's
-    int refused = 0, refused_free = 0, met_all_the_same = 0; // the last two: precision free, tolerance at least 1e-9
+    int refused = 0, free = 0, refused_free = 0;
     std::vector<std::string> broken, exceeded, wrongly_refused, failed;
     std::map<std::string, std::vector<double>> ratios; // of prediction to measurement, where it is not 0, by arithmetic
 
@@ -39,6 +40,8 @@ struct Survey {
     std::string median_ratios() const; // of each arithmetic
     std::string summary() const;
 };
+// Scenes that once broke a promise: those in a folder, each with its maps in a folder of its own.
+Survey survey(const std::filesystem::path& found);
 // The scenes of the seeds first .. first + count - 1.
 Survey survey(unsigned first, int count);
 
