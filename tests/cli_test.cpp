@@ -304,13 +304,14 @@ TEST_CASE("a sweep prints the warnings of every run, and its table has their fig
     }
     CHECK(sweep("material.modulus=0.01,100 material.viscosity=0.01").status == 0);
     const std::string table = slurp(folder / "s/runs.csv");
-    CHECK(table.find("run,model,precision,seconds,predicted_error,greatest_gain,kinks,cells_compared,cells_different,"
+    CHECK(table.find("run,model,precision,seconds,predicted_error,measured_error,greatest_gain,kinks,cells_compared,"
+                     "cells_different,"
                      "set\n") == 0);
     std::vector<std::string> gains; // of each run by itself, also where the maps are read once
     for (size_t line = table.find('\n') + 1; line < table.size(); line = table.find('\n', line) + 1) {
         std::istringstream cells(table.substr(line));
         std::string cell;
-        for (int column = 0; column < 6; ++column) std::getline(cells, cell, ',');
+        for (int column = 0; column < 7; ++column) std::getline(cells, cell, ',');
         gains.push_back(cell);
     }
     REQUIRE(gains.size() == 2);

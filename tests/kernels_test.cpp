@@ -56,7 +56,8 @@ typename K::real press_one(typename K::real p, typename K::real eps, typename K:
     typename K::Summary all = K::summary_of(plain + integral);
     for (int q = QUANTITY_SA1; q < REDUCED_MAPS; ++q)
         all = K::join(all, K::summary_of(K::answer(q, K::signal(q, m, integral), C, c)));
-    return all.sum + K::deformation_of(rest, eps, r(0.3));
+    const typename K::LongSum sum = K::joined(K::joined(K::long_sum(eps), K::long_sum(C)), K::long_sum(rest));
+    return all.sum + sum.sum * r(0x1p28) + sum.rest + K::deformation_of(rest, eps, r(0.3));
 }
 
 using dermis::f32;

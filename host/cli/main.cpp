@@ -181,7 +181,7 @@ int run_scene(const Arguments& a) {
     if (a.resume && output::is_finished(out, scene, plan.origin(0))) {
         output::remove_earlier_sweep(out, 1);
         fmt::print("{}: done before\n{}\n", a.scene, (out / "traces.csv").string());
-        return output::figures_of(out).different ? 1 : 0;
+        return output::figures_of(out).wrong() ? 1 : 0;
     }
     output::Progress progress(a.scene);
     options.progress = std::ref(progress);

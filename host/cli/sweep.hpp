@@ -29,7 +29,7 @@ struct Plan {
 Plan plan_of(const std::string& path, const output::Path& out, const std::vector<Setting>&, output::Origin asked);
 
 // Writes OUT/1, OUT/2 .. and OUT/runs.csv, each run as soon as it is done. resume: those that are finished stay.
-// Returns whether no cell differs in any run.
+// Returns whether every run is right: no cell differs from the other backend, no measured error is above its bound.
 bool sweep(const output::Folder&, const std::vector<Setting>&, const Plan&, const Device&, const RunOptions&,
            bool resume);
 

@@ -101,6 +101,11 @@ bool is_finished(const Path& folder, const Scene& scene, const std::string& orig
            summary == sealed(summary.substr(0, summary.rfind(",\n")));
 }
 
+bool Figures::wrong() const {
+    const bool measured = !measured_error.empty() && !predicted_error.empty();
+    return different != 0 || (measured && std::stod(measured_error) > std::stod(predicted_error));
+}
+
 Figures figures_of(const Path& folder) {
     const Path file = folder / "summary.json";
     std::string text = text_in(file);
@@ -110,6 +115,7 @@ Figures figures_of(const Path& folder) {
               .precision = value("precision"),
               .seconds = value("seconds"),
               .predicted_error = value("predicted_error"),
+              .measured_error = value("measured_error"),
               .greatest_gain = value("greatest_gain"),
               .kinks = value("kinks")};
     if (value("cross_check").empty()) return f;

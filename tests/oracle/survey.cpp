@@ -27,6 +27,8 @@ Verdict judge(const Case& c) {
         v.accepted = true;
         v.predicted = result.predicted_error;
         v.reduced = result.reduced.size();
+        if (result.measured_error > result.predicted_error)
+            v.failure = "the witnesses are off by more than the prediction";
     } catch (const Error& e) {
         if (e.parameter() != "tolerance") {
             v.failure = e.what();
