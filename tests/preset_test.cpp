@@ -83,9 +83,10 @@ TEST_CASE("the fingertip has the numbers of its page, each with a source or call
     rows.erase("surface.kind");
     CHECK(rows.size() == given.size());
     // What the page says of all densities is their sum.
-    const double others = density.sa1 + density.fa1 + density.fa2, counted = 241;
-    CHECK(holds(rows.at("sites.density.sa2").source, fmt::format("leave {} of the {}", counted - others, counted)));
-    CHECK(holds(rows.at("sites.density.sa2").source, fmt::format("preset has {};", others + density.sa2)));
+    const int others = int(density.sa1 + density.fa1 + density.fa2), all = others + int(density.sa2);
+    const std::string& of_sa2 = rows.at("sites.density.sa2").source;
+    CHECK(holds(of_sa2, "leave " + std::to_string(241 - others) + " of the 241 "));
+    CHECK(holds(of_sa2, "preset has " + std::to_string(all) + ";"));
     for (const auto& [key, values] : given) {
         CAPTURE(key);
         REQUIRE(rows.count(key));
