@@ -7,6 +7,7 @@
 #include "tests/support.hpp"
 
 #include <fstream>
+#include <functional>
 
 using namespace test;
 namespace fs = std::filesystem;
@@ -70,14 +71,14 @@ TEST_CASE(
     for (const char* name : {"curvature_t0.05.npy", "impulses.csv", "sa1_t0.05.npy", "summary.json", "traces.csv"}) {
         CAPTURE(name);
         const fs::path file = sweep.out / "2" / name;
-        const std::uintmax_t bytes = fs::file_size(file);
-        for (std::uintmax_t left : {std::uintmax_t(0), bytes / 2, bytes - 1}) {
-            fs::resize_file(file, left);
-            CHECK(sweep.kept() == "13");
-            ++damages;
-        }
-        for (std::uintmax_t byte : {std::uintmax_t(0), bytes / 2, bytes - 1}) {
-            flip_bit(file, byte);
+        // A summary has the seconds that its run took, so that its length changes.
+        const auto bytes = [&] { return fs::file_size(file); };
+        const std::function<void()> ways[] = {
+            [&] { fs::resize_file(file, 0); },           [&] { fs::resize_file(file, bytes() / 2); },
+            [&] { fs::resize_file(file, bytes() - 1); }, [&] { flip_bit(file, 0); },
+            [&] { flip_bit(file, bytes() / 2); },        [&] { flip_bit(file, bytes() - 1); }};
+        for (const auto& damage : ways) {
+            damage();
             CHECK(sweep.kept() == "13");
             ++damages;
         }
