@@ -177,17 +177,22 @@ def scaling(rows, folder):
         line = [r for r in w1 if r["backend"] == backend]
         if line:
             cells.plot([r["cells"] for r in line], [r["least_ns"] for r in line], "s--", color=colour, label=f"W1, {backend}")
-    cells.set(xlabel="cells", ylabel="ns per cell and step", title="time grows with the cells alone", ylim=(0, None))
+    cells.set(xlabel="cells", ylabel="ns per cell and step", title="time of a cell, by the number of cells", ylim=(0, None))
     cells.legend(fontsize=8)
-    for r in of(rows, "W1"):
-        if r["backend"].startswith("cpu") and r["backend"] != "cpu-moves" and r["width"] in SIZES:
-            threads.plot(int(r["threads"]), 1 / r["least_ns"], {"512": "^", "2048": "o", "4096": "s"}[r["width"]],
-                         color={"cpu-avx512": VERMILLION, "cpu-avx2": SKY, "cpu-plain": GREEN}[r["backend"]], markerfacecolor="none")
-    threads.set(xlabel="threads", xticks=sorted({int(r["threads"]) for r in of(rows, "W1") if r["backend"].startswith("cpu")}), ylabel="cells and steps per ns", title="W1 with threads (△ 512², ○ 2048², □ 4096²)", xlim=(0.5, None), ylim=(0, None))
+    loops, sizes = {"cpu-avx512": VERMILLION, "cpu-avx2": SKY, "cpu-plain": GREEN}, {"512": "^", "2048": "o", "4096": "s"}
+    w1_of_cpu = [r for r in of(rows, "W1") if r["backend"] in loops and r["width"] in sizes]
+    for r in w1_of_cpu:
+        threads.plot(int(r["threads"]), 1 / r["least_ns"], sizes[r["width"]], color=loops[r["backend"]], markerfacecolor="none")
+    for loop in {r["backend"]: 0 for r in w1_of_cpu}:
+        threads.plot([], [], "-", color=loops[loop], label=loop)
+    for size, marker in sizes.items():
+        threads.plot([], [], marker, color="black", markerfacecolor="none", label=f"{size}²")
+    threads.legend(fontsize=8, loc="upper left")
+    threads.set(xlabel="threads", xticks=sorted({int(r["threads"]) for r in of(rows, "W1") if r["backend"].startswith("cpu")}), ylabel="cells and steps per ns", title="W1 with threads", xlim=(0.5, None), ylim=(0, None))
     for precision, colour in (("f32", VERMILLION), ("f32-compensated", ORANGE), ("f64", BLUE)):
         ladder = [r for r in of(rows, "accuracy", method="exact", model="march", precision=precision, stencil="five-point") if device_of(r) == "cpu"]
         steps.loglog([number(r["steps"]) for r in ladder], [r["least"] for r in ladder], "o-", color=colour, label=precision)
-    steps.set(xlabel="steps", ylabel="s", title=f"and with the steps alone (march, {int(ladder[0]['width'])}²)")
+    steps.set(xlabel="steps", ylabel="s", title=f"time by the number of steps (march, {int(ladder[0]['width'])}²)")
     steps.legend(fontsize=8)
     for axis in (cells, steps, threads):
         axis.grid(alpha=0.25)

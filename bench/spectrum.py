@@ -33,8 +33,8 @@ SKINS = {"measured: 4 ms, 70 ms, 1.4 s": ([], BLUE, "-"),
          "one element, 0.65 s": (["--set", f"material.modulus={LASTING}", "--set",
                                   f"material.viscosity={LASTING * TAU}", "--set", "receptors.fa2=step-mean"],
                                  VERMILLION, (0, (5, 2)))}
-PANELS = [("strain", "strain"), ("sa1", "SA1 (strain)"), ("sa2", "SA2 (strain s)"), ("fa1", "FA1 (1/s)"),
-          ("fa2", "FA2 (1/s²)")]
+PANELS = [("strain", "strain (1)"), ("sa1", "SA1 (1)"), ("sa2", "SA2 (s)"), ("fa1", "FA1 (1/s)"),
+          ("fa2", "FA2 (1/s²; linear within ±0.1)")]
 
 
 def traces(dermis, settings, folder):
