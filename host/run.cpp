@@ -182,7 +182,7 @@ class Run {
             ++result_.steps;
             if (check_) check_->press(step, *stepper_);
             if (step.field >= 0) read_fields(step);
-            if (step.trace == most_strained_ && step.trace + 1 < schedule_.outputs)
+            if (step.trace >= 0 && step.trace == most_strained_ && step.trace + 1 < schedule_.outputs)
                 most_curved_ = stepper_->estimate(skin_).curvature;
             if (step.trace >= 0) scene::reach(double(step.trace + 1) / double(schedule_.outputs), step.trace % 16 == 0);
         }

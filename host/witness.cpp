@@ -18,9 +18,9 @@ std::vector<Cell> places_of(const std::vector<WitnessCell>& cells) {
 }
 
 // Frames are taken one by one.
-plan::Schedule outputs_of(const plan::Schedule& schedule, long long& every) {
+plan::Schedule outputs_of(const plan::Schedule& schedule) {
     if (schedule.framed) return schedule;
-    return with_fewer_outputs(schedule, most_outputs, every);
+    return with_fewer_outputs(schedule, most_outputs);
 }
 
 // Cells that tell most of a run's error, as many as take a thirtieth of its time, but at least four. They become the
@@ -51,7 +51,7 @@ std::vector<WitnessCell> witness_cells(const plan::PreparedSkin& skin, plan::Sch
 
 Witness::Witness(const plan::PreparedSkin& skin, const plan::Schedule& schedule, const std::vector<WitnessCell>& cells,
                  const planner::Peaks& scale, double stored)
-    : whole_(schedule), schedule_(outputs_of(schedule, every_)), cells_(skin, pressed_cells(whole_), places_of(cells)),
+    : whole_(schedule), schedule_(outputs_of(schedule)), cells_(skin, pressed_cells(whole_), places_of(cells)),
       rule_(skin.rule), scale_(scale), stored_(stored), width_(size_t(skin.width())),
       constants_(plan::constants_of<extended>(skin, schedule.pressed)),
       stepper_(cells_, variant_of(skin, schedule_, Precision::f64)),
@@ -63,6 +63,7 @@ Witness::Witness(const plan::PreparedSkin& skin, const plan::Schedule& schedule,
             {.of = c,
              .at = stepper_.point(skin, c.cell),
              .pressed = ever_pressed(pressed, size_t(c.cell.y) * width_ + size_t(c.cell.x), skin.width())});
+    field_.resize(points_.size());
     for (size_t cell : cells_.cells) {
         from_.push_back(0);
         to_.push_back(schedule.framed ? 0 : schedule.pressure[cell]);
@@ -110,17 +111,20 @@ void Witness::press(const plan::Step& step) {
     }
     stepper_.advance(constants_, lanes_.data(), pressures(), 0, to_.size());
     if (step.trace >= 0) {
-        Output& output = outputs_.emplace_back(Output{.row = step.trace * every_, .values = {}});
+        Output& output = outputs_.emplace_back(Output{.row = step.trace * schedule_.every, .values = {}});
         for (const Point& p : points_)
             for (int q = 0; q < REDUCED_MAPS; ++q)
                 if (compares(p, Quantity(q))) output.values.push_back(value(p, Quantity(q)));
     }
+    if (step.field >= 0)
+        for (size_t i = 0; i < points_.size(); ++i)
+            for (size_t q = 0; q < field_[i].size(); ++q) field_[i][q] = value(points_[i], Quantity(q));
     if (step.keep) stepper_.keep();
 }
 
 // Where fewer outputs are computed, the steps are longer than those over which FA2 is a mean.
 bool Witness::compares(const Point& p, Quantity q) const {
-    if (q == Quantity::fa2 && rule_.step_mean && every_ > 1) return false;
+    if (q == Quantity::fa2 && rule_.step_mean && schedule_.every > 1) return false;
     if (p.of.quantity != WitnessCell::traced) return int(q) == p.of.quantity;
     const std::vector<Quantity>& traces = whole_.output.traces;
     return std::find(traces.begin(), traces.end(), q) != traces.end();
@@ -143,10 +147,10 @@ void Witness::compare(const plan::Step& step, const plan::Sample& sample) {
 }
 
 void Witness::compare(Quantity q, const std::vector<double>& map) {
-    if (q == Quantity::deformation || (q == Quantity::fa2 && rule_.step_mean && every_ > 1)) return;
-    for (const Point& p : points_)
-        if (p.of.quantity == WitnessCell::traced)
-            take(map[size_t(p.of.cell.y) * width_ + size_t(p.of.cell.x)], value(p, q), p, q);
+    if (q == Quantity::deformation || (q == Quantity::fa2 && rule_.step_mean && schedule_.every > 1)) return;
+    for (size_t i = 0; i < points_.size(); ++i)
+        if (const WitnessCell& of = points_[i].of; of.quantity == WitnessCell::traced)
+            take(map[size_t(of.cell.y) * width_ + size_t(of.cell.x)], field_[i][size_t(q)], points_[i], q);
 }
 
 void Witness::take(double x, long double exact, const Point& p, Quantity q) {
@@ -175,8 +179,7 @@ long long most_strained_output(const plan::PreparedSkin& skin, const plan::Sched
         const double output = std::ceil(frame * *schedule.load.interval / schedule.time.step);
         return std::min(static_cast<long long>(std::min(output, 1e18)), schedule.outputs - 1);
     }
-    long long every;
-    const plan::Schedule few = with_fewer_outputs(schedule, 512, every);
+    const plan::Schedule few = with_fewer_outputs(schedule, 512);
     const std::vector<double>& p = schedule.pressure;
     const auto most =
         std::max_element(p.begin(), p.end(), [](double a, double b) { return std::abs(a) < std::abs(b); });
@@ -186,7 +189,7 @@ long long most_strained_output(const plan::PreparedSkin& skin, const plan::Sched
     std::vector<f64::Sum> before(shape.sums()), after(before);
     std::vector<f64::Coefficients> table;
     std::array<f64::LaneCoefficients, scene::most_in_series> lanes;
-    plan::Timeline timeline(few, elements, skin.rule, schedule.method);
+    plan::Timeline timeline(few, elements, skin.rule, Method::exact);
     double greatest = 0;
     long long output = 0;
     for (plan::Step step; timeline.next(step);) {
@@ -197,7 +200,7 @@ long long most_strained_output(const plan::PreparedSkin& skin, const plan::Sched
         const double strain =
             std::abs(plan::press_cell<f64>(before.data(), after.data(), load, lanes.data(), shape).strain);
         before.swap(after);
-        if (strain > greatest && step.trace >= 0) greatest = strain, output = step.trace * every;
+        if (strain > greatest && step.trace >= 0) greatest = strain, output = step.trace * few.every;
     }
     return output;
 }

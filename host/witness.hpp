@@ -32,7 +32,7 @@ class Witness {
     void advance(scene::Instant end);
     // Compares an output of the run; outputs come in order, perhaps some steps later.
     void compare(const plan::Step&, const plan::Sample&);
-    // Compares a field of the run at the last instant of advance(), width*height.
+    // Compares a field of the run at its last instant, width*height.
     void compare(Quantity, const std::vector<double>& map);
     // The greatest |X - X_exact| so far, by the greatest |X_exact| of its quantity.
     double measured_error() const { return error_; }
@@ -57,7 +57,6 @@ class Witness {
     Extended::Pressures pressures() const { return {schedule_.framed ? from_.data() : to_.data(), to_.data()}; }
 
     const plan::Schedule whole_;
-    long long every_ = 1; // outputs of the run from one that is computed to the next
     const plan::Schedule schedule_;
     const plan::SiteCells cells_;
     const plan::ResponseRule rule_;
@@ -71,6 +70,7 @@ class Witness {
     std::vector<Point> points_;
     std::vector<long double> from_, to_; // pressure of each of the cells
     std::vector<extended::LaneCoefficients> lanes_;
+    std::vector<std::array<long double, size_t(Quantity::curvature) + 1>> field_; // of each point, at the last field
     std::optional<plan::Step> next_; // the step that advance() has not come to
     std::deque<Output> outputs_;     // those that the run has not delivered
     double error_ = 0;

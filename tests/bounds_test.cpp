@@ -103,7 +103,6 @@ TEST_CASE("|l*C| is that of the greatest strain, also where a press has been rel
                 s.load.envelope.start = 0.5, s.load.envelope.length = 1, s.load.envelope.period = 100;
                 s.load.envelope.times = {0, 0.5, 0.5, 1.5, 1.5}, s.load.envelope.values = {0, 0, 1, 1, 0};
                 s.material.viscosity = 0.02;
-                s.material.thickness = s.material.curvature_length = 1;
                 s.time = {.step = 0.05, .duration = 4};
                 if (march) s.model = Model::march;
                 const Result r = run(s, device);

@@ -90,10 +90,10 @@ PreparedRun prepare_run(const scene::ValidatedScene& validated, bool check, int 
     return {.skin = std::move(skin), .schedule = std::move(schedule)};
 }
 
-Schedule with_fewer_outputs(const Schedule& schedule, long long most, long long& every) {
+Schedule with_fewer_outputs(const Schedule& schedule, long long most) {
     Schedule few = schedule;
-    for (every = 1; (few.outputs - 1) / every >= most; every *= 2) few.time.step *= 2;
-    few.outputs = (few.outputs - 1) / every + 1;
+    while ((few.outputs - 1) / few.every >= most) few.every *= 2;
+    few.outputs = (few.outputs - 1) / few.every + 1;
     return few;
 }
 

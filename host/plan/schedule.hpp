@@ -24,11 +24,13 @@ struct Schedule {
     std::vector<double> material_peaks;       // the same of each material over all frames
     PressedBox pressed;
     long long outputs = 0;                   // number of output times
+    long long every = 1;                     // Time::step from one to the next, a power of two
     std::vector<scene::Instant> field_times; // ascending, unique; an output's own where only rounding is between
     std::vector<Cell> points;                // cells whose values are read: Output::probes, then the skin's sites
     Wanted wanted{};
     bool keeps_maps = false; // maps of responses are read, not only their totals
     bool derives = false;    // curvature or deformation is read
+    double between_outputs() const { return time.step * double(every); } // s
 };
 
 // check: every map of every output is to be compared with another backend's.
@@ -44,9 +46,9 @@ PreparedRun prepare_run(const scene::ValidatedScene&, bool check = false, int th
 // Validates the scene, once. Throws Error::bad_input.
 PreparedRun prepare_run(const Scene&, bool check = false, int threads = 0);
 
-// The same schedule with every 2^n-th output alone, at most `most` of them: a load that is an envelope needs no others.
-// every: 2^n.
-Schedule with_fewer_outputs(const Schedule&, long long most, long long& every);
+// The same schedule with every 2^n-th output alone, at most `most` of them, for the exact method: a load that is an
+// envelope needs no others.
+Schedule with_fewer_outputs(const Schedule&, long long most);
 
 Variant variant_of(const PreparedSkin&, const Schedule&, Precision);
 

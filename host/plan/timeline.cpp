@@ -33,7 +33,7 @@ Timeline::Timeline(const Schedule& schedule, const std::vector<Element>& materia
     : schedule_(schedule), materials_(materials), rule_(rule), method_(method), threads_(threads),
       rate_from_slope_(rule.step_mean && std::any_of(materials.begin(), materials.end(), scene::is_elastic)),
       load_(schedule.load.envelope, schedule.time) {
-    const double dt = schedule.time.step;
+    const double dt = schedule.between_outputs();
     regular_ = table_of([&](size_t i) {
         const Element& m = materials[i];
         switch (method) {
@@ -49,16 +49,18 @@ Timeline::Timeline(const Schedule& schedule, const std::vector<Element>& materia
         });
 }
 
-scene::Instant Timeline::output_time(long long n) const { return Instant::multiple(double(n), schedule_.time.step); }
+scene::Instant Timeline::output_time(long long n) const {
+    return Instant::multiple(double(n), schedule_.between_outputs());
+}
 
 // Whether a step is as long as a whole one but for rounding.
 bool Timeline::regular(Instant from, Instant to) const {
-    const double whole = schedule_.time.step;
+    const double whole = schedule_.between_outputs();
     return std::abs(to - from - whole) <= 4 * 0x1p-52 * whole;
 }
 
 double Timeline::length_of(Instant from, Instant to) const {
-    return regular(from, to) ? schedule_.time.step : to - from;
+    return regular(from, to) ? schedule_.between_outputs() : to - from;
 }
 
 SharedCoefficients Timeline::coefficients_over(Instant from, Instant to) const {
