@@ -94,7 +94,8 @@ VKAPI_ATTR void VKAPI_CALL dispatch(VkCommandBuffer c, uint32_t x, uint32_t y, u
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL submit(VkQueue q, uint32_t count, const VkSubmitInfo* info, VkFence fence) {
-    shim.submissions.push_back(std::exchange(shim.groups, 0));
+    const uint64_t groups = std::exchange(shim.groups, 0);
+    if (shim.submissions) shim.submissions->push_back(groups);
     return reinterpret_cast<PFN_vkQueueSubmit>(real_submit)(q, count, info, fence);
 }
 
