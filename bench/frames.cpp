@@ -132,34 +132,36 @@ VulkanFrames::VulkanFrames(const FrameScene& scene, std::shared_ptr<vulkan::Cont
                   "vkCreateQueryPool");
     Buffer staging(*context_, std::max<VkDeviceSize>(map, b(coefficients).bytes), Buffer::Location::host);
     const std::vector<float> rest_map = plan::padded_rest_curvature<float>(scene.skin());
+    vulkan::Recording recording(*context_);
     const auto upload = [&](int i, const void* values) {
         const VkBufferCopy region{0, 0, b(i).bytes};
         std::memcpy(staging.data(), values, b(i).bytes);
-        context_->calls().vkCmdCopyBuffer(context_->begin(), staging.handle(), b(i).buffer, 1, &region);
-        context_->submit();
+        context_->calls().vkCmdCopyBuffer(recording.commands(), staging.handle(), b(i).buffer, 1, &region);
+        recording.submit();
     };
     for (int i = 0; i < ring; ++i) upload(i, scene.frames[size_t(i)].data());
     upload(rest, rest_map.data());
     upload(coefficients, table.data());
-    const VkCommandBuffer commands = context_->begin();
+    const VkCommandBuffer commands = recording.commands();
     for (int i = state0; i < coefficients; ++i)
         context_->calls().vkCmdFillBuffer(commands, b(i).buffer, 0, VK_WHOLE_SIZE, 0);
     context_->barrier(commands);
-    context_->submit();
+    recording.submit();
 }
 
 VulkanFrames::~VulkanFrames() { context_->calls().vkDestroyQueryPool(context_->device(), stamps_, nullptr); }
 
 template <class Record> double VulkanFrames::timed(Record&& record) {
     const VolkDeviceTable& vk = context_->calls();
-    const VkCommandBuffer commands = context_->begin();
+    vulkan::Recording recording(*context_);
+    const VkCommandBuffer commands = recording.commands();
     vk.vkCmdResetQueryPool(commands, stamps_, 0, 2);
     vk.vkCmdWriteTimestamp(commands, VK_PIPELINE_STAGE_TOP_OF_PIPE_BIT, stamps_, 0);
     const double start = now();
     record(commands);
     recording_ = now() - start;
     vk.vkCmdWriteTimestamp(commands, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, stamps_, 1);
-    context_->submit();
+    recording.submit();
     uint64_t ticks[2] = {};
     vulkan::check(vk.vkGetQueryPoolResults(context_->device(), stamps_, 0, 2, sizeof ticks, ticks, sizeof(uint64_t),
                                            VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT),
@@ -189,10 +191,11 @@ double VulkanFrames::press(int count) {
 std::vector<float> VulkanFrames::response(int r) {
     vulkan::Buffer staging(*context_, buffers_[responses].bytes(), vulkan::Buffer::Location::host);
     const VkBufferCopy region{0, 0, staging.bytes()};
-    const VkCommandBuffer commands = context_->begin();
+    vulkan::Recording recording(*context_);
+    const VkCommandBuffer commands = recording.commands();
     context_->calls().vkCmdCopyBuffer(commands, buffers_[size_t(responses + r)].handle(), staging.handle(), 1, &region);
     context_->barrier(commands);
-    context_->submit();
+    recording.submit();
     const auto* values = static_cast<const float*>(staging.data());
     return {values, values + scene_.cells()};
 }

@@ -5,7 +5,7 @@
 #include "bench/limits.hpp"
 #include "host/device.hpp"
 #include "host/plan/streamed_skin.hpp"
-#include "host/vulkan/context.hpp"
+#include "host/vulkan/recording.hpp"
 
 #include <array>
 

@@ -45,8 +45,10 @@ SkinDescription sample_skin(Stencil stencil, Edges edges, bool materials, const 
     }
     for (size_t i = 100; i < moduli.size(); ++i)
         moduli.edit()[i] = moduli[i % 100]; // few enough for one update of a table
-    for (size_t e = 0; e < chain.elements(); ++e)
+    constexpr size_t most = 8;              // elements of a material; a ninth one of a chain is its dashpot
+    for (size_t e = 0; e < std::min(chain.elements(), most); ++e)
         d.material.elements.push_back({2.5 / double(1 + e), 0.75 * double(1 + 3 * e), e == 0 ? moduli : Map()});
+    if (chain.elements() > most) d.material.dashpot = 20;
     if (chain.spring) d.material.spring = 8;
     return d;
 }

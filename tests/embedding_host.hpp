@@ -3,7 +3,7 @@
 #pragma once
 
 #include "dermis/vulkan.hpp"
-#include "host/vulkan/context.hpp"
+#include "host/vulkan/recording.hpp"
 #include "tests/support.hpp"
 
 #include <cstring>
@@ -109,6 +109,34 @@ inline void barrier(Context& context, VkCommandBuffer commands, const SkinProgra
     const auto last = program.last_access(), first = program.first_access();
     const VkMemoryBarrier memory{VK_STRUCTURE_TYPE_MEMORY_BARRIER, nullptr, last.access, first.access};
     context.calls().vkCmdPipelineBarrier(commands, last.stages, first.stages, 0, 1, &memory, 0, nullptr, 0, nullptr);
+}
+
+// All frames in one command buffer, and every response against the CPU path's.
+inline void check_presses(Context& context, const SkinDescription& d, const SkinOptions& options = {}) {
+    const double steps[] = {0.01, 0.02, 0.0, 0.3};
+    Host host(context, d, 4, options);
+    Skin skin(Device::cpu(1), d, options);
+    for (int i = 1; i <= 4; ++i) host.set_pressure(i, frame(d, i));
+    vulkan::Recording recording(context);
+    const VkCommandBuffer commands = recording.commands();
+    for (int i = 1; i <= 4; ++i) {
+        REQUIRE(host.program.record_press(commands, host.bindings[size_t(i - 1)], steps[i - 1]));
+        barrier(context, commands, host.program);
+    }
+    context.barrier(commands);
+    recording.submit();
+    for (int i = 1; i <= 4; ++i) {
+        skin.press(frame(d, i), steps[i - 1]);
+        for (Quantity q : all_responses) {
+            if (host.program.range(q).count == 0) continue;
+            CAPTURE(i);
+            CAPTURE(name(q));
+            const Skin::Response r = skin.response(q);
+            CHECK(host.response(i, q) == std::vector<float>(r.begin(), r.end()));
+        }
+    }
+    CHECK(host.not_finite() == 0);
+    CHECK(host.untouched_around());
 }
 
 } // namespace test

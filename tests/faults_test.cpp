@@ -250,14 +250,15 @@ struct Embedding {
         Range check(context, host.program.memory().check);
         host.program.bind_check(check.info);
         for (int press : {1, 2}) host.set_pressure(press, pressure(press));
-        const VkCommandBuffer commands = context.begin();
+        vulkan::Recording recording(context);
+        const VkCommandBuffer commands = recording.commands();
         CHECK(host.program.record_check(commands));
         for (const vulkan::Binding& binding : host.bindings) {
             barrier(context, commands, host.program);
             CHECK(host.program.record_press(commands, binding, 0.1));
         }
         context.barrier(commands);
-        context.submit();
+        recording.submit();
         CHECK(host.program.check_passed(check.data(), check.info.range));
         Numbers all = host.response(2, Quantity::sa1);
         for (float x : host.response(2, Quantity::fa2)) all.push_back(x);

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Materials that differ from cell to cell: each cell is what a uniform skin of its material would be.
-#include "tests/support.hpp"
+#include "host/device.hpp"
+#include "host/embedding/backend.hpp"
+#include "tests/embedding_host.hpp"
+#include "tests/shim.hpp"
 
 #include <random>
 
@@ -221,4 +224,51 @@ TEST_CASE("a bad material is refused with its cell") {
     refused(s, {"time.step = 0.05", "2.785", "0.00278", "here 50 in cell [2, 0]", "allow_unstable"});
     s.method = Method::published;
     refused(s, {"material.modulus = (a map)", "published"});
+}
+
+TEST_CASE(
+    "a material of its own in each of thousands of cells, and all elements that a material takes, press on Vulkan") {
+    const Validated vulkan;
+    vulkan::Context& context = *vulkan::context_of(*vulkan.device().impl().backend);
+    const auto everywhere = [](int cells) {
+        std::vector<double> moduli;
+        for (int i = 0; i < cells; ++i) moduli.push_back(1 + 0.0001 * i);
+        return moduli;
+    };
+    SkinDescription many = small_scene(80, 60), eight = small_scene(30, 20);
+    many.material.modulus_map = everywhere(80 * 60);
+    for (int e = 0; e < 8; ++e) eight.material.elements.push_back({1.0 + e, 0.01 * std::pow(10, e % 4)});
+    eight.material.dashpot = 40;
+    eight.material.spring = 5;
+    SkinDescription both = eight;
+    both.material.elements[3].modulus_map = everywhere(30 * 20);
+    for (SkinDescription d : {many, eight, both})
+        for (const bool sites : {false, true}) {
+            for (int i = 0; sites && i < 2000; ++i)
+                d.sites.push_back({all_responses[i % 4], {i * 13 % d.grid.width, i * 7 % d.grid.height}});
+            check_presses(context, d);
+            SkinOptions options;
+            options.count = 3;
+            Skin cpu(Device::cpu(1), d, options), device(vulkan.device(), d, options);
+            std::vector<float> pressures;
+            for (int pad = 0; pad < 3; ++pad)
+                for (float p : frame(d, pad)) pressures.push_back(p);
+            for (const std::vector<double>& steps : {std::vector<double>(3, 0.01), {0.02, 0.3, 0.01}}) {
+                for (Skin* skin : {&cpu, &device}) skin->press(pressures, steps);
+                for (Quantity q : all_responses) {
+                    const Skin::Response a = cpu.response(q), b = device.response(q);
+                    CHECK(std::equal(a.begin(), a.end(), b.begin(), b.end()));
+                }
+            }
+        }
+}
+
+TEST_CASE("more materials than a Vulkan device can bind are refused with its limit") {
+    const vulkan::Loader loader = shimmed();
+    shim.range = 65536;
+    const Device device = open_device("0", loader);
+    SkinDescription d = small_scene(40, 40);
+    for (int i = 0; i < 1600; ++i) d.material.modulus_map.edit().push_back(1 + 0.001 * i);
+    CHECK(refusal(Error::Code::bad_input, [&] { Skin(device, d); }) ==
+          "1600 different materials in modulus and viscosity need 76800 bytes; allowed: maxStorageBufferRange = 65536");
 }

@@ -295,7 +295,8 @@ TEST_CASE("pads in a host's command buffer have the CPU's bits, those that are n
             return all;
         };
         for (int i = 1; i <= 4; ++i) host.set_pressure(i, pressure(i, every));
-        const VkCommandBuffer commands = context.begin();
+        vulkan::Recording recording(context);
+        const VkCommandBuffer commands = recording.commands();
         for (int i = 1; i <= 4; ++i) {
             const std::vector<int>& list = lists[i - 1];
             const Binding binding = host.bindings[size_t(i - 1)];
@@ -309,7 +310,7 @@ TEST_CASE("pads in a host's command buffer have the CPU's bits, those that are n
         CHECK(!host.program.record_press(commands, host.bindings[0], std::vector<int>{pads}, dt.data(), 1));
         CHECK(!host.program.record_press(commands, host.bindings[0], std::vector<int>{0, 1, 2}, dt.data(), 2));
         context.barrier(commands);
-        context.submit();
+        recording.submit();
         for (int i = 1; i <= 4; ++i) {
             const std::vector<int>& list = lists[i - 1];
             if (variant & 4 && i > 1) skin.press(pressure(i, list), {dt.begin(), dt.begin() + long(list.size())}, list);

@@ -4,10 +4,8 @@
 #include "tests/allocations.hpp"
 #include "tests/vulkan_calls.hpp"
 
-#include <chrono>
 #include <cstring>
 #include <mutex>
-#include <thread>
 #include <tuple>
 
 namespace test {
@@ -70,7 +68,7 @@ VKAPI_ATTR VkResult VKAPI_CALL module(VkDevice d, const VkShaderModuleCreateInfo
     return reinterpret_cast<PFN_vkCreateShaderModule>(real_module)(d, &changed, a, m);
 }
 
-PFN_vkVoidFunction real_sets, real_barrier;
+PFN_vkVoidFunction real_sets, real_barrier, real_dispatch, real_submit;
 
 VKAPI_ATTR VkResult VKAPI_CALL sets(VkDevice d, const VkDescriptorSetAllocateInfo* info, VkDescriptorSet* set) {
     if (shim.sets_left == 0) return VK_ERROR_OUT_OF_HOST_MEMORY;
@@ -90,6 +88,17 @@ VKAPI_ATTR void VKAPI_CALL barrier(VkCommandBuffer c, VkPipelineStageFlags from,
                                                              image);
 }
 
+VKAPI_ATTR void VKAPI_CALL dispatch(VkCommandBuffer c, uint32_t x, uint32_t y, uint32_t z) {
+    shim.groups += uint64_t(x) * y * z;
+    reinterpret_cast<PFN_vkCmdDispatch>(real_dispatch)(c, x, y, z);
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL submit(VkQueue q, uint32_t count, const VkSubmitInfo* info, VkFence fence) {
+    const uint64_t groups = std::exchange(shim.groups, 0);
+    if (shim.submissions) shim.submissions->push_back(groups);
+    return reinterpret_cast<PFN_vkQueueSubmit>(real_submit)(q, count, info, fence);
+}
+
 bool begins(const char* name, const char* with) { return std::strncmp(name, with, std::strlen(with)) == 0; }
 
 bool makes(const char* name) { return begins(name, "vkCreate") || begins(name, "vkAllocate"); }
@@ -100,9 +109,10 @@ bool does_nothing(const char* name, VkResult code) {
     return makes(name) || (memory && std::strcmp(name, "vkQueueSubmit") == 0);
 }
 
-// Whether a call that fails loses its device, so that none follows it.
+// Whether a call that fails loses its device, so that none follows it. A wait that is over before its time does not.
 bool loses(const char* name, VkResult code) {
-    return std::strcmp(name, "vkWaitForFences") == 0 || std::strcmp(name, "vkResetFences") == 0 ||
+    return (std::strcmp(name, "vkWaitForFences") == 0 && code != VK_TIMEOUT) ||
+           std::strcmp(name, "vkResetFences") == 0 ||
            (std::strcmp(name, "vkQueueSubmit") == 0 && !does_nothing(name, code));
 }
 
@@ -110,7 +120,7 @@ bool loses(const char* name, VkResult code) {
 bool strikes(const char* name) {
     Fault& f = shim.fault;
     if (std::strcmp(f.call, any_call) != 0 && std::strcmp(name, f.call) != 0) return false;
-    if (f.struck) return f.sticky;
+    if (f.struck) return f.sticky || --f.times > 0;
     if ((f.made && does_nothing(name, f.code)) || (f.sticky && loses(name, f.code))) return false;
     if (f.before-- > 0) return false;
     f.struck = name;
@@ -147,7 +157,7 @@ template <class... A> void enter(Ledger& ledger, const char* name, VkResult resu
     const bool done = result == VK_SUCCESS;
     uint64_t owner = 0;
     if constexpr (std::is_pointer_v<First>) owner = number(first_of(a...));
-    if (is("vkWaitForFences")) ledger.waited(owner, done);
+    if (is("vkWaitForFences") && result != VK_TIMEOUT) ledger.waited(owner, done);
     if (is("vkResetFences") && !done) ledger.lose(owner);
     if constexpr (std::is_same_v<Last, VkFence>)
         if (result != VK_ERROR_OUT_OF_HOST_MEMORY && result != VK_ERROR_OUT_OF_DEVICE_MEMORY)
@@ -178,7 +188,6 @@ template <int which, class R, class... A> struct Logged<which, R(VKAPI_PTR*)(A..
             const Fault fault = shim.fault;
             lock.unlock();
             VkResult result = VK_SUCCESS;
-            if (fails) std::this_thread::sleep_for(std::chrono::duration<double>(fault.lasts));
             if (!fails || (fault.made && !does_nothing(name, fault.code))) result = real(a...);
             else leave_undefined(name, a...);
             if (fails) result = fault.code;
@@ -216,6 +225,8 @@ VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL device_address(VkDevice device, const c
     instead("vkCreateShaderModule", real_module, module);
     instead("vkAllocateDescriptorSets", real_sets, sets);
     instead("vkCmdPipelineBarrier", real_barrier, barrier);
+    instead("vkCmdDispatch", real_dispatch, dispatch);
+    instead("vkQueueSubmit", real_submit, submit);
     (void)(FAILABLE_DEVICE_CALLS(LOGGED) ENDING_CALLS(LOGGED) RECORDING_CALLS(LOGGED) false);
     return f;
 }

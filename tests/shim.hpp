@@ -23,7 +23,7 @@ struct Fault {
     VkResult code = VK_SUCCESS; // the result of the call that fails
     bool made = false;          // it does its work all the same; calls that Vulkan says do none are not counted
     bool sticky = false; // the later calls fail too; one that loses the device, so that none follows, is not counted
-    double lasts = 0;    // seconds that the call takes before it fails
+    int times = 1;       // calls in a row that fail, where it is not sticky
     const char* struck = nullptr; // the first call that failed
 };
 
@@ -42,11 +42,13 @@ struct Shim {
     bool least = false;          // limits are the least that Vulkan 1.1 allows, but for 12 storage buffers
     bool portability = false;    // VK_KHR_portability_subset is offered
     Fault fault;
-    int sets_left = -1;                       // the descriptor sets that can be allocated; -1: all
-    const char* absent = "";                  // a function that is not there
-    std::vector<const char*> calls;           // of commands, submissions, what is made and what is destroyed
-    std::vector<Barrier>* barriers = nullptr; // if set, each vkCmdPipelineBarrier that is recorded
-    Ledger* ledger = nullptr;                 // if set, what the library is told of its objects
+    int sets_left = -1;                           // the descriptor sets that can be allocated; -1: all
+    const char* absent = "";                      // a function that is not there
+    std::vector<const char*> calls;               // of commands, submissions, what is made and what is destroyed
+    std::vector<Barrier>* barriers = nullptr;     // if set, each vkCmdPipelineBarrier that is recorded
+    Ledger* ledger = nullptr;                     // if set, what the library is told of its objects
+    uint64_t groups = 0;                          // workgroups that are recorded and not submitted
+    std::vector<uint64_t>* submissions = nullptr; // if set, the workgroups of each submission
 };
 extern Shim shim; // of all devices whose loader is shimmed()
 

@@ -4,6 +4,7 @@
 #include "host/check.hpp"
 #include "host/device.hpp"
 #include "host/embedding/backend.hpp"
+#include "host/vulkan/recording.hpp"
 #include "tests/support.hpp"
 
 using namespace test;
@@ -47,11 +48,12 @@ struct Unchosen {
 };
 
 void copy(vulkan::Context& c, VkBuffer from, VkBuffer to) {
-    const VkCommandBuffer commands = c.begin();
+    vulkan::Recording recording(c);
+    const VkCommandBuffer commands = recording.commands();
     const VkBufferCopy all{0, 0, Unchosen::bytes};
     c.calls().vkCmdCopyBuffer(commands, from, to, 1, &all);
     c.barrier(commands);
-    c.submit();
+    recording.submit();
 }
 
 } // namespace

@@ -343,7 +343,7 @@ TEST_CASE("after a submission that did not come back nothing of a skin is destro
     const SkinDescription d = ridged(20, 12);
     {
         Skin skin(device, d);
-        shim.fault = {"vkWaitForFences", 0, VK_TIMEOUT, true};
+        shim.fault = {"vkWaitForFences", 0, VK_ERROR_DEVICE_LOST, true};
         refusal(Error::Code::device, [&] { skin.press(frame(d, 1), 0.1); });
         shim.calls.clear();
     }

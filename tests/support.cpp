@@ -63,8 +63,8 @@ std::vector<float> frame(const SkinDescription& d, int n) {
 
 Validated::Validated() : Validated(vulkan::system_loader()) {}
 
-Validated::Validated(const vulkan::Loader& loader) : messages_(std::make_shared<std::vector<std::string>>()) {
-    vulkan::InstanceOptions options;
+Validated::Validated(const vulkan::Loader& loader, vulkan::InstanceOptions options)
+    : messages_(std::make_shared<std::vector<std::string>>()) {
     options.validation = [messages = messages_](const std::string& m) { messages->push_back(m); };
     const char* which = std::getenv("DERMIS_TEST_DEVICE");
     device_ = std::make_unique<Device>(open_device(which ? which : "vulkan", loader, options));

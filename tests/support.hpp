@@ -41,7 +41,7 @@ std::vector<float> frame(const SkinDescription&, int n);
 class Validated {
   public:
     Validated();
-    explicit Validated(const vulkan::Loader&);
+    explicit Validated(const vulkan::Loader&, vulkan::InstanceOptions = {});
     ~Validated();
     Device device() const { return *device_; }
     const std::vector<std::string>& messages() const { return *messages_; }

@@ -36,13 +36,14 @@ std::string told(Context& context, const SkinDescription& d, const SkinOptions& 
         b->range = VK_WHOLE_SIZE;
     vulkan::SkinProgram program(context.handles(), d, 2, options);
     const Binding bindings[] = {program.bind(host.buffers(1)), program.bind(second)};
-    const VkCommandBuffer commands = context.begin();
+    vulkan::Recording recording(context);
+    const VkCommandBuffer commands = recording.commands();
     for (const Binding& binding : bindings) {
         REQUIRE(program.record_press(commands, binding, vulkan::Trial::dt));
         barrier(context, commands, program);
     }
     context.barrier(commands);
-    context.submit();
+    recording.submit();
     const size_t bytes = size_t(program.memory().response.bytes);
     if (way == Way::right) CHECK(trial.fault(program, 1, host.responses[1]->data(), bytes).empty());
     CHECK(refusal(Error::Code::bad_input, [&] {
@@ -78,7 +79,8 @@ TEST_CASE("a press that is refused says why") {
     const SkinDescription d = ridged(20, false);
     Host host(context, d, 1);
     const Binding binding = host.bindings[0];
-    const VkCommandBuffer commands = context.begin();
+    vulkan::Recording recording(context);
+    const VkCommandBuffer commands = recording.commands();
     const auto why = [](const vulkan::Recorded& r) { return r ? std::string() : std::string(r.refused); };
     CHECK(why(host.program.record_press(commands, binding, 0.1)) == "");
     CHECK(why(host.program.record_press(commands, binding, NAN)).find("dt") == 0);
@@ -87,7 +89,7 @@ TEST_CASE("a press that is refused says why") {
     CHECK(why(host.program.record_press(commands, Binding(), 0.1)).find("binding") != std::string::npos);
     const double dt = 0.1;
     CHECK(why(host.program.record_press(commands, binding, Pads(), &dt, 1)).find("single skin") != std::string::npos);
-    context.submit();
+    recording.submit();
     std::vector<char> bytes(size_t(host.program.memory().check.bytes) - 1);
     CHECK(refusal(Error::Code::bad_input, [&] {
               (void)host.program.check_passed(bytes.data(), bytes.size());

@@ -46,6 +46,7 @@
     X(vkDestroyPipelineCache)                                                                                          \
     X(vkDestroyPipelineLayout)                                                                                         \
     X(vkDestroyShaderModule)                                                                                           \
+    X(vkFreeCommandBuffers)                                                                                            \
     X(vkFreeMemory)
 #define ENDING_INSTANCE_CALLS(X)                                                                                       \
     X(vkDestroyDebugUtilsMessengerEXT)                                                                                 \

@@ -33,7 +33,8 @@ SkinRunner::SkinRunner(std::shared_ptr<Context> context, const plan::StreamedSki
     : pads_(size_t(skin.pads)), width_(size_t(skin.skin.width())), pitch_(size_t(skin.skin.pitch)),
       height_(skin.skin.height()), layout_(state_layout_of(skin)), variant_(specialization(skin.variant())),
       sites_(!skin.skin.description.sites.empty()), strain_(skin.variant().keeps_strain), context_(std::move(context)),
-      program_(fitting(*context_, skin)), constants_(buffer(program_.memory().constants, Buffer::Location::device)),
+      recording_(*context_), program_(fitting(*context_, skin)),
+      constants_(buffer(program_.memory().constants, Buffer::Location::device)),
       state_{buffer(program_.memory().state, Buffer::Location::device),
              buffer(program_.memory().state, Buffer::Location::device)},
       pressure_{buffer(program_.memory().pressure, Buffer::Location::device),
@@ -67,19 +68,19 @@ Buffer SkinRunner::buffer(const Memory& m, Buffer::Location location) {
 }
 
 void SkinRunner::fill(Buffer& buffer, const Memory& m) {
-    const VkCommandBuffer commands = context_->begin();
+    const VkCommandBuffer commands = recording_.begin();
     if (m.initial.empty()) {
         context_->calls().vkCmdFillBuffer(commands, buffer.handle(), 0, VK_WHOLE_SIZE, 0);
-        context_->barrier(commands);
-        context_->submit();
+        recording_.barrier();
+        recording_.submit();
         return;
     }
     Buffer staging(*context_, m.initial.size(), Buffer::Location::host);
     std::memcpy(staging.data(), m.initial.data(), m.initial.size());
     const VkBufferCopy region{0, 0, m.initial.size()};
     context_->calls().vkCmdCopyBuffer(commands, staging.handle(), buffer.handle(), 1, &region);
-    context_->barrier(commands);
-    context_->submit();
+    recording_.barrier();
+    recording_.submit();
 }
 
 bool SkinRunner::exact() {
@@ -96,13 +97,13 @@ bool SkinRunner::passes_check() {
     Buffer check(*context_, m.bytes, Buffer::Location::device), back(*context_, m.bytes, Buffer::Location::host);
     fill(check, m);
     program_.bind_check(info(check));
-    const VkCommandBuffer commands = context_->begin();
+    const VkCommandBuffer commands = recording_.begin();
     if (!program_.record_check(commands)) return false;
-    context_->barrier(commands);
+    recording_.barrier();
     const VkBufferCopy region{0, 0, m.bytes};
     context_->calls().vkCmdCopyBuffer(commands, check.handle(), back.handle(), 1, &region);
-    context_->barrier(commands);
-    context_->submit();
+    recording_.barrier();
+    recording_.submit();
     return program_.check_passed(back.data(), back.bytes());
 }
 
@@ -150,21 +151,19 @@ const double* SkinRunner::press(const plan::PadList& all, const plan::StepLength
     const plan::PadList pads{.ids = numbers_.data(), .count = listed_.size()};
     if (pads.count == 0) return nullptr;
     const VolkDeviceTable& vk = context_->calls();
-    const VkCommandBuffer commands = context_->begin();
+    const VkCommandBuffer commands = recording_.begin();
     each_part(pads, upload_.bytes() / pads_, [&](VkDeviceSize first, VkDeviceSize bytes) {
         const VkBufferCopy in{first, first, bytes};
         vk.vkCmdCopyBuffer(commands, upload_.handle(), pressure_[1 - from_].handle(), 1, &in);
     });
-    context_->barrier(commands);
-    const bool recorded = pads_ == 1 ? program_.record_press(commands, bindings_[from_], dt[0])
-                                     : program_.record_press(commands, bindings_[from_], Pads(pads.ids, pads.count),
-                                                             steps_.data(), dt.each ? pads.count : 1);
-    if (!recorded) return &dt[0]; // gives the recording up
-    context_->barrier(commands);
+    recording_.barrier();
+    const plan::StepLengths steps{.dt = steps_.data(), .each = dt.each};
+    if (!record_press(program_, recording_, bindings_[from_], pads, steps)) return &dt[0]; // gives the recording up
+    recording_.barrier();
     const VkBufferCopy out{0, 0, program_.memory().response.bytes};
     vk.vkCmdCopyBuffer(commands, response_.handle(), download_.handle(), 1, &out);
-    context_->barrier(commands);
-    context_->submit();
+    recording_.barrier();
+    recording_.submit();
     from_ = 1 - from_;
     for (size_t i = 0; i < pads.count; ++i) pad_[size_t(pads[i])].rests = false;
     read_responses(pads);
@@ -190,7 +189,7 @@ const float* SkinRunner::response(Quantity q) const {
 }
 
 void SkinRunner::reset(const plan::PadList& pads) {
-    const VkCommandBuffer commands = context_->begin();
+    const VkCommandBuffer commands = recording_.begin();
     const auto clear = [&](const Buffer& b, VkDeviceSize offset, VkDeviceSize bytes) {
         if (bytes > 0) context_->calls().vkCmdFillBuffer(commands, b.handle(), offset, bytes, 0);
     };
@@ -205,8 +204,8 @@ void SkinRunner::reset(const plan::PadList& pads) {
     for (const Buffer* b : {&state_[0], &state_[1], &pressure_[0], &pressure_[1]})
         each_part(pads, b->bytes() / pads_, [&](VkDeviceSize first, VkDeviceSize bytes) { clear(*b, first, bytes); });
     each_response(pads, [&](VkDeviceSize first, VkDeviceSize bytes) { clear(response_, first, bytes); });
-    context_->barrier(commands);
-    context_->submit();
+    recording_.barrier();
+    recording_.submit();
     // After the submission: where that fails, nothing has happened.
     each_response(pads, [&](VkDeviceSize first, VkDeviceSize bytes) {
         std::memset(static_cast<char*>(download_.data()) + first, 0, bytes);
@@ -235,7 +234,7 @@ void SkinRunner::save(const plan::PadList& pads, void* saved) {
     const VkDeviceSize of_state = program_.memory().state.bytes / pads_,
                        of_pressure = program_.memory().pressure.bytes / pads_;
     Buffer back(*context_, std::max<VkDeviceSize>(pads.count * (of_state + of_pressure), 4), Buffer::Location::host);
-    const VkCommandBuffer commands = context_->begin();
+    const VkCommandBuffer commands = recording_.begin();
     VkDeviceSize end = 0;
     for (const auto& [buffer, bytes] : {std::pair{&state_[from_], of_state}, {&pressure_[from_], of_pressure}})
         each_part(pads, bytes, [&, from = buffer->handle()](VkDeviceSize first, VkDeviceSize all) {
@@ -243,8 +242,8 @@ void SkinRunner::save(const plan::PadList& pads, void* saved) {
             context_->calls().vkCmdCopyBuffer(commands, from, back.handle(), 1, &region);
             end += all;
         });
-    context_->barrier(commands);
-    context_->submit();
+    recording_.barrier();
+    recording_.submit();
     const auto* state = static_cast<const float*>(back.data());
     const float* pressure = state + pads.count * of_state / sizeof(float);
     char* to = static_cast<char*>(saved);
@@ -275,7 +274,7 @@ void SkinRunner::load(const plan::PadList& pads, const void* saved) {
         for (size_t y = 0; y < size_t(height_); ++y, from += width_ * sizeof(float), pressure += pitch_)
             std::memcpy(pressure, from, width_ * sizeof(float));
     }
-    const VkCommandBuffer commands = context_->begin();
+    const VkCommandBuffer commands = recording_.begin();
     VkDeviceSize begin = 0;
     for (const auto& [buffer, bytes] : {std::pair{&state_[from_], of_state}, {&pressure_[from_], of_pressure}})
         each_part(pads, bytes, [&, to = buffer->handle()](VkDeviceSize first, VkDeviceSize all) {
@@ -283,8 +282,8 @@ void SkinRunner::load(const plan::PadList& pads, const void* saved) {
             context_->calls().vkCmdCopyBuffer(commands, staging.handle(), to, 1, &region);
             begin += all;
         });
-    context_->barrier(commands);
-    context_->submit();
+    recording_.barrier();
+    recording_.submit();
     for (size_t i = 0; i < pads.count; ++i) pad_[size_t(pads[i])].rests = false;
 }
 

@@ -5,7 +5,7 @@
 
 #include "dermis/vulkan.hpp"
 #include "host/plan/backend.hpp"
-#include "host/vulkan/context.hpp"
+#include "host/vulkan/recording.hpp"
 
 namespace dermis::vulkan {
 
@@ -40,6 +40,7 @@ class SkinRunner : public plan::Stream {
     std::vector<uint32_t> variant_; // of its kernel: the specialization, and whether sites respond
     const bool sites_, strain_;     // only sites respond; the state holds the cell's strain before all other planes
     std::shared_ptr<Context> context_;
+    Recording recording_;
     SkinProgram program_;
     Buffer constants_, state_[2], pressure_[2], response_, invalid_, upload_, download_;
     std::array<std::vector<float>, RESPONSE_MAPS> dense_; // fields of width*height, where the pitch is greater

@@ -82,14 +82,13 @@ class DeviceCheck {
 
     void record(VkCommandBuffer commands, const VolkDeviceTable& vk) const noexcept {
         PressTable table;
-        const plan::PadList pads{.count = size_t(sample_.skin().pads)};
-        const bool batch = pads.count > 1;
+        const size_t pads = size_t(sample_.skin().pads);
         const double steps[] = {SampleStream::dt, SampleStream::dt};
-        if (!batch) (void)recorder_.fill(table, SampleStream::dt); // true: a sample's coefficients fit float
         for (int i = 0; i < presses; ++i) {
             // The second press of a batch is by a step for each pad: that is another kernel.
-            if (batch) recorder_.record(commands, size_t(i), pads, {.dt = steps, .each = i > 0});
-            else recorder_.record(commands, size_t(i), table);
+            const Recorder::Press press{{.count = pads}, {.dt = steps, .each = pads > 1 && i > 0}};
+            (void)recorder_.fill(table, press); // true: a sample's coefficients fit float
+            recorder_.record(commands, size_t(i), press, table);
             const VkMemoryBarrier memory{VK_STRUCTURE_TYPE_MEMORY_BARRIER, nullptr, VK_ACCESS_SHADER_WRITE_BIT,
                                          VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT};
             if (i + 1 < presses)
@@ -142,8 +141,9 @@ struct SkinProgram::Impl {
 
     bool batch() const { return recorder.skin().pads > 1; }
     bool ascend(const Pads&) const noexcept;
-    Recorded record(VkCommandBuffer, Binding, const plan::PadList&, const plan::StepLengths&,
-                    const Timestamps&) const noexcept;
+    // own: see PressKernel; it throws nothing where that is null.
+    Recorded record(VkCommandBuffer, Binding, const Recorder::Press&, const Timestamps&,
+                    Recording* own = nullptr) const;
     void check_range(const char* name, const VkDescriptorBufferInfo&, const Memory&) const;
     void check_apart(const Buffers&) const;
     std::string words_of_needs() const {
@@ -178,7 +178,11 @@ struct Internal {
         program.impl_ = std::make_unique<SkinProgram::Impl>(shared, handles, std::move(skin), max_bindings);
         return program;
     }
-    static SkinProgram::Impl& impl_of(SkinProgram& program) { return *program.impl_; }
+    static SkinProgram::Impl& impl_of(const SkinProgram& program) { return *program.impl_; }
+    static Recorded record_press(const SkinProgram& program, Recording& own, Binding binding,
+                                 const Recorder::Press& press) {
+        return impl_of(program).record(own.commands(), binding, press, {}, &own);
+    }
 };
 
 SkinProgram program_of(Context& context, const plan::StreamedSkin& skin, uint32_t max_bindings) {
@@ -186,6 +190,11 @@ SkinProgram program_of(Context& context, const plan::StreamedSkin& skin, uint32_
 }
 
 void make_check(SkinProgram& program) { Internal::impl_of(program).make_check(); }
+
+Recorded record_press(const SkinProgram& program, Recording& own, Binding binding, const plan::PadList& pads,
+                      const plan::StepLengths& dt) {
+    return Internal::record_press(program, own, binding, {pads, dt});
+}
 
 void set_elements(SkinProgram& program, const plan::PadList& pads, const std::vector<plan::Element>& elements) {
     Internal::impl_of(program).recorder.set_elements(pads, elements);
@@ -305,20 +314,18 @@ bool SkinProgram::Impl::ascend(const Pads& pads) const noexcept {
     return true;
 }
 
-Recorded SkinProgram::Impl::record(VkCommandBuffer commands, Binding binding, const plan::PadList& pads,
-                                   const plan::StepLengths& dt, const Timestamps& stamps) const noexcept {
-    for (size_t i = 0; i < (dt.each ? pads.count : 1); ++i)
-        if (!scene::finite(dt[i]) || dt[i] < 0) return {"dt is not a finite number >= 0"};
+Recorded SkinProgram::Impl::record(VkCommandBuffer commands, Binding binding, const Recorder::Press& press,
+                                   const Timestamps& stamps, Recording* own) const {
+    for (size_t i = 0; i < (press.dt.each ? press.pads.count : 1); ++i)
+        if (!scene::finite(press.dt[i]) || press.dt[i] < 0) return {"dt is not a finite number >= 0"};
     PressTable table;
-    if (batch() ? !recorder.accepts(pads, dt) : !recorder.fill(table, dt[0]))
-        return {"dt: a coefficient of the step is beyond 3.4e38"};
+    if (!recorder.fill(table, press)) return {"dt: a coefficient of the step is beyond 3.4e38"};
     const VolkDeviceTable& vk = device.calls;
     VkDebugUtilsLabelEXT label{VK_STRUCTURE_TYPE_DEBUG_UTILS_LABEL_EXT};
     label.pLabelName = "dermis press";
     if (labels.begin) labels.begin(commands, &label);
     if (stamps.pool) vk.vkCmdWriteTimestamp(commands, VK_PIPELINE_STAGE_TOP_OF_PIPE_BIT, stamps.pool, stamps.first);
-    if (batch()) recorder.record(commands, binding.set, pads, dt);
-    else recorder.record(commands, binding.set, table);
+    recorder.record(commands, binding.set, press, table, own);
     if (stamps.pool)
         vk.vkCmdWriteTimestamp(commands, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, stamps.pool, stamps.first + 1);
     if (labels.begin) labels.end(commands);
@@ -328,7 +335,7 @@ Recorded SkinProgram::Impl::record(VkCommandBuffer commands, Binding binding, co
 Recorded SkinProgram::record_press(VkCommandBuffer commands, Binding binding, double dt,
                                    const Timestamps& stamps) const noexcept {
     if (binding.program != impl_.get()) return {"the binding is not this program's"};
-    return impl_->record(commands, binding, {.count = size_t(impl_->recorder.skin().pads)}, {&dt}, stamps);
+    return impl_->record(commands, binding, {{.count = size_t(impl_->recorder.skin().pads)}, {&dt}}, stamps);
 }
 
 Recorded SkinProgram::record_press(VkCommandBuffer commands, Binding binding, const Pads& pads, const double* dt,
@@ -339,8 +346,9 @@ Recorded SkinProgram::record_press(VkCommandBuffer commands, Binding binding, co
     if (!impl.batch()) return {"pads: the program is of a single skin"};
     if (!impl.ascend(pads)) return {"pads: the numbers do not ascend from 0 on below the count of pads"};
     if (steps != 1 && steps != count) return {"steps: neither one nor as many as pads"};
-    return impl.record(commands, binding, {.ids = pads.all ? nullptr : pads.numbers, .count = count},
-                       {.dt = dt, .each = steps != 1}, stamps);
+    return impl.record(commands, binding,
+                       {{.ids = pads.all ? nullptr : pads.numbers, .count = count}, {.dt = dt, .each = steps != 1}},
+                       stamps);
 }
 
 void SkinProgram::set_material(const Material& material, const Pads& pads) try {

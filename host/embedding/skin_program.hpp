@@ -3,7 +3,7 @@
 
 #include "dermis/vulkan.hpp"
 #include "host/plan/streamed_skin.hpp"
-#include "host/vulkan/context.hpp"
+#include "host/vulkan/recording.hpp"
 
 namespace dermis::vulkan {
 
@@ -11,6 +11,8 @@ namespace dermis::vulkan {
 SkinProgram program_of(Context&, const plan::StreamedSkin&, uint32_t max_bindings);
 // Makes the check; memory().check is then what it needs.
 void make_check(SkinProgram&);
+// Records a press into the library's own command buffer, which is submitted as often as its work asks for.
+Recorded record_press(const SkinProgram&, Recording&, Binding, const plan::PadList&, const plan::StepLengths&);
 // Gives pads of a program other elements, which have been checked.
 void set_elements(SkinProgram&, const plan::PadList&, const std::vector<plan::Element>&);
 

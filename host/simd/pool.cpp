@@ -57,6 +57,10 @@ Pool::Pool(int threads) {
 }
 
 Pool::~Pool() {
+    if (!process_.calls()) { // whoever joined the threads would wait for ever
+        leave(threads_);
+        return;
+    }
     stop_ = true;
     ++round_;
     round_.notify_all();
@@ -65,6 +69,7 @@ Pool::~Pool() {
 
 void Pool::each(const std::function<void(int)>& body) {
     if (threads_.empty()) return body(0);
+    if (!process_.calls()) process_.refuse("a pool of " + std::to_string(threads()) + " threads was");
     body_ = &body;
     running_ = int(threads_.size());
     ++round_;

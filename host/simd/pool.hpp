@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "host/simd/process.hpp"
+
 #include <atomic>
 #include <exception>
 #include <functional>
@@ -30,14 +32,15 @@ template <class T> std::vector<T> map_of(size_t cells, T value) {
     return map;
 }
 
-// Threads that share the work of a call. The calling thread takes part.
+// Threads that share the work of a call. The calling thread takes part. Where a process has been forked, the child's
+// copy of a pool has no threads to share with.
 class Pool {
   public:
     explicit Pool(int threads);
     ~Pool();
     int threads() const { return int(threads_.size()) + 1; }
     // Runs body(0) .. body(threads() - 1) concurrently and returns when all are done. Throws what the first one that
-    // failed has thrown.
+    // failed has thrown, and Error::device in a child.
     void each(const std::function<void(int)>& body);
     // Whether the body has thrown on some thread, after which the work of the others is in vain.
     bool failed() const { return failed_; }
@@ -53,6 +56,7 @@ class Pool {
     std::atomic<int> running_{0};
     std::atomic<bool> stop_{false}, failed_{false};
     std::exception_ptr thrown_;
+    const Process process_;
     std::vector<std::thread> threads_;
 };
 

@@ -1,18 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "host/vulkan/context.hpp"
 
-#include <chrono>
-#include <new>
 #include <utility>
 
 namespace dermis::vulkan {
-namespace {
-
-// A submission holds at most about a second of a software driver's work; one that takes so many waits is lost.
-constexpr std::chrono::nanoseconds wait_time = std::chrono::seconds(1);
-constexpr int waits = 60;
-
-} // namespace
 
 Buffer::Buffer(Context& context, VkDeviceSize bytes, Location location) : context_(&context), bytes_(bytes) {
     const VolkDeviceTable& vk = context.calls();
@@ -44,7 +35,7 @@ Buffer::Buffer(Buffer&& other) noexcept
       memory_(std::exchange(other.memory_, VK_NULL_HANDLE)), bytes_(other.bytes_), data_(other.data_) {}
 
 Buffer::~Buffer() {
-    if (context_->lost()) return;
+    if (context_->pipelines().abandoned()) return;
     context_->calls().vkDestroyBuffer(context_->device(), handle_, nullptr);
     context_->calls().vkFreeMemory(context_->device(), memory_, nullptr);
 }
@@ -60,11 +51,6 @@ Context::Context(std::shared_ptr<const Instance> instance, const PhysicalDevice&
         pool.flags = VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT;
         pool.queueFamilyIndex = physical_.family;
         check_made(vk.vkCreateCommandPool(device, &pool, nullptr, &pool_), "vkCreateCommandPool", pool_);
-        VkCommandBufferAllocateInfo buffer{VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO};
-        buffer.commandPool = pool_;
-        buffer.level = VK_COMMAND_BUFFER_LEVEL_PRIMARY;
-        buffer.commandBufferCount = 1;
-        check(vk.vkAllocateCommandBuffers(device, &buffer, &commands_), "vkAllocateCommandBuffers");
         const VkFenceCreateInfo fence{VK_STRUCTURE_TYPE_FENCE_CREATE_INFO, nullptr, 0};
         check_made(vk.vkCreateFence(device, &fence, nullptr, &fence_), "vkCreateFence", fence_);
         const VkPipelineCacheCreateInfo cache{VK_STRUCTURE_TYPE_PIPELINE_CACHE_CREATE_INFO};
@@ -83,10 +69,9 @@ Context::Context(std::shared_ptr<const Instance> instance, const PhysicalDevice&
 Context::~Context() {
     const VolkDeviceTable& vk = device_.calls;
     const VkDevice device = device_.device;
-    if (lost()) { // The driver may still use every object, the instance too: they are left to it.
-        using Reference = std::shared_ptr<const Instance>;
-        alignas(Reference) unsigned char for_ever[sizeof(Reference)];
-        new (for_ever) Reference(std::move(instance_));
+    // The driver may still use every object, the instance too: they are left to it.
+    if (pipelines_->abandoned()) {
+        simd::leave(instance_);
         return;
     }
     pipelines_.reset();
@@ -128,19 +113,10 @@ uint32_t Context::memory_type(uint32_t allowed, Buffer::Location location) const
 }
 
 void Context::need_working() const {
+    if (!pipelines_->process().calls()) pipelines_->process().refuse(physical_.info.name + " was");
     if (lost())
         throw Error(Error::Code::device, "",
                     physical_.info.name + " is lost since " + failure(lost_.result, lost_.call) + "; open it again");
-}
-
-VkCommandBuffer Context::begin() {
-    need_working();
-    if (unfinished_) check(device_.calls.vkResetCommandBuffer(commands_, 0), "vkResetCommandBuffer");
-    VkCommandBufferBeginInfo info{VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO};
-    info.flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
-    check(device_.calls.vkBeginCommandBuffer(commands_, &info), "vkBeginCommandBuffer");
-    unfinished_ = true;
-    return commands_;
 }
 
 void Context::check_submitted(VkResult result, const char* call) {
@@ -151,33 +127,23 @@ void Context::check_submitted(VkResult result, const char* call) {
     check(result, call);
 }
 
-// Waits for the submission in many short waits, because the clock goes on while a process is stopped, by a shell or a
-// debugger: that ends one of them.
-VkResult Context::wait() {
-    using Clock = std::chrono::steady_clock;
-    for (int left = waits;; --left) {
-        const Clock::time_point begin = Clock::now();
-        const VkResult result =
-            device_.calls.vkWaitForFences(device_.device, 1, &fence_, VK_TRUE, uint64_t(wait_time.count()));
-        const bool early = Clock::now() - begin < wait_time / 2; // which is no time-out, whatever the driver says
-        if (result != VK_TIMEOUT || early || left == 1) return result;
-    }
-}
-
-void Context::submit() {
-    check(device_.calls.vkEndCommandBuffer(commands_), "vkEndCommandBuffer");
+void Context::submit(VkCommandBuffer commands) {
     VkSubmitInfo info{VK_STRUCTURE_TYPE_SUBMIT_INFO};
     info.commandBufferCount = 1;
-    info.pCommandBuffers = &commands_;
+    info.pCommandBuffers = &commands;
     const VkResult submitted = device_.calls.vkQueueSubmit(queue_, 1, &info, fence_);
     // Out of memory alone promises that nothing was submitted.
     const bool nothing = submitted == VK_ERROR_OUT_OF_HOST_MEMORY || submitted == VK_ERROR_OUT_OF_DEVICE_MEMORY;
     if (nothing) check(submitted, "vkQueueSubmit");
     check_submitted(submitted, "vkQueueSubmit");
-    check_submitted(wait(), "vkWaitForFences");
+    // A driver that answers is at work: it says itself when its device is lost, and no time of a clock tells that,
+    // which goes on while a process is stopped and jumps when it is set.
+    VkResult waited = VK_TIMEOUT;
+    while (waited == VK_TIMEOUT)
+        waited = device_.calls.vkWaitForFences(device_.device, 1, &fence_, VK_TRUE, UINT64_MAX);
+    check_submitted(waited, "vkWaitForFences");
     // A fence that stays signalled would end the next wait before its submission.
     check_submitted(device_.calls.vkResetFences(device_.device, 1, &fence_), "vkResetFences");
-    unfinished_ = false;
 }
 
 void Context::barrier(VkCommandBuffer commands) const {

@@ -51,18 +51,19 @@ class Context {
     VkDevice device() const { return device_.device; }
     uint32_t memory_type(uint32_t allowed, Buffer::Location) const;
 
-    // begin() and submit() throw Error::device naming the call that failed.
-    VkCommandBuffer begin(); // the one command buffer, ready to record
-    void submit();           // ends the command buffer, submits it and waits
+    VkCommandPool pool() const { return pool_; } // command buffers: see Recording
+    // Submits a command buffer that is ended, and waits for as long as the driver does not say that the device is lost.
+    // Throws Error::device naming the call that failed.
+    void submit(VkCommandBuffer);
     // Everything recorded before is finished and visible to everything recorded after, and to the host.
     void barrier(VkCommandBuffer) const;
     // True for ever once a submission, or the wait for it, has failed in any way. The driver may then still use every
     // object, so none is destroyed; nothing more is submitted, and nothing that the device has written is read.
     bool lost() const { return lost_.call != nullptr; }
-    void need_working() const; // throws Error::device, naming the call that failed, if the device is lost
+    // Throws Error::device, naming the call that failed, if the device is lost, or if another process has opened it.
+    void need_working() const;
 
   private:
-    VkResult wait();
     void check_submitted(VkResult, const char* call);
 
     struct Loss {
@@ -76,9 +77,7 @@ class Context {
     std::map<std::vector<uint32_t>, bool> exact_variants_;
     VkQueue queue_ = VK_NULL_HANDLE;
     VkCommandPool pool_ = VK_NULL_HANDLE;
-    VkCommandBuffer commands_ = VK_NULL_HANDLE;
     VkFence fence_ = VK_NULL_HANDLE;
-    bool unfinished_ = false; // commands_ holds a recording that has not been executed, perhaps given up
     Loss lost_;
 };
 

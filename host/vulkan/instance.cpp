@@ -228,6 +228,7 @@ void Instance::open(const PhysicalDevice& p, DeviceTable& table) const {
     table.limits = p.properties.limits;
     table.rounds = p.rounds;
     table.texels = reads_texels(p.properties);
+    table.most_work = options_.most_work;
 }
 
 } // namespace dermis::vulkan

@@ -31,7 +31,7 @@ void check(VkResult result, const char* call) {
 }
 
 Pipelines::~Pipelines() {
-    if (abandoned_) return;
+    if (abandoned()) return;
     for (const auto& [key, pipeline] : pipelines_) destroy(pipeline);
 }
 

@@ -2,9 +2,11 @@
 // Compute pipelines over buffers, on the library's own device or an embedding host's.
 #pragma once
 
+#include "host/simd/process.hpp"
 #include "host/vulkan/modules.hpp"
 #include "host/vulkan/volk.hpp"
 
+#include <limits>
 #include <map>
 #include <string>
 #include <utility>
@@ -31,6 +33,8 @@ struct DeviceTable {
     bool texels = false; // kernels read maps as texel buffers where they have a variant for that
     const VkAllocationCallbacks* allocator = nullptr;
     VkPipelineCache cache = VK_NULL_HANDLE;
+    // The work of one submission at most, in numbers that kernels write or sum up; a host's submissions are its own.
+    double most_work = std::numeric_limits<double>::infinity();
 };
 
 struct Pipeline {
@@ -52,13 +56,16 @@ class Pipelines {
     const DeviceTable& device() const { return device_; }
     // Keeps every pipeline from being destroyed, after its device is lost.
     void abandon() { abandoned_ = true; }
-    bool abandoned() const { return abandoned_; }
+    // Whether all objects of the device are left to the driver: it is lost, or was opened by another process.
+    bool abandoned() const { return abandoned_ || !process_.calls(); }
+    const simd::Process& process() const { return process_; }
 
   private:
     void destroy(const Pipeline&) const;
 
     const DeviceTable& device_;
     std::map<std::pair<const uint32_t*, std::vector<uint32_t>>, Pipeline> pipelines_;
+    const simd::Process process_;
     bool abandoned_ = false;
 };
 

@@ -24,11 +24,14 @@ Module press_module_for(const DeviceTable& device) {
 
 PressKernel::PressKernel(Pipelines& pipelines, const plan::PreparedSkin& skin, const plan::Variant& variant,
                          const plan::PressedBox& pressed, uint32_t max_bindings)
-    : variant_(variant), pressed_(pressed), pitch_(skin.pitch), group_(group_of(skin, variant)),
-      windows_(row_windows(skin, {.first = pressed.first_row,
-                                  .last = pressed.last_row,
-                                  .planes = state_planes(variant),
-                                  .max_bytes = pipelines.device().limits.maxStorageBufferRange})),
+    : variant_(variant), pressed_(pressed), pitch_(skin.pitch),
+      columns_(is_batch(variant) ? skin.width() : pressed.last_tile * TILE_CELLS - pressed.first_column()),
+      group_(group_of(skin, variant)), windows_(row_windows(pipelines.device(), skin,
+                                                            {.first = pressed.first_row,
+                                                             .last = pressed.last_row,
+                                                             .planes = state_planes(variant),
+                                                             .work = double(numbers_of_press(variant)),
+                                                             .group_rows = group_.y})),
       kernel_(pipelines, press_module_for(pipelines.device()),
               {.bindings = PRESS_BINDINGS,
                .constants_bytes = sizeof(f32::Constants),
@@ -71,18 +74,20 @@ void PressKernel::bind(size_t binding, const Maps& m) {
     }
 }
 
-void PressKernel::record(VkCommandBuffer commands, size_t binding, const f32::Constants& constants,
-                         uint32_t pads) const noexcept {
+void PressKernel::record(VkCommandBuffer commands, size_t binding, const f32::Constants& constants, uint32_t pads,
+                         Recording* own) const {
     f32::Constants c = constants;
-    const int columns = is_batch(variant_) ? c.width : pressed_.last_tile * TILE_CELLS - c.first_column;
     for (size_t i = 0; i < windows_.size(); ++i) {
         const RowWindow& window = windows_[i];
         c.first_row = window.first;
         c.base_row = window.base;
-        if (window.rows() > 0) // Vulkan allows a dispatch of 0 groups, but some layers do not.
-            kernel_.record(commands, binding * windows_.size() + i, &c, groups(columns, PRESS_CELLS * group_.x),
-                           groups(window.rows(), group_.y), pads);
+        if (window.rows() == 0) continue; // Vulkan allows a dispatch of 0 groups, but some layers do not.
+        if (own) own->add(work_of(window) * pads);
+        kernel_.record(commands, binding * windows_.size() + i, &c, groups(columns_, PRESS_CELLS * group_.x),
+                       groups(window.rows(), group_.y), pads);
     }
 }
+
+double PressKernel::work_of_window() const { return work_of(windows_.front()); }
 
 } // namespace dermis::vulkan

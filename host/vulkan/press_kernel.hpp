@@ -2,6 +2,7 @@
 // The kernel `press` over memory of the caller's, one row window after another.
 #pragma once
 
+#include "host/vulkan/recording.hpp"
 #include "host/vulkan/windows.hpp"
 
 namespace dermis::vulkan {
@@ -20,8 +21,10 @@ class PressKernel {
     PressKernel(Pipelines&, const plan::PreparedSkin&, const plan::Variant&, const plan::PressedBox&,
                 uint32_t max_bindings);
     void bind(size_t binding, const Maps&);
-    // pads: the length of the list, of a batch.
-    void record(VkCommandBuffer, size_t binding, const f32::Constants&, uint32_t pads = 1) const noexcept;
+    // pads: the length of the list, of a batch. own: the recording of this command buffer, which is told of the work of
+    // each window; null where the command buffer is a host's.
+    void record(VkCommandBuffer, size_t binding, const f32::Constants&, uint32_t pads, Recording* own) const;
+    double work_of_window() const; // at most, of one pad
     const std::vector<RowWindow>& windows() const { return windows_; }
 
   private:
@@ -29,10 +32,13 @@ class PressKernel {
         int x, y;
     };
     static Group group_of(const plan::PreparedSkin&, const plan::Variant&);
+    double work_of(const RowWindow& window) const {
+        return double(numbers_of_press(variant_)) * columns_ * window.rows();
+    }
 
     const plan::Variant variant_;
     const plan::PressedBox pressed_;
-    const int pitch_;
+    const int pitch_, columns_; // columns: that are pressed
     const Group group_;
     std::vector<RowWindow> windows_;
     Kernel kernel_;

@@ -6,13 +6,11 @@
 
 #include <algorithm>
 #include <cstring>
-#include <span>
 
 namespace dermis::vulkan {
 namespace {
 
 constexpr VkDeviceSize slice_alignment = 256; // the greatest minStorageBufferOffsetAlignment that Vulkan allows
-constexpr size_t of_update = 65536;           // bytes that one vkCmdUpdateBuffer takes
 
 } // namespace
 
@@ -68,10 +66,12 @@ void Recorder::check_limits() const {
     const auto refuse = [](const char* parameter, const std::string& what, const char* limit, VkDeviceSize allowed) {
         throw Error(Error::Code::bad_input, parameter, what + "; allowed: " + limit + " = " + std::to_string(allowed));
     };
-    if (writes_constants() && materials().size() > most_materials)
-        refuse("material", std::to_string(materials().size()) + " different materials in modulus and viscosity",
-               "what vkCmdUpdateBuffer takes at once", most_materials);
     const VkDeviceSize most = device_.limits.maxStorageBufferRange;
+    if (streamed_.pads == 1 && table_.bytes > most)
+        refuse("material",
+               std::to_string(materials().size() / streamed_.skin.chain.length) +
+                   " different materials in modulus and viscosity need " + std::to_string(table_.bytes) + " bytes",
+               "maxStorageBufferRange", most);
     if (streamed_.pads > 1) {
         const std::string pads = std::to_string(streamed_.pads) + " pads";
         if (uint32_t(streamed_.pads) > device_.limits.maxComputeWorkGroupCount[2])
@@ -139,20 +139,7 @@ void Recorder::bind(size_t binding, const Buffers& b) {
     if (alike_) alike_->bind(binding, m);
 }
 
-bool Recorder::fill(PressTable& table, double dt) const noexcept {
-    const DefaultFloats guard;
-    return fill_table(table.of_material.data(), 0, dt);
-}
-
-void Recorder::record(VkCommandBuffer commands, size_t binding, const PressTable& table) const noexcept {
-    const DefaultFloats guard;
-    if (writes_constants()) update_table(commands, binding, table.of_material.data());
-    const f32::Constants c = plan::frame_constants(streamed_.skin, table.of_material.front());
-    if (sites_) sites_->record(commands, binding, c);
-    else fields_->record(commands, binding, c);
-}
-
-template <class F> void Recorder::between_presses(VkCommandBuffer commands, F update) const noexcept {
+template <class F> void Recorder::between_presses(VkCommandBuffer commands, F update) const {
     const auto barrier = [&](VkPipelineStageFlags from, VkPipelineStageFlags to, VkAccessFlags src, VkAccessFlags dst) {
         const VkMemoryBarrier memory{VK_STRUCTURE_TYPE_MEMORY_BARRIER, nullptr, src, dst};
         device_.calls.vkCmdPipelineBarrier(commands, from, to, 0, 1, &memory, 0, nullptr, 0, nullptr);
@@ -165,59 +152,66 @@ template <class F> void Recorder::between_presses(VkCommandBuffer commands, F up
     barrier(copy, compute, VK_ACCESS_TRANSFER_WRITE_BIT, VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT);
 }
 
-void Recorder::update_table(VkCommandBuffer commands, size_t binding, const f32::Coefficients* table) const noexcept {
-    const BufferRange& to = bound_[binding].table;
-    between_presses(commands,
-                    [&] { device_.calls.vkCmdUpdateBuffer(commands, to.buffer, to.offset, table_.bytes, table); });
-}
-
 size_t Recorder::behind_list() const {
+    if (streamed_.pads == 1) return 0;
     const size_t bytes = size_t(streamed_.pads) * sizeof(f32::PadEntry);
     return (bytes + sizeof(f32::Coefficients) - 1) / sizeof(f32::Coefficients);
 }
 
-bool Recorder::fill_table(f32::Coefficients* table, int pad, double dt) const noexcept {
-    const plan::PreparedSkin& skin = streamed_.skin;
+std::span<const plan::Element> Recorder::elements_of(int pad) const {
     const std::vector<plan::Element>& own = streamed_.elements_of_pad;
-    const std::span<const plan::Element> elements =
-        own.empty() ? std::span(materials_) : std::span(own).subspan(size_t(pad) * table_length(), table_length());
-    return plan::fill_table(elements, skin.chain, skin.rule, dt, table);
+    return own.empty() ? std::span(materials_) : std::span(own).subspan(size_t(pad) * table_length(), table_length());
 }
 
-void Recorder::update(VkCommandBuffer commands, size_t binding, size_t offset, const void* from,
-                      size_t bytes) const noexcept {
+template <class F> bool Recorder::each_update(PressTable& table, const Press& press, const Part& part, F f) const {
+    const plan::PreparedSkin& skin = streamed_.skin;
+    const size_t length = table_length(), chain = skin.chain.length,
+                 most = table.coefficients.size() / chain * chain; // whole materials
+    f32::Coefficients* const begin = table.coefficients.data();
+    size_t done = 0, n = 0;
+    for (size_t i = part.first; i < part.last; ++i)
+        for (size_t at = 0, more; at < length; at += more) {
+            more = std::min(length - at, most - n);
+            const std::span<const plan::Element> elements =
+                elements_of(press.pads.count ? press.pads[i] : 0).subspan(at, more);
+            if (!plan::fill_table(elements, skin.chain, skin.rule, press.dt[i], begin + n)) return false;
+            n += more;
+            if (n < most && (at + more < length || i + 1 < part.last)) continue;
+            f(done, begin, n);
+            done += std::exchange(n, 0);
+        }
+    return true;
+}
+
+void Recorder::update(VkCommandBuffer commands, size_t binding, size_t offset, const void* from, size_t bytes) const {
     const BufferRange& to = bound_[binding].table;
     device_.calls.vkCmdUpdateBuffer(commands, to.buffer, to.offset + offset, bytes, from);
 }
 
-void Recorder::update_list(VkCommandBuffer commands, size_t binding, const plan::PadList& pads,
-                           bool tables_alike) const noexcept {
-    const size_t length = table_length(), tables = behind_list();
-    std::array<f32::PadEntry, of_update / sizeof(f32::PadEntry)> entries;
-    for (size_t i = 0, n = 0; i < pads.count; ++i) {
-        entries[n].pad = pads[i];
-        entries[n++].table = int(tables + (tables_alike ? 0 : i * length));
-        if (n < entries.size() && i + 1 < pads.count) continue;
-        update(commands, binding, (i + 1 - n) * sizeof(f32::PadEntry), entries.data(), n * sizeof(f32::PadEntry));
+void Recorder::update_list(VkCommandBuffer commands, size_t binding, const Press& press, const Part& part) const {
+    const size_t length = pads_alike(press) ? 0 : table_length(), tables = behind_list();
+    std::array<f32::PadEntry, PressTable::update_bytes / sizeof(f32::PadEntry)> entries;
+    for (size_t i = part.first, n = 0; i < part.last; ++i) {
+        const size_t place = i - part.first;
+        entries[n].pad = press.pads[i];
+        entries[n++].table = int(tables + place * length);
+        if (n < entries.size() && i + 1 < part.last) continue;
+        update(commands, binding, (place + 1 - n) * sizeof(f32::PadEntry), entries.data(), n * sizeof(f32::PadEntry));
         n = 0;
     }
 }
 
-void Recorder::update_tables(VkCommandBuffer commands, size_t binding, const plan::PadList& pads,
-                             const plan::StepLengths& dt) const noexcept {
-    PressTable table;
-    const size_t length = table_length(), at_once = std::max<size_t>(most_materials / length, 1),
-                 count = pads_alike(dt) ? 1 : pads.count;
-    for (size_t i = 0, n = 0; i < count; ++i) {
-        (void)fill_table(table.of_material.data() + n++ * length, pads[i], dt[i]); // true: it was checked
-        if (n < at_once && i + 1 < count) continue;
-        update(commands, binding, (behind_list() + (i + 1 - n) * length) * sizeof(f32::Coefficients),
-               table.of_material.data(), n * length * sizeof(f32::Coefficients));
-        n = 0;
-    }
+void Recorder::update_tables(VkCommandBuffer commands, size_t binding, const Press& press, const Part& part,
+                             PressTable& table) const {
+    const size_t length = table_length();
+    const auto put = [&](size_t index, const f32::Coefficients* from, size_t count) {
+        update(commands, binding, (behind_list() + index) * sizeof *from, from, count * sizeof *from);
+    };
+    if (table.whole) put(0, table.coefficients.data() + part.first * length, (part.last - part.first) * length);
+    else (void)each_update(table, press, part, put); // true: it was checked
 }
 
-void Recorder::copy_others(VkCommandBuffer commands, size_t binding, const plan::PadList& pads) const noexcept {
+void Recorder::copy_others(VkCommandBuffer commands, size_t binding, const plan::PadList& pads) const {
     const Bound& b = bound_[binding];
     const auto copy = [&](const VkDescriptorBufferInfo& from, const VkDescriptorBufferInfo& to, const Memory& needs,
                           size_t first, size_t last) {
@@ -237,30 +231,41 @@ void Recorder::copy_others(VkCommandBuffer commands, size_t binding, const plan:
     }
 }
 
-bool Recorder::accepts(const plan::PadList& pads, const plan::StepLengths& dt) const noexcept {
+bool Recorder::fill(PressTable& table, const Press& press) const noexcept {
     const DefaultFloats guard;
-    PressTable table;
-    for (size_t i = 0; i < (pads_alike(dt) ? 1 : pads.count); ++i)
-        if (!fill_table(table.of_material.data(), pads.count ? pads[i] : 0, dt[i])) return false;
-    return true;
+    int updates = 0;
+    const Part all{0, pads_alike(press) ? 1 : press.pads.count};
+    const bool floats = each_update(table, press, all, [&](auto...) { ++updates; });
+    table.whole = updates == 1;
+    return floats;
 }
 
-void Recorder::record(VkCommandBuffer commands, size_t binding, const plan::PadList& pads,
-                      const plan::StepLengths& dt) const noexcept {
+double Recorder::work_of_pad() const {
+    return sites_ ? sites_->work_of_window() : (alike_ ? alike_ : fields_)->work_of_window();
+}
+
+void Recorder::record(VkCommandBuffer commands, size_t binding, const Press& press, PressTable& table,
+                      Recording* own) const {
     const DefaultFloats guard;
-    const bool from_constants = alike_ && pads_alike(dt);
-    between_presses(commands, [&] {
-        copy_others(commands, binding, pads);
-        if (pads.count > 0) update_list(commands, binding, pads, pads_alike(dt));
-        if (pads.count > 0 && !from_constants) update_tables(commands, binding, pads, dt);
-    });
-    if (pads.count == 0) return;
-    f32::Coefficients only{};
-    if (from_constants) (void)fill_table(&only, pads[0], dt[0]); // true: it was checked
-    const f32::Constants c = plan::frame_constants(streamed_.skin, only);
-    const uint32_t count = uint32_t(pads.count);
-    if (sites_) sites_->record(commands, binding, c, count);
-    else (from_constants ? alike_ : fields_)->record(commands, binding, c, count);
+    const size_t count = press.pads.count;
+    const bool batch = streamed_.pads > 1, from_constants = batch ? alike_ && pads_alike(press) : !writes_constants();
+    const size_t most = size_t(std::clamp(device_.most_work / work_of_pad(), 1.0, double(streamed_.pads)));
+    for (size_t first = 0; first == 0 || first < count; first += most) {
+        const Part part{first, std::min(first + most, count)};
+        if (writes_constants())
+            between_presses(commands, [&] {
+                if (batch && first == 0) copy_others(commands, binding, press.pads);
+                if (batch) update_list(commands, binding, press, part);
+                if (from_constants || count == 0) return;
+                if (!pads_alike(press)) update_tables(commands, binding, press, part, table);
+                else if (first == 0) update_tables(commands, binding, press, {0, 1}, table);
+            });
+        if (count == 0) return;
+        const f32::Constants c = plan::frame_constants(streamed_.skin, table.coefficients.front());
+        const uint32_t pads = uint32_t(part.last - part.first);
+        if (sites_) sites_->record(commands, binding, c, pads, own);
+        else (batch && from_constants ? alike_ : fields_)->record(commands, binding, c, pads, own);
+    }
 }
 
 void Recorder::set_elements(const plan::PadList& pads, const std::vector<plan::Element>& elements) {

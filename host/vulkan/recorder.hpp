@@ -7,15 +7,17 @@
 #include "host/vulkan/sites_kernel.hpp"
 
 #include <optional>
+#include <span>
 
 namespace dermis::vulkan {
 
-constexpr size_t most_materials = 65536 / sizeof(f32::Coefficients); // the limit of one vkCmdUpdateBuffer, 64 KiB
-
-// The coefficients of one press, by material. It stands on the caller's stack, so that several threads may record.
+// Coefficients of one press, as many as one vkCmdUpdateBuffer takes. They stand on the caller's stack, so that several
+// threads may record.
 struct PressTable {
-    std::array<f32::Coefficients, most_materials> of_material;
-    PressTable() {} // leaves the array to Recorder::fill
+    static constexpr size_t update_bytes = 65536;
+    std::array<f32::Coefficients, update_bytes / sizeof(f32::Coefficients)> coefficients;
+    bool whole;     // they are all of the press; otherwise Recorder::record makes them a part at a time
+    PressTable() {} // leaves its members to Recorder::fill
 };
 
 class Recorder {
@@ -30,13 +32,15 @@ class Recorder {
     const MemoryNeeds& needs() const { return needs_; }
     bool writes_constants() const { return table_.bytes > 0; }
     void bind(size_t binding, const Buffers&); // trusts that the buffers are as needs() says
-    // Fills the table for a press of one skin by dt seconds. Returns false where a coefficient is beyond float.
-    bool fill(PressTable&, double dt) const noexcept;
-    void record(VkCommandBuffer, size_t binding, const PressTable&) const noexcept;
-    // Returns whether all coefficients of a press of these pads are floats.
-    bool accepts(const plan::PadList&, const plan::StepLengths&) const noexcept;
-    // Records a press of some pads of a batch, whose numbers ascend, and copies the states and pressures of the others.
-    void record(VkCommandBuffer, size_t binding, const plan::PadList&, const plan::StepLengths&) const noexcept;
+    struct Press {
+        plan::PadList pads; // their numbers ascend
+        plan::StepLengths dt;
+    };
+    // Fills the table for a press. Returns false where a coefficient is beyond float.
+    bool fill(PressTable&, const Press&) const noexcept;
+    // Records a press, of which the table has been filled; in a batch it copies the states and pressures of pads that
+    // are not pressed. own: see PressKernel; it throws nothing where that is null.
+    void record(VkCommandBuffer, size_t binding, const Press&, PressTable&, Recording* own = nullptr) const;
     // Gives pads other elements, as many as before.
     void set_elements(const plan::PadList&, const std::vector<plan::Element>&);
 
@@ -52,17 +56,26 @@ class Recorder {
     }
     // The index of the first coefficients behind a list of all pads, counted in Coefficients.
     size_t behind_list() const;
-    bool fill_table(f32::Coefficients* table, int pad, double dt) const noexcept;
-    bool pads_alike(const plan::StepLengths& dt) const { return streamed_.elements_of_pad.empty() && !dt.each; }
-    void update_list(VkCommandBuffer, size_t binding, const plan::PadList&, bool tables_alike) const noexcept;
-    void update_tables(VkCommandBuffer, size_t binding, const plan::PadList&, const plan::StepLengths&) const noexcept;
-    void update(VkCommandBuffer, size_t binding, size_t offset, const void* from, size_t bytes) const noexcept;
-    void copy_others(VkCommandBuffer, size_t binding, const plan::PadList&) const noexcept;
+    bool pads_alike(const Press& press) const { return streamed_.elements_of_pad.empty() && !press.dt.each; }
+    // The elements of a pad's table.
+    std::span<const plan::Element> elements_of(int pad) const;
+    // Pads first .. last - 1 of a press, by their places in its list.
+    struct Part {
+        size_t first, last;
+    };
+    // Fills a table with the coefficients of a part, again and again where they are more than it holds, and calls
+    // f(index in the part's coefficients, coefficients, number of them) each time. Returns false where one is beyond
+    // float.
+    template <class F> bool each_update(PressTable&, const Press&, const Part&, F f) const;
+    void update_list(VkCommandBuffer, size_t binding, const Press&, const Part&) const;
+    void update_tables(VkCommandBuffer, size_t binding, const Press&, const Part&, PressTable&) const;
+    void update(VkCommandBuffer, size_t binding, size_t offset, const void* from, size_t bytes) const;
+    void copy_others(VkCommandBuffer, size_t binding, const plan::PadList&) const;
     void fill_needs();
     void check_limits() const;
-    void update_table(VkCommandBuffer, size_t binding, const f32::Coefficients*) const noexcept;
+    double work_of_pad() const; // in one dispatch
     // Calls `update` between the barriers that keep it apart from earlier and later presses.
-    template <class F> void between_presses(VkCommandBuffer, F update) const noexcept;
+    template <class F> void between_presses(VkCommandBuffer, F update) const;
 
     const DeviceTable& device_;
     plan::StreamedSkin streamed_;

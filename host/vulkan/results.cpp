@@ -8,8 +8,6 @@ namespace {
 
 using Summary = f32::Summary;
 
-// A submission holds about this many cell-steps at most, so that neither a driver's watchdog nor a user waits long.
-constexpr double cell_steps_per_submit = 2e7;
 constexpr double ring_bytes = 16e6;
 
 } // namespace
@@ -18,7 +16,7 @@ Results::Results(Context& context, const plan::PreparedSkin& skin, const plan::S
     : skin_(skin), schedule_(schedule),
       slot_bytes_(VkDeviceSize(REDUCED_MAPS) * (tiles() + probes()) * sizeof(Summary)) {
     const double room = std::min(ring_bytes, double(context.limits().maxStorageBufferRange)) / double(slot_bytes_);
-    slots_ = size_t(std::clamp(std::min(cell_steps_per_submit / double(skin.padded_cells()), room), 1.0, 1024.0));
+    slots_ = size_t(std::clamp(room, 1.0, 1024.0));
 }
 
 void Results::allocate(Context& context, const plan::Variant& variant, const MarchMemory& memory,
@@ -58,8 +56,10 @@ void Results::clear(const Context& context, VkCommandBuffer commands) const {
     context.calls().vkCmdFillBuffer(commands, summaries_->handle(), 0, VK_WHOLE_SIZE, 0);
 }
 
-int Results::record(VkCommandBuffer commands, const plan::Step& step, int state) {
+int Results::record(Recording& recording, const plan::Step& step, int state) {
     const plan::PressedBox& box = schedule_.pressed;
+    const VkCommandBuffer commands = recording.commands();
+    const int tiles = std::max(box.last_tile - box.first_tile, 1);
     int dispatches = 0;
     for (int q = 0; q < REDUCED_MAPS; ++q) {
         if (!schedule_.wanted[size_t(q)]) continue;
@@ -80,8 +80,9 @@ int Results::record(VkCommandBuffer commands, const plan::Step& step, int state)
             c.base_row = window.base;
             c.probes = int(probes());
             c.slot = int(steps_.size()) * REDUCED_MAPS + q;
+            recording.add(double(window.rows()) * tiles * TILE_CELLS);
             reduce_->record(commands, map * windows_.size() + i, &c, groups(window.rows() + int(probes()), REDUCE_ROWS),
-                            uint32_t(std::max(box.last_tile - box.first_tile, 1)));
+                            uint32_t(tiles));
         }
         ++dispatches;
     }

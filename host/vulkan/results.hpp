@@ -5,12 +5,13 @@
 
 #include "host/plan/stepper.hpp"
 #include "host/vulkan/march_memory.hpp"
+#include "host/vulkan/recording.hpp"
 
 namespace dermis::vulkan {
 
 class Results {
   public:
-    // Chooses the number of slots that suits a submission of this grid.
+    // Chooses the number of slots.
     Results(Context&, const plan::PreparedSkin&, const plan::Schedule&);
 
     size_t slots() const { return slots_; }
@@ -21,7 +22,7 @@ class Results {
 
     // Records the reduction of the wanted maps at the end of a step that wrote state 0 or 1. Returns the number of
     // dispatches.
-    int record(VkCommandBuffer, const plan::Step&, int state);
+    int record(Recording&, const plan::Step&, int state);
     bool full() const { return steps_.size() == slots_; }
     // Gives the sink a sample of each step recorded since the last call, after the submission.
     void hand_over(const plan::Stepper::Sink&);

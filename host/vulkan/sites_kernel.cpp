@@ -35,12 +35,15 @@ f32::SiteStencil stencil_of(const plan::PreparedSkin& skin, const plan::SiteCell
 
 SitesKernel::SitesKernel(Pipelines& pipelines, const plan::StreamedSkin& streamed, const plan::ResponseLayout& layout,
                          uint32_t max_bindings)
-    : width_(streamed.skin.width()), pitch_(streamed.skin.pitch), pads_(streamed.pads > 1),
+    : width_(streamed.skin.width()), pitch_(streamed.skin.pitch), planes_(state_planes(streamed.variant())),
+      pads_(streamed.pads > 1),
       needed_(streamed.skin, {streamed.skin.whole()}, plan::cells_of(streamed.skin.description.sites)),
-      windows_(row_windows(streamed.skin, {.first = 0,
-                                           .last = streamed.skin.height(),
-                                           .planes = 1,
-                                           .max_bytes = pipelines.device().limits.maxStorageBufferRange})),
+      windows_(row_windows(
+          pipelines.device(), streamed.skin,
+          {.first = 0,
+           .last = streamed.skin.height(),
+           .planes = 1,
+           .work = pads_ ? 0.0 : double(planes_ + 1)})), // a pad is one window: its cells are those of the dispatch
       kernel_(pipelines, sites_module(pipelines.device().rounds),
               {.bindings = SITES_BINDINGS,
                .constants_bytes = sizeof(f32::SiteConstants),
@@ -99,8 +102,8 @@ void SitesKernel::bind(size_t binding, const Maps& m) {
                             });
 }
 
-void SitesKernel::record(VkCommandBuffer commands, size_t binding, const f32::Constants& constants,
-                         uint32_t pads) const noexcept {
+void SitesKernel::record(VkCommandBuffer commands, size_t binding, const f32::Constants& constants, uint32_t pads,
+                         Recording* own) const {
     f32::SiteConstants s{};
     s.c = constants;
     for (size_t i = 0; i < windows_.size(); ++i) {
@@ -111,8 +114,16 @@ void SitesKernel::record(VkCommandBuffer commands, size_t binding, const f32::Co
         s.first_site = window.first_site;
         s.sites = window.sites;
         const uint32_t all = groups(window.cells + window.sites, SITES_X), x = std::min(all, most_groups);
-        if (all > 0) kernel_.record(commands, binding * windows_.size() + i, &s, x, (all + x - 1) / x, pads);
+        if (all == 0) continue;
+        if (own) own->add(work_of(window) * pads);
+        kernel_.record(commands, binding * windows_.size() + i, &s, x, (all + x - 1) / x, pads);
     }
+}
+
+double SitesKernel::work_of_window() const {
+    double most = 0;
+    for (const WindowCells& window : window_cells_) most = std::max(most, work_of(window));
+    return most;
 }
 
 } // namespace dermis::vulkan

@@ -4,6 +4,7 @@
 
 #include "host/plan/site_cells.hpp"
 #include "host/plan/streamed_skin.hpp"
+#include "host/vulkan/recording.hpp"
 #include "host/vulkan/windows.hpp"
 
 namespace dermis::vulkan {
@@ -16,8 +17,9 @@ class SitesKernel {
     };
     SitesKernel(Pipelines&, const plan::StreamedSkin&, const plan::ResponseLayout&, uint32_t max_bindings);
     void bind(size_t binding, const Maps&);
-    // pads: the length of the list, of a batch.
-    void record(VkCommandBuffer, size_t binding, const f32::Constants&, uint32_t pads = 1) const noexcept;
+    // pads and own: see PressKernel.
+    void record(VkCommandBuffer, size_t binding, const f32::Constants&, uint32_t pads, Recording* own) const;
+    double work_of_window() const; // at most, of one pad
 
     const std::vector<plan::Element>& materials() const { return needed_.materials; }
     std::vector<f32::SiteCell> cells() const;
@@ -28,8 +30,9 @@ class SitesKernel {
         int first_cell, cells, first_site, sites;
     };
     void divide_cells();
+    double work_of(const WindowCells& window) const { return double(planes_) * window.cells + window.sites; }
 
-    const int width_, pitch_;
+    const int width_, pitch_, planes_; // planes: of a state
     const bool pads_;
     const plan::SiteCells needed_;
     std::vector<f32::SiteStencil> sites_; // sorted by cell

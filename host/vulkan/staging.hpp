@@ -1,34 +1,13 @@
 // SPDX-License-Identifier: MIT
-// Work that is recorded into one command buffer until it is submitted, and values on their way to the device.
+// Values on their way to the device.
 #pragma once
 
-#include "host/vulkan/context.hpp"
+#include "host/vulkan/recording.hpp"
 
 #include <algorithm>
 #include <cstring>
 
 namespace dermis::vulkan {
-
-// The command buffer of a context, begun when something is to be recorded.
-class Recording {
-  public:
-    explicit Recording(Context& context) : context_(context) {}
-    VkCommandBuffer commands() {
-        if (!commands_) commands_ = context_.begin();
-        return commands_;
-    }
-    bool empty() const { return !commands_; }
-    void submit() {
-        context_.submit();
-        commands_ = VK_NULL_HANDLE;
-    }
-    // Everything recorded before is finished and visible to everything recorded after, and to the host.
-    void barrier() { context_.barrier(commands()); }
-
-  private:
-    Context& context_;
-    VkCommandBuffer commands_ = VK_NULL_HANDLE; // while recording
-};
 
 // Copies values to buffers in the order of what is recorded. A host buffer holds them until the next submission.
 class Staging {

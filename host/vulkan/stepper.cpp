@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Records presses into one command buffer, as many as fit a ring of results, and hands the results over when it is
-// full.
+// Records presses, submits them by their work, and hands the results over when a ring of them is full.
 #include "host/vulkan/stepper.hpp"
 
 #include "host/vulkan/press_kernel.hpp"
@@ -34,10 +33,8 @@ class FieldsKernel {
   public:
     FieldsKernel(Pipelines& pipelines, const plan::PreparedSkin& skin, const plan::Variant& variant,
                  const MarchMemory& memory)
-        : windows_(row_windows(skin, {.first = 0,
-                                      .last = skin.height(),
-                                      .planes = state_planes(variant),
-                                      .max_bytes = pipelines.device().limits.maxStorageBufferRange})),
+        : windows_(row_windows(pipelines.device(), skin,
+                               {.first = 0, .last = skin.height(), .planes = state_planes(variant), .work = numbers})),
           kernel_(pipelines, fields_module(pipelines.device().rounds),
                   {.bindings = FIELDS_BINDINGS,
                    .constants_bytes = sizeof(f32::Constants),
@@ -56,8 +53,10 @@ class FieldsKernel {
             }
     }
 
-    void record(VkCommandBuffer commands, int state, f32::Constants c) const {
+    void record(Recording& recording, int state, f32::Constants c) const {
+        const VkCommandBuffer commands = recording.commands();
         for (size_t i = 0; i < windows_.size(); ++i) {
+            recording.add(numbers * c.width * windows_[i].rows());
             c.first_row = windows_[i].first;
             c.base_row = windows_[i].base;
             kernel_.record(commands, size_t(state) * windows_.size() + i, &c, groups(c.width, FIELDS_X),
@@ -66,6 +65,7 @@ class FieldsKernel {
     }
 
   private:
+    static constexpr double numbers = 2; // that are written for each cell
     std::vector<RowWindow> windows_;
     Kernel kernel_;
 };
@@ -118,13 +118,13 @@ class March : public plan::Stepper {
             plan::fill_table<f32>(step, skin_.materials, skin_.chain, skin_.rule, table);
             stage(table, MarchMemory::coefficients);
         }
-        const VkCommandBuffer commands = recording_.commands();
-        press_->record(commands, binding(from_, to_), plan::constants_of<f32>(skin_, schedule_.pressed, step));
+        press_->record(recording_.commands(), binding(from_, to_),
+                       plan::constants_of<f32>(skin_, schedule_.pressed, step), 1, &recording_);
         recording_.barrier();
         ++dispatches_;
         visible_ = 1 - from_;
         if (step.trace >= 0 || step.impulse >= 0) {
-            dispatches_ += results_.record(commands, step, visible_);
+            dispatches_ += results_.record(recording_, step, visible_);
             recording_.barrier();
         }
         if (step.keep) from_ = visible_;
@@ -132,8 +132,7 @@ class March : public plan::Stepper {
     }
 
     void finish() override {
-        if (recording_.empty()) return;
-        recording_.submit();
+        if (!recording_.empty()) recording_.submit();
         recorded_ = 0;
         staging_.reuse();
         results_.hand_over(sink_);
@@ -152,16 +151,15 @@ class March : public plan::Stepper {
     }
 
     std::vector<const float*> view(const std::vector<Quantity>& what) override {
-        const VkCommandBuffer commands = recording_.commands();
         if (std::any_of(what.begin(), what.end(), [](Quantity q) { return q >= Quantity::curvature; })) {
-            fields_->record(commands, visible_, plan::constants_of<f32>(skin_, schedule_.pressed));
+            fields_->record(recording_, visible_, plan::constants_of<f32>(skin_, schedule_.pressed));
             ++dispatches_;
             recording_.barrier();
         }
         const VkDeviceSize map = memory_.map_bytes();
         if (!download_ || download_->bytes() < map * what.size())
             download_ = std::make_unique<Buffer>(*context_, map * what.size(), Buffer::Location::host);
-        for (size_t i = 0; i < what.size(); ++i) copy_map(commands, what[i], i * map);
+        for (size_t i = 0; i < what.size(); ++i) copy_map(recording_.commands(), what[i], i * map);
         recording_.barrier();
         finish();
         std::vector<const float*> views;

@@ -2,6 +2,7 @@
 #include "host/vulkan/windows.hpp"
 
 #include <algorithm>
+#include <bit>
 
 namespace dermis::vulkan {
 namespace {
@@ -37,6 +38,10 @@ int state_planes(const plan::Variant& variant) {
                         int(responses_of(variant)), int(variant.carries_rate()));
 }
 
+int numbers_of_press(const plan::Variant& variant) {
+    return state_planes(variant) + std::popcount(responses_of(variant));
+}
+
 std::vector<uint32_t> specialization(const plan::Variant& variant) {
     std::vector<uint32_t> constants(VARIANT_CONSTANTS);
     constants[VARIANT_STENCIL] = uint32_t(variant.stencil);
@@ -54,22 +59,28 @@ std::vector<uint32_t> specialization(const plan::Variant& variant) {
     return constants;
 }
 
-std::vector<RowWindow> row_windows(const plan::PreparedSkin& skin, const WindowOptions& options) {
+std::vector<RowWindow> row_windows(const DeviceTable& device, const plan::PreparedSkin& skin,
+                                   const WindowOptions& options) {
     const int height = skin.height();
-    const VkDeviceSize row = VkDeviceSize(skin.pitch) * VkDeviceSize(options.planes) * sizeof(float);
-    const int most = int(std::min<VkDeviceSize>(options.max_bytes / row, VkDeviceSize(height)));
-    if (most == height) return {{.base = 0, .end = height, .first = options.first, .last = options.last}};
-    const int step = std::max(most - 2 * f64::reach(skin.stencil) - WINDOW_ROWS, 1);
+    const VkDeviceSize row = VkDeviceSize(skin.pitch) * VkDeviceSize(options.planes) * sizeof(float),
+                       max_bytes = device.limits.maxStorageBufferRange;
+    const int most = int(std::min<VkDeviceSize>(max_bytes / row, VkDeviceSize(height)));
+    const bool whole = most == height; // every row is bound
+    int step = whole ? height : std::max(most - 2 * f64::reach(skin.stencil) - WINDOW_ROWS, 1);
+    const double rows = device.most_work / (options.work * skin.pitch);
+    if (rows < step) step = std::max(int(rows) / options.group_rows, 1) * options.group_rows;
     std::vector<RowWindow> windows;
     for (int first = options.first; first < options.last || windows.empty(); first += step) {
-        const RowWindow window = window_around(skin, first, std::min(first + step, options.last));
+        const int last = std::min(first + step, options.last);
+        const RowWindow window = whole ? RowWindow{.base = 0, .end = height, .first = first, .last = last}
+                                       : window_around(skin, first, last);
         if (window.end - window.base > most)
             throw Error(
                 Error::Code::bad_input, "curvature.edges",
                 "a grid of " + std::to_string(skin.width()) + " x " + std::to_string(height) +
                     " is worked on in bands of rows, which do not fit; periodic edges join the first and the last: "
                     "maxStorageBufferRange = " +
-                    std::to_string(options.max_bytes) + "; allowed: maps up to that, other edges, or device cpu");
+                    std::to_string(max_bytes) + "; allowed: maps up to that, other edges, or device cpu");
         windows.push_back(window);
     }
     return windows;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Row windows: a grid whose maps exceed the largest storage buffer range of a device is bound and computed in several.
+// Row windows: a grid whose maps exceed the largest storage buffer range of a device is bound and computed in several,
+// and one that is too much work for a submission is computed in several.
 #pragma once
 
 #include "host/plan/skin.hpp"
@@ -20,15 +21,19 @@ struct RowWindow {
 };
 
 struct WindowOptions {
-    int first, last;        // the rows that are computed; `last` is one behind
-    int planes;             // rows of a map for each row of cells
-    VkDeviceSize max_bytes; // of a map in a window
+    int first, last;    // the rows that are computed; `last` is one behind
+    int planes;         // rows of a map for each row of cells
+    double work;        // of a cell (see DeviceTable::most_work)
+    int group_rows = 1; // the rows of a workgroup, of which a window has a multiple
 };
 // Divides the rows into at least one window. Throws Error::bad_input where the edges join rows too far apart.
-std::vector<RowWindow> row_windows(const plan::PreparedSkin&, const WindowOptions&);
+std::vector<RowWindow> row_windows(const DeviceTable&, const plan::PreparedSkin&, const WindowOptions&);
 
 // The number of planes of a state (see kernels/layout.h).
 int state_planes(const plan::Variant&);
+
+// The numbers that a press writes for each cell.
+int numbers_of_press(const plan::Variant&);
 
 // The number of workgroups of `size` cells that cover `cells`.
 uint32_t groups(int cells, int size);

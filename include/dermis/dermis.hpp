@@ -274,9 +274,12 @@ struct DeviceInfo {
     std::string refused; // the reason why the device cannot be used; empty if it can
 };
 
-// A Vulkan device is lost once work submitted to it fails or does not come back within a minute. Every later use of it,
-// by copies and skins too, throws Error::device naming the call that failed, and what the driver may still use is left
-// to it. Device::open() makes another one.
+// A Vulkan device is lost once work submitted to it fails. Every later use of it, by copies and skins too, throws
+// Error::device naming the call that failed, and what the driver may still use is left to it. Device::open() makes
+// another one. A wait for submitted work, of a second or less on most devices, lasts until the driver ends it: no time
+// of a clock tells a device that hangs from one that is slow or stopped.
+// A process that is forked uses neither its parent's Vulkan devices nor its CPU devices' threads: a press or a run
+// there throws Error::device and never waits, and destructors leave both alone. What it opens and makes itself works.
 class DERMIS_API Device {
   public:
     // threads: 0 = one per core that the process may use, by its affinity and its control groups; 1 = only the calling
@@ -390,7 +393,8 @@ struct RunOptions {
     // pass over all cells; otherwise the figures from Result::stencil_estimate on are those of the first material.
     bool describe_each = false;
     // Called some times a second on the thread that called, while the run is prepared and planned too, with the fraction
-    // done, 0..1. What it throws ends the run.
+    // done, 0..1. What it throws ends the run. It may press skins and
+    // run scenes on any device, this one too.
     std::function<void(double)> progress;
 };
 
