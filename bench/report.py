@@ -143,7 +143,8 @@ def work_precision_all(rows, folder):
     save(figure, folder, "work_precision_all", rows, bottom=0.1)
 
 
-# The roof is a kernel that moves the same bytes in the same rounds and computes nothing, for each size.
+# Beside a loop that moves the same bytes and computes nothing. It writes responses past the caches, which hold them at 512:
+# there a kernel that lets the caches hold them, or one of other rounds, may be faster.
 def roofline(rows, folder):
     figure, axis = plt.subplots(figsize=(8, 5))
     styles = {"cpu-avx512": ("o", BLUE), "cpu-avx2": ("s", SKY), "cpu-plain": ("^", GREEN), **PEERS,
@@ -152,15 +153,15 @@ def roofline(rows, folder):
     threads = of(rows, "limit")[0]["cores"]
     for i, n in enumerate(sizes):
         found = [r for r in of(rows, "W1", width=n) if r["backend"] == "numpy" or device_of(r) == "vulkan" or r["threads"] == threads]
-        for roof, colour, left, right, what in (("cpu-moves", "black", -0.42, 0.2, "roof of the CPU"), ("vulkan-moves", VERMILLION, 0.22, 0.4, "roof of Vulkan")):
+        for roof, colour, left, right, what in (("cpu-moves", "black", -0.42, 0.2, "CPU"), ("vulkan-moves", VERMILLION, 0.22, 0.4, "Vulkan")):
             for r in (r for r in found if r["backend"] == roof):
                 axis.hlines(44 / r["least_ns"], i + left, i + right, color=colour, linewidth=3,
-                            label=f"{what}: the same bytes moved alone" if i == 0 else None)
+                            label=f"{what}: the same bytes moved alone, past the caches" if i == 0 else None)
         for k, (backend, (marker, colour)) in enumerate(styles.items()):
             for r in (r for r in found if r["backend"] == backend):
                 axis.plot(i - 0.38 + 0.08 * k, 44 / r["least_ns"], marker, color=colour, markersize=8, label=backend if i == 0 else None)
     axis.set(xticks=range(len(sizes)), xticklabels=[f"{n} x {n} cells" for n in sizes], ylim=(0, None), ylabel="GB/s (44 bytes per cell and step)",
-             title=f"W1, a streamed frame on {threads} threads, under the memory's roof for each size")
+             title=f"W1, a streamed frame on {threads} threads, beside its memory alone")
     flops = axis.secondary_yaxis("right", functions=(lambda x: x * 62 / 44, lambda x: x * 44 / 62))
     flops.set_ylabel("Gflop/s (62 flop per cell and step)")
     axis.legend(fontsize=8, ncol=3, loc="upper center", bbox_to_anchor=(0.5, -0.07))
