@@ -118,7 +118,7 @@ Decided decided(const Scene& validated, plan::PreparedRun&& run, const Device& w
         d.run.skin = with_material(std::move(d.run.skin), fewer);
     }
     if (march || !why_not_separable(d.run.skin, d.run.schedule).empty()) return d;
-    d.run = in_parts(std::move(d.run));
+    d.run = in_units(in_parts(std::move(d.run)));
     const bool same_points = moments && moments->points.size() == d.run.schedule.points.size();
     d.moments =
         same_points ? moments : reduced::moments_of(d.run.skin, d.run.schedule, d.sites_alone(), threads_of(d.device));

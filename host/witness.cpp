@@ -78,8 +78,9 @@ void Witness::frame(const std::vector<double>& pressure) {
 void Witness::advance(scene::Instant end) {
     for (;;) {
         if (!next_ && !timeline_.next(next_.emplace())) return next_.reset();
-        if (end < next_->end) return;
-        if (next_->impulse < 0) press(*next_);
+        const bool impulse = next_->impulse >= 0; // these come before the fields that precede them
+        if (!impulse && end < next_->end) return;
+        if (!impulse) press(*next_);
         next_.reset();
     }
 }
@@ -122,9 +123,14 @@ void Witness::press(const plan::Step& step) {
     if (step.keep) stepper_.keep();
 }
 
-// Where fewer outputs are computed, the steps are longer than those over which FA2 is a mean.
+// Under an envelope FA2 as a mean over a step is left out: steps here are longer, and far beyond the retardation time a
+// mean is the small difference of two large rates, in long double too.
+bool Witness::knows(Quantity q) const {
+    return q <= Quantity::curvature && !(q == Quantity::fa2 && rule_.step_mean && !schedule_.framed);
+}
+
 bool Witness::compares(const Point& p, Quantity q) const {
-    if (q == Quantity::fa2 && rule_.step_mean && schedule_.every > 1) return false;
+    if (!knows(q)) return false;
     if (p.of.quantity != WitnessCell::traced) return int(q) == p.of.quantity;
     const std::vector<Quantity>& traces = whole_.output.traces;
     return std::find(traces.begin(), traces.end(), q) != traces.end();
@@ -147,7 +153,7 @@ void Witness::compare(const plan::Step& step, const plan::Sample& sample) {
 }
 
 void Witness::compare(Quantity q, const std::vector<double>& map) {
-    if (q == Quantity::deformation || (q == Quantity::fa2 && rule_.step_mean && schedule_.every > 1)) return;
+    if (!knows(q)) return;
     for (size_t i = 0; i < points_.size(); ++i)
         if (const WitnessCell& of = points_[i].of; of.quantity == WitnessCell::traced)
             take(map[size_t(of.cell.y) * width_ + size_t(of.cell.x)], field_[i][size_t(q)], points_[i], q);

@@ -52,6 +52,7 @@ class Witness {
 
     void press(const plan::Step&);
     long double value(const Point&, Quantity) const;
+    bool knows(Quantity) const;
     bool compares(const Point&, Quantity) const;
     void take(double x, long double exact, const Point&, Quantity);
     Extended::Pressures pressures() const { return {schedule_.framed ? from_.data() : to_.data(), to_.data()}; }

@@ -108,6 +108,24 @@ Variant variant_of(const PreparedSkin& skin, const Schedule& schedule, Precision
             .wanted = schedule.wanted};
 }
 
+PreparedRun in_units(PreparedRun run) {
+    const std::vector<double>& map = run.schedule.pressure;
+    const auto greatest = [&](size_t stride) {
+        double most = 0;
+        for (size_t i = 0; i < map.size(); i += stride) most = std::max(most, std::abs(map[i]));
+        return most;
+    };
+    const auto is_plain = [](double p) { return p > 0x1p-200 && p < 0x1p200; };
+    if (is_plain(greatest(map.size() / 1024 + 1))) return run; // some cells say so: most maps need no more
+    const double most = greatest(1);
+    if (most == 0 || is_plain(most)) return run;
+    run.schedule.unit = std::ldexp(1, std::ilogb(most));
+    Map scaled = map;
+    for (double& p : scaled.edit()) p /= run.schedule.unit;
+    run.schedule.pressure = std::move(scaled);
+    return run;
+}
+
 PreparedRun in_parts(PreparedRun run) {
     PreparedSkin& skin = run.skin;
     if (skin.uniform()) return run;

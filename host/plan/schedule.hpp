@@ -17,6 +17,7 @@ struct Schedule {
     Time time;
     Output output;
     Map pressure;                             // Pa, width*height; the first frame of a sequence
+    double unit = 1;                          // Pa: `pressure` is in this unit, a power of two (in_units)
     bool framed = false;                      // the pressure runs between the frames given to Stepper::frame
     std::shared_ptr<scene::NpyFile> sequence; // null if the load is no sequence
     std::vector<double> frame_peaks;          // greatest |pressure| of each frame of a sequence, Pa
@@ -55,6 +56,9 @@ Variant variant_of(const PreparedSkin&, const Schedule&, Precision);
 // The run of a skin of as few elements as parts that has the same strain, under the pressure over each cell's
 // resistance. A run whose skin is uniform stays as it is.
 PreparedRun in_parts(PreparedRun);
+
+// The run with a map of extreme magnitudes in a unit in which its products stay in range. Models of products take it.
+PreparedRun in_units(PreparedRun);
 
 // The reason why a model cannot serve; empty if it can.
 std::string why_not(const PreparedSkin&, const Schedule&, Model);

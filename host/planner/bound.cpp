@@ -303,6 +303,7 @@ class Analysis {
     // Takes a value of a quantity at the end of the step, and its error.
     void take(Quantity q, double value, double error) {
         const size_t i = size_t(q);
+        if (std::isnan(error)) error = INFINITY; // a coefficient is beyond the precision
         bounds_.greatest[i] = std::max(bounds_.greatest[i], value);
         bounds_.throughout[i] = std::max(bounds_.throughout[i], error);
         if (written_.at(run_.step(), q)) {

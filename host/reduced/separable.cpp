@@ -32,7 +32,8 @@ class Separable : public plan::Stepper {
             const f64::LaneCoefficients* k = lanes_.data() + part * skin_.chain.length;
             const f64::Motion m = plan::press_cell<f64>(state_[part].data(), after_.data(), load, k, shape_);
             for (int q = 0; q < REDUCED_MAPS; ++q)
-                visible_[part][size_t(q)] = 0 + f64::signal(q, m, after_[shape_.integral()].value); // 0 in place of -0
+                visible_[part][size_t(q)] = // 0 in place of -0
+                    0 + schedule_.unit * f64::signal(q, m, after_[shape_.integral()].value);
             visible_[part][QUANTITY_FA2] *= skin_.constants.gain_plus;
             if (step.keep) state_[part].swap(after_);
         }
@@ -165,7 +166,7 @@ class Separable : public plan::Stepper {
     std::vector<f64::Sum> after_;              // the state that a step leads to
     std::vector<f64::Coefficients> table_;     // of the parts' elements
     std::vector<f64::LaneCoefficients> lanes_;
-    std::vector<Signals> visible_; // strain and signals of each part after the last step
+    std::vector<Signals> visible_; // strain and signals of each part after the last step, under Schedule::unit
     std::vector<Signals> most_;    // the same at the output with the greatest strain
 };
 

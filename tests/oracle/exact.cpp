@@ -246,8 +246,9 @@ class Evaluation {
         l_ = s_.material.curvature_length.value_or(1);
         h_ = s_.material.thickness.value_or(1);
         height_.assign(s_.surface.map.begin(), s_.surface.map.end());
-        for (long double& v : height_) v *= s_.surface.relief.value_or(1);
-        rest_ = curvature_.laplacian(height_);
+        rest_ = curvature_.laplacian(height_); // of the map: its differences are exact, however high it lies
+        for (Numbers* map : {&height_, &rest_})
+            for (long double& v : *map) v *= s_.surface.relief.value_or(1);
     }
 
     void take_load(const Pressure& pressure, const std::vector<double>& map) {

@@ -181,10 +181,13 @@ class Writer {
 // The frames that write_frames has written.
 std::vector<std::vector<double>> read_frames(const std::string& path, const Grid& grid) {
     std::ifstream in(path, std::ios::binary);
+    unsigned char begin[10] = {}; // the header's length stands in the last two
+    in.read(reinterpret_cast<char*>(begin), sizeof begin);
+    const size_t header = sizeof begin + begin[8] + 256u * begin[9];
     in.seekg(0, std::ios::end);
     const size_t cells = size_t(grid.width) * size_t(grid.height), frame = cells * sizeof(double);
-    std::vector<std::vector<double>> frames(size_t(in.tellg()) / frame, std::vector<double>(cells));
-    in.seekg(-std::streamoff(frames.size() * frame), std::ios::end);
+    std::vector<std::vector<double>> frames((size_t(in.tellg()) - header) / frame, std::vector<double>(cells));
+    in.seekg(std::streamoff(header));
     for (std::vector<double>& f : frames) in.read(reinterpret_cast<char*>(f.data()), std::streamsize(frame));
     if (!in) throw std::runtime_error(path + ": not frames of double");
     return frames;
