@@ -195,7 +195,7 @@ long long most_strained_output(const plan::PreparedSkin& skin, const plan::Sched
     std::vector<f64::Sum> before(shape.sums()), after(before);
     std::vector<f64::Coefficients> table;
     std::array<f64::LaneCoefficients, scene::most_in_series> lanes;
-    plan::Timeline timeline(few, elements, skin.rule, Method::exact);
+    plan::Timeline timeline(few, elements, skin.rule, few.every == 1 ? schedule.method : Method::exact);
     double greatest = 0;
     long long output = 0;
     for (plan::Step step; timeline.next(step);) {

@@ -44,7 +44,7 @@ int in_child(const std::function<void()>& work) {
 // runs.csv before the runs are done.
 std::string without_figures(const std::string& table) {
     static const std::regex line("\n([0-9]+),.*,(\"[^\n]*)");
-    return std::regex_replace(table, line, "\n$1,,,,,,,,,$2");
+    return std::regex_replace(table, line, "\n$1,,,,,,,,,,$2");
 }
 
 } // namespace
