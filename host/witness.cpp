@@ -23,11 +23,11 @@ plan::Schedule outputs_of(const plan::Schedule& schedule) {
     return with_fewer_outputs(schedule, most_outputs);
 }
 
-// Cells that tell most of a run's error, as many as take a thirtieth of its time, but at least four. They become the
+// Cells that tell most of a run's error, as many as take a fiftieth of its time, but at least four. They become the
 // last of the schedule's points where they are no sites.
 std::vector<WitnessCell> witness_cells(const plan::PreparedSkin& skin, plan::Schedule& schedule,
                                        const Candidate& taken) {
-    constexpr double share = 1.0 / 30, step_of_cell = 6e-7; // s: of a cell and those that its stencil reads
+    constexpr double share = 1.0 / 50, step_of_cell = 2e-6; // s: of a cell and those that its stencil reads
     const double steps = schedule.framed ? double(taken.steps) : 64, cost = step_of_cell * double(skin.chain.length);
     const size_t count = size_t(std::clamp(share * taken.seconds / (steps * cost), 4.0, 32.0));
     std::vector<WitnessCell> chosen;

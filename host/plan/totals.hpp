@@ -2,7 +2,7 @@
 // Mean, minimum and maximum of a map from the summaries of its tiles, by the tree of kernels/reduce.h.
 #pragma once
 
-#include "host/simd/model.hpp"
+#include "host/simd/isa.hpp"
 
 #include <algorithm>
 #include <array>
@@ -13,7 +13,7 @@ struct Totals {
     double mean, min, max;
 };
 
-// Joins sums in the order in which they are added, 64 at a time, and those joins in the same way.
+// Joins the sums of joined tiles in the order in which they are added, 64 at a time, and their joins in the same way.
 template <class K> class JoinedSums {
   public:
     void add(typename K::LongSum s) {
@@ -35,7 +35,7 @@ template <class K> class JoinedSums {
     }
 
   private:
-    static constexpr size_t tree = 64;
+    static constexpr size_t tree = simd::tiles_joined;
     struct Level {
         typename K::real sum[tree], rest[tree];
         size_t count = 0;
@@ -60,19 +60,22 @@ template <class K> class JoinedSums {
         }
     };
 
-    std::array<Level, 5> levels_; // 64^5 is more than the tiles of any grid
+    std::array<Level, 4> levels_; // 64^5 is more than the tiles of any grid
 };
 
 template <class K> Totals total_of(const typename K::Summary* tiles, size_t count, size_t cells) {
+    const simd::Loops<K>& loops = simd::best().template of<K>();
     JoinedSums<K> sums;
-    typename K::Summary all = tiles[0];
-    for (size_t i = 0; i < count; ++i) {
-        sums.add(K::long_sum(tiles[i].sum));
-        all.low = tiles[i].low < all.low ? tiles[i].low : all.low;
-        all.high = all.high < tiles[i].high ? tiles[i].high : all.high;
+    typename K::real low = tiles[0].low, high = tiles[0].high;
+    for (size_t i = 0; i < count; i += simd::tiles_joined) {
+        simd::JoinedTiles<K> joined;
+        loops.join_tiles(tiles + i, int(std::min(count - i, size_t(simd::tiles_joined))), joined);
+        sums.add(joined.sum);
+        low = joined.low < low ? joined.low : low;
+        high = high < joined.high ? joined.high : high;
     }
     const typename K::LongSum total = sums.total();
-    return {(double(total.sum) + double(total.rest)) / double(cells) * 0x1p28, double(all.low), double(all.high)};
+    return {(double(total.sum) + double(total.rest)) / double(cells) * 0x1p28, double(low), double(high)};
 }
 
 } // namespace dermis::plan

@@ -111,6 +111,13 @@ struct ColumnSums {
     double *least, *greatest;
 };
 
+// Tiles joined by the tree of kernels/reduce.h, at most so many of them.
+constexpr int tiles_joined = 64;
+template <class K> struct JoinedTiles {
+    typename K::LongSum sum;
+    typename K::real low, high;
+};
+
 template <class K> struct Loops {
     using real = typename K::real;
     void (*laplacian)(const RowNeighbours<real>&, int first, int last, real* L);
@@ -118,6 +125,8 @@ template <class K> struct Loops {
     void (*differences)(const real* rows, int count, int width, int stencil, int edges, real* along);
     int (*advance)(const AdvanceArguments<K>&, const typename K::Constants&);
     void (*respond)(const RespondArguments<K>&, const typename K::Constants&);
+    // Joins 1 to tiles_joined tiles.
+    void (*join_tiles)(const typename K::Summary* tiles, int count, JoinedTiles<K>&);
     // Does advance() of each row, then respond() in the same columns of the other one. Where all responses of frames
     // under a uniform material are asked for, and no sums, that is one loop: it may read rows up to their pitch, writes
     // those of state and signals so far, and returns all bits.

@@ -155,6 +155,36 @@ void summarize(const real* values, int count, Kernels::Summary* tiles) {
     }
 }
 
+template <int reach> inline void fold_sums(real* sum, real* rest) {
+#pragma GCC ivdep
+    for (int i = 0; i < reach; ++i) {
+        const Kernels::LongSum s = Kernels::joined({sum[i], rest[i]}, {sum[i + reach], rest[i + reach]});
+        sum[i] = s.sum;
+        rest[i] = s.rest;
+    }
+    if constexpr (reach > 1) fold_sums<reach / 2>(sum, rest);
+}
+
+void join_tiles(const Kernels::Summary* tiles, int count, JoinedTiles<Kernels>& joined) {
+    constexpr int lanes = 16;
+    alignas(64) real sum[tiles_joined], rest[tiles_joined] = {}, low[lanes], high[lanes];
+    for (int i = 0; i < lanes; ++i) low[i] = tiles[0].low, high[i] = tiles[0].high;
+    for (int i = 0; i < count; ++i) sum[i] = Kernels::long_sum(tiles[i].sum).sum;
+    for (int i = count; i < tiles_joined; ++i) sum[i] = real(0);
+    for (int first = 0; first < count; first += lanes)
+        for (int i = 0; i < lanes && first + i < count; ++i) {
+            low[i] = tiles[first + i].low < low[i] ? tiles[first + i].low : low[i];
+            high[i] = high[i] < tiles[first + i].high ? tiles[first + i].high : high[i];
+        }
+    fold_sums<tiles_joined / 2>(sum, rest);
+    for (int i = 1; i < lanes; ++i) {
+        low[0] = low[i] < low[0] ? low[i] : low[0];
+        high[0] = high[0] < high[i] ? high[i] : high[0];
+    }
+    joined = {{sum[0], rest[0]}, low[0], high[0]};
+    end_vector_code();
+}
+
 // All responses of n cells in one loop.
 template <bool passed>
 void respond_all(int n, const Constants c, const real* rest, const real* L, const real* const (&signals)[RESPONSE_MAPS],
