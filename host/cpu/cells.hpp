@@ -206,14 +206,14 @@ template <class K> class Cells {
     // The state that a press makes.
     State<real>& stepped(const Press& press) { return press.keep ? state_ : scratch_; }
 
-    // Returns a number of bands with which a step of one reads and writes half of the second-level cache, and threads
-    // end together.
+    // Returns a number of bands with which a step of one reads and writes three quarters of the second-level cache, and
+    // threads end together.
     int count_of_bands() const {
         const size_t sums = variant_.chain.elements() + 1,
                      planes = (variant_.compensated ? 2 : 1) * sums + variant_.keeps_strain + (variant_.framed ? 3 : 2);
         const size_t row = size_t(pitch_) * (planes * sizeof(real) + (material_of_.empty() ? 0 : sizeof(int)));
         const int rows = pressed_.last_row - pressed_.first_row, threads = pool_.threads(),
-                  of_band = std::max(int(simd::second_level_cache() / 2 / row), 4 * K::reach(variant_.stencil));
+                  of_band = std::max(int(simd::second_level_cache() * 3 / 4 / row), 4 * K::reach(variant_.stencil));
         const int count = (rows + of_band - 1) / of_band;
         return std::clamp((count + threads - 1) / threads * threads, threads, std::max(rows, threads));
     }

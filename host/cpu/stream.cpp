@@ -185,7 +185,7 @@ class SkinStream : public plan::Stream {
 
     FramePress press_;
     Plane<float> pressure_[2];
-    int from_ = 0; // the side of the pressure that the next press starts from
+    int from_ = 0;                                          // the side of the pressure that the next press starts from
     std::array<Plane<float>, RESPONSE_MAPS> fields_, felt_; // of cells, and of sites
     const size_t width_, pitch_, cells_, planes_;
     std::optional<SitesOfFields> sites_;

@@ -26,10 +26,12 @@ template <class K> class JoinedSums {
 
     // The sum of all that were added.
     typename K::LongSum total() {
+        size_t last = levels_.size() - 1; // that has any
+        while (last > 0 && levels_[last].count == 0) --last;
         typename K::LongSum s{0, 0};
-        for (Level& of : levels_) {
-            of.add(s);
-            s = of.joined();
+        for (size_t level = 0; level <= last; ++level) {
+            if (level > 0) levels_[level].add(s);
+            s = levels_[level].joined();
         }
         return s;
     }
@@ -47,6 +49,7 @@ template <class K> class JoinedSums {
         }
         // Joins the sums, of which none is left then.
         typename K::LongSum joined() {
+            if (count == 1) return count = 0, typename K::LongSum{sum[0], rest[0]};
             std::fill(sum + count, sum + tree, typename K::real(0));
             std::fill(rest + count, rest + tree, typename K::real(0));
             count = 0;

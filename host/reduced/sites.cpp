@@ -13,8 +13,8 @@ class Sites : public plan::Stepper {
           const std::vector<int>& classes, bool gains, int threads, Sink sink)
         : skin_(skin), schedule_(schedule), gains_(gains), sink_(std::move(sink)),
           pool_(simd::useful_threads(8 * cells.cells.size(), threads)),
-          stepper_(cells, variant_of(skin, schedule, Precision::f64)), cells_(cells.cells),
-          materials_(cells.materials), columns_(cells.points.size()) {
+          stepper_(cells, variant_of(skin, schedule, Precision::f64)), cells_(cells.cells), materials_(cells.materials),
+          columns_(cells.points.size()) {
         const plan::PressedCells pressed = pressed_cells(schedule);
         for (size_t i = 0; i < columns_; ++i) {
             const Cell c = cells.points[i];

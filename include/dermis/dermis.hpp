@@ -236,13 +236,13 @@ struct Scene : SkinDescription {
     std::optional<Model> model;
     // Default: chosen with the model. RunOptions::precision overrides it.
     std::optional<Precision> precision;
-    // The greatest |X - X_exact| over all numbers of an output, divided by the greatest |X_exact| over all cells and over
-    // all times of rows and of fields, of each output that is asked for; > 0. A class of sites is an output of its own,
-    // whose cells are those of its sites. FA2 is measured before fa2_gains, times the greater |gain|. X_exact has no
-    // error in time or arithmetic on the grid, maps and load as given, but for breakpoints, frames and fields within
+    // The greatest |X - X_exact| over all numbers of an output, divided by the greatest |X_exact| over all cells and
+    // over all times of rows and of fields, of each output that is asked for; > 0. A class of sites is an output of its
+    // own, whose cells are those of its sites. FA2 is measured before fa2_gains, times the greater |gain|. X_exact has
+    // no error in time or arithmetic on the grid, maps and load as given, but for breakpoints, frames and fields within
     // 4 ulp of a row's time, which are at that time. An output that is nowhere above 2^-64 in float, or 2^-340 in
-    // double, counts as 0. If given, the tolerance always binds: a run that cannot promise it is refused, naming what can
-    // be had. Default: 1e-4, for a free choice.
+    // double, counts as 0. If given, the tolerance always binds: a run that cannot promise it is refused, naming what
+    // can be had. Default: 1e-4, for a free choice.
     std::optional<double> tolerance;
     Method method = Method::exact;
     bool allow_unstable = false; // run an explicit method beyond its stability limit
@@ -304,8 +304,8 @@ class DERMIS_API Device {
     std::shared_ptr<Impl> impl_;
 };
 
-// One quantity over time, over all cells and in each probe. Means are summed in twice the digits of the run. min and max are
-// empty without Output::extremes.
+// One quantity over time, over all cells and in each probe. Means are summed in twice the digits of the run. min and
+// max are empty without Output::extremes.
 struct Trace {
     Quantity quantity = Quantity::strain;
     std::vector<double> mean, min, max;
@@ -346,8 +346,8 @@ struct Result {
     // long double, relative as predicted_error is. Above predicted_error something is wrong: a driver, a compiler, or
     // dermis. NaN otherwise, with Method::published, and where a baseline takes frames.
     double measured_error = std::nan("");
-    std::vector<KelvinVoigt> reduced; // Candidate::reduced of this run
-    double cells_per_ridge = HUGE_VAL;     // wavelength of wave and spiral, else infinite; below 8 curvature is coarse
+    std::vector<KelvinVoigt> reduced;  // Candidate::reduced of this run
+    double cells_per_ridge = HUGE_VAL; // wavelength of wave and spiral, else infinite; below 8 curvature is coarse
     // The next five describe the whole skin. With Model::sites, which computes no other cells, they are not known: NaN
     // or -1.
     double stencil_estimate = std::nan("");   // 1/m: greatest |C5 - C4| at the end, the error of a five-point curvature
@@ -392,9 +392,8 @@ struct RunOptions {
     // Whether runs of several materials over the same maps each describe the skin at their own end, at the cost of a
     // pass over all cells; otherwise the figures from Result::stencil_estimate on are those of the first material.
     bool describe_each = false;
-    // Called some times a second on the thread that called, while the run is prepared and planned too, with the fraction
-    // done, 0..1. What it throws ends the run. It may press skins and
-    // run scenes on any device, this one too.
+    // Called some times a second on the thread that called, while the run is prepared and planned too, with the
+    // fraction done, 0..1. What it throws ends the run. It may press skins and run scenes on any device, this one too.
     std::function<void(double)> progress;
 };
 

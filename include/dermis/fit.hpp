@@ -38,17 +38,17 @@ enum class Residual {
 
 struct Fit {
     std::vector<KelvinVoigt> elements; // a spring, elements by ascending retardation time, a dashpot; at most n
-    // Half of the interval of the logarithm of each number of the elements, 0 where the number is 0: the truth is within
-    // a factor of exp(2*error) in some 95 of 100 such data, also where there is one point more than numbers (Student's
-    // quantile); with many points it is the standard error. Of few points under much noise it is the lucky ones that
-    // leave nothing undetermined, and of those alone fewer are right (85 of 100 with one point more and 1 % of noise).
-    // The data count as exact to 1e-7 at best.
+    // Half of the interval of the logarithm of each number of the elements, 0 where the number is 0: the truth is
+    // within a factor of exp(2*error) in some 95 of 100 such data, also where there is one point more than numbers
+    // (Student's quantile); with many points it is the standard error. Of few points under much noise it is the lucky
+    // ones that leave nothing undetermined, and of those alone fewer are right (85 of 100 with one point more and 1 %
+    // of noise). The data count as exact to 1e-7 at best.
     std::vector<KelvinVoigt> errors;
     double residual = 0;       // root mean square of the residual
     std::vector<double> model; // the curve at the times of the data
     // Sentences about what the data leave open: a curve that falls as no creep does, or rises as no relaxation does,
-    // elements that they cannot tell apart or do not need, numbers that they fix to a factor of 2 or worse. Empty if all
-    // is determined.
+    // elements that they cannot tell apart or do not need, numbers that they fix to a factor of 2 or worse. Empty if
+    // all is determined.
     std::vector<std::string> undetermined;
 };
 
