@@ -16,6 +16,8 @@ struct Case {
     std::vector<std::vector<double>> frames;
 };
 
+inline size_t cells_of(const dermis::Scene& s) { return size_t(s.grid.width) * size_t(s.grid.height); }
+
 struct ExactTrace {
     Numbers mean, min, max;
     std::vector<Numbers> probes; // [probe][time]

@@ -25,8 +25,6 @@ bool crowded(const Scene& s) {
     return false;
 }
 
-size_t cells_of(const Scene& s) { return size_t(s.grid.width) * size_t(s.grid.height); }
-
 } // namespace
 
 bool undecided(const Scene& s) {

@@ -50,7 +50,6 @@ template <class Take> void each_map(Case& c, Take take) {
 }
 
 int rows_of(const Scene& s) { return int(std::ceil(s.time.duration / s.time.step - 1e-9)); }
-size_t cells_of(const Scene& s) { return size_t(s.grid.width) * size_t(s.grid.height); }
 
 // Makes frames of the map, each the map times a level, or a map of the first frame.
 void take_frames(Case& c, const std::vector<double>& levels) {
