@@ -16,7 +16,8 @@ class Separable : public plan::Stepper {
               bool points_only, Sink sink)
         : skin_(skin), schedule_(schedule), moments_(std::move(moments)), points_only_(points_only),
           sink_(std::move(sink)), shape_{.chain = skin.chain, .compensated = true},
-          state_(skin.materials.size() / skin.chain.length), after_(shape_.sums()), visible_(state_.size()) {
+          state_(skin.materials.size() / skin.chain.length), after_(shape_.sums()), visible_(state_.size()),
+          most_(visible_) {
         for (auto& part : state_) part.resize(after_.size());
     }
 
