@@ -12,10 +12,11 @@ class References {
   public:
     References(const Schedule&, const std::vector<Element>& materials, const ResponseRule&);
 
-    // Computes those of a step. False where it has none: an impulse, or a step that is not by the exact method.
+    // Computes the coefficients of a step. False for an impulse, and for a step by another method than the exact one.
     bool take(const Step&);
-    // What take() has computed: coefficients of a material before loads are joined, and the step's length, s.
+    // The coefficients of a material in the last step taken, before loads are joined (plan::join_loads).
     extended::Coefficients coefficients(size_t material) const;
+    // The length of that step, s.
     long double length() const { return length_; }
     // The envelope after and before a jump at the step's start.
     long double start(const Step& step) const { return load_.after<long double>(step.begin); }
