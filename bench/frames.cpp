@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "bench/frames.hpp"
 
+#include "bench/native_loops.hpp"
 #include "host/plan/laplacian.hpp"
 #include "host/vulkan/press_kernel.hpp"
 #include "host/vulkan/windows.hpp"
@@ -50,36 +51,26 @@ FrameScene::FrameScene(int n, const Material& material) {
     }
 }
 
-CpuMoves::CpuMoves(const FrameScene& scene, int threads)
-    : scene_(scene), pool_(threads), rest_(scene.cells()), strain_(scene.cells()),
+CpuMoves::CpuMoves(const FrameScene& scene, int threads, bool past_caches)
+    : scene_(scene), past_caches_(past_caches), pool_(threads), rest_(scene.cells()), strain_(scene.cells()),
       integral_(scene.cells()), responses_{Floats(scene.cells()), Floats(scene.cells()), Floats(scene.cells()),
                                            Floats(scene.cells())} {}
 
 void CpuMoves::press(int count) {
     constexpr size_t run = 1024; // cells
     const size_t cells = scene_.cells(), runs = (cells + run - 1) / run;
-    for (int i = 0; i < count; ++i, ++frame_)
+    for (int i = 0; i < count; ++i, ++frame_) {
+        native::Moved moved{.from = scene_.frames[frame_ % ring].data(),
+                            .to = scene_.frames[(frame_ + 1) % ring].data(),
+                            .rest = rest_.data(),
+                            .strain = strain_.data(),
+                            .integral = integral_.data(),
+                            .responses = {},
+                            .past_caches = past_caches_};
+        for (size_t r = 0; r < responses_.size(); ++r) moved.responses[r] = responses_[r].data();
         pool_.share(int(runs), [&](int first, int last) {
-            move(size_t(first) * run, std::min(size_t(last) * run, cells));
-            fence_streams();
+            native::move_cells(moved, size_t(first) * run, std::min(size_t(last) * run, cells));
         });
-}
-
-void CpuMoves::move(size_t first, size_t last) {
-    constexpr size_t chunk = 256;
-    const float *from = scene_.frames[frame_ % ring].data(), *to = scene_.frames[(frame_ + 1) % ring].data();
-    const float* rest = rest_.data();
-    float *strain = strain_.data(), *integral = integral_.data();
-    alignas(64) float joined[chunk];
-    for (size_t begin = first; begin < last; begin += chunk) {
-        const size_t n = std::min(chunk, last - begin);
-#pragma GCC ivdep
-        for (size_t i = 0; i < n; ++i) {
-            joined[i] = (from[begin + i] + to[begin + i]) + rest[begin + i];
-            strain[begin + i] = joined[i] - strain[begin + i];
-            integral[begin + i] = joined[i] - integral[begin + i];
-        }
-        for (const Floats& response : responses_) stream(response.data() + begin, joined, n);
     }
 }
 

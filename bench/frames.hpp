@@ -20,15 +20,16 @@ struct FrameScene {
     size_t cells() const { return skin().padded_cells(); }
 };
 
-// Moves the memory of a frame on the CPU and computes next to nothing: no kernel is faster.
+// Moves the memory of a frame on the CPU and computes next to nothing. Of the two ways to write responses, past the
+// caches and through them, the faster one is what no kernel is faster than.
 class CpuMoves {
   public:
-    CpuMoves(const FrameScene&, int threads);
+    CpuMoves(const FrameScene&, int threads, bool past_caches);
     void press(int frames);
 
   private:
-    void move(size_t first, size_t last); // cells
     const FrameScene& scene_;
+    const bool past_caches_;
     dermis::simd::Pool pool_;
     Floats rest_, strain_, integral_;
     std::array<Floats, 4> responses_;

@@ -48,7 +48,7 @@ Machine this_machine() {
 }
 
 std::set<std::string> supported_backends() {
-    std::set<std::string> all = {"cpu-plain", "cpu-moves"};
+    std::set<std::string> all = {"cpu-plain", "cpu-moves", "cpu-moves-cached"};
 #ifdef __x86_64__
     if (__builtin_cpu_supports("avx2")) all.insert("cpu-avx2");
     if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl"))

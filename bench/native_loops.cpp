@@ -117,7 +117,24 @@ void press_row(const Frame& f, const ExactStep<Vector>& k, size_t y, const float
     }
 }
 
+template <bool past_caches> void move_vectors(const Moved& m, size_t first, size_t last) {
+    for (size_t i = first; i < last; i += lanes) {
+        const Vector joined = (load(m.from + i) + load(m.to + i)) + load(m.rest + i);
+        store(m.strain + i, joined - load(m.strain + i));
+        store(m.integral + i, joined - load(m.integral + i));
+        for (float* response : m.responses)
+            if constexpr (past_caches) stream(response + i, joined);
+            else store(response + i, joined);
+    }
+}
+
 } // namespace
+
+void move_cells(const Moved& m, size_t first, size_t last) {
+    if (!m.past_caches) return move_vectors<false>(m, first, last);
+    move_vectors<true>(m, first, last);
+    fence();
+}
 
 void step_beside(const Frame& f, size_t first, size_t last, const ThreadRows& rows) {
     const ExactStep<Vector> k = broadcast(f.step);

@@ -35,6 +35,17 @@ void step_beside(const Frame&, size_t first, size_t last, const ThreadRows&);
 // Steps rows first .. last - 1 in place and writes their responses past the caches.
 void press_rows(const Frame&, size_t first, size_t last, const ThreadRows&);
 
+// The memory of a streamed frame: the four responses are written from registers, past the caches or through them.
+struct Moved {
+    const float *from, *to, *rest;
+    float *strain, *integral;
+    float* responses[4];
+    bool past_caches;
+};
+
+// Reads and writes the cells first .. last - 1, multiples of `lanes`, as a step does, and computes next to nothing.
+void move_cells(const Moved&, size_t first, size_t last);
+
 // A part of the grid with a halo of `lanes` columns and one row on each side: strain, pressure and material have
 // height + 2 rows of `pitch` cells, and their first cell inside stands at pitch + lanes. The others have no halo.
 struct Tile {

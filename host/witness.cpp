@@ -191,21 +191,17 @@ long long most_strained_output(const plan::PreparedSkin& skin, const plan::Sched
         std::max_element(p.begin(), p.end(), [](double a, double b) { return std::abs(a) < std::abs(b); });
     const auto first = skin.materials.begin() + std::ptrdiff_t(skin.material_at(size_t(most - p.begin())));
     const std::vector<plan::Element> elements(first, first + std::ptrdiff_t(skin.chain.length));
-    const plan::CellShape shape{.chain = skin.chain, .compensated = true};
-    std::vector<f64::Sum> before(shape.sums()), after(before);
+    plan::ProductCell<f64> cell({.chain = skin.chain, .compensated = true}, elements.data(), schedule.time.duration);
     std::vector<f64::Coefficients> table;
-    std::array<f64::LaneCoefficients, scene::most_in_series> lanes;
     plan::Timeline timeline(few, elements, skin.rule, few.every == 1 ? schedule.method : Method::exact);
     double greatest = 0;
     long long output = 0;
     for (plan::Step step; timeline.next(step);) {
         if (!step.keep) continue;
         plan::fill_table<f64>(step, elements, skin.chain, skin.rule, table);
-        std::transform(table.begin(), table.end(), lanes.begin(), f64::lanes_of);
-        const f64::Load load = f64::load(step.start, step.rise, step.jump);
-        const double strain =
-            std::abs(plan::press_cell<f64>(before.data(), after.data(), load, lanes.data(), shape).strain);
-        before.swap(after);
+        cell.press(f64::load(step.start, step.rise, step.jump), table.data());
+        cell.keep();
+        const double strain = std::abs(cell.signal(QUANTITY_STRAIN));
         if (strain > greatest && step.trace >= 0) greatest = strain, output = step.trace * few.every;
     }
     return output;

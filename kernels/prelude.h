@@ -20,9 +20,11 @@ bool lessThan(float a, float b) { return a < b; }
 #endif
 #endif
 
-// The least magnitude that is stored: 2^-64 in float; 2^-340, 4e-103, in double, on the host alone.
+// The least magnitude that is stored: 2^-64 in float; on the host also 2^-340, 4e-103, in double, and any in long double.
 #ifdef __cplusplus
-inline scalar least_stored() { return scalar(sizeof(scalar) == 4 ? 5.421010862427522e-20 : 4.464794497196387e-103); }
+inline scalar least_stored() {
+    return scalar(sizeof(scalar) == 4 ? 5.421010862427522e-20 : sizeof(scalar) == 8 ? 4.464794497196387e-103 : 0.0);
+}
 #else
 #define least_stored() 5.421010862427522e-20
 #endif

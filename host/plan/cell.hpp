@@ -4,6 +4,11 @@
 
 #include "host/plan/skin.hpp"
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
 namespace dermis::plan {
 
 // The state of a cell: the strain of each element but a spring, the integral of the cell's strain, and the rate of a
@@ -44,5 +49,40 @@ typename K::Motion press_cell(const typename K::Sum* before, typename K::Sum* af
     after[integral] = K::advanced_integral(before[integral], m.gained, k[0], shape.compensated);
     return m;
 }
+
+// A cell under unit pressure that is stepped for all others, whose strain is its own times their pressure.
+template <class K> class ProductCell {
+  public:
+    // elements: of the shape's chain. duration: of the run, s.
+    ProductCell(const CellShape& shape, const Element* elements, double duration)
+        : shape_(shape), before_(shape.sums()), after_(before_) {
+        double strain = 0;
+        for (size_t e = 0; e < shape.chain.length; ++e) strain += scene::strain_after(elements[e], 1, duration);
+        if (std::isnormal(strain)) scale_ = std::ldexp(1, -std::ilogb(strain));
+    }
+
+    void press(const typename K::Load& load, const typename K::Coefficients* k) {
+        std::array<typename K::LaneCoefficients, scene::most_in_series> lanes;
+        std::transform(k, k + shape_.chain.length, lanes.begin(), K::lanes_of);
+        const typename K::Load scaled = K::load(load.s0 * scale_, load.ds * scale_, load.sj * scale_);
+        const typename K::Motion m = press_cell<K>(before_.data(), after_.data(), scaled, lanes.data(), shape_);
+        for (int q = 0; q < REDUCED_MAPS; ++q)
+            signals_[size_t(q)] = K::signal(q, m, after_[shape_.integral()].value) / scale_;
+    }
+    // The step leads to the state from which the next one starts.
+    void keep() {
+        before_.swap(after_);
+        kept_ = signals_;
+    }
+    // A signal at the end of the step, and at the end of the last one that was kept.
+    typename K::real signal(int q) const { return signals_[size_t(q)]; }
+    typename K::real kept(int q) const { return kept_[size_t(q)]; }
+
+  private:
+    CellShape shape_;
+    double scale_ = 1; // Pa: a power of two under which strains stay near 1, far from what is stored as 0
+    std::vector<typename K::Sum> before_, after_;
+    std::array<typename K::real, REDUCED_MAPS> signals_{}, kept_{};
+};
 
 } // namespace dermis::plan

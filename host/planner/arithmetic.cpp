@@ -35,6 +35,16 @@ f64::Coefficients cancelled_under_sine(const f64::Coefficients& k, const plan::E
     return off;
 }
 
+void add_of_elastic(f64::Coefficients& off, const f64::Coefficients& k, const plan::Element& m,
+                    const plan::Forcing<double>* forcing, double unit) {
+    if (!is_elastic(m)) return;
+    using C = f64::Coefficients;
+    for (double C::*factor : {&C::b, &C::f, &C::i1, &C::i2, &C::v1, &C::a1, &C::a2})
+        off.*factor += unit_of_double * std::abs(k.*factor);
+    if (forcing && forcing->slope)
+        off.a1 += 12 * unit * (std::abs(k.v1) + final_strain(m, std::abs(*forcing->slope))) / forcing->slope_length;
+}
+
 struct CountedArithmetic::Pressures {
     Counted s0, ds, sj;
 };
@@ -62,9 +72,9 @@ void CountedArithmetic::strain(const CountedStep& step, const Pressures& p, cons
         n.excess = (std::abs(1 - b * E) + 0x1p-50) * r.value + (std::abs(1 - f * E) + 0x1p-50) * p.ds.value;
     }
     n.eps.shift = c.eps.shift + moved.shift;
-    n.eps.off =
-        keep * c.eps.off + std::abs(b * E) * lost(c.eps) + moved.off + left(n.eps.value, c.eps) + flushed(n.eps.value);
-    n.flushed = c.flushed || flushed(n.eps.value) > 0;
+    const double flush = flushed(n.eps.value, c, c.eps);
+    n.eps.off = keep * c.eps.off + std::abs(b * E) * lost(c.eps) + moved.off + left(n.eps.value, c.eps) + flush;
+    n.flushed = c.flushed || flush > 0;
 }
 
 // What the strain is off by is carried on beside it.
@@ -127,9 +137,10 @@ void CountedArithmetic::press(const CountedStep* steps, size_t count, const Coun
     const double keep = contraction(first.leak);
     n.sum.value = bound ? std::abs(1 - first.leak) * sum.value + gained.value : sum.value + leaked.value;
     n.sum.shift = sum.shift + leaked.shift;
-    n.sum.off = keep * sum.off + std::abs(first.leak) * lost(sum) + keep_off + leaked.off + left(n.sum.value, sum) +
-                flushed(n.sum.value);
-    n.flushed = n.flushed || before[0].flushed || flushed(n.sum.value) > 0;
+    const double flush = flushed(n.sum.value, before[0], sum);
+    n.sum.off =
+        keep * sum.off + std::abs(first.leak) * lost(sum) + keep_off + leaked.off + left(n.sum.value, sum) + flush;
+    n.flushed = n.flushed || before[0].flushed || flush > 0;
     n.rate = rate;
     n.rate.off += rate_off;
     n.acceleration = acceleration;

@@ -2,8 +2,9 @@
 // The step of kernels/step.h and kernels/responses.h in arithmetic that keeps count of what it may be off by.
 #pragma once
 
-#include "host/plan/coefficients.hpp"
+#include "host/plan/forcing.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace dermis::planner {
@@ -44,6 +45,11 @@ struct CountedLoad {
 f64::Coefficients cancelled_under_sine(const f64::Coefficients&, const plan::Element&, const plan::ResponseRule&,
                                        double w, double amplitude, double unit);
 
+// Adds what the coefficients of an elastic element are off by beside their own roundings: its modulus is rounded, as it
+// may stand for several springs in series, and its mean acceleration is the small difference of two rates.
+void add_of_elastic(f64::Coefficients& off, const f64::Coefficients&, const plan::Element&,
+                    const plan::Forcing<double>*, double unit);
+
 // The step of one element. z is dt/tau.
 struct CountedStep {
     f64::Coefficients k;           // in double
@@ -66,7 +72,8 @@ struct CountedArithmetic {
     // Half a unit in the last place of the greatest cell's value; of no other cell is it more.
     double rounding(double x) const {
         const double greatest = peak * std::abs(x) * (1 + 1e-5);
-        return greatest == 0 ? 0 : std::ldexp(u, std::ilogb(greatest)) / peak;
+        const double least = single ? 0x1p-150 : 0; // of a float that is no normal number
+        return greatest == 0 ? 0 : std::max(std::ldexp(u, std::ilogb(greatest)), least) / peak;
     }
     // A number as it comes to the kernel: rounded to float there.
     Counted stored(Counted a) const {
@@ -112,7 +119,11 @@ struct CountedArithmetic {
     double contraction(double part) const { return std::abs(1 - part) + 4 * u * std::abs(part); }
     // What the value of a compensated sum has lost to rounding: the kernel takes it back in the next addition alone.
     double lost(const Counted& sum) const { return carried < 1 ? rounding(sum.value) : 0; }
-    double flushed(double x) const { return x != 0 && (bound || least * std::abs(x) < flush) ? flush : 0; }
+    // What a value loses where it is stored as 0. A sum of which that was true before may be less than x says.
+    double flushed(double x, const CountedCell& before = {}, const Counted& sum = {0, 0}) const {
+        const double most = flush + (before.flushed ? sum.off : 0);
+        return x != 0 && (bound || least * std::abs(x) < most) ? flush : 0;
+    }
     // A compensated sum keeps a part of each addition's rounding, and what of it is too small to be carried.
     double left(double x, const Counted& before) const {
         const double rounded = std::min(rounding(x), std::abs(before.value) + before.off + std::abs(before.shift));

@@ -141,22 +141,26 @@ double greatest_around(const std::vector<PressedMaterial>& materials) {
 }
 
 // The roundings of a mean over all cells, in units of the greatest value: one for each level of a tile's tree that
-// joins columns, by the mean of the values' magnitudes; in models of products that of the mean alone.
+// joins columns, by the mean of the values' magnitudes; in models of products those of a sum and its division.
 double units_of_mean(const PreparedSkin& skin, const Schedule& schedule, const Arithmetic& kind) {
-    if (kind.separable) return 1;
+    if (kind.separable) return 2;
     const int columns = std::min(skin.width(), TILE_CELLS);
     const double levels = double(std::bit_width(unsigned(columns - 1)));
     if (schedule.framed || !skin.uniform()) return levels;
-    double sum = 0, greatest = 0;
-    for (double p : schedule.pressure) sum += std::abs(p), greatest = std::max(greatest, std::abs(p));
-    return sum > 0 ? levels * std::min(1.0, (1 + 1e-6) * sum / greatest / double(skin.cells())) : levels;
+    double sum = 0;
+    for (double p : schedule.pressure) sum += std::abs(p);
+    const double mean = (1 + 1e-6) * sum / double(skin.cells());
+    return sum > 0 ? levels * std::min(1.0, mean / largest_of(schedule.pressure)) : levels;
 }
 
-double greatest_surface(const PreparedSkin& skin) {
-    double greatest = 0;
-    for (double height : skin.heights) greatest = std::max(greatest, std::abs(height));
-    return greatest * std::abs(skin.relief);
+// The roundings of FA2 times its gains, in units: of a gain to float and of the product. A power of two has none.
+double units_of_gains(const PreparedSkin& skin, const Arithmetic& kind) {
+    for (double gain : skin.description.receptors.fa2_gains)
+        if (int exponent = 0; gain != 0 && std::abs(std::frexp(gain, &exponent)) != 0.5) return kind.single ? 2 : 1;
+    return 0;
 }
+
+double greatest_surface(const PreparedSkin& skin) { return largest_of(skin.heights) * std::abs(skin.relief); }
 
 // Tells which quantities are written at the end of a step.
 class Written {
@@ -192,7 +196,8 @@ class Analysis {
           last_(kind.compensated ? counted_unit(kind) : 0), l_(std::abs(skin.constants.curvature_length)),
           weight_(skin.constants.bend * weight_of(skin.stencil)), rest_(rest_peak(skin, schedule, !read.everything)),
           surface_(greatest_surface(skin)), units_of_mean_(units_of_mean(skin, schedule, kind)),
-          written_(schedule, read), materials_(analysed(skin, schedule, kind, read)),
+          units_of_gains_(units_of_gains(skin, kind)), written_(schedule, read),
+          materials_(analysed(skin, schedule, kind, read)),
           rough_(roughness_of(skin, schedule, schedule.framed ? 1 : greatest_around(materials_.pressed))),
           run_(schedule, materials_.counted, skin.rule, schedule.method, materials_.chain, kind.separable) {
         if (schedule.method != Method::exact)
@@ -265,8 +270,8 @@ class Analysis {
             Sum most;
             for (; i < ends[place]; ++i) {
                 const Sum s = sum_of(i, q, around);
-                most.magnitude = std::max(most.magnitude, s.magnitude);
-                most.off = std::max(most.off, s.off);
+                raise(most.magnitude, s.magnitude);
+                raise(most.off, s.off);
             }
             together.magnitude += most.magnitude;
             together.off += most.off;
@@ -282,8 +287,8 @@ class Analysis {
     void widen() {
         double strain = 0, d_strain = 0;
         for (const Sum& eps : sums_of(QUANTITY_STRAIN, true)) {
-            strain = std::max(strain, eps.magnitude);
-            d_strain = std::max(d_strain, eps.off);
+            raise(strain, eps.magnitude);
+            raise(d_strain, eps.off);
         }
         const double bent = l_ * rough_.laplacian * strain, gain = 1 + l_ * rest_ + bent;
         const double d_C = weight_ * d_strain + u_ * (2 * rest_ + (rough_.laplacian + rough_.differences) * strain);
@@ -292,9 +297,13 @@ class Analysis {
                 const double x = std::abs(of.value), greatest = q == QUANTITY_STRAIN ? x : x * gain;
                 const double stored = x == 0 || kind_.separable ? 0 : kind_.stored;
                 const double run = x + of.off, value = run * std::min(of.value_gain + bent, gain); // of the response
-                const double error = q == QUANTITY_STRAIN ? of.off + stored
+                const double of_gains = q == QUANTITY_FA2 ? units_of_gains_ * u_ * value : 0;
+                const double rounded =
+                    of_gains + (kind_.separable ? rounding_of_product(run, run * of.value_gain, bent, value)
+                                                : rounding(run, gain, value));
+                const double error = q == QUANTITY_STRAIN ? of.off + stored + (kind_.separable ? u_ * run : 0)
                                                           : of.off * std::min(of.gain + bent, gain) + run * l_ * d_C +
-                                                                rounding(run, gain, value) + 2 * stored;
+                                                                rounded + 2 * stored;
                 take(Quantity(q), greatest, kind_.single && !(x * gain < 3e38) ? INFINITY : error);
             }
         take_shape(strain, d_strain, d_C);
@@ -303,13 +312,11 @@ class Analysis {
     // Takes a value of a quantity at the end of the step, and its error.
     void take(Quantity q, double value, double error) {
         const size_t i = size_t(q);
-        if (std::isnan(error)) error = INFINITY; // a coefficient is beyond the precision
-        bounds_.greatest[i] = std::max(bounds_.greatest[i], value);
-        bounds_.throughout[i] = std::max(bounds_.throughout[i], error);
-        if (written_.at(run_.step(), q)) {
-            const double of_mean = written_.mean(run_.step(), q) ? units_of_mean_ * u_ * (value + error) : 0;
-            bounds_.error[i] = std::max(bounds_.error[i], error + of_mean);
-        }
+        raise(bounds_.greatest[i], value);
+        raise(bounds_.throughout[i], error);
+        if (!written_.at(run_.step(), q)) return;
+        raise(bounds_.error[i], error);
+        if (written_.mean(run_.step(), q)) raise(bounds_.error[i], error + units_of_mean_ * u_ * (value + error));
     }
 
     // Takes curvature and deformation under a strain.
@@ -331,11 +338,18 @@ class Analysis {
     }
 
     // The roundings of a response, the product of a signal x and its gain: of the curvature times a length, of the gain
-    // and of the product. A separable one is a product of other factors, each rounded.
+    // and of the product.
     double rounding(double x, double gain, double response) const {
-        if (kind_.separable) return 3 * u_ * response;
         return (kind_.single ? 2 : 1) * u_ * x * (gain - 1) + std::min(x * half_unit(gain), u_ * response) +
                half_unit(response);
+    }
+
+    // Those of a response by products, x*(a - sum of g*b) per unit of pressure: two of a, the response at rest, and one
+    // of the length in it; four of each g*b, what the strain adds; one of each difference, and one of the product.
+    double rounding_of_product(double x, double at_rest, double bent, double response) const {
+        const double parts = double(skin_.parts.size());
+        const double differences = parts > 1 ? parts * (at_rest + x * bent) : response;
+        return u_ * (2 * at_rest + x * l_ * rest_ + 4 * x * bent + differences + response);
     }
 
     const PreparedSkin& skin_;
@@ -344,7 +358,7 @@ class Analysis {
     const double u_;
     const double last_;                        // of a value: the last rounding, where earlier ones are compensated
     const double l_, weight_, rest_, surface_; // surface_: greatest |S|
-    const double units_of_mean_;
+    const double units_of_mean_, units_of_gains_;
     const Written written_;
     const AnalysedMaterials materials_;
     const Roughness rough_;
@@ -439,9 +453,8 @@ Bounds bounds_of_sites(const PreparedSkin& skin, const Schedule& schedule, const
         const std::vector<Site>& sites = skin.description.sites;
         if (std::none_of(sites.begin(), sites.end(), [q](const Site& site) { return int(site.type) == q; })) continue;
         const Bounds of = Analysis(skin, schedule, kind, {.everything = false, .quantity = q}).run();
-        all.error[size_t(q)] = of.error[size_t(q)];
-        all.throughout[size_t(q)] = of.throughout[size_t(q)];
-        all.greatest[size_t(q)] = of.greatest[size_t(q)];
+        for (Errors Bounds::*bound : {&Bounds::error, &Bounds::throughout, &Bounds::greatest})
+            (all.*bound)[size_t(q)] = (of.*bound)[size_t(q)];
     }
     return all;
 }
@@ -456,7 +469,7 @@ double worst_asked(const PreparedSkin& skin, const Schedule& schedule, const Bou
         const double flushed = q == Quantity::fa2 ? stored : 0; // after the gains
         const double error = scale * bounds.error[size_t(q)] + flushed;
         if (scale * bounds.greatest[size_t(q)] <= stored && error <= 5 * stored) return; // exact
-        worst = std::max(worst, error / std::max(scale * largest[size_t(q)], stored));
+        raise(worst, error / std::max(scale * largest[size_t(q)], stored));
     };
     for (Quantity q : schedule.output.traces) count(q, all, peaks.all);
     for (const FieldRequest& f : schedule.output.fields)

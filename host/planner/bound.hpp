@@ -10,6 +10,11 @@ namespace dermis::planner {
 // Of strain, SA1, SA2, FA1, FA2, curvature and deformation; of FA2 before its gains.
 using Errors = std::array<double, size_t(Quantity::deformation) + 1>;
 
+// Raises a greatest value; what is no number, as where a coefficient is beyond the precision, counts as infinite.
+inline void raise(double& greatest, double x) {
+    if (!(x <= greatest)) greatest = std::isnan(x) ? INFINITY : x;
+}
+
 // How a run computes.
 struct Arithmetic {
     bool single, compensated;

@@ -62,7 +62,9 @@ CountedRun::CountedRun(const Schedule& schedule, const std::vector<CountedMateri
     : schedule_(schedule), materials_(materials), rule_(rule), chain_(chain), elements_(elements_of(materials)),
       timeline_(schedule, elements_, rule, method), references_(schedule, elements_, rule),
       envelope_peak_(envelope_peak(references_.load(), schedule.load.envelope)), kept_(materials.size()),
-      now_(materials.size()), products_(product ? materials.size() / chain.length : 0, MeasuredCell(chain)) {
+      now_(materials.size()) {
+    for (size_t i = 0; product && i < elements_.size(); i += chain.length)
+        products_.emplace_back(chain, &elements_[i], schedule.time.duration);
     if (!schedule.framed && method == Method::exact && references_.load().sine())
         angular_frequency_ = references_.load().angular_frequency();
 }
@@ -98,7 +100,7 @@ CountedLoad CountedRun::load_over(const plan::Step& step, const CountedMaterial&
     }
     const bool held = step.rise == 0 || (step.forcing && step.forcing->holds());
     const bool computed = !held || schedule_.method != Method::exact;
-    const double off = computed ? few * (measured_ ? unit_of_reference : unit_of_double) * envelope_peak_ : 0;
+    const double off = computed ? few * unit() * envelope_peak_ : 0;
     CountedLoad load{.s0 = {step.start, off}, .ds = {step.rise, 0}, .sj = {step.jump, step.jump != 0 ? 2 * off : 0}};
     if (!measured_ || !products_.empty()) return load;
     load.s0.shift = double(step.start - references_.start(step));
@@ -111,19 +113,20 @@ void CountedRun::press(size_t first, const plan::Step& step) {
     std::array<f64::Coefficients, scene::most_in_series> k, cancelled{};
     std::array<extended::Coefficients, scene::most_in_series> references;
     const CountedLoad load = load_over(step, materials_[first]);
-    const double unit = measured_ ? unit_of_reference : unit_of_double;
     for (size_t e = 0; e < chain_.length; ++e) {
         const Element& m = materials_[first + e].element;
         k[e] = step.coefficients_of(first + e, m, rule_);
         references[e] = references_.coefficients(first + e);
         steps[e].load = load;
-        steps[e].unit = unit;
+        steps[e].unit = unit();
         steps[e].z = is_elastic(m) ? 0 : z_of(m, schedule_.time.step);
         steps[e].spring = chain_.spring && e + 1 == chain_.length;
         if (angular_frequency_ && step.rise != 0)
             cancelled[e] =
-                cancelled_under_sine(k[e], m, rule_, *angular_frequency_, schedule_.load.envelope.amplitude, unit);
+                cancelled_under_sine(k[e], m, rule_, *angular_frequency_, schedule_.load.envelope.amplitude, unit());
     }
+    for (size_t e = 0; e < chain_.length; ++e)
+        add_of_elastic(cancelled[e], k[e], materials_[first + e].element, step.forcing.get(), unit());
     plan::join_loads<f64>(k.data(), chain_.length, chain_.spring, step.length);
     plan::join_loads<f64>(cancelled.data(), chain_.length, false, step.length);
     plan::join_loads<extended>(references.data(), chain_.length, chain_.spring, references_.length());
@@ -164,8 +167,7 @@ void CountedRun::measure(size_t first, const plan::Step& step, const f64::Coeffi
 // cancel.
 void CountedRun::add_bend(CountedCell& cell, const Element& m, const plan::Step& step) const {
     const double z = z_of(m, step.after_bend);
-    const double unit = measured_ ? unit_of_reference : unit_of_double;
-    const double rate = strain_rate(m, (4 + 2 * z) * unit * step.bend * std::exp(-z));
+    const double rate = strain_rate(m, (4 + 2 * z) * unit() * step.bend * std::exp(-z));
     cell.rate.off += rate;
     cell.acceleration.off += rate * (rule_.step_mean ? 1 / schedule_.time.step : z_of(m, 1));
 }

@@ -2,9 +2,9 @@
 // The steps of a run in counted arithmetic: one cell of each material, under the schedule's load per unit of the map.
 #pragma once
 
+#include "host/plan/cell.hpp"
 #include "host/plan/references.hpp"
 #include "host/planner/arithmetic.hpp"
-#include "host/planner/measured_cell.hpp"
 
 namespace dermis::planner {
 
@@ -13,6 +13,39 @@ struct CountedMaterial {
     plan::Element element;
     CountedArithmetic arithmetic;
     double peak;
+};
+
+// A cell that is stepped for all others, as models of products do: by the run's own operations in double, and once more
+// in long double. How far the two are apart is known then, and needs no count of roundings.
+class MeasuredCell {
+  public:
+    MeasuredCell(const plan::Chain& chain, const plan::Element* elements, double duration)
+        : run_({.chain = chain, .compensated = true}, elements, duration),
+          reference_({.chain = chain, .compensated = true}, elements, duration) {}
+
+    void press(const f64::Load& load, const f64::Coefficients* k, const extended::Load& exact,
+               const extended::Coefficients* exact_k) {
+        run_.press(load, k);
+        reference_.press(exact, exact_k);
+        for (int q = 0; q < REDUCED_MAPS; ++q) exact_[size_t(q)] = reference_.signal(q);
+    }
+    // The mean acceleration of the reference becomes the change of its rate over the step of `length` seconds, without
+    // the rounding of terms that cancel.
+    void take_change_of_rate(long double length) {
+        exact_[QUANTITY_FA2] = (reference_.signal(QUANTITY_FA1) - reference_.kept(QUANTITY_FA1)) / length;
+    }
+    // The step leads to the state from which the next one starts.
+    void keep() {
+        run_.keep();
+        reference_.keep();
+    }
+    // The error of a signal of the run after the step, but for that of its reference.
+    double off(int q) const { return double(std::abs(run_.signal(q) - exact_[size_t(q)])); }
+
+  private:
+    plan::ProductCell<f64> run_;
+    plan::ProductCell<extended> reference_;
+    std::array<long double, REDUCED_MAPS> exact_{};
 };
 
 // The schedule and the materials outlive the run.
@@ -34,6 +67,7 @@ class CountedRun {
     double measured(size_t cell, int q) const { return products_.empty() ? 0 : products_[cell].off(q); }
 
   private:
+    double unit() const { return measured_ ? unit_of_reference : unit_of_double; } // of coefficients and load
     CountedLoad load_over(const plan::Step&, const CountedMaterial&) const;
     void press(size_t first, const plan::Step&);
     void measure(size_t first, const plan::Step&, const f64::Coefficients* k, extended::Coefficients* references);

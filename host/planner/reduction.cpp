@@ -31,7 +31,7 @@ class Changes {
   public:
     Changes(const Elements& chain, double T, double dt, bool springs) : T_(T), dt_(dt) {
         for (const Element& m : chain) {
-            total_ += is_elastic(m) ? final_strain(m, 1) : is_viscous(m) ? strain_rate(m, T) : crept(m);
+            total_ += strain_after(m, 1, T);
             (is_elastic(m) ? elastic_ : is_viscous(m) ? viscous_ : between_).push_back(m);
         }
         std::sort(between_.begin(), between_.end(),
@@ -58,9 +58,7 @@ class Changes {
         if (is_finite(c.result) && std::isfinite(c.estimate)) list_.push_back(c);
     }
 
-    // The strain of an element after T under a unit step.
-    double crept(const Element& m) const { return final_strain(m, -std::expm1(-z_of(m, T_))); }
-    // The part of that which a modulus takes away from a dashpot's strain.
+    // The part of a dashpot's strain after T that a modulus takes away.
     double neglected(const Element& m) const { return T_ * strain_rate(m, z_of(m, T_)) / (2 * total_); }
 
     void to_spring(const Element& m) {

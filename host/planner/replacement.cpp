@@ -29,11 +29,6 @@ struct Signals {
     }
 };
 
-// Raises a greatest value; what is no number counts as infinite.
-void raise(double& greatest, double x) {
-    if (!(x <= greatest)) greatest = std::isnan(x) ? INFINITY : x;
-}
-
 // Leaves out the elements that both chains have.
 Difference difference(const Elements& a, Elements b) {
     Difference d;

@@ -26,8 +26,8 @@ void add_between(std::vector<Vertex>& vertices, Vertex from, Vertex to, Vertex* 
         const Vertex p = points[i];
         scratch[right] = p;
         points[left] = p;
-        left += above(from, top, p) > 0;
-        right += above(top, to, p) > 0;
+        left += (above(from, top, p) > 0) & (p.b < top.b); // rounding may take another than the highest for the top
+        right += (above(top, to, p) > 0) & (p.b > top.b);
     }
     add_between(vertices, from, top, points, left, scratch + right);
     vertices.push_back(top);
@@ -68,12 +68,19 @@ HullSides::HullSides(const double* b, const double* a, size_t n, double least, d
     lower = side({from_low.b, -from_low.a}, {to_low.b, -to_low.a}, under.get(), low, scratch.get());
 }
 
+// A vertex between which and the next one the slope turns the wrong way, as where both are one point but for rounding,
+// is left out.
 Hull with_slopes(const std::vector<Vertex>& vertices, double sign) {
-    Hull hull{vertices, {}};
-    for (size_t i = 0; i < hull.vertices.size(); ++i) {
-        hull.vertices[i].a *= sign;
-        const Vertex &p = hull.vertices[i], &before = hull.vertices[i ? i - 1 : 0];
-        if (i) hull.slopes.push_back((p.a - before.a) / (p.b - before.b));
+    const auto slope = [](const Vertex& p, const Vertex& q) { return (q.a - p.a) / (q.b - p.b); };
+    Hull hull;
+    for (Vertex p : vertices) {
+        p.a *= sign;
+        while (!hull.slopes.empty() && sign * slope(hull.vertices.back(), p) > sign * hull.slopes.back()) {
+            hull.vertices.pop_back();
+            hull.slopes.pop_back();
+        }
+        if (!hull.vertices.empty()) hull.slopes.push_back(slope(hull.vertices.back(), p));
+        hull.vertices.push_back(p);
     }
     return hull;
 }

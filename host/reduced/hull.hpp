@@ -17,7 +17,7 @@ struct HullSides {
     HullSides(const double* b, const double* a, size_t n, double least, double greatest);
 };
 
-// One side of a hull, ascending in b, with the slopes from each vertex to the next.
+// One side of a hull, ascending in b, with the slopes from each vertex to the next, which descend (upper) or ascend.
 struct Hull {
     std::vector<Vertex> vertices;
     std::vector<double> slopes;

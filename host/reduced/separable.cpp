@@ -15,10 +15,9 @@ class Separable : public plan::Stepper {
     Separable(const plan::PreparedSkin& skin, const plan::Schedule& schedule, std::shared_ptr<const Moments> moments,
               bool points_only, Sink sink)
         : skin_(skin), schedule_(schedule), moments_(std::move(moments)), points_only_(points_only),
-          sink_(std::move(sink)), shape_{.chain = skin.chain, .compensated = true},
-          state_(skin.materials.size() / skin.chain.length), after_(shape_.sums()), visible_(state_.size()),
-          most_(visible_) {
-        for (auto& part : state_) part.resize(after_.size());
+          sink_(std::move(sink)), visible_(skin.materials.size() / skin.chain.length), most_(visible_) {
+        for (size_t i = 0; i < skin.materials.size(); i += skin.chain.length)
+            cells_.push_back({{.chain = skin.chain, .compensated = true}, &skin.materials[i], schedule.time.duration});
     }
 
     void frame(const std::vector<double>&) override {} // plan::why_not refuses frames
@@ -27,16 +26,13 @@ class Separable : public plan::Stepper {
     void press(const plan::Step& step) override {
         const f64::Load load = f64::load(step.start, step.rise, step.jump);
         plan::fill_table<f64>(step, skin_.materials, skin_.chain, skin_.rule, table_);
-        lanes_.resize(table_.size());
-        std::transform(table_.begin(), table_.end(), lanes_.begin(), f64::lanes_of);
-        for (size_t part = 0; part < state_.size(); ++part) {
-            const f64::LaneCoefficients* k = lanes_.data() + part * skin_.chain.length;
-            const f64::Motion m = plan::press_cell<f64>(state_[part].data(), after_.data(), load, k, shape_);
+        for (size_t part = 0; part < cells_.size(); ++part) {
+            plan::ProductCell<f64>& cell = cells_[part];
+            cell.press(load, table_.data() + part * skin_.chain.length);
             for (int q = 0; q < REDUCED_MAPS; ++q)
-                visible_[part][size_t(q)] = // 0 in place of -0
-                    0 + schedule_.unit * f64::signal(q, m, after_[shape_.integral()].value);
+                visible_[part][size_t(q)] = 0 + schedule_.unit * cell.signal(q); // 0 in place of -0
             visible_[part][QUANTITY_FA2] *= skin_.constants.gain_plus;
-            if (step.keep) state_[part].swap(after_);
+            if (step.keep) cell.keep();
         }
         if (step.trace >= 0 && greatest_strain(visible_) > greatest_strain(most_)) most_ = visible_;
         if (step.trace >= 0 || step.impulse >= 0) points_only_ ? deliver_sites(step) : deliver(step);
@@ -162,11 +158,8 @@ class Separable : public plan::Stepper {
     const bool points_only_;
     Sink sink_;
     plan::Sample sample_;
-    const plan::CellShape shape_;
-    std::vector<std::vector<f64::Sum>> state_; // of one cell of each part, under unit pressure
-    std::vector<f64::Sum> after_;              // the state that a step leads to
-    std::vector<f64::Coefficients> table_;     // of the parts' elements
-    std::vector<f64::LaneCoefficients> lanes_;
+    std::vector<plan::ProductCell<f64>> cells_; // of each part
+    std::vector<f64::Coefficients> table_;      // of the parts' elements
     std::vector<Signals> visible_; // strain and signals of each part after the last step, under Schedule::unit
     std::vector<Signals> most_;    // the same at the output with the greatest strain
 };

@@ -30,6 +30,12 @@ inline double strain_rate(const Element& m, double stress, double strain = 0) {
 // Whether an element is a dashpot alone.
 inline bool is_viscous(const Element& m) { return m.modulus == 0; }
 
+// Returns the strain after T seconds of a constant stress.
+inline double strain_after(const Element& m, double stress, double T) {
+    if (is_viscous(m)) return strain_rate(m, stress) * T;
+    return is_elastic(m) ? final_strain(m, stress) : final_strain(m, -std::expm1(-z_of(m, T)) * stress);
+}
+
 // The modulus, or the viscosity, of two in series.
 inline double in_series(double a, double b) { return 1 / (1 / a + 1 / b); }
 inline Element spring_of(const Element& m) { return {.modulus = m.modulus, .viscosity = 0}; }
@@ -117,15 +123,15 @@ inline Series series_at(const Material& m, size_t cell) {
         s.elements[s.length++] = element_at(m, cell);
         return s;
     }
-    std::optional<double> spring = m.spring;
+    long double compliance = m.spring ? 1 / (long double)*m.spring : 0; // of all springs: their modulus is rounded once
     for (const KelvinVoigt& e : m.elements) {
         const Element of = element_at(e, cell);
         if (e.viscosity > 0 || !e.viscosity_map.empty()) s.elements[s.length++] = of;
-        else spring = spring ? 1 / (1 / *spring + 1 / of.modulus) : of.modulus;
+        else compliance += 1 / (long double)of.modulus;
     }
     if (m.dashpot) s.elements[s.length++] = {.modulus = 0, .viscosity = *m.dashpot};
-    s.ends_in_spring = spring && s.length > 0;
-    if (spring) s.elements[s.length++] = {.modulus = *spring, .viscosity = 0};
+    s.ends_in_spring = compliance > 0 && s.length > 0;
+    if (compliance > 0) s.elements[s.length++] = {.modulus = double(1 / compliance), .viscosity = 0};
     return s;
 }
 

@@ -90,6 +90,7 @@ template <class T> T Waveform::rise(Instant from, Instant to) const {
 }
 
 template <class T> T Waveform::after(Instant t) const {
+    if (sine() && !(t < knots_.front().time)) return envelope_.mean + phasor<T>(t).imag();
     const auto at = knot_from(knots_, t);
     return at != knots_.end() && at->time == t ? T(at->right) : before<T>(t);
 }

@@ -77,14 +77,23 @@ std::vector<Real> PreparedPressure::decays(const Real& T) const {
     return all;
 }
 
-// The sum of (J - T*K)*e^(-(t - t_k)/T) over the jumps and bends before each instant t.
+// The sum of (J - T*K)*e^(-(t - t_k)/T) over the jumps and bends before each instant t. Every exponent is negative:
+// what is too small to be a number is 0.
 std::vector<Real> PreparedPressure::sums(const Real& T) const {
-    std::vector<Real> all = decays(T);
-    Real sum;
+    std::vector<Real> all;
+    Real sum, of_row; // of_row: e^(-t/T) of the time from row to row
     size_t k = 0;
-    for (size_t i = 0; i < all.size(); ++i) {
-        for (; k < states_[i].jumps; ++k) sum += (jumps_[k].jump - T * jumps_[k].bend) * exp(jumps_[k].time / T);
-        all[i] *= sum;
+    for (size_t i = 0; i < instants_.size(); ++i) {
+        const Instant& now = instants_[i];
+        if (now.row == 1) of_row = exp(-(now.time / T));
+        if (i > 0) {
+            const Instant& before = instants_[i - 1];
+            const bool next_row = now.row > 0 && before.row == now.row - 1;
+            sum *= next_row ? of_row : exp(-((now.time - before.time) / T));
+        }
+        for (; k < states_[i].jumps; ++k)
+            sum += (jumps_[k].jump - T * jumps_[k].bend) * exp(-((now.time - jumps_[k].time) / T));
+        all.push_back(sum);
     }
     return all;
 }

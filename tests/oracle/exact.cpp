@@ -153,13 +153,18 @@ std::vector<Knot> jumps_of(const Scene& s, const Pressure& pressure) {
 
 using Chain = std::vector<Element>; // in series: their strains add up
 
+// Four bits for each binade of a time constant over the step: closed forms cancel as often.
 long bits_of(const Scene& s, const std::vector<Chain>& materials) {
-    double longest = s.receptors.sa2_adaptation.value_or(0);
-    if (s.load.envelope.kind == Envelope::Kind::sine) longest = std::max(longest, 1 / s.load.envelope.frequency);
+    const int step = std::ilogb(s.time.step);
+    int longest = step - 1; // as a power of two, because a quotient of two doubles may be none
+    if (s.receptors.sa2_adaptation) longest = std::max(longest, std::ilogb(*s.receptors.sa2_adaptation));
+    if (s.load.envelope.kind == Envelope::Kind::sine)
+        longest = std::max(longest, -std::ilogb(s.load.envelope.frequency));
     for (const Chain& chain : materials)
         for (const Element& m : chain)
-            if (m.modulus > 0) longest = std::max(longest, m.viscosity / m.modulus);
-    return 4 * std::max(0L, long(std::ilogb(longest / s.time.step)) + 1);
+            if (m.modulus > 0 && m.viscosity > 0)
+                longest = std::max(longest, std::ilogb(m.viscosity) - std::ilogb(m.modulus));
+    return 4L * (longest - step + 1);
 }
 
 // ---- both

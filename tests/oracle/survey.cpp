@@ -99,7 +99,7 @@ void Survey::take(const Verdict& v, const std::string& line) {
     below_prediction += v.below_prediction();
     if (!v.kept()) broken.push_back(line);
     if (!v.below_prediction()) exceeded.push_back(line);
-    if (v.measured.value > 0)
+    if (v.measured.value > 0 && std::isfinite(v.predicted))
         ratios[v.model == Model::march ? name(v.precision) : name(v.model)].push_back(v.predicted / v.measured.value);
 }
 
