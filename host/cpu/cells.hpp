@@ -59,6 +59,11 @@ class PointsOfRows {
         return {std::ranges::lower_bound(points_, y, {}, &Point::y),
                 std::ranges::upper_bound(points_, y, {}, &Point::y)};
     }
+    // The first row from y on that has one; `none` where there is none.
+    int next(int y, int none) const {
+        const auto point = std::ranges::lower_bound(points_, y, {}, &Point::y);
+        return point == points_.end() ? none : point->y;
+    }
 
   private:
     std::vector<Point> points_;
@@ -297,11 +302,14 @@ template <class K> class Cells {
         return changed;
     }
 
-    // How many rows from y on differ from it in where they stand alone: those that are answered read rows of the band.
+    // The number of rows, from row y on, that one call of Loops::step_rows takes: their arguments differ by a fixed
+    // distance. 1 where a row needs arguments of its own, because it is read, and for the first 2*reach rows of a band,
+    // because their stencils read rows outside it.
     int rows_alike(const Press& press, const Band<real>& band, int y) const {
-        const bool each_apart = press.points || press.fill_row || rolls();
-        if (each_apart || y < band.first + 2 * K::reach(variant_.stencil)) return 1;
-        return std::max(band.last - y, 1);
+        const int reach = K::reach(variant_.stencil), answered = y - reach;
+        const int read = press.points ? points_.next(answered, height_) : height_;
+        if (press.fill_row || rolls() || read == answered || y < band.first + 2 * reach) return 1;
+        return std::min(band.last - y, read - answered);
     }
 
     simd::RowSteps<K> row_steps(const Press& press, const Worker<K>& worker, const simd::AdvanceArguments<K>& a,

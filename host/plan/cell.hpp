@@ -58,7 +58,8 @@ template <class K> class ProductCell {
         : shape_(shape), before_(shape.sums()), after_(before_) {
         double strain = 0;
         for (size_t e = 0; e < shape.chain.length; ++e) strain += scene::strain_after(elements[e], 1, duration);
-        if (std::isnormal(strain)) scale_ = std::ldexp(1, -std::ilogb(strain));
+        const bool plain = strain > 0x1p-200 && strain < 0x1p200;
+        if (std::isnormal(strain) && !plain) scale_ = std::ldexp(1, -std::ilogb(strain));
     }
 
     void press(const typename K::Load& load, const typename K::Coefficients* k) {
@@ -80,7 +81,7 @@ template <class K> class ProductCell {
 
   private:
     CellShape shape_;
-    double scale_ = 1; // Pa: a power of two under which strains stay near 1, far from what is stored as 0
+    double scale_ = 1; // Pa: a power of two under which strains stay far from what is stored as 0
     std::vector<typename K::Sum> before_, after_;
     std::array<typename K::real, REDUCED_MAPS> signals_{}, kept_{};
 };

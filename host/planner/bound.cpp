@@ -134,12 +134,6 @@ AnalysedMaterials analysed(const PreparedSkin& skin, const Schedule& schedule, c
     return m;
 }
 
-double greatest_around(const std::vector<PressedMaterial>& materials) {
-    double greatest = 0;
-    for (const PressedMaterial& m : materials) greatest = std::max(greatest, m.around);
-    return greatest;
-}
-
 // The roundings of a mean over all cells, in units of the greatest value: one for each level of a tile's tree that
 // joins columns, by the mean of the values' magnitudes; in models of products those of a sum and its division.
 double units_of_mean(const PreparedSkin& skin, const Schedule& schedule, const Arithmetic& kind) {
@@ -151,6 +145,13 @@ double units_of_mean(const PreparedSkin& skin, const Schedule& schedule, const A
     for (double p : schedule.pressure) sum += std::abs(p);
     const double mean = (1 + 1e-6) * sum / double(skin.cells());
     return sum > 0 ? levels * std::min(1.0, mean / largest_of(schedule.pressure)) : levels;
+}
+
+// What the resting curvature is off by: the Laplacian of the heights, four roundings in double, and two to float.
+double error_at_rest(const PreparedSkin& skin, const Arithmetic& kind, double rest) {
+    const double spacing = skin.description.grid.spacing.value_or(1), of_heights = roundings_of(skin, skin.heights);
+    return (kind.single ? 2 * kind.unit() * rest : 0) +
+           unit_of_double * (4 * rest + std::abs(skin.relief) * of_heights / (spacing * spacing));
 }
 
 // The roundings of FA2 times its gains, in units: of a gain to float and of the product. A power of two has none.
@@ -195,10 +196,12 @@ class Analysis {
         : skin_(skin), schedule_(schedule), kind_(kind), u_(kind.unit()),
           last_(kind.compensated ? counted_unit(kind) : 0), l_(std::abs(skin.constants.curvature_length)),
           weight_(skin.constants.bend * weight_of(skin.stencil)), rest_(rest_peak(skin, schedule, !read.everything)),
-          surface_(greatest_surface(skin)), units_of_mean_(units_of_mean(skin, schedule, kind)),
-          units_of_gains_(units_of_gains(skin, kind)), written_(schedule, read),
-          materials_(analysed(skin, schedule, kind, read)),
-          rough_(roughness_of(skin, schedule, schedule.framed ? 1 : greatest_around(materials_.pressed))),
+          d_rest_(error_at_rest(skin, kind, rest_)), surface_(greatest_surface(skin)),
+          units_of_mean_(units_of_mean(skin, schedule, kind)), units_of_gains_(units_of_gains(skin, kind)),
+          written_(schedule, read), materials_(analysed(skin, schedule, kind, read)),
+          rough_(roughness_of(
+              skin, schedule,
+              schedule.framed ? 1 : std::ranges::max(materials_.pressed, {}, &PressedMaterial::around).around)),
           run_(schedule, materials_.counted, skin.rule, schedule.method, materials_.chain, kind.separable) {
         if (schedule.method != Method::exact)
             exact_.emplace(schedule, materials_.counted, skin.rule, Method::exact, materials_.chain);
@@ -291,7 +294,7 @@ class Analysis {
             raise(d_strain, eps.off);
         }
         const double bent = l_ * rough_.laplacian * strain, gain = 1 + l_ * rest_ + bent;
-        const double d_C = weight_ * d_strain + u_ * (2 * rest_ + (rough_.laplacian + rough_.differences) * strain);
+        const double d_C = weight_ * d_strain + d_rest_ + u_ * (rough_.laplacian + rough_.roundings) * strain;
         for (int q = 0; q < REDUCED_MAPS; ++q)
             for (const Sum& of : sums_of(q, false)) {
                 const double x = std::abs(of.value), greatest = q == QUANTITY_STRAIN ? x : x * gain;
@@ -356,8 +359,8 @@ class Analysis {
     const Schedule& schedule_;
     const Arithmetic kind_;
     const double u_;
-    const double last_;                        // of a value: the last rounding, where earlier ones are compensated
-    const double l_, weight_, rest_, surface_; // surface_: greatest |S|
+    const double last_; // of a value: the last rounding, where earlier ones are compensated
+    const double l_, weight_, rest_, d_rest_, surface_; // d_rest_: what L(S) is off by; surface_: greatest |S|
     const double units_of_mean_, units_of_gains_;
     const Written written_;
     const AnalysedMaterials materials_;

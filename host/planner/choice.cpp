@@ -2,7 +2,6 @@
 #include "host/planner/choice.hpp"
 
 #include "host/planner/bound.hpp"
-#include "host/planner/cost.hpp"
 #include "host/planner/reduction.hpp"
 #include "host/scene/text.hpp"
 

@@ -22,6 +22,9 @@ struct Backends {
     plan::Capabilities opened, cpu;
 };
 
+// What running a schedule by one model costs: steps, memory, traffic, seconds. It serves to choose, it is no promise.
+Candidate costed(const plan::PreparedSkin&, const plan::Schedule&, Model, Precision, const plan::Capabilities&);
+
 // Explanation::chosen is the decision. everything: also the costs and errors of candidates that are not chosen. Throws
 // Error::bad_input for a model, precision or tolerance that cannot be had. peaks: where a bound was needed, the values
 // that it is relative to.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "host/planner/cost.hpp"
+#include "host/planner/choice.hpp"
 
 #include "host/plan/site_cells.hpp"
 

@@ -30,22 +30,28 @@ double rest_peak(const PreparedSkin& skin, const Schedule& schedule, bool points
     return largest;
 }
 
+double roundings_of(const PreparedSkin& skin, const std::vector<double>& map) {
+    const size_t width = size_t(skin.width()), height = size_t(skin.height());
+    const bool periodic = skin.edges == EDGES_PERIODIC, fourth_order = skin.stencil == STENCIL_FOURTH_ORDER;
+    double across = 0, down = 0; // greatest differences of neighbours
+    for (size_t y = 0; y < height; ++y) {
+        const double *row = map.data() + y * width, *next = y + 1 < height ? row + width : periodic ? map.data() : row;
+        for (size_t x = 0; x + 1 < width; ++x) across = std::max(across, std::abs(row[x + 1] - row[x]));
+        if (periodic) across = std::max(across, std::abs(row[0] - row[width - 1]));
+        for (size_t x = 0; x < width; ++x) down = std::max(down, std::abs(next[x] - row[x]));
+    }
+    return (fourth_order ? 6 * 3 : 3 * 2) * (across + down);
+}
+
 Roughness roughness_of(const PreparedSkin& skin, const Schedule& schedule, double peak) {
     const double weight = skin.constants.bend * weight_of(skin.stencil);
-    Roughness r{weight, 2 * weight};
+    Roughness r{weight, 6 * weight};
     if (!skin.uniform() || schedule.framed || peak == 0) return r;
     const Grid unit = plan::without_spacing(skin.description.grid);
     const std::vector<double>& map = schedule.pressure;
     const double bent = skin.constants.bend * largest_of(plan::laplacian(map, unit, skin.stencil, skin.edges));
     r.laplacian = std::min(bent / peak, weight);
-    double step = 0; // between neighbours
-    const size_t width = size_t(unit.width);
-    for (size_t i = 0; i < map.size(); ++i) {
-        if (i % width) step = std::max(step, std::abs(map[i] - map[i - 1]));
-        if (i >= width) step = std::max(step, std::abs(map[i] - map[i - width]));
-    }
-    if (skin.edges != EDGES_PERIODIC)
-        r.differences = weight * std::min(2 * step / peak, 2.0); // two cells apart at most
+    r.roundings = std::min(skin.constants.bend * roundings_of(skin, map) / peak, r.roundings);
     return r;
 }
 
@@ -56,30 +62,26 @@ std::vector<PressedMaterial> pressed_materials(const PreparedSkin& skin, const S
         all.push_back({skin.materials[i], peak, peak});
     }
     if (schedule.framed) return all;
-    const auto alike = [&] { // elements in series bear the same pressure
-        for (size_t i = 0; i < all.size(); ++i) {
-            const PressedMaterial& first = all[i - i % skin.chain.length];
-            all[i].peak = first.peak, all[i].around = first.around;
-        }
-        return all;
-    };
     const std::vector<double>& p = schedule.pressure;
-    const size_t width = size_t(skin.width());
+    const size_t width = size_t(skin.width()), length = skin.chain.length;
     const auto take = [&](size_t i, double PressedMaterial::*peak) {
         double& greatest = all[skin.material_at(i)].*peak;
         greatest = std::max(greatest, std::abs(p[i]));
     };
-    if (read.everything) {
-        for (size_t i = 0; i < p.size(); ++i) take(i, &PressedMaterial::peak);
-        for (PressedMaterial& m : all) m.around = m.peak;
-        return alike();
-    }
     std::vector<Cell> points;
     for (const Site& site : skin.description.sites)
         if (int(site.type) == read.quantity) points.push_back(site.cell);
+    if (read.everything)
+        for (size_t i = 0; i < p.size(); ++i) take(i, &PressedMaterial::peak);
+    else
+        for (size_t i : plan::SiteCells(skin, pressed_cells(schedule), points).cells) take(i, &PressedMaterial::around);
     for (const Cell& c : points) take(size_t(c.y) * width + size_t(c.x), &PressedMaterial::peak);
-    for (size_t i : plan::SiteCells(skin, pressed_cells(schedule), points).cells) take(i, &PressedMaterial::around);
-    return alike();
+    for (size_t i = 0; i < all.size(); ++i) { // elements in series bear the same pressure
+        const PressedMaterial& first = all[i - i % length];
+        all[i].peak = first.peak;
+        all[i].around = std::max(first.peak, first.around);
+    }
+    return all;
 }
 
 void take_gains(const PreparedSkin& skin, const Schedule& schedule, const Read& read, bool separable,

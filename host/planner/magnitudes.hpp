@@ -16,10 +16,14 @@ double largest_of(const std::vector<double>& map);
 // The greatest |L(S)| over all cells, or over the schedule's points alone.
 double rest_peak(const plan::PreparedSkin&, const plan::Schedule&, bool points_only);
 
-// Greatest Laplacian of a strain with maximum 1, and greatest sum of its differences. A uniform skin's strain has the
-// load's shape, which gives a tighter bound. peak: the load's greatest |pressure|.
+// What the differences of a map and their sums in a Laplacian without spacing are rounded by at most, in units: each
+// term three times, with a factor of the fourth-order stencil six times.
+double roundings_of(const plan::PreparedSkin&, const std::vector<double>& map);
+
+// Greatest Laplacian of a strain with maximum 1, and roundings_of it. A uniform skin's strain has the load's shape,
+// which gives a tighter bound. peak: the load's greatest |pressure|.
 struct Roughness {
-    double laplacian, differences;
+    double laplacian, roundings;
 };
 Roughness roughness_of(const plan::PreparedSkin&, const plan::Schedule&, double peak);
 
