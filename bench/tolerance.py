@@ -138,6 +138,7 @@ def draw(axes, title, runs):
 def main(dermis, picture):
     figure, axes = plt.subplots(2, len(SCENES), figsize=(13, 6.4), sharex="col", sharey="row", height_ratios=(2, 1))
     surface, pressure = maps()
+    drawn = set()
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         np.save(folder / "surface.npy", surface)
@@ -145,11 +146,14 @@ def main(dermis, picture):
         np.save(folder / "frames.npy", np.array([level * pressure for _, level in FRAMES]))
         for column, (title, scene) in zip(axes.T, SCENES.items()):
             truth = exact(*scene, surface, pressure)
-            draw(column, title, [taken(dermis, folder, scene_text(*scene, t), truth) for t in TOLERANCES])
+            runs = [taken(dermis, folder, scene_text(*scene, t), truth) for t in TOLERANCES]
+            draw(column, title, runs)
+            drawn.update(run[0] for run in runs if run)
     axes[0, 0].set_ylabel("error / greatest value")
     axes[1, 0].set_ylabel("ms")
     for (model, precision), (colour, marker) in TAKEN.items():
-        axes[0, 0].plot([], [], marker, color=colour, label=f"{model} in {precision}")
+        if (model, precision) in drawn:
+            axes[0, 0].plot([], [], marker, color=colour, label=f"{model} in {precision}")
     axes[0, 0].plot([], [], color="grey", linestyle=(0, (1, 2)), label="tolerance")
     axes[0, 0].plot([], [], "_", color="black", markersize=11, markeredgewidth=2, label="bound")
     axes[0, 0].plot([], [], "o", color="black", markerfacecolor="white", label="fewer elements")
