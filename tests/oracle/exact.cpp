@@ -4,6 +4,7 @@
 #include "tests/oracle/closed_form.hpp"
 
 #include <algorithm>
+#include <array>
 #include <map>
 
 namespace oracle {
@@ -15,20 +16,20 @@ using namespace dermis;
 // The weights of f[j] - f[i] in the second derivative at i.
 Curvature::Weights Curvature::along(int n, Stencil stencil, Edges edges) {
     Weights all(static_cast<size_t>(n));
-    if (n == 1) return all;          // an axis of one cell has no curvature
-    if (edges == Edges::published) { // the gradient of the gradient, one-sided at the ends
-        std::vector<Numbers> g(size_t(n), Numbers(size_t(n), 0));
-        for (int i = 0; i < n; ++i) {
+    if (n == 1) return all;                // an axis of one cell has no curvature
+    if (edges == Edges::published) {       // the gradient of the gradient, one-sided at the ends
+        const auto gradient = [n](int i) { // weights of the cells at its two ends
             const int low = std::max(i - 1, 0), high = std::min(i + 1, n - 1);
-            g[size_t(i)][size_t(high)] += 1.0L / (high - low);
-            g[size_t(i)][size_t(low)] -= 1.0L / (high - low);
+            const long double weight = 1.0L / (high - low);
+            return std::array{std::pair{low, -weight}, std::pair{high, weight}};
+        };
+        for (int i = 0; i < n; ++i) {
+            std::map<int, long double> weights;
+            for (auto [k, of_k] : gradient(i))
+                for (auto [j, of_j] : gradient(k)) weights[j] += of_k * of_j;
+            for (auto [j, weight] : weights)
+                if (j != i && weight != 0) all[size_t(i)].push_back({j, weight});
         }
-        for (size_t i = 0; i < size_t(n); ++i)
-            for (size_t j = 0; j < size_t(n); ++j) {
-                long double weight = 0;
-                for (size_t k = 0; k < size_t(n); ++k) weight += g[i][k] * g[k][j];
-                if (j != i && weight != 0) all[i].push_back({int(j), weight});
-            }
         return all;
     }
     const auto inside = [&](int i) {
