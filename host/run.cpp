@@ -177,7 +177,8 @@ class Run {
                 if (check_) check_->frame(frame);
                 if (d_.witness) d_.witness->frame(frame);
             });
-            if (d_.witness) d_.witness->advance(step.end);
+            if (d_.witness && step.impulse < 0)
+                d_.witness->advance(step.end); // impulses come before fields at earlier times
             stepper_->press(step);
             ++result_.steps;
             if (check_) check_->press(step, *stepper_);
