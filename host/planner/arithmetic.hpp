@@ -62,18 +62,18 @@ struct CountedStep {
 };
 
 struct CountedArithmetic {
-    double u;           // unit roundoff
-    double peak;        // greatest pressure: values are per unit of it
-    bool single, bound; // rounded to float; values are bounds and never cancel, as between frames
-    double carried;     // share of an addition's rounding that stays in the sum: 1, or 2u compensated
-    double flush;       // magnitude below which results are stored as 0
-    double least = 0;   // least pressure that is not 0, per unit of the peak: 0 where it is not known
+    double u;            // unit roundoff
+    double peak;         // greatest pressure: values are per unit of it
+    bool single, bound;  // rounded to float; values are bounds and never cancel, as between frames
+    double carried;      // share of an addition's rounding that stays in the sum: 1, or 2u compensated
+    double flush;        // magnitude below which results are stored as 0
+    double denormal = 0; // rounding of a float that is no normal number, over the share of the peak that is read
+    double least = 0;    // least pressure that is not 0, per unit of the peak: 0 where it is not known
 
     // Half a unit in the last place of the greatest cell's value; of no other cell is it more.
     double rounding(double x) const {
         const double greatest = peak * std::abs(x) * (1 + 1e-5);
-        const double least = single ? 0x1p-150 : 0; // of a float that is no normal number
-        return greatest == 0 ? 0 : std::max(std::ldexp(u, std::ilogb(greatest)), least) / peak;
+        return greatest == 0 ? 0 : std::max(std::ldexp(u, std::ilogb(greatest)), denormal) / peak;
     }
     // A number as it comes to the kernel: rounded to float there.
     Counted stored(Counted a) const {

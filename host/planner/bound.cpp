@@ -117,15 +117,17 @@ AnalysedMaterials analysed(const PreparedSkin& skin, const Schedule& schedule, c
     const double u = counted_unit(kind);
     for (const PressedMaterial& material : m.pressed) {
         const double peak = material.around;
-        m.counted.push_back({.element = material.element,
-                             .arithmetic = {.u = u,
-                                            .peak = kind.separable ? 1 : peak,
-                                            .single = kind.single,
-                                            .bound = schedule.framed,
-                                            .carried = kind.compensated ? 2 * u : 1,
-                                            .flush = peak > 0 && !kind.separable ? 2 * kind.stored / peak : 0,
-                                            .least = peak > 0 ? least / peak : 0},
-                             .peak = peak});
+        m.counted.push_back(
+            {.element = material.element,
+             .arithmetic = {.u = u,
+                            .peak = kind.separable ? 1 : peak,
+                            .single = kind.single,
+                            .bound = schedule.framed,
+                            .carried = kind.compensated ? 2 * u : 1,
+                            .flush = peak > 0 && !kind.separable ? 2 * kind.stored / peak : 0,
+                            .denormal = kind.single && material.peak > 0 ? 0x1p-150 * peak / material.peak : 0,
+                            .least = peak > 0 ? least / peak : 0},
+             .peak = peak});
     }
     for (size_t i = 0; kind.separable && i < skin.parts.size(); ++i)
         for (const Element& element : {skin.parts[i].low, skin.parts[i].high})
