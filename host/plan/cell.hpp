@@ -50,7 +50,7 @@ typename K::Motion press_cell(const typename K::Sum* before, typename K::Sum* af
     return m;
 }
 
-// A cell under unit pressure that is stepped for all others, whose strain is its own times their pressure.
+// A cell under unit pressure that is stepped for all others: the strain of another cell is this one's times its pressure.
 template <class K> class ProductCell {
   public:
     // elements: of the shape's chain. duration: of the run, s.

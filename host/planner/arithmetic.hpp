@@ -119,7 +119,7 @@ struct CountedArithmetic {
     double contraction(double part) const { return std::abs(1 - part) + 4 * u * std::abs(part); }
     // What the value of a compensated sum has lost to rounding: the kernel takes it back in the next addition alone.
     double lost(const Counted& sum) const { return carried < 1 ? rounding(sum.value) : 0; }
-    // What a value loses where it is stored as 0. A sum of which that was true before may be less than x says.
+    // The error of a value that is stored as 0. A sum that was stored as 0 before may be smaller than x.
     double flushed(double x, const CountedCell& before = {}, const Counted& sum = {0, 0}) const {
         const double most = flush + (before.flushed ? sum.off : 0);
         return x != 0 && (bound || least * std::abs(x) < most) ? flush : 0;
