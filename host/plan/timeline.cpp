@@ -85,11 +85,7 @@ Step Timeline::exact_step(Instant from, Instant to) const {
     Forcing<double> forcing = forcing_over(load_, from, to, dt, rate_from_slope_);
     const std::vector<Segment<double>>& segments = forcing.segments;
     if (forcing.holds() && !rate_from_slope_) return s;
-    if (segments.size() > 1) {
-        s.after_bend = segments.back().length;
-        for (const Segment<double>& g : segments)
-            s.bend = std::max({s.bend, std::abs(s.start + g.u0), std::abs(s.start + g.u0 + g.du)});
-    }
+    if (segments.size() > 1) s.after_bend = segments.back().length;
     s.rise = 1;
     s.forcing = std::make_shared<Forcing<double>>(std::move(forcing));
     if (s.coefficients == regular_) s.gains = gains_;

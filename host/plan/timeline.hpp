@@ -25,9 +25,8 @@ struct Step {
     double time = 0, length = 0;                    // s: the step's end, and how long it takes
     scene::Instant begin, end;
     bool exact = false; // by the exact method
-    // If the load has a breakpoint within the step: the load's greatest magnitude, and the seconds from the last
-    // breakpoint to the step's end. 0 otherwise.
-    double bend = 0, after_bend = 0;
+    double after_bend =
+        0; // s: from the last breakpoint of the load within the step to the step's end; 0: there is none
     bool keep = true;
     long long trace = -1;
     int impulse = -1, field = -1;

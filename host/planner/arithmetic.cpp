@@ -14,9 +14,7 @@ struct Units {
     double b, i0 = 3.5, i1 = 4.5, leak = 4, v0, a0, a2 = 2, changes = 8, i2 = 14;
     // joined: the elements whose shares are added up.
     Units(double z, bool step_mean, double joined)
-        : b(z > 1 ? 2.5 : 3), v0(2 + 2 * z), a0(!step_mean ? 5 + 2 * z
-                                                : z > 1    ? 3
-                                                           : 7) {
+        : b(z > 1 ? 2.5 : 3), v0(2 + 2 * z), a0(step_mean ? (z > 1 ? 3 : 7) : 5 + 2 * z) {
         for (double* sum : {&i1, &a2, &changes, &i2}) *sum += joined - 1;
     }
 };
@@ -45,12 +43,8 @@ void add_of_elastic(f64::Coefficients& off, const f64::Coefficients& k, const pl
         off.a1 += 12 * unit * (std::abs(k.v1) + final_strain(m, std::abs(*forcing->slope))) / forcing->slope_length;
 }
 
-struct CountedArithmetic::Pressures {
-    Counted s0, ds, sj;
-};
-
-CountedArithmetic::Pressures CountedArithmetic::pressures(const CountedLoad& load) const {
-    if (bound) return {load.s0, load.ds, load.sj}; // what they are off by is all counted
+CountedLoad CountedArithmetic::pressures(const CountedLoad& load) const {
+    if (bound) return load; // what they are off by is all counted
     // The rounding of the map is the same in all responses.
     const auto pressure = [&](const Counted& share) { return times(stored(share), {1, 0}); };
     return {pressure(load.s0), pressure(load.ds), pressure(load.sj)};
@@ -58,7 +52,7 @@ CountedArithmetic::Pressures CountedArithmetic::pressures(const CountedLoad& loa
 
 using C = f64::Coefficients;
 
-void CountedArithmetic::strain(const CountedStep& step, const Pressures& p, const CountedCell& c,
+void CountedArithmetic::strain(const CountedStep& step, const CountedLoad& p, const CountedCell& c,
                                CountedCell& n) const {
     const Units units(step.z, false, 1);
     const double b = step.k.b, E = step.k.E, before = c.eps.value;
@@ -68,23 +62,24 @@ void CountedArithmetic::strain(const CountedStep& step, const Pressures& p, cons
     n.eps.value = before + moved.value;
     if (bound) { // 0 <= f <= b
         const double s0 = p.s0.value, f = step.k.f;
-        n.eps.value = keep * before + std::min(b * s0 + f * p.ds.value, (b - f) * s0 + f * step.load.end);
+        n.eps.value = keep * before + std::min(b * s0 + f * p.ds.value, (b - f) * s0 + f * p.end);
         n.excess = (std::abs(1 - b * E) + 0x1p-50) * r.value + (std::abs(1 - f * E) + 0x1p-50) * p.ds.value;
     }
     n.eps.shift = c.eps.shift + moved.shift;
-    const double flush = flushed(n.eps.value, c, c.eps);
-    n.eps.off = keep * c.eps.off + std::abs(b * E) * lost(c.eps) + moved.off + left(n.eps.value, c.eps) + flush;
+    n.eps.off = keep * c.eps.off + std::abs(b * E) * lost(c.eps) + moved.off + left(n.eps.value, c.eps, moved);
+    const double flush = flushed(n.eps.value, c.flushed, n.eps.off);
+    n.eps.off += flush;
     n.flushed = c.flushed || flush > 0;
 }
 
 // What the strain is off by is carried on beside it.
-Counted CountedArithmetic::excess_stress(const CountedStep& step, const Pressures& p, const CountedCell& c) const {
+Counted CountedArithmetic::excess_stress(const CountedStep& step, const CountedLoad& p, const CountedCell& c) const {
     Counted r = plus(p.s0, times(factor(step, &C::E, 0), {-c.eps.value, 0, -c.eps.shift}));
     if (bound) r.value = std::min(r.value, c.excess + p.sj.value);
     return r;
 }
 
-void CountedArithmetic::spring(const CountedStep& step, const Pressures& p, const CountedCell& c,
+void CountedArithmetic::spring(const CountedStep& step, const CountedLoad& p, const CountedCell& c,
                                CountedCell& n) const {
     n.eps = plus(times(factor(step, &C::b, 1), p.s0), times(factor(step, &C::f, 8), p.ds));
     n.eps.off += flushed(n.eps.value);
@@ -96,15 +91,17 @@ void CountedArithmetic::spring(const CountedStep& step, const Pressures& p, cons
 
 void CountedArithmetic::press(const CountedStep* steps, size_t count, const CountedCell* before,
                               CountedCell* after) const {
-    const Pressures p = pressures(steps[0].load);
+    const CountedLoad p = pressures(steps[0].load);
     const f64::Coefficients& first = steps[0].k;
     Counted gained{0, 0}, rate{0, 0}, acceleration{0, 0};
     double keep_off = 0, rate_off = 0, acceleration_off = 0; // from what the strains are off by
+    bool any_flushed = false;
     for (size_t e = 0; e < count; ++e) {
         const CountedStep& step = steps[e];
         const f64::Coefficients& k = step.k;
         const CountedCell& c = before[e];
         CountedCell& n = after[e] = {};
+        any_flushed = any_flushed || c.flushed;
         if (step.spring) {
             spring(step, p, c, n);
             const Counted change = plus(n.spring_rate, -c.spring_rate);
@@ -120,7 +117,7 @@ void CountedArithmetic::press(const CountedStep* steps, size_t count, const Coun
         if (e == 0) { // the load's share in all of them
             gained = plus(gained, times(factor(step, &C::i1, units.i1), p.s0));
             gained = plus(gained, times(factor(step, &C::i2, units.i2), p.ds));
-            if (bound) gained.value -= std::max(0.0, k.i2 * (p.s0.value + p.ds.value - step.load.end)); // 0 <= i2 <= i1
+            if (bound) gained.value -= std::max(0.0, k.i2 * (p.s0.value + p.ds.value - p.end)); // 0 <= i2 <= i1
             rate = plus(rate, times(factor(step, &C::v1, units.changes), p.ds));
             acceleration = plus(acceleration, times(factor(step, &C::a1, units.changes), p.ds));
             acceleration = plus(acceleration, times(factor(step, &C::a2, units.a2), p.sj));
@@ -137,10 +134,11 @@ void CountedArithmetic::press(const CountedStep* steps, size_t count, const Coun
     const double keep = contraction(first.leak);
     n.sum.value = bound ? std::abs(1 - first.leak) * sum.value + gained.value : sum.value + leaked.value;
     n.sum.shift = sum.shift + leaked.shift;
-    const double flush = flushed(n.sum.value, before[0], sum);
     n.sum.off =
-        keep * sum.off + std::abs(first.leak) * lost(sum) + keep_off + leaked.off + left(n.sum.value, sum) + flush;
-    n.flushed = n.flushed || before[0].flushed || flush > 0;
+        keep * sum.off + std::abs(first.leak) * lost(sum) + keep_off + leaked.off + left(n.sum.value, sum, leaked);
+    const double flush = flushed(n.sum.value, any_flushed, n.sum.off);
+    n.sum.off += flush;
+    n.flushed = n.flushed || flush > 0;
     n.rate = rate;
     n.rate.off += rate_off;
     n.acceleration = acceleration;

@@ -66,9 +66,9 @@ struct CountedArithmetic {
     double peak;         // greatest pressure: values are per unit of it
     bool single, bound;  // rounded to float; values are bounds and never cancel, as between frames
     double carried;      // share of an addition's rounding that stays in the sum: 1, or 2u compensated
-    double flush;        // magnitude below which results are stored as 0
+    double flush;        // magnitude below which results are stored as 0, per unit of the pressure that is read
     double denormal = 0; // rounding of a float that is no normal number, over the share of the peak that is read
-    double least = 0;    // least pressure that is not 0, per unit of the peak: 0 where it is not known
+    double least = 0;    // least pressure that is not 0, per unit of the one that is read: 0 where it is not known
 
     // Half a unit in the last place of the greatest cell's value; of no other cell is it more.
     double rounding(double x) const {
@@ -102,32 +102,36 @@ struct CountedArithmetic {
     void press(const CountedStep* steps, size_t n, const CountedCell* before, CountedCell* after) const;
 
   private:
-    struct Pressures; // of an element over a step
-    Pressures pressures(const CountedLoad&) const;
-    Counted excess_stress(const CountedStep&, const Pressures&, const CountedCell&) const;
-    void strain(const CountedStep&, const Pressures&, const CountedCell& before, CountedCell& after) const;
-    void spring(const CountedStep&, const Pressures&, const CountedCell& before, CountedCell& after) const;
+    CountedLoad pressures(const CountedLoad&) const;
+    Counted excess_stress(const CountedStep&, const CountedLoad&, const CountedCell&) const;
+    void strain(const CountedStep&, const CountedLoad&, const CountedCell& before, CountedCell& after) const;
+    void spring(const CountedStep&, const CountedLoad&, const CountedCell& before, CountedCell& after) const;
+    static double most(const Counted& a) { return std::abs(a.value) + a.off + std::abs(a.shift); }
     // The rounding of a sum is no more than either of its terms, and there is none where they cancel down to less than
     // the smaller one.
     double rounding_of_sum(double x, const Counted& a, const Counted& b) const {
-        const double smaller = std::min(std::abs(a.value), std::abs(b.value));
-        if (smaller == 0 || (!bound && std::abs(x) < 0.9 * smaller)) return 0;
-        return std::min(rounding(x), smaller + a.off + b.off + std::abs(a.shift) + std::abs(b.shift));
+        if (!bound && std::abs(x) < 0.9 * std::min(std::abs(a.value), std::abs(b.value))) return 0;
+        return std::min({rounding(x), most(a), most(b)});
     }
     // How much a step leaves of what a sum was off by, if its own roundings are counted too: the sum takes back a part
     // of itself.
     double contraction(double part) const { return std::abs(1 - part) + 4 * u * std::abs(part); }
     // What the value of a compensated sum has lost to rounding: the kernel takes it back in the next addition alone.
     double lost(const Counted& sum) const { return carried < 1 ? rounding(sum.value) : 0; }
-    // The error of a value that is stored as 0. A sum that was stored as 0 before may be smaller than x.
-    double flushed(double x, const CountedCell& before = {}, const Counted& sum = {0, 0}) const {
-        const double most = flush + (before.flushed ? sum.off : 0);
+    // The error of a value that is stored as 0. Where strains or sums were stored as 0 before, it may be smaller than x
+    // by what it is off by.
+    double flushed(double x, bool before = false, double off = 0) const {
+        const double most = flush + (before ? off : 0);
         return x != 0 && (bound || least * std::abs(x) < most) ? flush : 0;
     }
-    // A compensated sum keeps a part of each addition's rounding, and what of it is too small to be carried.
-    double left(double x, const Counted& before) const {
-        const double rounded = std::min(rounding(x), std::abs(before.value) + before.off + std::abs(before.shift));
-        return carried < 1 ? carried * rounded + std::min(rounded, flush) : rounded;
+    // The rounding that stays in a sum x after a step. A compensated sum keeps a part of it, what is too small to be
+    // carried, the rounding of the step less what was lost before, and of what is lost now, if the step is the greater.
+    double left(double x, const Counted& before, const Counted& step) const {
+        const double rounded = std::min(rounding(x), most(before));
+        if (carried == 1) return rounded;
+        const double of_step = std::min(rounding(step.value), most(before));
+        return carried * rounded + std::min(rounded, flush) + std::min(of_step, lost(before)) +
+               (most(step) > std::abs(before.value) ? of_step : 0);
     }
 };
 

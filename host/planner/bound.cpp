@@ -116,7 +116,7 @@ AnalysedMaterials analysed(const PreparedSkin& skin, const Schedule& schedule, c
     const double least = schedule.framed ? 0 : least_of(schedule.pressure);
     const double u = counted_unit(kind);
     for (const PressedMaterial& material : m.pressed) {
-        const double peak = material.around;
+        const double peak = material.around, read = material.peak > 0 ? material.peak : peak;
         m.counted.push_back(
             {.element = material.element,
              .arithmetic = {.u = u,
@@ -124,9 +124,9 @@ AnalysedMaterials analysed(const PreparedSkin& skin, const Schedule& schedule, c
                             .single = kind.single,
                             .bound = schedule.framed,
                             .carried = kind.compensated ? 2 * u : 1,
-                            .flush = peak > 0 && !kind.separable ? 2 * kind.stored / peak : 0,
+                            .flush = peak > 0 && !kind.separable ? 2 * kind.stored / read : 0,
                             .denormal = kind.single && material.peak > 0 ? 0x1p-150 * peak / material.peak : 0,
-                            .least = peak > 0 ? least / peak : 0},
+                            .least = peak > 0 ? least / read : 0},
              .peak = peak});
     }
     for (size_t i = 0; kind.separable && i < skin.parts.size(); ++i)

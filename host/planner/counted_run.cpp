@@ -136,7 +136,7 @@ void CountedRun::press(size_t first, const plan::Step& step) {
         if (measured_ && products_.empty()) steps[e].shift = plan::difference(k[e], references[e]);
     }
     materials_[first].arithmetic.press(steps.data(), chain_.length, &kept_[first], &now_[first]);
-    for (size_t e = 0; step.bend > 0 && e < chain_.length; ++e)
+    for (size_t e = 0; step.after_bend > 0 && e < chain_.length; ++e)
         if (const Element& m = materials_[first + e].element; !is_elastic(m)) add_bend(now_[first], m, step);
     if (!products_.empty()) measure(first, step, k.data(), references.data());
 }
@@ -167,7 +167,7 @@ void CountedRun::measure(size_t first, const plan::Step& step, const f64::Coeffi
 // cancel.
 void CountedRun::add_bend(CountedCell& cell, const Element& m, const plan::Step& step) const {
     const double z = z_of(m, step.after_bend);
-    const double rate = strain_rate(m, (4 + 2 * z) * unit() * step.bend * std::exp(-z));
+    const double rate = strain_rate(m, (4 + 2 * z) * unit() * envelope_peak_ * std::exp(-z));
     cell.rate.off += rate;
     cell.acceleration.off += rate * (rule_.step_mean ? 1 / schedule_.time.step : z_of(m, 1));
 }
