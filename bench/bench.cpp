@@ -4,7 +4,7 @@
 #include "bench/bench.hpp"
 
 #include "bench/gate.hpp"
-#include "host/embedding/backend.hpp"
+#include "host/core/embedding/backend.hpp"
 
 #include <algorithm>
 #include <ctime>

@@ -3,8 +3,8 @@
 
 #include "bench/limits.hpp"
 #include "bench/rows.hpp"
-#include "host/device.hpp"
-#include "host/simd/isa.hpp"
+#include "host/core/press/device.hpp"
+#include "host/core/simd/isa.hpp"
 
 #include <functional>
 #include <optional>

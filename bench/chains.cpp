@@ -2,8 +2,8 @@
 // Frames of a skin of one element and of several in series, in the same rounds.
 #include "bench/bench.hpp"
 #include "bench/frames.hpp"
-#include "host/cpu/stream.hpp"
-#include "host/embedding/backend.hpp"
+#include "host/core/cpu/stream.hpp"
+#include "host/core/embedding/backend.hpp"
 
 #include <deque>
 

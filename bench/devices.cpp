@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // A device by the number of cells: W1, beside the same memory moved alone, a march of traces, and receptors.
 #include "bench/bench.hpp"
-#include "host/embedding/backend.hpp"
+#include "host/core/embedding/backend.hpp"
 
 #include <fmt/format.h>
 

@@ -2,9 +2,9 @@
 #include "bench/frames.hpp"
 
 #include "bench/native_loops.hpp"
-#include "host/plan/laplacian.hpp"
-#include "host/vulkan/press_kernel.hpp"
-#include "host/vulkan/windows.hpp"
+#include "host/core/model/laplacian.hpp"
+#include "host/core/vulkan/press_kernel.hpp"
+#include "host/core/vulkan/windows.hpp"
 
 #include "moves_spv.h"
 #include "press_cell_spv.h"

@@ -3,9 +3,9 @@
 #pragma once
 
 #include "bench/limits.hpp"
-#include "host/device.hpp"
-#include "host/plan/streamed_skin.hpp"
-#include "host/vulkan/recording.hpp"
+#include "host/core/model/streamed_skin.hpp"
+#include "host/core/press/device.hpp"
+#include "host/core/vulkan/recording.hpp"
 
 #include <array>
 

@@ -4,9 +4,9 @@
 #include "bench/frames.hpp"
 #include "bench/native.hpp"
 #include "bench/opencl.hpp"
-#include "host/cpu/stream.hpp"
-#include "host/embedding/backend.hpp"
-#include "host/reduced/moments.hpp"
+#include "host/core/cpu/stream.hpp"
+#include "host/core/embedding/backend.hpp"
+#include "host/lab/reduced/moments.hpp"
 
 #include <algorithm>
 #include <array>

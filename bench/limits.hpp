@@ -2,7 +2,7 @@
 // The bandwidth of the machine's memory, measured in the same run as the workloads that are compared with it.
 #pragma once
 
-#include "host/simd/pool.hpp"
+#include "host/core/base/pool.hpp"
 
 #include <cstddef>
 #include <memory>

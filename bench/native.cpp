@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "bench/native.hpp"
 
-#include "host/plan/laplacian.hpp"
+#include "host/core/model/laplacian.hpp"
 
 #include <algorithm>
 #include <atomic>

@@ -4,7 +4,7 @@
 #ifdef DERMIS_BENCH_OPENCL
 
 #include "bench/native.hpp"
-#include "host/plan/laplacian.hpp"
+#include "host/core/model/laplacian.hpp"
 
 #include "w1_cl.h"
 

@@ -98,7 +98,7 @@
 #define REDUCE_SUMMARIES 2
 #define REDUCE_BINDINGS 3
 
-// Coefficients of one step of one element, computed on the host in double (host/plan/coefficients). With
+// Coefficients of one step of one element, computed on the host in double (host/core/model/coefficients). With
 //   r = s0 - E*eps            s0 the pressure after the jump sj at the step's start, s0 + ds the pressure at its end
 //   eps += b*r + f*ds         strain
 //   I   += i0*eps + i1*s0 + i2*ds - leak*I      its integral, or with leak > 0 its adapting integral

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // One body over every backend: the CPU in float, Vulkan, against the CPU in double and closed forms.
 #include "dermis/fit.hpp"
-#include "host/check.hpp"
-#include "host/device.hpp"
+#include "host/core/embedding/check.hpp"
+#include "host/core/press/device.hpp"
 #include "tests/oracle/oracle.hpp"
 #include "tests/support.hpp"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What a bound covers, and what is measured beside it: means, many steps, released presses, witnesses.
-#include "host/plan/totals.hpp"
-#include "host/witness.hpp"
+#include "host/core/model/totals.hpp"
+#include "host/lab/run/witness.hpp"
 #include "tests/support.hpp"
 
 #include <random>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The C interface beside C++: the same bits, at no cost that a press shows. How it is used from C: tests/c.
 #include "dermis/contact.hpp"
-#include "host/c/handles.hpp"
+#include "host/doors/c/handles.hpp"
 #include "tests/allocations.hpp"
 #include "tests/support.hpp"
 

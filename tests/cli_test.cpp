@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The command as a user meets it: exit status, messages, files.
-#include "host/output/output.hpp"
+#include "host/lab/output/output.hpp"
 #include "tests/command.hpp"
 #include "tests/support.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "host/plan/coefficients.hpp"
+#include "host/core/model/coefficients.hpp"
 #include "tests/support.hpp"
 
 #include <random>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What an output means: left limits, impulses, breakpoints, SA2 and FA2.
-#include "host/device.hpp"
+#include "host/core/press/device.hpp"
 #include "tests/support.hpp"
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The cores that control groups grant a process.
-#include "host/simd/cores.hpp"
+#include "host/core/base/cores.hpp"
 #include "tests/command.hpp"
 
 #include <doctest/doctest.h>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Choosing a device, and every way in which there is none. Faults come from a loader put before the real one.
-#include "host/check.hpp"
-#include "host/device.hpp"
-#include "host/embedding/backend.hpp"
-#include "host/vulkan/recording.hpp"
+#include "host/core/embedding/backend.hpp"
+#include "host/core/embedding/check.hpp"
+#include "host/core/press/device.hpp"
+#include "host/core/vulkan/recording.hpp"
 #include "tests/shim.hpp"
 #include "tests/support.hpp"
 

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "dermis/vulkan.hpp"
-#include "host/vulkan/recording.hpp"
+#include "host/core/vulkan/recording.hpp"
 #include "tests/support.hpp"
 
 #include <cstring>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // SkinProgram in a host's command buffers: the host here is the test, with memory and submissions of its own.
-#include "host/check.hpp"
-#include "host/device.hpp"
-#include "host/embedding/backend.hpp"
+#include "host/core/embedding/backend.hpp"
+#include "host/core/embedding/check.hpp"
+#include "host/core/press/device.hpp"
 #include "tests/embedding_host.hpp"
 #include "tests/shim.hpp"
 

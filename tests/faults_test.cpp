@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Every Vulkan call fails, one after another: an error names it, nothing is left, and the next device works.
-#include "host/device.hpp"
-#include "host/embedding/backend.hpp"
+#include "host/core/embedding/backend.hpp"
+#include "host/core/press/device.hpp"
 #include "tests/command.hpp"
 #include "tests/embedding_host.hpp"
 #include "tests/shim.hpp"

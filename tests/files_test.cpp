@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Folders of results: one writer at a time, whole files alone, whatever ends the command.
-#include "host/output/earlier.hpp"
-#include "host/output/output.hpp"
+#include "host/lab/output/earlier.hpp"
+#include "host/lab/output/output.hpp"
 #include "tests/command.hpp"
 #include "tests/support.hpp"
 

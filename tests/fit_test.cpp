@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Chains from relaxations, and from measured curves.
 #include "dermis/fit.hpp"
-#include "host/fit/problem.hpp"
+#include "host/lab/fit/problem.hpp"
 #include "tests/command.hpp"
 #include "tests/support.hpp"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // A forked child and what its parent has made: an error, never a number that is wrong or a wait that does not end.
-#include "host/device.hpp"
+#include "host/core/press/device.hpp"
 #include "tests/support.hpp"
 
 #include <functional>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Sequences: frames are samples of a continuous pressure.
-#include "host/device.hpp"
+#include "host/core/press/device.hpp"
 #include "tests/support.hpp"
 
 #include <filesystem>

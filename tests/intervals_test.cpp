@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Whether a fit finds what is there, and what it says about itself: residuals, intervals, and curves that no chain has.
 #include "dermis/fit.hpp"
-#include "host/fit/problem.hpp"
+#include "host/lab/fit/problem.hpp"
 #include "tests/support.hpp"
 
 #include <algorithm>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // One text of the model in float, double and four cells at a time.
-#include "host/device.hpp"
-#include "host/embedding/backend.hpp"
-#include "host/simd/model.hpp"
+#include "host/core/embedding/backend.hpp"
+#include "host/core/press/device.hpp"
+#include "host/core/simd/model.hpp"
 #include "tests/support.hpp"
 
 #include <bit>

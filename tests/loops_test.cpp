@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // The loops of every instruction set that this processor has, in every variant, against the plain ones.
-#include "host/cpu/planes.hpp"
-#include "host/cpu/stepper.hpp"
-#include "host/cpu/stream.hpp"
-#include "host/simd/isa.hpp"
+#include "host/core/cpu/planes.hpp"
+#include "host/core/cpu/stream.hpp"
+#include "host/core/simd/isa.hpp"
+#include "host/lab/march/cpu_march.hpp"
 #include "tests/support.hpp"
 
 #include <cstring>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Materials that differ from cell to cell: each cell is what a uniform skin of its material would be.
-#include "host/device.hpp"
-#include "host/embedding/backend.hpp"
+#include "host/core/embedding/backend.hpp"
+#include "host/core/press/device.hpp"
 #include "tests/embedding_host.hpp"
 #include "tests/shim.hpp"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The files of a run and its warnings.
-#include "host/output/warnings.hpp"
+#include "host/lab/output/warnings.hpp"
 #include "tests/command.hpp"
 #include "tests/support.hpp"
 

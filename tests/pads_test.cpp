@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Many pads pressed together, on the CPU and on Vulkan: each has the bits of a Skin alone.
-#include "host/device.hpp"
-#include "host/embedding/backend.hpp"
+#include "host/core/embedding/backend.hpp"
+#include "host/core/press/device.hpp"
 #include "tests/allocations.hpp"
 #include "tests/embedding_host.hpp"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The fingertip of the preset, and what a scene in metres has to say of its material.
 #include "dermis/fit.hpp"
-#include "host/scene/names.hpp"
+#include "host/core/description/names.hpp"
 #include "tests/command.hpp"
 #include "tests/support.hpp"
 
@@ -29,10 +29,10 @@ struct Row {
     std::string value, unit, source;
 };
 
-// The rows of the table in host/scene/fingertip.md by their keys.
+// The rows of the table in host/lab/scenes/fingertip.md by their keys.
 std::map<std::string, Row> page_rows() {
     std::map<std::string, Row> rows;
-    const std::string text = slurp(data("../../host/scene/fingertip.md"));
+    const std::string text = slurp(data("../../host/lab/scenes/fingertip.md"));
     const std::regex row("\\| `([a-z0-9_.]+)` \\| ([^|]*) \\| ([^|]*)\\| ([^|\n]*) \\|\n");
     for (std::sregex_iterator i(text.begin(), text.end(), row), end; i != end; ++i)
         rows[(*i)[1]] = {(*i)[2], (*i)[3], (*i)[4]};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The published study's own numbers.
-#include "host/scene/scene.hpp"
+#include "host/lab/scenes/scene.hpp"
 #include "tests/oracle/oracle.hpp"
 #include "tests/support.hpp"
 

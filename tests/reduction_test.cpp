@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The planner drops and merges elements in series where no output tells the difference, and nowhere else.
-#include "host/planner/reduction.hpp"
+#include "host/lab/planner/reduction.hpp"
 
 #include "tests/oracle/scene_files.hpp"
 #include "tests/oracle/survey.hpp"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Every refusal of a scene that scene_test.cpp leaves out, word for word: the key, its value and what is allowed.
-#include "host/scene/scene.hpp"
+#include "host/lab/scenes/scene.hpp"
 #include "tests/command.hpp"
 #include "tests/support.hpp"
 

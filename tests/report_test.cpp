@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What the numbers of a result and of a skin mean.
-#include "host/output/warnings.hpp"
+#include "host/lab/output/warnings.hpp"
 #include "tests/command.hpp"
 #include "tests/support.hpp"
 

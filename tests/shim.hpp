@@ -2,7 +2,7 @@
 // What stands between the library and the real loader: faults, smaller limits, a log of calls, and a ledger of objects.
 #pragma once
 
-#include "host/vulkan/instance.hpp"
+#include "host/core/vulkan/instance.hpp"
 #include "tests/ledger.hpp"
 
 #include <functional>

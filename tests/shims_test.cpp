@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 // Each device that is made by the layer of tests/shims is what it says, so that suites on it show something. These
 // cases run under the layer alone, one for each shim (tests/shims/shims.py).
-#include "host/check.hpp"
-#include "host/device.hpp"
-#include "host/embedding/backend.hpp"
-#include "host/vulkan/recording.hpp"
+#include "host/core/embedding/backend.hpp"
+#include "host/core/embedding/check.hpp"
+#include "host/core/press/device.hpp"
+#include "host/core/vulkan/recording.hpp"
 #include "tests/support.hpp"
 
 using namespace test;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // dermis::Skin, frame by frame, on the CPU and on Vulkan.
-#include "host/device.hpp"
+#include "host/core/press/device.hpp"
 #include "tests/allocations.hpp"
 #include "tests/shim.hpp"
 #include "tests/support.hpp"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Where the usual methods fail, as theory says, and that the exact one does not. One cell, one elastic unit of load.
-#include "host/device.hpp"
+#include "host/core/press/device.hpp"
 #include "tests/support.hpp"
 
 using namespace test;

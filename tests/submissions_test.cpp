@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Where the work of a Vulkan device is cut into submissions, and what stands between them, changes no bit.
-#include "host/device.hpp"
-#include "host/embedding/backend.hpp"
+#include "host/core/embedding/backend.hpp"
+#include "host/core/press/device.hpp"
 #include "tests/command.hpp"
 #include "tests/shim.hpp"
 #include "tests/support.hpp"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "tests/support.hpp"
 
-#include "host/device.hpp"
-#include "host/scene/scene.hpp"
+#include "host/core/press/device.hpp"
+#include "host/lab/scenes/scene.hpp"
 
 #include <cstdlib>
 #include <fstream>

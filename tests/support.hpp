@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "host/plan/schedule.hpp"
-#include "host/vulkan/instance.hpp"
+#include "host/core/vulkan/instance.hpp"
+#include "host/lab/schedule/schedule.hpp"
 #include "tests/expected.hpp"
 
 #include <doctest/doctest.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // vulkan::Trial finds the mistakes that a host can make with memory, bindings and rows before its first frame.
-#include "host/device.hpp"
-#include "host/embedding/backend.hpp"
+#include "host/core/embedding/backend.hpp"
+#include "host/core/press/device.hpp"
 #include "tests/embedding_host.hpp"
 
 using namespace test;

@@ -95,7 +95,7 @@ typedef struct dermis_device_info {
 // The texts are valid until the device is closed.
 DERMIS_API dermis_status dermis_device_get_info(const dermis_device* device, dermis_device_info* info);
 
-// ---- Scenes. host/scene/README.md lists the keys of a scene and their ranges.
+// ---- Scenes. host/lab/scenes/README.md lists the keys of a scene and their ranges.
 
 // path: a TOML file of at most 64 MiB, which is read once. Paths in it are relative to its folder.
 DERMIS_API dermis_status dermis_scene_from_file(const char* path, dermis_scene** scene);

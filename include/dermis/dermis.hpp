@@ -201,7 +201,7 @@ struct Site {
     Cell cell;                     // inside the grid
 };
 
-// Receptors per cm2. Default: the human fingertip, after Johansson and Vallbo (1979); see host/scene/fingertip.md.
+// Receptors per cm2. Default: the human fingertip, after Johansson and Vallbo (1979); see host/lab/scenes/fingertip.md.
 struct Density {
     double sa1 = 70, sa2 = 10, fa1 = 140, fa2 = 25; // >= 0
 };
@@ -250,9 +250,9 @@ struct Scene : SkinDescription {
     Time time;
     Output output;
 
-    // Reads a TOML file (host/scene/README.md lists the keys); paths in it are relative to it. Each of `overrides` is
-    // "key=value" and replaces a key. The file is a regular file of at most 64 MiB. Throws Error::bad_input with file,
-    // line, key, value and allowed range.
+    // Reads a TOML file (host/lab/scenes/README.md lists the keys); paths in it are relative to it. Each of `overrides`
+    // is "key=value" and replaces a key. The file is a regular file of at most 64 MiB. Throws Error::bad_input with
+    // file, line, key, value and allowed range.
     DERMIS_API static Scene from_file(const std::string& path, const std::vector<std::string>& overrides = {});
     // Reads the same from a text of at most 64 MiB. Paths in it are relative to `folder`, which is by default the
     // working directory. Errors say "scene" in place of a file.
@@ -261,8 +261,8 @@ struct Scene : SkinDescription {
 };
 
 // A human fingertip to begin with: 1 cm2 of ridged skin in metres, of a material with three decades of relaxation
-// times. Each number stands with its source in host/scene/fingertip.md, and each can be changed. The load is left to
-// the caller; receptors are population(scene.grid).
+// times. Each number stands with its source in host/lab/scenes/fingertip.md, and each can be changed. The load is left
+// to the caller; receptors are population(scene.grid).
 DERMIS_API Scene fingertip();
 
 struct DeviceInfo {

@@ -44,7 +44,7 @@ if(claim STREQUAL "example")
 
 # The scenes in the pages run as they stand.
 elseif(claim STREQUAL "scenes")
-    foreach(page README.md host/scene/README.md)
+    foreach(page README.md host/lab/scenes/README.md)
         run(${python} ${CMAKE_CURRENT_LIST_DIR}/blocks.py toml ${work}/${page} ${source}/${page})
         file(GLOB blocks ${work}/${page}/*.toml)
         foreach(block ${blocks})
@@ -55,11 +55,11 @@ elseif(claim STREQUAL "scenes")
 
 # An unknown key is refused with those that are known there: each has its line in the table of its section.
 elseif(claim STREQUAL "keys")
-    run(${python} ${CMAKE_CURRENT_LIST_DIR}/keys.py ${dermis} ${source}/host/scene/README.md ${work})
+    run(${python} ${CMAKE_CURRENT_LIST_DIR}/keys.py ${dermis} ${source}/host/lab/scenes/README.md ${work})
 
 # A link within the repository leads somewhere.
 elseif(claim STREQUAL "links")
-    run(${python} ${CMAKE_CURRENT_LIST_DIR}/links.py ${source}/README.md ${source}/host/scene/README.md
+    run(${python} ${CMAKE_CURRENT_LIST_DIR}/links.py ${source}/README.md ${source}/host/lab/scenes/README.md
         ${source}/host/examples/README.md ${source}/host/examples/SIMULATOR.md)
 
 # The pages that name the version name this one.

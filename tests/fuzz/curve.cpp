@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The data of `dermis fit`: a byte of options, then a CSV file.
-#include "host/cli/curve_file.hpp"
+#include "host/lab/command/curve_file.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 using namespace dermis;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // A map, or with an odd first byte a sequence of maps, of 3 x 2 cells: the rest is a .npy file.
-#include "host/scene/scene.hpp"
+#include "host/lab/scenes/scene.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 #include <cmath>

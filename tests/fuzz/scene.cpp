@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // A scene, then overrides of its keys, each after a 0.
-#include "host/scene/scene.hpp"
+#include "host/lab/scenes/scene.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 using namespace dermis;

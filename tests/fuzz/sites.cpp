@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // A list of receptors.
-#include "host/scene/scene.hpp"
+#include "host/lab/scenes/scene.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 using namespace dermis;

@@ -2,7 +2,7 @@
 // The layer's functions, between the loader or the next layer above and the driver or the next one below.
 #include "tests/shims/shims.hpp"
 
-#include "host/simd/model.hpp"
+#include "host/core/simd/model.hpp"
 
 #include <algorithm>
 #include <cstring>

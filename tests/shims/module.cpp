@@ -2,7 +2,7 @@
 // Rewrites SPIR-V: float arithmetic as some device may execute it.
 #include "tests/shims/shims.hpp"
 
-#include "host/simd/model.hpp"
+#include "host/core/simd/model.hpp"
 
 #include <bit>
 #include <map>

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: MIT
+#include "host/core/base/cores.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <thread>
+
+#ifdef __linux__
+#include <sched.h>
+#endif
+
+namespace dermis::simd {
+namespace {
+
+// Cores that a quota per period is, both in microseconds; 0: no limit, which version 1 writes as -1, and 2 as "max".
+int cores_of(double quota, double period) {
+    if (!(quota > 0 && period > 0)) return 0;
+    return int(std::clamp(std::ceil(quota / period), 1.0, 1e6));
+}
+
+// The limit of one group, a folder.
+int cores_of_group(const std::string& group) {
+    double quota = 0, period = 0;
+    if (std::ifstream max(group + "/cpu.max"); max >> quota >> period) return cores_of(quota, period);
+    std::ifstream(group + "/cpu.cfs_quota_us") >> quota;
+    std::ifstream(group + "/cpu.cfs_period_us") >> period;
+    return cores_of(quota, period);
+}
+
+int fewer(int a, int b) { return a == 0 || b == 0 ? std::max(a, b) : std::min(a, b); }
+
+// The least limit of a group and of those that it is in. In a container its path may be the host's: what of it is
+// not there limits nothing, and the root is the container's own.
+int cores_of_path(const std::string& hierarchy, std::string path) {
+    int least = 0;
+    for (;;) {
+        least = fewer(least, cores_of_group(hierarchy + path));
+        const size_t last = path.rfind('/');
+        if (last == std::string::npos) return least;
+        path.erase(last);
+    }
+}
+
+} // namespace
+
+int cores_of_quota(const std::string& root) {
+    std::ifstream groups(root + "/proc/self/cgroup");
+    int least = 0;
+    for (std::string line; std::getline(groups, line);) { // "4:cpu,cpuacct:/path" of version 1, "0::/path" of 2
+        const size_t first = line.find(':'), second = line.find(':', first + 1);
+        if (second == std::string::npos) continue;
+        const std::string controllers = "," + line.substr(first + 1, second - first - 1) + ",";
+        const std::string path = line.substr(second + 1), all = root + "/sys/fs/cgroup";
+        if (controllers == ",,")
+            least = fewer(least, fewer(cores_of_path(all, path), cores_of_path(all + "/unified", path)));
+        if (controllers.find(",cpu,") == std::string::npos) continue;
+        for (const char* name : {"/cpu", "/cpu,cpuacct"}) least = fewer(least, cores_of_path(all + name, path));
+    }
+    return least;
+}
+
+int cores() {
+    static const int count = [] {
+        int affine = int(std::thread::hardware_concurrency());
+#ifdef __linux__
+        if (cpu_set_t set; sched_getaffinity(0, sizeof set, &set) == 0) affine = CPU_COUNT(&set);
+#endif
+        return std::max(fewer(affine, cores_of_quota("")), 1);
+    }();
+    return count;
+}
+
+} // namespace dermis::simd

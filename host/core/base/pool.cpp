@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: MIT
+#include "host/core/base/pool.hpp"
+
+#include "host/core/base/cores.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#ifdef __linux__
+#include <sys/mman.h>
+#include <unistd.h>
+#endif
+
+namespace dermis::simd {
+
+namespace {
+
+// Waits until value != same. It spins for some microseconds, because steps follow each other closely, then sleeps.
+template <class T> void wait_while(const std::atomic<T>& value, T same) {
+    for (int i = 0; i < 2000; ++i) {
+        if (value != same) return;
+#ifdef DERMIS_X86_64
+        __builtin_ia32_pause();
+#endif
+    }
+    value.wait(same);
+}
+
+} // namespace
+
+int useful_threads(size_t cells, int asked) {
+    if (asked == 0) asked = cores();
+    return std::clamp(int(cells / 32768), 1, std::max(asked, 1));
+}
+
+size_t second_level_cache() {
+#ifdef _SC_LEVEL2_CACHE_SIZE
+    if (const long bytes = sysconf(_SC_LEVEL2_CACHE_SIZE); bytes > 0) return size_t(bytes);
+#endif
+    return size_t(1) << 19;
+}
+
+void prefer_large_pages([[maybe_unused]] void* memory, [[maybe_unused]] size_t bytes) {
+#ifdef __linux__
+    const size_t begin = (reinterpret_cast<size_t>(memory) + large_page - 1) / large_page * large_page,
+                 end = (reinterpret_cast<size_t>(memory) + bytes) / large_page * large_page;
+    if (begin < end) madvise(reinterpret_cast<void*>(begin), end - begin, MADV_HUGEPAGE);
+#endif
+}
+
+Pool::Pool(int threads) {
+    try {
+        threads_.reserve(size_t(std::max(threads, 1)));
+        for (int thread = 1; thread < threads; ++thread) threads_.emplace_back([this, thread] { work(thread); });
+    } catch (const std::exception&) { // The system or memory allows no more; fewer threads give the same bits.
+    }
+}
+
+Pool::~Pool() {
+    if (!process_.calls()) { // whoever joined the threads would wait for ever
+        leave(threads_);
+        return;
+    }
+    stop_ = true;
+    ++round_;
+    round_.notify_all();
+    for (std::thread& t : threads_) t.join();
+}
+
+void Pool::each(const std::function<void(int)>& body) {
+    if (threads_.empty()) return body(0);
+    if (!process_.calls()) process_.refuse("a pool of " + std::to_string(threads()) + " threads was");
+    body_ = &body;
+    running_ = int(threads_.size());
+    ++round_;
+    round_.notify_all();
+    run(0);
+    for (int left; (left = running_) != 0;) wait_while(running_, left);
+    if (failed_.exchange(false)) std::rethrow_exception(std::exchange(thrown_, nullptr));
+}
+
+void Pool::run(int thread) noexcept {
+    try {
+        (*body_)(thread);
+    } catch (...) {
+        if (!failed_.exchange(true)) thrown_ = std::current_exception();
+    }
+}
+
+void Pool::share(int count, const std::function<void(int, int)>& body) {
+    const long long threads = this->threads();
+    each([&](int thread) { body(int(count * thread / threads), int(count * (thread + 1) / threads)); });
+}
+
+void Pool::work(int thread) {
+    for (unsigned seen = 0;; ++seen) {
+        wait_while(round_, seen);
+        if (stop_) return;
+        run(thread);
+        if (--running_ == 0) running_.notify_one();
+    }
+}
+
+} // namespace dermis::simd

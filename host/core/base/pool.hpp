@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "host/core/base/process.hpp"
+
+#include <atomic>
+#include <exception>
+#include <functional>
+#include <thread>
+#include <vector>
+
+namespace dermis::simd {
+
+// The number of threads worth using of those asked for (0: one per core): one per 32768 cells.
+int useful_threads(size_t cells, int asked);
+
+// Bytes of a core's second-level cache, as the system says; half a MiB where it does not.
+size_t second_level_cache();
+
+constexpr size_t large_page = 2 << 20; // bytes, of most processors
+
+// Asks the system to back maps of many megabytes with large pages: they are read from end to end, and each small page
+// costs an address translation.
+void prefer_large_pages(void* memory, size_t bytes);
+
+// Returns a map of `cells` values in such pages.
+template <class T> std::vector<T> map_of(size_t cells, T value) {
+    std::vector<T> map;
+    map.reserve(cells);
+    prefer_large_pages(map.data(), cells * sizeof(T));
+    map.resize(cells, value);
+    return map;
+}
+
+// Threads that share the work of a call. The calling thread takes part. Where a process has been forked, the child's
+// copy of a pool has no threads to share with.
+class Pool {
+  public:
+    explicit Pool(int threads);
+    ~Pool();
+    int threads() const { return int(threads_.size()) + 1; }
+    // Runs body(0) .. body(threads() - 1) concurrently and returns when all are done. Throws what the first one that
+    // failed has thrown, and Error::device in a child.
+    void each(const std::function<void(int)>& body);
+    // Whether the body has thrown on some thread, after which the work of the others is in vain.
+    bool failed() const { return failed_; }
+    // Runs body(first, last) on each thread for its share of 0 .. count - 1.
+    void share(int count, const std::function<void(int, int)>& body);
+
+  private:
+    void work(int thread);
+    void run(int thread) noexcept;
+
+    const std::function<void(int)>* body_ = nullptr;
+    std::atomic<unsigned> round_{0};
+    std::atomic<int> running_{0};
+    std::atomic<bool> stop_{false}, failed_{false};
+    std::exception_ptr thrown_;
+    const Process process_;
+    std::vector<std::thread> threads_;
+};
+
+} // namespace dermis::simd

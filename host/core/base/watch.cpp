@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+#include "host/core/base/watch.hpp"
+
+namespace dermis::scene {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+thread_local Watch::State now;
+
+// What progress does is not watched, as a run of another scene.
+void call() {
+    {
+        const Watch::State running = now;
+        const Watch unwatched({});
+        (*running.progress)(running.done);
+    }
+    now.last = Clock::now();
+}
+
+} // namespace
+
+Watch::Watch(const Progress& progress) : outer_(now) {
+    now = {};
+    if (progress) now = {.progress = &progress, .done = 0, .last = Clock::now()};
+}
+
+Watch::~Watch() { now = outer_; }
+
+void look() {
+    if (now.progress && Clock::now() - now.last >= std::chrono::milliseconds(100)) call();
+}
+
+void reach(double done, bool tell) {
+    now.done = done;
+    if (now.progress && tell) call();
+}
+
+} // namespace dermis::scene

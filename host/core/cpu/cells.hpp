@@ -1,0 +1,430 @@
+// SPDX-License-Identifier: MIT
+// The state of every cell and the pass over it that takes one step, or a batch of steps, in K = f32 or f64. No cell
+// needs its neighbours' past: a band of rows takes all steps of a batch while it is in a cache, and carries for itself
+// the strain of rows outside it that its own rows read. Rows are stepped in place; responses follow as far behind as
+// the stencil reaches.
+#pragma once
+
+#include "host/core/cpu/planes.hpp"
+#include "host/core/model/skin.hpp"
+#include "host/core/simd/isa.hpp"
+
+#include <array>
+#include <atomic>
+#include <barrier>
+#include <cstring>
+#include <functional>
+#include <numeric>
+#include <span>
+
+namespace dermis::cpu {
+
+// One press. Maps have pitch*height cells, summaries one for each tile of each row.
+template <class K> struct CellsPress {
+    using real = typename K::real;
+    const typename K::Constants& constants;
+    const typename K::Coefficients* table; // of the elements, where they are several
+    // Instead, where there are too many for a table: writes the coefficients of all cells of row y.
+    const std::function<void(int y, typename K::Coefficients* row)>* fill_row = nullptr;
+    const real *pressure, *pressure_to; // pressure_to is null without frames
+    const real* rest_curvature;
+    bool keep = true;                            // the state advances; otherwise the step goes to a scratch state
+    std::array<real*, RESPONSE_MAPS> response{}; // null: not wanted
+    size_t response_pitch;                       // cells from row to row of a response
+    std::array<typename K::Summary*, REDUCED_MAPS> tiles{}; // null: not wanted
+    double* points = nullptr; // values in the points of quantities that are summarized, [quantity][point]
+};
+
+// The places of planes behind those of a state: the first of a worker's signals, the rest curvature's, and the first
+// that is left for responses.
+inline int signal_place(const plan::Chain& chain) {
+    return 2 * (int(chain.elements()) + 1) + (chain.length > 1 ? 2 : 0);
+}
+inline int rest_place(const plan::Chain& chain) { return signal_place(chain) + 3 * STEP_SIGNALS + 1; }
+inline int response_place(const plan::Chain& chain) { return rest_place(chain) + 1; }
+
+// The cells whose values are read, by rows.
+class PointsOfRows {
+  public:
+    struct Point {
+        int y, x;
+        size_t index;
+    };
+    explicit PointsOfRows(const std::vector<Cell>& cells) {
+        for (const Cell& c : cells) points_.push_back({c.y, c.x, points_.size()});
+        std::stable_sort(points_.begin(), points_.end(), [](auto& a, auto& b) { return a.y < b.y; });
+    }
+    size_t count() const { return points_.size(); }
+    std::span<const Point> of(int y) const {
+        return {std::ranges::lower_bound(points_, y, {}, &Point::y),
+                std::ranges::upper_bound(points_, y, {}, &Point::y)};
+    }
+    // The first row from y on that has one; `none` where there is none.
+    int next(int y, int none) const {
+        const auto point = std::ranges::lower_bound(points_, y, {}, &Point::y);
+        return point == points_.end() ? none : point->y;
+    }
+
+  private:
+    std::vector<Point> points_;
+};
+
+// Rows first .. last - 1, and the strain of rows outside that their stencils read.
+template <class real> struct Band {
+    struct Outside {
+        int row;
+        State<real> state; // of that row; nobody reads its integral
+    };
+    int first, last;
+    std::vector<Outside> outside;
+    size_t place_of(int row) const {
+        return size_t(std::find_if(outside.begin(), outside.end(), [row](auto& o) { return o.row == row; }) -
+                      outside.begin());
+    }
+};
+
+// The scratch of one thread.
+template <class K> struct Worker {
+    using real = typename K::real;
+    std::vector<int> changed;                                     // by each press
+    std::array<std::array<Plane<real>, 3>, STEP_SIGNALS> signals; // of the last rows, each at y % 3
+    std::array<Plane<real>, 5> strain; // of the last rows, each at y % 5, where no state holds it
+    std::array<Plane<real>, STEP_SIGNALS> unused;
+    std::array<State<real>, 8> peeked;                  // of rows outside, at the end of a step that is not kept
+    std::array<Plane<real>, RESPONSE_MAPS> answered;    // one row, of which points are read
+    std::vector<typename K::Coefficients> coefficients; // of one row's cells
+};
+
+template <class K> class Cells {
+  public:
+    using real = typename K::real;
+    using Constants = typename K::Constants;
+    using Summary = typename K::Summary;
+
+    using Press = CellsPress<K>;
+
+    // points: the cells whose values presses give.
+    Cells(const plan::PreparedSkin& skin, const plan::Variant& variant, const plan::PressedBox& pressed, int threads,
+          const simd::Isa& isa, const std::vector<Cell>& points = {})
+        : height_(skin.height()), width_(skin.width()), pitch_(skin.pitch), tiles_(skin.tiles),
+          material_of_(skin.material_of), variant_(variant), pressed_(pressed), points_(points), pool_(threads),
+          isa_(isa), loops_(isa.of<K>()), barrier_(pool_.threads()), state_(resting_state()),
+          resting_row_(size_t(pitch_), 0), shares_(bands(pool_.threads())), workers_(size_t(pool_.threads())) {
+        for (Worker<K>& worker : workers_) {
+            int place = signal_place(variant_.chain);
+            worker.changed.resize(1);
+            const auto make = [this](auto& rows) {
+                for (Plane<real>& row : rows) row = Plane<real>(size_t(pitch_), 0);
+            };
+            make(worker.unused);
+            make(worker.answered);
+            for (State<real>& row : worker.peeked) row = row_state();
+            for (auto& ring : worker.signals)
+                for (Plane<real>& row : ring) row = Plane<real>(size_t(pitch_), ++place);
+            if (rolls()) make(worker.strain);
+        }
+    }
+
+    // Takes presses in order. changed: for each of them what changed in some cell, simd::strain_changed and
+    // simd::integral_changed; without sums it may say more. One press alone allocates nothing.
+    void press(std::span<const Press> presses, std::span<int> changed) {
+        if (presses.front().fill_row && column_.empty()) prepare_rows();
+        for (const Press& p : presses)
+            if (!p.keep && scratch_.empty()) scratch_ = resting_state();
+        visible_ = &stepped(presses.back());
+        if (presses.size() > 1 && bands_.empty()) bands_ = bands(count_of_bands());
+        Batch batch{presses, presses.size() > 1 ? bands_ : shares_, pool_.threads()};
+        for (Worker<K>& worker : workers_)
+            if (worker.changed.size() < presses.size()) worker.changed.resize(presses.size());
+        pool_.each([&](int thread) { work(batch, thread); });
+        for (size_t i = 0; i < presses.size(); ++i) {
+            changed[i] = 0;
+            for (const Worker<K>& worker : workers_) changed[i] |= worker.changed[i];
+        }
+    }
+
+    // The strain that the last press made; the variant keeps it.
+    const real* strain() const { return visible_->strain(); }
+
+    void rest() { state_.rest(); }
+
+    // Copies the state to or from planes of width*height numbers each, at any address.
+    void save(char* to) const {
+        each_row([&](const real* row) {
+            std::memcpy(to, row, size_t(width_) * sizeof(real));
+            to += size_t(width_) * sizeof(real);
+        });
+    }
+    void load(const char* from) {
+        each_row([&](real* row) {
+            std::memcpy(row, from, size_t(width_) * sizeof(real));
+            from += size_t(width_) * sizeof(real);
+        });
+    }
+
+    simd::Pool& pool() { return pool_; }
+
+  private:
+    StateShape shape(bool strain, bool rate) const {
+        return {
+            .elements = variant_.chain.elements(), .compensated = variant_.compensated, .strain = strain, .rate = rate};
+    }
+    State<real> resting_state() const {
+        return {size_t(pitch_) * size_t(height_), shape(variant_.keeps_strain, variant_.carries_rate())};
+    }
+    State<real> row_state() const { return {size_t(pitch_), shape(variant_.chain.length > 1, false)}; }
+
+    // Whether responses go past the caches: these would not hold them until somebody reads them.
+    bool streams(const Press& press) const {
+        constexpr size_t held = 2 << 20; // bytes; measured: up to there a store past them costs more
+        return press.response_pitch % PITCH_CELLS == 0 &&
+               press.response_pitch * size_t(height_) * RESPONSE_MAPS * sizeof(real) > held;
+    }
+
+    // Calls f with each row of each plane that is saved.
+    template <class F> void each_row(F f) const {
+        state_.each_plane(variant_.wanted[QUANTITY_SA2], [&](real* plane) {
+            for (int y = 0; y < height_; ++y) f(plane + size_t(y) * size_t(pitch_));
+        });
+    }
+
+    // Whether the cells' strain is that of several elements, and only of as many rows as the stencil reads.
+    bool rolls() const { return variant_.chain.length > 1 && !variant_.keeps_strain; }
+
+    int first_column() const { return pressed_.first_column(); }
+    int last_column() const { return pressed_.last_column(width_); }
+
+    void prepare_rows() {
+        column_.resize(size_t(pitch_));
+        std::iota(column_.begin(), column_.end(), 0);
+        const size_t chain = variant_.chain.length;
+        for (int& x : column_) x *= int(chain);
+        for (Worker<K>& worker : workers_) worker.coefficients.resize(size_t(pitch_) * chain); // 0 beyond the row's end
+    }
+
+    struct Batch {
+        std::span<const Press> presses;
+        std::vector<Band<real>>& bands;
+        std::atomic<int> next; // the first band that no thread has taken
+    };
+
+    // The state that a press makes.
+    State<real>& stepped(const Press& press) { return press.keep ? state_ : scratch_; }
+
+    // Returns a number of bands with which a step of one reads and writes three quarters of the second-level cache, and
+    // threads end together.
+    int count_of_bands() const {
+        const size_t sums = variant_.chain.elements() + 1,
+                     planes = (variant_.compensated ? 2 : 1) * sums + variant_.keeps_strain + (variant_.framed ? 3 : 2);
+        const size_t row = size_t(pitch_) * (planes * sizeof(real) + (material_of_.empty() ? 0 : sizeof(int)));
+        const int rows = pressed_.last_row - pressed_.first_row, threads = pool_.threads(),
+                  of_band = std::max(int(simd::second_level_cache() * 3 / 4 / row), 4 * K::reach(variant_.stencil));
+        const int count = (rows + of_band - 1) / of_band;
+        return std::clamp((count + threads - 1) / threads * threads, threads, std::max(rows, threads));
+    }
+
+    std::vector<Band<real>> bands(int count) const {
+        const long long rows = pressed_.last_row - pressed_.first_row;
+        const int reach = K::reach(variant_.stencil);
+        std::vector<Band<real>> all;
+        for (int b = 0; b < count; ++b) {
+            Band<real>& band = all.emplace_back();
+            band.first = pressed_.first_row + int(rows * b / count);
+            band.last = pressed_.first_row + int(rows * (b + 1) / count);
+            for (int y = band.first; y < band.last; ++y) {
+                if (y == band.first + reach) y = std::max(y, band.last - reach);
+                const f64::Axis a = f64::axis(y, height_, variant_.stencil, variant_.edges);
+                for (int i : {a.far_low, a.low, a.high, a.far_high})
+                    if (const size_t k = band.place_of(i); !ready(band, i, y) && k == band.outside.size())
+                        band.outside.push_back({i, row_state()});
+            }
+        }
+        return all;
+    }
+
+    // Whether the new strain of row i is at hand by the time that row y of the band responds.
+    bool ready(const Band<real>& band, int i, int y) const {
+        const int reach = K::reach(variant_.stencil);
+        if (!is_pressed(i)) return true;
+        return i >= band.first && i < band.last && i <= y + reach && !(rolls() && i < y - reach);
+    }
+    bool is_pressed(int y) const { return y >= pressed_.first_row && y < pressed_.last_row; } // others rest for ever
+
+    void work(Batch& batch, int thread) {
+        Worker<K>& worker = workers_[size_t(thread)];
+        const size_t count = batch.bands.size(), threads = size_t(pool_.threads());
+        std::fill(worker.changed.begin(), worker.changed.end(), 0);
+        if (std::any_of(batch.presses.begin(), batch.presses.end(),
+                        [](const Press& p) { return p.constants.respond != 0; })) {
+            for (size_t b = size_t(thread); b < count; b += threads) take_outside(batch.bands[b]);
+            if (threads > 1) barrier_.arrive_and_wait();
+        }
+        for (size_t b = size_t(thread); b < count; b = size_t(batch.next++))
+            for (size_t i = 0; i < batch.presses.size(); ++i)
+                worker.changed[i] |= step(batch.presses[i], batch.bands[b], worker);
+        isa_.fence_streams();
+    }
+
+    // Copies the strain of rows outside a band before anybody steps them.
+    void take_outside(Band<real>& band) const {
+        for (auto& o : band.outside) o.state.take_strains(state_.row(o.row, pitch_), size_t(pitch_));
+    }
+
+    // Takes one step of a band. Returns what changed.
+    int step(const Press& press, Band<real>& band, Worker<K>& worker) {
+        const int reach = K::reach(variant_.stencil);
+        const bool respond = press.constants.respond != 0;
+        State<real>& to = stepped(press);
+        int changed = 0;
+        for (size_t k = 0; respond && k < band.outside.size(); ++k) step_outside(press, band.outside[k], k, worker);
+        for (int y = band.first, rows; y < band.last + reach; y += rows) {
+            rows = 1;
+            const bool advances = y < band.last, responds = respond && y - reach >= band.first;
+            const auto arguments = [&] {
+                simd::StateRow<real> row = to.row(y, pitch_);
+                if (rolls()) row.strain = rolled(worker, y);
+                return advance_arguments(press, worker, y, state_.row(y, pitch_), row,
+                                         [&](size_t s) { return worker.signals[s][size_t(y % 3)].data(); });
+            };
+            if (!responds) {
+                if (advances) changed |= loops_.advance(arguments(), press.constants);
+                continue;
+            }
+            const simd::RespondArguments<K> answered = respond_arguments(press, band, worker, y - reach);
+            if (advances) {
+                rows = rows_alike(press, band, y);
+                changed |= loops_.step_rows(row_steps(press, worker, arguments(), answered, y, rows), press.constants);
+            } else {
+                loops_.respond(answered, press.constants);
+            }
+            if (press.points) read_points(press, answered, y - reach);
+        }
+        return changed;
+    }
+
+    // The number of rows, from row y on, that one call of Loops::step_rows takes: their arguments differ by a fixed
+    // distance. 1 where a row needs arguments of its own, because it is read, and for the first 2*reach rows of a band,
+    // because their stencils read rows outside it.
+    int rows_alike(const Press& press, const Band<real>& band, int y) const {
+        const int reach = K::reach(variant_.stencil), answered = y - reach;
+        const int read = press.points ? points_.next(answered, height_) : height_;
+        if (press.fill_row || rolls() || read == answered || y < band.first + 2 * reach) return 1;
+        return std::min(band.last - y, read - answered);
+    }
+
+    simd::RowSteps<K> row_steps(const Press& press, const Worker<K>& worker, const simd::AdvanceArguments<K>& a,
+                                const simd::RespondArguments<K>& r, int y, int rows) const {
+        simd::RowSteps<K> s{.advance = a,
+                            .respond = r,
+                            .rows = rows,
+                            .pitch = size_t(pitch_),
+                            .response_pitch = press.response_pitch,
+                            .tiles = size_t(tiles_),
+                            .stepped = y % 3,
+                            .answered = (y - K::reach(variant_.stencil)) % 3};
+        for (size_t i = 0; i < STEP_SIGNALS; ++i)
+            for (size_t row = 0; row < 3; ++row) s.signal[i][row] = worker.signals[i][row].data();
+        return s;
+    }
+
+    // Steps a row outside a band.
+    void step_outside(const Press& press, typename Band<real>::Outside& o, size_t k, Worker<K>& worker) const {
+        const simd::StateRow<real> to = (press.keep ? o.state : worker.peeked[k]).row(0, pitch_);
+        loops_.advance(advance_arguments(press, worker, o.row, o.state.row(0, pitch_), to,
+                                         [&](size_t s) { return worker.unused[s].data(); }),
+                       press.constants);
+    }
+
+    // The place of row y's strain where no state holds it.
+    real* rolled(const Worker<K>& worker, int y) const { return worker.strain[size_t(y % 5)].data(); }
+
+    void read_points(const Press& press, const simd::RespondArguments<K>& r, int y) const {
+        for (const auto& point : points_.of(y))
+            for (size_t q = 0; q < REDUCED_MAPS; ++q) {
+                if (!press.tiles[q]) continue;
+                const real* row = q == QUANTITY_STRAIN ? r.strain.here : r.response[q - QUANTITY_SA1];
+                press.points[q * points_.count() + point.index] = double(row[point.x]);
+            }
+    }
+
+    // signal(s): where signal s of the step goes, from column 0 on.
+    template <class Signal>
+    simd::AdvanceArguments<K> advance_arguments(const Press& press, Worker<K>& worker, int y,
+                                                const simd::StateRow<real>& from, const simd::StateRow<real>& to,
+                                                Signal signal) const {
+        const int at = first_column();
+        const size_t row = size_t(y) * size_t(pitch_) + size_t(at);
+        simd::AdvanceArguments<K> a;
+        a.count = last_column() - at;
+        a.elements = int(variant_.chain.elements());
+        a.spring = variant_.chain.spring;
+        a.pressure = press.pressure + row;
+        a.pressure_to = press.pressure_to ? press.pressure_to + row : nullptr;
+        a.material = material_of_.empty() ? nullptr : material_of_.data() + row;
+        a.table = press.table;
+        a.from = from;
+        a.to = to;
+        for (simd::StateRow<real>* state : {&a.from, &a.to}) {
+            for (size_t s = 0; s < simd::state_sums; ++s) {
+                state->value[s] += at;
+                if (state->lost[s]) state->lost[s] += at;
+            }
+            state->strain += at;
+            if (state->rate) state->rate += at;
+        }
+        for (size_t s = 0; s < STEP_SIGNALS; ++s) a.signal[s] = signal(s) + at;
+        if (press.fill_row) {
+            (*press.fill_row)(y, worker.coefficients.data());
+            a.table = worker.coefficients.data() + size_t(at) * variant_.chain.length;
+            a.material = column_.data();
+        }
+        return a;
+    }
+
+    simd::RespondArguments<K> respond_arguments(const Press& press, const Band<real>& band, const Worker<K>& worker,
+                                                int y) {
+        const size_t row = size_t(y) * size_t(pitch_), tile = size_t(y) * size_t(tiles_);
+        const State<real>& to = stepped(press);
+        const auto strain = [&](int i) -> const real* {
+            if (!is_pressed(i) && rolls()) return resting_row_.data();
+            if (ready(band, i, y)) return rolls() ? rolled(worker, i) : to.strain_row(i, pitch_);
+            const size_t k = band.place_of(i);
+            return (press.keep ? band.outside[k].state : worker.peeked[k]).strain();
+        };
+        simd::RespondArguments<K> r; // every member is set below: to clear it first took a tenth of a short row
+        r.first = first_column();
+        r.last = last_column();
+        r.strain = simd::neighbours<real>(y, width_, height_, variant_.stencil, variant_.edges, strain);
+        r.signal[0] = rolls() ? rolled(worker, y) : to.strain_row(y, pitch_); // SA1
+        r.signal[QUANTITY_SA2 - QUANTITY_SA1] = to.integral_row(y, pitch_);
+        r.rest_curvature = press.rest_curvature + row;
+        r.streams = streams(press);
+        for (size_t s = 0; s < STEP_SIGNALS; ++s)
+            r.signal[QUANTITY_FA1 - QUANTITY_SA1 + s] = worker.signals[s][size_t(y % 3)].data();
+        for (size_t i = 0; i < RESPONSE_MAPS; ++i)
+            r.response[i] = press.response[i] ? press.response[i] + size_t(y) * press.response_pitch : nullptr;
+        for (size_t q = 0; q < REDUCED_MAPS; ++q) r.tiles[q] = press.tiles[q] ? press.tiles[q] + tile : nullptr;
+        if (press.points && !points_.of(y).empty())
+            for (size_t i = 0; i < RESPONSE_MAPS; ++i)
+                if (press.tiles[QUANTITY_SA1 + i] && !r.response[i]) r.response[i] = worker.answered[i].data();
+        return r;
+    }
+
+    const int height_, width_, pitch_, tiles_;
+    const std::vector<int>& material_of_;
+    const plan::Variant variant_;
+    const plan::PressedBox pressed_;
+    const PointsOfRows points_;
+    simd::Pool pool_;
+    const simd::Isa& isa_;
+    const simd::Loops<K>& loops_;
+    std::barrier<> barrier_;
+    State<real> state_, scratch_;    // scratch_: of steps that are not kept
+    State<real>* visible_ = &state_; // what the last press made
+    const Plane<real> resting_row_;
+    std::vector<int> column_;                // 0, 1 .. where rows are filled with coefficients
+    std::vector<Band<real>> shares_, bands_; // of one press, a band for each thread; of batches
+    std::vector<Worker<K>> workers_;
+};
+
+} // namespace dermis::cpu

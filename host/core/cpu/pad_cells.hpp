@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: MIT
+// The states of pads alike, and the press of one, in f32. To the loops a pad is one long row: its cells, or those that
+// its sites read, stand one after another, so that narrow rows cost no more than wide ones.
+#pragma once
+
+#include "host/core/cpu/planes.hpp"
+#include "host/core/cpu/site_readers.hpp"
+#include "host/core/model/streamed_skin.hpp"
+
+namespace dermis::cpu {
+
+class PadCells {
+  public:
+    PadCells(const plan::StreamedSkin&, int threads, const simd::Isa&);
+
+    // Whether a skin's sites read so few cells that these alone are stepped, on one thread; threads: those that would
+    // step all cells.
+    static bool sparse(const plan::PreparedSkin&, const plan::SiteCells&, int threads);
+
+    // The cells of a pad that are stepped; numbers from pad to pad of a pressure, which are cells and padding.
+    size_t cells() const { return cells_; }
+    size_t pitch() const { return pitch_; }
+    // The cells of a frame that are stepped; empty: all of them.
+    const std::vector<size_t>& read_cells() const { return read_; }
+    // The number of cells that a saved state holds: those that sites read, where there are sites.
+    size_t held() const { return held_.empty() ? cells_ : held_.size(); }
+    // The elements in series that are stepped, of a pad without its own.
+    const std::vector<plan::Element>& elements() const { return elements_; }
+
+    struct Press {
+        const float *from, *to; // pressures of the cells
+        const f32::Coefficients* table;
+        std::array<float*, RESPONSE_MAPS> response; // null: not asked for
+    };
+    // Presses a pad on one of the threads, each of which has a number.
+    void press(int thread, int pad, const Press&);
+
+    void rest(int pad);
+    // Copies the planes of a pad's state (plan::StateLayout), without the pressure.
+    void save(int pad, char* planes) const;
+    void load(int pad, const char* planes);
+
+  private:
+    // Rows of which every cell reads at the same distances, or one row near an edge.
+    struct Run {
+        int first, rows;
+    };
+    struct Worker {
+        std::array<Plane<float>, STEP_SIGNALS> signals;
+        Plane<float> strain, along;                     // of chains, the sum of its elements; second differences
+        std::array<Plane<float>, RESPONSE_MAPS> fields; // of which sites are read
+    };
+
+    void find_runs();
+    void answer(const Worker&, const simd::StateRow<float>&, const Press&, const f32::Constants&) const;
+    simd::RespondArguments<f32> respond_arguments(const Worker&, const simd::StateRow<float>&, const Press&,
+                                                  const Run&) const;
+    // Calls f(first number, its place in a saved state in bytes, bytes) for each run of numbers that a state holds.
+    template <class F> void each_run(int pad, F f) const;
+
+    const int width_, height_, stencil_, edges_;
+    const plan::Variant variant_;
+    const simd::Loops<f32>& loops_;
+    const std::vector<Site> sites_;
+    std::vector<size_t> read_, held_; // held_: empty where all cells that are stepped are held
+    std::vector<plan::Element> elements_;
+    std::vector<int> material_; // index of each cell's first element; empty: the same in all
+    size_t cells_ = 0, pitch_ = 0;
+    f32::Constants constants_;
+    Plane<float> rest_curvature_;
+    std::vector<Run> runs_;
+    std::optional<SitesOfFields> of_fields_;
+    std::optional<SitesOfCells> of_cells_;
+    State<float> state_; // a row for each pad
+    std::vector<Worker> workers_;
+};
+
+} // namespace dermis::cpu

@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: MIT
+#include "host/core/cpu/stream.hpp"
+
+#include "host/core/base/float_environment.hpp"
+#include "host/core/cpu/pad_cells.hpp"
+
+#include <atomic>
+#include <cstring>
+
+namespace dermis::cpu {
+
+using plan::StreamedSkin;
+
+namespace {
+
+// Pads alike, or a skin of short rows or few sites as one: a thread takes whole pads.
+class PadStream : public plan::Stream {
+  public:
+    PadStream(const StreamedSkin& s, int threads, const simd::Isa& isa)
+        : pool_(threads), pads_(s, threads, isa), frame_(s.skin.cells()), counts_(plan::response_counts(s)),
+          planes_(state_layout_of(s).planes), tables_(s, pads_.elements()), pad_(size_t(s.pads)) {
+        for (std::vector<float>& p : pressure_) p = simd::map_of(pad_.size() * pads_.pitch(), 0.0f);
+        if (lists())
+            for (std::vector<float>& f : whole_) f = simd::map_of(pad_.size() * frame_, 0.0f);
+        for (size_t r = 0; r < RESPONSE_MAPS; ++r) response_[r] = simd::map_of(pad_.size() * counts_[r], 0.0f);
+    }
+
+    bool take(const plan::PadList& pads, const float* pressures) override {
+        Job job{.self = *this, .pads = pads, .pressures = pressures};
+        run(job, [](Job& j, int, size_t i) {
+            if (!j.self.take_one(j.pads[i], j.pressures + i * j.self.frame_)) j.finite = false;
+        });
+        return job.finite;
+    }
+
+    const double* press(const plan::PadList& pads, const plan::StepLengths& dt) override {
+        const DefaultFloats guard;
+        if (const double* refused = tables_.fill(pads, dt)) return refused;
+        Job job{.self = *this, .pads = pads};
+        run(job, [](Job& j, int thread, size_t i) { j.self.press_one(thread, j.pads[i]); });
+        return nullptr;
+    }
+
+    const float* response(Quantity q) const override { return response_[size_t(q) - QUANTITY_SA1].data(); }
+
+    void reset(const plan::PadList& pads) override {
+        for (size_t i = 0; i < pads.count; ++i) {
+            const size_t pad = size_t(pads[i]);
+            pad_[pad] = {};
+            pads_.rest(pads[i]);
+            for (auto* p : {&pressure_[0], &pressure_[1]}) clear(*p, pad, pads_.pitch());
+            if (lists())
+                for (auto* p : {&whole_[0], &whole_[1]}) clear(*p, pad, frame_);
+            for (size_t r = 0; r < RESPONSE_MAPS; ++r) clear(response_[r], pad, counts_[r]);
+        }
+    }
+
+    void save(const plan::PadList& pads, void* states) override {
+        Job job{.self = *this, .pads = pads, .to = static_cast<char*>(states)};
+        run(job, [](Job& j, int, size_t i) { j.self.save_one(j.pads[i], j.to + i * j.self.state_bytes()); });
+    }
+
+    void load(const plan::PadList& pads, const void* states) override {
+        Job job{.self = *this, .pads = pads, .from = static_cast<const char*>(states)};
+        run(job, [](Job& j, int, size_t i) { j.self.load_one(j.pads[i], j.from + i * j.self.state_bytes()); });
+    }
+
+    void set_elements(const plan::PadList& pads, const std::vector<plan::Element>& elements) override {
+        tables_.set_elements(pads, elements);
+    }
+
+  private:
+    struct Pad {
+        int from = 0;              // the side of the pressure that the next press starts from
+        bool rests = true;         // nothing has ever pressed it
+        bool stays_at_rest = true; // nor does the pressure that was taken last
+    };
+    struct Job {
+        PadStream& self;
+        const plan::PadList& pads;
+        const float* pressures = nullptr;
+        char* to = nullptr;         // states
+        const char* from = nullptr; // states
+        void (*one)(Job&, int thread, size_t i) = nullptr;
+        std::atomic<bool> finite = true;
+        std::atomic<size_t> next = 0;
+    };
+
+    // Calls one(job, thread, i) for each pad i of the list on some thread.
+    void run(Job& job, void (*one)(Job&, int, size_t)) {
+        job.one = one;
+        pool_.each([&job](int thread) { // captures so little that nothing is allocated
+            constexpr size_t share = 4;
+            for (size_t i; (i = job.next.fetch_add(share)) < job.pads.count;)
+                for (size_t k = i; k < std::min(i + share, job.pads.count); ++k) job.one(job, thread, k);
+        });
+    }
+
+    bool lists() const { return !pads_.read_cells().empty(); }
+    size_t planes_bytes() const { return planes_ * pads_.held() * sizeof(float); }
+    size_t state_bytes() const { return planes_bytes() + frame_ * sizeof(float); }
+    // A pad's pressure of width*height on one side.
+    float* frame_of(int pad, int side) {
+        return lists() ? whole_[side].data() + size_t(pad) * frame_ : pressure_of(pad, side);
+    }
+    float* pressure_of(int pad, int side) { return pressure_[side].data() + size_t(pad) * pads_.pitch(); }
+
+    // Copies the pressures of listed cells from a pad's frame.
+    void list(int pad, int side) {
+        if (!lists()) return;
+        const float* frame = frame_of(pad, side);
+        std::ranges::transform(pads_.read_cells(), pressure_of(pad, side),
+                               [frame](size_t cell) { return frame[cell]; });
+    }
+
+    void save_one(int pad, char* to) {
+        pads_.save(pad, to);
+        std::memcpy(to + planes_bytes(), frame_of(pad, pad_[size_t(pad)].from), frame_ * sizeof(float));
+    }
+
+    void load_one(int pad, const char* from) {
+        pad_[size_t(pad)].rests = false;
+        pads_.load(pad, from);
+        const int side = pad_[size_t(pad)].from;
+        std::memcpy(frame_of(pad, side), from + planes_bytes(), frame_ * sizeof(float));
+        list(pad, side);
+    }
+
+    bool take_one(int pad, const float* pressure) {
+        Pad& p = pad_[size_t(pad)];
+        p.stays_at_rest = p.rests && plan::all_bits_zero(pressure, frame_);
+        if (p.stays_at_rest) return true;
+        const bool finite = plan::copy_rows(
+            {.from = pressure, .stride = frame_, .width = frame_, .to = frame_of(pad, 1 - p.from), .pitch = frame_}, 0,
+            1);
+        list(pad, 1 - p.from);
+        return finite;
+    }
+
+    void press_one(int thread, int pad) {
+        Pad& p = pad_[size_t(pad)];
+        if (p.stays_at_rest) return;
+        PadCells::Press press{.from = pressure_of(pad, p.from),
+                              .to = pressure_of(pad, 1 - p.from),
+                              .table = tables_.of(pad),
+                              .response = {}};
+        for (size_t r = 0; r < RESPONSE_MAPS; ++r)
+            press.response[r] = counts_[r] ? response_[r].data() + size_t(pad) * counts_[r] : nullptr;
+        pads_.press(thread, pad, press);
+        p = {.from = 1 - p.from, .rests = false, .stays_at_rest = false};
+    }
+
+    static void clear(std::vector<float>& map, size_t pad, size_t count) {
+        std::fill_n(map.begin() + long(pad * count), count, 0.0f);
+    }
+
+    simd::Pool pool_;
+    PadCells pads_;
+    const size_t frame_; // cells of a frame
+    const std::array<size_t, RESPONSE_MAPS> counts_;
+    const size_t planes_;
+    plan::StepTables tables_;
+    std::vector<Pad> pad_;
+    std::vector<float> pressure_[2], whole_[2]; // of the cells that are stepped; the frames of sites, whole
+    std::array<std::vector<float>, RESPONSE_MAPS> response_;
+};
+
+} // namespace
+
+std::unique_ptr<plan::Stream> pad_stream(const StreamedSkin& skin, int threads, const simd::Isa& isa) {
+    return std::make_unique<PadStream>(skin, threads, isa);
+}
+
+} // namespace dermis::cpu

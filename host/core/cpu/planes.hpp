@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: MIT
+// Maps of one number per cell, and the planes of a state.
+#pragma once
+
+#include "host/core/base/pool.hpp"
+#include "host/core/simd/isa.hpp"
+
+#include <algorithm>
+#include <array>
+#include <memory>
+#include <new>
+
+namespace dermis::cpu {
+
+// Values that begin at a cache line, and so do their rows; those of more than a large page begin in one, because at
+// random small pages a step of 4096 x 4096 cells takes up to a quarter longer. Planes that are walked side by side have
+// different `place`s: all beginning at the same bits of an address they would compete for the same lines of a cache.
+template <class real> class Plane {
+  public:
+    Plane() = default;
+    static constexpr size_t shift = 5 * 64 / sizeof(real); // from place to place
+    Plane(size_t cells, int place) : shift_(size_t(place) * shift), all_(cells + shift_) {
+        const size_t bytes = all_ * sizeof(real);
+        const std::align_val_t boundary{bytes < simd::large_page ? size_t(64) : simd::large_page};
+        values_ = {static_cast<real*>(::operator new(bytes, boundary)), Free{boundary}};
+        simd::prefer_large_pages(values_.get(), bytes);
+        clear();
+    }
+    void clear() { std::fill_n(values_.get(), all_, real(0)); }
+    real* data() const { return values_ ? values_.get() + shift_ : nullptr; }
+    real* row(int y, int pitch) const { return values_ ? data() + size_t(y) * size_t(pitch) : nullptr; }
+
+  private:
+    struct Free {
+        std::align_val_t boundary{64};
+        void operator()(real* p) const { ::operator delete(p, boundary); }
+    };
+    std::unique_ptr<real[], Free> values_;
+    size_t shift_ = 0, all_ = 0;
+};
+
+// Says which numbers the state of a cell consists of.
+struct StateShape {
+    size_t elements; // in series, whose strains it holds
+    bool compensated;
+    bool strain; // and the sum of them with that of a spring
+    bool rate;   // and the rate of that spring
+};
+
+// The state of every cell.
+template <class real> class State {
+  public:
+    State() = default;
+    State(size_t cells, const StateShape& shape) : elements_(shape.elements), element_(cells + gap) {
+        const int strains = int(elements_);
+        int place = 0;
+        for (auto* planes : {&value_, &lost_}) {
+            if (planes == &lost_ && !shape.compensated) break;
+            (*planes)[simd::sum_strain] = Plane<real>(elements_ * element_, place);
+            (*planes)[simd::sum_integral] = Plane<real>(cells, place += strains);
+            ++place;
+        }
+        if (shape.strain) strain_ = Plane<real>(cells, place++);
+        if (shape.rate) rate_ = Plane<real>(cells, place);
+    }
+    bool empty() const { return !value_[0].data(); }
+    // The strain of every cell, where the state holds it.
+    const real* strain() const { return strain_.data() ? strain_.data() : value_[simd::sum_strain].data(); }
+    const real* strain_row(int y, int pitch) const { return strain() + size_t(y) * size_t(pitch); }
+    real* integral_row(int y, int pitch) const { return value_[simd::sum_integral].row(y, pitch); }
+    // Each plane from column 0 on.
+    simd::StateRow<real> row(int y, int pitch) const {
+        simd::StateRow<real> row;
+        for (size_t s = 0; s < simd::state_sums; ++s) {
+            row.value[s] = value_[s].row(y, pitch);
+            row.lost[s] = lost_[s].row(y, pitch);
+        }
+        row.element = element_;
+        row.strain = strain_.data() ? strain_.row(y, pitch) : row.value[simd::sum_strain];
+        row.rate = rate_.row(y, pitch);
+        return row;
+    }
+    // Takes over the strains of a row of another state of so many cells.
+    void take_strains(const simd::StateRow<real>& from, size_t cells) {
+        const simd::StateRow<real> to = row(0, 0);
+        for (size_t e = 0; e < elements_; ++e) {
+            std::copy_n(from.value[simd::sum_strain] + e * from.element, cells,
+                        to.value[simd::sum_strain] + e * to.element);
+            if (to.lost[simd::sum_strain])
+                std::copy_n(from.lost[simd::sum_strain] + e * from.element, cells,
+                            to.lost[simd::sum_strain] + e * to.element);
+        }
+    }
+    // Calls f with the first row of each plane that is saved, in the order of plan::StateLayout. integral: it is asked
+    // for.
+    template <class F> void each_plane(bool integral, F f) const {
+        for (size_t e = 0; e < elements_; ++e)
+            for (const auto* planes : {&value_, &lost_})
+                if (real* strain = (*planes)[simd::sum_strain].data()) f(strain + e * element_);
+        for (const auto* planes : {&value_, &lost_})
+            if (real* sum = (*planes)[simd::sum_integral].data(); integral && sum) f(sum);
+        if (rate_.data()) f(rate_.data());
+    }
+    void rest() {
+        for (Plane<real>* plane : {&value_[0], &value_[1], &lost_[0], &lost_[1], &strain_, &rate_}) plane->clear();
+    }
+
+    // The same in one row.
+    void rest_row(int y, int pitch) {
+        const auto clear = [&](real* row) {
+            if (row) std::fill_n(row, pitch, real(0));
+        };
+        const simd::StateRow<real> r = row(y, pitch);
+        for (size_t e = 0; e < elements_; ++e)
+            for (real* strain : {r.value[simd::sum_strain], r.lost[simd::sum_strain]})
+                if (strain) clear(strain + e * element_);
+        for (real* plane : {r.value[simd::sum_integral], r.lost[simd::sum_integral], r.strain, r.rate}) clear(plane);
+    }
+
+  private:
+    static constexpr size_t gap = Plane<real>::shift;        // so that elements begin at different bits of an address
+    size_t elements_ = 0, element_ = 0;                      // their number; the distance from one to the next
+    std::array<Plane<real>, simd::state_sums> value_, lost_; // see simd::StateRow
+    Plane<real> strain_, rate_;                              // of chains
+};
+
+} // namespace dermis::cpu

@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: MIT
+#include "host/core/cpu/stream.hpp"
+
+#include "host/core/base/float_environment.hpp"
+#include "host/core/base/pool.hpp"
+#include "host/core/cpu/cells.hpp"
+#include "host/core/cpu/pad_cells.hpp"
+#include "host/core/model/laplacian.hpp"
+
+#include <atomic>
+#include <cmath>
+#include <optional>
+
+namespace dermis::cpu {
+
+using plan::StreamedSkin;
+
+struct FramePress::Impl {
+    Impl(StreamedSkin s, int threads, const simd::Isa& isa)
+        : streamed(std::move(s)), rest(streamed.skin.padded_cells(), rest_place(streamed.skin.chain)),
+          tables(streamed, streamed.skin.materials),
+          cells(streamed.skin, streamed.variant(), streamed.skin.whole(), threads, isa) {
+        std::ranges::copy(plan::padded_rest_curvature<float>(streamed.skin), rest.data());
+        plan::drop_maps(streamed.skin);
+    }
+
+    bool press(double dt, const float* from, const float* to, float* const (&response)[RESPONSE_MAPS],
+               size_t response_pitch) {
+        const DefaultFloats guard;
+        if (tables.fill({}, {&dt})) return false;
+        const f32::Constants constants = plan::frame_constants(streamed.skin, *tables.of(0));
+        const CellsPress<f32> press{.constants = constants,
+                                    .table = tables.of(0),
+                                    .pressure = from,
+                                    .pressure_to = to,
+                                    .rest_curvature = rest.data(),
+                                    .response = std::to_array(response),
+                                    .response_pitch = response_pitch};
+        int changed;
+        cells.press({&press, 1}, {&changed, 1});
+        return true;
+    }
+
+    StreamedSkin streamed;
+    const Plane<float> rest;
+    plan::StepTables tables;
+    Cells<f32> cells;
+};
+
+FramePress::FramePress(StreamedSkin skin, int threads, const simd::Isa& isa) {
+    const DefaultFloats guard; // threads inherit it
+    threads = simd::useful_threads(skin.skin.cells(), threads);
+    impl_ = std::make_unique<Impl>(std::move(skin), threads, isa);
+}
+
+FramePress::~FramePress() = default;
+
+void FramePress::reset() { impl_->cells.rest(); }
+void FramePress::save(char* planes) const { impl_->cells.save(planes); }
+void FramePress::load(const char* planes) { impl_->cells.load(planes); }
+void FramePress::set_elements(const std::vector<plan::Element>& elements) { impl_->tables.set_elements({}, elements); }
+
+bool FramePress::take(const float* numbers, float* to) {
+    const plan::PreparedSkin& skin = impl_->streamed.skin;
+    simd::Pool& pool = impl_->cells.pool();
+    struct {
+        plan::PressureCopy copy;
+        long long rows, threads;
+        std::atomic<bool> finite = true;
+    } job{.copy = {.from = numbers,
+                   .stride = size_t(skin.width()),
+                   .width = size_t(skin.width()),
+                   .to = to,
+                   .pitch = size_t(skin.pitch)},
+          .rows = skin.height(),
+          .threads = pool.threads()};
+    pool.each([&job](int thread) { // captures so little that nothing is allocated
+        const int first = int(job.rows * thread / job.threads), last = int(job.rows * (thread + 1) / job.threads);
+        if (!plan::copy_rows(job.copy, first, last)) job.finite = false;
+    });
+    return job.finite;
+}
+
+bool FramePress::press(double dt, const float* from, const float* to, float* const (&response)[RESPONSE_MAPS]) {
+    return press(dt, from, to, response, size_t(impl_->streamed.skin.pitch));
+}
+
+bool FramePress::press(double dt, const float* from, const float* to, float* const (&response)[RESPONSE_MAPS],
+                       size_t response_pitch) {
+    return impl_->press(dt, from, to, response, response_pitch);
+}
+
+namespace {
+
+using Responses = std::array<float*, RESPONSE_MAPS>;
+
+// One skin, whose rows are shared among threads.
+class SkinStream : public plan::Stream {
+  public:
+    SkinStream(const StreamedSkin& skin, int threads, const simd::Isa& isa)
+        : press_(skin, threads, isa), width_(size_t(skin.skin.width())), pitch_(size_t(skin.skin.pitch)),
+          cells_(skin.skin.cells()), planes_(state_layout_of(skin).planes) {
+        const bool sites = !skin.skin.description.sites.empty();
+        if (sites) {
+            sites_.emplace(skin.skin.description.sites, width_);
+            held_ = plan::SiteCells(skin.skin, {skin.skin.whole()}, plan::cells_of(skin.skin.description.sites)).cells;
+        }
+        int place = response_place(skin.skin.chain);
+        for (Plane<float>& side : pressure_) side = Plane<float>(skin.skin.padded_cells(), place++);
+        const auto made = [](Plane<float>& plane, size_t cells, int at) {
+            plane = Plane<float>(cells, at);
+            return plane.data();
+        };
+        const auto counts = plan::response_counts(skin);
+        for (size_t r = 0; r < RESPONSE_MAPS; ++r)
+            if (skin.wanted[QUANTITY_SA1 + r]) {
+                field_[r] = made(fields_[r], cells_, place++);
+                response_[r] = sites ? made(felt_[r], counts[r], place) : field_[r];
+            }
+    }
+
+    bool take(const plan::PadList& pads, const float* pressure) override {
+        return pads.count == 0 || press_.take(pressure, pressure_[1 - from_].data());
+    }
+
+    const double* press(const plan::PadList& pads, const plan::StepLengths& dt) override {
+        if (pads.count == 0) return nullptr;
+        if (!press_.press(dt[0], pressure(), pressure_[1 - from_].data(), field_, width_)) return &dt[0];
+        from_ = 1 - from_;
+        if (sites_) sites_->read(std::to_array(field_), response_);
+        return nullptr;
+    }
+
+    const float* response(Quantity q) const override { return response_[size_t(q) - QUANTITY_SA1]; }
+
+    void reset(const plan::PadList& pads) override {
+        if (pads.count == 0) return;
+        press_.reset();
+        pressure_[from_].clear();
+        for (auto* planes : {&fields_, &felt_})
+            for (Plane<float>& plane : *planes) plane.clear();
+    }
+
+    void save(const plan::PadList& pads, void* states) override {
+        if (pads.count == 0) return;
+        char* to = static_cast<char*>(states);
+        if (held_.empty()) press_.save(to);
+        else {
+            std::vector<char> all(planes_ * cells_ * sizeof(float));
+            press_.save(all.data());
+            each_held([&](size_t there, size_t here) { std::memcpy(to + there, all.data() + here, sizeof(float)); });
+        }
+        to += planes_ * (held_.empty() ? cells_ : held_.size()) * sizeof(float);
+        for (size_t at = 0; at < cells_ / width_ * pitch_; at += pitch_, to += width_ * sizeof(float))
+            std::memcpy(to, pressure() + at, width_ * sizeof(float));
+    }
+
+    void load(const plan::PadList& pads, const void* states) override {
+        if (pads.count == 0) return;
+        const char* from = static_cast<const char*>(states);
+        if (held_.empty()) press_.load(from);
+        else {
+            std::vector<char> all(planes_ * cells_ * sizeof(float)); // nobody reads the other cells
+            each_held([&](size_t there, size_t here) { std::memcpy(all.data() + here, from + there, sizeof(float)); });
+            press_.load(all.data());
+        }
+        from += planes_ * (held_.empty() ? cells_ : held_.size()) * sizeof(float);
+        for (size_t at = 0; at < cells_ / width_ * pitch_; at += pitch_, from += width_ * sizeof(float))
+            std::memcpy(pressure() + at, from, width_ * sizeof(float));
+    }
+
+    void set_elements(const plan::PadList&, const std::vector<plan::Element>& elements) override {
+        press_.set_elements(elements);
+    }
+
+  private:
+    float* pressure() const { return pressure_[from_].data(); } // that the next press starts from
+
+    // Calls f(place in a saved state, place in planes of all cells), in bytes, of each number that a state holds.
+    template <class F> void each_held(F f) const {
+        for (size_t p = 0; p < planes_; ++p)
+            for (size_t i = 0; i < held_.size(); ++i)
+                f((p * held_.size() + i) * sizeof(float), (p * cells_ + held_[i]) * sizeof(float));
+    }
+
+    FramePress press_;
+    Plane<float> pressure_[2];
+    int from_ = 0;                                          // the side of the pressure that the next press starts from
+    std::array<Plane<float>, RESPONSE_MAPS> fields_, felt_; // of cells, and of sites
+    const size_t width_, pitch_, cells_, planes_;
+    std::optional<SitesOfFields> sites_;
+    std::vector<size_t> held_; // the cells that sites read, where there are sites: of these a state is saved
+    float* field_[RESPONSE_MAPS]{};
+    Responses response_{};
+};
+
+// Whether a single skin is pressed like pads: on one thread, at less cost for the rows or sites that it has.
+bool as_pads(const StreamedSkin& s, int threads) {
+    const plan::PreparedSkin& skin = s.skin;
+    const std::vector<Site>& sites = skin.description.sites;
+    if (!sites.empty() && PadCells::sparse(skin, {skin, {skin.whole()}, plan::cells_of(sites)}, threads)) return true;
+    return skin.width() < 96 && threads == 1;
+}
+
+} // namespace
+
+std::unique_ptr<plan::Stream> stream(const StreamedSkin& skin, int threads, const simd::Isa& isa) {
+    const DefaultFloats guard; // threads inherit it
+    const int useful = simd::useful_threads(skin.skin.cells() * size_t(skin.pads), threads);
+    if (skin.pads == 1 && !as_pads(skin, useful)) return std::make_unique<SkinStream>(skin, threads, isa);
+    return pad_stream(skin, std::min(skin.pads, useful), isa);
+}
+
+} // namespace dermis::cpu

@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: MIT
+#include "host/core/description/names.hpp"
+
+namespace dermis {
+
+const char* name(Quantity q) noexcept { return scene::text_of(q); }
+const char* name(Method m) noexcept { return scene::text_of(m); }
+const char* name(Model m) noexcept { return scene::text_of(m); }
+const char* name(Precision p) noexcept { return scene::text_of(p); }
+
+} // namespace dermis

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: MIT
+// Tests whether a backend computes the CPU path's bits.
+#pragma once
+
+#include "host/core/model/stream.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <iterator>
+
+namespace dermis {
+
+// The comparison of each kernel on a backend with the plain loops of the CPU path, on small grids.
+struct SelfTest {
+    struct Kernel {
+        const char* name;
+        uint64_t hash = 14695981039346656037u; // FNV-1a of the backend's values
+        long long values = 0, different = 0;
+    };
+    enum { press, fields, reduce, sites };
+    Kernel kernels[4] = {{"press"}, {"fields"}, {"reduce"}, {"sites"}};
+    bool exact() const {
+        return std::all_of(std::begin(kernels), std::end(kernels), [](auto& k) { return k.different == 0; });
+    }
+};
+// every_variant: tests every variant of the kernels, otherwise only the plain march.
+SelfTest self_test(plan::Backend&, bool every_variant = true);
+
+// A small skin of odd size, pressed twice frame by frame; its maps are noise, from below the flush limit to about 1.
+class SampleStream {
+  public:
+    static constexpr int presses = 2;
+    static constexpr double dt = 0.125; // s
+
+    struct Variant {
+        Stencil stencil = Stencil::five_point;
+        Edges edges = Edges::mirror;
+        Precision precision = Precision::f32;
+        bool materials = false, sites = false; // sites: receptors of the wanted classes respond, otherwise every cell
+        bool pads = false;                     // a batch of two
+        plan::Chain chain;                     // elements in series, at most 10
+        plan::Wanted wanted{};
+    };
+    explicit SampleStream(const Variant&);
+    // Makes a sample that runs the same kernels as another skin.
+    explicit SampleStream(const plan::StreamedSkin& like);
+
+    const plan::StreamedSkin& skin() const { return streamed_; }
+    const plan::ResponseLayout& layout() const { return layout_; }
+    // The pressure at the end of press i = 1, 2; i = 0 is at rest. pitch*height values of each pad.
+    std::vector<float> pressure(int i) const;
+    // The same pressure as a stream takes it, width*height values of each pad.
+    std::vector<float> frame(const std::vector<float>& pressure) const;
+    // The indices, in a map of pitch*height, of two cells on whose pressure some response depends.
+    std::array<size_t, 2> read_cells() const;
+    // The responses after each press by the plain loops, laid out as layout() says. pressures: before the first press,
+    // then at the end of each.
+    std::vector<std::vector<float>> expected(const std::vector<std::vector<float>>& pressures) const;
+    // Whether two responses have the same bits; cells beyond the width of a field do not count.
+    bool same(const float* a, const float* b) const;
+
+  private:
+    plan::StreamedSkin streamed_;
+    plan::ResponseLayout layout_;
+};
+
+} // namespace dermis

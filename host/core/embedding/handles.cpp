@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: MIT
+#include "host/core/embedding/handles.hpp"
+
+#include "host/core/base/refusal.hpp"
+#include "host/core/vulkan/instance.hpp"
+#include "host/core/vulkan/requirements.hpp"
+
+#include <algorithm>
+#include <cstring>
+
+namespace dermis::vulkan {
+namespace {
+
+using scene::refuse;
+
+[[noreturn]] void lacks(const char* parameter, const std::string& what) {
+    throw Error(Error::Code::bad_input, parameter, what);
+}
+
+template <class Function> Function function(const Handles& h, const char* name) {
+    const auto f = reinterpret_cast<Function>(h.get_instance_proc_addr(h.instance, name));
+    if (!f) lacks("get_instance_proc_addr", std::string("get_instance_proc_addr finds no ") + name);
+    return f;
+}
+
+bool enabled(const Handles& h, const char* extension) {
+    return std::find(h.extensions.begin(), h.extensions.end(), extension) != h.extensions.end();
+}
+
+void check_given(const Handles& h) {
+    const auto need = [](bool there, const char* parameter) {
+        if (!there) refuse(parameter, "null", "a handle of the host's own device");
+    };
+    need(h.instance, "instance");
+    need(h.physical, "physical");
+    need(h.device, "device");
+    need(h.get_instance_proc_addr, "get_instance_proc_addr");
+}
+
+void check_version(const Handles& h, const VkPhysicalDeviceProperties& properties) {
+    const auto version = [](uint32_t v) {
+        return std::to_string(VK_API_VERSION_MAJOR(v)) + "." + std::to_string(VK_API_VERSION_MINOR(v));
+    };
+    const uint32_t least = requirements().api_version;
+    for (uint32_t v : {h.api_version, properties.apiVersion})
+        if (v < least) refuse("api_version", version(v), "at least " + version(least) + ", of instance and device");
+}
+
+void check_extensions(const Handles& h) {
+    const auto enumerate =
+        function<PFN_vkEnumerateDeviceExtensionProperties>(h, "vkEnumerateDeviceExtensionProperties");
+    uint32_t count = 0;
+    check(enumerate(h.physical, nullptr, &count, nullptr), "vkEnumerateDeviceExtensionProperties");
+    std::vector<VkExtensionProperties> offered(count);
+    check(enumerate(h.physical, nullptr, &count, offered.data()), "vkEnumerateDeviceExtensionProperties");
+    for (const char* name : requirements().required_if_offered)
+        for (const VkExtensionProperties& e : offered)
+            if (std::strcmp(e.extensionName, name) == 0 && !enabled(h, name))
+                refuse("extensions", std::string("without ") + name, "with it, because this device offers it");
+}
+
+// Throws where a function that set-up or recording calls is missing.
+void check_calls(const VolkDeviceTable& vk) {
+#define NAMED(f)                                                                                                       \
+    std::pair { #f, reinterpret_cast < PFN_vkVoidFunction>(vk.f) }
+    for (const auto& [name, found] : {NAMED(vkAllocateDescriptorSets),
+                                      NAMED(vkCmdBindDescriptorSets),
+                                      NAMED(vkCmdBindPipeline),
+                                      NAMED(vkCmdDispatch),
+                                      NAMED(vkCmdPipelineBarrier),
+                                      NAMED(vkCmdPushConstants),
+                                      NAMED(vkCmdUpdateBuffer),
+                                      NAMED(vkCmdWriteTimestamp),
+                                      NAMED(vkCreateBufferView),
+                                      NAMED(vkCreateComputePipelines),
+                                      NAMED(vkCreateDescriptorPool),
+                                      NAMED(vkCreateDescriptorSetLayout),
+                                      NAMED(vkCreatePipelineLayout),
+                                      NAMED(vkCreateShaderModule),
+                                      NAMED(vkDestroyBufferView),
+                                      NAMED(vkDestroyDescriptorPool),
+                                      NAMED(vkDestroyDescriptorSetLayout),
+                                      NAMED(vkDestroyPipeline),
+                                      NAMED(vkDestroyPipelineLayout),
+                                      NAMED(vkDestroyShaderModule),
+                                      NAMED(vkGetBufferMemoryRequirements),
+                                      NAMED(vkUpdateDescriptorSets)})
+        if (!found) lacks("get_instance_proc_addr", std::string("get_instance_proc_addr finds no ") + name);
+#undef NAMED
+}
+
+} // namespace
+
+DeviceTable checked(const Handles& h) {
+    check_given(h);
+    VkPhysicalDeviceProperties properties{};
+    function<PFN_vkGetPhysicalDeviceProperties>(h, "vkGetPhysicalDeviceProperties")(h.physical, &properties);
+    check_version(h, properties);
+    if (const std::string limit = why_not(properties.limits); !limit.empty())
+        lacks("physical", std::string(properties.deviceName) + ": " + limit);
+    check_extensions(h);
+    DeviceTable table;
+    table.device = h.device;
+    table.limits = properties.limits;
+    table.allocator = h.allocator;
+    table.cache = h.cache;
+    std::vector<std::string> extensions = h.extensions;
+    if (std::min(h.api_version, properties.apiVersion) >= VK_API_VERSION_1_2) // which includes the extension
+        extensions.push_back(VK_KHR_SHADER_FLOAT_CONTROLS_EXTENSION_NAME);
+    table.rounds = rounds_to_even(function<PFN_vkGetPhysicalDeviceProperties2>(h, "vkGetPhysicalDeviceProperties2"),
+                                  h.physical, extensions);
+    table.texels = reads_texels(properties);
+    function<PFN_vkGetDeviceProcAddr>(h, "vkGetDeviceProcAddr");
+    load_calls(h.get_instance_proc_addr, h.instance, table);
+    check_calls(table.calls);
+    return table;
+}
+
+Labels labels_of(const Handles& h) {
+    if (!enabled(h, VK_EXT_DEBUG_UTILS_EXTENSION_NAME)) return {};
+    return {function<PFN_vkCmdBeginDebugUtilsLabelEXT>(h, "vkCmdBeginDebugUtilsLabelEXT"),
+            function<PFN_vkCmdEndDebugUtilsLabelEXT>(h, "vkCmdEndDebugUtilsLabelEXT")};
+}
+
+} // namespace dermis::vulkan

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: MIT
+// A streamed skin on the library's own device: a SkinProgram, with memory and submissions as an embedding host has
+// them.
+#pragma once
+
+#include "dermis/vulkan.hpp"
+#include "host/core/model/stream.hpp"
+#include "host/core/vulkan/recording.hpp"
+
+namespace dermis::vulkan {
+
+class SkinRunner : public plan::Stream {
+  public:
+    SkinRunner(std::shared_ptr<Context>, const plan::StreamedSkin&);
+    // All functions throw Error::device if the device is lost.
+    bool take(const plan::PadList&, const float* pressures) override;
+    const double* press(const plan::PadList&, const plan::StepLengths&) override;
+    const float* response(Quantity) const override;
+    void reset(const plan::PadList&) override;
+    void save(const plan::PadList&, void* states) override;
+    void load(const plan::PadList&, const void* states) override;
+    void set_elements(const plan::PadList&, const std::vector<plan::Element>&) override;
+    bool exact() override;
+
+  private:
+    Buffer buffer(const Memory&, Buffer::Location);
+    void fill(Buffer&, const Memory&);
+    // Calls f(number of a state on the device, number of a saved one) for each run of neighbouring numbers, whose
+    // length is the third argument.
+    template <class F> void each_run(F f) const;
+    // Calls f(first byte, bytes) for each run of neighbouring pads of a list among the parts of a buffer, one for each.
+    template <class F> void each_part(const plan::PadList&, VkDeviceSize bytes, F f) const;
+    bool passes_check();
+    void sort(const plan::PadList&, const plan::StepLengths&);
+    void read_responses(const plan::PadList&);
+
+    const size_t pads_, width_, pitch_;
+    const int height_;
+    const plan::StateLayout layout_;
+    std::vector<uint32_t> variant_; // of its kernel: the specialization, and whether sites respond
+    const bool sites_, strain_;     // only sites respond; the state holds the cell's strain before all other planes
+    std::shared_ptr<Context> context_;
+    Recording recording_;
+    SkinProgram program_;
+    Buffer constants_, state_[2], pressure_[2], response_, invalid_, upload_, download_;
+    std::array<std::vector<float>, RESPONSE_MAPS> dense_; // fields of width*height, where the pitch is greater
+    Binding bindings_[2];
+    int from_ = 0; // the index of the state and the pressure that the next press starts from
+    plan::StepTables tables_;
+    struct Pad {
+        bool rests = true;         // nothing has ever pressed it
+        bool stays_at_rest = true; // nor does the pressure that was taken last
+    };
+    std::vector<Pad> pad_;
+    std::vector<std::pair<int, double>> listed_; // pads to press and their steps, ascending
+    std::vector<int> numbers_;
+    std::vector<double> steps_;
+};
+
+} // namespace dermis::vulkan

@@ -1,0 +1,395 @@
+// SPDX-License-Identifier: MIT
+// dermis::vulkan::SkinProgram: presses recorded into a host's command buffer, and the check of its device.
+#include "host/core/embedding/skin_program.hpp"
+
+#include "host/core/base/float_environment.hpp"
+#include "host/core/base/memory.hpp"
+#include "host/core/base/refusal.hpp"
+#include "host/core/embedding/check.hpp"
+#include "host/core/embedding/handles.hpp"
+#include "host/core/vulkan/recorder.hpp"
+
+#include <cmath>
+#include <cstring>
+
+namespace dermis::vulkan {
+namespace {
+
+using scene::refuse;
+
+constexpr int presses = SampleStream::presses;
+
+// The offsets in the buffer range of a check: constants, two states, three pressures, a response for each press, and
+// the count of pressures that were not finite.
+struct CheckLayout {
+    VkDeviceSize constants = 0, state[2], pressure[presses + 1], response[presses], invalid = 0, end = 0;
+
+    explicit CheckLayout(const MemoryNeeds& n) {
+        constants = append(n.constants);
+        for (VkDeviceSize& at : state) at = append(n.state);
+        for (VkDeviceSize& at : pressure) at = append(n.pressure);
+        for (VkDeviceSize& at : response) at = append(n.response);
+        invalid = append(n.invalid);
+    }
+
+  private:
+    VkDeviceSize append(const Memory& m) {
+        const VkDeviceSize at = end;
+        end = (at + m.bytes + 255) / 256 * 256; // the greatest minStorageBufferOffsetAlignment that Vulkan allows
+        return at;
+    }
+};
+
+// Presses a sample skin with the program's own pipelines; two cells of the last pressure are not finite.
+class DeviceCheck {
+  public:
+    DeviceCheck(Pipelines& pipelines, const plan::StreamedSkin& like)
+        : sample_(like), recorder_(pipelines, plan::StreamedSkin(sample_.skin()), presses), layout_(recorder_.needs()) {
+    }
+
+    bool bound() const { return bound_; }
+
+    // The needs of the range, with its initial bytes.
+    Memory memory() const {
+        Memory m = recorder_.needs().constants;
+        m.initial.resize(layout_.end, 0);
+        m.bytes = layout_.end;
+        for (int i = 0; i <= presses; ++i) {
+            std::vector<float> map = sample_.pressure(i);
+            const auto [first, second] = sample_.read_cells();
+            if (i == presses) map[first] = NAN, map[second] = -INFINITY;
+            std::memcpy(m.initial.data() + layout_.pressure[i], map.data(), map.size() * sizeof(float));
+        }
+        return m;
+    }
+
+    void bind(const VkDescriptorBufferInfo& range) {
+        const MemoryNeeds& n = recorder_.needs();
+        const auto range_at = [&](VkDeviceSize at, const Memory& m) {
+            return VkDescriptorBufferInfo{range.buffer, range.offset + at, m.bytes};
+        };
+        const CheckLayout& l = layout_;
+        for (int i = 0; i < presses; ++i)
+            recorder_.bind(size_t(i), {.constants = range_at(l.constants, n.constants),
+                                       .state_from = range_at(l.state[i % 2], n.state),
+                                       .state_to = range_at(l.state[1 - i % 2], n.state),
+                                       .pressure_from = range_at(l.pressure[i], n.pressure),
+                                       .pressure_to = range_at(l.pressure[i + 1], n.pressure),
+                                       .response = range_at(l.response[i], n.response),
+                                       .invalid = range_at(l.invalid, n.invalid)});
+        bound_ = true;
+    }
+
+    void record(VkCommandBuffer commands, const VolkDeviceTable& vk) const noexcept {
+        PressTable table;
+        const size_t pads = size_t(sample_.skin().pads);
+        const double steps[] = {SampleStream::dt, SampleStream::dt};
+        for (int i = 0; i < presses; ++i) {
+            // The second press of a batch is by a step for each pad: that is another kernel.
+            const Recorder::Press press{{.count = pads}, {.dt = steps, .each = pads > 1 && i > 0}};
+            (void)recorder_.fill(table, press); // true: a sample's coefficients fit float
+            recorder_.record(commands, size_t(i), press, table);
+            const VkMemoryBarrier memory{VK_STRUCTURE_TYPE_MEMORY_BARRIER, nullptr, VK_ACCESS_SHADER_WRITE_BIT,
+                                         VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT};
+            if (i + 1 < presses)
+                vk.vkCmdPipelineBarrier(commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
+                                        VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, 0, 1, &memory, 0, nullptr, 0, nullptr);
+        }
+    }
+
+    bool passed(const unsigned char* bytes) const {
+        std::vector<std::vector<float>> pressures;
+        for (int i = 0; i <= presses; ++i) pressures.push_back(sample_.pressure(i));
+        for (size_t at : sample_.read_cells()) pressures.back()[at] = 0;
+        const std::vector<std::vector<float>> expected = sample_.expected(pressures);
+        std::vector<float> response(sample_.layout().all);
+        bool same = true;
+        for (size_t i = 0; i < presses; ++i) {
+            std::memcpy(response.data(), bytes + layout_.response[i], response.size() * sizeof(float));
+            same &= sample_.same(response.data(), expected[i].data());
+        }
+        uint32_t invalid = 0;
+        std::memcpy(&invalid, bytes + layout_.invalid, sizeof invalid);
+        return same && invalid == sample_.read_cells().size();
+    }
+
+  private:
+    const SampleStream sample_;
+    Recorder recorder_;
+    const CheckLayout layout_;
+    bool bound_ = false;
+};
+
+} // namespace
+
+struct SkinProgram::Impl {
+    Impl(const Handles& h, plan::StreamedSkin&& skin, uint32_t most)
+        : own_device(checked(h)), own_pipelines(std::in_place, *own_device), pipelines(*own_pipelines),
+          recorder(pipelines, std::move(skin), most), max_bindings(most), needs(recorder.needs()),
+          labels(labels_of(h)) {
+        make_check();
+    }
+    // Uses the pipelines of a context, whose check is made where it is needed.
+    Impl(Pipelines& shared, const Handles& h, plan::StreamedSkin&& skin, uint32_t most)
+        : pipelines(shared), recorder(pipelines, std::move(skin), most), max_bindings(most), needs(recorder.needs()),
+          labels(labels_of(h)) {}
+
+    void make_check() {
+        check.emplace(pipelines, recorder.skin());
+        needs.check = check->memory();
+    }
+
+    bool batch() const { return recorder.skin().pads > 1; }
+    bool ascend(const Pads&) const noexcept;
+    // own: see PressKernel; it throws nothing where that is null.
+    Recorded record(VkCommandBuffer, Binding, const Recorder::Press&, const Timestamps&,
+                    Recording* own = nullptr) const;
+    void check_range(const char* name, const VkDescriptorBufferInfo&, const Memory&) const;
+    void check_apart(const Buffers&) const;
+    std::string words_of_needs() const {
+        return "a program of " + std::to_string(recorder.skin().pads) + " pads and up to " +
+               std::to_string(max_bindings) + " bindings, whose constants have " +
+               scene::bytes_text(double(needs.constants.bytes));
+    }
+
+    std::optional<DeviceTable> own_device;
+    std::optional<Pipelines> own_pipelines;
+    Pipelines& pipelines;
+    const DeviceTable& device = pipelines.device();
+    std::optional<DeviceCheck> check;
+    Recorder recorder;
+    uint32_t max_bindings, bindings = 0;
+    MemoryNeeds needs;
+    Labels labels;
+};
+
+// Makes a program of a skin that the library has prepared.
+struct Internal {
+    static SkinProgram make(const Handles& handles, plan::StreamedSkin&& skin, uint32_t max_bindings) {
+        const DefaultFloats guard;
+        SkinProgram program;
+        program.impl_ = std::make_unique<SkinProgram::Impl>(handles, std::move(skin), max_bindings);
+        return program;
+    }
+    static SkinProgram make(Pipelines& shared, const Handles& handles, plan::StreamedSkin&& skin,
+                            uint32_t max_bindings) {
+        const DefaultFloats guard;
+        SkinProgram program;
+        program.impl_ = std::make_unique<SkinProgram::Impl>(shared, handles, std::move(skin), max_bindings);
+        return program;
+    }
+    static SkinProgram::Impl& impl_of(const SkinProgram& program) { return *program.impl_; }
+    static Recorded record_press(const SkinProgram& program, Recording& own, Binding binding,
+                                 const Recorder::Press& press) {
+        return impl_of(program).record(own.commands(), binding, press, {}, &own);
+    }
+};
+
+SkinProgram program_of(Context& context, const plan::StreamedSkin& skin, uint32_t max_bindings) {
+    return Internal::make(context.pipelines(), context.handles(), plan::StreamedSkin(skin), max_bindings);
+}
+
+void make_check(SkinProgram& program) { Internal::impl_of(program).make_check(); }
+
+Recorded record_press(const SkinProgram& program, Recording& own, Binding binding, const plan::PadList& pads,
+                      const plan::StepLengths& dt) {
+    return Internal::record_press(program, own, binding, {pads, dt});
+}
+
+void set_elements(SkinProgram& program, const plan::PadList& pads, const std::vector<plan::Element>& elements) {
+    Internal::impl_of(program).recorder.set_elements(pads, elements);
+}
+
+namespace {
+
+plan::StreamedSkin streamed(const SkinDescription& d, uint32_t max_bindings, const SkinOptions& options) {
+    const DefaultFloats guard;
+    scene::need(max_bindings >= 1 && max_bindings <= 65536, "max_bindings", max_bindings, "1..65536");
+    return plan::streamed_skin(d, options);
+}
+
+} // namespace
+
+SkinProgram::SkinProgram() = default;
+SkinProgram::SkinProgram(const Handles& handles, const SkinDescription& description, uint32_t max_bindings,
+                         const SkinOptions& options) try
+    : SkinProgram(Internal::make(handles, streamed(description, max_bindings, options), max_bindings)) {
+} catch (const std::bad_alloc&) {
+    scene::out_of_memory([&] { return scene::needs_of(description, options); });
+}
+SkinProgram::~SkinProgram() = default;
+SkinProgram::SkinProgram(SkinProgram&&) noexcept = default;
+SkinProgram& SkinProgram::operator=(SkinProgram&&) noexcept = default;
+
+const MemoryNeeds& SkinProgram::memory() const noexcept { return impl_->needs; }
+
+int SkinProgram::pitch() const noexcept { return impl_->recorder.skin().skin.pitch; }
+
+SkinProgram::Range SkinProgram::range(Quantity q) const noexcept {
+    if (!scene::is_receptor_class(q)) return {};
+    const plan::ResponseLayout::Range& r = impl_->recorder.layout().of[size_t(q)];
+    return {r.first, r.count};
+}
+
+Access SkinProgram::first_access() const noexcept {
+    Access a{VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT};
+    if (impl_->recorder.writes_constants()) { // a batch always does, and copies besides
+        a.stages |= VK_PIPELINE_STAGE_TRANSFER_BIT;
+        a.access |= VK_ACCESS_TRANSFER_WRITE_BIT;
+        if (impl_->batch()) a.access |= VK_ACCESS_TRANSFER_READ_BIT;
+    }
+    return a;
+}
+
+Access SkinProgram::last_access() const noexcept {
+    Access a{VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_WRITE_BIT};
+    if (impl_->batch()) {
+        a.stages |= VK_PIPELINE_STAGE_TRANSFER_BIT;
+        a.access |= VK_ACCESS_TRANSFER_WRITE_BIT;
+    }
+    return a;
+}
+
+void SkinProgram::Impl::check_range(const char* name, const VkDescriptorBufferInfo& b, const Memory& m) const {
+    const std::string parameter = name;
+    if (!b.buffer) refuse(parameter + ".buffer", "null", "a buffer of at least " + std::to_string(m.bytes) + " bytes");
+    if (b.offset % m.alignment != 0)
+        refuse(parameter + ".offset", std::to_string(b.offset),
+               "a multiple of minStorageBufferOffsetAlignment = " + std::to_string(m.alignment));
+    if (b.range < m.bytes) // VK_WHOLE_SIZE is the greatest number
+        refuse(parameter + ".range", std::to_string(b.range), "at least " + std::to_string(m.bytes) + " bytes");
+    VkMemoryRequirements there{};
+    device.calls.vkGetBufferMemoryRequirements(device.device, b.buffer, &there);
+    const VkDeviceSize range = b.range == VK_WHOLE_SIZE ? m.bytes : b.range;
+    if (b.offset > there.size || range > there.size - b.offset)
+        refuse(parameter, std::to_string(b.offset) + " + " + std::to_string(range) + " bytes",
+               "within the buffer, which has at most " + std::to_string(there.size));
+}
+
+// Throws where a range that a press writes overlaps another one.
+void SkinProgram::Impl::check_apart(const Buffers& b) const {
+    struct Named {
+        const char* name;
+        const VkDescriptorBufferInfo& info;
+        const Memory& needs;
+        bool written;
+    };
+    const Named all[] = {{"constants", b.constants, needs.constants, recorder.writes_constants()},
+                         {"state_from", b.state_from, needs.state, false},
+                         {"state_to", b.state_to, needs.state, true},
+                         {"pressure_from", b.pressure_from, needs.pressure, false},
+                         {"pressure_to", b.pressure_to, needs.pressure, false},
+                         {"response", b.response, needs.response, true},
+                         {"invalid", b.invalid, needs.invalid, true}};
+    for (const Named& one : all) check_range(one.name, one.info, one.needs);
+    for (const Named& one : all)
+        for (const Named& other : all)
+            if (&one != &other && one.written && one.info.buffer == other.info.buffer &&
+                one.info.offset < other.info.offset + other.needs.bytes &&
+                other.info.offset < one.info.offset + one.needs.bytes)
+                refuse(one.name, "in the same memory as " + std::string(other.name),
+                       "memory of its own, because a press writes it");
+}
+
+Binding SkinProgram::bind(const Buffers& b) try {
+    Impl& impl = *impl_;
+    impl.check_apart(b);
+    if (impl.bindings == impl.max_bindings)
+        refuse("max_bindings", std::to_string(impl.max_bindings), "as many as are bound, and this is one more");
+    Binding binding;
+    binding.program = impl_.get();
+    binding.set = impl.bindings;
+    impl.recorder.bind(binding.set, b);
+    ++impl.bindings;
+    return binding;
+} catch (const std::bad_alloc&) {
+    scene::out_of_memory([&] { return impl_->words_of_needs(); });
+}
+
+bool SkinProgram::Impl::ascend(const Pads& pads) const noexcept {
+    for (size_t i = 0; !pads.all && i < pads.count; ++i) {
+        const int least = i == 0 ? 0 : pads.numbers[i - 1] + 1;
+        if (pads.numbers[i] < least || pads.numbers[i] >= recorder.skin().pads) return false;
+    }
+    return true;
+}
+
+Recorded SkinProgram::Impl::record(VkCommandBuffer commands, Binding binding, const Recorder::Press& press,
+                                   const Timestamps& stamps, Recording* own) const {
+    for (size_t i = 0; i < (press.dt.each ? press.pads.count : 1); ++i)
+        if (!scene::finite(press.dt[i]) || press.dt[i] < 0) return {"dt is not a finite number >= 0"};
+    PressTable table;
+    if (!recorder.fill(table, press)) return {"dt: a coefficient of the step is beyond 3.4e38"};
+    const VolkDeviceTable& vk = device.calls;
+    VkDebugUtilsLabelEXT label{VK_STRUCTURE_TYPE_DEBUG_UTILS_LABEL_EXT};
+    label.pLabelName = "dermis press";
+    if (labels.begin) labels.begin(commands, &label);
+    if (stamps.pool) vk.vkCmdWriteTimestamp(commands, VK_PIPELINE_STAGE_TOP_OF_PIPE_BIT, stamps.pool, stamps.first);
+    recorder.record(commands, binding.set, press, table, own);
+    if (stamps.pool)
+        vk.vkCmdWriteTimestamp(commands, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, stamps.pool, stamps.first + 1);
+    if (labels.begin) labels.end(commands);
+    return {};
+}
+
+Recorded SkinProgram::record_press(VkCommandBuffer commands, Binding binding, double dt,
+                                   const Timestamps& stamps) const noexcept {
+    if (binding.program != impl_.get()) return {"the binding is not this program's"};
+    return impl_->record(commands, binding, {{.count = size_t(impl_->recorder.skin().pads)}, {&dt}}, stamps);
+}
+
+Recorded SkinProgram::record_press(VkCommandBuffer commands, Binding binding, const Pads& pads, const double* dt,
+                                   size_t steps, const Timestamps& stamps) const noexcept {
+    const Impl& impl = *impl_;
+    const size_t count = pads.all ? size_t(impl.recorder.skin().pads) : pads.count;
+    if (binding.program != &impl) return {"the binding is not this program's"};
+    if (!impl.batch()) return {"pads: the program is of a single skin"};
+    if (!impl.ascend(pads)) return {"pads: the numbers do not ascend from 0 on below the count of pads"};
+    if (steps != 1 && steps != count) return {"steps: neither one nor as many as pads"};
+    return impl.record(commands, binding,
+                       {{.ids = pads.all ? nullptr : pads.numbers, .count = count}, {.dt = dt, .each = steps != 1}},
+                       stamps);
+}
+
+void SkinProgram::set_material(const Material& material, const Pads& pads) try {
+    const DefaultFloats guard;
+    Impl& impl = *impl_;
+    const plan::StreamedSkin& skin = impl.recorder.skin();
+    if (!impl.ascend(pads)) refuse("pads", "(numbers)", "ascending numbers of pads");
+    const plan::PadList list{.ids = pads.all ? nullptr : pads.numbers,
+                             .count = pads.all ? size_t(skin.pads) : pads.count};
+    plan::need_new_material(skin.skin.uniform(), !skin.elements_of_pad.empty(), list.count, size_t(skin.pads));
+    const std::vector<plan::Element> elements =
+        plan::elements_of_pad(skin.skin.description, material, skin.skin.chain, skin.wanted, "material");
+    impl.recorder.set_elements(list, elements);
+} catch (const std::bad_alloc&) {
+    scene::out_of_memory([&] { return impl_->words_of_needs(); });
+}
+
+void SkinProgram::bind_check(const VkDescriptorBufferInfo& range) try {
+    Impl& impl = *impl_;
+    impl.check_range("check", range, impl.needs.check);
+    if (impl.check->bound()) refuse("check", "bound already", "one binding");
+    impl.check->bind(range);
+} catch (const std::bad_alloc&) {
+    scene::out_of_memory([&] { return impl_->words_of_needs(); });
+}
+
+bool SkinProgram::record_check(VkCommandBuffer commands) const noexcept {
+    const Impl& impl = *impl_;
+    if (!impl.check->bound()) return false;
+    impl.check->record(commands, impl.device.calls);
+    return true;
+}
+
+bool SkinProgram::check_passed(const void* bytes, size_t size) const try {
+    const DefaultFloats guard;
+    if (!bytes || size < impl_->needs.check.bytes)
+        refuse("check", bytes ? std::to_string(size) + " bytes" : "(null)",
+               "memory().check.bytes = " + std::to_string(impl_->needs.check.bytes));
+    return impl_->check->passed(static_cast<const unsigned char*>(bytes));
+} catch (const std::bad_alloc&) {
+    scene::out_of_memory([&] { return impl_->words_of_needs(); });
+}
+
+} // namespace dermis::vulkan

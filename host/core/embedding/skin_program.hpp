@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "dermis/vulkan.hpp"
+#include "host/core/model/streamed_skin.hpp"
+#include "host/core/vulkan/recording.hpp"
+
+namespace dermis::vulkan {
+
+// Makes a SkinProgram of a skin that is prepared already, with the pipelines of a context and without its check.
+SkinProgram program_of(Context&, const plan::StreamedSkin&, uint32_t max_bindings);
+// Makes the check; memory().check is then what it needs.
+void make_check(SkinProgram&);
+// Records a press into the library's own command buffer, which is submitted as often as its work asks for.
+Recorded record_press(const SkinProgram&, Recording&, Binding, const plan::PadList&, const plan::StepLengths&);
+// Gives pads of a program other elements, which have been checked.
+void set_elements(SkinProgram&, const plan::PadList&, const std::vector<plan::Element>&);
+
+} // namespace dermis::vulkan

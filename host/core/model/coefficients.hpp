@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT
+// The coefficients of one step. All transcendental work of the model is here, in double, once per material and step
+// length.
+#pragma once
+
+#include "host/core/description/element.hpp"
+#include "host/lab/planner/extended.hpp"
+
+#include <optional>
+#include <vector>
+
+namespace dermis::plan {
+
+// p0 = e^-z, p1 = (1 - e^-z)/z, p2 = (e^-z - 1 + z)/z^2, p3 = (1 - z + z^2/2 - e^-z)/z^3; at z = 0 they are 1/k!.
+// z >= 0, infinity included. T is double or long double.
+template <class T> struct Phi { T p0, p1, p2, p3; };
+template <class T> Phi<T> phi(T z);
+
+using scene::Element;
+
+// The rule by which SA2 and FA2 follow from a strain, the same for every material.
+struct ResponseRule {
+    double sa2_adaptation; // s; infinity: plain integral
+    bool step_mean;        // FA2 is the mean over the step; otherwise its density at the step's end
+};
+
+// The exact method, for a pressure that jumps at the step's start and then runs linearly; dt >= 0 s.
+f64::Coefficients exact_coefficients(const Element&, const ResponseRule&, double dt);
+// The same in K, which is f64 or for references extended.
+template <class K>
+typename K::Coefficients exact_coefficients_in(const Element&, const ResponseRule&, typename K::real dt);
+// A baseline method, for a pressure held over the step: R(z) in place of e^-z; dt > 0, viscosity > 0.
+f64::Coefficients baseline_coefficients(Method, const Element&, const ResponseRule&, double dt);
+// The stability function R of a method, S = (1 - R)/z and T = (1 - S)/z, at z = dt/tau.
+struct Relaxation {
+    double R, S, T;
+};
+Relaxation relaxation(Method, double z);
+// Forward Euler with the published study's outputs: FA1 is the rate at the step's start, SA2 a running sum of the
+// strain after the step, and FA2 a multiple of Constants::jump, which the timeline computes.
+f64::Coefficients published_coefficients(const Element&, double dt);
+
+// Adds up what the load adds to the motion of n elements in series: the first one's coefficients then contain all of
+// it. spring: the last of them is one, whose own are then those of a spring (kernels/layout.h) in a step of dt seconds.
+template <class K> void join_loads(typename K::Coefficients* elements, size_t n, bool spring, typename K::real dt);
+
+// Rounds coefficients to the precision of a backend, K = f32 or f64.
+template <class K> typename K::Coefficients rounded(const f64::Coefficients& k) {
+    typename K::Coefficients r;
+#define ROUND(name) r.name = static_cast<typename K::real>(k.name);
+    COEFFICIENTS(ROUND)
+#undef ROUND
+    return r;
+}
+
+// Returns a - b.
+f64::Coefficients difference(const f64::Coefficients& a, const extended::Coefficients& b);
+
+// Rounds coefficients to float. Returns false if one of them is beyond it.
+bool round_to_float(const f64::Coefficients&, f32::Coefficients&);
+
+} // namespace dermis::plan

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: MIT
+#include "host/core/model/felt.hpp"
+
+#include "host/core/simd/isa.hpp"
+
+namespace dermis::plan {
+
+SitePlace::SitePlace(const PreparedSkin& skin, const SiteCells& cells, Cell cell)
+    : stencil(stencil_cells_of(skin, cells, cell)), x(f32::axis(cell.x, skin.width(), skin.stencil, skin.edges)),
+      y(f32::axis(cell.y, skin.height(), skin.stencil, skin.edges)),
+      rest_curvature(float(rest_curvature_at(skin, cell))) {}
+
+float SitePlace::curvature(const float* strain, int kind, float bend) const {
+    const float eps = strain[stencil.here];
+    const auto along = [&](const size_t(&at)[4], const f32::Axis& axis) {
+        return f32::difference(strain[at[0]], strain[at[1]], eps, strain[at[2]], strain[at[3]], axis, kind);
+    };
+    return f32::curvature_of(rest_curvature, f32::add(along(stencil.x, x), along(stencil.y, y)), bend);
+}
+
+Felt::Felt(const StreamedSkin& s)
+    : width_(s.skin.width()), height_(s.skin.height()), stencil_(s.skin.stencil), edges_(s.skin.edges),
+      cells_(s.skin.cells()), chain_(s.skin.chain), compensated_(s.variant().compensated), layout_(state_layout_of(s)),
+      bend_(float(s.skin.constants.bend)), thickness_(float(s.skin.constants.thickness)) {
+    const PreparedSkin& skin = s.skin;
+    if (!skin.description.sites.empty()) {
+        const SiteCells cells(skin, {skin.whole()}, cells_of(skin.description.sites));
+        read_ = cells.cells;
+        for (const Site& site : skin.description.sites) sites_.emplace_back(skin, cells, site.cell);
+    }
+    for (size_t i = 0; chain_.spring && !skin.uniform() && i < layout_.cells; ++i)
+        springs_.push_back(skin.materials[skin.material_at(read_.empty() ? i : read_[i]) + chain_.elements()].modulus);
+}
+
+std::vector<float> Felt::strain(const float* state, const std::vector<Element>& elements) const {
+    const size_t n = chain_.elements(), planes = compensated_ ? 2 : 1; // of each element
+    const float* pressure = state + layout_.cells * layout_.planes;
+    std::vector<float> strain(layout_.cells);
+    for (size_t i = 0; i < strain.size(); ++i) {
+        strain[i] = state[i];
+        for (size_t e = 1; e < n; ++e) strain[i] = f32::in_series(strain[i], state[e * planes * layout_.cells + i]);
+        if (!chain_.spring) continue;
+        const float modulus = float(springs_.empty() ? elements.back().modulus : springs_[i]);
+        strain[i] = f32::in_series(strain[i], f32::flush(pressure[read_.empty() ? i : read_[i]] / modulus));
+    }
+    return strain;
+}
+
+void Felt::read(Quantity q, const std::vector<float>& strain, const float* rest_curvature, float* out) const {
+    if (q == Quantity::curvature && sites_.empty()) {
+        for (int y = 0; y < height_; ++y, out += width_, rest_curvature += width_) {
+            const auto rows = simd::neighbours<float>(y, width_, height_, stencil_, edges_, [&](int row) {
+                return strain.data() + size_t(row) * size_t(width_);
+            });
+            simd::best().in_f32.laplacian(rows, 0, width_, out);
+            for (int x = 0; x < width_; ++x) out[x] = f32::flush(f32::curvature_of(rest_curvature[x], out[x], bend_));
+        }
+        return;
+    }
+    std::vector<float> held = strain;
+    held.push_back(0); // the cell at rest
+    for (size_t i = 0; i < count(); ++i) {
+        const float eps = held[sites_.empty() ? i : sites_[i].stencil.here];
+        if (q == Quantity::strain) out[i] = eps;
+        else if (q == Quantity::indentation) out[i] = f32::flush(thickness_ * eps);
+        else out[i] = f32::flush(sites_[i].curvature(held.data(), stencil_, bend_));
+    }
+}
+
+} // namespace dermis::plan

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT
+// Reads from a saved state of a pad what it tells of its skin: strain, indentation and curvature, in float, with the
+// bits of a march's fields. Of a spring, whose strain no state holds, that under the pressure of the last press.
+#pragma once
+
+#include "host/core/model/laplacian.hpp"
+#include "host/core/model/site_cells.hpp"
+#include "host/core/model/streamed_skin.hpp"
+
+namespace dermis::plan {
+
+// The place of a receptor among the cells that sites read.
+struct SitePlace {
+    SitePlace(const PreparedSkin&, const SiteCells&, Cell);
+    // strain: of the cells that sites read, and one more, at rest.
+    float curvature(const float* strain, int stencil, float bend) const;
+
+    StencilCells stencil;
+    f32::Axis x, y;
+    float rest_curvature;
+};
+
+class Felt {
+  public:
+    explicit Felt(const StreamedSkin&);
+
+    // The numbers that a pad gives: its cells, or its sites in the order given.
+    size_t count() const { return sites_.empty() ? cells_ : sites_.size(); }
+    // The strain of each cell that a state holds. elements: those of the pad in series, where all cells have the same.
+    std::vector<float> strain(const float* state, const std::vector<Element>& elements) const;
+    // Writes strain, indentation or curvature. rest_curvature: width*height of fields.
+    void read(Quantity, const std::vector<float>& strain, const float* rest_curvature, float* out) const;
+
+  private:
+    const int width_, height_, stencil_, edges_;
+    const size_t cells_;
+    const Chain chain_;
+    const bool compensated_;
+    const StateLayout layout_;
+    const float bend_, thickness_;
+    std::vector<size_t> read_;     // cells that sites read; empty: all
+    std::vector<SitePlace> sites_; // in the order given
+    std::vector<double> springs_;  // in series in the cells that a state holds, where they differ
+};
+
+} // namespace dermis::plan

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: MIT
+// The Laplacian of maps in double, the curvature of the skin at rest, and the estimated error of a stencil.
+#pragma once
+
+#include "host/core/base/pool.hpp"
+#include "host/core/base/text.hpp"
+#include "host/core/model/skin.hpp"
+
+#include <limits>
+
+namespace dermis::plan {
+
+// The Laplacian of a map of width*height, in its unit per m^2, or per cell^2 without spacing. stencil, edges: as in
+// kernels/layout.h.
+std::vector<double> laplacian(const std::vector<double>& map, const Grid&, int stencil, int edges);
+double laplacian_at(const std::vector<double>& map, Cell, const Grid&, int stencil, int edges);
+// The same of columns first .. last - 1 of row y.
+void laplacian_row(const std::vector<double>& map, int y, int first, int last, const Grid&, int stencil, int edges,
+                   double* L);
+Grid without_spacing(Grid);
+
+// Row y of S.
+void surface_row(const PreparedSkin&, int y, double* S);
+
+// L(S), 1/m. The relief multiplies differences, so that heights far from 0 lose nothing. L: columns first .. last - 1
+// of row y.
+void rest_curvature_row(const PreparedSkin&, int y, int first, int last, double* L);
+double rest_curvature_at(const PreparedSkin&, Cell);
+double greatest_rest_curvature(const PreparedSkin&);
+
+// The error |C5 - C4| of a five-point curvature, for the skin under the strain shape*scale.
+struct StencilEstimate {
+    double greatest = 0;  // greatest |C5 - C4|, 1/m
+    double curvature = 0; // greatest |C| by the skin's own stencil, at rest or under the strain, 1/m
+    long long kinks = 0;  // cells where |C5 - C4| exceeds |C|/2, which no refinement mends
+};
+StencilEstimate stencil_estimate(const PreparedSkin&, const std::vector<double>& shape, double scale);
+
+// A map in the precision of a backend, with rows padded to the pitch by zeros. row(y) points to row y in double. Throws
+// Error::bad_input naming `parameter` if a value is too large.
+template <class real, class RowOf>
+std::vector<real> padded_rows(const PreparedSkin& skin, const char* parameter, RowOf row) {
+    using Limits = std::numeric_limits<real>;
+    const int width = skin.width(), height = skin.height();
+    std::vector<real> out = simd::map_of(skin.padded_cells(), real(0));
+    for (int y = 0; y < height; ++y) {
+        const double* values = row(y);
+        for (int x = 0; x < width; ++x) {
+            const double v = values[x];
+            if (!(v <= double(Limits::max()) && v >= double(Limits::lowest())))
+                throw Error(Error::Code::bad_input, parameter,
+                            std::string(parameter) + " = " + shortest(v) + " in cell [" + std::to_string(x) + ", " +
+                                std::to_string(y) + "]; allowed: up to " + shortest(double(Limits::max())) +
+                                " (f32: 3.4e38, f64: 1.8e308)");
+            out[size_t(y) * size_t(skin.pitch) + size_t(x)] = real(v);
+        }
+    }
+    return out;
+}
+
+template <class real>
+std::vector<real> padded(const std::vector<double>& map, const PreparedSkin& skin, const char* parameter) {
+    return padded_rows<real>(skin, parameter, [&](int y) { return map.data() + size_t(y) * size_t(skin.width()); });
+}
+
+// S of every cell, pitch*height, m.
+template <class real> std::vector<real> padded_surface(const PreparedSkin& skin) {
+    std::vector<double> S(size_t(skin.width()));
+    return padded_rows<real>(skin, "surface.relief", [&](int y) {
+        surface_row(skin, y, S.data());
+        return S.data();
+    });
+}
+
+// L(S) of every cell, pitch*height, 1/m.
+template <class real> std::vector<real> padded_rest_curvature(const PreparedSkin& skin) {
+    std::vector<double> L(size_t(skin.width()));
+    return padded_rows<real>(skin, "surface.relief", [&](int y) {
+        rest_curvature_row(skin, y, 0, skin.width(), L.data());
+        return L.data();
+    });
+}
+
+} // namespace dermis::plan

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+// The cells that given points of the skin and their stencils read.
+#pragma once
+
+#include "host/lab/schedule/schedule.hpp"
+
+namespace dermis::plan {
+
+// The cells where pressure may ever act. All others stay at rest.
+struct PressedCells {
+    PressedBox box;
+    const double* pressure = nullptr; // width*height: only cells where it is not 0; null: the whole box
+};
+
+std::vector<Cell> cells_of(const std::vector<Site>&); // in the order of the sites
+
+struct SiteCells {
+    SiteCells(const PreparedSkin&, const PressedCells&, const std::vector<Cell>& points);
+    std::vector<Cell> points;
+    std::vector<size_t> cells;      // y*width + x, ascending, unique; never pressed ones are left out
+    std::vector<Element> materials; // those of the cells; coefficients of a step are in this order
+    Chain chain;                    // so many of them, one after another, belong to one cell
+    std::vector<int> material_of;   // index of each cell's first element
+};
+PressedCells pressed_cells(const Schedule&);
+bool ever_pressed(const PressedCells&, size_t cell, int width);
+
+// The cells that the stencil of one point reads, as indices into SiteCells::cells; its size stands for a cell that is
+// never pressed.
+struct StencilCells {
+    size_t here;
+    size_t x[4], y[4]; // far_low, low, high, far_high along each axis
+};
+StencilCells stencil_cells_of(const PreparedSkin&, const SiteCells&, Cell);
+
+} // namespace dermis::plan

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: MIT
+// A skin prepared from its description: the constant numbers, materials and maps that every run, stream and backend
+// reads.
+#pragma once
+
+#include "dermis/dermis.hpp"
+#include "host/core/model/coefficients.hpp"
+#include "host/lab/scenes/scene.hpp"
+
+namespace dermis::plan {
+
+// Flags of the strain and the responses: whether any output needs the quantity.
+using Wanted = std::array<bool, REDUCED_MAPS>;
+
+// The rows and tiles of columns outside which no cell is ever pressed; all values of such cells are +0.
+struct PressedBox {
+    int first_row = 0, last_row = 0, first_tile = 0, last_tile = 0; // the last is exclusive
+    int first_column() const { return first_tile * TILE_CELLS; }
+    int last_column(int width) const { return std::min(last_tile * TILE_CELLS, width); }
+};
+
+// The cells of a skin that have one retardation time. Their elements are multiples of one, each by its resistance
+// (description/element.hpp), so that their strain is that of this element under the pressure over the resistance.
+struct Part {
+    Element element;   // modulus 1, or modulus 0 and viscosity 1
+    Element low, high; // the same with the least and the greatest retardation time, which only rounding sets apart
+    // Whether the maps were rounded in float, so that not only rounding in double sets the strain apart.
+    bool rough() const { return high.viscosity - low.viscosity > 0x1p-48 * high.viscosity; }
+};
+
+// The elements in series that a cell is made of: `length` of them, the last of them a spring where `spring` says so.
+// Its strain follows the pressure at once, so that no state holds it.
+struct Chain {
+    size_t length = 1;
+    bool spring = false;
+    size_t elements() const { return length - size_t(spring); } // whose strains a state holds
+};
+
+struct PreparedSkin {
+    SkinDescription description;    // validated, every default filled in
+    Map heights;                    // width*height: the surface is S = relief*heights
+    double relief = 1;              // m per unit of height
+    int pitch = 0, tiles = 0;       // cells from row to row, tiles per row
+    int stencil = 0, edges = 0;     // numbers of kernels/layout.h
+    f64::Constants constants{};     // the members that do not change from step to step
+    std::vector<Element> materials; // each once, in the order of its first cell: elements in series one after another
+    Chain chain;                    // the same for every material
+    std::vector<int> material_of;   // index of each cell's first element, pitch*height; empty if there is one material
+    std::vector<Part> parts;  // where materials differ: of one retardation time each; none if there are more than 8
+    std::vector<int> part_of; // index into parts of each material
+    ResponseRule rule{};
+
+    int width() const { return constants.width; }
+    int height() const { return constants.height; }
+    size_t cells() const { return size_t(width()) * size_t(height()); }
+    size_t padded_cells() const { return size_t(pitch) * size_t(height()); }
+    bool uniform() const { return material_of.empty(); }
+    // Whether kernels read the coefficients of a table, because the constants hold those of one element.
+    bool tabled() const { return !uniform() || chain.length > 1; }
+    // The index of the first element of the cell y*width + x.
+    size_t material_at(size_t cell) const {
+        const size_t across = size_t(width());
+        return uniform() ? 0 : size_t(material_of[cell / across * size_t(pitch) + cell % across]);
+    }
+    // Whether so many materials differ that each row of cells makes its own coefficients.
+    bool differs_everywhere() const { return materials.size() > std::max<size_t>(4096, cells() / 16); }
+    PressedBox whole() const { return {0, height(), 0, tiles}; }
+    double spacing() const { return description.grid.spacing.value_or(1); }
+};
+
+// Prepares a skin. `description` is validated. threads: as for Device::cpu. The pitch is a multiple of pitch_cells.
+PreparedSkin prepare_skin(const SkinDescription& description, int threads, int pitch_cells = PITCH_CELLS);
+// The same skin of another material's elements.
+PreparedSkin with_material(PreparedSkin, const Material&);
+// Releases the maps once a backend has copied what it needs.
+void drop_maps(PreparedSkin&);
+
+// The specialization of a kernel (see kernels/layout.h).
+struct Variant {
+    int stencil = 0, edges = 0;
+    bool compensated = false, materials = false;
+    bool framed = false; // the pressure runs from frame to frame
+    Chain chain;
+    bool keeps_strain = false;                              // the state holds the sum of strains in series
+    enum class Pads { none, alike, own } pads = Pads::none; // of a batch: whether pads have coefficients of their own
+    Wanted wanted{};
+    bool tabled() const { return materials || chain.length > 1; }
+    // Whether the state holds the rate of a spring, for FA2 between frames.
+    bool carries_rate() const { return chain.spring && framed && wanted[QUANTITY_FA2]; }
+};
+
+} // namespace dermis::plan

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+// The interface of what computes, the CPU path or a Vulkan device, to runs and skins.
+#pragma once
+
+#include "host/core/model/streamed_skin.hpp"
+#include "host/lab/march/stepper.hpp"
+
+namespace dermis::plan {
+
+// The properties of a backend that the planner uses. Costs serve to choose, they are no promise.
+struct Capabilities {
+    std::string name;
+    bool f64 = false;             // marches in double too
+    int threads = 0;              // host threads that share the work; 0: one per core
+    bool double_buffered = false; // holds each state twice and stores every response; otherwise it steps in place
+    double cell_step = 0;         // seconds per cell and step in f32, on all threads
+    double dispatch = 0;          // seconds per dispatch; 0: no dispatches
+};
+
+// Pads alike that are pressed frame by frame, a single skin as one. Nothing is allocated from press to press, but as
+// StepTables says.
+class Stream {
+  public:
+    virtual ~Stream() = default;
+    // Takes the next pressures of these pads, Pa, width*height numbers of each, which stay until the press. Returns
+    // false if a number is not finite; others must then be taken before the next press.
+    virtual bool take(const PadList&, const float* pressures) = 0;
+    // Steps the same pads, whose pressures run linearly from those of the previous press to these. Returns null, or,
+    // where nothing has changed, a step of which a coefficient is beyond float.
+    virtual const double* press(const PadList&, const StepLengths&) = 0;
+    // The responses of the last press of each pad, fields of width*height or sites in the order given, pad by pad; the
+    // same memory after every press.
+    virtual const float* response(Quantity) const = 0;
+    virtual void reset(const PadList&) = 0; // back to skins at rest
+    // Copies the states of pads, one after another and each laid out by StateLayout, to and from memory of the
+    // caller's, at any address.
+    virtual void save(const PadList&, void* states) = 0;
+    virtual void load(const PadList&, const void* states) = 0;
+    // Gives pads other elements in series, as many as before; strains stay.
+    virtual void set_elements(const PadList&, const std::vector<Element>&) = 0;
+    // Returns whether a test of these very kernels gives the CPU path's bits.
+    virtual bool exact() { return true; }
+};
+
+class Backend {
+  public:
+    virtual ~Backend() = default;
+    virtual Capabilities capabilities() const = 0;
+    // Skin and schedule outlive the stepper. Throws Error::bad_input if a value or size is beyond the
+    // backend's limits.
+    virtual std::unique_ptr<Stepper> stepper(const PreparedSkin&, const Schedule&, Precision, Stepper::Sink) = 0;
+    virtual std::unique_ptr<Stream> stream(const StreamedSkin&) = 0;
+};
+
+} // namespace dermis::plan

@@ -1,0 +1,264 @@
+// SPDX-License-Identifier: MIT
+#include "host/core/model/streamed_skin.hpp"
+
+#include "host/core/base/refusal.hpp"
+#include "host/core/model/laplacian.hpp"
+#include "host/core/model/site_cells.hpp"
+
+#include <algorithm>
+#include <bit>
+
+namespace dermis::plan {
+namespace {
+
+constexpr size_t field_alignment = 64; // floats: 256 bytes, the greatest offset alignment that Vulkan allows
+
+void need_float(const char* parameter, double v) {
+    scene::need(scene::finite(double(float(v))), parameter, v, "up to 3.4e38 for a skin in float");
+}
+
+// Checks elements, those of each cell one after another, of a skin with these responses.
+void check_elements(const std::vector<Element>& elements, const Chain& chain, const Wanted& wanted) {
+    for (size_t i = 0; i < elements.size(); ++i) {
+        if (is_elastic(elements[i]) && i % chain.length < chain.elements() && wanted[QUANTITY_FA2])
+            scene::refuse("material.viscosity", "0", "> 0 for FA2 of frames; with viscosity 0 do without fa2");
+        need_float("material.modulus", stiffness(elements[i]));
+    }
+}
+
+// Every constant must be finite in float: a product with infinity could be NaN, and appear as a wrong 0.
+void check_float(const PreparedSkin& skin) {
+    const auto need = need_float;
+    const f64::Constants& c = skin.constants;
+    scene::need(scene::finite(double(float(c.bend))), "grid.spacing", skin.spacing(),
+                "material.thickness/spacing^2 up to 3.4e38 for a skin in float");
+    need("material.curvature_length", c.curvature_length);
+    for (double gain : {c.gain_plus, c.gain_minus}) need("receptors.fa2_gains", gain);
+    for (const Site& site : skin.description.sites) // rest curvature of fields is checked where it is padded
+        need("surface.relief", rest_curvature_at(skin, site.cell));
+}
+
+std::vector<Quantity> asked_responses(const SkinDescription& d, const SkinOptions& options) {
+    std::vector<Quantity> asked;
+    for (Quantity q : options.responses) {
+        if (!scene::is_receptor_class(q) || std::count(asked.begin(), asked.end(), q))
+            scene::refuse("responses", std::string("\"") + name(q) + "\"",
+                          scene::receptor_class_names() + ", each at most once");
+        asked.push_back(q);
+    }
+    if (options.responses.empty() && d.sites.empty())
+        scene::refuse("responses", "(none)",
+                      "some of " + scene::receptor_class_names() + ", or sites in the description");
+    if (d.sites.empty()) return asked;
+    asked.clear();
+    for (const Site& site : d.sites) asked.push_back(site.type);
+    return asked;
+}
+
+void check_pads(const SkinDescription& description, const SkinOptions& options) {
+    constexpr int most = 1048576;
+    scene::need(options.count >= 1 && options.count <= most, "count", options.count, "1..1048576 pads");
+    const double cells = double(description.grid.width) * description.grid.height * options.count;
+    scene::need(cells <= 2147483647, "count", options.count, "count*width*height up to 2147483647");
+    if (!options.materials.empty() && options.materials.size() != size_t(options.count))
+        scene::refuse("materials", std::to_string(options.materials.size()) + " materials",
+                      "none, or one for each of count = " + std::to_string(options.count) + " pads");
+}
+
+} // namespace
+
+Variant StreamedSkin::variant() const {
+    return {.stencil = skin.stencil,
+            .edges = skin.edges,
+            .compensated = precision == Precision::f32_compensated,
+            .materials = !skin.uniform(),
+            .framed = true,
+            .chain = skin.chain,
+            .pads = pads > 1 ? Variant::Pads::own : Variant::Pads::none,
+            .wanted = wanted};
+}
+
+StreamedSkin streamed_skin(const SkinDescription& description, const SkinOptions& options, int threads) {
+    const std::vector<Quantity> asked = asked_responses(description, options);
+    if (options.precision == Precision::f64)
+        scene::refuse("precision", "\"f64\"", "f32, f32-compensated: a skin pressed frame by frame is in float");
+    check_pads(description, options);
+    StreamedSkin s;
+    SkinDescription own = description;
+    if (!options.materials.empty()) scene::take_elements(own.material, options.materials.front());
+    const SkinDescription validated = scene::validate_skin(own, asked);
+    for (Quantity q : asked) s.wanted[size_t(q)] = true;
+    s.skin = prepare_skin(validated, threads, options.count > 1 ? PRESS_CELLS : PITCH_CELLS);
+    const bool grows = s.wanted[QUANTITY_SA2] && !validated.receptors.sa2_adaptation;
+    s.precision = options.precision.value_or(grows ? Precision::f32_compensated : Precision::f32);
+    check_elements(s.skin.materials, s.skin.chain, s.wanted);
+    check_float(s.skin);
+    s.pads = options.count;
+    for (size_t i = 0; i < options.materials.size(); ++i) {
+        const std::vector<Element> own = elements_of_pad(validated, options.materials[i], s.skin.chain, s.wanted,
+                                                         "materials[" + std::to_string(i) + "]");
+        s.elements_of_pad.insert(s.elements_of_pad.end(), own.begin(), own.end());
+    }
+    return s;
+}
+
+void need_new_material(bool uniform, bool own, size_t listed, size_t all) {
+    if (!uniform) scene::refuse("material", "(numbers)", "none: the skin has a material of maps, which stays as it is");
+    if (!own && listed != all)
+        scene::refuse("pads", std::to_string(listed) + " of " + std::to_string(all),
+                      "all, where pads have no materials of their own");
+}
+
+std::vector<Element> elements_of_pad(const SkinDescription& validated, const Material& material, const Chain& chain,
+                                     const Wanted& wanted, const std::string& parameter) {
+    SkinDescription d; // what a material is checked against, without the maps
+    d.grid = validated.grid;
+    d.receptors = validated.receptors;
+    if (!scene::is_uniform(material)) scene::refuse(parameter, "(a map)", "numbers");
+    std::vector<Quantity> asked;
+    for (size_t q = 0; q < wanted.size(); ++q)
+        if (wanted[q]) asked.push_back(Quantity(q));
+    try {
+        scene::check_material(d, material, asked);
+        const scene::Series series = scene::series_at(material, 0);
+        if (series.length != chain.length || series.ends_in_spring != chain.spring)
+            scene::refuse("material.elements",
+                          std::to_string(series.length - series.ends_in_spring) + " and " +
+                              (series.ends_in_spring ? "a" : "no") + " spring",
+                          std::to_string(chain.elements()) + " and " + (chain.spring ? "a" : "no") +
+                              " spring, as the skin has");
+        const std::vector<Element> elements = scene::chain_of(material);
+        check_elements(elements, chain, wanted);
+        return elements;
+    } catch (const Error& error) {
+        throw Error(error.code(), parameter, parameter + ": " + error.what());
+    }
+}
+
+ResponseLayout response_layout_of(const StreamedSkin& s) {
+    ResponseLayout layout;
+    const std::vector<Site>& sites = s.skin.description.sites;
+    for (int q = QUANTITY_SA1; q < REDUCED_MAPS; ++q) {
+        ResponseLayout::Range& range = layout.of[size_t(q)];
+        range.first = layout.all;
+        if (!s.wanted[size_t(q)]) continue;
+        if (sites.empty()) {
+            range.count = s.skin.padded_cells() * size_t(s.pads);
+            layout.all += (range.count + field_alignment - 1) / field_alignment * field_alignment;
+        } else {
+            range.count = size_t(std::count_if(sites.begin(), sites.end(), [q](auto& t) { return int(t.type) == q; })) *
+                          size_t(s.pads);
+            layout.all += range.count;
+        }
+    }
+    std::array<size_t, REDUCED_MAPS> next{};
+    for (const Site& site : sites)
+        layout.site.push_back(layout.of[size_t(site.type)].first + next[size_t(site.type)]++);
+    return layout;
+}
+
+std::array<size_t, RESPONSE_MAPS> response_counts(const StreamedSkin& s) {
+    std::array<size_t, RESPONSE_MAPS> counts{};
+    const std::vector<Site>& sites = s.skin.description.sites;
+    for (size_t r = 0; r < RESPONSE_MAPS; ++r)
+        if (sites.empty() && s.wanted[QUANTITY_SA1 + r]) counts[r] = s.skin.cells();
+    for (const Site& site : sites) ++counts[size_t(site.type) - QUANTITY_SA1];
+    return counts;
+}
+
+StateLayout state_layout_of(const StreamedSkin& s) {
+    const Variant v = s.variant();
+    const size_t sums = v.chain.elements() + (s.wanted[QUANTITY_SA2] ? 1 : 0);
+    std::vector<Cell> at;
+    for (const Site& site : s.skin.description.sites) at.push_back(site.cell);
+    return {.cells = at.empty() ? s.skin.cells() : SiteCells(s.skin, {s.skin.whole()}, at).cells.size(),
+            .planes = sums * (v.compensated ? 2 : 1) + v.carries_rate(),
+            .pressure = s.skin.cells()};
+}
+
+namespace {
+
+// All ones where a number is not finite: as many bits as the number has, so that loops over both vectorise.
+uint32_t not_finite(float x) {
+    constexpr uint32_t exponent = 0x7f800000;
+    return (std::bit_cast<uint32_t>(x) & exponent) == exponent ? ~uint32_t(0) : 0;
+}
+
+} // namespace
+
+bool copy_rows(const PressureCopy& copy, int first, int last) {
+    uint32_t wrong = 0; // no early exit, so that the loop vectorises
+    for (size_t y = size_t(first); y < size_t(last); ++y) {
+        const float* from = copy.from + y * copy.stride;
+        float* to = copy.to + y * copy.pitch;
+        for (size_t x = 0; x < copy.width; ++x) {
+            wrong |= not_finite(from[x]);
+            to[x] = from[x];
+        }
+    }
+    return wrong == 0;
+}
+
+bool all_bits_zero(const float* numbers, size_t count) {
+    uint32_t bits = 0;
+    for (size_t i = 0; i < count; ++i) bits |= std::bit_cast<uint32_t>(numbers[i]);
+    return bits == 0;
+}
+
+bool fill_table(std::span<const Element> materials, const Chain& chain, const ResponseRule& rule, double dt,
+                f32::Coefficients* table) {
+    if (!scene::finite(double(float(dt)))) return false;
+    std::array<f64::Coefficients, scene::most_in_series> k;
+    for (size_t i = 0; i < materials.size(); i += chain.length) {
+        for (size_t e = 0; e < chain.length; ++e) k[e] = exact_coefficients(materials[i + e], rule, dt);
+        join_loads<f64>(k.data(), chain.length, chain.spring, dt);
+        for (size_t e = 0; e < chain.length; ++e)
+            if (!round_to_float(k[e], table[i + e])) return false;
+    }
+    return true;
+}
+
+StepTables::StepTables(const StreamedSkin& s, const std::vector<Element>& elements)
+    : chain_(s.skin.chain), rule_(s.skin.rule), pads_(size_t(s.pads)), own_(!s.elements_of_pad.empty()), each_(own_),
+      elements_(own_ ? s.elements_of_pad : elements) {
+    length_ = own_ ? chain_.length : elements_.size();
+    tables_.resize(length_ * (own_ ? pads_ : 1));
+    filled_.assign(own_ ? pads_ : 1, std::nan(""));
+}
+
+const double* StepTables::fill_slot(size_t slot, const double& dt) {
+    if (dt == filled_[slot]) return nullptr;
+    filled_[slot] = std::nan(""); // the table is no longer that of any step
+    const Element* elements = elements_.data() + (own_ ? slot * length_ : 0);
+    if (!fill_table({elements, length_}, chain_, rule_, dt, tables_.data() + slot * length_)) return &dt;
+    filled_[slot] = dt;
+    return nullptr;
+}
+
+const double* StepTables::fill(const PadList& pads, const StepLengths& dt) {
+    each_ = own_ || dt.each;
+    if (!each_) return fill_slot(0, dt[0]);
+    if (filled_.size() < pads_) {
+        tables_.resize(length_ * pads_);
+        filled_.resize(pads_, std::nan(""));
+    }
+    for (size_t i = 0; i < pads.count; ++i)
+        if (const double* refused = fill_slot(size_t(pads[i]), dt[i])) return refused;
+    return nullptr;
+}
+
+void StepTables::set_elements(const PadList& pads, const std::vector<Element>& elements) {
+    for (size_t i = 0; i < pads.count; ++i)
+        std::ranges::copy(elements, elements_.begin() + long(own_ ? size_t(pads[i]) * length_ : 0));
+    std::ranges::fill(filled_, std::nan(""));
+}
+
+f32::Constants frame_constants(const PreparedSkin& skin, const f32::Coefficients& coefficients) {
+    f32::Constants c = constants_of<f32>(skin, skin.whole());
+    c.coefficients = coefficients;
+    c.rise = 1;
+    c.respond = 1;
+    return c;
+}
+
+} // namespace dermis::plan

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: MIT
+// A skin that is pressed frame by frame, by dermis::Skin or in a host's command buffer.
+#pragma once
+
+#include "host/core/model/skin.hpp"
+#include "host/lab/schedule/timeline.hpp"
+
+#include <span>
+
+namespace dermis::plan {
+
+struct StreamedSkin {
+    PreparedSkin skin; // of each pad
+    Wanted wanted{};   // the responses to compute
+    Precision precision = Precision::f32;
+    int pads = 1;                         // skins alike that are pressed together
+    std::vector<Element> elements_of_pad; // the elements in series of each pad; empty: all have those of `skin`
+    Variant variant() const;
+};
+// Throws Error::bad_input. threads: as for Device::cpu.
+StreamedSkin streamed_skin(const SkinDescription&, const SkinOptions&, int threads = 0);
+// Returns the elements in series of a pad's own material. Throws Error::bad_input naming `parameter` where a skin of
+// this description, chain and responses cannot have it.
+std::vector<Element> elements_of_pad(const SkinDescription& validated, const Material&, const Chain&, const Wanted&,
+                                     const std::string& parameter);
+
+// Pads in the order in which their pressures, steps or states stand.
+struct PadList {
+    const int* ids = nullptr; // null: 0, 1 ..
+    size_t count = 1;
+    int operator[](size_t i) const { return ids ? ids[i] : int(i); }
+};
+
+// The lengths of a press's steps, s.
+struct StepLengths {
+    const double* dt = nullptr;
+    bool each = false; // one for each pad of the press; otherwise one for all
+    const double& operator[](size_t i) const { return dt[each ? i : 0]; }
+};
+
+// The coefficients of the next step of each pad. Pads whose elements and steps are the same share a table.
+class StepTables {
+  public:
+    StepTables() = default;
+    // elements: those that are stepped, of a pad without elements of its own.
+    StepTables(const StreamedSkin&, const std::vector<Element>& elements);
+    // Returns null, or the first step which or a coefficient of which is beyond float. It allocates at the first press
+    // whose pads have each a step of their own.
+    const double* fill(const PadList&, const StepLengths&);
+    size_t length() const { return length_; } // of one table
+    // The first coefficients of a pad's table, after fill() of a list with it.
+    const f32::Coefficients* of(int pad) const { return tables_.data() + slot(pad) * length_; }
+    // Gives pads other elements, as many as before.
+    void set_elements(const PadList&, const std::vector<Element>&);
+
+  private:
+    size_t slot(int pad) const { return each_ ? size_t(pad) : 0; }
+    const double* fill_slot(size_t slot, const double& dt);
+
+    Chain chain_;
+    ResponseRule rule_{};
+    size_t pads_ = 0, length_ = 0;
+    bool own_ = false, each_ = false; // whether each pad has elements of its own, and a table
+    std::vector<Element> elements_;   // of all pads where each has its own, else of one
+    std::vector<f32::Coefficients> tables_;
+    std::vector<double> filled_; // the step that each table is of; NaN: of none
+};
+
+// Throws Error::bad_input where `listed` pads of `all` cannot have another material. uniform: a pad's cells have the
+// same elements; own: each pad has elements of its own.
+void need_new_material(bool uniform, bool own, size_t listed, size_t all);
+
+// The positions of responses among the floats of a stream.
+struct ResponseLayout {
+    struct Range {
+        size_t first = 0, count = 0;
+    };
+    // Each quantity's floats stand pad by pad: a field of pitch*height, or its sites in the order given.
+    std::array<Range, REDUCED_MAPS> of;
+    std::vector<size_t> site; // index of each site's float, of pad 0
+    size_t all = 0;           // number of floats
+};
+ResponseLayout response_layout_of(const StreamedSkin&);
+// The numbers of each response that a pad gives: a field of width*height, or its sites.
+std::array<size_t, RESPONSE_MAPS> response_counts(const StreamedSkin&);
+
+// The floats of a saved state, the same on every backend: planes of one number for each cell, in the order of a state
+// in kernels/layout.h without the cell's strain (for sites of the cells that they read, in ascending order); then the
+// pressure that the next press starts from, width*height.
+struct StateLayout {
+    size_t cells = 0, planes = 0, pressure = 0;
+    size_t floats() const { return cells * planes + pressure; }
+};
+StateLayout state_layout_of(const StreamedSkin&);
+
+// A pressure, whose rows begin `stride` numbers apart, and a map of `pitch` for it.
+struct PressureCopy {
+    const float* from;
+    size_t stride, width;
+    float* to;
+    size_t pitch;
+};
+// Copies rows first .. last - 1. Returns whether all numbers are finite.
+bool copy_rows(const PressureCopy&, int first, int last);
+// Returns whether all numbers are +0.
+bool all_bits_zero(const float* numbers, size_t count);
+
+// Writes the coefficients of a press for each of the materials, in float. Returns false if dt or one of them is beyond
+// float. Allocates nothing.
+bool fill_table(std::span<const Element> materials, const Chain&, const ResponseRule&, double dt,
+                f32::Coefficients* table);
+
+// The constants of a press, with these coefficients.
+f32::Constants frame_constants(const PreparedSkin&, const f32::Coefficients&);
+
+} // namespace dermis::plan

@@ -1,0 +1,371 @@
+// SPDX-License-Identifier: MIT
+// dermis::Skin: frames in, responses out, on the CPU or on a device.
+#include "host/core/base/float_environment.hpp"
+#include "host/core/base/memory.hpp"
+#include "host/core/base/refusal.hpp"
+#include "host/core/model/felt.hpp"
+#include "host/core/press/device.hpp"
+#include "host/core/press/report.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+namespace dermis {
+
+namespace {
+
+// A saved state begins with this header.
+struct StateHeader {
+    char magic[8];
+    uint32_t version, pads, width, height, cells, elements, spring, compensated, integral, rate, sites;
+};
+static_assert(sizeof(StateHeader) == 52);
+constexpr char state_magic[8] = {'d', 'e', 'r', 'm', 'i', 's', 's', 't'};
+
+// FNV-1a of the sites that read cells.
+uint32_t hash_of(const std::vector<Site>& sites) {
+    uint32_t hash = 2166136261u;
+    for (const Site& site : sites)
+        for (const int n : {int(site.type), site.cell.x, site.cell.y})
+            for (int i = 0; i < 4; ++i) hash = (hash ^ (uint32_t(n) >> (8 * i) & 255)) * 16777619u;
+    return sites.empty() ? 0 : hash;
+}
+
+StateHeader header_of(const plan::StreamedSkin& skin, const plan::StateLayout& layout) {
+    const plan::Variant v = skin.variant();
+    StateHeader h{};
+    std::memcpy(h.magic, state_magic, sizeof h.magic);
+    h.version = 2;
+    h.pads = 1;
+    h.width = uint32_t(skin.skin.width());
+    h.height = uint32_t(skin.skin.height());
+    h.cells = uint32_t(layout.cells);
+    h.elements = uint32_t(v.chain.elements());
+    h.spring = v.chain.spring;
+    h.compensated = v.compensated;
+    h.integral = skin.wanted[QUANTITY_SA2];
+    h.rate = v.carries_rate();
+    h.sites = hash_of(skin.skin.description.sites);
+    return h;
+}
+
+// Throws Error::bad_input naming the first thing in which a saved state differs from a skin's.
+void check_header(const StateHeader& saved, const StateHeader& own) {
+    if (std::memcmp(saved.magic, own.magic, sizeof own.magic) != 0)
+        scene::refuse("state", "(other bytes)", "what Skin::save has written");
+    const auto need_same = [](const char* what, uint32_t is, uint32_t allowed) {
+        if (is != allowed)
+            scene::refuse("state", "(" + std::string(what) + " " + std::to_string(is) + ")",
+                          std::string(what) + " " + std::to_string(allowed) + ", as the skin has");
+    };
+    need_same("version", saved.version, own.version);
+    need_same("number of pads", saved.pads, own.pads);
+    need_same("width", saved.width, own.width);
+    need_same("height", saved.height, own.height);
+    need_same("sites of hash", saved.sites, own.sites);
+    need_same("number of cells", saved.cells, own.cells);
+    need_same("number of elements", saved.elements, own.elements);
+    need_same("number of springs", saved.spring, own.spring);
+    need_same("compensated sums", saved.compensated, own.compensated);
+    need_same("integral for sa2", saved.integral, own.integral);
+    need_same("rate of a spring for fa2", saved.rate, own.rate);
+}
+
+// Whether floats at any address are finite.
+bool all_finite(const char* floats, size_t count) {
+    uint32_t carries = 0; // an exponent of all ones carries into the sign, and no other does
+    for (size_t i = 0; i < count; ++i) {
+        uint32_t bits;
+        std::memcpy(&bits, floats + i * sizeof bits, sizeof bits);
+        carries |= (bits & 0x7f800000u) + 0x00800000u;
+    }
+    return carries >> 31 == 0;
+}
+
+} // namespace
+
+struct Skin::Impl {
+    // Copies the numbers that it needs, so that the maps of the prepared skin are freed once the stream has read them.
+    Impl(const plan::StreamedSkin& skin, const SkinOptions& options, plan::Backend& backend)
+        : width(size_t(skin.skin.width())), height(size_t(skin.skin.height())), count(size_t(skin.pads)),
+          fields(skin.skin.description.sites.empty()), uniform(skin.skin.uniform()), wanted(skin.wanted),
+          chain(skin.skin.chain), state_layout(state_layout_of(skin)), header(header_of(skin, state_layout)),
+          felt(skin), needs(scene::needs_of(skin.skin.description, options)), threads(backend.capabilities().threads),
+          tau(tau_range(skin.skin.materials)), description(skin.skin.description), materials(options.materials),
+          pressed(count), stream(backend.stream(skin)) {
+        for (const Site& site : description.sites) ++sites_of[size_t(site.type)];
+        if (description.surface.kind == Surface::Kind::map) {
+            gain_at_rest = gain_of(skin.skin);
+            if (fields) rest_curvature = rest_curvature_of(skin.skin);
+        }
+        description.surface.map = {};
+        scene::drop_maps(description.material);
+        description.sites.clear();
+    }
+
+    // Counts the curvature under a strain of every cell in: the gain, and the responses that it makes change sign.
+    void bend(Report& report, const plan::PreparedSkin& skin, size_t pad, const std::vector<double>& strain) const {
+        const f64::Constants& c = skin.constants;
+        const Grid unit = plan::without_spacing(skin.description.grid);
+        const std::vector<double> L = plan::laplacian(strain, unit, skin.stencil, skin.edges);
+        plan::Wanted changed{};
+        std::vector<double> rest(width);
+        for (size_t y = 0, i = 0; y < height; ++y) {
+            plan::rest_curvature_row(skin, int(y), 0, int(width), rest.data());
+            for (size_t x = 0; x < width; ++x, ++i) {
+                const double bent = c.curvature_length * f64::curvature_of(rest[x], L[i], c.bend);
+                report.gain.value = std::max(report.gain.value, std::abs(bent));
+                if (1 + bent >= 0) continue;
+                for (size_t q = QUANTITY_SA1; q < REDUCED_MAPS; ++q)
+                    if (wanted[q]) changed[q] |= stream->response(Quantity(q))[pad * cells() + y * width + x] != 0;
+            }
+        }
+        for (size_t q = QUANTITY_SA1; q < REDUCED_MAPS; ++q)
+            if (changed[q]) report.sign_changed.push_back(Quantity(q));
+    }
+
+    static std::vector<float> rest_curvature_of(const plan::PreparedSkin& skin) {
+        std::vector<float> rest;
+        std::vector<double> row(size_t(skin.width()));
+        for (int y = 0; y < skin.height(); ++y) {
+            plan::rest_curvature_row(skin, y, 0, skin.width(), row.data());
+            for (double C : row) rest.push_back(float(C));
+        }
+        return rest;
+    }
+
+    static double gain_of(const plan::PreparedSkin& skin) {
+        return std::abs(skin.constants.curvature_length) * greatest_rest_curvature(skin);
+    }
+
+    const size_t width, height, count; // count: of pads
+    const bool fields, uniform;        // uniform: a pad's cells have the same elements
+    const plan::Wanted wanted;
+    const plan::Chain chain;
+    const plan::StateLayout state_layout; // of one pad
+    const StateHeader header;             // of one pad
+    const plan::Felt felt;
+    const std::string needs; // words for the day when memory runs out
+    const int threads;
+    const scene::TauRange tau;                   // of all cells, where they differ
+    std::array<size_t, REDUCED_MAPS> sites_of{}; // of each class, in a pad
+    SkinDescription description;                 // without maps and sites
+    std::vector<Material> materials;             // of each pad, where each has its own
+    std::optional<double> gain_at_rest;          // of a surface that cannot be made again
+    std::vector<float> rest_curvature;           // width*height, once it is needed; kept of a surface that is a map
+    std::array<std::vector<float>, 3> told;      // strain, indentation and curvature, once they are asked for
+    std::vector<uint64_t> pressed;               // by pad: the last list in which it stood
+    uint64_t lists = 0;
+    std::unique_ptr<plan::Stream> stream;
+
+    size_t cells() const { return width * height; }
+    size_t pad_bytes() const { return state_layout.floats() * sizeof(float); }
+    plan::PadList list_of(const Pads&);
+    StateHeader header_with(const plan::PadList& pads) const {
+        StateHeader h = header;
+        h.pads = uint32_t(pads.count);
+        return h;
+    }
+    size_t state_bytes(const plan::PadList& pads) const { return sizeof header + pads.count * pad_bytes(); }
+    void need_state(const void* state, size_t bytes, const plan::PadList& pads) const {
+        if (!state || bytes != state_bytes(pads))
+            scene::refuse("state", state ? std::to_string(bytes) + " bytes" : "(null)",
+                          std::to_string(state_bytes(pads)) + " bytes");
+    }
+    void press(const float* pressure, size_t numbers, const plan::StepLengths&, const plan::PadList&);
+    std::vector<float> strain_of(int pad) const;
+    const std::vector<float>& tell(Quantity);
+    void refuse_pressure(const float* pressure, const plan::PadList&) const;
+    const Material& material_of(int pad) const {
+        return materials.empty() ? description.material : materials[size_t(pad)];
+    }
+};
+
+// Throws Error::bad_input where a number is no pad's, or a pad's for the second time.
+plan::PadList Skin::Impl::list_of(const Pads& pads) {
+    if (pads.all) return {.count = count};
+    ++lists;
+    for (size_t i = 0; i < pads.count; ++i) {
+        const int pad = pads.numbers[i];
+        if (pad < 0 || size_t(pad) >= count || pressed[size_t(pad)] == lists)
+            scene::refuse("pads", std::to_string(pad) + " at position " + std::to_string(i),
+                          "0.." + std::to_string(count - 1) + ", each at most once");
+        pressed[size_t(pad)] = lists;
+    }
+    return {.ids = pads.numbers, .count = pads.count};
+}
+
+void Skin::Impl::press(const float* pressure, size_t numbers, const plan::StepLengths& dt, const plan::PadList& pads) {
+    // Only on failure: need_not_negative() builds its message first, which allocates.
+    for (size_t i = 0; i < (dt.each ? pads.count : 1); ++i)
+        if (!scene::finite(dt[i]) || dt[i] < 0) scene::need_not_negative("dt", dt[i]);
+    if (numbers != pads.count * cells())
+        scene::refuse("pressure", std::to_string(numbers) + " cells",
+                      (count > 1 ? std::to_string(pads.count) + " pads of " : "") +
+                          "width*height = " + std::to_string(cells()) + ", row 0 first");
+    if (!stream->take(pads, pressure)) refuse_pressure(pressure, pads);
+    if (const double* refused = stream->press(pads, dt))
+        scene::need(false, "dt", *refused, "seconds over which the coefficients of a step stay below 3.4e38");
+}
+
+// Throws Error::bad_input naming the first cell that is not finite, or none if another thread has changed it since.
+void Skin::Impl::refuse_pressure(const float* pressure, const plan::PadList& pads) const {
+    for (size_t k = 0; k < pads.count; ++k)
+        for (size_t i = 0; i < cells(); ++i, ++pressure)
+            if (!scene::finite(double(*pressure)))
+                scene::refuse("pressure",
+                              shortest(double(*pressure)) + " in cell " + scene::cell_text(i, int(width)) +
+                                  (count > 1 ? " of pad " + std::to_string(pads[k]) : ""),
+                              "finite numbers");
+    scene::refuse("pressure", "(a number that was not finite)", "finite numbers");
+}
+
+// The strain of each cell that a pad's state holds.
+std::vector<float> Skin::Impl::strain_of(int pad) const {
+    std::vector<float> state(state_layout.floats());
+    stream->save({.ids = &pad, .count = 1}, state.data());
+    std::vector<plan::Element> elements;
+    if (uniform) elements = scene::chain_of(material_of(pad));
+    return felt.strain(state.data(), elements);
+}
+
+// Reads strain, indentation or curvature of all pads from their states.
+const std::vector<float>& Skin::Impl::tell(Quantity q) {
+    if (q == Quantity::curvature && fields && rest_curvature.empty())
+        rest_curvature = rest_curvature_of(plan::prepare_skin(description, threads));
+    std::vector<float>& all = told[q == Quantity::strain ? 0 : q == Quantity::indentation ? 1 : 2];
+    all.resize(count * felt.count());
+    for (size_t pad = 0; pad < count; ++pad)
+        felt.read(q, strain_of(int(pad)), rest_curvature.data(), all.data() + pad * felt.count());
+    return all;
+}
+
+Skin::Skin(const Device& device, const SkinDescription& description, const SkinOptions& options) try {
+    const DefaultFloats guard;
+    Device::Impl& d = device.impl();
+    impl_ = std::make_unique<Impl>(plan::streamed_skin(description, options, d.backend->capabilities().threads),
+                                   options, *d.backend);
+    if (!impl_->stream->exact()) d.info.exact = false; // written on Vulkan alone, where one thread uses the device
+    d.need_exact();
+} catch (const std::bad_alloc&) {
+    scene::out_of_memory([&] { return scene::needs_of(description, options); });
+}
+
+Skin::~Skin() = default;
+Skin::Skin(Skin&&) noexcept = default;
+Skin& Skin::operator=(Skin&&) noexcept = default;
+
+int Skin::count() const { return int(impl_->count); }
+
+void Skin::press(const float* pressure, size_t cells, double dt, const Pads& pads) try {
+    impl_->press(pressure, cells, {.dt = &dt}, impl_->list_of(pads));
+} catch (const std::bad_alloc&) {
+    scene::out_of_memory([&] { return impl_->needs; });
+}
+
+void Skin::press(const float* pressure, size_t cells, const double* dt, size_t steps, const Pads& pads) try {
+    const plan::PadList list = impl_->list_of(pads);
+    if (steps != list.count)
+        scene::refuse("dt", std::to_string(steps) + " steps", std::to_string(list.count) + ", one for each pad");
+    impl_->press(pressure, cells, {.dt = dt, .each = true}, list);
+} catch (const std::bad_alloc&) {
+    scene::out_of_memory([&] { return impl_->needs; });
+}
+
+Skin::Response Skin::response(Quantity q) const try {
+    Impl& s = *impl_;
+    if (q == Quantity::strain || q == Quantity::indentation || q == Quantity::curvature) {
+        const DefaultFloats guard;
+        const std::vector<float>& all = s.tell(q);
+        return {all.data(), all.size()};
+    }
+    if (!scene::is_receptor_class(q) || !s.wanted[size_t(q)])
+        scene::refuse("response", std::string("\"") + name(q) + "\"",
+                      std::string(s.fields ? "the responses that the skin was made with"
+                                           : "the classes of the description's sites") +
+                          ", strain, indentation, curvature");
+    const float* data = s.stream->response(q); // throws if the device is lost
+    return {data, s.count * (s.fields ? s.cells() : s.sites_of[size_t(q)])};
+} catch (const std::bad_alloc&) {
+    scene::out_of_memory([&] { return impl_->needs; });
+}
+
+void Skin::reset(const Pads& pads) try { impl_->stream->reset(impl_->list_of(pads)); } catch (const std::bad_alloc&) {
+    scene::out_of_memory([&] { return impl_->needs; });
+}
+
+size_t Skin::state_bytes(const Pads& pads) const try {
+    return impl_->state_bytes(impl_->list_of(pads));
+} catch (const std::bad_alloc&) {
+    scene::out_of_memory([&] { return impl_->needs; });
+}
+
+void Skin::save(void* state, size_t bytes, const Pads& pads) const try {
+    Impl& s = *impl_;
+    const plan::PadList list = s.list_of(pads);
+    s.need_state(state, bytes, list);
+    const StateHeader header = s.header_with(list);
+    std::memcpy(state, &header, sizeof header);
+    s.stream->save(list, static_cast<char*>(state) + sizeof header);
+} catch (const std::bad_alloc&) {
+    scene::out_of_memory([&] { return impl_->needs; });
+}
+
+void Skin::load(const void* state, size_t bytes, const Pads& pads) try {
+    Impl& s = *impl_;
+    const plan::PadList list = s.list_of(pads);
+    StateHeader saved{};
+    if (state && bytes >= sizeof saved) {
+        std::memcpy(&saved, state, sizeof saved);
+        check_header(saved, s.header_with(list));
+    }
+    s.need_state(state, bytes, list);
+    const char* from = static_cast<const char*>(state) + sizeof saved;
+    if (!all_finite(from, list.count * s.state_layout.floats()))
+        scene::refuse("state", "(a number that is not finite)", "finite numbers");
+    s.stream->load(list, from);
+} catch (const std::bad_alloc&) {
+    scene::out_of_memory([&] { return impl_->needs; });
+}
+
+void Skin::set_material(const Material& material, const Pads& pads) try {
+    const DefaultFloats guard;
+    Impl& s = *impl_;
+    const plan::PadList list = s.list_of(pads);
+    plan::need_new_material(s.uniform, !s.materials.empty(), list.count, s.count);
+    const std::vector<plan::Element> elements =
+        plan::elements_of_pad(s.description, material, s.chain, s.wanted, "material");
+    Material taken = s.description.material; // Copies come first: they allocate, and the rest does not.
+    scene::take_elements(taken, material);
+    std::vector<Material> copies(s.materials.empty() ? 0 : list.count, material);
+    s.stream->set_elements(list, elements);
+    if (copies.empty()) s.description.material = std::move(taken);
+    for (size_t i = 0; i < copies.size(); ++i) s.materials[size_t(list[i])] = std::move(copies[i]);
+} catch (const std::bad_alloc&) {
+    scene::out_of_memory([&] { return impl_->needs; });
+}
+
+Report Skin::report(int pad) const try {
+    const DefaultFloats guard;
+    const Impl& s = *impl_;
+    scene::need(pad >= 0 && size_t(pad) < s.count, "pad", pad, "0.." + std::to_string(s.count - 1));
+    SkinDescription own = s.description;
+    scene::take_elements(own.material, s.material_of(pad));
+    std::optional<plan::PreparedSkin> skin;
+    if (!s.gain_at_rest) skin = plan::prepare_skin(own, s.threads);
+    std::vector<plan::Element> elements;
+    if (s.uniform) elements = scene::chain_of(own.material);
+    Report report = report_of(own, s.uniform ? tau_range(elements) : s.tau, scene::cells_per_ridge(own),
+                              skin ? Impl::gain_of(*skin) : *s.gain_at_rest);
+    const std::vector<float> strain = s.strain_of(pad);
+    report.strain.value = 0;
+    for (float eps : strain) report.strain.value = std::max(report.strain.value, double(std::abs(eps)));
+    if (skin && s.fields) s.bend(report, *skin, size_t(pad), {strain.begin(), strain.end()});
+    if (own.grid.spacing) report.indentation.value = report.strain.value * own.material.thickness.value_or(0);
+    return report;
+} catch (const std::bad_alloc&) {
+    scene::out_of_memory([&] { return impl_->needs; });
+}
+
+} // namespace dermis

@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: MIT
+// The loops of the model over the cells of a row, compiled once for each instruction set of the processor family. The
+// text is the same, and so are the bits.
+#pragma once
+
+#include "host/core/simd/model.hpp"
+
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+namespace dermis::simd {
+
+// Row y of a map and the rows that a stencil reads beside it, each from column 0 on, and the published stencil's
+// weights across them.
+template <class real> struct RowNeighbours {
+    const real *far_low, *low, *here, *high, *far_high;
+    real w_low, w_high, w;
+    int width, stencil, edges; // stencil and edges: numbers of kernels/layout.h
+    // Rows that follow one another without a gap can be taken as one: `width` is then that of a row all the same, and
+    // this the second difference along it of every cell (Loops::differences). Otherwise null.
+    const real* along = nullptr;
+};
+
+// row(i) is where row i of the map begins. The five-point stencil has no far rows: the near ones are repeated.
+template <class real, class RowOf>
+RowNeighbours<real> neighbours(int y, int width, int height, int stencil, int edges, RowOf row) {
+    const f64::Axis a = f64::axis(y, height, stencil, edges);
+    const bool far = f64::reach(stencil) > 1;
+    return {.far_low = row(far ? a.far_low : a.low),
+            .low = row(a.low),
+            .here = row(y),
+            .high = row(a.high),
+            .far_high = row(far ? a.far_high : a.high),
+            .w_low = real(a.w_low),
+            .w_high = real(a.w_high),
+            .w = real(a.w),
+            .width = width,
+            .stencil = stencil,
+            .edges = edges};
+}
+
+// The sums of a state: the strains of elements in series, and the integral of the cell's strain.
+enum StateSum { sum_strain, sum_integral, state_sums };
+
+// One row of a state: of each sum the values, and what they have lost to rounding, null unless sums are compensated.
+template <class real> struct StateRow {
+    real* value[state_sums];
+    real* lost[state_sums];
+    size_t element; // the distance from an element's strains to those of the next one
+    real* strain;   // the cells' strain; of one element its own
+    real* rate;     // of a spring, between frames for FA2; otherwise null
+};
+
+// Arguments of a step of `count` cells of a row. The new state may overwrite the old one. Null are pressure_to without
+// frames, material under a uniform material, and table where that is a single element.
+template <class K> struct AdvanceArguments {
+    using real = typename K::real;
+    int count;
+    int elements;                       // whose strains the state holds
+    bool spring;                        // another one in series with them, of which it holds nothing
+    const real *pressure, *pressure_to; // between frames the pressure runs from the first to the second
+    const int* material;
+    const typename K::Coefficients* table;
+    StateRow<real> from, to;
+    real* signal[STEP_SIGNALS]; // at the step's end: those that the state does not hold
+};
+// Bits that an advance returns: the sum changed in some cell.
+constexpr int strain_changed = 1 << sum_strain, integral_changed = 1 << sum_integral;
+
+// Arguments of the responses of columns first .. last - 1, where first is a multiple of TILE_CELLS. All rows begin at
+// column 0.
+template <class K> struct RespondArguments {
+    using real = typename K::real;
+    int first, last;
+    RowNeighbours<real> strain;        // at the step's end
+    const real* signal[RESPONSE_MAPS]; // the signal of each response
+    const real* rest_curvature;
+    real* response[RESPONSE_MAPS]; // null: not stored
+    bool streams; // rows of responses begin at cache lines and are not read again soon: they go past the caches
+    typename K::Summary* tiles[REDUCED_MAPS]; // null: not asked for
+};
+
+// Steps of rows that follow one another, and with each the responses of a row above it, which may read its new strain:
+// the arguments of the first ones, and what leads from row to row.
+template <class K> struct RowSteps {
+    using real = typename K::real;
+    AdvanceArguments<K> advance;
+    RespondArguments<K> respond;
+    int rows = 1;
+    size_t pitch = 0, response_pitch = 0, tiles = 0; // cells of maps and of responses, and tiles, from row to row
+    int stepped = 0, answered = 0;                   // y % 3 of the first ones
+    real* signal[STEP_SIGNALS][3] = {};              // those of row y stand in [y % 3], from column 0 on
+};
+
+// The half-plane to the right of the line through the point (b, a) in direction (along_b, along_a), line included.
+struct HalfPlane {
+    double b, a, along_b, along_a;
+};
+
+constexpr int polygon_edges = 8;
+
+// Sums in two parts (kernels/reduce.h), one for each column.
+struct LongSums {
+    double *sum, *rest;
+};
+
+// Sums over the rows of each column of p, a and b (see host/lab/reduced/moments.hpp), and the range of p.
+struct ColumnSums {
+    LongSums p, a, b;
+    double *least, *greatest;
+};
+
+// Tiles joined by the tree of kernels/reduce.h, at most so many of them.
+constexpr int tiles_joined = 64;
+template <class K> struct JoinedTiles {
+    typename K::LongSum sum;
+    typename K::real low, high;
+};
+
+template <class K> struct Loops {
+    using real = typename K::real;
+    void (*laplacian)(const RowNeighbours<real>&, int first, int last, real* L);
+    // along[y*width + x] = the second difference along row y at its column x, of rows that follow one another.
+    void (*differences)(const real* rows, int count, int width, int stencil, int edges, real* along);
+    int (*advance)(const AdvanceArguments<K>&, const typename K::Constants&);
+    void (*respond)(const RespondArguments<K>&, const typename K::Constants&);
+    // Joins 1 to tiles_joined tiles.
+    void (*join_tiles)(const typename K::Summary* tiles, int count, JoinedTiles<K>&);
+    // Does advance() of each row, then respond() in the same columns of the other one. Where all responses of frames
+    // under a uniform material are asked for, and no sums, that is one loop: it may read rows up to their pitch, writes
+    // those of state and signals so far, and returns all bits.
+    int (*step_rows)(const RowSteps<K>&, const typename K::Constants&);
+};
+
+// One instruction set.
+struct Isa {
+    const char* name;
+    bool (*supported)(); // true if this processor supports it
+    Loops<f32> in_f32;
+    Loops<f64> in_f64;
+    // Computes a = p*(1 + length*rest) and b = p*(length*(bend*L)) of `width` cells and adds them to the sums.
+    void (*moments)(const double* p, const double* rest, const double* L, int width, double length, double bend,
+                    double* a, double* b, const ColumnSums& sums);
+    // Adds only to the sums of p, a and b, with the same bits as moments.
+    void (*means)(const double* p, const double* rest, const double* L, int width, double length, double bend,
+                  const ColumnSums& sums);
+    // distance[x] = greatest signed distance of the point (b[x], a[x]) to the polygon_edges edges, each distance times
+    // its edge's length; positive: outside the polygon. Returns whether some point is outside.
+    bool (*outside)(const double* a, const double* b, int width, const HalfPlane* edges, double* distance);
+    // Updates the column maxima of |five - fourth|, |five| and max(|own|, |rest|). Returns whether some cell is a kink:
+    // |five - fourth| > |five|/2.
+    bool (*compare)(const double* five, const double* fourth, const double* own, const double* rest, int width,
+                    double* differ, double* bent, double* curved);
+    void (*fence_streams)(); // makes responses that the loops have streamed past the caches visible to other threads
+
+    template <class K> const Loops<K>& of() const {
+        if constexpr (std::is_same_v<K, f32>) return in_f32;
+        else return in_f64;
+    }
+};
+
+extern const Isa plain;
+#ifdef DERMIS_X86_64
+extern const Isa avx2, avx512;
+#endif
+
+const std::vector<const Isa*>& isas(); // those supported by this processor, the best first, plain last
+inline const Isa& best() { return *isas().front(); }
+
+} // namespace dermis::simd

@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: MIT
+#include "host/core/vulkan/instance.hpp"
+
+#include "host/core/base/float_environment.hpp"
+#include "host/core/vulkan/requirements.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <dlfcn.h>
+
+namespace dermis::vulkan {
+namespace {
+
+constexpr const char* validation_layer = "VK_LAYER_KHRONOS_validation";
+
+[[noreturn]] void no_device(const std::string& what) { throw Error(Error::Code::no_device, "", what); }
+
+VKAPI_ATTR VkBool32 VKAPI_CALL on_message(VkDebugUtilsMessageSeverityFlagBitsEXT, VkDebugUtilsMessageTypeFlagsEXT,
+                                          const VkDebugUtilsMessengerCallbackDataEXT* data, void* user) {
+    const std::string id = data->pMessageIdName ? data->pMessageIdName : ""; // not every layer's messages begin with it
+    static_cast<const InstanceOptions*>(user)->validation(id + ": " + data->pMessage);
+    return VK_FALSE;
+}
+
+VkDebugUtilsMessengerCreateInfoEXT messenger_info(const InstanceOptions& options) {
+    VkDebugUtilsMessengerCreateInfoEXT info{VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT};
+    info.messageSeverity =
+        VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT | VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT;
+    info.messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT | VK_DEBUG_UTILS_MESSAGE_TYPE_GENERAL_BIT_EXT;
+    info.pfnUserCallback = on_message;
+    info.pUserData = const_cast<InstanceOptions*>(&options);
+    return info;
+}
+
+bool offers(const std::vector<VkExtensionProperties>& list, const char* name) {
+    return std::any_of(list.begin(), list.end(), [=](auto& e) { return std::strcmp(e.extensionName, name) == 0; });
+}
+
+const char* kind_of(VkPhysicalDeviceType type) {
+    switch (type) {
+    case VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU: return "discrete GPU";
+    case VK_PHYSICAL_DEVICE_TYPE_INTEGRATED_GPU: return "integrated GPU";
+    case VK_PHYSICAL_DEVICE_TYPE_VIRTUAL_GPU: return "virtual GPU";
+    case VK_PHYSICAL_DEVICE_TYPE_CPU: return "software";
+    default: return "other";
+    }
+}
+
+int rank(const PhysicalDevice& p) {
+    constexpr VkPhysicalDeviceType order[] = {VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU,
+                                              VK_PHYSICAL_DEVICE_TYPE_INTEGRATED_GPU,
+                                              VK_PHYSICAL_DEVICE_TYPE_VIRTUAL_GPU, VK_PHYSICAL_DEVICE_TYPE_OTHER};
+    return int(std::find(std::begin(order), std::end(order), p.properties.deviceType) - std::begin(order));
+}
+
+} // namespace
+
+std::mutex& volk_mutex() {
+    static std::mutex mutex;
+    return mutex;
+}
+
+void load_calls(PFN_vkGetInstanceProcAddr get, VkInstance instance, DeviceTable& table) {
+    const std::lock_guard lock(volk_mutex());
+    volkInitializeCustom(get);
+    volkLoadInstanceOnly(instance);
+    volkLoadDeviceTable(&table.calls, table.device);
+}
+
+Loader system_loader() {
+    Loader loader;
+    // The library is never closed, because a loader must outlive its drivers' threads.
+    void* library = dlopen("libvulkan.so.1", RTLD_NOW | RTLD_LOCAL);
+    if (!library) {
+        loader.missing = "no Vulkan loader (libvulkan.so.1 is not installed)";
+        return loader;
+    }
+    loader.get = reinterpret_cast<PFN_vkGetInstanceProcAddr>(dlsym(library, "vkGetInstanceProcAddr"));
+    if (!loader.get) loader.missing = "libvulkan.so.1 has no vkGetInstanceProcAddr: not a Vulkan loader";
+    return loader;
+}
+
+Instance::Instance(const Loader& loader, const InstanceOptions& options) : options_(options), get_(loader.get) {
+    if (!loader.get) no_device(loader.missing);
+    const DefaultFloats guard; // a software driver's threads inherit the floating-point environment
+    const std::lock_guard lock(volk_mutex());
+    volkInitializeCustom(loader.get);
+    if (!vkCreateInstance || !vkEnumerateInstanceExtensionProperties)
+        no_device("the Vulkan loader lacks vkCreateInstance");
+
+    uint32_t count = 0;
+    constexpr const char* enumerate = "vkEnumerateInstanceExtensionProperties";
+    check(vkEnumerateInstanceExtensionProperties(nullptr, &count, nullptr), enumerate);
+    std::vector<VkExtensionProperties> extensions(count);
+    check(vkEnumerateInstanceExtensionProperties(nullptr, &count, extensions.data()), enumerate);
+    std::vector<const char*> enabled;
+    VkApplicationInfo application{VK_STRUCTURE_TYPE_APPLICATION_INFO};
+    application.pApplicationName = application.pEngineName = "dermis";
+    application.apiVersion = VK_API_VERSION_1_1;
+    VkInstanceCreateInfo info{VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO};
+    info.pApplicationInfo = &application;
+    if (offers(extensions, VK_KHR_PORTABILITY_ENUMERATION_EXTENSION_NAME)) {
+        enabled.push_back(VK_KHR_PORTABILITY_ENUMERATION_EXTENSION_NAME);
+        info.flags |= VK_INSTANCE_CREATE_ENUMERATE_PORTABILITY_BIT_KHR;
+    }
+    const VkValidationFeatureEnableEXT synchronization = VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT;
+    VkValidationFeaturesEXT features{VK_STRUCTURE_TYPE_VALIDATION_FEATURES_EXT};
+    features.enabledValidationFeatureCount = 1;
+    features.pEnabledValidationFeatures = &synchronization;
+    VkDebugUtilsMessengerCreateInfoEXT messenger = messenger_info(options_);
+    if (options_.validation) {
+        enabled.push_back(VK_EXT_DEBUG_UTILS_EXTENSION_NAME);
+        info.enabledLayerCount = 1;
+        info.ppEnabledLayerNames = &validation_layer;
+        features.pNext = &messenger;
+        info.pNext = &features;
+    }
+    info.enabledExtensionCount = uint32_t(enabled.size());
+    info.ppEnabledExtensionNames = enabled.data();
+    const VkResult created = vkCreateInstance(&info, nullptr, &handle_);
+    if (created == VK_ERROR_INCOMPATIBLE_DRIVER)
+        no_device("the Vulkan loader finds no driver (on Debian: mesa-vulkan-drivers)");
+    if (created == VK_ERROR_LAYER_NOT_PRESENT)
+        no_device(std::string("the layer ") + validation_layer + " is not installed");
+    check(created, "vkCreateInstance");
+    volkLoadInstanceOnly(handle_);
+    destroy_ = vkDestroyInstance;
+    destroy_messenger_ = vkDestroyDebugUtilsMessengerEXT;
+    try {
+        if (options_.validation)
+            check_made(vkCreateDebugUtilsMessengerEXT(handle_, &messenger, nullptr, &messenger_),
+                       "vkCreateDebugUtilsMessengerEXT", messenger_);
+        find_devices();
+    } catch (...) {
+        if (messenger_) destroy_messenger_(handle_, messenger_, nullptr);
+        destroy_(handle_, nullptr);
+        throw;
+    }
+}
+
+Instance::~Instance() {
+    if (messenger_) destroy_messenger_(handle_, messenger_, nullptr);
+    destroy_(handle_, nullptr);
+}
+
+void Instance::find_devices() {
+    uint32_t count = 0;
+    check(vkEnumeratePhysicalDevices(handle_, &count, nullptr), "vkEnumeratePhysicalDevices");
+    std::vector<VkPhysicalDevice> handles(count);
+    if (count) check(vkEnumeratePhysicalDevices(handle_, &count, handles.data()), "vkEnumeratePhysicalDevices");
+    if (handles.empty()) no_device("the Vulkan loader finds no device");
+    for (VkPhysicalDevice handle : handles) {
+        PhysicalDevice p;
+        p.handle = handle;
+        describe(p);
+        devices_.push_back(p);
+    }
+    std::stable_sort(devices_.begin(), devices_.end(), [](auto& a, auto& b) { return rank(a) < rank(b); });
+}
+
+// Fills in name, kind, driver and limits, and the reason where the kernels cannot run on the device.
+void Instance::describe(PhysicalDevice& p) const {
+    VkPhysicalDeviceDriverProperties driver{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DRIVER_PROPERTIES};
+    VkPhysicalDeviceIDProperties id{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ID_PROPERTIES};
+    VkPhysicalDeviceProperties2 properties{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2};
+    vkGetPhysicalDeviceProperties(p.handle, &p.properties);
+    if (p.properties.apiVersion >= VK_API_VERSION_1_1) {
+        properties.pNext = &id;
+        if (p.properties.apiVersion >= VK_API_VERSION_1_2) id.pNext = &driver;
+        vkGetPhysicalDeviceProperties2(p.handle, &properties);
+        for (uint8_t byte : id.deviceUUID)
+            for (int digit : {byte >> 4, byte & 15}) p.uuid += "0123456789abcdef"[digit];
+    }
+    vkGetPhysicalDeviceMemoryProperties(p.handle, &p.memory);
+    p.info.name = p.properties.deviceName;
+    p.info.kind = kind_of(p.properties.deviceType);
+    p.info.driver = std::string(driver.driverName) + (driver.driverInfo[0] ? " " : "") + driver.driverInfo;
+    p.info.vulkan = true;
+    p.info.exact = false; // not known before a self-test
+
+    uint32_t count = 0;
+    vkGetPhysicalDeviceQueueFamilyProperties(p.handle, &count, nullptr);
+    std::vector<VkQueueFamilyProperties> families(count);
+    vkGetPhysicalDeviceQueueFamilyProperties(p.handle, &count, families.data());
+    const auto compute = std::find_if(families.begin(), families.end(),
+                                      [](auto& f) { return f.queueFlags & VK_QUEUE_COMPUTE_BIT && f.queueCount > 0; });
+    p.family = uint32_t(compute - families.begin());
+
+    const VkPhysicalDeviceLimits& limits = p.properties.limits;
+    if (p.properties.apiVersion < VK_API_VERSION_1_1) p.info.refused = "Vulkan 1.0; 1.1 is needed";
+    else if (compute == families.end()) p.info.refused = "no compute queue";
+    else p.info.refused = why_not(limits);
+    if (!p.info.refused.empty()) return;
+    std::vector<VkExtensionProperties> extensions;
+    VkResult result = vkEnumerateDeviceExtensionProperties(p.handle, nullptr, &count, nullptr);
+    if (result == VK_SUCCESS) {
+        extensions.resize(count);
+        result = vkEnumerateDeviceExtensionProperties(p.handle, nullptr, &count, extensions.data());
+    }
+    if (result != VK_SUCCESS) {
+        p.info.refused = failure(result, "vkEnumerateDeviceExtensionProperties");
+        return;
+    }
+    const Requirements needs = requirements();
+    for (const auto& list : {needs.required_if_offered, needs.used_if_enabled})
+        for (const char* name : list)
+            if (offers(extensions, name)) p.extensions.emplace_back(name);
+    p.rounds = rounds_to_even(vkGetPhysicalDeviceProperties2, p.handle, p.extensions);
+}
+
+void Instance::open(const PhysicalDevice& p, DeviceTable& table) const {
+    const DefaultFloats guard;
+    const auto create = reinterpret_cast<PFN_vkCreateDevice>(get_(handle_, "vkCreateDevice"));
+    const float priority = 1;
+    VkDeviceQueueCreateInfo queue{VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO};
+    queue.queueFamilyIndex = p.family;
+    queue.queueCount = 1;
+    queue.pQueuePriorities = &priority;
+    VkDeviceCreateInfo info{VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO};
+    info.queueCreateInfoCount = 1;
+    info.pQueueCreateInfos = &queue;
+    std::vector<const char*> extensions;
+    for (const std::string& name : p.extensions) extensions.push_back(name.c_str());
+    info.enabledExtensionCount = uint32_t(extensions.size());
+    info.ppEnabledExtensionNames = extensions.data();
+    check(create(p.handle, &info, nullptr, &table.device), "vkCreateDevice");
+    load_calls(get_, handle_, table);
+    table.limits = p.properties.limits;
+    table.rounds = p.rounds;
+    table.texels = reads_texels(p.properties);
+    table.most_work = options_.most_work;
+}
+
+} // namespace dermis::vulkan

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: MIT
+// The Vulkan loader, an instance, and the devices that it offers.
+#pragma once
+
+#include "dermis/dermis.hpp"
+#include "host/core/vulkan/kernel.hpp"
+
+#include <mutex>
+
+namespace dermis::vulkan {
+
+// The entry point of Vulkan: the system's loader, or one that a test puts in its place. `missing` says why there is
+// none.
+struct Loader {
+    PFN_vkGetInstanceProcAddr get = nullptr;
+    std::string missing;
+};
+Loader system_loader();
+
+struct InstanceOptions {
+    // If set, the validation layer checks synchronization too and gives each warning and error to this function; the
+    // constructor of Instance throws where the layer is not installed.
+    std::function<void(const std::string&)> validation;
+    // See DeviceTable: up to a second of a software driver's work on a core, some milliseconds of a GPU's. Tests take
+    // less.
+    double most_work = 2e8;
+};
+
+struct PhysicalDevice {
+    VkPhysicalDevice handle = VK_NULL_HANDLE;
+    VkPhysicalDeviceProperties properties{};
+    VkPhysicalDeviceMemoryProperties memory{};
+    uint32_t family = 0;                 // index of a queue family with compute
+    std::vector<std::string> extensions; // those that Instance::open enables
+    bool rounds = false;                 // see DeviceTable
+    std::string uuid;                    // hexadecimal
+    DeviceInfo info;
+};
+
+// A Vulkan instance. The constructor throws Error::no_device, naming what is missing: loader, driver or device.
+class Instance {
+  public:
+    explicit Instance(const Loader&, const InstanceOptions& = {});
+    ~Instance();
+    Instance(const Instance&) = delete;
+    Instance& operator=(const Instance&) = delete;
+
+    // Every device, best first: discrete, integrated, virtual, software.
+    const std::vector<PhysicalDevice>& devices() const { return devices_; }
+    VkInstance handle() const { return handle_; }
+    PFN_vkGetInstanceProcAddr get() const { return get_; }
+    // Makes a logical device with one queue of the compute family.
+    void open(const PhysicalDevice&, DeviceTable&) const;
+
+  private:
+    void find_devices();
+    void describe(PhysicalDevice&) const;
+
+    InstanceOptions options_;
+    VkInstance handle_ = VK_NULL_HANDLE;
+    VkDebugUtilsMessengerEXT messenger_ = VK_NULL_HANDLE;
+    PFN_vkDestroyInstance destroy_ = nullptr;
+    PFN_vkDestroyDebugUtilsMessengerEXT destroy_messenger_ = nullptr;
+    PFN_vkGetInstanceProcAddr get_ = nullptr;
+    std::vector<PhysicalDevice> devices_;
+};
+
+// Fills the table with the device's own functions, all found through vkGetInstanceProcAddr. A missing function is null.
+void load_calls(PFN_vkGetInstanceProcAddr, VkInstance, DeviceTable&);
+
+// volk keeps instance functions in global variables: a thread locks this mutex while it fills or uses them.
+std::mutex& volk_mutex();
+
+} // namespace dermis::vulkan

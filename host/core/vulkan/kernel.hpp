@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: MIT
+// Compute pipelines over buffers, on the library's own device or an embedding host's.
+#pragma once
+
+#include "host/core/base/process.hpp"
+#include "host/core/vulkan/modules.hpp"
+#include "host/core/vulkan/volk.hpp"
+
+#include <limits>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace dermis::vulkan {
+
+// The message of a call that failed: its name and result.
+std::string failure(VkResult, const char* call);
+// Throws Error::device with that message unless the result is success.
+void check(VkResult, const char* call);
+// The same for a call that makes an object, whose handle a failure leaves undefined: it is null then.
+template <class Handle> void check_made(VkResult result, const char* call, Handle& handle) {
+    if (result != VK_SUCCESS) handle = VK_NULL_HANDLE;
+    check(result, call);
+}
+
+// The handle, functions and limits of a device that pipelines and recording use.
+struct DeviceTable {
+    VkDevice device = VK_NULL_HANDLE;
+    VolkDeviceTable calls{};
+    VkPhysicalDeviceLimits limits{};
+    bool rounds = false; // kernels may declare round-to-nearest-even
+    bool texels = false; // kernels read maps as texel buffers where they have a variant for that
+    const VkAllocationCallbacks* allocator = nullptr;
+    VkPipelineCache cache = VK_NULL_HANDLE;
+    // The work of one submission at most, in numbers that kernels write or sum up; a host's submissions are its own.
+    double most_work = std::numeric_limits<double>::infinity();
+};
+
+struct Pipeline {
+    VkDescriptorSetLayout set_layout = VK_NULL_HANDLE;
+    VkPipelineLayout layout = VK_NULL_HANDLE;
+    VkPipeline pipeline = VK_NULL_HANDLE;
+};
+
+// A cache that makes each pipeline once, because a driver may take long to make one.
+class Pipelines {
+  public:
+    explicit Pipelines(const DeviceTable& device) : device_(device) {}
+    ~Pipelines();
+    Pipelines(const Pipelines&) = delete;
+    Pipelines& operator=(const Pipelines&) = delete;
+
+    const Pipeline& get(const Module&, uint32_t bindings, uint32_t constants_bytes,
+                        const std::vector<uint32_t>& specialization);
+    const DeviceTable& device() const { return device_; }
+    // Keeps every pipeline from being destroyed, after its device is lost.
+    void abandon() { abandoned_ = true; }
+    // Whether all objects of the device are left to the driver: it is lost, or was opened by another process.
+    bool abandoned() const { return abandoned_ || !process_.calls(); }
+    const simd::Process& process() const { return process_; }
+
+  private:
+    void destroy(const Pipeline&) const;
+
+    const DeviceTable& device_;
+    std::map<std::pair<const uint32_t*, std::vector<uint32_t>>, Pipeline> pipelines_;
+    const simd::Process process_;
+    bool abandoned_ = false;
+};
+
+struct BufferRange {
+    VkBuffer buffer = VK_NULL_HANDLE;
+    VkDeviceSize offset = 0, bytes = 0;
+};
+
+// A buffer range and the binding number (kernels/layout.h) that it is bound to.
+struct BoundRange {
+    uint32_t binding;
+    BufferRange range;
+};
+
+struct KernelOptions {
+    uint32_t bindings;                    // buffers 0 .. bindings - 1
+    uint32_t constants_bytes;             // of the push constants
+    std::vector<uint32_t> specialization; // constant 0, 1 ..
+    uint32_t max_sets;                    // descriptor sets
+};
+
+// A pipeline over buffers with its push constants and descriptor sets.
+class Kernel {
+  public:
+    Kernel(Pipelines&, const Module&, const KernelOptions&);
+    ~Kernel();
+    Kernel(const Kernel&) = delete;
+    Kernel& operator=(const Kernel&) = delete;
+    // Fills a descriptor set; sets are filled in the order 0, 1 .. max_sets - 1 and have a range for every binding.
+    // After a failure the same set may be filled again.
+    void bind(size_t set, const std::vector<BoundRange>&);
+    // Dispatches x times y times z workgroups.
+    void record(VkCommandBuffer, size_t set, const void* constants, uint32_t x, uint32_t y,
+                uint32_t z = 1) const noexcept;
+
+  private:
+    VkBufferView view_of(const BufferRange&) const;
+    void destroy_views(std::vector<VkBufferView>&) const;
+
+    Pipelines& pipelines_;
+    uint32_t constants_bytes_;
+    uint32_t texels_; // see Module
+    Pipeline pipeline_;
+    VkDescriptorPool pool_ = VK_NULL_HANDLE;
+    std::vector<VkDescriptorSet> sets_;
+    std::vector<std::vector<VkBufferView>> views_; // of each set, for its texel buffers
+};
+
+} // namespace dermis::vulkan

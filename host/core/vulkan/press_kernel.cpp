@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: MIT
+#include "host/core/vulkan/press_kernel.hpp"
+
+namespace dermis::vulkan {
+
+static_assert(sizeof(f32::Constants) <= 128, "push constants: every device has 128 bytes");
+
+namespace {
+
+bool is_batch(const plan::Variant& variant) { return variant.pads != plan::Variant::Pads::none; }
+
+std::vector<uint32_t> specialization_of(const plan::Variant& variant, int x, int y) {
+    std::vector<uint32_t> constants = specialization(variant);
+    constants[VARIANT_GROUP_X] = uint32_t(x);
+    constants[VARIANT_GROUP_Y] = uint32_t(y);
+    return constants;
+}
+
+} // namespace
+
+Module press_module_for(const DeviceTable& device) {
+    return device.texels ? press_texels_module(device.rounds) : press_module(device.rounds);
+}
+
+PressKernel::PressKernel(Pipelines& pipelines, const plan::PreparedSkin& skin, const plan::Variant& variant,
+                         const plan::PressedBox& pressed, uint32_t max_bindings)
+    : variant_(variant), pressed_(pressed), pitch_(skin.pitch),
+      columns_(is_batch(variant) ? skin.width() : pressed.last_tile * TILE_CELLS - pressed.first_column()),
+      group_(group_of(skin, variant)), windows_(row_windows(pipelines.device(), skin,
+                                                            {.first = pressed.first_row,
+                                                             .last = pressed.last_row,
+                                                             .planes = state_planes(variant),
+                                                             .work = double(numbers_of_press(variant)),
+                                                             .group_rows = group_.y})),
+      kernel_(pipelines, press_module_for(pipelines.device()),
+              {.bindings = PRESS_BINDINGS,
+               .constants_bytes = sizeof(f32::Constants),
+               .specialization = specialization_of(variant, group_.x, group_.y),
+               .max_sets = max_bindings * uint32_t(windows_.size())}) {}
+
+// A workgroup takes as many rows of a pad as fill it, shared evenly among the workgroups of the pad.
+PressKernel::Group PressKernel::group_of(const plan::PreparedSkin& skin, const plan::Variant& variant) {
+    if (!is_batch(variant)) return {.x = PRESS_X, .y = PRESS_Y};
+    constexpr int all = 128; // invocations that every device allows
+    const int x = std::min((skin.width() + PRESS_CELLS - 1) / PRESS_CELLS, all), most = std::max(all / x, 1),
+              count = (skin.height() + most - 1) / most;
+    return {.x = x, .y = (skin.height() + count - 1) / count};
+}
+
+void PressKernel::bind(size_t binding, const Maps& m) {
+    const int planes = state_planes(variant_);
+    size_t set = binding * windows_.size();
+    for (const RowWindow& window : windows_) {
+        const auto map = [&](const BufferRange& range, bool used = true) {
+            return used && !is_batch(variant_) ? window.of(range, pitch_) : range;
+        };
+        const auto state = [&](const BufferRange& range) {
+            return is_batch(variant_) ? range : window.of(range, pitch_, planes);
+        };
+        std::vector<BoundRange> bound = {
+            {PRESS_PRESSURE_FROM, map(m.pressure_from)},
+            {PRESS_PRESSURE_TO, map(variant_.framed ? m.pressure_to : m.pressure_from)},
+            {PRESS_REST_CURVATURE, map(m.rest_curvature)},
+            {PRESS_STATE_FROM, state(m.state_from)},
+            {PRESS_STATE_TO, state(m.state_to)},
+            {PRESS_COEFFICIENTS, m.coefficients},
+            {PRESS_MATERIAL, map(m.material, variant_.materials)},
+            {PRESS_INVALID, m.invalid},
+        };
+        for (size_t i = 0; i < m.response.size(); ++i)
+            bound.push_back(
+                {PRESS_RESPONSE(QUANTITY_SA1 + uint32_t(i)), map(m.response[i], variant_.wanted[QUANTITY_SA1 + i])});
+        kernel_.bind(set++, bound);
+    }
+}
+
+void PressKernel::record(VkCommandBuffer commands, size_t binding, const f32::Constants& constants, uint32_t pads,
+                         Recording* own) const {
+    f32::Constants c = constants;
+    for (size_t i = 0; i < windows_.size(); ++i) {
+        const RowWindow& window = windows_[i];
+        c.first_row = window.first;
+        c.base_row = window.base;
+        if (window.rows() == 0) continue; // Vulkan allows a dispatch of 0 groups, but some layers do not.
+        if (own) own->add(work_of(window) * pads);
+        kernel_.record(commands, binding * windows_.size() + i, &c, groups(columns_, PRESS_CELLS * group_.x),
+                       groups(window.rows(), group_.y), pads);
+    }
+}
+
+double PressKernel::work_of_window() const { return work_of(windows_.front()); }
+
+} // namespace dermis::vulkan

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+// The kernel `press` over memory of the caller's, one row window after another.
+#pragma once
+
+#include "host/core/vulkan/recording.hpp"
+#include "host/core/vulkan/windows.hpp"
+
+namespace dermis::vulkan {
+
+// The kernel `press` as this device runs it.
+Module press_module_for(const DeviceTable&);
+
+class PressKernel {
+  public:
+    // In a batch the first five, but for the rest curvature, and the responses are those of all pads.
+    struct Maps {
+        BufferRange pressure_from, pressure_to, rest_curvature, state_from, state_to;
+        std::array<BufferRange, RESPONSE_MAPS> response; // any small range for a response that is not asked for
+        BufferRange coefficients, material, invalid;     // any range for the first two if the material is uniform
+    };
+    PressKernel(Pipelines&, const plan::PreparedSkin&, const plan::Variant&, const plan::PressedBox&,
+                uint32_t max_bindings);
+    void bind(size_t binding, const Maps&);
+    // pads: the length of the list, of a batch. own: the recording of this command buffer, which is told of the work of
+    // each window; null where the command buffer is a host's.
+    void record(VkCommandBuffer, size_t binding, const f32::Constants&, uint32_t pads, Recording* own) const;
+    double work_of_window() const; // at most, of one pad
+    const std::vector<RowWindow>& windows() const { return windows_; }
+
+  private:
+    struct Group { // size of a workgroup
+        int x, y;
+    };
+    static Group group_of(const plan::PreparedSkin&, const plan::Variant&);
+    double work_of(const RowWindow& window) const {
+        return double(numbers_of_press(variant_)) * columns_ * window.rows();
+    }
+
+    const plan::Variant variant_;
+    const plan::PressedBox pressed_;
+    const int pitch_, columns_; // columns: that are pressed
+    const Group group_;
+    std::vector<RowWindow> windows_;
+    Kernel kernel_;
+};
+
+} // namespace dermis::vulkan

@@ -1,0 +1,278 @@
+// SPDX-License-Identifier: MIT
+#include "host/core/vulkan/recorder.hpp"
+
+#include "host/core/base/float_environment.hpp"
+#include "host/core/model/laplacian.hpp"
+
+#include <algorithm>
+#include <cstring>
+
+namespace dermis::vulkan {
+namespace {
+
+constexpr VkDeviceSize slice_alignment = 256; // the greatest minStorageBufferOffsetAlignment that Vulkan allows
+
+} // namespace
+
+Recorder::Recorder(Pipelines& pipelines, plan::StreamedSkin&& streamed, uint32_t max_bindings)
+    : device_(pipelines.device()), streamed_(std::move(streamed)), layout_(response_layout_of(streamed_)) {
+    const plan::PreparedSkin& skin = streamed_.skin;
+    if (skin.description.sites.empty())
+        fields_.emplace(pipelines, skin, streamed_.variant(), skin.whole(), max_bindings);
+    else sites_.emplace(pipelines, streamed_, layout_, max_bindings);
+    if (fields_ && streamed_.pads > 1 && !skin.tabled() && streamed_.elements_of_pad.empty()) {
+        plan::Variant alike = streamed_.variant();
+        alike.pads = plan::Variant::Pads::alike;
+        alike_.emplace(pipelines, skin, alike, skin.whole(), max_bindings);
+    }
+    materials_ = sites_ ? sites_->materials() : skin.materials;
+    if (sites_) {
+        cells_ = append(sites_->cells());
+        stencils_ = append(sites_->sites());
+    } else {
+        rest_ = append(plan::padded_rest_curvature<float>(skin));
+        material_ = append(skin.material_of);
+    }
+    if (streamed_.pads > 1)
+        table_ = append(std::vector<f32::Coefficients>(behind_list() + size_t(streamed_.pads) * table_length()));
+    else if (skin.tabled()) table_ = append(std::vector<f32::Coefficients>(materials().size()));
+    fill_needs();
+    check_limits();
+    plan::drop_maps(streamed_.skin);
+}
+
+void Recorder::fill_needs() {
+    const VkDeviceSize pads = VkDeviceSize(streamed_.pads), map = pads * streamed_.skin.padded_cells() * sizeof(float);
+    const VkDeviceSize planes = VkDeviceSize(state_planes(streamed_.variant()));
+    needs_.constants.bytes = needs_.constants.initial.size();
+    needs_.state.bytes = planes * (sites_ ? pads * sites_->cells().size() * sizeof(float) : map);
+    needs_.pressure.bytes = map;
+    needs_.response.bytes = layout_.all * sizeof(float);
+    needs_.invalid.bytes = sizeof(uint32_t);
+    for (Memory* m : {&needs_.constants, &needs_.state, &needs_.pressure, &needs_.response, &needs_.invalid}) {
+        m->alignment = std::max<VkDeviceSize>(device_.limits.minStorageBufferOffsetAlignment, sizeof(float));
+        m->usage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT;
+    }
+    if (fields_ && device_.texels)
+        for (Memory* m : {&needs_.constants, &needs_.state, &needs_.pressure})
+            m->usage |= VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT;
+    if (writes_constants()) needs_.constants.usage |= VK_BUFFER_USAGE_TRANSFER_DST_BIT;
+    if (streamed_.pads > 1)
+        for (Memory* m : {&needs_.state, &needs_.pressure})
+            m->usage |= VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
+}
+
+void Recorder::check_limits() const {
+    const auto refuse = [](const char* parameter, const std::string& what, const char* limit, VkDeviceSize allowed) {
+        throw Error(Error::Code::bad_input, parameter, what + "; allowed: " + limit + " = " + std::to_string(allowed));
+    };
+    const VkDeviceSize most = device_.limits.maxStorageBufferRange;
+    if (streamed_.pads == 1 && table_.bytes > most)
+        refuse("material",
+               std::to_string(materials().size() / streamed_.skin.chain.length) +
+                   " different materials in modulus and viscosity need " + std::to_string(table_.bytes) + " bytes",
+               "maxStorageBufferRange", most);
+    if (streamed_.pads > 1) {
+        const std::string pads = std::to_string(streamed_.pads) + " pads";
+        if (uint32_t(streamed_.pads) > device_.limits.maxComputeWorkGroupCount[2])
+            refuse("count", pads, "maxComputeWorkGroupCount[2]", device_.limits.maxComputeWorkGroupCount[2]);
+        for (VkDeviceSize bytes : {table_.bytes, needs_.state.bytes, needs_.pressure.bytes, needs_.response.bytes})
+            if (bytes > most)
+                refuse("count", pads + " need " + std::to_string(bytes) + " bytes", "maxStorageBufferRange", most);
+    }
+    if (!sites_) return; // fields are bound in row windows
+    for (VkDeviceSize bytes : {cells_.bytes, stencils_.bytes, needs_.state.bytes})
+        if (bytes > most)
+            refuse("sites",
+                   std::to_string(streamed_.skin.description.sites.size()) + " sites need " + std::to_string(bytes) +
+                       " bytes",
+                   "maxStorageBufferRange", most);
+}
+
+template <class T> Recorder::Slice Recorder::append(const std::vector<T>& values) {
+    std::vector<unsigned char>& all = needs_.constants.initial;
+    const Slice slice{(all.size() + slice_alignment - 1) / slice_alignment * slice_alignment,
+                      values.size() * sizeof(T)};
+    if (values.empty()) return slice;
+    all.resize(slice.offset + slice.bytes);
+    std::memcpy(all.data() + slice.offset, values.data(), slice.bytes);
+    return slice;
+}
+
+void Recorder::bind(size_t binding, const Buffers& b) {
+    const auto range = [](const VkDescriptorBufferInfo& i, const Memory& m) {
+        return BufferRange{i.buffer, i.offset, m.bytes};
+    };
+    const auto constant = [&](const Slice& s) {
+        return BufferRange{b.constants.buffer, b.constants.offset + s.offset, s.bytes};
+    };
+    const BufferRange response = range(b.response, needs_.response), invalid = range(b.invalid, needs_.invalid);
+    if (bound_.size() <= binding) bound_.resize(binding + 1);
+    bound_[binding] = {constant(table_), b.state_from, b.state_to, b.pressure_from, b.pressure_to};
+    if (sites_)
+        return sites_->bind(binding, {.pressure_from = range(b.pressure_from, needs_.pressure),
+                                      .pressure_to = range(b.pressure_to, needs_.pressure),
+                                      .cells = constant(cells_),
+                                      .sites = constant(stencils_),
+                                      .state_from = range(b.state_from, needs_.state),
+                                      .state_to = range(b.state_to, needs_.state),
+                                      .response = response,
+                                      .coefficients = writes_constants() ? bound_[binding].table : constant(cells_),
+                                      .invalid = invalid});
+    PressKernel::Maps m{.pressure_from = range(b.pressure_from, needs_.pressure),
+                        .pressure_to = range(b.pressure_to, needs_.pressure),
+                        .rest_curvature = constant(rest_),
+                        .state_from = range(b.state_from, needs_.state),
+                        .state_to = range(b.state_to, needs_.state),
+                        .response = {},
+                        .coefficients = writes_constants() ? bound_[binding].table : invalid,
+                        .material = streamed_.skin.uniform() ? invalid : constant(material_),
+                        .invalid = invalid};
+    for (size_t i = 0; i < m.response.size(); ++i) {
+        const plan::ResponseLayout::Range& r = layout_.of[QUANTITY_SA1 + i];
+        m.response[i] =
+            streamed_.wanted[QUANTITY_SA1 + i]
+                ? BufferRange{response.buffer, response.offset + r.first * sizeof(float), r.count * sizeof(float)}
+                : invalid;
+    }
+    fields_->bind(binding, m);
+    if (alike_) alike_->bind(binding, m);
+}
+
+template <class F> void Recorder::between_presses(VkCommandBuffer commands, F update) const {
+    const auto barrier = [&](VkPipelineStageFlags from, VkPipelineStageFlags to, VkAccessFlags src, VkAccessFlags dst) {
+        const VkMemoryBarrier memory{VK_STRUCTURE_TYPE_MEMORY_BARRIER, nullptr, src, dst};
+        device_.calls.vkCmdPipelineBarrier(commands, from, to, 0, 1, &memory, 0, nullptr, 0, nullptr);
+    };
+    constexpr VkPipelineStageFlags compute = VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
+                                   copy = VK_PIPELINE_STAGE_TRANSFER_BIT;
+    // Earlier presses have read their coefficients; what they wrote is in memory before these are written.
+    barrier(compute | copy, copy, VK_ACCESS_TRANSFER_WRITE_BIT, VK_ACCESS_TRANSFER_WRITE_BIT);
+    update();
+    barrier(copy, compute, VK_ACCESS_TRANSFER_WRITE_BIT, VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT);
+}
+
+size_t Recorder::behind_list() const {
+    if (streamed_.pads == 1) return 0;
+    const size_t bytes = size_t(streamed_.pads) * sizeof(f32::PadEntry);
+    return (bytes + sizeof(f32::Coefficients) - 1) / sizeof(f32::Coefficients);
+}
+
+std::span<const plan::Element> Recorder::elements_of(int pad) const {
+    const std::vector<plan::Element>& own = streamed_.elements_of_pad;
+    return own.empty() ? std::span(materials_) : std::span(own).subspan(size_t(pad) * table_length(), table_length());
+}
+
+template <class F> bool Recorder::each_update(PressTable& table, const Press& press, const Part& part, F f) const {
+    const plan::PreparedSkin& skin = streamed_.skin;
+    const size_t length = table_length(), chain = skin.chain.length,
+                 most = table.coefficients.size() / chain * chain; // whole materials
+    f32::Coefficients* const begin = table.coefficients.data();
+    size_t done = 0, n = 0;
+    for (size_t i = part.first; i < part.last; ++i)
+        for (size_t at = 0, more; at < length; at += more) {
+            more = std::min(length - at, most - n);
+            const std::span<const plan::Element> elements =
+                elements_of(press.pads.count ? press.pads[i] : 0).subspan(at, more);
+            if (!plan::fill_table(elements, skin.chain, skin.rule, press.dt[i], begin + n)) return false;
+            n += more;
+            if (n < most && (at + more < length || i + 1 < part.last)) continue;
+            f(done, begin, n);
+            done += std::exchange(n, 0);
+        }
+    return true;
+}
+
+void Recorder::update(VkCommandBuffer commands, size_t binding, size_t offset, const void* from, size_t bytes) const {
+    const BufferRange& to = bound_[binding].table;
+    device_.calls.vkCmdUpdateBuffer(commands, to.buffer, to.offset + offset, bytes, from);
+}
+
+void Recorder::update_list(VkCommandBuffer commands, size_t binding, const Press& press, const Part& part) const {
+    const size_t length = pads_alike(press) ? 0 : table_length(), tables = behind_list();
+    std::array<f32::PadEntry, PressTable::update_bytes / sizeof(f32::PadEntry)> entries;
+    for (size_t i = part.first, n = 0; i < part.last; ++i) {
+        const size_t place = i - part.first;
+        entries[n].pad = press.pads[i];
+        entries[n++].table = int(tables + place * length);
+        if (n < entries.size() && i + 1 < part.last) continue;
+        update(commands, binding, (place + 1 - n) * sizeof(f32::PadEntry), entries.data(), n * sizeof(f32::PadEntry));
+        n = 0;
+    }
+}
+
+void Recorder::update_tables(VkCommandBuffer commands, size_t binding, const Press& press, const Part& part,
+                             PressTable& table) const {
+    const size_t length = table_length();
+    const auto put = [&](size_t index, const f32::Coefficients* from, size_t count) {
+        update(commands, binding, (behind_list() + index) * sizeof *from, from, count * sizeof *from);
+    };
+    if (table.whole) put(0, table.coefficients.data() + part.first * length, (part.last - part.first) * length);
+    else (void)each_update(table, press, part, put); // true: it was checked
+}
+
+void Recorder::copy_others(VkCommandBuffer commands, size_t binding, const plan::PadList& pads) const {
+    const Bound& b = bound_[binding];
+    const auto copy = [&](const VkDescriptorBufferInfo& from, const VkDescriptorBufferInfo& to, const Memory& needs,
+                          size_t first, size_t last) {
+        const VkDeviceSize pad = needs.bytes / VkDeviceSize(streamed_.pads);
+        const VkBufferCopy region{from.offset + first * pad, to.offset + first * pad, (last - first) * pad};
+        device_.calls.vkCmdCopyBuffer(commands, from.buffer, to.buffer, 1, &region);
+    };
+    for (size_t i = 0, first = 0; i <= pads.count; ++i) { // pads first .. last - 1 are not pressed
+        const size_t last = i < pads.count ? size_t(pads[i]) : size_t(streamed_.pads);
+        if (first < last) {
+            copy(b.state_from, b.state_to, needs_.state, first, last);
+            const bool held =
+                b.pressure_from.buffer == b.pressure_to.buffer && b.pressure_from.offset == b.pressure_to.offset;
+            if (!held) copy(b.pressure_from, b.pressure_to, needs_.pressure, first, last);
+        }
+        first = last + 1;
+    }
+}
+
+bool Recorder::fill(PressTable& table, const Press& press) const noexcept {
+    const DefaultFloats guard;
+    int updates = 0;
+    const Part all{0, pads_alike(press) ? 1 : press.pads.count};
+    const bool floats = each_update(table, press, all, [&](auto...) { ++updates; });
+    table.whole = updates == 1;
+    return floats;
+}
+
+double Recorder::work_of_pad() const {
+    return sites_ ? sites_->work_of_window() : (alike_ ? alike_ : fields_)->work_of_window();
+}
+
+void Recorder::record(VkCommandBuffer commands, size_t binding, const Press& press, PressTable& table,
+                      Recording* own) const {
+    const DefaultFloats guard;
+    const size_t count = press.pads.count;
+    const bool batch = streamed_.pads > 1, from_constants = batch ? alike_ && pads_alike(press) : !writes_constants();
+    const size_t most = size_t(std::clamp(device_.most_work / work_of_pad(), 1.0, double(streamed_.pads)));
+    for (size_t first = 0; first == 0 || first < count; first += most) {
+        const Part part{first, std::min(first + most, count)};
+        if (writes_constants())
+            between_presses(commands, [&] {
+                if (batch && first == 0) copy_others(commands, binding, press.pads);
+                if (batch) update_list(commands, binding, press, part);
+                if (from_constants || count == 0) return;
+                if (!pads_alike(press)) update_tables(commands, binding, press, part, table);
+                else if (first == 0) update_tables(commands, binding, press, {0, 1}, table);
+            });
+        if (count == 0) return;
+        const f32::Constants c = plan::frame_constants(streamed_.skin, table.coefficients.front());
+        const uint32_t pads = uint32_t(part.last - part.first);
+        if (sites_) sites_->record(commands, binding, c, pads, own);
+        else (batch && from_constants ? alike_ : fields_)->record(commands, binding, c, pads, own);
+    }
+}
+
+void Recorder::set_elements(const plan::PadList& pads, const std::vector<plan::Element>& elements) {
+    if (streamed_.elements_of_pad.empty()) materials_ = elements;
+    else
+        for (size_t i = 0; i < pads.count; ++i)
+            std::ranges::copy(elements, streamed_.elements_of_pad.begin() + long(size_t(pads[i]) * elements.size()));
+}
+
+} // namespace dermis::vulkan

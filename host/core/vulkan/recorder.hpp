@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: MIT
+// Records the presses of a streamed skin over memory that the caller owns, and tells what memory that is.
+#pragma once
+
+#include "dermis/vulkan.hpp"
+#include "host/core/vulkan/press_kernel.hpp"
+#include "host/core/vulkan/sites_kernel.hpp"
+
+#include <optional>
+#include <span>
+
+namespace dermis::vulkan {
+
+// Coefficients of one press, as many as one vkCmdUpdateBuffer takes. They stand on the caller's stack, so that several
+// threads may record.
+struct PressTable {
+    static constexpr size_t update_bytes = 65536;
+    std::array<f32::Coefficients, update_bytes / sizeof(f32::Coefficients)> coefficients;
+    bool whole;     // they are all of the press; otherwise Recorder::record makes them a part at a time
+    PressTable() {} // leaves its members to Recorder::fill
+};
+
+class Recorder {
+  public:
+    // Throws Error::bad_input, naming the device limit that is exceeded.
+    Recorder(Pipelines&, plan::StreamedSkin&&, uint32_t max_bindings);
+    Recorder(const Recorder&) = delete;
+    Recorder& operator=(const Recorder&) = delete;
+
+    const plan::StreamedSkin& skin() const { return streamed_; } // without its maps, which stand in the constants
+    const plan::ResponseLayout& layout() const { return layout_; }
+    const MemoryNeeds& needs() const { return needs_; }
+    bool writes_constants() const { return table_.bytes > 0; }
+    void bind(size_t binding, const Buffers&); // trusts that the buffers are as needs() says
+    struct Press {
+        plan::PadList pads; // their numbers ascend
+        plan::StepLengths dt;
+    };
+    // Fills the table for a press. Returns false where a coefficient is beyond float.
+    bool fill(PressTable&, const Press&) const noexcept;
+    // Records a press, of which the table has been filled; in a batch it copies the states and pressures of pads that
+    // are not pressed. own: see PressKernel; it throws nothing where that is null.
+    void record(VkCommandBuffer, size_t binding, const Press&, PressTable&, Recording* own = nullptr) const;
+    // Gives pads other elements, as many as before.
+    void set_elements(const plan::PadList&, const std::vector<plan::Element>&);
+
+  private:
+    struct Slice { // a part of the constants
+        VkDeviceSize offset = 0, bytes = 0;
+    };
+    template <class T> Slice append(const std::vector<T>&);
+    // The elements of all materials of a skin, or of a pad without elements of its own.
+    const std::vector<plan::Element>& materials() const { return materials_; }
+    size_t table_length() const {
+        return streamed_.elements_of_pad.empty() ? materials_.size() : streamed_.skin.chain.length;
+    }
+    // The index of the first coefficients behind a list of all pads, counted in Coefficients.
+    size_t behind_list() const;
+    bool pads_alike(const Press& press) const { return streamed_.elements_of_pad.empty() && !press.dt.each; }
+    // The elements of a pad's table.
+    std::span<const plan::Element> elements_of(int pad) const;
+    // Pads first .. last - 1 of a press, by their places in its list.
+    struct Part {
+        size_t first, last;
+    };
+    // Fills a table with the coefficients of a part, again and again where they are more than it holds, and calls
+    // f(index in the part's coefficients, coefficients, number of them) each time. Returns false where one is beyond
+    // float.
+    template <class F> bool each_update(PressTable&, const Press&, const Part&, F f) const;
+    void update_list(VkCommandBuffer, size_t binding, const Press&, const Part&) const;
+    void update_tables(VkCommandBuffer, size_t binding, const Press&, const Part&, PressTable&) const;
+    void update(VkCommandBuffer, size_t binding, size_t offset, const void* from, size_t bytes) const;
+    void copy_others(VkCommandBuffer, size_t binding, const plan::PadList&) const;
+    void fill_needs();
+    void check_limits() const;
+    double work_of_pad() const; // in one dispatch
+    // Calls `update` between the barriers that keep it apart from earlier and later presses.
+    template <class F> void between_presses(VkCommandBuffer, F update) const;
+
+    const DeviceTable& device_;
+    plan::StreamedSkin streamed_;
+    const plan::ResponseLayout layout_;
+    std::optional<PressKernel> fields_; // where every cell responds
+    std::optional<PressKernel> alike_;  // for pads whose coefficients are those of one element, and the same
+    std::optional<SitesKernel> sites_;  // where only sites respond
+    MemoryNeeds needs_;
+    Slice rest_, material_, table_, cells_, stencils_;
+    std::vector<plan::Element> materials_;
+    struct Bound {         // by a binding
+        BufferRange table; // list and coefficients
+        VkDescriptorBufferInfo state_from, state_to, pressure_from, pressure_to;
+    };
+    std::vector<Bound> bound_;
+};
+
+} // namespace dermis::vulkan

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: MIT
+#include "host/core/vulkan/recording.hpp"
+
+namespace dermis::vulkan {
+
+Recording::~Recording() {
+    if (!commands_ || context_.pipelines().abandoned()) return;
+    context_.calls().vkFreeCommandBuffers(context_.device(), context_.pool(), 1, &commands_);
+}
+
+VkCommandBuffer Recording::begin() {
+    context_.need_working();
+    const VolkDeviceTable& vk = context_.calls();
+    if (!commands_) {
+        VkCommandBufferAllocateInfo buffer{VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO};
+        buffer.commandPool = context_.pool();
+        buffer.level = VK_COMMAND_BUFFER_LEVEL_PRIMARY;
+        buffer.commandBufferCount = 1;
+        check_made(vk.vkAllocateCommandBuffers(context_.device(), &buffer, &commands_), "vkAllocateCommandBuffers",
+                   commands_);
+    }
+    if (open_) check(vk.vkResetCommandBuffer(commands_, 0), "vkResetCommandBuffer");
+    work_ = 0;
+    VkCommandBufferBeginInfo info{VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO};
+    info.flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
+    check(vk.vkBeginCommandBuffer(commands_, &info), "vkBeginCommandBuffer");
+    open_ = true;
+    return commands_;
+}
+
+VkCommandBuffer Recording::commands() {
+    if (!open_) return begin();
+    context_.need_working();
+    return commands_;
+}
+
+void Recording::add(double work) {
+    if (work_ > 0 && work_ + work > context_.pipelines().device().most_work) {
+        submit();
+        begin();
+    }
+    work_ += work;
+}
+
+void Recording::submit() {
+    context_.need_working();
+    check(context_.calls().vkEndCommandBuffer(commands_), "vkEndCommandBuffer");
+    context_.submit(commands_);
+    open_ = false;
+}
+
+} // namespace dermis::vulkan

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: MIT
+// The requirements on a device, the same for the library's own and an embedding host's.
+#pragma once
+
+#include "dermis/vulkan.hpp"
+#include "host/core/vulkan/volk.hpp"
+
+namespace dermis::vulkan {
+
+// The limit that is too small, its value and the value needed; empty where every limit suffices.
+std::string why_not(const VkPhysicalDeviceLimits&);
+
+// Whether kernels may declare round-to-nearest-even: the device offers it and the extension is enabled.
+bool rounds_to_even(PFN_vkGetPhysicalDeviceProperties2, VkPhysicalDevice, const std::vector<std::string>& enabled);
+
+// Whether kernels read maps as texel buffers: on a software driver, where that is faster, if its limits allow whatever
+// they allow of storage buffers.
+bool reads_texels(const VkPhysicalDeviceProperties&);
+
+} // namespace dermis::vulkan

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: MIT
+// Row windows: a grid whose maps exceed the largest storage buffer range of a device is bound and computed in several,
+// and one that is too much work for a submission is computed in several.
+#pragma once
+
+#include "host/core/model/skin.hpp"
+#include "host/core/vulkan/kernel.hpp"
+
+namespace dermis::vulkan {
+
+// Consecutive rows of a grid, no more than a device binds at once. `end` and `last` are one behind.
+struct RowWindow {
+    int base, end;   // the rows that are bound
+    int first, last; // the rows that are computed; all rows that their stencils read are bound
+    int rows() const { return last - first; }
+    // The range of a map that is bound. The map has `planes` rows for each row of cells.
+    BufferRange of(const BufferRange& map, int pitch, int planes = 1) const {
+        const VkDeviceSize row = VkDeviceSize(pitch) * VkDeviceSize(planes) * sizeof(float);
+        return {map.buffer, map.offset + VkDeviceSize(base) * row, VkDeviceSize(end - base) * row};
+    }
+};
+
+struct WindowOptions {
+    int first, last;    // the rows that are computed; `last` is one behind
+    int planes;         // rows of a map for each row of cells
+    double work;        // of a cell (see DeviceTable::most_work)
+    int group_rows = 1; // the rows of a workgroup, of which a window has a multiple
+};
+// Divides the rows into at least one window. Throws Error::bad_input where the edges join rows too far apart.
+std::vector<RowWindow> row_windows(const DeviceTable&, const plan::PreparedSkin&, const WindowOptions&);
+
+// The number of planes of a state (see kernels/layout.h).
+int state_planes(const plan::Variant&);
+
+// The numbers that a press writes for each cell.
+int numbers_of_press(const plan::Variant&);
+
+// The number of workgroups of `size` cells that cover `cells`.
+uint32_t groups(int cells, int size);
+
+// The specialization constants of a variant, in the order of their numbers in kernels/layout.h.
+std::vector<uint32_t> specialization(const plan::Variant&);
+
+} // namespace dermis::vulkan

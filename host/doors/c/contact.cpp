@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: MIT
+#include "host/doors/c/handles.hpp"
+
+#include "dermis/contact.hpp"
+
+#include <algorithm>
+#include <cstring>
+
+using namespace dermis::c;
+namespace contact = dermis::contact;
+
+namespace {
+
+// Calls, and makes an exception of contact.hpp, which is a refusal, one that has a status.
+template <class Call> void refusing(Call&& call) {
+    try {
+        call();
+    } catch (const std::invalid_argument& refused) {
+        throw dermis::Error(dermis::Error::Code::bad_input, "", refused.what());
+    }
+}
+
+contact::Pad pad_of(const dermis_contact_pad* pad) {
+    constexpr size_t first_version = offsetof(dermis_contact_pad, tiled);
+    need_size(pad, "pad", first_version);
+    const int32_t tiled = pad->size == first_version ? 0 : pad->tiled;
+    if (tiled != 0 && tiled != 1) dermis::scene::refuse("pad->tiled", std::to_string(tiled), "0, 1");
+    const contact::Pad made{.width = pad->width,
+                            .height = pad->height,
+                            .spacing = pad->spacing,
+                            .pressure = pad->pressure,
+                            .pitch = pad->pitch,
+                            .tiled = tiled == 1};
+    contact::detail::check(made);
+    return made;
+}
+
+contact::Pose pose_of(const dermis_pose* pose) {
+    need_pointer(pose, "pose");
+    return contact::Pose::from_matrix(pose->position, pose->rotation);
+}
+
+void fill(dermis_pose* to, const contact::Pose& pose) {
+    std::copy(pose.position.begin(), pose.position.end(), to->position);
+    std::copy(pose.rotation.begin(), pose.rotation.end(), to->rotation);
+}
+
+// Adds to a pad, and fills the caller's report.
+template <class Add> void add(const dermis_contact_pad* pad, dermis_contact_report* report, Add&& add) {
+    need_size(report, "report");
+    refusing([&] {
+        const contact::Report r = add(pad_of(pad));
+        *report = {.size = sizeof *report,
+                   .asked = r.asked,
+                   .placed = r.placed,
+                   .outside = r.outside,
+                   .greatest = r.greatest,
+                   .level = r.level,
+                   .cells = r.cells,
+                   .below_cell = r.below_cell,
+                   .beside = r.beside,
+                   .plausible = r.plausible(),
+                   .sideways = r.sideways,
+                   .too_far = r.too_far,
+                   .turned_away = r.turned_away};
+    });
+}
+
+} // namespace
+
+dermis_status dermis_contact_report_get_doubts(const dermis_contact_report* report, char* text, size_t size) {
+    return guarded([&] {
+        need_pointer(text, "text");
+        need_size(report, "report");
+        contact::Report own;
+        own.asked = report->asked, own.placed = report->placed;
+        own.outside = report->outside, own.sideways = report->sideways;
+        own.greatest = report->greatest;
+        own.below_cell = report->below_cell;
+        own.beside = report->beside, own.too_far = report->too_far, own.turned_away = report->turned_away;
+        const std::string doubts = own.doubts();
+        if (size <= doubts.size())
+            dermis::scene::refuse("size", std::to_string(size), std::to_string(doubts.size() + 1) + " bytes or more");
+        std::memcpy(text, doubts.c_str(), doubts.size() + 1);
+    });
+}
+
+dermis_status dermis_add_contacts(const dermis_contact_pad* pad, const dermis_contact* contacts, size_t count,
+                                  dermis_contact_report* report) {
+    return guarded([&] {
+        if (count > 0) need_pointer(contacts, "contacts");
+        add(pad, report, [&](const contact::Pad& on) {
+            return contact::detail::add_each(on, count, [&](size_t i) {
+                const dermis_contact& c = contacts[i];
+                return contact::Contact{.x = c.x, .y = c.y, .force = c.force, .radius = c.radius, .area = c.area};
+            });
+        });
+    });
+}
+
+dermis_status dermis_pose_from_quaternion(const double* position, const double* quaternion, dermis_pose* pose) {
+    return guarded([&] {
+        need_pointer(pose, "pose");
+        need_pointer(position, "position");
+        need_pointer(quaternion, "quaternion");
+        refusing([&] { fill(pose, contact::Pose::from_quaternion(position, quaternion)); });
+    });
+}
+
+dermis_status dermis_pose_move_from_middle(dermis_pose* pose, const dermis_contact_pad* pad) {
+    return guarded([&] { refusing([&] { fill(pose, pose_of(pose).from_middle(pad_of(pad))); }); });
+}
+
+dermis_status dermis_add_world_contacts(const dermis_contact_pad* pad, const dermis_pose* pose, double reach,
+                                        const dermis_world_contact* contacts, size_t count,
+                                        dermis_contact_report* report) {
+    return guarded([&] {
+        if (count > 0) need_pointer(contacts, "contacts");
+        add(pad, report, [&](const contact::Pad& on) {
+            return contact::detail::add_each(on, pose_of(pose), reach, count, [&](size_t i) {
+                const dermis_world_contact& c = contacts[i];
+                return contact::WorldContact{.position = {c.position[0], c.position[1], c.position[2]},
+                                             .force = c.force,
+                                             .radius = c.radius,
+                                             .area = c.area,
+                                             .direction = {c.direction[0], c.direction[1], c.direction[2]}};
+            });
+        });
+    });
+}
+
+dermis_status dermis_add_depths(const dermis_contact_pad* pad, const dermis_depths* depths,
+                                dermis_contact_report* report) {
+    return guarded([&] {
+        need_size(depths, "depths");
+        const contact::Depths d{
+            .depth = depths->depth, .force = depths->force, .stiffness = depths->stiffness, .pitch = depths->pitch};
+        add(pad, report, [&](const contact::Pad& on) { return contact::add_depths(on, d); });
+    });
+}
+
+dermis_status dermis_add_taxels(const dermis_contact_pad* pad, const dermis_taxels* taxels,
+                                dermis_contact_report* report) {
+    return guarded([&] {
+        need_size(taxels, "taxels");
+        using Unit = contact::Taxels::Unit;
+        if (taxels->unit != DERMIS_NEWTON && taxels->unit != DERMIS_PASCAL)
+            dermis::scene::refuse("taxels->unit", std::to_string(taxels->unit), "DERMIS_NEWTON (0), DERMIS_PASCAL (1)");
+        const contact::Taxels t{.unit = taxels->unit == DERMIS_NEWTON ? Unit::newton : Unit::pascal,
+                                .values = taxels->values,
+                                .columns = taxels->columns,
+                                .rows = taxels->rows,
+                                .width = taxels->width,
+                                .height = taxels->height,
+                                .x = taxels->x,
+                                .y = taxels->y,
+                                .column_step = taxels->column_step ? taxels->column_step : 1,
+                                .row_step = taxels->row_step};
+        add(pad, report, [&](const contact::Pad& on) { return contact::add_taxels(on, t); });
+    });
+}

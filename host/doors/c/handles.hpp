@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: MIT
+// The handles of the C interface, and how a call's exception becomes a status.
+#pragma once
+
+#include "dermis/dermis.h"
+#include "host/core/base/refusal.hpp"
+#include "host/lab/scenes/scene.hpp"
+
+struct dermis_device {
+    dermis::Device device;
+};
+
+// The text stays beside the scene that it makes, because a key that is set may change how others are read.
+struct dermis_scene {
+    dermis::scene::SceneText text;
+    std::vector<std::string> overrides; // "key=value"
+    dermis::scene::NamedMaps maps;
+    dermis::Scene scene;
+};
+
+struct dermis_result {
+    dermis::Scene scene;
+    dermis::Result result;
+};
+
+struct dermis_skin {
+    dermis::Skin skin;
+};
+
+namespace dermis::c {
+
+// Returns the status of the exception that is being handled, and keeps its message for dermis_last_error.
+dermis_status status_of_exception() noexcept;
+
+// Calls, and returns the status of what that throws.
+template <class Call> dermis_status guarded(Call&& call) noexcept {
+    try {
+        call();
+        return DERMIS_OK;
+    } catch (...) {
+        return status_of_exception();
+    }
+}
+
+// Throws Error::bad_input where a pointer is null. A pointer to what a call returns is set to null or 0 here.
+template <class T> void need_pointer(const T* pointer, const char* argument) {
+    if (!pointer) scene::refuse(argument, "(null)", "a pointer");
+}
+template <class T> void need_output(T* output, const char* argument) {
+    need_pointer(output, argument);
+    *output = {};
+}
+
+// Throws Error::bad_input unless a struct of the caller's has the size that it has here, or that of its first version.
+template <class Struct>
+void need_size(const Struct* given, const char* argument, size_t first_version = sizeof(Struct)) {
+    need_pointer(given, argument);
+    if (given->size != sizeof(Struct) && given->size != first_version)
+        scene::refuse(std::string(argument) + "->size", std::to_string(given->size),
+                      std::to_string(sizeof(Struct)) + ", which is its sizeof");
+}
+
+// Returns the quantity of a number. Throws Error::bad_input where it has none.
+Quantity quantity_of(dermis_quantity);
+
+// The device of a handle; the CPU path for null.
+Device device_of(const dermis_device*);
+
+// Fills the caller's report, whose size is checked.
+void fill(dermis_report* to, const Report&);
+
+} // namespace dermis::c

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: MIT
+#include "host/doors/c/handles.hpp"
+
+using namespace dermis::c;
+
+namespace {
+
+using dermis::scene::refuse;
+
+// Pads::numbers are int.
+static_assert(std::is_same_v<int32_t, int>);
+
+// The options of a skin of this material.
+dermis::SkinOptions options_of(const dermis_skin_options* given, const dermis::Material& material) {
+    dermis::SkinOptions options;
+    if (!given) return options;
+    need_size(given, "options");
+    if (given->count < 1 || given->count > 1048576) // before as many materials are made
+        refuse("options->count", std::to_string(given->count), "1..1048576 pads");
+    options.count = given->count;
+    if (given->own_materials < 0 || given->own_materials > 1)
+        refuse("options->own_materials", std::to_string(given->own_materials), "0, 1");
+    if (given->own_materials) {
+        if (!dermis::scene::is_uniform(material))
+            refuse("options->own_materials", "1", "0, where the scene's material is one of maps");
+        options.materials.assign(size_t(options.count), material);
+    }
+    uint32_t unknown = given->responses;
+    if (unknown) options.responses.clear();
+    for (const dermis::scene::ReceptorClass& c : dermis::scene::receptor_classes) {
+        const uint32_t bit = DERMIS_BIT(int(c.type));
+        if (given->responses & bit) options.responses.push_back(c.type);
+        unknown &= ~bit;
+    }
+    if (unknown)
+        refuse("options->responses", std::to_string(given->responses),
+               "bits of " + dermis::scene::receptor_class_names() + ", at most 30");
+    switch (given->precision) {
+    case DERMIS_DEFAULT_PRECISION: break;
+    case DERMIS_F32: options.precision = dermis::Precision::f32; break;
+    case DERMIS_F32_COMPENSATED: options.precision = dermis::Precision::f32_compensated; break;
+    default:
+        refuse("options->precision", std::to_string(given->precision),
+               "DERMIS_DEFAULT_PRECISION (0) .. DERMIS_F32_COMPENSATED (2)");
+    }
+    return options;
+}
+
+// Null stands for all pads.
+dermis::Pads pads_of(const dermis_pads* pads) {
+    if (!pads) return {};
+    if (pads->count > 0) need_pointer(pads->numbers, "pads->numbers");
+    return dermis::Pads(pads->numbers, pads->count);
+}
+
+} // namespace
+
+dermis_status dermis_skin_create(const dermis_device* device, const dermis_scene* scene,
+                                 const dermis_skin_options* options, dermis_skin** skin) {
+    return guarded([&] {
+        need_output(skin, "skin");
+        need_pointer(scene, "scene");
+        const dermis::SkinOptions wanted = options_of(options, scene->scene.material);
+        *skin = new dermis_skin{dermis::Skin(device_of(device), scene->scene, wanted)};
+    });
+}
+
+dermis_status dermis_skin_press(dermis_skin* skin, const float* pressure, size_t cells, const double* dt, size_t steps,
+                                const dermis_pads* pads) {
+    return guarded([&] {
+        need_pointer(skin, "skin");
+        if (cells > 0) need_pointer(pressure, "pressure");
+        if (steps > 0) need_pointer(dt, "dt");
+        if (steps == 1) skin->skin.press(pressure, cells, *dt, pads_of(pads));
+        else skin->skin.press(pressure, cells, dt, steps, pads_of(pads));
+    });
+}
+
+dermis_status dermis_skin_get_response(const dermis_skin* skin, dermis_quantity quantity, const float** values,
+                                       size_t* count) {
+    return guarded([&] {
+        need_output(values, "values");
+        need_output(count, "count");
+        need_pointer(skin, "skin");
+        const dermis::Skin::Response response = skin->skin.response(quantity_of(quantity));
+        *values = response.data;
+        *count = response.size;
+    });
+}
+
+dermis_status dermis_skin_reset(dermis_skin* skin, const dermis_pads* pads) {
+    return guarded([&] {
+        need_pointer(skin, "skin");
+        skin->skin.reset(pads_of(pads));
+    });
+}
+
+dermis_status dermis_skin_get_state_size(const dermis_skin* skin, size_t* bytes, const dermis_pads* pads) {
+    return guarded([&] {
+        need_output(bytes, "bytes");
+        need_pointer(skin, "skin");
+        *bytes = skin->skin.state_bytes(pads_of(pads));
+    });
+}
+
+dermis_status dermis_skin_save(const dermis_skin* skin, void* state, size_t bytes, const dermis_pads* pads) {
+    return guarded([&] {
+        need_pointer(skin, "skin");
+        skin->skin.save(state, bytes, pads_of(pads));
+    });
+}
+
+dermis_status dermis_skin_load(dermis_skin* skin, const void* state, size_t bytes, const dermis_pads* pads) {
+    return guarded([&] {
+        need_pointer(skin, "skin");
+        skin->skin.load(state, bytes, pads_of(pads));
+    });
+}
+
+dermis_status dermis_skin_set_material(dermis_skin* skin, const dermis_scene* scene, const dermis_pads* pads) {
+    return guarded([&] {
+        need_pointer(skin, "skin");
+        need_pointer(scene, "scene");
+        skin->skin.set_material(scene->scene.material, pads_of(pads));
+    });
+}
+
+dermis_status dermis_skin_get_report(const dermis_skin* skin, int32_t pad, dermis_report* report) {
+    return guarded([&] {
+        need_pointer(skin, "skin");
+        need_size(report, "report");
+        fill(report, skin->skin.report(pad));
+    });
+}
+
+void dermis_skin_destroy(dermis_skin* skin) { delete skin; }

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: MIT
+// Status codes, the last error of each thread, and what functions on different handles share.
+#include "host/doors/c/handles.hpp"
+
+#include <new>
+
+namespace dermis::c {
+namespace {
+
+thread_local std::string last_error;
+thread_local bool message_lost = false; // there was no memory for it
+
+dermis_status keep(dermis_status status, const char* message) noexcept {
+    try {
+        last_error = message;
+        message_lost = false;
+    } catch (...) {
+        message_lost = true;
+    }
+    return status;
+}
+
+dermis_status status_of(Error::Code code) noexcept {
+    switch (code) {
+    case Error::Code::bad_input: return DERMIS_BAD_INPUT;
+    case Error::Code::no_device: return DERMIS_NO_DEVICE;
+    case Error::Code::device: return DERMIS_DEVICE_FAILED;
+    case Error::Code::io: return DERMIS_IO;
+    case Error::Code::no_memory: return DERMIS_NO_MEMORY;
+    }
+    return DERMIS_INTERNAL;
+}
+
+dermis_figure figure_of(const Figure& f) { return {.value = f.value, .least = f.least, .greatest = f.greatest}; }
+
+} // namespace
+
+dermis_status status_of_exception() noexcept {
+    try {
+        throw;
+    } catch (const Error& e) {
+        return keep(status_of(e.code()), e.what());
+    } catch (const std::bad_alloc&) {
+        return keep(DERMIS_NO_MEMORY, "memory could not be allocated");
+    } catch (const std::exception& e) {
+        return keep(DERMIS_INTERNAL, e.what());
+    } catch (...) {
+        return keep(DERMIS_INTERNAL, "an exception without a message");
+    }
+}
+
+static_assert(int(Quantity::strain) == DERMIS_STRAIN && int(Quantity::sa1) == DERMIS_SA1 &&
+              int(Quantity::sa2) == DERMIS_SA2 && int(Quantity::fa1) == DERMIS_FA1 &&
+              int(Quantity::fa2) == DERMIS_FA2 && int(Quantity::curvature) == DERMIS_CURVATURE &&
+              int(Quantity::deformation) == DERMIS_DEFORMATION && int(Quantity::indentation) == DERMIS_INDENTATION);
+
+Quantity quantity_of(dermis_quantity q) {
+    if (q < DERMIS_STRAIN || q > DERMIS_INDENTATION)
+        scene::refuse("quantity", std::to_string(q), "DERMIS_STRAIN (0) .. DERMIS_INDENTATION (7)");
+    return Quantity(q);
+}
+
+Device device_of(const dermis_device* device) { return device ? device->device : Device::cpu(); }
+
+void fill(dermis_report* to, const Report& from) {
+    constexpr size_t most = sizeof to->retardation_times / sizeof(dermis_figure);
+    if (from.retardation_times.size() > most)
+        throw std::length_error("a report has " + std::to_string(from.retardation_times.size()) + " retardation times");
+    dermis_report report{};
+    report.size = sizeof report;
+    report.strain = figure_of(from.strain);
+    report.indentation = figure_of(from.indentation);
+    report.gain = figure_of(from.gain);
+    report.cells_per_ridge = figure_of(from.cells_per_ridge);
+    for (const Figure& f : from.retardation_times)
+        report.retardation_times[report.retardation_time_count++] = figure_of(f);
+    for (Quantity q : from.sign_changed) report.sign_changed |= DERMIS_BIT(int(q));
+    *to = report;
+}
+
+} // namespace dermis::c
+
+const char* dermis_version(void) { return dermis::version(); }
+
+const char* dermis_last_error(void) {
+    return dermis::c::message_lost ? "memory for a message could not be allocated" : dermis::c::last_error.c_str();
+}

@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: MIT
+// Contacts to pressure, on an array of the caller's.
+#include "dermis/contact.hpp"
+#include "host/doors/python/module.hpp"
+
+#include <climits>
+#include <nanobind/stl/array.h>
+
+namespace dermis::python {
+namespace {
+
+using contact::Contact, contact::Depths, contact::Pad, contact::Pose, contact::Taxels, contact::WorldContact;
+using Vector = std::array<double, 3>;
+using Rotation = std::array<double, 9>;
+
+// A pad with the array that it adds to.
+struct PadOnArray {
+    nb::ndarray<float, nb::ndim<2>, nb::device::cpu> pressure;
+    double spacing;
+    bool tiled;
+    Pad pad() const {
+        return {.width = int(pressure.shape(1)),
+                .height = int(pressure.shape(0)),
+                .spacing = spacing,
+                .pressure = pressure.data(),
+                .pitch = size_t(pressure.stride(0)),
+                .tiled = tiled};
+    }
+};
+
+// Whether the numbers of a row follow each other, and rows do not overlap.
+template <class Array> bool has_rows(const Array& array) {
+    if (array.size() == 0) return true;
+    return (array.shape(1) == 1 || array.stride(1) == 1) &&
+           (array.shape(0) == 1 || array.stride(0) >= int64_t(array.shape(1)));
+}
+
+void make_pad(PadOnArray* self, nb::handle pressure, double spacing, bool tiled) {
+    PadOnArray made{{}, spacing, tiled};
+    if (!nb::try_cast(readable(pressure), made.pressure, false) || !has_rows(made.pressure))
+        scene::refuse("pressure", description_of(pressure),
+                      "float32 array of shape (height, width) in Pa that can be written, its rows one after another");
+    new (self) PadOnArray(std::move(made));
+}
+
+// Calls, and gives an exception of contact.hpp the code and the parameter that it names first.
+template <class Call> auto refusing(Call&& call) {
+    try {
+        const Computing computing(nullptr);
+        return call();
+    } catch (const std::invalid_argument& e) {
+        const std::string what = e.what();
+        throw Error(Error::Code::bad_input, what.substr(0, what.find(" = ")), what);
+    }
+}
+
+contact::Report add_local(const PadOnArray& pad, const Sequence<Contact>& contacts) {
+    const auto local = items_of<Contact>(contacts, "contacts", "contact.Contact");
+    return refusing([&] { return add_contacts(pad.pad(), local); });
+}
+
+contact::Report add_in_world(const PadOnArray& pad, const Pose& pose, double reach,
+                             const Sequence<WorldContact>& contacts) {
+    const auto in_world = items_of<WorldContact>(contacts, "contacts", "contact.WorldContact");
+    return refusing([&] { return add_contacts(pad.pad(), pose, reach, in_world); });
+}
+
+contact::Report add_depths_of(const PadOnArray& pad, nb::handle depth, double force, double stiffness) {
+    nb::ndarray<nb::ro, float, nb::ndim<2>, nb::device::cpu> array;
+    const size_t height = pad.pressure.shape(0), width = pad.pressure.shape(1);
+    if (!nb::try_cast(readable(depth), array, false) || !has_rows(array) || array.shape(0) != height ||
+        array.shape(1) != width)
+        scene::refuse("depth", description_of(depth),
+                      "float32 array of shape " + shape_text({height, width}) + " in m, its rows one after another");
+    const Depths depths{
+        .depth = array.data(), .force = force, .stiffness = stiffness, .pitch = size_t(array.stride(0))};
+    return refusing([&] { return contact::add_depths(pad.pad(), depths); });
+}
+
+// Taxels may lie in memory in any order, as a transposed array does, but forward.
+contact::Report add_taxels_of(const PadOnArray& pad, nb::handle values, double width, double height, double x, double y,
+                              string_view unit) {
+    nb::ndarray<nb::ro, float, nb::ndim<2>, nb::device::cpu> array;
+    if (!nb::try_cast(readable(values), array, false) ||
+        (array.size() > 0 && (array.stride(0) < 1 || array.stride(1) < 1)) || array.shape(0) > INT_MAX ||
+        array.shape(1) > INT_MAX)
+        scene::refuse("values", description_of(values), "float32 array of shape (rows, columns), of positive strides");
+    if (unit != "newton" && unit != "pascal")
+        scene::refuse("unit", "\"" + std::string(unit) + "\"", "\"newton\", \"pascal\"");
+    const Taxels taxels{.unit = unit == "newton" ? Taxels::Unit::newton : Taxels::Unit::pascal,
+                        .values = array.data(),
+                        .columns = int(array.shape(1)),
+                        .rows = int(array.shape(0)),
+                        .width = width,
+                        .height = height,
+                        .x = x,
+                        .y = y,
+                        .column_step = size_t(array.stride(1)),
+                        .row_step = size_t(array.stride(0))};
+    return refusing([&] { return contact::add_taxels(pad.pad(), taxels); });
+}
+
+template <class Struct> void bind_patch(nb::class_<Struct>& type) {
+    type.def_rw("force", &Struct::force, "N, >= 0")
+        .def_rw("radius", &Struct::radius, "m, >= 0")
+        .def_rw("area", &Struct::area, "m^2, >= 0, in place of the radius");
+}
+
+void bind_contacts(nb::module_& m) {
+    nb::class_<Contact> local(m, "Contact", "A force on a round patch, in the pad's frame.");
+    local.def(
+        "__init__",
+        [](Contact* self, double x, double y, double force, double radius, double area) {
+            new (self) Contact{.x = x, .y = y, .force = force, .radius = radius, .area = area};
+        },
+        nb::kw_only(), nb::arg("x"), nb::arg("y"), nb::arg("force"), nb::arg("radius") = 0.0, nb::arg("area") = 0.0);
+    local.def_rw("x", &Contact::x, "m, along a row, from the outer corner of cell [0, 0]");
+    local.def_rw("y", &Contact::y, "m, from row to row");
+    bind_patch(local);
+    nb::class_<WorldContact> world(m, "WorldContact", "A force on a round patch, in the world.");
+    world.def(
+        "__init__",
+        [](WorldContact* self, const Vector& position, double force, double radius, double area,
+           const Vector& direction) {
+            new (self) WorldContact{
+                .position = position, .force = force, .radius = radius, .area = area, .direction = direction};
+        },
+        nb::kw_only(), nb::arg("position"), nb::arg("force"), nb::arg("radius") = 0.0, nb::arg("area") = 0.0,
+        nb::arg("direction") = Vector{});
+    world.def_rw("position", &WorldContact::position, "m");
+    world.def_rw("direction", &WorldContact::direction, "in which the force pushes the pad; 0: straight into it");
+    bind_patch(world);
+}
+
+void bind_pad(nb::module_& m) {
+    nb::class_<PadOnArray>(m, "Pad", "A grid of cells on an array of the caller's.")
+        .def(
+            "__init__", make_pad, nb::arg("pressure").none(), nb::arg("spacing"), nb::arg("tiled") = false,
+            "pressure: float32 of shape (height, width), Pa, which is added to in place. spacing: m between cells.\n"
+            "tiled: whether pads side by side share patches; what lies beyond the border is then asked of the others.");
+    nb::class_<Pose>(m, "Pose", "Where a pad is: world = position + rotation*local.")
+        .def(
+            "__init__",
+            [](Pose* self, const Vector& position, const Rotation& rotation) {
+                new (self) Pose{.position = position, .rotation = rotation};
+            },
+            nb::kw_only(), nb::arg("position") = Vector{}, nb::arg("rotation") = Rotation{1, 0, 0, 0, 1, 0, 0, 0, 1})
+        .def_static(
+            "from_quaternion",
+            [](const Vector& position, const std::array<double, 4>& quaternion) {
+                return Pose::from_quaternion(position.data(), quaternion.data());
+            },
+            nb::arg("position"), nb::arg("quaternion"), "position: m; quaternion: w, x, y, z.")
+        .def(
+            "from_middle", [](const Pose& pose, const PadOnArray& pad) { return pose.from_middle(pad.pad()); },
+            nb::arg("pad"), "Return this frame, moved from the middle of the pad to the outer corner of cell [0, 0].")
+        .def_rw("position", &Pose::position, "m, the outer corner of cell [0, 0]")
+        .def_rw("rotation", &Pose::rotation, "Nine numbers, row by row; columns are the pad's axes in the world.");
+}
+
+void bind_contact_report(nb::module_& m) {
+    nb::class_<contact::Report>(m, "ContactReport",
+                                "What became of the forces: asked = placed + outside + sideways, but for rounding.")
+        .def_ro("asked", &contact::Report::asked, "N: the forces given.")
+        .def_ro("placed", &contact::Report::placed, "N: the part that presses cells, by what their floats gained.")
+        .def_ro("outside", &contact::Report::outside,
+                "N: the part beside the pad, too far, turned away, or of depths that nowhere exceed 0.")
+        .def_ro("sideways", &contact::Report::sideways, "N: what forces at an angle to the pad lack.")
+        .def_ro("greatest", &contact::Report::greatest, "Greatest pressure of the cells pressed, Pa.")
+        .def_ro("cells", &contact::Report::cells, "Cells that are pressed now and were not before.")
+        .def_ro("below_cell", &contact::Report::below_cell, "Patches of which one cell takes all.")
+        .def_ro("beside", &contact::Report::beside)
+        .def_ro("too_far", &contact::Report::too_far)
+        .def_ro("turned_away", &contact::Report::turned_away)
+        .def_ro("level", &contact::Report::level, "m: of add_depths with a stiffness.")
+        .def_prop_ro("plausible", &contact::Report::plausible,
+                     "Whether at least 0.5 of the force is placed, at most 0.1 outside, and no pressure is doubtful.")
+        .def_prop_ro("doubts", &contact::Report::doubts, "Sentences that say why not; empty if plausible.");
+}
+
+} // namespace
+
+void bind_contact(nb::module_& m) {
+    bind_contact_report(m);
+    bind_contacts(m);
+    bind_pad(m);
+    m.def("add_contacts", add_local, nb::arg("pad"), nb::arg("contacts"),
+          "Add forces on round patches to the pad's pressure, in the pad's frame.");
+    m.def("add_contacts", add_in_world, nb::arg("pad"), nb::arg("pose"), nb::arg("reach"), nb::arg("contacts"),
+          "The same in the world, of contacts at most reach metres from the pad's plane.");
+    m.def("add_depths", add_depths_of, nb::arg("pad"), nb::arg("depth").none(), nb::arg("force"),
+          nb::arg("stiffness") = 0.0,
+          "Add a force where depth > 0, in proportion to it. depth: float32 of the pad's shape, m.\n"
+          "force: N; stiffness: Pa per m, with which a level is sought that makes the sum the force.");
+    m.def("add_taxels", add_taxels_of, nb::arg("pad"), nb::arg("values").none(), nb::kw_only(), nb::arg("width"),
+          nb::arg("height"), nb::arg("x") = 0.0, nb::arg("y") = 0.0, nb::arg("unit") = "newton",
+          "Add each reading of a sensor array to the cells below it, by the area that they share; forces are kept.\n"
+          "values: float32 of shape (rows, columns), columns along x, >= 0, of a unit \"newton\" or \"pascal\"; "
+          "readings\n"
+          "that stand column by column are values.T. width, height: m, of one taxel. x, y: m, outer corner of the "
+          "first.");
+    m.def(
+        "hertz_radius",
+        [](double force, double ball, double modulus) {
+            return refusing([&] { return contact::hertz_radius(force, ball, modulus); });
+        },
+        nb::arg("force"), nb::arg("ball"), nb::arg("modulus"),
+        "Return the radius in m of the patch of a rigid ball. force: N; ball: its radius, m; modulus: Pa.");
+}
+
+} // namespace dermis::python

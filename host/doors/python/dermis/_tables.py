@@ -1,0 +1,133 @@
+# SPDX-License-Identifier: MIT
+"""The tables of a scene as keyword objects. Keys, units and ranges are those of host/lab/scenes/README.md.
+
+None is a key that is not given. Where a key names a file, an array of float32 or float64 may stand in its place.
+"""
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Union
+
+import numpy as np
+
+from ._core import KelvinVoigt, Relaxation
+
+Array = np.ndarray[Any, np.dtype[Any]]
+MapOrFile = Union[Array, str, "os.PathLike[str]"]
+NumberOrMap = Union[float, MapOrFile]
+Numbers = Union[Sequence[float], Array]
+Cells = Union[Sequence[Sequence[int]], Array]
+
+
+@dataclass(kw_only=True)
+class Grid:
+    """width, height: cells. spacing: m between cells; without it a scene has no dimensions."""
+
+    width: int | None = None
+    height: int | None = None
+    spacing: float | None = None
+
+
+@dataclass(kw_only=True)
+class Surface:
+    """The ridges. path: heights of shape (height, width), of kind "file". relief, ridge_period: m.
+
+    noise_length: cells.
+    """
+
+    kind: str | None = None
+    path: MapOrFile | None = None
+    ridges: float | None = None
+    ridge_period: float | None = None
+    noise: float | None = None
+    noise_length: float | None = None
+    relief: float | None = None
+
+
+@dataclass(kw_only=True)
+class Material:
+    """modulus: Pa; viscosity: Pa s; numbers, or maps of shape (height, width). thickness, curvature_length: m.
+
+    elements in series with a spring (Pa) and a dashpot (Pa s), or a relaxation, stand in place of the first two.
+    """
+
+    modulus: NumberOrMap | None = None
+    viscosity: NumberOrMap | None = None
+    elements: Sequence[KelvinVoigt | Mapping[str, Any]] | None = None
+    spring: float | None = None
+    dashpot: float | None = None
+    relaxation: Relaxation | Mapping[str, Any] | None = None
+    thickness: float | None = None
+    curvature_length: float | None = None
+
+
+@dataclass(kw_only=True)
+class Load:
+    """The pressure: a map, times intensity in Pa, times an envelope over time in s.
+
+    path: pressures of shape (height, width), of kind "file"; or the .npy file of a "sequence". center: [x, y].
+    """
+
+    kind: str | None = None
+    path: MapOrFile | None = None
+    center: Sequence[int] | None = None
+    radius: int | None = None
+    intensity: float | None = None
+    interval: float | None = None
+    envelope: str | None = None
+    start: float | None = None
+    rise: float | None = None
+    frequency: float | None = None
+    phase: float | None = None
+    mean: float | None = None
+    amplitude: float | None = None
+    length: float | None = None
+    period: float | None = None
+    times: Numbers | None = None
+    values: Numbers | None = None
+
+
+@dataclass(kw_only=True)
+class Time:
+    """step, duration: s. Outputs are at 0, step, 2 step .. before the duration."""
+
+    step: float | None = None
+    duration: float | None = None
+
+
+@dataclass(kw_only=True)
+class Curvature:
+    """stencil: "five-point", "fourth-order", "published". edges: "mirror", "periodic", "published"."""
+
+    stencil: str | None = None
+    edges: str | None = None
+
+
+@dataclass(kw_only=True)
+class Receptors:
+    """sa2_adaptation: s. fa2: "point", "step-mean". fa2_gains: two numbers."""
+
+    sa2_adaptation: float | None = None
+    fa2: str | None = None
+    fa2_gains: Numbers | None = None
+
+
+@dataclass(kw_only=True)
+class Sites:
+    """Receptors in single cells: a file of them, or so many per cm2 of each class, as in density={"sa1": 70}."""
+
+    path: str | os.PathLike[str] | None = None
+    density: Mapping[str, float] | None = None
+    seed: int | None = None
+
+
+@dataclass(kw_only=True)
+class Output:
+    """traces: quantities. probes: cells [x, y]. fields: as in [{"at": 0.5, "what": ["sa1"]}], at in s."""
+
+    traces: Sequence[str] | None = None
+    extremes: bool | None = None
+    probes: Cells | None = None
+    fields: Sequence[Mapping[str, Any]] | None = None

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: MIT
+// Devices, and the reports that runs and skins share.
+#include "host/doors/python/module.hpp"
+
+namespace dermis::python {
+namespace {
+
+SharedDevice open(string_view which) {
+    const std::string name(which);
+    const Computing computing(nullptr);
+    return share(Device::open(name));
+}
+
+SharedDevice open_cpu(int threads) {
+    const Computing computing(nullptr);
+    return share(Device::cpu(threads));
+}
+
+std::vector<DeviceInfo> list() {
+    const Computing computing(nullptr);
+    return Device::list();
+}
+
+} // namespace
+
+SharedDevice share(Device device) {
+    const bool vulkan = device.info().vulkan;
+    return {std::move(device), vulkan ? std::make_shared<std::mutex>() : nullptr};
+}
+
+SharedDevice device_of(nb::handle argument) {
+    if (argument.is_none()) return open_cpu(0);
+    SharedDevice* device = nullptr;
+    if (nb::try_cast(argument, device) && device) return *device;
+    string_view which;
+    if (nb::try_cast(argument, which)) return open(which);
+    scene::refuse("device", description_of(argument), "a Device, a text as Device.open takes it, or None");
+}
+
+void bind_device(nb::module_& m) {
+    nb::class_<DeviceInfo>(m, "DeviceInfo", "What is known of a device.")
+        .def_ro("name", &DeviceInfo::name, "\"cpu\", or what the driver calls the device.")
+        .def_ro("kind", &DeviceInfo::kind, "\"cpu path\", \"discrete GPU\", \"software\" ..")
+        .def_ro("driver", &DeviceInfo::driver, "Name and version; empty for the CPU path.")
+        .def_ro("vulkan", &DeviceInfo::vulkan)
+        .def_ro("exact", &DeviceInfo::exact, "Whether a self-test gave the bits of the CPU path.")
+        .def_ro("refused", &DeviceInfo::refused, "The reason why the device cannot be used; empty if it can.")
+        .def("__repr__", [](const DeviceInfo& i) { return "<DeviceInfo " + i.name + ", " + i.kind + ">"; });
+    nb::class_<SharedDevice>(m, "Device", "Where runs and skins compute. Open one once and hand it to each.")
+        .def_static(
+            "cpu", open_cpu, nb::arg("threads") = 0,
+            "Return the CPU path. threads: 0 is one per core that the process may use, 1 only the calling thread.")
+        .def_static(
+            "open", open, nb::arg("which") = "auto",
+            "Open a device: \"auto\" (a GPU if there is one, else the CPU path), \"cpu\", \"vulkan\", a number\n"
+            "of list(), or a part of a Vulkan device's name.")
+        .def_static("list", list, "Return every Vulkan device, usable or not.")
+        .def_prop_ro("info", [](const SharedDevice& d) { return d.device.info(); });
+}
+
+void bind_report(nb::module_& m) {
+    nb::class_<Figure>(m, "Figure", "A figure, and the range in which it can mean skin. NaN: not known.")
+        .def_ro("value", &Figure::value)
+        .def_ro("least", &Figure::least)
+        .def_ro("greatest", &Figure::greatest)
+        .def_prop_ro("outside", &Figure::outside, "Whether the value is known and outside the range.")
+        .def("__repr__", [](const Figure& f) {
+            return "<Figure " + shortest(f.value) + " in " + shortest(f.least) + ".." + shortest(f.greatest) + ">";
+        });
+    nb::class_<Report>(m, "Report", "What the numbers of a skin mean.")
+        .def_ro("strain", &Report::strain, "Greatest |eps|: indentation over thickness.")
+        .def_ro("indentation", &Report::indentation, "m: thickness*strain.")
+        .def_ro("gain", &Report::gain, "Greatest |l*C|; above 1 responses can change sign.")
+        .def_ro("cells_per_ridge", &Report::cells_per_ridge)
+        .def_ro("retardation_times", &Report::retardation_times, "s")
+        .def_prop_ro(
+            "sign_changed",
+            [](const Report& r) {
+                std::vector<const char*> names;
+                for (Quantity q : r.sign_changed) names.push_back(name(q));
+                return names;
+            },
+            "The responses that have in some cell another sign than what they answer to.");
+}
+
+} // namespace dermis::python

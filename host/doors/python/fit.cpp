@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: MIT
+// Chains of elements from measured curves.
+#include "dermis/fit.hpp"
+#include "host/doors/python/module.hpp"
+
+namespace dermis::python {
+namespace {
+
+using Numbers = std::vector<double>;
+using FitFunction = Fit (*)(const Numbers&, const Numbers&, int, Residual);
+
+Residual residual_named(string_view name) {
+    if (name == "relative") return Residual::relative;
+    if (name == "absolute") return Residual::absolute;
+    scene::refuse("residual", "\"" + std::string(name) + "\"", "\"absolute\", \"relative\"");
+}
+
+Numbers numbers_in(const Sequence<double>& sequence, const char* parameter) {
+    return items_of<double>(sequence, parameter, "numbers");
+}
+
+template <FitFunction function>
+Fit fit(const Sequence<double>& times, const Sequence<double>& values, int n, string_view residual) {
+    const Residual kind = residual_named(residual);
+    const Numbers at = numbers_in(times, "times"),
+                  measured = numbers_in(values, function == fit_creep ? "compliances" : "moduli");
+    const Computing computing(nullptr);
+    return function(at, measured, n, kind);
+}
+
+std::string element_text(const KelvinVoigt& e) {
+    return "KelvinVoigt(modulus=" + shortest(e.modulus) + ", viscosity=" + shortest(e.viscosity) + ")";
+}
+
+} // namespace
+
+void bind_fit(nb::module_& m) {
+    nb::class_<KelvinVoigt>(m, "KelvinVoigt",
+                            "A spring beside a dashpot: modulus*strain + viscosity*rate = pressure. Viscosity 0 is a\n"
+                            "spring, modulus 0 a dashpot.")
+        .def(
+            "__init__",
+            [](KelvinVoigt* self, double modulus, double viscosity) {
+                new (self) KelvinVoigt{.modulus = modulus, .viscosity = viscosity};
+            },
+            nb::kw_only(), nb::arg("modulus") = 0.0, nb::arg("viscosity") = 0.0)
+        .def_rw("modulus", &KelvinVoigt::modulus, "Pa, >= 0")
+        .def_rw("viscosity", &KelvinVoigt::viscosity, "Pa s, >= 0")
+        .def("__repr__", element_text);
+    nb::class_<Relaxation>(m, "Relaxation", "The generalized Maxwell model: what papers call a Prony series.")
+        .def(
+            "__init__",
+            [](Relaxation* self, const Sequence<double>& moduli, const Sequence<double>& times, double equilibrium) {
+                new (self) Relaxation{numbers_in(moduli, "moduli"), numbers_in(times, "times"), equilibrium};
+            },
+            nb::kw_only(), nb::arg("moduli") = nb::tuple(), nb::arg("times") = nb::tuple(),
+            nb::arg("equilibrium") = 0.0)
+        .def_prop_rw(
+            "moduli", [](const Relaxation& r) { return r.moduli; },
+            [](Relaxation& r, const Sequence<double>& moduli) { r.moduli = numbers_in(moduli, "moduli"); }, "Pa, > 0")
+        .def_prop_rw(
+            "times", [](const Relaxation& r) { return r.times; },
+            [](Relaxation& r, const Sequence<double>& times) { r.times = numbers_in(times, "times"); }, "s, > 0")
+        .def_rw("equilibrium", &Relaxation::equilibrium, "Pa, >= 0");
+    nb::class_<Fit>(m, "Fit", "A chain of elements that was fitted to a measured curve.")
+        .def_ro("elements", &Fit::elements, "A spring, elements by ascending retardation time, a dashpot.")
+        .def_ro("errors", &Fit::errors, "Standard error of the logarithm of each number of the elements.")
+        .def_ro("residual", &Fit::residual, "Root mean square of the residual.")
+        .def_prop_ro(
+            "model", [](nb::handle_t<Fit> self) { return view(nb::cast<const Fit&>(self).model, self); },
+            "The curve at the times of the data, float64 of shape (times,).")
+        .def_ro("undetermined", &Fit::undetermined, "Sentences about what the data leave open.");
+    m.def("chain_of", &chain_of, nb::arg("relaxation"),
+          "Return the chain of elements that relaxes so, for material.elements.");
+    m.def(
+        "relaxation_of",
+        [](const Sequence<KelvinVoigt>& elements) {
+            return relaxation_of(items_of<KelvinVoigt>(elements, "elements", "KelvinVoigt"));
+        },
+        nb::arg("elements"), "Return the relaxation of a chain, times ascending.");
+    m.def("fit_creep", fit<fit_creep>,
+          nb::sig("def fit_creep(times: Sequence[float] | NDArray[numpy.floating], "
+                  "compliances: Sequence[float] | NDArray[numpy.floating], n: int, residual: str = 'relative') -> Fit"),
+          nb::arg("times"), nb::arg("compliances"), nb::arg("n"), nb::arg("residual") = "relative",
+          "Fit a chain of at most n elements, 1..8, to measured creep.\n\n"
+          "times: s, >= 0; compliances: 1/Pa; at least 2*n + 1 of each. residual: \"relative\" or \"absolute\".");
+    m.def("fit_relaxation", fit<fit_relaxation>,
+          nb::sig("def fit_relaxation(times: Sequence[float] | NDArray[numpy.floating], "
+                  "moduli: Sequence[float] | NDArray[numpy.floating], n: int, residual: str = 'relative') -> Fit"),
+          nb::arg("times"), nb::arg("moduli"), nb::arg("n"), nb::arg("residual") = "relative",
+          "Fit a chain of at most n elements, 1..8, to a measured relaxation.\n\n"
+          "times: s, >= 0; moduli: Pa; at least 2*n + 1 of each. residual: \"relative\" or \"absolute\".");
+}
+
+} // namespace dermis::python

@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: MIT
+// The module dermis._core. The package around it is in host/doors/python/dermis.
+#include "host/doors/python/module.hpp"
+
+#include <chrono>
+#include <thread>
+
+namespace dermis::python {
+namespace {
+
+const char* name_of(Error::Code code) {
+    switch (code) {
+    case Error::Code::bad_input: return "bad_input";
+    case Error::Code::no_device: return "no_device";
+    case Error::Code::device: return "device";
+    case Error::Code::io: return "io";
+    case Error::Code::no_memory: return "no_memory";
+    }
+    return "(no such code)";
+}
+
+// A str, even of bytes that are no UTF-8, as a path may have them.
+nb::object str_of(string_view text) {
+    nb::object str = nb::steal(PyUnicode_DecodeUTF8(text.data(), Py_ssize_t(text.size()), "backslashreplace"));
+    if (!str.is_valid()) nb::raise_python_error();
+    return str;
+}
+
+// Raises MemoryError or dermis.Error in place of a dermis::Error, and MemoryError where this module itself had no
+// memory. Other exceptions are nanobind's to translate.
+void translate(const std::exception_ptr& thrown, void*) {
+    try {
+        std::rethrow_exception(thrown);
+    } catch (const Error& e) {
+        if (e.code() == Error::Code::no_memory) return PyErr_SetString(PyExc_MemoryError, e.what());
+        const nb::object type = nb::module_::import_("dermis._error").attr("Error");
+        const nb::tuple arguments = nb::make_tuple(name_of(e.code()), str_of(e.parameter()), str_of(e.what()));
+        PyErr_SetObject(type.ptr(), arguments.ptr());
+    } catch (const std::bad_alloc&) {
+        PyErr_SetString(PyExc_MemoryError, "out of memory: what a call takes or returns could not be allocated");
+    }
+}
+
+std::string type_of(const nb::dlpack::dtype& dtype) {
+    using Code = nb::dlpack::dtype_code;
+    const Code code = Code(dtype.code);
+    const std::string name = code == Code::Bool      ? "bool"
+                             : code == Code::Int     ? "int"
+                             : code == Code::UInt    ? "uint"
+                             : code == Code::Float   ? "float"
+                             : code == Code::Bfloat  ? "bfloat"
+                             : code == Code::Complex ? "complex"
+                                                     : "other";
+    return code == Code::Bool ? name : name + std::to_string(dtype.bits);
+}
+
+// Calls a method, and returns None where that raises an Exception.
+template <class... Arguments> nb::object result_of(const nb::object& method, Arguments&&... arguments) {
+    try {
+        return method(std::forward<Arguments>(arguments)...);
+    } catch (const nb::python_error& e) {
+        if (!e.matches(PyExc_Exception)) throw;
+        return nb::none();
+    }
+}
+
+// Returns what __dlpack__ gives, or None. Arrays older than DLPack 1 do not know the keyword, by which others say
+// whether they can be written to.
+nb::object capsule_of(nb::handle argument) {
+    const nb::object method = argument.attr("__dlpack__");
+    const nb::object capsule = result_of(method, nb::arg("max_version") = nb::make_tuple(1, 1));
+    return capsule.is_none() ? result_of(method) : capsule;
+}
+
+} // namespace
+
+// Up to Python 3.13 an interpreter that ends unwinds threads that come back to it, and no destructor may be unwound. So
+// such a thread waits here for the end of the process.
+void Computing::come_back() noexcept {
+    if (lock_) lock_.unlock();
+    try {
+        PyEval_RestoreThread(state_);
+    } catch (...) {
+        for (;;) std::this_thread::sleep_for(std::chrono::hours(1));
+    }
+}
+
+std::function<void(double)> Computing::progress(nb::handle progress) {
+    using Clock = std::chrono::steady_clock;
+    return [this, progress, last = Clock::time_point()](double done) mutable {
+        if (done < 1 && Clock::now() - last < std::chrono::milliseconds(50)) return; // a run may call far more often
+        come_back();
+        struct LeavingAgain {
+            Computing& computing;
+            ~LeavingAgain() {
+                computing.state_ = PyEval_SaveThread();
+                if (computing.lock_.mutex()) computing.lock_.lock();
+            }
+        } leaving_again{*this};
+        if (PyErr_CheckSignals() != 0) nb::raise_python_error();
+        if (!progress.is_none()) progress(done);
+        last = Clock::now();
+    };
+}
+
+nb::object readable(nb::handle argument) {
+    const bool has_dlpack = nb::hasattr(argument, "__dlpack__"), has_buffer = PyObject_CheckBuffer(argument.ptr());
+    if (has_dlpack)
+        if (nb::object capsule = capsule_of(argument); PyCapsule_CheckExact(capsule.ptr())) return capsule;
+    if (!has_buffer) return has_dlpack ? nb::none() : nb::borrow(argument);
+    nb::object view = nb::steal(PyMemoryView_FromObject(argument.ptr()));
+    if (view.is_valid()) return view;
+    PyErr_Clear();
+    return nb::none();
+}
+
+std::optional<AnyArray> array_in(nb::handle argument) {
+    AnyArray array;
+    if (!nb::try_cast(readable(argument), array, false)) return {};
+    return array;
+}
+
+std::string shape_text(const std::vector<size_t>& shape) {
+    std::string text;
+    for (size_t n : shape) text += (text.empty() ? "" : ", ") + std::to_string(n);
+    return "(" + text + (shape.size() == 1 ? ",)" : ")");
+}
+
+std::string description_of(nb::handle argument) {
+    nb::ndarray<nb::ro> array;
+    if (!nb::try_cast(readable(argument), array, false)) {
+        const nb::str text = nb::repr(argument);
+        const nb::object bytes = nb::steal(PyUnicode_AsEncodedString(text.ptr(), "utf-8", "backslashreplace"));
+        if (!bytes.is_valid()) nb::raise_python_error();
+        return beginning_of(nb::borrow<nb::bytes>(bytes).c_str(), 60);
+    }
+    std::vector<size_t> shape;
+    for (size_t i = 0; i < array.ndim(); ++i) shape.push_back(array.shape(i));
+    const std::string where = array.device_type() == nb::device::cpu::value ? "" : " on another device";
+    return type_of(array.dtype()) + " array of shape " + shape_text(shape) + where;
+}
+
+} // namespace dermis::python
+
+NB_MODULE(_core, m) {
+    using namespace dermis::python;
+    m.doc() = "The compiled part of dermis. Use the package dermis, which has all of it.";
+    m.attr("version") = dermis::version();
+    m.attr("commit") = dermis::commit();
+    nanobind::set_leak_warnings(false); // a daemon thread keeps what it holds when the interpreter ends
+    nanobind::register_exception_translator(translate);
+    bind_device(m);
+    bind_report(m);
+    bind_scene(m);
+    bind_result(m);
+    bind_skin(m);
+    bind_fit(m);
+    bind_contact(m);
+}

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: MIT
+// The files of the Python module share this. A dermis::Error becomes dermis.Error with its code and parameter.
+#pragma once
+
+#include "host/core/base/refusal.hpp"
+#include "host/core/description/names.hpp"
+
+#include <functional>
+#include <mutex>
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/string_view.h>
+#include <nanobind/stl/tuple.h>
+#include <nanobind/stl/vector.h>
+
+// nanobind's conversions of arguments may not throw, so one that allocates ends the process where there is no memory.
+// Functions take texts as std::string_view and other sequences as nb::typed<nb::sequence, ..>, for items_of().
+namespace dermis::python {
+
+namespace nb = nanobind;
+
+using std::string_view;
+template <class Item> using Sequence = nb::typed<nb::sequence, Item>;
+
+void bind_contact(nb::module_&);
+void bind_device(nb::module_&);
+void bind_fit(nb::module_&);
+void bind_report(nb::module_&);
+void bind_result(nb::module_&);
+void bind_scene(nb::module_&);
+void bind_skin(nb::module_&);
+
+// A device. in_use: set for a Vulkan device, which one thread at a time may use, with all its skins and runs.
+struct SharedDevice {
+    Device device;
+    std::shared_ptr<std::mutex> in_use;
+};
+SharedDevice share(Device);
+// The device of an argument: a Device, the text that Device.open takes, or None for the CPU path.
+SharedDevice device_of(nb::handle);
+
+// Releases the interpreter's lock while it lives, so that other Python threads run, and holds `in_use`, unless that is
+// null. It unlocks `in_use` before it takes the interpreter's lock again, so that two threads never wait for each
+// other.
+class Computing {
+  public:
+    explicit Computing(std::mutex* in_use) : state_(PyEval_SaveThread()) {
+        if (in_use) lock_ = std::unique_lock(*in_use);
+    }
+    ~Computing() { come_back(); }
+    Computing(const Computing&) = delete;
+    Computing& operator=(const Computing&) = delete;
+
+    // Returns what a run calls while it computes. It lets Ctrl-C and other signals act, by an exception that ends the
+    // run, and calls `progress` with the fraction done, unless that is None.
+    std::function<void(double)> progress(nb::handle progress);
+
+  private:
+    void come_back() noexcept;
+
+    PyThreadState* state_;
+    std::unique_lock<std::mutex> lock_;
+};
+
+// An array of numbers that belong to `owner`, which lives as long as the array. It cannot be written to.
+template <class Number> using View = nb::ndarray<nb::numpy, const Number>;
+template <class Number> View<Number> view(const Number* data, const std::vector<size_t>& shape, nb::handle owner) {
+    return View<Number>(data, shape.size(), shape.data(), owner);
+}
+inline View<double> view(const std::vector<double>& numbers, nb::handle owner) {
+    return view(numbers.data(), {numbers.size()}, owner);
+}
+
+// Returns what nanobind can safely read an array from. An object with __dlpack__ gives its capsule, which is then used
+// up: a second array from the same capsule would share one owner. A buffer becomes a memoryview: ctypes gives buffers
+// without strides, which nanobind reads unasked. Other objects are returned as they are.
+nb::object readable(nb::handle);
+
+// Any array in the memory of the CPU, by DLPack or the buffer protocol, to be read; nothing where it is none.
+using AnyArray = nb::ndarray<nb::ro, nb::device::cpu>;
+std::optional<AnyArray> array_in(nb::handle);
+// Says what an argument is, as in "float64 array of shape (25, 20)", or gives the beginning of its repr.
+std::string description_of(nb::handle);
+std::string shape_text(const std::vector<size_t>& shape); // "(25, 20)"
+
+template <class Enum> Enum value_named(const char* parameter, string_view name) {
+    const std::optional<Enum> value = scene::value_of<Enum>(name);
+    if (!value) scene::refuse(parameter, "\"" + std::string(name) + "\"", scene::quoted_names<Enum>());
+    return *value;
+}
+
+// The items of a sequence. Throws Error::bad_input where it is a text, or one of them is no Item; allowed: says what
+// is.
+template <class Item>
+std::vector<Item> items_of(const nb::sequence& sequence, const char* parameter, const char* allowed) {
+    if (PyUnicode_Check(sequence.ptr())) scene::refuse(parameter, description_of(sequence), allowed);
+    std::vector<Item> items;
+    for (nb::handle item : sequence) {
+        Item value{};
+        if (item.is_none() || !nb::try_cast(item, value)) scene::refuse(parameter, description_of(item), allowed);
+        items.push_back(std::move(value));
+    }
+    return items;
+}
+
+} // namespace dermis::python

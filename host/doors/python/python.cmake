@@ -1,0 +1,21 @@
+# SPDX-License-Identifier: MIT
+# The compiled module of the Python package, with its stub. pyproject.toml sets DERMIS_PYTHON and adds the rest.
+find_package(Python 3.10 REQUIRED COMPONENTS Interpreter Development.Module)
+find_package(nanobind 3.1 CONFIG REQUIRED)
+nanobind_add_module(dermis_python NB_STATIC
+    host/doors/python/contact.cpp
+    host/doors/python/devices.cpp
+    host/doors/python/fit.cpp
+    host/doors/python/module.cpp
+    host/doors/python/result.cpp
+    host/doors/python/scene.cpp
+    host/doors/python/skin.cpp)
+set_target_properties(dermis_python PROPERTIES OUTPUT_NAME _core)
+target_link_libraries(dermis_python PRIVATE dermis_objects dermis_options)
+nanobind_add_stub(dermis_python_stub
+    MODULE _core
+    OUTPUT ${DERMIS_GENERATED}/_core.pyi
+    PYTHON_PATH $<TARGET_FILE_DIR:dermis_python>
+    DEPENDS dermis_python)
+install(TARGETS dermis_python LIBRARY DESTINATION dermis)
+install(FILES ${DERMIS_GENERATED}/_core.pyi DESTINATION dermis)

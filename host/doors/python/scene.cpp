@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: MIT
+// Scenes from texts, files, and maps and sites in memory.
+#include "host/lab/scenes/scene.hpp"
+#include "host/doors/python/module.hpp"
+
+namespace dermis::python {
+namespace {
+
+using MapArray = nb::ndarray<nb::ro, double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+using MapArrays = std::map<std::string, MapArray>;
+using NamedSite = std::tuple<const char*, int, int>; // type, x, y
+using NamedMaps = nb::typed<nb::dict, nb::str, MapArray>;
+using NamedSites = Sequence<nb::typed<nb::tuple, nb::str, int, int>>;
+
+// A map may have as many numbers as the grid has cells, and yet its rows along x.
+void check_shapes(const MapArrays& maps, const Grid& grid) {
+    const std::vector<size_t> shape = {size_t(grid.height), size_t(grid.width)};
+    for (const auto& [name, map] : maps)
+        if (map.shape(0) != shape[0] || map.shape(1) != shape[1])
+            scene::refuse(name, "array of shape " + shape_text({map.shape(0), map.shape(1)}),
+                          "shape (height, width) = " + shape_text(shape));
+}
+
+std::vector<Site> sites_named(const NamedSites& named) {
+    std::vector<Site> sites;
+    for (nb::handle item : named) {
+        const nb::sequence site = nb::cast<nb::sequence>(item);
+        string_view type;
+        Cell cell{};
+        if (!nb::try_cast(site[0], type) || !nb::try_cast(site[1], cell.x) || !nb::try_cast(site[2], cell.y))
+            scene::refuse("sites", description_of(item), "(type, x, y), as in (\"sa1\", 12, 40)");
+        sites.push_back({value_named<Quantity>("sites", type), cell});
+    }
+    return sites;
+}
+
+MapArrays arrays_of(const NamedMaps& named) {
+    MapArrays arrays;
+    for (const auto [name, array] : named) arrays.emplace(nb::cast<string_view>(name), nb::cast<MapArray>(array));
+    return arrays;
+}
+
+// The text is one that the package made: its lines mean nothing to a user.
+Scene scene_of(string_view text, const NamedMaps& named, const std::optional<NamedSites>& sites) {
+    const MapArrays arrays = arrays_of(named);
+    scene::NamedMaps maps;
+    for (const auto& [name, map] : arrays) maps.emplace(name, std::vector<double>(map.data(), map.data() + map.size()));
+    try {
+        Scene scene = scene::read_scene(scene::text_of_string(std::string(text), ""), {}, maps).scene;
+        check_shapes(arrays, scene.grid);
+        if (!sites) return scene;
+        scene.sites = sites_named(*sites);
+        scene::validate(scene);
+        return scene;
+    } catch (const Error& e) {
+        const std::string what = e.what(), place = what.substr(0, what.find(": "));
+        throw Error(e.code(), e.parameter(),
+                    place == "scene" || place.starts_with("scene:") ? what.substr(place.size() + 2) : what);
+    }
+}
+
+View<double> map_view(const Map& map, const Scene& scene, nb::handle owner) {
+    return view(map.data(), {size_t(scene.grid.height), size_t(scene.grid.width)}, owner);
+}
+
+// Returns the maps of a scene by name, each as a view of numbers that nobody else has.
+nb::typed<nb::dict, nb::str, View<double>> maps_of(const Scene& scene) {
+    std::unique_ptr<SceneMaps> made;
+    {
+        const Computing computing(nullptr);
+        made = std::make_unique<SceneMaps>(maps(scene));
+    }
+    const nb::capsule owner(made.get(), [](void* p) noexcept { delete static_cast<SceneMaps*>(p); });
+    const SceneMaps* kept = made.release();
+    nb::typed<nb::dict, nb::str, View<double>> views;
+    views["surface"] = map_view(kept->surface, scene, owner);
+    views["rest_curvature"] = map_view(kept->rest_curvature, scene, owner);
+    views["pressure"] = map_view(kept->pressure, scene, owner);
+    return views;
+}
+
+std::vector<NamedSite> sites_of(const Scene& scene) {
+    std::vector<NamedSite> named;
+    for (const Site& site : scene.sites) named.emplace_back(name(site.type), site.cell.x, site.cell.y);
+    return named;
+}
+
+// Bytes, because a path need not be UTF-8.
+std::string path_of(const nb::bytes& path) { return {path.c_str(), path.size()}; }
+
+std::vector<std::string> texts_in(const Sequence<nb::str>& overrides) {
+    const auto views = items_of<string_view>(overrides, "overrides", "texts");
+    return {views.begin(), views.end()};
+}
+
+} // namespace
+
+void bind_scene(nb::module_& m) {
+    nb::class_<Scene>(m, "Scene", "A checked scene.")
+        .def(
+            "__init__",
+            [](Scene* self, string_view text, const nb::bytes& folder, const Sequence<nb::str>& overrides) {
+                new (self) Scene(Scene::from_string(std::string(text), texts_in(overrides), path_of(folder)));
+            },
+            nb::arg("text"), nb::arg("folder"), nb::arg("overrides"))
+        .def(
+            "__init__",
+            [](Scene* self, string_view text, const NamedMaps& maps, const std::optional<NamedSites>& sites) {
+                new (self) Scene(scene_of(text, maps, sites));
+            },
+            nb::arg("text"), nb::arg("maps"), nb::arg("sites").none())
+        .def(
+            "__init__",
+            [](Scene* self, const nb::bytes& path, const Sequence<nb::str>& overrides) {
+                new (self) Scene(Scene::from_file(path_of(path), texts_in(overrides)));
+            },
+            nb::arg("path"), nb::arg("overrides"))
+        .def_prop_ro(
+            "width", [](const Scene& s) { return s.grid.width; }, "Cells along x.")
+        .def_prop_ro(
+            "height", [](const Scene& s) { return s.grid.height; }, "Rows of cells.")
+        .def_prop_ro(
+            "spacing", [](const Scene& s) { return s.grid.spacing; },
+            "Metres between cells; None in a scene without dimensions.")
+        .def_prop_ro("sites", sites_of, "The receptors as (type, x, y), in the order of their responses.");
+    m.def("maps", maps_of, nb::arg("scene"),
+          "Return the maps that a scene is made of, float64 of shape (height, width) each: \"surface\" (m with a\n"
+          "spacing), \"rest_curvature\" (1/m) and \"pressure\" (Pa, where the envelope is 1).");
+}
+
+} // namespace dermis::python

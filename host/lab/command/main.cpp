@@ -1,0 +1,407 @@
+// SPDX-License-Identifier: MIT
+// The dermis command. Exit status: 0 done, 1 failed or cells differ, 2 bad input.
+#include "host/core/description/element.hpp"
+#include "host/core/description/names.hpp"
+#include "host/core/embedding/check.hpp"
+#include "host/core/press/device.hpp"
+#include "host/lab/command/fit.hpp"
+#include "host/lab/command/settings.hpp"
+#include "host/lab/command/sweep.hpp"
+#include "host/lab/output/earlier.hpp"
+#include "host/lab/output/warnings.hpp"
+#include "host/lab/scenes/nearest.hpp"
+#include "host/lab/scenes/scene.hpp"
+#include "host/lab/study/study.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <csignal>
+#include <cstring>
+#include <exception>
+#include <new>
+
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+namespace dermis::cli {
+namespace {
+
+constexpr char out_of_memory[] = "dermis: out of memory\n";
+
+// Ends the command with status 1 where an allocation fails before main(), or in a function of a parser that may not
+// throw. Any other exception ends it as it would have.
+std::terminate_handler terminate_otherwise;
+[[noreturn]] void terminate_without_memory() {
+    if (std::current_exception()) try {
+            throw;
+        } catch (const std::bad_alloc&) {
+            [[maybe_unused]] const ssize_t n = ::write(2, out_of_memory, sizeof out_of_memory - 1);
+            std::_Exit(1);
+        } catch (...) {
+        }
+    terminate_otherwise();
+    std::abort();
+}
+// The priority puts this before the objects of other headers and files.
+struct Terminator {
+    Terminator() { terminate_otherwise = std::set_terminate(terminate_without_memory); }
+};
+[[gnu::init_priority(101)]] Terminator terminator;
+
+struct Arguments {
+    std::string scene, out, device = "auto", precision;
+    std::string checked_device; // empty: every device
+    std::vector<std::string> overrides;
+    bool check = false, resume = false;
+    FitArguments fit;
+};
+
+std::string shown(const DeviceInfo& d) { return d.driver.empty() ? d.name : fmt::format("{} ({})", d.name, d.driver); }
+
+// A stencil estimate with its scale.
+std::string shown_estimate(double estimate, double greatest) {
+    return fmt::format("stencil estimate |C5 - C4| = {:.3g}, {:.2g} % of the greatest |C|", estimate,
+                       greatest > 0 ? 100 * estimate / greatest : 0);
+}
+
+// Prints the figures by which a user judges a result, and its warnings.
+void print_scene(const Scene& s, const Result& r) {
+    const auto span = [](double a, double b) {
+        return a == b ? fmt::format("{:.6g}", a) : fmt::format("{:.6g}..{:.6g}", a, b);
+    };
+    fmt::print("tau = {} s, z = dt/tau = {}\n", span(r.tau_min, r.tau_max),
+               span(s.time.step / r.tau_max, s.time.step / r.tau_min));
+    if (r.model == Model::sites) {
+        fmt::print("{} receptors, without the rest of the skin\n", s.sites.size());
+    } else {
+        fmt::print("greatest |l*C| = {:.4g}\n", r.greatest_gain);
+        fmt::print("{}\n", shown_estimate(r.stencil_estimate, r.greatest_curvature));
+        if (std::isfinite(r.cells_per_ridge)) fmt::print("{:.1f} cells per ridge\n", r.cells_per_ridge);
+    }
+    for (const std::string& warning : output::warnings(s, r)) fmt::print("warning: {}\n", warning);
+}
+
+std::string engineering(double x) {
+    for (auto [unit, size] : {std::pair{"T", 1e12}, {"G", 1e9}, {"M", 1e6}, {"k", 1e3}})
+        if (x >= size) return fmt::format("{:.3g} {}", x / size, unit);
+    return fmt::format("{:.3g} ", x);
+}
+
+RunOptions options_of(const Arguments& a) {
+    RunOptions options;
+    options.precision = scene::value_of<Precision>(a.precision);
+    options.check = a.check;
+    options.describe_each = true;
+    return options;
+}
+
+Device device_of(const Arguments& a) { return a.device == "auto" ? open_when_marching() : Device::open(a.device); }
+
+// Says why "auto" found no Vulkan device, if one was looked for.
+void print_refused(const Result& r) {
+    if (!r.device.refused.empty()) fmt::print("{}\n", r.device.refused);
+}
+
+// Elements in series as a scene has them.
+std::string in_series(const std::vector<KelvinVoigt>& chain) {
+    std::vector<std::string> elements, others;
+    for (const KelvinVoigt& e : chain)
+        if (e.viscosity == 0) others.push_back(fmt::format("spring = {:.6g}", e.modulus));
+        else if (e.modulus == 0) others.push_back(fmt::format("dashpot = {:.6g}", e.viscosity));
+        else elements.push_back(fmt::format("{{ modulus = {:.6g}, viscosity = {:.6g} }}", e.modulus, e.viscosity));
+    if (!elements.empty()) others.insert(others.begin(), fmt::format("elements = [{}]", fmt::join(elements, ", ")));
+    return fmt::format("{}", fmt::join(others, ", "));
+}
+
+// Prints which elements in series stand for a scene's, if fewer do.
+void print_reduced(const char* indent, const Scene& scene, const std::vector<KelvinVoigt>& reduced) {
+    if (reduced.empty()) return;
+    fmt::print("{}in place of {} elements in series: {}\n", indent, scene::chain_of(scene.material).size(),
+               in_series(reduced));
+}
+
+// Prints every candidate with its cost and error, and why it is taken or not.
+void explain_run(const Arguments& a, const std::vector<std::string>& overrides, const Device& device) {
+    const Scene scene = Scene::from_file(a.scene, overrides);
+    const Explanation e = explain(scene, device, options_of(a));
+    fmt::print("{}: {} x {} cells, {} outputs, method {}, tolerance {}{}\n", a.scene, scene.grid.width,
+               scene.grid.height, e.candidates[e.chosen].steps, name(scene.method), e.tolerance,
+               e.binding ? "" : " (default: of what is chosen freely)");
+    fmt::print("   {} at rest, apart from the errors below\n",
+               shown_estimate(e.stencil_estimate, e.greatest_curvature));
+    if (e.retardation_times.size() == 1)
+        fmt::print(
+            "   materials differ, but all have tau = {:.6g} s: the strain is pressure over {}, times one function of "
+            "time\n",
+            e.retardation_times[0], std::isfinite(e.retardation_times[0]) ? "modulus" : "viscosity");
+    else if (e.retardation_times.size() > 1)
+        fmt::print(
+            "   materials have tau = {:.6g} s: the strain is the sum of {} maps, each times a function of time\n",
+            fmt::join(e.retardation_times, ", "), e.retardation_times.size());
+    for (size_t i = 0; i < e.candidates.size(); ++i) {
+        const Candidate& c = e.candidates[i];
+        fmt::print("{} {} in {} on {}\n", i == e.chosen ? "->" : "  ", name(c.model), name(c.precision), c.device);
+        if (c.steps)
+            fmt::print("       {} steps, {} dispatches, {}flop, {}B moved, {}B of memory, about {:.2g} s\n", c.steps,
+                       c.dispatches, engineering(c.flops), engineering(c.traffic), engineering(c.bytes), c.seconds);
+        print_reduced("       ", scene, c.reduced);
+        if (!std::isnan(c.error)) fmt::print("       error at most {:.2g}\n", c.error);
+        if (!c.refused.empty()) fmt::print("       not taken: {}\n", c.refused);
+    }
+}
+
+int explain_scene(const Arguments& a) {
+    const auto runs = combinations(settings_of(a.overrides));
+    const Device device = device_of(a);
+    for (const auto& overrides : runs) {
+        if (runs.size() > 1) fmt::print("{}\n", fmt::join(overrides, " "));
+        explain_run(a, overrides, device);
+    }
+    return 0;
+}
+
+int run_scene(const Arguments& a) {
+    const std::vector<Setting> settings = settings_of(a.overrides);
+    const output::Path out = a.out;
+    const output::Origin asked{.device = a.device, .precision = a.precision, .check = a.check};
+    const Plan plan = plan_of(a.scene, out, settings, asked); // a bad run is refused first
+    const Scene& scene = plan.runs[0].scene;
+    const Device device = device_of(a);
+    RunOptions options = options_of(a);
+    const output::Folder folder(out);
+    if (plan.runs.size() > 1) {
+        const bool same = sweep(folder, settings, plan, device, options, a.resume);
+        fmt::print("{}: {} runs\n{}\n", a.scene, plan.runs.size(), (out / "runs.csv").string());
+        return same ? 0 : 1;
+    }
+    if (a.resume && output::is_finished(out, scene, plan.origin(0))) {
+        output::remove_earlier_sweep(out, 1);
+        fmt::print("{}: done before\n{}\n", a.scene, (out / "traces.csv").string());
+        return output::figures_of(out).wrong() ? 1 : 0;
+    }
+    output::Progress progress(a.scene);
+    options.progress = std::ref(progress);
+    const Result r = run(scene, device, options);
+    print_refused(r);
+    output::write_result(folder, scene, r, plan.origin(0));
+    output::remove_earlier_sweep(out, 1);
+    const double cells = double(scene.grid.width) * scene.grid.height;
+    fmt::print("{}: {} x {} cells, {} steps, {}, {}, {} on {}: {:.3f} s", a.scene, scene.grid.width, scene.grid.height,
+               r.steps, name(scene.method), name(r.model), name(r.precision), shown(r.device), r.seconds);
+    if (a.check) fmt::print(" with the other backend and the comparison\n");
+    else fmt::print(", {:.2f} ns per cell-step\n", 1e9 * r.seconds / (cells * double(r.steps)));
+    print_scene(scene, r);
+    print_reduced("", scene, r.reduced);
+    if (!std::isnan(r.predicted_error)) fmt::print("predicted error at most {:.2g}", r.predicted_error);
+    if (!std::isnan(r.measured_error)) fmt::print(", measured in some cells {:.2g}", r.measured_error);
+    if (!std::isnan(r.predicted_error)) fmt::print("\n");
+    if (a.check) fmt::print("{} cells compared, {} different\n", r.cells_compared, r.cells_different);
+    fmt::print("{}\n", (out / "traces.csv").string());
+    const bool wrong = r.measured_error > r.predicted_error;
+    if (wrong) fmt::print(stderr, "dermis: the measured error is above the prediction: these results are wrong\n");
+    return wrong || r.cells_different ? 1 : 0;
+}
+
+int list_devices() {
+    fmt::print("cpu: the CPU path, {} threads\n", Device::cpu().impl().backend->capabilities().threads);
+    try {
+        int row = 0;
+        for (const DeviceInfo& d : Device::list())
+            fmt::print("{}: {}, {}, {}{}\n", row++, d.name, d.kind, d.driver,
+                       d.refused.empty() ? "" : "; not usable: " + d.refused);
+    } catch (const Error& e) {
+        if (e.code() != Error::Code::no_device) throw;
+        fmt::print("no Vulkan device: {}\n", e.what());
+    }
+    return 0;
+}
+
+int check_devices(const std::string& only) {
+    std::vector<std::string> names = {only};
+    if (only.empty()) {
+        names.clear();
+        for (size_t i = 0; i < Device::list().size(); ++i) names.push_back(std::to_string(i));
+    }
+    bool exact = true;
+    for (const std::string& name : names) {
+        const Device device = Device::open(name);
+        const SelfTest test = self_test(*device.impl().backend);
+        fmt::print("{}:", shown(device.info()));
+        for (const SelfTest::Kernel& k : test.kernels)
+            fmt::print(" {} {:016x} {} of {} differ;", k.name, k.hash, k.different, k.values);
+        fmt::print(" {}\n", test.exact() ? "exact" : "NOT exact");
+        exact &= test.exact();
+    }
+    return exact ? 0 : 1;
+}
+
+constexpr const char* devices_help = "auto, cpu, vulkan, a row of `dermis devices`, or part of a name";
+
+void add_scene(CLI::App& command, Arguments& a) {
+    command.add_option("scene", a.scene, "A scene file (TOML)")->required();
+}
+
+void add_backend(CLI::App& command, Arguments& a) {
+    std::vector<std::string> precisions;
+    for (const scene::Name<Precision>& name : scene::Names<Precision>::table) precisions.push_back(name.text);
+    command.add_option("--device", a.device, devices_help)->capture_default_str();
+    command.add_option("--precision", a.precision, "f32, f32-compensated or f64 (CPU only)")
+        ->check(CLI::IsMember(precisions));
+}
+
+void add_overrides(CLI::App& command, Arguments& a) {
+    command
+        .add_option(
+            "--set", a.overrides,
+            "Override keys: time.step=0.001 load.radius=9. Several values, material.modulus=1,2 or a range\n"
+            "material.modulus=0.1:1:4 (first:last:count), make a sweep of all combinations. A list in brackets\n"
+            "and a text in quotes are one value: output.traces=[\"sa1\"],[\"sa2\"]")
+        ->take_all()
+        ->allow_extra_args(false)
+        ->type_name("KEY=VALUE[,VALUE ..] ..");
+}
+
+void add_resume(CLI::App& command, Arguments& a) {
+    command.add_flag("--resume", a.resume,
+                     "Keep runs in --out that are finished, of the same scene, version and commit, and do the rest");
+}
+
+void add_fit(CLI::App& command, FitArguments& a) {
+    command
+        .add_option("data", a.data,
+                    "A CSV file: a line of names, as time,modulus or time,compliance, then two numbers in each line")
+        ->required();
+    command.add_option("--elements", a.elements, "Most elements of the chain, springs and dashpots included")
+        ->required()
+        ->check(CLI::Range(1, 8));
+    command
+        .add_option(
+            "--kind", a.kind,
+            "creep (strain per stress) or relaxation (stress per strain); told by the name of the second column\n"
+            "if that is compliance, strain or modulus")
+        ->check(CLI::IsMember({"creep", "relaxation"}));
+    command.add_option("--stress", a.stress, "The stress in Pa, if the second column is the strain under it");
+    command.add_option("--residual", a.residual, "relative to each value, or absolute")
+        ->check(CLI::IsMember({"relative", "absolute"}))
+        ->capture_default_str();
+    command.add_option("--out", a.out, "Folder for fit.csv and fit.png");
+}
+
+struct Commands {
+    CLI::App *run, *plan, *fit, *study, *devices, *check;
+};
+
+Commands add_commands(CLI::App& app, Arguments& a) {
+    const Commands all{
+        .run = app.add_subcommand("run", "Run a scene file"),
+        .plan = app.add_subcommand("plan", "Say how a scene would be run, why, and why not otherwise"),
+        .fit = app.add_subcommand("fit", "Fit a material to measured creep or relaxation"),
+        .study = app.add_subcommand("study", "Reproduce the published study, with figures and claims"),
+        .devices = app.add_subcommand("devices", "List devices"),
+        .check = app.add_subcommand("check", "Compare every kernel's bits on every device with the CPU path")};
+    add_scene(*all.run, a);
+    all.run->add_option("--out", a.out, "Folder for the results")->required();
+    add_backend(*all.run, a);
+    all.run->add_flag("--check", a.check, "Also run the other backend and compare every cell's bits");
+    add_resume(*all.run, a);
+    add_overrides(*all.run, a);
+    add_scene(*all.plan, a);
+    add_backend(*all.plan, a);
+    add_overrides(*all.plan, a);
+    add_fit(*all.fit, a.fit);
+    all.study->add_option("--out", a.out, "Folder for the results")->required();
+    add_resume(*all.study, a);
+    all.check->add_option("--device", a.checked_device, devices_help);
+    return all;
+}
+
+int execute(const Commands& commands, const Arguments& a) {
+    if (*commands.run) return run_scene(a);
+    if (*commands.plan) return explain_scene(a);
+    if (*commands.fit) return fit_data(a.fit);
+    if (*commands.study) return study::reproduce(a.out, a.resume);
+    if (*commands.devices) return list_devices();
+    return check_devices(a.checked_device);
+}
+
+// Refuses what is no subcommand, and names the nearest one.
+void need_subcommand(const CLI::App& app, const std::vector<std::string>& words) {
+    std::vector<std::string> known;
+    for (const CLI::App* command : app.get_subcommands({})) known.push_back(command->get_name());
+    if (!words.empty() && (words[0].rfind('-', 0) == 0 || std::count(known.begin(), known.end(), words[0]))) return;
+    throw Error(Error::Code::bad_input, "",
+                (words.empty() ? "a subcommand is required" : "\"" + words[0] + "\" is no subcommand") +
+                    fmt::format("; allowed: {}", fmt::join(known, ", ")) +
+                    (words.empty() ? "" : scene::suggestion(words[0], known)));
+}
+
+// Refuses a long option that the command does not have, and names the nearest one, or the key of a scene.
+void need_options(const CLI::App& command, const std::vector<std::string>& words) {
+    for (size_t i = 0; i < words.size() && words[i] != "--"; ++i) {
+        if (words[i].rfind("--", 0) != 0) continue;
+        const std::string word = words[i].substr(0, words[i].find('='));
+        const CLI::Option* option = command.get_option_no_throw(word);
+        if (option && option->get_expected_min() > 0 && word == words[i]) ++i; // the next word is its value
+        if (option) continue;
+        std::vector<std::string> known;
+        for (const CLI::Option* o : command.get_options())
+            for (const std::string& name : o->get_lnames()) known.push_back("--" + name);
+        std::string meant = scene::suggestion(word, known);
+        const std::string key = meant.empty() ? scene::nearest(word.substr(2), scene::known_keys()) : "";
+        if (!key.empty()) meant = "; did you mean --set " + key + "=VALUE?";
+        throw Error(Error::Code::bad_input, "",
+                    fmt::format("\"{}\" is no option of {}; allowed: {}{}", word, command.get_name(),
+                                fmt::join(known, ", "), meant));
+    }
+}
+
+int command(const std::vector<std::string>& given) {
+    CLI::App app{"dermis: pressure on skin in, mechanoreceptor responses out", "dermis"};
+    app.require_subcommand(1);
+    app.set_version_flag("--version", fmt::format("dermis {} (commit {})", version(), commit()));
+    Arguments arguments;
+    const Commands commands = add_commands(app, arguments);
+    need_subcommand(app, given);
+    need_options(given[0].rfind('-', 0) == 0 ? app : *app.get_subcommand(given[0]), given);
+    std::vector<std::string> words = with_each_set(given);
+    std::reverse(words.begin(), words.end()); // as the parser takes them
+    try {
+        app.parse(std::move(words));
+    } catch (const CLI::ParseError& e) {
+        if (e.get_exit_code() == 0) return app.exit(e); // --help and --version
+        throw Error(Error::Code::bad_input, "", e.what());
+    }
+    return execute(commands, arguments);
+}
+
+// Throws unless all that was printed has been written.
+void flush_output() {
+    if (std::fflush(stdout) == 0 && !std::ferror(stdout)) return;
+    throw Error(Error::Code::io, "", fmt::format("standard output cannot be written ({})", std::strerror(errno)));
+}
+
+} // namespace
+} // namespace dermis::cli
+
+int main(int argc, char** argv) {
+    using namespace dermis;
+    std::signal(SIGXFSZ, SIG_IGN); // a file that grows too large is then an error of write()
+    output::remove_leftovers_on_signals();
+    try {
+        const int status = cli::command({argv + std::min(argc, 1), argv + argc});
+        cli::flush_output();
+        return status;
+    } catch (const Error& e) {
+        std::fprintf(stderr, "dermis: %s\n", e.what());
+        return e.code() == Error::Code::bad_input ? 2 : 1;
+    } catch (const std::bad_alloc&) {
+        std::fputs(cli::out_of_memory, stderr);
+    } catch (const std::exception& e) {
+        std::fprintf(stderr, "dermis: %s\n", e.what());
+    }
+    return 1;
+}

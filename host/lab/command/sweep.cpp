@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: MIT
+#include "host/lab/command/sweep.hpp"
+
+#include "host/lab/output/earlier.hpp"
+#include "host/lab/output/output.hpp"
+#include "host/lab/output/warnings.hpp"
+#include "host/lab/scenes/scene.hpp"
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+namespace dermis::cli {
+namespace {
+
+using output::Path;
+
+constexpr size_t most_at_once = 16; // runs of one map whose results wait for each other
+
+std::string in_csv(const std::string& text) {
+    std::string out = "\"";
+    for (char c : text) out += c == '"' ? "\"\"" : std::string(1, c);
+    return out + '"';
+}
+
+Path folder_of(const Path& out, size_t run) { return out / std::to_string(run + 1); }
+
+// Returns runs.csv. What is not known is left empty, in all runs unless they are finished.
+std::string table_of(const std::vector<PlannedRun>& runs, const std::vector<output::Figures>& finished) {
+    std::string table =
+        output::runs_columns +
+        "seconds,predicted_error,measured_error,greatest_gain,kinks,cells_compared,cells_different,set\n";
+    for (size_t i = 0; i < runs.size(); ++i) {
+        table += fmt::format("{},", i + 1);
+        if (finished.empty()) table += ",,,,,,,,";
+        else {
+            const output::Figures& f = finished[i];
+            table += fmt::format("{},{},{},{},{},{},{},{},{}", f.model, f.precision, f.seconds, f.predicted_error,
+                                 f.measured_error, f.greatest_gain, f.kinks, f.compared, f.different);
+        }
+        table += "," + in_csv(fmt::format("{}", fmt::join(runs[i].overrides, " "))) + "\n";
+    }
+    return table;
+}
+
+// Returns whether the runs differ in numbers of the material alone, so that one reading of the maps serves all.
+bool share_maps(const std::vector<Setting>& settings) {
+    return std::all_of(settings.begin(), settings.end(), [](const Setting& s) {
+        return s.values.size() == 1 || s.key == "material.modulus" || s.key == "material.viscosity";
+    });
+}
+
+// Runs some scenes, one unless they share their maps.
+std::vector<Result> results_of(const std::vector<PlannedRun>& runs, const std::vector<size_t>& some,
+                               const Device& device, const RunOptions& options) {
+    if (some.size() == 1) return {run(runs[some[0]].scene, device, options)};
+    std::vector<Material> materials;
+    for (size_t i : some) materials.push_back(runs[i].scene.material);
+    return run(runs[some[0]].scene, materials, device, options);
+}
+
+// Writes runs as they are done, after what was there before has gone.
+class Sweep {
+  public:
+    Sweep(const Path& out, const Plan& plan, bool resume) : out_(out), plan_(plan), resume_(resume) {
+        for (size_t i = 0; i < runs_.size(); ++i)
+            if (!resume || !output::is_finished(folder_of(out, i), runs_[i].scene, plan.origin(i))) open_.push_back(i);
+    }
+
+    const std::vector<size_t>& open() const { return open_; } // runs that are not finished
+
+    void write(size_t i, const Result& result) {
+        clear();
+        if (!result.device.refused.empty() && !refusal_shown_) fmt::print("{}\n", result.device.refused);
+        refusal_shown_ |= !result.device.refused.empty();
+        output::write_result(output::Folder(folder_of(out_, i)), runs_[i].scene, result, plan_.origin(i));
+        for (const std::string& warning : output::warnings(runs_[i].scene, result))
+            fmt::print("run {}: warning: {}\n", i + 1, warning);
+    }
+
+    // Writes the table. Returns whether no run is wrong.
+    bool finish() {
+        clear();
+        if (resume_) fmt::print("{} of {} runs were done before\n", runs_.size() - open_.size(), runs_.size());
+        std::vector<output::Figures> figures;
+        for (size_t i = 0; i < runs_.size(); ++i) figures.push_back(output::figures_of(folder_of(out_, i)));
+        output::write_file(out_ / "runs.csv", table_of(runs_, figures));
+        return std::all_of(figures.begin(), figures.end(), [](auto& f) { return !f.wrong(); });
+    }
+
+  private:
+    // Removes earlier runs but for those that stay, and leaves a table of what is to come: it shows the next command
+    // that the folders are a sweep's.
+    void clear() {
+        if (cleared_) return;
+        cleared_ = true;
+        output::remove_earlier_run(out_);
+        output::remove_earlier_sweep(out_, resume_ ? runs_.size() + 1 : 1);
+        output::write_file(out_ / "runs.csv", table_of(runs_, {}));
+    }
+
+    const Path& out_;
+    const Plan& plan_;
+    const std::vector<PlannedRun>& runs_ = plan_.runs;
+    bool resume_, cleared_ = false, refusal_shown_ = false;
+    std::vector<size_t> open_;
+};
+
+} // namespace
+
+std::string Plan::origin(size_t run) const {
+    output::Origin origin = common;
+    origin.overrides = runs[run].overrides;
+    origin.inputs = runs[run].inputs;
+    return output::text_of(origin);
+}
+
+Plan plan_of(const std::string& path, const Path& out, const std::vector<Setting>& settings, output::Origin asked) {
+    const scene::SceneText text = scene::text_of_file(path);
+    asked.scene = text.text;
+    Plan plan{.common = std::move(asked), .runs = {}};
+    std::set<std::string> inputs = {path}, written; // runs have most of them in common
+    std::map<std::string, output::Contents> read;   // by their paths
+    scene::FileMaps maps;
+    for (auto& overrides : combinations(settings)) {
+        scene::SceneWithFiles made = scene::read_scene(text, overrides, {}, &maps);
+        PlannedRun run{.scene = std::move(made.scene), .overrides = std::move(overrides), .inputs = {}};
+        for (const std::string& file : made.files) {
+            if (!read.count(file)) read.emplace(file, output::contents_of(file));
+            run.inputs.push_back(read.at(file));
+        }
+        inputs.insert(made.files.begin(), made.files.end());
+        for (std::string& name : output::result_files(run.scene)) written.insert(std::move(name));
+        plan.runs.push_back(std::move(run));
+    }
+    output::need_inputs_kept(out, plan.runs.size() > 1 ? plan.runs.size() : 0, {written.begin(), written.end()},
+                             {inputs.begin(), inputs.end()});
+    return plan;
+}
+
+bool sweep(const output::Folder& folder, const std::vector<Setting>& settings, const Plan& plan, const Device& device,
+           const RunOptions& options, bool resume) {
+    Sweep sweep(folder.path(), plan, resume);
+    const size_t at_once = share_maps(settings) ? most_at_once : 1;
+    for (auto next = sweep.open().begin(), end = sweep.open().end(); next != end;) {
+        const auto last = next + std::ptrdiff_t(std::min(at_once, size_t(end - next)));
+        const std::vector<size_t> some(next, last);
+        const std::vector<Result> results = results_of(plan.runs, some, device, options);
+        for (size_t i = 0; i < some.size(); ++i) sweep.write(some[i], results[i]);
+        next = last;
+    }
+    return sweep.finish();
+}
+
+} // namespace dermis::cli

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+// The runs of `dermis run`: one, or a sweep of several.
+#pragma once
+
+#include "host/lab/command/settings.hpp"
+#include "host/lab/output/folder.hpp"
+#include "host/lab/output/origin.hpp"
+
+namespace dermis::cli {
+
+// A run of a command: its scene, the overrides that make it, and the files that it reads.
+struct PlannedRun {
+    Scene scene;
+    std::vector<std::string> overrides;
+    std::vector<output::Contents> inputs;
+};
+
+// The runs of a command. They share what they have in common: maps, and the text of the scene.
+struct Plan {
+    output::Origin common; // without overrides and inputs
+    std::vector<PlannedRun> runs;
+
+    // Returns the first lines of the run's summary.json.
+    std::string origin(size_t run) const;
+};
+
+// Reads the scene of every run, and refuses all where a run into `out` would cost one of them a file that it reads.
+// asked: how they are to be run. Throws Error::bad_input.
+Plan plan_of(const std::string& path, const output::Path& out, const std::vector<Setting>&, output::Origin asked);
+
+// Writes OUT/1, OUT/2 .. and OUT/runs.csv, each run as soon as it is done. resume: those that are finished stay.
+// Returns whether every run is right: no cell differs from the other backend, no measured error is above its bound.
+bool sweep(const output::Folder&, const std::vector<Setting>&, const Plan&, const Device&, const RunOptions&,
+           bool resume);
+
+} // namespace dermis::cli

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: MIT
+// The parts of a fit: the measured curve, the spectrum that is sought, and what the data say about it.
+#pragma once
+
+#include "dermis/fit.hpp"
+#include "host/lab/fit/least_squares.hpp"
+
+namespace dermis::fit {
+
+// The two tests of a viscoelastic material: a step of stress, a step of strain.
+enum class Test { creep, relaxation };
+
+// A measured curve; a residual is weight*(model - value).
+struct Problem {
+    Test test;
+    std::vector<double> times, values, weights;
+    size_t points;      // measured ones; several may stand here as one
+    double scatter = 0; // sum of the squared residuals that several have beside their one, whatever the curve is
+};
+
+// Returns a problem in which points whose times agree to 0.1 % are one, with the weight of all of them, where there are
+// more than `most_points`; a smaller problem as it is.
+constexpr size_t most_points = 10000;
+Problem condensed(Problem);
+
+// Relative residuals below this count as rounding of the data.
+constexpr double exact_data = 1e-7;
+
+// Returns the curve of a chain at these times.
+std::vector<double> curve_of(Test, const std::vector<KelvinVoigt>&, const std::vector<double>& times);
+
+// The curve constant + ramp*t + sum of amplitude*(1 - e^(-t/time)), or in relaxation amplitude*e^(-t/time).
+struct Spectrum {
+    bool constant = false, ramp = false; // whether these terms are there
+    std::vector<double> log_times;
+    std::vector<double> amplitudes; // >= 0: of constant and ramp as far as there, then of the times
+    double squares = 0;             // sum of the squared residuals
+
+    size_t first_time() const { return size_t(constant) + size_t(ramp); } // its index in `amplitudes`
+    size_t parameters() const { return amplitudes.size() + log_times.size(); }
+};
+
+// Times to begin the search at, with the triangle of constant, ramp, exponentials of all these times, and values: a
+// small problem with the least squares of the whole.
+struct Grid {
+    std::vector<double> log_times;
+    Matrix triangle;
+};
+Grid grid_of(const Problem&);
+
+// Returns the best spectra of chains of at most 1, 2 .. n elements: none has a greater residual than those before.
+std::vector<Spectrum> best_spectra(const Problem&, const Grid&, int n);
+
+// Weighs the residual of a spectrum against its number of parameters (Bayesian information criterion); less is better.
+double information(const Problem&, const Spectrum&, size_t parameters);
+
+// Student's quantile: the share 0.95 of a normal deviate over an estimate of its deviation is within +- this, for an
+// estimate of so many degrees of freedom, >= 1.
+double students_quantile(size_t freedom);
+
+// Fills Fit::errors in, and describes what stays undetermined.
+void judge(const Problem&, Fit&);
+
+} // namespace dermis::fit

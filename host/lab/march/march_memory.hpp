@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: MIT
+// The device buffers of a march, by name.
+#pragma once
+
+#include "host/core/vulkan/context.hpp"
+#include "host/core/vulkan/windows.hpp"
+#include "host/lab/schedule/schedule.hpp"
+
+namespace dermis::vulkan {
+
+class MarchMemory {
+  public:
+    enum Name {
+        rest_curvature,
+        surface,
+        pressure0,
+        pressure1,
+        state0,
+        state1,
+        responses, // the first of them
+        curvature = responses + RESPONSE_MAPS,
+        deformation,
+        coefficients,
+        material,
+        invalid,
+        names
+    };
+
+    MarchMemory(const plan::PreparedSkin&, const plan::Schedule&, const plan::Variant&);
+
+    VkDeviceSize map_bytes() const { return map_; }
+    VkDeviceSize bytes() const; // sum over all buffers
+    void allocate(Context&);
+    // Records the state of a skin at rest. Responses of a wholly pressed grid begin as NaN, so that one which is read
+    // before it is written shows.
+    void clear(const Context&, VkCommandBuffer) const;
+
+    Buffer& operator[](int name) { return buffers_[size_t(name)]; }
+    BufferRange range(int name) const { return buffers_[size_t(name)].all(); }
+    static Name response(int quantity) { return Name(responses + quantity - QUANTITY_SA1); }
+
+  private:
+    VkDeviceSize bytes_of(int name) const;
+
+    const plan::PreparedSkin& skin_;
+    const plan::Schedule& schedule_;
+    const plan::Variant variant_;
+    const VkDeviceSize map_;
+    std::vector<Buffer> buffers_;
+};
+
+} // namespace dermis::vulkan

@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: MIT
+// Draws pictures with Python's matplotlib.
+#pragma once
+
+#include "host/lab/output/output.hpp"
+
+#include <string_view>
+
+namespace dermis::output {
+
+// Runs a Python script that draws pictures of a folder's files, with the folder as its argument. Returns false where
+// there is no Python with matplotlib. Throws Error::io if the script fails.
+bool draw(std::string_view script, const Path& folder);
+
+} // namespace dermis::output

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: MIT
+#include "host/lab/output/earlier.hpp"
+
+#include "dermis/dermis.hpp"
+#include "host/lab/output/folder.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <map>
+#include <optional>
+#include <sys/stat.h>
+
+#include <fmt/format.h>
+
+namespace dermis::output {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Whether a run has files of this name: the fixed ones, and {quantity}_t{time}.npy.
+bool is_ours(const std::string& name) {
+    for (const char* fixed : {"traces.csv", "impulses.csv", "receptors.csv", "responses.npy", "summary.json"})
+        if (name == fixed) return true;
+    const size_t time = name.find("_t");
+    if (time == name.npos || !name.ends_with(".npy")) return false;
+    const std::string number = name.substr(time + 2, name.size() - 4 - (time + 2));
+    bool quantity = false;
+    for (int q = 0; q <= int(Quantity::deformation); ++q) quantity |= name.substr(0, time) == dermis::name(Quantity(q));
+    return quantity && !number.empty() && number.find_first_not_of("0123456789.e+-") == number.npos;
+}
+
+// Returns the entries of a folder. Throws std::bad_alloc where there is no memory to open it.
+fs::directory_iterator entries_of(const fs::path& folder) {
+    std::error_code error;
+    fs::directory_iterator entries(folder, error);
+    if (error == std::errc::not_enough_memory) throw std::bad_alloc();
+    if (error)
+        throw Error(Error::Code::io, "", fmt::format("{}: cannot be read ({})", folder.string(), error.message()));
+    return entries;
+}
+
+std::vector<fs::path> files_of_run(const fs::path& folder, const std::vector<std::string>& kept) {
+    std::vector<fs::path> stale;
+    if (!begins_with(folder / "summary.json", made_by_dermis)) return stale;
+    for (const fs::directory_entry& entry : entries_of(folder)) {
+        const std::string name = entry.path().filename().string();
+        if (is_ours(name) && !entry.is_directory() && std::find(kept.begin(), kept.end(), name) == kept.end())
+            stale.push_back(entry.path());
+    }
+    return stale;
+}
+
+// Returns the number of lines of an earlier sweep's runs.csv, the first of which has the columns; 0 where there is
+// none.
+size_t lines_of_sweep(const fs::path& folder) {
+    size_t lines = 0;
+    if (!begins_with(folder / "runs.csv", runs_columns)) return lines;
+    std::ifstream table = opened(folder / "runs.csv");
+    for (std::string line; std::getline(table, line);) ++lines;
+    return lines;
+}
+
+// Tells a file from all others, whatever its path is.
+using Identity = std::pair<dev_t, ino_t>;
+
+std::optional<Identity> identity(const fs::path& path) {
+    struct stat s;
+    if (::stat(path.c_str(), &s) != 0) return {};
+    return Identity{s.st_dev, s.st_ino};
+}
+
+// Finds the path of an input.
+using Inputs = std::map<Identity, std::string>;
+
+// Refuses the first of the files that is an input.
+void need_none(const Inputs& inputs, const std::vector<fs::path>& files) {
+    for (const fs::path& file : files) {
+        const std::optional<Identity> here = identity(file);
+        const auto input = here ? inputs.find(*here) : inputs.end();
+        if (input == inputs.end()) continue;
+        throw Error(
+            Error::Code::bad_input, "",
+            fmt::format("{}: the scene reads this file{}, and a run would remove or replace it; allowed: another "
+                        "--out, or inputs that lie elsewhere",
+                        file.string(), input->second == file ? "" : " as " + input->second));
+    }
+}
+
+} // namespace
+
+std::ifstream opened(const fs::path& path) {
+    errno = 0;
+    std::ifstream in(path, std::ios::binary);
+    if (!in && errno == ENOMEM) throw std::bad_alloc();
+    in.exceptions(std::ios::badbit);
+    return in;
+}
+
+void remove_file(const fs::path& path) {
+    std::error_code error;
+    fs::remove(path, error);
+    if (error)
+        throw Error(Error::Code::io, "",
+                    fmt::format("{}: cannot be removed ({}), and is an earlier run's", path.string(), error.message()));
+}
+
+bool begins_with(const Path& path, const std::string& start) {
+    std::error_code none;
+    if (!fs::is_regular_file(path, none)) return false;
+    std::string text(start.size(), ' ');
+    std::ifstream in = opened(path);
+    return in.read(text.data(), std::streamsize(text.size())) && text == start;
+}
+
+void need_inputs_kept(const fs::path& folder, size_t runs, const std::vector<std::string>& written,
+                      const std::vector<std::string>& paths) {
+    Inputs inputs;
+    for (const std::string& path : paths)
+        if (const auto here = identity(path)) inputs.emplace(*here, path);
+    const size_t lines = lines_of_sweep(folder);
+    const auto check = [&](const fs::path& of_run, const std::vector<std::string>& names) {
+        std::vector<fs::path> files = files_of_run(of_run, {});
+        for (const std::string& name : names) files.push_back(of_run / name);
+        need_none(inputs, files);
+    };
+    check(folder, runs ? std::vector<std::string>{"runs.csv"} : written);
+    for (size_t run = 1; run < std::max(runs + 1, lines); ++run)
+        check(folder / std::to_string(run), run <= runs ? written : std::vector<std::string>());
+}
+
+bool is_owned(const fs::path& folder) {
+    if (begins_with(folder / "summary.json", made_by_dermis)) return true;
+    for (const fs::directory_entry& entry : entries_of(folder))
+        if (is_ours(entry.path().filename().string())) return false;
+    return true;
+}
+
+std::vector<fs::path> earlier_run(const fs::path& folder, const std::vector<std::string>& kept) {
+    std::vector<fs::path> stale = files_of_run(folder, kept);
+    // summary.json goes last: until then a run that was stopped here can be finished by the next.
+    std::sort(stale.begin(), stale.end(), [](const fs::path& a, const fs::path& b) {
+        return (a.filename() == "summary.json") < (b.filename() == "summary.json");
+    });
+    return stale;
+}
+
+void remove_earlier_run(const fs::path& folder) {
+    for (const fs::path& path : earlier_run(folder, {})) remove_file(path);
+}
+
+void remove_earlier_sweep(const fs::path& folder, size_t first) {
+    const size_t lines = lines_of_sweep(folder);
+    for (size_t run = first; run < lines; ++run) {
+        const fs::path of_run = folder / std::to_string(run);
+        std::error_code none;
+        if (!fs::is_directory(of_run, none)) continue;
+        remove_earlier_run(Folder(of_run).path());
+        fs::remove(of_run, none); // where nothing else is in it
+    }
+    if (lines && first == 1) remove_file(folder / "runs.csv");
+}
+
+} // namespace dermis::output

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: MIT
+#include "host/lab/output/folder.hpp"
+
+#include "dermis/dermis.hpp"
+
+#include <cerrno>
+#include <cstring>
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <fmt/format.h>
+
+namespace dermis::output {
+namespace {
+
+[[noreturn]] void failed(const Path& path, const char* what) {
+    throw Error(Error::Code::io, "", fmt::format("{}: cannot be {} ({})", path.string(), what, std::strerror(errno)));
+}
+
+constexpr std::string_view before_number = ".dermis-", after_number = ".part";
+
+bool is_part(const std::string& name) {
+    const size_t at = name.rfind(before_number);
+    if (at == name.npos || !name.ends_with(after_number)) return false;
+    const size_t first = at + before_number.size(), last = name.size() - after_number.size();
+    return first < last && name.find_first_not_of("0123456789", first) == last;
+}
+
+} // namespace
+
+Folder::Folder(const Path& path) : path_(path) {
+    // A process whose run failed may remove the folder between any two of these calls, but not time and again.
+    bool locked = false;
+    for (int tries = 0; tries < 100 && !locked; ++tries) {
+        make(path);
+        locked = lock();
+    }
+    if (!locked) failed(path, "created");
+    remove_parts();
+}
+
+Folder::~Folder() {
+    made_.clear();
+    ::close(file_);
+}
+
+void Folder::make(const Path& path) {
+    std::error_code none;
+    if (std::filesystem::exists(path, none)) return;
+    const Path above = path.parent_path();
+    if (!above.empty() && above != path) make(above);
+    const HeldSignals signals;
+    if (::mkdir(path.c_str(), 0777) == 0) made_.emplace_front(path.string(), signals);
+    else if (errno != EEXIST) failed(path, "created");
+}
+
+// Returns false where the folder is gone.
+bool Folder::lock() {
+    file_ = ::open(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (file_ < 0 && errno == ENOENT) return false;
+    if (file_ < 0) failed(path_, "created");
+    if (::flock(file_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+        ::close(file_);
+        throw Error(Error::Code::io, "",
+                    fmt::format("{}: another dermis writes into this folder; allowed: another --out, or this one when "
+                                "that has ended",
+                                path_.string()));
+    }
+    struct stat locked = {}, named = {};
+    if (::fstat(file_, &locked) == 0 && ::stat(path_.c_str(), &named) == 0 && locked.st_dev == named.st_dev &&
+        locked.st_ino == named.st_ino)
+        return true;
+    ::close(file_);
+    errno = ENOENT;
+    return false;
+}
+
+void Folder::remove_parts() const {
+    std::error_code error;
+    for (std::filesystem::directory_iterator i(path_, error), end; !error && i != end; i.increment(error))
+        if (is_part(i->path().filename().string())) ::unlink(i->path().c_str());
+}
+
+Part::Part(const Path& path, const std::string& content) : path_(path) {
+    const int file = created();
+    try {
+        write(file, content);
+    } catch (...) {
+        ::close(file);
+        throw;
+    }
+    const bool synced = ::fsync(file) == 0 || errno == EINVAL; // EINVAL: the file cannot be synced
+    if (::close(file) != 0 || !synced) failed(path_, "written");
+}
+
+// If a name is taken, by a file that a process of the same number left or by another file of this one, the next
+// number is tried.
+int Part::created() {
+    for (long number = ::getpid();; ++number) {
+        std::string name = fmt::format("{}{}{}{}", path_.string(), before_number, number, after_number);
+        const HeldSignals signals;
+        const int file = ::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0644);
+        if (file >= 0) {
+            leftover_.emplace(std::move(name), signals);
+            return file;
+        }
+        if (errno != EEXIST) failed(path_, "created");
+    }
+}
+
+void Part::write(int file, const std::string& content) const {
+    for (size_t done = 0; done < content.size();) {
+        const ssize_t n = ::write(file, content.data() + done, content.size() - done);
+        if (n < 0 && errno == EINTR) continue;
+        if (n < 0) failed(path_, "written");
+        done += size_t(n);
+    }
+}
+
+void Part::publish(const HeldSignals&) {
+    if (::rename(leftover_->path().c_str(), path_.c_str()) != 0) failed(path_, "written");
+}
+
+void write_file(const Path& path, const std::string& content) {
+    Part part(path, content);
+    const HeldSignals signals;
+    part.publish(signals);
+}
+
+} // namespace dermis::output

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: MIT
+// A folder of results, and files that are in it under their names only when they are whole. Throws Error::io, naming
+// the path.
+#pragma once
+
+#include "host/lab/output/leftover.hpp"
+
+#include <filesystem>
+#include <forward_list>
+#include <optional>
+
+namespace dermis::output {
+
+using Path = std::filesystem::path;
+
+// A folder into which no other process writes by a Folder of its own: it is locked, and where it is locked already the
+// constructor throws. The lock ends with the process, however that ends. A file system without locks has none.
+class Folder {
+  public:
+    // Makes the folder with those above it, unless they are there, and removes parts that a killed process left in it.
+    explicit Folder(const Path&);
+    // Removes those that it made as far as they are empty.
+    ~Folder();
+    Folder(const Folder&) = delete;
+    const Path& path() const { return path_; }
+
+  private:
+    void make(const Path&);
+    bool lock();
+    void remove_parts() const;
+
+    Path path_;
+    std::forward_list<Leftover> made_; // the innermost one first
+    int file_ = -1;
+};
+
+// A file under a temporary name beside its own, NAME.dermis-PID.part, which it gets from nobody else and through no
+// link. The part is removed unless it is published.
+class Part {
+  public:
+    // Writes the content, to the disk.
+    Part(const Path&, const std::string& content);
+    // Gives the file its name, in place of one that has it.
+    void publish(const HeldSignals&);
+
+  private:
+    int created();
+    void write(int file, const std::string& content) const;
+
+    Path path_;
+    std::optional<Leftover> leftover_;
+};
+
+// Writes one file as a part and publishes it.
+void write_file(const Path&, const std::string& content);
+
+} // namespace dermis::output

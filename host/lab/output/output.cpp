@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: MIT
+#include "host/lab/output/output.hpp"
+
+#include "host/core/base/text.hpp"
+#include "host/lab/output/earlier.hpp"
+#include "host/lab/output/json.hpp"
+#include "host/lab/output/origin.hpp"
+#include "host/lab/output/warnings.hpp"
+
+#include <iterator>
+#include <list>
+
+#include <fmt/format.h>
+
+namespace dermis::output {
+namespace {
+
+void append(std::string& line, double value) {
+    line += ',';
+    append_shortest(line, value);
+}
+
+// Without Output::extremes there are no columns min and max.
+std::string traces_csv(const Result& r) {
+    std::string out = "time";
+    std::vector<const double*> columns;
+    for (const Trace& t : r.traces)
+        for (auto [statistic, column] : {std::pair{"mean", &t.mean}, {"min", &t.min}, {"max", &t.max}}) {
+            if (column->empty()) continue;
+            out += fmt::format(",{}_{}", name(t.quantity), statistic);
+            columns.push_back(column->data());
+        }
+    for (const Trace& t : r.traces)
+        for (size_t p = 0; p < t.probes.size(); ++p) {
+            out += fmt::format(",{}_probe{}", name(t.quantity), p);
+            columns.push_back(t.probes[p].data());
+        }
+    out += '\n';
+    out.reserve(out.size() + r.time.size() * (columns.size() + 1) * 20); // bytes of most numbers
+    for (size_t n = 0; n < r.time.size(); ++n) {
+        append_shortest(out, r.time[n]);
+        for (const double* column : columns) append(out, column[n]);
+        out += '\n';
+    }
+    return out;
+}
+
+std::string impulses_csv(const Result& r) {
+    const bool extremes = r.impulses.empty() || !std::isnan(r.impulses[0].min);
+    std::string out = extremes ? "time,quantity,mean,min,max" : "time,quantity,mean";
+    const size_t probes = r.impulses.empty() ? 0 : r.impulses[0].probes.size();
+    for (size_t p = 0; p < probes; ++p) out += fmt::format(",probe{}", p);
+    out += '\n';
+    for (const Impulse& i : r.impulses) {
+        append_shortest(out, i.time);
+        (out += ',') += name(i.quantity);
+        append(out, i.mean);
+        for (double v : {i.min, i.max})
+            if (extremes) append(out, v);
+        for (double v : i.probes) append(out, v);
+        out += '\n';
+    }
+    return out;
+}
+
+std::string receptors_csv(const Scene& scene) {
+    std::string list = "id,type,x,y\n";
+    for (size_t i = 0; i < scene.sites.size(); ++i)
+        fmt::format_to(std::back_inserter(list), "{},{},{},{}\n", i, name(scene.sites[i].type), scene.sites[i].cell.x,
+                       scene.sites[i].cell.y);
+    return list;
+}
+
+std::string field_name(Quantity quantity, double at) { return fmt::format("{}_t{}.npy", name(quantity), shortest(at)); }
+
+std::string json_of(const Figure& f) {
+    return fmt::format("{{\"value\": {}, \"least\": {}, \"greatest\": {}, \"within\": {}}}", json_number(f.value),
+                       json_number(f.least), json_number(f.greatest),
+                       std::isnan(f.value) ? "null"
+                       : f.outside()       ? "false"
+                                           : "true");
+}
+
+std::string json_of(const Report& r) {
+    std::vector<std::string> times, changed;
+    for (const Figure& f : r.retardation_times) times.push_back(json_of(f));
+    for (Quantity q : r.sign_changed) changed.push_back(json_text(name(q)));
+    return fmt::format(R"({{
+    "strain": {},
+    "indentation": {},
+    "gain": {},
+    "cells_per_ridge": {},
+    "retardation_times": [{}],
+    "sign_changed": [{}]
+  }})",
+                       json_of(r.strain), json_of(r.indentation), json_of(r.gain), json_of(r.cells_per_ridge),
+                       fmt::join(times, ",\n      "), fmt::join(changed, ", "));
+}
+
+std::string summary_json(const Scene& s, const Result& r, const std::string& begin) {
+    std::string check = "null";
+    if (r.cells_compared)
+        check = fmt::format("{{\"cells\": {}, \"different\": {}}}", r.cells_compared, r.cells_different);
+    const auto count = [](long long n) { return n < 0 ? "null" : std::to_string(n); };
+    std::string reduced; // nothing where the material's own elements are computed
+    for (const KelvinVoigt& e : r.reduced)
+        reduced += fmt::format("{}{{\"modulus\": {}, \"viscosity\": {}}}", reduced.empty() ? ", \"elements\": [" : ", ",
+                               shortest(e.modulus), shortest(e.viscosity));
+    if (!reduced.empty()) reduced += "]";
+    std::vector<std::string> sentences = warnings(s, r);
+    for (std::string& sentence : sentences) sentence = "\n    " + json_text(sentence);
+    return sealed(begin + fmt::format(R"(
+  "device": {{"name": {}, "kind": {}, "driver": {}, "exact": {}}},
+  "plan": {{"model": "{}", "method": "{}", "precision": "{}", "predicted_error": {}, "measured_error": {}{}}},
+  "grid": {{"width": {}, "height": {}}},
+  "steps": {}, "left_out": {}, "outputs": {}, "dispatches": {}, "seconds": {},
+  "cross_check": {},
+  "tau_min": {}, "tau_max": {}, "z_min": {}, "z_max": {}, "greatest_gain": {}, "greatest_curvature": {}, "stencil_estimate": {},
+  "kinks": {}, "pressed_cells": {},
+  "report": {},
+  "warnings": [{}])",
+                                      json_text(r.device.name), json_text(r.device.kind), json_text(r.device.driver),
+                                      r.device.exact, name(r.model), name(s.method), name(r.precision),
+                                      json_number(r.predicted_error), json_number(r.measured_error), reduced,
+                                      s.grid.width, s.grid.height, r.steps, r.left_out, r.time.size(), r.dispatches,
+                                      shortest(r.seconds), check, json_number(r.tau_min), json_number(r.tau_max),
+                                      json_number(s.time.step / r.tau_max), json_number(s.time.step / r.tau_min),
+                                      json_number(r.greatest_gain), json_number(r.greatest_curvature),
+                                      json_number(r.stencil_estimate), count(r.kinks), count(r.pressed_cells),
+                                      json_of(report(s, r)), fmt::join(sentences, ",")));
+}
+
+} // namespace
+
+std::string npy_of(const std::vector<double>& map, int width, int height) {
+    std::string header = fmt::format("{{'descr': '<f8', 'fortran_order': False, 'shape': ({}, {}), }}", height, width);
+    header.resize((10 + header.size() + 1 + 63) / 64 * 64 - 10 - 1, ' ');
+    header += '\n';
+    std::string content("\x93NUMPY\x01\x00", 8);
+    content += char(header.size() & 255);
+    content += char(header.size() >> 8);
+    content += header;
+    content.append(reinterpret_cast<const char*>(map.data()), map.size() * sizeof(double));
+    return content;
+}
+
+std::vector<std::string> result_files(const Scene& scene) {
+    std::vector<std::string> names = {"traces.csv", "impulses.csv"};
+    for (const FieldRequest& f : scene.output.fields)
+        for (Quantity quantity : f.what) names.push_back(field_name(quantity, f.at));
+    if (!scene.sites.empty()) names.insert(names.end(), {"receptors.csv", "responses.npy"});
+    names.push_back("summary.json");
+    return names;
+}
+
+void write_result(const Folder& folder, const Scene& scene, const Result& result, const std::string& origin) {
+    const Path& out = folder.path();
+    // Known before anything is written, because there may be no memory to find it out later.
+    const std::vector<Path> stale = earlier_run(out, result_files(scene));
+    const bool owned = is_owned(out);
+    Part unfinished(out / "summary.json", made_by_dermis + "\n  \"unfinished\": true\n}\n");
+    std::list<Part> parts;
+    std::vector<Contents> files;
+    const auto add = [&](const std::string& name, const std::string& content) {
+        parts.emplace_back(out / name, content);
+        files.push_back({name});
+        files.back().add(content.data(), content.size());
+    };
+    add("traces.csv", traces_csv(result));
+    add("impulses.csv", impulses_csv(result));
+    for (const Field& f : result.fields)
+        add(field_name(f.quantity, f.at), npy_of(f.values, scene.grid.width, scene.grid.height));
+    if (!scene.sites.empty()) {
+        add("receptors.csv", receptors_csv(scene));
+        add("responses.npy", npy_of(result.responses, int(scene.sites.size()), int(result.time.size())));
+    }
+    add("summary.json", summary_json(scene, result, origin + files_text(files)));
+    // A kill from here on leaves files of two runs, and the summary that says so.
+    const HeldSignals signals;
+    if (owned) unfinished.publish(signals);
+    for (const Path& path : stale) remove_file(path);
+    for (Part& part : parts) part.publish(signals);
+}
+
+void Progress::clear() {
+    if (showing_) fmt::print(to_, "\r\033[K");
+    showing_ = false;
+}
+
+void Progress::operator()(double done) {
+    const auto now = std::chrono::steady_clock::now();
+    if (now - start_ < std::chrono::seconds(1) || now - shown_ < std::chrono::milliseconds(100) || !on_terminal_)
+        return;
+    shown_ = now;
+    showing_ = true;
+    fmt::print(to_, "\r\033[K{} {:3.0f} %", what_, 100 * done);
+}
+
+} // namespace dermis::output

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+// A bound of a model's error before it is run: the largest |X - X_exact| over cells and output times, by the largest
+// |X_exact|, where X_exact solves the model on the scene's grid, maps and load without error in time or arithmetic.
+#pragma once
+
+#include "host/lab/schedule/timeline.hpp"
+
+namespace dermis::planner {
+
+// Of strain, SA1, SA2, FA1, FA2, curvature and deformation; of FA2 before its gains.
+using Errors = std::array<double, size_t(Quantity::deformation) + 1>;
+
+// Raises a greatest value; what is no number, as where a coefficient is beyond the precision, counts as infinite.
+inline void raise(double& greatest, double x) {
+    if (!(x <= greatest)) greatest = std::isnan(x) ? INFINITY : x;
+}
+
+// How a run computes.
+struct Arithmetic {
+    bool single, compensated;
+    bool separable; // one cell under unit pressure is stepped for all, and nothing is flushed
+    double stored;  // the least magnitude that is stored; a smaller one is flushed to 0
+    double unit() const { return single ? 0x1p-24 : 0x1p-53; }
+};
+Arithmetic arithmetic_of(Precision, bool separable);
+
+// Cells where outputs are likely to be greatest: the softest and the most fluid ones under pressure come first, then
+// some from all over.
+std::vector<Cell> telling_cells(const plan::PreparedSkin&, const plan::Schedule&);
+
+// Lower bounds of the largest |X_exact|, from the exact solution in some cells.
+struct Peaks {
+    Errors all;   // over all cells: of traces and fields
+    Errors sites; // over the sites of a class
+};
+Peaks measured_peaks(const plan::PreparedSkin&, const plan::Schedule&);
+
+// Bounds of |X - X_exact|: rounding by a running analysis of one cell of each material under the load, the curvature's
+// share by the stencil's weights, a baseline's truncation as its distance from the exact method. A run of
+// plan::in_parts is bounded against the skin that it stands for.
+struct Bounds {
+    Errors error;      // of |X - X_exact| where it is written
+    Errors throughout; // of |X - X_exact| at every output time
+    Errors greatest;   // of |X_exact| at every output time
+};
+Bounds bounds_of_cells(const plan::PreparedSkin&, const plan::Schedule&, const Arithmetic&);
+// The same over the sites of each class alone.
+Bounds bounds_of_sites(const plan::PreparedSkin&, const plan::Schedule&, const Arithmetic&);
+
+// The worst relative error of what is asked for, by bounds over all cells and over the sites of each class. An output
+// that is nowhere above `stored` is exact.
+double worst_asked(const plan::PreparedSkin&, const plan::Schedule&, const Bounds& cells, const Bounds& sites,
+                   const Peaks&, double stored);
+
+} // namespace dermis::planner

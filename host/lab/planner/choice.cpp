@@ -1,0 +1,231 @@
+// SPDX-License-Identifier: MIT
+#include "host/lab/planner/choice.hpp"
+
+#include "host/core/base/text.hpp"
+#include "host/lab/planner/bound.hpp"
+#include "host/lab/planner/reduction.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+namespace dermis::planner {
+namespace {
+
+using plan::PreparedSkin;
+using plan::Schedule;
+
+constexpr double default_tolerance = 1e-4;
+
+[[noreturn]] void refuse(const char* parameter, const std::string& value, const std::string& why) {
+    throw Error(Error::Code::bad_input, parameter,
+                std::string(parameter) + " = " + value + "; not allowed here: " + why);
+}
+
+// Refuses requests that contradict each other, or that no candidate can meet.
+void check_request(const PreparedSkin& skin, const Schedule& schedule, const Request& r, const Backends& backends) {
+    if (r.model) {
+        const std::string name_of = std::string("\"") + name(*r.model) + "\"";
+        if (r.check && *r.model != Model::march) refuse("model", name_of, "a check compares marches");
+        const std::string why = why_not(skin, schedule, *r.model);
+        if (!why.empty()) refuse("model", name_of, why);
+        if (*r.model != Model::march && r.precision && *r.precision != Precision::f64)
+            refuse("precision", name(*r.precision), "model " + name_of + " works in f64");
+    }
+    if (r.precision != Precision::f64) return;
+    if (r.on_device && !backends.opened.f64 && (!r.model || *r.model == Model::march))
+        refuse("precision", "f64", "\"" + backends.opened.name + "\" marches in f32; f64 on the CPU path alone");
+    if (r.check) refuse("precision", "f64", "a check of backends compares f32");
+}
+
+// The candidates by seconds. everything: also those that cannot serve, with the reason.
+std::vector<Candidate> candidates(const PreparedSkin& skin, const Schedule& schedule, const Backends& backends,
+                                  bool everything) {
+    std::vector<Candidate> all;
+    for (Model m : {Model::moments, Model::maps, Model::sites}) {
+        const std::string why = why_not(skin, schedule, m);
+        if (why.empty()) all.push_back(costed(skin, schedule, m, Precision::f64, backends.cpu));
+        else if (everything) {
+            all.push_back({m, Precision::f64, backends.cpu.name});
+            all.back().refused = why;
+        }
+    }
+    const size_t first_march = all.size();
+    for (Precision p : {Precision::f32, Precision::f32_compensated})
+        all.push_back(costed(skin, schedule, Model::march, p, backends.opened));
+    all.push_back(costed(skin, schedule, Model::march, Precision::f64, backends.cpu));
+    for (size_t i = first_march; i < all.size(); ++i) all[i].refused = why_not(skin, schedule, Model::march);
+    std::stable_sort(all.begin(), all.end(),
+                     [](const Candidate& a, const Candidate& b) { return a.seconds < b.seconds; });
+    return all;
+}
+
+// The reason why the request rules a candidate out; empty where it does not.
+std::string ruled_out(const Candidate& c, const Request& r, const Backends& backends) {
+    const bool march = c.model == Model::march;
+    if (r.model && c.model != *r.model) return std::string("model = ") + name(*r.model) + " is asked for";
+    if (r.precision && c.precision != *r.precision)
+        return std::string("precision = ") + name(*r.precision) + " is asked for";
+    if (r.check && (!march || c.precision == Precision::f64)) return "a check compares marches in f32";
+    if (r.on_device && !r.model && !march) return "a Vulkan device is asked for, which marches";
+    if (r.on_device && march && c.precision == Precision::f64 && !backends.opened.f64)
+        return "f64 on the CPU path alone";
+    return "";
+}
+
+const plan::Capabilities& backend_of(const Candidate& c, const Backends& backends) {
+    return c.model == Model::march && c.precision != Precision::f64 ? backends.opened : backends.cpu;
+}
+
+class ErrorBounds {
+  public:
+    ErrorBounds(const PreparedSkin& skin, const Schedule& schedule, std::optional<Peaks>& peaks)
+        : skin_(skin), schedule_(schedule), peaks_(peaks) {}
+
+    double of(const Candidate& c) {
+        const bool separable = c.model != Model::march && why_not_separable(skin_, schedule_).empty();
+        const Arithmetic kind = arithmetic_of(c.precision, separable);
+        if (!separable || skin_.uniform()) return worst(skin_, schedule_, kind, {});
+        if (!parts_) parts_ = plan::in_parts({skin_, schedule_});
+        return worst(parts_->skin, parts_->schedule, kind, {});
+    }
+
+    // The same candidate with fewer elements in series, if there are some that keep the tolerance.
+    std::optional<Candidate> reduced(const Candidate& c, double tolerance, const plan::Capabilities& backend) {
+        constexpr double share = 0.75; // of the tolerance, at most; the rest is left to arithmetic
+        if (!may_reduce(skin_, schedule_, c.model)) return {};
+        const bool impulses = c.model == Model::march;
+        std::optional<Replacement>& found = impulses ? of_march_ : of_sites_;
+        if (!found)
+            found = planner::reduced(skin_, schedule_,
+                                     {.error = share * tolerance, .seconds = c.seconds, .impulses = impulses},
+                                     [&]() -> const Peaks& { return peaks(); });
+        if (found->chain == skin_.materials) return {};
+        const std::vector<KelvinVoigt> elements = scene::listed(found->chain);
+        Material fewer = skin_.description.material;
+        scene::take_chain(fewer, elements);
+        const PreparedSkin skin = with_material(skin_, fewer);
+        Candidate shorter = costed(skin, schedule_, c.model, c.precision, backend);
+        shorter.reduced = elements;
+        shorter.error = worst(skin, schedule_, arithmetic_of(c.precision, false), *found);
+        return shorter.error <= tolerance ? std::optional(shorter) : std::nullopt;
+    }
+
+  private:
+    const Peaks& peaks() {
+        if (!peaks_) peaks_ = measured_peaks(skin_, schedule_);
+        return *peaks_;
+    }
+
+    // by: what the skin's elements are a replacement by, if they are one.
+    double worst(const PreparedSkin& skin, const Schedule& schedule, const Arithmetic& kind, const Replacement& by) {
+        const bool whole = !schedule.output.traces.empty() || !schedule.output.fields.empty();
+        const auto widened = [](Bounds b, const Errors& replaced) {
+            for (size_t q = 0; q < replaced.size(); ++q) b.error[q] += replaced[q], b.greatest[q] += replaced[q];
+            return b;
+        };
+        const auto of_cells = [&](const Arithmetic& as) {
+            return whole ? bounds_of_cells(skin, schedule, as) : Bounds{};
+        };
+        const auto of_sites = [&](const Arithmetic& as) { return bounds_of_sites(skin, schedule, as); };
+        Peaks sure = peaks();
+        if (kind.separable && schedule.method == Method::exact) { // it may be off by less than a march in double is
+            const Arithmetic march = arithmetic_of(Precision::f64, false);
+            const Errors cells = of_cells(march).throughout, sites = of_sites(march).throughout;
+            for (size_t q = 0; q < cells.size(); ++q) {
+                sure.all[q] = std::max(sure.all[q] - 2 * cells[q], 0.0);
+                sure.sites[q] = std::max(sure.sites[q] - 2 * sites[q], 0.0);
+            }
+        }
+        return worst_asked(skin, schedule, widened(of_cells(kind), by.cells), widened(of_sites(kind), by.sites), sure,
+                           kind.stored);
+    }
+
+    const PreparedSkin& skin_;
+    const Schedule& schedule_;
+    std::optional<Peaks>& peaks_;            // once they are needed
+    std::optional<plan::PreparedRun> parts_; // of the same strain, where materials differ
+    std::optional<Replacement> of_march_, of_sites_;
+};
+
+bool is_unforced(const Candidate& c, const Request& r) { return !r.precision && (c.model == Model::march || !r.model); }
+
+// Takes a dearer candidate instead, if fewer elements in series make it cheaper than the one taken.
+void take_cheaper(Explanation& e, size_t& taken, const Request& r, const Backends& backends, ErrorBounds& bounds) {
+    constexpr double most_saved = 1 - 1.0 / (scene::most_in_series + 1); // of a candidate's time
+    for (size_t i = taken + 1; i < e.candidates.size(); ++i) {
+        const Candidate c = e.candidates[i];
+        if ((1 - most_saved) * c.seconds >= e.candidates[taken].seconds) continue;
+        if (!c.refused.empty() || !ruled_out(c, r, backends).empty() || !(e.binding || is_unforced(c, r))) continue;
+        const auto fewer = bounds.reduced(c, e.tolerance, backend_of(c, backends));
+        if (!fewer || fewer->seconds >= e.candidates[taken].seconds) continue;
+        e.candidates.insert(e.candidates.begin() + std::ptrdiff_t(taken), *fewer);
+        ++i;
+    }
+}
+
+// Refuses a tolerance that not even the best of the candidates keeps.
+[[noreturn]] void refuse_tolerance(double tolerance, const Candidate& best) {
+    const std::string attainable =
+        std::isfinite(best.error)
+            ? shortest(best.error) + " with model " + name(best.model) + " in " + name(best.precision) + " on " +
+                  best.device
+            : "none, because results may grow beyond " +
+                  (best.precision == Precision::f64 ? "1.8e308" : "3.4e38 in " + std::string(name(best.precision)));
+    throw Error(Error::Code::bad_input, "tolerance",
+                "tolerance = " + shortest(tolerance) + "; attainable here: " + attainable);
+}
+
+} // namespace
+
+Explanation choose(const PreparedSkin& skin, const Schedule& schedule, const Request& r, const Backends& backends,
+                   bool everything, std::optional<Peaks>& peaks) {
+    check_request(skin, schedule, r, backends);
+    Explanation e;
+    e.binding = r.tolerance.has_value();
+    e.tolerance = r.tolerance.value_or(default_tolerance);
+    e.candidates = candidates(skin, schedule, backends, everything);
+    ErrorBounds bounds(skin, schedule, peaks);
+    std::optional<size_t> taken, nearest;
+    for (size_t i = 0; i < e.candidates.size() && (everything || !taken); ++i) {
+        Candidate& c = e.candidates[i];
+        if (!c.refused.empty()) continue;
+        c.refused = ruled_out(c, r, backends);
+        const bool possible = c.refused.empty();
+        const bool rough = c.model == Model::march ||
+                           std::any_of(skin.parts.begin(), skin.parts.end(), std::mem_fn(&plan::Part::rough));
+        const bool unforced = is_unforced(c, r), binds = e.binding || (rough && unforced);
+        if (possible && !taken && (e.binding || unforced))
+            if (const auto fewer = bounds.reduced(c, e.tolerance, backend_of(c, backends))) {
+                e.candidates.insert(e.candidates.begin() + std::ptrdiff_t(i), *fewer); // before the one of all elements
+                taken = i;
+                continue;
+            }
+        // No bound is needed for a candidate that is the only one, or whose only error is rounding in double.
+        const bool forced = r.model || r.precision || r.baseline;
+        if (everything || (possible && !taken && (binds || forced))) c.error = bounds.of(c);
+        if (!possible || taken) continue;
+        if (!binds || c.error <= e.tolerance) {
+            taken = i;
+            continue;
+        }
+        if (!nearest || c.error < e.candidates[*nearest].error) nearest = i;
+        c.refused = "its error may reach " + shortest(c.error) + ", above the tolerance";
+    }
+    if (taken) take_cheaper(e, *taken, r, backends, bounds);
+    if (!taken && nearest && e.binding) refuse_tolerance(e.tolerance, e.candidates[*nearest]);
+    if (!taken && nearest) e.candidates[*nearest].refused.clear(), taken = nearest; // the default binds where it can
+    if (!taken) refuse("precision", r.precision ? name(*r.precision) : "(free)", "no model of this scene works in it");
+    for (size_t i = 0; i < e.candidates.size(); ++i)
+        if (i != *taken && e.candidates[i].refused.empty()) e.candidates[i].refused = "dearer than the one taken";
+    e.chosen = *taken;
+    if (!everything) return e;
+    const plan::StencilEstimate at_rest = stencil_estimate(skin, schedule.pressure, 0);
+    e.stencil_estimate = at_rest.greatest;
+    e.greatest_curvature = at_rest.curvature;
+    if (!why_not_separable(skin, schedule).empty()) return e;
+    for (const plan::Part& part : skin.parts) e.retardation_times.push_back(scene::tau_range({part.element}).max);
+    return e;
+}
+
+} // namespace dermis::planner

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: MIT
+#include "host/lab/planner/choice.hpp"
+
+#include "host/core/model/site_cells.hpp"
+
+#include <algorithm>
+
+namespace dermis::planner {
+namespace {
+
+using plan::PreparedSkin;
+using plan::Schedule;
+
+// Adds the map of pressure over stiffness.
+void cost_quotient(Candidate& c, const PreparedSkin& skin) {
+    if (skin.uniform()) return;
+    const double cells = double(skin.cells());
+    c.traffic += 32 * cells;
+    c.flops += cells;
+    c.bytes += 12 * cells + 24 * double(skin.materials.size()); // with each cell's number, and the table of elements
+    c.seconds += 4e-9 * cells;
+}
+
+void cost_moments(Candidate& c, const PreparedSkin& skin, const Schedule& schedule) {
+    const double cells = double(skin.cells()), steps = double(c.steps);
+    const double fields = double(schedule.output.fields.size()), points = double(schedule.points.size());
+    const double parts = std::max(1.0, double(skin.parts.size()));
+    c.traffic = cells * (16 + 16 * parts + 40 * fields);
+    c.flops = cells * (20 + 20 * parts + 6 * fields) + steps * parts * (250 + 10 * points);
+    c.bytes = cells * (8 + 8 * parts + 8 * fields);
+    c.seconds = cells * (5e-9 + 1e-8 * parts + 4e-9 * fields) + steps * parts * (2e-7 + 2e-9 * points);
+    cost_quotient(c, skin);
+}
+
+void cost_sites(Candidate& c, const PreparedSkin& skin, const Schedule& schedule, const plan::Capabilities& cpu) {
+    const double cells = double(skin.cells()), steps = double(c.steps), points = double(schedule.points.size());
+    const double needed = double(plan::SiteCells(skin, pressed_cells(schedule), schedule.points).cells.size());
+    const bool separable = why_not_separable(skin, schedule).empty();
+    const double elements = separable ? 1 : double(skin.chain.elements()); // each of which is stepped by itself
+    c.traffic = needed * steps * 48 * elements;
+    c.flops = (needed * steps * 20 + points * steps * 40) * elements;
+    c.bytes = cells * 16 + needed * 64 * elements + points * 300;
+    c.seconds =
+        separable ? points * (3e-7 + steps * 1e-8) : steps * (needed * 4e-9 + points * 10e-9) * elements / cpu.threads;
+    if (separable) cost_quotient(c, skin);
+}
+
+double precision_factor(Precision precision) {
+    return precision == Precision::f32 ? 1 : precision == Precision::f32_compensated ? 1.2 : 1.9;
+}
+
+// Adds the maps of materials and the coefficients of each, which are made in double and rounded for every step.
+void cost_materials(Candidate& c, const PreparedSkin& skin, const Schedule& schedule, double real, bool peeks,
+                    const plan::Capabilities& backend) {
+    if (skin.uniform()) return;
+    const Material& m = skin.description.material;
+    const bool device = backend.double_buffered, rows = !device && skin.differs_everywhere();
+    const double cells = double(skin.cells()), steps = double(c.steps), materials = double(skin.materials.size());
+    const double in_double = sizeof(f64::Coefficients), rounded = in_double / sizeof(double) * real,
+                 tables = rows     ? 0
+                          : device ? 1
+                                   : std::min(steps, double(plan::steps_of_batch));
+    double maps = !m.modulus_map.empty() + !m.viscosity_map.empty();
+    for (const KelvinVoigt& e : m.elements) maps += !e.modulus_map.empty() + !e.viscosity_map.empty();
+    const bool sine = !schedule.framed && schedule.load.envelope.kind == Envelope::Kind::sine;
+    const double gains = sine ? sizeof(plan::SineGains<double>) : 0;
+    c.bytes += cells * (sizeof(int) + 8.0 * maps) +
+               materials * (sizeof(plan::Element) + in_double * (peeks ? 2 : 1) + gains + rounded * tables);
+    if (device) return;
+    c.seconds += (materials * 3e-7 + steps * cells * (!rows ? 4e-10 : sine ? 8e-9 : 6e-9)) / backend.threads;
+}
+
+void cost_march(Candidate& c, const PreparedSkin& skin, const Schedule& schedule, const plan::Capabilities& backend) {
+    const double cells = double(skin.cells()), steps = double(c.steps);
+    const plan::PressedBox& box = schedule.pressed;
+    const double pressed =
+        double(box.last_row - box.first_row) * std::min((box.last_tile - box.first_tile) * TILE_CELLS, skin.pitch);
+    const bool buffered = backend.double_buffered;
+    const double real = c.precision == Precision::f64 ? 8 : 4;
+    const plan::Variant variant = variant_of(skin, schedule, c.precision);
+    const bool integral = schedule.wanted[QUANTITY_SA2] || !buffered; // a device keeps it only if SA2 is asked for
+    const double state = double(STATE_PLANES(int(skin.chain.elements()), variant.compensated, variant.keeps_strain,
+                                             integral ? RESPONSE_BIT(QUANTITY_SA2) : 0, variant.carries_rate()));
+    const double responses = double(std::count(schedule.wanted.begin() + QUANTITY_SA1, schedule.wanted.end(), true));
+    const double pressure = schedule.framed ? 2 : 1;
+    const bool peeks =
+        !schedule.field_times.empty() || schedule.framed || schedule.load.envelope.kind != Envelope::Kind::sine;
+    const double held = buffered ? pressure + 1 + 2 * state + responses + (schedule.derives ? 3 : 0) // S, C, D
+                                 : pressure + 1 + (peeks ? 2 : 1) * state + (schedule.keeps_maps ? responses : 0);
+    const double batch = buffered ? 1 : std::min(steps, double(plan::steps_of_batch));
+    const double tiles = double(skin.tiles) * skin.height() * (responses + 1) * 3 * real;
+    c.traffic = steps * (buffered ? 0 : tiles) +
+                pressed * steps * real *
+                    ((pressure + 1 + 2 * state) / batch + (buffered || schedule.keeps_maps ? responses / batch : 0));
+    const double more = double(skin.chain.elements()) - 1; // elements in series
+    c.flops = pressed * steps * (c.precision == Precision::f32_compensated ? 66 : 52) + pressed * steps * 14 * more;
+    // Surface, pressure and the strain at the end are in double.
+    c.bytes = cells * (16 + 8) + real * double(skin.padded_cells()) * held + tiles * batch;
+    c.seconds = steps * (2e-6 + pressed * precision_factor(c.precision) * backend.cell_step *
+                                    (1 + (buffered ? 0.4 : 0.15) * more));
+    cost_materials(c, skin, schedule, real, peeks, backend);
+    if (backend.dispatch > 0) {
+        c.dispatches = c.steps * (2 + static_cast<long long>(responses));
+        c.seconds += double(c.dispatches) * backend.dispatch;
+    }
+}
+
+} // namespace
+
+Candidate costed(const PreparedSkin& skin, const Schedule& schedule, Model model, Precision precision,
+                 const plan::Capabilities& backend) {
+    Candidate c;
+    c.model = model;
+    c.precision = precision;
+    c.device = backend.name;
+    c.steps = schedule.outputs + (schedule.sequence ? std::max(0LL, schedule.sequence->maps() - schedule.outputs) : 0) +
+              static_cast<long long>(schedule.field_times.size());
+    if (model == Model::moments || model == Model::maps) cost_moments(c, skin, schedule);
+    else if (model == Model::sites) cost_sites(c, skin, schedule, backend);
+    else cost_march(c, skin, schedule, backend);
+    return c;
+}
+
+} // namespace dermis::planner

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: MIT
+// The steps of a run in counted arithmetic: one cell of each material, under the schedule's load per unit of the map.
+#pragma once
+
+#include "host/lab/planner/arithmetic.hpp"
+#include "host/lab/planner/references.hpp"
+#include "host/lab/schedule/cell.hpp"
+
+namespace dermis::planner {
+
+// A material of a run, how its cell is computed, and the greatest |pressure| on it.
+struct CountedMaterial {
+    plan::Element element;
+    CountedArithmetic arithmetic;
+    double peak;
+};
+
+// A cell that is stepped for all others, as models of products do: by the run's own operations in double, and once more
+// in long double. How far the two are apart is known then, and needs no count of roundings.
+class MeasuredCell {
+  public:
+    MeasuredCell(const plan::Chain& chain, const plan::Element* elements, double duration)
+        : run_({.chain = chain, .compensated = true}, elements, duration),
+          reference_({.chain = chain, .compensated = true}, elements, duration) {}
+
+    void press(const f64::Load& load, const f64::Coefficients* k, const extended::Load& exact,
+               const extended::Coefficients* exact_k) {
+        run_.press(load, k);
+        reference_.press(exact, exact_k);
+        for (int q = 0; q < REDUCED_MAPS; ++q) exact_[size_t(q)] = reference_.signal(q);
+    }
+    // The mean acceleration of the reference becomes the change of its rate over the step of `length` seconds, without
+    // the rounding of terms that cancel.
+    void take_change_of_rate(long double length) {
+        exact_[QUANTITY_FA2] = (reference_.signal(QUANTITY_FA1) - reference_.kept(QUANTITY_FA1)) / length;
+    }
+    // The step leads to the state from which the next one starts.
+    void keep() {
+        run_.keep();
+        reference_.keep();
+    }
+    // The error of a signal of the run after the step, but for that of its reference.
+    double off(int q) const { return double(std::abs(run_.signal(q) - exact_[size_t(q)])); }
+
+  private:
+    plan::ProductCell<f64> run_;
+    plan::ProductCell<extended> reference_;
+    std::array<long double, REDUCED_MAPS> exact_{};
+};
+
+// The schedule and the materials outlive the run.
+class CountedRun {
+  public:
+    // chain: how many of the materials, one after another, are elements in series of one cell. product: cells are
+    // stepped for all others, and measured; the arithmetic is that of references.
+    CountedRun(const plan::Schedule&, const std::vector<CountedMaterial>&, const plan::ResponseRule&, Method,
+               const plan::Chain& chain = {}, bool product = false);
+
+    // Takes the steps up to the next one whose end is read, an output or a field; false where there is none left.
+    // impulses: up to those of the load's jumps too, at which rates and accelerations are the impulses.
+    bool next(bool impulses = false);
+    const plan::Step& step() const { return step_; }
+    bool at_impulse() const { return step_.impulse >= 0; }
+    // The cell of each material at the end of that step.
+    const std::vector<CountedCell>& cells() const { return now_; }
+    // The error of a signal of the run of a product at the end of that step, beside its reference's error.
+    double measured(size_t cell, int q) const { return products_.empty() ? 0 : products_[cell].off(q); }
+
+  private:
+    double unit() const { return measured_ ? unit_of_reference : unit_of_double; } // of coefficients and load
+    CountedLoad load_over(const plan::Step&, const CountedMaterial&) const;
+    void press(size_t first, const plan::Step&);
+    void measure(size_t first, const plan::Step&, const f64::Coefficients* k, extended::Coefficients* references);
+    void add_bend(CountedCell&, const plan::Element&, const plan::Step&) const;
+
+    const plan::Schedule& schedule_;
+    const std::vector<CountedMaterial>& materials_;
+    const plan::ResponseRule rule_;
+    const plan::Chain chain_;
+    const std::vector<plan::Element> elements_;
+    plan::Timeline timeline_;
+    plan::Step step_; // the last one
+    plan::References references_;
+    const double envelope_peak_;
+    bool measured_ = false;                   // the step's coefficients and load are compared with references
+    std::optional<double> angular_frequency_; // of a sine that is not held over the steps
+    std::vector<CountedCell> kept_, now_;
+    std::vector<MeasuredCell> products_; // one for each cell
+};
+
+} // namespace dermis::planner

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: MIT
+// The greatest pressures, curvatures and differences of what a run reads.
+#pragma once
+
+#include "host/lab/schedule/schedule.hpp"
+
+#include <cmath>
+
+namespace dermis::planner {
+
+// The sum of a stencil's absolute weights: by it, errors of the cells become an error of the curvature.
+double weight_of(int stencil);
+
+double largest_of(const std::vector<double>& map);
+
+// The greatest |L(S)| over all cells, or over the schedule's points alone.
+double rest_peak(const plan::PreparedSkin&, const plan::Schedule&, bool points_only);
+
+// What the differences of a map and their sums in a Laplacian without spacing are rounded by at most, in units: each
+// term three times, with a factor of the fourth-order stencil six times.
+double roundings_of(const plan::PreparedSkin&, const std::vector<double>& map);
+
+// Greatest Laplacian of a strain with maximum 1, and roundings_of it. A uniform skin's strain has the load's shape,
+// which gives a tighter bound. peak: the load's greatest |pressure|.
+struct Roughness {
+    double laplacian, roundings;
+};
+Roughness roughness_of(const plan::PreparedSkin&, const plan::Schedule&, double peak);
+
+// A material, and the greatest |pressure| on those of its cells that are read.
+struct PressedMaterial {
+    plan::Element element;
+    double peak = 0;
+    double around = 0; // the same with the cells that their stencils read
+    // The greatest |1 + l*L(S)| of those cells, each by its share of the rounding errors of the most pressed one, and
+    // by its share of the pressure.
+    double gain = INFINITY, value_gain = INFINITY;
+};
+
+// The cells that an analysis covers: all of them, or the sites of one class.
+struct Read {
+    bool everything;
+    int quantity; // the class of the sites; ignored with everything
+};
+
+std::vector<PressedMaterial> pressed_materials(const plan::PreparedSkin&, const plan::Schedule&, const Read&);
+
+// Sets the gains of materials. separable: errors are proportional to pressure;
+// otherwise, half a unit in the last place of a smaller value is up to twice as much of it.
+void take_gains(const plan::PreparedSkin&, const plan::Schedule&, const Read&, bool separable,
+                std::vector<PressedMaterial>&);
+
+} // namespace dermis::planner

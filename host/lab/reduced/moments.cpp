@@ -1,0 +1,279 @@
+// SPDX-License-Identifier: MIT
+#include "host/lab/reduced/moments.hpp"
+
+#include "host/core/base/pool.hpp"
+#include "host/lab/reduced/moment_row.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace dermis::reduced {
+namespace {
+
+std::vector<Map> pressures_of_parts(const plan::PreparedSkin& skin, const plan::Schedule& schedule) {
+    if (skin.uniform()) return {schedule.pressure};
+    std::vector<Map> parts(skin.materials.size(), std::vector<double>(skin.cells()));
+    std::vector<double*> cells;
+    for (Map& part : parts) cells.push_back(part.edit().data());
+    for (size_t i = 0; i < skin.cells(); ++i) cells[skin.material_at(i)][i] = schedule.pressure[i];
+    return parts;
+}
+
+void add_points(Moments& m, const plan::PreparedSkin& skin, const plan::Schedule& schedule) {
+    const Grid unit = plan::without_spacing(skin.description.grid);
+    const double length = skin.constants.curvature_length, bend = skin.constants.bend;
+    for (const Cell& c : schedule.points) {
+        const size_t cell = size_t(c.y) * size_t(unit.width) + size_t(c.x);
+        const double p = schedule.pressure[cell], rest = plan::rest_curvature_at(skin, c);
+        m.points.push_back({.part = skin.material_at(cell), .p = p, .a = p * (1 + length * rest), .b = {}});
+        for (const Map& part : m.pressures) {
+            const double L = plan::laplacian_at(part, c, unit, skin.stencil, skin.edges);
+            m.points.back().b.push_back(p * (length * (bend * L)));
+        }
+    }
+}
+
+bool is_finite(const Moments::Means& m) {
+    return std::isfinite(m.p) && std::isfinite(m.a) &&
+           std::ranges::all_of(m.b, [](double b) { return std::isfinite(b); });
+}
+
+constexpr int block = 256; // columns at a time; their values stay in the first-level cache
+
+// Column sums of a block.
+struct BlockSums {
+    double p[2][block] = {}, a[2][block] = {}, b[2][block] = {}; // sums in two parts
+    double least[block], greatest[block];
+
+    BlockSums() {
+        std::fill_n(least, block, INFINITY);
+        std::fill_n(greatest, block, -INFINITY);
+    }
+    simd::ColumnSums columns() {
+        return {.p = {p[0], p[1]}, .a = {a[0], a[1]}, .b = {b[0], b[1]}, .least = least, .greatest = greatest};
+    }
+};
+
+// Points (b, a) that may be vertices of the hull.
+struct Candidates {
+    std::vector<double> a, b;
+    size_t count = 0; // number of candidates; memory for more follows them
+
+    // Makes room for the points of one more row.
+    void reserve(size_t width) {
+        if (a.size() < count + width) a.resize(2 * count + width), b.resize(2 * count + width);
+    }
+
+    // Keeps the points that were written after the candidates, except those inside the polygon.
+    void keep(size_t width, const std::vector<simd::HalfPlane>& polygon) {
+        if (polygon.empty()) {
+            count += width;
+            return;
+        }
+        double distance[block];
+        double *a_row = a.data() + count, *b_row = b.data() + count;
+        if (!simd::best().outside(a_row, b_row, int(width), polygon.data(), distance)) return;
+        size_t kept = 0;
+        for (size_t x = 0; x < width; ++x) { // branch-free
+            a_row[kept] = a_row[x];
+            b_row[kept] = b_row[x];
+            kept += distance[x] > 0;
+        }
+        count += kept;
+    }
+};
+
+void add(f64::LongSum& sum, double x, double rest = 0) { sum = f64::joined(sum, {x, rest}); }
+
+// The sums of p, a and each b in two parts, so that their number adds no error.
+struct Sums {
+    f64::LongSum p{0, 0}, a{0, 0};
+    std::vector<f64::LongSum> b; // of each part
+
+    explicit Sums(size_t parts) : b(parts, {0, 0}) {}
+    void add_all(const Sums& other) {
+        p = f64::joined(p, other.p);
+        a = f64::joined(a, other.a);
+        for (size_t m = 0; m < b.size(); ++m) b[m] = f64::joined(b[m], other.b[m]);
+    }
+    Moments::Means over(size_t cells) const {
+        const auto mean = [cells](const f64::LongSum& s) { return (s.sum + s.rest) / double(cells); };
+        Moments::Means means{.p = mean(p), .a = mean(a), .b = {}};
+        for (const f64::LongSum& sum : b) means.b.push_back(mean(sum));
+        return means;
+    }
+};
+
+// Sums and hull of some rows within the pressed box.
+struct Stripe {
+    Sums sums{1};
+    double least = INFINITY, greatest = -INFINITY;
+    std::vector<Vertex> hull;
+    std::vector<simd::HalfPlane> polygon; // inscribed in this stripe's own hull
+
+    // Adds rows first, first + step .. below last. `others` is a polygon inscribed in the hull of other rows, or empty:
+    // points inside it are no vertices of the whole and are left out.
+    void add_rows(const plan::PreparedSkin& skin, const plan::Schedule& schedule, int first, int last, int step,
+                  const std::vector<simd::HalfPlane>& others) {
+        const int from = schedule.pressed.first_column(), to = schedule.pressed.last_column(skin.width());
+        Candidates points;
+        for (int column = from; column < to; column += block) {
+            const int end = std::min(column + block, to);
+            const size_t width = size_t(end - column);
+            BlockSums columns;
+            MomentRow row(skin, schedule, column, end);
+            for (int y = first; y < last; y += step) {
+                if (!schedule.output.extremes) {
+                    row.add_means(y, columns.columns());
+                    continue;
+                }
+                points.reserve(width);
+                row.compute(y, points.a.data() + points.count, points.b.data() + points.count, columns.columns());
+                points.keep(width, others);
+            }
+            add_sums(columns, width);
+        }
+        if (points.count == 0 || !is_finite(sums.over(1))) return; // moments_of() refuses what is not finite
+        const auto [left, right] =
+            std::minmax_element(points.b.begin(), points.b.begin() + std::ptrdiff_t(points.count));
+        const HullSides sides(points.b.data(), points.a.data(), points.count, *left, *right);
+        hull = sides.upper;
+        for (const Vertex& v : sides.lower) hull.push_back({v.b, -v.a});
+        if (others.empty()) polygon = inscribed_polygon(sides);
+    }
+
+    void add_sums(const BlockSums& of, size_t width) {
+        for (size_t x = 0; x < width; ++x) {
+            add(sums.p, of.p[0][x], of.p[1][x]);
+            add(sums.a, of.a[0][x], of.a[1][x]);
+            add(sums.b[0], of.b[0][x], of.b[1][x]);
+            least = std::min(least, of.least[x]);
+            greatest = std::max(greatest, of.greatest[x]);
+        }
+    }
+};
+
+void add_hull(Moments& m, const std::vector<Vertex>& vertices) {
+    std::vector<double> a, b;
+    for (const Vertex& v : vertices) {
+        a.push_back(v.a);
+        b.push_back(v.b);
+    }
+    const auto [least, greatest] = std::minmax_element(b.begin(), b.end());
+    const HullSides sides(b.data(), a.data(), b.size(), *least, *greatest);
+    m.upper = with_slopes(sides.upper, 1);
+    m.lower = with_slopes(sides.lower, -1);
+}
+
+constexpr int stripe_rows = 16; // fixed, because the bits depend on it
+
+void check_finite(const Moments::Means& m) {
+    if (!is_finite(m))
+        throw Error(Error::Code::bad_input, "",
+                    "pressure times curvature overflows; allowed: loads and lengths whose products stay below 1.8e308");
+}
+
+// The sums of several parts, without extremes.
+class PartSums {
+  public:
+    PartSums(const plan::PreparedSkin& skin, const plan::Schedule& schedule, const std::vector<Map>& parts)
+        : skin_(skin), schedule_(schedule), parts_(parts), unit_(plan::without_spacing(skin.description.grid)) {}
+
+    // The sums of rows first .. last - 1.
+    std::vector<Sums> of_rows(int first, int last) const {
+        const int from = schedule_.pressed.first_column(), to = schedule_.pressed.last_column(skin_.width());
+        const size_t width = size_t(to - from);
+        std::vector<Sums> sums(parts_.size(), Sums(parts_.size()));
+        std::vector<double> rest(width), L(width);
+        for (int y = first; y < last; ++y) {
+            const size_t row = size_t(y) * size_t(skin_.width()) + size_t(from);
+            plan::rest_curvature_row(skin_, y, from, to, rest.data());
+            for (size_t x = 0; x < width; ++x) {
+                Sums& s = sums[skin_.material_at(row + x)];
+                const double p = schedule_.pressure[row + x];
+                add(s.p, p);
+                add(s.a, p * (1 + skin_.constants.curvature_length * rest[x]));
+            }
+            for (size_t m = 0; m < parts_.size(); ++m) {
+                plan::laplacian_row(parts_[m], y, from, to, unit_, skin_.stencil, skin_.edges, L.data());
+                for (size_t x = 0; x < width; ++x)
+                    add(sums[skin_.material_at(row + x)].b[m],
+                        schedule_.pressure[row + x] *
+                            (skin_.constants.curvature_length * (skin_.constants.bend * L[x])));
+            }
+        }
+        return sums;
+    }
+
+    std::vector<Moments::Means> of_all(simd::Pool& pool) const {
+        const plan::PressedBox& box = schedule_.pressed;
+        const int rows = box.last_row - box.first_row, count = (rows + stripe_rows - 1) / stripe_rows;
+        std::vector<std::vector<Sums>> stripes(static_cast<size_t>(count));
+        pool.share(count, [&](int first, int last) {
+            for (int i = first; i < last && !pool.failed(); ++i)
+                stripes[size_t(i)] =
+                    of_rows(box.first_row + i * stripe_rows, box.first_row + std::min((i + 1) * stripe_rows, rows));
+        });
+        std::vector<Moments::Means> means;
+        for (size_t k = 0; k < parts_.size(); ++k) {
+            Sums sums(parts_.size());
+            for (const auto& stripe : stripes) sums.add_all(stripe[k]);
+            means.push_back(sums.over(skin_.cells()));
+        }
+        return means;
+    }
+
+  private:
+    const plan::PreparedSkin& skin_;
+    const plan::Schedule& schedule_;
+    const std::vector<Map>& parts_;
+    const Grid unit_;
+};
+
+// The sums, range and hull of one part.
+void add_one_part(Moments& m, const plan::PreparedSkin& skin, const plan::Schedule& schedule, simd::Pool& pool) {
+    constexpr int sampled = 8; // rows; fixed, because the bits depend on it
+    const plan::PressedBox& box = schedule.pressed;
+    const int rows = box.last_row - box.first_row, count = (rows + stripe_rows - 1) / stripe_rows;
+    std::vector<Stripe> stripes(static_cast<size_t>(count));
+    Stripe sample; // evenly spaced rows: their hull contains most points of the others
+    if (rows > 0 && schedule.output.extremes)
+        sample.add_rows(skin, schedule, box.first_row, box.last_row, std::max(rows / sampled, 1), {});
+    pool.share(count, [&](int first, int last) {
+        for (int i = first; i < last && !pool.failed(); ++i)
+            stripes[size_t(i)].add_rows(skin, schedule, box.first_row + i * stripe_rows,
+                                        box.first_row + std::min((i + 1) * stripe_rows, rows), 1, sample.polygon);
+    });
+    const bool full = rows == skin.height() && box.first_tile == 0 && box.last_tile == skin.tiles;
+    std::vector<Vertex> vertices = sample.hull;
+    if (!full) vertices.push_back({0, 0}); // cells outside the pressed box
+    m.least = full ? stripes[0].least : 0;
+    m.greatest = full ? stripes[0].greatest : 0;
+    Sums sums(1);
+    for (const Stripe& stripe : stripes) {
+        sums.add_all(stripe.sums);
+        vertices.insert(vertices.end(), stripe.hull.begin(), stripe.hull.end());
+        m.least = std::min(m.least, stripe.least);
+        m.greatest = std::max(m.greatest, stripe.greatest);
+    }
+    m.means = {sums.over(skin.cells())};
+    check_finite(m.means[0]); // before the hull, which takes finite points
+    if (schedule.output.extremes) add_hull(m, vertices);
+}
+
+} // namespace
+
+std::shared_ptr<const Moments> moments_of(const plan::PreparedSkin& skin, const plan::Schedule& schedule,
+                                          bool points_only, int threads) {
+    auto m = std::make_shared<Moments>();
+    m->pressures = pressures_of_parts(skin, schedule);
+    add_points(*m, skin, schedule);
+    if (points_only) return m;
+    simd::Pool pool(simd::useful_threads(skin.cells(), threads));
+    if (skin.uniform()) add_one_part(*m, skin, schedule, pool);
+    else m->means = PartSums(skin, schedule, m->pressures).of_all(pool);
+    for (const Moments::Means& means : m->means) check_finite(means);
+    return m;
+}
+
+} // namespace dermis::reduced

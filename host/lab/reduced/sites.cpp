@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: MIT
+#include "host/lab/reduced/sites.hpp"
+
+#include "host/core/base/pool.hpp"
+#include "host/lab/reduced/site_stepper.hpp"
+
+namespace dermis::reduced {
+namespace {
+
+class Sites : public plan::Stepper {
+  public:
+    Sites(const plan::PreparedSkin& skin, const plan::Schedule& schedule, const plan::SiteCells& cells,
+          const std::vector<int>& classes, bool gains, int threads, Sink sink)
+        : skin_(skin), schedule_(schedule), gains_(gains), sink_(std::move(sink)),
+          pool_(simd::useful_threads(8 * cells.cells.size(), threads)),
+          stepper_(cells, variant_of(skin, schedule, Precision::f64)), cells_(cells.cells), materials_(cells.materials),
+          columns_(cells.points.size()) {
+        const plan::PressedCells pressed = pressed_cells(schedule);
+        for (size_t i = 0; i < columns_; ++i) {
+            const Cell c = cells.points[i];
+            if (ever_pressed(pressed, size_t(c.y) * size_t(skin.width()) + size_t(c.x), skin.width()))
+                points_.push_back({stepper_.point(skin, c), i, classes[i]}); // all that the others have is 0
+        }
+        std::sort(points_.begin(), points_.end(),
+                  [](const Point& a, const Point& b) { return a.at.stencil.here < b.at.stencil.here; });
+        for (size_t cell : cells_) {
+            from_.push_back(0);
+            to_.push_back(schedule.framed ? 0 : schedule.pressure[cell]);
+        }
+        sample_.points.assign(columns_ * answered, 0);
+    }
+
+    void frame(const std::vector<double>& pressure) override {
+        from_.swap(to_);
+        for (size_t i = 0; i < cells_.size(); ++i) to_[i] = pressure[cells_[i]];
+    }
+
+    void press(const plan::Step& step) override {
+        f64::Constants c = plan::constants_of<f64>(skin_, schedule_.pressed, step);
+        if (!gains_) c.gain_plus = 1, c.gain_minus = -1;
+        if (!step.same_coefficients(lanes_of_)) {
+            lanes_of_ = step;
+            plan::fill_table<f64>(step, materials_, skin_.chain, skin_.rule, table_);
+            lanes_.resize(table_.size());
+            std::transform(table_.begin(), table_.end(), lanes_.begin(), f64::lanes_of);
+        }
+        pool_.share(int(cells_.size()), [&](int first, int last) {
+            stepper_.advance(c, lanes_.data(), pressures(), size_t(first), size_t(last));
+        });
+        if (step.trace >= 0) {
+            pool_.share(int(points_.size()), [&](int first, int last) {
+                for (int i = first; i < last; ++i) respond(points_[size_t(i)], c);
+            });
+            sink_(step, sample_);
+        }
+        if (step.keep) stepper_.keep();
+    }
+
+    void finish() override {}
+    void read(const std::vector<Quantity>&, std::vector<std::vector<double>>&) override {} // plan::why_not: no fields
+
+  private:
+    static constexpr int answered = int(Quantity::curvature) + 1; // quantities of a sample
+    struct Point {
+        plan::SiteStepper<f64>::Point at;
+        size_t column; // of a sample
+        int quantity;  // the one that is asked for, or every_quantity
+    };
+
+    plan::SiteStepper<f64>::Pressures pressures() const {
+        return {schedule_.framed ? from_.data() : to_.data(), to_.data()};
+    }
+
+    void respond(const Point& p, const f64::Constants& c) {
+        for (int q = 0; q < answered; ++q)
+            if (p.quantity == every_quantity || p.quantity == q)
+                sample_.points[size_t(q) * columns_ + p.column] =
+                    stepper_.value(p.at, Quantity(q), c, lanes_.data(), pressures());
+    }
+
+    const plan::PreparedSkin& skin_;
+    const plan::Schedule& schedule_;
+    const bool gains_; // FA2 has them
+    Sink sink_;
+    simd::Pool pool_;
+    plan::SiteStepper<f64> stepper_;
+    const std::vector<size_t>& cells_;
+    const std::vector<plan::Element>& materials_;
+    size_t columns_;                // of a sample: all points
+    std::vector<Point> points_;     // those that are ever pressed
+    std::vector<double> from_, to_; // pressure
+    std::vector<f64::Coefficients> table_;
+    std::vector<f64::LaneCoefficients> lanes_;
+    plan::Step lanes_of_; // what lanes_ was made from
+    plan::Sample sample_{};
+};
+
+} // namespace
+
+std::vector<int> classes_of(const plan::PreparedSkin& skin, const plan::Schedule& schedule) {
+    std::vector<int> classes(schedule.output.probes.size(), every_quantity);
+    for (const Site& site : skin.description.sites) classes.push_back(int(site.type));
+    return classes;
+}
+
+std::unique_ptr<plan::Stepper> sites(const plan::PreparedSkin& skin, const plan::Schedule& schedule,
+                                     const plan::SiteCells& cells, const std::vector<int>& classes, int threads,
+                                     plan::Stepper::Sink sink) {
+    return std::make_unique<Sites>(skin, schedule, cells, classes, true, threads, std::move(sink));
+}
+
+std::unique_ptr<plan::Stepper> sites_before_gains(const plan::PreparedSkin& skin, const plan::Schedule& schedule,
+                                                  const plan::SiteCells& cells, const std::vector<int>& classes,
+                                                  plan::Stepper::Sink sink) {
+    return std::make_unique<Sites>(skin, schedule, cells, classes, false, 1, std::move(sink));
+}
+
+} // namespace dermis::reduced

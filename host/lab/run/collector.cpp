@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: MIT
+#include "host/lab/run/collector.hpp"
+
+#include "host/core/base/pool.hpp"
+#include "host/core/base/text.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+namespace dermis {
+
+std::vector<Quantity> wanted_quantities(const plan::Schedule& schedule) {
+    std::vector<Quantity> list;
+    for (int q = 0; q < REDUCED_MAPS; ++q)
+        if (schedule.wanted[size_t(q)]) list.push_back(Quantity(q));
+    return list;
+}
+
+Collector::Collector(Result& result, const plan::PreparedSkin& skin, const plan::Schedule& schedule, bool every_cell)
+    : result_(result), skin_(skin), schedule_(schedule), every_cell_(every_cell), wanted_(wanted_quantities(schedule)) {
+    const Output& output = schedule.output;
+    const size_t outputs = size_t(schedule.outputs);
+    result.responses.reserve(outputs * skin.description.sites.size());
+    simd::prefer_large_pages(result.responses.data(), result.responses.capacity() * sizeof(double));
+    for (Quantity q : output.traces) {
+        Trace& t = result.traces.emplace_back();
+        t.quantity = q;
+        t.probes.resize(output.probes.size());
+        t.mean.reserve(outputs);
+        if (output.extremes) t.min.reserve(outputs), t.max.reserve(outputs);
+        for (auto& column : t.probes) column.reserve(outputs);
+    }
+}
+
+void Collector::operator()(const plan::Step& step, const plan::Sample& sample) {
+    for (Quantity q : wanted_)
+        if (every_cell_) check_sample(sample, q, step.time);
+    if (step.trace >= 0) {
+        result_.time.push_back(step.time);
+        take_traces(step, sample);
+        take_sites(step, sample);
+    }
+    if (step.impulse >= 0 && every_cell_) take_impulses(step, sample);
+}
+
+// A march's mean is finite where every cell is; closed forms know mean, extremes and probes each by itself.
+void Collector::check_sample(const plan::Sample& sample, Quantity q, double time) const {
+    const plan::Totals& totals = sample.totals[size_t(q)];
+    check_finite(totals.mean, q, time);
+    if (schedule_.output.extremes) {
+        check_finite(totals.min, q, time);
+        check_finite(totals.max, q, time);
+    }
+    const double* points = sample.points.data() + size_t(q) * schedule_.points.size();
+    for (size_t i = 0; i < schedule_.output.probes.size(); ++i) check_finite(points[i], q, time);
+}
+
+void Collector::take_traces(const plan::Step&, const plan::Sample& sample) {
+    for (Trace& t : result_.traces) {
+        const size_t q = size_t(t.quantity);
+        t.mean.push_back(sample.totals[q].mean);
+        if (schedule_.output.extremes) {
+            t.min.push_back(sample.totals[q].min);
+            t.max.push_back(sample.totals[q].max);
+        }
+        const double* points = sample.points.data() + q * schedule_.points.size();
+        for (size_t i = 0; i < t.probes.size(); ++i) t.probes[i].push_back(points[i]);
+    }
+}
+
+void Collector::take_sites(const plan::Step& step, const plan::Sample& sample) {
+    const std::vector<Site>& sites = skin_.description.sites;
+    const double* points = sample.points.data() + schedule_.output.probes.size();
+    const size_t first = result_.responses.size();
+    bool finite = true;
+    for (size_t i = 0; i < sites.size(); ++i) {
+        const double v = points[size_t(sites[i].type) * schedule_.points.size() + i];
+        result_.responses.push_back(v);
+        finite &= std::isfinite(v);
+    }
+    for (size_t i = 0; !finite && i < sites.size(); ++i)
+        check_finite(result_.responses[first + i], sites[i].type, step.time);
+}
+
+void Collector::take_impulses(const plan::Step& step, const plan::Sample& sample) {
+    for (auto [quantity, elastic] : {std::pair{Quantity::fa1, true}, {Quantity::fa2, false}}) {
+        if (!schedule_.wanted[size_t(quantity)]) continue;
+        if (std::none_of(skin_.materials.begin(), skin_.materials.end(),
+                         [elastic = elastic](auto& m) { return is_elastic(m) == elastic; }))
+            continue;
+        const plan::Totals& totals = sample.totals[size_t(quantity)];
+        const bool extremes = schedule_.output.extremes;
+        Impulse& i = result_.impulses.emplace_back();
+        i.time = step.time;
+        i.quantity = quantity;
+        i.mean = totals.mean;
+        i.min = extremes ? totals.min : NAN;
+        i.max = extremes ? totals.max : NAN;
+        const auto first = sample.points.begin() + std::ptrdiff_t(size_t(quantity) * schedule_.points.size());
+        i.probes.assign(first, first + std::ptrdiff_t(schedule_.output.probes.size()));
+    }
+}
+
+void Collector::check_finite(double value, Quantity q, double time) const {
+    if (std::isfinite(value) || schedule_.allow_unstable) return;
+    throw Error(Error::Code::bad_input, "",
+                std::string(name(q)) + " overflows at t = " + shortest(time) + " s in " + name(result_.precision) +
+                    "; allowed: loads, materials and lengths whose results stay below 3.4e38 in f32, 1.8e308 in f64");
+}
+
+namespace {
+
+// Counts the numbers whose bits differ. The sign and the payload of a NaN are no number, and are left to each device.
+template <class T> long long different(const T* a, const T* b, size_t count) {
+    if (count == 0 || std::memcmp(a, b, count * sizeof(T)) == 0) return 0;
+    long long n = 0;
+    for (size_t i = 0; i < count; ++i)
+        n += std::memcmp(a + i, b + i, sizeof(T)) != 0 && !(std::isnan(a[i]) && std::isnan(b[i]));
+    return n;
+}
+
+long long different(const std::vector<double>& a, const std::vector<double>& b) {
+    return different(a.data(), b.data(), a.size());
+}
+
+} // namespace
+
+CrossCheck::CrossCheck(const MakeStepper& make, Result& result, const plan::PreparedSkin& skin,
+                       const plan::Schedule& schedule)
+    : result_(result), skin_(skin), wanted_(wanted_quantities(schedule)), collect_(other_result_, skin, schedule, true),
+      stepper_(make(std::ref(collect_))) {}
+
+void CrossCheck::press(const plan::Step& step, plan::Stepper& first) {
+    stepper_->press(step);
+    if (!step.respond()) return;
+    std::vector<Quantity> read = wanted_;
+    if (read.empty() || read[0] != Quantity::strain) read.insert(read.begin(), Quantity::strain); // every march has it
+    if (step.field >= 0) read.insert(read.end(), {Quantity::curvature, Quantity::deformation});
+    const std::vector<const float*> ours = first.view(read), theirs = stepper_->view(read);
+    for (size_t i = 0; i < read.size(); ++i)
+        for (int y = 0; y < skin_.height(); ++y) {
+            const size_t row = size_t(y) * size_t(skin_.pitch);
+            result_.cells_different += different(ours[i] + row, theirs[i] + row, size_t(skin_.width()));
+        }
+    result_.cells_compared += static_cast<long long>(read.size() * skin_.cells());
+}
+
+void CrossCheck::finish() {
+    stepper_->finish();
+    for (size_t i = 0; i < result_.traces.size(); ++i) {
+        const Trace &a = result_.traces[i], &b = other_result_.traces[i];
+        result_.cells_different += different(a.mean, b.mean) + different(a.min, b.min) + different(a.max, b.max);
+        for (size_t p = 0; p < a.probes.size(); ++p) result_.cells_different += different(a.probes[p], b.probes[p]);
+    }
+}
+
+} // namespace dermis

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+// Collects the samples of a run in its Result, and compares the bits of two runs.
+#pragma once
+
+#include "host/lab/march/stepper.hpp"
+
+namespace dermis {
+
+// The quantities that a schedule wants, in order.
+std::vector<Quantity> wanted_quantities(const plan::Schedule&);
+
+class Collector {
+  public:
+    // every_cell: the run computes every cell, otherwise only the schedule's points.
+    Collector(Result&, const plan::PreparedSkin&, const plan::Schedule&, bool every_cell);
+
+    void operator()(const plan::Step&, const plan::Sample&);
+
+    // Throws Error::bad_input where a value is not finite, unless the schedule allows unstable steps.
+    void check_finite(double value, Quantity, double time) const;
+
+  private:
+    void check_sample(const plan::Sample&, Quantity, double time) const;
+    void take_traces(const plan::Step&, const plan::Sample&);
+    void take_sites(const plan::Step&, const plan::Sample&);
+    void take_impulses(const plan::Step&, const plan::Sample&);
+
+    Result& result_;
+    const plan::PreparedSkin& skin_;
+    const plan::Schedule& schedule_;
+    const bool every_cell_;
+    const std::vector<Quantity> wanted_;
+};
+
+// Takes the steps of a march in float with a second one, and compares every cell of every output and every sample.
+class CrossCheck {
+  public:
+    using MakeStepper = std::function<std::unique_ptr<plan::Stepper>(plan::Stepper::Sink)>;
+    // Counts the cells compared and those that differ in `result`.
+    CrossCheck(const MakeStepper&, Result& result, const plan::PreparedSkin&, const plan::Schedule&);
+
+    void frame(const std::vector<double>& pressure) { stepper_->frame(pressure); }
+    void press(const plan::Step&, plan::Stepper& first);
+    void finish();
+
+  private:
+    Result& result_;
+    const plan::PreparedSkin& skin_;
+    const std::vector<Quantity> wanted_;
+    Result other_result_;
+    Collector collect_;
+    std::unique_ptr<plan::Stepper> stepper_;
+};
+
+} // namespace dermis

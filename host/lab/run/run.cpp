@@ -1,0 +1,313 @@
+// SPDX-License-Identifier: MIT
+// Scene -> skin and schedule -> decision -> stepper -> Result.
+#include "host/core/base/float_environment.hpp"
+#include "host/core/base/memory.hpp"
+#include "host/core/base/watch.hpp"
+#include "host/core/model/site_cells.hpp"
+#include "host/core/press/device.hpp"
+#include "host/lab/planner/choice.hpp"
+#include "host/lab/reduced/moments.hpp"
+#include "host/lab/reduced/sites.hpp"
+#include "host/lab/run/collector.hpp"
+#include "host/lab/run/witness.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+namespace dermis {
+
+const Trace& Result::trace(Quantity q) const try {
+    const auto t = std::find_if(traces.begin(), traces.end(), [q](auto& trace) { return trace.quantity == q; });
+    if (t == traces.end())
+        throw Error(Error::Code::bad_input, "output.traces",
+                    std::string("output.traces has no \"") + name(q) + "\"; allowed: what the scene asked for");
+    return *t;
+} catch (const std::bad_alloc&) {
+    scene::out_of_memory();
+}
+
+SceneMaps maps(const Scene& scene) try {
+    const DefaultFloats guard;
+    const plan::PreparedRun run = plan::prepare_run(scene);
+    const size_t width = size_t(run.skin.width());
+    std::vector<double> surface(run.skin.cells()), rest(surface);
+    for (int y = 0; y < run.skin.height(); ++y) {
+        plan::surface_row(run.skin, y, surface.data() + size_t(y) * width);
+        plan::rest_curvature_row(run.skin, y, 0, run.skin.width(), rest.data() + size_t(y) * width);
+    }
+    return {.surface = std::move(surface), .rest_curvature = std::move(rest), .pressure = run.schedule.pressure};
+} catch (const std::bad_alloc&) {
+    scene::out_of_memory([&] { return scene::needs_of(scene); });
+}
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using SharedMoments = std::shared_ptr<const reduced::Moments>;
+
+int threads_of(const Device& device) { return device.impl().backend->capabilities().threads; }
+
+planner::Request request_of(const Scene& scene, const Device& device, const RunOptions& options) {
+    return {.model = scene.model,
+            .precision = options.precision ? options.precision : scene.precision,
+            .tolerance = scene.tolerance,
+            .baseline = scene.method != Method::exact,
+            .check = options.check,
+            .on_device = device.impl().asked && !device.impl().backend->capabilities().f64};
+}
+
+Explanation explanation_of(const plan::PreparedRun& run, const Scene& scene, const Device& device,
+                           const RunOptions& options, bool everything, std::optional<planner::Peaks>& peaks) {
+    const plan::Capabilities opened = device.impl().backend->capabilities();
+    const planner::Backends backends{opened, opened.f64 ? opened : Device::cpu().impl().backend->capabilities()};
+    return planner::choose(run.skin, run.schedule, request_of(scene, device, options), backends, everything, peaks);
+}
+
+// An explanation, and the device that it holds for.
+struct Choice {
+    Explanation explanation;
+    Device device;
+    std::optional<planner::Peaks> peaks; // what errors are relative to, where one was bounded
+
+    const Candidate& taken() const { return explanation.candidates[explanation.chosen]; }
+};
+
+// Opens a device that was put off where a march in float is taken, and chooses again if that is no CPU path.
+Choice choice_of(const plan::PreparedRun& run, const Scene& scene, const Device& device, const RunOptions& options,
+                 bool everything) {
+    Choice c{.explanation = {}, .device = device, .peaks = {}};
+    c.explanation = explanation_of(run, scene, device, options, everything, c.peaks);
+    if (!device.impl().put_off || c.taken().model != Model::march || c.taken().precision == Precision::f64) return c;
+    c.device = device.impl().best();
+    if (c.device.impl().backend->capabilities().f64) return c;
+    c.explanation = explanation_of(run, scene, c.device, options, everything, c.peaks);
+    return c;
+}
+
+// A run with its model, precision and device decided.
+struct Decided {
+    Scene scene; // validated
+    plan::PreparedRun run;
+    Candidate decision;
+    Device device;                    // the one that computes: the CPU path for all but a march in float
+    SharedMoments moments;            // null where cells are stepped
+    std::unique_ptr<Witness> witness; // null where no tolerance binds
+
+    bool sites_alone() const { return decision.model == Model::sites; }
+};
+
+// moments: of the same maps, if they have been made already.
+Decided decided(const Scene& validated, plan::PreparedRun&& run, const Device& wanted, const RunOptions& options,
+                const SharedMoments& moments = nullptr) {
+    const Choice choice = choice_of(run, validated, wanted, options, false);
+    const Candidate& taken = choice.taken();
+    const Device& device = choice.device;
+    const bool march = taken.model == Model::march, f64 = device.impl().backend->capabilities().f64;
+    Decided d{.scene = validated,
+              .run = std::move(run),
+              .decision = taken,
+              .device = !f64 && (!march || taken.precision == Precision::f64) ? Device::cpu() : device,
+              .moments = {},
+              .witness = {}};
+    d.run.schedule.points.resize(d.run.schedule.output.probes.size() + d.run.skin.description.sites.size());
+    if (choice.explanation.binding && choice.peaks) d.witness = witness_of(d.run, taken, *choice.peaks);
+    if (!taken.reduced.empty()) {
+        Material fewer = d.run.skin.description.material;
+        scene::take_chain(fewer, taken.reduced);
+        d.run.skin = with_material(std::move(d.run.skin), fewer);
+    }
+    if (march || !why_not_separable(d.run.skin, d.run.schedule).empty()) return d;
+    d.run = in_units(in_parts(std::move(d.run)));
+    const bool same_points = moments && moments->points.size() == d.run.schedule.points.size();
+    d.moments =
+        same_points ? moments : reduced::moments_of(d.run.skin, d.run.schedule, d.sites_alone(), threads_of(d.device));
+    return d;
+}
+
+Decided decided(const Scene& scene, const Device& device, const RunOptions& options) {
+    const scene::ValidatedScene validated = scene::validate(scene);
+    return decided(validated.scene, plan::prepare_run(validated, options.check, threads_of(device)), device, options);
+}
+
+// The run of another material's elements over the same maps: chosen, bounded and refused by itself.
+Decided decided(Decided&& last, const Material& material, const Device& device, const RunOptions& options) {
+    scene::check_material(last.scene, material);
+    scene::take_elements(last.scene.material, material);
+    last.run.skin = with_material(std::move(last.run.skin), material);
+    return decided(last.scene, std::move(last.run), device, options, last.moments);
+}
+
+// Takes the steps of one run and fills its Result.
+class Run {
+  public:
+    Run(const Decided& d, const RunOptions& options)
+        : d_(d), skin_(d.run.skin), schedule_(d.run.schedule), options_(options),
+          collect_(result_, skin_, schedule_, !d.sites_alone()) {
+        result_.model = d.decision.model;
+        result_.precision = d.decision.model == Model::march ? d.decision.precision : Precision::f64;
+        result_.predicted_error = d.decision.error;
+        result_.reduced = d.decision.reduced;
+        const Material& material = d.scene.material;
+        const scene::TauRange tau =
+            scene::tau_range(scene::is_uniform(material) ? scene::chain_of(material) : skin_.materials);
+        result_.tau_min = tau.min;
+        result_.tau_max = tau.max;
+        result_.cells_per_ridge = scene::cells_per_ridge(skin_.description);
+        make_stepper();
+        result_.device = d.device.info(); // after make_stepper(), which may have tested the device
+        if (!options.check) return;
+        const Device other = d.device.info().vulkan ? Device::cpu() : Device::open("vulkan");
+        check_ = std::make_unique<CrossCheck>(
+            [&](plan::Stepper::Sink sink) {
+                return march(other, skin_, schedule_, d.decision.precision, std::move(sink));
+            },
+            result_, skin_, schedule_);
+    }
+
+    // like: null, or a result of the same maps; the figures that describe the skin at the end are copied from it.
+    Result take(const Result* like) {
+        const auto start = Clock::now();
+        plan::Timeline timeline(schedule_, cells_ ? cells_->materials : skin_.materials, skin_.rule, schedule_.method,
+                                threads_of(d_.device));
+        plan::FrameFeed feed(schedule_);
+        for (plan::Step step; timeline.next(step);) {
+            feed.before(step, [&](const std::vector<double>& frame) {
+                stepper_->frame(frame);
+                if (check_) check_->frame(frame);
+                if (d_.witness) d_.witness->frame(frame);
+            });
+            if (d_.witness && step.impulse < 0)
+                d_.witness->advance(step.end); // impulses come before fields at earlier times
+            stepper_->press(step);
+            ++result_.steps;
+            if (check_) check_->press(step, *stepper_);
+            if (step.field >= 0) read_fields(step);
+            if (step.trace >= 0 && step.trace == most_strained_ && step.trace + 1 < schedule_.outputs)
+                most_curved_ = stepper_->estimate(skin_).curvature;
+            if (step.trace >= 0) scene::reach(double(step.trace + 1) / double(schedule_.outputs), step.trace % 16 == 0);
+        }
+        stepper_->finish();
+        if (check_) check_->finish();
+        if (d_.witness) result_.measured_error = d_.witness->measured_error();
+        result_.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+        if (!d_.sites_alone()) describe_end(like);
+        result_.dispatches = stepper_->dispatches();
+        result_.left_out = stepper_->left_out();
+        scene::reach(1, true);
+        return std::move(result_);
+    }
+
+  private:
+    void make_stepper() {
+        const auto sink = [this](const plan::Step& step, const plan::Sample& sample) {
+            collect_(step, sample);
+            if (d_.witness) d_.witness->compare(step, sample);
+        };
+        if (d_.decision.model == Model::march) {
+            most_strained_ = most_strained_output(skin_, schedule_);
+            stepper_ = march(d_.device, skin_, schedule_, d_.decision.precision, sink);
+        } else if (d_.moments) {
+            stepper_ = reduced::separable(skin_, schedule_, d_.moments, d_.sites_alone(), sink);
+        } else {
+            cells_.emplace(skin_, pressed_cells(schedule_), schedule_.points);
+            stepper_ = reduced::sites(skin_, schedule_, *cells_, reduced::classes_of(skin_, schedule_),
+                                      threads_of(d_.device), sink);
+        }
+    }
+
+    void read_fields(const plan::Step& step) {
+        for (const FieldRequest& f : schedule_.output.fields) {
+            if (!(scene::snapped(f.at, schedule_.time.step) == schedule_.field_times[size_t(step.field)])) continue;
+            std::vector<std::vector<double>> maps;
+            stepper_->read(f.what, maps);
+            for (size_t i = 0; i < maps.size(); ++i) {
+                for (double v : maps[i]) collect_.check_finite(v, f.what[i], f.at);
+                if (d_.witness) d_.witness->compare(f.what[i], maps[i]);
+                result_.fields.push_back({f.at, f.what[i], std::move(maps[i])});
+            }
+        }
+    }
+
+    // Fills in the figures that describe the skin after the last step.
+    void describe_end(const Result* like) {
+        if (like) {
+            result_.stencil_estimate = like->stencil_estimate;
+            result_.greatest_curvature = like->greatest_curvature;
+            result_.pressed_cells = like->pressed_cells;
+            result_.kinks = like->kinks;
+            result_.greatest_gain = like->greatest_gain;
+            return;
+        }
+        const plan::StencilEstimate estimate = stepper_->estimate(skin_);
+        result_.stencil_estimate = estimate.greatest;
+        result_.kinks = estimate.kinks;
+        result_.greatest_curvature = std::max(estimate.curvature, most_curved_);
+        result_.greatest_gain = std::abs(skin_.constants.curvature_length) * result_.greatest_curvature;
+        if (schedule_.framed) return; // its pressure is that of the first frame
+        const Map& pressure = schedule_.pressure;
+        result_.pressed_cells = std::count_if(pressure.begin(), pressure.end(), [](double p) { return p != 0; });
+    }
+
+    const Decided& d_;
+    const plan::PreparedSkin& skin_;
+    const plan::Schedule& schedule_;
+    const RunOptions& options_;
+    Result result_;
+    Collector collect_;
+    long long most_strained_ = -1;         // in a march, the output at which the skin is likely to be curved most
+    double most_curved_ = 0;               // greatest |C| there, 1/m
+    std::optional<plan::SiteCells> cells_; // the cells that the model `sites` steps, if it steps any
+    std::unique_ptr<plan::Stepper> stepper_;
+    std::unique_ptr<CrossCheck> check_;
+};
+
+} // namespace
+
+Explanation explain(const Scene& scene, const Device& device, const RunOptions& options) try {
+    const DefaultFloats guard;
+    const scene::Watch watch(options.progress);
+    return choice_of(plan::prepare_run(scene, false, threads_of(device)), scene, device, options, true).explanation;
+} catch (const std::bad_alloc&) {
+    scene::out_of_memory([&] { return scene::needs_of(scene); });
+}
+
+Result run(const Scene& scene, const Device& device, const RunOptions& options) try {
+    const DefaultFloats guard;
+    const scene::Watch watch(options.progress);
+    const Decided d = decided(scene, device, options);
+    return Run(d, options).take(nullptr);
+} catch (const std::bad_alloc&) {
+    scene::out_of_memory([&] { return scene::needs_of(scene); });
+}
+
+std::vector<Result> run(const Scene& scene, const std::vector<Material>& materials, const Device& device,
+                        const RunOptions& options) try {
+    const DefaultFloats guard;
+    const scene::Watch watch(options.progress);
+    std::vector<Result> results;
+    std::optional<Decided> last; // of the material before; its maps serve as long as no length and no map changes
+    for (size_t i = 0; i < materials.size(); ++i) {
+        const Material &material = materials[i], &before = i ? materials[i - 1] : scene.material;
+        const bool same_maps = last && material.thickness == before.thickness &&
+                               material.curvature_length == before.curvature_length && scene::is_uniform(before) &&
+                               scene::is_uniform(material) && last->run.schedule.sequence == nullptr &&
+                               (scene.receptors.fa2 || scene::has_spring(before) == scene::has_spring(material));
+        const bool shared = same_maps && last->moments;
+        if (same_maps) {
+            last.emplace(decided(std::move(*last), material, device, options));
+        } else {
+            Scene with = scene;
+            with.material = material;
+            last.emplace(decided(with, device, options));
+        }
+        // The figures of the skin at the end are the first run's where both come from the same moments.
+        const bool like_first = shared && last->moments && !results.empty() && !options.describe_each;
+        results.push_back(Run(*last, options).take(like_first ? &results.front() : nullptr));
+    }
+    return results;
+} catch (const std::bad_alloc&) {
+    scene::out_of_memory([&] { return std::to_string(materials.size()) + " times " + scene::needs_of(scene); });
+}
+
+} // namespace dermis

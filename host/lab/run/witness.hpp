@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: MIT
+// Cells that are computed beside a run in long double, by steps of their own: how far the run is off there is measured,
+// not bounded.
+#pragma once
+
+#include "host/lab/march/stepper.hpp"
+#include "host/lab/planner/bound.hpp"
+#include "host/lab/planner/references.hpp"
+#include "host/lab/reduced/site_stepper.hpp"
+
+#include <deque>
+
+namespace dermis {
+
+// A cell, and the quantities that the run writes there.
+struct WitnessCell {
+    static constexpr int traced = -1; // those of traces and fields
+    Cell cell;
+    int quantity;  // traced, or the class of a site
+    size_t column; // index among Schedule::points
+};
+
+class Witness {
+  public:
+    // The run's skin and schedule, before anything is done to make it cheaper; they need not outlive the witness.
+    // peaks: what errors are relative to. stored: the least magnitude that the run stores.
+    Witness(const plan::PreparedSkin&, const plan::Schedule&, const std::vector<WitnessCell>&, const planner::Peaks&,
+            double stored);
+
+    void frame(const std::vector<double>& pressure); // as Stepper::frame
+    // Computes all that ends up to there. To be called before the run takes its own step to that instant.
+    void advance(scene::Instant end);
+    // Compares an output of the run; outputs come in order, perhaps some steps later.
+    void compare(const plan::Step&, const plan::Sample&);
+    // Compares a field of the run at its last instant, width*height.
+    void compare(Quantity, const std::vector<double>& map);
+    // The greatest |X - X_exact| so far, by the greatest |X_exact| of its quantity.
+    double measured_error() const { return error_; }
+
+  private:
+    using Extended = plan::SiteStepper<extended>;
+    struct Point {
+        WitnessCell of;
+        Extended::Point at;
+        bool pressed; // ever
+    };
+    // The values at an output: of each cell and quantity that is compared.
+    struct Output {
+        long long row;
+        std::vector<long double> values;
+    };
+
+    void press(const plan::Step&);
+    long double value(const Point&, Quantity) const;
+    bool knows(Quantity) const;
+    bool compares(const Point&, Quantity) const;
+    void take(double x, long double exact, const Point&, Quantity);
+    Extended::Pressures pressures() const { return {schedule_.framed ? from_.data() : to_.data(), to_.data()}; }
+
+    const plan::Schedule whole_;
+    const plan::Schedule schedule_;
+    const plan::SiteCells cells_;
+    const plan::ResponseRule rule_;
+    const planner::Peaks scale_;
+    const double stored_;
+    const size_t width_;
+    extended::Constants constants_;
+    Extended stepper_;
+    plan::Timeline timeline_;
+    plan::References references_;
+    std::vector<Point> points_;
+    std::vector<long double> from_, to_; // pressure of each of the cells
+    std::vector<extended::LaneCoefficients> lanes_;
+    std::vector<std::array<long double, size_t(Quantity::curvature) + 1>> field_; // of each point, at the last field
+    std::optional<plan::Step> next_; // the step that advance() has not come to
+    std::deque<Output> outputs_;     // those that the run has not delivered
+    double error_ = 0;
+};
+
+// The witness of a run by a candidate, in some 4 to 32 cells or sites. Cells become the last of the schedule's points.
+// Null where X_exact is not what the exact method computes (Method::published), and where a baseline takes frames.
+std::unique_ptr<Witness> witness_of(plan::PreparedRun&, const Candidate&, const planner::Peaks&);
+
+// The output at which strain is likely to be greatest: under an envelope that of the cell pressed most, among some
+// hundreds of outputs; under frames the one that follows the greatest pressure.
+long long most_strained_output(const plan::PreparedSkin&, const plan::Schedule&);
+
+} // namespace dermis

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: MIT
+// Reads .npy files, format versions 1 to 3.
+#include "host/core/base/refusal.hpp"
+#include "host/lab/scenes/input_file.hpp"
+#include "host/lab/scenes/scene.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdint>
+#include <cstring>
+#include <string_view>
+
+namespace dermis::scene {
+namespace {
+
+void skip_spaces(std::string_view& text) { text.remove_prefix(std::min(text.find_first_not_of(' '), text.size())); }
+
+// Takes spaces and then `token` from the front of the text. Returns false where the token is not there.
+bool take(std::string_view& text, std::string_view token) {
+    skip_spaces(text);
+    if (!text.starts_with(token)) return false;
+    text.remove_prefix(token.size());
+    return true;
+}
+
+// Takes spaces and then a whole number of 1 to 10 digits, the first of which is not 0.
+bool take_count(std::string_view& text, long long& count) {
+    skip_spaces(text);
+    const std::string_view digits = text.substr(0, text.find_first_not_of("0123456789"));
+    if (digits.empty() || digits.size() > 10 || digits[0] == '0') return false;
+    count = std::stoll(std::string(digits));
+    text.remove_prefix(digits.size());
+    return true;
+}
+
+// Returns how often a header has a key, in quotes of either kind.
+int count_of(std::string_view header, const std::string& key) {
+    int count = 0;
+    for (const char* quote : {"'", "\""}) {
+        const std::string quoted = quote + key + quote;
+        for (size_t at = header.find(quoted); at != header.npos; at = header.find(quoted, at + 1)) ++count;
+    }
+    return count;
+}
+
+// Returns the value of a key in a header, with the delimiters that it begins and ends with; empty where there is none.
+std::string_view value_in(std::string_view header, std::string_view key, char first, char last) {
+    const size_t at = header.find(key);
+    if (at == header.npos) return {};
+    std::string_view value = header.substr(at + key.size());
+    skip_spaces(value);
+    const size_t end = value.find(last, 1);
+    return value.starts_with(first) && end != value.npos ? value.substr(0, end + 1) : std::string_view();
+}
+
+} // namespace
+
+Error NpyFile::error(const std::string& what) const {
+    return Error(Error::Code::bad_input, parameter_, parameter_ + " = \"" + path_ + "\": " + what);
+}
+
+std::string NpyFile::read_header() {
+    char magic[8] = {};
+    if (!read_bytes(in_, magic, 8) || std::memcmp(magic, "\x93NUMPY", 6) != 0)
+        throw error("is not a .npy file" + allowed_);
+    unsigned char length[4] = {};
+    const bool there = read_bytes(in_, reinterpret_cast<char*>(length), magic[6] == 1 ? 2 : 4);
+    const uint32_t size = length[0] | length[1] << 8 | uint32_t(length[2]) << 16 | uint32_t(length[3]) << 24;
+    std::string header(there && size <= 4096 ? size : 0, ' ');
+    if (header.empty() || !read_bytes(in_, header.data(), size)) throw error("has a damaged header" + allowed_);
+    return header;
+}
+
+NpyFile::NpyFile(const std::string& path, int width, int height, bool sequence, const std::string& parameter)
+    : path_(path), parameter_(parameter), width_(width), cells_(size_t(width) * height), sequence_(sequence) {
+    const std::string rows = std::to_string(height), columns = std::to_string(width);
+    allowed_ = "; allowed: a .npy file of float32 or float64, C order, shape (" +
+               std::string(sequence ? "frames, " : "") + rows + ", " + columns + ")";
+    if (const std::string why = why_no_file(path); !why.empty()) throw error(why + allowed_);
+    errno = 0;
+    in_.open(path, std::ios::binary);
+    if (!in_ && errno == ENOMEM) throw std::bad_alloc();
+    if (in_) in_.exceptions(std::ios::badbit);
+    else throw error(std::string("cannot be read (") + std::strerror(errno) + ")" + allowed_);
+    const std::string header = read_header();
+    for (const char* key : {"descr", "fortran_order", "shape"})
+        if (const int count = count_of(header, key); count > 1)
+            throw error("has the key '" + std::string(key) + "' " + std::to_string(count) + " times in its header" +
+                        allowed_);
+    const std::string type(value_in(header, "'descr':", '\'', '\'')), shape(value_in(header, "'shape':", '(', ')'));
+    if (type.empty() || shape.empty()) throw error("has a damaged header" + allowed_);
+    f8_ = type == "'<f8'";
+    if ((!f8_ && type != "'<f4'") || header.find("'fortran_order': False") == std::string::npos)
+        throw error("holds " + type + ", or Fortran order" + allowed_);
+    std::string_view rest = shape;
+    const bool fits = take(rest, "(") && (!sequence || (take_count(rest, maps_) && take(rest, ","))) &&
+                      take(rest, rows) && take(rest, ",") && take(rest, columns);
+    take(rest, ","); // A Python tuple may end with a comma.
+    if (!fits || !take(rest, ")")) throw error("has shape " + shape + allowed_);
+    first_ = in_.tellg();
+    in_.seekg(0, std::ios::end);
+    const double bytes = double(in_.tellg() - first_), expected = double(maps_) * double(cells_) * (f8_ ? 8 : 4);
+    if (bytes < expected) throw error("is cut short" + allowed_);
+    if (bytes > expected) throw error("goes on after its last cell" + allowed_);
+}
+
+void NpyFile::read(long long map, std::vector<double>& values) {
+    const std::streamoff bytes = std::streamoff(cells_) * (f8_ ? 8 : 4);
+    values.resize(cells_);
+    if (!f8_) raw_.resize(cells_);
+    in_.seekg(first_ + map * bytes);
+    if (!read_bytes(in_, reinterpret_cast<char*>(f8_ ? static_cast<void*>(values.data()) : raw_.data()), bytes))
+        throw error("is cut short" + allowed_);
+    if (!f8_) values.assign(raw_.begin(), raw_.end());
+    for (size_t i = 0; i < cells_; ++i)
+        if (!finite(values[i]))
+            throw error((sequence_ ? "frame " + std::to_string(map) + ", " : "") + "cell " + cell_text(i, width_) +
+                        " is " + shortest(values[i]) + "; allowed: finite numbers");
+}
+
+std::vector<double> read_npy(const std::string& path, int width, int height, const std::string& parameter) {
+    std::vector<double> map;
+    NpyFile(path, width, height, false, parameter).read(0, map);
+    return map;
+}
+
+} // namespace dermis::scene

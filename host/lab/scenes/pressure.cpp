@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT
+// Pressure maps: the three shapes of the published study, a given map, or the first frame of a sequence.
+#include "host/lab/scenes/scene.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace dermis::scene {
+namespace {
+
+// Smooths a unit impulse at cell `center` of n by a Gaussian, which is truncated at four standard deviations and
+// reflected at both ends of the line (d c b a | a b c d | d c b a).
+std::vector<double> smoothed_impulse(int n, int center, double sigma) {
+    const int radius = int(4 * sigma + 0.5);
+    std::vector<double> line(n, 0.0);
+    double total = 0;
+    for (int k = -radius; k <= radius; ++k) {
+        const double weight = std::exp(-0.5 * k * k / (sigma * sigma));
+        total += weight;
+        const int i = (((center + k) % (2 * n)) + 2 * n) % (2 * n);
+        line[i < n ? i : 2 * n - 1 - i] += weight;
+    }
+    for (double& v : line) v /= total;
+    return line;
+}
+
+std::vector<double> point_map(int width, int height, Cell center, double sigma) {
+    const std::vector<double> row = smoothed_impulse(width, center.x, sigma),
+                              column = smoothed_impulse(height, center.y, sigma);
+    std::vector<double> map;
+    map.reserve(size_t(width) * height);
+    for (double y : column)
+        for (double x : row) map.push_back(y * x);
+    return map;
+}
+
+} // namespace
+
+Map pressure_map(const ValidatedScene& validated) {
+    const Load& l = validated.scene.load;
+    const int width = validated.scene.grid.width, height = validated.scene.grid.height;
+    const Cell center = *l.center;
+    const double radius = *l.radius;
+    std::vector<double> map;
+    if (l.kind == Load::Kind::map && l.intensity == 1) return l.map;
+    if (l.kind == Load::Kind::map) map = l.map;
+    else if (l.kind == Load::Kind::sequence) validated.frames->read(0, map);
+    else if (l.kind == Load::Kind::point) map = point_map(width, height, center, radius / 4);
+    else {
+        map.resize(size_t(width) * height);
+        for (int y = 0; y < height; ++y)
+            for (int x = 0; x < width; ++x) {
+                const double distance =
+                    l.kind == Load::Kind::circular ? std::hypot(x - center.x, y - center.y) : std::abs(y - center.y);
+                map[size_t(y) * width + x] = std::max(0.0, 1 - distance / radius);
+            }
+    }
+    for (double& v : map) v *= l.intensity;
+    return map;
+}
+
+} // namespace dermis::scene

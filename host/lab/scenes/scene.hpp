@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: MIT
+// Scenes: checked parameters, with their defaults, and the maps made from them.
+#pragma once
+
+#include "dermis/dermis.hpp"
+#include "host/core/description/element.hpp"
+
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <tuple>
+
+namespace dermis::scene {
+
+// Reads maps from a .npy file of float32 or float64, little-endian, C order.
+class NpyFile {
+  public:
+    // The array's shape must be (height, width), or (any, height, width) if `sequence`. Throws Error::bad_input, naming
+    // `parameter`.
+    NpyFile(const std::string& path, int width, int height, bool sequence, const std::string& parameter);
+    long long maps() const { return maps_; }
+    // Reads width*height numbers, row 0 first. Throws Error::bad_input, naming the first cell that is not finite.
+    void read(long long map, std::vector<double>& values);
+
+  private:
+    Error error(const std::string& what) const;
+    std::string read_header();
+
+    std::string path_, parameter_, allowed_;
+    int width_;
+    size_t cells_;
+    bool sequence_, f8_ = false;
+    long long maps_ = 1;
+    std::ifstream in_;
+    std::streamoff first_ = 0; // offset of the first map in bytes
+    std::vector<float> raw_;
+};
+
+std::vector<double> read_npy(const std::string& path, int width, int height, const std::string& parameter);
+
+// Reads a list of receptors: lines of type,x,y. Throws Error::bad_input.
+std::vector<Site> read_sites(const std::string& path);
+
+// A scene with the files that it was read from: the scene file, then its maps, frames and list of receptors.
+struct SceneWithFiles {
+    Scene scene;
+    std::vector<std::string> files;
+};
+// Is Scene::from_file, and also returns the files.
+SceneWithFiles read_scene(const std::string& path, const std::vector<std::string>& overrides);
+
+// The text of a scene, the name that errors give it, and the folder that paths in it are relative to.
+struct SceneText {
+    std::string text, name;
+    std::filesystem::path folder;
+};
+SceneText text_of_file(const std::string& path);
+SceneText text_of_string(const std::string& text, const std::string& folder);
+// Maps in memory, each under the name that stands in a scene in place of its file.
+using NamedMaps = std::map<std::string, Map>;
+// Maps that have been read, by path, width and height.
+using FileMaps = std::map<std::tuple<std::string, int, int>, Map>;
+// The files of the result are those that the text names. read: where scenes are to share the maps that they read.
+SceneWithFiles read_scene(const SceneText&, const std::vector<std::string>& overrides, const NamedMaps& = {},
+                          FileMaps* read = nullptr);
+// Returns the dotted name of every key that a scene file may have, as in "load.radius", but for those in lists.
+std::vector<std::string> known_keys();
+
+// A scene that has passed validate(): every parameter is in range and every default is filled in, but for the
+// material's (element_at()).
+struct ValidatedScene {
+    Scene scene;
+    std::shared_ptr<NpyFile> frames; // the open file of a sequence; null with any other load
+};
+
+// Checks every parameter and fills every default in. Throws Error::bad_input.
+ValidatedScene validate(const Scene&);
+// Does the same for a skin that is pressed frame by frame and asked for these responses; FA2 is by default the mean
+// over a step.
+SkinDescription validate_skin(const SkinDescription&, const std::vector<Quantity>& asked);
+
+// Checks the elements of another material for a scene or a skin that is validated. Throws Error::bad_input.
+void check_material(const Scene& validated, const Material&);
+void check_material(const SkinDescription& validated, const Material&, const std::vector<Quantity>& asked);
+
+// The functions below expect a validated scene or skin.
+
+// Returns width*height heights in units of the relief. threads: as for Device::cpu.
+Map surface_heights(const SkinDescription&, int threads);
+// Returns width*height pressures in Pa where the envelope is 1; the first frame of a sequence.
+Map pressure_map(const ValidatedScene&);
+
+// Returns the wavelength of the ridges in cells; infinite for a surface without ridges of its own.
+double cells_per_ridge(const SkinDescription&);
+
+bool wants(const Scene&, Quantity); // whether a trace, a field or a site asks for it
+long long outputs(const Time&);     // number of output times
+// interval/step; 0 where it is not a whole number.
+long long steps_per_frame(double interval, double step);
+
+// The classes of receptors, which are the responses, each with its place in Density.
+struct ReceptorClass {
+    Quantity type;
+    double Density::*density;
+};
+inline constexpr ReceptorClass receptor_classes[] = {
+    {Quantity::sa1, &Density::sa1},
+    {Quantity::sa2, &Density::sa2},
+    {Quantity::fa1, &Density::fa1},
+    {Quantity::fa2, &Density::fa2},
+};
+// Returns their names, separated by commas.
+std::string receptor_class_names();
+inline bool is_receptor_class(Quantity q) {
+    for (const ReceptorClass& c : receptor_classes)
+        if (c.type == q) return true;
+    return false;
+}
+
+} // namespace dermis::scene

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: MIT
+// Scene files: parsing, overriding keys, and the line of the file in every error.
+#include "host/core/base/float_environment.hpp"
+#include "host/core/base/memory.hpp"
+#include "host/core/base/refusal.hpp"
+#include "host/lab/scenes/input_file.hpp"
+#include "host/lab/scenes/nearest.hpp"
+#include "host/lab/scenes/scene.hpp"
+#include "host/lab/scenes/scene_tables.hpp"
+#include "host/lab/scenes/unreadable.hpp"
+
+#include <cerrno>
+#include <cstring>
+#include <sstream>
+
+namespace dermis {
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void refuse_override(const std::string& override_, const std::string& allowed) {
+    throw Error(Error::Code::bad_input, "--set", "--set " + override_ + "; allowed: " + allowed);
+}
+
+std::string trimmed(const std::string& text) {
+    const size_t first = text.find_first_not_of(' ');
+    return first == text.npos ? "" : text.substr(first, text.find_last_not_of(' ') + 1 - first);
+}
+
+constexpr size_t most_bytes = 64 << 20; // of a scene file, or of a text in its place
+
+// Sets one key from "key=value". A value that is not TOML is taken for a text without quotes.
+void apply_override(toml::table& file, const std::string& override_) {
+    const size_t equals = override_.find('=');
+    if (equals == std::string::npos) refuse_override(override_, "key=value, as in time.step=0.001");
+    if (override_.find('\n') != std::string::npos) refuse_override(override_, "one line");
+    const std::string key = trimmed(override_.substr(0, equals)), text = override_.substr(equals + 1),
+                      toml = "value = " + text;
+    const scene::Unreadable found = scene::unreadable(toml);
+    if (found.deep || size_t(std::count(key.begin(), key.end(), '.')) >= scene::most_levels)
+        throw Error(Error::Code::bad_input, "--set", "--set " + beginning_of(override_, 40) + ": " + scene::too_deep);
+    toml::table value{{"value", text}}; // it stays a text
+    if (!found.line)
+        if (toml::parse_result parsed = toml::parse(toml)) value = std::move(parsed).table();
+    toml::table* table = &file;
+    auto parts = scene::throwing(std::istringstream(key));
+    std::string part, next;
+    std::getline(parts, part, '.');
+    for (; std::getline(parts, next, '.'); part = next) {
+        if (!table->contains(part)) table->insert(part, toml::table{});
+        if (!table->get(part)->is_table())
+            throw Error(Error::Code::bad_input, key, "--set " + override_ + ": " + part + " is not a table");
+        table = table->get(part)->as_table();
+    }
+    table->insert_or_assign(part, *value.get("value"));
+}
+
+std::string line_text(const toml::source_region& source) {
+    return source.begin.line ? ":" + std::to_string(source.begin.line) : "";
+}
+
+// Names the scene file in the same folder that is nearest to a missing one; returns nothing if none is near.
+std::string nearest_file(const fs::path& missing) {
+    std::vector<std::string> files;
+    std::error_code none;
+    if (fs::exists(missing, none)) return "";
+    const fs::path folder = missing.has_parent_path() ? missing.parent_path() : ".";
+    for (fs::directory_iterator i(folder, none), end; !none && i != end; i.increment(none))
+        if (i->path().extension() == ".toml") files.push_back(i->path().stem().string());
+    const std::string meant = scene::nearest(missing.stem().string(), files);
+    return meant.empty() ? "" : "; did you mean " + meant + ".toml?";
+}
+
+// Reads a scene file, which may be a regular file alone: a pipe or a device may never end.
+std::string read_scene_file(const std::string& path) {
+    const std::string allowed = "; allowed: a scene file (TOML), a regular file of at most 64 MiB";
+    std::string why = scene::why_no_file(path, most_bytes), text;
+    if (why.empty() && !scene::read_file(path, text))
+        why = std::string("cannot be read (") + std::strerror(errno) + ")";
+    if (!why.empty()) throw Error(Error::Code::bad_input, "", path + ": " + why + allowed + nearest_file(path));
+    return text;
+}
+
+// Returns the line of a parameter as ":line": the line of its key, or of the nearest table around it that the file has.
+// Empty where not even a table of it stands in the file.
+std::string line_of(const toml::table& file, const std::string& parameter) {
+    const toml::node* node = &file;
+    std::string key;
+    auto parts = scene::throwing(std::istringstream(parameter.substr(0, parameter.find('['))));
+    while (std::getline(parts, key, '.')) {
+        const toml::node* inner = node->is_table() ? node->as_table()->get(key) : nullptr;
+        if (!inner) break;
+        node = inner;
+    }
+    return node != &file ? line_text(node->source()) : "";
+}
+
+} // namespace
+
+scene::SceneText scene::text_of_file(const std::string& path) try {
+    return {.text = read_scene_file(path), .name = path, .folder = fs::path(path).parent_path()};
+} catch (const std::bad_alloc&) {
+    out_of_memory([&] { return "the text of " + path; });
+}
+
+scene::SceneText scene::text_of_string(const std::string& text, const std::string& folder) try {
+    if (text.size() > most_bytes)
+        throw Error(Error::Code::bad_input, "",
+                    "scene: has " + std::to_string(text.size()) + " bytes; allowed: at most 64 MiB");
+    return {.text = text, .name = "scene", .folder = folder};
+} catch (const std::bad_alloc&) {
+    out_of_memory([&] { return "a scene of " + bytes_text(double(text.size())); });
+}
+
+scene::SceneWithFiles scene::read_scene(const SceneText& source, const std::vector<std::string>& overrides,
+                                        const NamedMaps& maps, FileMaps* shared) try {
+    const DefaultFloats guard; // what a text's numbers are depends on it too
+    const auto& [text, name, folder] = source;
+    toml::table file;
+    if (const Unreadable found = unreadable(text); found.line)
+        throw Error(Error::Code::bad_input, "", name + ":" + std::to_string(found.line) + ": " + found.why);
+    // The parser is not told the name: it would copy it where no exception may leave.
+    toml::parse_result parsed = toml::parse(text);
+    if (!parsed) {
+        const toml::source_region& at = parsed.error().source();
+        throw Error(Error::Code::bad_input, "",
+                    name + line_text(at) + ":" + std::to_string(at.begin.column) + ": " +
+                        std::string(parsed.error().description()));
+    }
+    file = std::move(parsed).table();
+    try {
+        for (const std::string& o : overrides) apply_override(file, o);
+        SceneWithFiles read;
+        FileMaps own;
+        read.scene = read_tables(file, folder, maps, shared ? *shared : own, read.files);
+        // The caller gets the scene without defaults: they depend on what it may still change.
+        validate(read.scene);
+        return read;
+    } catch (const Error& e) {
+        throw Error(e.code(), e.parameter(), name + line_of(file, e.parameter()) + ": " + e.what());
+    }
+} catch (const std::bad_alloc&) {
+    out_of_memory([&] { return source.name + " has " + bytes_text(double(source.text.size())) + " and its maps"; });
+}
+
+scene::SceneWithFiles scene::read_scene(const std::string& path, const std::vector<std::string>& overrides) try {
+    SceneWithFiles read = read_scene(text_of_file(path), overrides);
+    read.files.insert(read.files.begin(), path);
+    return read;
+} catch (const std::bad_alloc&) {
+    out_of_memory([&] { return "the files of " + path; });
+}
+
+Scene Scene::from_file(const std::string& path, const std::vector<std::string>& overrides) {
+    return scene::read_scene(path, overrides).scene;
+}
+
+Scene Scene::from_string(const std::string& text, const std::vector<std::string>& overrides,
+                         const std::string& folder) {
+    return scene::read_scene(scene::text_of_string(text, folder), overrides).scene;
+}
+
+} // namespace dermis

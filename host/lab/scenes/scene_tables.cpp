@@ -1,0 +1,271 @@
+// SPDX-License-Identifier: MIT
+#include "host/lab/scenes/scene_tables.hpp"
+#include "dermis/fit.hpp"
+
+#include "host/lab/scenes/scene.hpp"
+#include "host/lab/scenes/toml_section.hpp"
+
+namespace dermis::scene {
+namespace {
+
+// The folder that paths in a scene file are relative to, maps in memory, maps that have been read, and the files that
+// have been named so far.
+struct Folder {
+    std::filesystem::path path;
+    const NamedMaps& maps;
+    FileMaps& read;
+    std::vector<std::string>& files;
+    // Returns the path from the working directory, or the name of a map in memory.
+    std::string file(const std::string& name) const {
+        return maps.count(name) ? name : files.emplace_back((path / name).string());
+    }
+    // Returns the map of such a path or name.
+    Map map(const std::string& file, const Grid& grid, const std::string& parameter) const {
+        const auto in_memory = maps.find(file);
+        if (in_memory != maps.end()) return in_memory->second;
+        Map& map = read[{file, grid.width, grid.height}];
+        if (map.empty()) map = read_npy(file, grid.width, grid.height, parameter);
+        return map;
+    }
+};
+
+// Reads the key `path` of a table, which is required with the kinds named in `kinds` and refused with any other.
+// Returns the path from the working directory; empty where there is none.
+std::string path_in(Section& table, bool required, const std::string& kinds, const Folder& folder) {
+    const auto path = table.text("path");
+    if (required != path.has_value())
+        refuse(table.parameter("path"), path ? "\"" + *path + "\"" : "(not given)",
+               "a .npy file, with " + table.parameter("kind") + " = " + kinds + " and only then");
+    return path ? folder.file(*path) : "";
+}
+
+void read_grid(Section table, Grid& grid) {
+    table.whole_number("width", grid.width);
+    table.whole_number("height", grid.height);
+    table.number("spacing", grid.spacing);
+    table.finish();
+    // The size is checked here because the tables that follow may name maps of this size.
+    for (auto [key, cells] : {std::pair{"width", grid.width}, {"height", grid.height}})
+        if (cells < 1 || cells > 16384) refuse(table.parameter(key), std::to_string(cells), "whole cells, 1..16384");
+}
+
+void read_surface(Section table, const Grid& grid, const Folder& folder, Surface& surface) {
+    table.choice("kind", surface.kind);
+    const bool map = surface.kind == Surface::Kind::map;
+    if (map || surface.kind == Surface::Kind::flat) // without the ridges of a preset
+        surface = {.kind = surface.kind, .relief = surface.relief};
+    if (table.has("ridges")) surface.ridge_period.reset();
+    const std::string path = path_in(table, map, "\"file\"", folder);
+    if (map) surface.map = folder.map(path, grid, table.parameter("path"));
+    table.number("ridges", surface.ridges);
+    table.number("ridge_period", surface.ridge_period);
+    table.number("noise", surface.noise);
+    table.number("noise_length", surface.noise_length);
+    table.number("relief", surface.relief);
+    table.finish();
+}
+
+// Reads a number or the name of a file that holds one for each cell.
+struct NumberOrMap {
+    const Grid& grid;
+    const Folder& folder;
+    template <class Number> void operator()(Section& table, const char* key, Number& value, Map& map) const {
+        if (!table.has_text(key)) return table.number(key, value);
+        const std::string text = *table.text(key);
+        if (!text.ends_with(".npy"))
+            if (const auto plain = plain_number(table.parameter(key), text))
+                refuse(table.parameter(key), "\"" + text + "\"", *plain + "; or a map, \"file.npy\"");
+        map = folder.map(folder.file(text), grid, table.parameter(key));
+    }
+};
+
+KelvinVoigt element_in(const toml::node& node, const std::string& parameter, const NumberOrMap& number_or_map) {
+    if (!node.is_table()) refuse(parameter, node, "tables { modulus = Pa, viscosity = Pa s }");
+    Section table(node.as_table(), parameter + ".");
+    KelvinVoigt element;
+    number_or_map(table, "modulus", element.modulus, element.modulus_map);
+    number_or_map(table, "viscosity", element.viscosity, element.viscosity_map);
+    table.finish();
+    return element;
+}
+
+void read_material(Section table, const Grid& grid, const Folder& folder, Material& material) {
+    if (table.has("modulus") || table.has("viscosity") || table.has("elements") || table.has("relaxation")) {
+        material.elements.clear(); // a preset's
+        material.spring.reset();
+        material.dashpot.reset();
+    }
+    const NumberOrMap number_or_map{grid, folder};
+    number_or_map(table, "modulus", material.modulus, material.modulus_map);
+    number_or_map(table, "viscosity", material.viscosity, material.viscosity_map);
+    table.list("elements", material.elements, [&](const toml::node& node, const std::string& parameter) {
+        return element_in(node, parameter, number_or_map);
+    });
+    table.permit("elements", !material.elements.empty(),
+                 "1 to 8, with material.spring and material.dashpot beside them");
+    const bool relaxes = table.has("relaxation");
+    Section relaxation = table.section("relaxation");
+    Relaxation measured;
+    relaxation.list("moduli", measured.moduli, number_in);
+    relaxation.list("times", measured.times, number_in);
+    relaxation.number("equilibrium", measured.equilibrium);
+    relaxation.finish();
+    table.number("spring", material.spring);
+    table.number("dashpot", material.dashpot);
+    for (const char* key : {"modulus", "viscosity"})
+        table.permit(key, !is_chain(material) && !relaxes, "not beside material.elements or material.relaxation");
+    for (const char* key : {"elements", "spring", "dashpot"})
+        table.permit(key, !relaxes, "not beside material.relaxation, which gives the elements");
+    if (relaxes) material.elements = dermis::chain_of(measured);
+    table.number("thickness", material.thickness);
+    table.number("curvature_length", material.curvature_length);
+    table.finish();
+}
+
+// Reads the envelope's keys of the table [load], each of which belongs to one kind of envelope or to some.
+void read_envelope(Section& table, Envelope& e) {
+    using Kind = Envelope::Kind;
+    table.choice("envelope", e.kind);
+    const auto permit = [&](const char* key, bool permitted) {
+        table.permit(key, permitted, "only with another load.envelope");
+    };
+    permit("start", e.kind == Kind::step || e.kind == Kind::ramp || e.kind == Kind::pulse);
+    table.number("start", e.start);
+    for (auto [key, value, kind] : {std::tuple{"rise", &e.rise, Kind::ramp},
+                                    {"frequency", &e.frequency, Kind::sine},
+                                    {"phase", &e.phase, Kind::sine},
+                                    {"mean", &e.mean, Kind::sine},
+                                    {"amplitude", &e.amplitude, Kind::sine},
+                                    {"length", &e.length, Kind::pulse},
+                                    {"period", &e.period, Kind::pulse}}) {
+        permit(key, e.kind == kind);
+        table.number(key, *value);
+    }
+    for (auto [key, values] : {std::pair{"times", &e.times}, {"values", &e.values}}) {
+        permit(key, e.kind == Kind::table);
+        table.list(key, *values, number_in);
+    }
+}
+
+void read_load(Section table, const Grid& grid, const Folder& folder, Load& load) {
+    table.choice("kind", load.kind);
+    const bool map = load.kind == Load::Kind::map, sequence = load.kind == Load::Kind::sequence;
+    load.path = path_in(table, map || sequence, "\"file\" or \"sequence\"", folder);
+    if (map) load.map = folder.map(load.path, grid, table.parameter("path"));
+    table.number("interval", load.interval);
+    table.cell("center", load.center);
+    table.whole_number("radius", load.radius);
+    table.number("intensity", load.intensity);
+    read_envelope(table, load.envelope);
+    table.finish();
+}
+
+void read_time(Section table, Time& time) {
+    table.number("step", time.step);
+    table.number("duration", time.duration);
+    table.finish();
+}
+
+void read_curvature(Section table, Scene& scene) {
+    table.choice("stencil", scene.stencil);
+    table.choice("edges", scene.edges);
+    table.finish();
+}
+
+void read_receptors(Section table, Receptors& receptors) {
+    table.number("sa2_adaptation", receptors.sa2_adaptation);
+    table.choice("fa2", receptors.fa2);
+    std::vector<double> gains = {receptors.fa2_gains[0], receptors.fa2_gains[1]};
+    table.list("fa2_gains", gains, number_in);
+    if (gains.size() != 2) {
+        const std::string key = table.parameter("fa2_gains");
+        throw Error(Error::Code::bad_input, key,
+                    key + " has " + std::to_string(gains.size()) + " numbers; allowed: two, [k_plus, k_minus]");
+    }
+    receptors.fa2_gains = {gains[0], gains[1]};
+    table.finish();
+}
+
+std::vector<Site> sites_in(Section table, const Grid& grid, const Folder& folder) {
+    const bool by_density = table.has("density") || table.has("seed");
+    std::vector<Site> listed;
+    if (const auto path = table.text("path")) {
+        table.permit("path", !by_density, "either path, or density and seed");
+        listed = read_sites(folder.file(*path));
+    }
+    Density density;
+    Section densities = table.section("density");
+    for (const ReceptorClass& c : receptor_classes) densities.number(name(c.type), density.*c.density);
+    densities.finish();
+    int seed = 1;
+    table.whole_number("seed", seed);
+    table.finish();
+    return by_density ? population(grid, density, static_cast<unsigned long long>(seed)) : listed;
+}
+
+FieldRequest field_in(const toml::node& node, const std::string& parameter) {
+    if (!node.is_table()) refuse(parameter, node, "tables { at = seconds, what = [...] }");
+    Section table(node.as_table(), parameter + ".");
+    FieldRequest request;
+    table.number("at", request.at);
+    table.list("what", request.what, choice_in<Quantity>);
+    table.finish();
+    if (!table.has("at") || request.what.empty()) refuse(parameter, node, "both at and what");
+    return request;
+}
+
+void read_output(Section table, Output& output) {
+    table.list("traces", output.traces, choice_in<Quantity>);
+    table.boolean("extremes", output.extremes);
+    table.list("probes", output.probes, cell_in);
+    table.list("fields", output.fields, field_in);
+    table.finish();
+}
+
+// Returns the scene that the keys of the file change.
+Scene preset_in(Section& top) {
+    const auto preset = top.text("preset");
+    if (!preset) return {};
+    if (*preset != "fingertip") refuse(top.parameter("preset"), "\"" + *preset + "\"", "\"fingertip\"");
+    return fingertip();
+}
+
+Scene read_all(Section top, const Folder& folder) {
+    Scene scene = preset_in(top);
+    top.choice("method", scene.method);
+    top.choice("model", scene.model);
+    top.choice("precision", scene.precision);
+    top.number("tolerance", scene.tolerance);
+    top.boolean("allow_unstable", scene.allow_unstable);
+    Section grid = top.section("grid"), surface = top.section("surface"), material = top.section("material"),
+            load = top.section("load"), time = top.section("time"), curvature = top.section("curvature"),
+            receptors = top.section("receptors"), sites = top.section("sites"), output = top.section("output");
+    top.finish(); // A misspelt table is named before anything is missed that it should have held.
+    read_grid(grid, scene.grid);
+    read_surface(surface, scene.grid, folder, scene.surface);
+    read_material(material, scene.grid, folder, scene.material);
+    read_load(load, scene.grid, folder, scene.load);
+    read_time(time, scene.time);
+    read_curvature(curvature, scene);
+    read_receptors(receptors, scene.receptors);
+    scene.sites = sites_in(sites, scene.grid, folder);
+    read_output(output, scene.output);
+    return scene;
+}
+
+} // namespace
+
+Scene read_tables(const toml::table& file, const std::filesystem::path& folder, const NamedMaps& maps, FileMaps& read,
+                  std::vector<std::string>& files) {
+    return read_all(Section(&file, ""), {folder, maps, read, files});
+}
+
+std::vector<std::string> known_keys() {
+    std::vector<std::string> keys, no_files;
+    FileMaps no_maps;
+    read_all(Section(nullptr, "", &keys),
+             {"", {}, no_maps, no_files}); // the readers ask for every key, whatever a file has
+    return keys;
+}
+
+} // namespace dermis::scene

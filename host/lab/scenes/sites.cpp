@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: MIT
+// Receptor populations: drawn at random from densities, or read from a list.
+#include "host/core/base/float_environment.hpp"
+#include "host/core/base/memory.hpp"
+#include "host/core/base/refusal.hpp"
+#include "host/core/description/names.hpp"
+#include "host/lab/scenes/input_file.hpp"
+#include "host/lab/scenes/scene.hpp"
+
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <sstream>
+
+namespace dermis {
+namespace {
+
+// The generator SplitMix64 of Steele, Lea and Flood (2014). It draws the same cells with every compiler, as the
+// standard library's distributions do not.
+struct SplitMix64 {
+    uint64_t state;
+    uint64_t next() {
+        state += 0x9e3779b97f4a7c15;
+        uint64_t z = state;
+        z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9;
+        z = (z ^ z >> 27) * 0x94d049bb133111eb;
+        return z ^ z >> 31;
+    }
+    int below(int n) { return int(double(next() >> 11) * 0x1p-53 * n); }
+};
+
+} // namespace
+
+std::vector<Site> population(const Grid& grid, const Density& density, unsigned long long seed) try {
+    const DefaultFloats guard;
+    if (!grid.spacing) scene::refuse("grid.spacing", "(not given)", "metres, required for sites by density");
+    const double area = grid.width * *grid.spacing * grid.height * *grid.spacing * 1e4; // cm2
+    SplitMix64 random{seed};
+    std::vector<Site> sites;
+    for (const scene::ReceptorClass& c : scene::receptor_classes) {
+        const std::string key = std::string("sites.density.") + name(c.type);
+        const double per_area = density.*c.density, count = std::round(per_area * area);
+        scene::need_not_negative(key.c_str(), per_area);
+        scene::need(count <= 1e8, key.c_str(), per_area, "at most 1e8 receptors of a class");
+        for (double n = 0; n < count; ++n) {
+            const int x = random.below(grid.width);
+            sites.push_back({c.type, {x, random.below(grid.height)}});
+        }
+    }
+    return sites;
+} catch (const std::bad_alloc&) {
+    scene::out_of_memory([&] {
+        double count = 0;
+        for (const scene::ReceptorClass& c : scene::receptor_classes)
+            count += density.*c.density * grid.width * *grid.spacing * grid.height * *grid.spacing * 1e4;
+        return "some " + shortest(std::round(count)) + " receptors need " + scene::bytes_text(count * sizeof(Site));
+    });
+}
+
+namespace scene {
+
+std::string receptor_class_names() {
+    std::string names;
+    for (const ReceptorClass& c : receptor_classes) names += (names.empty() ? "" : ", ") + std::string(name(c.type));
+    return names;
+}
+
+std::vector<Site> read_sites(const std::string& path) {
+    const auto fail = [&](const std::string& what) -> Error {
+        return Error(Error::Code::bad_input, "sites.path",
+                     "sites.path = \"" + path + "\": " + what +
+                         "; allowed: a first line type,x,y, then lines such as sa1,12,40 (" + receptor_class_names() +
+                         "; cells)");
+    };
+    if (const std::string why = why_no_file(path); !why.empty()) throw fail(why);
+    std::string content;
+    if (!read_file(path, content)) throw fail(std::string("cannot be read (") + std::strerror(errno) + ")");
+    std::vector<Site> sites;
+    std::string line;
+    auto in = throwing(std::istringstream(content));
+    for (int number = 1; std::getline(in, line); ++number) {
+        if (!line.empty() && line.back() == '\r') line.pop_back();
+        if (number == 1) {
+            if (line != "type,x,y") throw fail("begins with " + line);
+            continue;
+        }
+        auto parts = throwing(std::istringstream(line));
+        std::string type;
+        Site site;
+        char comma = 0;
+        std::getline(parts, type, ',');
+        const std::optional<Quantity> known = value_of<Quantity>(type);
+        if (!known || !is_receptor_class(*known) || !(parts >> site.cell.x >> comma >> site.cell.y) || comma != ',' ||
+            parts.peek() != std::istringstream::traits_type::eof())
+            throw fail("line " + std::to_string(number) + " is " + line);
+        site.type = *known;
+        sites.push_back(site);
+    }
+    if (sites.empty()) throw fail("holds no receptor");
+    return sites;
+}
+
+} // namespace scene
+} // namespace dermis

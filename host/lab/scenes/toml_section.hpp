@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: MIT
+// Typed access to one table of a TOML file. Errors give the dotted name of the key, its value and what is allowed.
+#pragma once
+
+#include "host/core/base/refusal.hpp"
+#include "host/core/description/names.hpp"
+#include "host/lab/scenes/input_file.hpp"
+#include "host/lab/scenes/nearest.hpp"
+#include "host/lab/scenes/scene.hpp"
+#include "host/lab/scenes/toml.hpp"
+#include "host/lab/scenes/units.hpp"
+
+#include <set>
+#include <sstream>
+
+namespace dermis::scene {
+
+// Returns a value as it stands in a file, on one line. Lists and tables are not left to the parser's formatter, which
+// measures their lines by logarithms that it converts to unsigned numbers, of 0.1 too.
+inline std::string text_of(const toml::node& value) {
+    std::string items;
+    const auto add = [&](const std::string& item) { items += (items.empty() ? " " : ", ") + item; };
+    if (const toml::array* list = value.as_array()) {
+        for (const toml::node& item : *list) add(text_of(item));
+        return "[" + items + (items.empty() ? "]" : " ]");
+    }
+    if (const toml::table* table = value.as_table()) {
+        for (auto&& [key, item] : *table) add(std::string(key.str()) + " = " + text_of(item));
+        return "{" + items + (items.empty() ? "}" : " }");
+    }
+    auto text = throwing(std::ostringstream());
+    value.visit([&](auto& node) { text << node; });
+    return text.str();
+}
+
+[[noreturn]] inline void refuse(const std::string& parameter, const toml::node& value, const std::string& allowed) {
+    refuse(parameter, text_of(value), allowed);
+}
+
+inline std::string listed(const std::vector<std::string>& words, const char* separator) {
+    std::string list;
+    for (const std::string& word : words) list += (list.empty() ? "" : separator) + word;
+    return list;
+}
+
+inline double number_in(const toml::node& node, const std::string& parameter) {
+    if (node.is_integer()) return double(**node.as_integer());
+    if (node.is_floating_point()) return **node.as_floating_point();
+    const auto plain = node.is_string() ? plain_number(parameter, **node.as_string()) : std::nullopt;
+    refuse(parameter, node, plain.value_or("a number"));
+}
+
+inline int whole_number_in(const toml::node& node, const std::string& parameter) {
+    if (!node.is_integer() || std::abs(double(**node.as_integer())) > 1e9)
+        refuse(parameter, node, "a whole number, -1e9..1e9");
+    return int(**node.as_integer());
+}
+
+inline Cell cell_in(const toml::node& node, const std::string& parameter) {
+    const toml::array* xy = node.as_array();
+    if (!xy || xy->size() != 2) refuse(parameter, node, "[x, y] in whole cells");
+    return {whole_number_in((*xy)[0], parameter), whole_number_in((*xy)[1], parameter)};
+}
+
+template <class Enum> Enum choice_in(const toml::node& node, const std::string& parameter) {
+    const std::optional<Enum> value = node.is_string() ? value_of<Enum>(**node.as_string()) : std::nullopt;
+    if (!value) refuse(parameter, node, quoted_names<Enum>() + suggestion(node.value_or(std::string()), names<Enum>()));
+    return *value;
+}
+
+// Reads the keys of one table. A key that the table lacks leaves the value as it is. finish(), called after all known
+// keys have been read, refuses a key that nobody has read.
+class Section {
+  public:
+    // table: null where the file has no such table. prefix: dotted name of the table, as in "load.". known: the list to
+    // which finish() appends the dotted name of every key that was asked for; null: none.
+    Section(const toml::table* table, std::string prefix, std::vector<std::string>* known = nullptr)
+        : table_(table), prefix_(std::move(prefix)), known_(known) {}
+
+    // Returns the dotted name of a key, as in "load.radius".
+    std::string parameter(const char* key) const { return prefix_ + key; }
+    bool has(const char* key) const { return table_ && table_->contains(key); }
+    bool has_text(const char* key) const { return has(key) && table_->get(key)->is_string(); }
+    // Refuses the key, where the table has it, unless it is permitted.
+    void permit(const char* key, bool permitted, const char* allowed) const {
+        if (has(key) && !permitted) refuse(parameter(key), *table_->get(key), allowed);
+    }
+
+    template <class Number> void number(const char* key, Number& value) {
+        if (const toml::node* node = find(key)) value = number_in(*node, parameter(key));
+    }
+    template <class Number> void whole_number(const char* key, Number& value) {
+        if (const toml::node* node = find(key)) value = whole_number_in(*node, parameter(key));
+    }
+    void boolean(const char* key, bool& value) {
+        const toml::node* node = find(key);
+        if (!node) return;
+        if (!node->is_boolean()) refuse(parameter(key), *node, "true or false");
+        value = **node->as_boolean();
+    }
+    void cell(const char* key, std::optional<Cell>& value) {
+        if (const toml::node* node = find(key)) value = cell_in(*node, parameter(key));
+    }
+    std::optional<std::string> text(const char* key) {
+        const toml::node* node = find(key);
+        if (!node) return {};
+        if (!node->is_string()) refuse(parameter(key), *node, "a text in quotes");
+        return **node->as_string();
+    }
+    template <class Enum> void choice(const char* key, Enum& value) {
+        if (const toml::node* node = find(key)) value = choice_in<Enum>(*node, parameter(key));
+    }
+    template <class Enum> void choice(const char* key, std::optional<Enum>& value) {
+        if (const toml::node* node = find(key)) value = choice_in<Enum>(*node, parameter(key));
+    }
+
+    // Replaces the values by read_item(item, parameter(key)) for every item of a list.
+    template <class T, class ReadItem> void list(const char* key, std::vector<T>& values, ReadItem&& read_item) {
+        const toml::node* node = find(key);
+        if (!node) return;
+        if (!node->is_array()) refuse(parameter(key), *node, "a list in [ ]");
+        values.clear();
+        for (const toml::node& item : *node->as_array()) values.push_back(read_item(item, parameter(key)));
+    }
+    Section section(const char* key) {
+        const toml::node* node = find(key);
+        tables_.push_back(key);
+        if (node && !node->is_table()) refuse(parameter(key), *node, "a table");
+        return Section(node ? node->as_table() : nullptr, parameter(key) + ".", known_);
+    }
+
+    void finish() const {
+        for (const std::string& key : read_)
+            if (known_ && std::find(tables_.begin(), tables_.end(), key) == tables_.end())
+                known_->push_back(prefix_ + key);
+        if (!table_) return;
+        for (auto&& [key, node] : *table_)
+            if (!read_.count(std::string(key.str()))) refuse_unknown(std::string(key.str()), node);
+    }
+
+  private:
+    [[noreturn]] void refuse_unknown(const std::string& key, const toml::node& node) const {
+        const std::string name = prefix_ + key;
+        if (node.is_table() && !tables_.empty()) {
+            const std::string meant = nearest(key, tables_);
+            throw Error(Error::Code::bad_input, name,
+                        "[" + name + "]: no such table; " +
+                            (meant.empty() ? "known: [" + listed(tables_, "], [") + "]"
+                                           : "the nearest is [" + prefix_ + meant + "]"));
+        }
+        const std::vector<std::string> keys(read_.begin(), read_.end());
+        std::vector<std::string> tables; // those that have such a key
+        for (const std::string& known : known_keys())
+            if (known == key) tables.push_back("the top of the file");
+            else if (known.ends_with("." + key)) tables.push_back("[" + known.substr(0, known.rfind('.')) + "]");
+        throw Error(Error::Code::bad_input, name,
+                    name + " = " + text_of(node) + "; no such key here; known: " + listed(keys, ", ") +
+                        (tables.empty() ? suggestion(key, keys) : "; " + key + " belongs to " + listed(tables, ", ")));
+    }
+
+    const toml::node* find(const char* key) {
+        read_.insert(key);
+        return table_ ? table_->get(key) : nullptr;
+    }
+
+    const toml::table* table_;
+    std::string prefix_;
+    std::set<std::string> read_;
+    std::vector<std::string>* known_;
+    std::vector<std::string> tables_; // the keys among them that are tables
+};
+
+} // namespace dermis::scene

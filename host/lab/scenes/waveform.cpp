@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: MIT
+#include "host/lab/scenes/waveform.hpp"
+
+#include "host/core/base/refusal.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace dermis::scene {
+namespace {
+
+std::vector<Knot> knots_of(const Envelope& e, const Time& time) {
+    std::vector<Knot> knots;
+    switch (e.kind) {
+    case Envelope::Kind::step: knots = {{e.start, 0, 1}}; break;
+    case Envelope::Kind::ramp: knots = {{e.start, 0, 0}, {Instant(e.start) + e.rise, 1, 1}}; break;
+    case Envelope::Kind::sine: knots = {{0, 0, e.mean + e.amplitude * std::sin(e.phase)}}; break;
+    case Envelope::Kind::pulse:
+        for (double k = 0; e.start + k * e.period <= time.duration; ++k) {
+            const Instant begin = Instant::multiple(k, e.period) + e.start;
+            knots.push_back({begin, 0, 1});
+            knots.push_back({begin + e.length, 1, 0});
+        }
+        break;
+    case Envelope::Kind::table:
+        for (size_t i = 0; i < e.times.size(); ++i) {
+            if (i > 0 && e.times[i] == e.times[i - 1])
+                knots.back().right = e.values[i]; // A time given twice is a jump.
+            else knots.push_back({e.times[i], i > 0 ? e.values[i] : 0, e.values[i]});
+        }
+        break;
+    }
+    return knots;
+}
+
+// Returns the first knot at or after t.
+std::vector<Knot>::const_iterator knot_from(const std::vector<Knot>& knots, const Instant& t) {
+    return std::lower_bound(knots.begin(), knots.end(), t,
+                            [](const Knot& k, const Instant& at) { return k.time < at; });
+}
+
+} // namespace
+
+Waveform::Waveform(const Envelope& envelope, const Time& time) : envelope_(envelope), knots_(knots_of(envelope, time)) {
+    for (Knot& k : knots_) k.time = snapped(k.time, time.step);
+}
+
+template <class T> T Waveform::angular_frequency() const { return 2 * std::numbers::pi_v<T> * T(envelope_.frequency); }
+
+template <class T> std::complex<T> Waveform::turn(Instant time) const {
+    const double f = envelope_.frequency, cycles = f * time.t;
+    const T part = std::fma(f, time.t, -cycles) + T(f) * time.rest; // what rounding has left out
+    return std::polar(T(1), 2 * std::numbers::pi_v<T> * ((cycles - std::nearbyint(cycles)) + part));
+}
+
+template <class T> std::complex<T> Waveform::phasor(Instant time) const {
+    return T(envelope_.amplitude) * std::polar(T(1), T(envelope_.phase)) * turn<T>(time);
+}
+
+bool Waveform::rests(Instant t) const { return knots_.empty() || t <= knots_.front().time; }
+
+template <class T> T Waveform::before(Instant t) const {
+    if (rests(t)) return 0;
+    if (sine()) return envelope_.mean + phasor<T>(t).imag();
+    const auto next = knot_from(knots_, t);
+    const Knot& last = *(next - 1);
+    if (next == knots_.end()) return last.right;
+    if (next->time == t) return next->left;
+    const T share = difference<T>(t, last.time) / difference<T>(next->time, last.time);
+    return last.right + (T(next->left) - last.right) * share;
+}
+
+template <class T> T Waveform::slope_before(Instant t) const {
+    if (rests(t)) return 0;
+    if (sine()) return angular_frequency<T>() * phasor<T>(t).real();
+    const auto next = knot_from(knots_, t);
+    if (next == knots_.end()) return 0;
+    return (T(next->left) - (next - 1)->right) / difference<T>(next->time, (next - 1)->time);
+}
+
+template <class T> T Waveform::rise(Instant from, Instant to) const {
+    if (sine()) return before<T>(to) - after<T>(from);
+    const auto next = std::upper_bound(knots_.begin(), knots_.end(), from,
+                                       [](const Instant& t, const Knot& k) { return t < k.time; });
+    if (next == knots_.begin() || next == knots_.end()) return 0;
+    const Knot& last = *(next - 1);
+    // The difference of two values would lose the digits that they share.
+    return (T(next->left) - last.right) * (difference<T>(to, from) / difference<T>(next->time, last.time));
+}
+
+template <class T> T Waveform::after(Instant t) const {
+    if (sine() && !(t < knots_.front().time)) return envelope_.mean + phasor<T>(t).imag();
+    const auto at = knot_from(knots_, t);
+    return at != knots_.end() && at->time == t ? T(at->right) : before<T>(t);
+}
+
+#define IN(T)                                                                                                          \
+    template T Waveform::before(Instant) const;                                                                        \
+    template T Waveform::after(Instant) const;                                                                         \
+    template T Waveform::slope_before(Instant) const;                                                                  \
+    template T Waveform::rise(Instant, Instant) const;                                                                 \
+    template T Waveform::angular_frequency() const;                                                                    \
+    template std::complex<T> Waveform::turn(Instant) const;                                                            \
+    template std::complex<T> Waveform::phasor(Instant) const;
+IN(double)
+IN(long double)
+#undef IN
+
+bool Waveform::breaks(Instant from, Instant to) const {
+    const auto next = std::upper_bound(knots_.begin(), knots_.end(), from,
+                                       [](const Instant& t, const Knot& k) { return t < k.time; });
+    return next != knots_.end() && next->time < to;
+}
+
+void check_envelope(const Envelope& e, const Time& time) {
+    need_not_negative("load.start", e.start);
+    if (e.kind == Envelope::Kind::ramp) need_positive("load.rise", e.rise);
+    if (e.kind == Envelope::Kind::sine) {
+        need_positive("load.frequency", e.frequency);
+        need_finite("load.phase", e.phase);
+        need_finite("load.mean", e.mean);
+        need_finite("load.amplitude", e.amplitude);
+    }
+    if (e.kind == Envelope::Kind::pulse) {
+        need_positive("load.length", e.length);
+        need(finite(e.period) && e.period > e.length, "load.period", e.period, "a finite number > load.length");
+        need(time.duration / e.period <= 1e6, "load.period", e.period, "at most 1e6 pulses within time.duration");
+    }
+    if (e.kind == Envelope::Kind::table) {
+        need(!e.times.empty(), "load.times", 0, "at least one time");
+        need(e.values.size() == e.times.size(), "load.values", double(e.values.size()), "as many values as load.times");
+        for (size_t i = 0; i < e.times.size(); ++i) {
+            need_not_negative("load.times", e.times[i]);
+            need_finite("load.values", e.values[i]);
+            need(i == 0 || e.times[i] >= e.times[i - 1], "load.times", e.times[i],
+                 "ascending times; twice the same for a jump");
+            need(i < 2 || e.times[i] != e.times[i - 2], "load.times", e.times[i], "each time at most twice");
+        }
+    }
+    const std::vector<Knot> knots = knots_of(e, time);
+    for (size_t i = 1; i < knots.size(); ++i) {
+        const char* parameter = e.kind == Envelope::Kind::ramp    ? "load.rise"
+                                : e.kind == Envelope::Kind::pulse ? "load.length"
+                                                                  : "load.times";
+        need(knots[i].time - knots[i - 1].time > 1e-5 * time.step, parameter, knots[i].time - knots[i - 1].time,
+             "breakpoints of the load more than 1e-5 of time.step apart");
+    }
+}
+
+} // namespace dermis::scene

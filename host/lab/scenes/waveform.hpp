@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT
+// The envelope g(t) of the load: piecewise linear between knots, at which it may jump, or a sine from t = 0 on.
+#pragma once
+
+#include "dermis/dermis.hpp"
+#include "host/lab/scenes/instant.hpp"
+
+#include <complex>
+
+namespace dermis::scene {
+
+struct Knot {
+    Instant time;
+    double left, right; // left and right limits of g at time
+};
+
+// Values are computed in T, double or long double.
+class Waveform {
+  public:
+    // The envelope has been validated. A knot that is an output time but for rounding is moved onto it.
+    Waveform(const Envelope&, const Time&);
+
+    template <class T = double> T before(Instant) const;       // left limit
+    template <class T = double> T after(Instant) const;        // right limit
+    template <class T = double> T slope_before(Instant) const; // 1/s, left limit
+    // before(to) - after(from), with no knot strictly between.
+    template <class T = double> T rise(Instant from, Instant to) const;
+    const std::vector<Knot>& knots() const { return knots_; } // times ascend strictly
+    bool breaks(Instant from, Instant to) const;              // whether a knot lies strictly between
+    bool sine() const { return envelope_.kind == Envelope::Kind::sine; }
+    template <class T = double> T angular_frequency() const; // 1/s
+    // e^(i w t), whose phase is reduced before it is multiplied; t may be a difference of instants.
+    template <class T = double> std::complex<T> turn(Instant) const;
+    // The sine is the imaginary part of this plus the mean: amplitude*e^(i (w t + phase)).
+    template <class T = double> std::complex<T> phasor(Instant) const;
+
+  private:
+    bool rests(Instant) const; // nothing has happened yet
+    Envelope envelope_;
+    std::vector<Knot> knots_;
+};
+
+// Checks every parameter that the kind of envelope uses. Throws Error::bad_input.
+void check_envelope(const Envelope&, const Time&);
+
+} // namespace dermis::scene

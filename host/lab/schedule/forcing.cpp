@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: MIT
+#include "host/lab/schedule/forcing.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace dermis::plan {
+
+namespace {
+
+// Splits a step at the envelope's breakpoints.
+template <class T>
+std::vector<Segment<T>> segments_of(const scene::Waveform& load, scene::Instant from, scene::Instant to) {
+    const auto later = [](const scene::Instant& t, const scene::Knot& k) { return t < k.time; };
+    auto knot = std::upper_bound(load.knots().begin(), load.knots().end(), from, later);
+    std::vector<Segment<T>> segments;
+    for (scene::Instant begin = from; begin < to;) {
+        const scene::Instant end = knot == load.knots().end() ? to : std::min(to, (knot++)->time);
+        const T u0 = load.after<T>(begin) - load.after<T>(from);
+        segments.push_back({scene::difference<T>(end, begin), u0, load.rise<T>(begin, end)});
+        begin = end;
+    }
+    return segments;
+}
+
+template <class K, class T = typename K::real>
+void force_straight(typename K::Coefficients& whole, const Element& element, const ResponseRule& rule,
+                    const std::vector<Segment<T>>& segments, T dt) {
+    if (segments.size() == 1) return scale_change<K>(whole, segments[0].du);
+    const ResponseRule density{.sa2_adaptation = rule.sa2_adaptation, .step_mean = false};
+    T eps = 0, sum = 0, rate = 0, acceleration = 0;
+    for (const Segment<T>& s : segments) {
+        const auto k = K::lanes_of(exact_coefficients_in<K>(element, density, s.length));
+        const auto load = K::load(s.u0, s.du, 0);
+        rate = K::rate_after(eps, load, k);
+        acceleration = K::acceleration_after(eps, load, k);
+        sum += K::integral_step(K::integral_gained(eps, load, k), sum, k);
+        eps += K::strain_step(eps, load, k);
+    }
+    whole.f = eps;
+    whole.i2 = sum;
+    whole.v1 = rate;
+    whole.a1 = rule.step_mean ? rate / dt : acceleration;
+}
+
+// The product of complex numbers. That of std::complex looks for NaN, and calls a function.
+template <class T> std::complex<T> product(std::complex<T> a, std::complex<T> b) {
+    return {a.real() * b.real() - a.imag() * b.imag(), a.real() * b.imag() + a.imag() * b.real()};
+}
+template <class T> T real_product(std::complex<T> a, std::complex<T> b) {
+    return a.real() * b.real() - a.imag() * b.imag();
+}
+
+// Returns 1/(real + i*imaginary) of numbers >= 0 of which one is not 0. None is squared, and so nothing overflows.
+template <class T> std::complex<T> reciprocal(T real, T imaginary) {
+    const bool wide = real >= imaginary;
+    const T greater = wide ? real : imaginary, less = wide ? imaginary : real;
+    const T ratio = less / greater, share = 1 / (greater + less * ratio), other = ratio * share;
+    return {wide ? share : other, wide ? -other : -share};
+}
+
+// Writes the factors of ds under a sine: of each the real part of its gain times the phasor at the start, over i.
+template <class To, class T> void force_sine(To& k, const SineGains<T>& gains, std::complex<T> start) {
+    using real = decltype(k.f);
+    const std::complex<T> over_i(start.imag(), -start.real());
+    k.f = real(real_product(gains.f, over_i));
+    k.i2 = real(real_product(gains.i2, over_i));
+    k.v1 = real(real_product(gains.v1, over_i));
+    k.a1 = real(real_product(gains.a1, over_i));
+}
+
+// Writes the impulses of a jump. whole: the pressure of the step is the jump; held: the load does not change before it.
+template <class K>
+void force_impulse(typename K::Coefficients& k, const Element& m, double jump, bool whole, bool held) {
+    const double fa1 = is_elastic(m) ? final_strain(m, jump) : 0, fa2 = is_elastic(m) ? 0 : strain_rate(m, jump);
+    if (held) k.f = k.i2 = 0;
+    k.v0 = whole ? fa1 : 0; // r = sj = the pressure
+    k.v1 = whole ? 0 : fa1;
+    k.a0 = 0;
+    k.a1 = whole ? 0 : fa2;
+    k.a2 = whole ? fa2 : 0;
+}
+
+} // namespace
+
+template <class T>
+Forcing<T> forcing_over(const scene::Waveform& load, scene::Instant from, scene::Instant to, T dt, bool with_slope) {
+    Forcing<T> forcing;
+    forcing.dt = dt;
+    if (load.sine()) {
+        const scene::Instant length(double(dt), double(dt - double(dt)));
+        forcing.sine = Sine<T>{load.angular_frequency<T>(), load.phasor<T>(from), load.turn<T>(length)};
+    } else if (load.breaks(from, to)) {
+        forcing.segments = segments_of<T>(load, from, to);
+    } else {
+        forcing.segments = {{dt, 0, load.rise<T>(from, to)}};
+    }
+    if (with_slope) {
+        forcing.slope = load.slope_before<T>(from);
+        forcing.slope_length = scene::difference<T>(to, from);
+    }
+    return forcing;
+}
+
+template <class K> void scale_change(typename K::Coefficients& k, typename K::real du) {
+    for (auto* factor : {&k.f, &k.i2, &k.v1, &k.a1}) *factor *= du;
+}
+
+// A sine's effect is its steady-state response, less the decayed rest of that at the step's start, less the effect of
+// the pressure at the step's start, which the coefficients contain.
+template <class K, class T>
+SineGains<T> sine_gains(const typename K::Coefficients& held, const Element& m, const ResponseRule& rule, T w,
+                        std::complex<T> turn, T dt) {
+    const T modulus = m.modulus, viscosity = m.viscosity;
+    const std::complex<T> compliance = reciprocal<T>(modulus, w * viscosity),
+                          rate_of_turn(-w * turn.imag(), w * turn.real());
+    const T left = held.v0 * viscosity; // e^-z, the factor by which a strain decays over the step
+    SineGains<T> gains;
+    gains.f = product(compliance, turn - left) - held.b;
+    const std::complex<T> sum = product(compliance, reciprocal<T>(1 / T(rule.sa2_adaptation), w));
+    gains.i2 = (product(sum, turn - (1 - held.leak)) - compliance * held.i0) - held.i1;
+    gains.v1 = product(compliance, rate_of_turn + modulus * held.v0) - held.v0;
+    gains.a1 = rule.step_mean ? gains.v1 / dt : product(compliance, held.E * held.a0 - w * w * turn) - held.a0;
+    return gains;
+}
+template SineGains<double> sine_gains<f64>(const f64::Coefficients&, const Element&, const ResponseRule&, double,
+                                           std::complex<double>, double);
+
+template <class K>
+void force(typename K::Coefficients& k, const Element& m, const ResponseRule& rule,
+           const Forcing<typename K::real>& forcing, const SineGains<typename K::real>* known) {
+    using T = typename K::real;
+    if (const auto& sine = forcing.sine)
+        force_sine<typename K::Coefficients, T>(
+            k, known ? *known : sine_gains<K, T>(k, m, rule, sine->w, sine->turn, forcing.dt), sine->start);
+    else if (!forcing.segments.empty()) force_straight<K>(k, m, rule, forcing.segments, forcing.dt);
+    if (forcing.slope && is_elastic(m)) k.a1 = (k.v1 - *forcing.slope / m.modulus) / forcing.slope_length;
+    if (forcing.impulse) force_impulse<K>(k, m, *forcing.impulse, forcing.framed, forcing.held);
+}
+
+template <class K>
+void fill_row_of_sine(const std::vector<f64::Coefficients>& held, const std::vector<SineGains<double>>& gains,
+                      const int* material, int cells, const Forcing<double>& forcing, typename K::Coefficients* row) {
+    const bool shared = held.size() == 1;
+    for (int i = 0; i < cells; ++i) {
+        const size_t of = size_t(material[i]);
+        row[i] = rounded<K>(held[shared ? 0 : of]);
+        force_sine(row[i], gains[of], forcing.sine->start);
+    }
+}
+template void fill_row_of_sine<f32>(const std::vector<f64::Coefficients>&, const std::vector<SineGains<double>>&,
+                                    const int*, int, const Forcing<double>&, f32::Coefficients*);
+template void fill_row_of_sine<f64>(const std::vector<f64::Coefficients>&, const std::vector<SineGains<double>>&,
+                                    const int*, int, const Forcing<double>&, f64::Coefficients*);
+
+#define IN(K)                                                                                                          \
+    template Forcing<K::real> forcing_over(const scene::Waveform&, scene::Instant, scene::Instant, K::real, bool);     \
+    template void scale_change<K>(K::Coefficients&, K::real);                                                          \
+    template void force<K>(K::Coefficients&, const Element&, const ResponseRule&, const Forcing<K::real>&,             \
+                           const SineGains<K::real>*);
+IN(f64)
+IN(extended)
+#undef IN
+
+} // namespace dermis::plan

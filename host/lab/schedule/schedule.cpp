@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: MIT
+#include "host/lab/schedule/schedule.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace dermis::plan {
+namespace {
+
+// Widens the box to contain all cells that a map presses.
+void widen(PressedBox& box, const std::vector<double>& map, int width, int height) {
+    int first = box.first_column(), last = box.last_tile * TILE_CELLS;
+    for (int y = 0; y < height; ++y) {
+        const double* row = map.data() + size_t(y) * size_t(width);
+        bool none = true; // no early exit, so that the loop vectorises
+        for (int x = 0; x < width; ++x) none &= row[x] == 0;
+        if (none) continue;
+        box.first_row = std::min(box.first_row, y);
+        box.last_row = std::max(box.last_row, y + 1);
+        first = int(std::find_if(row, row + std::min(first, width), [](double v) { return v != 0; }) - row);
+        for (int x = width; x > last; --x)
+            if (row[x - 1] != 0) last = x;
+    }
+    box.first_tile = first / TILE_CELLS;
+    box.last_tile = (last + TILE_CELLS - 1) / TILE_CELLS;
+}
+
+// Reads every frame once, for its peaks and its pressed cells; NpyFile::read refuses values that are not finite.
+void take_sequence(Schedule& s, const PreparedSkin& skin) {
+    const double scale = std::abs(s.load.intensity);
+    s.material_peaks.assign(skin.materials.size(), 0);
+    std::vector<double> frame, before;
+    for (long long k = 0; k < s.sequence->maps(); ++k) {
+        before.swap(frame);
+        s.sequence->read(k, frame);
+        widen(s.pressed, frame, skin.width(), skin.height());
+        double peak = 0;
+        for (double v : frame) peak = std::max(peak, std::abs(v));
+        s.frame_peaks.push_back(peak * scale);
+        double change = 0;
+        for (size_t i = 0; i < before.size(); ++i) change = std::max(change, std::abs(frame[i] - before[i]));
+        if (k > 0) s.frame_changes.push_back(change * scale);
+        for (size_t i = 0; i < frame.size(); ++i) {
+            double& greatest = s.material_peaks[skin.material_at(i)];
+            greatest = std::max(greatest, std::abs(frame[i]) * scale);
+        }
+    }
+}
+
+} // namespace
+
+Schedule make_schedule(const scene::ValidatedScene& validated, const PreparedSkin& skin, bool check) {
+    const Scene& scene = validated.scene;
+    Schedule s;
+    s.method = scene.method;
+    s.allow_unstable = scene.allow_unstable;
+    s.load = scene.load;
+    s.time = scene.time;
+    s.output = scene.output;
+    s.outputs = scene::outputs(scene.time);
+    s.points = scene.output.probes;
+    for (const Site& site : scene.sites) s.points.push_back(site.cell);
+    for (int q = 0; q < REDUCED_MAPS; ++q) s.wanted[size_t(q)] = scene::wants(scene, Quantity(q));
+    s.keeps_maps = check || !s.points.empty() || !scene.output.fields.empty();
+    for (const FieldRequest& f : scene.output.fields) {
+        s.field_times.push_back(scene::snapped(f.at, scene.time.step));
+        s.derives |= check;
+        for (Quantity q : f.what) s.derives |= q >= Quantity::curvature;
+    }
+    std::sort(s.field_times.begin(), s.field_times.end());
+    s.field_times.erase(std::unique(s.field_times.begin(), s.field_times.end()), s.field_times.end());
+    s.sequence = validated.frames;
+    s.framed = s.sequence != nullptr;
+    s.pressed = {.first_row = skin.height(), .last_row = 0, .first_tile = skin.tiles, .last_tile = 0}; // empty
+    s.pressure = scene::pressure_map(validated);
+    if (s.framed) take_sequence(s, skin);
+    else widen(s.pressed, s.pressure, skin.width(), skin.height());
+    if (s.pressed.last_row == 0) s.pressed = {};
+    return s;
+}
+
+PreparedRun prepare_run(const Scene& scene, bool check, int threads) {
+    return prepare_run(scene::validate(scene), check, threads);
+}
+
+PreparedRun prepare_run(const scene::ValidatedScene& validated, bool check, int threads) {
+    // In a braced list whose second member throws, GCC 12 would destroy the first one twice.
+    PreparedSkin skin = prepare_skin(validated.scene, threads);
+    Schedule schedule = make_schedule(validated, skin, check);
+    return {.skin = std::move(skin), .schedule = std::move(schedule)};
+}
+
+Schedule with_fewer_outputs(const Schedule& schedule, long long most) {
+    Schedule few = schedule;
+    while ((few.outputs - 1) / few.every >= most) few.every *= 2;
+    few.outputs = (few.outputs - 1) / few.every + 1;
+    return few;
+}
+
+Variant variant_of(const PreparedSkin& skin, const Schedule& schedule, Precision precision) {
+    return {.stencil = skin.stencil,
+            .edges = skin.edges,
+            .compensated = precision != Precision::f32,
+            .materials = !skin.uniform(),
+            .framed = schedule.framed,
+            .chain = skin.chain,
+            .keeps_strain = skin.chain.length > 1,
+            .wanted = schedule.wanted};
+}
+
+PreparedRun in_units(PreparedRun run) {
+    const std::vector<double>& map = run.schedule.pressure;
+    const auto greatest = [&](size_t stride) {
+        double most = 0;
+        for (size_t i = 0; i < map.size(); i += stride) most = std::max(most, std::abs(map[i]));
+        return most;
+    };
+    const auto is_plain = [](double p) { return p > 0x1p-200 && p < 0x1p200; };
+    if (is_plain(greatest(map.size() / 1024 + 1))) return run; // some cells say so: most maps need no more
+    const double most = greatest(1);
+    if (most == 0 || is_plain(most)) return run;
+    run.schedule.unit = std::ldexp(1, std::ilogb(most));
+    Map scaled = map;
+    for (double& p : scaled.edit()) p /= run.schedule.unit;
+    run.schedule.pressure = std::move(scaled);
+    return run;
+}
+
+PreparedRun in_parts(PreparedRun run) {
+    PreparedSkin& skin = run.skin;
+    if (skin.uniform()) return run;
+    Map pressure = std::vector<double>(skin.cells());
+    double* quotient = pressure.edit().data();
+    for (size_t i = 0; i < skin.cells(); ++i)
+        quotient[i] = run.schedule.pressure[i] / scene::resistance(skin.materials[skin.material_at(i)]);
+    run.schedule.pressure = pressure;
+    for (int& material : skin.material_of) material = skin.part_of[size_t(material)];
+    skin.materials.clear();
+    for (const Part& part : skin.parts) skin.materials.push_back(part.element);
+    if (skin.parts.size() == 1) skin.material_of.clear();
+    else run.schedule.output.extremes = false; // see why_not(): no trace asks for them
+    scene::drop_maps(skin.description.material);
+    return run;
+}
+
+std::string why_not_separable(const PreparedSkin& skin, const Schedule& schedule) {
+    const auto& gains = skin.description.receptors.fa2_gains;
+    if (!skin.uniform() && skin.chain.length > 1) return "elements in series differ from cell to cell";
+    if (!skin.uniform() && skin.parts.empty()) return "the material has more than 8 retardation times";
+    if (schedule.framed) return "the load is not one map times an envelope";
+    if (gains[0] != -gains[1]) return "receptors.fa2_gains make FA2 depend on its sign";
+    return "";
+}
+
+std::string why_not(const PreparedSkin& skin, const Schedule& schedule, Model model) {
+    const Output& o = schedule.output;
+    if (model == Model::march) return "";
+    if (model == Model::sites) {
+        if (skin.description.sites.empty()) return "there are no sites";
+        return o.traces.empty() && o.fields.empty() ? "" : "traces or fields of all cells are asked for";
+    }
+    if (model == Model::moments && !o.fields.empty()) return "fields are asked for";
+    if (skin.parts.size() > 1 && o.extremes && !o.traces.empty())
+        return "extremes of several retardation times are asked for";
+    return why_not_separable(skin, schedule);
+}
+
+} // namespace dermis::plan

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: MIT
+// The load and the output times of a run.
+#pragma once
+
+#include "host/core/model/skin.hpp"
+#include "host/lab/scenes/instant.hpp"
+#include "host/lab/scenes/scene.hpp"
+
+#include <memory>
+
+namespace dermis::plan {
+
+struct Schedule {
+    Method method = Method::exact;
+    bool allow_unstable = false;
+    Load load; // validated
+    Time time;
+    Output output;
+    Map pressure;                             // Pa, width*height; the first frame of a sequence
+    double unit = 1;                          // Pa: `pressure` is in this unit, a power of two (in_units)
+    bool framed = false;                      // the pressure runs between the frames given to Stepper::frame
+    std::shared_ptr<scene::NpyFile> sequence; // null if the load is no sequence
+    std::vector<double> frame_peaks;          // greatest |pressure| of each frame of a sequence, Pa
+    std::vector<double> frame_changes;        // greatest |change| of a cell's pressure from each to the next one, Pa
+    std::vector<double> material_peaks;       // the same of each material over all frames
+    PressedBox pressed;
+    long long outputs = 0;                   // number of output times
+    long long every = 1;                     // Time::step from one to the next, a power of two
+    std::vector<scene::Instant> field_times; // ascending, unique; an output's own where only rounding is between
+    std::vector<Cell> points;                // cells whose values are read: Output::probes, then the skin's sites
+    Wanted wanted{};
+    bool keeps_maps = false; // maps of responses are read, not only their totals
+    bool derives = false;    // curvature or deformation is read
+    double between_outputs() const { return time.step * double(every); } // s
+};
+
+// check: every map of every output is to be compared with another backend's.
+Schedule make_schedule(const scene::ValidatedScene&, const PreparedSkin&, bool check = false);
+
+// A validated scene prepared to run.
+struct PreparedRun {
+    PreparedSkin skin;
+    Schedule schedule;
+};
+// threads: those that make its maps, as for Device::cpu.
+PreparedRun prepare_run(const scene::ValidatedScene&, bool check = false, int threads = 0);
+// Validates the scene, once. Throws Error::bad_input.
+PreparedRun prepare_run(const Scene&, bool check = false, int threads = 0);
+
+// The same schedule with every 2^n-th output alone, at most `most` of them, for the exact method: a load that is an
+// envelope needs no others.
+Schedule with_fewer_outputs(const Schedule&, long long most);
+
+Variant variant_of(const PreparedSkin&, const Schedule&, Precision);
+
+// The run of a skin of as few elements as parts that has the same strain, under the pressure over each cell's
+// resistance. A run whose skin is uniform stays as it is.
+PreparedRun in_parts(PreparedRun);
+
+// The run with a map of extreme magnitudes in a unit in which its products stay in range. Models of products take it.
+PreparedRun in_units(PreparedRun);
+
+// The reason why a model cannot serve; empty if it can.
+std::string why_not(const PreparedSkin&, const Schedule&, Model);
+// The reason why the strain is no product, for each of a few parts of the skin, of a map and a function of time; empty
+// if it is.
+std::string why_not_separable(const PreparedSkin&, const Schedule&);
+
+} // namespace dermis::plan

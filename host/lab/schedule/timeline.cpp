@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: MIT
+#include "host/lab/schedule/timeline.hpp"
+
+#include "host/core/base/pool.hpp"
+#include "host/core/base/watch.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace dermis::plan {
+
+void FrameFeed::before(const Step& step, const std::function<void(const std::vector<double>&)>& give) {
+    for (; step.frame >= 0 && given_ < step.frame + 2; ++given_) {
+        schedule_.sequence->read(std::min(given_, schedule_.sequence->maps() - 1), frame_);
+        for (double& p : frame_) p *= schedule_.load.intensity;
+        give(frame_);
+    }
+}
+
+// A table of make(index) for each material.
+template <class Make> auto Timeline::table_of(Make make) const {
+    using Table = std::vector<decltype(make(0))>;
+    auto table = std::make_shared<Table>(simd::map_of(materials_.size(), typename Table::value_type{}));
+    simd::Pool pool(simd::useful_threads(materials_.size(), threads_));
+    pool.share(int(materials_.size()), [&](int first, int last) {
+        for (int i = first; i < last; ++i) (*table)[size_t(i)] = make(size_t(i));
+    });
+    return std::shared_ptr<const Table>(std::move(table));
+}
+
+Timeline::Timeline(const Schedule& schedule, const std::vector<Element>& materials, const ResponseRule& rule,
+                   Method method, int threads)
+    : schedule_(schedule), materials_(materials), rule_(rule), method_(method), threads_(threads),
+      rate_from_slope_(rule.step_mean && std::any_of(materials.begin(), materials.end(), scene::is_elastic)),
+      load_(schedule.load.envelope, schedule.time) {
+    const double dt = schedule.between_outputs();
+    regular_ = table_of([&](size_t i) {
+        const Element& m = materials[i];
+        switch (method) {
+        case Method::exact: return exact_coefficients(m, rule, dt);
+        case Method::published: return published_coefficients(m, dt);
+        default: return baseline_coefficients(method, m, rule, dt);
+        }
+    });
+    if (method == Method::exact && !schedule.sequence && load_.sine())
+        gains_ = table_of([&](size_t i) {
+            return sine_gains<f64>((*regular_)[i], materials[i], rule, load_.angular_frequency(),
+                                   load_.turn<double>(dt), dt);
+        });
+}
+
+scene::Instant Timeline::output_time(long long n) const {
+    return Instant::multiple(double(n), schedule_.between_outputs());
+}
+
+// Whether a step is as long as a whole one but for rounding.
+bool Timeline::regular(Instant from, Instant to) const {
+    const double whole = schedule_.between_outputs();
+    return std::abs(to - from - whole) <= 4 * 0x1p-52 * whole;
+}
+
+double Timeline::length_of(Instant from, Instant to) const {
+    return regular(from, to) ? schedule_.between_outputs() : to - from;
+}
+
+SharedCoefficients Timeline::coefficients_over(Instant from, Instant to) const {
+    if (regular(from, to)) return regular_;
+    return table_of([&](size_t i) { return exact_coefficients(materials_[i], rule_, to - from); });
+}
+
+// One step under the load. Step::start is the load after a jump at the step's start; its change within the step is in
+// the factors of ds, and Step::rise is then 1.
+Step Timeline::exact_step(Instant from, Instant to) const {
+    if (schedule_.sequence) return framed_step(from, to);
+    Step s;
+    s.time = to.t;
+    s.begin = from;
+    s.end = to;
+    s.exact = true;
+    s.start = load_.after(from);
+    s.jump = s.start - load_.before(from);
+    s.coefficients = coefficients_over(from, to);
+    const double dt = s.length = length_of(from, to);
+    if (to == from) return s;
+    Forcing<double> forcing = forcing_over(load_, from, to, dt, rate_from_slope_);
+    const std::vector<Segment<double>>& segments = forcing.segments;
+    if (forcing.holds() && !rate_from_slope_) return s;
+    if (segments.size() > 1) s.after_bend = segments.back().length;
+    s.rise = 1;
+    s.forcing = std::make_shared<Forcing<double>>(std::move(forcing));
+    if (s.coefficients == regular_) s.gains = gains_;
+    return s;
+}
+
+scene::Instant Timeline::frame_time(long long k) const {
+    const double interval = *schedule_.load.interval;
+    const long long whole = scene::steps_per_frame(interval, schedule_.time.step);
+    return whole ? output_time(k * whole) : scene::snapped(Instant::multiple(double(k), interval), schedule_.time.step);
+}
+
+// The last frame at or before t.
+long long Timeline::frame_at(Instant t) const {
+    long long k = static_cast<long long>(t.t / *schedule_.load.interval);
+    while (frame_time(k + 1) <= t) ++k;
+    while (k > 0 && t < frame_time(k)) --k;
+    return std::min(k, schedule_.sequence->maps() - 1);
+}
+
+// One step within the interval between two frames.
+Step Timeline::framed_step(Instant from, Instant to) const {
+    Step s;
+    s.time = to.t;
+    s.begin = from;
+    s.end = to;
+    s.exact = true;
+    s.length = length_of(from, to);
+    s.coefficients = coefficients_over(from, to);
+    s.frame = frame_at(from);
+    s.jump = from == Instant(); // frame 0 meets a skin at rest
+    if (s.frame + 1 == schedule_.sequence->maps()) return s;
+    const Instant begin = frame_time(s.frame);
+    const double length = frame_time(s.frame + 1) - begin;
+    s.start = (from - begin) / length;
+    s.rise = (to - from) / length;
+    return s;
+}
+
+// Baselines hold the load over the step at its value at the step's start.
+Step Timeline::held_step(long long n) {
+    Step s;
+    s.coefficients = regular_;
+    s.time = output_time(n).t;
+    s.length = schedule_.time.step;
+    s.start = load_.after(output_time(n - 1));
+    s.jump = s.start - (n > 1 ? load_.after(output_time(n - 2)) : 0);
+    if (method_ != Method::published) return s;
+    // FA2[n] = (d[n+1] - d[n-1])/(2 dt), 0 at both ends, where d[n] is the rate at the start of step n.
+    const Element& m = materials_.front();
+    const double dt = schedule_.time.step;
+    if (n == 1) rate_ = strain_rate(m, s.start);
+    strain_ += rate_ * dt;
+    const double rate_after = strain_rate(m, load_.after(output_time(n)), strain_);
+    s.jump = n + 1 < schedule_.outputs ? (rate_after - rate_before_) / (2 * dt) : 0;
+    rate_before_ = rate_;
+    rate_ = rate_after;
+    return s;
+}
+
+// Queues a step that does not change the state, for a field.
+void Timeline::peek_field(Step step) {
+    step.keep = false;
+    step.field = int(field_++);
+    pending_.push_back(step);
+}
+
+// Queues a step that does not change the state, and whose responses are the impulses of a jump.
+void Timeline::peek_impulse(Step step, double before, double jump) {
+    step.keep = false;
+    step.impulse = impulses_++;
+    auto forcing =
+        step.forcing ? std::make_shared<Forcing<double>>(*step.forcing) : std::make_shared<Forcing<double>>();
+    forcing->impulse = jump;
+    forcing->before = before;
+    forcing->framed = schedule_.sequence != nullptr;
+    forcing->held = step.rise == 0;
+    if (!schedule_.sequence) step.rise = 1;
+    step.forcing = forcing;
+    pending_.push_back(step);
+}
+
+// The time of the next field; infinity if there is none.
+scene::Instant Timeline::next_field() const {
+    return field_ < schedule_.field_times.size() ? schedule_.field_times[field_] : INFINITY;
+}
+
+// Queues the steps from frame to frame between two outputs, and the fields in between. Returns where the last one
+// ends.
+scene::Instant Timeline::fill_frames(Instant from, Instant to) {
+    const std::vector<Instant>& fields = schedule_.field_times;
+    if (from == Instant()) peek_impulse(framed_step(0, 0), 0, 1);
+    const Instant last = std::isfinite(to.t) ? to : field_ < fields.size() ? fields.back() : from;
+    while (from < last) {
+        const long long k = frame_at(from);
+        const Instant end = k + 1 < schedule_.sequence->maps() ? std::min(to, frame_time(k + 1)) : to;
+        while (next_field() <= end && next_field() < to) peek_field(framed_step(from, next_field()));
+        if (end == to || last <= end) break;
+        pending_.push_back(framed_step(from, end));
+        from = end;
+    }
+    return from;
+}
+
+// Queues the impulses of the envelope's jumps and the fields between two outputs.
+void Timeline::fill_envelope(Instant from, Instant to) {
+    const std::vector<scene::Knot>& knots = load_.knots();
+    const Instant end = std::min(to, Instant(schedule_.time.duration));
+    for (; knot_ < knots.size() && knots[knot_].time < end; ++knot_) {
+        const scene::Knot& k = knots[knot_];
+        if (k.right != k.left) peek_impulse(exact_step(from, k.time), k.left, k.right - k.left);
+    }
+    while (next_field() < to) peek_field(exact_step(from, next_field()));
+}
+
+// Queues all steps after the previous output up to and including the next one.
+void Timeline::fill() {
+    const bool exact = method_ == Method::exact;
+    const long long n = output_;
+    Instant from = n > 0 ? output_time(n - 1) : Instant();
+    const Instant to = n < schedule_.outputs ? output_time(n) : Instant(INFINITY);
+    if (n > 0 && schedule_.sequence) {
+        from = fill_frames(from, to);
+    } else if (n > 0 && exact) {
+        fill_envelope(from, to);
+    }
+    if (n < schedule_.outputs) {
+        Step s;
+        if (n == 0) s.coefficients = std::make_shared<CoefficientTable>(1); // zeros: at rest
+        else s = exact ? exact_step(from, to) : held_step(n);
+        s.trace = n;
+        if (next_field() == to) s.field = int(field_++);
+        pending_.push_back(s);
+    }
+    std::reverse(pending_.begin(), pending_.end());
+    ++output_;
+}
+
+bool Timeline::next(Step& step) {
+    scene::look();
+    if (pending_.empty() && output_ <= schedule_.outputs) fill();
+    if (pending_.empty()) return false;
+    step = pending_.back();
+    pending_.pop_back();
+    return true;
+}
+
+} // namespace dermis::plan

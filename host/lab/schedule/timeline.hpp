@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: MIT
+// The steps of a run, split at its outputs and at the breakpoints of its load.
+#pragma once
+
+#include "host/lab/scenes/waveform.hpp"
+#include "host/lab/schedule/forcing.hpp"
+#include "host/lab/schedule/schedule.hpp"
+
+#include <functional>
+
+namespace dermis::plan {
+
+using CoefficientTable = std::vector<f64::Coefficients>; // one entry for each material, or one for all
+using SharedCoefficients = std::shared_ptr<const CoefficientTable>;
+using SharedGains = std::shared_ptr<const std::vector<SineGains<double>>>; // one entry for each material
+
+// One press of every cell, from the last kept state to `time`. keep: the new state replaces the old one. Otherwise the
+// step is a peek (a field between outputs, an impulse). trace, impulse, field: index of the output at its end, or -1.
+struct Step {
+    SharedCoefficients coefficients;                // under a load that is held; equal pointers mean equal numbers
+    SharedGains gains;                              // of a sine over a whole step; null: to be made from the forcing
+    std::shared_ptr<const Forcing<double>> forcing; // null: none; equal pointers mean equal numbers
+    double start = 0, rise = 0, jump = 0;           // see Constants in kernels/layout.h
+    long long frame = -1;                           // in a sequence the pressure runs from this frame to the next
+    double time = 0, length = 0;                    // s: the step's end, and how long it takes
+    scene::Instant begin, end;
+    bool exact = false; // by the exact method
+    double after_bend =
+        0; // s: from the last breakpoint of the load within the step to the step's end; 0: there is none
+    bool keep = true;
+    long long trace = -1;
+    int impulse = -1, field = -1;
+    bool respond() const { return trace >= 0 || impulse >= 0 || field >= 0; }
+    bool same_coefficients(const Step& other) const {
+        return coefficients == other.coefficients && forcing == other.forcing;
+    }
+    // The coefficients of a material, by its index and its element.
+    f64::Coefficients coefficients_of(size_t material, const Element& element, const ResponseRule& rule) const {
+        f64::Coefficients k = (*coefficients)[coefficients->size() == 1 ? 0 : material];
+        if (forcing) force<f64>(k, element, rule, *forcing, gains ? &(*gains)[material] : nullptr);
+        return k;
+    }
+};
+
+// The coefficients of a step in K = f32 or f64, of the elements in series from number `first` on.
+template <class K>
+void fill_chain(const Step& step, const std::vector<Element>& materials, const Chain& chain, const ResponseRule& rule,
+                size_t first, typename K::Coefficients* to) {
+    std::array<f64::Coefficients, scene::most_in_series> k;
+    for (size_t e = 0; e < chain.length; ++e) k[e] = step.coefficients_of(first + e, materials[first + e], rule);
+    join_loads<f64>(k.data(), chain.length, chain.spring, step.length);
+    if (chain.spring && step.forcing && step.forcing->impulse) { // the strain just before the jump
+        f64::Coefficients& spring = k[chain.length - 1];
+        spring.b = 0;
+        spring.f = step.forcing->before / spring.E;
+    }
+    for (size_t e = 0; e < chain.length; ++e) to[e] = rounded<K>(k[e]);
+}
+
+// Those of each material.
+template <class K>
+void fill_table(const Step& step, const std::vector<Element>& materials, const Chain& chain, const ResponseRule& rule,
+                std::vector<typename K::Coefficients>& table) {
+    table.resize(materials.size());
+    for (size_t i = 0; i < table.size(); i += chain.length)
+        fill_chain<K>(step, materials, chain, rule, i, table.data() + i);
+}
+
+// Those of a row of cells, each by its index into the materials, where too many materials differ for a table.
+template <class K>
+void fill_row(const Step& step, const std::vector<Element>& materials, const Chain& chain, const ResponseRule& rule,
+              const int* material, int cells, typename K::Coefficients* row) {
+    if (chain.length == 1 && step.gains && step.forcing->is_sine_alone())
+        return fill_row_of_sine<K>(*step.coefficients, *step.gains, material, cells, *step.forcing, row);
+    if (chain.length > 1 || (step.forcing && !step.forcing->scales())) {
+        for (int i = 0; i < cells; ++i)
+            fill_chain<K>(step, materials, chain, rule, size_t(material[i]), row + size_t(i) * chain.length);
+        return;
+    }
+    f64::Coefficients factor{};
+#define SET_ONE(name) factor.name = 1;
+    COEFFICIENTS(SET_ONE)
+#undef SET_ONE
+    if (step.forcing) scale_change<f64>(factor, step.forcing->segments.front().du);
+    const f64::Coefficients* table = step.coefficients->data();
+    const bool shared = step.coefficients->size() == 1;
+    for (int i = 0; i < cells; ++i) {
+        const f64::Coefficients& k = table[shared ? 0 : material[i]];
+#define SCALE(name) row[i].name = static_cast<typename K::real>(k.name * factor.name);
+        COEFFICIENTS(SCALE)
+#undef SCALE
+    }
+}
+
+// Reads the frames of a sequence and gives them on as steps need them.
+class FrameFeed {
+  public:
+    explicit FrameFeed(const Schedule& schedule) : schedule_(schedule) {}
+    void before(const Step&, const std::function<void(const std::vector<double>&)>& give);
+
+  private:
+    const Schedule& schedule_;
+    long long given_ = 0;
+    std::vector<double> frame_;
+};
+
+// The steps of a schedule in order, for these materials. Materials and schedule outlive the timeline.
+class Timeline {
+  public:
+    // threads: those that make coefficients, as for Device::cpu.
+    Timeline(const Schedule&, const std::vector<Element>& materials, const ResponseRule&, Method, int threads = 1);
+    Timeline(const Schedule& schedule, const PreparedSkin& skin)
+        : Timeline(schedule, skin.materials, skin.rule, schedule.method) {}
+    bool next(Step&);
+    scene::Instant frame_time(long long k) const;
+
+  private:
+    using Instant = scene::Instant;
+    Instant output_time(long long n) const;
+    long long frame_at(Instant) const;
+    bool regular(Instant from, Instant to) const;
+    double length_of(Instant from, Instant to) const;
+    template <class Make> auto table_of(Make) const;
+    SharedCoefficients coefficients_over(Instant from, Instant to) const;
+    Step exact_step(Instant from, Instant to) const;
+    Step framed_step(Instant from, Instant to) const;
+    Step held_step(long long n);
+    void peek_field(Step);
+    void peek_impulse(Step, double before, double jump);
+    void fill();
+    Instant fill_frames(Instant from, Instant to);
+    void fill_envelope(Instant from, Instant to);
+    Instant next_field() const;
+
+    const Schedule& schedule_;
+    const std::vector<Element>& materials_;
+    const ResponseRule rule_;
+    const Method method_;
+    const int threads_;
+    // An elastic element's state does not hold its rate: the rate before a step follows from the load's slope.
+    const bool rate_from_slope_;
+    SharedCoefficients regular_; // those of a whole step
+    scene::Waveform load_;
+    SharedGains gains_;         // of a whole step of the exact method
+    std::vector<Step> pending_; // steps up to the next output, last first
+    long long output_ = 0;      // index of the next output
+    size_t field_ = 0, knot_ = 0;
+    int impulses_ = 0;
+    double rate_before_ = 0, rate_ = 0, strain_ = 0; // published: d[n-1], d[n], eps[n] under unit pressure
+};
+
+// The constants of a kernel in the precision of a backend, K = f32 or f64. base_row is set where memory is bound.
+template <class K> typename K::Constants constants_of(const PreparedSkin& skin, const PressedBox& pressed) {
+    const auto r = [](double x) { return static_cast<typename K::scalar>(x); };
+    const f64::Constants& p = skin.constants;
+    typename K::Constants c{};
+    c.bend = r(p.bend);
+    c.curvature_length = r(p.curvature_length);
+    c.gain_plus = r(p.gain_plus);
+    c.gain_minus = r(p.gain_minus);
+    c.thickness = r(p.thickness);
+    c.width = p.width;
+    c.height = p.height;
+    c.pitch = p.pitch;
+    c.first_column = pressed.first_column();
+    c.first_row = pressed.first_row;
+    return c;
+}
+
+template <class K>
+typename K::Constants constants_of(const PreparedSkin& skin, const PressedBox& pressed, const Step& step) {
+    const auto r = [](double x) { return static_cast<typename K::scalar>(x); };
+    typename K::Constants c = constants_of<K>(skin, pressed);
+    if (!skin.tabled()) c.coefficients = rounded<K>(step.coefficients_of(0, skin.materials.front(), skin.rule));
+    c.start = r(step.start);
+    c.rise = r(step.rise);
+    c.jump = r(step.jump);
+    c.respond = step.respond();
+    return c;
+}
+
+} // namespace dermis::plan

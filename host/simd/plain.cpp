@@ -1,4 +1,0 @@
-// SPDX-License-Identifier: MIT
-#define DERMIS_ISA plain
-#define DERMIS_SUPPORTED true
-#include "host/simd/isa.inl"
