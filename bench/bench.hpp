@@ -3,6 +3,7 @@
 
 #include "bench/limits.hpp"
 #include "bench/rows.hpp"
+#include "dermis/dermis.hpp"
 #include "host/core/press/device.hpp"
 #include "host/core/simd/isa.hpp"
 

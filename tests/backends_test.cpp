@@ -3,6 +3,8 @@
 #include "dermis/fit.hpp"
 #include "host/core/embedding/check.hpp"
 #include "host/core/press/device.hpp"
+#include "host/lab/march/march.hpp"
+#include "host/lab/march/self_test.hpp"
 #include "tests/oracle/oracle.hpp"
 #include "tests/support.hpp"
 

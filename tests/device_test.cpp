@@ -4,6 +4,7 @@
 #include "host/core/embedding/check.hpp"
 #include "host/core/press/device.hpp"
 #include "host/core/vulkan/recording.hpp"
+#include "host/lab/march/self_test.hpp"
 #include "tests/shim.hpp"
 #include "tests/support.hpp"
 
@@ -241,7 +242,7 @@ TEST_CASE("a submission that fails in the test of a device: it is not opened, an
     for (Fault fault :
          {Fault{"vkQueueSubmit", 0, VK_ERROR_DEVICE_LOST}, Fault{"vkWaitForFences", 0, VK_ERROR_DEVICE_LOST},
           Fault{"vkResetFences", 0, VK_ERROR_OUT_OF_HOST_MEMORY}})
-        for (; fault.before < 12; fault.before += 5) {
+        for (; fault.before < 8; fault.before += 3) {
             shim.fault = fault;
             CHECK(refusal(Error::Code::no_device, [&] { open_device("0", loader); }).find(fault.call) !=
                   std::string::npos);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Sequences: frames are samples of a continuous pressure.
 #include "host/core/press/device.hpp"
+#include "host/lab/march/march.hpp"
 #include "tests/support.hpp"
 
 #include <filesystem>

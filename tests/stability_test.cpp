@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Where the usual methods fail, as theory says, and that the exact one does not. One cell, one elastic unit of load.
 #include "host/core/press/device.hpp"
+#include "host/lab/march/march.hpp"
 #include "tests/support.hpp"
 
 using namespace test;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "dermis/dermis.hpp"
 #include "host/core/vulkan/instance.hpp"
 #include "host/lab/schedule/schedule.hpp"
 #include "tests/expected.hpp"

@@ -2,7 +2,7 @@
 // Contacts of a simulator on a fingertip: forces at points in the world become pressure on the pad, and the pressure
 // the responses of the skin. Here a ball rolls over the pad.
 #include <dermis/contact.hpp>
-#include <dermis/dermis.hpp>
+#include <dermis/skin.hpp>
 
 #include <algorithm>
 #include <cstdio>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // A skin inside a simulation: each frame hands it a pressure map and reads its responses. Here a round indenter goes
 // down and slides over ridged skin.
-#include <dermis/dermis.hpp>
+#include <dermis/skin.hpp>
 
 #include <algorithm>
 #include <cmath>

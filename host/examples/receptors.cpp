@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // A population of receptors on 1 cm2 of fingertip, tapped frame by frame: only the cells that the receptors need are
 // computed, and each press returns one value for each receptor.
-#include <dermis/dermis.hpp>
+#include <dermis/skin.hpp>
 
 #include <algorithm>
 #include <cstdio>

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# The library with its headers, for CMake and for pkg-config; both find it wherever the prefix is moved to. The command
+# The libraries with their headers, for CMake, and the whole one for pkg-config; both find it wherever the prefix is moved to. The command
 # is installed where it is built. The licence and the README are optional: a copy of the sources inside another project
 # may lack them.
 include(GNUInstallDirs)
@@ -16,7 +16,7 @@ endif()
 list(TRANSFORM cxx_runtime PREPEND -l)
 list(JOIN cxx_runtime " " cxx_runtime)
 
-install(TARGETS dermis_library EXPORT dermis INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+install(TARGETS dermis_core dermis_library EXPORT dermis INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 if(DERMIS_CLI)
     install(TARGETS dermis-cli)
 endif()

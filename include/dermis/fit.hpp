@@ -9,7 +9,7 @@
 // viscosity_k/modulus_k. Functions throw Error::bad_input.
 #pragma once
 
-#include <dermis/dermis.hpp>
+#include <dermis/description.hpp>
 
 #include <string>
 #include <vector>

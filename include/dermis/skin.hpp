@@ -2,7 +2,7 @@
 // Skins pressed frame by frame, one or many at once. Part of dermis.hpp.
 #pragma once
 
-#include <dermis/dermis.hpp>
+#include <dermis/device.hpp>
 
 namespace dermis {
 

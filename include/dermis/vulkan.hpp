@@ -35,7 +35,7 @@
 //     to read: wait for that one before recording.
 #pragma once
 
-#include "dermis/dermis.hpp"
+#include <dermis/skin.hpp>
 
 #include <vulkan/vulkan_core.h>
 

@@ -196,13 +196,13 @@ def share(some, every):
 def report(lines, branches, every, missed):
     rooms = defaultdict(lambda: [0, 0, 0, 0])
     for path in lines:
-        room = rooms[Path(path).relative_to("host").parts[0].split(".")[0]]
+        room = rooms["/".join(Path(path).relative_to("host").parts[:2])]
         total = [sum(c > 0 for c in lines[path].values()), len(lines[path]), sum(c > 0 for c in branches[path].values()),
                  len(branches[path])]
         room[:] = [a + b for a, b in zip(room, total)]
-    print(f"\n{'room':<12}{'lines':>24}{'branches':>27}")
+    print(f"\n{'room':<18}{'lines':>24}{'branches':>27}")
     for name in sorted(rooms):
-        print(f"{name:<12}{share(*rooms[name][:2])}   {share(*rooms[name][2:])}")
+        print(f"{name:<18}{share(*rooms[name][:2])}   {share(*rooms[name][2:])}")
     print(f"\nerror branches not reached, of {len(every)} (throw, refuse, need, check, catch):")
     for site, text in missed:
         print(f"    {site.path}:{site.first}: {text}")

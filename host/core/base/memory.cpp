@@ -17,10 +17,6 @@ const std::optional<Error> reserved = []() -> std::optional<Error> {
 
 double cells_of(const Grid& grid) { return double(grid.width) * double(grid.height); }
 
-std::string grid_text(const Grid& grid) {
-    return std::to_string(grid.width) + " x " + std::to_string(grid.height) + " cells";
-}
-
 } // namespace
 
 void out_of_memory() {
@@ -41,15 +37,8 @@ std::string bytes_text(double bytes) {
     return text;
 }
 
-std::string needs_of(const Scene& s) {
-    const double cells = cells_of(s.grid), outputs = std::ceil(s.time.duration / s.time.step);
-    double fields = 0;
-    for (const FieldRequest& f : s.output.fields) fields += double(f.what.size());
-    const double of_output = 1 + double(s.sites.size()) + double(s.output.traces.size()) * (s.output.extremes ? 3 : 1) +
-                             double(s.output.traces.size() * s.output.probes.size());
-    const double maps = 2; // heights and pressures
-    return "a run of " + grid_text(s.grid) + " with " + std::to_string((long long)(outputs)) +
-           " outputs needs at least " + bytes_text(sizeof(double) * (cells * (maps + fields) + outputs * of_output));
+std::string grid_text(const Grid& grid) {
+    return std::to_string(grid.width) + " x " + std::to_string(grid.height) + " cells";
 }
 
 std::string needs_of(const SkinDescription& d, const SkinOptions& options) {

@@ -2,7 +2,7 @@
 // The error of an allocation that fails.
 #pragma once
 
-#include "dermis/dermis.hpp"
+#include "dermis/skin.hpp"
 
 #include <new>
 
@@ -24,8 +24,9 @@ template <class What> [[noreturn]] void out_of_memory(What&& what) {
 // "1.34 GB"
 std::string bytes_text(double bytes);
 
-// Say what a run, and a skin pressed frame by frame, need at least.
-std::string needs_of(const Scene&);
+std::string grid_text(const Grid&); // "64 x 32 cells"
+
+// Says what a skin pressed frame by frame needs at least.
 std::string needs_of(const SkinDescription&, const SkinOptions&);
 
 } // namespace dermis::scene

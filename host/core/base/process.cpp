@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "host/core/base/process.hpp"
 
-#include "dermis/dermis.hpp"
+#include "dermis/description.hpp"
 
 #include <unistd.h>
 

@@ -2,7 +2,7 @@
 // Errors that name a parameter, its value and what is allowed.
 #pragma once
 
-#include "dermis/dermis.hpp"
+#include "dermis/description.hpp"
 #include "host/core/base/text.hpp"
 
 #include <bit>

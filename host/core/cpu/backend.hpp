@@ -6,7 +6,19 @@
 
 namespace dermis::cpu {
 
-// The CPU path as a backend. threads: 0 = one per core.
-std::unique_ptr<plan::Backend> backend(int threads, const simd::Isa& isa = simd::best());
+// The CPU path.
+class CpuBackend : public plan::Backend {
+  public:
+    // threads: 0 = one per core.
+    explicit CpuBackend(int threads, const simd::Isa& isa = simd::best()) : threads_(threads), isa_(isa) {}
+    std::string name() const override { return "cpu"; }
+    int threads() const override;
+    std::unique_ptr<plan::Stream> stream(const plan::StreamedSkin&) override;
+    const simd::Isa& isa() const { return isa_; }
+
+  private:
+    const int threads_;
+    const simd::Isa& isa_;
+};
 
 } // namespace dermis::cpu

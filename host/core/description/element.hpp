@@ -3,7 +3,7 @@
 // checks of a material and the coefficients of a step take an element apart.
 #pragma once
 
-#include "dermis/dermis.hpp"
+#include "dermis/description.hpp"
 
 #include <algorithm>
 #include <cmath>

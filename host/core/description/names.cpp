@@ -4,8 +4,6 @@
 namespace dermis {
 
 const char* name(Quantity q) noexcept { return scene::text_of(q); }
-const char* name(Method m) noexcept { return scene::text_of(m); }
-const char* name(Model m) noexcept { return scene::text_of(m); }
 const char* name(Precision p) noexcept { return scene::text_of(p); }
 
 } // namespace dermis

@@ -2,7 +2,7 @@
 // Names the values of the public enums as scene files, results and error messages do. Each enum has one table.
 #pragma once
 
-#include "dermis/dermis.hpp"
+#include "dermis/description.hpp"
 
 #include <algorithm>
 #include <string_view>
@@ -26,26 +26,6 @@ template <> struct Names<Quantity> {
         {Quantity::curvature, "curvature"},
         {Quantity::deformation, "deformation"},
         {Quantity::indentation, "indentation"},
-    };
-};
-template <> struct Names<Method> {
-    static constexpr Name<Method> table[] = {
-        {Method::exact, "exact"},
-        {Method::euler, "euler"},
-        {Method::rk2, "rk2"},
-        {Method::rk4, "rk4"},
-        {Method::backward_euler, "backward-euler"},
-        {Method::crank_nicolson, "crank-nicolson"},
-        {Method::sdirk2, "sdirk2"},
-        {Method::published, "published"},
-    };
-};
-template <> struct Names<Model> {
-    static constexpr Name<Model> table[] = {
-        {Model::moments, "moments"},
-        {Model::maps, "maps"},
-        {Model::sites, "sites"},
-        {Model::march, "march"},
     };
 };
 template <> struct Names<Precision> {
@@ -81,18 +61,6 @@ template <> struct Names<Surface::Kind> {
         {Surface::Kind::wave, "wave"},
         {Surface::Kind::spiral, "spiral"},
         {Surface::Kind::map, "file"},
-    };
-};
-template <> struct Names<Load::Kind> {
-    static constexpr Name<Load::Kind> table[] = {
-        {Load::Kind::circular, "circular"}, {Load::Kind::point, "point"},       {Load::Kind::linear, "linear"},
-        {Load::Kind::map, "file"},          {Load::Kind::sequence, "sequence"},
-    };
-};
-template <> struct Names<Envelope::Kind> {
-    static constexpr Name<Envelope::Kind> table[] = {
-        {Envelope::Kind::step, "step"},   {Envelope::Kind::ramp, "ramp"},   {Envelope::Kind::sine, "sine"},
-        {Envelope::Kind::pulse, "pulse"}, {Envelope::Kind::table, "table"},
     };
 };
 

@@ -2,8 +2,8 @@
 // Surfaces: the three of the published study, or a given map.
 #include "host/core/base/pool.hpp"
 #include "host/core/base/watch.hpp"
+#include "host/core/description/description.hpp"
 #include "host/core/description/noise.hpp"
-#include "host/lab/scenes/scene.hpp"
 
 #include <algorithm>
 #include <cmath>

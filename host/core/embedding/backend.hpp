@@ -6,13 +6,12 @@
 
 namespace dermis::vulkan {
 
-// The backend on a Vulkan device that the library has opened: it marches runs, and presses skins by a SkinProgram.
+// The backend on a Vulkan device that the library has opened: it presses skins by a SkinProgram.
 class VulkanBackend : public plan::Backend {
   public:
     explicit VulkanBackend(std::shared_ptr<Context> context) : context_(std::move(context)) {}
-    plan::Capabilities capabilities() const override;
-    std::unique_ptr<plan::Stepper> stepper(const plan::PreparedSkin&, const plan::Schedule&, Precision,
-                                           plan::Stepper::Sink) override;
+    std::string name() const override { return context_->physical().info.name; }
+    int threads() const override { return 0; }
     std::unique_ptr<plan::Stream> stream(const plan::StreamedSkin&) override;
     const std::shared_ptr<Context>& context() const { return context_; }
 

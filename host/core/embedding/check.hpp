@@ -1,32 +1,21 @@
 // SPDX-License-Identifier: MIT
-// Tests whether a backend computes the CPU path's bits.
+// Tests whether presses of a backend have the CPU path's bits.
 #pragma once
 
 #include "host/core/model/stream.hpp"
 
-#include <algorithm>
-#include <cstdint>
-#include <iterator>
+#include <array>
 
 namespace dermis {
 
-// The comparison of each kernel on a backend with the plain loops of the CPU path, on small grids.
-struct SelfTest {
-    struct Kernel {
-        const char* name;
-        uint64_t hash = 14695981039346656037u; // FNV-1a of the backend's values
-        long long values = 0, different = 0;
-    };
-    enum { press, fields, reduce, sites };
-    Kernel kernels[4] = {{"press"}, {"fields"}, {"reduce"}, {"sites"}};
-    bool exact() const {
-        return std::all_of(std::begin(kernels), std::end(kernels), [](auto& k) { return k.different == 0; });
-    }
-};
-// every_variant: tests every variant of the kernels, otherwise only the plain march.
-SelfTest self_test(plan::Backend&, bool every_variant = true);
+// The skin of every test: of odd size, its maps noise from below the flush limit to about 1. chain: its elements.
+SkinDescription sample_skin(Stencil, Edges, bool materials, const plan::Chain&);
+Map sample_pressure(); // Pa
 
-// A small skin of odd size, pressed twice frame by frame; its maps are noise, from below the flush limit to about 1.
+// Whether the sample skin, pressed in fields and at sites, has the bits of the CPU path's plain loops.
+bool presses_exactly(plan::Backend&);
+
+// The sample skin, pressed twice frame by frame.
 class SampleStream {
   public:
     static constexpr int presses = 2;

@@ -4,7 +4,7 @@
 #pragma once
 
 #include "host/core/description/element.hpp"
-#include "host/lab/planner/extended.hpp"
+#include "host/core/simd/model.hpp"
 
 #include <optional>
 #include <vector>
@@ -26,19 +26,9 @@ struct ResponseRule {
 
 // The exact method, for a pressure that jumps at the step's start and then runs linearly; dt >= 0 s.
 f64::Coefficients exact_coefficients(const Element&, const ResponseRule&, double dt);
-// The same in K, which is f64 or for references extended.
+// The same in K, f64 or another precision (coefficients_in.hpp).
 template <class K>
 typename K::Coefficients exact_coefficients_in(const Element&, const ResponseRule&, typename K::real dt);
-// A baseline method, for a pressure held over the step: R(z) in place of e^-z; dt > 0, viscosity > 0.
-f64::Coefficients baseline_coefficients(Method, const Element&, const ResponseRule&, double dt);
-// The stability function R of a method, S = (1 - R)/z and T = (1 - S)/z, at z = dt/tau.
-struct Relaxation {
-    double R, S, T;
-};
-Relaxation relaxation(Method, double z);
-// Forward Euler with the published study's outputs: FA1 is the rate at the step's start, SA2 a running sum of the
-// strain after the step, and FA2 a multiple of Constants::jump, which the timeline computes.
-f64::Coefficients published_coefficients(const Element&, double dt);
 
 // Adds up what the load adds to the motion of n elements in series: the first one's coefficients then contain all of
 // it. spring: the last of them is one, whose own are then those of a spring (kernels/layout.h) in a step of dt seconds.
@@ -52,9 +42,6 @@ template <class K> typename K::Coefficients rounded(const f64::Coefficients& k) 
 #undef ROUND
     return r;
 }
-
-// Returns a - b.
-f64::Coefficients difference(const f64::Coefficients& a, const extended::Coefficients& b);
 
 // Rounds coefficients to float. Returns false if one of them is beyond it.
 bool round_to_float(const f64::Coefficients&, f32::Coefficients&);

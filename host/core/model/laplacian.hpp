@@ -28,14 +28,6 @@ void rest_curvature_row(const PreparedSkin&, int y, int first, int last, double*
 double rest_curvature_at(const PreparedSkin&, Cell);
 double greatest_rest_curvature(const PreparedSkin&);
 
-// The error |C5 - C4| of a five-point curvature, for the skin under the strain shape*scale.
-struct StencilEstimate {
-    double greatest = 0;  // greatest |C5 - C4|, 1/m
-    double curvature = 0; // greatest |C| by the skin's own stencil, at rest or under the strain, 1/m
-    long long kinks = 0;  // cells where |C5 - C4| exceeds |C|/2, which no refinement mends
-};
-StencilEstimate stencil_estimate(const PreparedSkin&, const std::vector<double>& shape, double scale);
-
 // A map in the precision of a backend, with rows padded to the pitch by zeros. row(y) points to row y in double. Throws
 // Error::bad_input naming `parameter` if a value is too large.
 template <class real, class RowOf>

@@ -35,10 +35,6 @@ std::vector<Cell> cells_of(const std::vector<Site>& sites) {
     return cells;
 }
 
-PressedCells pressed_cells(const Schedule& schedule) {
-    return {schedule.pressed, schedule.framed ? nullptr : schedule.pressure.data()};
-}
-
 bool ever_pressed(const PressedCells& pressed, size_t cell, int width) {
     if (pressed.pressure) return pressed.pressure[cell] != 0;
     const int x = int(cell % size_t(width)), y = int(cell / size_t(width));

@@ -2,7 +2,7 @@
 // The cells that given points of the skin and their stencils read.
 #pragma once
 
-#include "host/lab/schedule/schedule.hpp"
+#include "host/core/model/skin.hpp"
 
 namespace dermis::plan {
 
@@ -22,7 +22,6 @@ struct SiteCells {
     Chain chain;                    // so many of them, one after another, belong to one cell
     std::vector<int> material_of;   // index of each cell's first element
 };
-PressedCells pressed_cells(const Schedule&);
 bool ever_pressed(const PressedCells&, size_t cell, int width);
 
 // The cells that the stencil of one point reads, as indices into SiteCells::cells; its size stands for a cell that is

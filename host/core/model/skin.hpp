@@ -3,9 +3,9 @@
 // reads.
 #pragma once
 
-#include "dermis/dermis.hpp"
+#include "dermis/skin.hpp"
+#include "host/core/description/description.hpp"
 #include "host/core/model/coefficients.hpp"
-#include "host/lab/scenes/scene.hpp"
 
 namespace dermis::plan {
 
@@ -74,6 +74,24 @@ PreparedSkin prepare_skin(const SkinDescription& description, int threads, int p
 PreparedSkin with_material(PreparedSkin, const Material&);
 // Releases the maps once a backend has copied what it needs.
 void drop_maps(PreparedSkin&);
+
+// The constants of a kernel in the precision of a backend, K = f32 or f64. base_row is set where memory is bound.
+template <class K> typename K::Constants constants_of(const PreparedSkin& skin, const PressedBox& pressed) {
+    const auto r = [](double x) { return static_cast<typename K::scalar>(x); };
+    const f64::Constants& p = skin.constants;
+    typename K::Constants c{};
+    c.bend = r(p.bend);
+    c.curvature_length = r(p.curvature_length);
+    c.gain_plus = r(p.gain_plus);
+    c.gain_minus = r(p.gain_minus);
+    c.thickness = r(p.thickness);
+    c.width = p.width;
+    c.height = p.height;
+    c.pitch = p.pitch;
+    c.first_column = pressed.first_column();
+    c.first_row = pressed.first_row;
+    return c;
+}
 
 // The specialization of a kernel (see kernels/layout.h).
 struct Variant {

@@ -1,21 +1,12 @@
 // SPDX-License-Identifier: MIT
-// The interface of what computes, the CPU path or a Vulkan device, to runs and skins.
+// The interface of what computes, the CPU path or a Vulkan device.
 #pragma once
 
 #include "host/core/model/streamed_skin.hpp"
-#include "host/lab/march/stepper.hpp"
+
+#include <memory>
 
 namespace dermis::plan {
-
-// The properties of a backend that the planner uses. Costs serve to choose, they are no promise.
-struct Capabilities {
-    std::string name;
-    bool f64 = false;             // marches in double too
-    int threads = 0;              // host threads that share the work; 0: one per core
-    bool double_buffered = false; // holds each state twice and stores every response; otherwise it steps in place
-    double cell_step = 0;         // seconds per cell and step in f32, on all threads
-    double dispatch = 0;          // seconds per dispatch; 0: no dispatches
-};
 
 // Pads alike that are pressed frame by frame, a single skin as one. Nothing is allocated from press to press, but as
 // StepTables says.
@@ -45,10 +36,8 @@ class Stream {
 class Backend {
   public:
     virtual ~Backend() = default;
-    virtual Capabilities capabilities() const = 0;
-    // Skin and schedule outlive the stepper. Throws Error::bad_input if a value or size is beyond the
-    // backend's limits.
-    virtual std::unique_ptr<Stepper> stepper(const PreparedSkin&, const Schedule&, Precision, Stepper::Sink) = 0;
+    virtual std::string name() const = 0;
+    virtual int threads() const = 0; // host threads that share the work; 0: none
     virtual std::unique_ptr<Stream> stream(const StreamedSkin&) = 0;
 };
 

@@ -3,7 +3,6 @@
 #pragma once
 
 #include "host/core/model/skin.hpp"
-#include "host/lab/schedule/timeline.hpp"
 
 #include <span>
 

@@ -27,7 +27,7 @@ Device open_vulkan(const std::shared_ptr<const vulkan::Instance>& instance, cons
     auto impl = std::make_shared<Device::Impl>();
     impl->info = physical.info;
     impl->backend = vulkan::backend(std::make_shared<vulkan::Context>(instance, physical));
-    impl->info.exact = self_test(*impl->backend, false).exact();
+    impl->info.exact = presses_exactly(*impl->backend);
     return Device(impl);
 }
 
@@ -44,6 +44,7 @@ std::optional<Device> first_exact(const std::shared_ptr<const vulkan::Instance>&
                 if (device.info().exact) return device;
                 reason = "its bits differ from the CPU path's; ask for it by name to use it all the same";
             } catch (const Error& e) {
+                if (e.code() == Error::Code::no_memory) throw;
                 reason = e.what();
             }
         }
@@ -86,6 +87,7 @@ Device open_device(const std::string& which, const vulkan::Loader& loader, const
             return device;
         }
     } catch (const Error& e) {
+        if (e.code() == Error::Code::no_memory) throw;
         if (which != "auto" && (which != "vulkan" || e.parameter() == "device")) {
             if (e.parameter() == "device") throw;
             no_device(which, e.what());
@@ -106,15 +108,6 @@ void Device::Impl::need_exact() const {
                     info.name + ": its bits differ from the CPU path's; ask for it by name to use it all the same");
 }
 
-void Device::Impl::need_exact(const plan::Variant& v) {
-    const bool plain =
-        v.stencil == STENCIL_FIVE_POINT && v.edges == EDGES_MIRROR && !v.compensated && !v.materials && !v.framed;
-    if (plain) return;
-    if (!tested) info.exact &= self_test(*backend).exact();
-    tested = true;
-    need_exact();
-}
-
 const Device& Device::Impl::best() {
     if (!best_if_open) best_if_open = Device::open("auto");
     return *best_if_open;
@@ -126,13 +119,6 @@ Device open_when_marching() {
     return device;
 }
 
-std::unique_ptr<plan::Stepper> march(const Device& device, const plan::PreparedSkin& skin,
-                                     const plan::Schedule& schedule, Precision precision, plan::Stepper::Sink sink) {
-    Device::Impl& d = device.impl();
-    d.need_exact(variant_of(skin, schedule, precision));
-    return d.backend->stepper(skin, schedule, precision, std::move(sink));
-}
-
 Device Device::cpu(int threads) try {
     if (threads < 0 || threads > 1024)
         throw Error(Error::Code::bad_input, "threads",
@@ -140,8 +126,8 @@ Device Device::cpu(int threads) try {
     auto impl = std::make_shared<Impl>();
     impl->info.name = "cpu";
     impl->info.kind = "cpu path";
-    impl->backend = cpu::backend(threads);
-    impl->tested = true; // others are tested against the CPU path
+    impl->backend = std::make_shared<cpu::CpuBackend>(threads);
+    impl->tested = Impl::Tested::every_march; // others are tested against the CPU path
     return Device(impl);
 } catch (const std::bad_alloc&) {
     scene::out_of_memory([] { return "device \"cpu\""; });

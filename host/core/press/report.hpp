@@ -2,7 +2,7 @@
 // Judges whether the numbers of a skin can mean skin: the figures, and the ranges that reports and warnings share.
 #pragma once
 
-#include "host/lab/scenes/scene.hpp"
+#include "host/core/description/description.hpp"
 
 namespace dermis {
 

@@ -91,7 +91,7 @@ struct Skin::Impl {
         : width(size_t(skin.skin.width())), height(size_t(skin.skin.height())), count(size_t(skin.pads)),
           fields(skin.skin.description.sites.empty()), uniform(skin.skin.uniform()), wanted(skin.wanted),
           chain(skin.skin.chain), state_layout(state_layout_of(skin)), header(header_of(skin, state_layout)),
-          felt(skin), needs(scene::needs_of(skin.skin.description, options)), threads(backend.capabilities().threads),
+          felt(skin), needs(scene::needs_of(skin.skin.description, options)), threads(backend.threads()),
           tau(tau_range(skin.skin.materials)), description(skin.skin.description), materials(options.materials),
           pressed(count), stream(backend.stream(skin)) {
         for (const Site& site : description.sites) ++sites_of[size_t(site.type)];
@@ -244,8 +244,8 @@ const std::vector<float>& Skin::Impl::tell(Quantity q) {
 Skin::Skin(const Device& device, const SkinDescription& description, const SkinOptions& options) try {
     const DefaultFloats guard;
     Device::Impl& d = device.impl();
-    impl_ = std::make_unique<Impl>(plan::streamed_skin(description, options, d.backend->capabilities().threads),
-                                   options, *d.backend);
+    impl_ =
+        std::make_unique<Impl>(plan::streamed_skin(description, options, d.backend->threads()), options, *d.backend);
     if (!impl_->stream->exact()) d.info.exact = false; // written on Vulkan alone, where one thread uses the device
     d.need_exact();
 } catch (const std::bad_alloc&) {

@@ -2,9 +2,10 @@
 // The Vulkan loader, an instance, and the devices that it offers.
 #pragma once
 
-#include "dermis/dermis.hpp"
+#include "dermis/device.hpp"
 #include "host/core/vulkan/kernel.hpp"
 
+#include <functional>
 #include <mutex>
 
 namespace dermis::vulkan {

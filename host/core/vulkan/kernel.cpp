@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "host/core/vulkan/kernel.hpp"
 
-#include "dermis/dermis.hpp"
+#include "dermis/description.hpp"
 
 #include <bit>
 

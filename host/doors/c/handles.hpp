@@ -3,6 +3,7 @@
 #pragma once
 
 #include "dermis/dermis.h"
+#include "dermis/dermis.hpp"
 #include "host/core/base/refusal.hpp"
 #include "host/lab/scenes/scene.hpp"
 

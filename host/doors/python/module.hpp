@@ -2,6 +2,7 @@
 // The files of the Python module share this. A dermis::Error becomes dermis.Error with its code and parameter.
 #pragma once
 
+#include "dermis/dermis.hpp"
 #include "host/core/base/refusal.hpp"
 #include "host/core/description/names.hpp"
 

@@ -11,7 +11,7 @@ nanobind_add_module(dermis_python NB_STATIC
     host/doors/python/scene.cpp
     host/doors/python/skin.cpp)
 set_target_properties(dermis_python PROPERTIES OUTPUT_NAME _core)
-target_link_libraries(dermis_python PRIVATE dermis_objects dermis_options)
+target_link_libraries(dermis_python PRIVATE ${dermis_objects} dermis_options)
 nanobind_add_stub(dermis_python_stub
     MODULE _core
     OUTPUT ${DERMIS_GENERATED}/_core.pyi

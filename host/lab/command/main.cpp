@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: MIT
 // The dermis command. Exit status: 0 done, 1 failed or cells differ, 2 bad input.
 #include "host/core/description/element.hpp"
-#include "host/core/description/names.hpp"
 #include "host/core/embedding/check.hpp"
 #include "host/core/press/device.hpp"
 #include "host/lab/command/fit.hpp"
 #include "host/lab/command/settings.hpp"
 #include "host/lab/command/sweep.hpp"
+#include "host/lab/march/self_test.hpp"
 #include "host/lab/output/earlier.hpp"
 #include "host/lab/output/warnings.hpp"
 #include "host/lab/scenes/nearest.hpp"
 #include "host/lab/scenes/scene.hpp"
+#include "host/lab/scenes/scene_names.hpp"
 #include "host/lab/study/study.hpp"
 
 #include <algorithm>
@@ -207,7 +208,7 @@ int run_scene(const Arguments& a) {
 }
 
 int list_devices() {
-    fmt::print("cpu: the CPU path, {} threads\n", Device::cpu().impl().backend->capabilities().threads);
+    fmt::print("cpu: the CPU path, {} threads\n", Device::cpu().impl().backend->threads());
     try {
         int row = 0;
         for (const DeviceInfo& d : Device::list())

@@ -3,6 +3,7 @@
 
 #include "host/core/base/float_environment.hpp"
 #include "host/core/cpu/cells.hpp"
+#include "host/core/model/laplacian.hpp"
 
 #include <deque>
 

@@ -2,8 +2,8 @@
 // The interface of every model in a run: it takes the steps of a schedule and delivers the samples at their ends.
 #pragma once
 
-#include "host/core/model/laplacian.hpp"
 #include "host/core/model/totals.hpp"
+#include "host/lab/march/stencil_estimate.hpp"
 #include "host/lab/schedule/timeline.hpp"
 
 namespace dermis::plan {

@@ -2,6 +2,7 @@
 // Records presses, submits them by their work, and hands the results over when a ring of them is full.
 #include "host/lab/march/vulkan_march.hpp"
 
+#include "host/core/model/laplacian.hpp"
 #include "host/core/vulkan/press_kernel.hpp"
 #include "host/lab/march/results.hpp"
 #include "host/lab/march/staging.hpp"

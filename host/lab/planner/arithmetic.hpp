@@ -2,6 +2,7 @@
 // The step of kernels/step.h and kernels/responses.h in arithmetic that keeps count of what it may be off by.
 #pragma once
 
+#include "host/lab/schedule/extended.hpp"
 #include "host/lab/schedule/forcing.hpp"
 
 #include <algorithm>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "host/lab/planner/bound.hpp"
 
+#include "host/core/model/laplacian.hpp"
 #include "host/lab/planner/counted_run.hpp"
 #include "host/lab/planner/magnitudes.hpp"
 #include "host/lab/reduced/sites.hpp"

@@ -2,7 +2,8 @@
 // The choice of a model and precision for a scene: the cheapest that keeps the tolerance.
 #pragma once
 
-#include "host/core/model/stream.hpp"
+#include "dermis/run.hpp"
+#include "host/lab/march/capabilities.hpp"
 #include "host/lab/planner/bound.hpp"
 
 namespace dermis::planner {

@@ -2,6 +2,7 @@
 #include "host/lab/planner/choice.hpp"
 
 #include "host/core/model/site_cells.hpp"
+#include "host/lab/march/stepper.hpp"
 
 #include <algorithm>
 

@@ -3,8 +3,8 @@
 #pragma once
 
 #include "host/lab/planner/arithmetic.hpp"
-#include "host/lab/planner/references.hpp"
 #include "host/lab/schedule/cell.hpp"
+#include "host/lab/schedule/references.hpp"
 
 namespace dermis::planner {
 

@@ -2,6 +2,7 @@
 // Collects the samples of a run in its Result, and compares the bits of two runs.
 #pragma once
 
+#include "dermis/run.hpp"
 #include "host/lab/march/stepper.hpp"
 
 namespace dermis {

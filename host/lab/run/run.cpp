@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: MIT
 // Scene -> skin and schedule -> decision -> stepper -> Result.
+#include "dermis/run.hpp"
 #include "host/core/base/float_environment.hpp"
 #include "host/core/base/memory.hpp"
 #include "host/core/base/watch.hpp"
 #include "host/core/model/site_cells.hpp"
 #include "host/core/press/device.hpp"
+#include "host/lab/march/capabilities.hpp"
+#include "host/lab/march/march.hpp"
 #include "host/lab/planner/choice.hpp"
 #include "host/lab/reduced/moments.hpp"
 #include "host/lab/reduced/sites.hpp"
@@ -17,36 +20,26 @@
 
 namespace dermis {
 
-const Trace& Result::trace(Quantity q) const try {
-    const auto t = std::find_if(traces.begin(), traces.end(), [q](auto& trace) { return trace.quantity == q; });
-    if (t == traces.end())
-        throw Error(Error::Code::bad_input, "output.traces",
-                    std::string("output.traces has no \"") + name(q) + "\"; allowed: what the scene asked for");
-    return *t;
-} catch (const std::bad_alloc&) {
-    scene::out_of_memory();
-}
-
-SceneMaps maps(const Scene& scene) try {
-    const DefaultFloats guard;
-    const plan::PreparedRun run = plan::prepare_run(scene);
-    const size_t width = size_t(run.skin.width());
-    std::vector<double> surface(run.skin.cells()), rest(surface);
-    for (int y = 0; y < run.skin.height(); ++y) {
-        plan::surface_row(run.skin, y, surface.data() + size_t(y) * width);
-        plan::rest_curvature_row(run.skin, y, 0, run.skin.width(), rest.data() + size_t(y) * width);
-    }
-    return {.surface = std::move(surface), .rest_curvature = std::move(rest), .pressure = run.schedule.pressure};
-} catch (const std::bad_alloc&) {
-    scene::out_of_memory([&] { return scene::needs_of(scene); });
-}
-
 namespace {
+
+// Says what a run needs at least.
+std::string needs_of(const Scene& s) {
+    const double cells = double(s.grid.width) * double(s.grid.height),
+                 outputs = std::ceil(s.time.duration / s.time.step);
+    double fields = 0;
+    for (const FieldRequest& f : s.output.fields) fields += double(f.what.size());
+    const double of_output = 1 + double(s.sites.size()) + double(s.output.traces.size()) * (s.output.extremes ? 3 : 1) +
+                             double(s.output.traces.size() * s.output.probes.size());
+    const double maps = 2; // heights and pressures
+    return "a run of " + scene::grid_text(s.grid) + " with " + std::to_string((long long)(outputs)) +
+           " outputs needs at least " +
+           scene::bytes_text(sizeof(double) * (cells * (maps + fields) + outputs * of_output));
+}
 
 using Clock = std::chrono::steady_clock;
 using SharedMoments = std::shared_ptr<const reduced::Moments>;
 
-int threads_of(const Device& device) { return device.impl().backend->capabilities().threads; }
+int threads_of(const Device& device) { return device.impl().backend->threads(); }
 
 planner::Request request_of(const Scene& scene, const Device& device, const RunOptions& options) {
     return {.model = scene.model,
@@ -54,13 +47,14 @@ planner::Request request_of(const Scene& scene, const Device& device, const RunO
             .tolerance = scene.tolerance,
             .baseline = scene.method != Method::exact,
             .check = options.check,
-            .on_device = device.impl().asked && !device.impl().backend->capabilities().f64};
+            .on_device = device.impl().asked && !plan::capabilities_of(*device.impl().backend).f64};
 }
 
 Explanation explanation_of(const plan::PreparedRun& run, const Scene& scene, const Device& device,
                            const RunOptions& options, bool everything, std::optional<planner::Peaks>& peaks) {
-    const plan::Capabilities opened = device.impl().backend->capabilities();
-    const planner::Backends backends{opened, opened.f64 ? opened : Device::cpu().impl().backend->capabilities()};
+    const plan::Capabilities opened = plan::capabilities_of(*device.impl().backend);
+    const planner::Backends backends{opened,
+                                     opened.f64 ? opened : plan::capabilities_of(*Device::cpu().impl().backend)};
     return planner::choose(run.skin, run.schedule, request_of(scene, device, options), backends, everything, peaks);
 }
 
@@ -80,7 +74,7 @@ Choice choice_of(const plan::PreparedRun& run, const Scene& scene, const Device&
     c.explanation = explanation_of(run, scene, device, options, everything, c.peaks);
     if (!device.impl().put_off || c.taken().model != Model::march || c.taken().precision == Precision::f64) return c;
     c.device = device.impl().best();
-    if (c.device.impl().backend->capabilities().f64) return c;
+    if (plan::capabilities_of(*c.device.impl().backend).f64) return c;
     c.explanation = explanation_of(run, scene, c.device, options, everything, c.peaks);
     return c;
 }
@@ -103,7 +97,7 @@ Decided decided(const Scene& validated, plan::PreparedRun&& run, const Device& w
     const Choice choice = choice_of(run, validated, wanted, options, false);
     const Candidate& taken = choice.taken();
     const Device& device = choice.device;
-    const bool march = taken.model == Model::march, f64 = device.impl().backend->capabilities().f64;
+    const bool march = taken.model == Model::march, f64 = plan::capabilities_of(*device.impl().backend).f64;
     Decided d{.scene = validated,
               .run = std::move(run),
               .decision = taken,
@@ -264,12 +258,26 @@ class Run {
 
 } // namespace
 
+SceneMaps maps(const Scene& scene) try {
+    const DefaultFloats guard;
+    const plan::PreparedRun run = plan::prepare_run(scene);
+    const size_t width = size_t(run.skin.width());
+    std::vector<double> surface(run.skin.cells()), rest(surface);
+    for (int y = 0; y < run.skin.height(); ++y) {
+        plan::surface_row(run.skin, y, surface.data() + size_t(y) * width);
+        plan::rest_curvature_row(run.skin, y, 0, run.skin.width(), rest.data() + size_t(y) * width);
+    }
+    return {.surface = std::move(surface), .rest_curvature = std::move(rest), .pressure = run.schedule.pressure};
+} catch (const std::bad_alloc&) {
+    scene::out_of_memory([&] { return needs_of(scene); });
+}
+
 Explanation explain(const Scene& scene, const Device& device, const RunOptions& options) try {
     const DefaultFloats guard;
     const scene::Watch watch(options.progress);
     return choice_of(plan::prepare_run(scene, false, threads_of(device)), scene, device, options, true).explanation;
 } catch (const std::bad_alloc&) {
-    scene::out_of_memory([&] { return scene::needs_of(scene); });
+    scene::out_of_memory([&] { return needs_of(scene); });
 }
 
 Result run(const Scene& scene, const Device& device, const RunOptions& options) try {
@@ -278,7 +286,7 @@ Result run(const Scene& scene, const Device& device, const RunOptions& options) 
     const Decided d = decided(scene, device, options);
     return Run(d, options).take(nullptr);
 } catch (const std::bad_alloc&) {
-    scene::out_of_memory([&] { return scene::needs_of(scene); });
+    scene::out_of_memory([&] { return needs_of(scene); });
 }
 
 std::vector<Result> run(const Scene& scene, const std::vector<Material>& materials, const Device& device,
@@ -307,7 +315,7 @@ std::vector<Result> run(const Scene& scene, const std::vector<Material>& materia
     }
     return results;
 } catch (const std::bad_alloc&) {
-    scene::out_of_memory([&] { return std::to_string(materials.size()) + " times " + scene::needs_of(scene); });
+    scene::out_of_memory([&] { return std::to_string(materials.size()) + " times " + needs_of(scene); });
 }
 
 } // namespace dermis

@@ -3,10 +3,11 @@
 // not bounded.
 #pragma once
 
+#include "dermis/run.hpp"
 #include "host/lab/march/stepper.hpp"
 #include "host/lab/planner/bound.hpp"
-#include "host/lab/planner/references.hpp"
 #include "host/lab/reduced/site_stepper.hpp"
+#include "host/lab/schedule/references.hpp"
 
 #include <deque>
 

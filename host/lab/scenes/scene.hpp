@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Scenes: checked parameters, with their defaults, and the maps made from them.
+// Scenes: read, checked, with their defaults, and the pressure made from them.
 #pragma once
 
-#include "dermis/dermis.hpp"
-#include "host/core/description/element.hpp"
+#include "dermis/scene.hpp"
+#include "host/core/description/description.hpp"
 
 #include <filesystem>
 #include <fstream>
@@ -75,46 +75,17 @@ struct ValidatedScene {
 
 // Checks every parameter and fills every default in. Throws Error::bad_input.
 ValidatedScene validate(const Scene&);
-// Does the same for a skin that is pressed frame by frame and asked for these responses; FA2 is by default the mean
-// over a step.
-SkinDescription validate_skin(const SkinDescription&, const std::vector<Quantity>& asked);
-
-// Checks the elements of another material for a scene or a skin that is validated. Throws Error::bad_input.
+// Checks the elements of another material for a scene that is validated. Throws Error::bad_input.
 void check_material(const Scene& validated, const Material&);
-void check_material(const SkinDescription& validated, const Material&, const std::vector<Quantity>& asked);
 
-// The functions below expect a validated scene or skin.
+// The functions below expect a validated scene.
 
-// Returns width*height heights in units of the relief. threads: as for Device::cpu.
-Map surface_heights(const SkinDescription&, int threads);
 // Returns width*height pressures in Pa where the envelope is 1; the first frame of a sequence.
 Map pressure_map(const ValidatedScene&);
-
-// Returns the wavelength of the ridges in cells; infinite for a surface without ridges of its own.
-double cells_per_ridge(const SkinDescription&);
 
 bool wants(const Scene&, Quantity); // whether a trace, a field or a site asks for it
 long long outputs(const Time&);     // number of output times
 // interval/step; 0 where it is not a whole number.
 long long steps_per_frame(double interval, double step);
-
-// The classes of receptors, which are the responses, each with its place in Density.
-struct ReceptorClass {
-    Quantity type;
-    double Density::*density;
-};
-inline constexpr ReceptorClass receptor_classes[] = {
-    {Quantity::sa1, &Density::sa1},
-    {Quantity::sa2, &Density::sa2},
-    {Quantity::fa1, &Density::fa1},
-    {Quantity::fa2, &Density::fa2},
-};
-// Returns their names, separated by commas.
-std::string receptor_class_names();
-inline bool is_receptor_class(Quantity q) {
-    for (const ReceptorClass& c : receptor_classes)
-        if (c.type == q) return true;
-    return false;
-}
 
 } // namespace dermis::scene

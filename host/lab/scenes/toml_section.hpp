@@ -3,10 +3,10 @@
 #pragma once
 
 #include "host/core/base/refusal.hpp"
-#include "host/core/description/names.hpp"
 #include "host/lab/scenes/input_file.hpp"
 #include "host/lab/scenes/nearest.hpp"
 #include "host/lab/scenes/scene.hpp"
+#include "host/lab/scenes/scene_names.hpp"
 #include "host/lab/scenes/toml.hpp"
 #include "host/lab/scenes/units.hpp"
 

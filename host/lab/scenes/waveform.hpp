@@ -2,7 +2,7 @@
 // The envelope g(t) of the load: piecewise linear between knots, at which it may jump, or a sine from t = 0 on.
 #pragma once
 
-#include "dermis/dermis.hpp"
+#include "dermis/scene.hpp"
 #include "host/lab/scenes/instant.hpp"
 
 #include <complex>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "host/lab/schedule/forcing.hpp"
+#include "host/lab/schedule/extended.hpp"
 
 #include <algorithm>
 #include <cmath>

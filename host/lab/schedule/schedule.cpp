@@ -97,6 +97,10 @@ Schedule with_fewer_outputs(const Schedule& schedule, long long most) {
     return few;
 }
 
+PressedCells pressed_cells(const Schedule& schedule) {
+    return {schedule.pressed, schedule.framed ? nullptr : schedule.pressure.data()};
+}
+
 Variant variant_of(const PreparedSkin& skin, const Schedule& schedule, Precision precision) {
     return {.stencil = skin.stencil,
             .edges = skin.edges,

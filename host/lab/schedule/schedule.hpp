@@ -2,7 +2,7 @@
 // The load and the output times of a run.
 #pragma once
 
-#include "host/core/model/skin.hpp"
+#include "host/core/model/site_cells.hpp"
 #include "host/lab/scenes/instant.hpp"
 #include "host/lab/scenes/scene.hpp"
 
@@ -50,6 +50,8 @@ PreparedRun prepare_run(const Scene&, bool check = false, int threads = 0);
 // The same schedule with every 2^n-th output alone, at most `most` of them, for the exact method: a load that is an
 // envelope needs no others.
 Schedule with_fewer_outputs(const Schedule&, long long most);
+
+PressedCells pressed_cells(const Schedule&);
 
 Variant variant_of(const PreparedSkin&, const Schedule&, Precision);
 

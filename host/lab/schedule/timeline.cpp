@@ -3,6 +3,7 @@
 
 #include "host/core/base/pool.hpp"
 #include "host/core/base/watch.hpp"
+#include "host/lab/schedule/baselines.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -149,24 +149,7 @@ class Timeline {
     double rate_before_ = 0, rate_ = 0, strain_ = 0; // published: d[n-1], d[n], eps[n] under unit pressure
 };
 
-// The constants of a kernel in the precision of a backend, K = f32 or f64. base_row is set where memory is bound.
-template <class K> typename K::Constants constants_of(const PreparedSkin& skin, const PressedBox& pressed) {
-    const auto r = [](double x) { return static_cast<typename K::scalar>(x); };
-    const f64::Constants& p = skin.constants;
-    typename K::Constants c{};
-    c.bend = r(p.bend);
-    c.curvature_length = r(p.curvature_length);
-    c.gain_plus = r(p.gain_plus);
-    c.gain_minus = r(p.gain_minus);
-    c.thickness = r(p.thickness);
-    c.width = p.width;
-    c.height = p.height;
-    c.pitch = p.pitch;
-    c.first_column = pressed.first_column();
-    c.first_row = pressed.first_row;
-    return c;
-}
-
+// The constants of a step.
 template <class K>
 typename K::Constants constants_of(const PreparedSkin& skin, const PressedBox& pressed, const Step& step) {
     const auto r = [](double x) { return static_cast<typename K::scalar>(x); };

@@ -3,7 +3,7 @@
 // makes spikes of FA1 and SA1. Three frames are in flight. Every answer is compared with the CPU's.
 #include "simulator.hpp"
 
-#include <dermis/dermis.hpp>
+#include <dermis/skin.hpp>
 #include <dermis/vulkan.hpp>
 
 #include <algorithm>

@@ -2,10 +2,13 @@
 // Coefficients and loads of a run's steps in long double, beside which those in double are measured.
 #pragma once
 
-#include "host/lab/planner/extended.hpp"
+#include "host/lab/schedule/extended.hpp"
 #include "host/lab/schedule/timeline.hpp"
 
 namespace dermis::plan {
+
+// Returns a - b.
+f64::Coefficients difference(const f64::Coefficients& a, const extended::Coefficients& b);
 
 // Schedule and materials outlive it.
 class References {

@@ -1,16 +1,11 @@
 // SPDX-License-Identifier: MIT
-// Receptor populations: drawn at random from densities, or read from a list.
+// Receptor populations, drawn at random from densities.
 #include "host/core/base/float_environment.hpp"
 #include "host/core/base/memory.hpp"
 #include "host/core/base/refusal.hpp"
-#include "host/core/description/names.hpp"
-#include "host/lab/scenes/input_file.hpp"
-#include "host/lab/scenes/scene.hpp"
+#include "host/core/description/description.hpp"
 
-#include <cerrno>
 #include <cmath>
-#include <cstring>
-#include <sstream>
 
 namespace dermis {
 namespace {
@@ -63,41 +58,6 @@ std::string receptor_class_names() {
     std::string names;
     for (const ReceptorClass& c : receptor_classes) names += (names.empty() ? "" : ", ") + std::string(name(c.type));
     return names;
-}
-
-std::vector<Site> read_sites(const std::string& path) {
-    const auto fail = [&](const std::string& what) -> Error {
-        return Error(Error::Code::bad_input, "sites.path",
-                     "sites.path = \"" + path + "\": " + what +
-                         "; allowed: a first line type,x,y, then lines such as sa1,12,40 (" + receptor_class_names() +
-                         "; cells)");
-    };
-    if (const std::string why = why_no_file(path); !why.empty()) throw fail(why);
-    std::string content;
-    if (!read_file(path, content)) throw fail(std::string("cannot be read (") + std::strerror(errno) + ")");
-    std::vector<Site> sites;
-    std::string line;
-    auto in = throwing(std::istringstream(content));
-    for (int number = 1; std::getline(in, line); ++number) {
-        if (!line.empty() && line.back() == '\r') line.pop_back();
-        if (number == 1) {
-            if (line != "type,x,y") throw fail("begins with " + line);
-            continue;
-        }
-        auto parts = throwing(std::istringstream(line));
-        std::string type;
-        Site site;
-        char comma = 0;
-        std::getline(parts, type, ',');
-        const std::optional<Quantity> known = value_of<Quantity>(type);
-        if (!known || !is_receptor_class(*known) || !(parts >> site.cell.x >> comma >> site.cell.y) || comma != ',' ||
-            parts.peek() != std::istringstream::traits_type::eof())
-            throw fail("line " + std::to_string(number) + " is " + line);
-        site.type = *known;
-        sites.push_back(site);
-    }
-    if (sites.empty()) throw fail("holds no receptor");
-    return sites;
 }
 
 } // namespace scene

@@ -1,9 +1,27 @@
 // SPDX-License-Identifier: MIT
-#include "host/lab/planner/references.hpp"
+#include "host/lab/schedule/references.hpp"
 
-#include <cmath>
+#include "host/core/model/coefficients_in.hpp"
 
 namespace dermis::plan {
+
+long double p3_of(long double z) { // its power series, to 2^-113
+    long double sum = 1;
+    for (int k = 28; k > 3; --k) sum = 1 - z / k * sum;
+    return sum / 6;
+}
+
+template Phi<long double> phi(long double);
+template extended::Coefficients exact_coefficients_in<extended>(const Element&, const ResponseRule&, long double);
+template void join_loads<extended>(extended::Coefficients*, size_t, bool, long double);
+
+f64::Coefficients difference(const f64::Coefficients& a, const extended::Coefficients& b) {
+    f64::Coefficients d;
+#define SUBTRACT(name) d.name = double(a.name - b.name);
+    COEFFICIENTS(SUBTRACT)
+#undef SUBTRACT
+    return d;
+}
 
 References::References(const Schedule& schedule, const std::vector<Element>& materials, const ResponseRule& rule)
     : materials_(materials), rule_(rule), load_(schedule.load.envelope, schedule.time), held_(materials.size()) {}

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: MIT
+// Parts of the checks of skins and scenes that more than one file needs. All throw Error::bad_input.
+#pragma once
+
+#include "host/core/description/description.hpp"
+
+namespace dermis::scene {
+
+std::string text_of(Cell);
+// Refuses a cell outside the grid.
+void need_inside(const std::string& parameter, Cell, const Grid&);
+
+// Check parts of a skin, and fill their defaults in.
+void check_grid(const Grid&);
+void check_surface(SkinDescription&);
+void check_lengths(SkinDescription&);
+void check_sites(const SkinDescription&);
+
+// Refuses a map that has another size than the grid or holds a number that is not finite.
+void need_map(const char* parameter, const Map&, const Grid&);
+
+// Checks modulus and viscosity of every cell. asked_fa2: whether FA2 has to be defined, with receptors.fa2 as it
+// stands.
+struct MaterialSurvey {
+    std::optional<size_t> elastic; // the last cell without viscosity, or in series with an element without it
+    bool spring = false;           // all cells have a spring in series with other elements
+    size_t stiffest = 0;           // the cell of the greatest modulus/viscosity
+    bool maps = false;             // cells differ
+    bool chain = false;            // elements in series
+
+    std::string where(size_t cell, int width) const; // " in cell [x, y]", or nothing
+};
+MaterialSurvey survey_material(const SkinDescription&);
+
+// Refuses FA2 as a density where some cell has no viscosity.
+void check_fa2_density(const SkinDescription&, const MaterialSurvey&);
+
+// Fills the defaults of stencil and edges in, and checks them and the receptors.
+void check_curvature_and_receptors(SkinDescription&);
+
+// Refuses the spring of elements in series.
+[[noreturn]] void refuse_spring(const Material&, const char* allowed);
+
+} // namespace dermis::scene

@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: MIT
+// The checks of material, stencil, edges and receptors.
+#include "host/core/base/refusal.hpp"
+#include "host/core/description/checks.hpp"
+
+#include <cmath>
+
+namespace dermis::scene {
+namespace {
+
+size_t cells_of(const Grid& grid) { return size_t(grid.width) * size_t(grid.height); }
+
+// A material is elements in series, or a modulus and a viscosity, both of which a scene with units has to give.
+void check_given(const SkinDescription& s) {
+    const Material& m = s.material;
+    for (auto [key, number, map] : {std::tuple{"material.modulus", &m.modulus, &m.modulus_map},
+                                    {"material.viscosity", &m.viscosity, &m.viscosity_map}}) {
+        if (is_chain(m) && !map->empty())
+            refuse(key, "(a map)", "not beside material.elements, which take maps of their own");
+        if (is_chain(m) && *number) refuse(key, shortest(**number), "not beside material.elements");
+        if (s.grid.spacing && !is_chain(m) && !*number && map->empty())
+            refuse(key, "(not given)",
+                   "material.modulus in Pa and material.viscosity in Pa s, required with grid.spacing; or "
+                   "material.elements, material.relaxation, or preset = \"fingertip\"");
+    }
+}
+
+// Checks the numbers or maps of one of the elements in series.
+void check_element(const KelvinVoigt& e, const std::string& name, const Grid& grid) {
+    const std::string modulus = name + ".modulus", viscosity = name + ".viscosity";
+    if (!e.modulus_map.empty()) need_map(modulus.c_str(), e.modulus_map, grid);
+    if (!e.viscosity_map.empty()) need_map(viscosity.c_str(), e.viscosity_map, grid);
+    const bool maps = !is_uniform(e);
+    for (size_t i = 0; i < (maps ? cells_of(grid) : 1); ++i) {
+        const Element m = element_at(e, i);
+        const auto need_number = [&](const std::string& of, double value, bool ok, const char* allowed) {
+            if (!(finite(value) && ok))
+                refuse(of, shortest(value) + (maps ? " in cell " + cell_text(i, grid.width) : ""), allowed);
+        };
+        need_number(modulus, m.modulus, m.modulus >= 0, "a finite number >= 0");
+        need_number(viscosity, m.viscosity, m.viscosity >= 0, "a finite number >= 0");
+        need_number(viscosity, m.viscosity, m.modulus > 0 || m.viscosity > 0, "> 0 where its modulus is 0");
+    }
+}
+
+// Checks elements in series.
+void check_chain(const Material& m, const Grid& grid) {
+    if (m.elements.empty() || m.elements.size() > 8)
+        refuse("material.elements", "(" + std::to_string(m.elements.size()) + " elements)",
+               "1 to 8, with material.spring and material.dashpot beside them");
+    for (size_t i = 0; i < m.elements.size(); ++i)
+        check_element(m.elements[i], "material.elements[" + std::to_string(i) + "]", grid);
+    if (m.spring) need_positive("material.spring", *m.spring);
+    if (m.dashpot) need_positive("material.dashpot", *m.dashpot);
+}
+
+// Surveys elements in series that are checked.
+void survey_chain(const SkinDescription& s, MaterialSurvey& survey) {
+    survey.chain = true;
+    survey.maps = !is_uniform(s.material);
+    double greatest = -1;
+    for (size_t i = 0; i < (survey.maps ? cells_of(s.grid) : 1); ++i) {
+        const Series series = series_at(s.material, i);
+        for (size_t e = 0; e < series.length; ++e) {
+            const double rate = z_of(series.elements[e], 1);
+            const bool spring = series.ends_in_spring && e + 1 == series.length;
+            if (is_elastic(series.elements[e]) && !spring) survey.elastic = i;
+            survey.spring |= spring;
+            if (!spring && rate > greatest) greatest = rate, survey.stiffest = i;
+        }
+    }
+}
+
+void check_edges(const SkinDescription& s) {
+    if (*s.edges != Edges::published) return;
+    if (*s.stencil != Stencil::published)
+        refuse("curvature.edges", "\"published\"", "only with curvature.stencil = \"published\"");
+    need(s.grid.width >= 2, "grid.width", s.grid.width, "at least 2 with the published edges");
+    need(s.grid.height >= 2, "grid.height", s.grid.height, "at least 2 with the published edges");
+}
+
+} // namespace
+
+void refuse_spring(const Material& m, const char* allowed) {
+    if (m.spring) refuse("material.spring", shortest(*m.spring), allowed);
+    refuse("material.elements", "(one of viscosity 0)", allowed);
+}
+
+std::string MaterialSurvey::where(size_t cell, int width) const {
+    return maps ? " in cell " + cell_text(cell, width) : "";
+}
+
+MaterialSurvey survey_material(const SkinDescription& s) {
+    const Material& m = s.material;
+    MaterialSurvey survey;
+    check_given(s);
+    if (is_chain(m)) {
+        check_chain(m, s.grid);
+        survey_chain(s, survey);
+        return survey;
+    }
+    survey.maps = !is_uniform(m);
+    if (!m.modulus_map.empty()) need_map("material.modulus", m.modulus_map, s.grid);
+    if (!m.viscosity_map.empty()) need_map("material.viscosity", m.viscosity_map, s.grid);
+    const size_t cells = survey.maps ? cells_of(s.grid) : 1;
+    const auto where = [&](size_t i) { return survey.where(i, s.grid.width); };
+    double greatest = -1;
+    for (size_t i = 0; i < cells; ++i) {
+        const Element element = element_at(m, i);
+        const double E = element.modulus, eta = element.viscosity;
+        if (!(finite(E) && E >= 0)) refuse("material.modulus", shortest(E) + where(i), "a finite number >= 0");
+        if (!(finite(eta) && eta >= 0)) refuse("material.viscosity", shortest(eta) + where(i), "a finite number >= 0");
+        if (E == 0 && eta == 0) refuse("material.viscosity", "0" + where(i), "> 0 where material.modulus is 0");
+        if (is_elastic(element)) survey.elastic = i;
+        const double rate = z_of(element, 1);
+        if (rate > greatest) greatest = rate, survey.stiffest = i;
+    }
+    return survey;
+}
+
+void check_fa2_density(const SkinDescription& s, const MaterialSurvey& material) {
+    if (!(material.elastic || material.spring) || *s.receptors.fa2 == Fa2::step_mean) return;
+    if (material.spring)
+        refuse_spring(s.material,
+                      "no spring for FA2 as a density, because a jump makes it infinite twice; with a spring "
+                      "set receptors.fa2 = \"step-mean\" or leave fa2 out of [output]");
+    refuse("material.viscosity", "0" + material.where(*material.elastic, s.grid.width),
+           "> 0 for FA2 as a density; with viscosity 0 set receptors.fa2 = \"step-mean\" or leave fa2 out of [output]");
+}
+
+void check_curvature_and_receptors(SkinDescription& s) {
+    if (!s.stencil) s.stencil = Stencil::five_point;
+    if (!s.edges) s.edges = Edges::mirror;
+    check_edges(s);
+    if (s.receptors.sa2_adaptation) need_positive("receptors.sa2_adaptation", *s.receptors.sa2_adaptation);
+    for (double gain : s.receptors.fa2_gains) need_finite("receptors.fa2_gains", gain);
+}
+
+} // namespace dermis::scene

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: MIT
+// Tests whether every kernel of a backend computes the CPU path's bits.
+#pragma once
+
+#include "host/core/model/stream.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <iterator>
+
+namespace dermis {
+
+// The comparison of each kernel on a backend with the plain loops of the CPU path, on small grids.
+struct SelfTest {
+    struct Kernel {
+        const char* name;
+        uint64_t hash = 14695981039346656037u; // FNV-1a of the backend's values
+        long long values = 0, different = 0;
+    };
+    enum { press, fields, reduce, sites };
+    Kernel kernels[4] = {{"press"}, {"fields"}, {"reduce"}, {"sites"}};
+    bool exact() const {
+        return std::all_of(std::begin(kernels), std::end(kernels), [](auto& k) { return k.different == 0; });
+    }
+};
+// every_variant: tests every variant of the kernels, otherwise only the plain march.
+SelfTest self_test(plan::Backend&, bool every_variant = true);
+
+} // namespace dermis

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: MIT
+// What is read of a result, and what its numbers say of the skin.
+#include "dermis/run.hpp"
+#include "host/core/base/float_environment.hpp"
+#include "host/core/base/memory.hpp"
+#include "host/core/press/report.hpp"
+#include "host/lab/scenes/scene.hpp"
+
+#include <cmath>
+
+namespace dermis {
+namespace {
+
+constexpr double rounding = 1e-4; // A value below this share of the greatest has no sign.
+
+// The least and the greatest value of a trace over all times and cells, and 0.
+struct Range {
+    double least = 0, greatest = 0;
+    double size() const { return std::max(std::abs(least), std::abs(greatest)); }
+    bool pulled() const { return least < -rounding * size(); }
+    bool pressed() const { return greatest > rounding * size(); }
+};
+
+Range range_of(const Trace& t) {
+    Range range;
+    for (const auto* column : {&t.min, &t.max})
+        for (double v : *column) {
+            range.least = std::min(range.least, v);
+            range.greatest = std::max(range.greatest, v);
+        }
+    return range;
+}
+
+// Returns the trace where it has extremes, else null.
+const Trace* trace_with_extremes(const Result& r, Quantity q) {
+    for (const Trace& t : r.traces)
+        if (t.quantity == q && !t.min.empty()) return &t;
+    return nullptr;
+}
+
+// Returns whether the least and the greatest value of one output have different signs.
+bool both_signs_at_once(const Trace& t, double size) {
+    for (size_t n = 0; n < t.min.size(); ++n)
+        if (t.min[n] < -size && t.max[n] > size) return true;
+    return false;
+}
+
+// Strains of one sign leave the other sign of SA1 and SA2 to the curvature. Where besides the strain is one map times a
+// function of time, all cells' rates have one sign at a time, and so have their accelerations.
+std::vector<Quantity> sign_changed(const Scene& s, const Result& r) {
+    std::vector<Quantity> changed;
+    const Trace* strain = trace_with_extremes(r, Quantity::strain);
+    if (!strain) return changed;
+    const Range strains = range_of(*strain);
+    if (strains.pulled() && strains.pressed()) return changed;
+    const bool rectified = s.receptors.fa2_gains[0] != -s.receptors.fa2_gains[1];
+    const bool product = scene::is_uniform(s.material) && s.load.kind != Load::Kind::sequence;
+    for (const scene::ReceptorClass& c : scene::receptor_classes) {
+        const Trace* trace = trace_with_extremes(r, c.type);
+        if (!trace) continue;
+        const Range range = range_of(*trace);
+        const bool sustained = c.type == Quantity::sa1 || c.type == Quantity::sa2;
+        if (sustained ? (strains.pulled() ? range.pressed() : range.pulled())
+                      : product && !(c.type == Quantity::fa2 && rectified) &&
+                            both_signs_at_once(*trace, rounding * range.size()))
+            changed.push_back(c.type);
+    }
+    return changed;
+}
+
+} // namespace
+
+const Trace& Result::trace(Quantity q) const try {
+    const auto t = std::find_if(traces.begin(), traces.end(), [q](auto& trace) { return trace.quantity == q; });
+    if (t == traces.end())
+        throw Error(Error::Code::bad_input, "output.traces",
+                    std::string("output.traces has no \"") + name(q) + "\"; allowed: what the scene asked for");
+    return *t;
+} catch (const std::bad_alloc&) {
+    scene::out_of_memory();
+}
+
+Report report(const Scene& s, const Result& r) try {
+    const DefaultFloats guard;
+    Report report = report_of(s, {.min = r.tau_min, .max = r.tau_max}, r.cells_per_ridge, r.greatest_gain);
+    if (const Trace* strain = trace_with_extremes(r, Quantity::strain)) {
+        report.strain.value = range_of(*strain).size();
+        if (s.grid.spacing) report.indentation.value = report.strain.value * s.material.thickness.value_or(0);
+    }
+    report.sign_changed = sign_changed(s, r);
+    return report;
+} catch (const std::bad_alloc&) {
+    scene::out_of_memory([] { return "the report of a result"; });
+}
+
+} // namespace dermis

@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: MIT
+// The description of a skin, and what responds in it.
+//
+//     eta*eps' + E*eps = sigma      strain eps in each cell under pressure sigma (Kelvin-Voigt, no lateral coupling)
+//     C = L(S) - h*L(eps)           curvature of the deformed surface S - h*eps; L is the Laplacian; C < 0 on crests
+//     SA1 = eps*(1 + l*C)           Merkel          SA2 = integral of eps*(1 + l*C)   Ruffini
+//     FA1 = eps'*(1 + l*C)          Meissner        FA2 = eps''*(1 + l*C)             Pacinian
+//
+// Maps are row-major, row 0 first: index = y*width + x. The centre of cell [x, y] lies (x + 0.5)*spacing along a row
+// and (y + 0.5)*spacing across the rows from the outer corner of cell [0, 0]; seen from outside the skin the rows
+// follow one another a quarter turn counter-clockwise from the direction along a row. Pressure pushes where it is
+// positive; a negative one is suction, which lifts the skin, and strain and responses change their sign with it. Every
+// output at a time t is the left limit at t, and 0 at t = 0 until the load has acted. Functions throw dermis::Error,
+// and check their input before they write anything.
+#pragma once
+
+#include <dermis/export.hpp>
+
+#include <array>
+#include <cmath>
+#include <initializer_list>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace dermis {
+
+class DERMIS_API Error : public std::runtime_error {
+  public:
+    enum class Code {
+        bad_input, // a parameter is not allowed; the message names it, its value and the allowed range
+        no_device, // there is no such device, or none that can compute; the message says what is missing
+        device,    // a device failed while working; the message names the call (see Device)
+        io,        // a file could not be written
+        no_memory  // memory could not be allocated; the message says what for and how much, unless none is left for it
+    };
+    Error(Code code, std::string parameter, const std::string& message)
+        : std::runtime_error(one_line(message)), code_(code), parameter_(std::move(parameter)) {}
+    Code code() const noexcept { return code_; }
+    // Dotted name of the parameter at fault, as in a scene file ("time.step"); empty if there is none.
+    const std::string& parameter() const noexcept { return parameter_; }
+
+  private:
+    // A message may quote a file or a key, with its line breaks and other control characters.
+    static std::string one_line(std::string message) {
+        for (char& c : message)
+            if (static_cast<unsigned char>(c) < 32) c = ' ';
+        return message;
+    }
+    Code code_;
+    std::string parameter_;
+};
+
+// deformation: S - h*eps. indentation: h*eps, of a Skin alone.
+enum class Quantity { strain, sa1, sa2, fa1, fa2, curvature, deformation, indentation };
+DERMIS_API const char* name(Quantity) noexcept;
+
+// f32_compensated carries the rounding error of each sum, for long runs and small steps. f64 runs on the CPU only.
+enum class Precision { f32, f32_compensated, f64 };
+DERMIS_API const char* name(Precision) noexcept;
+
+enum class Stencil { five_point, fourth_order, published };
+enum class Edges { mirror, periodic, published }; // mirror is half-sample: cell -1 is cell 0, cell -2 is cell 1
+enum class Fa2 { point, step_mean };
+
+struct Cell {
+    int x = 0, y = 0;
+};
+
+// One number per cell, width*height, row 0 first. Copies share the numbers, so a scene is cheap to copy.
+class Map {
+  public:
+    Map() = default;
+    Map(std::vector<double> values) : values_(std::make_shared<std::vector<double>>(std::move(values))) {}
+    Map(std::initializer_list<double> values) : Map(std::vector<double>(values)) {}
+
+    const std::vector<double>& values() const { return *values_; }
+    operator const std::vector<double>&() const { return values(); }
+    bool empty() const { return values().empty(); }
+    size_t size() const { return values().size(); }
+    const double* data() const { return values().data(); }
+    double operator[](size_t i) const { return values()[i]; }
+    auto begin() const { return values().begin(); }
+    auto end() const { return values().end(); }
+    // The numbers to change; other copies of the map keep theirs.
+    std::vector<double>& edit() {
+        if (values_.use_count() > 1) values_ = std::make_shared<std::vector<double>>(values());
+        return *values_;
+    }
+
+  private:
+    std::shared_ptr<std::vector<double>> values_ = std::make_shared<std::vector<double>>();
+};
+
+// width, height: cells, 1..16384. spacing: metres between cells, > 0. Without spacing a scene is dimensionless:
+// spacing, relief, thickness and curvature_length are then 1, and the material is by default the published study's;
+// with it relief, thickness, curvature_length and a material are required.
+struct Grid {
+    int width = 150, height = 150;
+    std::optional<double> spacing;
+};
+
+// flat: 0.5. wave: sin(2 pi ridges (x/width + 0.3 sin(y/30))) + noise. spiral: sin(ridges r/width + angle) + noise.
+// wave and spiral are scaled to 0..1; then everything is multiplied by relief.
+struct Surface {
+    enum class Kind { flat, wave, spiral, map } kind = Kind::flat;
+    std::optional<double> ridges;       // wave 15, spiral 25; any finite number
+    std::optional<double> noise;        // amplitude of Perlin noise relative to the ridge; wave 2, spiral 0.5; >= 0
+    std::optional<double> noise_length; // cells; wave 50, spiral 40; > 0
+    std::optional<double> relief;       // m per unit of height; > 0
+    Map map;                            // Kind::map: width*height finite heights
+    std::optional<double> ridge_period; // m from crest to crest, > 0; in place of ridges, with Grid::spacing alone
+};
+
+// A spring beside a dashpot: modulus*strain + viscosity*rate = pressure. Pa and Pa s, >= 0, not both 0: viscosity 0 is
+// a spring, modulus 0 a dashpot.
+struct KelvinVoigt {
+    double modulus = 0, viscosity = 0;
+    Map modulus_map, viscosity_map; // values of each cell in place of the numbers, width*height. Empty: the number
+};
+
+struct Material {
+    std::optional<double> modulus;          // E, Pa, >= 0; modulus and viscosity not both 0; without spacing 1.54
+    std::optional<double> viscosity;        // eta, Pa s, >= 0; without spacing 1
+    std::optional<double> thickness;        // h, m, >= 0: h*eps is the indentation
+    std::optional<double> curvature_length; // l, m, any finite number: a gain
+    // Values of each cell in place of the numbers, width*height, same ranges. Empty: the number everywhere.
+    Map modulus_map, viscosity_map;
+    // 1 to 8 elements in series in place of modulus and viscosity: their strains add up. With them a spring (Pa, > 0)
+    // and a dashpot (Pa s, > 0) in the same series, the same in every cell. None of them stands beside modulus or
+    // viscosity.
+    std::vector<KelvinVoigt> elements;
+    std::optional<double> spring, dashpot;
+};
+
+struct Receptors {
+    std::optional<double> sa2_adaptation; // s, > 0: tau_a*y' = -y + tau_a*eps, bounded; not given: plain integral
+    // Default point: the density of eps'' (jumps are in Result::impulses). step_mean, the default of a sequence and
+    // where a cell has a spring (an element of viscosity 0): mean of eps'' over the step, jumps included.
+    std::optional<Fa2> fa2;
+    std::array<double, 2> fa2_gains = {1, -1}; // k+, k-: k+*max(a, 0) + k-*max(-a, 0) of a = eps''(1 + l*C)
+};
+
+// A receptor on one cell. Its response is the value of its class's field in that cell.
+struct Site {
+    Quantity type = Quantity::sa1; // sa1, sa2, fa1 or fa2
+    Cell cell;                     // inside the grid
+};
+
+// Receptors per cm2. Default: the human fingertip, after Johansson and Vallbo (1979); see host/lab/scenes/fingertip.md.
+struct Density {
+    double sa1 = 70, sa2 = 10, fa1 = 140, fa2 = 25; // >= 0
+};
+// Draws round(density*area) receptors of each class, class by class, each from all cells with equal probability. A seed
+// gives the same sites on every machine. Grid::spacing is required. Throws Error::bad_input.
+DERMIS_API std::vector<Site> population(const Grid&, const Density& = {}, unsigned long long seed = 1);
+
+struct SkinDescription {
+    Grid grid;
+    Surface surface;
+    Material material;
+    std::optional<Stencil> stencil; // default five_point, with Method::published published
+    std::optional<Edges> edges;     // default mirror, with Method::published published
+    Receptors receptors;
+    std::vector<Site> sites;
+};
+
+// A figure by which a user judges whether numbers can mean skin, and the range in which they can.
+struct Figure {
+    double value = std::nan(""); // NaN: not known
+    double least = 0, greatest = HUGE_VAL;
+    bool outside() const { return value < least || value > greatest; } // false where the value is not known
+};
+
+// What the numbers of a skin mean. In a scene without Grid::spacing strains and times have no range.
+struct Report {
+    Figure strain;      // greatest |eps| of the traces' extremes or of a Skin's state: indentation over thickness; 0..1
+    Figure indentation; // m: thickness*strain; 0..thickness
+    Figure gain;        // greatest |l*C|; 0..1, above which responses can change sign
+    Figure cells_per_ridge; // infinite where the surface has no ridges of its own; from 8 on
+    // s, 1e-4..20: of elements in series each, else the least and the greatest of all cells. Springs and dashpots have
+    // none.
+    std::vector<Figure> retardation_times;
+    // The responses that have in some cell another sign than what they answer to, because 1 + l*C is negative there; as
+    // far as extremes of the traces show it, beyond 1e-4 of the response's greatest value.
+    std::vector<Quantity> sign_changed;
+};
+} // namespace dermis

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: MIT
+// A scene: a skin, the load on it over time, and what is asked for.
+#pragma once
+
+#include <dermis/description.hpp>
+
+namespace dermis {
+
+// exact: the closed-form solution of each step, at any step length. euler .. sdirk2: one-step baselines for comparison,
+// which hold the load over a step and are constants of the same kernel. published: forward Euler with the published
+// study's stencil, edges, SA2 as a running sum and FA2 as a central difference.
+enum class Method { exact, euler, rk2, rk4, backward_euler, crank_nicolson, sdirk2, published };
+DERMIS_API const char* name(Method) noexcept;
+
+// The models by which a result is computed. Any two that can serve a scene agree on it.
+//   moments   all means, extremes and probes from three means and a hull   exact for one retardation time under map x
+//   maps      the same, and fields in one pass each                        envelope, and linear fa2_gains; in double
+//   sites     receptors with their stencil's cells alone, no traces        any material and load; in double
+//   march     every cell, from output to output                            any
+enum class Model { moments, maps, sites, march };
+DERMIS_API const char* name(Model) noexcept;
+
+// The load over time: the pressure is map*intensity*g(t), and 0 before t = 0.
+//   step   1 from start on                                       ramp   0 at start to 1 at start + rise, then 1
+//   sine   mean + amplitude*sin(2 pi frequency t + phase)        pulse  1 for length from start, start + period ..
+//   table  linear between (times, values), 0 before the first, the last held; a time given twice is a jump
+struct Envelope {
+    enum class Kind { step, ramp, sine, pulse, table } kind = Kind::step;
+    double start = 0;                  // s, >= 0
+    double rise = 1;                   // s, > 0
+    double frequency = 1, phase = 0;   // Hz, > 0; rad
+    double mean = 0, amplitude = 1;    // finite
+    double length = 0.5, period = 1;   // s, > 0; period > length
+    std::vector<double> times, values; // s, ascending, >= 0; finite
+};
+
+// circular: 1 - r/radius. linear: 1 - |y - center.y|/radius. point: a unit impulse smoothed by a Gaussian of radius/4.
+// sequence: frames of a continuous pressure, linear from one to the next, in place of map and envelope. Frame 0 acts on
+// a skin at rest at t = 0, the last is held. FA2 is then the mean over a step unless Receptors::fa2 says otherwise.
+struct Load {
+    enum class Kind { circular, point, linear, map, sequence } kind = Kind::circular;
+    std::optional<Cell> center; // default width/2, height/2; inside the grid
+    std::optional<int> radius;  // cells, >= 1; default min(width, height)/4, at least 1
+    double intensity = 1;       // Pa, any finite number; multiplies maps too
+    Map map;                    // Kind::map: width*height finite pressures
+    Envelope envelope;
+    std::string path;               // Kind::sequence: a .npy file of shape (frames, height, width), read frame by frame
+    std::optional<double> interval; // Kind::sequence: s between frames, > 0
+};
+
+// Outputs are at 0, step, 2 step ..; there are ceil(duration/step - 1e-9) of them.
+struct Time {
+    double step = 0.01;   // s, > 0
+    double duration = 10; // s, >= step
+};
+
+struct FieldRequest {
+    double at = 0; // s, 0..duration
+    std::vector<Quantity> what;
+};
+
+struct Output {
+    std::vector<Quantity> traces = {Quantity::strain, Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2};
+    std::vector<Cell> probes; // inside the grid
+    std::vector<FieldRequest> fields;
+    bool extremes = true; // min and max of each trace; without them Model::moments takes half the time
+};
+
+struct Scene : SkinDescription {
+    // Default: the cheapest that serves the scene; march if a Vulkan device, Precision::f32 or a check is asked for.
+    std::optional<Model> model;
+    // Default: chosen with the model. RunOptions::precision overrides it.
+    std::optional<Precision> precision;
+    // The greatest |X - X_exact| over all numbers of an output, divided by the greatest |X_exact| over all cells and
+    // over all times of rows and of fields, of each output that is asked for; > 0. A class of sites is an output of its
+    // own, whose cells are those of its sites. FA2 is measured before fa2_gains, times the greater |gain|. X_exact has
+    // no error in time or arithmetic on the grid, maps and load as given, but for breakpoints, frames and fields within
+    // 4 ulp of a row's time, which are at that time. An output that is nowhere above 2^-64 in float, or 2^-340 in
+    // double, counts as 0. If given, the tolerance always binds: a run that cannot promise it is refused, naming what
+    // can be had. Default: 1e-4, for a free choice.
+    std::optional<double> tolerance;
+    Method method = Method::exact;
+    bool allow_unstable = false; // run an explicit method beyond its stability limit
+    Load load;
+    Time time;
+    Output output;
+
+    // Reads a TOML file (host/lab/scenes/README.md lists the keys); paths in it are relative to it. Each of `overrides`
+    // is "key=value" and replaces a key. The file is a regular file of at most 64 MiB. Throws Error::bad_input with
+    // file, line, key, value and allowed range.
+    DERMIS_API static Scene from_file(const std::string& path, const std::vector<std::string>& overrides = {});
+    // Reads the same from a text of at most 64 MiB. Paths in it are relative to `folder`, which is by default the
+    // working directory. Errors say "scene" in place of a file.
+    DERMIS_API static Scene from_string(const std::string& text, const std::vector<std::string>& overrides = {},
+                                        const std::string& folder = {});
+};
+
+// A human fingertip to begin with: 1 cm2 of ridged skin in metres, of a material with three decades of relaxation
+// times. Each number stands with its source in host/lab/scenes/fingertip.md, and each can be changed. The load is left
+// to the caller; receptors are population(scene.grid).
+DERMIS_API Scene fingertip();
+
+} // namespace dermis
