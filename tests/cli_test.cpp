@@ -26,6 +26,8 @@ TEST_CASE("dermis run writes traces, impulses, fields and a summary") {
         CHECK(o.err.empty());
         CHECK(o.out.find(" 0 different") != std::string::npos);
         CHECK(o.out.find("tau = 0.649351 s, z = dt/tau = 0.0154") != std::string::npos);
+        CHECK(o.out.find("\ngreatest SA1 ") < o.out.find("\ngreatest FA1 "));
+        CHECK(o.out.rfind("\nopen first: " + (out / "traces.csv").string() + "\n") == o.out.rfind("\nopen first: "));
         const Columns traces = read_csv((out / "traces.csv").string());
         CHECK(traces.at("time").size() == 10);
         CHECK(traces.count("strain_mean") + traces.count("fa2_max") + traces.count("sa1_probe0") == 3);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The files of a run and its warnings.
+#include "host/lab/output/greatest.hpp"
 #include "host/lab/output/warnings.hpp"
 #include "tests/command.hpp"
 #include "tests/support.hpp"
@@ -203,4 +204,20 @@ TEST_CASE("400 runs over one map of 2 MB are planned in the memory of 2") {
     const double two = peak("1:2:2"), all = peak("1:2:400");
     MESSAGE(two, " and ", all, " bytes");
     CHECK(all < two + 2e7);
+}
+
+TEST_CASE("a run ends with the greatest response of each class and its time, of a receptor with its cell") {
+    Scene s;
+    Result r;
+    r.time = {0, 0.5, 1};
+    CHECK(output::greatest_responses(s, r).empty());
+    r.traces = {{.quantity = Quantity::strain, .mean = {0, 9, 0}, .min = {0, 9, 0}, .max = {0, 9, 0}},
+                {.quantity = Quantity::sa1, .mean = {0, 1, 1}, .min = {0, -3, -1}, .max = {0, 2, 2.5}},
+                {.quantity = Quantity::sa2, .mean = {0, 1, 1}}};
+    CHECK(output::greatest_responses(s, r) == std::vector<std::string>{"greatest SA1 -3 at 0.5 s"});
+    s.sites = {{Quantity::sa2, {3, 4}}, {Quantity::fa2, {5, 6}}, {Quantity::fa2, {7, 8}}};
+    r.responses = {0, 0, 0, 0.25, 10, -20, 0.125, 0, 15};
+    CHECK(output::greatest_responses(s, r) ==
+          std::vector<std::string>{"greatest SA1 -3 at 0.5 s, SA2 0.25 s at 0.5 s in cell [3, 4]",
+                                   "greatest FA2 -20 1/s^2 at 0.5 s in cell [7, 8]"});
 }

@@ -2,6 +2,7 @@
 """The package as it is installed, and the tutorial."""
 import ast
 import inspect
+import os
 import pathlib
 import re
 import subprocess
@@ -31,6 +32,12 @@ def test_everything_public_says_what_it_is():
     for thing in (getattr(module, name) for module in (dermis, dermis.contact) for name in module.__all__):
         if callable(thing) or inspect.ismodule(thing):
             assert thing.__doc__, thing
+
+
+def test_the_python_of_the_front_page_draws_its_picture(tmp_path):
+    (code,) = re.findall(r"```python\n(.*?)```", (TOP / "README.md").read_text(), re.DOTALL)
+    subprocess.run([sys.executable, "-c", code], cwd=tmp_path, env={**os.environ, "MPLBACKEND": "agg"}, check=True)
+    assert (tmp_path / "touch.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_the_tutorial_prints_what_stands_beside_it():

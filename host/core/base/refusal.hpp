@@ -3,15 +3,10 @@
 #pragma once
 
 #include "dermis/description.hpp"
+#include "host/core/base/finite.hpp"
 #include "host/core/base/text.hpp"
 
-#include <bit>
-#include <cstdint>
-
 namespace dermis::scene {
-
-// Tests the bits of the exponent, so that no compiler flag about NaN and infinity changes the result.
-inline bool finite(double x) { return (std::bit_cast<uint64_t>(x) >> 52 & 0x7ff) != 0x7ff; }
 
 // Returns "[x, y]" of a cell in a map.
 inline std::string cell_text(size_t i, int width) {

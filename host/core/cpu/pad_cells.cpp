@@ -54,8 +54,8 @@ PadCells::PadCells(const plan::StreamedSkin& s, int threads, const simd::Isa& is
     workers_.resize(size_t(threads));
     for (Worker& w : workers_) {
         int place = 0;
-        for (Plane<float>* plane : {&w.signals[0], &w.signals[1], &w.strain, &w.along})
-            *plane = Plane<float>(pitch_ + PITCH_CELLS, ++place);
+        for (Plane<float>& signal : w.signals) signal = Plane<float>(pitch_ + PITCH_CELLS, ++place);
+        for (Plane<float>* plane : {&w.strain, &w.along}) *plane = Plane<float>(pitch_ + PITCH_CELLS, ++place);
         for (size_t r = 0; of_fields_ && r < RESPONSE_MAPS; ++r) w.fields[r] = Plane<float>(pitch_, ++place);
     }
 }
@@ -84,14 +84,21 @@ void PadCells::press(int thread, int pad, const Press& p) {
                                   .table = p.table,
                                   .from = row,
                                   .to = row,
-                                  .signal = {worker.signals[0].data(), worker.signals[1].data()}};
+                                  .signal = {}};
+    for (size_t s = 0; s < STEP_SIGNALS; ++s) a.signal[s] = worker.signals[s].data();
     loops_.advance(a, c);
     if (!of_cells_) return answer(worker, row, p, c);
     float* strain = worker.strain.data(); // a chain's stands here already
     if (variant_.chain.length == 1) std::copy_n(row.strain, cells_, strain);
     strain[cells_] = 0;
-    of_cells_->read(strain, {strain, row.value[simd::sum_integral], worker.signals[0].data(), worker.signals[1].data()},
-                    c, p.response);
+    of_cells_->read(strain, signals_of(worker, row, strain, 0), c, p.response);
+}
+
+std::array<const float*, RESPONSE_MAPS> PadCells::signals_of(const Worker& worker, const simd::StateRow<float>& row,
+                                                             const float* strain, size_t cell) {
+    std::array<const float*, RESPONSE_MAPS> of = {strain + cell, row.value[simd::sum_integral] + cell};
+    for (size_t s = 0; s < STEP_SIGNALS; ++s) of[QUANTITY_FA1 - QUANTITY_SA1 + s] = worker.signals[s].data() + cell;
+    return of;
 }
 
 void PadCells::answer(const Worker& worker, const simd::StateRow<float>& row, const Press& p,
@@ -112,12 +119,12 @@ simd::RespondArguments<f32> PadCells::respond_arguments(const Worker& worker, co
         .last = run.rows * width_,
         .strain = simd::neighbours<float>(run.first, width_, height_, stencil_, edges_,
                                           [&](int y) { return row.strain + size_t(y) * size_t(width_); }),
-        .signal = {row.strain + at, row.value[simd::sum_integral] + at, worker.signals[0].data() + at,
-                   worker.signals[1].data() + at},
+        .signal = {},
         .rest_curvature = rest_curvature_.data() + at,
         .response = {},
         .streams = false,
         .tiles = {}};
+    std::ranges::copy(signals_of(worker, row, row.strain, at), r.signal);
     r.strain.along = worker.along.data() + at;
     for (size_t i = 0; i < RESPONSE_MAPS; ++i) r.response[i] = p.response[i] ? p.response[i] + at : nullptr;
     return r;

@@ -55,6 +55,9 @@ class PadCells {
     void answer(const Worker&, const simd::StateRow<float>&, const Press&, const f32::Constants&) const;
     simd::RespondArguments<f32> respond_arguments(const Worker&, const simd::StateRow<float>&, const Press&,
                                                   const Run&) const;
+    // The signal of each response from a cell on; the strain is that of the cells.
+    static std::array<const float*, RESPONSE_MAPS> signals_of(const Worker&, const simd::StateRow<float>&,
+                                                              const float* strain, size_t cell);
     // Calls f(first number, its place in a saved state in bytes, bytes) for each run of numbers that a state holds.
     template <class F> void each_run(int pad, F f) const;
 

@@ -317,7 +317,7 @@ bool SkinProgram::Impl::ascend(const Pads& pads) const noexcept {
 Recorded SkinProgram::Impl::record(VkCommandBuffer commands, Binding binding, const Recorder::Press& press,
                                    const Timestamps& stamps, Recording* own) const {
     for (size_t i = 0; i < (press.dt.each ? press.pads.count : 1); ++i)
-        if (!scene::finite(press.dt[i]) || press.dt[i] < 0) return {"dt is not a finite number >= 0"};
+        if (!finite(press.dt[i]) || press.dt[i] < 0) return {"dt is not a finite number >= 0"};
     PressTable table;
     if (!recorder.fill(table, press)) return {"dt: a coefficient of the step is beyond 3.4e38"};
     const VolkDeviceTable& vk = device.calls;

@@ -32,7 +32,7 @@ f64::Coefficients exact_coefficients(const Element& m, const ResponseRule& rule,
 bool round_to_float(const f64::Coefficients& k, f32::Coefficients& to) {
     to = rounded<f32>(k);
     bool all = true;
-#define CHECK_FINITE(name) all = all && scene::finite(double(to.name));
+#define CHECK_FINITE(name) all = all && finite(double(to.name));
     COEFFICIENTS(CHECK_FINITE)
 #undef CHECK_FINITE
     return all;

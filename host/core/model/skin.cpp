@@ -131,6 +131,14 @@ void find_materials(PreparedSkin& skin) {
     find_parts(skin);
 }
 
+static_assert(int(Stencil::five_point) == STENCIL_FIVE_POINT && int(Stencil::fourth_order) == STENCIL_FOURTH_ORDER &&
+              int(Stencil::published) == STENCIL_PUBLISHED);
+static_assert(int(Edges::mirror) == EDGES_MIRROR && int(Edges::periodic) == EDGES_PERIODIC &&
+              int(Edges::published) == EDGES_PUBLISHED);
+static_assert(int(Quantity::strain) == QUANTITY_STRAIN && int(Quantity::sa1) == QUANTITY_SA1 &&
+              int(Quantity::sa2) == QUANTITY_SA2 && int(Quantity::fa1) == QUANTITY_FA1 &&
+              int(Quantity::fa2) == QUANTITY_FA2);
+
 } // namespace
 
 PreparedSkin prepare_skin(const SkinDescription& d, int threads, int pitch_cells) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "host/core/model/streamed_skin.hpp"
 
+#include "host/core/base/finite.hpp"
 #include "host/core/base/refusal.hpp"
 #include "host/core/model/laplacian.hpp"
 #include "host/core/model/site_cells.hpp"
@@ -14,7 +15,7 @@ namespace {
 constexpr size_t field_alignment = 64; // floats: 256 bytes, the greatest offset alignment that Vulkan allows
 
 void need_float(const char* parameter, double v) {
-    scene::need(scene::finite(double(float(v))), parameter, v, "up to 3.4e38 for a skin in float");
+    scene::need(finite(double(float(v))), parameter, v, "up to 3.4e38 for a skin in float");
 }
 
 // Checks elements, those of each cell one after another, of a skin with these responses.
@@ -30,7 +31,7 @@ void check_elements(const std::vector<Element>& elements, const Chain& chain, co
 void check_float(const PreparedSkin& skin) {
     const auto need = need_float;
     const f64::Constants& c = skin.constants;
-    scene::need(scene::finite(double(float(c.bend))), "grid.spacing", skin.spacing(),
+    scene::need(finite(double(float(c.bend))), "grid.spacing", skin.spacing(),
                 "material.thickness/spacing^2 up to 3.4e38 for a skin in float");
     need("material.curvature_length", c.curvature_length);
     for (double gain : {c.gain_plus, c.gain_minus}) need("receptors.fa2_gains", gain);
@@ -176,27 +177,17 @@ StateLayout state_layout_of(const StreamedSkin& s) {
             .pressure = s.skin.cells()};
 }
 
-namespace {
-
-// All ones where a number is not finite: as many bits as the number has, so that loops over both vectorise.
-uint32_t not_finite(float x) {
-    constexpr uint32_t exponent = 0x7f800000;
-    return (std::bit_cast<uint32_t>(x) & exponent) == exponent ? ~uint32_t(0) : 0;
-}
-
-} // namespace
-
 bool copy_rows(const PressureCopy& copy, int first, int last) {
-    uint32_t wrong = 0; // no early exit, so that the loop vectorises
+    uint32_t joined = 0; // no early exit, so that the loop vectorises
     for (size_t y = size_t(first); y < size_t(last); ++y) {
         const float* from = copy.from + y * copy.stride;
         float* to = copy.to + y * copy.pitch;
         for (size_t x = 0; x < copy.width; ++x) {
-            wrong |= not_finite(from[x]);
+            joined |= not_finite(std::bit_cast<uint32_t>(from[x]));
             to[x] = from[x];
         }
     }
-    return wrong == 0;
+    return !any_not_finite(joined);
 }
 
 bool all_bits_zero(const float* numbers, size_t count) {
@@ -207,7 +198,7 @@ bool all_bits_zero(const float* numbers, size_t count) {
 
 bool fill_table(std::span<const Element> materials, const Chain& chain, const ResponseRule& rule, double dt,
                 f32::Coefficients* table) {
-    if (!scene::finite(double(float(dt)))) return false;
+    if (!finite(double(float(dt)))) return false;
     std::array<f64::Coefficients, scene::most_in_series> k;
     for (size_t i = 0; i < materials.size(); i += chain.length) {
         for (size_t e = 0; e < chain.length; ++e) k[e] = exact_coefficients(materials[i + e], rule, dt);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 // dermis::Skin: frames in, responses out, on the CPU or on a device.
+#include "host/core/base/finite.hpp"
 #include "host/core/base/float_environment.hpp"
+#include "host/core/base/hash.hpp"
 #include "host/core/base/memory.hpp"
 #include "host/core/base/refusal.hpp"
 #include "host/core/model/felt.hpp"
@@ -25,10 +27,10 @@ constexpr char state_magic[8] = {'d', 'e', 'r', 'm', 'i', 's', 's', 't'};
 
 // FNV-1a of the sites that read cells.
 uint32_t hash_of(const std::vector<Site>& sites) {
-    uint32_t hash = 2166136261u;
+    uint32_t hash = fnv1a_32;
     for (const Site& site : sites)
         for (const int n : {int(site.type), site.cell.x, site.cell.y})
-            for (int i = 0; i < 4; ++i) hash = (hash ^ (uint32_t(n) >> (8 * i) & 255)) * 16777619u;
+            for (int i = 0; i < 4; ++i) hash = fnv1a(hash, static_cast<unsigned char>(uint32_t(n) >> (8 * i)));
     return sites.empty() ? 0 : hash;
 }
 
@@ -74,13 +76,13 @@ void check_header(const StateHeader& saved, const StateHeader& own) {
 
 // Whether floats at any address are finite.
 bool all_finite(const char* floats, size_t count) {
-    uint32_t carries = 0; // an exponent of all ones carries into the sign, and no other does
+    uint32_t joined = 0;
     for (size_t i = 0; i < count; ++i) {
         uint32_t bits;
         std::memcpy(&bits, floats + i * sizeof bits, sizeof bits);
-        carries |= (bits & 0x7f800000u) + 0x00800000u;
+        joined |= not_finite(bits);
     }
-    return carries >> 31 == 0;
+    return !any_not_finite(joined);
 }
 
 } // namespace
@@ -199,7 +201,7 @@ plan::PadList Skin::Impl::list_of(const Pads& pads) {
 void Skin::Impl::press(const float* pressure, size_t numbers, const plan::StepLengths& dt, const plan::PadList& pads) {
     // Only on failure: need_not_negative() builds its message first, which allocates.
     for (size_t i = 0; i < (dt.each ? pads.count : 1); ++i)
-        if (!scene::finite(dt[i]) || dt[i] < 0) scene::need_not_negative("dt", dt[i]);
+        if (!finite(dt[i]) || dt[i] < 0) scene::need_not_negative("dt", dt[i]);
     if (numbers != pads.count * cells())
         scene::refuse("pressure", std::to_string(numbers) + " cells",
                       (count > 1 ? std::to_string(pads.count) + " pads of " : "") +
@@ -213,7 +215,7 @@ void Skin::Impl::press(const float* pressure, size_t numbers, const plan::StepLe
 void Skin::Impl::refuse_pressure(const float* pressure, const plan::PadList& pads) const {
     for (size_t k = 0; k < pads.count; ++k)
         for (size_t i = 0; i < cells(); ++i, ++pressure)
-            if (!scene::finite(double(*pressure)))
+            if (!finite(double(*pressure)))
                 scene::refuse("pressure",
                               shortest(double(*pressure)) + " in cell " + scene::cell_text(i, int(width)) +
                                   (count > 1 ? " of pad " + std::to_string(pads[k]) : ""),

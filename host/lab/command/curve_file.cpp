@@ -40,7 +40,7 @@ struct Line {
         double x = 0;
         const char* end = word.data() + word.size();
         const auto [stopped, error] = std::from_chars(word.data() + (word[0] == '+'), end, x);
-        if (error != std::errc() || stopped != end || !scene::finite(x)) refuse(name, "\"" + word + "\"", allowed);
+        if (error != std::errc() || stopped != end || !finite(x)) refuse(name, "\"" + word + "\"", allowed);
         return x;
     }
 };

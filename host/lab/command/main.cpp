@@ -8,6 +8,7 @@
 #include "host/lab/command/sweep.hpp"
 #include "host/lab/march/self_test.hpp"
 #include "host/lab/output/earlier.hpp"
+#include "host/lab/output/greatest.hpp"
 #include "host/lab/output/warnings.hpp"
 #include "host/lab/scenes/nearest.hpp"
 #include "host/lab/scenes/scene.hpp"
@@ -201,7 +202,9 @@ int run_scene(const Arguments& a) {
     if (!std::isnan(r.measured_error)) fmt::print(", measured in some cells {:.2g}", r.measured_error);
     if (!std::isnan(r.predicted_error)) fmt::print("\n");
     if (a.check) fmt::print("{} cells compared, {} different\n", r.cells_compared, r.cells_different);
-    fmt::print("{}\n", (out / "traces.csv").string());
+    for (const std::string& line : output::greatest_responses(scene, r)) fmt::print("{}\n", line);
+    const char* first = r.traces.empty() && !r.responses.empty() ? "receptors.csv" : "traces.csv";
+    fmt::print("open first: {}\n", (out / first).string());
     const bool wrong = r.measured_error > r.predicted_error;
     if (wrong) fmt::print(stderr, "dermis: the measured error is above the prediction: these results are wrong\n");
     return wrong || r.cells_different ? 1 : 0;

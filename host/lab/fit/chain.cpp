@@ -119,7 +119,7 @@ void check(const std::vector<KelvinVoigt>& chain) {
 
 // Refuses a result that a double does not hold.
 double representable(const char* result, Real x) {
-    need(scene::finite(double(x)) && double(x) > 0, result, double(x),
+    need(finite(double(x)) && double(x) > 0, result, double(x),
          "a number in the range of double; other units may help");
     return double(x);
 }

@@ -89,7 +89,7 @@ Problem checked(Test test, const std::vector<double>& times, const std::vector<d
         need_moderate(time, times[i]);
         const std::string value = name + "[" + std::to_string(i) + "]";
         if (residual == Residual::relative)
-            scene::need(scene::finite(values[i]) && values[i] > 0, value.c_str(), values[i],
+            scene::need(finite(values[i]) && values[i] > 0, value.c_str(), values[i],
                         "a finite number > 0; any finite number with an absolute residual");
         scene::need_finite(value.c_str(), values[i]);
         need_moderate(value, values[i]);

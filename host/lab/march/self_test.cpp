@@ -13,7 +13,7 @@ namespace {
 
 void compare(SelfTest::Kernel& kernel, double device, double cpu) {
     const auto bits = std::bit_cast<uint64_t>(device);
-    for (int i = 0; i < 8; ++i) kernel.hash = (kernel.hash ^ (bits >> (8 * i) & 255)) * 1099511628211u;
+    for (int i = 0; i < 8; ++i) kernel.hash = fnv1a(kernel.hash, static_cast<unsigned char>(bits >> (8 * i)));
     ++kernel.values;
     kernel.different += bits != std::bit_cast<uint64_t>(cpu);
 }

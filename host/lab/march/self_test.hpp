@@ -2,6 +2,7 @@
 // Tests whether every kernel of a backend computes the CPU path's bits.
 #pragma once
 
+#include "host/core/base/hash.hpp"
 #include "host/core/model/stream.hpp"
 
 #include <algorithm>
@@ -14,7 +15,7 @@ namespace dermis {
 struct SelfTest {
     struct Kernel {
         const char* name;
-        uint64_t hash = 14695981039346656037u; // FNV-1a of the backend's values
+        uint64_t hash = fnv1a_64; // FNV-1a of the backend's values
         long long values = 0, different = 0;
     };
     enum { press, fields, reduce, sites };

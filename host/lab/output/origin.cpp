@@ -53,7 +53,7 @@ std::string listed(const std::vector<Contents>& files) {
 
 void Contents::add(const char* more, size_t count) {
     bytes += count;
-    for (size_t i = 0; i < count; ++i) hash = (hash ^ static_cast<unsigned char>(more[i])) * 1099511628211u;
+    for (size_t i = 0; i < count; ++i) hash = fnv1a(hash, static_cast<unsigned char>(more[i]));
 }
 
 Contents contents_of(const Path& path) {

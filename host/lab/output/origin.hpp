@@ -3,6 +3,7 @@
 #pragma once
 
 #include "dermis/dermis.hpp"
+#include "host/core/base/hash.hpp"
 
 #include <cstdint>
 #include <filesystem>
@@ -14,7 +15,7 @@ namespace dermis::output {
 // A file that a run reads or writes, by its name and what it holds.
 struct Contents {
     std::string name;
-    uint64_t bytes = 0, hash = 14695981039346656037u; // FNV-1a of the bytes
+    uint64_t bytes = 0, hash = fnv1a_64; // FNV-1a of the bytes
     void add(const char* more, size_t count);
 };
 // Throws Error::io where the file cannot be read.

@@ -47,14 +47,14 @@ planner::Request request_of(const Scene& scene, const Device& device, const RunO
             .tolerance = scene.tolerance,
             .baseline = scene.method != Method::exact,
             .check = options.check,
-            .on_device = device.impl().asked && !plan::capabilities_of(*device.impl().backend).f64};
+            .on_device = device.impl().asked && device.info().vulkan};
 }
 
 Explanation explanation_of(const plan::PreparedRun& run, const Scene& scene, const Device& device,
                            const RunOptions& options, bool everything, std::optional<planner::Peaks>& peaks) {
     const plan::Capabilities opened = plan::capabilities_of(*device.impl().backend);
-    const planner::Backends backends{opened,
-                                     opened.f64 ? opened : plan::capabilities_of(*Device::cpu().impl().backend)};
+    const planner::Backends backends{
+        opened, !device.info().vulkan ? opened : plan::capabilities_of(*Device::cpu().impl().backend)};
     return planner::choose(run.skin, run.schedule, request_of(scene, device, options), backends, everything, peaks);
 }
 
@@ -74,7 +74,7 @@ Choice choice_of(const plan::PreparedRun& run, const Scene& scene, const Device&
     c.explanation = explanation_of(run, scene, device, options, everything, c.peaks);
     if (!device.impl().put_off || c.taken().model != Model::march || c.taken().precision == Precision::f64) return c;
     c.device = device.impl().best();
-    if (plan::capabilities_of(*c.device.impl().backend).f64) return c;
+    if (!c.device.info().vulkan) return c;
     c.explanation = explanation_of(run, scene, c.device, options, everything, c.peaks);
     return c;
 }
@@ -97,11 +97,11 @@ Decided decided(const Scene& validated, plan::PreparedRun&& run, const Device& w
     const Choice choice = choice_of(run, validated, wanted, options, false);
     const Candidate& taken = choice.taken();
     const Device& device = choice.device;
-    const bool march = taken.model == Model::march, f64 = plan::capabilities_of(*device.impl().backend).f64;
+    const bool march = taken.model == Model::march;
     Decided d{.scene = validated,
               .run = std::move(run),
               .decision = taken,
-              .device = !f64 && (!march || taken.precision == Precision::f64) ? Device::cpu() : device,
+              .device = device.info().vulkan && (!march || taken.precision == Precision::f64) ? Device::cpu() : device,
               .moments = {},
               .witness = {}};
     d.run.schedule.points.resize(d.run.schedule.output.probes.size() + d.run.skin.description.sites.size());

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: MIT
+// Tests the bits of the exponent, so that no compiler flag about NaN and infinity changes the result.
+#pragma once
+
+#include <bit>
+#include <cstdint>
+#include <cstring>
+
+namespace dermis {
+
+inline bool finite(double x) { return (std::bit_cast<uint64_t>(x) >> 52 & 0x7ff) != 0x7ff; }
+
+// The sign bit is set where the bits of a float are those of an infinity or a NaN: an exponent of all ones carries into
+// the sign, and no other does. Loops that join these bits by `or` vectorise.
+inline uint32_t not_finite(uint32_t bits) { return (bits & 0x7f800000u) + 0x00800000u; }
+inline bool any_not_finite(uint32_t joined) { return joined >> 31 != 0; }
+
+} // namespace dermis
