@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Scene -> skin and schedule -> decision -> stepper -> Result.
+// Prepare, decide, open, decide again, realise, step: a scene becomes a Result.
 #include "dermis/run.hpp"
 #include "host/core/base/float_environment.hpp"
 #include "host/core/base/memory.hpp"
@@ -41,46 +41,54 @@ using SharedMoments = std::shared_ptr<const reduced::Moments>;
 
 int threads_of(const Device& device) { return device.impl().backend->threads(); }
 
-planner::Request request_of(const Scene& scene, const Device& device, const RunOptions& options) {
-    return {.model = scene.model,
-            .precision = options.precision ? options.precision : scene.precision,
-            .tolerance = scene.tolerance,
-            .baseline = scene.method != Method::exact,
-            .check = options.check,
-            .on_device = device.impl().asked && device.info().vulkan};
+// A validated scene with its skin and schedule.
+struct Prepared {
+    Scene scene;
+    plan::PreparedRun run;
+    SharedMoments moments; // of the same maps, if they have been made already
+};
+
+Prepared prepared(const Scene& scene, const Device& device, bool check) {
+    const scene::ValidatedScene validated = scene::validate(scene);
+    return {validated.scene, plan::prepare_run(validated, check, threads_of(device)), {}};
 }
 
-Explanation explanation_of(const plan::PreparedRun& run, const Scene& scene, const Device& device,
-                           const RunOptions& options, bool everything, std::optional<planner::Peaks>& peaks) {
-    const plan::Capabilities opened = plan::capabilities_of(*device.impl().backend);
-    const planner::Backends backends{
-        opened, !device.info().vulkan ? opened : plan::capabilities_of(*Device::cpu().impl().backend)};
-    return planner::choose(run.skin, run.schedule, request_of(scene, device, options), backends, everything, peaks);
-}
-
-// An explanation, and the device that it holds for.
-struct Choice {
+// How a run is computed: everything that could serve, what is taken, and the device that this holds for.
+struct Decision {
     Explanation explanation;
     Device device;
     std::optional<planner::Peaks> peaks; // what errors are relative to, where one was bounded
 
     const Candidate& taken() const { return explanation.candidates[explanation.chosen]; }
+    bool marches_in_float() const { return taken().model == Model::march && taken().precision != Precision::f64; }
 };
 
-// Opens a device that was put off where a march in float is taken, and chooses again if that is no CPU path.
-Choice choice_of(const plan::PreparedRun& run, const Scene& scene, const Device& device, const RunOptions& options,
-                 bool everything) {
-    Choice c{.explanation = {}, .device = device, .peaks = {}};
-    c.explanation = explanation_of(run, scene, device, options, everything, c.peaks);
-    if (!device.impl().put_off || c.taken().model != Model::march || c.taken().precision == Precision::f64) return c;
-    c.device = device.impl().best();
-    if (!c.device.info().vulkan) return c;
-    c.explanation = explanation_of(run, scene, c.device, options, everything, c.peaks);
-    return c;
+// Changes and opens nothing.
+Decision decide(const Prepared& p, const Device& device, const RunOptions& options, bool everything) {
+    const planner::Request request{.model = p.scene.model,
+                                   .precision = options.precision ? options.precision : p.scene.precision,
+                                   .tolerance = p.scene.tolerance,
+                                   .baseline = p.scene.method != Method::exact,
+                                   .check = options.check,
+                                   .on_device = device.impl().asked && device.info().vulkan};
+    const plan::Capabilities opened = plan::capabilities_of(*device.impl().backend);
+    const planner::Backends backends{opened, device.info().vulkan ? plan::capabilities_of(*Device::cpu().impl().backend)
+                                                                  : opened};
+    Decision d{.explanation = {}, .device = device, .peaks = {}};
+    d.explanation = planner::choose(p.run.skin, p.run.schedule, request, backends, everything, d.peaks);
+    return d;
 }
 
-// A run with its model, precision and device decided.
-struct Decided {
+// Decides, opens a device that was put off where a march in float is taken, and decides again if that is no CPU path.
+Decision decided(const Prepared& p, const Device& device, const RunOptions& options, bool everything = false) {
+    Decision d = decide(p, device, options, everything);
+    if (!device.impl().put_off || !d.marches_in_float()) return d;
+    d.device = device.impl().best();
+    return d.device.info().vulkan ? decide(p, d.device, options, everything) : d;
+}
+
+// A run as it is computed.
+struct Realised {
     Scene scene; // validated
     plan::PreparedRun run;
     Candidate decision;
@@ -91,51 +99,44 @@ struct Decided {
     bool sites_alone() const { return decision.model == Model::sites; }
 };
 
-// moments: of the same maps, if they have been made already.
-Decided decided(const Scene& validated, plan::PreparedRun&& run, const Device& wanted, const RunOptions& options,
-                const SharedMoments& moments = nullptr) {
-    const Choice choice = choice_of(run, validated, wanted, options, false);
-    const Candidate& taken = choice.taken();
-    const Device& device = choice.device;
-    const bool march = taken.model == Model::march;
-    Decided d{.scene = validated,
-              .run = std::move(run),
-              .decision = taken,
-              .device = device.info().vulkan && (!march || taken.precision == Precision::f64) ? Device::cpu() : device,
-              .moments = {},
-              .witness = {}};
-    d.run.schedule.points.resize(d.run.schedule.output.probes.size() + d.run.skin.description.sites.size());
-    if (choice.explanation.binding && choice.peaks) d.witness = witness_of(d.run, taken, *choice.peaks);
+// The only place where a skin changes after it is prepared: fewer elements in series, parts and units.
+Realised realised(Prepared&& p, const Decision& d) {
+    const Candidate& taken = d.taken();
+    Realised r{.scene = std::move(p.scene),
+               .run = std::move(p.run),
+               .decision = taken,
+               .device = d.marches_in_float()     ? d.device
+                         : d.device.info().vulkan ? Device::cpu()
+                                                  : d.device,
+               .moments = {},
+               .witness = {}};
+    r.run.schedule.points.resize(r.run.schedule.output.probes.size() + r.run.skin.description.sites.size());
+    if (d.explanation.binding && d.peaks) r.witness = witness_of(r.run, taken, *d.peaks);
     if (!taken.reduced.empty()) {
-        Material fewer = d.run.skin.description.material;
+        Material fewer = r.run.skin.description.material;
         scene::take_chain(fewer, taken.reduced);
-        d.run.skin = with_material(std::move(d.run.skin), fewer);
+        r.run.skin = with_material(std::move(r.run.skin), fewer);
     }
-    if (march || !why_not_separable(d.run.skin, d.run.schedule).empty()) return d;
-    d.run = in_units(in_parts(std::move(d.run)));
-    const bool same_points = moments && moments->points.size() == d.run.schedule.points.size();
-    d.moments =
-        same_points ? moments : reduced::moments_of(d.run.skin, d.run.schedule, d.sites_alone(), threads_of(d.device));
-    return d;
+    if (taken.model == Model::march || !why_not_separable(r.run.skin, r.run.schedule).empty()) return r;
+    r.run = in_units(in_parts(std::move(r.run)));
+    const bool same_points = p.moments && p.moments->points.size() == r.run.schedule.points.size();
+    r.moments = same_points ? p.moments
+                            : reduced::moments_of(r.run.skin, r.run.schedule, r.sites_alone(), threads_of(r.device));
+    return r;
 }
 
-Decided decided(const Scene& scene, const Device& device, const RunOptions& options) {
-    const scene::ValidatedScene validated = scene::validate(scene);
-    return decided(validated.scene, plan::prepare_run(validated, options.check, threads_of(device)), device, options);
-}
-
-// The run of another material's elements over the same maps: chosen, bounded and refused by itself.
-Decided decided(Decided&& last, const Material& material, const Device& device, const RunOptions& options) {
+// The last run with another material's elements over the same maps: decided, bounded and refused by itself.
+Prepared prepared(Realised&& last, const Material& material) {
     scene::check_material(last.scene, material);
     scene::take_elements(last.scene.material, material);
     last.run.skin = with_material(std::move(last.run.skin), material);
-    return decided(last.scene, std::move(last.run), device, options, last.moments);
+    return {std::move(last.scene), std::move(last.run), last.moments};
 }
 
 // Takes the steps of one run and fills its Result.
 class Run {
   public:
-    Run(const Decided& d, const RunOptions& options)
+    Run(const Realised& d, const RunOptions& options)
         : d_(d), skin_(d.run.skin), schedule_(d.run.schedule), options_(options),
           collect_(result_, skin_, schedule_, !d.sites_alone()) {
         result_.model = d.decision.model;
@@ -243,7 +244,7 @@ class Run {
         result_.pressed_cells = std::count_if(pressure.begin(), pressure.end(), [](double p) { return p != 0; });
     }
 
-    const Decided& d_;
+    const Realised& d_;
     const plan::PreparedSkin& skin_;
     const plan::Schedule& schedule_;
     const RunOptions& options_;
@@ -275,7 +276,7 @@ SceneMaps maps(const Scene& scene) try {
 Explanation explain(const Scene& scene, const Device& device, const RunOptions& options) try {
     const DefaultFloats guard;
     const scene::Watch watch(options.progress);
-    return choice_of(plan::prepare_run(scene, false, threads_of(device)), scene, device, options, true).explanation;
+    return decided(prepared(scene, device, false), device, options, true).explanation;
 } catch (const std::bad_alloc&) {
     scene::out_of_memory([&] { return needs_of(scene); });
 }
@@ -283,8 +284,10 @@ Explanation explain(const Scene& scene, const Device& device, const RunOptions& 
 Result run(const Scene& scene, const Device& device, const RunOptions& options) try {
     const DefaultFloats guard;
     const scene::Watch watch(options.progress);
-    const Decided d = decided(scene, device, options);
-    return Run(d, options).take(nullptr);
+    Prepared p = prepared(scene, device, options.check);
+    const Decision d = decided(p, device, options);
+    const Realised r = realised(std::move(p), d);
+    return Run(r, options).take(nullptr);
 } catch (const std::bad_alloc&) {
     scene::out_of_memory([&] { return needs_of(scene); });
 }
@@ -294,7 +297,7 @@ std::vector<Result> run(const Scene& scene, const std::vector<Material>& materia
     const DefaultFloats guard;
     const scene::Watch watch(options.progress);
     std::vector<Result> results;
-    std::optional<Decided> last; // of the material before; its maps serve as long as no length and no map changes
+    std::optional<Realised> last; // of the material before; its maps serve as long as no length and no map changes
     for (size_t i = 0; i < materials.size(); ++i) {
         const Material &material = materials[i], &before = i ? materials[i - 1] : scene.material;
         const bool same_maps = last && material.thickness == before.thickness &&
@@ -302,13 +305,11 @@ std::vector<Result> run(const Scene& scene, const std::vector<Material>& materia
                                scene::is_uniform(material) && last->run.schedule.sequence == nullptr &&
                                (scene.receptors.fa2 || scene::has_spring(before) == scene::has_spring(material));
         const bool shared = same_maps && last->moments;
-        if (same_maps) {
-            last.emplace(decided(std::move(*last), material, device, options));
-        } else {
-            Scene with = scene;
-            with.material = material;
-            last.emplace(decided(with, device, options));
-        }
+        Scene with = scene;
+        with.material = material;
+        Prepared p = same_maps ? prepared(std::move(*last), material) : prepared(with, device, options.check);
+        const Decision d = decided(p, device, options);
+        last.emplace(realised(std::move(p), d));
         // The figures of the skin at the end are the first run's where both come from the same moments.
         const bool like_first = shared && last->moments && !results.empty() && !options.describe_each;
         results.push_back(Run(*last, options).take(like_first ? &results.front() : nullptr));
