@@ -104,6 +104,7 @@ void CountedArithmetic::press(const CountedStep* steps, size_t count, const Coun
         any_flushed = any_flushed || c.flushed;
         if (step.spring) {
             spring(step, p, c, n);
+            if (!bound) continue; // under an envelope its acceleration is in the first one's
             const Counted change = plus(n.spring_rate, -c.spring_rate);
             acceleration = plus(acceleration, times(factor(step, &C::a1, 1), change));
             continue;

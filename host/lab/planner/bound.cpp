@@ -200,6 +200,7 @@ class Analysis {
           last_(kind.compensated ? counted_unit(kind) : 0), l_(std::abs(skin.constants.curvature_length)),
           weight_(skin.constants.bend * weight_of(skin.stencil)), rest_(rest_peak(skin, schedule, !read.everything)),
           d_rest_(error_at_rest(skin, kind, rest_)), surface_(greatest_surface(skin)),
+          unit_(kind.separable ? plan::unit_of(schedule.pressure) : 1),
           units_of_mean_(units_of_mean(skin, schedule, kind)), units_of_gains_(units_of_gains(skin, kind)),
           written_(schedule, read), materials_(analysed(skin, schedule, kind, read)),
           rough_(roughness_of(
@@ -310,7 +311,8 @@ class Analysis {
                 const double error = q == QUANTITY_STRAIN ? of.off + stored + (kind_.separable ? u_ * run : 0)
                                                           : of.off * std::min(of.gain + bent, gain) + run * l_ * d_C +
                                                                 rounded + 2 * stored;
-                take(Quantity(q), greatest, kind_.single && !(x * gain < 3e38) ? INFINITY : error);
+                const double sum = x * gain * (written_.mean(run_.step(), Quantity(q)) ? double(skin_.cells()) : 1);
+                take(Quantity(q), greatest, sum < (kind_.single ? 3e38 : 1e308) ? error : INFINITY);
             }
         take_shape(strain, d_strain, d_C);
     }
@@ -339,8 +341,8 @@ class Analysis {
     // Returns how far pressures are off, relative to the greatest one: the map is rounded in double, and to float.
     double rounding_of(double peak, double share) const {
         const double units = kind_.separable || share < 1 || peak == 0 ? u_ : half_unit(peak) / peak;
-        constexpr double least_float = 0x1p-149; // a smaller pressure is rounded to a multiple of it
-        return units + (kind_.single ? 0x1p-53 + (peak > 0 ? least_float / peak : 0) : 0);
+        const double stored = (kind_.single ? 0x1p-149 : 0x1p-1074 * unit_) / peak; // a smaller one is a multiple of it
+        return units + (kind_.single ? 0x1p-53 : 0) + (peak > 0 ? stored : 0);
     }
 
     // The roundings of a response, the product of a signal x and its gain: of the curvature times a length, of the gain
@@ -364,6 +366,7 @@ class Analysis {
     const double u_;
     const double last_; // of a value: the last rounding, where earlier ones are compensated
     const double l_, weight_, rest_, d_rest_, surface_; // d_rest_: what L(S) is off by; surface_: greatest |S|
+    const double unit_;                                 // Pa: of the run's map
     const double units_of_mean_, units_of_gains_;
     const Written written_;
     const AnalysedMaterials materials_;

@@ -44,7 +44,8 @@ CountedLoad load_of_frames(const Schedule& schedule, const plan::Step& step, con
     const double to = std::min(share(schedule.frame_peaks, step.frame + 1), 1.0);
     const double change = step.rise == 0 ? 0 : std::min(from + to, share(schedule.frame_changes, step.frame));
     const double start = step.start, end = start + step.rise, s0 = (1 - start) * from + start * to;
-    const double u = as.u, least = as.single && peak > 0 ? 0x1p-150 / peak : 0; // least: where a float is no normal one
+    const double u = as.u,
+                 least = peak > 0 ? (as.single ? 0x1p-150 : 0x1p-1074) / peak : 0; // where a number is no normal one
     const auto rounded = [&](double share, double share_off) {
         const double units = share == 1 ? 1 : as.single ? 3 : 2; // of the change, of the share and of their product
         return change * (units * u * share + share_off) + 2 * least;

@@ -112,20 +112,23 @@ Variant variant_of(const PreparedSkin& skin, const Schedule& schedule, Precision
             .wanted = schedule.wanted};
 }
 
-PreparedRun in_units(PreparedRun run) {
-    const std::vector<double>& map = run.schedule.pressure;
+double unit_of(const std::vector<double>& map) {
     const auto greatest = [&](size_t stride) {
         double most = 0;
         for (size_t i = 0; i < map.size(); i += stride) most = std::max(most, std::abs(map[i]));
         return most;
     };
     const auto is_plain = [](double p) { return p > 0x1p-200 && p < 0x1p200; };
-    if (is_plain(greatest(map.size() / 1024 + 1))) return run; // some cells say so: most maps need no more
+    if (is_plain(greatest(map.size() / 1024 + 1))) return 1; // some cells say so: most maps need no more
     const double most = greatest(1);
-    if (most == 0 || is_plain(most)) return run;
-    run.schedule.unit = std::ldexp(1, std::ilogb(most));
-    Map scaled = map;
-    for (double& p : scaled.edit()) p /= run.schedule.unit;
+    return most == 0 || is_plain(most) ? 1 : std::ldexp(1, std::ilogb(most));
+}
+
+PreparedRun in_units(PreparedRun run) {
+    const double unit = run.schedule.unit = unit_of(run.schedule.pressure);
+    if (unit == 1) return run;
+    Map scaled = run.schedule.pressure;
+    for (double& p : scaled.edit()) p /= unit;
     run.schedule.pressure = std::move(scaled);
     return run;
 }

@@ -59,7 +59,9 @@ Variant variant_of(const PreparedSkin&, const Schedule&, Precision);
 // resistance. A run whose skin is uniform stays as it is.
 PreparedRun in_parts(PreparedRun);
 
-// The run with a map of extreme magnitudes in a unit in which its products stay in range. Models of products take it.
+// Pa: a power of two in which the products of a map of extreme magnitudes stay in range; 1 for all other maps.
+double unit_of(const std::vector<double>& map);
+// The run with its map in that unit. Models of products take it.
 PreparedRun in_units(PreparedRun);
 
 // The reason why a model cannot serve; empty if it can.
