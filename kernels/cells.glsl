@@ -10,8 +10,8 @@ layout(constant_id = VARIANT_ELEMENTS) const int ELEMENTS = 1;
 layout(constant_id = VARIANT_SPRING) const int SPRING = 0;
 layout(constant_id = VARIANT_STRAIN) const int STRAIN = 0;
 layout(constant_id = VARIANT_PADS) const int PADS = 0;
-// Rows or numbers of a state: all of them, those before the strain of element e, the integral and the
-// rate of a spring.
+// Offsets in a cell's state, in planes (press.comp) or in numbers (sites.comp): PLANES, the total; ELEMENT(e), the strain
+// of element e; INTEGRAL; RATE, of the spring.
 #define PLANES STATE_PLANES(ELEMENTS, COMPENSATED, STRAIN, RESPONSES, CARRIES_RATE)
 #define ELEMENT(e) STATE_ELEMENT(e, COMPENSATED, STRAIN)
 #define INTEGRAL STATE_INTEGRAL(ELEMENTS, COMPENSATED, STRAIN)

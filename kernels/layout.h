@@ -104,9 +104,10 @@
 //   I   += i0*eps + i1*s0 + i2*ds - leak*I      its integral, or with leak > 0 its adapting integral
 //   eps'  = v0*r + v1*ds              at the end of the step, from the left
 //   eps'' = a0*r + a1*ds + a2*sj
-// Elements in series stand one after another, a spring last. Strain, integral, rate and acceleration are sums over them, in
-// which the factors of s0, ds and sj but for those of the strain are added up in the first one's i1, i2, v1, a1 and a2.
-// A spring keeps the rate of its strain: v0*rate + v1*ds, and a1 times the change of it is its eps''.
+// Elements in series stand one after another, a spring last. Strain, integral, rate and acceleration are sums over the
+// elements. What the load adds to integral, rate and acceleration of all elements is added up on the host, in i1, i2, v1,
+// a1 and a2 of the first element; b and f stay with each element. Between frames a spring keeps the rate of its strain:
+// v0*rate + v1*ds, and a1 times the change of that rate is its eps''.
 #define COEFFICIENTS(each) \
     each(E) each(b) each(f) each(i0) each(i1) each(i2) each(leak) each(v0) each(v1) each(a0) each(a1) each(a2)
 #define SCALAR_MEMBER(name) scalar name;

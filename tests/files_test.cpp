@@ -59,7 +59,7 @@ TEST_CASE("every signal that can be caught and ends a process removes its parts,
         const fs::path out = folder / "a/b";
         const int status = in_child([&] {
             const output::Folder made(out), empty(folder / "a/c");
-            const output::Part first(out / "traces.csv", "1"), second(out / "traces.csv", "2");
+            const output::PartFile first(out / "traces.csv", "1"), second(out / "traces.csv", "2");
             if (fs::exists(out / ("traces.csv.dermis-" + std::to_string(getpid()) + ".part"))) raise(signal);
         });
         if (WIFEXITED(status)) continue; // it is one that ends nobody
@@ -74,7 +74,7 @@ TEST_CASE("every signal that can be caught and ends a process removes its parts,
 TEST_CASE("a signal that arrives while files get their names ends the process after the last") {
     const Folder folder;
     const int status = in_child([&] {
-        output::Part first(folder / "first", "1"), second(folder / "second", "2"), third(folder / "third", "3");
+        output::PartFile first(folder / "first", "1"), second(folder / "second", "2"), third(folder / "third", "3");
         const output::HeldSignals signals;
         first.publish(signals);
         raise(SIGINT);

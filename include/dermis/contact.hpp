@@ -33,7 +33,7 @@ namespace dermis::contact {
 // comes of a force on too few cells (1 N on one cell of 0.25 mm is 16 MPa) or of a wrong unit.
 inline constexpr double doubtful_pressure = 1e6;
 
-// A grid of cells, and the caller's pressures in Pa: that of cell (x, y) is pressure[y*pitch + x].
+// A grid of cells, and the caller's pressures in Pa: pressure[y*pitch + x] is the pressure of cell (x, y).
 struct Pad {
     int width = 0, height = 0; // cells, 1..16384
     double spacing = 0;        // m between cells, 1e-9..1e6
@@ -123,7 +123,7 @@ Report add_contacts(const Pad&, const Pose&, double reach, const std::vector<Wor
 // How deep something sinks into each cell, and the force with which it does: an elastic foundation. A negative depth is
 // a gap.
 struct Depths {
-    const float* depth = nullptr; // m, finite; that of cell (x, y) is depth[y*pitch + x]
+    const float* depth = nullptr; // m, finite; depth[y*pitch + x] is the depth of cell (x, y)
     double force = 0;             // N, >= 0
     double stiffness = 0;         // Pa per m, 0 or 1e-6..1e30
     std::size_t pitch = 0;        // floats from row to row, >= width; 0: width

@@ -32,15 +32,15 @@ inline void press(float& cell, double pressure, Report& report) {
 inline void finish(const Pad& pad, Report& report) { report.placed *= pad.spacing * pad.spacing; }
 
 // Cells first..last along one axis.
-struct Range {
+struct CellSpan {
     int first, last;
     bool has(double cell) const { return cell >= first && cell <= last; }
 };
 
-inline Range common(Range a, Range b) { return {std::max(a.first, b.first), std::min(a.last, b.last)}; }
+inline CellSpan common(CellSpan a, CellSpan b) { return {std::max(a.first, b.first), std::min(a.last, b.last)}; }
 
 // Returns the cells of `all` at low..high. The limits stay double until they are small enough for an int.
-inline Range within(double low, double high, Range all) {
+inline CellSpan within(double low, double high, CellSpan all) {
     return {int(std::ceil(std::clamp(low, double(all.first), double(all.last) + 1))),
             int(std::floor(std::clamp(high, double(all.first) - 1, double(all.last))))};
 }
@@ -52,7 +52,7 @@ struct Disc {
 
 // The part of a pad that is pressed at once. What became of the forces is counted at the first one.
 struct Tile {
-    Range columns, rows;
+    CellSpan columns, rows;
     bool first;
     bool meets(const Disc& disc) const {
         return disc.x + disc.radius > columns.first - 1 && disc.x - disc.radius < columns.last + 1 &&
@@ -99,7 +99,7 @@ struct Piece {
 };
 
 // Calls each(piece) for each of these cells whose centre the disc covers, row by row.
-template <class Each> void each_piece(const Disc& disc, Range columns, Range rows, Each each) {
+template <class Each> void each_piece(const Disc& disc, CellSpan columns, CellSpan rows, Each each) {
     if (disc.radius < 1e-6) return; // It covers none, but for a centre that it is in, which is the nearest.
     const double scale = 1 / disc.radius;
     rows = within(disc.y - disc.radius, disc.y + disc.radius, rows);
@@ -107,7 +107,7 @@ template <class Each> void each_piece(const Disc& disc, Range columns, Range row
         const double dy = (y - disc.y) * scale, rest = 1 - dy * dy;
         if (rest <= 0) continue;
         const double half = disc.radius * std::sqrt(rest);
-        const Range covered = within(disc.x - half, disc.x + half, columns);
+        const CellSpan covered = within(disc.x - half, disc.x + half, columns);
         for (int x = covered.first; x <= covered.last; x += Piece::longest)
             each(Piece{x, y, std::min(Piece::longest, covered.last + 1 - x), rest});
     }
@@ -155,7 +155,7 @@ class Weights {
 };
 
 // Adds the weights that a disc which overhangs has beyond the border.
-inline void add_beyond(const Disc& disc, Range columns, Range rows, double& sum, int& cells) {
+inline void add_beyond(const Disc& disc, CellSpan columns, CellSpan rows, double& sum, int& cells) {
     if (disc.radius > 128) { // the integral, which differs from the sum by less than 1e-4 of it
         sum = std::max(sum, 2 * pi / 3 * disc.radius * disc.radius);
         ++cells;
@@ -163,7 +163,7 @@ inline void add_beyond(const Disc& disc, Range columns, Range rows, double& sum,
     }
     constexpr int far_away = 2 * greatest_count;
     Weights beyond;
-    const auto add = [&](Range some_columns, Range some_rows) {
+    const auto add = [&](CellSpan some_columns, CellSpan some_rows) {
         each_piece(disc, some_columns, some_rows, [&](const Piece& piece) { beyond.add(disc, piece); });
     };
     add({-far_away, far_away}, {-far_away, -1});
@@ -193,7 +193,7 @@ double press_nearest(const Pad& pad, const Disc& disc, double pressure, const Ti
 template <class Press>
 double spread(const Pad& pad, const Disc& disc, double pressure, const Tile& tile, const Press& press, Report& report) {
     if (!tile.first && !tile.meets(disc)) return 0;
-    const Range columns{0, pad.width - 1}, rows{0, pad.height - 1};
+    const CellSpan columns{0, pad.width - 1}, rows{0, pad.height - 1};
     Weights weights;
     each_piece(disc, columns, rows, [&](const Piece& piece) { weights.add(disc, piece); });
     if (weights.cells == 0) return press_nearest(pad, disc, pressure, tile, press, report);
@@ -207,7 +207,7 @@ double spread(const Pad& pad, const Disc& disc, double pressure, const Tile& til
     const double peak = pressure / whole;
     int before = 0;
     each_piece(disc, columns, rows, [&](const Piece& piece) {
-        const Range covered = common({piece.x, piece.x + piece.count - 1}, tile.columns);
+        const CellSpan covered = common({piece.x, piece.x + piece.count - 1}, tile.columns);
         if (tile.rows.has(piece.y) && covered.first <= covered.last) {
             const float* weight = weights.of(disc, piece, before);
             for (int x = covered.first; x <= covered.last; ++x) press(x, piece.y, peak * double(weight[x - piece.x]));

@@ -274,7 +274,7 @@ inline std::size_t place_of(const Taxels& t, int i, int j) {
 // An interval in units of cells, and the cells that it overlaps by more than what rounding makes of a common border.
 struct Interval {
     double low, high;
-    Range cells;
+    CellSpan cells;
     double size() const { return high - low; }
     double overlap(double from, double to) const { return std::max(0.0, std::min(high, to) - std::max(low, from)); }
 };
@@ -286,8 +286,8 @@ inline Interval interval(double low, double high, int count) {
 
 // Returns the taxels of a line that a tile needs: all at the first one, where they are counted, then those around its
 // cells.
-inline Range taxels_of(const Tile& tile, Range cells, double spacing, double start, double size, int count) {
-    const Range all{0, count - 1};
+inline CellSpan taxels_of(const Tile& tile, CellSpan cells, double spacing, double start, double size, int count) {
+    const CellSpan all{0, count - 1};
     if (tile.first) return all;
     return within((cells.first * spacing - start) / size - 2, ((cells.last + 1) * spacing - start) / size + 2, all);
 }
@@ -297,7 +297,7 @@ inline Range taxels_of(const Tile& tile, Range cells, double spacing, double sta
 template <class Press>
 double press_area(const Pad& pad, const Interval& columns, const Interval& rows, double pressure, const Tile& tile,
                   const Press& press) {
-    const Range on_x = common(columns.cells, tile.columns), on_y = common(rows.cells, tile.rows);
+    const CellSpan on_x = common(columns.cells, tile.columns), on_y = common(rows.cells, tile.rows);
     const double even = pressure / (columns.size() * rows.size());
     for (int y = on_y.first; y <= on_y.last; ++y) {
         const double of_row = even * rows.overlap(y, y + 1);
@@ -474,8 +474,8 @@ inline Report add_taxels(const Pad& pad, const Taxels& t) {
     const double most = (std::ceil(pad.spacing / t.width) + 1) * (std::ceil(pad.spacing / t.height) + 1);
     const double to_pressure = to_force / (pad.spacing * pad.spacing);
     return detail::press_cells(pad, most, [&](const detail::Tile& tile, const auto& press, Report& report) {
-        const detail::Range along_x = detail::taxels_of(tile, tile.columns, pad.spacing, t.x, t.width, t.columns);
-        const detail::Range along_y = detail::taxels_of(tile, tile.rows, pad.spacing, t.y, t.height, t.rows);
+        const detail::CellSpan along_x = detail::taxels_of(tile, tile.columns, pad.spacing, t.x, t.width, t.columns);
+        const detail::CellSpan along_y = detail::taxels_of(tile, tile.rows, pad.spacing, t.y, t.height, t.rows);
         for (int j = along_y.first; j <= along_y.last; ++j) {
             const detail::Interval rows = interval(t.y, t.height, j, pad.height);
             for (int i = along_x.first; i <= along_x.last; ++i) {

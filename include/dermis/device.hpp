@@ -29,9 +29,9 @@ class DERMIS_API Device {
     // which: "auto", a hardware GPU if there is one, else the CPU path (info().refused then says in one line why no
     // Vulkan device is used); "cpu"; "vulkan", the best Vulkan device, software included; a number, an index of list();
     // anything else, a part of a Vulkan device's name. Throws Error::no_device. A device whose bits differ from the CPU
-    // path's in a self-test is refused unless asked for by number or name. Opening tests the plain kernels of presses; the
-    // first run that marches tests those of a march, the first one that needs another stencil, edge rule, precision,
-    // frames or materials tests these too, and a device whose bits differ there is refused then.
+    // path's in a self-test is refused unless asked for by number or name. Opening tests the plain kernels of presses.
+    // The first run that marches tests the kernels of a march, and the first run that needs another stencil, edge rule,
+    // precision, frames or materials tests every variant; a device whose bits differ there is refused then.
     static Device open(const std::string& which);
     // Lists every Vulkan device, usable or not. Throws Error::no_device if there is no loader or no driver.
     static std::vector<DeviceInfo> list();

@@ -56,7 +56,7 @@ struct Fit {
 // moduli in Pa, > 0, with Residual::absolute finite. At least 2*n + 1 points. Retardation or relaxation times are
 // looked for from a tenth of the shortest time to ten times the longest. An element is left out that adds nothing, or
 // less than 1e-7 of each value. Of more than 10,000 points those whose times agree to 0.1 % are fitted as one, their
-// mean, which changes a curve by less than 1e-7; residual and errors are those of all points.
+// mean, which changes a curve by less than 1e-7; residual and errors count all points.
 DERMIS_API Fit fit_creep(const std::vector<double>& times, const std::vector<double>& compliances, int n,
                          Residual = Residual::relative);
 DERMIS_API Fit fit_relaxation(const std::vector<double>& times, const std::vector<double>& moduli, int n,

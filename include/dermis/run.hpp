@@ -75,7 +75,7 @@ struct RunOptions {
     // the CPU path, the CPU path with the best Vulkan device.
     bool check = false;
     // Whether runs of several materials over the same maps each describe the skin at their own end, at the cost of a
-    // pass over all cells; otherwise the figures from Result::stencil_estimate on are those of the first material.
+    // pass over all cells; otherwise the figures from Result::stencil_estimate on are the first material's.
     bool describe_each = false;
     // Called some times a second on the thread that called, while the run is prepared and planned too, with the
     // fraction done, 0..1. What it throws ends the run. It may press skins and run scenes on any device, this one too.

@@ -73,11 +73,11 @@ struct Scene : SkinDescription {
     std::optional<Precision> precision;
     // The greatest |X - X_exact| over all numbers of an output, divided by the greatest |X_exact| over all cells and
     // over all times of rows and of fields, of each output that is asked for; > 0. A class of sites is an output of its
-    // own, whose cells are those of its sites. FA2 is measured before fa2_gains, times the greater |gain|. X_exact has
-    // no error in time or arithmetic on the grid, maps and load as given, but for breakpoints, frames and fields within
-    // 4 ulp of a row's time, which are at that time. An output that is nowhere above 2^-64 in float, or 2^-340 in
-    // double, counts as 0. If given, the tolerance always binds: a run that cannot promise it is refused, naming what
-    // can be had. Default: 1e-4, for a free choice.
+    // own; its cells are the cells of its sites. FA2 is measured before fa2_gains, times the greater |gain|. X_exact
+    // has no error in time or arithmetic on the grid, maps and load as given, but for breakpoints, frames and fields
+    // within 4 ulp of a row's time, which are at that time. An output that is nowhere above 2^-64 in float, or 2^-340
+    // in double, counts as 0. If given, the tolerance always binds: a run that cannot promise it is refused, naming
+    // what can be had. Default: 1e-4, for a free choice.
     std::optional<double> tolerance;
     Method method = Method::exact;
     bool allow_unstable = false; // run an explicit method beyond its stability limit

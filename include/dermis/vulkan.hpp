@@ -60,7 +60,7 @@ struct Handles {
     VkDevice device = VK_NULL_HANDLE;
     PFN_vkGetInstanceProcAddr get_instance_proc_addr = nullptr;
     uint32_t api_version = VK_API_VERSION_1_1; // VkApplicationInfo::apiVersion
-    std::vector<std::string> extensions;       // those enabled on instance and device
+    std::vector<std::string> extensions;       // the extensions enabled on instance and device
     const VkAllocationCallbacks* allocator = nullptr;
     VkPipelineCache cache = VK_NULL_HANDLE;
 };
@@ -186,7 +186,7 @@ class DERMIS_API SkinProgram {
 // A trial of a host's own code before its first frame: two presses of known pressures, uploaded, bound and read back as
 // the host does with all others, and what the responses say of it.
 //
-//     const dermis::vulkan::Trial trial(description, options);           // those of the program
+//     const dermis::vulkan::Trial trial(description, options);           // description and options of the program
 //     upload(trial.pressure(1)), press by Trial::dt, and the same of 2   // from a skin at rest
 //     const std::string fault = trial.fault(program, 2, responses, bytes);
 class DERMIS_API Trial {

@@ -11,7 +11,7 @@
 
 namespace dermis::simd {
 
-// The number of threads worth using of those asked for (0: one per core): one per 32768 cells.
+// The number of threads worth using: one per 32768 cells, at most as many as are asked for (0: one per core).
 int useful_threads(size_t cells, int asked);
 
 // Bytes of a core's second-level cache, as the system says; half a MiB where it does not.

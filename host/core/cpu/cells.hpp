@@ -23,8 +23,8 @@ namespace dermis::cpu {
 template <class K> struct CellsPress {
     using real = typename K::real;
     const typename K::Constants& constants;
-    const typename K::Coefficients* table; // of the elements, where they are several
-    // Instead, where there are too many for a table: writes the coefficients of all cells of row y.
+    const typename K::Coefficients* table; // the coefficients of each element, where there are several
+    // Null where `table` serves. Else it writes the coefficients of all cells of row y: each cell has its own.
     const std::function<void(int y, typename K::Coefficients* row)>* fill_row = nullptr;
     const real *pressure, *pressure_to; // pressure_to is null without frames
     const real* rest_curvature;
@@ -86,13 +86,13 @@ template <class real> struct Band {
 // The scratch of one thread.
 template <class K> struct Worker {
     using real = typename K::real;
-    std::vector<int> changed;                                     // by each press
-    std::array<std::array<Plane<real>, 3>, STEP_SIGNALS> signals; // of the last rows, each at y % 3
-    std::array<Plane<real>, 5> strain; // of the last rows, each at y % 5, where no state holds it
+    std::vector<int> changed;                                     // for each press, the bits of the sums that changed
+    std::array<std::array<Plane<real>, 3>, STEP_SIGNALS> signals; // the signals of row y, at y % 3
+    std::array<Plane<real>, 5> strain; // the strain of row y, at y % 5, where the state does not hold the strain
     std::array<Plane<real>, STEP_SIGNALS> unused;
-    std::array<State<real>, 8> peeked;                  // of rows outside, at the end of a step that is not kept
-    std::array<Plane<real>, RESPONSE_MAPS> answered;    // one row, of which points are read
-    std::vector<typename K::Coefficients> coefficients; // of one row's cells
+    std::array<State<real>, 8> peeked; // states of rows outside the band, at the end of a step that is not kept
+    std::array<Plane<real>, RESPONSE_MAPS> answered;    // the responses of a row of which points are read
+    std::vector<typename K::Coefficients> coefficients; // the coefficients of a row's cells
 };
 
 template <class K> class Cells {

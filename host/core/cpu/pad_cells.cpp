@@ -34,7 +34,7 @@ PadCells::PadCells(const plan::StreamedSkin& s, int threads, const simd::Isa& is
         if (!sites_.empty()) of_fields_.emplace(sites_, size_t(width_));
         if (!sites_.empty()) held_ = read.cells;
         for (size_t i = 0; !s.skin.uniform() && i < cells_; ++i) material_.push_back(int(s.skin.material_at(i)));
-        find_runs();
+        find_row_groups();
     }
     pitch_ = padded(cells_);
     if (!material_.empty()) material_.resize(pitch_, 0);
@@ -60,11 +60,11 @@ PadCells::PadCells(const plan::StreamedSkin& s, int threads, const simd::Isa& is
     }
 }
 
-void PadCells::find_runs() {
+void PadCells::find_row_groups() {
     const int far = f64::reach(stencil_);
     for (int y = 0; y < height_;) {
         const int rows = y >= far && y < height_ - far ? height_ - far - y : 1;
-        runs_.push_back({y, rows});
+        row_groups_.push_back({y, rows});
         y += rows;
     }
 }
@@ -107,12 +107,12 @@ void PadCells::answer(const Worker& worker, const simd::StateRow<float>& row, co
     Press fields = p;
     for (size_t r = 0; of_fields_ && r < RESPONSE_MAPS; ++r)
         fields.response[r] = variant_.wanted[QUANTITY_SA1 + r] ? worker.fields[r].data() : nullptr;
-    for (const Run& run : runs_) loops_.respond(respond_arguments(worker, row, fields, run), c);
+    for (const RowGroup& run : row_groups_) loops_.respond(respond_arguments(worker, row, fields, run), c);
     if (of_fields_) of_fields_->read(fields.response, p.response);
 }
 
 simd::RespondArguments<f32> PadCells::respond_arguments(const Worker& worker, const simd::StateRow<float>& row,
-                                                        const Press& p, const Run& run) const {
+                                                        const Press& p, const RowGroup& run) const {
     const size_t at = size_t(run.first) * size_t(width_);
     simd::RespondArguments<f32> r{
         .first = 0,

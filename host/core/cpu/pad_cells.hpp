@@ -13,8 +13,8 @@ class PadCells {
   public:
     PadCells(const plan::StreamedSkin&, int threads, const simd::Isa&);
 
-    // Whether a skin's sites read so few cells that these alone are stepped, on one thread; threads: those that would
-    // step all cells.
+    // Whether a skin's sites read so few cells that only these cells are stepped, on one thread. threads: how many
+    // would step all cells.
     static bool sparse(const plan::PreparedSkin&, const plan::SiteCells&, int threads);
 
     // The cells of a pad that are stepped; numbers from pad to pad of a pressure, which are cells and padding.
@@ -22,7 +22,7 @@ class PadCells {
     size_t pitch() const { return pitch_; }
     // The cells of a frame that are stepped; empty: all of them.
     const std::vector<size_t>& read_cells() const { return read_; }
-    // The number of cells that a saved state holds: those that sites read, where there are sites.
+    // The number of cells that a saved state holds: all cells, or where there are sites the cells that sites read.
     size_t held() const { return held_.empty() ? cells_ : held_.size(); }
     // The elements in series that are stepped, of a pad without its own.
     const std::vector<plan::Element>& elements() const { return elements_; }
@@ -42,7 +42,7 @@ class PadCells {
 
   private:
     // Rows of which every cell reads at the same distances, or one row near an edge.
-    struct Run {
+    struct RowGroup {
         int first, rows;
     };
     struct Worker {
@@ -51,11 +51,11 @@ class PadCells {
         std::array<Plane<float>, RESPONSE_MAPS> fields; // of which sites are read
     };
 
-    void find_runs();
+    void find_row_groups();
     void answer(const Worker&, const simd::StateRow<float>&, const Press&, const f32::Constants&) const;
     simd::RespondArguments<f32> respond_arguments(const Worker&, const simd::StateRow<float>&, const Press&,
-                                                  const Run&) const;
-    // The signal of each response from a cell on; the strain is that of the cells.
+                                                  const RowGroup&) const;
+    // The signal of each response, from a cell on. strain: the strain of the cells.
     static std::array<const float*, RESPONSE_MAPS> signals_of(const Worker&, const simd::StateRow<float>&,
                                                               const float* strain, size_t cell);
     // Calls f(first number, its place in a saved state in bytes, bytes) for each run of numbers that a state holds.
@@ -71,7 +71,7 @@ class PadCells {
     size_t cells_ = 0, pitch_ = 0;
     f32::Constants constants_;
     Plane<float> rest_curvature_;
-    std::vector<Run> runs_;
+    std::vector<RowGroup> row_groups_;
     std::optional<SitesOfFields> of_fields_;
     std::optional<SitesOfCells> of_cells_;
     State<float> state_; // a row for each pad

@@ -43,7 +43,7 @@ template <class real> class Plane {
 struct StateShape {
     size_t elements; // in series, whose strains it holds
     bool compensated;
-    bool strain; // and the sum of them with that of a spring
+    bool strain; // the state also holds the cell's strain, the sum over its elements and spring
     bool rate;   // and the rate of that spring
 };
 

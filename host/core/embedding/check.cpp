@@ -58,14 +58,14 @@ SkinDescription sample_skin(Stencil stencil, Edges edges, bool materials, const 
 bool presses_exactly(plan::Backend& backend) {
     const DefaultFloats guard;
     for (const bool sites : {false, true}) {
-        SampleStream::Variant variant{.sites = sites};
+        SampleStream::Options variant{.sites = sites};
         variant.wanted.fill(true);
         if (!backend.stream(SampleStream(variant).skin())->exact()) return false;
     }
     return true;
 }
 
-SampleStream::SampleStream(const Variant& v) {
+SampleStream::SampleStream(const Options& v) {
     SkinDescription d = sample_skin(v.stencil, v.edges, v.materials, v.chain);
     SkinOptions options;
     options.precision = v.precision;

@@ -21,7 +21,7 @@ class SampleStream {
     static constexpr int presses = 2;
     static constexpr double dt = 0.125; // s
 
-    struct Variant {
+    struct Options {
         Stencil stencil = Stencil::five_point;
         Edges edges = Edges::mirror;
         Precision precision = Precision::f32;
@@ -30,7 +30,7 @@ class SampleStream {
         plan::Chain chain;                     // elements in series, at most 10
         plan::Wanted wanted{};
     };
-    explicit SampleStream(const Variant&);
+    explicit SampleStream(const Options&);
     // Makes a sample that runs the same kernels as another skin.
     explicit SampleStream(const plan::StreamedSkin& like);
 

@@ -170,7 +170,7 @@ const double* SkinRunner::press(const plan::PadList& all, const plan::StepLength
     return nullptr;
 }
 
-// Copies the fields of these pads without what pads their rows.
+// Copies the fields of these pads from rows of the pitch to rows of the width.
 void SkinRunner::read_responses(const plan::PadList& pads) {
     const size_t rows = size_t(height_);
     for (int q = QUANTITY_SA1; q < REDUCED_MAPS; ++q) {

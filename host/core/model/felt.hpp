@@ -26,7 +26,8 @@ class Felt {
 
     // The numbers that a pad gives: its cells, or its sites in the order given.
     size_t count() const { return sites_.empty() ? cells_ : sites_.size(); }
-    // The strain of each cell that a state holds. elements: those of the pad in series, where all cells have the same.
+    // The strain of each cell that a state holds. elements: the pad's elements in series, where all cells have the
+    // same.
     std::vector<float> strain(const float* state, const std::vector<Element>& elements) const;
     // Writes strain, indentation or curvature. rest_curvature: width*height of fields.
     void read(Quantity, const std::vector<float>& strain, const float* rest_curvature, float* out) const;

@@ -18,8 +18,8 @@ struct SiteCells {
     SiteCells(const PreparedSkin&, const PressedCells&, const std::vector<Cell>& points);
     std::vector<Cell> points;
     std::vector<size_t> cells;      // y*width + x, ascending, unique; never pressed ones are left out
-    std::vector<Element> materials; // those of the cells; coefficients of a step are in this order
-    Chain chain;                    // so many of them, one after another, belong to one cell
+    std::vector<Element> materials; // the elements of the cells; coefficients of a step are in this order
+    Chain chain;                    // how many of the materials, one after another, belong to one cell
     std::vector<int> material_of;   // index of each cell's first element
 };
 bool ever_pressed(const PressedCells&, size_t cell, int width);

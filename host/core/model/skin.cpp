@@ -56,7 +56,7 @@ constexpr double same_time = 0x1p-21;
 constexpr size_t most_parts = 8;
 
 // Returns whether an element is of a part's retardation time. The part then spans it.
-bool joins(Part& part, const Element& m) {
+bool joins(TimeGroup& part, const Element& m) {
     const double time = m.viscosity / m.modulus, low = part.low.viscosity, high = part.high.viscosity;
     if (is_elastic(part.element) || is_elastic(m)) return is_elastic(part.element) && is_elastic(m);
     if (part.element.modulus == 0 || m.modulus == 0) return part.element.modulus == m.modulus;
@@ -67,7 +67,7 @@ bool joins(Part& part, const Element& m) {
 }
 
 // The part of one element alone.
-Part part_of(const Element& m) {
+TimeGroup part_of(const Element& m) {
     const Element one = m.modulus == 0 ? Element{0, 1} : Element{1, m.viscosity / m.modulus};
     return {one, one, one};
 }
@@ -77,7 +77,7 @@ void find_parts(PreparedSkin& skin) {
     skin.part_of.clear();
     if (skin.materials.size() < 2 || skin.chain.length > 1) return;
     for (const Element& m : skin.materials) {
-        const auto part = std::find_if(skin.parts.begin(), skin.parts.end(), [&](Part& p) { return joins(p, m); });
+        const auto part = std::find_if(skin.parts.begin(), skin.parts.end(), [&](TimeGroup& p) { return joins(p, m); });
         skin.part_of.push_back(int(part - skin.parts.begin()));
         if (part != skin.parts.end()) continue;
         skin.parts.push_back(part_of(m));
@@ -87,7 +87,7 @@ void find_parts(PreparedSkin& skin) {
         skin.part_of.clear();
         return;
     }
-    for (Part& p : skin.parts) {
+    for (TimeGroup& p : skin.parts) {
         if (p.element.modulus == 0 || is_elastic(p.element)) continue;
         double &low = p.low.viscosity, &high = p.high.viscosity;
         p.element.viscosity = low + (high - low) / 2;

@@ -21,7 +21,7 @@ struct PressedBox {
 
 // The cells of a skin that have one retardation time. Their elements are multiples of one, each by its resistance
 // (description/element.hpp), so that their strain is that of this element under the pressure over the resistance.
-struct Part {
+struct TimeGroup {
     Element element;   // modulus 1, or modulus 0 and viscosity 1
     Element low, high; // the same with the least and the greatest retardation time, which only rounding sets apart
     // Whether the maps were rounded in float, so that not only rounding in double sets the strain apart.
@@ -46,8 +46,8 @@ struct PreparedSkin {
     std::vector<Element> materials; // each once, in the order of its first cell: elements in series one after another
     Chain chain;                    // the same for every material
     std::vector<int> material_of;   // index of each cell's first element, pitch*height; empty if there is one material
-    std::vector<Part> parts;  // where materials differ: of one retardation time each; none if there are more than 8
-    std::vector<int> part_of; // index into parts of each material
+    std::vector<TimeGroup> parts; // where materials differ: of one retardation time each; none if there are more than 8
+    std::vector<int> part_of;     // index into parts of each material
     ResponseRule rule{};
 
     int width() const { return constants.width; }

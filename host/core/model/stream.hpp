@@ -13,11 +13,12 @@ namespace dermis::plan {
 class Stream {
   public:
     virtual ~Stream() = default;
-    // Takes the next pressures of these pads, Pa, width*height numbers of each, which stay until the press. Returns
-    // false if a number is not finite; others must then be taken before the next press.
+    // Takes the next pressures of these pads, Pa, width*height numbers for each pad. The caller keeps them unchanged
+    // until the press. Returns false if a number is not finite; other pressures must then be taken before the next
+    // press.
     virtual bool take(const PadList&, const float* pressures) = 0;
-    // Steps the same pads, whose pressures run linearly from those of the previous press to these. Returns null, or,
-    // where nothing has changed, a step of which a coefficient is beyond float.
+    // Steps the same pads. Pressures run linearly from the previous press's to the ones taken. Returns null. If a
+    // coefficient of a step does not fit a float, it changes nothing and returns a pointer to that step.
     virtual const double* press(const PadList&, const StepLengths&) = 0;
     // The responses of the last press of each pad, fields of width*height or sites in the order given, pad by pad; the
     // same memory after every press.

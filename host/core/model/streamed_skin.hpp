@@ -13,7 +13,7 @@ struct StreamedSkin {
     Wanted wanted{};   // the responses to compute
     Precision precision = Precision::f32;
     int pads = 1;                         // skins alike that are pressed together
-    std::vector<Element> elements_of_pad; // the elements in series of each pad; empty: all have those of `skin`
+    std::vector<Element> elements_of_pad; // the elements in series of each pad; empty: all have the elements of `skin`
     Variant variant() const;
 };
 // Throws Error::bad_input. threads: as for Device::cpu.
@@ -41,10 +41,10 @@ struct StepLengths {
 class StepTables {
   public:
     StepTables() = default;
-    // elements: those that are stepped, of a pad without elements of its own.
+    // elements: the elements of a pad without its own.
     StepTables(const StreamedSkin&, const std::vector<Element>& elements);
-    // Returns null, or the first step which or a coefficient of which is beyond float. It allocates at the first press
-    // whose pads have each a step of their own.
+    // Returns null. If a step or one of its coefficients does not fit a float, it returns a pointer to that step. It
+    // allocates at the first press in which each pad has a step of its own.
     const double* fill(const PadList&, const StepLengths&);
     size_t length() const { return length_; } // of one table
     // The first coefficients of a pad's table, after fill() of a list with it.

@@ -257,8 +257,9 @@ __attribute__((always_inline)) inline Summary summary_of_blocks(const real (&x)[
     return s[0];
 }
 
-// The rest of the tree, for several quantities at once: two registers, of which cells `reach` apart are to be joined,
-// give one, so that no lane is idle. second: whether the cells that come second are picked.
+// The rest of the tree, for several quantities at once. Cells `reach` apart are to be joined, in x and in y. Lanes whose
+// number has the bit `reach` clear come from x, all others from y, so that no lane is idle. second = 0 picks the lower
+// cell of each pair, 1 the cell `reach` above it.
 template <int reach, int second> inline Wide halves(Wide x, Wide y) {
     return Wide(picked<lanes, decltype([](int lane) {
                            return lane & reach ? lanes + lane - (second ? 0 : reach) : lane + (second ? reach : 0);
@@ -305,7 +306,8 @@ __attribute__((always_inline)) inline void store_summaries(const Summary (&of_bl
     }
 }
 
-// The responses of a tile at column x of which sums are asked for, or the map. inner: no cell is read across an end.
+// Computes the responses of the tile at column x: its sums, its map, or both. inner: the tile reads no cell beyond an end
+// of its row.
 template <int stencil, bool passed, bool inner>
 inline void respond_tile(const RespondArguments<Kernels>& r, const EndCells<stencil>& end_cells, int x,
                          const Constants& c) {
@@ -369,7 +371,7 @@ __attribute__((always_inline)) inline void step_between(const AdvanceArguments<K
             a, i, c, [&](int) -> const LaneCoefficients& { return k; }, nothing);
 }
 
-// Leads the arguments to the next rows.
+// Moves the arguments from one pair of rows to the next pair.
 __attribute__((always_inline)) inline void lead_on(RowSteps<Kernels>& s) {
     const auto lead = [](auto*& row, size_t cells) { row = row ? row + cells : nullptr; };
     AdvanceArguments<Kernels>& a = s.advance;
@@ -392,8 +394,8 @@ __attribute__((always_inline)) inline void lead_on(RowSteps<Kernels>& s) {
     }
 }
 
-// Steps rows and answers in others. Nothing that is called here is given an address of the arguments, so that
-// the loops know that no store changes them.
+// The fused loop of step_rows: it steps a row and answers another one, row after row. The arguments are copied and their
+// address is never passed on: the compiler then knows that no store changes them.
 template <int stencil, bool compensated, bool chain, bool passed>
 void step_rows_in(const RowSteps<Kernels>& given, const Constants& constants) {
     RowSteps<Kernels> s = given;

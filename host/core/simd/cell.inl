@@ -28,8 +28,9 @@ __attribute__((always_inline)) inline Strained strain_at(const AdvanceArguments<
     return s;
 }
 
-// Steps cell i and stores what the step makes. coefficients(e): those of its element e. changed(sum, before, after) is
-// called for every sum. chain: there are several elements. Called, it would load all coefficients for each block.
+// Steps cell i and stores its new state and signals. coefficients(e): the coefficients of its element e. changed(sum,
+// before, after) is called for every sum. chain: the cell has several elements. It is always inlined: a call would load
+// all coefficients for each block.
 template <bool framed, bool compensated, bool chain, class CoefficientsOf, class Changed>
 __attribute__((always_inline)) inline void step_at(const AdvanceArguments<Kernels>& a, int i, const Constants& c,
                                                    CoefficientsOf coefficients, Changed changed) {

@@ -47,7 +47,7 @@ enum StateSum { sum_strain, sum_integral, state_sums };
 template <class real> struct StateRow {
     real* value[state_sums];
     real* lost[state_sums];
-    size_t element; // the distance from an element's strains to those of the next one
+    size_t element; // the distance from an element's strains to the next element's strains
     real* strain;   // the cells' strain; of one element its own
     real* rate;     // of a spring, between frames for FA2; otherwise null
 };
@@ -63,7 +63,7 @@ template <class K> struct AdvanceArguments {
     const int* material;
     const typename K::Coefficients* table;
     StateRow<real> from, to;
-    real* signal[STEP_SIGNALS]; // at the step's end: those that the state does not hold
+    real* signal[STEP_SIGNALS]; // the signals that the state does not hold, at the step's end
 };
 // Bits that an advance returns: the sum changed in some cell.
 constexpr int strain_changed = 1 << sum_strain, integral_changed = 1 << sum_integral;
@@ -81,16 +81,17 @@ template <class K> struct RespondArguments {
     typename K::Summary* tiles[REDUCED_MAPS]; // null: not asked for
 };
 
-// Steps of rows that follow one another, and with each the responses of a row above it, which may read its new strain:
-// the arguments of the first ones, and what leads from row to row.
+// Arguments of Loops::step_rows, which steps `rows` consecutive rows and after each step answers a row above the
+// stepped one, whose stencil may read the new strain. `advance` and `respond` are the arguments of the first pair of
+// rows; the distances lead to the next pair.
 template <class K> struct RowSteps {
     using real = typename K::real;
     AdvanceArguments<K> advance;
     RespondArguments<K> respond;
     int rows = 1;
-    size_t pitch = 0, response_pitch = 0, tiles = 0; // cells of maps and of responses, and tiles, from row to row
-    int stepped = 0, answered = 0;                   // y % 3 of the first ones
-    real* signal[STEP_SIGNALS][3] = {};              // those of row y stand in [y % 3], from column 0 on
+    size_t pitch = 0, response_pitch = 0, tiles = 0; // cells of a map, cells of a response, and tiles from row to row
+    int stepped = 0, answered = 0;                   // y % 3 of the first row that is stepped, and answered
+    real* signal[STEP_SIGNALS][3] = {};              // the signals of row y, in [y % 3], from column 0 on
 };
 
 // The half-plane to the right of the line through the point (b, a) in direction (along_b, along_a), line included.
@@ -127,9 +128,9 @@ template <class K> struct Loops {
     void (*respond)(const RespondArguments<K>&, const typename K::Constants&);
     // Joins 1 to tiles_joined tiles.
     void (*join_tiles)(const typename K::Summary* tiles, int count, JoinedTiles<K>&);
-    // Does advance() of each row, then respond() in the same columns of the other one. Where all responses of frames
-    // under a uniform material are asked for, and no sums, that is one loop: it may read rows up to their pitch, writes
-    // those of state and signals so far, and returns all bits.
+    // Does advance() of each row, then respond() in the same columns of the row above. In f32, under frames and a
+    // uniform material, with all responses and no sums asked for, both are one loop. That loop may read each row up to
+    // its pitch, writes rows of states and signals up to their pitch, and returns all bits.
     int (*step_rows)(const RowSteps<K>&, const typename K::Constants&);
 };
 
@@ -165,7 +166,7 @@ extern const Isa plain;
 extern const Isa avx2, avx512;
 #endif
 
-const std::vector<const Isa*>& isas(); // those supported by this processor, the best first, plain last
+const std::vector<const Isa*>& isas(); // the instruction sets that this processor supports, the best first, plain last
 inline const Isa& best() { return *isas().front(); }
 
 } // namespace dermis::simd

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The text of kernels/*.h as C++: f32 is the arithmetic that a device must reproduce bit for bit, f64 that of the host
-// and of references. A class template over K = f32 or f64 works in either.
+// The text of kernels/*.h as C++: f32 is the arithmetic that a device must reproduce bit for bit, f64 the arithmetic of
+// the host and of references. A class template over K = f32 or f64 works in either.
 #pragma once
 
 #include <cmath>

@@ -43,7 +43,7 @@ class Context {
     const PhysicalDevice& physical() const { return physical_; }
     Handles handles() const; // as an embedding host gives them to a SkinProgram
     Pipelines& pipelines() { return *pipelines_; }
-    // Whether variants of streamed kernels have the CPU path's bits here, as far as they have been tested.
+    // Whether a variant of the streamed kernels has the CPU path's bits here; only variants that have been tested.
     std::map<std::vector<uint32_t>, bool>& exact_variants() { return exact_variants_; }
     const VkPhysicalDeviceLimits& limits() const { return physical_.properties.limits; }
     VkDeviceSize heap_bytes() const; // size of the largest device-local heap

@@ -32,7 +32,7 @@ struct PhysicalDevice {
     VkPhysicalDeviceProperties properties{};
     VkPhysicalDeviceMemoryProperties memory{};
     uint32_t family = 0;                 // index of a queue family with compute
-    std::vector<std::string> extensions; // those that Instance::open enables
+    std::vector<std::string> extensions; // the extensions that Instance::open enables
     bool rounds = false;                 // see DeviceTable
     std::string uuid;                    // hexadecimal
     DeviceInfo info;

@@ -163,20 +163,20 @@ std::span<const plan::Element> Recorder::elements_of(int pad) const {
     return own.empty() ? std::span(materials_) : std::span(own).subspan(size_t(pad) * table_length(), table_length());
 }
 
-template <class F> bool Recorder::each_update(PressTable& table, const Press& press, const Part& part, F f) const {
+template <class F> bool Recorder::each_update(PressTable& table, const Press& press, const Slots& slots, F f) const {
     const plan::PreparedSkin& skin = streamed_.skin;
     const size_t length = table_length(), chain = skin.chain.length,
                  most = table.coefficients.size() / chain * chain; // whole materials
     f32::Coefficients* const begin = table.coefficients.data();
     size_t done = 0, n = 0;
-    for (size_t i = part.first; i < part.last; ++i)
+    for (size_t i = slots.first; i < slots.last; ++i)
         for (size_t at = 0, more; at < length; at += more) {
             more = std::min(length - at, most - n);
             const std::span<const plan::Element> elements =
                 elements_of(press.pads.count ? press.pads[i] : 0).subspan(at, more);
             if (!plan::fill_table(elements, skin.chain, skin.rule, press.dt[i], begin + n)) return false;
             n += more;
-            if (n < most && (at + more < length || i + 1 < part.last)) continue;
+            if (n < most && (at + more < length || i + 1 < slots.last)) continue;
             f(done, begin, n);
             done += std::exchange(n, 0);
         }
@@ -188,27 +188,27 @@ void Recorder::update(VkCommandBuffer commands, size_t binding, size_t offset, c
     device_.calls.vkCmdUpdateBuffer(commands, to.buffer, to.offset + offset, bytes, from);
 }
 
-void Recorder::update_list(VkCommandBuffer commands, size_t binding, const Press& press, const Part& part) const {
+void Recorder::update_list(VkCommandBuffer commands, size_t binding, const Press& press, const Slots& slots) const {
     const size_t length = pads_alike(press) ? 0 : table_length(), tables = behind_list();
     std::array<f32::PadEntry, PressTable::update_bytes / sizeof(f32::PadEntry)> entries;
-    for (size_t i = part.first, n = 0; i < part.last; ++i) {
-        const size_t place = i - part.first;
+    for (size_t i = slots.first, n = 0; i < slots.last; ++i) {
+        const size_t place = i - slots.first;
         entries[n].pad = press.pads[i];
         entries[n++].table = int(tables + place * length);
-        if (n < entries.size() && i + 1 < part.last) continue;
+        if (n < entries.size() && i + 1 < slots.last) continue;
         update(commands, binding, (place + 1 - n) * sizeof(f32::PadEntry), entries.data(), n * sizeof(f32::PadEntry));
         n = 0;
     }
 }
 
-void Recorder::update_tables(VkCommandBuffer commands, size_t binding, const Press& press, const Part& part,
+void Recorder::update_tables(VkCommandBuffer commands, size_t binding, const Press& press, const Slots& slots,
                              PressTable& table) const {
     const size_t length = table_length();
     const auto put = [&](size_t index, const f32::Coefficients* from, size_t count) {
         update(commands, binding, (behind_list() + index) * sizeof *from, from, count * sizeof *from);
     };
-    if (table.whole) put(0, table.coefficients.data() + part.first * length, (part.last - part.first) * length);
-    else (void)each_update(table, press, part, put); // true: it was checked
+    if (table.whole) put(0, table.coefficients.data() + slots.first * length, (slots.last - slots.first) * length);
+    else (void)each_update(table, press, slots, put); // true: it was checked
 }
 
 void Recorder::copy_others(VkCommandBuffer commands, size_t binding, const plan::PadList& pads) const {
@@ -234,7 +234,7 @@ void Recorder::copy_others(VkCommandBuffer commands, size_t binding, const plan:
 bool Recorder::fill(PressTable& table, const Press& press) const noexcept {
     const DefaultFloats guard;
     int updates = 0;
-    const Part all{0, pads_alike(press) ? 1 : press.pads.count};
+    const Slots all{0, pads_alike(press) ? 1 : press.pads.count};
     const bool floats = each_update(table, press, all, [&](auto...) { ++updates; });
     table.whole = updates == 1;
     return floats;
@@ -251,18 +251,18 @@ void Recorder::record(VkCommandBuffer commands, size_t binding, const Press& pre
     const bool batch = streamed_.pads > 1, from_constants = batch ? alike_ && pads_alike(press) : !writes_constants();
     const size_t most = size_t(std::clamp(device_.most_work / work_of_pad(), 1.0, double(streamed_.pads)));
     for (size_t first = 0; first == 0 || first < count; first += most) {
-        const Part part{first, std::min(first + most, count)};
+        const Slots slots{first, std::min(first + most, count)};
         if (writes_constants())
             between_presses(commands, [&] {
                 if (batch && first == 0) copy_others(commands, binding, press.pads);
-                if (batch) update_list(commands, binding, press, part);
+                if (batch) update_list(commands, binding, press, slots);
                 if (from_constants || count == 0) return;
-                if (!pads_alike(press)) update_tables(commands, binding, press, part, table);
+                if (!pads_alike(press)) update_tables(commands, binding, press, slots, table);
                 else if (first == 0) update_tables(commands, binding, press, {0, 1}, table);
             });
         if (count == 0) return;
         const f32::Constants c = plan::frame_constants(streamed_.skin, table.coefficients.front());
-        const uint32_t pads = uint32_t(part.last - part.first);
+        const uint32_t pads = uint32_t(slots.last - slots.first);
         if (sites_) sites_->record(commands, binding, c, pads, own);
         else (batch && from_constants ? alike_ : fields_)->record(commands, binding, c, pads, own);
     }

@@ -60,15 +60,15 @@ class Recorder {
     // The elements of a pad's table.
     std::span<const plan::Element> elements_of(int pad) const;
     // Pads first .. last - 1 of a press, by their places in its list.
-    struct Part {
+    struct Slots {
         size_t first, last;
     };
-    // Fills a table with the coefficients of a part, again and again where they are more than it holds, and calls
-    // f(index in the part's coefficients, coefficients, number of them) each time. Returns false where one is beyond
+    // Fills a table with the coefficients of some slots, again and again where they are more than it holds, and calls
+    // f(index in their coefficients, coefficients, number of them) each time. Returns false where one is beyond
     // float.
-    template <class F> bool each_update(PressTable&, const Press&, const Part&, F f) const;
-    void update_list(VkCommandBuffer, size_t binding, const Press&, const Part&) const;
-    void update_tables(VkCommandBuffer, size_t binding, const Press&, const Part&, PressTable&) const;
+    template <class F> bool each_update(PressTable&, const Press&, const Slots&, F f) const;
+    void update_list(VkCommandBuffer, size_t binding, const Press&, const Slots&) const;
+    void update_tables(VkCommandBuffer, size_t binding, const Press&, const Slots&, PressTable&) const;
     void update(VkCommandBuffer, size_t binding, size_t offset, const void* from, size_t bytes) const;
     void copy_others(VkCommandBuffer, size_t binding, const plan::PadList&) const;
     void fill_needs();

@@ -173,7 +173,7 @@ void doubt_kind(const Problem& p, Fit& fit) {
 
 Fit fitted(const Problem& measured, int n) {
     const Problem p = condensed(measured);
-    const std::vector<Spectrum> spectra = best_spectra(p, grid_of(p), n);
+    const std::vector<Spectrum> spectra = best_spectra(p, start_times_of(p), n);
     const Spectrum& s = spectra.back();
     Fit fit;
     fit.elements = chain_of_spectrum(p, s);

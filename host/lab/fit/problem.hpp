@@ -42,14 +42,14 @@ struct Spectrum {
 
 // Times to begin the search at, with the triangle of constant, ramp, exponentials of all these times, and values: a
 // small problem with the least squares of the whole.
-struct Grid {
+struct StartTimes {
     std::vector<double> log_times;
     Matrix triangle;
 };
-Grid grid_of(const Problem&);
+StartTimes start_times_of(const Problem&);
 
 // Returns the best spectra of chains of at most 1, 2 .. n elements: none has a greater residual than those before.
-std::vector<Spectrum> best_spectra(const Problem&, const Grid&, int n);
+std::vector<Spectrum> best_spectra(const Problem&, const StartTimes&, int n);
 
 // Weighs the residual of a spectrum against its number of parameters (Bayesian information criterion); less is better.
 double information(const Problem&, const Spectrum&, size_t parameters);

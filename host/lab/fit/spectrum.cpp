@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Searches the times of a spectrum: first on a grid, then by variable projection. Amplitudes follow from times by
+// Searches the times of a spectrum: first on a grid of start times, then by variable projection. Amplitudes follow from times by
 // nonnegative least squares.
 #include "host/lab/fit/problem.hpp"
 
@@ -11,10 +11,10 @@ namespace dermis::fit {
 namespace {
 
 // Bounds of the logarithm of a time: a tenth of the shortest time of the data to ten times the longest.
-struct Range {
+struct LogTimes {
     double least, most;
 };
-Range range_of(const Problem& p) {
+LogTimes log_times_of(const Problem& p) {
     double least = HUGE_VAL, most = 0;
     for (double t : p.times)
         if (t > 0) {
@@ -82,15 +82,15 @@ std::vector<size_t> fixed_columns(const Spectrum& s) {
 
 constexpr size_t first_exponential = 2; // of the triangle's columns
 
-// Chooses times on the grid one by one, each where it helps most, and after each moves all while that helps.
-std::vector<double> chosen_times(const Grid& grid, const Spectrum& s, size_t count) {
+// Chooses start times one by one, each where it helps most, and after each moves all while that helps.
+std::vector<double> chosen_times(const StartTimes& starts, const Spectrum& s, size_t count) {
     std::vector<size_t> columns = fixed_columns(s);
-    const size_t fixed = columns.size(), begin = first_exponential, end = begin + grid.log_times.size();
+    const size_t fixed = columns.size(), begin = first_exponential, end = begin + starts.log_times.size();
     double best = HUGE_VAL;
     const auto improves = [&](size_t place, size_t column) {
         const size_t before = columns[place];
         columns[place] = column;
-        const double squares = nonnegative_solution(grid.triangle, columns).squares;
+        const double squares = nonnegative_solution(starts.triangle, columns).squares;
         if (squares < best) {
             best = squares;
             return true;
@@ -111,22 +111,23 @@ std::vector<double> chosen_times(const Grid& grid, const Spectrum& s, size_t cou
         }
     }
     std::vector<double> times;
-    for (size_t place = fixed; place < columns.size(); ++place) times.push_back(grid.log_times[columns[place] - begin]);
+    for (size_t place = fixed; place < columns.size(); ++place)
+        times.push_back(starts.log_times[columns[place] - begin]);
     return times;
 }
 
-// Takes the times of the whole grid to which nonnegative least squares gives amplitudes, and joins the nearest two of
+// Takes of all start times those to which nonnegative least squares gives amplitudes, and joins the nearest two of
 // them until `count` are left.
-std::vector<double> joined_times(const Grid& grid, const Spectrum& s, size_t count) {
+std::vector<double> joined_times(const StartTimes& starts, const Spectrum& s, size_t count) {
     if (count == 0) return {};
     std::vector<size_t> columns = fixed_columns(s);
     const size_t fixed = columns.size();
-    for (size_t k = 0; k < grid.log_times.size(); ++k) columns.push_back(first_exponential + k);
-    const std::vector<double> amplitudes = nonnegative_solution(grid.triangle, columns).x;
+    for (size_t k = 0; k < starts.log_times.size(); ++k) columns.push_back(first_exponential + k);
+    const std::vector<double> amplitudes = nonnegative_solution(starts.triangle, columns).x;
     std::vector<double> times, shares;
-    for (size_t k = 0; k < grid.log_times.size(); ++k)
+    for (size_t k = 0; k < starts.log_times.size(); ++k)
         if (amplitudes[fixed + k] > 0) {
-            times.push_back(grid.log_times[k]);
+            times.push_back(starts.log_times[k]);
             shares.push_back(amplitudes[fixed + k]);
         }
     while (times.size() > count) {
@@ -180,7 +181,7 @@ std::vector<double> damped_step(const Matrix& equations, double damping) {
 
 // Moves the times from where they are to the nearest least squares, and sorts them.
 void refine(const Problem& p, Spectrum& s) {
-    const Range range = range_of(p);
+    const LogTimes range = log_times_of(p);
     set_amplitudes(p, s);
     double damping = 1e-3;
     int small_gains = 0;
@@ -238,8 +239,8 @@ double information(const Problem& p, const Spectrum& s, size_t parameters) {
     return points * std::log(mean_square) + double(parameters) * std::log(points);
 }
 
-Grid grid_of(const Problem& p) {
-    const Range range = range_of(p);
+StartTimes start_times_of(const Problem& p) {
+    const LogTimes range = log_times_of(p);
     const double decades = (range.most - range.least) / std::log(10.0);
     const int intervals = std::clamp(int(std::ceil(10 * decades)), 1, 200);
     Spectrum all{.constant = true, .ramp = true};
@@ -256,11 +257,11 @@ namespace {
 bool is_exact(const Problem& p, const Spectrum& s) { return s.squares <= exact_data * exact_data * double(p.points); }
 
 // Returns the best spectrum of these terms and at most so many times, of several starts as long as a residual stays.
-Spectrum best_of_terms(const Problem& p, const Grid& grid, bool constant, bool ramp, size_t times) {
+Spectrum best_of_terms(const Problem& p, const StartTimes& starts, bool constant, bool ramp, size_t times) {
     Spectrum best{.constant = constant, .ramp = ramp, .squares = HUGE_VAL};
     for (const auto start : {chosen_times, joined_times}) {
         Spectrum s{.constant = constant, .ramp = ramp};
-        s.log_times = start(grid, s, times);
+        s.log_times = start(starts, s, times);
         refine(p, s);
         simplify(p, s);
         if (s.squares < best.squares) best = std::move(s);
@@ -269,7 +270,7 @@ Spectrum best_of_terms(const Problem& p, const Grid& grid, bool constant, bool r
     return best;
 }
 
-Spectrum best_spectrum(const Problem& p, const Grid& grid, int n) {
+Spectrum best_spectrum(const Problem& p, const StartTimes& starts, int n) {
     Spectrum best;
     double least = HUGE_VAL;
     for (bool constant : {true, false})
@@ -277,7 +278,7 @@ Spectrum best_spectrum(const Problem& p, const Grid& grid, int n) {
             // In creep a spring and a dashpot are elements of their own; in relaxation every spectrum has a spring.
             const int times = p.test == Test::creep ? n - constant - ramp : n - 1;
             if (times < 0 || (p.test == Test::relaxation && (ramp || times + constant == 0))) continue;
-            Spectrum s = best_of_terms(p, grid, constant, ramp, size_t(times));
+            Spectrum s = best_of_terms(p, starts, constant, ramp, size_t(times));
             // Noise must not make a kind of spectrum look better that could use fewer of its terms.
             const size_t offered = size_t(2 * times + constant + ramp);
             const double score = information(p, s, is_exact(p, s) ? s.parameters() : offered);
@@ -290,10 +291,10 @@ Spectrum best_spectrum(const Problem& p, const Grid& grid, int n) {
 
 } // namespace
 
-std::vector<Spectrum> best_spectra(const Problem& p, const Grid& grid, int n) {
+std::vector<Spectrum> best_spectra(const Problem& p, const StartTimes& starts, int n) {
     std::vector<Spectrum> spectra;
     for (int k = 1; k <= n; ++k) {
-        Spectrum s = best_spectrum(p, grid, k);
+        Spectrum s = best_spectrum(p, starts, k);
         // The kinds of spectra are told apart by more than their residual.
         if (k > 1 && (s.squares > spectra.back().squares || is_exact(p, spectra.back()))) s = spectra.back();
         spectra.push_back(std::move(s));

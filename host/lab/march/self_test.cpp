@@ -79,7 +79,7 @@ void compare_runs(SelfTest& test, plan::Backend& backend, plan::Backend& plain, 
 
 // Compares the kernel sites in a stream of frames.
 void compare_sites(SelfTest::Kernel& kernel, plan::Backend& backend, const TestVariant& v) {
-    SampleStream::Variant every{.stencil = v.stencil,
+    SampleStream::Options every{.stencil = v.stencil,
                                 .edges = v.edges,
                                 .precision = v.precision,
                                 .materials = v.materials,

@@ -83,7 +83,7 @@ void Folder::remove_parts() const {
         if (is_part(i->path().filename().string())) ::unlink(i->path().c_str());
 }
 
-Part::Part(const Path& path, const std::string& content) : path_(path) {
+PartFile::PartFile(const Path& path, const std::string& content) : path_(path) {
     const int file = created();
     try {
         write(file, content);
@@ -97,7 +97,7 @@ Part::Part(const Path& path, const std::string& content) : path_(path) {
 
 // If a name is taken, by a file that a process of the same number left or by another file of this one, the next
 // number is tried.
-int Part::created() {
+int PartFile::created() {
     for (long number = ::getpid();; ++number) {
         std::string name = fmt::format("{}{}{}{}", path_.string(), before_number, number, after_number);
         const HeldSignals signals;
@@ -110,7 +110,7 @@ int Part::created() {
     }
 }
 
-void Part::write(int file, const std::string& content) const {
+void PartFile::write(int file, const std::string& content) const {
     for (size_t done = 0; done < content.size();) {
         const ssize_t n = ::write(file, content.data() + done, content.size() - done);
         if (n < 0 && errno == EINTR) continue;
@@ -119,12 +119,12 @@ void Part::write(int file, const std::string& content) const {
     }
 }
 
-void Part::publish(const HeldSignals&) {
+void PartFile::publish(const HeldSignals&) {
     if (::rename(leftover_->path().c_str(), path_.c_str()) != 0) failed(path_, "written");
 }
 
 void write_file(const Path& path, const std::string& content) {
-    Part part(path, content);
+    PartFile part(path, content);
     const HeldSignals signals;
     part.publish(signals);
 }

@@ -36,10 +36,10 @@ class Folder {
 
 // A file under a temporary name beside its own, NAME.dermis-PID.part, which it gets from nobody else and through no
 // link. The part is removed unless it is published.
-class Part {
+class PartFile {
   public:
     // Writes the content, to the disk.
-    Part(const Path&, const std::string& content);
+    PartFile(const Path&, const std::string& content);
     // Gives the file its name, in place of one that has it.
     void publish(const HeldSignals&);
 

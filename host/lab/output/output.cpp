@@ -158,8 +158,8 @@ void write_result(const Folder& folder, const Scene& scene, const Result& result
     // Known before anything is written, because there may be no memory to find it out later.
     const std::vector<Path> stale = earlier_run(out, result_files(scene));
     const bool owned = is_owned(out);
-    Part unfinished(out / "summary.json", made_by_dermis + "\n  \"unfinished\": true\n}\n");
-    std::list<Part> parts;
+    PartFile unfinished(out / "summary.json", made_by_dermis + "\n  \"unfinished\": true\n}\n");
+    std::list<PartFile> parts;
     std::vector<Contents> files;
     const auto add = [&](const std::string& name, const std::string& content) {
         parts.emplace_back(out / name, content);
@@ -179,7 +179,7 @@ void write_result(const Folder& folder, const Scene& scene, const Result& result
     const HeldSignals signals;
     if (owned) unfinished.publish(signals);
     for (const Path& path : stale) remove_file(path);
-    for (Part& part : parts) part.publish(signals);
+    for (PartFile& part : parts) part.publish(signals);
 }
 
 void Progress::clear() {

@@ -18,7 +18,7 @@ std::string npy_of(const std::vector<double>& map, int width, int height);
 std::vector<std::string> result_files(const Scene&);
 // Writes traces.csv, impulses.csv, summary.json, the fields, and with sites receptors.csv and responses.npy; all of
 // them or, where one cannot be written, none. What an earlier run left there is removed (see earlier.hpp). scene: as it
-// was run. origin: the first lines of summary.json, from origin_of().
+// was run. origin: the first lines of summary.json, from text_of(const Origin&).
 void write_result(const Folder&, const Scene& scene, const Result&, const std::string& origin);
 
 // A line on the terminal that shows the share of the work done, once a second has passed; nothing where stderr is no

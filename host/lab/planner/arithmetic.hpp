@@ -41,8 +41,8 @@ struct CountedLoad {
     double end = 0; // of s0 + ds, between frames
 };
 
-// Returns what plan::SineForce may leave the factors of ds off by at a unit roundoff, because it takes differences of
-// terms that are each rounded. w: angular frequency, 1/s.
+// Returns the error of the factors of ds under a sine (schedule/forcing.cpp) at a unit roundoff: they are differences
+// of terms that are each rounded. w: angular frequency, 1/s.
 f64::Coefficients cancelled_under_sine(const f64::Coefficients&, const plan::Element&, const plan::ResponseRule&,
                                        double w, double amplitude, double unit);
 
@@ -54,8 +54,8 @@ void add_of_elastic(f64::Coefficients& off, const f64::Coefficients&, const plan
 // The step of one element. z is dt/tau.
 struct CountedStep {
     f64::Coefficients k;           // in double
-    f64::Coefficients shift{};     // k less their references
-    f64::Coefficients cancelled{}; // what references of factors of ds are off by where they are small differences
+    f64::Coefficients shift{};     // k less its references
+    f64::Coefficients cancelled{}; // the error of references that are small differences of large terms
     double unit = 0x1p-53;         // the unit roundoff of the references
     CountedLoad load;
     double z = 0;

@@ -233,14 +233,14 @@ class Analysis {
 
     // A quantity of one cell under the greatest pressure on it, or around it: of its element, or summed over those in
     // series.
-    struct Sum {
+    struct BoundedSum {
         double value = 0, magnitude = 0; // the sum, and that of magnitudes
         double off = 0;                  // what the sum is off by
         double gain = INFINITY;          // the greatest at rest of what is off, where all of that is rounding
         double value_gain = INFINITY;    // that of the value
     };
-    Sum sum_of(size_t first, int q, bool around) const {
-        Sum s;
+    BoundedSum sum_of(size_t first, int q, bool around) const {
+        BoundedSum s;
         const PressedMaterial& m = materials_.pressed[first];
         const size_t length = materials_.chain.length;
         const double peak = around ? m.around : m.peak, share = peak < m.around ? peak / m.around : 1;
@@ -266,17 +266,17 @@ class Analysis {
     }
 
     // That of every cell; of cells whose elements are represented, one that no cell exceeds.
-    std::vector<Sum> sums_of(int q, bool around) const {
-        std::vector<Sum> all;
+    std::vector<BoundedSum> sums_of(int q, bool around) const {
+        std::vector<BoundedSum> all;
         for (size_t i = 0; i < materials_.ends.front(); i += materials_.chain.length)
             all.push_back(sum_of(i, q, around));
         const std::vector<size_t>& ends = materials_.ends;
         if (ends.size() == 1) return all;
-        Sum together;
+        BoundedSum together;
         for (size_t place = 0, i = 0; place < ends.size(); ++place) {
-            Sum most;
+            BoundedSum most;
             for (; i < ends[place]; ++i) {
-                const Sum s = sum_of(i, q, around);
+                const BoundedSum s = sum_of(i, q, around);
                 raise(most.magnitude, s.magnitude);
                 raise(most.off, s.off);
             }
@@ -293,14 +293,14 @@ class Analysis {
     // Takes the errors at the end of a step that is read.
     void widen() {
         double strain = 0, d_strain = 0;
-        for (const Sum& eps : sums_of(QUANTITY_STRAIN, true)) {
+        for (const BoundedSum& eps : sums_of(QUANTITY_STRAIN, true)) {
             raise(strain, eps.magnitude);
             raise(d_strain, eps.off);
         }
         const double bent = l_ * rough_.laplacian * strain, gain = 1 + l_ * rest_ + bent;
         const double d_C = weight_ * d_strain + d_rest_ + u_ * (rough_.laplacian + rough_.roundings) * strain;
         for (int q = 0; q < REDUCED_MAPS; ++q)
-            for (const Sum& of : sums_of(q, false)) {
+            for (const BoundedSum& of : sums_of(q, false)) {
                 const double x = std::abs(of.value), greatest = q == QUANTITY_STRAIN ? x : x * gain;
                 const double stored = x == 0 || kind_.separable ? 0 : kind_.stored;
                 const double run = x + of.off, value = run * std::min(of.value_gain + bent, gain); // of the response

@@ -118,7 +118,7 @@ class ErrorBounds {
         return *peaks_;
     }
 
-    // by: what the skin's elements are a replacement by, if they are one.
+    // by: the replacement that gave the skin fewer elements; empty for its own elements.
     double worst(const PreparedSkin& skin, const Schedule& schedule, const Arithmetic& kind, const Replacement& by) {
         const bool whole = !schedule.output.traces.empty() || !schedule.output.fields.empty();
         const auto widened = [](Bounds b, const Errors& replaced) {
@@ -194,7 +194,7 @@ Explanation choose(const PreparedSkin& skin, const Schedule& schedule, const Req
         c.refused = ruled_out(c, r, backends);
         const bool possible = c.refused.empty();
         const bool rough = c.model == Model::march ||
-                           std::any_of(skin.parts.begin(), skin.parts.end(), std::mem_fn(&plan::Part::rough));
+                           std::any_of(skin.parts.begin(), skin.parts.end(), std::mem_fn(&plan::TimeGroup::rough));
         const bool unforced = is_unforced(c, r), binds = e.binding || (rough && unforced);
         if (possible && !taken && (e.binding || unforced))
             if (const auto fewer = bounds.reduced(c, e.tolerance, backend_of(c, backends))) {
@@ -225,7 +225,7 @@ Explanation choose(const PreparedSkin& skin, const Schedule& schedule, const Req
     e.stencil_estimate = at_rest.greatest;
     e.greatest_curvature = at_rest.curvature;
     if (!why_not_separable(skin, schedule).empty()) return e;
-    for (const plan::Part& part : skin.parts) e.retardation_times.push_back(scene::tau_range({part.element}).max);
+    for (const plan::TimeGroup& part : skin.parts) e.retardation_times.push_back(scene::tau_range({part.element}).max);
     return e;
 }
 

@@ -31,9 +31,9 @@ Roughness roughness_of(const plan::PreparedSkin&, const plan::Schedule&, double 
 struct PressedMaterial {
     plan::Element element;
     double peak = 0;
-    double around = 0; // the same with the cells that their stencils read
-    // The greatest |1 + l*L(S)| of those cells, each by its share of the rounding errors of the most pressed one, and
-    // by its share of the pressure.
+    double around = 0; // the greatest |pressure| on these cells and on the cells that their stencils read
+    // The greatest |1 + l*L(S)| of the cells that are read, times the cell's share of the most pressed cell's rounding
+    // error (gain) or of its pressure (value_gain).
     double gain = INFINITY, value_gain = INFINITY;
 };
 

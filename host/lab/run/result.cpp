@@ -14,15 +14,15 @@ namespace {
 constexpr double rounding = 1e-4; // A value below this share of the greatest has no sign.
 
 // The least and the greatest value of a trace over all times and cells, and 0.
-struct Range {
+struct Extremes {
     double least = 0, greatest = 0;
     double size() const { return std::max(std::abs(least), std::abs(greatest)); }
     bool pulled() const { return least < -rounding * size(); }
     bool pressed() const { return greatest > rounding * size(); }
 };
 
-Range range_of(const Trace& t) {
-    Range range;
+Extremes extremes_of(const Trace& t) {
+    Extremes range;
     for (const auto* column : {&t.min, &t.max})
         for (double v : *column) {
             range.least = std::min(range.least, v);
@@ -51,14 +51,14 @@ std::vector<Quantity> sign_changed(const Scene& s, const Result& r) {
     std::vector<Quantity> changed;
     const Trace* strain = trace_with_extremes(r, Quantity::strain);
     if (!strain) return changed;
-    const Range strains = range_of(*strain);
+    const Extremes strains = extremes_of(*strain);
     if (strains.pulled() && strains.pressed()) return changed;
     const bool rectified = s.receptors.fa2_gains[0] != -s.receptors.fa2_gains[1];
     const bool product = scene::is_uniform(s.material) && s.load.kind != Load::Kind::sequence;
     for (const scene::ReceptorClass& c : scene::receptor_classes) {
         const Trace* trace = trace_with_extremes(r, c.type);
         if (!trace) continue;
-        const Range range = range_of(*trace);
+        const Extremes range = extremes_of(*trace);
         const bool sustained = c.type == Quantity::sa1 || c.type == Quantity::sa2;
         if (sustained ? (strains.pulled() ? range.pressed() : range.pulled())
                       : product && !(c.type == Quantity::fa2 && rectified) &&
@@ -84,7 +84,7 @@ Report report(const Scene& s, const Result& r) try {
     const DefaultFloats guard;
     Report report = report_of(s, {.min = r.tau_min, .max = r.tau_max}, r.cells_per_ridge, r.greatest_gain);
     if (const Trace* strain = trace_with_extremes(r, Quantity::strain)) {
-        report.strain.value = range_of(*strain).size();
+        report.strain.value = extremes_of(*strain).size();
         if (s.grid.spacing) report.indentation.value = report.strain.value * s.material.thickness.value_or(0);
     }
     report.sign_changed = sign_changed(s, r);

@@ -10,7 +10,7 @@ namespace {
 
 // The folder that paths in a scene file are relative to, maps in memory, maps that have been read, and the files that
 // have been named so far.
-struct Folder {
+struct PathBase {
     std::filesystem::path path;
     const NamedMaps& maps;
     FileMaps& read;
@@ -31,7 +31,7 @@ struct Folder {
 
 // Reads the key `path` of a table, which is required with the kinds named in `kinds` and refused with any other.
 // Returns the path from the working directory; empty where there is none.
-std::string path_in(Section& table, bool required, const std::string& kinds, const Folder& folder) {
+std::string path_in(Section& table, bool required, const std::string& kinds, const PathBase& folder) {
     const auto path = table.text("path");
     if (required != path.has_value())
         refuse(table.parameter("path"), path ? "\"" + *path + "\"" : "(not given)",
@@ -49,7 +49,7 @@ void read_grid(Section table, Grid& grid) {
         if (cells < 1 || cells > 16384) refuse(table.parameter(key), std::to_string(cells), "whole cells, 1..16384");
 }
 
-void read_surface(Section table, const Grid& grid, const Folder& folder, Surface& surface) {
+void read_surface(Section table, const Grid& grid, const PathBase& folder, Surface& surface) {
     table.choice("kind", surface.kind);
     const bool map = surface.kind == Surface::Kind::map;
     if (map || surface.kind == Surface::Kind::flat) // without the ridges of a preset
@@ -68,7 +68,7 @@ void read_surface(Section table, const Grid& grid, const Folder& folder, Surface
 // Reads a number or the name of a file that holds one for each cell.
 struct NumberOrMap {
     const Grid& grid;
-    const Folder& folder;
+    const PathBase& folder;
     template <class Number> void operator()(Section& table, const char* key, Number& value, Map& map) const {
         if (!table.has_text(key)) return table.number(key, value);
         const std::string text = *table.text(key);
@@ -89,7 +89,7 @@ KelvinVoigt element_in(const toml::node& node, const std::string& parameter, con
     return element;
 }
 
-void read_material(Section table, const Grid& grid, const Folder& folder, Material& material) {
+void read_material(Section table, const Grid& grid, const PathBase& folder, Material& material) {
     if (table.has("modulus") || table.has("viscosity") || table.has("elements") || table.has("relaxation")) {
         material.elements.clear(); // a preset's
         material.spring.reset();
@@ -147,7 +147,7 @@ void read_envelope(Section& table, Envelope& e) {
     }
 }
 
-void read_load(Section table, const Grid& grid, const Folder& folder, Load& load) {
+void read_load(Section table, const Grid& grid, const PathBase& folder, Load& load) {
     table.choice("kind", load.kind);
     const bool map = load.kind == Load::Kind::map, sequence = load.kind == Load::Kind::sequence;
     load.path = path_in(table, map || sequence, "\"file\" or \"sequence\"", folder);
@@ -186,7 +186,7 @@ void read_receptors(Section table, Receptors& receptors) {
     table.finish();
 }
 
-std::vector<Site> sites_in(Section table, const Grid& grid, const Folder& folder) {
+std::vector<Site> sites_in(Section table, const Grid& grid, const PathBase& folder) {
     const bool by_density = table.has("density") || table.has("seed");
     std::vector<Site> listed;
     if (const auto path = table.text("path")) {
@@ -230,7 +230,7 @@ Scene preset_in(Section& top) {
     return fingertip();
 }
 
-Scene read_all(Section top, const Folder& folder) {
+Scene read_all(Section top, const PathBase& folder) {
     Scene scene = preset_in(top);
     top.choice("method", scene.method);
     top.choice("model", scene.model);

@@ -5,8 +5,8 @@
 
 namespace dermis::plan {
 
-Relaxation relaxation(Method method, double z) {
-    Relaxation r{};
+StabilityFunction stability_function(Method method, double z) {
+    StabilityFunction r{};
     const double g = 1 - 1 / std::numbers::sqrt2; // SDIRK2's diagonal
     switch (method) {
     case Method::rk2: r.T = 0.5; break;
@@ -32,7 +32,7 @@ Relaxation relaxation(Method method, double z) {
 f64::Coefficients baseline_coefficients(Method method, const Element& m, const ResponseRule& rule, double dt) {
     f64::Coefficients k{};
     const double q = dt / m.viscosity;
-    const Relaxation r = relaxation(method, m.modulus * q);
+    const StabilityFunction r = stability_function(method, m.modulus * q);
     k.E = m.modulus;
     k.b = q * r.S;
     k.i0 = dt * r.S; // the same method for I' = eps

@@ -143,7 +143,7 @@ PreparedRun in_parts(PreparedRun run) {
     run.schedule.pressure = pressure;
     for (int& material : skin.material_of) material = skin.part_of[size_t(material)];
     skin.materials.clear();
-    for (const Part& part : skin.parts) skin.materials.push_back(part.element);
+    for (const TimeGroup& part : skin.parts) skin.materials.push_back(part.element);
     if (skin.parts.size() == 1) skin.material_of.clear();
     else run.schedule.output.extremes = false; // see why_not(): no trace asks for them
     scene::drop_maps(skin.description.material);
