@@ -6,8 +6,8 @@
 
 namespace dermis::simd {
 
-// The number of cores that the process may run on, or the number whose time its control groups grant it, rounded up:
-// the smaller of both. At least 1. Found out at the first call.
+// Returns the number of cores that the process may use, at least 1: the smaller of the number that it may run on and
+// the number whose time its control groups grant it, rounded up. It is found out at the first call.
 int cores();
 
 // Cores of time that the control groups of this process grant it, rounded up, at least 1; 0: no limit is known.

@@ -10,8 +10,8 @@ namespace dermis {
 
 inline bool finite(double x) { return (std::bit_cast<uint64_t>(x) >> 52 & 0x7ff) != 0x7ff; }
 
-// The sign bit is set where the bits of a float are those of an infinity or a NaN: an exponent of all ones carries into
-// the sign, and no other does. Loops that join these bits by `or` vectorise.
+// Returns a number whose sign bit is set if the float with these bits is an infinity or a NaN: an exponent of all ones
+// carries into the sign bit, and no other exponent does. Loops that join such numbers by `or` vectorise.
 inline uint32_t not_finite(uint32_t bits) { return (bits & 0x7f800000u) + 0x00800000u; }
 inline bool any_not_finite(uint32_t joined) { return joined >> 31 != 0; }
 
