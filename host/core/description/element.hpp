@@ -138,7 +138,9 @@ inline Series series_at(const Material& m, size_t cell) {
 // The elements in series of a uniform material.
 inline std::vector<Element> chain_of(const Material& m) {
     const Series s = series_at(m, 0);
-    return {s.elements.begin(), s.elements.begin() + long(s.length)};
+    std::vector<Element> chain(s.length);
+    std::copy_n(s.elements.begin(), s.length, chain.begin());
+    return chain;
 }
 
 // Whether a uniform material has an element without viscosity.
