@@ -38,7 +38,7 @@ class SitesOfCells {
     void read(const float* strain, const std::array<const float*, RESPONSE_MAPS>& signals, const f32::Constants& c,
               const std::array<float*, RESPONSE_MAPS>& responses) const {
         for (size_t r = 0; r < RESPONSE_MAPS; ++r)
-            std::ranges::transform(sites_[r], responses[r], [&](const plan::SitePlace& site) {
+            std::ranges::transform(sites_[r], responses[r], [&](const plan::SitePlace<f32>& site) {
                 const float C = site.curvature(strain, stencil_, c.bend);
                 return f32::answer(int(r) + QUANTITY_SA1, signals[r][site.stencil.here], C, c);
             });
@@ -46,7 +46,7 @@ class SitesOfCells {
 
   private:
     int stencil_;
-    std::array<std::vector<plan::SitePlace>, RESPONSE_MAPS> sites_;
+    std::array<std::vector<plan::SitePlace<f32>>, RESPONSE_MAPS> sites_;
 };
 
 } // namespace dermis::cpu

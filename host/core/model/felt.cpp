@@ -5,19 +5,6 @@
 
 namespace dermis::plan {
 
-SitePlace::SitePlace(const PreparedSkin& skin, const SiteCells& cells, Cell cell)
-    : stencil(stencil_cells_of(skin, cells, cell)), x(f32::axis(cell.x, skin.width(), skin.stencil, skin.edges)),
-      y(f32::axis(cell.y, skin.height(), skin.stencil, skin.edges)),
-      rest_curvature(float(rest_curvature_at(skin, cell))) {}
-
-float SitePlace::curvature(const float* strain, int kind, float bend) const {
-    const float eps = strain[stencil.here];
-    const auto along = [&](const size_t(&at)[4], const f32::Axis& axis) {
-        return f32::difference(strain[at[0]], strain[at[1]], eps, strain[at[2]], strain[at[3]], axis, kind);
-    };
-    return f32::curvature_of(rest_curvature, f32::add(along(stencil.x, x), along(stencil.y, y)), bend);
-}
-
 Felt::Felt(const StreamedSkin& s)
     : width_(s.skin.width()), height_(s.skin.height()), stencil_(s.skin.stencil), edges_(s.skin.edges),
       cells_(s.skin.cells()), chain_(s.skin.chain), compensated_(s.variant().compensated), layout_(state_layout_of(s)),

@@ -3,22 +3,10 @@
 // bits of a march's fields. Of a spring, whose strain no state holds, that under the pressure of the last press.
 #pragma once
 
-#include "host/core/model/laplacian.hpp"
 #include "host/core/model/site_cells.hpp"
 #include "host/core/model/streamed_skin.hpp"
 
 namespace dermis::plan {
-
-// The place of a receptor among the cells that sites read.
-struct SitePlace {
-    SitePlace(const PreparedSkin&, const SiteCells&, Cell);
-    // strain: of the cells that sites read, and one more, at rest.
-    float curvature(const float* strain, int stencil, float bend) const;
-
-    StencilCells stencil;
-    f32::Axis x, y;
-    float rest_curvature;
-};
 
 class Felt {
   public:
@@ -40,7 +28,7 @@ class Felt {
     const StateLayout layout_;
     const float bend_, thickness_;
     std::vector<size_t> read_;     // cells that sites read; empty: all
-    std::vector<SitePlace> sites_; // in the order given
+    std::vector<SitePlace<f32>> sites_; // in the order given
     std::vector<double> springs_;  // in series in the cells that a state holds, where they differ
 };
 

@@ -19,7 +19,7 @@ class Sites : public plan::Stepper {
         for (size_t i = 0; i < columns_; ++i) {
             const Cell c = cells.points[i];
             if (ever_pressed(pressed, size_t(c.y) * size_t(skin.width()) + size_t(c.x), skin.width()))
-                points_.push_back({stepper_.point(skin, c), i, classes[i]}); // all that the others have is 0
+                points_.push_back({{skin, cells, c}, i, classes[i]}); // all that the others have is 0
         }
         std::sort(points_.begin(), points_.end(),
                   [](const Point& a, const Point& b) { return a.at.stencil.here < b.at.stencil.here; });
@@ -62,7 +62,7 @@ class Sites : public plan::Stepper {
   private:
     static constexpr int answered = int(Quantity::curvature) + 1; // quantities of a sample
     struct Point {
-        plan::SiteStepper<f64>::Point at;
+        plan::SitePlace<f64> at;
         size_t column; // of a sample
         int quantity;  // the one that is asked for, or every_quantity
     };

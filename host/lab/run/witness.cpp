@@ -61,7 +61,7 @@ Witness::Witness(const plan::PreparedSkin& skin, const plan::Schedule& schedule,
     for (const WitnessCell& c : cells)
         points_.push_back(
             {.of = c,
-             .at = stepper_.point(skin, c.cell),
+             .at = {skin, cells_, c.cell},
              .pressed = ever_pressed(pressed, size_t(c.cell.y) * width_ + size_t(c.cell.x), skin.width())});
     field_.resize(points_.size());
     for (size_t cell : cells_.cells) {

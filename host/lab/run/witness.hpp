@@ -42,7 +42,7 @@ class Witness {
     using Extended = plan::SiteStepper<extended>;
     struct Point {
         WitnessCell of;
-        Extended::Point at;
+        plan::SitePlace<extended> at;
         bool pressed; // ever
     };
     // The values at an output: of each cell and quantity that is compared.
