@@ -82,7 +82,7 @@ VulkanFrames::VulkanFrames(const FrameScene& scene, std::shared_ptr<vulkan::Cont
     std::vector<f32::Coefficients> table(skin.materials.size());
     if (!plan::fill_table(skin.materials, skin.chain, skin.rule, scene.dt, table.data()))
         throw std::logic_error("table");
-    const VkDeviceSize planes = VkDeviceSize(vulkan::state_planes(scene.streamed.variant()));
+    const VkDeviceSize planes = VkDeviceSize(scene.streamed.variant().state().planes());
     for (int i = 0; i < buffers; ++i)
         buffers_.emplace_back(*context_,
                               i == unused                  ? 4

@@ -10,12 +10,11 @@ layout(constant_id = VARIANT_ELEMENTS) const int ELEMENTS = 1;
 layout(constant_id = VARIANT_SPRING) const int SPRING = 0;
 layout(constant_id = VARIANT_STRAIN) const int STRAIN = 0;
 layout(constant_id = VARIANT_PADS) const int PADS = 0;
-// Offsets in a cell's state, in planes (press.comp) or in numbers (sites.comp): PLANES, the total; ELEMENT(e), the strain
-// of element e; INTEGRAL; RATE, of the spring.
-#define PLANES STATE_PLANES(ELEMENTS, COMPENSATED, STRAIN, RESPONSES, CARRIES_RATE)
-#define ELEMENT(e) STATE_ELEMENT(e, COMPENSATED, STRAIN)
-#define INTEGRAL STATE_INTEGRAL(ELEMENTS, COMPENSATED, STRAIN)
-#define RATE STATE_RATE(ELEMENTS, COMPENSATED, STRAIN, RESPONSES)
+// Planes of a cell's state: their number; of sum s, the strain of element s or the integral; of the spring's rate.
+#define PLANES STATE_PLANES(ELEMENTS, COMPENSATED, STRAIN, INTEGRATED, CARRIES_RATE)
+#define SUM_PLANE(s) STATE_SUM(s, COMPENSATED, STRAIN)
+#define RATE STATE_RATE(ELEMENTS, COMPENSATED, STRAIN, INTEGRATED)
+#define INTEGRATED ((RESPONSES >> (QUANTITY_SA2 - 1)) & 1)
 #define CARRIES_RATE (SPRING & FRAMES & (RESPONSES >> (QUANTITY_FA2 - 1)))
 
 // Whether coefficients are those of a table. Else the constants hold those of the only element.

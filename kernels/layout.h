@@ -65,13 +65,10 @@
 // strain, where VARIANT_STRAIN asks for it; then the strain of each element and, if compensated, the rounding error of
 // that sum; where SA2 is asked for, the same follow for the integral of the cell's strain; last, where `rate` says so, the
 // rate of a spring (kernels/step.h: spring_rate).
-#define STATE_SUM_PLANES(compensated) (1 + (compensated))
-#define STATE_ELEMENT(e, compensated, strain) ((strain) + (e) * STATE_SUM_PLANES(compensated))
-#define STATE_INTEGRAL(elements, compensated, strain) STATE_ELEMENT(elements, compensated, strain)
-#define STATE_RATE(elements, compensated, strain, responses) \
-    STATE_ELEMENT((elements) + (((responses) & RESPONSE_BIT(QUANTITY_SA2)) != 0 ? 1 : 0), compensated, strain)
-#define STATE_PLANES(elements, compensated, strain, responses, rate) \
-    (STATE_RATE(elements, compensated, strain, responses) + (rate))
+#define STATE_SUM(s, compensated, strain) ((strain) + (s) * (1 + (compensated)))
+#define STATE_RATE(elements, compensated, strain, integral) STATE_SUM((elements) + (integral), compensated, strain)
+#define STATE_PLANES(elements, compensated, strain, integral, rate) \
+    (STATE_RATE(elements, compensated, strain, integral) + (rate))
 // Windows of rows begin at a multiple of WINDOW_ROWS, where each map has an offset that every device can bind.
 #define WINDOW_ROWS 4
 

@@ -5,8 +5,10 @@
 #include "prelude.h"
 #include "layout.h"
 #include "step.h"
+#include "cell.h"
 #include "responses.h"
 #include "curvature.h"
 #include "reduce.h"
 #undef inline
 #undef precise
+#undef OF_ANY_CELL

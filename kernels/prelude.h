@@ -7,7 +7,11 @@
 // filled member by member.
 #ifdef __cplusplus
 #define precise
+// Begins a function of a Cell that the includer declares (cell.h): always inlined, because a call would load all of the
+// cell's coefficients again.
+#define OF_ANY_CELL template <class Cell> __attribute__((always_inline)) inline
 #else
+#define OF_ANY_CELL
 #ifdef ROUNDS // the variant for devices that can declare rounding to nearest even: RoundingModeRTE, width 32
 #extension GL_EXT_spirv_intrinsics : require
 spirv_execution_mode(extensions = ["SPV_KHR_float_controls"], capabilities = [4467], 4462, 32);

@@ -1,7 +1,7 @@
 #version 450
 // SPDX-License-Identifier: MIT
 // One step of every cell and, if asked, its responses:
-//   eps, I -> eps, I at the step's end       X*(1 + l*C), X = eps, I, eps', eps'', C = L(S) - h*L(eps)
+//   eps, I -> eps, I at the step's end (cell.h)      X*(1 + l*C), X = eps, I, eps', eps'', C = L(S) - h*L(eps)
 // An invocation takes four cells of a row, because a software driver moves vec4s faster than floats. It computes the new
 // strain of neighbours again from their old state, so one dispatch is enough; hence two copies of the state.
 #extension GL_GOOGLE_include_directive : require
@@ -58,8 +58,8 @@ LaneCoefficients coefficients_of(ivec4 materials) {
     return lanes_of_four(table[materials.x], table[materials.y], table[materials.z], table[materials.w]);
 }
 
-// The coefficients of the elements e of cells with these materials, and of the four cells i of a map.
-LaneCoefficients element_of(ivec4 materials, int e) {
+// The coefficients of the elements e of cells with these materials.
+LaneCoefficients element_with(ivec4 materials, int e) {
     if (!tabled()) return lanes_of(c.coefficients);
     return MATERIALS == 0 ? lanes_of(table[pad_table + e]) : coefficients_of(materials + (pad_table + e));
 }
@@ -71,14 +71,23 @@ Load load_at(int i) {
     return FRAMES != 0 ? load_between(valid(p), valid(FOUR(pressure_to, i)), c) : load_of(p, c);
 }
 
-Sum sum_from(int state) {
-    return sum_of(FOUR(state_from, state), COMPENSATED != 0 ? FOUR(state_from, state + NEXT_PLANE) : vec4(0.0));
+// Four cells of a row: the vec4 index of their first plane in a state, their materials, and whether the step is kept.
+struct Cell {
+    int state;
+    ivec4 materials;
+    bool kept;
+};
+Cell cell_at(int x, int y, bool kept) {
+    int start = row_start(y);
+    return Cell(in_state(start, x), materials_at(in_map(start, x)), kept);
 }
-
-void store(Sum sum, int state) {
-    state_to[state] = sum.value;
-    if (COMPENSATED != 0) state_to[state + NEXT_PLANE] = sum.lost;
+LaneCoefficients element_of(Cell cell, int e) { return element_with(cell.materials, e); }
+real number_from(Cell cell, int plane) { return FOUR(state_from, cell.state + plane * NEXT_PLANE); }
+void store_number(Cell cell, int plane, real x) {
+    if (cell.kept) state_to[cell.state + plane * NEXT_PLANE] = x;
 }
+#include "state.glsl"
+#include "cell.h"
 
 // New strain of the cells low, high, far_low, far_high beside x .. x + cells - 1; the edge rule replaces columns beyond the
 // ends. All four are computed at once, because one alone would cost as much. The five-point stencil has no far cells.
@@ -102,31 +111,19 @@ vec4 strains_beside(int x, int y, int cells) {
                           material_cells[start - pad_start + far_low], material_cells[start - pad_start + far_high]);
     vec4 eps = vec4(0.0);
     for (int e = 0; e < ELEMENTS; ++e) {
-        int plane = state + ELEMENT(e) * c.pitch;
+        int plane = state + SUM_PLANE(e) * c.pitch;
         Sum strain = sum_of(BESIDE(state_from, plane), vec4(0.0));
         if (COMPENSATED != 0) strain.lost = BESIDE(state_from, plane + c.pitch);
-        vec4 after = advanced_strain(strain, load, element_of(materials, e), COMPENSATED).value;
+        vec4 after = advanced_strain(strain, load, element_with(materials, e), COMPENSATED).value;
         eps = e == 0 ? after : in_series(eps, after);
     }
-    if (SPRING != 0) eps = in_series(eps, spring_strain(load, element_of(materials, ELEMENTS)));
+    if (SPRING != 0) eps = in_series(eps, spring_strain(load, element_with(materials, ELEMENTS)));
     return eps;
 }
 
 // New strain of cells x .. x + 3; those beyond the width are not used.
 vec4 strains(int x, int y) {
-    int start = row_start(y);
-    int i = in_map(start, x);
-    int state = in_state(start, x);
-    Load load = load_at(i);
-    ivec4 materials = materials_at(i);
-    vec4 eps = vec4(0.0);
-    for (int e = 0; e < ELEMENTS; ++e) {
-        Sum strain = sum_from(state + ELEMENT(e) * NEXT_PLANE);
-        vec4 after = advanced_strain(strain, load, element_of(materials, e), COMPENSATED).value;
-        eps = e == 0 ? after : in_series(eps, after);
-    }
-    if (SPRING != 0) eps = in_series(eps, spring_strain(load, element_of(materials, ELEMENTS)));
-    return eps;
+    return step_of(cell_at(x, y, false), load_at(in_map(row_start(y), x))).motion.strain;
 }
 
 // The published stencil near the ends of a row, where weights differ from cell to cell. `columns` are x - 2 .. x + 5.
@@ -184,44 +181,19 @@ void main() {
         pad_start = pad.pad * c.height * c.pitch;
         pad_table = pad.table;
     }
-    int start = row_start(y);
-    int i = in_map(start, x);
-    int state = in_state(start, x);
-
+    int i = in_map(row_start(y), x);
     vec4 pressure = FRAMES != 0 ? FOUR(pressure_to, i) : vec4(0.0);
     Load load = FRAMES != 0 ? load_between(valid(FOUR(pressure_from, i)), valid(pressure), c) : load_at(i);
-    ivec4 materials = materials_at(i);
-    LaneCoefficients first = element_of(materials, 0);
-    Motion m;
-    for (int e = 0; e < ELEMENTS; ++e) {
-        LaneCoefficients k = element_of(materials, e);
-        int plane = state + ELEMENT(e) * NEXT_PLANE;
-        Sum before = sum_from(plane);
-        Sum after = advanced_strain(before, load, k, COMPENSATED);
-        store(after, plane);
-        m = e == 0 ? motion_of(before.value, after.value, load, k)
-                   : with_element(m, before.value, after.value, load, k);
-    }
-    if (SPRING != 0) m.strain = in_series(m.strain, spring_strain(load, element_of(materials, ELEMENTS)));
-    if (CARRIES_RATE != 0) {
-        LaneCoefficients k = element_of(materials, ELEMENTS);
-        vec4 before = FOUR(state_from, state + RATE * NEXT_PLANE);
-        vec4 after = spring_rate(before, load, k);
-        state_to[state + RATE * NEXT_PLANE] = after;
-        m = with_spring_rates(m, before, after, k);
-    }
-    if (STRAIN != 0) state_to[state] = m.strain;
-    Sum integral = sum_of(vec4(0.0), vec4(0.0));
-    if (asked(QUANTITY_SA2)) {
-        integral = advanced_integral(sum_from(state + INTEGRAL * NEXT_PLANE), m.gained, first, COMPENSATED);
-        store(integral, state + INTEGRAL * NEXT_PLANE);
-    }
+    Cell cell = cell_at(x, y, true);
+    CellStep step = step_of(cell, load);
+    Motion m = step.motion;
+    if (STRAIN != 0) store_number(cell, 0, m.strain);
     if (FRAMES != 0) count(pressure, x);
     if (c.respond == 0 || RESPONSES == 0) return;
 
     vec4 L = add(laplacian_along_x(x, y, m.strain), laplacian_along_y(x, y, m.strain));
     vec4 C = curvature_of(FOUR(rest_curvature, of_all_pads(i)), L, c.bend);
-#define RESPONSE(quantity) answer(quantity, signal(quantity, m, integral.value), C, c)
+#define RESPONSE(quantity) answer(quantity, signal(quantity, m, step.integral), C, c)
     if (asked(QUANTITY_SA1)) sa1[i] = RESPONSE(QUANTITY_SA1);
     if (asked(QUANTITY_SA2)) sa2[i] = RESPONSE(QUANTITY_SA2);
     if (asked(QUANTITY_FA1)) fa1[i] = RESPONSE(QUANTITY_FA1);

@@ -38,58 +38,30 @@ Load load_at(int rank) {
     return load_between(valid(pressure_from[i]), valid(pressure_to[i]), s.c);
 }
 
-LaneCoefficients element_at(int rank, int e) {
+// A cell by its index in `cells`, and whether the step is kept.
+struct Cell {
+    int rank;
+    bool kept;
+};
+LaneCoefficients element_of(Cell cell, int e) {
     if (!tabled()) return lanes_of(s.c.coefficients);
-    return lanes_of(table[pad_table + (MATERIALS == 0 ? 0 : cells[rank].material) + e]);
+    return lanes_of(table[pad_table + (MATERIALS == 0 ? 0 : cells[cell.rank].material) + e]);
 }
-
-int state_at(int rank) { return (pad * s.cells + rank) * PLANES; }
-
-Sum sum_from(int state) { return sum_of(state_from[state], COMPENSATED != 0 ? state_from[state + 1] : 0.0); }
-
-void store(Sum sum, int state) {
-    state_to[state] = sum.value;
-    if (COMPENSATED != 0) state_to[state + 1] = sum.lost;
+int plane_of(Cell cell, int plane) { return (pad * s.cells + cell.rank) * PLANES + plane; }
+real number_from(Cell cell, int plane) { return state_from[plane_of(cell, plane)]; }
+void store_number(Cell cell, int plane, real x) {
+    if (cell.kept) state_to[plane_of(cell, plane)] = x;
 }
-
-Sum strain_after(int rank, int e, Load load) {
-    return advanced_strain(sum_from(state_at(rank) + ELEMENT(e)), load, element_at(rank, e), COMPENSATED);
-}
-
-float spring_rate_after(int rank, Load load) {
-    return spring_rate(state_from[state_at(rank) + RATE], load, element_at(rank, ELEMENTS));
-}
-
-// The motion of a cell at the step's end.
-Motion motion_at(int rank, Load load) {
-    Motion m;
-    for (int e = 0; e < ELEMENTS; ++e) {
-        LaneCoefficients k = element_at(rank, e);
-        float before = state_from[state_at(rank) + ELEMENT(e)];
-        float after = strain_after(rank, e, load).value;
-        m = e == 0 ? motion_of(before, after, load, k) : with_element(m, before, after, load, k);
-    }
-    if (SPRING != 0) m.strain = in_series(m.strain, spring_strain(load, element_at(rank, ELEMENTS)));
-    if (CARRIES_RATE != 0)
-        m = with_spring_rates(m, state_from[state_at(rank) + RATE], spring_rate_after(rank, load),
-                              element_at(rank, ELEMENTS));
-    return m;
-}
-
-Sum integral_after(int rank, Motion m) {
-    if (!asked(QUANTITY_SA2)) return sum_of(0.0, 0.0);
-    return advanced_integral(sum_from(state_at(rank) + INTEGRAL), m.gained, element_at(rank, 0), COMPENSATED);
-}
+#include "state.glsl"
+#include "cell.h"
 
 void advance(int rank) {
     if (!finite(pressure_to[bound(rank)])) atomicAdd(invalid, 1u);
-    Load load = load_at(rank);
-    for (int e = 0; e < ELEMENTS; ++e) store(strain_after(rank, e, load), state_at(rank) + ELEMENT(e));
-    if (asked(QUANTITY_SA2)) store(integral_after(rank, motion_at(rank, load)), state_at(rank) + INTEGRAL);
-    if (CARRIES_RATE != 0) state_to[state_at(rank) + RATE] = spring_rate_after(rank, load);
+    step_of(Cell(rank, true), load_at(rank));
 }
 
-float strain_at(int rank) { return motion_at(rank, load_at(rank)).strain; }
+CellStep step_at(int rank) { return step_of(Cell(rank, false), load_at(rank)); }
+float strain_at(int rank) { return step_at(rank).motion.strain; }
 
 float along(int far_low, int low, float centre, int high, int far_high, Axis a) {
     bool far = reach(STENCIL) > 1;
@@ -99,15 +71,15 @@ float along(int far_low, int low, float centre, int high, int far_high, Axis a) 
 
 void respond(SiteStencil site) {
     int cell = cells[site.here].cell;
-    Motion m = motion_at(site.here, load_at(site.here));
-    float eps = m.strain;
+    CellStep step = step_at(site.here);
+    float eps = step.motion.strain;
     float L = add(along(site.x_far_low, site.x_low, eps, site.x_high, site.x_far_high,
                         axis(cell % s.c.pitch, s.c.width, STENCIL, EDGES)),
                   along(site.y_far_low, site.y_low, eps, site.y_high, site.y_far_high,
                         axis(cell / s.c.pitch, s.c.height, STENCIL, EDGES)));
     float C = curvature_of(site.rest_curvature, L, s.c.bend);
     responses[site.response + pad * site.of_class] =
-        answer(site.quantity, signal(site.quantity, m, integral_after(site.here, m).value), C, s.c);
+        answer(site.quantity, signal(site.quantity, step.motion, step.integral), C, s.c);
 }
 
 void main() {

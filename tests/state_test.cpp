@@ -3,6 +3,7 @@
 #include "tests/support.hpp"
 
 #include <cstring>
+#include <fstream>
 
 using namespace test;
 
@@ -149,6 +150,82 @@ TEST_CASE(
           std::string::npos);
 }
 
+TEST_CASE(
+    "a state has parts, each with its name and length: unknown, missing, repeated and cut ones are refused by name") {
+    const SkinDescription d = small_scene(9, 7);
+    Skin skin(Device::cpu(), d);
+    (void)answers(skin, d, 0, 2);
+    const Bytes own = saved(skin);
+    const auto refused = [&](const Bytes& state) {
+        const std::string message = refusal(Error::Code::bad_input, [&] { skin.load(state.data(), state.size()); });
+        CHECK(saved(skin) == own);
+        return message;
+    };
+    const auto with = [&](size_t at, std::initializer_list<unsigned char> bytes) {
+        Bytes state = own;
+        std::copy(bytes.begin(), bytes.end(), state.begin() + std::ptrdiff_t(at));
+        return state;
+    };
+    const size_t strains = 16 + 16 + 36; // behind the header and the part "shape"
+    REQUIRE(std::memcmp(&own[strains], "strains", 8) == 0);
+    const char* const parts = "the parts shape, strains and pressure, each once";
+    CHECK(refused(with(strains, {'n', 'e', 'u', 'r', 'o', 'n', 's', 0})) ==
+          std::string("state = (part \"neurons\"); allowed: ") + parts);
+    CHECK(refused(with(strains, {'s', 'h', 'a', 'p', 'e', 0, 0, 0})) ==
+          std::string("state = (part \"shape\"); allowed: ") + parts);
+    CHECK(refused(with(strains + 8, {8})).find("part \"strains\" of ") != std::string::npos);
+    CHECK(refused(with(strains + 15, {0x80})).find(" bytes") != std::string::npos); // longer than memory
+    const Bytes no_pressure(own.begin(), own.end() - 16 - 9 * 7 * 4);
+    CHECK(refused(no_pressure).find(std::to_string(no_pressure.size()) + " bytes") != std::string::npos);
+    Bytes longer = own;
+    longer.resize(own.size() + 3);
+    CHECK(refused(longer).find(std::to_string(longer.size()) + " bytes") != std::string::npos);
+}
+
+TEST_CASE("states of version 2, as the library before 0.2.0 wrote them, are read: fields, and pads with sites") {
+    const Bytes file = [] {
+        std::ifstream in(std::string(DERMIS_TEST_DATA) + "/state_version_2.bin", std::ios::binary);
+        return Bytes(std::istreambuf_iterator<char>(in), {});
+    }();
+    REQUIRE(file.size() == 692 + 772);
+    SkinDescription d;
+    d.grid = {5, 4, {}};
+    d.surface.kind = Surface::Kind::flat;
+    d.receptors.fa2 = Fa2::step_mean;
+    d.material.elements = {{3, 0.05}, {2, 0.9}};
+    d.material.spring = 5;
+    const Validated vulkan;
+    for (const Device& device : {Device::cpu(1), vulkan.device()})
+        for (int pads : {1, 2}) {
+            CAPTURE(device.info().name);
+            SkinOptions options;
+            options.precision = Precision::f32_compensated;
+            options.count = pads;
+            if (pads == 2) d.sites = {{Quantity::sa1, {1, 1}}, {Quantity::sa2, {3, 2}}, {Quantity::fa2, {1, 1}}};
+            else d.sites.clear();
+            Skin went_on(device, d, options), took(device, d, options);
+            const auto press = [&](Skin& skin, int n) {
+                std::vector<float> pressure(size_t(pads) * 20);
+                for (size_t i = 0; i < pressure.size(); ++i) pressure[i] = float(int(i * 7 + size_t(n) * 11) % 23) / 8;
+                skin.press(pressure, 0.01 * (1 + n));
+            };
+            for (int n = 0; n < 3; ++n) press(went_on, n);
+            const size_t first = pads == 1 ? 0 : 692, bytes = pads == 1 ? 692 : 772;
+            took.load(file.data() + first, bytes);
+            CHECK(saved(took) == saved(went_on));
+            press(went_on, 3);
+            press(took, 3);
+            for (Quantity q : {Quantity::sa1, Quantity::sa2, Quantity::fa2}) {
+                const Skin::Response a = took.response(q), b = went_on.response(q);
+                CHECK(std::equal(a.begin(), a.end(), b.begin(), b.end()));
+            }
+            Bytes cut(file.begin() + std::ptrdiff_t(first), file.begin() + std::ptrdiff_t(first + bytes - 4));
+            CHECK(refusal(Error::Code::bad_input, [&] {
+                      took.load(cut.data(), cut.size());
+                  }).find(std::to_string(bytes) + " bytes") != std::string::npos);
+        }
+}
+
 TEST_CASE("a state of another stencil, spring or response is refused word for word") {
     SkinDescription d = small_scene(9, 7);
     d.receptors.fa2 = Fa2::step_mean;
@@ -180,7 +257,7 @@ TEST_CASE("a skin drops none of its elements, however fast or slow: it does not 
     SkinOptions options;
     options.precision = Precision::f32;
     const size_t header = Skin(Device::cpu(), d, options).state_bytes() - size_t(4 * 3 * 4 * (5 + 1 + 1));
-    CHECK(header == 52); // five strains, an integral and a pressure in each cell
+    CHECK(header == 100); // five strains, an integral and a pressure in each cell
 }
 
 TEST_CASE("a skin's report says which responses the curvature has turned") {

@@ -208,7 +208,8 @@ DERMIS_API dermis_status dermis_skin_get_response(const dermis_skin* skin, dermi
 DERMIS_API dermis_status dermis_skin_reset(dermis_skin* skin, const dermis_pads* pads); // back to skins at rest
 
 // The state as bytes: the same on every device, for as many pads of any skin of the same grid, sites, number of
-// elements, precision, and SA2 and FA2 asked for. bytes: what dermis_skin_get_state_size gives for as many pads.
+// elements, precision, and SA2 and FA2 asked for. bytes: what dermis_skin_get_state_size gives for as many pads; of
+// dermis_skin_load also the bytes of a state that dermis 0.1 saved.
 DERMIS_API dermis_status dermis_skin_get_state_size(const dermis_skin* skin, size_t* bytes, const dermis_pads* pads);
 DERMIS_API dermis_status dermis_skin_save(const dermis_skin* skin, void* state, size_t bytes, const dermis_pads* pads);
 DERMIS_API dermis_status dermis_skin_load(dermis_skin* skin, const void* state, size_t bytes, const dermis_pads* pads);

@@ -84,8 +84,8 @@ class DERMIS_API Skin {
     // The state: strains, integrals and the pressure that the next press starts from, in native byte order. The bytes
     // are the same on the CPU and on Vulkan, and as many pads of any skin take them that has the same grid, sites,
     // number of elements, precision, and SA2 and FA2 asked for: their next presses give the same bits. Responses stay
-    // those of the last press until then. save() and load() throw Error::bad_input naming the first thing that differs,
-    // and nothing has happened; Error::device.
+    // those of the last press until then. load() also takes states that dermis 0.1 saved. save() and load() throw
+    // Error::bad_input naming the first thing that differs, and nothing has happened; Error::device.
     size_t state_bytes(const Pads& = {}) const;
     void save(void* state, size_t bytes, const Pads& = {}) const;
     void load(const void* state, size_t bytes, const Pads& = {});

@@ -165,14 +165,13 @@ template <class K> class Cells {
     simd::Pool& pool() { return pool_; }
 
   private:
-    StateShape shape(bool strain, bool rate) const {
-        return {
-            .elements = variant_.chain.elements(), .compensated = variant_.compensated, .strain = strain, .rate = rate};
+    State<real> resting_state() const { return {size_t(pitch_) * size_t(height_), variant_.state()}; }
+    State<real> row_state() const { // nobody reads the rate of a spring there
+        plan::StateShape shape = variant_.state();
+        shape.strain = variant_.chain.length > 1;
+        shape.rate = false;
+        return {size_t(pitch_), shape};
     }
-    State<real> resting_state() const {
-        return {size_t(pitch_) * size_t(height_), shape(variant_.keeps_strain, variant_.carries_rate())};
-    }
-    State<real> row_state() const { return {size_t(pitch_), shape(variant_.chain.length > 1, false)}; }
 
     // Whether responses go past the caches: these would not hold them until somebody reads them.
     bool streams(const Press& press) const {
@@ -183,7 +182,7 @@ template <class K> class Cells {
 
     // Calls f with each row of each plane that is saved.
     template <class F> void each_row(F f) const {
-        state_.each_plane(variant_.wanted[QUANTITY_SA2], [&](real* plane) {
+        state_.each_plane([&](real* plane) {
             for (int y = 0; y < height_; ++y) f(plane + size_t(y) * size_t(pitch_));
         });
     }

@@ -47,10 +47,7 @@ PadCells::PadCells(const plan::StreamedSkin& s, int threads, const simd::Isa& is
                                    [](double x) { return float(x); });
         }
     }
-    state_ = {pitch_ * size_t(s.pads), StateShape{.elements = variant_.chain.elements(),
-                                                  .compensated = variant_.compensated,
-                                                  .strain = false,
-                                                  .rate = variant_.carries_rate()}};
+    state_ = {pitch_ * size_t(s.pads), variant_.state()};
     workers_.resize(size_t(threads));
     for (Worker& w : workers_) {
         int place = 0;
@@ -132,7 +129,7 @@ simd::RespondArguments<f32> PadCells::respond_arguments(const Worker& worker, co
 
 template <class F> void PadCells::each_run(int pad, F f) const {
     size_t at = 0;
-    state_.each_plane(variant_.wanted[QUANTITY_SA2], [&](float* plane) {
+    state_.each_plane([&](float* plane) {
         float* const own = plane + size_t(pad) * pitch_;
         if (held_.empty()) f(own, at, cells_ * sizeof(float));
         for (size_t i = 0; i < held_.size(); ++i) f(own + held_[i], at + i * sizeof(float), sizeof(float));

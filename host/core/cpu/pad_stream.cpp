@@ -18,7 +18,7 @@ class PadStream : public plan::Stream {
   public:
     PadStream(const StreamedSkin& s, int threads, const simd::Isa& isa)
         : pool_(threads), pads_(s, threads, isa), frame_(s.skin.cells()), counts_(plan::response_counts(s)),
-          planes_(state_layout_of(s).planes), tables_(s, pads_.elements()), pad_(size_t(s.pads)) {
+          tables_(s, pads_.elements()), pad_(size_t(s.pads)) {
         for (std::vector<float>& p : pressure_) p = simd::map_of(pad_.size() * pads_.pitch(), 0.0f);
         if (lists())
             for (std::vector<float>& f : whole_) f = simd::map_of(pad_.size() * frame_, 0.0f);
@@ -55,14 +55,15 @@ class PadStream : public plan::Stream {
         }
     }
 
-    void save(const plan::PadList& pads, void* states) override {
-        Job job{.self = *this, .pads = pads, .to = static_cast<char*>(states)};
-        run(job, [](Job& j, int, size_t i) { j.self.save_one(j.pads[i], j.to + i * j.self.state_bytes()); });
+    void save(const plan::PadList& pads, const plan::StateMemory<char>& to) override {
+        Job job{.self = *this, .pads = pads, .to = to};
+        run(job, [](Job& j, int, size_t i) { j.self.save_one(j.pads[i], j.to.strains_of(i), j.to.pressure_of(i)); });
     }
 
-    void load(const plan::PadList& pads, const void* states) override {
-        Job job{.self = *this, .pads = pads, .from = static_cast<const char*>(states)};
-        run(job, [](Job& j, int, size_t i) { j.self.load_one(j.pads[i], j.from + i * j.self.state_bytes()); });
+    void load(const plan::PadList& pads, const plan::StateMemory<const char>& from) override {
+        Job job{.self = *this, .pads = pads, .from = from};
+        run(job,
+            [](Job& j, int, size_t i) { j.self.load_one(j.pads[i], j.from.strains_of(i), j.from.pressure_of(i)); });
     }
 
     void set_elements(const plan::PadList& pads, const std::vector<plan::Element>& elements) override {
@@ -79,8 +80,8 @@ class PadStream : public plan::Stream {
         PadStream& self;
         const plan::PadList& pads;
         const float* pressures = nullptr;
-        char* to = nullptr;         // states
-        const char* from = nullptr; // states
+        plan::StateMemory<char> to{};
+        plan::StateMemory<const char> from{};
         void (*one)(Job&, int thread, size_t i) = nullptr;
         std::atomic<bool> finite = true;
         std::atomic<size_t> next = 0;
@@ -97,8 +98,6 @@ class PadStream : public plan::Stream {
     }
 
     bool lists() const { return !pads_.read_cells().empty(); }
-    size_t planes_bytes() const { return planes_ * pads_.held() * sizeof(float); }
-    size_t state_bytes() const { return planes_bytes() + frame_ * sizeof(float); }
     // A pad's pressure of width*height on one side.
     float* frame_of(int pad, int side) {
         return lists() ? whole_[side].data() + size_t(pad) * frame_ : pressure_of(pad, side);
@@ -113,16 +112,16 @@ class PadStream : public plan::Stream {
                                [frame](size_t cell) { return frame[cell]; });
     }
 
-    void save_one(int pad, char* to) {
-        pads_.save(pad, to);
-        std::memcpy(to + planes_bytes(), frame_of(pad, pad_[size_t(pad)].from), frame_ * sizeof(float));
+    void save_one(int pad, char* strains, char* pressure) {
+        pads_.save(pad, strains);
+        std::memcpy(pressure, frame_of(pad, pad_[size_t(pad)].from), frame_ * sizeof(float));
     }
 
-    void load_one(int pad, const char* from) {
+    void load_one(int pad, const char* strains, const char* pressure) {
         pad_[size_t(pad)].rests = false;
-        pads_.load(pad, from);
+        pads_.load(pad, strains);
         const int side = pad_[size_t(pad)].from;
-        std::memcpy(frame_of(pad, side), from + planes_bytes(), frame_ * sizeof(float));
+        std::memcpy(frame_of(pad, side), pressure, frame_ * sizeof(float));
         list(pad, side);
     }
 
@@ -158,7 +157,6 @@ class PadStream : public plan::Stream {
     PadCells pads_;
     const size_t frame_; // cells of a frame
     const std::array<size_t, RESPONSE_MAPS> counts_;
-    const size_t planes_;
     plan::StepTables tables_;
     std::vector<Pad> pad_;
     std::vector<float> pressure_[2], whole_[2]; // of the cells that are stepped; the frames of sites, whole

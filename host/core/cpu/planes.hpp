@@ -3,6 +3,7 @@
 #pragma once
 
 #include "host/core/base/pool.hpp"
+#include "host/core/model/state_shape.hpp"
 #include "host/core/simd/isa.hpp"
 
 #include <algorithm>
@@ -39,24 +40,16 @@ template <class real> class Plane {
     size_t shift_ = 0, all_ = 0;
 };
 
-// Says which numbers the state of a cell consists of.
-struct StateShape {
-    size_t elements; // in series, whose strains it holds
-    bool compensated;
-    bool strain; // the state also holds the cell's strain, the sum over its elements and spring
-    bool rate;   // and the rate of that spring
-};
-
-// The state of every cell.
+// The state of every cell. It has an integral even where its shape has none, because the loops write one.
 template <class real> class State {
   public:
     State() = default;
-    State(size_t cells, const StateShape& shape) : elements_(shape.elements), element_(cells + gap) {
-        const int strains = int(elements_);
+    State(size_t cells, const plan::StateShape& shape) : shape_(shape), element_(cells + gap) {
+        const int strains = int(shape.elements);
         int place = 0;
         for (auto* planes : {&value_, &lost_}) {
             if (planes == &lost_ && !shape.compensated) break;
-            (*planes)[simd::sum_strain] = Plane<real>(elements_ * element_, place);
+            (*planes)[simd::sum_strain] = Plane<real>(shape.elements * element_, place);
             (*planes)[simd::sum_integral] = Plane<real>(cells, place += strains);
             ++place;
         }
@@ -83,7 +76,7 @@ template <class real> class State {
     // Takes over the strains of a row of another state of so many cells.
     void take_strains(const simd::StateRow<real>& from, size_t cells) {
         const simd::StateRow<real> to = row(0, 0);
-        for (size_t e = 0; e < elements_; ++e) {
+        for (size_t e = 0; e < shape_.elements; ++e) {
             std::copy_n(from.value[simd::sum_strain] + e * from.element, cells,
                         to.value[simd::sum_strain] + e * to.element);
             if (to.lost[simd::sum_strain])
@@ -91,14 +84,13 @@ template <class real> class State {
                             to.lost[simd::sum_strain] + e * to.element);
         }
     }
-    // Calls f with the first row of each plane that is saved, in the order of plan::StateLayout. integral: it is asked
-    // for.
-    template <class F> void each_plane(bool integral, F f) const {
-        for (size_t e = 0; e < elements_; ++e)
+    // Calls f with the first row of each plane that is saved, in the order of plan::StateLayout.
+    template <class F> void each_plane(F f) const {
+        for (size_t e = 0; e < shape_.elements; ++e)
             for (const auto* planes : {&value_, &lost_})
                 if (real* strain = (*planes)[simd::sum_strain].data()) f(strain + e * element_);
         for (const auto* planes : {&value_, &lost_})
-            if (real* sum = (*planes)[simd::sum_integral].data(); integral && sum) f(sum);
+            if (real* sum = (*planes)[simd::sum_integral].data(); shape_.integral && sum) f(sum);
         if (rate_.data()) f(rate_.data());
     }
     void rest() {
@@ -111,15 +103,16 @@ template <class real> class State {
             if (row) std::fill_n(row, pitch, real(0));
         };
         const simd::StateRow<real> r = row(y, pitch);
-        for (size_t e = 0; e < elements_; ++e)
+        for (size_t e = 0; e < shape_.elements; ++e)
             for (real* strain : {r.value[simd::sum_strain], r.lost[simd::sum_strain]})
                 if (strain) clear(strain + e * element_);
         for (real* plane : {r.value[simd::sum_integral], r.lost[simd::sum_integral], r.strain, r.rate}) clear(plane);
     }
 
   private:
-    static constexpr size_t gap = Plane<real>::shift;        // so that elements begin at different bits of an address
-    size_t elements_ = 0, element_ = 0;                      // their number; the distance from one to the next
+    static constexpr size_t gap = Plane<real>::shift; // so that elements begin at different bits of an address
+    plan::StateShape shape_;
+    size_t element_ = 0; // the distance from an element's strains to the next element's strains
     std::array<Plane<real>, simd::state_sums> value_, lost_; // see simd::StateRow
     Plane<real> strain_, rate_;                              // of chains
 };

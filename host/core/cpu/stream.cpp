@@ -141,32 +141,31 @@ class SkinStream : public plan::Stream {
             for (Plane<float>& plane : *planes) plane.clear();
     }
 
-    void save(const plan::PadList& pads, void* states) override {
+    void save(const plan::PadList& pads, const plan::StateMemory<char>& to) override {
         if (pads.count == 0) return;
-        char* to = static_cast<char*>(states);
-        if (held_.empty()) press_.save(to);
+        if (held_.empty()) press_.save(to.strains);
         else {
             std::vector<char> all(planes_ * cells_ * sizeof(float));
             press_.save(all.data());
-            each_held([&](size_t there, size_t here) { std::memcpy(to + there, all.data() + here, sizeof(float)); });
+            each_held(
+                [&](size_t there, size_t here) { std::memcpy(to.strains + there, all.data() + here, sizeof(float)); });
         }
-        to += planes_ * (held_.empty() ? cells_ : held_.size()) * sizeof(float);
-        for (size_t at = 0; at < cells_ / width_ * pitch_; at += pitch_, to += width_ * sizeof(float))
-            std::memcpy(to, pressure() + at, width_ * sizeof(float));
+        const size_t row = width_ * sizeof(float);
+        for (size_t y = 0; y < cells_ / width_; ++y) std::memcpy(to.pressure + y * row, pressure() + y * pitch_, row);
     }
 
-    void load(const plan::PadList& pads, const void* states) override {
+    void load(const plan::PadList& pads, const plan::StateMemory<const char>& from) override {
         if (pads.count == 0) return;
-        const char* from = static_cast<const char*>(states);
-        if (held_.empty()) press_.load(from);
+        if (held_.empty()) press_.load(from.strains);
         else {
             std::vector<char> all(planes_ * cells_ * sizeof(float)); // nobody reads the other cells
-            each_held([&](size_t there, size_t here) { std::memcpy(all.data() + here, from + there, sizeof(float)); });
+            each_held([&](size_t there, size_t here) {
+                std::memcpy(all.data() + here, from.strains + there, sizeof(float));
+            });
             press_.load(all.data());
         }
-        from += planes_ * (held_.empty() ? cells_ : held_.size()) * sizeof(float);
-        for (size_t at = 0; at < cells_ / width_ * pitch_; at += pitch_, from += width_ * sizeof(float))
-            std::memcpy(pressure() + at, from, width_ * sizeof(float));
+        const size_t row = width_ * sizeof(float);
+        for (size_t y = 0; y < cells_ / width_; ++y) std::memcpy(pressure() + y * pitch_, from.pressure + y * row, row);
     }
 
     void set_elements(const plan::PadList&, const std::vector<plan::Element>& elements) override {

@@ -32,9 +32,8 @@ SkinProgram fitting(Context& context, const plan::StreamedSkin& skin) {
 SkinRunner::SkinRunner(std::shared_ptr<Context> context, const plan::StreamedSkin& skin)
     : pads_(size_t(skin.pads)), width_(size_t(skin.skin.width())), pitch_(size_t(skin.skin.pitch)),
       height_(skin.skin.height()), layout_(state_layout_of(skin)), variant_(specialization(skin.variant())),
-      sites_(!skin.skin.description.sites.empty()), strain_(skin.variant().keeps_strain), context_(std::move(context)),
-      recording_(*context_), program_(fitting(*context_, skin)),
-      constants_(buffer(program_.memory().constants, Buffer::Location::device)),
+      sites_(!skin.skin.description.sites.empty()), context_(std::move(context)), recording_(*context_),
+      program_(fitting(*context_, skin)), constants_(buffer(program_.memory().constants, Buffer::Location::device)),
       state_{buffer(program_.memory().state, Buffer::Location::device),
              buffer(program_.memory().state, Buffer::Location::device)},
       pressure_{buffer(program_.memory().pressure, Buffer::Location::device),
@@ -215,13 +214,13 @@ void SkinRunner::reset(const plan::PadList& pads) {
 }
 
 template <class F> void SkinRunner::each_run(F f) const {
-    const size_t planes = layout_.planes + strain_;
-    for (size_t p = 0; p < layout_.planes; ++p)
+    const size_t planes = layout_.planes;
+    for (size_t p = 0; p < planes; ++p)
         if (sites_)
-            for (size_t i = 0; i < layout_.cells; ++i) f(i * planes + strain_ + p, p * layout_.cells + i, 1);
+            for (size_t i = 0; i < layout_.cells; ++i) f(i * planes + p, p * layout_.cells + i, 1);
         else
             for (size_t y = 0; y < size_t(height_); ++y)
-                f((y * planes + strain_ + p) * pitch_, p * layout_.cells + y * width_, width_);
+                f((y * planes + p) * pitch_, p * layout_.cells + y * width_, width_);
 }
 
 void SkinRunner::set_elements(const plan::PadList& pads, const std::vector<plan::Element>& elements) {
@@ -229,7 +228,7 @@ void SkinRunner::set_elements(const plan::PadList& pads, const std::vector<plan:
     vulkan::set_elements(program_, pads, elements);
 }
 
-void SkinRunner::save(const plan::PadList& pads, void* saved) {
+void SkinRunner::save(const plan::PadList& pads, const plan::StateMemory<char>& to) {
     context_->need_working();
     const VkDeviceSize of_state = program_.memory().state.bytes / pads_,
                        of_pressure = program_.memory().pressure.bytes / pads_;
@@ -246,18 +245,17 @@ void SkinRunner::save(const plan::PadList& pads, void* saved) {
     recording_.submit();
     const auto* state = static_cast<const float*>(back.data());
     const float* pressure = state + pads.count * of_state / sizeof(float);
-    char* to = static_cast<char*>(saved);
+    const size_t row = width_ * sizeof(float);
     for (size_t i = 0; i < pads.count; ++i, state += of_state / sizeof(float)) {
         each_run([&](size_t there, size_t here, size_t n) {
-            std::memcpy(to + here * sizeof(float), state + there, n * sizeof(float));
+            std::memcpy(to.strains_of(i) + here * sizeof(float), state + there, n * sizeof(float));
         });
-        to += layout_.cells * layout_.planes * sizeof(float);
-        for (size_t y = 0; y < size_t(height_); ++y, to += width_ * sizeof(float), pressure += pitch_)
-            std::memcpy(to, pressure, width_ * sizeof(float));
+        for (size_t y = 0; y < size_t(height_); ++y, pressure += pitch_)
+            std::memcpy(to.pressure_of(i) + y * row, pressure, row);
     }
 }
 
-void SkinRunner::load(const plan::PadList& pads, const void* saved) {
+void SkinRunner::load(const plan::PadList& pads, const plan::StateMemory<const char>& saved) {
     context_->need_working();
     const VkDeviceSize of_state = program_.memory().state.bytes / pads_,
                        of_pressure = program_.memory().pressure.bytes / pads_;
@@ -265,14 +263,13 @@ void SkinRunner::load(const plan::PadList& pads, const void* saved) {
     auto* state = static_cast<float*>(staging.data());
     std::memset(state, 0, staging.bytes());
     float* pressure = state + pads.count * of_state / sizeof(float);
-    const char* from = static_cast<const char*>(saved);
+    const size_t row = width_ * sizeof(float);
     for (size_t i = 0; i < pads.count; ++i, state += of_state / sizeof(float)) {
         each_run([&](size_t there, size_t here, size_t n) {
-            std::memcpy(state + there, from + here * sizeof(float), n * sizeof(float));
+            std::memcpy(state + there, saved.strains_of(i) + here * sizeof(float), n * sizeof(float));
         });
-        from += layout_.cells * layout_.planes * sizeof(float);
-        for (size_t y = 0; y < size_t(height_); ++y, from += width_ * sizeof(float), pressure += pitch_)
-            std::memcpy(pressure, from, width_ * sizeof(float));
+        for (size_t y = 0; y < size_t(height_); ++y, pressure += pitch_)
+            std::memcpy(pressure, saved.pressure_of(i) + y * row, row);
     }
     const VkCommandBuffer commands = recording_.begin();
     VkDeviceSize begin = 0;

@@ -17,8 +17,8 @@ class SkinRunner : public plan::Stream {
     const double* press(const plan::PadList&, const plan::StepLengths&) override;
     const float* response(Quantity) const override;
     void reset(const plan::PadList&) override;
-    void save(const plan::PadList&, void* states) override;
-    void load(const plan::PadList&, const void* states) override;
+    void save(const plan::PadList&, const plan::StateMemory<char>&) override;
+    void load(const plan::PadList&, const plan::StateMemory<const char>&) override;
     void set_elements(const plan::PadList&, const std::vector<plan::Element>&) override;
     bool exact() override;
 
@@ -38,7 +38,7 @@ class SkinRunner : public plan::Stream {
     const int height_;
     const plan::StateLayout layout_;
     std::vector<uint32_t> variant_; // of its kernel: the specialization, and whether sites respond
-    const bool sites_, strain_;     // only sites respond; the state holds the cell's strain before all other planes
+    const bool sites_;              // only sites respond
     std::shared_ptr<Context> context_;
     Recording recording_;
     SkinProgram program_;

@@ -19,13 +19,15 @@ Felt::Felt(const StreamedSkin& s)
         springs_.push_back(skin.materials[skin.material_at(read_.empty() ? i : read_[i]) + chain_.elements()].modulus);
 }
 
-std::vector<float> Felt::strain(const float* state, const std::vector<Element>& elements) const {
-    const size_t n = chain_.elements(), planes = compensated_ ? 2 : 1; // of each element
-    const float* pressure = state + layout_.cells * layout_.planes;
+std::vector<float> Felt::strain(const float* planes, const float* pressure,
+                                const std::vector<Element>& elements) const {
+    const size_t n = chain_.elements();
     std::vector<float> strain(layout_.cells);
     for (size_t i = 0; i < strain.size(); ++i) {
-        strain[i] = state[i];
-        for (size_t e = 1; e < n; ++e) strain[i] = f32::in_series(strain[i], state[e * planes * layout_.cells + i]);
+        strain[i] = planes[i];
+        for (size_t e = 1; e < n; ++e)
+            strain[i] =
+                f32::in_series(strain[i], planes[size_t(STATE_SUM(int(e), int(compensated_), 0)) * layout_.cells + i]);
         if (!chain_.spring) continue;
         const float modulus = float(springs_.empty() ? elements.back().modulus : springs_[i]);
         strain[i] = f32::in_series(strain[i], f32::flush(pressure[read_.empty() ? i : read_[i]] / modulus));

@@ -14,9 +14,9 @@ class Felt {
 
     // The numbers that a pad gives: its cells, or its sites in the order given.
     size_t count() const { return sites_.empty() ? cells_ : sites_.size(); }
-    // The strain of each cell that a state holds. elements: the pad's elements in series, where all cells have the
-    // same.
-    std::vector<float> strain(const float* state, const std::vector<Element>& elements) const;
+    // The strain of each cell that a state holds. planes, pressure: of a pad's state (StateLayout). elements: the pad's
+    // elements in series, where all cells have the same.
+    std::vector<float> strain(const float* planes, const float* pressure, const std::vector<Element>& elements) const;
     // Writes strain, indentation or curvature. rest_curvature: width*height of fields.
     void read(Quantity, const std::vector<float>& strain, const float* rest_curvature, float* out) const;
 
@@ -27,9 +27,9 @@ class Felt {
     const bool compensated_;
     const StateLayout layout_;
     const float bend_, thickness_;
-    std::vector<size_t> read_;     // cells that sites read; empty: all
+    std::vector<size_t> read_;          // cells that sites read; empty: all
     std::vector<SitePlace<f32>> sites_; // in the order given
-    std::vector<double> springs_;  // in series in the cells that a state holds, where they differ
+    std::vector<double> springs_;       // in series in the cells that a state holds, where they differ
 };
 
 } // namespace dermis::plan

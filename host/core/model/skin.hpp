@@ -6,6 +6,7 @@
 #include "dermis/skin.hpp"
 #include "host/core/description/description.hpp"
 #include "host/core/model/coefficients.hpp"
+#include "host/core/model/state_shape.hpp"
 
 namespace dermis::plan {
 
@@ -103,8 +104,14 @@ struct Variant {
     enum class Pads { none, alike, own } pads = Pads::none; // of a batch: whether pads have coefficients of their own
     Wanted wanted{};
     bool tabled() const { return materials || chain.length > 1; }
-    // Whether the state holds the rate of a spring, for FA2 between frames.
-    bool carries_rate() const { return chain.spring && framed && wanted[QUANTITY_FA2]; }
+    StateShape state() const {
+        return {.elements = chain.elements(),
+                .spring = chain.spring,
+                .compensated = compensated,
+                .strain = keeps_strain,
+                .integral = wanted[QUANTITY_SA2],
+                .rate = chain.spring && framed && wanted[QUANTITY_FA2]};
+    }
 };
 
 } // namespace dermis::plan

@@ -24,10 +24,9 @@ class Stream {
     // same memory after every press.
     virtual const float* response(Quantity) const = 0;
     virtual void reset(const PadList&) = 0; // back to skins at rest
-    // Copies the states of pads, one after another and each laid out by StateLayout, to and from memory of the
-    // caller's, at any address.
-    virtual void save(const PadList&, void* states) = 0;
-    virtual void load(const PadList&, const void* states) = 0;
+    // Copies the states of pads, laid out by StateLayout, to and from memory of the caller's.
+    virtual void save(const PadList&, const StateMemory<char>&) = 0;
+    virtual void load(const PadList&, const StateMemory<const char>&) = 0;
     // Gives pads other elements in series, as many as before; strains stay.
     virtual void set_elements(const PadList&, const std::vector<Element>&) = 0;
     // Returns whether a test of these very kernels gives the CPU path's bits.

@@ -168,12 +168,9 @@ std::array<size_t, RESPONSE_MAPS> response_counts(const StreamedSkin& s) {
 }
 
 StateLayout state_layout_of(const StreamedSkin& s) {
-    const Variant v = s.variant();
-    const size_t sums = v.chain.elements() + (s.wanted[QUANTITY_SA2] ? 1 : 0);
-    std::vector<Cell> at;
-    for (const Site& site : s.skin.description.sites) at.push_back(site.cell);
+    const std::vector<Cell> at = cells_of(s.skin.description.sites);
     return {.cells = at.empty() ? s.skin.cells() : SiteCells(s.skin, {s.skin.whole()}, at).cells.size(),
-            .planes = sums * (v.compensated ? 2 : 1) + v.carries_rate(),
+            .planes = size_t(s.variant().state().planes()),
             .pressure = s.skin.cells()};
 }
 

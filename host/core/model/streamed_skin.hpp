@@ -83,12 +83,19 @@ ResponseLayout response_layout_of(const StreamedSkin&);
 // The numbers of each response that a pad gives: a field of width*height, or its sites.
 std::array<size_t, RESPONSE_MAPS> response_counts(const StreamedSkin&);
 
-// The floats of a saved state, the same on every backend: planes of one number for each cell, in the order of a state
-// in kernels/layout.h without the cell's strain (for sites of the cells that they read, in ascending order); then the
-// pressure that the next press starts from, width*height.
+// The floats of a pad's saved state, the same on every backend: planes of one number for each cell, in the order of a
+// state in kernels/layout.h (for sites of the cells that they read, in ascending order); and the pressure that the next
+// press starts from, width*height.
 struct StateLayout {
     size_t cells = 0, planes = 0, pressure = 0;
-    size_t floats() const { return cells * planes + pressure; }
+};
+// Where the floats of pads are, at any address: the planes of pad i at strains + i*strains_step, its pressure at
+// pressure + i*pressure_step. Steps are in bytes. Byte: char or const char.
+template <class Byte> struct StateMemory {
+    Byte *strains, *pressure;
+    size_t strains_step = 0, pressure_step = 0;
+    Byte* strains_of(size_t i) const { return strains + i * strains_step; }
+    Byte* pressure_of(size_t i) const { return pressure + i * pressure_step; }
 };
 StateLayout state_layout_of(const StreamedSkin&);
 

@@ -2,98 +2,25 @@
 // dermis::Skin: frames in, responses out, on the CPU or on a device.
 #include "host/core/base/finite.hpp"
 #include "host/core/base/float_environment.hpp"
-#include "host/core/base/hash.hpp"
 #include "host/core/base/memory.hpp"
 #include "host/core/base/refusal.hpp"
 #include "host/core/model/felt.hpp"
 #include "host/core/press/device.hpp"
 #include "host/core/press/report.hpp"
+#include "host/core/press/saved_state.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 namespace dermis {
-
-namespace {
-
-// A saved state begins with this header.
-struct StateHeader {
-    char magic[8];
-    uint32_t version, pads, width, height, cells, elements, spring, compensated, integral, rate, sites;
-};
-static_assert(sizeof(StateHeader) == 52);
-constexpr char state_magic[8] = {'d', 'e', 'r', 'm', 'i', 's', 's', 't'};
-
-// FNV-1a of the sites that read cells.
-uint32_t hash_of(const std::vector<Site>& sites) {
-    uint32_t hash = fnv1a_32;
-    for (const Site& site : sites)
-        for (const int n : {int(site.type), site.cell.x, site.cell.y})
-            for (int i = 0; i < 4; ++i) hash = fnv1a(hash, static_cast<unsigned char>(uint32_t(n) >> (8 * i)));
-    return sites.empty() ? 0 : hash;
-}
-
-StateHeader header_of(const plan::StreamedSkin& skin, const plan::StateLayout& layout) {
-    const plan::Variant v = skin.variant();
-    StateHeader h{};
-    std::memcpy(h.magic, state_magic, sizeof h.magic);
-    h.version = 2;
-    h.pads = 1;
-    h.width = uint32_t(skin.skin.width());
-    h.height = uint32_t(skin.skin.height());
-    h.cells = uint32_t(layout.cells);
-    h.elements = uint32_t(v.chain.elements());
-    h.spring = v.chain.spring;
-    h.compensated = v.compensated;
-    h.integral = skin.wanted[QUANTITY_SA2];
-    h.rate = v.carries_rate();
-    h.sites = hash_of(skin.skin.description.sites);
-    return h;
-}
-
-// Throws Error::bad_input naming the first thing in which a saved state differs from a skin's.
-void check_header(const StateHeader& saved, const StateHeader& own) {
-    if (std::memcmp(saved.magic, own.magic, sizeof own.magic) != 0)
-        scene::refuse("state", "(other bytes)", "what Skin::save has written");
-    const auto need_same = [](const char* what, uint32_t is, uint32_t allowed) {
-        if (is != allowed)
-            scene::refuse("state", "(" + std::string(what) + " " + std::to_string(is) + ")",
-                          std::string(what) + " " + std::to_string(allowed) + ", as the skin has");
-    };
-    need_same("version", saved.version, own.version);
-    need_same("number of pads", saved.pads, own.pads);
-    need_same("width", saved.width, own.width);
-    need_same("height", saved.height, own.height);
-    need_same("sites of hash", saved.sites, own.sites);
-    need_same("number of cells", saved.cells, own.cells);
-    need_same("number of elements", saved.elements, own.elements);
-    need_same("number of springs", saved.spring, own.spring);
-    need_same("compensated sums", saved.compensated, own.compensated);
-    need_same("integral for sa2", saved.integral, own.integral);
-    need_same("rate of a spring for fa2", saved.rate, own.rate);
-}
-
-// Whether floats at any address are finite.
-bool all_finite(const char* floats, size_t count) {
-    uint32_t joined = 0;
-    for (size_t i = 0; i < count; ++i) {
-        uint32_t bits;
-        std::memcpy(&bits, floats + i * sizeof bits, sizeof bits);
-        joined |= not_finite(bits);
-    }
-    return !any_not_finite(joined);
-}
-
-} // namespace
 
 struct Skin::Impl {
     // Copies the numbers that it needs, so that the maps of the prepared skin are freed once the stream has read them.
     Impl(const plan::StreamedSkin& skin, const SkinOptions& options, plan::Backend& backend)
         : width(size_t(skin.skin.width())), height(size_t(skin.skin.height())), count(size_t(skin.pads)),
           fields(skin.skin.description.sites.empty()), uniform(skin.skin.uniform()), wanted(skin.wanted),
-          chain(skin.skin.chain), state_layout(state_layout_of(skin)), header(header_of(skin, state_layout)),
-          felt(skin), needs(scene::needs_of(skin.skin.description, options)), threads(backend.threads()),
+          chain(skin.skin.chain), state_layout(state_layout_of(skin)), saved_state(skin), felt(skin),
+          needs(scene::needs_of(skin.skin.description, options)), threads(backend.threads()),
           tau(tau_range(skin.skin.materials)), description(skin.skin.description), materials(options.materials),
           pressed(count), stream(backend.stream(skin)) {
         for (const Site& site : description.sites) ++sites_of[size_t(site.type)];
@@ -146,7 +73,7 @@ struct Skin::Impl {
     const plan::Wanted wanted;
     const plan::Chain chain;
     const plan::StateLayout state_layout; // of one pad
-    const StateHeader header;             // of one pad
+    const SavedState saved_state;
     const plan::Felt felt;
     const std::string needs; // words for the day when memory runs out
     const int threads;
@@ -162,19 +89,7 @@ struct Skin::Impl {
     std::unique_ptr<plan::Stream> stream;
 
     size_t cells() const { return width * height; }
-    size_t pad_bytes() const { return state_layout.floats() * sizeof(float); }
     plan::PadList list_of(const Pads&);
-    StateHeader header_with(const plan::PadList& pads) const {
-        StateHeader h = header;
-        h.pads = uint32_t(pads.count);
-        return h;
-    }
-    size_t state_bytes(const plan::PadList& pads) const { return sizeof header + pads.count * pad_bytes(); }
-    void need_state(const void* state, size_t bytes, const plan::PadList& pads) const {
-        if (!state || bytes != state_bytes(pads))
-            scene::refuse("state", state ? std::to_string(bytes) + " bytes" : "(null)",
-                          std::to_string(state_bytes(pads)) + " bytes");
-    }
     void press(const float* pressure, size_t numbers, const plan::StepLengths&, const plan::PadList&);
     std::vector<float> strain_of(int pad) const;
     const std::vector<float>& tell(Quantity);
@@ -225,11 +140,12 @@ void Skin::Impl::refuse_pressure(const float* pressure, const plan::PadList& pad
 
 // The strain of each cell that a pad's state holds.
 std::vector<float> Skin::Impl::strain_of(int pad) const {
-    std::vector<float> state(state_layout.floats());
-    stream->save({.ids = &pad, .count = 1}, state.data());
+    std::vector<float> strains(state_layout.cells * state_layout.planes), pressure(state_layout.pressure);
+    stream->save({.ids = &pad, .count = 1}, {.strains = reinterpret_cast<char*>(strains.data()),
+                                             .pressure = reinterpret_cast<char*>(pressure.data())});
     std::vector<plan::Element> elements;
     if (uniform) elements = scene::chain_of(material_of(pad));
-    return felt.strain(state.data(), elements);
+    return felt.strain(strains.data(), pressure.data(), elements);
 }
 
 // Reads strain, indentation or curvature of all pads from their states.
@@ -298,7 +214,7 @@ void Skin::reset(const Pads& pads) try { impl_->stream->reset(impl_->list_of(pad
 }
 
 size_t Skin::state_bytes(const Pads& pads) const try {
-    return impl_->state_bytes(impl_->list_of(pads));
+    return impl_->saved_state.bytes(impl_->list_of(pads).count);
 } catch (const std::bad_alloc&) {
     scene::out_of_memory([&] { return impl_->needs; });
 }
@@ -306,10 +222,7 @@ size_t Skin::state_bytes(const Pads& pads) const try {
 void Skin::save(void* state, size_t bytes, const Pads& pads) const try {
     Impl& s = *impl_;
     const plan::PadList list = s.list_of(pads);
-    s.need_state(state, bytes, list);
-    const StateHeader header = s.header_with(list);
-    std::memcpy(state, &header, sizeof header);
-    s.stream->save(list, static_cast<char*>(state) + sizeof header);
+    s.stream->save(list, s.saved_state.write(state, bytes, list.count));
 } catch (const std::bad_alloc&) {
     scene::out_of_memory([&] { return impl_->needs; });
 }
@@ -317,16 +230,7 @@ void Skin::save(void* state, size_t bytes, const Pads& pads) const try {
 void Skin::load(const void* state, size_t bytes, const Pads& pads) try {
     Impl& s = *impl_;
     const plan::PadList list = s.list_of(pads);
-    StateHeader saved{};
-    if (state && bytes >= sizeof saved) {
-        std::memcpy(&saved, state, sizeof saved);
-        check_header(saved, s.header_with(list));
-    }
-    s.need_state(state, bytes, list);
-    const char* from = static_cast<const char*>(state) + sizeof saved;
-    if (!all_finite(from, list.count * s.state_layout.floats()))
-        scene::refuse("state", "(a number that is not finite)", "finite numbers");
-    s.stream->load(list, from);
+    s.stream->load(list, s.saved_state.read(state, bytes, list.count));
 } catch (const std::bad_alloc&) {
     scene::out_of_memory([&] { return impl_->needs; });
 }

@@ -30,11 +30,13 @@ constexpr int lanes = int(sizeof(Wide) / sizeof(scalar)), line = 64 / int(sizeof
 // clang-format off
 #include "kernels/prelude.h"
 #include "kernels/step.h"
+#include "kernels/cell.h"
 #include "kernels/responses.h"
 #include "kernels/curvature.h"
 #include "kernels/reduce.h"
 // clang-format on
 #undef precise
+#undef OF_ANY_CELL
 
 inline real loaded(const scalar* from) { return Wide(*reinterpret_cast<const Wide::Anywhere*>(from)); }
 inline void store(scalar* to, real x) { *reinterpret_cast<Wide::Anywhere*>(to) = x.v; }

@@ -2,66 +2,51 @@
 // Steps, Laplacians and responses in the memory of rows. The namespace that includes this has the kernels' functions, a
 // `real` of one cell or of neighbouring ones, and load() and store() of such a real.
 
-// A sum of a cell, `at` cells from where its row in a state begins, and the store of one.
-template <bool compensated>
-__attribute__((always_inline)) inline Sum sum_at(const simd::StateRow<scalar>& row, int sum, size_t at) {
-    return sum_of(loaded(row.value[sum] + at), compensated ? loaded(row.lost[sum] + at) : real(scalar(0)));
-}
-template <bool compensated>
-__attribute__((always_inline)) inline void store_sum(const simd::StateRow<scalar>& row, int sum, size_t at, Sum s) {
-    store(row.value[sum] + at, s.value);
-    if constexpr (compensated) store(row.lost[sum] + at, s.lost);
-}
+// A cell, or neighbouring ones, for kernels/cell.h: those at `i` of a row. coefficients(e): the coefficients of element
+// e. changed(sum, before, after) is called for every sum. chain: the cell has several elements.
+template <bool compensated, bool chain, class CoefficientsOf, class Changed> struct RowCell {
+    const AdvanceArguments<Kernels>& a;
+    int i;
+    const CoefficientsOf& coefficients;
+    const Changed& changed;
 
-// The strain of an element before and after a step.
-struct Strained {
-    Sum before, after;
+    // Which sum of a row's state sum s of the cell is, and where it stands there.
+    int sum(int s) const { return s < elements_of(*this) ? sum_strain : sum_integral; }
+    size_t at(int s) const { return (sum(s) == sum_strain ? size_t(s) * a.from.element : 0) + size_t(i); }
+
+    friend int elements_of(const RowCell& cell) { return chain ? cell.a.elements : 1; }
+    friend bool has_spring(const RowCell& cell) { return chain && cell.a.spring; }
+    friend bool has_rate(const RowCell& cell) { return chain && cell.a.to.rate; }
+    friend bool has_integral(const RowCell&) { return true; }
+    friend int is_compensated(const RowCell&) { return compensated; }
+    friend decltype(auto) element_of(const RowCell& cell, int e) { return cell.coefficients(e); }
+    friend Sum sum_from(const RowCell& cell, int s) {
+        const int sum = cell.sum(s);
+        return sum_of(loaded(cell.a.from.value[sum] + cell.at(s)),
+                      compensated ? loaded(cell.a.from.lost[sum] + cell.at(s)) : real(scalar(0)));
+    }
+    friend void store(const RowCell& cell, int s, Sum before, Sum after) {
+        const int sum = cell.sum(s);
+        cell.changed(sum, before, after);
+        store(cell.a.to.value[sum] + cell.at(s), after.value);
+        if constexpr (compensated) store(cell.a.to.lost[sum] + cell.at(s), after.lost);
+    }
+    friend real rate_from(const RowCell& cell) { return loaded(cell.a.from.rate + cell.i); }
+    friend void store_rate(const RowCell& cell, real rate) { store(cell.a.to.rate + cell.i, rate); }
 };
 
-template <bool compensated>
-__attribute__((always_inline)) inline Strained strain_at(const AdvanceArguments<Kernels>& a, int e, int i, Load load,
-                                                         const LaneCoefficients& k) {
-    Strained s;
-    s.before = sum_at<compensated>(a.from, sum_strain, size_t(e) * a.from.element + size_t(i));
-    s.after = advanced_strain(s.before, load, k, compensated);
-    store_sum<compensated>(a.to, sum_strain, size_t(e) * a.to.element + size_t(i), s.after);
-    return s;
-}
-
-// Steps cell i and stores its new state and signals. coefficients(e): the coefficients of its element e. changed(sum,
-// before, after) is called for every sum. chain: the cell has several elements. It is always inlined: a call would load
-// all coefficients for each block.
+// Steps cell i and stores its new state and signals. It is always inlined: a call would load all coefficients for each
+// block.
 template <bool framed, bool compensated, bool chain, class CoefficientsOf, class Changed>
 __attribute__((always_inline)) inline void step_at(const AdvanceArguments<Kernels>& a, int i, const Constants& c,
-                                                   CoefficientsOf coefficients, Changed changed) {
+                                                   const CoefficientsOf& coefficients, const Changed& changed) {
     const Load load = framed ? load_between(loaded(a.pressure + i), loaded(a.pressure_to + i), c)
                              : load_of(loaded(a.pressure + i), c);
-    const Sum integral = sum_at<compensated>(a.from, sum_integral, size_t(i));
-    const LaneCoefficients& first = coefficients(0);
-    const Strained strain = strain_at<compensated>(a, 0, i, load, first);
-    changed(sum_strain, strain.before, strain.after);
-    Motion m = motion_of(strain.before.value, strain.after.value, load, first);
-    if constexpr (chain) {
-        for (int e = 1; e < a.elements; ++e) {
-            const LaneCoefficients k = coefficients(e);
-            const Strained next = strain_at<compensated>(a, e, i, load, k);
-            changed(sum_strain, next.before, next.after);
-            m = with_element(m, next.before.value, next.after.value, load, k);
-        }
-        if (a.spring) m.strain = in_series(m.strain, spring_strain(load, coefficients(a.elements)));
-        if (framed && a.to.rate) {
-            const LaneCoefficients k = coefficients(a.elements);
-            const real before = loaded(a.from.rate + i), rate = spring_rate(before, load, k);
-            store(a.to.rate + i, rate);
-            m = with_spring_rates(m, before, rate, k);
-        }
-        store(a.to.strain + i, m.strain);
-    }
-    const Sum after = advanced_integral(integral, m.gained, first, compensated);
-    changed(sum_integral, integral, after);
+    const CellStep step =
+        step_of(RowCell<compensated, chain, CoefficientsOf, Changed>{a, i, coefficients, changed}, load);
+    if constexpr (chain) store(a.to.strain + i, step.motion.strain);
 #pragma GCC unroll 8
-    for (int s = 0; s < STEP_SIGNALS; ++s) store(a.signal[s] + i, signal(QUANTITY_FA1 + s, m, after.value));
-    store_sum<compensated>(a.to, sum_integral, size_t(i), after);
+    for (int s = 0; s < STEP_SIGNALS; ++s) store(a.signal[s] + i, signal(QUANTITY_FA1 + s, step.motion, step.integral));
 }
 
 // The published stencil's weights across rows; the rows themselves are in `l`.

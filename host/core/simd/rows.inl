@@ -14,11 +14,13 @@ inline real mix(real a, real b, bool second) { return second ? b : a; }
 // clang-format off
 #include "kernels/prelude.h"
 #include "kernels/step.h"
+#include "kernels/cell.h"
 #include "kernels/responses.h"
 #include "kernels/curvature.h"
 #include "kernels/reduce.h"
 // clang-format on
 #undef precise
+#undef OF_ANY_CELL
 
 inline real loaded(const real* from) { return *from; }
 inline void store(real* to, real x) { *to = x; }

@@ -29,7 +29,7 @@ PressKernel::PressKernel(Pipelines& pipelines, const plan::PreparedSkin& skin, c
       group_(group_of(skin, variant)), windows_(row_windows(pipelines.device(), skin,
                                                             {.first = pressed.first_row,
                                                              .last = pressed.last_row,
-                                                             .planes = state_planes(variant),
+                                                             .planes = variant.state().planes(),
                                                              .work = double(numbers_of_press(variant)),
                                                              .group_rows = group_.y})),
       kernel_(pipelines, press_module_for(pipelines.device()),
@@ -48,7 +48,7 @@ PressKernel::Group PressKernel::group_of(const plan::PreparedSkin& skin, const p
 }
 
 void PressKernel::bind(size_t binding, const Maps& m) {
-    const int planes = state_planes(variant_);
+    const int planes = variant_.state().planes();
     size_t set = binding * windows_.size();
     for (const RowWindow& window : windows_) {
         const auto map = [&](const BufferRange& range, bool used = true) {

@@ -43,7 +43,7 @@ Recorder::Recorder(Pipelines& pipelines, plan::StreamedSkin&& streamed, uint32_t
 
 void Recorder::fill_needs() {
     const VkDeviceSize pads = VkDeviceSize(streamed_.pads), map = pads * streamed_.skin.padded_cells() * sizeof(float);
-    const VkDeviceSize planes = VkDeviceSize(state_planes(streamed_.variant()));
+    const VkDeviceSize planes = VkDeviceSize(streamed_.variant().state().planes());
     needs_.constants.bytes = needs_.constants.initial.size();
     needs_.state.bytes = planes * (sites_ ? pads * sites_->cells().size() * sizeof(float) : map);
     needs_.pressure.bytes = map;

@@ -35,7 +35,7 @@ f32::SiteStencil stencil_of(const plan::PreparedSkin& skin, const plan::SiteCell
 
 SitesKernel::SitesKernel(Pipelines& pipelines, const plan::StreamedSkin& streamed, const plan::ResponseLayout& layout,
                          uint32_t max_bindings)
-    : width_(streamed.skin.width()), pitch_(streamed.skin.pitch), planes_(state_planes(streamed.variant())),
+    : width_(streamed.skin.width()), pitch_(streamed.skin.pitch), planes_(streamed.variant().state().planes()),
       pads_(streamed.pads > 1),
       needed_(streamed.skin, {streamed.skin.whole()}, plan::cells_of(streamed.skin.description.sites)),
       windows_(row_windows(

@@ -33,13 +33,8 @@ RowWindow window_around(const plan::PreparedSkin& skin, int first, int last) {
 
 uint32_t groups(int cells, int size) { return uint32_t((cells + size - 1) / size); }
 
-int state_planes(const plan::Variant& variant) {
-    return STATE_PLANES(int(variant.chain.elements()), int(variant.compensated), int(variant.keeps_strain),
-                        int(responses_of(variant)), int(variant.carries_rate()));
-}
-
 int numbers_of_press(const plan::Variant& variant) {
-    return state_planes(variant) + std::popcount(responses_of(variant));
+    return variant.state().planes() + std::popcount(responses_of(variant));
 }
 
 std::vector<uint32_t> specialization(const plan::Variant& variant) {

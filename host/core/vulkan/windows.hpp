@@ -29,9 +29,6 @@ struct WindowOptions {
 // Divides the rows into at least one window. Throws Error::bad_input where the edges join rows too far apart.
 std::vector<RowWindow> row_windows(const DeviceTable&, const plan::PreparedSkin&, const WindowOptions&);
 
-// The number of planes of a state (see kernels/layout.h).
-int state_planes(const plan::Variant&);
-
 // The numbers that a press writes for each cell.
 int numbers_of_press(const plan::Variant&);
 

@@ -13,7 +13,7 @@ VkDeviceSize MarchMemory::bytes_of(int name) const {
         return variant_.wanted[size_t(name - responses + QUANTITY_SA1)] ? map_ : unused;
     switch (name) {
     case state0:
-    case state1: return VkDeviceSize(state_planes(variant_)) * map_;
+    case state1: return VkDeviceSize(variant_.state().planes()) * map_;
     case surface:
     case curvature:
     case deformation: return schedule_.derives ? map_ : unused;

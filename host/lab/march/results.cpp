@@ -23,7 +23,7 @@ void Results::allocate(Context& context, const plan::Variant& variant, const Mar
                        const std::vector<RowWindow>& windows) {
     using Name = MarchMemory::Name;
     windows_ = windows;
-    planes_ = state_planes(variant);
+    planes_ = variant.state().planes();
     summaries_ = std::make_unique<Buffer>(context, bytes(), Buffer::Location::host);
     probe_cells_ =
         std::make_unique<Buffer>(context, std::max<size_t>(probes(), 1) * sizeof(int), Buffer::Location::host);

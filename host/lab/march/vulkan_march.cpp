@@ -35,7 +35,7 @@ class FieldsKernel {
     FieldsKernel(Pipelines& pipelines, const plan::PreparedSkin& skin, const plan::Variant& variant,
                  const MarchMemory& memory)
         : windows_(row_windows(pipelines.device(), skin,
-                               {.first = 0, .last = skin.height(), .planes = state_planes(variant), .work = numbers})),
+                               {.first = 0, .last = skin.height(), .planes = variant.state().planes(), .work = numbers})),
           kernel_(pipelines, fields_module(pipelines.device().rounds),
                   {.bindings = FIELDS_BINDINGS,
                    .constants_bytes = sizeof(f32::Constants),
@@ -45,7 +45,7 @@ class FieldsKernel {
         for (int state : {MarchMemory::state0, MarchMemory::state1})
             for (const RowWindow& window : windows_) {
                 const auto map = [&](int name) { return window.of(memory.range(name), skin.pitch); };
-                const BufferRange strain = window.of(memory.range(state), skin.pitch, state_planes(variant));
+                const BufferRange strain = window.of(memory.range(state), skin.pitch, variant.state().planes());
                 kernel_.bind(set++, {{FIELDS_SURFACE, map(MarchMemory::surface)},
                                      {FIELDS_REST_CURVATURE, map(MarchMemory::rest_curvature)},
                                      {FIELDS_STRAIN, strain},
@@ -205,7 +205,7 @@ class March : public plan::Stepper {
     // Copies a map into the download from byte `at` on.
     void copy_map(VkCommandBuffer commands, Quantity q, VkDeviceSize at) {
         const std::vector<VkBufferCopy> regions =
-            regions_of(skin_, q == Quantity::strain ? state_planes(variant_) : 1, at);
+            regions_of(skin_, q == Quantity::strain ? variant_.state().planes() : 1, at);
         context_->calls().vkCmdCopyBuffer(commands, map_of(q).handle(), download_->handle(), uint32_t(regions.size()),
                                           regions.data());
     }

@@ -79,9 +79,9 @@ void cost_march(Candidate& c, const PreparedSkin& skin, const Schedule& schedule
     const bool buffered = backend.double_buffered;
     const double real = c.precision == Precision::f64 ? 8 : 4;
     const plan::Variant variant = variant_of(skin, schedule, c.precision);
-    const bool integral = schedule.wanted[QUANTITY_SA2] || !buffered; // a device keeps it only if SA2 is asked for
-    const double state = double(STATE_PLANES(int(skin.chain.elements()), variant.compensated, variant.keeps_strain,
-                                             integral ? RESPONSE_BIT(QUANTITY_SA2) : 0, variant.carries_rate()));
+    plan::StateShape shape = variant.state();
+    shape.integral |= !buffered; // a device keeps it only if SA2 is asked for
+    const double state = shape.planes();
     const double responses = double(std::count(schedule.wanted.begin() + QUANTITY_SA1, schedule.wanted.end(), true));
     const double pressure = schedule.framed ? 2 : 1;
     const bool peeks =

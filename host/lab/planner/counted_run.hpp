@@ -20,8 +20,7 @@ struct CountedMaterial {
 class MeasuredCell {
   public:
     MeasuredCell(const plan::Chain& chain, const plan::Element* elements, double duration)
-        : run_({.chain = chain, .compensated = true}, elements, duration),
-          reference_({.chain = chain, .compensated = true}, elements, duration) {}
+        : run_(chain, elements, duration), reference_(chain, elements, duration) {}
 
     void press(const f64::Load& load, const f64::Coefficients* k, const extended::Load& exact,
                const extended::Coefficients* exact_k) {

@@ -17,7 +17,7 @@ class Separable : public plan::Stepper {
         : skin_(skin), schedule_(schedule), moments_(std::move(moments)), points_only_(points_only),
           sink_(std::move(sink)), visible_(skin.materials.size() / skin.chain.length), most_(visible_) {
         for (size_t i = 0; i < skin.materials.size(); i += skin.chain.length)
-            cells_.push_back({{.chain = skin.chain, .compensated = true}, &skin.materials[i], schedule.time.duration});
+            cells_.push_back({skin.chain, &skin.materials[i], schedule.time.duration});
     }
 
     void frame(const std::vector<double>&) override {} // plan::why_not refuses frames

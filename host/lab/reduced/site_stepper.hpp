@@ -22,33 +22,31 @@ template <class K> class SiteStepper {
     };
 
     SiteStepper(const SiteCells& cells, const Variant& variant)
-        : cells_(cells), variant_(variant), shape_(shape_of(variant)), sums_(shape_.sums()),
+        : cells_(cells), variant_(variant), shape_(variant.state()), sums_(SingleCell<K>::sums(shape_)),
           state_(cells.cells.size() * sums_), visible_(state_.size()), strain_(cells.cells.size() + 1) {}
 
     // Steps cells first .. last - 1. k: coefficients of each material.
     void advance(const Constants& c, const LaneCoefficients* k, Pressures p, size_t first, size_t last) {
         for (size_t i = first; i < last; ++i)
-            strain_[i] =
-                press_cell<K>(&state_[i * sums_], &visible_[i * sums_], load_at(i, c, p), of_cell(k, i), shape_).strain;
+            strain_[i] = K::step_of(cell(k, i, &visible_[i * sums_]), load_at(i, c, p)).motion.strain;
     }
 
     // The value of a quantity in a point after advance(). The point's cell must be one that is ever pressed.
-    real value(const SitePlace<K>& point, Quantity q, const Constants& c, const LaneCoefficients* k, Pressures p) const {
+    real value(const SitePlace<K>& point, Quantity q, const Constants& c, const LaneCoefficients* k,
+               Pressures p) const {
         const size_t here = point.stencil.here;
         if (q == Quantity::strain) return strain_[here];
         const real C = point.curvature(strain_.data(), variant_.stencil, c.bend);
         if (q == Quantity::curvature) return C;
-        const typename K::Sum *before = &state_[here * sums_], *after = &visible_[here * sums_];
-        const auto motion = motion_between<K>(before, after, load_at(here, c, p), of_cell(k, here), shape_);
-        return K::answer(int(q), K::signal(int(q), motion, after[shape_.integral()].value), C, c);
+        const auto step = K::step_of(cell(k, here, nullptr), load_at(here, c, p));
+        return K::answer(int(q), K::signal(int(q), step.motion, step.integral), C, c);
     }
 
     void keep() { state_.swap(visible_); }
 
   private:
-    // The coefficients of a cell's elements.
-    const LaneCoefficients* of_cell(const LaneCoefficients* k, size_t cell) const {
-        return k + cells_.material_of[cell];
+    SingleCell<K> cell(const LaneCoefficients* k, size_t i, typename K::Sum* after) const {
+        return {shape_, k + cells_.material_of[i], &state_[i * sums_], after};
     }
 
     typename K::Load load_at(size_t i, const Constants& c, Pressures p) const {
@@ -57,7 +55,7 @@ template <class K> class SiteStepper {
 
     const SiteCells& cells_;
     const Variant variant_;
-    const CellShape shape_;
+    const StateShape shape_;
     const size_t sums_;                            // of a cell
     std::vector<typename K::Sum> state_, visible_; // state at the step's start; at its end
     std::vector<real> strain_;                     // of each cell at the step's end

@@ -191,7 +191,7 @@ long long most_strained_output(const plan::PreparedSkin& skin, const plan::Sched
         std::max_element(p.begin(), p.end(), [](double a, double b) { return std::abs(a) < std::abs(b); });
     const auto first = skin.materials.begin() + std::ptrdiff_t(skin.material_at(size_t(most - p.begin())));
     const std::vector<plan::Element> elements(first, first + std::ptrdiff_t(skin.chain.length));
-    plan::ProductCell<f64> cell({.chain = skin.chain, .compensated = true}, elements.data(), schedule.time.duration);
+    plan::ProductCell<f64> cell(skin.chain, elements.data(), schedule.time.duration);
     std::vector<f64::Coefficients> table;
     plan::Timeline timeline(few, elements, skin.rule, few.every == 1 ? schedule.method : Method::exact);
     double greatest = 0;

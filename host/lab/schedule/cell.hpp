@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// One cell, alone, in K = f32 or f64: a step of its elements in series by the kernels' functions.
+// One cell, alone, in K = f32, f64 or extended: a step of it by kernels/cell.h.
 #pragma once
 
 #include "host/core/model/skin.hpp"
@@ -11,65 +11,54 @@
 
 namespace dermis::plan {
 
-// The state of a cell: the strain of each element but a spring, the integral of the cell's strain, and the rate of a
-// spring, where the variant carries it.
-struct CellShape {
-    Chain chain;
-    bool compensated = false, rate = false;
-    size_t integral() const { return chain.elements(); }
-    size_t sums() const { return chain.elements() + 1 + rate; }
+// A cell for kernels/cell.h: its state, as an array of sums: of each element, the integral, and the rate of a spring.
+// k: the coefficients of each element, a spring last.
+template <class K> struct SingleCell {
+    using Sum = typename K::Sum;
+    using real = typename K::real;
+    const StateShape& shape;
+    const typename K::LaneCoefficients* k;
+    const Sum* before;
+    Sum* after; // null: the step is not kept
+
+    static size_t sums(const StateShape& shape) { return shape.elements + 2; }
+
+    friend int elements_of(const SingleCell& c) { return int(c.shape.elements); }
+    friend bool has_spring(const SingleCell& c) { return c.shape.spring; }
+    friend bool has_rate(const SingleCell& c) { return c.shape.rate; }
+    friend bool has_integral(const SingleCell&) { return true; }
+    friend int is_compensated(const SingleCell& c) { return c.shape.compensated; }
+    friend const typename K::LaneCoefficients& element_of(const SingleCell& c, int e) { return c.k[e]; }
+    friend Sum sum_from(const SingleCell& c, int s) { return c.before[s]; }
+    friend real rate_from(const SingleCell& c) { return c.before[c.shape.elements + 1].value; }
+    friend void store(const SingleCell& c, int s, Sum, Sum after) {
+        if (c.after) c.after[s] = after;
+    }
+    friend void store_rate(const SingleCell& c, real rate) {
+        if (c.after) c.after[c.shape.elements + 1].value = rate;
+    }
 };
-
-inline CellShape shape_of(const Variant& variant) {
-    return {.chain = variant.chain, .compensated = variant.compensated, .rate = variant.carries_rate()};
-}
-
-// Returns the motion at the end of a step from one state to another. k: the coefficients of each element.
-template <class K>
-typename K::Motion motion_between(const typename K::Sum* before, const typename K::Sum* after,
-                                  const typename K::Load& load, const typename K::LaneCoefficients* k,
-                                  const CellShape& shape) {
-    const size_t spring = shape.chain.elements();
-    typename K::Motion m = K::motion_of(before[0].value, after[0].value, load, k[0]);
-    for (size_t e = 1; e < spring; ++e) m = K::with_element(m, before[e].value, after[e].value, load, k[e]);
-    if (shape.chain.spring) m.strain = K::in_series(m.strain, K::spring_strain(load, k[spring]));
-    const size_t rate = shape.integral() + 1;
-    return shape.rate ? K::with_spring_rates(m, before[rate].value, after[rate].value, k[spring]) : m;
-}
-
-// Steps a cell to the state `after`. Returns its motion.
-template <class K>
-typename K::Motion press_cell(const typename K::Sum* before, typename K::Sum* after, const typename K::Load& load,
-                              const typename K::LaneCoefficients* k, const CellShape& shape) {
-    const size_t integral = shape.integral();
-    for (size_t e = 0; e < shape.chain.elements(); ++e)
-        after[e] = K::advanced_strain(before[e], load, k[e], shape.compensated);
-    if (shape.rate) after[integral + 1].value = K::spring_rate(before[integral + 1].value, load, k[integral]);
-    const typename K::Motion m = motion_between<K>(before, after, load, k, shape);
-    after[integral] = K::advanced_integral(before[integral], m.gained, k[0], shape.compensated);
-    return m;
-}
 
 // A cell under unit pressure that is stepped for all others: the strain of another cell is this one's times its
 // pressure.
 template <class K> class ProductCell {
   public:
-    // elements: of the shape's chain. duration: of the run, s.
-    ProductCell(const CellShape& shape, const Element* elements, double duration)
-        : shape_(shape), before_(shape.sums()), after_(before_) {
+    // elements: of the chain. duration: of the run, s.
+    ProductCell(const Chain& chain, const Element* elements, double duration)
+        : shape_{.elements = chain.elements(), .spring = chain.spring, .compensated = true}, length_(chain.length),
+          before_(SingleCell<K>::sums(shape_)), after_(before_) {
         double strain = 0;
-        for (size_t e = 0; e < shape.chain.length; ++e) strain += scene::strain_after(elements[e], 1, duration);
+        for (size_t e = 0; e < length_; ++e) strain += scene::strain_after(elements[e], 1, duration);
         const bool plain = strain > 0x1p-200 && strain < 0x1p200;
         if (std::isnormal(strain) && !plain) scale_ = std::ldexp(1, -std::ilogb(strain));
     }
 
     void press(const typename K::Load& load, const typename K::Coefficients* k) {
         std::array<typename K::LaneCoefficients, scene::most_in_series> lanes;
-        std::transform(k, k + shape_.chain.length, lanes.begin(), K::lanes_of);
+        std::transform(k, k + length_, lanes.begin(), K::lanes_of);
         const typename K::Load scaled = K::load(load.s0 * scale_, load.ds * scale_, load.sj * scale_);
-        const typename K::Motion m = press_cell<K>(before_.data(), after_.data(), scaled, lanes.data(), shape_);
-        for (int q = 0; q < REDUCED_MAPS; ++q)
-            signals_[size_t(q)] = K::signal(q, m, after_[shape_.integral()].value) / scale_;
+        const auto step = K::step_of(SingleCell<K>{shape_, lanes.data(), before_.data(), after_.data()}, scaled);
+        for (int q = 0; q < REDUCED_MAPS; ++q) signals_[size_t(q)] = K::signal(q, step.motion, step.integral) / scale_;
     }
     // The step leads to the state from which the next one starts.
     void keep() {
@@ -81,7 +70,8 @@ template <class K> class ProductCell {
     typename K::real kept(int q) const { return kept_[size_t(q)]; }
 
   private:
-    CellShape shape_;
+    StateShape shape_;
+    size_t length_;    // elements in series, a spring included
     double scale_ = 1; // Pa: a power of two under which strains stay far from what is stored as 0
     std::vector<typename K::Sum> before_, after_;
     std::array<typename K::real, REDUCED_MAPS> signals_{}, kept_{};

@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: MIT
+#include "host/core/press/saved_state.hpp"
+
+#include "host/core/base/finite.hpp"
+#include "host/core/base/hash.hpp"
+#include "host/core/base/refusal.hpp"
+
+#include <algorithm>
+#include <cstring>
+
+namespace dermis {
+namespace {
+
+constexpr char magic[] = "dermisst";
+constexpr uint32_t version = 3, version_without_parts = 2;
+
+struct Header {
+    char magic[8];
+    uint32_t version, pads;
+};
+struct PartHeader {
+    char name[8]; // zeros behind it
+    uint64_t bytes;
+};
+constexpr const char* part_names[] = {"shape", "strains", "pressure"};
+
+// FNV-1a of the sites that read cells.
+uint32_t hash_of(const std::vector<Site>& sites) {
+    uint32_t hash = fnv1a_32;
+    for (const Site& site : sites)
+        for (const int n : {int(site.type), site.cell.x, site.cell.y})
+            for (int i = 0; i < 4; ++i) hash = fnv1a(hash, static_cast<unsigned char>(uint32_t(n) >> (8 * i)));
+    return sites.empty() ? 0 : hash;
+}
+
+[[noreturn]] void refuse_bytes(const void* state, size_t bytes, size_t allowed) {
+    scene::refuse("state", state ? std::to_string(bytes) + " bytes" : "(null)", std::to_string(allowed) + " bytes");
+}
+
+void need_same(const char* what, uint32_t is, uint32_t allowed) {
+    if (is != allowed)
+        scene::refuse("state", "(" + std::string(what) + " " + std::to_string(is) + ")",
+                      std::string(what) + " " + std::to_string(allowed) + ", as the skin has");
+}
+
+// Copies an object of bytes at any address.
+template <class T> T copied(const char* from) {
+    T object;
+    std::memcpy(&object, from, sizeof object);
+    return object;
+}
+
+void need_finite(const char* floats, size_t bytes) {
+    uint32_t joined = 0; // no early exit, so that the loop vectorises
+    for (size_t i = 0; i < bytes; i += sizeof(float)) joined |= not_finite(copied<uint32_t>(floats + i));
+    if (any_not_finite(joined)) scene::refuse("state", "(a number that is not finite)", "finite numbers");
+}
+
+} // namespace
+
+SavedState::SavedState(const plan::StreamedSkin& skin) {
+    const plan::StateLayout layout = state_layout_of(skin);
+    const plan::StateShape state = skin.variant().state();
+    shape_ = {.width = uint32_t(skin.skin.width()),
+              .height = uint32_t(skin.skin.height()),
+              .cells = uint32_t(layout.cells),
+              .elements = uint32_t(state.elements),
+              .spring = state.spring,
+              .compensated = state.compensated,
+              .integral = state.integral,
+              .rate = state.rate,
+              .sites = hash_of(skin.skin.description.sites)};
+    strains_ = layout.cells * layout.planes * sizeof(float);
+    pressure_ = layout.pressure * sizeof(float);
+}
+
+size_t SavedState::bytes_of(Part part, size_t pads) const {
+    return part == shape_part ? sizeof shape_ : pads * (part == strains_part ? strains_ : pressure_);
+}
+
+size_t SavedState::bytes(size_t pads) const {
+    size_t all = sizeof(Header);
+    for (int part = 0; part < part_count; ++part) all += sizeof(PartHeader) + bytes_of(Part(part), pads);
+    return all;
+}
+
+plan::StateMemory<char> SavedState::write(void* state, size_t given, size_t pads) const {
+    if (!state || given != bytes(pads)) refuse_bytes(state, given, bytes(pads));
+    Header header{.magic = {}, .version = version, .pads = uint32_t(pads)};
+    std::memcpy(header.magic, magic, sizeof header.magic);
+    char* to = static_cast<char*>(state);
+    std::memcpy(to, &header, sizeof header);
+    to += sizeof header;
+    char* parts[part_count];
+    for (int part = 0; part < part_count; ++part) {
+        PartHeader head{.name = {}, .bytes = bytes_of(Part(part), pads)};
+        std::memcpy(head.name, part_names[part], std::strlen(part_names[part]));
+        std::memcpy(to, &head, sizeof head);
+        parts[part] = to + sizeof head;
+        to = parts[part] + head.bytes;
+    }
+    std::memcpy(parts[shape_part], &shape_, sizeof shape_);
+    return {.strains = parts[strains_part],
+            .pressure = parts[pressure_part],
+            .strains_step = strains_,
+            .pressure_step = pressure_};
+}
+
+// Throws Error::bad_input naming the first thing in which the shape of a saved state differs from the skin's.
+void SavedState::check(const Shape& saved) const {
+    need_same("width", saved.width, shape_.width);
+    need_same("height", saved.height, shape_.height);
+    need_same("sites of hash", saved.sites, shape_.sites);
+    need_same("number of cells", saved.cells, shape_.cells);
+    need_same("number of elements", saved.elements, shape_.elements);
+    need_same("number of springs", saved.spring, shape_.spring);
+    need_same("compensated sums", saved.compensated, shape_.compensated);
+    need_same("integral for sa2", saved.integral, shape_.integral);
+    need_same("rate of a spring for fa2", saved.rate, shape_.rate);
+}
+
+// Finds the parts in `left` bytes of version 3, and checks the shape. Returns whether every part is there, and whole,
+// and nothing behind them.
+bool SavedState::find_parts(const char* at, size_t left, size_t pads, const char* (&parts)[part_count]) const {
+    const char* const end = at + left;
+    while (size_t(end - at) >= sizeof(PartHeader)) {
+        const auto head = copied<PartHeader>(at);
+        const std::string name(head.name, strnlen(head.name, sizeof head.name));
+        const auto known = std::ranges::find(part_names, name) - std::begin(part_names);
+        if (known == part_count || parts[known])
+            scene::refuse("state", "(part \"" + name + "\")", "the parts shape, strains and pressure, each once");
+        at += sizeof head;
+        if (head.bytes > size_t(end - at)) return false;
+        parts[known] = at;
+        if (known == shape_part && head.bytes == sizeof(Shape)) check(copied<Shape>(at));
+        if (head.bytes != bytes_of(Part(known), pads))
+            scene::refuse("state", "(part \"" + name + "\" of " + std::to_string(head.bytes) + " bytes)",
+                          std::to_string(bytes_of(Part(known), pads)) + " bytes");
+        at += head.bytes;
+    }
+    return at == end && std::ranges::count(parts, nullptr) == 0;
+}
+
+plan::StateMemory<const char> SavedState::read(const void* state, size_t given, size_t pads) const {
+    const char* const from = static_cast<const char*>(state);
+    if (!state || given < sizeof(Header)) refuse_bytes(state, given, bytes(pads));
+    const auto header = copied<Header>(from);
+    if (std::memcmp(header.magic, magic, sizeof header.magic) != 0)
+        scene::refuse("state", "(other bytes)", "what Skin::save has written");
+    if (header.version != version && header.version != version_without_parts)
+        scene::refuse("state", "(version " + std::to_string(header.version) + ")", "version 2 or 3");
+    need_same("number of pads", header.pads, uint32_t(pads));
+    const size_t numbers = pads * (strains_ + pressure_);
+    if (header.version == version_without_parts) { // the header, the shape, and pad by pad strains and pressure
+        constexpr size_t before = sizeof(Header) + sizeof(Shape);
+        if (given >= before) check(copied<Shape>(from + sizeof(Header)));
+        if (given != before + numbers) refuse_bytes(state, given, before + numbers);
+        need_finite(from + before, numbers);
+        return {.strains = from + before,
+                .pressure = from + before + strains_,
+                .strains_step = strains_ + pressure_,
+                .pressure_step = strains_ + pressure_};
+    }
+    const char* parts[part_count]{};
+    if (!find_parts(from + sizeof header, given - sizeof header, pads, parts)) refuse_bytes(state, given, bytes(pads));
+    need_finite(parts[strains_part], pads * strains_);
+    need_finite(parts[pressure_part], pads * pressure_);
+    return {.strains = parts[strains_part],
+            .pressure = parts[pressure_part],
+            .strains_step = strains_,
+            .pressure_step = pressure_};
+}
+
+} // namespace dermis

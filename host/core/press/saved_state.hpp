@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+// The states of pads as bytes. A header is followed by parts, each with its name and its length, so that a skin with
+// more to remember adds a part and the version stays. Version 2, which had no parts, is read too.
+#pragma once
+
+#include "host/core/model/streamed_skin.hpp"
+
+namespace dermis {
+
+class SavedState {
+  public:
+    explicit SavedState(const plan::StreamedSkin&);
+
+    // The bytes of so many pads.
+    size_t bytes(size_t pads) const;
+    // Writes all but the numbers of so many pads. Returns where the numbers go. Throws Error::bad_input where `bytes`
+    // is another number than bytes(pads).
+    plan::StateMemory<char> write(void* state, size_t bytes, size_t pads) const;
+    // Returns where the numbers of so many pads are. Throws Error::bad_input naming the first thing in which the state
+    // differs from the skin's, and where a number is not finite.
+    plan::StateMemory<const char> read(const void* state, size_t bytes, size_t pads) const;
+
+  private:
+    // What a state is of; in version 3 a part of it.
+    struct Shape {
+        uint32_t width, height, cells, elements, spring, compensated, integral, rate, sites;
+    };
+    enum Part { shape_part, strains_part, pressure_part, part_count };
+
+    size_t bytes_of(Part, size_t pads) const;
+    bool find_parts(const char* at, size_t left, size_t pads, const char* (&parts)[part_count]) const;
+    void check(const Shape&) const;
+
+    Shape shape_;
+    size_t strains_, pressure_; // bytes of a pad
+};
+
+} // namespace dermis
