@@ -140,10 +140,10 @@ Report add_depths(const Pad&, const Depths&);
 // The readings of a sensor array: rectangles side by side, each under an even pressure.
 struct Taxels {
     enum class Unit { newton, pascal } unit = Unit::newton;
-    const float* values = nullptr; // finite, >= 0; column i of row j is values[i*column_step + j*row_step]
-    int columns = 0, rows = 0;     // 1..16384; columns follow each other along x, rows along y
-    double width = 0, height = 0;  // m, of one taxel along x and y, 1e-9..1e6
-    double x = 0, y = 0;           // m, outer corner of the first taxel in the pad's frame
+    const float* values = nullptr;             // finite, >= 0; column i of row j is values[i*column_step + j*row_step]
+    int columns = 0, rows = 0;                 // 1..16384; columns follow each other along x, rows along y
+    double width = 0, height = 0;              // m, of one taxel along x and y, 1e-9..1e6
+    double x = 0, y = 0;                       // m, outer corner of the first taxel in the pad's frame
     std::size_t column_step = 1, row_step = 0; // floats; row_step 0: columns. By columns: rows, 1
 };
 
