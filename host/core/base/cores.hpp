@@ -10,8 +10,9 @@ namespace dermis::simd {
 // the number whose time its control groups grant it, rounded up. It is found out at the first call.
 int cores();
 
-// Cores of time that the control groups of this process grant it, rounded up, at least 1; 0: no limit is known.
-// root: "", or a folder in place of the system's, with proc/self/cgroup and sys/fs/cgroup, of version 1, 2 or both.
+// Returns the number of cores that the control groups of this process grant it as time, rounded up, at least 1; 0: no
+// limit is known. root: "", or a folder in place of the system's root, with proc/self/cgroup and sys/fs/cgroup, of
+// version 1, 2 or both.
 int cores_of_quota(const std::string& root);
 
 } // namespace dermis::simd
