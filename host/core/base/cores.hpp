@@ -6,8 +6,8 @@
 
 namespace dermis::simd {
 
-// Returns the number of cores that the process may use, at least 1: the smaller of the number that it may run on and
-// the number whose time its control groups grant it, rounded up. It is found out at the first call.
+// Returns the number of cores that the process may use, at least 1: the number that it may run on, or the number that
+// its control groups grant it as time, rounded up, if that is smaller. It is found out at the first call.
 int cores();
 
 // Returns the number of cores that the control groups of this process grant it as time, rounded up, at least 1; 0: no

@@ -24,7 +24,7 @@ class FramePress {
     // Copies the planes of a state (plan::StateLayout), without the pressure.
     void save(char* planes) const;
     void load(const char* planes);
-    void set_elements(const std::vector<plan::Element>&); // of a uniform material, as many as before
+    void set_elements(const std::vector<plan::Element>&); // of a uniform material, the same number as before
     // Copies width*height numbers to a map of pitch*height, on the threads of a press. Returns whether all are finite.
     bool take(const float* numbers, float* to);
 

@@ -137,7 +137,7 @@ void bind_pad(nb::module_& m) {
         .def(
             "__init__", make_pad, nb::arg("pressure").none(), nb::arg("spacing"), nb::arg("tiled") = false,
             "pressure: float32 of shape (height, width), Pa, which is added to in place. spacing: m between cells.\n"
-            "tiled: whether pads side by side share patches; the part of one beyond the border is then the neighbours'.");
+            "tiled: whether pads side by side share patches; what lies beyond the border is then the neighbours' own.");
     nb::class_<Pose>(m, "Pose", "Where a pad is: world = position + rotation*local.")
         .def(
             "__init__",

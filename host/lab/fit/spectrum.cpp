@@ -256,7 +256,7 @@ namespace {
 // Whether no residual is left but rounding of the data.
 bool is_exact(const Problem& p, const Spectrum& s) { return s.squares <= exact_data * exact_data * double(p.points); }
 
-// Returns the best spectrum of these terms and at most `times` times. It tries further starts while a residual stays.
+// Returns the best spectrum of these terms and up to `times` times. Further starts are tried while a residual stays.
 Spectrum best_of_terms(const Problem& p, const StartTimes& starts, bool constant, bool ramp, size_t times) {
     Spectrum best{.constant = constant, .ramp = ramp, .squares = HUGE_VAL};
     for (const auto start : {chosen_times, joined_times}) {
