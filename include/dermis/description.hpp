@@ -184,8 +184,8 @@ struct Report {
     // s, 1e-4..20: one for each element in series; without elements in series the least and the greatest of all cells.
     // Springs and dashpots have none.
     std::vector<Figure> retardation_times;
-    // The responses that have the wrong sign in some cell, because 1 + l*C is negative there. A Result shows this only by
-    // the extremes of its traces; values below 1e-4 of the response's greatest value do not count.
+    // The responses that have the wrong sign in some cell, because 1 + l*C is negative there. A Result shows this only
+    // by the extremes of its traces; values below 1e-4 of the response's greatest value do not count.
     std::vector<Quantity> sign_changed;
 };
 } // namespace dermis
