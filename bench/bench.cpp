@@ -157,7 +157,7 @@ constexpr Workload workloads[] = {{"limits", limits},
                                   {"stiff", stiff},
                                   {"construction", construction},
                                   {"processes", processes}};
-// It takes minutes on a software device, so that it is not among all.
+// It takes minutes on a software device, so it runs only when it is named.
 constexpr Workload on_request = {"device", device_growth};
 
 std::vector<std::string> names_of_workloads() {

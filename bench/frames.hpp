@@ -20,8 +20,8 @@ struct FrameScene {
     size_t cells() const { return skin().padded_cells(); }
 };
 
-// Moves the memory of a frame on the CPU and computes next to nothing. Of the two ways to write responses, past the
-// caches and through them, the faster one is what no kernel is faster than.
+// Moves the memory of a frame on the CPU and computes next to nothing. There are two ways to write responses, past the
+// caches and through them; the time of the faster one is a lower limit for every kernel.
 class CpuMoves {
   public:
     CpuMoves(const FrameScene&, int threads, bool past_caches);

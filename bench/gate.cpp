@@ -38,8 +38,8 @@ bool on_cpu(const Columns& row) { return row.at("backend").rfind("cpu-", 0) == 0
 std::string machine_of(const Columns& row) { return fmt::format("{} with {} cores", row.at("cpu"), row.at("cores")); }
 std::string driver_of(const Columns& row) { return joined(row, {"device", "driver", "driver_version"}); }
 
-// Every instruction set computes the same bits. Only where they are compared as contenders is a row of one of them a
-// row of its own; elsewhere the backend tells which one was the best.
+// Every instruction set computes the same bits. Where instruction sets are compared as contenders, each has a row of
+// its own; elsewhere a row's backend says which one was the best.
 bool contends(const Columns& row) { return row.at("workload") == "W1" || row.at("workload") == "W1s"; }
 
 std::string name_of(const Columns& row) {
@@ -91,7 +91,7 @@ class Comparison {
     }
 
   private:
-    // A row that is missing is lost, unless it is told why there cannot be one.
+    // A row that is missing is lost, unless a reason is given why there cannot be one.
     void missing(const Columns& before) {
         if (!machines_.count(machine_of(before) + ", " + before.at("size")))
             ++said_[fmt::format("only the earlier table has {}, {}", machine_of(before), before.at("size"))];

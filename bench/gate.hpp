@@ -10,7 +10,7 @@
 
 namespace bench {
 
-// A table that is none of this program's, or that has nothing in common with the run. The message says why.
+// Thrown for a table that this program did not write, or that has nothing in common with the run. The message says why.
 struct Incomparable : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
@@ -32,8 +32,8 @@ struct Verdict {
     std::vector<std::string> said;   // rows of the earlier table that this machine or this run cannot have
 };
 
-// A ratio may rise to so many times the earlier one before a speed counts as lost. On a machine that serves five others
-// besides, ratios of the unchanged program were within 1.4 of each other.
+// A speed counts as lost if its ratio rises above this many times the earlier one. On a machine that also served five
+// others, ratios of the unchanged program were within 1.4 of each other.
 constexpr double speed_slack = 1.5;
 
 // Joins rows of the same machine (CPU, cores, device, driver) and the same size. Errors of exact devices must be equal

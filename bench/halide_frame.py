@@ -45,7 +45,7 @@ def pipeline(n, step):
 
 
 def aligned(values):
-    """A copy that begins at a cache line, and a buffer of it, whose first axis is the fast one."""
+    """Return a copy that begins at a cache line, and a buffer of it. The buffer's first axis is the fast one."""
     memory = np.empty(values.size + LANES, np.float32)
     first = -memory.ctypes.data % 64 // 4
     copy = memory[first:first + values.size].reshape(values.shape)

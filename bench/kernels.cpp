@@ -21,7 +21,7 @@ namespace {
 
 constexpr double frame_bytes = 44; // L(S), pressure before and now, strain and integral twice, four responses
 constexpr double frame_flops = 62;
-// Rounds are many and short, so that the least of each contender's is one that nobody else disturbed.
+// Rounds are many and short, so that each contender's least time is from a round that nobody else disturbed.
 constexpr int rounds = 15;
 constexpr double cells_of_round = 1e7; // cells and steps, at least one frame
 
@@ -157,7 +157,7 @@ void StreamedFrames::add_moves(int threads, bool past_caches) {
     s.work = [this, &moves] { return seconds_of([&] { moves.press(frames_); }); };
 }
 
-// A peer is right where it and the library are both as near to the same model in double.
+// A peer is right if its error against the model in double is allowed, and so is the library's.
 void StreamedFrames::check_peer(Measurement& row, const std::array<const float*, 4>& responses) {
     if (!errors_of_library_)
         errors_of_library_ =
@@ -190,7 +190,7 @@ void StreamedFrames::add_native(int threads) {
     s.work = [this, &native] { return seconds_of([&] { native.press(frames_); }); };
 }
 
-// Its threads are as many as the machine's cores.
+// It has one thread for each core of the machine.
 void StreamedFrames::add_pocl() {
     Series& s = add_peer("pocl", bench_.cores);
     pocl_ = OpenclFrames::make(scene_);
@@ -231,8 +231,8 @@ void StreamedFrames::set_device_time(Series& s) const {
     if (bench_.vulkan->info().kind != "software") s.row.wall.busy = device.least;
 }
 
-// A kernel's limit is the fastest one that only moves the same memory, by as many threads on the same device. Their
-// ratio is gated on one thread and on devices: what several threads cost depends on who else is served.
+// A kernel's limit is the fastest kernel that only moves the same memory, with the same threads on the same device.
+// Their ratio is gated on one thread and on devices: what several threads cost depends on who else is served.
 void StreamedFrames::set_limit(Series& s) const {
     const std::string moves = s.gpu_seconds.empty() ? "cpu-moves" : "vulkan-moves";
     const Series* limit = nullptr;

@@ -31,7 +31,7 @@ void fence_streams();
 class Limits {
   public:
     explicit Limits(int threads);
-    double read(); // seconds to read as many bytes
+    double read(); // seconds to read moved() bytes
     double copy(); // seconds to read half of them and write the other half past the caches
     static constexpr size_t moved() { return 2 * count * sizeof(float); } // bytes that either of them moves
 

@@ -33,8 +33,8 @@ template <class Real = double> ExactStep<Real> exact_step(double modulus, double
 
 } // namespace native
 
-// The greatest error of each response after so many presses from rest, by its greatest value, against the same model in
-// double. responses: SA1, SA2, FA1, FA2, pitch*height each.
+// The greatest error of each response after `presses` presses from rest, by its greatest value, against the same model
+// in double. responses: SA1, SA2, FA1, FA2, pitch*height each.
 std::array<double, 4> errors_of_frames(const FrameScene&, int presses, int threads,
                                        const std::array<const float*, 4>& responses);
 

@@ -148,7 +148,7 @@ void press_rows(const Frame& f, size_t first, size_t last, const ThreadRows& row
     if (first == last) return;
     const ExactStep<Vector> k = broadcast(f.step);
     const auto row = [&f](size_t y) { return f.strain + y * f.strain_pitch; };
-    // The row above the first of the grid is a copy of it, as the row below the last is of that.
+    // The row above the grid is a copy of its first row, and the row below the grid is a copy of its last row.
     const auto above = [&](size_t y) -> const float* { return y > first ? row(y - 1) : y > 0 ? rows.above : row(0); };
     press_row<true, false>(f, k, first, nullptr, nullptr, rows);
     for (size_t y = first + 1; y < last; ++y) press_row<true, true>(f, k, y, above(y - 1), nullptr, rows);

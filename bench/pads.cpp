@@ -97,7 +97,7 @@ void add_rows(Bench& bench, const Device* device, const std::vector<Row>& all) {
     }
 }
 
-// Batches by the size of a pad and their number, and single skins of as many cells.
+// Batches by the size of a pad and their number, and single skins with the same number of cells.
 void add_sizes(Bench& bench, const Device* device) {
     const int most = device || bench.quick ? 64000 : 2048000; // cells
     for (const auto& [width, height] : {std::pair{8, 8}, {20, 25}, {64, 64}}) {
@@ -112,7 +112,7 @@ void add_sizes(Bench& bench, const Device* device) {
     add_rows(bench, device, single);
 }
 
-// Saving and loading the state of 2000 pads, beside a copy of as many bytes.
+// Saving and loading the state of 2000 pads, beside a copy of the same number of bytes.
 void add_state(Bench& bench) {
     SkinOptions options;
     options.count = 2000;
@@ -156,7 +156,7 @@ void add_made(Bench& bench, const Device* device) {
     }
 }
 
-// Presses at 1 kHz, and as many waits with nothing to do: what the machine itself is late by.
+// Presses at 1 kHz, and the same number of waits with nothing to do, which show how late the machine itself is.
 void add_paced(Bench& bench, const char* model, const SkinDescription* d) {
     using Clock = std::chrono::steady_clock;
     SkinOptions options;

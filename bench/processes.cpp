@@ -46,7 +46,7 @@ Alone alone(const std::function<double()>& work) {
     return a;
 }
 
-// Runs a scene on the CPU path in processes of their own, and sets the greatest memory against what explain() promises.
+// Runs a scene on the CPU path, each time in a process of its own, and compares the greatest memory with explain()'s.
 void add_alone(Bench& bench, Measurement r, const std::function<Scene()>& scene, int runs) {
     std::vector<double> seconds;
     Alone a;
@@ -133,7 +133,7 @@ void memory(Bench& bench) {
     constexpr int steps = 3;
     const int side = bench.quick ? 1024 : 2048;
     for (const Remembered& c : remembered) {
-        const int n = c.materials ? side / 2 : side; // as many materials take seconds to prepare
+        const int n = c.materials ? side / 2 : side; // a material per cell takes seconds to prepare
         Measurement r = bench.cpu(c.workload, n, bench.cores);
         r.model = name(c.model);
         r.precision = name(c.precision);

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Pictures and tables of dermis-bench's results: report.py results.csv folder [picture ..]; all pictures, or those named."""
+"""Pictures and tables of dermis-bench's results: report.py results.csv folder [picture ..]; all pictures, or only the named ones."""
 import csv
 import sys
 from pathlib import Path
@@ -220,7 +220,7 @@ def devices(rows, folder):
     save(figure, folder, "devices", rows)
 
 
-# Batches by the number of pads, beside single skins of as many cells.
+# Batches by the number of pads, beside single skins with the same number of cells.
 def pads(rows, folder):
     figure, axes = plt.subplots(1, 2, figsize=(14, 5))
     for axis, device in zip(axes, ("cpu", "vulkan")):

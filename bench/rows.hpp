@@ -26,7 +26,7 @@ constexpr const char* planned_bytes = "planned bytes"; // a limit of memory, in 
 struct Measurement {
     std::string backend, workload, model, method, precision, stencil, status = "ok";
     std::string device = "cpu", device_uuid, driver, driver_version;
-    bool exact = true; // the device's bits are those of plain loops
+    bool exact = true; // the device's bits are equal to the bits of plain loops
     int threads = 1;
     long long width = 0, height = 0, steps = 0, receptors = 0;
     double dt_over_tau = NAN, bytes_per_cell = NAN, flops_per_cell = NAN; // per cell and step
@@ -35,12 +35,12 @@ struct Measurement {
     std::string limit; // the bandwidth that bounds the speed; of_limit: the share of it that is reached
     double limit_GBs = NAN, of_limit = NAN;
     std::string ratio_to; // the memory traffic that was timed in the same rounds
-    double ratio = NAN;   // least busy time per byte of the rounds, over that of ratio_to
+    double ratio = NAN;   // least busy time per byte of the rounds, divided by ratio_to's
     std::array<double, 6> errors{NAN, NAN, NAN, NAN, NAN, NAN};
 
     // Sets the limit to a bandwidth, and of_limit from bytes_per_cell.
     void against(const std::string& name, double GBs);
-    // Sets the ratio to `reference`, which moved so many bytes in each of the same rounds.
+    // Sets the ratio to `reference`, which moved `bytes` bytes in each of the same rounds.
     void relative_to(const std::string& name, const Timing& reference, double bytes);
     double bytes() const { return bytes_per_cell * double(width * height * steps); } // moved by all steps
 };

@@ -134,7 +134,7 @@ namespace {
 
 constexpr double end = 2.56; // s
 
-// A smooth and periodic scene, of which the Laplacian of the continuum is known: waves of `wave` cells along each axis.
+// A smooth and periodic scene with a known Laplacian of the continuum: waves of `wave` cells along each axis.
 struct Smooth {
     int n;
     double k;

@@ -71,7 +71,7 @@ std::array<double, 6> errors_of(const std::vector<double>& responses, double int
     return errors;
 }
 
-// A row whose time is not yet known, and the work that tells it.
+// A row without its time, and the work that measures it.
 struct Contender {
     Measurement row;
     std::function<double()> seconds; // empty: not installed

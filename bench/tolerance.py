@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """What a tolerance takes: the model and precision that are chosen for it, the bound, the error and the time.
 
-tolerance.py dermis picture.png. Errors are those against closed forms in long double, of numbers that Scene::tolerance is about.
+tolerance.py dermis picture.png. Errors are measured against closed forms in long double, as Scene::tolerance defines them.
 """
 import csv
 import json

@@ -17,7 +17,7 @@ layout(constant_id = VARIANT_PADS) const int PADS = 0;
 #define INTEGRATED ((RESPONSES >> (QUANTITY_SA2 - 1)) & 1)
 #define CARRIES_RATE (SPRING & FRAMES & (RESPONSES >> (QUANTITY_FA2 - 1)))
 
-// Whether coefficients are those of a table. Else the constants hold those of the only element.
+// Whether the coefficients are in a table. Otherwise the constants hold the coefficients of the only element.
 bool tabled() { return ELEMENTS + SPRING + MATERIALS + PADS / 2 > 1; }
 
 bool asked(int quantity) { return (RESPONSES & RESPONSE_BIT(quantity)) != 0; }

@@ -4,9 +4,9 @@
 // Maps are row-major, index = y*pitch + x; pitch is the width rounded up to PITCH_CELLS, a cache line of floats, or in a
 // batch of pads, whose rows may be short, to PRESS_CELLS.
 #define PITCH_CELLS 16
-// Work of an invocation and size of a workgroup: `press` PRESS_CELLS cells, PRESS_X x PRESS_Y, of pads as many of these
-// as their rows fill; `fields` one cell, FIELDS_X x 1; `sites` one cell or receptor, SITES_X; `reduce` one tile of
-// TILE_CELLS columns, REDUCE_ROWS rows.
+// What an invocation computes, and the size of a workgroup. press: PRESS_CELLS cells, PRESS_X x PRESS_Y; for pads a
+// workgroup has as many whole rows of a pad as fit. fields: one cell, FIELDS_X x 1. sites: one cell or one receptor,
+// SITES_X. reduce: one tile of TILE_CELLS columns, REDUCE_ROWS rows.
 #define PRESS_CELLS 4
 #define PRESS_X 64
 #define PRESS_Y 1
@@ -22,14 +22,14 @@
 #define EDGES_PERIODIC 1
 #define EDGES_PUBLISHED 2
 
-// The quantities that are reduced, in this order everywhere; all but the strain are responses. The signals of FA1 and of
-// those behind it are known during a step alone: the state does not hold them.
+// The quantities that are reduced, in this order everywhere; all but the strain are responses. The signals of FA1 and
+// of the quantities after it are known only during a step: the state does not hold them.
 #define QUANTITY_STRAIN 0
 #define QUANTITY_SA1 1
 #define QUANTITY_SA2 2
 #define QUANTITY_FA1 3
 #define QUANTITY_FA2 4
-#define RESPONSE_MAPS QUANTITY_FA2 // their number, the last response's own
+#define RESPONSE_MAPS QUANTITY_FA2 // their number is the last one's
 #define REDUCED_MAPS (1 + RESPONSE_MAPS)
 #define STEP_SIGNALS (1 + RESPONSE_MAPS - QUANTITY_FA1)
 // The bit of a response in VARIANT_RESPONSES.
@@ -43,9 +43,9 @@
 #define VARIANT_FRAMES 4      // 1: the pressure runs linearly from one map to another
 #define VARIANT_RESPONSES 5   // the responses asked for, a bit each
 #define VARIANT_ELEMENTS 6    // elements in series whose strain the state carries
-#define VARIANT_SPRING 7      // 1: a spring in series with them, of which the state carries nothing
+#define VARIANT_SPRING 7      // 1: one more element, a spring, whose strain the state does not carry
 #define VARIANT_STRAIN 8      // 1: the state holds the cell's strain too, the sum over elements and spring
-#define VARIANT_PADS 9        // workgroups along z are of the pads in a list; 2: each with coefficients of its own
+#define VARIANT_PADS 9        // 1: workgroups along z take the pads of a list; 2: each pad has coefficients of its own
 #define VARIANT_GROUP_X 10    // size of a workgroup of press
 #define VARIANT_GROUP_Y 11
 #define VARIANT_CONSTANTS 12
@@ -102,9 +102,9 @@
 //   eps'  = v0*r + v1*ds              at the end of the step, from the left
 //   eps'' = a0*r + a1*ds + a2*sj
 // Elements in series stand one after another, a spring last. Strain, integral, rate and acceleration are sums over the
-// elements. What the load adds to integral, rate and acceleration of all elements is added up on the host, in i1, i2, v1,
-// a1 and a2 of the first element; b and f stay with each element. Between frames a spring keeps the rate of its strain:
-// v0*rate + v1*ds, and a1 times the change of that rate is its eps''.
+// elements. What the load adds to integral, rate and acceleration of all elements is added up on the host, in i1, i2,
+// v1, a1 and a2 of the first element; b and f stay with each element. With frames, a spring's rate at the step's end is
+// v0*rate + v1*ds, and its eps'' is a1 times the change of that rate.
 #define COEFFICIENTS(each) \
     each(E) each(b) each(f) each(i0) each(i1) each(i2) each(leak) each(v0) each(v1) each(a0) each(a1) each(a2)
 #define SCALAR_MEMBER(name) scalar name;
@@ -113,7 +113,7 @@ struct Coefficients {
 };
 
 struct Constants {
-    Coefficients coefficients;    // those of the only element of every cell; otherwise a table holds them
+    Coefficients coefficients;    // where all cells have the same single element; otherwise a table holds them
     scalar start, rise, jump;     // Pressure over the step, after a jump of jump*p at its start. Map and envelope: from
                                   // start*p, rising linearly by rise*p. Frames p, q: from p + start*(q - p), rising by
                                   // rise*(q - p).
@@ -127,8 +127,8 @@ struct Constants {
     int respond;                  // 0: only advance the state
 };
 
-// A pad of a list, which stands before the table of coefficients: its number, and the index of its first coefficients
-// in list and table together, counted in Coefficients.
+// An entry of the list of pads, which stands before the table of coefficients: the pad's number, and the index of its
+// first coefficients, counted in Coefficients from the beginning of the list.
 struct PadEntry {
     int pad;
     int table;

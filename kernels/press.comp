@@ -38,8 +38,9 @@ layout(std430, binding = PRESS_MATERIAL) readonly buffer MaterialCells { int mat
 int pad_start = 0;
 int pad_table = 0;
 
-// The index of row y's first cell in a map; the vec4 index of cells x .. x + 3 of that row in a map and in a state; the
-// vec4 index of a map in one that is the same for all pads; and the distance of a state's planes in vec4s.
+// row_start: the index of row y's first cell in a map. of_all_pads: a map's vec4 index i in a map that all pads share.
+// in_map, in_state: the vec4 index of cells x .. x + 3 of a row in a map and in a state. NEXT_PLANE: vec4s from plane
+// to plane of a state.
 int row_start(int y) { return pad_start + (y - c.base_row) * c.pitch; }
 int of_all_pads(int i) { return i - (pad_start >> 2); }
 int in_map(int start, int x) { return (start + x) >> 2; }
@@ -152,7 +153,7 @@ vec4 laplacian_along_x(int x, int y, vec4 here) {
     vec2 next = vec2(cells == 4 ? high : far_high, far_high);
     if (EDGES == EDGES_PUBLISHED)
         return published_at_ends(float[8](far_low, low, own.x, own.y, own.z, own.w, next.x, next.y), x);
-    bool skips = STENCIL == STENCIL_PUBLISHED; // this one reads its own cell in place of the nearest
+    bool skips = STENCIL == STENCIL_PUBLISHED; // it reads its own cell in place of the nearest
     return difference(vec4(far_low, low, own.xy), skips ? here : vec4(low, own.xyz), here,
                       skips ? here : vec4(own.yzw, next.x), vec4(own.zw, next), axis(x, c.width, STENCIL, EDGES),
                       STENCIL);

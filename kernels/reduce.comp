@@ -19,8 +19,8 @@ struct TileSummary {
 };
 layout(std430, binding = REDUCE_SUMMARIES) writeonly restrict buffer Summaries { TileSummary summaries[]; };
 
-// Cells x .. x + 3 of the row that begins at the vec4 `start`. Those beyond its end add 0 to the sum, and have the value
-// `first` for minimum and maximum.
+// Cells x .. x + 3 of the row that begins at the vec4 `start`. Cells beyond the row's end add 0 to the sum, and count
+// as `first` for minimum and maximum.
 Summary cells(int x, int start, float first) {
     vec4 v = FOUR(map, start + min(x, c.pitch - 4) / 4);
     bvec4 outside = greaterThanEqual(ivec4(x, x + 1, x + 2, x + 3), ivec4(c.width));
@@ -29,7 +29,7 @@ Summary cells(int x, int start, float first) {
     return s;
 }
 
-// Cells x .. x + 3 joined with those 8, 16 .. 56 columns further on.
+// Cells x .. x + 3 joined with the cells 8, 16 .. 56 columns further on.
 Summary eighths(int x, int start, float first) {
     Summary a = join(join(cells(x, start, first), cells(x + 32, start, first)),
                      join(cells(x + 16, start, first), cells(x + 48, start, first)));

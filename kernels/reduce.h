@@ -29,8 +29,8 @@ struct LongSum {
     real sum, rest;
 };
 
-// The sum of a tile, by 2^28, so that the sum of any grid's tiles stays in range. It loses no digit: what is stored is 0
-// or at least 2^-64.
+// The sum of a tile divided by 2^28, so that the sum of any grid's tiles stays in range. The division is exact: what is
+// stored is 0 or at least 2^-64.
 inline LongSum long_sum(real of_tile) {
     LongSum s;
     precise real sum = of_tile * real(1.0 / 268435456.0);

@@ -18,7 +18,7 @@ inline real response(real x, real C, scalar l) {
 
 // Pacinian transduction has a gain for each sign; (1, -1) passes the signal unchanged.
 inline real rectified(real a, scalar gain_plus, scalar gain_minus) {
-    precise real other = -a; // no max(): that of a NaN may be 0
+    precise real other = -a; // no max(): it may turn a NaN into 0
     precise real plus = real(gain_plus) * mix(a, real(0.0), lessThan(a, real(0.0)));
     precise real minus = real(gain_minus) * mix(other, real(0.0), lessThan(other, real(0.0)));
     precise real passed = plus + minus;

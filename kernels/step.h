@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// One step of a cell: of each of its elements in series, eta*eps' + E*eps = sigma, whose strains add up, and of the
-// integral of the cell's strain; from the state and the load over the step to the state and the motion at the step's end.
+// One step of a cell, from its state and the load over the step to its state and its motion at the step's end. A cell
+// has elements in series, each with eta*eps' + E*eps = sigma. Their strains add up; the state also holds the integral
+// of the cell's strain.
 
 // Coefficients of one cell or of four, one per lane of `real`.
 #define REAL_MEMBER(name) real name;
@@ -52,14 +53,15 @@ inline real excess_stress(real eps, Load s, LaneCoefficients k) {
     return r;
 }
 
-// The increments of the strain and of its integral over a step.
+// The increment of an element's strain over a step.
 inline real strain_step(real eps, Load s, LaneCoefficients k) {
     precise real r = excess_stress(eps, s, k);
     precise real step = k.b * r + k.f * s.ds;
     return step;
 }
 
-// What an element adds to the integral, and what the load adds.
+// What the integral of the strain gains over a step, leak apart: from the strain at the step's start, and from the
+// load.
 inline real integral_gained(real eps, Load s, LaneCoefficients k) {
     precise real gained = k.i0 * eps + k.i1 * s.s0 + k.i2 * s.ds;
     return gained;
@@ -100,8 +102,7 @@ inline Sum advanced_sum(Sum sum, real step, int compensated) {
     return added(sum, step);
 }
 
-// The strain of an element and the integral of the cell's at the step's end. The integral grows by the strain at the
-// step's start.
+// The strain of an element, and the integral of the cell's strain, at the step's end. gained: see integral_gained().
 inline Sum advanced_strain(Sum strain, Load s, LaneCoefficients k, int compensated) {
     return advanced_sum(strain, strain_step(strain.value, s, k), compensated);
 }
@@ -127,8 +128,8 @@ inline real acceleration_after(real eps, Load s, LaneCoefficients k) {
     return acceleration;
 }
 
-// The motion of a cell's first element, whose coefficients contain all that the load adds to the motion of the others,
-// but for their strain. before, after: its strain at the step's start and end.
+// The motion of a cell's first element. Its coefficients contain what the load adds to the integral, rate and
+// acceleration of all elements. before, after: the element's strain at the step's start and end.
 inline Motion motion_of(real before, real after, Load s, LaneCoefficients k) {
     Motion m;
     m.strain = after;
@@ -138,13 +139,13 @@ inline Motion motion_of(real before, real after, Load s, LaneCoefficients k) {
     return m;
 }
 
-// The strain of elements in series.
+// The strain of elements in series is a sum.
 inline real in_series(real strain, real of_next) {
     precise real sum = strain + of_next;
     return flush(sum);
 }
 
-// The same motion with that of one more element.
+// The motion m with one more element. before, after: the element's strain at the step's start and end.
 inline Motion with_element(Motion m, real before, real after, Load s, LaneCoefficients k) {
     precise real r = excess_stress(before, s, k);
     precise real gained = m.gained + k.i0 * before;
@@ -163,14 +164,14 @@ inline real spring_strain(Load s, LaneCoefficients k) {
     return flush(strain);
 }
 
-// The rate of a spring's strain at the step's end, before: at its start. Between frames the state holds it where the mean
-// acceleration is asked for, which a step of no length leaves as it was.
+// The rate of a spring's strain at the step's end. before: the rate at the step's start. With frames the state holds
+// this rate, if FA2 is asked for. A step of length 0 leaves it as it was.
 inline real spring_rate(real before, Load s, LaneCoefficients k) {
     precise real rate = k.v0 * before + k.v1 * s.ds;
     return flush(rate);
 }
 
-// The same motion with the mean acceleration of a spring.
+// The motion m with the mean acceleration of a spring. before, after: the spring's rate at the step's start and end.
 inline Motion with_spring_rates(Motion m, real before, real after, LaneCoefficients k) {
     precise real acceleration = m.acceleration + k.a1 * (after - before);
     m.acceleration = acceleration;

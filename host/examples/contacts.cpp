@@ -35,7 +35,7 @@ int main() {
     const contact::Pose pose = middle.from_middle(pad);
 
     for (int step = 1; step <= 100; ++step) {
-        // A point, a force and where it pushes are what a solver knows. The radius follows from the ball's.
+        // A solver knows a point, a force and where it pushes. The patch's radius follows from the ball's radius.
         contact::WorldContact ball;
         ball.position = {1e-4 * (step - 50), 0, 0.5};
         ball.direction = {0, 0, -1};

@@ -13,8 +13,8 @@ namespace {
 constexpr int width = 160, height = 120;
 constexpr double dt = 1.0 / 60; // s, one frame of the simulation
 
-// Stands for the contact model of a simulator: pressure in Pa on every cell, row 0 first. The pressure falls off like
-// that of a ball pressed into an elastic ground.
+// Stands for the contact model of a simulator: pressure in Pa on every cell, row 0 first. The pressure falls off as
+// under a ball that is pressed into an elastic ground.
 void contact(std::vector<float>& pressure, double center_x, double peak) {
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x) {
@@ -45,7 +45,7 @@ int main() {
         // For 20 frames the indenter goes down in place, then it slides to the right.
         contact(pressure, 50 + std::max(0, frame - 20), std::min(frame, 20) / 20.0);
 
-        // The pressure is that at the end of the frame; from the frame before it ran straight to this one.
+        // The pressure at the end of the frame; since the last frame it has run linearly to this one.
         skin.press(pressure, dt);
 
         // A response refers to memory of the skin, which the next press overwrites.

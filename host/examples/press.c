@@ -8,7 +8,7 @@
 #include <string.h>
 
 enum { width = 160, height = 120, cells = width * height, pads = 2 };
-static const double spacing = 5e-5; // m, that of the preset
+static const double spacing = 5e-5; // m, as in the preset
 
 // Prints the last error, and returns whether there was one.
 static int failed(dermis_status status) {

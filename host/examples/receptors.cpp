@@ -23,7 +23,7 @@ int main() {
     skin_with_units.material.thickness = 1e-3;
     skin_with_units.material.curvature_length = 1e-5;
 
-    // The densities are those of the human fingertip by default; the seed decides where each receptor lies.
+    // By default densities of the human fingertip; the seed decides where each receptor lies.
     dermis::Density density;
     density.sa1 = 100;
     skin_with_units.sites = dermis::population(skin_with_units.grid, density, 7);
@@ -32,7 +32,7 @@ int main() {
     dermis::Skin skin(dermis::Device::cpu(1), skin_with_units);
     std::vector<float> pressure(400 * 400);
     for (int step = 1; step <= 100; ++step) {
-        // Twenty steps of 2 ms under even pressure, then as many without.
+        // Twenty steps of 2 ms under even pressure, then twenty without.
         std::fill(pressure.begin(), pressure.end(), (step - 1) / 20 % 2 == 0 ? 1e4f : 0.0f);
         skin.press(pressure, 0.002);
 

@@ -31,7 +31,7 @@ except dermis.Error as error:
 plan = dermis.explain(scene)
 print(f"{plan.chosen.model} in {plan.chosen.precision}, of {len(plan.candidates)} candidates")
 
-# %% A skin in metres, with numbers that were measured, and whether a run's numbers can mean skin.
+# %% A skin in metres, with numbers that were measured, and whether a run's numbers are plausible for skin.
 report = dermis.run(dermis.fingertip(load={"intensity": 2e4}, time={"duration": 0.5})).report()
 print(f"strain {report.strain.value:.2f}, outside its range: {report.strain.outside}")
 print(f"indentation {report.indentation.value * 1e3:.2f} mm, outside its range: {report.indentation.outside}")

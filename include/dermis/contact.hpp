@@ -13,11 +13,12 @@
 // row, z out of the skin; seen from outside y is a quarter turn counter-clockwise from x. Cells are squares: the centre
 // of cell (x, y) is ((x + 0.5)*spacing, (y + 0.5)*spacing), so that mirror edges mirror at the pad's border.
 //
-// Pressure is added to what the buffer holds: fill it with 0 before a frame. The sum of what is added, times spacing^2,
-// is Report::placed to 1e-6 of the force that the buffer then holds, as far as pressures of 1e-38 Pa and more go.
-// Your compiler and its flags decide the last bits, but neither that sum nor what is refused.
+// Pressure is added to what the buffer holds: fill it with 0 before a frame. The pressures added, summed up and times
+// spacing^2, are Report::placed, to 1e-6 of the force that the buffer then holds; only pressures below 1e-38 Pa may be
+// lost. Your compiler and its flags decide the last bits of a pressure, but neither this guarantee nor which input is
+// refused.
 //
-// Functions that add allocate nothing. Functions throw std::invalid_argument with the argument's name, value and
+// The functions add_.. allocate nothing. Functions throw std::invalid_argument with the argument's name, value and
 // allowed range, and check all of their input before they write anything. Lengths are at most 1e6 m, so that nothing
 // overflows.
 #pragma once
@@ -39,29 +40,29 @@ struct Pad {
     double spacing = 0;        // m between cells, 1e-9..1e6
     float* pressure = nullptr; // finite
     std::size_t pitch = 0;     // floats from row to row, >= width; 0: width
-    bool tiled = false;        // whether pads lie side by side and share patches: what lies beyond the border is then
-                               // asked of the neighbours, and counts in no member of this pad's report
+    bool tiled = false;        // whether pads lie side by side and share patches: the part of a patch beyond the border
+                               // then belongs to the neighbours, and counts in no member of this pad's report
 };
 
-// What became of the forces. asked = placed + outside + sideways + what rounding took; that is less than 1e-6 of the
-// force that the buffer then holds.
+// What became of the forces. asked = placed + outside + sideways, up to rounding of less than 1e-6 of the force that
+// the buffer then holds.
 struct Report {
     double asked = 0;    // N: sum of the forces given
-    double placed = 0;   // N: the part that presses cells, by what their floats gained
-    double outside = 0;  // N: the part that presses none: beside the pad, too far from it, turned away, or of depths
-                         // that nowhere exceed 0
-    double sideways = 0; // N: what a force at an angle to the pad lacks when only its part into the pad is taken
+    double placed = 0;   // N: the part that presses cells, measured by what the buffer's floats gained
+    double outside = 0;  // N: the part that presses no cell: beside the pad, too far from it, turned away, or given by
+                         // depths that nowhere exceed 0
+    double sideways = 0; // N: of forces at an angle to the pad, the force less its component into the pad
     double greatest = 0; // Pa: greatest pressure of the cells that were pressed, with what they held before
     int cells = 0;       // cells that are pressed now and held 0 before
-    int below_cell = 0;  // patches of which one cell takes all; its pressure is force/spacing^2, whatever the radius
+    int below_cell = 0;  // patches that press a single cell; its pressure is force/spacing^2, whatever the radius
     int beside = 0;      // contacts and taxels with a force that are wholly beside the pad
     int too_far = 0;     // contacts with a force farther from the pad's plane than `reach`
     int turned_away = 0; // contacts whose force does not push into the pad
     double level = 0;    // m: add_depths with a stiffness; see there
 
     // Whether at least half of the force asked is placed, at most a tenth is outside, and at most 0.001 is lost to
-    // rounding beside what the buffer held. A force may vanish at a round body that touches beyond a flat pad, by a
-    // place in mm, by a wrong sign, or in a buffer that was not filled with 0.
+    // rounding beside what the buffer held. Force is lost, for example, where a round body touches beyond a flat pad,
+    // where a position is in mm or a sign is wrong, and in a buffer that was not filled with 0.
     bool keeps_force() const;
     // Whether the force is kept, no patch is below one cell, and no pressure above doubtful_pressure.
     bool plausible() const { return keeps_force() && below_cell == 0 && greatest <= doubtful_pressure; }
@@ -72,9 +73,10 @@ struct Report {
 // of each cell; p0 is such that the cells of the whole patch carry the force. A patch that covers no cell's centre
 // presses the nearest cell: give a radius of two cells or more.
 //
-// The border changes nothing: what a patch has beyond it is lost to this pad and counts as Report::outside, so that
-// pads side by side share a patch; these set Pad::tiled. Of a patch that overhangs and has a radius of more than 128
-// cells the share is right to 1e-4. A pad is [0, width*spacing) x [0, height*spacing).
+// The pad's border does not change a patch's pressures. The part of a patch beyond it does not press this pad and
+// counts as Report::outside. Pads side by side, each with Pad::tiled set, share a patch between them. For a patch that
+// overhangs and has a radius of more than 128 cells the share is right to 1e-4.
+// A pad is [0, width*spacing) x [0, height*spacing).
 struct Contact {
     double x = 0, y = 0; // m, in the pad's frame
     double force = 0;    // N, >= 0, into the pad
@@ -105,18 +107,19 @@ struct Pose {
     Pose from_middle(const Pad&) const;
 };
 
-// A contact in the world. direction is that in which the force pushes the pad, of any length; 0: straight into the pad.
-// Of a force at an angle to the pad the part along -z is taken. A contact on a rim of the pad's body, or a normal with
-// the wrong sign, is thereby turned away, and counted.
+// A contact in the world. direction: where the force pushes the pad; its length is ignored, and 0 means straight into
+// the pad. Of a force at an angle to the pad only the component along the pad's -z presses. A contact on a rim of the
+// pad's body, or a normal with the wrong sign, has no such component: it presses nothing and counts in
+// Report::turned_away.
 struct WorldContact {
     std::array<double, 3> position = {0, 0, 0};  // m
     double force = 0;                            // N, >= 0
-    double radius = 0, area = 0;                 // as of a Contact
+    double radius = 0, area = 0;                 // as in Contact
     std::array<double, 3> direction = {0, 0, 0}; // -1e6..1e6
 };
 
-// Adds contacts of the world, each at the foot of its perpendicular to the pad's plane, if it is at most `reach` metres
-// from there, on either side. reach: m, >= 0.
+// Adds contacts in the world. Each is projected onto the pad's plane along its normal, if it is at most `reach` metres
+// from the plane, on either side. reach: m, >= 0.
 Report add_contacts(const Pad&, const Pose&, double reach, const WorldContact* contacts, std::size_t count);
 Report add_contacts(const Pad&, const Pose&, double reach, const std::vector<WorldContact>& contacts);
 
@@ -129,23 +132,23 @@ struct Depths {
     std::size_t pitch = 0;        // floats from row to row, >= width; 0: width
 };
 
-// Adds a force in proportion to depth, where depth > 0. With a stiffness the pressure is stiffness*(depth - level)
-// where that is > 0, at the level that makes the sum the force: below 0 where something has to sink in deeper than the
-// depths say, gaps included.
+// Adds a force. Without a stiffness, pressure is in proportion to depth, where depth > 0. With a stiffness it is
+// stiffness*(depth - level), where depth > level, at the level that makes the sum the force. The level is below 0 where
+// the body has to sink in deeper than the depths say; gaps that are smaller than that are then pressed too.
 Report add_depths(const Pad&, const Depths&);
 
 // The readings of a sensor array: rectangles side by side, each under an even pressure.
 struct Taxels {
     enum class Unit { newton, pascal } unit = Unit::newton;
-    const float* values = nullptr; // finite, >= 0; that in column i and row j is values[i*column_step + j*row_step]
-    int columns = 0, rows = 0;     // 1..16384; columns follow each other along x, rows along y
-    double width = 0, height = 0;  // m, of one taxel along x and y, 1e-9..1e6
-    double x = 0, y = 0;           // m, outer corner of the first taxel in the pad's frame
-    std::size_t column_step = 1, row_step = 0; // floats; row_step 0: columns. Column by column: rows and 1
+    const float* values = nullptr;             // finite, >= 0; column i of row j is values[i*column_step + j*row_step]
+    int columns = 0, rows = 0;                 // 1..16384; columns follow each other along x, rows along y
+    double width = 0, height = 0;              // m, of one taxel along x and y, 1e-9..1e6
+    double x = 0, y = 0;                       // m, outer corner of the first taxel in the pad's frame
+    std::size_t column_step = 1, row_step = 0; // floats; row_step 0: columns. By columns: rows, 1
 };
 
-// Adds each taxel's force to the cells below it by the area that they share, whichever of the two is finer. What is
-// beyond the border counts as Report::outside.
+// Adds each taxel's force to the cells below it in proportion to the area that cell and taxel share; either of the two
+// may be the finer one. Force beyond the border counts as Report::outside.
 Report add_taxels(const Pad&, const Taxels&);
 
 } // namespace dermis::contact

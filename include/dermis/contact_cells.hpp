@@ -19,7 +19,7 @@ inline float* row_of(const Pad& pad, int y) {
     return pad.pressure + std::size_t(y) * (pad.pitch ? pad.pitch : std::size_t(pad.width));
 }
 
-// Adds pressure to a cell of the caller's, and to placed what its float has gained, Pa.
+// Adds `pressure`, Pa, to a cell of the caller's buffer, and what the float has gained by it to report.placed.
 inline void press(float& cell, double pressure, Report& report) {
     const float before = cell;
     cell = float(double(before) + pressure);
@@ -28,7 +28,7 @@ inline void press(float& cell, double pressure, Report& report) {
     report.greatest = std::max(report.greatest, double(cell));
 }
 
-// Makes placed a force, of a pad of which all cells are pressed.
+// Turns report.placed from Pa into N, once all cells of the pad have been pressed.
 inline void finish(const Pad& pad, Report& report) { report.placed *= pad.spacing * pad.spacing; }
 
 // Cells first..last along one axis.
@@ -50,7 +50,7 @@ struct Disc {
     double x, y, radius;
 };
 
-// The part of a pad that is pressed at once. What became of the forces is counted at the first one.
+// A part of a pad that is pressed in one pass. first: whether it is the pad's first one, where the report is counted.
 struct Tile {
     CellSpan columns, rows;
     bool first;
@@ -62,8 +62,8 @@ struct Tile {
 
 // Calls pass(tile, press, report), where press(x, y, pressure) adds to a cell of the tile, until each cell of the pad
 // has been in one tile. most: the greatest number of pressures that a cell gets. Sixteen additions of floats are off by
-// at most 1e-6 of what the cell then holds. Where there are more, the pad is cut into tiles that have room for a rest
-// beside each float, so that no number of pressures loses force.
+// at most 1e-6 of what the cell then holds. Where there are more, the pad is cut into tiles, and beside each float of a
+// tile its rounding error is kept, so that no number of pressures loses force.
 template <class Pass> Report press_cells(const Pad& pad, double most, const Pass& pass) {
     Report report;
     if (most <= 16) {
@@ -91,16 +91,17 @@ template <class Pass> Report press_cells(const Pad& pad, double most, const Pass
     return report;
 }
 
-// Neighbouring cells of a row of a disc: count of them from (x, y) on. rest is 1 - dy^2/radius^2.
+// Neighbouring cells in one row of a disc: `count` cells from (x, y) on. rest: 1 - dy^2/radius^2, where dy is the
+// distance of the row from the disc's centre.
 struct Piece {
     static constexpr int longest = 256;
     int x, y, count;
     double rest;
 };
 
-// Calls each(piece) for each of these cells whose centre the disc covers, row by row.
+// Calls each(piece) for the cells in `columns` and `rows` that have their centre inside the disc, row by row.
 template <class Each> void each_piece(const Disc& disc, CellSpan columns, CellSpan rows, Each each) {
-    if (disc.radius < 1e-6) return; // It covers none, but for a centre that it is in, which is the nearest.
+    if (disc.radius < 1e-6) return; // At most the nearest centre is inside; press_nearest() presses that.
     const double scale = 1 / disc.radius;
     rows = within(disc.y - disc.radius, disc.y + disc.radius, rows);
     for (int y = rows.first; y <= rows.last; ++y) {
@@ -113,15 +114,15 @@ template <class Each> void each_piece(const Disc& disc, CellSpan columns, CellSp
     }
 }
 
-// Calls each(x, lane) for 0..n-1. Four lanes run side by side, because an addition takes longer than what is added.
+// Calls each(x, lane) for 0..n-1. Each lane has a sum of its own: four independent sums hide the latency of additions.
 template <class Each> void each_in_lanes(int n, Each each) {
     int x = 0;
     for (; x + 4 <= n; x += 4) each(x, 0), each(x + 1, 1), each(x + 2, 2), each(x + 3, 3);
     for (; x < n; ++x) each(x, 0);
 }
 
-// Weights by Hertz's profile of the cells of a disc. They are kept as far as there is room, because roots are what
-// takes time.
+// The weights of a disc's cells by Hertz's profile. They are computed once and kept, up to `room` of them, because the
+// square roots take most of the time.
 class Weights {
   public:
     double sum = 0;
@@ -135,7 +136,7 @@ class Weights {
         each_in_lanes(piece.count, [&](int i, int lane) { sums[lane] += double(weights[i]), cells += weights[i] > 0; });
         sum += (sums[0] + sums[1]) + (sums[2] + sums[3]);
     }
-    // Returns the weights of a piece before which there were `before` cells.
+    // Returns the weights of a piece. before: the number of cells in the disc's earlier pieces.
     const float* of(const Disc& disc, const Piece& piece, int before) {
         const bool fits = before + piece.count <= room, made = before < used_;
         float* weights = fits ? kept_ + before : kept_ + room;
@@ -154,7 +155,7 @@ class Weights {
     float kept_[room + Piece::longest];
 };
 
-// Adds the weights that a disc which overhangs has beyond the border.
+// Adds the weights of a disc's cells beyond the pad's border to `sum`, and their number to `cells`.
 inline void add_beyond(const Disc& disc, CellSpan columns, CellSpan rows, double& sum, int& cells) {
     if (disc.radius > 128) { // the integral, which differs from the sum by less than 1e-4 of it
         sum = std::max(sum, 2 * pi / 3 * disc.radius * disc.radius);
@@ -174,7 +175,8 @@ inline void add_beyond(const Disc& disc, CellSpan columns, CellSpan rows, double
     cells += beyond.cells;
 }
 
-// Presses a patch of which the pad has no covered centre: it has none at all, or all of them are beside the pad.
+// Presses a patch that covers no cell's centre on the pad: it covers none at all, or only centres beside the pad.
+// Returns the share of the force that falls on the pad, 0 or 1.
 template <class Press>
 double press_nearest(const Pad& pad, const Disc& disc, double pressure, const Tile& tile, const Press& press,
                      Report& report) {
@@ -188,8 +190,8 @@ double press_nearest(const Pad& pad, const Disc& disc, double pressure, const Ti
     return 1;
 }
 
-// Presses the cells that a disc has in a tile, and returns the part of the force that falls on the pad, 0..1. pressure:
-// force/spacing^2, Pa.
+// Presses the cells of a tile that a disc covers, and returns the share of the force that falls on the pad, 0..1.
+// pressure: force/spacing^2, Pa.
 template <class Press>
 double spread(const Pad& pad, const Disc& disc, double pressure, const Tile& tile, const Press& press, Report& report) {
     if (!tile.first && !tile.meets(disc)) return 0;

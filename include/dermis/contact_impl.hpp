@@ -19,7 +19,7 @@ namespace detail {
 
 inline constexpr double greatest_length = 1e6;
 
-// These test the bits of the exponent, so that no compiler flag about NaN and infinity changes the result.
+// Both test the bits of the exponent, so that a compiler flag such as -ffast-math does not change the result.
 inline bool finite(double x) {
     std::uint64_t bits;
     std::memcpy(&bits, &x, sizeof bits);
@@ -72,7 +72,7 @@ inline void need_float_pressure(const Pad& pad, double force) {
         refuse("force/spacing^2", text(pressure), "at most 3.4e38 Pa, the greatest float");
 }
 
-// The name of a contact's number, which is only made where the number is refused.
+// The name of a member of contacts[i] for a message. It is made only for a message, because it allocates.
 inline std::string of_contact(std::size_t i, const char* member) {
     return "contacts[" + std::to_string(i) + "]" + member;
 }
@@ -92,7 +92,7 @@ inline void check_length(const char* member, double value, std::size_t i) {
     if (!finite(value) || std::abs(value) > greatest_length) refuse(of_contact(i, member), text(value), "-1e6..1e6");
 }
 
-// Adds a contact with a force. whole: its force and what of it is sideways, N.
+// Adds a contact with a force > 0. c.force: the component into the pad; whole: the whole force, N.
 template <class Press>
 void add(const Pad& pad, const Contact& c, double whole, const Tile& tile, const Press& press, Report& report) {
     const double radius = c.area > 0 ? std::sqrt(c.area / pi) : c.radius;
@@ -104,7 +104,7 @@ void add(const Pad& pad, const Contact& c, double whole, const Tile& tile, const
     report.sideways += own * (whole - c.force);
 }
 
-// Adds contacts to a pad that is checked, once all of them are. contact_at returns the one at an index.
+// Checks all contacts, then adds them. The pad has been checked. contact_at(i) returns contact i.
 template <class ContactAt> Report add_each(const Pad& pad, std::size_t count, const ContactAt& contact_at) {
     double asked = 0;
     for (std::size_t i = 0; i < count; ++i) {
@@ -155,7 +155,7 @@ inline std::array<double, 3> turned(const Pose& pose, const std::array<double, 3
             r[2] * v[0] + r[5] * v[1] + r[8] * v[2]};
 }
 
-// Adds a contact of the world with a force.
+// Adds a contact in the world with a force > 0.
 template <class Press>
 void add(const Pad& pad, const Pose& pose, double reach, const WorldContact& c, const Tile& tile, const Press& press,
          Report& report) {
@@ -180,7 +180,7 @@ void add(const Pad& pad, const Pose& pose, double reach, const WorldContact& c, 
     add(pad, local, c.force, tile, press, report);
 }
 
-// The same for contacts of the world.
+// The same for contacts in the world.
 template <class ContactAt>
 Report add_each(const Pad& pad, const Pose& pose, double reach, std::size_t count, const ContactAt& contact_at) {
     check(pose);
@@ -200,10 +200,10 @@ Report add_each(const Pad& pad, const Pose& pose, double reach, std::size_t coun
     });
 }
 
-// What depths above a level sum up to. The depths count from a reference.
+// The depths above a level. Depths are relative to a reference.
 struct Excess {
-    double sum = 0;         // of the depths above the level
-    std::int64_t cells = 0; // as many are above it
+    double sum = 0;         // m: of these depths
+    std::int64_t cells = 0; // number of these depths
 };
 
 inline const float* row_of(const Pad& pad, const Depths& d, int y) {
@@ -225,7 +225,7 @@ inline Excess above(const Pad& pad, const Depths& d, double reference, double le
     return {(sums[0] + sums[1]) + (sums[2] + sums[3]), cells[0] + cells[1] + cells[2] + cells[3]};
 }
 
-// Returns the greatest depth, and refuses one that is not finite. The first loop has no early exit.
+// Returns the greatest depth. Refuses a depth that is not finite. The first loop has no early exit, so that it is fast.
 inline double checked_depths(const Pad& pad, const Depths& d) {
     float greatest[4] = {-FLT_MAX, -FLT_MAX, -FLT_MAX, -FLT_MAX};
     for (int y = 0; y < pad.height; ++y) {
@@ -243,9 +243,10 @@ inline double checked_depths(const Pad& pad, const Depths& d) {
     return double(*std::max_element(greatest, greatest + 4));
 }
 
-// Returns the level, from a reference, above which the depths sum up to `target`, by Newton's method. That sum is
-// convex and piecewise linear in the level. Each step takes the cells above a level for all that count, and so never
-// goes too high, whichever level it starts from; from then on cells are only dropped, until none is.
+// Returns the level, relative to a reference, above which the depths sum up to `target`, by Newton's method. This sum
+// is a convex and piecewise linear function of the level. Each step assumes that all cells above the last level count,
+// and so never goes too high, whichever level it starts from; from the second step on cells only drop out, until none
+// does.
 inline double level_of(const Pad& pad, const Depths& d, double reference, double target) {
     Excess active = above(pad, d, reference, reference > 0 ? -reference : -DBL_MAX); // what the depths say
     for (;;) {
@@ -271,7 +272,8 @@ inline std::size_t place_of(const Taxels& t, int i, int j) {
     return std::size_t(i) * t.column_step + std::size_t(j) * (t.row_step ? t.row_step : std::size_t(t.columns));
 }
 
-// An interval in units of cells, and the cells that it overlaps by more than what rounding makes of a common border.
+// An interval in units of cells, and the cells that it overlaps. An overlap that rounding makes at a common border does
+// not count.
 struct Interval {
     double low, high;
     CellSpan cells;
@@ -284,16 +286,16 @@ inline Interval interval(double low, double high, int count) {
     return {low, high, within(std::floor(low + least), std::ceil(high - least) - 1, {0, count - 1})};
 }
 
-// Returns the taxels of a line that a tile needs: all at the first one, where they are counted, then those around its
-// cells.
+// Returns the taxels of a row or column that a tile needs. The first tile needs all, because it counts them; others
+// need the taxels around their cells.
 inline CellSpan taxels_of(const Tile& tile, CellSpan cells, double spacing, double start, double size, int count) {
     const CellSpan all{0, count - 1};
     if (tile.first) return all;
     return within((cells.first * spacing - start) / size - 2, ((cells.last + 1) * spacing - start) / size + 2, all);
 }
 
-// Presses what a taxel has in a tile, and returns the part of its area that is on the pad. pressure: force/spacing^2,
-// Pa.
+// Presses the cells of a tile that a taxel overlaps, and returns the share of the taxel's area that is on the pad.
+// pressure: force/spacing^2, Pa.
 template <class Press>
 double press_area(const Pad& pad, const Interval& columns, const Interval& rows, double pressure, const Tile& tile,
                   const Press& press) {
@@ -426,7 +428,7 @@ inline Report add_depths(const Pad& pad, const Depths& d) {
     Report report;
     report.asked = d.force;
     if (d.force == 0) return report;
-    // Depths count from the greatest where a level is looked for: so little is lost to rounding.
+    // Where a level is looked for, depths are relative to the greatest one, so that little is lost to rounding.
     double reference = 0, level = 0;
     const double area = pad.spacing * pad.spacing;
     if (d.stiffness != 0) {
@@ -467,7 +469,7 @@ inline Report add_taxels(const Pad& pad, const Taxels& t) {
         }
     if (t.unit == Taxels::Unit::newton) detail::need_float_pressure(pad, asked);
 
-    // Neighbours have the same border, to the last digit.
+    // Neighbouring taxels have exactly the same border.
     const auto interval = [&](double start, double size, int i, int count) {
         return detail::interval((start + i * size) / pad.spacing, (start + (i + 1) * size) / pad.spacing, count);
     };
@@ -483,7 +485,7 @@ inline Report add_taxels(const Pad& pad, const Taxels& t) {
                 if (value == 0) continue;
                 const detail::Interval columns = interval(t.x, t.width, i, pad.width);
                 const double part = detail::press_area(pad, columns, rows, value * to_pressure, tile, press);
-                const double own = pad.tiled ? part : 1; // as of a contact
+                const double own = pad.tiled ? part : 1; // the rest is the neighbours', as in add()
                 report.beside += own > 0 && part == 0;
                 report.asked += own * (value * to_force);
                 report.outside += (own - part) * (value * to_force);

@@ -15,10 +15,10 @@
 //     dermis_scene_destroy(scene);
 //
 // Rules for every function:
-// - It returns DERMIS_OK, or another status, and dermis_last_error() then names the argument, its value and what is
-//   allowed. A call that is refused with DERMIS_BAD_INPUT has changed nothing, but for pointers and numbers that it
-//   should have given, which are then NULL or 0. C++ exceptions stay inside.
-// - Pointers must not be NULL unless it says so. Texts end with a 0 and are UTF-8.
+// - It returns DERMIS_OK or another status. dermis_last_error() then names the argument, its value and what is allowed.
+//   A call that returns DERMIS_BAD_INPUT has changed nothing, except that pointers and numbers that it should have
+//   given are NULL or 0. No C++ exception leaves a function.
+// - Pointers must not be NULL unless the function's comment says so. Texts end with a 0 and are UTF-8.
 // - Use of a handle after its destroy or close is undefined, and is not detected.
 // - One thread at a time may use a handle; all runs and skins on one Vulkan device count as one. Threads may share a
 //   scene that none of them changes.
@@ -45,7 +45,7 @@ enum {
     DERMIS_NO_DEVICE = 2,     // there is no such device, or none that can compute
     DERMIS_DEVICE_FAILED = 3, // a device failed while working
     DERMIS_IO = 4,            // a file could not be written
-    DERMIS_NO_MEMORY = 5,     // memory could not be allocated; what was made before is as it was
+    DERMIS_NO_MEMORY = 5,     // memory could not be allocated; what existed before is unchanged
     DERMIS_INTERNAL = 6       // anything else, which is an error in dermis
 };
 
@@ -58,9 +58,9 @@ enum {
     DERMIS_FA2 = 4,
     DERMIS_CURVATURE = 5,
     DERMIS_DEFORMATION = 6,
-    DERMIS_INDENTATION = 7 // of a skin alone
+    DERMIS_INDENTATION = 7 // only a skin gives it
 };
-// A set of quantities is a sum of these: DERMIS_BIT(DERMIS_SA1) | DERMIS_BIT(DERMIS_FA1).
+// A set of quantities is the bitwise or of their bits: DERMIS_BIT(DERMIS_SA1) | DERMIS_BIT(DERMIS_FA1).
 #define DERMIS_BIT(quantity) ((uint32_t)1 << (quantity))
 
 typedef struct dermis_device dermis_device;
@@ -68,11 +68,12 @@ typedef struct dermis_scene dermis_scene;
 typedef struct dermis_result dermis_result;
 typedef struct dermis_skin dermis_skin;
 
-// The version of the library that runs, as "0.1.0". DERMIS_VERSION is that of the headers.
+// The version of the library that runs, such as "0.1.0". DERMIS_VERSION is the version of the headers.
 DERMIS_API const char* dermis_version(void);
 
 // The message of the last call on this thread that did not return DERMIS_OK; "" before there is one. Calls that succeed
-// leave it. It is valid until the next call that fails on this thread, and is the only thing that calls share.
+// do not change it. The text is valid until the next call that fails on this thread. It is the only state outside the
+// handles.
 DERMIS_API const char* dermis_last_error(void);
 
 // ---- Devices. Where a function takes a device, NULL is the CPU path with one thread per core.
@@ -99,24 +100,25 @@ DERMIS_API dermis_status dermis_device_get_info(const dermis_device* device, der
 
 // path: a TOML file of at most 64 MiB, which is read once. Paths in it are relative to its folder.
 DERMIS_API dermis_status dermis_scene_from_file(const char* path, dermis_scene** scene);
-// text: the same in memory; "" is a scene too. folder: for paths in it; NULL: the working directory.
+// text: the content of such a file; "" is a valid scene. folder: where relative paths start; NULL: the working
+// directory.
 DERMIS_API dermis_status dermis_scene_from_string(const char* text, const char* folder, dermis_scene** scene);
-// Replaces one key, as in ("time.step", "0.001"). value: one line of TOML; what is not TOML is a text without quotes.
-// The scene must be valid before and after: keys that depend on each other are set as a table, as in
-// ("time", "{ step = 0.5, duration = 20 }"), which replaces all keys of that table, or stand in the text from the
-// start. The files that the scene names are read again.
+// Replaces one key, as in ("time.step", "0.001"). value: one line of TOML; what is not TOML is taken as a string. The
+// scene must be valid before and after. Keys that depend on each other are therefore set together, as a table:
+// ("time", "{ step = 0.5, duration = 20 }") replaces all keys of that table. Or they stand in the text from the start.
+// The files that the scene names are read again.
 DERMIS_API dermis_status dermis_scene_set(dermis_scene* scene, const char* key, const char* value);
-// Gives a map in memory in place of a .npy file. key: "surface.path" or "load.path", whose kind becomes "file", or
-// "material.modulus" or "material.viscosity". values: count = width*height finite numbers, row 0 first, of the unit
-// that the key has; copied.
+// Gives a map in memory in place of a .npy file. key: "surface.path" or "load.path", which also sets surface.kind or
+// load.kind to "file"; "material.modulus" or "material.viscosity". values: count = width*height finite numbers, row 0
+// first, in the unit of the key; copied.
 DERMIS_API dermis_status dermis_scene_set_map(dermis_scene* scene, const char* key, const double* values, size_t count);
 // The grid's cells, 1..16384 each.
 DERMIS_API dermis_status dermis_scene_get_size(const dermis_scene* scene, int32_t* width, int32_t* height);
 DERMIS_API void dermis_scene_destroy(dermis_scene* scene); // NULL: nothing happens
 
-// ---- What numbers mean, of a result or a skin.
+// ---- Reports: whether the numbers of a result or a skin are plausible for skin.
 
-// A figure, and the range in which it can mean skin. NaN: not known.
+// A figure, and the range in which it is plausible. NaN: not known.
 typedef struct dermis_figure {
     double value, least, greatest;
 } dermis_figure;
@@ -127,14 +129,14 @@ typedef struct dermis_report {
     dermis_figure indentation;          // m: thickness*strain
     dermis_figure gain;                 // greatest |l*C|, above 1 responses can change sign
     dermis_figure cells_per_ridge;      // infinite where the surface has no ridges of its own
-    dermis_figure retardation_times[8]; // s: of elements in series each, else the least and the greatest of all cells
+    dermis_figure retardation_times[8]; // s: one per element in series, else the least and the greatest of all cells
     uint32_t retardation_time_count;    // 0..8
-    uint32_t sign_changed;              // bits of the responses that have in some cell another sign than they answer to
+    uint32_t sign_changed;              // bits of responses with the wrong sign in some cell: 1 + l*C < 0 there
 } dermis_report;
 
 // ---- Runs.
 
-// Runs a scene. device: or NULL.
+// Runs a scene. device may be NULL.
 DERMIS_API dermis_status dermis_run(const dermis_scene* scene, const dermis_device* device, dermis_result** result);
 
 // The pointers below are valid until the result is destroyed.
@@ -151,20 +153,20 @@ enum {
 // One number per output time of a quantity of output.traces.
 DERMIS_API dermis_status dermis_result_get_trace(const dermis_result* result, dermis_quantity quantity,
                                                  dermis_column column, const double** values, size_t* count);
-// The same in one cell. probe: its place in output.probes, from 0 on.
+// The same in one cell. probe: its index in output.probes, from 0 on.
 DERMIS_API dermis_status dermis_result_get_probe(const dermis_result* result, dermis_quantity quantity, size_t probe,
                                                  const double** values, size_t* count);
 // A field of output.fields: width*height numbers. at: the time that the scene gives, s.
 DERMIS_API dermis_status dermis_result_get_field(const dermis_result* result, dermis_quantity quantity, double at,
                                                  const double** values, size_t* count);
-// The responses of the scene's sites: values[time*sites + site]. Without sites, sites is 0 and values NULL.
+// The responses of the scene's sites: values[time*sites + site]. Without sites *sites is 0 and *values NULL.
 DERMIS_API dermis_status dermis_result_get_responses(const dermis_result* result, const double** values, size_t* times,
                                                      size_t* sites);
 DERMIS_API dermis_status dermis_result_get_report(const dermis_result* result, dermis_report* report);
 DERMIS_API void dermis_result_destroy(dermis_result* result); // NULL: nothing happens
 
-// ---- Skins, pressed frame by frame, one or many at once. Presses allocate nothing, but for the first one of a batch
-// that has a step for each pad.
+// ---- Skins, pressed frame by frame, one or many at once. Presses allocate nothing, except the first press of a batch
+// with one step for each pad.
 
 typedef int32_t dermis_precision;
 enum {
@@ -175,52 +177,56 @@ enum {
 
 typedef struct dermis_skin_options {
     size_t size;                // sizeof(dermis_skin_options)
-    int32_t count;              // of pads that are pressed together, 1..1048576; count*width*height up to 2147483647
-    uint32_t responses;         // bits of sa1, sa2, fa1 and fa2; 0: all four. Not used if the scene has sites
+    int32_t count;              // pads that are pressed together, 1..1048576; count*width*height at most 2147483647
+    uint32_t responses;         // bits of sa1, sa2, fa1 and fa2; 0: all four. Ignored if the scene has sites
     dermis_precision precision; // one of the three above
-    int32_t own_materials;      // 1: a material for each pad, in numbers, at first the scene's; 0: one for all
+    int32_t own_materials;      // 1: a material for each pad, at first the scene's, without maps; 0: one for all
 } dermis_skin_options;
 
-// Some pads of a skin, in this order: numbers from 0 on, each at most once. Where a function takes such a list, NULL
-// stands for all pads, from 0 on. A list with a count of 0 is no pad.
+// The pads of a skin that a call is about: their numbers, from 0 on, in any order, each at most once. Pressures, steps
+// and states stand in this order. Where a function takes such a list, NULL means all pads, from 0 on; a list with a
+// count of 0 means no pad.
 typedef struct dermis_pads {
     const int32_t* numbers; // NULL is allowed if count is 0
     size_t count;
 } dermis_pads;
 
-// Makes a skin at rest of a scene's grid, surface, material, curvature, receptors and sites: a pad, or a batch of them,
-// each with edges and a state of its own and with the bits of a skin alone. device: or NULL. options: or NULL for one
-// pad with all four responses.
+// Makes a skin at rest with a scene's grid, surface, material, curvature, receptors and sites: one pad, or a batch of
+// pads. Each pad has its own edges and its own state, and its bits are the bits of a skin alone. device may be NULL.
+// options may be NULL: one pad with all four responses.
 DERMIS_API dermis_status dermis_skin_create(const dermis_device* device, const dermis_scene* scene,
                                             const dermis_skin_options* options, dermis_skin** skin);
-// pressure: cells = width*height finite floats for each pad that is pressed, Pa, pushing is positive, row 0 first;
-// copied. It is the pressure at the end of a step of dt seconds, over which it runs linearly from that of the pad's
-// press before, or from 0. The other pads stay as they are. dt: steps numbers, finite, >= 0; 0 is a pause. steps: 1 for
-// all pads that are pressed, or one for each. pressure and dt may be NULL if the list of pads is empty.
+// pressure: cells = width*height finite floats for each pad that is pressed, Pa, row 0 first; positive pressure pushes.
+// It is copied. It is the pressure at the end of a step of dt seconds; over the step the pressure runs linearly from
+// the pad's previous press, or from 0. The other pads stay as they are. dt: finite, >= 0; 0 is a pause. steps: the
+// number of dt, 1 for all pads that are pressed or one for each. pressure and dt may be NULL if the list of pads is
+// empty.
 DERMIS_API dermis_status dermis_skin_press(dermis_skin* skin, const float* pressure, size_t cells, const double* dt,
                                            size_t steps, const dermis_pads* pads);
 // The response sa1, sa2, fa1 or fa2 at the end of each pad's last press, 0 before the first: pad by pad from 0 on,
 // width*height floats, row 0 first, or, if the scene has sites, one per site of that class in the order given. count:
-// of all pads. Strain, indentation (m) and curvature (1/m) are read from the state by this call, of every cell or every
-// site. The memory stays the same until the skin's end.
+// the floats of all pads. Strain, indentation (m) and curvature (1/m) are computed from the state by this call, for
+// every cell or every site. The memory stays the same until the skin is destroyed.
 DERMIS_API dermis_status dermis_skin_get_response(const dermis_skin* skin, dermis_quantity quantity,
                                                   const float** values, size_t* count);
 DERMIS_API dermis_status dermis_skin_reset(dermis_skin* skin, const dermis_pads* pads); // back to skins at rest
 
-// The state as bytes: the same on every device, for as many pads of any skin of the same grid, sites, number of
-// elements, precision, and SA2 and FA2 asked for. bytes: what dermis_skin_get_state_size gives for as many pads; of
-// dermis_skin_load also the bytes of a state that dermis 0.1 saved.
+// The state as bytes, the same on every device. Any skin can load it that has the same grid, sites, number of elements
+// and precision, and gives SA2 and FA2 exactly where the saved one did, into the same number of pads. bytes: what
+// dermis_skin_get_state_size gives for this number of pads; for dermis_skin_load also the bytes of a state that dermis 0.1
+// saved.
 DERMIS_API dermis_status dermis_skin_get_state_size(const dermis_skin* skin, size_t* bytes, const dermis_pads* pads);
 DERMIS_API dermis_status dermis_skin_save(const dermis_skin* skin, void* state, size_t bytes, const dermis_pads* pads);
 DERMIS_API dermis_status dermis_skin_load(dermis_skin* skin, const void* state, size_t bytes, const dermis_pads* pads);
 
-// Gives pads from the next press on the moduli and viscosities, in numbers, of a scene with as many elements, springs
-// and dashpots as they have; all else of the scene is ignored. Strains stay. Some pads alone are allowed with
-// own_materials. A material of maps is refused: a new skin takes it, and the state by dermis_skin_load.
+// Gives pads the moduli and viscosities of a scene's material from the next press on. The scene must have the same
+// number of elements, springs and dashpots as the skin, and no maps of them; everything else in it is ignored. Strains
+// are kept. A list of pads is allowed only with own_materials. A skin with a material of maps refuses this call: make a
+// new skin, and give it the state by dermis_skin_load.
 DERMIS_API dermis_status dermis_skin_set_material(dermis_skin* skin, const dermis_scene* scene,
                                                   const dermis_pads* pads);
 
-// pad: 0..count-1. Takes up to as long as making the skin.
+// pad: 0..count-1. The call takes up to as long as making the skin.
 DERMIS_API dermis_status dermis_skin_get_report(const dermis_skin* skin, int32_t pad, dermis_report* report);
 DERMIS_API void dermis_skin_destroy(dermis_skin* skin); // NULL: nothing happens
 
@@ -229,35 +235,35 @@ DERMIS_API void dermis_skin_destroy(dermis_skin* skin); // NULL: nothing happens
 // (x, y) is ((x + 0.5)*spacing, (y + 0.5)*spacing). Pressure is added to what the buffer holds: fill it with 0 before a
 // frame. Lengths are at most 1e6 m, and a force on one cell at most 3.4e38 Pa. Functions that add allocate nothing.
 
-// A grid of cells, and the caller's pressures: that of cell (x, y) is pressure[y*pitch + x].
+// A grid of cells, and the caller's pressures: pressure[y*pitch + x] is the pressure of cell (x, y).
 typedef struct dermis_contact_pad {
     size_t size;           // sizeof(dermis_contact_pad)
     int32_t width, height; // cells, 1..16384
     double spacing;        // m between cells, 1e-9..1e6
     float* pressure;       // Pa, finite
     size_t pitch;          // floats from row to row, >= width; 0: width
-    int32_t tiled;         // 1: pads lie side by side and share patches: what lies beyond the border is then asked of
-                           // the neighbours, and counts in no member of this pad's report. Else 0, as
-                           // for a program from before this member, which gives a smaller size
+    int32_t tiled;         // 1: pads lie side by side and share patches: the part of a patch beyond the border then
+                           // belongs to the neighbours, and counts in no member of this pad's report. Else 0, also for
+                           // a program that gives a size without this member
 } dermis_contact_pad;
 
-// The struct tells what became of the forces: asked = placed + outside + sideways + what rounding took; that is less
-// than 1e-6 of the force that the buffer then holds.
+// What became of the forces. asked = placed + outside + sideways, up to rounding of less than 1e-6 of the force that
+// the buffer then holds.
 typedef struct dermis_contact_report {
     size_t size;         // sizeof(dermis_contact_report)
     double asked;        // N: sum of the forces given
-    double placed;       // N: the part that presses cells, by what their floats gained
-    double outside;      // N: the part that presses none: beside the pad, too far, turned away, or of depths all <= 0
+    double placed;       // N: the part that presses cells, measured by what the buffer's floats gained
+    double outside;      // N: the part that presses no cell: beside the pad, too far, turned away, or no depth > 0
     double greatest;     // Pa: greatest pressure of the cells that were pressed, with what they held before
     double level;        // m: of dermis_add_depths with a stiffness, else 0; see contact.hpp
     int32_t cells;       // cells that are pressed now and held 0 before
-    int32_t below_cell;  // patches of which one cell takes all; its pressure is force/spacing^2, whatever the radius
+    int32_t below_cell;  // patches that press a single cell; its pressure is force/spacing^2, whatever the radius
     int32_t beside;      // contacts and taxels with a force that are wholly beside the pad
     int32_t plausible;   // 1 if below_cell is 0, greatest at most 1e6 Pa, at least 0.5 of asked is placed, at most 0.1
                          // of it is outside and 0.001 of it lost to rounding; else 0
-    double sideways;     // N: what a force at an angle to the pad lacks when only its part into the pad is taken
-    int32_t too_far;     // contacts of the world with a force farther from the pad's plane than reach
-    int32_t turned_away; // contacts of the world whose force does not push into the pad
+    double sideways;     // N: of forces at an angle to the pad, the force less its component into the pad
+    int32_t too_far;     // contacts in the world with a force farther from the pad's plane than reach
+    int32_t turned_away; // contacts in the world whose force does not push into the pad
 } dermis_contact_report;
 // Writes the sentences that say why a report is not plausible, or "". text: size bytes, 400 are enough for all.
 DERMIS_API dermis_status dermis_contact_report_get_doubts(const dermis_contact_report* report, char* text, size_t size);
@@ -284,15 +290,15 @@ DERMIS_API dermis_status dermis_pose_from_quaternion(const double* position, con
 // Moves a pose from the middle of the pad, where simulators have it, to the outer corner of cell (0, 0).
 DERMIS_API dermis_status dermis_pose_move_from_middle(dermis_pose* pose, const dermis_contact_pad* pad);
 
-// A contact in the world. Of a force at an angle to the pad the part along -z is taken.
+// A contact in the world. Of a force at an angle to the pad only the component along the pad's -z presses.
 typedef struct dermis_world_contact {
     double position[3];  // m, -1e6..1e6
-    double direction[3]; // -1e6..1e6: in which the force pushes the pad, of any length; 0: straight into the pad
+    double direction[3]; // -1e6..1e6: where the force pushes the pad; its length is ignored; 0: straight into the pad
     double force;        // N, finite, >= 0
-    double radius, area; // as of a dermis_contact
+    double radius, area; // as in dermis_contact
 } dermis_world_contact;
-// Adds each contact at the foot of its perpendicular to the pad's plane, if it is at most reach metres from there, on
-// either side. reach: m, >= 0. contacts: count of them, or NULL if count is 0.
+// Projects each contact onto the pad's plane and adds it, if it is at most reach metres from the plane, on either side.
+// reach: m, >= 0. contacts: count of them, or NULL if count is 0.
 DERMIS_API dermis_status dermis_add_world_contacts(const dermis_contact_pad* pad, const dermis_pose* pose, double reach,
                                                    const dermis_world_contact* contacts, size_t count,
                                                    dermis_contact_report* report);
@@ -300,7 +306,7 @@ DERMIS_API dermis_status dermis_add_world_contacts(const dermis_contact_pad* pad
 // How deep something sinks into each cell, and the force with which it does. A negative depth is a gap.
 typedef struct dermis_depths {
     size_t size;        // sizeof(dermis_depths)
-    const float* depth; // m, finite; that of cell (x, y) is depth[y*pitch + x]
+    const float* depth; // m, finite; depth[y*pitch + x] is the depth of cell (x, y)
     size_t pitch;       // floats from row to row, >= width; 0: width
     double force;       // N, finite, >= 0
     double stiffness;   // Pa per m, 1e-6..1e30, or 0: pressure is in proportion to depth
@@ -313,7 +319,7 @@ enum { DERMIS_NEWTON = 0, DERMIS_PASCAL = 1 };
 // The readings of a sensor array: rectangles side by side, each under an even pressure.
 typedef struct dermis_taxels {
     size_t size;            // sizeof(dermis_taxels)
-    const float* values;    // finite, >= 0; that in column i and row j is values[i*column_step + j*row_step]
+    const float* values;    // finite, >= 0; column i of row j is values[i*column_step + j*row_step]
     dermis_taxel_unit unit; // of the values
     int32_t columns, rows;  // 1..16384; columns follow each other along x, rows along y
     double width, height;   // m, of one taxel along x and y, 1e-9..1e6

@@ -6,12 +6,12 @@
 //     SA1 = eps*(1 + l*C)           Merkel          SA2 = integral of eps*(1 + l*C)   Ruffini
 //     FA1 = eps'*(1 + l*C)          Meissner        FA2 = eps''*(1 + l*C)             Pacinian
 //
-// Maps are row-major, row 0 first: index = y*width + x. The centre of cell [x, y] lies (x + 0.5)*spacing along a row
-// and (y + 0.5)*spacing across the rows from the outer corner of cell [0, 0]; seen from outside the skin the rows
-// follow one another a quarter turn counter-clockwise from the direction along a row. Pressure pushes where it is
-// positive; a negative one is suction, which lifts the skin, and strain and responses change their sign with it. Every
-// output at a time t is the left limit at t, and 0 at t = 0 until the load has acted. Functions throw dermis::Error,
-// and check their input before they write anything.
+// Maps are row-major, row 0 first: cell [x, y] has the index y*width + x. Its centre lies at (x + 0.5)*spacing along x
+// and (y + 0.5)*spacing along y, measured from the outer corner of cell [0, 0]. Seen from outside the skin, the y axis
+// points a quarter turn counter-clockwise from the x axis. Positive pressure pushes into the skin; negative pressure is
+// suction: it lifts the skin, and strain and responses change sign with it. Every output at a time t is the limit from
+// the left: a jump of the load at t is not in it yet, and at t = 0 the load has not acted. Functions throw
+// dermis::Error, and check their input before they write anything.
 #pragma once
 
 #include <dermis/export.hpp>
@@ -34,7 +34,7 @@ class DERMIS_API Error : public std::runtime_error {
         no_device, // there is no such device, or none that can compute; the message says what is missing
         device,    // a device failed while working; the message names the call (see Device)
         io,        // a file could not be written
-        no_memory  // memory could not be allocated; the message says what for and how much, unless none is left for it
+        no_memory  // memory could not be allocated; the message says for what and how much, if there is memory for it
     };
     Error(Code code, std::string parameter, const std::string& message)
         : std::runtime_error(one_line(message)), code_(code), parameter_(std::move(parameter)) {}
@@ -53,7 +53,7 @@ class DERMIS_API Error : public std::runtime_error {
     std::string parameter_;
 };
 
-// deformation: S - h*eps. indentation: h*eps, of a Skin alone.
+// deformation: S - h*eps. indentation: h*eps; only a Skin gives it.
 enum class Quantity { strain, sa1, sa2, fa1, fa2, curvature, deformation, indentation };
 DERMIS_API const char* name(Quantity) noexcept;
 
@@ -106,19 +106,19 @@ struct Grid {
 // wave and spiral are scaled to 0..1; then everything is multiplied by relief.
 struct Surface {
     enum class Kind { flat, wave, spiral, map } kind = Kind::flat;
-    std::optional<double> ridges;       // wave 15, spiral 25; any finite number
-    std::optional<double> noise;        // amplitude of Perlin noise relative to the ridge; wave 2, spiral 0.5; >= 0
-    std::optional<double> noise_length; // cells; wave 50, spiral 40; > 0
+    std::optional<double> ridges;       // default 15 for a wave, 25 for a spiral; any finite number
+    std::optional<double> noise;        // amplitude of Perlin noise relative to the ridge; default 2, 0.5; >= 0
+    std::optional<double> noise_length; // cells; default 50, 40; > 0
     std::optional<double> relief;       // m per unit of height; > 0
     Map map;                            // Kind::map: width*height finite heights
-    std::optional<double> ridge_period; // m from crest to crest, > 0; in place of ridges, with Grid::spacing alone
+    std::optional<double> ridge_period; // m from crest to crest, > 0; in place of ridges, only with Grid::spacing
 };
 
 // A spring beside a dashpot: modulus*strain + viscosity*rate = pressure. Pa and Pa s, >= 0, not both 0: viscosity 0 is
 // a spring, modulus 0 a dashpot.
 struct KelvinVoigt {
     double modulus = 0, viscosity = 0;
-    Map modulus_map, viscosity_map; // values of each cell in place of the numbers, width*height. Empty: the number
+    Map modulus_map, viscosity_map; // one value per cell, width*height; empty: the number holds in every cell
 };
 
 struct Material {
@@ -126,19 +126,20 @@ struct Material {
     std::optional<double> viscosity;        // eta, Pa s, >= 0; without spacing 1
     std::optional<double> thickness;        // h, m, >= 0: h*eps is the indentation
     std::optional<double> curvature_length; // l, m, any finite number: a gain
-    // Values of each cell in place of the numbers, width*height, same ranges. Empty: the number everywhere.
+    // One value per cell, width*height, in the same ranges. Empty: the number holds in every cell.
     Map modulus_map, viscosity_map;
-    // 1 to 8 elements in series in place of modulus and viscosity: their strains add up. With them a spring (Pa, > 0)
-    // and a dashpot (Pa s, > 0) in the same series, the same in every cell. None of them stands beside modulus or
-    // viscosity.
+    // 1 to 8 elements in series, in place of modulus and viscosity; their strains add up. A spring (Pa, > 0) and a
+    // dashpot (Pa s, > 0) can be added to the series; both are the same in every cell. None of the three can be given
+    // together with modulus or viscosity.
     std::vector<KelvinVoigt> elements;
     std::optional<double> spring, dashpot;
 };
 
 struct Receptors {
     std::optional<double> sa2_adaptation; // s, > 0: tau_a*y' = -y + tau_a*eps, bounded; not given: plain integral
-    // Default point: the density of eps'' (jumps are in Result::impulses). step_mean, the default of a sequence and
-    // where a cell has a spring (an element of viscosity 0): mean of eps'' over the step, jumps included.
+    // point: eps'' at the step's end; jumps of the rate are listed in Result::impulses. step_mean: the mean of eps''
+    // over the step, jumps included. Default: point, but step_mean for a sequence of frames, for a Skin, and where a
+    // cell has a spring (an element of viscosity 0).
     std::optional<Fa2> fa2;
     std::array<double, 2> fa2_gains = {1, -1}; // k+, k-: k+*max(a, 0) + k-*max(-a, 0) of a = eps''(1 + l*C)
 };
@@ -161,30 +162,30 @@ struct SkinDescription {
     Grid grid;
     Surface surface;
     Material material;
-    std::optional<Stencil> stencil; // default five_point, with Method::published published
-    std::optional<Edges> edges;     // default mirror, with Method::published published
+    std::optional<Stencil> stencil; // default five_point; with Method::published: published
+    std::optional<Edges> edges;     // default mirror; with Method::published: published
     Receptors receptors;
     std::vector<Site> sites;
 };
 
-// A figure by which a user judges whether numbers can mean skin, and the range in which they can.
+// A figure that shows whether the numbers of a skin are plausible, and the range in which they are.
 struct Figure {
     double value = std::nan(""); // NaN: not known
     double least = 0, greatest = HUGE_VAL;
     bool outside() const { return value < least || value > greatest; } // false where the value is not known
 };
 
-// What the numbers of a skin mean. In a scene without Grid::spacing strains and times have no range.
+// Whether the numbers of a skin are plausible. In a scene without Grid::spacing strains and times have no range.
 struct Report {
-    Figure strain;      // greatest |eps| of the traces' extremes or of a Skin's state: indentation over thickness; 0..1
+    Figure strain;      // greatest |eps|, indentation over thickness, in the traces' extremes or a Skin's state; 0..1
     Figure indentation; // m: thickness*strain; 0..thickness
     Figure gain;        // greatest |l*C|; 0..1, above which responses can change sign
-    Figure cells_per_ridge; // infinite where the surface has no ridges of its own; from 8 on
-    // s, 1e-4..20: of elements in series each, else the least and the greatest of all cells. Springs and dashpots have
-    // none.
+    Figure cells_per_ridge; // infinite for a surface without ridges of its own; >= 8
+    // s, 1e-4..20: one for each element in series; without elements in series the least and the greatest of all cells.
+    // Springs and dashpots have none.
     std::vector<Figure> retardation_times;
-    // The responses that have in some cell another sign than what they answer to, because 1 + l*C is negative there; as
-    // far as extremes of the traces show it, beyond 1e-4 of the response's greatest value.
+    // The responses that have the wrong sign in some cell, because 1 + l*C is negative there. A Result shows this only
+    // by the extremes of its traces; values below 1e-4 of the response's greatest value do not count.
     std::vector<Quantity> sign_changed;
 };
 } // namespace dermis

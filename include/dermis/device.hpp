@@ -15,23 +15,29 @@ struct DeviceInfo {
     std::string refused; // the reason why the device cannot be used; empty if it can
 };
 
-// A Vulkan device is lost once work submitted to it fails. Every later use of it, by copies and skins too, throws
-// Error::device naming the call that failed, and what the driver may still use is left to it. Device::open() makes
-// another one. A wait for submitted work, of a second or less on most devices, lasts until the driver ends it: no time
-// of a clock tells a device that hangs from one that is slow or stopped.
-// A process that is forked uses neither its parent's Vulkan devices nor its CPU devices' threads: a press or a run
-// there throws Error::device and never waits, and destructors leave both alone. What it opens and makes itself works.
+// Once work that was submitted to a Vulkan device fails, the device is lost: every later use of the Device, of its
+// copies and of skins on it throws Error::device, which names the call that failed. Objects that the driver may still
+// be using are then never destroyed. Device::open() makes a new one. Waits for submitted work, a second or less on most
+// devices, have no timeout: no clock can tell a device that hangs from a slow or a stopped one.
+// After a fork the child process can use neither the Vulkan devices nor the threads of the parent's devices: a press or
+// a run that needs them throws Error::device and never waits, and destructors leave them alone. Devices and skins that
+// the child makes itself work.
 class DERMIS_API Device {
   public:
-    // threads: 0 = one per core that the process may use, by its affinity and its control groups; 1 = only the calling
-    // thread.
+    // threads: 0 = one per core that the process may use (by its affinity and its control groups); 1 = only the calling
+    // thread; at most 1024.
     static Device cpu(int threads = 0);
-    // which: "auto", a hardware GPU if there is one, else the CPU path (info().refused then says in one line why no
-    // Vulkan device is used); "cpu"; "vulkan", the best Vulkan device, software included; a number, an index of list();
-    // anything else, a part of a Vulkan device's name. Throws Error::no_device. A device whose bits differ from the CPU
-    // path's in a self-test is refused unless asked for by number or name. Opening tests the plain kernels of presses.
-    // The first run that marches tests the kernels of a march, and the first run that needs another stencil, edge rule,
-    // precision, frames or materials tests every variant; a device whose bits differ there is refused then.
+    // Opens a device. which:
+    //   "auto"        a hardware GPU if there is one, else the CPU path; info().refused then says in one line why no
+    //                 Vulkan device is used
+    //   "cpu"         the CPU path
+    //   "vulkan"      the best Vulkan device, software devices included
+    //   a number      an index of list()
+    //   other text    a part of a Vulkan device's name
+    // Throws Error::no_device. A device with other bits than the CPU path's in a self-test is refused, unless it was
+    // asked for by number or name. Opening a device tests the basic kernels of presses. The first run by Model::march
+    // tests the kernels of marches, and the first run with another stencil, edge rule or precision, with frames or with
+    // several materials tests every variant; a device that has other bits there is refused then.
     static Device open(const std::string& which);
     // Lists every Vulkan device, usable or not. Throws Error::no_device if there is no loader or no driver.
     static std::vector<DeviceInfo> list();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// DERMIS_API marks the symbols that a shared library exports; all others are hidden. DERMIS_HIDDEN hides a member of
-// what is marked.
+// DERMIS_API marks the symbols that a shared library exports; all others are hidden. DERMIS_HIDDEN hides a member of an
+// exported class.
 #pragma once
 
 #ifdef __GNUC__

@@ -18,31 +18,31 @@ namespace dermis {
 
 // The generalized Maxwell model: what papers call a Prony series.
 struct Relaxation {
-    std::vector<double> moduli, times; // Pa, s; > 0; as many of one as of the other, 0..7; equal times are added up
+    std::vector<double> moduli, times; // Pa, s; > 0; equally many, 0..7; moduli of equal times are added up
     double equilibrium = 0;            // Pa, >= 0; > 0 where there are no times
 };
 
-// Returns the chain that relaxes so: a spring, then elements by ascending retardation time, then, if the equilibrium is
-// 0, a dashpot. Exact but for some roundings of the last digit.
+// Returns the chain with this relaxation: a spring, then elements by ascending retardation time, then, if the
+// equilibrium is 0, a dashpot. The numbers are exact up to a few roundings of the last digit.
 DERMIS_API std::vector<KelvinVoigt> chain_of(const Relaxation&);
 
 // Returns the relaxation of a chain of 1 to 8 elements, times ascending. A chain without a spring is refused: a step of
 // strain takes an infinite stress.
 DERMIS_API Relaxation relaxation_of(const std::vector<KelvinVoigt>&);
 
-// The difference between curve and data that a fit makes small in the mean square.
+// A fit minimizes the mean square of this difference between curve and data.
 enum class Residual {
-    relative, // of each value; for curves over decades, and errors in percent
-    absolute  // of the greatest value
+    relative, // relative to each value; for curves over decades, and errors in percent
+    absolute  // relative to the greatest value
 };
 
 struct Fit {
     std::vector<KelvinVoigt> elements; // a spring, elements by ascending retardation time, a dashpot; at most n
-    // Half of the interval of the logarithm of each number of the elements, 0 where the number is 0: the truth is
-    // within a factor of exp(2*error) in some 95 of 100 such data, also where there is one point more than numbers
-    // (Student's quantile); with many points it is the standard error. Of few points under much noise it is the lucky
-    // ones that leave nothing undetermined, and of those alone fewer are right (85 of 100 with one point more and 1 %
-    // of noise). The data count as exact to 1e-7 at best.
+    // The error of the logarithm of each number of the elements; 0 where the number is 0. In some 95 of 100 data sets
+    // the true number is within a factor of exp(2*error). With many points it is the standard error; with few points
+    // Student's quantile widens it, down to one point more than there are numbers. Few points with much noise rarely
+    // leave nothing undetermined, and among the data sets that do so by luck the share is smaller (85 of 100 with one
+    // point more and 1 % of noise). The data count as exact to 1e-7 at best.
     std::vector<KelvinVoigt> errors;
     double residual = 0;       // root mean square of the residual
     std::vector<double> model; // the curve at the times of the data
@@ -53,10 +53,11 @@ struct Fit {
 };
 
 // Fits a chain of at most n elements, 1..8, to a measured curve: times in s, >= 0, in any order; compliances in 1/Pa or
-// moduli in Pa, > 0, with Residual::absolute finite. At least 2*n + 1 points. Retardation or relaxation times are
-// looked for from a tenth of the shortest time to ten times the longest. An element is left out that adds nothing, or
-// less than 1e-7 of each value. Of more than 10,000 points those whose times agree to 0.1 % are fitted as one, their
-// mean, which changes a curve by less than 1e-7; residual and errors count all points.
+// moduli in Pa, > 0, or any finite numbers with Residual::absolute. At least 2*n + 1 points. The search covers
+// retardation or relaxation times from a tenth of the shortest time to ten times the longest. Elements that add
+// nothing, or less than 1e-7 of each value, are left out. With more than 10,000 points, points at times that agree to
+// 0.1 % are replaced by their mean for the fit, which changes a curve by less than 1e-7; residual and errors count all
+// points.
 DERMIS_API Fit fit_creep(const std::vector<double>& times, const std::vector<double>& compliances, int n,
                          Residual = Residual::relative);
 DERMIS_API Fit fit_relaxation(const std::vector<double>& times, const std::vector<double>& moduli, int n,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Runs of scenes: how one would be computed, its result, and what that says of the skin.
+// Runs of scenes: how a run would be computed, its result, and whether its numbers are plausible.
 #pragma once
 
 #include <dermis/device.hpp>
@@ -9,16 +9,17 @@
 
 namespace dermis {
 
-// One quantity over time, over all cells and in each probe. Means are summed in twice the digits of the run. min and
-// max are empty without Output::extremes.
+// One quantity over time: over all cells, and in each probe. Means are summed with twice the digits of the run's
+// precision. min and max are empty without Output::extremes.
 struct Trace {
     Quantity quantity = Quantity::strain;
     std::vector<double> mean, min, max;
     std::vector<std::vector<double>> probes; // [probe][time]
 };
 
-// The weight of an impulse per cell: a jump of the load at `time` puts one into FA2, or at viscosity 0 into FA1.
-// Method::exact lists it if that response is asked for, with the curvature at its instant and after fa2_gains.
+// A jump of the load at `time` makes an impulse in FA2, or in FA1 where the viscosity is 0. The numbers are the weights
+// of the impulses in the cells, with the curvature at that time and after fa2_gains. Only Method::exact lists impulses,
+// and only of responses that are asked for.
 struct Impulse {
     double time = 0;
     Quantity quantity = Quantity::fa2;
@@ -38,35 +39,35 @@ struct Result {
     std::vector<double> responses; // [time][site of the scene]
     std::vector<Impulse> impulses; // empty with Model::sites, which computes no other cells
     std::vector<Field> fields;
-    DeviceInfo device; // the CPU path for all models but march
+    DeviceInfo device; // the CPU path for all models except march
     Model model = Model::march;
     Precision precision = Precision::f32;
     long long steps = 0;             // steps of the whole skin
-    long long left_out = 0;          // steps among them that were skipped: the skin was steady, no output could change
+    long long left_out = 0;          // steps that were skipped, because the skin was steady and no output could change
     long long dispatches = 0;        // GPU kernels dispatched
     double seconds = 0;              // time of stepping, without set-up; with RunOptions::check also of the comparison
     double tau_min = 0, tau_max = 0; // s: range of viscosity/modulus of the materials; infinite if a modulus is 0
-    double predicted_error = std::nan(""); // Candidate::error of this run; NaN if the choice was free and needed none
-    // Where Scene::tolerance is given: the greatest error in some 4 to 32 cells or sites that are computed once more in
-    // long double, relative as predicted_error is. Above predicted_error something is wrong: a driver, a compiler, or
-    // dermis. NaN otherwise, with Method::published, and where a baseline takes frames.
+    double predicted_error = std::nan(""); // Candidate::error of this run; NaN if no error was needed to choose it
+    // Where Scene::tolerance is given: the greatest error in 4 to 32 cells, and as many sites, that are computed once
+    // more in long double, relative as predicted_error is. Above predicted_error something is wrong: a driver, a
+    // compiler, or dermis. NaN otherwise, with Method::published, and where a baseline takes frames.
     double measured_error = std::nan("");
     std::vector<KelvinVoigt> reduced;  // Candidate::reduced of this run
-    double cells_per_ridge = HUGE_VAL; // wavelength of wave and spiral, else infinite; below 8 curvature is coarse
+    double cells_per_ridge = HUGE_VAL; // wavelength of wave and spiral, else infinite; below 8 the curvature is coarse
     // The next five describe the whole skin. With Model::sites, which computes no other cells, they are not known: NaN
     // or -1.
     double stencil_estimate = std::nan("");   // 1/m: greatest |C5 - C4| at the end, the error of a five-point curvature
     double greatest_curvature = std::nan(""); // 1/m: greatest |C|, at rest, at the end and at the greatest strain
     double greatest_gain = std::nan("");      // greatest |l*C|, at the same times; above 1 responses change sign
     long long kinks = -1;                     // cells where |C5 - C4| exceeds |C|/2: curvature does not converge there
-    long long pressed_cells = -1;             // cells that the load's map presses; -1 of a sequence
+    long long pressed_cells = -1;             // cells that the load's map presses; -1 for a sequence
     // Counted with RunOptions::check. Any NaN counts as equal to any other, whatever its sign and payload.
     long long cells_compared = 0, cells_different = 0;
 
     DERMIS_API const Trace& trace(Quantity) const; // throws Error::bad_input if it was not asked for
 };
 
-// scene: the one that was run. What a result does not know, as strain without its trace, is NaN.
+// scene: the one that was run. A figure that the result does not hold, such as strain without its trace, is NaN.
 DERMIS_API Report report(const Scene&, const Result&);
 
 struct RunOptions {
@@ -74,8 +75,9 @@ struct RunOptions {
     // Marches in f32 on the other backend too and compares the bits of every cell of every output: a Vulkan device with
     // the CPU path, the CPU path with the best Vulkan device.
     bool check = false;
-    // Whether runs of several materials over the same maps each describe the skin at their own end, at the cost of a
-    // pass over all cells; otherwise the figures from Result::stencil_estimate on are the first material's.
+    // For runs with several materials: whether each Result describes the skin at the end of its own run, from
+    // Result::stencil_estimate on, at the cost of a pass over all cells. Otherwise all have the first material's
+    // figures.
     bool describe_each = false;
     // Called some times a second on the thread that called, while the run is prepared and planned too, with the
     // fraction done, 0..1. What it throws ends the run. It may press skins and run scenes on any device, this one too.
@@ -110,11 +112,11 @@ struct Explanation {
     size_t chosen = 0;
     double stencil_estimate = 0;   // 1/m: greatest |C5 - C4| at rest; no part of the errors here
     double greatest_curvature = 0; // 1/m: greatest |C| at rest, the scale of the estimate
-    // s: where materials differ, and yet the strain is the sum of a few maps, each times a function of time: the
-    // retardation times of these; infinite where the modulus is 0.
+    // s: one for each map, where materials differ between cells and the strain is still a sum of a few maps, each times
+    // a function of time; infinite where the modulus is 0. Empty otherwise.
     std::vector<double> retardation_times;
     double tolerance = 0;
-    bool binding = false; // the tolerance is the scene's
+    bool binding = false; // the tolerance is the scene's, not the default
 };
 
 // Says how run() would compute the scene, like a database's EXPLAIN. Nothing is run.
@@ -123,7 +125,7 @@ DERMIS_API Explanation explain(const Scene&, const Device& = Device::cpu(), cons
 // Runs the scene, on the CPU path unless a device is given. Opening a GPU takes a loader, a driver and a self-test:
 // open one once, by Device::open("auto"), and pass it to each run.
 DERMIS_API Result run(const Scene&, const Device& = Device::cpu(), const RunOptions& = {});
-// Runs the scene with each of these materials in place of its own. All models but march read the maps once (see
+// Runs the scene with each of these materials in place of its own. All models except march read the maps once (see
 // RunOptions::describe_each).
 DERMIS_API std::vector<Result> run(const Scene&, const std::vector<Material>&, const Device& = Device::cpu(),
                                    const RunOptions& = {});

@@ -71,13 +71,13 @@ struct Scene : SkinDescription {
     std::optional<Model> model;
     // Default: chosen with the model. RunOptions::precision overrides it.
     std::optional<Precision> precision;
-    // The greatest |X - X_exact| over all numbers of an output, divided by the greatest |X_exact| over all cells and
-    // over all times of rows and of fields, of each output that is asked for; > 0. A class of sites is an output of its
-    // own; its cells are the cells of its sites. FA2 is measured before fa2_gains, times the greater |gain|. X_exact
-    // has no error in time or arithmetic on the grid, maps and load as given, but for breakpoints, frames and fields
-    // within 4 ulp of a row's time, which are at that time. An output that is nowhere above 2^-64 in float, or 2^-340
-    // in double, counts as 0. If given, the tolerance always binds: a run that cannot promise it is refused, naming
-    // what can be had. Default: 1e-4, for a free choice.
+    // The greatest error that is allowed, > 0, for each output that is asked for: the greatest |X - X_exact| over all
+    // numbers of the output, divided by the greatest |X_exact| over all cells and over all times of rows and of fields.
+    // The sites of one class are an output of their own; its cells are the cells of these sites. FA2 is measured before
+    // fa2_gains, times the greater |gain|. X_exact is computed on the grid, maps and load as given, without any error
+    // in time or arithmetic; only breakpoints, frames and fields within 4 ulp of a row's time are taken at that time.
+    // An output that is nowhere above 2^-64 in float, or 2^-340 in double, counts as 0. If given, the tolerance always
+    // binds: a run that cannot promise it is refused, naming what can be had. Default: 1e-4, for a free choice.
     std::optional<double> tolerance;
     Method method = Method::exact;
     bool allow_unstable = false; // run an explicit method beyond its stability limit
@@ -85,9 +85,9 @@ struct Scene : SkinDescription {
     Time time;
     Output output;
 
-    // Reads a TOML file (host/lab/scenes/README.md lists the keys); paths in it are relative to it. Each of `overrides`
-    // is "key=value" and replaces a key. The file is a regular file of at most 64 MiB. Throws Error::bad_input with
-    // file, line, key, value and allowed range.
+    // Reads a TOML file (host/lab/scenes/README.md lists the keys). Relative paths in it start from its folder. Each of
+    // `overrides` is "key=value" and replaces a key. The file is a regular file of at most 64 MiB. Throws
+    // Error::bad_input with file, line, key, value and allowed range.
     DERMIS_API static Scene from_file(const std::string& path, const std::vector<std::string>& overrides = {});
     // Reads the same from a text of at most 64 MiB. Paths in it are relative to `folder`, which is by default the
     // working directory. Errors say "scene" in place of a file.

@@ -8,56 +8,58 @@ namespace dermis {
 
 // Options of a Skin.
 struct SkinOptions {
-    // Fields over all cells to compute: sa1, sa2, fa1, fa2, each at most once. Ignored if the description has sites:
-    // the responses are then those of their classes.
+    // The responses that each cell gives: sa1, sa2, fa1, fa2, each at most once. Ignored if the description has sites:
+    // each site then gives the response of its class, and no other cell gives any.
     std::vector<Quantity> responses = {Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2};
     // f32 or f32_compensated. Default: compensated if SA2 is asked for as a plain integral, which grows for ever.
     std::optional<Precision> precision;
-    // Pads: skins of this description that are pressed together, each with edges and a state of its own and with the
-    // bits of a Skin alone. 1..1048576, count*width*height up to 2147483647.
+    // The number of pads: skins of this description that are pressed together. Each pad has its own edges and its own
+    // state, and its bits are the bits of a Skin with one pad. 1..1048576; count*width*height at most 2147483647.
     int count = 1;
-    // The material of each pad in place of the description's: moduli, viscosities, elements, spring and dashpot, in
-    // numbers, of as many elements, springs and dashpots in every pad. Empty: all pads have the description's.
+    // A material for each pad in place of the description's. Only moduli, viscosities, elements, spring and dashpot
+    // count, as numbers, not maps. Every pad must have the same number of elements, springs and dashpots. Empty: all
+    // pads have the description's material.
     std::vector<Material> materials;
 };
 
-// Some pads of a Skin, in this order: numbers from 0 on, each at most once. By default all, from 0 on.
+// The pads of a Skin that a call is about: their numbers, from 0 on, in any order, each at most once. Pressures, steps
+// and states stand in this order. By default all pads, from 0 on.
 struct Pads {
     Pads() = default;
-    explicit Pads(const int* list, size_t n) : numbers(list), count(n), all(false) {} // not of {0, 1}
+    explicit Pads(const int* list, size_t n) : numbers(list), count(n), all(false) {} // explicit: {0, 1} is no list
     Pads(const std::vector<int>& v) : Pads(v.data(), v.size()) {}
     const int* numbers = nullptr;
     size_t count = 0;
     bool all = true;
 };
 
-// A skin pressed frame by frame, or a batch of them: each press gives it the pressure at the end of a time step.
-// Presses allocate nothing. One thread at a time may use a skin, or the skins on one Vulkan device, which share it.
+// A skin pressed frame by frame, or a batch of pads: each press gives it the pressure at the end of a time step.
+// Presses allocate nothing. Only one thread at a time may use a skin; all skins on one Vulkan device count as one.
 class DERMIS_API Skin {
   public:
-    // On Device::cpu(1) the calling thread works alone. receptors.fa2 is by default step_mean, as for all frames.
-    // Throws Error::bad_input; Error::no_device if the device's bits are not the CPU path's and it was not asked for by
-    // name or number; Error::device.
+    // On Device::cpu(1) the calling thread works alone. The default of receptors.fa2 is step_mean. Throws
+    // Error::bad_input; Error::no_device if the device has other bits than the CPU path and was not asked for by name
+    // or number; Error::device.
     Skin(const Device&, const SkinDescription&, const SkinOptions& = {});
     ~Skin();
     Skin(Skin&&) noexcept;
     Skin& operator=(Skin&&) noexcept;
 
-    int count() const; // of pads
+    int count() const; // number of pads
 
-    // pressure: width*height finite floats for each pad that is pressed, Pa, pushing is positive, row 0 first; copied.
-    // It is the pressure at the end of a step of dt seconds, over which it runs linearly from that of the pad's
-    // previous press, or from 0 on a skin at rest. The other pads stay as they are. dt: finite, >= 0. dt = 0 is a
-    // pause: strain is kept, and this pressure is where the next step starts. A change of pressure during a pause
-    // appears in no response. dt must also leave the coefficients of the step in float: about 1e-38 .. 1e19 s at
-    // viscosities near 1 Pa s. A response beyond 3.4e38 is infinite, and then NaN until reset(). Throws
-    // Error::bad_input naming dt, size, pad or the first cell that is not finite, and nothing has happened;
-    // Error::device.
+    // pressure: width*height finite floats for each pad that is pressed, Pa, row 0 first; positive pressure pushes. It
+    // is copied. It is the pressure at the end of a step of dt seconds; over the step the pressure runs linearly from
+    // the pad's previous press, or from 0 on a skin at rest. Pads that are not pressed stay as they are.
+    // dt: s, >= 0, finite. dt = 0 is a pause: strain is kept, and the next step starts from this pressure; the change
+    // of pressure during the pause appears in no response. The coefficients of the step must also fit a float: about
+    // 1e-38 .. 1e19 s at viscosities near 1 Pa s.
+    // A response beyond 3.4e38 is infinite, and then NaN until reset(). Throws Error::bad_input, which names dt, the
+    // size, the pad or the first cell that is not finite, and leaves the skin unchanged; Error::device.
     void press(const float* pressure, size_t cells, double dt, const Pads& = {});
     void press(const std::vector<float>& pressure, double dt, const Pads& pads = {}) {
         press(pressure.data(), pressure.size(), dt, pads);
     }
-    // The same with a step for each pad that is pressed. The first such press of a batch allocates.
+    // The same, with one step for each pad that is pressed. The first such press of a batch allocates.
     void press(const float* pressure, size_t cells, const double* dt, size_t steps, const Pads& = {});
     void press(const std::vector<float>& pressure, const std::vector<double>& dt, const Pads& pads = {}) {
         press(pressure.data(), pressure.size(), dt.data(), dt.size(), pads);
@@ -74,30 +76,32 @@ class DERMIS_API Skin {
         const float* end() const { return data + size; }
         float operator[](size_t i) const { return data[i]; }
     };
-    // Also strain, indentation (thickness*strain, m) and curvature (1/m; of the deformed surface, where gains are
-    // 1 + l*C), which are read from the state when this is called: of every cell, or of every site in the order given.
-    // A spring's share in the strain is that of the last pressure.
+    // Strain, indentation (thickness*strain, m) and curvature (1/m) of the deformed surface, the C of the gain 1 + l*C,
+    // can always be asked for. This call computes them from the state: for every cell, or for every site in the order
+    // given. The strain of a spring follows from the last pressure.
     Response response(Quantity) const;
 
     void reset(const Pads& = {}); // back to skins at rest
 
-    // The state: strains, integrals and the pressure that the next press starts from, in native byte order. The bytes
-    // are the same on the CPU and on Vulkan, and as many pads of any skin take them that has the same grid, sites,
-    // number of elements, precision, and SA2 and FA2 asked for: their next presses give the same bits. Responses stay
-    // those of the last press until then. load() also takes states that dermis 0.1 saved. save() and load() throw
-    // Error::bad_input naming the first thing that differs, and nothing has happened; Error::device.
+    // The state: strains, integrals and the pressure from which the next press starts, in native byte order. The bytes
+    // are the same on the CPU and on Vulkan. Any skin can load them that has the same grid, sites, number of elements
+    // and precision, and gives SA2 and FA2 exactly where the saved one did, into the same number of pads; its next
+    // presses then give the same bits. load() also takes states that dermis 0.1 saved. Until the next press, responses
+    // stay what they were. save() and load() throw Error::bad_input, which names the first difference, and change
+    // nothing; Error::device.
     size_t state_bytes(const Pads& = {}) const;
     void save(void* state, size_t bytes, const Pads& = {}) const;
     void load(const void* state, size_t bytes, const Pads& = {});
 
-    // Gives pads another material from the next press on, in numbers, of as many elements, springs and dashpots as they
-    // have; strains stay. Some pads only where SkinOptions::materials gave each its own. Throws Error::bad_input, also
-    // where the material is one of maps, and nothing has happened.
+    // Gives pads another material from the next press on; strains are kept. It must have the same number of elements,
+    // springs and dashpots as the old one. Neither of the two may have maps. A list of pads is allowed only where
+    // SkinOptions::materials gave each pad its own. Throws Error::bad_input and changes nothing then.
     void set_material(const Material&, const Pads& = {});
 
-    // Returns what the state and the description tell: strain and indentation now (of the cells that sites read),
-    // times, ridges, the gain at rest and, of fields on a surface that is no map, now, and which of the last responses
-    // changed sign. Takes up to as long as making the skin did.
+    // Returns what is known of a pad. From its state: the greatest strain and indentation (with sites, of the cells
+    // that sites read). From the description: retardation times, cells per ridge and the gain at rest. Without sites,
+    // and unless the surface is a map, also the gain now and which of the last responses have changed sign. Takes up to
+    // as long as making the skin.
     Report report(int pad = 0) const;
 
     struct DERMIS_HIDDEN Impl;

@@ -16,8 +16,8 @@
 #ifdef __cplusplus
 namespace dermis {
 
-// The version of the library that runs. It differs from DERMIS_VERSION where a program was compiled with headers of
-// another version than that of the shared library it loads.
+// The version of the library that runs. It differs from DERMIS_VERSION where a program was compiled with the headers of
+// one version and loads the shared library of another.
 DERMIS_API const char* version() noexcept;
 
 // The commit that the library was built from, followed by "-dirty" if files had been changed since; "unknown" if the

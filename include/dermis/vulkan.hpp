@@ -21,18 +21,18 @@
 //   - reads constants, state_from, pressure_from and pressure_to;
 //   - writes state_to, response and, where a pressure is not finite, invalid;
 //   - writes coefficients into constants if the material varies or has several elements, and for pads
-//     (SkinOptions::count), with barriers of its own that order
-//     this after what earlier presses on the queue wrote and read there, and before what this one reads: presses of one
-//     program must then not run on two queues at once;
+//     (SkinOptions::count). Barriers of its own order this write after the accesses of earlier presses on the queue and
+//     before its own reads; so presses of one program must then not run on two queues at once;
 //   - clobbers the bound compute pipeline, every descriptor set of the compute bind point (another layout of set 0
 //     disturbs the sets behind it) and push constants. All other state of the command buffer stays.
 // Barriers are the host's:
-//   - first_access() is how a press first accesses its buffers: make what it reads available and visible to that.
-//   - last_access() is how it last accesses them: put a barrier from that between the press and whatever reads what it
-//     has written or writes what it reads. The next press does both.
+//   - first_access() gives the stages and accesses with which a press begins: make its inputs available and visible to
+//     them.
+//   - last_access() gives the stages and accesses with which a press ends: put a barrier from them between the press
+//     and every command that reads its results or overwrites its inputs. The next press does both.
 //   - All buffers belong to the queue family that runs the commands.
-//   - In a ring of k slots press n reads slot (n - 1) mod k and writes slot n mod k, which press n - k + 1 was the last
-//     to read: wait for that one before recording.
+//   - In a ring of k slots press n reads slot (n - 1) mod k and writes slot n mod k. The last press that read slot n
+//     mod k is press n - k + 1: wait for that press before recording press n.
 #pragma once
 
 #include <dermis/skin.hpp>
@@ -41,19 +41,20 @@
 
 namespace dermis::vulkan {
 
-// The requirements on a device, to be merged with those of the rest of the program. No feature is required, and no
-// limit beyond the least that Vulkan 1.1 allows, except for storage buffers.
+// What a press needs of a device, to be merged with the needs of the rest of the program. No feature is required, and
+// no limit beyond the minimum that Vulkan 1.1 guarantees, except for storage buffers.
 struct Requirements {
     uint32_t api_version = VK_API_VERSION_1_1;    // least version of instance and device
     uint32_t storage_buffers = 0;                 // least maxPerStageDescriptorStorageBuffers (Vulkan's least is 4)
-    std::vector<const char*> required_if_offered; // device extensions
-    // Device extensions: kernels then declare round-to-nearest-even, as they do if host and device have Vulkan 1.2.
+    std::vector<const char*> required_if_offered; // device extensions to be enabled where the device has them
+    // Optional device extensions: with them kernels declare rounding to nearest even, as they do on Vulkan 1.2 without
+    // them.
     std::vector<const char*> used_if_enabled;
-    std::vector<const char*> used_if_enabled_instance; // instance extensions: labels in the command buffer
+    std::vector<const char*> used_if_enabled_instance; // optional instance extensions: labels in the command buffer
 };
 DERMIS_API Requirements requirements();
 
-// The host's objects. They outlive the program, except for the extensions, which are copied.
+// The host's objects. They must outlive the program, except for the extensions, which are copied.
 struct Handles {
     VkInstance instance = VK_NULL_HANDLE;
     VkPhysicalDevice physical = VK_NULL_HANDLE;
@@ -65,7 +66,7 @@ struct Handles {
     VkPipelineCache cache = VK_NULL_HANDLE;
 };
 
-// Requirements on a range of a buffer, which the host creates.
+// What a range of a buffer must be; the host creates the buffer.
 struct Memory {
     VkDeviceSize bytes = 0;             // least size of the range
     VkDeviceSize alignment = 0;         // alignment of its offset in the buffer: minStorageBufferOffsetAlignment
@@ -75,23 +76,24 @@ struct Memory {
 
 struct MemoryNeeds {
     Memory constants; // one per program: curvature at rest, materials, sites. The host never changes it.
-    // Two or more per skin: a press reads one and writes another. Floats; with sites in the order of cells that is the
-    // program's own, else rows of pitch(), those of the planes of a row of cells one after another: of each element in
-    // series its strain, then the integral for SA2; each followed, if sums are compensated, by what it has lost to
-    // rounding; last the rate of a spring for FA2. Copies of a state and of pressure_to go on with the same bits, on
-    // every skin of the same description.
-    // The pads of a batch stand one after another, each with an equal part of the range.
+    // Two or more per skin: a press reads one and writes another. With sites, floats in an order of the program's own.
+    // Else each row of cells has its planes one after another, pitch() floats each: the strain of each element in
+    // series; the integral for SA2; last the rate of a spring for FA2. If sums are compensated, each strain and the
+    // integral is followed by a plane of what it has lost to rounding. A skin of the same description that is given
+    // copies of a state and of pressure_to goes on with the same bits. The pads of a batch follow one another, each
+    // with an equal part of the range.
     Memory state;
     // float, Pa, pushing is positive; pitch()*height for each pad, row 0 first: index = y*pitch() + x
     Memory pressure;
     Memory response; // float; see range()
-    Memory invalid;  // uint32_t: running count of cells of pressure_to, or of those that sites read, that were not
-                     // finite; such a pressure counts as 0. The host may clear it.
-    Memory check;    // see record_check
+    Memory invalid;  // uint32_t: a count, over all presses, of pressures in pressure_to that were not finite (with
+                     // sites, in cells that sites read). A press takes such a pressure as 0. The host may clear the
+                     // count.
+    Memory check;    // for record_check
 };
 
-// The memory of a press. Only pressure_from and pressure_to may be the same range (a pressure that is held) or overlap
-// others that are only read.
+// The memory of a press. No ranges may overlap, except that ranges that are only read may overlap each other, and that
+// pressure_from and pressure_to may be the same range: the pressure is then held.
 struct Buffers {
     VkDescriptorBufferInfo constants, state_from, state_to, pressure_from, pressure_to, response, invalid;
 };
@@ -117,7 +119,7 @@ struct Timestamps {
 
 // Whether a press was recorded.
 struct Recorded {
-    const char* refused = nullptr; // why it was not, or null
+    const char* refused = nullptr; // the reason why it was not recorded; null if it was
     operator bool() const noexcept { return !refused; }
 };
 
@@ -136,7 +138,8 @@ class DERMIS_API SkinProgram {
 
     // The ranges of memory that presses need.
     const MemoryNeeds& memory() const noexcept;
-    // Cells from row to row of pressures and fields: the width rounded up to 16, in a batch to 4.
+    // Cells from row to row of pressures and fields: the width rounded up to a multiple of 16, or of 4 in a batch of
+    // pads.
     int pitch() const noexcept;
     // The floats of one class (sa1 ..) within a response, pad by pad: a field of pitch()*height, row 0 first, or, if
     // the description has sites, one float per site of that class in the order given. count 0: not asked for.
@@ -148,7 +151,7 @@ class DERMIS_API SkinProgram {
     Access first_access() const noexcept;
     Access last_access() const noexcept;
 
-    // Makes a descriptor set of these ranges, each to VK_WHOLE_SIZE or with a size. Throws Error::bad_input if one is
+    // Makes a descriptor set of these ranges, each with a size or VK_WHOLE_SIZE. Throws Error::bad_input if one is
     // too small, misaligned, outside its buffer or overlaps another, or if max_bindings is reached.
     Binding bind(const Buffers&);
     // Records one press, of all pads. dt: s, finite, >= 0; 0 is a pause: the state is kept, and the next press starts
@@ -157,9 +160,10 @@ class DERMIS_API SkinProgram {
     //   - a coefficient of the step is beyond float;
     //   - the binding is not this program's.
     [[nodiscard]] Recorded record_press(VkCommandBuffer, Binding, double dt, const Timestamps& = {}) const noexcept;
-    // Records a press of some pads of a batch, whose numbers ascend, by one step (steps = 1) or by one for each. For
-    // the others it copies the state and, unless the pressure is held, the pressure; their responses stay as they are.
-    // Refuses, and records nothing, also if numbers do not ascend or there are not as many steps.
+    // Records a press of some pads of a batch; their numbers must ascend. steps: 1 for one dt of all these pads, or one
+    // for each. For the other pads the press copies the state and, unless the pressure is held, the pressure; their
+    // responses stay as they are. Refuses, and records nothing, also if the numbers do not ascend or the number of
+    // steps is wrong.
     [[nodiscard]] Recorded record_press(VkCommandBuffer, Binding, const Pads&, const double* dt, size_t steps,
                                         const Timestamps& = {}) const noexcept;
 
@@ -183,11 +187,11 @@ class DERMIS_API SkinProgram {
     std::unique_ptr<Impl> impl_;
 };
 
-// A trial of a host's own code before its first frame: two presses of known pressures, uploaded, bound and read back as
-// the host does with all others, and what the responses say of it.
+// Finds mistakes in a host's own code before its first frame. The host uploads two known pressures, presses them and
+// reads the responses back as it will do with every frame; the trial says what the responses show.
 //
 //     const dermis::vulkan::Trial trial(description, options);           // description and options of the program
-//     upload(trial.pressure(1)), press by Trial::dt, and the same of 2   // from a skin at rest
+//     upload(trial.pressure(1)), press by Trial::dt, and the same with pressure(2)   // from a skin at rest
 //     const std::string fault = trial.fault(program, 2, responses, bytes);
 class DERMIS_API Trial {
   public:
@@ -200,9 +204,10 @@ class DERMIS_API Trial {
 
     // The pressure at the end of press 1 or 2: width*height floats for each pad, row 0 first.
     const std::vector<float>& pressure(int press) const;
-    // Says what is wrong after press 1 or 2; empty if the responses have the CPU path's bits. It knows rows of pressure
-    // that are a width apart in place of a pitch, constants that were never uploaded, and states that were swapped.
-    // responses: the content of memory().response. Throws Error::bad_input if there are too few bytes.
+    // Says what is wrong after press 1 or 2; empty if the responses have the CPU path's bits. It recognizes rows of
+    // pressure that were written width numbers apart instead of pitch(), constants that were never uploaded, and states
+    // that were swapped. responses: the content of memory().response. Throws Error::bad_input if there are too few
+    // bytes.
     std::string fault(const SkinProgram&, int press, const void* responses, size_t bytes) const;
 
   private:

@@ -13,13 +13,14 @@
 namespace dermis::simd {
 namespace {
 
-// Cores that a quota per period is, both in microseconds; 0: no limit, which version 1 writes as -1, and 2 as "max".
+// The number of cores that a quota per period is, both in microseconds. 0: no limit, which version 1 of control groups
+// writes as -1 and version 2 as "max".
 int cores_of(double quota, double period) {
     if (!(quota > 0 && period > 0)) return 0;
     return int(std::clamp(std::ceil(quota / period), 1.0, 1e6));
 }
 
-// The limit of one group, a folder.
+// The limit of one control group, in cores; 0: none. group: its folder.
 int cores_of_group(const std::string& group) {
     double quota = 0, period = 0;
     if (std::ifstream max(group + "/cpu.max"); max >> quota >> period) return cores_of(quota, period);
@@ -30,8 +31,8 @@ int cores_of_group(const std::string& group) {
 
 int fewer(int a, int b) { return a == 0 || b == 0 ? std::max(a, b) : std::min(a, b); }
 
-// The least limit of a group and of those that it is in. In a container its path may be the host's: what of it is
-// not there limits nothing, and the root is the container's own.
+// The least limit of a group and of the groups around it. In a container the path may be the host's: folders of it that
+// do not exist limit nothing, and the root is the container's own group.
 int cores_of_path(const std::string& hierarchy, std::string path) {
     int least = 0;
     for (;;) {

@@ -6,7 +6,8 @@
 namespace dermis::scene {
 namespace {
 
-// Made before memory runs out. It is copied without an allocation.
+// The error of a failed allocation, made before memory runs out; a copy allocates nothing. Empty if it could not be
+// made.
 const std::optional<Error> reserved = []() -> std::optional<Error> {
     try {
         return Error(Error::Code::no_memory, "", "out of memory");

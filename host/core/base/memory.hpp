@@ -11,8 +11,8 @@ namespace dermis::scene {
 // Throws Error::no_memory with the message "out of memory" alone, and allocates nothing.
 [[noreturn]] void out_of_memory();
 
-// Throws Error::no_memory in place of the std::bad_alloc that is being handled. what: makes the words that say what
-// needed how much; where there is no memory for them the message goes without.
+// Throws Error::no_memory in place of the std::bad_alloc that is being handled. what: returns the words that say what
+// needed how much. If there is no memory for these words, the message goes without them.
 template <class What> [[noreturn]] void out_of_memory(What&& what) {
     try {
         throw Error(Error::Code::no_memory, "", std::string("out of memory: ") + what());

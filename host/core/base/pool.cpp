@@ -57,7 +57,7 @@ Pool::Pool(int threads) {
 }
 
 Pool::~Pool() {
-    if (!process_.calls()) { // whoever joined the threads would wait for ever
+    if (!process_.calls()) { // in the child of a fork: to join the threads would take for ever
         leave(threads_);
         return;
     }

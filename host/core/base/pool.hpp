@@ -11,19 +11,19 @@
 
 namespace dermis::simd {
 
-// The number of threads worth using: one per 32768 cells, at most as many as are asked for (0: one per core).
+// The number of threads worth using: one per 32768 cells, at most `asked` (0: one per core).
 int useful_threads(size_t cells, int asked);
 
-// Bytes of a core's second-level cache, as the system says; half a MiB where it does not.
+// The bytes of a core's second-level cache; half a MiB where the system does not say.
 size_t second_level_cache();
 
 constexpr size_t large_page = 2 << 20; // bytes, of most processors
 
-// Asks the system to back maps of many megabytes with large pages: they are read from end to end, and each small page
-// costs an address translation.
+// Asks the system to back a map of many megabytes with large pages. Maps are read from end to end, and each small page
+// would cost an address translation.
 void prefer_large_pages(void* memory, size_t bytes);
 
-// Returns a map of `cells` values in such pages.
+// Returns `cells` times a value, in large pages where the system grants them.
 template <class T> std::vector<T> map_of(size_t cells, T value) {
     std::vector<T> map;
     map.reserve(cells);
@@ -32,15 +32,15 @@ template <class T> std::vector<T> map_of(size_t cells, T value) {
     return map;
 }
 
-// Threads that share the work of a call. The calling thread takes part. Where a process has been forked, the child's
-// copy of a pool has no threads to share with.
+// Threads that share the work of a call. The calling thread takes part. After a fork, the child's copy of a pool has no
+// threads but the calling one.
 class Pool {
   public:
     explicit Pool(int threads);
     ~Pool();
     int threads() const { return int(threads_.size()) + 1; }
-    // Runs body(0) .. body(threads() - 1) concurrently and returns when all are done. Throws what the first one that
-    // failed has thrown, and Error::device in a child.
+    // Runs body(0) .. body(threads() - 1) concurrently and returns when all are done. Throws the exception of the first
+    // body that failed. In the child of a fork it throws Error::device, unless the pool has one thread.
     void each(const std::function<void(int)>& body);
     // Whether the body has thrown on some thread, after which the work of the others is in vain.
     bool failed() const { return failed_; }

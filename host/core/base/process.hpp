@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Which process threads and devices belong to: in a child that it forks the threads do not run, and a driver's do not
-// either, so that waiting for one would never end.
+// The process to which threads and devices belong. In a child that it forks, neither these threads nor the driver's
+// threads run, so that waiting for one would never end.
 #pragma once
 
 #include <new>
@@ -9,12 +9,12 @@
 
 namespace dermis::simd {
 
-// The process that makes something.
+// The process in which the object was made.
 class Process {
   public:
     Process();
-    bool calls() const; // whether it is the calling one
-    // Throws Error::device. what: what was opened, as "a device was".
+    bool calls() const; // whether it is the calling process
+    // Throws Error::device. what: the beginning of the message, such as "a device was".
     [[noreturn]] void refuse(const std::string& what) const;
 
   private:

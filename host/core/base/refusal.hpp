@@ -20,7 +20,7 @@ inline void need(bool ok, const char* parameter, double value, const std::string
     if (!ok) refuse(parameter, shortest(value), allowed);
 }
 inline void need(bool ok, const char* parameter, double value,
-                 const char* allowed) { // makes no string of what is right
+                 const char* allowed) { // makes no string where nothing is wrong
     if (!ok) refuse(parameter, shortest(value), allowed);
 }
 inline void need_positive(const char* parameter, double v) {

@@ -8,7 +8,7 @@ using Clock = std::chrono::steady_clock;
 
 thread_local Watch::State now;
 
-// What progress does is not watched, as a run of another scene.
+// Calls progress. If progress runs another scene, this watch does not watch that run.
 void call() {
     {
         const Watch::State running = now;

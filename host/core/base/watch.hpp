@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Calls a run's progress from wherever its time goes: steps, the planner's own steps, and passes over all cells.
+// Calls a run's progress from wherever the run spends its time: steps, the planner's own steps, and passes over all
+// cells.
 #pragma once
 
 #include <chrono>
@@ -14,7 +15,7 @@ class Watch {
     using Progress = std::function<void(double)>;
     struct State {
         const Progress* progress = nullptr;
-        double done = 0; // the fraction of the run
+        double done = 0; // the fraction of the run that is done
         std::chrono::steady_clock::time_point last{};
     };
 
@@ -27,11 +28,11 @@ class Watch {
     const State outer_;
 };
 
-// Calls progress if a tenth of a second has passed since its last call. What it throws ends the run. For loops whose
-// turns take less than that, as of steps or rows. On a thread without a Watch it does nothing.
+// Calls progress if a tenth of a second has passed since its last call. What it throws ends the run. For loops over
+// steps or rows, each of which takes less than that. On a thread without a Watch it does nothing.
 void look();
 
-// Takes down how far the run is. tell: whether progress is called now.
+// Notes the fraction of the run that is done. tell: whether progress is called now.
 void reach(double done, bool tell);
 
 } // namespace dermis::scene

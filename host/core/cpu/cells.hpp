@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// The state of every cell and the pass over it that takes one step, or a batch of steps, in K = f32 or f64. No cell
-// needs its neighbours' past: a band of rows takes all steps of a batch while it is in a cache, and carries for itself
-// the strain of rows outside it that its own rows read. Rows are stepped in place; responses follow as far behind as
-// the stencil reaches.
+// The state of every cell and the pass over it that takes one step, or a batch of steps, in K = f32 or f64. The strain
+// of a cell does not depend on its neighbours: a band of rows can take all steps of a batch while it is in a cache. It
+// steps copies of the rows outside it that the stencils of its own rows read. Rows are stepped in place; a row responds
+// once the rows that its stencil reads have been stepped.
 #pragma once
 
 #include "host/core/cpu/planes.hpp"
@@ -24,7 +24,8 @@ template <class K> struct CellsPress {
     using real = typename K::real;
     const typename K::Constants& constants;
     const typename K::Coefficients* table; // the coefficients of each element, where there are several
-    // Null where `table` serves. Else it writes the coefficients of all cells of row y: each cell has its own.
+    // Null where `table` holds all coefficients. Else it writes the coefficients of all cells of row y, each cell its
+    // own.
     const std::function<void(int y, typename K::Coefficients* row)>* fill_row = nullptr;
     const real *pressure, *pressure_to; // pressure_to is null without frames
     const real* rest_curvature;
@@ -32,18 +33,18 @@ template <class K> struct CellsPress {
     std::array<real*, RESPONSE_MAPS> response{}; // null: not wanted
     size_t response_pitch;                       // cells from row to row of a response
     std::array<typename K::Summary*, REDUCED_MAPS> tiles{}; // null: not wanted
-    double* points = nullptr; // values in the points of quantities that are summarized, [quantity][point]
+    double* points = nullptr; // [quantity][point], of quantities that are summarized; null: not wanted
 };
 
-// The places of planes behind those of a state: the first of a worker's signals, the rest curvature's, and the first
-// that is left for responses.
+// The `place`s of planes (see Plane) that follow a state's planes: of a worker's first signal, of the rest curvature,
+// and of the first response.
 inline int signal_place(const plan::Chain& chain) {
     return 2 * (int(chain.elements()) + 1) + (chain.length > 1 ? 2 : 0);
 }
 inline int rest_place(const plan::Chain& chain) { return signal_place(chain) + 3 * STEP_SIGNALS + 1; }
 inline int response_place(const plan::Chain& chain) { return rest_place(chain) + 1; }
 
-// The cells whose values are read, by rows.
+// The points: cells whose values are read. They are found by row.
 class PointsOfRows {
   public:
     struct Point {
@@ -59,7 +60,7 @@ class PointsOfRows {
         return {std::ranges::lower_bound(points_, y, {}, &Point::y),
                 std::ranges::upper_bound(points_, y, {}, &Point::y)};
     }
-    // The first row from y on that has one; `none` where there is none.
+    // The first row from y on that has a point; `none` if no row has.
     int next(int y, int none) const {
         const auto point = std::ranges::lower_bound(points_, y, {}, &Point::y);
         return point == points_.end() ? none : point->y;
@@ -69,11 +70,11 @@ class PointsOfRows {
     std::vector<Point> points_;
 };
 
-// Rows first .. last - 1, and the strain of rows outside that their stencils read.
+// Rows first .. last - 1, and copies of the strain of rows outside the band that the stencils of its rows read.
 template <class real> struct Band {
     struct Outside {
         int row;
-        State<real> state; // of that row; nobody reads its integral
+        State<real> state; // of that row; its integral is never read
     };
     int first, last;
     std::vector<Outside> outside;
@@ -91,7 +92,7 @@ template <class K> struct Worker {
     std::array<Plane<real>, 5> strain; // the strain of row y, at y % 5, where the state does not hold the strain
     std::array<Plane<real>, STEP_SIGNALS> unused;
     std::array<State<real>, 8> peeked; // states of rows outside the band, at the end of a step that is not kept
-    std::array<Plane<real>, RESPONSE_MAPS> answered;    // the responses of a row of which points are read
+    std::array<Plane<real>, RESPONSE_MAPS> answered;    // the responses of a row that has points
     std::vector<typename K::Coefficients> coefficients; // the coefficients of a row's cells
 };
 
@@ -125,8 +126,9 @@ template <class K> class Cells {
         }
     }
 
-    // Takes presses in order. changed: for each of them what changed in some cell, simd::strain_changed and
-    // simd::integral_changed; without sums it may say more. One press alone allocates nothing.
+    // Takes presses in order. changed: for each press the bits simd::strain_changed and simd::integral_changed, set
+    // where the sum of some cell changed; where no sums of responses are asked for, they may be set without need. A
+    // single press allocates nothing.
     void press(std::span<const Press> presses, std::span<int> changed) {
         if (presses.front().fill_row && column_.empty()) prepare_rows();
         for (const Press& p : presses)
@@ -143,7 +145,7 @@ template <class K> class Cells {
         }
     }
 
-    // The strain that the last press made; the variant keeps it.
+    // The strain of every cell after the last press. Only for a single element, or a variant that keeps the strain.
     const real* strain() const { return visible_->strain(); }
 
     void rest() { state_.rest(); }
@@ -173,9 +175,9 @@ template <class K> class Cells {
         return {size_t(pitch_), shape};
     }
 
-    // Whether responses go past the caches: these would not hold them until somebody reads them.
+    // Whether responses are stored past the caches, which are too small to hold them until somebody reads them.
     bool streams(const Press& press) const {
-        constexpr size_t held = 2 << 20; // bytes; measured: up to there a store past them costs more
+        constexpr size_t held = 2 << 20; // bytes; measured: up to here a store past the caches costs more
         return press.response_pitch % PITCH_CELLS == 0 &&
                press.response_pitch * size_t(height_) * RESPONSE_MAPS * sizeof(real) > held;
     }
@@ -187,7 +189,7 @@ template <class K> class Cells {
         });
     }
 
-    // Whether the cells' strain is that of several elements, and only of as many rows as the stencil reads.
+    // Whether a cell's strain is a sum of several elements that is kept only for the rows that a stencil reads.
     bool rolls() const { return variant_.chain.length > 1 && !variant_.keeps_strain; }
 
     int first_column() const { return pressed_.first_column(); }
@@ -207,11 +209,11 @@ template <class K> class Cells {
         std::atomic<int> next; // the first band that no thread has taken
     };
 
-    // The state that a press makes.
+    // The state that a press writes.
     State<real>& stepped(const Press& press) { return press.keep ? state_ : scratch_; }
 
-    // Returns a number of bands with which a step of one reads and writes three quarters of the second-level cache, and
-    // threads end together.
+    // Returns the number of bands of a batch: a step of one band reads and writes three quarters of the second-level
+    // cache, and every thread gets the same number of bands, so that threads end together.
     int count_of_bands() const {
         const size_t sums = variant_.chain.elements() + 1,
                      planes = (variant_.compensated ? 2 : 1) * sums + variant_.keeps_strain + (variant_.framed ? 3 : 2);
@@ -241,7 +243,7 @@ template <class K> class Cells {
         return all;
     }
 
-    // Whether the new strain of row i is at hand by the time that row y of the band responds.
+    // Whether the new strain of row i has been computed, and is still held, when row y of the band responds.
     bool ready(const Band<real>& band, int i, int y) const {
         const int reach = K::reach(variant_.stencil);
         if (!is_pressed(i)) return true;
@@ -334,7 +336,7 @@ template <class K> class Cells {
                        press.constants);
     }
 
-    // The place of row y's strain where no state holds it.
+    // Where the strain of row y stands if no state holds it.
     real* rolled(const Worker<K>& worker, int y) const { return worker.strain[size_t(y % 5)].data(); }
 
     void read_points(const Press& press, const simd::RespondArguments<K>& r, int y) const {
@@ -419,10 +421,10 @@ template <class K> class Cells {
     const simd::Loops<K>& loops_;
     std::barrier<> barrier_;
     State<real> state_, scratch_;    // scratch_: of steps that are not kept
-    State<real>* visible_ = &state_; // what the last press made
+    State<real>* visible_ = &state_; // the state that the last press wrote
     const Plane<real> resting_row_;
-    std::vector<int> column_;                // 0, 1 .. where rows are filled with coefficients
-    std::vector<Band<real>> shares_, bands_; // of one press, a band for each thread; of batches
+    std::vector<int> column_;                // the index of each cell's first coefficients in a row of them
+    std::vector<Band<real>> shares_, bands_; // a band for each thread, of a single press; bands of a batch
     std::vector<Worker<K>> workers_;
 };
 

@@ -13,8 +13,8 @@ size_t padded(size_t cells) { return (cells + PITCH_CELLS - 1) / PITCH_CELLS * P
 
 } // namespace
 
-// Measured on 240 x 320 and 20 x 25 cells: a listed cell costs what a cell of a field does, a receptor that reads its
-// stencil two; the factor is where both ways take as long.
+// Measured on 240 x 320 and 20 x 25 cells: a listed cell costs as much as a cell of a field, and a receptor that reads
+// its stencil as much as two; with this factor both ways take equally long.
 bool PadCells::sparse(const plan::PreparedSkin& skin, const plan::SiteCells& cells, int threads) {
     return double(cells.cells.size() + 2 * cells.points.size()) * threads < 0.9 * double(skin.cells());
 }
@@ -85,7 +85,7 @@ void PadCells::press(int thread, int pad, const Press& p) {
     for (size_t s = 0; s < STEP_SIGNALS; ++s) a.signal[s] = worker.signals[s].data();
     loops_.advance(a, c);
     if (!of_cells_) return answer(worker, row, p, c);
-    float* strain = worker.strain.data(); // a chain's stands here already
+    float* strain = worker.strain.data(); // the strain of a chain is here already
     if (variant_.chain.length == 1) std::copy_n(row.strain, cells_, strain);
     strain[cells_] = 0;
     of_cells_->read(strain, signals_of(worker, row, strain, 0), c, p.response);

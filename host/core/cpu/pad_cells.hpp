@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The states of pads alike, and the press of one, in f32. To the loops a pad is one long row: its cells, or those that
-// its sites read, stand one after another, so that narrow rows cost no more than wide ones.
+// The states of pads, skins of one description, and the press of one pad, in f32. The loops see a pad as one long row:
+// all its cells, or only the cells that its sites read, one after another. Narrow rows then cost no more than wide
+// ones.
 #pragma once
 
 #include "host/core/cpu/planes.hpp"
@@ -13,18 +14,19 @@ class PadCells {
   public:
     PadCells(const plan::StreamedSkin&, int threads, const simd::Isa&);
 
-    // Whether a skin's sites read so few cells that only these cells are stepped, on one thread. threads: how many
-    // would step all cells.
+    // Whether a skin's sites read so few cells that it is faster to step only these cells, on one thread. threads: the
+    // number of threads that would step all cells.
     static bool sparse(const plan::PreparedSkin&, const plan::SiteCells&, int threads);
 
-    // The cells of a pad that are stepped; numbers from pad to pad of a pressure, which are cells and padding.
+    // cells(): the cells of a pad that are stepped. pitch(): numbers from pad to pad of a pressure, which are cells and
+    // padding.
     size_t cells() const { return cells_; }
     size_t pitch() const { return pitch_; }
     // The cells of a frame that are stepped; empty: all of them.
     const std::vector<size_t>& read_cells() const { return read_; }
     // The number of cells that a saved state holds: all cells, or where there are sites the cells that sites read.
     size_t held() const { return held_.empty() ? cells_ : held_.size(); }
-    // The elements in series that are stepped, of a pad without its own.
+    // The elements in series of the cells that are stepped, for a pad without elements of its own.
     const std::vector<plan::Element>& elements() const { return elements_; }
 
     struct Press {
@@ -32,7 +34,7 @@ class PadCells {
         const f32::Coefficients* table;
         std::array<float*, RESPONSE_MAPS> response; // null: not asked for
     };
-    // Presses a pad on one of the threads, each of which has a number.
+    // Presses a pad. thread: the number of the calling thread, 0 .. threads - 1.
     void press(int thread, int pad, const Press&);
 
     void rest(int pad);
@@ -41,14 +43,14 @@ class PadCells {
     void load(int pad, const char* planes);
 
   private:
-    // Rows of which every cell reads at the same distances, or one row near an edge.
+    // Rows in which every cell reads its neighbours at the same distances, or one row near an edge.
     struct RowGroup {
         int first, rows;
     };
     struct Worker {
         std::array<Plane<float>, STEP_SIGNALS> signals;
         Plane<float> strain, along;                     // of chains, the sum of its elements; second differences
-        std::array<Plane<float>, RESPONSE_MAPS> fields; // of which sites are read
+        std::array<Plane<float>, RESPONSE_MAPS> fields; // fields from which sites are read
     };
 
     void find_row_groups();

@@ -13,7 +13,7 @@ using plan::StreamedSkin;
 
 namespace {
 
-// Pads alike, or a skin of short rows or few sites as one: a thread takes whole pads.
+// A batch of pads, or a single skin with short rows or few sites. Each thread takes whole pads.
 class PadStream : public plan::Stream {
   public:
     PadStream(const StreamedSkin& s, int threads, const simd::Isa& isa)
@@ -74,7 +74,7 @@ class PadStream : public plan::Stream {
     struct Pad {
         int from = 0;              // the side of the pressure that the next press starts from
         bool rests = true;         // nothing has ever pressed it
-        bool stays_at_rest = true; // nor does the pressure that was taken last
+        bool stays_at_rest = true; // the pressure that was taken last does not press it either
     };
     struct Job {
         PadStream& self;
@@ -159,7 +159,7 @@ class PadStream : public plan::Stream {
     const std::array<size_t, RESPONSE_MAPS> counts_;
     plan::StepTables tables_;
     std::vector<Pad> pad_;
-    std::vector<float> pressure_[2], whole_[2]; // of the cells that are stepped; the frames of sites, whole
+    std::vector<float> pressure_[2], whole_[2]; // of the cells that are stepped; of whole frames, with sites
     std::array<std::vector<float>, RESPONSE_MAPS> response_;
 };
 

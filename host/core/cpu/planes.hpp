@@ -13,9 +13,10 @@
 
 namespace dermis::cpu {
 
-// Values that begin at a cache line, and so do their rows; those of more than a large page begin in one, because at
-// random small pages a step of 4096 x 4096 cells takes up to a quarter longer. Planes that are walked side by side have
-// different `place`s: all beginning at the same bits of an address they would compete for the same lines of a cache.
+// One number per cell. The plane and each of its rows begin at a cache line. A plane of more than a large page begins
+// at a large page, because at random small pages a step of 4096 x 4096 cells takes up to a quarter longer. Planes that
+// are walked side by side have different `place`s: if all began at the same bits of an address, they would compete for
+// the same lines of a cache.
 template <class real> class Plane {
   public:
     Plane() = default;
@@ -73,7 +74,7 @@ template <class real> class State {
         row.rate = rate_.row(y, pitch);
         return row;
     }
-    // Takes over the strains of a row of another state of so many cells.
+    // Copies the strains of a row of another state, of `cells` cells.
     void take_strains(const simd::StateRow<real>& from, size_t cells) {
         const simd::StateRow<real> to = row(0, 0);
         for (size_t e = 0; e < shape_.elements; ++e) {
@@ -97,7 +98,7 @@ template <class real> class State {
         for (Plane<real>* plane : {&value_[0], &value_[1], &lost_[0], &lost_[1], &strain_, &rate_}) plane->clear();
     }
 
-    // The same in one row.
+    // Sets one row to rest.
     void rest_row(int y, int pitch) {
         const auto clear = [&](real* row) {
             if (row) std::fill_n(row, pitch, real(0));

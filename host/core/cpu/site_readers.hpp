@@ -27,8 +27,8 @@ class SitesOfFields {
     std::array<std::vector<size_t>, RESPONSE_MAPS> cells_;
 };
 
-// Answers from the strain and the signals of the cells in SiteCells, in their order. The strain has one cell more, at
-// rest.
+// Computes the responses of sites from the strain and the signals of the cells in SiteCells, in their order. strain has
+// one number more, 0: the strain of cells at rest.
 class SitesOfCells {
   public:
     SitesOfCells(const plan::PreparedSkin& skin, const plan::SiteCells& cells) : stencil_(skin.stencil) {

@@ -94,7 +94,7 @@ namespace {
 
 using Responses = std::array<float*, RESPONSE_MAPS>;
 
-// One skin, whose rows are shared among threads.
+// One skin. Threads share its rows.
 class SkinStream : public plan::Stream {
   public:
     SkinStream(const StreamedSkin& skin, int threads, const simd::Isa& isa)
@@ -188,12 +188,12 @@ class SkinStream : public plan::Stream {
     std::array<Plane<float>, RESPONSE_MAPS> fields_, felt_; // of cells, and of sites
     const size_t width_, pitch_, cells_, planes_;
     std::optional<SitesOfFields> sites_;
-    std::vector<size_t> held_; // the cells that sites read, where there are sites: of these a state is saved
+    std::vector<size_t> held_; // the cells that sites read, of which a state is saved; empty without sites
     float* field_[RESPONSE_MAPS]{};
     Responses response_{};
 };
 
-// Whether a single skin is pressed like pads: on one thread, at less cost for the rows or sites that it has.
+// Whether a single skin is cheaper to press as one pad on one thread: its rows are short, or its sites few.
 bool as_pads(const StreamedSkin& s, int threads) {
     const plan::PreparedSkin& skin = s.skin;
     const std::vector<Site>& sites = skin.description.sites;

@@ -19,10 +19,9 @@ void check_sites(const SkinDescription&);
 // Refuses a map that has another size than the grid or holds a number that is not finite.
 void need_map(const char* parameter, const Map&, const Grid&);
 
-// Checks modulus and viscosity of every cell. asked_fa2: whether FA2 has to be defined, with receptors.fa2 as it
-// stands.
+// What survey_material() finds out while it checks the modulus and viscosity of every cell.
 struct MaterialSurvey {
-    std::optional<size_t> elastic; // the last cell without viscosity, or in series with an element without it
+    std::optional<size_t> elastic; // the last cell with an element without viscosity, other than `spring`
     bool spring = false;           // all cells have a spring in series with other elements
     size_t stiffest = 0;           // the cell of the greatest modulus/viscosity
     bool maps = false;             // cells differ
@@ -35,7 +34,7 @@ MaterialSurvey survey_material(const SkinDescription&);
 // Refuses FA2 as a density where some cell has no viscosity.
 void check_fa2_density(const SkinDescription&, const MaterialSurvey&);
 
-// Fills the defaults of stencil and edges in, and checks them and the receptors.
+// Fills in the defaults of stencil and edges, and checks them and the receptors.
 void check_curvature_and_receptors(SkinDescription&);
 
 // Refuses the spring of elements in series.

@@ -7,8 +7,8 @@
 
 namespace dermis::scene {
 
-// Checks the parameters of a skin that is pressed frame by frame and asked for these responses, and fills every default
-// in, but for the material's (element_at()); FA2 is by default the mean over a step. Throws Error::bad_input.
+// Checks the parameters of a skin that is pressed frame by frame and asked for these responses. Fills in every default,
+// except the material's (element_at()); FA2 is by default the mean over a step. Throws Error::bad_input.
 SkinDescription validate_skin(const SkinDescription&, const std::vector<Quantity>& asked);
 
 // Checks the elements of another material for a skin that is validated. Throws Error::bad_input.
@@ -22,7 +22,7 @@ Map surface_heights(const SkinDescription&, int threads);
 // Returns the wavelength of the ridges in cells; infinite for a surface without ridges of its own.
 double cells_per_ridge(const SkinDescription&);
 
-// The classes of receptors, which are the responses, each with its place in Density.
+// The classes of receptors, which are the responses, each with its member of Density.
 struct ReceptorClass {
     Quantity type;
     double Density::*density;

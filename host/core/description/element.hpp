@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The Kelvin-Voigt element: what a cell's material is made of, and how that answers a stress. Only this file, the
-// checks of a material and the coefficients of a step take an element apart.
+// The Kelvin-Voigt element: what a cell's material is made of, and how it answers a stress. Only this file, the checks
+// of a material and the coefficients of a step read the members of an element.
 #pragma once
 
 #include "dermis/description.hpp"
@@ -20,7 +20,7 @@ struct Element {
 inline bool is_elastic(const Element& m) { return m.viscosity == 0; }
 // dt/tau, where tau is the retardation time viscosity/modulus; infinity where the element is elastic.
 inline double z_of(const Element& m, double dt) { return is_elastic(m) ? INFINITY : m.modulus * dt / m.viscosity; }
-// Returns the strain that a constant stress leads to, as long as it is held; infinity without a spring.
+// Returns the strain that a constant stress leads to in the end; infinity without a spring.
 inline double final_strain(const Element& m, double stress) { return stress / m.modulus; }
 // Returns the rate of the strain at a stress and a strain; the element has a dashpot.
 inline double strain_rate(const Element& m, double stress, double strain = 0) {
@@ -36,17 +36,17 @@ inline double strain_after(const Element& m, double stress, double T) {
     return is_elastic(m) ? final_strain(m, stress) : final_strain(m, -std::expm1(-z_of(m, T)) * stress);
 }
 
-// The modulus, or the viscosity, of two in series.
+// The modulus of two springs in series, or the viscosity of two dashpots in series.
 inline double in_series(double a, double b) { return 1 / (1 / a + 1 / b); }
 inline Element spring_of(const Element& m) { return {.modulus = m.modulus, .viscosity = 0}; }
-// The springs of two elements in series, without their dashpots, and the other way round.
+// The springs of two elements in series without their dashpots, or the dashpots without the springs, as one element.
 inline Element sum_of_springs(const Element& a, const Element& b) {
     return {.modulus = in_series(a.modulus, b.modulus), .viscosity = 0};
 }
 inline Element sum_of_dashpots(const Element& a, const Element& b) {
     return {.modulus = 0, .viscosity = in_series(a.viscosity, b.viscosity)};
 }
-// The element of the same final strain as two in series, whose retardation time is the mean weighted by that strain.
+// One element with the final strain of two in series. Its retardation time is their mean, weighted by final strain.
 inline Element merged(const Element& a, const Element& b) {
     const double modulus = in_series(a.modulus, b.modulus);
     const double tau = modulus * (a.viscosity / a.modulus / a.modulus + b.viscosity / b.modulus / b.modulus);
@@ -60,8 +60,8 @@ inline bool is_finite(const Element& m) {
 // The published study's element, which a material in a scene without units has by default.
 inline constexpr Element study_element{.modulus = 1.54, .viscosity = 1};
 
-// Returns what an element's strain is inversely proportional to at a given retardation time: its modulus, or if that is
-// 0 its viscosity.
+// Returns the number to which an element's strain is inversely proportional at a given retardation time: its modulus,
+// or, where the modulus is 0, its viscosity.
 inline double resistance(const Element& m) { return m.modulus > 0 ? m.modulus : m.viscosity; }
 
 constexpr size_t most_in_series = 10; // elements of a cell, spring and dashpot included
@@ -82,8 +82,8 @@ inline std::vector<KelvinVoigt> listed(const std::vector<Element>& chain) {
     return elements;
 }
 
-// Gives `to` these elements in series, of which those without a viscosity are springs and those without a modulus
-// dashpots.
+// Gives `to` these elements in series. The first one without a viscosity becomes the spring, the first one without a
+// modulus the dashpot.
 inline void take_chain(Material& to, const std::vector<KelvinVoigt>& chain) {
     to.elements.clear();
     to.spring.reset();
@@ -109,12 +109,12 @@ inline bool is_uniform(const Material& m) {
            std::all_of(m.elements.begin(), m.elements.end(), [](const KelvinVoigt& e) { return is_uniform(e); });
 }
 
-// The elements of a cell in series: those that have a dashpot in some cell, then one spring for all others, whose
-// compliances add up.
+// The elements of one cell in series: first the elements that have a dashpot in some cell of the skin, then one spring
+// in place of all others; its compliance is the sum of theirs.
 struct Series {
     std::array<Element, most_in_series> elements;
     size_t length = 0;
-    bool ends_in_spring = false; // behind other elements
+    bool ends_in_spring = false; // the last element is this spring, behind others
 };
 
 inline Series series_at(const Material& m, size_t cell) {
@@ -149,7 +149,7 @@ inline bool has_spring(const Material& m) {
     return std::any_of(chain.begin(), chain.end(), is_elastic);
 }
 
-// Gives `to` the elements of another material; its lengths stay.
+// Gives `to` the elements of another material; its thickness and curvature length stay.
 inline void take_elements(Material& to, const Material& from) {
     to.modulus = from.modulus;
     to.viscosity = from.viscosity;

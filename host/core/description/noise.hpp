@@ -6,13 +6,13 @@
 
 namespace dermis::scene {
 
-// Perlin's improved gradient noise in two dimensions: four octaves, values of about -1..1. What depends on the column
-// alone is computed once.
+// Perlin's improved gradient noise in two dimensions: four octaves, values of about -1..1. Whatever depends on the
+// column alone is computed once.
 class Noise {
   public:
     // length: cells between the lattice points of the first octave.
     Noise(int width, double length);
-    // Computes the noise of the cells of row y. values: of all columns, given as 0.
+    // Computes the noise of the cells of row y. values: one per column, 0 before the call.
     void row(int y, double* values) const;
 
   private:
@@ -22,10 +22,10 @@ class Noise {
         int point;
         double offset, weight;
     };
-    // Columns with one lattice point before them. The last is exclusive.
+    // Columns first .. last - 1, which have the same lattice point before them.
     struct Span {
         int first, last, point;
-        bool below_one; // every weight
+        bool below_one; // every weight is below 1
     };
     struct Octave {
         std::vector<double> offset, weight; // of each column's Place

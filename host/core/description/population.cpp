@@ -10,8 +10,8 @@
 namespace dermis {
 namespace {
 
-// The generator SplitMix64 of Steele, Lea and Flood (2014). It draws the same cells with every compiler, as the
-// standard library's distributions do not.
+// The generator SplitMix64 of Steele, Lea and Flood (2014). It draws the same cells with every compiler; distributions
+// of the standard library would not.
 struct SplitMix64 {
     uint64_t state;
     uint64_t next() {

@@ -23,7 +23,7 @@ class Ridges {
         if (*surface_.noise != 0) noise_.emplace(width_, *surface_.noise_length);
     }
 
-    // heights: of the columns of row y, given as 0.
+    // Computes the heights of row y. heights: one per column, 0 before the call.
     void row(int y, double* heights) const {
         if (noise_) noise_->row(y, heights);
         const double noise = *surface_.noise;

@@ -54,7 +54,7 @@ void check_chain(const Material& m, const Grid& grid) {
     if (m.dashpot) need_positive("material.dashpot", *m.dashpot);
 }
 
-// Surveys elements in series that are checked.
+// Surveys elements in series that have been checked.
 void survey_chain(const SkinDescription& s, MaterialSurvey& survey) {
     survey.chain = true;
     survey.maps = !is_uniform(s.material);

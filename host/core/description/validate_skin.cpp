@@ -12,7 +12,7 @@ namespace {
 
 bool is_inside(Cell c, const Grid& g) { return c.x >= 0 && c.y >= 0 && c.x < g.width && c.y < g.height; }
 
-// Turns a ridge_period into the number of ridges that has it.
+// Replaces a ridge_period by the number of ridges with this period.
 void take_ridge_period(SkinDescription& s) {
     Surface& f = s.surface;
     if (!f.ridge_period) return;
@@ -80,7 +80,7 @@ void check_sites(const SkinDescription& s) {
     for (size_t i = 0; i < s.sites.size(); ++i) {
         const Site& site = s.sites[i];
         if (is_inside(site.cell, s.grid) && is_receptor_class(site.type)) continue;
-        const std::string parameter = "sites[" + std::to_string(i) + "]"; // only here: there may be millions
+        const std::string parameter = "sites[" + std::to_string(i) + "]"; // not before: there may be millions of sites
         need_inside(parameter, site.cell, s.grid);
         refuse(parameter, std::string("\"") + name(site.type) + "\"", receptor_class_names());
     }

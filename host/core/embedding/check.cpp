@@ -122,7 +122,7 @@ std::vector<std::vector<float>> SampleStream::expected(const std::vector<std::ve
     const size_t width = size_t(streamed_.skin.width()), pitch = size_t(streamed_.skin.pitch),
                  row = streamed_.skin.description.sites.empty() ? width : 0; // of responses
     std::vector<std::vector<float>> all;
-    for (size_t i = 1; i < pressures.size(); ++i) { // the first one is that of a skin at rest
+    for (size_t i = 1; i < pressures.size(); ++i) { // the first pressure is that at rest
         const plan::PadList pads{.count = size_t(streamed_.pads)};
         (void)stream->take(pads, frame(pressures[i]).data());
         (void)stream->press(pads, {&dt});

@@ -8,7 +8,8 @@
 
 namespace dermis {
 
-// The skin of every test: of odd size, its maps noise from below the flush limit to about 1. chain: its elements.
+// The skin of every test. Its size is odd; its maps are noise from below the flush limit to about 1. chain: its
+// elements.
 SkinDescription sample_skin(Stencil, Edges, bool materials, const plan::Chain&);
 Map sample_pressure(); // Pa
 

@@ -124,7 +124,7 @@ bool SkinRunner::take(const plan::PadList& pads, const float* pressures) {
     return finite;
 }
 
-// Lists the pads to press in ascending order, those left out that stay at rest.
+// Lists the pads to press in ascending order, without pads that stay at rest.
 void SkinRunner::sort(const plan::PadList& pads, const plan::StepLengths& dt) {
     listed_.clear();
     for (size_t i = 0; i < pads.count; ++i)
@@ -157,7 +157,7 @@ const double* SkinRunner::press(const plan::PadList& all, const plan::StepLength
     });
     recording_.barrier();
     const plan::StepLengths steps{.dt = steps_.data(), .each = dt.each};
-    if (!record_press(program_, recording_, bindings_[from_], pads, steps)) return &dt[0]; // gives the recording up
+    if (!record_press(program_, recording_, bindings_[from_], pads, steps)) return &dt[0]; // begin() drops it
     recording_.barrier();
     const VkBufferCopy out{0, 0, program_.memory().response.bytes};
     vk.vkCmdCopyBuffer(commands, response_.handle(), download_.handle(), 1, &out);
@@ -205,7 +205,7 @@ void SkinRunner::reset(const plan::PadList& pads) {
     each_response(pads, [&](VkDeviceSize first, VkDeviceSize bytes) { clear(response_, first, bytes); });
     recording_.barrier();
     recording_.submit();
-    // After the submission: where that fails, nothing has happened.
+    // Only after the submission: if that fails, nothing has changed.
     each_response(pads, [&](VkDeviceSize first, VkDeviceSize bytes) {
         std::memset(static_cast<char*>(download_.data()) + first, 0, bytes);
     });

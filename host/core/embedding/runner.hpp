@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A streamed skin on the library's own device: a SkinProgram, with memory and submissions as an embedding host has
-// them.
+// A streamed skin on the library's own device: a SkinProgram with memory and submissions of its own, as an embedding
+// host would have them.
 #pragma once
 
 #include "dermis/vulkan.hpp"
@@ -25,10 +25,11 @@ class SkinRunner : public plan::Stream {
   private:
     Buffer buffer(const Memory&, Buffer::Location);
     void fill(Buffer&, const Memory&);
-    // Calls f(number of a state on the device, number of a saved one) for each run of neighbouring numbers, whose
-    // length is the third argument.
+    // Calls f(there, here, n) for each run of n neighbouring numbers of a state. there: index of its first number on
+    // the device; here: index in a saved state.
     template <class F> void each_run(F f) const;
-    // Calls f(first byte, bytes) for each run of neighbouring pads of a list among the parts of a buffer, one for each.
+    // Calls f(first byte, bytes) for each run of neighbouring pads of a list. bytes: the size of one pad's part of a
+    // buffer.
     template <class F> void each_part(const plan::PadList&, VkDeviceSize bytes, F f) const;
     bool passes_check();
     void sort(const plan::PadList&, const plan::StepLengths&);
@@ -49,7 +50,7 @@ class SkinRunner : public plan::Stream {
     plan::StepTables tables_;
     struct Pad {
         bool rests = true;         // nothing has ever pressed it
-        bool stays_at_rest = true; // nor does the pressure that was taken last
+        bool stays_at_rest = true; // the pressure that was taken last does not press it either
     };
     std::vector<Pad> pad_;
     std::vector<std::pair<int, double>> listed_; // pads to press and their steps, ascending

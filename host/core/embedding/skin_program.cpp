@@ -129,7 +129,7 @@ struct SkinProgram::Impl {
           labels(labels_of(h)) {
         make_check();
     }
-    // Uses the pipelines of a context, whose check is made where it is needed.
+    // Uses the pipelines of a context. The check is made by make_check(), where it is needed.
     Impl(Pipelines& shared, const Handles& h, plan::StreamedSkin&& skin, uint32_t most)
         : pipelines(shared), recorder(pipelines, std::move(skin), most), max_bindings(most), needs(recorder.needs()),
           labels(labels_of(h)) {}
@@ -141,7 +141,7 @@ struct SkinProgram::Impl {
 
     bool batch() const { return recorder.skin().pads > 1; }
     bool ascend(const Pads&) const noexcept;
-    // own: see PressKernel; it throws nothing where that is null.
+    // own: see PressKernel::record(); if it is null, nothing is thrown.
     Recorded record(VkCommandBuffer, Binding, const Recorder::Press&, const Timestamps&,
                     Recording* own = nullptr) const;
     void check_range(const char* name, const VkDescriptorBufferInfo&, const Memory&) const;
@@ -163,7 +163,7 @@ struct SkinProgram::Impl {
     Labels labels;
 };
 
-// Makes a program of a skin that the library has prepared.
+// Makes a program for a skin that the library has prepared.
 struct Internal {
     static SkinProgram make(const Handles& handles, plan::StreamedSkin&& skin, uint32_t max_bindings) {
         const DefaultFloats guard;

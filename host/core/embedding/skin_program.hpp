@@ -7,11 +7,11 @@
 
 namespace dermis::vulkan {
 
-// Makes a SkinProgram of a skin that is prepared already, with the pipelines of a context and without its check.
+// Makes a SkinProgram for a prepared skin, with the pipelines of a context and without its check.
 SkinProgram program_of(Context&, const plan::StreamedSkin&, uint32_t max_bindings);
 // Makes the check; memory().check is then what it needs.
 void make_check(SkinProgram&);
-// Records a press into the library's own command buffer, which is submitted as often as its work asks for.
+// Records a press into the library's own command buffer, which is submitted whenever DeviceTable::most_work is reached.
 Recorded record_press(const SkinProgram&, Recording&, Binding, const plan::PadList&, const plan::StepLengths&);
 // Gives pads of a program other elements, which have been checked.
 void set_elements(SkinProgram&, const plan::PadList&, const std::vector<plan::Element>&);

@@ -30,9 +30,9 @@ f64::Coefficients exact_coefficients(const Element&, const ResponseRule&, double
 template <class K>
 typename K::Coefficients exact_coefficients_in(const Element&, const ResponseRule&, typename K::real dt);
 
-// Adds up what the load adds to the motion of n elements in series: the first one's coefficients then contain all of
-// it. spring: the last element is a spring; it gets the coefficients of a spring (kernels/layout.h), in a step of dt
-// seconds.
+// Moves what the load adds to integral, rate and acceleration of n elements in series into the first element's
+// coefficients. spring: the last element is a spring; it gets the coefficients of a spring (kernels/layout.h), for a
+// step of dt seconds.
 template <class K> void join_loads(typename K::Coefficients* elements, size_t n, bool spring, typename K::real dt);
 
 // Rounds coefficients to the precision of a backend, K = f32 or f64.

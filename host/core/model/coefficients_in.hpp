@@ -10,7 +10,7 @@
 
 namespace dermis::plan {
 
-// P3 up to z = 1; each is defined where its coefficients are instantiated.
+// P3 for z <= 1. Each is defined in the file that instantiates its coefficients.
 double p3_of(double z);
 long double p3_of(long double z);
 
@@ -110,11 +110,11 @@ template <class K> void join_loads(typename K::Coefficients* elements, size_t n,
             elements[e].*factor = 0;
         }
     if (!spring) return;
-    first.v0 += last.v0; // of the impulse of a pressure that meets a skin at rest: every excess stress is the pressure
+    first.v0 += last.v0; // for the impulse of a pressure on a skin at rest: each excess stress is the pressure
     last.v0 = dt == 0;
     last.v1 = rate;
     last.a1 = dt == 0 ? 0 : 1 / dt;
-    if (dt == 0 && last.E > 0) last.b = 1 / last.E; // all are 0 at rest
+    if (dt == 0 && last.E > 0) last.b = 1 / last.E; // E = 0: all coefficients are 0, at rest
 }
 
 } // namespace dermis::plan

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Reads from a saved state of a pad what it tells of its skin: strain, indentation and curvature, in float, with the
-// bits of a march's fields. Of a spring, whose strain no state holds, that under the pressure of the last press.
+// Computes strain, indentation and curvature of a pad from its saved state, in float, with the bits of a march's
+// fields. No state holds the strain of a spring: it is the strain under the pressure of the last press.
 #pragma once
 
 #include "host/core/model/site_cells.hpp"

@@ -14,7 +14,7 @@ namespace dermis::plan {
 // kernels/layout.h.
 std::vector<double> laplacian(const std::vector<double>& map, const Grid&, int stencil, int edges);
 double laplacian_at(const std::vector<double>& map, Cell, const Grid&, int stencil, int edges);
-// The same of columns first .. last - 1 of row y.
+// The same for columns first .. last - 1 of row y.
 void laplacian_row(const std::vector<double>& map, int y, int first, int last, const Grid&, int stencil, int edges,
                    double* L);
 Grid without_spacing(Grid);

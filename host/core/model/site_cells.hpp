@@ -9,7 +9,7 @@ namespace dermis::plan {
 // The cells where pressure may ever act. All others stay at rest.
 struct PressedCells {
     PressedBox box;
-    const double* pressure = nullptr; // width*height: only cells where it is not 0; null: the whole box
+    const double* pressure = nullptr; // width*height: cells where it is 0 are not pressed; null: the whole box is
 };
 
 std::vector<Cell> cells_of(const std::vector<Site>&); // in the order of the sites
@@ -17,15 +17,15 @@ std::vector<Cell> cells_of(const std::vector<Site>&); // in the order of the sit
 struct SiteCells {
     SiteCells(const PreparedSkin&, const PressedCells&, const std::vector<Cell>& points);
     std::vector<Cell> points;
-    std::vector<size_t> cells;      // y*width + x, ascending, unique; never pressed ones are left out
+    std::vector<size_t> cells;      // y*width + x, ascending, unique; without cells that are never pressed
     std::vector<Element> materials; // the elements of the cells; coefficients of a step are in this order
-    Chain chain;                    // how many of the materials, one after another, belong to one cell
+    Chain chain;                    // how many consecutive elements of `materials` belong to one cell
     std::vector<int> material_of;   // index of each cell's first element
 };
 bool ever_pressed(const PressedCells&, size_t cell, int width);
 
-// The cells that the stencil of one point reads, as indices into SiteCells::cells; its size stands for a cell that is
-// never pressed.
+// The cells that the stencil of one point reads, as indices into SiteCells::cells. The index cells.size() stands for a
+// cell that is never pressed.
 struct StencilCells {
     size_t here;
     size_t x[4], y[4]; // far_low, low, high, far_high along each axis

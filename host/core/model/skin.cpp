@@ -10,8 +10,9 @@
 namespace dermis::plan {
 namespace {
 
-// Chains of `length` elements one after another, and the number of the first of each, in the order in which they came:
-// a table of numbers that is at most half full, each at the first free place from its chain's hash on.
+// The different chains of `length` elements among all that were asked for, one after another in `elements`. A chain's
+// number is the index of its first element. places_ is a hash table of the numbers with linear probing, at most half
+// full.
 class Numbered {
   public:
     Numbered(std::vector<Element>& elements, size_t length) : elements_(elements), length_(length) {}
@@ -55,7 +56,7 @@ constexpr double same_time = 0x1p-21;
 
 constexpr size_t most_parts = 8;
 
-// Returns whether an element is of a part's retardation time. The part then spans it.
+// Returns whether an element has a part's retardation time; the part's range of times then includes the element's.
 bool joins(TimeGroup& part, const Element& m) {
     const double time = m.viscosity / m.modulus, low = part.low.viscosity, high = part.high.viscosity;
     if (is_elastic(part.element) || is_elastic(m)) return is_elastic(part.element) && is_elastic(m);
@@ -102,7 +103,7 @@ void number_cells(PreparedSkin& skin) {
     skin.material_of = simd::map_of(skin.padded_cells(), 0);
     int last = -1; // the number of the cell before
     const auto number = [&](const Element* chain) {
-        if (last < 0 || !known.is(last, chain)) last = known.number_of(chain); // often alike
+        if (last < 0 || !known.is(last, chain)) last = known.number_of(chain); // neighbours are often alike
         return last;
     };
     for (size_t i = 0, y = 0; y < size_t(skin.height()); ++y)

@@ -20,12 +20,12 @@ struct PressedBox {
     int last_column(int width) const { return std::min(last_tile * TILE_CELLS, width); }
 };
 
-// The cells of a skin that have one retardation time. Their elements are multiples of one, each by its resistance
-// (description/element.hpp), so that their strain is that of this element under the pressure over the resistance.
+// The cells of a skin that have one retardation time. Their elements are multiples of one element, by their resistance
+// (description/element.hpp): the strain of a cell is this element's strain under the pressure over the resistance.
 struct TimeGroup {
     Element element;   // modulus 1, or modulus 0 and viscosity 1
-    Element low, high; // the same with the least and the greatest retardation time, which only rounding sets apart
-    // Whether the maps were rounded in float, so that not only rounding in double sets the strain apart.
+    Element low, high; // the same with the least and the greatest time of the cells, which differ by rounding
+    // Whether these times differ by more than rounding in double, because maps were rounded in float.
     bool rough() const { return high.viscosity - low.viscosity > 0x1p-48 * high.viscosity; }
 };
 
@@ -47,8 +47,8 @@ struct PreparedSkin {
     std::vector<Element> materials; // each once, in the order of its first cell: elements in series one after another
     Chain chain;                    // the same for every material
     std::vector<int> material_of;   // index of each cell's first element, pitch*height; empty if there is one material
-    std::vector<TimeGroup> parts; // where materials differ: of one retardation time each; none if there are more than 8
-    std::vector<int> part_of;     // index into parts of each material
+    std::vector<TimeGroup> parts;   // where materials differ, by retardation time; none if there are more than 8 times
+    std::vector<int> part_of;       // index into parts of each material
     ResponseRule rule{};
 
     int width() const { return constants.width; }
@@ -56,7 +56,7 @@ struct PreparedSkin {
     size_t cells() const { return size_t(width()) * size_t(height()); }
     size_t padded_cells() const { return size_t(pitch) * size_t(height()); }
     bool uniform() const { return material_of.empty(); }
-    // Whether kernels read the coefficients of a table, because the constants hold those of one element.
+    // Whether kernels read the coefficients from a table, because the constants hold a single element's only.
     bool tabled() const { return !uniform() || chain.length > 1; }
     // The index of the first element of the cell y*width + x.
     size_t material_at(size_t cell) const {
@@ -71,7 +71,7 @@ struct PreparedSkin {
 
 // Prepares a skin. `description` is validated. threads: as for Device::cpu. The pitch is a multiple of pitch_cells.
 PreparedSkin prepare_skin(const SkinDescription& description, int threads, int pitch_cells = PITCH_CELLS);
-// The same skin of another material's elements.
+// The same skin with the elements of another material.
 PreparedSkin with_material(PreparedSkin, const Material&);
 // Releases the maps once a backend has copied what it needs.
 void drop_maps(PreparedSkin&);
@@ -101,7 +101,7 @@ struct Variant {
     bool framed = false; // the pressure runs from frame to frame
     Chain chain;
     bool keeps_strain = false;                              // the state holds the sum of strains in series
-    enum class Pads { none, alike, own } pads = Pads::none; // of a batch: whether pads have coefficients of their own
+    enum class Pads { none, alike, own } pads = Pads::none; // in a batch: whether each pad has coefficients of its own
     Wanted wanted{};
     bool tabled() const { return materials || chain.length > 1; }
     StateShape state() const {

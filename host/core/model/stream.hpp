@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The interface of what computes, the CPU path or a Vulkan device.
+// The interface of a backend: the CPU path, or a Vulkan device.
 #pragma once
 
 #include "host/core/model/streamed_skin.hpp"
@@ -8,8 +8,8 @@
 
 namespace dermis::plan {
 
-// Pads alike that are pressed frame by frame, a single skin as one. Nothing is allocated from press to press, but as
-// StepTables says.
+// A batch of pads, skins of one description, that is pressed frame by frame; a single skin is a batch of one. Presses
+// allocate nothing, except where StepTables::fill() says so.
 class Stream {
   public:
     virtual ~Stream() = default;
@@ -17,8 +17,9 @@ class Stream {
     // until the press. Returns false if a number is not finite; other pressures must then be taken before the next
     // press.
     virtual bool take(const PadList&, const float* pressures) = 0;
-    // Steps the same pads. Pressures run linearly from the previous press's to the ones taken. Returns null. If a
-    // coefficient of a step does not fit a float, it changes nothing and returns a pointer to that step.
+    // Steps the same pads. Pressures run linearly from the pressures of the previous press to the pressures that were
+    // taken. Returns null. If a coefficient of a step does not fit a float, it changes nothing and returns a pointer to
+    // that step.
     virtual const double* press(const PadList&, const StepLengths&) = 0;
     // The responses of the last press of each pad, fields of width*height or sites in the order given, pad by pad; the
     // same memory after every press.
@@ -27,7 +28,7 @@ class Stream {
     // Copies the states of pads, laid out by StateLayout, to and from memory of the caller's.
     virtual void save(const PadList&, const StateMemory<char>&) = 0;
     virtual void load(const PadList&, const StateMemory<const char>&) = 0;
-    // Gives pads other elements in series, as many as before; strains stay.
+    // Gives pads other elements in series, the same number as before; strains are kept.
     virtual void set_elements(const PadList&, const std::vector<Element>&) = 0;
     // Returns whether a test of these very kernels gives the CPU path's bits.
     virtual bool exact() { return true; }

@@ -18,7 +18,7 @@ void need_float(const char* parameter, double v) {
     scene::need(finite(double(float(v))), parameter, v, "up to 3.4e38 for a skin in float");
 }
 
-// Checks elements, those of each cell one after another, of a skin with these responses.
+// Checks the elements of a skin with these responses. `chain.length` consecutive elements belong to one cell.
 void check_elements(const std::vector<Element>& elements, const Chain& chain, const Wanted& wanted) {
     for (size_t i = 0; i < elements.size(); ++i) {
         if (is_elastic(elements[i]) && i % chain.length < chain.elements() && wanted[QUANTITY_FA2])
@@ -216,7 +216,7 @@ StepTables::StepTables(const StreamedSkin& s, const std::vector<Element>& elemen
 
 const double* StepTables::fill_slot(size_t slot, const double& dt) {
     if (dt == filled_[slot]) return nullptr;
-    filled_[slot] = std::nan(""); // the table is no longer that of any step
+    filled_[slot] = std::nan(""); // the table is of no step until it is filled
     const Element* elements = elements_.data() + (own_ ? slot * length_ : 0);
     if (!fill_table({elements, length_}, chain_, rule_, dt, tables_.data() + slot * length_)) return &dt;
     filled_[slot] = dt;

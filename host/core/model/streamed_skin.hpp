@@ -12,7 +12,7 @@ struct StreamedSkin {
     PreparedSkin skin; // of each pad
     Wanted wanted{};   // the responses to compute
     Precision precision = Precision::f32;
-    int pads = 1;                         // skins alike that are pressed together
+    int pads = 1;                         // the number of skins of this description that are pressed together
     std::vector<Element> elements_of_pad; // the elements in series of each pad; empty: all have the elements of `skin`
     Variant variant() const;
 };
@@ -49,7 +49,7 @@ class StepTables {
     size_t length() const { return length_; } // of one table
     // The first coefficients of a pad's table, after fill() of a list with it.
     const f32::Coefficients* of(int pad) const { return tables_.data() + slot(pad) * length_; }
-    // Gives pads other elements, as many as before.
+    // Gives pads other elements, the same number as before.
     void set_elements(const PadList&, const std::vector<Element>&);
 
   private:
@@ -59,10 +59,10 @@ class StepTables {
     Chain chain_;
     ResponseRule rule_{};
     size_t pads_ = 0, length_ = 0;
-    bool own_ = false, each_ = false; // whether each pad has elements of its own, and a table
+    bool own_ = false, each_ = false; // whether each pad has elements of its own; and a table of its own
     std::vector<Element> elements_;   // of all pads where each has its own, else of one
     std::vector<f32::Coefficients> tables_;
-    std::vector<double> filled_; // the step that each table is of; NaN: of none
+    std::vector<double> filled_; // the step for which each table is filled; NaN: none
 };
 
 // Throws Error::bad_input where `listed` pads of `all` cannot have another material. uniform: a pad's cells have the
@@ -99,7 +99,7 @@ template <class Byte> struct StateMemory {
 };
 StateLayout state_layout_of(const StreamedSkin&);
 
-// A pressure, whose rows begin `stride` numbers apart, and a map of `pitch` for it.
+// Where copy_rows() copies a pressure: from rows that begin `stride` numbers apart to rows that begin `pitch` apart.
 struct PressureCopy {
     const float* from;
     size_t stride, width;

@@ -13,7 +13,8 @@ struct Totals {
     double mean, min, max;
 };
 
-// Joins the sums of joined tiles in the order in which they are added, 64 at a time, and their joins in the same way.
+// Joins sums, each of up to 64 tiles, in the order in which they are added: 64 at a time, then 64 of the results, and
+// so on.
 template <class K> class JoinedSums {
   public:
     void add(typename K::LongSum s) {
@@ -26,7 +27,7 @@ template <class K> class JoinedSums {
 
     // The sum of all that were added.
     typename K::LongSum total() {
-        size_t last = levels_.size() - 1; // that has any
+        size_t last = levels_.size() - 1; // the last level with a sum
         while (last > 0 && levels_[last].count == 0) --last;
         typename K::LongSum s{0, 0};
         for (size_t level = 0; level <= last; ++level) {
@@ -47,7 +48,7 @@ template <class K> class JoinedSums {
             rest[count] = s.rest;
             ++count;
         }
-        // Joins the sums, of which none is left then.
+        // Joins the sums and leaves none.
         typename K::LongSum joined() {
             if (count == 1) return count = 0, typename K::LongSum{sum[0], rest[0]};
             std::fill(sum + count, sum + tree, typename K::real(0));

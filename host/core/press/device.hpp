@@ -10,11 +10,11 @@ namespace dermis {
 struct Device::Impl {
     DeviceInfo info;
     std::shared_ptr<plan::Backend> backend;
-    bool asked = false; // for by name or as "vulkan": every run that this device can compute stays on it
-    bool named = false; // asked for by name or number: it is used though its bits differ
+    bool asked = false; // by name, number or as "vulkan": every run that this device can compute stays on it
+    bool named = false; // asked for by name or number: it is used even if its bits differ
     // What has been compared with the CPU path: opening a Vulkan device tests presses alone.
     enum class Tested { presses, plain_march, every_march } tested = Tested::presses;
-    bool put_off = false; // the CPU path stands for "auto" until a march in float is taken, which best() computes
+    bool put_off = false; // this CPU path stands for "auto"; a march in float runs on best() instead
     std::optional<Device> best_if_open;
 
     // Throws Error::no_device where the bits differ and the device was not named.
@@ -23,11 +23,11 @@ struct Device::Impl {
     const Device& best();
 };
 
-// Is "auto", but opens no Vulkan device before a run marches in float: a loader and a driver take longer to open than
-// the other models to run.
+// Stands for "auto", but opens no Vulkan device before a run marches in float: to open a loader and a driver takes
+// longer than a run of the other models.
 Device open_when_marching();
 
-// Device::open with a loader of the caller's choice and validation.
+// Device::open with a loader and instance options of the caller's choice.
 Device open_device(const std::string& which, const vulkan::Loader&, const vulkan::InstanceOptions& = {});
 
 } // namespace dermis

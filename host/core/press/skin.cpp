@@ -33,7 +33,8 @@ struct Skin::Impl {
         description.sites.clear();
     }
 
-    // Counts the curvature under a strain of every cell in: the gain, and the responses that it makes change sign.
+    // Adds to the report what the curvature under a strain of every cell does: the gain, and the responses that change
+    // sign.
     void bend(Report& report, const plan::PreparedSkin& skin, size_t pad, const std::vector<double>& strain) const {
         const f64::Constants& c = skin.constants;
         const Grid unit = plan::without_spacing(skin.description.grid);
@@ -75,16 +76,16 @@ struct Skin::Impl {
     const plan::StateLayout state_layout; // of one pad
     const SavedState saved_state;
     const plan::Felt felt;
-    const std::string needs; // words for the day when memory runs out
+    const std::string needs; // words for the message if memory runs out
     const int threads;
     const scene::TauRange tau;                   // of all cells, where they differ
     std::array<size_t, REDUCED_MAPS> sites_of{}; // of each class, in a pad
     SkinDescription description;                 // without maps and sites
     std::vector<Material> materials;             // of each pad, where each has its own
-    std::optional<double> gain_at_rest;          // of a surface that cannot be made again
+    std::optional<double> gain_at_rest;          // of a surface that is a map, which is not kept
     std::vector<float> rest_curvature;           // width*height, once it is needed; kept of a surface that is a map
     std::array<std::vector<float>, 3> told;      // strain, indentation and curvature, once they are asked for
-    std::vector<uint64_t> pressed;               // by pad: the last list in which it stood
+    std::vector<uint64_t> pressed;               // of each pad: the number of the last list that names it
     uint64_t lists = 0;
     std::unique_ptr<plan::Stream> stream;
 
@@ -99,7 +100,7 @@ struct Skin::Impl {
     }
 };
 
-// Throws Error::bad_input where a number is no pad's, or a pad's for the second time.
+// Throws Error::bad_input if a number is no pad's or occurs twice.
 plan::PadList Skin::Impl::list_of(const Pads& pads) {
     if (pads.all) return {.count = count};
     ++lists;

@@ -22,8 +22,8 @@ std::vector<float> pressures(size_t count, unsigned seed) {
     return all;
 }
 
-// Returns what a kernel reads as width*height of each pad from such numbers that were written a width apart, where rows
-// are a pitch apart and 0 stood there before.
+// Returns the width*height numbers of each pad that a kernel reads if a host writes rows `width` numbers apart into a
+// buffer of zeros in which the kernel expects them `pitch` numbers apart.
 std::vector<float> misread(const std::vector<float>& dense, size_t width, size_t pitch) {
     std::vector<float> read;
     for (size_t row = 0; row < dense.size() / width; ++row)
@@ -76,7 +76,7 @@ struct Trial::Impl {
         return responses_of(skin, asked);
     }
 
-    // Those of a second press that starts at rest: its pressure alone goes on.
+    // The responses of a second press that starts from the state at rest and from the first press's pressure.
     Responses from_rest() const {
         Skin skin = made(description);
         skin.press(pressure[0], 0);
@@ -138,7 +138,7 @@ std::string Trial::fault(const SkinProgram& program, int press, const void* resp
     flat.surface = {};
     flat.surface.kind = Surface::Kind::flat;
     flat.surface.relief = t.description.surface.relief;
-    bool untouched = true; // but for the first number, where zeros in place of receptors write
+    bool untouched = true; // except the first number: zeros in place of receptors write there
     for (const auto& r : given)
         for (const float& x : r) untouched &= x == 0 || &x == given[0].data();
     if (t.description.sites.empty() ? same(given, t.pressed(flat, press, right)) : untouched)

@@ -50,10 +50,10 @@ template <int count, class Index, class Vector> inline auto picked(Vector a, Vec
     (a, b, std::make_integer_sequence<int, count>());
 }
 
-// Changes of a block's sums: lanes that are not 0. No -0 is ever kept.
+// The bits by which a block's sums differ, lane by lane; sums are equal where all are 0, because no -0 is ever kept.
 using Bits = Wide::Mask;
 inline Bits differing(Sum a, Sum b) { return ((Bits)a.value.v ^ (Bits)b.value.v) | ((Bits)a.lost.v ^ (Bits)b.lost.v); }
-// Whether some lane of `n` is not 0: each is joined with that `reach` lanes away, and then with fewer.
+// Whether some of the n lanes of x is not 0. Each lane is joined with the lane `reach` away, for reach = n/2 .. 1.
 template <int n, int reach = n / 2, class Vector> inline bool any(Vector x) {
     if constexpr (reach == 0) return x[0] != 0;
     else return any<n, reach / 2>(x | picked<n, decltype([](int lane) { return lane ^ reach; })>(x, x));
@@ -67,7 +67,7 @@ struct Gathered {
     typedef scalar Side __attribute__((vector_size(side * sizeof(scalar))));
     typedef Side Unaligned __attribute__((aligned(alignof(scalar)), may_alias));
 
-    // Members m .. of cells i, i + side, ..: n cells.
+    // Members m .. m + side - 1 of n cells: i, i + side ..
     template <int n> static auto loaded(const Coefficients* table, const int* material, int m, int i) {
         if constexpr (n == 1) {
             return Side(*reinterpret_cast<const Unaligned*>(reinterpret_cast<const scalar*>(table + material[i]) + m));
@@ -78,7 +78,8 @@ struct Gathered {
         }
     }
 
-    // Lanes of two cells in turn, from the low (0) or high (1) half of each side; pairs of lanes likewise.
+    // The two steps of the transposition. in_turn: lanes of a and b in turn, from the low (half = 0) or high (1) half
+    // of each side; pairs: the same with pairs of lanes.
     template <int half> static auto in_turn(Wide::Lanes a, Wide::Lanes b) {
         return picked<lanes, decltype([](int lane) {
                           const int within = lane % side, from = lane - within + half * side / 2 + within / 2;
@@ -188,8 +189,8 @@ template <bool streams> __attribute__((always_inline)) inline void store_respons
     else store(to, x);
 }
 
-// The responses of a cache line of columns, in which no cell is read across an end of the row: each is stored at
-// once, because lines that reach memory in parts cost more.
+// The responses of a cache line of columns whose stencils read no cell across an end of the row. A line of each
+// response is stored at once, because lines that reach memory in parts cost more.
 template <int stencil, bool passed, bool streams>
 __attribute__((always_inline)) inline void respond_line(const RespondArguments<Kernels>& r, int x, const Constants& c) {
     real C[line / lanes];
@@ -220,7 +221,7 @@ __attribute__((always_inline)) inline void respond_block(const RespondArguments<
 // because they are stored cell by cell and loaded as blocks: loaded soon, they would wait until all responses before
 // them are in memory.
 struct EndDifferences {
-    // The difference at `first` is values[lanes]: a block of which a part is wanted is stored whole.
+    // The difference at `first` is values[lanes]: a block of which only a part is wanted is stored whole.
     alignas(real) scalar values[TILE_CELLS + 3 * lanes];
 
     template <int stencil> void fill(const scalar* row, const EndCells<stencil>& ends, int first, int last) {
@@ -247,7 +248,7 @@ struct EndDifferences {
 
 constexpr int blocks_of_tile = TILE_CELLS / lanes;
 
-// The tree of kernels/reduce.h over a tile, as far as it joins registers.
+// The first levels of the tree of kernels/reduce.h over a tile: the levels that join whole registers.
 __attribute__((always_inline)) inline Summary summary_of_blocks(const real (&x)[blocks_of_tile]) {
     Summary s[blocks_of_tile];
 #pragma GCC unroll 32
@@ -349,7 +350,7 @@ template <int stencil, bool passed> void respond_tiles_in(const RespondArguments
         else respond_tile<stencil, passed, false>(r, ends, x, c);
 }
 
-// Answers in the tiles that are whole.
+// Computes the responses of whole tiles.
 template <bool passed> void respond_tiles(const RespondArguments<Kernels>& r, const Constants& c) {
     with_stencil(r.strain.stencil, [&](auto stencil) { respond_tiles_in<stencil.number, passed>(r, c); });
 }
@@ -459,7 +460,7 @@ void respond(const RespondArguments<Kernels>& r, const Constants& c) {
     end_vector_code();
 }
 
-// Whether the loop of blocks serves: frames, a uniform material, all responses and no sums.
+// Whether the fused loop serves: frames, a uniform material, all responses and no sums.
 bool in_blocks(const AdvanceArguments<Kernels>& a, const RespondArguments<Kernels>& r) {
     bool all = a.pressure_to && !a.material;
     for (int i = 0; i < RESPONSE_MAPS; ++i)
@@ -468,7 +469,8 @@ bool in_blocks(const AdvanceArguments<Kernels>& a, const RespondArguments<Kernel
     return all;
 }
 
-// A skin is pressed in f32. In f64 only a field between two outputs of a run asks for the same, and takes the two loops.
+// Skins are pressed in f32, so only that has the fused loop. In f64 only a field between two outputs of a run could use
+// it, and takes the two loops.
 int step_rows(const RowSteps<Kernels>& given, const Constants& c) {
     if constexpr (std::is_same_v<scalar, float>)
         if (in_blocks(given.advance, given.respond)) {

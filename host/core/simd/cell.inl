@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Steps, Laplacians and responses in the memory of rows. The namespace that includes this has the kernels' functions, a
-// `real` of one cell or of neighbouring ones, and load() and store() of such a real.
+// `real` that is one cell or several neighbouring cells, and loaded() and store(), which read and write such a real.
 
 // A cell, or neighbouring ones, for kernels/cell.h: those at `i` of a row. coefficients(e): the coefficients of element
 // e. changed(sum, before, after) is called for every sum. chain: the cell has several elements.
@@ -58,7 +58,7 @@ inline Axis across(const RowNeighbours<scalar>& l) {
     return a;
 }
 
-// The second differences at column x: across the rows, and along the row where no cell is read across an end of it.
+// The second differences at column x: across the rows, and along the row where its stencil reads no cell across an end.
 template <int stencil> inline real difference_across(const RowNeighbours<scalar>& l, int x) {
     return difference(loaded(l.far_low + x), loaded(l.low + x), loaded(l.here + x), loaded(l.high + x),
                       loaded(l.far_high + x), across(l), stencil);

@@ -17,8 +17,8 @@ template <class real> struct RowNeighbours {
     const real *far_low, *low, *here, *high, *far_high;
     real w_low, w_high, w;
     int width, stencil, edges; // stencil and edges: numbers of kernels/layout.h
-    // Rows that follow one another without a gap can be taken as one: `width` is then that of a row all the same, and
-    // this the second difference along it of every cell (Loops::differences). Otherwise null.
+    // Consecutive rows without a gap can be taken as one long row. This is then the second difference of every cell
+    // along its own row (Loops::differences), and `width` is still the width of one row. Otherwise null.
     const real* along = nullptr;
 };
 
@@ -43,22 +43,22 @@ RowNeighbours<real> neighbours(int y, int width, int height, int stencil, int ed
 // The sums of a state: the strains of elements in series, and the integral of the cell's strain.
 enum StateSum { sum_strain, sum_integral, state_sums };
 
-// One row of a state: of each sum the values, and what they have lost to rounding, null unless sums are compensated.
+// One row of a state: for each sum the values, and what they have lost to rounding, null unless sums are compensated.
 template <class real> struct StateRow {
     real* value[state_sums];
     real* lost[state_sums];
     size_t element; // the distance from an element's strains to the next element's strains
-    real* strain;   // the cells' strain; of one element its own
+    real* strain;   // the cells' strain; of a single element its values
     real* rate;     // of a spring, between frames for FA2; otherwise null
 };
 
-// Arguments of a step of `count` cells of a row. The new state may overwrite the old one. Null are pressure_to without
-// frames, material under a uniform material, and table where that is a single element.
+// Arguments of a step of `count` cells of a row. The new state may overwrite the old one. pressure_to is null without
+// frames, and material is null for a uniform material. table is then read only if there are several elements.
 template <class K> struct AdvanceArguments {
     using real = typename K::real;
     int count;
-    int elements;                       // whose strains the state holds
-    bool spring;                        // another one in series with them, of which it holds nothing
+    int elements;                       // elements in series, each with a strain in the state
+    bool spring;                        // one more element, a spring, without a strain in the state
     const real *pressure, *pressure_to; // between frames the pressure runs from the first to the second
     const int* material;
     const typename K::Coefficients* table;
@@ -112,7 +112,7 @@ struct ColumnSums {
     double *least, *greatest;
 };
 
-// Tiles joined by the tree of kernels/reduce.h, at most so many of them.
+// The most tiles that a call joins by the tree of kernels/reduce.h, and the result.
 constexpr int tiles_joined = 64;
 template <class K> struct JoinedTiles {
     typename K::LongSum sum;
@@ -122,7 +122,7 @@ template <class K> struct JoinedTiles {
 template <class K> struct Loops {
     using real = typename K::real;
     void (*laplacian)(const RowNeighbours<real>&, int first, int last, real* L);
-    // along[y*width + x] = the second difference along row y at its column x, of rows that follow one another.
+    // along[y*width + x] = the second difference along row y at column x, of consecutive rows without a gap.
     void (*differences)(const real* rows, int count, int width, int stencil, int edges, real* along);
     int (*advance)(const AdvanceArguments<K>&, const typename K::Constants&);
     void (*respond)(const RespondArguments<K>&, const typename K::Constants&);

@@ -45,14 +45,14 @@ real difference_at(const RowNeighbours<real>& l, int x) {
     return RowCells{l.here}.laplacian_along_x(x, 0, l.here[x], l.width, l.stencil, l.edges);
 }
 
-// The second difference along a row at column x, whose axis is given.
+// The second difference along a row at column x. a: the axis of that column.
 template <int stencil> inline real difference_by(const real* row, int x, const Axis& a) {
     return difference(row[a.far_low], row[a.low], row[x], row[a.high], row[a.far_high], a, stencil);
 }
 
 // The cells that the second differences near the ends of a row read: the same in every row.
 template <int stencil> struct EndCells {
-    static constexpr int far = stencil == STENCIL_FIVE_POINT ? 1 : 2; // reach(stencil), which is no constant
+    static constexpr int far = stencil == STENCIL_FIVE_POINT ? 1 : 2; // reach(stencil), which is not constexpr
     int width, edges;
     Axis low[far], high[far]; // of the first columns, and of the last ones
 
@@ -78,7 +78,8 @@ template <class F> void with_stencil(int stencil, F f) {
     else f(Constant<STENCIL_PUBLISHED>{});
 }
 
-// The second differences along rows that follow one another: those inside as if they were one row, then the ends.
+// The second differences along consecutive rows: of all cells as if the rows were one, then again of the cells near
+// each row's ends again.
 template <int stencil> void differences_in(const RowNeighbours<real> l, int count, real* along) {
     const int far = reach(stencil), cells = count * l.width;
 #pragma GCC ivdep
@@ -101,7 +102,7 @@ void differences(const real* rows, int count, int width, int stencil, int edges,
     end_vector_code();
 }
 
-// The Laplacian of columns begin .. end - 1, of which the second differences along the row are given.
+// The Laplacian of columns begin .. end - 1 from second differences along the row that are given.
 template <int stencil> void laplacian_across(const RowNeighbours<real> l, int begin, int end, real* L) {
 #pragma GCC ivdep
     for (int x = begin; x < end; ++x) L[x - begin] = add(l.along[x], difference_across<stencil>(l, x));

@@ -132,12 +132,12 @@ void Context::submit(VkCommandBuffer commands) {
     info.commandBufferCount = 1;
     info.pCommandBuffers = &commands;
     const VkResult submitted = device_.calls.vkQueueSubmit(queue_, 1, &info, fence_);
-    // Out of memory alone promises that nothing was submitted.
+    // Only the two errors of memory promise that nothing was submitted.
     const bool nothing = submitted == VK_ERROR_OUT_OF_HOST_MEMORY || submitted == VK_ERROR_OUT_OF_DEVICE_MEMORY;
     if (nothing) check(submitted, "vkQueueSubmit");
     check_submitted(submitted, "vkQueueSubmit");
-    // A driver that answers is at work: it says itself when its device is lost, and no time of a clock tells that,
-    // which goes on while a process is stopped and jumps when it is set.
+    // A driver that answers is at work, and says itself when its device is lost. A clock could not tell: it goes on
+    // while a process is stopped, and jumps when it is set.
     VkResult waited = VK_TIMEOUT;
     while (waited == VK_TIMEOUT)
         waited = device_.calls.vkWaitForFences(device_.device, 1, &fence_, VK_TRUE, UINT64_MAX);

@@ -43,7 +43,8 @@ class Context {
     const PhysicalDevice& physical() const { return physical_; }
     Handles handles() const; // as an embedding host gives them to a SkinProgram
     Pipelines& pipelines() { return *pipelines_; }
-    // Whether a variant of the streamed kernels has the CPU path's bits here; only variants that have been tested.
+    // Whether a variant of the kernels of presses has the CPU path's bits on this device. Only tested variants stand
+    // here.
     std::map<std::vector<uint32_t>, bool>& exact_variants() { return exact_variants_; }
     const VkPhysicalDeviceLimits& limits() const { return physical_.properties.limits; }
     VkDeviceSize heap_bytes() const; // size of the largest device-local heap
@@ -52,8 +53,8 @@ class Context {
     uint32_t memory_type(uint32_t allowed, Buffer::Location) const;
 
     VkCommandPool pool() const { return pool_; } // command buffers: see Recording
-    // Submits a command buffer that is ended, and waits for as long as the driver does not say that the device is lost.
-    // Throws Error::device naming the call that failed.
+    // Submits a command buffer that is ended, and waits until the driver says that it is done or that the device is
+    // lost. Throws Error::device naming the call that failed.
     void submit(VkCommandBuffer);
     // Everything recorded before is finished and visible to everything recorded after, and to the host.
     void barrier(VkCommandBuffer) const;

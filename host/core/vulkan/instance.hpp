@@ -22,8 +22,8 @@ struct InstanceOptions {
     // If set, the validation layer checks synchronization too and gives each warning and error to this function; the
     // constructor of Instance throws where the layer is not installed.
     std::function<void(const std::string&)> validation;
-    // See DeviceTable: up to a second of a software driver's work on a core, some milliseconds of a GPU's. Tests take
-    // less.
+    // See DeviceTable. This much work takes a software driver up to a second on a core, and a GPU some milliseconds.
+    // Tests set less.
     double most_work = 2e8;
 };
 

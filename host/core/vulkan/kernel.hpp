@@ -18,7 +18,7 @@ namespace dermis::vulkan {
 std::string failure(VkResult, const char* call);
 // Throws Error::device with that message unless the result is success.
 void check(VkResult, const char* call);
-// The same for a call that makes an object, whose handle a failure leaves undefined: it is null then.
+// The same for a call that makes an object. A failure leaves the object's handle undefined; it is then set to null.
 template <class Handle> void check_made(VkResult result, const char* call, Handle& handle) {
     if (result != VK_SUCCESS) handle = VK_NULL_HANDLE;
     check(result, call);
@@ -33,7 +33,7 @@ struct DeviceTable {
     bool texels = false; // kernels read maps as texel buffers where they have a variant for that
     const VkAllocationCallbacks* allocator = nullptr;
     VkPipelineCache cache = VK_NULL_HANDLE;
-    // The work of one submission at most, in numbers that kernels write or sum up; a host's submissions are its own.
+    // The most work of one submission, in numbers that kernels write or sum up. No limit where a host submits.
     double most_work = std::numeric_limits<double>::infinity();
 };
 

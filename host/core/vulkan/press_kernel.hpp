@@ -12,7 +12,8 @@ Module press_module_for(const DeviceTable&);
 
 class PressKernel {
   public:
-    // In a batch the first five, but for the rest curvature, and the responses are those of all pads.
+    // In a batch, pressures, states and responses are the pads' one after another; the other ranges are shared by all
+    // pads.
     struct Maps {
         BufferRange pressure_from, pressure_to, rest_curvature, state_from, state_to;
         std::array<BufferRange, RESPONSE_MAPS> response; // any small range for a response that is not asked for
@@ -21,10 +22,10 @@ class PressKernel {
     PressKernel(Pipelines&, const plan::PreparedSkin&, const plan::Variant&, const plan::PressedBox&,
                 uint32_t max_bindings);
     void bind(size_t binding, const Maps&);
-    // pads: the length of the list, of a batch. own: the recording of this command buffer, which is told of the work of
-    // each window; null where the command buffer is a host's.
+    // pads: the number of pads to press. own: the library's recording of this command buffer, to which the work of each
+    // window is added; null where the command buffer is a host's.
     void record(VkCommandBuffer, size_t binding, const f32::Constants&, uint32_t pads, Recording* own) const;
-    double work_of_window() const; // at most, of one pad
+    double work_of_window() const; // the most, of one pad
     const std::vector<RowWindow>& windows() const { return windows_; }
 
   private:
@@ -38,7 +39,7 @@ class PressKernel {
 
     const plan::Variant variant_;
     const plan::PressedBox pressed_;
-    const int pitch_, columns_; // columns: that are pressed
+    const int pitch_, columns_; // columns_: the number of columns that are pressed
     const Group group_;
     std::vector<RowWindow> windows_;
     Kernel kernel_;

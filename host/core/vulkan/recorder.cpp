@@ -146,7 +146,8 @@ template <class F> void Recorder::between_presses(VkCommandBuffer commands, F up
     };
     constexpr VkPipelineStageFlags compute = VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
                                    copy = VK_PIPELINE_STAGE_TRANSFER_BIT;
-    // Earlier presses have read their coefficients; what they wrote is in memory before these are written.
+    // Earlier presses have read their coefficients, and their writes are in memory, before the new coefficients are
+    // written.
     barrier(compute | copy, copy, VK_ACCESS_TRANSFER_WRITE_BIT, VK_ACCESS_TRANSFER_WRITE_BIT);
     update();
     barrier(copy, compute, VK_ACCESS_TRANSFER_WRITE_BIT, VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT);

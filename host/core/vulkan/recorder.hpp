@@ -11,12 +11,12 @@
 
 namespace dermis::vulkan {
 
-// Coefficients of one press, as many as one vkCmdUpdateBuffer takes. They stand on the caller's stack, so that several
-// threads may record.
+// Coefficients of one press, at most what one vkCmdUpdateBuffer takes. The table is on the caller's stack, so that
+// several threads may record at once.
 struct PressTable {
     static constexpr size_t update_bytes = 65536;
     std::array<f32::Coefficients, update_bytes / sizeof(f32::Coefficients)> coefficients;
-    bool whole;     // they are all of the press; otherwise Recorder::record makes them a part at a time
+    bool whole;     // it holds all of the press; otherwise Recorder::record makes them a part at a time
     PressTable() {} // leaves its members to Recorder::fill
 };
 
@@ -31,17 +31,17 @@ class Recorder {
     const plan::ResponseLayout& layout() const { return layout_; }
     const MemoryNeeds& needs() const { return needs_; }
     bool writes_constants() const { return table_.bytes > 0; }
-    void bind(size_t binding, const Buffers&); // trusts that the buffers are as needs() says
+    void bind(size_t binding, const Buffers&); // trusts that the buffers are what needs() asks for
     struct Press {
         plan::PadList pads; // their numbers ascend
         plan::StepLengths dt;
     };
     // Fills the table for a press. Returns false where a coefficient is beyond float.
     bool fill(PressTable&, const Press&) const noexcept;
-    // Records a press, of which the table has been filled; in a batch it copies the states and pressures of pads that
-    // are not pressed. own: see PressKernel; it throws nothing where that is null.
+    // Records a press. The table has been filled for it. In a batch this also copies the states and pressures of pads
+    // that are not pressed. own: see PressKernel::record(); if it is null, nothing is thrown.
     void record(VkCommandBuffer, size_t binding, const Press&, PressTable&, Recording* own = nullptr) const;
-    // Gives pads other elements, as many as before.
+    // Gives pads other elements, the same number as before.
     void set_elements(const plan::PadList&, const std::vector<plan::Element>&);
 
   private:
@@ -63,9 +63,8 @@ class Recorder {
     struct Slots {
         size_t first, last;
     };
-    // Fills a table with the coefficients of some slots, again and again where they are more than it holds, and calls
-    // f(index in their coefficients, coefficients, number of them) each time. Returns false where one is beyond
-    // float.
+    // Computes the coefficients of some slots, as many at a time as the table holds, and calls f(index of the first
+    // one, coefficients, their number) each time. Returns false if a coefficient is beyond float.
     template <class F> bool each_update(PressTable&, const Press&, const Slots&, F f) const;
     void update_list(VkCommandBuffer, size_t binding, const Press&, const Slots&) const;
     void update_tables(VkCommandBuffer, size_t binding, const Press&, const Slots&, PressTable&) const;
@@ -80,9 +79,9 @@ class Recorder {
     const DeviceTable& device_;
     plan::StreamedSkin streamed_;
     const plan::ResponseLayout layout_;
-    std::optional<PressKernel> fields_; // where every cell responds
-    std::optional<PressKernel> alike_;  // for pads whose coefficients are those of one element, and the same
-    std::optional<SitesKernel> sites_;  // where only sites respond
+    std::optional<PressKernel> fields_; // set where every cell responds
+    std::optional<PressKernel> alike_;  // set for pads that all have the same single element
+    std::optional<SitesKernel> sites_;  // set where only sites respond
     MemoryNeeds needs_;
     Slice rest_, material_, table_, cells_, stencils_;
     std::vector<plan::Element> materials_;

@@ -6,8 +6,8 @@
 
 namespace dermis::vulkan {
 
-// A command buffer of its own: other recordings of the same device, made between two calls of this one, as by a
-// progress callback that presses a skin, change nothing of it.
+// Each recording has a command buffer of its own. Between two calls of one recording, others may therefore be made on
+// the same device, for example by a progress callback that presses a skin.
 class Recording {
   public:
     explicit Recording(Context& context) : context_(context) {}
@@ -15,11 +15,11 @@ class Recording {
     Recording(const Recording&) = delete;
     Recording& operator=(const Recording&) = delete;
 
-    // These functions throw Error::device if the device is lost, and naming a call that failed.
+    // These functions throw Error::device if the device is lost or a call fails; the message names the call.
     VkCommandBuffer begin();    // ready to record; what has been recorded and not submitted is given up
     VkCommandBuffer commands(); // the same command buffer, with what has been recorded; begins where nothing has
-    // Counts work that is recorded next (see DeviceTable::most_work). Where that is too much for one submission,
-    // submits what stands recorded and begins the same command buffer again.
+    // Counts work that is recorded next (see DeviceTable::most_work). If it is too much for one submission, submits
+    // what has been recorded so far and begins the same command buffer again.
     void add(double work);
     void submit(); // and waits
     void barrier() { context_.barrier(commands()); }
@@ -28,8 +28,8 @@ class Recording {
   private:
     Context& context_;
     VkCommandBuffer commands_ = VK_NULL_HANDLE; // once something has been recorded
-    bool open_ = false;                         // commands_ holds what has not been submitted
-    double work_ = 0;                           // of that
+    bool open_ = false;                         // commands_ holds commands that have not been submitted
+    double work_ = 0;                           // of these commands
 };
 
 } // namespace dermis::vulkan

@@ -13,8 +13,8 @@ std::string why_not(const VkPhysicalDeviceLimits&);
 // Whether kernels may declare round-to-nearest-even: the device offers it and the extension is enabled.
 bool rounds_to_even(PFN_vkGetPhysicalDeviceProperties2, VkPhysicalDevice, const std::vector<std::string>& enabled);
 
-// Whether kernels read maps as texel buffers: on a software driver, where that is faster, if its limits allow whatever
-// they allow of storage buffers.
+// Whether kernels read maps as texel buffers: on a software driver, where that is faster, if its texel buffers can be
+// as large, and begin at the same offsets, as its storage buffers.
 bool reads_texels(const VkPhysicalDeviceProperties&);
 
 } // namespace dermis::vulkan

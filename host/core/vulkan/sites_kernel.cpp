@@ -43,7 +43,7 @@ SitesKernel::SitesKernel(Pipelines& pipelines, const plan::StreamedSkin& streame
           {.first = 0,
            .last = streamed.skin.height(),
            .planes = 1,
-           .work = pads_ ? 0.0 : double(planes_ + 1)})), // a pad is one window: its cells are those of the dispatch
+           .work = pads_ ? 0.0 : double(planes_ + 1)})), // a pad has one window: its cells are all cells of a dispatch
       kernel_(pipelines, sites_module(pipelines.device().rounds),
               {.bindings = SITES_BINDINGS,
                .constants_bytes = sizeof(f32::SiteConstants),

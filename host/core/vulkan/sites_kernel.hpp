@@ -17,9 +17,9 @@ class SitesKernel {
     };
     SitesKernel(Pipelines&, const plan::StreamedSkin&, const plan::ResponseLayout&, uint32_t max_bindings);
     void bind(size_t binding, const Maps&);
-    // pads and own: see PressKernel.
+    // pads and own: see PressKernel::record().
     void record(VkCommandBuffer, size_t binding, const f32::Constants&, uint32_t pads, Recording* own) const;
-    double work_of_window() const; // at most, of one pad
+    double work_of_window() const; // the most, of one pad
 
     const std::vector<plan::Element>& materials() const { return needed_.materials; }
     std::vector<f32::SiteCell> cells() const;

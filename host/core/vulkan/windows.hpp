@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Row windows: a grid whose maps exceed the largest storage buffer range of a device is bound and computed in several,
-// and one that is too much work for a submission is computed in several.
+// Row windows. A grid is bound and computed in several windows if its maps exceed the largest storage buffer range of a
+// device, and computed in several windows if it is too much work for one submission.
 #pragma once
 
 #include "host/core/model/skin.hpp"
@@ -8,7 +8,7 @@
 
 namespace dermis::vulkan {
 
-// Consecutive rows of a grid, no more than a device binds at once. `end` and `last` are one behind.
+// Consecutive rows of a grid, at most what a device binds at once. `end` and `last` are exclusive.
 struct RowWindow {
     int base, end;   // the rows that are bound
     int first, last; // the rows that are computed; all rows that their stencils read are bound
@@ -21,10 +21,10 @@ struct RowWindow {
 };
 
 struct WindowOptions {
-    int first, last;    // the rows that are computed; `last` is one behind
+    int first, last;    // the rows that are computed; `last` is exclusive
     int planes;         // rows of a map for each row of cells
     double work;        // of a cell (see DeviceTable::most_work)
-    int group_rows = 1; // the rows of a workgroup, of which a window has a multiple
+    int group_rows = 1; // the rows of a workgroup; a window has a multiple of them
 };
 // Divides the rows into at least one window. Throws Error::bad_input where the edges join rows too far apart.
 std::vector<RowWindow> row_windows(const DeviceTable&, const plan::PreparedSkin&, const WindowOptions&);

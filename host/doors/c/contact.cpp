@@ -11,7 +11,7 @@ namespace contact = dermis::contact;
 
 namespace {
 
-// Calls, and makes an exception of contact.hpp, which is a refusal, one that has a status.
+// Calls `call`, and turns an exception of contact.hpp, which is a refusal, into an Error that has a status.
 template <class Call> void refusing(Call&& call) {
     try {
         call();

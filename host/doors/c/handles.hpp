@@ -33,7 +33,7 @@ namespace dermis::c {
 // Returns the status of the exception that is being handled, and keeps its message for dermis_last_error.
 dermis_status status_of_exception() noexcept;
 
-// Calls, and returns the status of what that throws.
+// Calls `call`, and returns the status of what it throws.
 template <class Call> dermis_status guarded(Call&& call) noexcept {
     try {
         call();
@@ -43,7 +43,7 @@ template <class Call> dermis_status guarded(Call&& call) noexcept {
     }
 }
 
-// Throws Error::bad_input where a pointer is null. A pointer to what a call returns is set to null or 0 here.
+// Throws Error::bad_input where a pointer is null. need_output() also sets what the pointer points to to null or 0.
 template <class T> void need_pointer(const T* pointer, const char* argument) {
     if (!pointer) scene::refuse(argument, "(null)", "a pointer");
 }
@@ -52,7 +52,7 @@ template <class T> void need_output(T* output, const char* argument) {
     *output = {};
 }
 
-// Throws Error::bad_input unless a struct of the caller's has the size that it has here, or that of its first version.
+// Throws Error::bad_input unless a struct of the caller's has the size that it has here, or its first version's size.
 template <class Struct>
 void need_size(const Struct* given, const char* argument, size_t first_version = sizeof(Struct)) {
     need_pointer(given, argument);

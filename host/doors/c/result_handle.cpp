@@ -12,7 +12,7 @@ void give(const std::vector<double>& numbers, const double** values, size_t* cou
     *count = numbers.size();
 }
 
-// Sets what a call returns to nothing, and checks the handle.
+// Sets the outputs of a call to NULL and 0, and checks the handle.
 void begin(const dermis_result* result, const double** values, size_t* count) {
     need_output(values, "values");
     need_output(count, "count");

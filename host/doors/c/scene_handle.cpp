@@ -71,7 +71,7 @@ dermis_status dermis_scene_set_map(dermis_scene* scene, const char* key, const d
                                   "surface.path, load.path, material.modulus, material.viscosity");
         const dermis::Grid& grid = scene->scene.grid;
         const size_t cells = size_t(grid.width) * size_t(grid.height);
-        if (count != cells) // before as many are read
+        if (count != cells) // before any value is read
             dermis::scene::refuse(key, std::to_string(count) + " cells",
                                   "width*height = " + std::to_string(cells) + ", row 0 first");
         std::vector<std::string> overrides = scene->overrides;

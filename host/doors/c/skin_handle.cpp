@@ -15,7 +15,7 @@ dermis::SkinOptions options_of(const dermis_skin_options* given, const dermis::M
     dermis::SkinOptions options;
     if (!given) return options;
     need_size(given, "options");
-    if (given->count < 1 || given->count > 1048576) // before as many materials are made
+    if (given->count < 1 || given->count > 1048576) // before a material is made for each
         refuse("options->count", std::to_string(given->count), "1..1048576 pads");
     options.count = given->count;
     if (given->own_materials < 0 || given->own_materials > 1)

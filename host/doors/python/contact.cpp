@@ -128,7 +128,7 @@ void bind_contacts(nb::module_& m) {
         nb::kw_only(), nb::arg("position"), nb::arg("force"), nb::arg("radius") = 0.0, nb::arg("area") = 0.0,
         nb::arg("direction") = Vector{});
     world.def_rw("position", &WorldContact::position, "m");
-    world.def_rw("direction", &WorldContact::direction, "in which the force pushes the pad; 0: straight into it");
+    world.def_rw("direction", &WorldContact::direction, "where the force pushes the pad; 0: straight into it");
     bind_patch(world);
 }
 
@@ -137,7 +137,7 @@ void bind_pad(nb::module_& m) {
         .def(
             "__init__", make_pad, nb::arg("pressure").none(), nb::arg("spacing"), nb::arg("tiled") = false,
             "pressure: float32 of shape (height, width), Pa, which is added to in place. spacing: m between cells.\n"
-            "tiled: whether pads side by side share patches; what lies beyond the border is then asked of the others.");
+            "tiled: whether pads side by side share patches; what lies beyond the border is then the neighbours' own.");
     nb::class_<Pose>(m, "Pose", "Where a pad is: world = position + rotation*local.")
         .def(
             "__init__",
@@ -160,15 +160,16 @@ void bind_pad(nb::module_& m) {
 
 void bind_contact_report(nb::module_& m) {
     nb::class_<contact::Report>(m, "ContactReport",
-                                "What became of the forces: asked = placed + outside + sideways, but for rounding.")
+                                "What became of the forces: asked = placed + outside + sideways, up to rounding.")
         .def_ro("asked", &contact::Report::asked, "N: the forces given.")
-        .def_ro("placed", &contact::Report::placed, "N: the part that presses cells, by what their floats gained.")
+        .def_ro("placed", &contact::Report::placed, "N: the part that presses cells, measured in the array.")
         .def_ro("outside", &contact::Report::outside,
                 "N: the part beside the pad, too far, turned away, or of depths that nowhere exceed 0.")
-        .def_ro("sideways", &contact::Report::sideways, "N: what forces at an angle to the pad lack.")
+        .def_ro("sideways", &contact::Report::sideways,
+                "N: of forces at an angle to the pad, the force less its component into it.")
         .def_ro("greatest", &contact::Report::greatest, "Greatest pressure of the cells pressed, Pa.")
         .def_ro("cells", &contact::Report::cells, "Cells that are pressed now and were not before.")
-        .def_ro("below_cell", &contact::Report::below_cell, "Patches of which one cell takes all.")
+        .def_ro("below_cell", &contact::Report::below_cell, "Patches that press a single cell.")
         .def_ro("beside", &contact::Report::beside)
         .def_ro("too_far", &contact::Report::too_far)
         .def_ro("turned_away", &contact::Report::turned_away)

@@ -59,7 +59,7 @@ void bind_device(nb::module_& m) {
 }
 
 void bind_report(nb::module_& m) {
-    nb::class_<Figure>(m, "Figure", "A figure, and the range in which it can mean skin. NaN: not known.")
+    nb::class_<Figure>(m, "Figure", "A figure, and the range in which it is plausible for skin. NaN: not known.")
         .def_ro("value", &Figure::value)
         .def_ro("least", &Figure::least)
         .def_ro("greatest", &Figure::greatest)

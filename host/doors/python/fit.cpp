@@ -71,7 +71,7 @@ void bind_fit(nb::module_& m) {
             "The curve at the times of the data, float64 of shape (times,).")
         .def_ro("undetermined", &Fit::undetermined, "Sentences about what the data leave open.");
     m.def("chain_of", &chain_of, nb::arg("relaxation"),
-          "Return the chain of elements that relaxes so, for material.elements.");
+          "Return the chain of elements with this relaxation, for material.elements.");
     m.def(
         "relaxation_of",
         [](const Sequence<KelvinVoigt>& elements) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The files of the Python module share this. A dermis::Error becomes dermis.Error with its code and parameter.
+// What the files of the Python module share. A dermis::Error becomes dermis.Error with its code and parameter.
 #pragma once
 
 #include "dermis/dermis.hpp"
@@ -92,8 +92,8 @@ template <class Enum> Enum value_named(const char* parameter, string_view name) 
     return *value;
 }
 
-// The items of a sequence. Throws Error::bad_input where it is a text, or one of them is no Item; allowed: says what
-// is.
+// The items of a sequence. Throws Error::bad_input if it is a text, or if an item is no Item. allowed: what the message
+// says is allowed.
 template <class Item>
 std::vector<Item> items_of(const nb::sequence& sequence, const char* parameter, const char* allowed) {
     if (PyUnicode_Check(sequence.ptr())) scene::refuse(parameter, description_of(sequence), allowed);

@@ -6,7 +6,7 @@
 namespace dermis::python {
 namespace {
 
-// A result with the scene that it is of.
+// A result, and the scene that was run.
 struct RunOfScene {
     Scene scene;
     Result result;
@@ -28,7 +28,7 @@ RunOfScene* run_scene(const Scene& scene, nb::handle device, const std::optional
     return new RunOfScene{scene, run(scene, on.device, options)};
 }
 
-// materials: scenes of one cell each, which have them.
+// materials: scenes of one cell, one for each material.
 std::vector<RunOfScene> run_materials(const Scene& scene, const Sequence<Scene>& materials, nb::handle device,
                                       const std::optional<string_view>& precision, bool check, bool describe_each) {
     RunOptions options = options_of(precision, check);
@@ -122,10 +122,10 @@ void add_figures(nb::class_<RunOfScene>& type) {
     add("measured_error", &Result::measured_error,
         "Greatest error in some cells that are computed once more in long double; NaN: no tolerance given.");
     add("greatest_curvature", &Result::greatest_curvature, "Greatest |C| in 1/m, at rest and at the end.");
-    add("greatest_gain", &Result::greatest_gain, "Greatest |l*C|, above which 1 responses change sign.");
+    add("greatest_gain", &Result::greatest_gain, "Greatest |l*C|; above 1 responses change sign.");
     add("kinks", &Result::kinks, "Cells where the curvature does not converge; -1: not known.");
     add("cells_compared", &Result::cells_compared, "Cells whose bits were compared with another backend's.");
-    add("cells_different", &Result::cells_different, "Those that differed.");
+    add("cells_different", &Result::cells_different, "Cells whose bits differed.");
 }
 
 void bind_explanation(nb::module_& m) {
@@ -183,7 +183,7 @@ void bind_result(nb::module_& m) {
             "The arithmetic that it computed in.")
         .def(
             "report", [](const RunOfScene& r) { return report(r.scene, r.result); },
-            "Return what the numbers mean, beside the ranges that skin has.");
+            "Return the figures of the skin, with the ranges in which they are plausible.");
     add_figures(type);
     m.def("run", run_scene, nb::arg("scene"), nb::arg("device").none() = nb::none(),
           nb::arg("precision").none() = nb::none(), nb::arg("check") = false, nb::arg("progress").none() = nb::none());

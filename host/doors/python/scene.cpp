@@ -12,7 +12,7 @@ using NamedSite = std::tuple<const char*, int, int>; // type, x, y
 using NamedMaps = nb::typed<nb::dict, nb::str, MapArray>;
 using NamedSites = Sequence<nb::typed<nb::tuple, nb::str, int, int>>;
 
-// A map may have as many numbers as the grid has cells, and yet its rows along x.
+// A map may have the grid's number of cells and still another shape, such as (width, height).
 void check_shapes(const MapArrays& maps, const Grid& grid) {
     const std::vector<size_t> shape = {size_t(grid.height), size_t(grid.width)};
     for (const auto& [name, map] : maps)

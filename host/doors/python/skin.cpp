@@ -19,8 +19,8 @@ struct SkinWithShapes {
     }
 };
 
-// The numbers of pads that an argument names: all where it is None, those of a list or an array of integers, or those
-// where an array of as many bools as there are pads is true.
+// The numbers of the pads that an argument names. None: all pads. A list or an array of integers: these numbers. An
+// array of bools, one for each pad: the pads where it is true.
 class PadNumbers {
   public:
     PadNumbers(nb::handle argument, int count) {
@@ -96,7 +96,7 @@ std::vector<size_t> shape_of(const SkinWithShapes& s, size_t pads) {
     return shape;
 }
 
-// Whether an array of pressures has the shape of so many pads, or is a row of as many numbers.
+// Whether an array of pressures has the shape of `pads` pads, or is one row of all their numbers.
 bool fits(const AnyArray& array, const SkinWithShapes& s, size_t pads) {
     if (array.ndim() == 1) return array.shape(0) == pads * s.map[0] * s.map[1];
     const size_t own = s.batch ? 3 : 2;
@@ -234,11 +234,11 @@ void bind_skin(nb::module_& m) {
              nb::arg("responses").none(), nb::arg("precision").none(), nb::arg("materials"))
         .def(
             "press", press, nb::arg("pressure").none(), nb::arg("dt").none(), nb::arg("pads").none() = nb::none(),
-            "Press the skin: the pressure at the end of a step of dt seconds, which runs linearly from that before.\n\n"
-            "pressure: float32 in C order, Pa, of shape (height, width), with n of shape (n, height, width); anything\n"
+            "Press the skin: the pressure runs linearly from the last press to this one, over a step of dt seconds.\n\n"
+            "pressure: float32 in C order, Pa, of shape (height, width), or (n, height, width) with n; anything\n"
             "with DLPack or a buffer. Other types are refused, not converted. It is copied.\n"
             "dt: s, >= 0, or one for each pad that is pressed. 0 is a pause.\n"
-            "pads: None is all; else numbers or a mask of (n,) bools, and pressure has as many maps.\n"
+            "pads: None is all; else numbers or a mask of (n,) bools, and pressure has a map for each of them.\n"
             "Other Python threads run meanwhile. Arrays of responses show the new values at once.")
         .def("__getitem__", response, nb::arg("response"),
              "The response \"sa1\", \"sa2\", \"fa1\" or \"fa2\" at the end of each pad's last press, 0 before the "
@@ -247,15 +247,15 @@ void bind_skin(nb::module_& m) {
              "axis is missing. The memory stays the same: after each press it holds the new values. \"strain\",\n"
              "\"indentation\" (m) and \"curvature\" (1/m) are read from the state each time they are asked for, with\n"
              "sites of all sites in the order given.")
-        .def("reset", reset, nb::arg("pads").none() = nb::none(), "Bring pads back to rest. pads: as of press.")
+        .def("reset", reset, nb::arg("pads").none() = nb::none(), "Bring pads back to rest. pads: as in press.")
         .def("save", save, nb::arg("pads").none() = nb::none(),
-             "Return the state of pads as bytes, the same on every device. pads: as of press.")
+             "Return the state of pads as bytes, the same on every device. pads: as in press.")
         .def("load", load, nb::arg("state").none(), nb::arg("pads").none() = nb::none(),
-             "Take a state that save has returned, of as many pads of such a skin. pads: as of press.")
+             "Take a state that save has returned for the same number of pads of such a skin. pads: as in press.")
         .def("take_material", set_material, nb::arg("scene"), nb::arg("pads").none(),
-             "Is set_material, with the material of a scene.")
+             "As set_material, with the material of a scene.")
         .def("report", report_of, nb::arg("pad") = 0,
-             "Return what the numbers of a pad mean, beside the ranges that skin has. Takes up to as long as Skin().")
+             "Return the figures of a pad, with the ranges in which they are plausible. Takes up to as long as Skin().")
         .def_prop_ro(
             "count", [](const SkinWithShapes& s) { return s.skin->count(); }, "Pads.");
 }

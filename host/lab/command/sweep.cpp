@@ -18,7 +18,7 @@ namespace {
 
 using output::Path;
 
-constexpr size_t most_at_once = 16; // runs of one map whose results wait for each other
+constexpr size_t most_at_once = 16; // runs over one map that are computed together
 
 std::string in_csv(const std::string& text) {
     std::string out = "\"";
@@ -92,7 +92,7 @@ class Sweep {
     }
 
   private:
-    // Removes earlier runs but for those that stay, and leaves a table of what is to come: it shows the next command
+    // Removes earlier runs, except the ones that stay, and leaves a table of what is to come: it shows the next command
     // that the folders are a sweep's.
     void clear() {
         if (cleared_) return;

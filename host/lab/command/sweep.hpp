@@ -24,12 +24,12 @@ struct Plan {
     std::string origin(size_t run) const;
 };
 
-// Reads the scene of every run, and refuses all where a run into `out` would cost one of them a file that it reads.
+// Reads the scene of every run. Refuses all of them if a run into `out` would overwrite a file that one of them reads.
 // asked: how they are to be run. Throws Error::bad_input.
 Plan plan_of(const std::string& path, const output::Path& out, const std::vector<Setting>&, output::Origin asked);
 
-// Writes OUT/1, OUT/2 .. and OUT/runs.csv, each run as soon as it is done. resume: those that are finished stay.
-// Returns whether every run is right: no cell differs from the other backend, no measured error is above its bound.
+// Writes OUT/1, OUT/2 .. and OUT/runs.csv, each run as soon as it is done. resume: finished runs stay. Returns whether
+// every run is right: no cell differs from the other backend, and no measured error is above its bound.
 bool sweep(const output::Folder&, const std::vector<Setting>&, const Plan&, const Device&, const RunOptions&,
            bool resume);
 

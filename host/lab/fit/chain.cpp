@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Relaxation and retardation spectra, one from the other. The zeros of a compliance lie between its poles, one in each
-// gap, and so do those of a modulus: both are the roots of one secular equation.
+// gap, and the zeros of a modulus between the modulus's: both are the roots of one secular equation.
 #include "dermis/fit.hpp"
 #include "host/core/base/float_environment.hpp"
 #include "host/core/base/memory.hpp"
@@ -77,7 +77,7 @@ std::vector<Root> secular_roots(const std::vector<Pole>& poles, Real level) {
     return roots;
 }
 
-// Sorts by place, and adds up what has one place.
+// Sorts poles by place, and adds up the weights of poles at one place.
 std::vector<Pole> merged(std::vector<Pole> poles) {
     std::sort(poles.begin(), poles.end(), [](const Pole& a, const Pole& b) { return a.place < b.place; });
     std::vector<Pole> kept;

@@ -56,7 +56,7 @@ Problem condensed(Problem p) {
         few.times.push_back(std::exp(middle + s.time / s.weight));
         few.values.push_back(s.first + s.value / s.weight);
         few.weights.push_back(std::sqrt(s.weight));
-        // Beside a straight line in the logarithm of the time: a curve is one in so short an interval.
+        // The scatter around a straight line in the logarithm of the time: here every curve is one.
         const double times = s.time_time - s.time * s.time / s.weight,
                      both = s.time_value - s.time * s.value / s.weight,
                      values = s.value_value - s.value * s.value / s.weight;
@@ -166,9 +166,9 @@ void doubt_kind(const Problem& p, Fit& fit) {
         }
     const double deviations = sum / std::sqrt(n * (n - 1) * (2 * n + 5) / 18);
     if (p.test == Test::creep && deviations < -3)
-        fit.undetermined.push_back("the compliances fall with time, and those of no creep do");
+        fit.undetermined.push_back("the compliances fall with time, as in no creep");
     if (p.test == Test::relaxation && deviations > 3)
-        fit.undetermined.push_back("the moduli rise with time, and those of no relaxation do");
+        fit.undetermined.push_back("the moduli rise with time, as in no relaxation");
 }
 
 Fit fitted(const Problem& measured, int n) {

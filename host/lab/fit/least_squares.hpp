@@ -20,8 +20,8 @@ struct Matrix {
     void append(const std::vector<double>& column) { numbers.insert(numbers.end(), column.begin(), column.end()); }
 };
 
-// Returns the upper triangle R of A = Q*R, by Householder reflections: every least-squares problem among the columns of
-// A is the same one among those of R.
+// Returns the upper triangle R of A = Q*R, by Householder reflections. A least-squares problem among columns of A has
+// the same solution among the same columns of R.
 Matrix triangle_of(Matrix);
 
 struct Solution {
@@ -29,8 +29,8 @@ struct Solution {
     double squares = 0; // sum of the squares of a*x - b
 };
 
-// Least squares of a*x = b, x >= 0, where b is the last of the columns and a is those that `chosen` lists (the active
-// set method of Lawson and Hanson).
+// Least squares of a*x = b, x >= 0, where b is the last column and a the columns that `chosen` lists (the active set
+// method of Lawson and Hanson).
 Solution nonnegative_solution(const Matrix&, const std::vector<size_t>& chosen);
 
 // Solves R*x = b, where R is the first n columns of a triangle and b its column n.

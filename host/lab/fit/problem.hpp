@@ -14,12 +14,12 @@ enum class Test { creep, relaxation };
 struct Problem {
     Test test;
     std::vector<double> times, values, weights;
-    size_t points;      // measured ones; several may stand here as one
-    double scatter = 0; // sum of the squared residuals that several have beside their one, whatever the curve is
+    size_t points;      // number of measured points; several may stand here as one
+    double scatter = 0; // sum of the squared residuals of measured points around the point that replaces them
 };
 
-// Returns a problem in which points whose times agree to 0.1 % are one, with the weight of all of them, where there are
-// more than `most_points`; a smaller problem as it is.
+// Returns a problem of more than `most_points` with fewer points: points at times that agree to 0.1 % become one, with
+// the weight of all of them. A smaller problem is returned as it is.
 constexpr size_t most_points = 10000;
 Problem condensed(Problem);
 
@@ -33,7 +33,7 @@ std::vector<double> curve_of(Test, const std::vector<KelvinVoigt>&, const std::v
 struct Spectrum {
     bool constant = false, ramp = false; // whether these terms are there
     std::vector<double> log_times;
-    std::vector<double> amplitudes; // >= 0: of constant and ramp as far as there, then of the times
+    std::vector<double> amplitudes; // >= 0: of constant and ramp if they are there, then of the times
     double squares = 0;             // sum of the squared residuals
 
     size_t first_time() const { return size_t(constant) + size_t(ramp); } // its index in `amplitudes`
@@ -48,17 +48,17 @@ struct StartTimes {
 };
 StartTimes start_times_of(const Problem&);
 
-// Returns the best spectra of chains of at most 1, 2 .. n elements: none has a greater residual than those before.
+// Returns the best spectra of chains of at most 1, 2 .. n elements: none has a greater residual than one before it.
 std::vector<Spectrum> best_spectra(const Problem&, const StartTimes&, int n);
 
 // Weighs the residual of a spectrum against its number of parameters (Bayesian information criterion); less is better.
 double information(const Problem&, const Spectrum&, size_t parameters);
 
-// Student's quantile: the share 0.95 of a normal deviate over an estimate of its deviation is within +- this, for an
-// estimate of so many degrees of freedom, >= 1.
+// Student's quantile for 95 %: a normal deviate over an estimate of its standard deviation is within +- this in 95 of
+// 100 cases. freedom: the estimate's degrees of freedom, >= 1.
 double students_quantile(size_t freedom);
 
-// Fills Fit::errors in, and describes what stays undetermined.
+// Fills in Fit::errors, and describes what stays undetermined.
 void judge(const Problem&, Fit&);
 
 } // namespace dermis::fit

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Searches the times of a spectrum: first on a grid of start times, then by variable projection. Amplitudes follow from times by
-// nonnegative least squares.
+// Searches the times of a spectrum: first on a grid of start times, then by variable projection. Amplitudes follow from
+// times by nonnegative least squares.
 #include "host/lab/fit/problem.hpp"
 
 #include <algorithm>
@@ -63,7 +63,7 @@ std::vector<size_t> first(size_t n) {
     return list;
 }
 
-// Fills the best amplitudes for these times in.
+// Fills in the best amplitudes for these times.
 void set_amplitudes(const Problem& p, Spectrum& s) {
     Matrix m = columns_of(p, s);
     m.append(target_of(p));
@@ -116,8 +116,8 @@ std::vector<double> chosen_times(const StartTimes& starts, const Spectrum& s, si
     return times;
 }
 
-// Takes of all start times those to which nonnegative least squares gives amplitudes, and joins the nearest two of
-// them until `count` are left.
+// Takes the start times to which nonnegative least squares gives amplitudes, and joins the nearest two of them until
+// `count` are left.
 std::vector<double> joined_times(const StartTimes& starts, const Spectrum& s, size_t count) {
     if (count == 0) return {};
     std::vector<size_t> columns = fixed_columns(s);
@@ -213,10 +213,10 @@ bool contributes(const Problem& p, const Spectrum& s, size_t k) {
     return s.amplitudes[s.first_time() + k] * greatest > exact_data;
 }
 
-// Times closer than this, in their logarithm, make one exponential but for less than exact_data.
+// Exponentials of times closer than this, in their logarithm, differ by less than exact_data.
 constexpr double same_time = 1e-3;
 
-// Removes terms without amplitude, and of times that have met all but one; then the others move again.
+// Removes terms without amplitude, and all but one of times that have met; then the others move again.
 void simplify(const Problem& p, Spectrum& s) {
     for (;;) {
         std::vector<double> kept;
@@ -256,7 +256,7 @@ namespace {
 // Whether no residual is left but rounding of the data.
 bool is_exact(const Problem& p, const Spectrum& s) { return s.squares <= exact_data * exact_data * double(p.points); }
 
-// Returns the best spectrum of these terms and at most so many times, of several starts as long as a residual stays.
+// Returns the best spectrum of these terms and up to `times` times. Further starts are tried while a residual stays.
 Spectrum best_of_terms(const Problem& p, const StartTimes& starts, bool constant, bool ramp, size_t times) {
     Spectrum best{.constant = constant, .ramp = ramp, .squares = HUGE_VAL};
     for (const auto start : {chosen_times, joined_times}) {
@@ -279,7 +279,8 @@ Spectrum best_spectrum(const Problem& p, const StartTimes& starts, int n) {
             const int times = p.test == Test::creep ? n - constant - ramp : n - 1;
             if (times < 0 || (p.test == Test::relaxation && (ramp || times + constant == 0))) continue;
             Spectrum s = best_of_terms(p, starts, constant, ramp, size_t(times));
-            // Noise must not make a kind of spectrum look better that could use fewer of its terms.
+            // Every kind of spectrum is scored by all terms that it offers: noise must not make one look better that
+            // uses fewer.
             const size_t offered = size_t(2 * times + constant + ramp);
             const double score = information(p, s, is_exact(p, s) ? s.parameters() : offered);
             if (score >= least) continue;

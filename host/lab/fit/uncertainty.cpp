@@ -45,14 +45,14 @@ Matrix jacobian_of(const Problem& p, const std::vector<KelvinVoigt>& chain, cons
 }
 
 // The rows of the inverse of the triangle: scaled by the standard deviation of a residual, the length of row i is the
-// standard error of parameter i, and that of the difference of two rows is the error of their difference.
+// standard error of parameter i, and the length of a difference of rows is the error of the parameters' difference.
 std::vector<std::vector<double>> inverse_rows(Matrix triangle) {
     const size_t n = triangle.columns();
     std::vector<std::vector<double>> rows(n, std::vector<double>(n));
     for (size_t j = 0; j < n; ++j) {
         double squares = 0;
         for (size_t i = 0; i <= j; ++i) squares += triangle(i, j) * triangle(i, j);
-        const double least = std::max(1e-14 * std::sqrt(squares), 1e-100); // beyond that a column is no other direction
+        const double least = std::max(1e-14 * std::sqrt(squares), 1e-100); // below that it is no direction of its own
         if (std::abs(triangle(j, j)) < least) triangle(j, j) = least;
     }
     for (size_t k = 0; k < n; ++k)
@@ -85,7 +85,7 @@ std::string how_open(const char* number, double error) {
            (factor < 1000 ? " within a factor of " + shown(factor) : " not within a factor of 1000");
 }
 
-// Describes each element of which a number is open. twins: the neighbour whose retardation time may be the same.
+// Describes each element with an open number. twins: the neighbour whose retardation time may be the same.
 void name_open_elements(Fit& fit, const std::vector<std::optional<size_t>>& twins) {
     for (size_t k = 0; k < fit.elements.size(); ++k) {
         const std::string modulus = how_open("modulus", fit.errors[k].modulus),

@@ -74,7 +74,7 @@ template <class K> class March : public plan::Stepper {
     }
 
   private:
-    // A step of a batch, with what it is pressed by and its samples.
+    // A step of a batch, with its coefficients and its sample.
     struct Slot {
         plan::Step step;
         typename K::Constants constants;
@@ -158,7 +158,7 @@ template <class K> class March : public plan::Stepper {
     Plane<real>& response(size_t q) { return response_[q - QUANTITY_SA1]; }
     const real* plane(size_t q) { return q == QUANTITY_STRAIN ? cells_.strain() : response(q).data(); }
 
-    // Cells that are pressed begin as NaN: to be written before they are read.
+    // Cells that are pressed begin as NaN, so that one which is read before it is written shows.
     void make_response(int q) {
         Plane<real>& map = response(size_t(q));
         map = Plane<real>(skin_.padded_cells(), response_place(skin_.chain) + q - QUANTITY_SA1);
@@ -209,7 +209,7 @@ template <class K> class March : public plan::Stepper {
     std::deque<Slot> slots_;                   // of steps that wait, in order, and of the last batch
     size_t waiting_ = 0;                       // steps that wait to be taken in one batch
     size_t last_ = 0;                          // slot of the last step that was taken
-    bool steady_ = false;                      // it changed nothing that is asked for
+    bool steady_ = false;                      // the last step changed nothing that is asked for
     long long left_out_ = 0;
 };
 

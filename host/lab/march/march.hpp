@@ -7,15 +7,15 @@
 
 namespace dermis {
 
-// Skin and schedule outlive the stepper. Throws Error::bad_input if a value or size is beyond the backend's limits, and
-// Error::no_device where the bits of a march differ and the device was not named: the first march tests them, the first
-// one of another variant than the plain one every variant.
+// Skin and schedule must outlive the stepper. Throws Error::bad_input if a value or size is beyond the backend's
+// limits, and Error::no_device if the bits of a march differ and the device was not named: the first march tests the
+// plain variant, and the first march of another variant tests every variant.
 std::unique_ptr<plan::Stepper> march(const Device&, const plan::PreparedSkin&, const plan::Schedule&, Precision,
                                      plan::Stepper::Sink);
 
 namespace plan {
 
-// The same on a backend, whose bits are not tested.
+// The same on a backend, without a test of its bits.
 std::unique_ptr<Stepper> march(Backend&, const PreparedSkin&, const Schedule&, Precision, Stepper::Sink);
 
 } // namespace plan

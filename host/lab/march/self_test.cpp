@@ -26,7 +26,7 @@ struct TestVariant {
     plan::Chain chain;
 };
 
-// Prepares a run of which every map is read.
+// Prepares a run that reads every map.
 plan::PreparedRun sample_run(const TestVariant& v) {
     Scene s;
     static_cast<SkinDescription&>(s) = sample_skin(v.stencil, v.edges, v.materials, v.chain);

@@ -66,13 +66,13 @@ class FieldsKernel {
     }
 
   private:
-    static constexpr double numbers = 2; // that are written for each cell
+    static constexpr double numbers = 2; // numbers written for each cell
     std::vector<RowWindow> windows_;
     Kernel kernel_;
 };
 
-// The regions of a map's first plane, to stand without gaps from byte `at` on. In a state, the rows of other planes lie
-// between its rows.
+// The regions that copy a map's first plane without gaps, from byte `at` on. In a state, the rows of other planes lie
+// between the rows of the first one.
 std::vector<VkBufferCopy> regions_of(const plan::PreparedSkin& skin, int planes, VkDeviceSize at) {
     const VkDeviceSize row = VkDeviceSize(skin.pitch) * sizeof(float), rows = VkDeviceSize(skin.height());
     if (planes == 1) return {{0, at, rows * row}};

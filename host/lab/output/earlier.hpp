@@ -13,10 +13,10 @@ namespace dermis::output {
 inline const std::string made_by_dermis = "{\n  \"program\": \"dermis\","; // begins each summary.json
 inline const std::string runs_columns = "run,model,precision,";            // begins each runs.csv
 
-// Opens a file whose stream throws where memory runs out; others swallow that, and the file seems to end or be missing.
+// Opens a file with a stream that throws if memory runs out: others hide that, and the file seems to end or be missing.
 std::ifstream opened(const std::filesystem::path&);
 
-// Returns whether a path is a regular file that begins so.
+// Returns whether a path is a regular file that begins with `start`.
 bool begins_with(const std::filesystem::path&, const std::string& start);
 
 // Throws Error::bad_input where one of `paths`, the files that the scenes read, is a file that would be removed or
@@ -25,11 +25,11 @@ bool begins_with(const std::filesystem::path&, const std::string& start);
 void need_inputs_kept(const std::filesystem::path& folder, size_t runs, const std::vector<std::string>& written,
                       const std::vector<std::string>& paths);
 
-// Returns whether all files with a name of a run's are dermis's: summary.json shows it, or there are none.
+// Returns whether dermis wrote all files that have names of a run's files: summary.json shows it, or there are none.
 bool is_owned(const std::filesystem::path& folder);
 
-// Returns a run's files but for those in `kept`, in the order in which they may be removed; its summary.json shows that
-// dermis wrote them.
+// Returns a run's files, except the ones in `kept`, in the order in which they may be removed; its summary.json shows
+// that dermis wrote them.
 std::vector<std::filesystem::path> earlier_run(const std::filesystem::path& folder,
                                                const std::vector<std::string>& kept);
 void remove_file(const std::filesystem::path&);

@@ -13,13 +13,13 @@ namespace dermis::output {
 
 using Path = std::filesystem::path;
 
-// A folder into which no other process writes by a Folder of its own: it is locked, and where it is locked already the
-// constructor throws. The lock ends with the process, however that ends. A file system without locks has none.
+// A folder, locked against other processes that use this class: the constructor throws if another one has the lock. The
+// lock ends with the process, however the process ends. A file system without locks gives none.
 class Folder {
   public:
-    // Makes the folder with those above it, unless they are there, and removes parts that a killed process left in it.
+    // Makes the folder and the folders above it, where missing, and removes parts that a killed process left in it.
     explicit Folder(const Path&);
-    // Removes those that it made as far as they are empty.
+    // Removes the folders that it made, if they are empty.
     ~Folder();
     Folder(const Folder&) = delete;
     const Path& path() const { return path_; }
@@ -34,13 +34,13 @@ class Folder {
     int file_ = -1;
 };
 
-// A file under a temporary name beside its own, NAME.dermis-PID.part, which it gets from nobody else and through no
-// link. The part is removed unless it is published.
+// A new file under a temporary name beside its own, NAME.dermis-PID.part. It is never a file that exists already, nor
+// reached through a link. The part is removed unless it is published.
 class PartFile {
   public:
     // Writes the content, to the disk.
     PartFile(const Path&, const std::string& content);
-    // Gives the file its name, in place of one that has it.
+    // Gives the file its own name; a file that has the name is replaced.
     void publish(const HeldSignals&);
 
   private:

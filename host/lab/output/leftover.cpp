@@ -11,8 +11,8 @@
 namespace dermis::output {
 namespace {
 
-// A handler may run at any instruction and in any thread, so that it takes no lock. It stores its signal and then tries
-// `held`: either it gets it, and nobody changes the list any more, or the one who has it sees the signal afterwards.
+// A handler may run at any instruction and in any thread, so it takes no lock. It stores its signal and then tries to
+// set `held`. If it can, nobody changes the list any more; if not, whoever has set `held` sees the signal afterwards.
 std::atomic_flag held;
 std::atomic<int> arrived = 0;
 Leftover* newest = nullptr; // changes while signals are held

@@ -6,8 +6,8 @@
 
 namespace dermis::output {
 
-// While one of these lives no signal ends the process, but for SIGKILL and faults of the process itself: a signal that
-// arrives ends it when the object goes. They do not nest.
+// While such an object lives no signal ends the process, except SIGKILL and faults of the process itself. A signal that
+// arrives meanwhile ends the process when the object is destroyed. Such objects do not nest.
 class HeldSignals {
   public:
     HeldSignals();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Tells runs apart by what they are made from, so that one that is finished need not be done again.
+// Tells runs apart by what they are made from, so that a finished run need not be done again.
 #pragma once
 
 #include "dermis/dermis.hpp"
@@ -30,15 +30,15 @@ struct Origin {
     bool check = false;
 };
 
-// Returns the first lines of the summary.json of such a run.
+// Returns the first lines of the summary.json of a run of this origin.
 std::string text_of(const Origin&);
 // Returns the line behind them, which lists the other files of the run.
 std::string files_text(std::vector<Contents>);
 // Returns a summary.json with its own hash as last line; `text` is all before that.
 std::string sealed(std::string text);
 
-// Returns whether a folder holds all files of a finished run of this scene, with every byte as it was written, and
-// their summary.json begins so.
+// Returns whether a folder holds all files of a finished run of this scene, with every byte as it was written, and with
+// a summary.json that begins with `origin`.
 bool is_finished(const std::filesystem::path& folder, const Scene&, const std::string& origin);
 
 // The figures of a finished run for tables, as they stand in its summary.json; empty where that has null.

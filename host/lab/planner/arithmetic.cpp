@@ -7,12 +7,12 @@ namespace dermis::planner {
 
 namespace {
 
-// Bounds of what coefficients are off by, in units of their arithmetic; tests/coefficients_test.cpp measures b, i0, i1
-// and a0 in double, and the factors of ds before they contain the load's change. e^-z is off by as many more as z has
-// units; the a0 of a step mean, whose a2 is not 0, does not contain it.
+// Bounds of the errors of coefficients, in units of their arithmetic. tests/coefficients_test.cpp measures b, i0, i1
+// and a0 in double, and the factors of ds before they contain the load's change. The rounding of z adds up to z units
+// to e^-z; the a0 of a step mean, which has an a2 that is not 0, does not contain e^-z.
 struct Units {
     double b, i0 = 3.5, i1 = 4.5, leak = 4, v0, a0, a2 = 2, changes = 8, i2 = 14;
-    // joined: the elements whose shares are added up.
+    // joined: the number of elements whose shares are added up.
     Units(double z, bool step_mean, double joined)
         : b(z > 1 ? 2.5 : 3), v0(2 + 2 * z), a0(step_mean ? (z > 1 ? 3 : 7) : 5 + 2 * z) {
         for (double* sum : {&i1, &a2, &changes, &i2}) *sum += joined - 1;
@@ -44,7 +44,7 @@ void add_of_elastic(f64::Coefficients& off, const f64::Coefficients& k, const pl
 }
 
 CountedLoad CountedArithmetic::pressures(const CountedLoad& load) const {
-    if (bound) return load; // what they are off by is all counted
+    if (bound) return load; // their whole error is counted
     // The rounding of the map is the same in all responses.
     const auto pressure = [&](const Counted& share) { return times(stored(share), {1, 0}); };
     return {pressure(load.s0), pressure(load.ds), pressure(load.sj)};
@@ -72,7 +72,7 @@ void CountedArithmetic::strain(const CountedStep& step, const CountedLoad& p, co
     n.flushed = c.flushed || flush > 0;
 }
 
-// What the strain is off by is carried on beside it.
+// The bound of the strain's error does not enter: strain() and press() carry it on beside the value.
 Counted CountedArithmetic::excess_stress(const CountedStep& step, const CountedLoad& p, const CountedCell& c) const {
     Counted r = plus(p.s0, times(factor(step, &C::E, 0), {-c.eps.value, 0, -c.eps.shift}));
     if (bound) r.value = std::min(r.value, c.excess + p.sj.value);
@@ -94,7 +94,7 @@ void CountedArithmetic::press(const CountedStep* steps, size_t count, const Coun
     const CountedLoad p = pressures(steps[0].load);
     const f64::Coefficients& first = steps[0].k;
     Counted gained{0, 0}, rate{0, 0}, acceleration{0, 0};
-    double keep_off = 0, rate_off = 0, acceleration_off = 0; // from what the strains are off by
+    double keep_off = 0, rate_off = 0, acceleration_off = 0; // from the strains' errors
     bool any_flushed = false;
     for (size_t e = 0; e < count; ++e) {
         const CountedStep& step = steps[e];
@@ -104,7 +104,7 @@ void CountedArithmetic::press(const CountedStep* steps, size_t count, const Coun
         any_flushed = any_flushed || c.flushed;
         if (step.spring) {
             spring(step, p, c, n);
-            if (!bound) continue; // under an envelope its acceleration is in the first one's
+            if (!bound) continue; // under an envelope the first element's coefficients have it
             const Counted change = plus(n.spring_rate, -c.spring_rate);
             acceleration = plus(acceleration, times(factor(step, &C::a1, 1), change));
             continue;
@@ -115,7 +115,7 @@ void CountedArithmetic::press(const CountedStep* steps, size_t count, const Coun
         gained = plus(gained, times(factor(step, &C::i0, units.i0), eps));
         rate = plus(rate, times(factor(step, &C::v0, units.v0), r));
         acceleration = plus(acceleration, times(factor(step, &C::a0, units.a0), r));
-        if (e == 0) { // the load's share in all of them
+        if (e == 0) { // the load's share in all elements
             gained = plus(gained, times(factor(step, &C::i1, units.i1), p.s0));
             gained = plus(gained, times(factor(step, &C::i2, units.i2), p.ds));
             if (bound) gained.value -= std::max(0.0, k.i2 * (p.s0.value + p.ds.value - p.end)); // 0 <= i2 <= i1

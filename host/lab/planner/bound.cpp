@@ -28,9 +28,9 @@ double least_of(const std::vector<double>& map) {
     return std::isfinite(least) ? least : 0;
 }
 
-// Reduces the materials to as many as the analysis has time and memory for. Errors scale with peak/modulus and
-// peak/viscosity at a given retardation time, so the extremes of these represent the others of a narrow range of
-// retardation times.
+// Reduces the materials to a number that the analysis has time and memory for. At a given retardation time errors scale
+// with peak/modulus and peak/viscosity, so the materials with the greatest of either represent all materials in a
+// narrow range of retardation times.
 constexpr size_t ranges = 512;
 
 bool too_many(size_t materials, double steps) {
@@ -62,7 +62,7 @@ std::vector<PressedMaterial> representatives(std::vector<PressedMaterial> all) {
     return few;
 }
 
-// Adds up to `some` sites of each class: half of them the most pressed, half from all over.
+// Adds up to `some` sites of each class: half of them the most pressed, half spread over all sites.
 void add_telling_sites(const PreparedSkin& skin, const Schedule& schedule, std::vector<Cell>& cells,
                        std::vector<int>& classes) {
     for (int q = QUANTITY_SA1; q < REDUCED_MAPS; ++q) {
@@ -81,20 +81,20 @@ void add_telling_sites(const PreparedSkin& skin, const Schedule& schedule, std::
     }
 }
 
-// The unit of the roundings that are counted: where the run's own are measured, those of the reference.
+// The unit of the roundings that are counted: the reference's, where the run's own roundings are measured.
 double counted_unit(const Arithmetic& kind) { return kind.separable ? unit_of_reference : kind.unit(); }
 
 // The materials that an analysis steps, each with the arithmetic of its cell.
 struct AnalysedMaterials {
     std::vector<PressedMaterial> pressed;
     std::vector<CountedMaterial> counted; // the same, each with the pressure around what is read as its peak
-    std::vector<size_t> ends;             // of all of them, or of those at each place of a series
+    std::vector<size_t> ends;             // the end of all of them, or of the materials at each place of a series
     plan::Chain chain;
     std::vector<CountedMaterial> extremes; // of each part, its least and its greatest retardation time
 };
 
-// Where elements in series are too many, those of each place in the series are represented by some of them, as if they
-// were cells of their own.
+// Where elements in series are too many, some elements of each place in the series represent all elements of that
+// place, as if they were cells of their own.
 void represent(AnalysedMaterials& m) {
     const std::vector<PressedMaterial> all = std::exchange(m.pressed, {});
     for (size_t e = 0; e < m.chain.length; ++e) {
@@ -138,7 +138,8 @@ AnalysedMaterials analysed(const PreparedSkin& skin, const Schedule& schedule, c
 }
 
 // The roundings of a mean over all cells, in units of the greatest value: one for each level of a tile's tree that
-// joins columns, by the mean of the values' magnitudes; in models of products those of a sum and its division.
+// joins columns, by the mean of the values' magnitudes. In models of products: the roundings of a sum and of its
+// division.
 double units_of_mean(const PreparedSkin& skin, const Schedule& schedule, const Arithmetic& kind) {
     if (kind.separable) return 2;
     const int columns = std::min(skin.width(), TILE_CELLS);
@@ -150,7 +151,7 @@ double units_of_mean(const PreparedSkin& skin, const Schedule& schedule, const A
     return sum > 0 ? levels * std::min(1.0, mean / largest_of(schedule.pressure)) : levels;
 }
 
-// What the resting curvature is off by: the Laplacian of the heights, four roundings in double, and two to float.
+// The error of the curvature at rest: of the Laplacian of the heights, four roundings in double, and two to float.
 double error_at_rest(const PreparedSkin& skin, const Arithmetic& kind, double rest) {
     const double spacing = skin.description.grid.spacing.value_or(1), of_heights = roundings_of(skin, skin.heights);
     return (kind.single ? 2 * kind.unit() * rest : 0) +
@@ -222,8 +223,8 @@ class Analysis {
     }
 
   private:
-    // Distance of the method from the exact one, per unit of pressure; 0 for the exact method itself. A part adds what
-    // its retardation times differ by and the rounding of pressure over resistance.
+    // The distance of the method from the exact one, per unit of pressure; 0 for the exact method itself. A part adds
+    // the spread of its retardation times and the rounding of pressure over resistance.
     double truncation(size_t i, int q) const {
         const double x = run_.cells()[i].value(q), method = exact_ ? std::abs(x - exact_->cells()[i].value(q)) : 0;
         if (!extremes_) return method;
@@ -231,13 +232,13 @@ class Analysis {
         return method + std::abs(of[2 * i].value(q) - of[2 * i + 1].value(q)) + 0x1p-53 * std::abs(x);
     }
 
-    // A quantity of one cell under the greatest pressure on it, or around it: of its element, or summed over those in
-    // series.
+    // A quantity of one cell under the greatest pressure on it, or around it: of its element, or summed over its
+    // elements in series.
     struct BoundedSum {
-        double value = 0, magnitude = 0; // the sum, and that of magnitudes
-        double off = 0;                  // what the sum is off by
-        double gain = INFINITY;          // the greatest at rest of what is off, where all of that is rounding
-        double value_gain = INFINITY;    // that of the value
+        double value = 0, magnitude = 0; // the sum; the sum of magnitudes
+        double off = 0;                  // error of the sum
+        double gain = INFINITY;          // greatest gain at rest of the error, where it is all rounding
+        double value_gain = INFINITY;    // greatest gain at rest of the value
     };
     BoundedSum sum_of(size_t first, int q, bool around) const {
         BoundedSum s;
@@ -259,13 +260,13 @@ class Analysis {
         // Half a unit in the last place of a smaller value is up to twice as much of it.
         s.off += peak * ((share < 1 && !kind_.separable ? 2 : 1) * error + std::abs(shift) + truncated);
         if (!schedule_.framed) s.off += rounding_of(peak, share) * std::abs(s.value);
-        // Strains in series are added up; of the other quantities the kernel's sums are counted.
+        // Strains in series are added up here; for other quantities, the counted arithmetic contains the kernel's sums.
         if (kind_.separable) s.off += peak * run_.measured(first / length, q);
         else if (q <= QUANTITY_SA1 && s.magnitude > 0) s.off += double(length - 1) * (u_ * s.magnitude + kind_.stored);
         return s;
     }
 
-    // That of every cell; of cells whose elements are represented, one that no cell exceeds.
+    // The sums of every cell; where some elements represent all, one sum that no cell exceeds.
     std::vector<BoundedSum> sums_of(int q, bool around) const {
         std::vector<BoundedSum> all;
         for (size_t i = 0; i < materials_.ends.front(); i += materials_.chain.length)
@@ -283,8 +284,8 @@ class Analysis {
             together.magnitude += most.magnitude;
             together.off += most.off;
         }
-        // What the kernel adds up in one sum it rounds as often as there are elements, each time as if they were alone
-        // at most twice over.
+        // The kernel rounds its one sum as often as there are elements. Each of these roundings is at most twice the
+        // rounding of the elements alone.
         together.value = together.magnitude;
         together.off *= 2 * double(ends.size());
         return {together};
@@ -345,15 +346,15 @@ class Analysis {
         return units + (kind_.single ? 0x1p-53 : 0) + (peak > 0 ? stored : 0);
     }
 
-    // The roundings of a response, the product of a signal x and its gain: of the curvature times a length, of the gain
-    // and of the product.
+    // The roundings of a response, which is the product of a signal x and its gain: of the curvature times a length, of
+    // the gain and of the product.
     double rounding(double x, double gain, double response) const {
         return (kind_.single ? 2 : 1) * u_ * x * (gain - 1) + std::min(x * half_unit(gain), u_ * response) +
                half_unit(response);
     }
 
-    // Those of a response by products, x*(a - sum of g*b) per unit of pressure: two of a, the response at rest, and one
-    // of the length in it; four of each g*b, what the strain adds; one of each difference, and one of the product.
+    // The roundings of a response by products, x*(a - sum of g*b) per unit of pressure: two of a, the response at rest,
+    // and one of its length; four of each g*b, which the strain adds; one of each difference; one of the product.
     double rounding_of_product(double x, double at_rest, double bent, double response) const {
         const double parts = double(skin_.parts.size());
         const double differences = parts > 1 ? parts * (at_rest + x * bent) : response;

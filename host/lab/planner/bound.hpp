@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: MIT
-// A bound of a model's error before it is run: the largest |X - X_exact| over cells and output times, by the largest
-// |X_exact|, where X_exact solves the model on the scene's grid, maps and load without error in time or arithmetic.
+// A bound of a model's error before it is run: the largest |X - X_exact| over cells and output times, relative to the
+// largest |X_exact|. X_exact solves the model on the scene's grid, maps and load without error in time or arithmetic.
 #pragma once
 
 #include "host/lab/schedule/timeline.hpp"
 
 namespace dermis::planner {
 
-// Of strain, SA1, SA2, FA1, FA2, curvature and deformation; of FA2 before its gains.
+// One number for each of strain, SA1, SA2, FA1, FA2, curvature and deformation; FA2 is taken before its gains.
 using Errors = std::array<double, size_t(Quantity::deformation) + 1>;
 
-// Raises a greatest value; what is no number, as where a coefficient is beyond the precision, counts as infinite.
+// Raises a greatest value. A NaN, from a coefficient beyond the precision for example, counts as infinite.
 inline void raise(double& greatest, double x) {
     if (!(x <= greatest)) greatest = std::isnan(x) ? INFINITY : x;
 }

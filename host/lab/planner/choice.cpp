@@ -39,7 +39,7 @@ void check_request(const PreparedSkin& skin, const Schedule& schedule, const Req
     if (r.check) refuse("precision", "f64", "a check of backends compares f32");
 }
 
-// The candidates by seconds. everything: also those that cannot serve, with the reason.
+// The candidates in the order of their seconds. everything: also candidates that cannot serve, with the reason.
 std::vector<Candidate> candidates(const PreparedSkin& skin, const Schedule& schedule, const Backends& backends,
                                   bool everything) {
     std::vector<Candidate> all;
@@ -91,7 +91,7 @@ class ErrorBounds {
         return worst(parts_->skin, parts_->schedule, kind, {});
     }
 
-    // The same candidate with fewer elements in series, if there are some that keep the tolerance.
+    // The same candidate with fewer elements in series, if fewer elements keep the tolerance.
     std::optional<Candidate> reduced(const Candidate& c, double tolerance, const plan::Capabilities& backend) {
         constexpr double share = 0.75; // of the tolerance, at most; the rest is left to arithmetic
         if (!may_reduce(skin_, schedule_, c.model)) return {};
@@ -130,7 +130,7 @@ class ErrorBounds {
         };
         const auto of_sites = [&](const Arithmetic& as) { return bounds_of_sites(skin, schedule, as); };
         Peaks sure = peaks();
-        if (kind.separable && schedule.method == Method::exact) { // it may be off by less than a march in double is
+        if (kind.separable && schedule.method == Method::exact) { // peaks are of a march in double, with its errors
             const Arithmetic march = arithmetic_of(Precision::f64, false);
             const Errors cells = of_cells(march).throughout, sites = of_sites(march).throughout;
             for (size_t q = 0; q < cells.size(); ++q) {
@@ -144,7 +144,7 @@ class ErrorBounds {
 
     const PreparedSkin& skin_;
     const Schedule& schedule_;
-    std::optional<Peaks>& peaks_;            // once they are needed
+    std::optional<Peaks>& peaks_;            // empty until they are needed
     std::optional<plan::PreparedRun> parts_; // of the same strain, where materials differ
     std::optional<Replacement> of_march_, of_sites_;
 };

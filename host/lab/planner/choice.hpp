@@ -27,8 +27,8 @@ struct Backends {
 Candidate costed(const plan::PreparedSkin&, const plan::Schedule&, Model, Precision, const plan::Capabilities&);
 
 // Explanation::chosen is the decision. everything: also the costs and errors of candidates that are not chosen. Throws
-// Error::bad_input for a model, precision or tolerance that cannot be had. peaks: where a bound was needed, the values
-// that it is relative to.
+// Error::bad_input for a model, precision or tolerance that cannot be had. peaks: where a bound was needed, it is set
+// to the values that the bound is relative to.
 Explanation choose(const plan::PreparedSkin&, const plan::Schedule&, const Request&, const Backends&, bool everything,
                    std::optional<Peaks>& peaks);
 

@@ -26,14 +26,13 @@ double envelope_peak(const scene::Waveform& load, const Envelope& envelope) {
 // The rounding of a few operations, in units.
 constexpr double few = 8;
 
-// Holds how far a step's shares of the change between two frames are off, in double.
+// The errors in double of a step's shares of the change between two frames.
 struct OffShares {
     double start, rise;
 };
 
-// The load between frames of a cell whose greatest |pressure| is `peak`, per unit of it: only magnitudes are known, of
-// the frames and of their change. A share of the change is rounded with the change, in float by itself, and as a
-// product.
+// The load between frames of a cell with the greatest |pressure| `peak`, per unit of it. Only magnitudes of the frames
+// and of their change are known. The change, its share (in float) and their product are each rounded.
 CountedLoad load_of_frames(const Schedule& schedule, const plan::Step& step, const OffShares& off, double peak,
                            const CountedArithmetic& as) {
     const auto share = [&](const std::vector<double>& of, long long k) {
@@ -142,7 +141,7 @@ void CountedRun::press(size_t first, const plan::Step& step) {
     if (!products_.empty()) measure(first, step, k.data(), references.data());
 }
 
-// Takes the step of a product as the run does, and by references.
+// Steps the cell of a product as the run does, and once more by references.
 void CountedRun::measure(size_t first, const plan::Step& step, const f64::Coefficients* k,
                          extended::Coefficients* references) {
     MeasuredCell& cell = products_[first / chain_.length];

@@ -15,8 +15,8 @@ struct CountedMaterial {
     double peak;
 };
 
-// A cell that is stepped for all others, as models of products do: by the run's own operations in double, and once more
-// in long double. How far the two are apart is known then, and needs no count of roundings.
+// A cell that is stepped for all others, as in models of products: by the run's own operations in double, and once more
+// in long double. Its error is then the distance of the two, and needs no count of roundings.
 class MeasuredCell {
   public:
     MeasuredCell(const plan::Chain& chain, const plan::Element* elements, double duration)
@@ -38,7 +38,7 @@ class MeasuredCell {
         run_.keep();
         reference_.keep();
     }
-    // The error of a signal of the run after the step, but for that of its reference.
+    // The error of a signal of the run after the step, without its reference's error.
     double off(int q) const { return double(std::abs(run_.signal(q) - exact_[size_t(q)])); }
 
   private:
@@ -47,16 +47,16 @@ class MeasuredCell {
     std::array<long double, REDUCED_MAPS> exact_{};
 };
 
-// The schedule and the materials outlive the run.
+// The schedule and the materials must outlive the run.
 class CountedRun {
   public:
-    // chain: how many of the materials, one after another, are elements in series of one cell. product: cells are
-    // stepped for all others, and measured; the arithmetic is that of references.
+    // chain: how many consecutive materials are the elements in series of one cell. product: one cell is stepped for
+    // all others, and measured; the arithmetic is then the references'.
     CountedRun(const plan::Schedule&, const std::vector<CountedMaterial>&, const plan::ResponseRule&, Method,
                const plan::Chain& chain = {}, bool product = false);
 
     // Takes the steps up to the next one whose end is read, an output or a field; false where there is none left.
-    // impulses: up to those of the load's jumps too, at which rates and accelerations are the impulses.
+    // impulses: also stops at the load's jumps, where rates and accelerations are the impulses.
     bool next(bool impulses = false);
     const plan::Step& step() const { return step_; }
     bool at_impulse() const { return step_.impulse >= 0; }

@@ -8,7 +8,7 @@
 
 namespace dermis::planner {
 
-// The sum of a stencil's absolute weights: by it, errors of the cells become an error of the curvature.
+// The sum of a stencil's absolute weights: the factor from an error of the strain to an error of its Laplacian.
 double weight_of(int stencil);
 
 double largest_of(const std::vector<double>& map);
@@ -16,8 +16,8 @@ double largest_of(const std::vector<double>& map);
 // The greatest |L(S)| over all cells, or over the schedule's points alone.
 double rest_peak(const plan::PreparedSkin&, const plan::Schedule&, bool points_only);
 
-// What the differences of a map and their sums in a Laplacian without spacing are rounded by at most, in units: each
-// term three times, with a factor of the fourth-order stencil six times.
+// A bound of the roundings of a map's differences and of their sums in a Laplacian without spacing, in units: each term
+// is rounded three times, with a factor of the fourth-order stencil six times.
 double roundings_of(const plan::PreparedSkin&, const std::vector<double>& map);
 
 // Greatest Laplacian of a strain with maximum 1, and roundings_of it. A uniform skin's strain has the load's shape,
@@ -27,7 +27,7 @@ struct Roughness {
 };
 Roughness roughness_of(const plan::PreparedSkin&, const plan::Schedule&, double peak);
 
-// A material, and the greatest |pressure| on those of its cells that are read.
+// A material, and the greatest |pressure| on the cells of it that are read.
 struct PressedMaterial {
     plan::Element element;
     double peak = 0;
@@ -45,8 +45,8 @@ struct Read {
 
 std::vector<PressedMaterial> pressed_materials(const plan::PreparedSkin&, const plan::Schedule&, const Read&);
 
-// Sets the gains of materials. separable: errors are proportional to pressure;
-// otherwise, half a unit in the last place of a smaller value is up to twice as much of it.
+// Sets the gains of materials. separable: errors are proportional to pressure; otherwise, half a unit in the last place
+// of a smaller value is up to twice as much of it.
 void take_gains(const plan::PreparedSkin&, const plan::Schedule&, const Read&, bool separable,
                 std::vector<PressedMaterial>&);
 

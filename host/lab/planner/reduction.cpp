@@ -11,7 +11,7 @@ using plan::Element;
 using plan::PreparedSkin;
 using plan::Schedule;
 
-// A change that keeps one strain less: two elements, or one alone, become `result`.
+// A change to a chain with one strain less: one or two elements become `result`.
 struct Change {
     Element first;
     std::optional<Element> second;
@@ -82,11 +82,11 @@ class Changes {
 
     const double T_, dt_;
     double total_ = 0;                     // strain after T under a unit step
-    Elements elastic_, viscous_, between_; // the last by retardation time, fastest first
+    Elements elastic_, viscous_, between_; // between_: by retardation time, fastest first
     std::vector<Change> list_;
 };
 
-// The first jump of an envelope, if the load was 0 until then; 0 if there is none.
+// The first jump of an envelope; 0 if there is none, and nothing if the load was not 0 until then.
 std::optional<double> first_jump(const Schedule& s) {
     const scene::Waveform load(s.load.envelope, s.time);
     bool rests = true;
@@ -98,7 +98,7 @@ std::optional<double> first_jump(const Schedule& s) {
     return 0;
 }
 
-// Whether every frame and field is at an output, so that steps from output to output tell all.
+// Whether every frame and field is at an output, so that steps from output to output reach all of them.
 bool falls_on_outputs(const Schedule& s) {
     if (!s.framed) return true;
     if (!scene::steps_per_frame(*s.load.interval, s.time.step)) return false;
@@ -108,11 +108,11 @@ bool falls_on_outputs(const Schedule& s) {
     });
 }
 
-// The search for the shortest chain. It allows twice the error again and again, and at each level takes the most
-// promising change that the proof allows; so what is allowed more never ends with a longer chain.
+// The search for the shortest chain. It doubles the error that it allows again and again, and at each level takes the
+// most promising change that the proof allows. A greater allowance therefore never ends with a longer chain.
 class Search {
   public:
-    // springs: elements may become one.
+    // springs: elements may become springs.
     Search(const PreparedSkin& skin, const Schedule& schedule, const Allowance& allowance, bool springs)
         : skin_(skin), schedule_(schedule), allowance_(allowance), springs_(springs), best_{.chain = skin.materials} {}
 
@@ -133,7 +133,7 @@ class Search {
     }
 
   private:
-    // The changes that may be within an error, as estimates go.
+    // The changes with an estimate near an error or below.
     std::vector<Change> changes(double error) const {
         constexpr double optimism = 16;
         const double dt = schedule_.time.step;

@@ -13,7 +13,7 @@ namespace dermis::planner {
 // The limits of a reduction.
 struct Allowance {
     double error;   // greatest Replacement::error
-    double seconds; // what the run takes with all elements: the search takes no more than it may save of that
+    double seconds; // of the run with all elements: the search takes no more than it may save
     bool impulses;  // impulses of the load's jumps are written: they keep the error too
 };
 

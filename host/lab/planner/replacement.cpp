@@ -14,7 +14,7 @@ using plan::Element;
 using plan::PreparedSkin;
 using plan::Schedule;
 
-// The responses of one cell under unit pressure, and what each may be off by in double.
+// The responses of one cell under unit pressure, and the error of each in double.
 struct Signals {
     Errors value{}, off{};
 
@@ -110,9 +110,9 @@ double greatest_of(const std::vector<double>& values, size_t first, size_t last)
     return greatest;
 }
 
-// The greatest |signals| of a cell under frames, of which only magnitudes are known. Its pressure is p_0 times a step,
-// and a change p_(k+1) - p_k times a ramp from each frame k to the next; or each p_k times a hat, which is the ramp up
-// to it less the ramp away from it. Signals are the sums of those of steps and ramps, and both ways bound them.
+// The greatest |signals| of a cell under frames of known magnitudes. Its pressure is p_0 times a step, and each change
+// p_(k+1) - p_k times a ramp from frame k to the next; or each p_k times a hat, the ramp up to frame k less the ramp
+// away from it. The signals of steps and ramps add up in the same two ways, and each way gives a bound.
 class UnderFrames {
   public:
     UnderFrames(const Schedule& schedule, const Difference& d, const plan::ResponseRule& rule)
@@ -160,10 +160,10 @@ class UnderFrames {
     const size_t whole_, frames_; // steps from frame to frame; frames
     const Schedule of_step_, of_ramp_;
     DifferenceRun step_, ramp_;
-    std::vector<Signals> before_;      // the ramp's in the last `whole_` steps
+    std::vector<Signals> before_;      // the ramp's signals in the last `whole_` steps
     std::vector<Errors> hats_, ramps_; // sums of greatest signals at the steps before, a whole number of frames apart
     Errors longest_{};                 // the greatest of a ramp so far
-    double first_, middle_, last_;     // greatest |pressure| of the first frame, of those between and of the last one
+    double first_, middle_, last_;     // greatest |pressure| of the first frame, of the frames between, of the last
     double change_;                    // greatest of a cell from frame to frame
 };
 
@@ -215,7 +215,7 @@ Greatest ReplacementBound::greatest(const Difference& d) const {
 Magnitudes ReplacementBound::magnitudes_of(const Read& read) const {
     const double weight = skin_.constants.bend * weight_of(skin_.stencil);
     Magnitudes m{.peak = 1, .rest = rest_peak(skin_, schedule_, !read.everything), .curved = weight};
-    if (schedule_.framed) return m; // signals are those under the frames' pressures
+    if (schedule_.framed) return m; // signals contain the frames' pressures
     const PressedMaterial pressed = pressed_materials(skin_, schedule_, read).front();
     const double peak = largest_of(schedule_.pressure);
     m.peak = pressed.peak;
@@ -223,7 +223,7 @@ Magnitudes ReplacementBound::magnitudes_of(const Read& read) const {
     return m;
 }
 
-// A lower bound of the greatest impulse: that of the first jump in the cell that is pressed most.
+// A lower bound of the greatest impulse: the impulse of the first jump in the cell that is pressed most.
 double ReplacementBound::greatest_impulse(int quantity) const {
     double of_unit = 0;
     for (const Element& m : skin_.materials) {

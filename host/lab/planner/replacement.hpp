@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A bound of what outputs are off by where another chain of elements in series stands for a skin's own: strains,
-// integrals, rates and accelerations of both chains, or of steps and ramps between frames, are taken from output to
+// A bound of the errors of outputs if another chain of elements in series replaces a skin's own. The strains,
+// integrals, rates and accelerations of both chains, or of steps and ramps between frames, are computed from output to
 // output in counted arithmetic; the curvature adds its share.
 #pragma once
 
@@ -18,8 +18,8 @@ struct Difference {
     Elements added, removed;
 };
 
-// The greatest magnitudes of what is read: of the pressure and of the resting skin's curvature, and the greatest
-// curvature of the strain per unit of the signal of strain.
+// The greatest magnitudes in cells that are read: of the pressure, of the curvature at rest, and of the curvature that
+// the strain adds, per unit of the strain's signal.
 struct Magnitudes {
     double peak, rest, curved;
 };
@@ -28,7 +28,7 @@ struct Magnitudes {
 struct Replacement {
     Elements chain;
     Errors cells{}, sites{}; // bounds of |X - X_exact| by it alone, over all cells and over the sites of each class
-    double error = 0; // of what is asked for the worst, as worst_asked() takes it; infinite where it is not known
+    double error = 0;        // the worst of what is asked for, by worst_asked(); infinite: not known
 };
 
 // The greatest |signals| of a chain, or of the difference of two, over all outputs and over the impulses of jumps.
@@ -36,8 +36,8 @@ struct Greatest {
     Errors outputs{}, impulses{};
 };
 
-// Bounds the errors of chains in place of a uniform skin's own, under the exact method. Frames and the fields between
-// them are at outputs. Skin, schedule and peaks outlive it.
+// Bounds the errors of chains that replace a uniform skin's own, under the exact method. Frames, and fields between
+// them, must be at outputs. Skin, schedule and peaks must outlive it.
 class ReplacementBound {
   public:
     // first_jump: if impulses of an envelope are read, the first jump, which meets a skin at rest.

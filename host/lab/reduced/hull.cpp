@@ -14,7 +14,7 @@ double above(const Vertex& from, const Vertex& to, const Vertex& p) {
 }
 
 // Quickhull with branch-free partitioning. Of the points above a line between two vertices the highest is a vertex, and
-// those not above the two lines to it are inside. `scratch` has room for n points.
+// the points not above the two lines to it are inside. `scratch` has room for n points.
 void add_between(std::vector<Vertex>& vertices, Vertex from, Vertex to, Vertex* points, size_t n, Vertex* scratch) {
     if (n == 0) return;
     Vertex top = points[0];
@@ -68,8 +68,8 @@ HullSides::HullSides(const double* b, const double* a, size_t n, double least, d
     lower = side({from_low.b, -from_low.a}, {to_low.b, -to_low.a}, under.get(), low, scratch.get());
 }
 
-// A vertex between which and the next one the slope turns the wrong way, as where both are one point but for rounding,
-// is left out.
+// A vertex is left out if the slope from it to the next one turns the wrong way, as between vertices that are one point
+// up to rounding.
 Hull with_slopes(const std::vector<Vertex>& vertices, double sign) {
     const auto slope = [](const Vertex& p, const Vertex& q) { return (q.a - p.a) / (q.b - p.b); };
     Hull hull;

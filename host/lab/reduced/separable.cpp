@@ -40,7 +40,7 @@ class Separable : public plan::Stepper {
 
     void finish() override {}
 
-    // The greatest curvature is also that of the output with the greatest strain.
+    // The greatest curvature at the end, and at the output with the greatest strain.
     plan::StencilEstimate estimate(const plan::PreparedSkin& skin) override {
         plan::StencilEstimate now = estimate_now(skin);
         if (greatest_strain(most_) == greatest_strain(visible_)) return now;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Steps the cells of SiteCells, one step at a time, in K = f32, f64 or extended. Cells are indexed as in
-// SiteCells::cells; one more at the end stands for all that are never pressed and stays at rest.
+// SiteCells::cells; one more at the end stands for all cells that are never pressed, and stays at rest.
 #pragma once
 
 #include "host/core/model/site_cells.hpp"

@@ -80,14 +80,14 @@ class Sites : public plan::Stepper {
 
     const plan::PreparedSkin& skin_;
     const plan::Schedule& schedule_;
-    const bool gains_; // FA2 has them
+    const bool gains_; // whether FA2 has its gains
     Sink sink_;
     simd::Pool pool_;
     plan::SiteStepper<f64> stepper_;
     const std::vector<size_t>& cells_;
     const std::vector<plan::Element>& materials_;
     size_t columns_;                // of a sample: all points
-    std::vector<Point> points_;     // those that are ever pressed
+    std::vector<Point> points_;     // the points that are ever pressed
     std::vector<double> from_, to_; // pressure
     std::vector<f64::Coefficients> table_;
     std::vector<f64::LaneCoefficients> lanes_;

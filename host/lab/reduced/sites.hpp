@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The model `sites`: a march, in double, of no more cells than some points and their stencils need. A point has the
-// bits that the CPU path in double gives its cell.
+// The model `sites`: a march in double of only the cells that some points and their stencils need. A point has the bits
+// that the CPU path in double gives its cell.
 #pragma once
 
 #include "host/core/model/site_cells.hpp"
@@ -14,7 +14,7 @@ constexpr int every_quantity = -1;
 // The classes of the schedule's points: every quantity for a probe, the site's own for a site.
 std::vector<int> classes_of(const plan::PreparedSkin&, const plan::Schedule&);
 
-// Takes the steps of a timeline of cells.materials; all references outlive it. threads: 0 = one per core.
+// Takes the steps of a timeline of cells.materials; all references must outlive it. threads: 0 = one per core.
 std::unique_ptr<plan::Stepper> sites(const plan::PreparedSkin&, const plan::Schedule&, const plan::SiteCells& cells,
                                      const std::vector<int>& classes, int threads, plan::Stepper::Sink);
 // The same on one thread, with FA2 before its gains. The planner takes the greatest values from it.

@@ -44,7 +44,7 @@ void Collector::operator()(const plan::Step& step, const plan::Sample& sample) {
     if (step.impulse >= 0 && every_cell_) take_impulses(step, sample);
 }
 
-// A march's mean is finite where every cell is; closed forms know mean, extremes and probes each by itself.
+// A march's mean is finite only if every cell is; closed forms compute mean, extremes and probes each by itself.
 void Collector::check_sample(const plan::Sample& sample, Quantity q, double time) const {
     const plan::Totals& totals = sample.totals[size_t(q)];
     check_finite(totals.mean, q, time);

@@ -37,7 +37,7 @@ class Collector {
 class CrossCheck {
   public:
     using MakeStepper = std::function<std::unique_ptr<plan::Stepper>(plan::Stepper::Sink)>;
-    // Counts the cells compared and those that differ in `result`.
+    // Counts in `result` the cells that are compared and the cells that differ.
     CrossCheck(const MakeStepper&, Result& result, const plan::PreparedSkin&, const plan::Schedule&);
 
     void frame(const std::vector<double>& pressure) { stepper_->frame(pressure); }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What is read of a result, and what its numbers say of the skin.
+// The traces of a result, and what its numbers say about the skin.
 #include "dermis/run.hpp"
 #include "host/core/base/float_environment.hpp"
 #include "host/core/base/memory.hpp"
@@ -45,8 +45,8 @@ bool both_signs_at_once(const Trace& t, double size) {
     return false;
 }
 
-// Strains of one sign leave the other sign of SA1 and SA2 to the curvature. Where besides the strain is one map times a
-// function of time, all cells' rates have one sign at a time, and so have their accelerations.
+// If all strains have one sign, only the curvature can give SA1 or SA2 the other sign. If also the strain is one map
+// times a function of time, the rates of all cells have one sign at each time, and so have their accelerations.
 std::vector<Quantity> sign_changed(const Scene& s, const Result& r) {
     std::vector<Quantity> changed;
     const Trace* strain = trace_with_extremes(r, Quantity::strain);

@@ -53,11 +53,11 @@ Prepared prepared(const Scene& scene, const Device& device, bool check) {
     return {validated.scene, plan::prepare_run(validated, check, threads_of(device)), {}};
 }
 
-// How a run is computed: everything that could serve, what is taken, and the device that this holds for.
+// How a run is computed: all candidates, the one that is taken, and the device for which that was decided.
 struct Decision {
     Explanation explanation;
     Device device;
-    std::optional<planner::Peaks> peaks; // what errors are relative to, where one was bounded
+    std::optional<planner::Peaks> peaks; // what errors are relative to; empty if none was bounded
 
     const Candidate& taken() const { return explanation.candidates[explanation.chosen]; }
     bool marches_in_float() const { return taken().model == Model::march && taken().precision != Precision::f64; }
@@ -79,7 +79,7 @@ Decision decide(const Prepared& p, const Device& device, const RunOptions& optio
     return d;
 }
 
-// Decides, opens a device that was put off where a march in float is taken, and decides again if that is no CPU path.
+// Decides. If the device was put off and a march in float is taken, opens it, and decides again on a Vulkan device.
 Decision decided(const Prepared& p, const Device& device, const RunOptions& options, bool everything = false) {
     Decision d = decide(p, device, options, everything);
     if (!device.impl().put_off || !d.marches_in_float()) return d;
@@ -125,7 +125,7 @@ Realised realised(Prepared&& p, const Decision& d) {
     return r;
 }
 
-// The last run with another material's elements over the same maps: decided, bounded and refused by itself.
+// The last run with another material's elements over the same maps; it is decided, bounded and refused on its own.
 Prepared prepared(Realised&& last, const Material& material) {
     scene::check_material(last.scene, material);
     scene::take_elements(last.scene.material, material);
@@ -239,7 +239,7 @@ class Run {
         result_.kinks = estimate.kinks;
         result_.greatest_curvature = std::max(estimate.curvature, most_curved_);
         result_.greatest_gain = std::abs(skin_.constants.curvature_length) * result_.greatest_curvature;
-        if (schedule_.framed) return; // its pressure is that of the first frame
+        if (schedule_.framed) return; // its pressure is only the first frame
         const Map& pressure = schedule_.pressure;
         result_.pressed_cells = std::count_if(pressure.begin(), pressure.end(), [](double p) { return p != 0; });
     }

@@ -17,14 +17,14 @@ std::vector<Cell> places_of(const std::vector<WitnessCell>& cells) {
     return places;
 }
 
-// Frames are taken one by one.
+// Under frames a witness takes every output.
 plan::Schedule outputs_of(const plan::Schedule& schedule) {
     if (schedule.framed) return schedule;
     return with_fewer_outputs(schedule, most_outputs);
 }
 
-// Cells that tell most of a run's error, as many as take a fiftieth of its time, but at least four. They become the
-// last of the schedule's points where they are no sites.
+// Cells that show most of a run's error, as many as a fiftieth of the run's time allows, 4 to 32. The last of the
+// schedule's points then are the chosen cells that are no sites.
 std::vector<WitnessCell> witness_cells(const plan::PreparedSkin& skin, plan::Schedule& schedule,
                                        const Candidate& taken) {
     constexpr double share = 1.0 / 50, step_of_cell = 2e-6; // s: of a cell and those that its stencil reads

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Cells that are computed beside a run in long double, by steps of their own: how far the run is off there is measured,
-// not bounded.
+// Cells that are computed beside a run in long double, by steps of their own: the run's error there is measured, not
+// bounded.
 #pragma once
 
 #include "dermis/run.hpp"
@@ -15,7 +15,7 @@ namespace dermis {
 
 // A cell, and the quantities that the run writes there.
 struct WitnessCell {
-    static constexpr int traced = -1; // those of traces and fields
+    static constexpr int traced = -1; // the quantities of traces and fields
     Cell cell;
     int quantity;  // traced, or the class of a site
     size_t column; // index among Schedule::points
@@ -29,7 +29,7 @@ class Witness {
             double stored);
 
     void frame(const std::vector<double>& pressure); // as Stepper::frame
-    // Computes all that ends up to there. To be called before the run takes its own step to that instant.
+    // Takes all steps that end at `end` or before. To be called before the run takes its own step to that instant.
     void advance(scene::Instant end);
     // Compares an output of the run; outputs come in order, perhaps some steps later.
     void compare(const plan::Step&, const plan::Sample&);
@@ -74,7 +74,7 @@ class Witness {
     std::vector<extended::LaneCoefficients> lanes_;
     std::vector<std::array<long double, size_t(Quantity::curvature) + 1>> field_; // of each point, at the last field
     std::optional<plan::Step> next_; // the step that advance() has not come to
-    std::deque<Output> outputs_;     // those that the run has not delivered
+    std::deque<Output> outputs_;     // outputs that the run has not delivered yet
     double error_ = 0;
 };
 
@@ -82,8 +82,8 @@ class Witness {
 // Null where X_exact is not what the exact method computes (Method::published), and where a baseline takes frames.
 std::unique_ptr<Witness> witness_of(plan::PreparedRun&, const Candidate&, const planner::Peaks&);
 
-// The output at which strain is likely to be greatest: under an envelope that of the cell pressed most, among some
-// hundreds of outputs; under frames the one that follows the greatest pressure.
+// The output at which strain is likely to be greatest: under an envelope, in the cell pressed most and among some
+// hundreds of outputs; under frames, the output that follows the greatest pressure.
 long long most_strained_output(const plan::PreparedSkin&, const plan::Schedule&);
 
 } // namespace dermis

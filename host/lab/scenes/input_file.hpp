@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Tells files that can be read to their end from what only has a file's name, and reads them.
+// Reads files, but only regular ones: a device, a pipe or a socket may never end.
 #pragma once
 
 #include <cstdint>
@@ -8,14 +8,14 @@
 
 namespace dermis::scene {
 
-// Returns the reason why a path is no regular file of at most so many bytes: missing, a directory, or a device, pipe or
-// socket, which may never end. Empty if it is one. Nothing is opened.
+// Returns the reason why a path is no regular file of at most `most_bytes`: missing, a directory, or a device, pipe or
+// socket. Empty if it is one. Nothing is opened.
 std::string why_no_file(const std::string& path, uintmax_t most_bytes = UINTMAX_MAX);
 
 // Reads a whole file. Returns false, with errno, where that fails.
 bool read_file(const std::string& path, std::string& content);
 
-// A stream swallows a std::bad_alloc, and what it read or wrote then seems to end there. This one throws it on.
+// A stream hides a std::bad_alloc: its data then seem to end. The stream that this returns throws it on.
 template <class Stream> Stream throwing(Stream stream) {
     stream.exceptions(std::ios::badbit);
     return stream;

@@ -34,7 +34,7 @@ struct Instant {
 // a - b in T, double or long double.
 template <class T> T difference(const Instant& a, const Instant& b) { return (T(a.t) - b.t) + (T(a.rest) - b.rest); }
 
-// The multiple of `step` that is equal to t but for a few units in the last place, or else t.
+// Returns the multiple of `step` that is within a few units in the last place of `time`, or else `time`.
 inline Instant snapped(const Instant& time, double step) {
     const Instant output = Instant::multiple(std::round(time.t / step), step);
     return std::abs(time - output) <= 4 * 0x1p-52 * time.t ? output : time;

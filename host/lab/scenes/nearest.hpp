@@ -8,7 +8,7 @@
 namespace dermis::scene {
 
 // Returns the known word at the least edit distance: letters left out, added, replaced, or two neighbours swapped, in
-// either case. At most one edit for every three letters is near, and one in a shorter word; empty if none is near.
+// either case. Near is one edit for every three letters, or one in a shorter word; empty if no word is near.
 std::string nearest(const std::string& word, const std::vector<std::string>& known);
 
 // Returns "; did you mean KNOWN?", or nothing if no known word is near.

@@ -56,24 +56,24 @@ struct SceneText {
 };
 SceneText text_of_file(const std::string& path);
 SceneText text_of_string(const std::string& text, const std::string& folder);
-// Maps in memory, each under the name that stands in a scene in place of its file.
+// Maps in memory, each under the name that a scene gives in place of a file.
 using NamedMaps = std::map<std::string, Map>;
 // Maps that have been read, by path, width and height.
 using FileMaps = std::map<std::tuple<std::string, int, int>, Map>;
-// The files of the result are those that the text names. read: where scenes are to share the maps that they read.
+// Returns the scene of a text, and the files that it names. read: maps that scenes share; null: this scene shares none.
 SceneWithFiles read_scene(const SceneText&, const std::vector<std::string>& overrides, const NamedMaps& = {},
                           FileMaps* read = nullptr);
-// Returns the dotted name of every key that a scene file may have, as in "load.radius", but for those in lists.
+// Returns the dotted name of every key that a scene file may have, as in "load.radius", except keys in lists.
 std::vector<std::string> known_keys();
 
-// A scene that has passed validate(): every parameter is in range and every default is filled in, but for the
+// A scene that has passed validate(): every parameter is in range, and every default is filled in, except the
 // material's (element_at()).
 struct ValidatedScene {
     Scene scene;
     std::shared_ptr<NpyFile> frames; // the open file of a sequence; null with any other load
 };
 
-// Checks every parameter and fills every default in. Throws Error::bad_input.
+// Checks every parameter and fills in every default. Throws Error::bad_input.
 ValidatedScene validate(const Scene&);
 // Checks the elements of another material for a scene that is validated. Throws Error::bad_input.
 void check_material(const Scene& validated, const Material&);

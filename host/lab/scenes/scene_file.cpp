@@ -39,7 +39,7 @@ void apply_override(toml::table& file, const std::string& override_) {
     const scene::Unreadable found = scene::unreadable(toml);
     if (found.deep || size_t(std::count(key.begin(), key.end(), '.')) >= scene::most_levels)
         throw Error(Error::Code::bad_input, "--set", "--set " + beginning_of(override_, 40) + ": " + scene::too_deep);
-    toml::table value{{"value", text}}; // it stays a text
+    toml::table value{{"value", text}}; // kept if it is not TOML
     if (!found.line)
         if (toml::parse_result parsed = toml::parse(toml)) value = std::move(parsed).table();
     toml::table* table = &file;
@@ -71,7 +71,7 @@ std::string nearest_file(const fs::path& missing) {
     return meant.empty() ? "" : "; did you mean " + meant + ".toml?";
 }
 
-// Reads a scene file, which may be a regular file alone: a pipe or a device may never end.
+// Reads a scene file. It must be a regular file: a pipe or a device may never end.
 std::string read_scene_file(const std::string& path) {
     const std::string allowed = "; allowed: a scene file (TOML), a regular file of at most 64 MiB";
     std::string why = scene::why_no_file(path, most_bytes), text;
@@ -82,7 +82,7 @@ std::string read_scene_file(const std::string& path) {
 }
 
 // Returns the line of a parameter as ":line": the line of its key, or of the nearest table around it that the file has.
-// Empty where not even a table of it stands in the file.
+// Empty if the file has no such table.
 std::string line_of(const toml::table& file, const std::string& parameter) {
     const toml::node* node = &file;
     std::string key;
@@ -114,12 +114,12 @@ scene::SceneText scene::text_of_string(const std::string& text, const std::strin
 
 scene::SceneWithFiles scene::read_scene(const SceneText& source, const std::vector<std::string>& overrides,
                                         const NamedMaps& maps, FileMaps* shared) try {
-    const DefaultFloats guard; // what a text's numbers are depends on it too
+    const DefaultFloats guard; // the numbers of a text depend on it too
     const auto& [text, name, folder] = source;
     toml::table file;
     if (const Unreadable found = unreadable(text); found.line)
         throw Error(Error::Code::bad_input, "", name + ":" + std::to_string(found.line) + ": " + found.why);
-    // The parser is not told the name: it would copy it where no exception may leave.
+    // The parser is not told the name: it would copy it in functions from which no exception may escape.
     toml::parse_result parsed = toml::parse(text);
     if (!parsed) {
         const toml::source_region& at = parsed.error().source();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Names of the enums that a scene has beside those of a skin.
+// Names of the enums that a scene has besides a skin's enums.
 #pragma once
 
 #include "dermis/scene.hpp"

@@ -222,7 +222,7 @@ void read_output(Section table, Output& output) {
     table.finish();
 }
 
-// Returns the scene that the keys of the file change.
+// Returns the scene with which the file's keys begin: a preset, or the defaults.
 Scene preset_in(Section& top) {
     const auto preset = top.text("preset");
     if (!preset) return {};
@@ -240,7 +240,7 @@ Scene read_all(Section top, const PathBase& folder) {
     Section grid = top.section("grid"), surface = top.section("surface"), material = top.section("material"),
             load = top.section("load"), time = top.section("time"), curvature = top.section("curvature"),
             receptors = top.section("receptors"), sites = top.section("sites"), output = top.section("output");
-    top.finish(); // A misspelt table is named before anything is missed that it should have held.
+    top.finish(); // first of all: a misspelt table is then reported, and not the keys that it should have held
     read_grid(grid, scene.grid);
     read_surface(surface, scene.grid, folder, scene.surface);
     read_material(material, scene.grid, folder, scene.material);

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-// toml++ with results in place of exceptions, whose constructors end the process where memory runs out, and without
-// streams, which swallow that. It has a name of our own, because a host may have toml++ with other options.
+// toml++ under a name of our own, because a host may have it with other options. It returns results in place of
+// exceptions, which end the process if memory runs out while they are made, and has no streams, which would hide that.
 #pragma once
 
 #define toml dermis_toml
 #define TOML_EXCEPTIONS 0
 #define TOML_FLOAT_CHARCONV 1
-// Its classes of characters are undefined for most letters that are not ASCII: here these are in none of the classes.
+// Its tests of characters are undefined for most letters that are not ASCII: here such letters are in no class.
 #include <toml++/impl/preprocessor.h>
 #undef TOML_UNREACHABLE
 #define TOML_UNREACHABLE return false

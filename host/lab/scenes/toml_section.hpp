@@ -15,8 +15,8 @@
 
 namespace dermis::scene {
 
-// Returns a value as it stands in a file, on one line. Lists and tables are not left to the parser's formatter, which
-// measures their lines by logarithms that it converts to unsigned numbers, of 0.1 too.
+// Returns a value as it stands in a file, on one line. The parser's formatter is not used for lists and tables: it
+// converts logarithms of their numbers to unsigned numbers, which is undefined for 0.1.
 inline std::string text_of(const toml::node& value) {
     std::string items;
     const auto add = [&](const std::string& item) { items += (items.empty() ? " " : ", ") + item; };
@@ -149,7 +149,7 @@ class Section {
                                            : "the nearest is [" + prefix_ + meant + "]"));
         }
         const std::vector<std::string> keys(read_.begin(), read_.end());
-        std::vector<std::string> tables; // those that have such a key
+        std::vector<std::string> tables; // the tables that have such a key
         for (const std::string& known : known_keys())
             if (known == key) tables.push_back("the top of the file");
             else if (known.ends_with("." + key)) tables.push_back("[" + known.substr(0, known.rfind('.')) + "]");
@@ -167,7 +167,7 @@ class Section {
     std::string prefix_;
     std::set<std::string> read_;
     std::vector<std::string>* known_;
-    std::vector<std::string> tables_; // the keys among them that are tables
+    std::vector<std::string> tables_; // the keys in read_ that are tables
 };
 
 } // namespace dermis::scene

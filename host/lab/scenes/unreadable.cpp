@@ -12,8 +12,7 @@ constexpr size_t longest_word = 100;
 
 bool is_in(std::string_view all, char c) { return all.find(c) != all.npos; }
 
-// Goes past a string that begins at text[at], and returns the place behind it, or that of the line's end which cuts it
-// short.
+// Returns the place behind a string that begins at text[at], or the place of the line's end that cuts the string short.
 size_t after_string(const std::string& text, size_t at) {
     const char quote = text[at];
     const bool basic = quote == '"'; // has escapes
@@ -30,8 +29,8 @@ size_t after_string(const std::string& text, size_t at) {
     return text.size();
 }
 
-// Returns whether the name of a table, behind a bracket that begins a line at text[at], begins as the parser expects
-// without looking.
+// Returns whether the name of a table, behind a bracket that begins a line at text[at], begins as the parser assumes
+// without a check.
 bool begins_name(const std::string& text, size_t at) {
     at = text.find_first_not_of(" \t", at + (text.compare(at, 2, "[[") == 0 ? 2 : 1));
     return at == text.npos || is_in("-_\"']0123456789abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ", text[at]);
@@ -73,7 +72,7 @@ bool is_plain(std::string_view word) {
 Unreadable unreadable(const std::string& text) {
     int line = 1;
     size_t dots = 0;
-    std::string open;                  // brackets, but ( for one around the name of a table
+    std::string open;                  // open brackets; ( stands for [ around the name of a table
     bool begins = true, value = false; // nothing but spaces stands in the line so far, or behind an =
     char last = '\n';                  // the last character that is no space
     for (size_t i = text.starts_with("\xef\xbb\xbf") ? 3 : 0; i < text.size(); ++i) {

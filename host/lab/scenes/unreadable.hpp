@@ -16,11 +16,11 @@ struct Unreadable {
     bool deep = false;
 };
 
-// Finds the first line with something that a scene never has and the parser is not safe from. Where brackets, or the
-// parts of a dotted key, are too deep it exhausts the stack, because it recurses, and so do its tables. What it does is
-// undefined where a table has no name, where a bracket is closed by one of another kind, and with some values that are
-// no number, and characters that are not ASCII, outside of quotes and comments. A quote where no text begins would hide
-// these.
+// Finds the first line with something that a scene never has and that the parser does not survive. The parser recurses,
+// and exhausts the stack if brackets, or the parts of a dotted key, are too deep. Its behaviour is undefined for a
+// table without a name and for a bracket that another kind of bracket closes; and, outside of quotes and comments, for
+// some values that are no number and for characters that are not ASCII. A quote where no text begins would hide all
+// this.
 Unreadable unreadable(const std::string& text);
 
 } // namespace dermis::scene

@@ -17,7 +17,7 @@ struct Knot {
 // Values are computed in T, double or long double.
 class Waveform {
   public:
-    // The envelope has been validated. A knot that is an output time but for rounding is moved onto it.
+    // The envelope has been validated. A knot that differs from an output time only by rounding is moved onto it.
     Waveform(const Envelope&, const Time&);
 
     template <class T = double> T before(Instant) const;       // left limit
@@ -29,7 +29,7 @@ class Waveform {
     bool breaks(Instant from, Instant to) const;              // whether a knot lies strictly between
     bool sine() const { return envelope_.kind == Envelope::Kind::sine; }
     template <class T = double> T angular_frequency() const; // 1/s
-    // e^(i w t), whose phase is reduced before it is multiplied; t may be a difference of instants.
+    // e^(i w t). Whole turns are dropped before the phase is multiplied by 2 pi. t may be a difference of instants.
     template <class T = double> std::complex<T> turn(Instant) const;
     // The sine is the imaginary part of this plus the mean: amplitude*e^(i (w t + phase)).
     template <class T = double> std::complex<T> phasor(Instant) const;

@@ -37,7 +37,7 @@ f64::Coefficients baseline_coefficients(Method method, const Element& m, const R
     k.b = q * r.S;
     k.i0 = dt * r.S; // the same method for I' = eps
     k.i1 = dt * q * r.T;
-    k.leak = dt / rule.sa2_adaptation; // that of forward Euler; the other methods are refused
+    k.leak = dt / rule.sa2_adaptation; // by forward Euler; other methods refuse an adaptation
     k.v0 = r.R / m.viscosity;
     k.a0 = -m.modulus / m.viscosity * (rule.step_mean ? r.S / m.viscosity : k.v0);
     k.a2 = rule.step_mean ? 1 / (m.viscosity * dt) : 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The coefficients of one step by the baseline methods, and by that of the published study.
+// The coefficients of one step by the baseline methods, and by the published study's method.
 #pragma once
 
 #include "dermis/scene.hpp"

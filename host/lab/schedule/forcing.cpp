@@ -44,7 +44,7 @@ void force_straight(typename K::Coefficients& whole, const Element& element, con
     whole.a1 = rule.step_mean ? rate / dt : acceleration;
 }
 
-// The product of complex numbers. That of std::complex looks for NaN, and calls a function.
+// The product of complex numbers. The operator of std::complex looks for NaN, and calls a function.
 template <class T> std::complex<T> product(std::complex<T> a, std::complex<T> b) {
     return {a.real() * b.real() - a.imag() * b.imag(), a.real() * b.imag() + a.imag() * b.real()};
 }
@@ -52,7 +52,7 @@ template <class T> T real_product(std::complex<T> a, std::complex<T> b) {
     return a.real() * b.real() - a.imag() * b.imag();
 }
 
-// Returns 1/(real + i*imaginary) of numbers >= 0 of which one is not 0. None is squared, and so nothing overflows.
+// Returns 1/(real + i*imaginary) of numbers >= 0 that are not both 0. Neither is squared, so that nothing overflows.
 template <class T> std::complex<T> reciprocal(T real, T imaginary) {
     const bool wide = real >= imaginary;
     const T greater = wide ? real : imaginary, less = wide ? imaginary : real;
@@ -60,7 +60,7 @@ template <class T> std::complex<T> reciprocal(T real, T imaginary) {
     return {wide ? share : other, wide ? -other : -share};
 }
 
-// Writes the factors of ds under a sine: of each the real part of its gain times the phasor at the start, over i.
+// Writes the factors of ds under a sine. Each is the real part of its gain times the phasor at the start, over i.
 template <class To, class T> void force_sine(To& k, const SineGains<T>& gains, std::complex<T> start) {
     using real = decltype(k.f);
     const std::complex<T> over_i(start.imag(), -start.real());
@@ -107,8 +107,8 @@ template <class K> void scale_change(typename K::Coefficients& k, typename K::re
     for (auto* factor : {&k.f, &k.i2, &k.v1, &k.a1}) *factor *= du;
 }
 
-// A sine's effect is its steady-state response, less the decayed rest of that at the step's start, less the effect of
-// the pressure at the step's start, which the coefficients contain.
+// A sine's effect is its steady-state response, less what has not decayed of the steady state at the step's start, less
+// the effect of the pressure at the step's start, which the coefficients contain already.
 template <class K, class T>
 SineGains<T> sine_gains(const typename K::Coefficients& held, const Element& m, const ResponseRule& rule, T w,
                         std::complex<T> turn, T dt) {

@@ -22,18 +22,18 @@ template <class T> struct Sine {
     std::complex<T> start, turn;
 };
 
-// The factors of ds under a sine, by the phasor at the step's start: of an element, a length of the step and a
-// frequency.
+// The factors of ds under a sine, as gains of the phasor at the step's start. They depend on the element, the length of
+// the step and the frequency.
 template <class T> struct SineGains { std::complex<T> f, i2, v1, a1; };
 
-// How a step differs from one under a load that is held, or whose change is the pressure's between frames.
+// How a step differs from a step under a load that is held, or with a pressure that runs between frames.
 template <class T> struct Forcing {
     T dt = 0;                         // length of the step, s
     std::vector<Segment<T>> segments; // the load's change, where it is straight in parts
     std::optional<Sine<T>> sine;      // the load, where it is a sine
     // The load's slope before the step, from which the rate of an elastic element follows: FA2 is a mean over the step.
     std::optional<T> slope;
-    T slope_length = 0;            // s, of that mean
+    T slope_length = 0;            // s: length of the step of this mean
     std::optional<double> impulse; // the responses become the impulses of this jump at the step's end
     double before = 0;             // the load just before that jump
     bool framed = false;           // the pressure of an impulse is the jump itself, as where a sequence begins
@@ -41,33 +41,33 @@ template <class T> struct Forcing {
 
     // Whether the load stays as it is over the step.
     bool holds() const { return !sine && segments.size() == 1 && segments.front().du == 0; }
-    // Whether all that it does is to multiply the factors of ds by one number.
+    // Whether it only multiplies the factors of ds by one number.
     bool scales() const { return !sine && !slope && !impulse && segments.size() == 1; }
     bool is_sine_alone() const { return sine && !slope && !impulse; }
 };
 
-// Returns what an envelope's change makes of a step of dt seconds between two instants. with_slope: the rate of an
-// elastic element is asked for.
+// Returns the forcing of a step of dt seconds between two instants by an envelope. with_slope: the rate of an elastic
+// element is asked for.
 template <class T>
 Forcing<T> forcing_over(const scene::Waveform&, scene::Instant from, scene::Instant to, T dt, bool with_slope);
 
-// Multiplies the factors of ds, those of a linear rise by 1.
+// Multiplies the factors of ds, which are for a linear rise by 1, by du.
 template <class K> void scale_change(typename K::Coefficients&, typename K::real du);
 
-// Returns the gains of an element from its coefficients under a load that is held. w, turn: those of Sine; dt: the
-// length of the step, s.
+// Returns the gains of an element from its coefficients under a load that is held. w, turn: the members of Sine; dt:
+// the length of the step, s.
 template <class K, class T = typename K::real>
 SineGains<T> sine_gains(const typename K::Coefficients& held, const Element&, const ResponseRule&, T w,
                         std::complex<T> turn, T dt);
 
-// Writes what the forcing makes of the coefficients of a load that is held; K is f64 or extended. known: the gains of a
-// sine, which are made where it is null.
+// Turns the coefficients under a load that is held into the coefficients under a forcing; K is f64 or extended. known:
+// the gains of a sine; null: they are computed.
 template <class K>
 void force(typename K::Coefficients&, const Element&, const ResponseRule&, const Forcing<typename K::real>&,
            const SineGains<typename K::real>* known = nullptr);
 
-// Writes the coefficients of a row of cells under a sine alone, each cell's by its index into the materials. held: of
-// a load that is held, of each material or one for all; gains: of each material.
+// Writes the coefficients of a row of cells under a sine alone, each cell's by its index into the materials. held:
+// under a load that is held, one for each material or one for all; gains: one for each material.
 template <class K>
 void fill_row_of_sine(const std::vector<f64::Coefficients>& held, const std::vector<SineGains<double>>& gains,
                       const int* material, int cells, const Forcing<double>&, typename K::Coefficients* row);

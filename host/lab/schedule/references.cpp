@@ -29,7 +29,7 @@ References::References(const Schedule& schedule, const std::vector<Element>& mat
 bool References::take(const Step& step) {
     if (!step.exact || step.impulse >= 0) return false;
     long double dt = scene::difference<long double>(step.end, step.begin);
-    if (std::abs(dt - step.length) <= unit_of_reference * dt) dt = step.length; // that of all steps
+    if (std::abs(dt - step.length) <= unit_of_reference * dt) dt = step.length; // the length of all such steps
     if (dt != length_)
         for (size_t i = 0; i < materials_.size(); ++i)
             held_[i] = exact_coefficients_in<extended>(materials_[i], rule_, dt);

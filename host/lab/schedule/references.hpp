@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Coefficients and loads of a run's steps in long double, beside which those in double are measured.
+// Coefficients and loads of a run's steps in long double, by which the errors of coefficients in double are measured.
 #pragma once
 
 #include "host/lab/schedule/extended.hpp"

@@ -21,12 +21,12 @@ struct Schedule {
     bool framed = false;                      // the pressure runs between the frames given to Stepper::frame
     std::shared_ptr<scene::NpyFile> sequence; // null if the load is no sequence
     std::vector<double> frame_peaks;          // greatest |pressure| of each frame of a sequence, Pa
-    std::vector<double> frame_changes;        // greatest |change| of a cell's pressure from each to the next one, Pa
-    std::vector<double> material_peaks;       // the same of each material over all frames
+    std::vector<double> frame_changes;        // greatest |change| of a cell's pressure from each frame to the next, Pa
+    std::vector<double> material_peaks;       // greatest |pressure| on each material over all frames, Pa
     PressedBox pressed;
     long long outputs = 0;                   // number of output times
-    long long every = 1;                     // Time::step from one to the next, a power of two
-    std::vector<scene::Instant> field_times; // ascending, unique; an output's own where only rounding is between
+    long long every = 1;                     // Time::step's from output to output, a power of two
+    std::vector<scene::Instant> field_times; // ascending, unique; at an output's time if only rounding is between
     std::vector<Cell> points;                // cells whose values are read: Output::probes, then the skin's sites
     Wanted wanted{};
     bool keeps_maps = false; // maps of responses are read, not only their totals
@@ -34,7 +34,7 @@ struct Schedule {
     double between_outputs() const { return time.step * double(every); } // s
 };
 
-// check: every map of every output is to be compared with another backend's.
+// check: every map of every output is to be compared with another backend's map.
 Schedule make_schedule(const scene::ValidatedScene&, const PreparedSkin&, bool check = false);
 
 // A validated scene prepared to run.
@@ -42,32 +42,31 @@ struct PreparedRun {
     PreparedSkin skin;
     Schedule schedule;
 };
-// threads: those that make its maps, as for Device::cpu.
+// threads: they make the skin's maps, as for Device::cpu.
 PreparedRun prepare_run(const scene::ValidatedScene&, bool check = false, int threads = 0);
 // Validates the scene, once. Throws Error::bad_input.
 PreparedRun prepare_run(const Scene&, bool check = false, int threads = 0);
 
-// The same schedule with every 2^n-th output alone, at most `most` of them, for the exact method: a load that is an
-// envelope needs no others.
+// The same schedule with only every 2^n-th output, at most `most` of them. For the exact method: under an envelope it
+// needs no other outputs.
 Schedule with_fewer_outputs(const Schedule&, long long most);
 
 PressedCells pressed_cells(const Schedule&);
 
 Variant variant_of(const PreparedSkin&, const Schedule&, Precision);
 
-// The run of a skin of as few elements as parts that has the same strain, under the pressure over each cell's
-// resistance. A run whose skin is uniform stays as it is.
+// The run with one element for each part of the skin, and with the pressure over each cell's resistance. Its strain is
+// the same. A run whose skin is uniform stays as it is.
 PreparedRun in_parts(PreparedRun);
 
 // Pa: a power of two in which the products of a map of extreme magnitudes stay in range; 1 for all other maps.
 double unit_of(const std::vector<double>& map);
-// The run with its map in that unit. Models of products take it.
+// The run with its map in that unit, for models that compute products.
 PreparedRun in_units(PreparedRun);
 
 // The reason why a model cannot serve; empty if it can.
 std::string why_not(const PreparedSkin&, const Schedule&, Model);
-// The reason why the strain is no product, for each of a few parts of the skin, of a map and a function of time; empty
-// if it is.
+// The reason why the strain is not, in each of a few parts of the skin, a map times a function of time; empty if it is.
 std::string why_not_separable(const PreparedSkin&, const Schedule&);
 
 } // namespace dermis::plan

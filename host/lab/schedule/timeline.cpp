@@ -54,7 +54,7 @@ scene::Instant Timeline::output_time(long long n) const {
     return Instant::multiple(double(n), schedule_.between_outputs());
 }
 
-// Whether a step is as long as a whole one but for rounding.
+// Whether a step is as long as a whole one, up to rounding.
 bool Timeline::regular(Instant from, Instant to) const {
     const double whole = schedule_.between_outputs();
     return std::abs(to - from - whole) <= 4 * 0x1p-52 * whole;

@@ -42,7 +42,7 @@ struct Step {
     }
 };
 
-// The coefficients of a step in K = f32 or f64, of the elements in series from number `first` on.
+// Writes the coefficients of a step, in K = f32 or f64, for the elements in series from index `first` on.
 template <class K>
 void fill_chain(const Step& step, const std::vector<Element>& materials, const Chain& chain, const ResponseRule& rule,
                 size_t first, typename K::Coefficients* to) {
@@ -57,7 +57,7 @@ void fill_chain(const Step& step, const std::vector<Element>& materials, const C
     for (size_t e = 0; e < chain.length; ++e) to[e] = rounded<K>(k[e]);
 }
 
-// Those of each material.
+// Writes the coefficients of a step for each material.
 template <class K>
 void fill_table(const Step& step, const std::vector<Element>& materials, const Chain& chain, const ResponseRule& rule,
                 std::vector<typename K::Coefficients>& table) {
@@ -66,7 +66,8 @@ void fill_table(const Step& step, const std::vector<Element>& materials, const C
         fill_chain<K>(step, materials, chain, rule, i, table.data() + i);
 }
 
-// Those of a row of cells, each by its index into the materials, where too many materials differ for a table.
+// Writes a step's coefficients for each cell of a row, by its index into the materials; for skins with too many
+// materials for a table.
 template <class K>
 void fill_row(const Step& step, const std::vector<Element>& materials, const Chain& chain, const ResponseRule& rule,
               const int* material, int cells, typename K::Coefficients* row) {
@@ -104,10 +105,10 @@ class FrameFeed {
     std::vector<double> frame_;
 };
 
-// The steps of a schedule in order, for these materials. Materials and schedule outlive the timeline.
+// The steps of a schedule in order, for these materials. Materials and schedule must outlive the timeline.
 class Timeline {
   public:
-    // threads: those that make coefficients, as for Device::cpu.
+    // threads: they make coefficients, as for Device::cpu.
     Timeline(const Schedule&, const std::vector<Element>& materials, const ResponseRule&, Method, int threads = 1);
     Timeline(const Schedule& schedule, const PreparedSkin& skin)
         : Timeline(schedule, skin.materials, skin.rule, schedule.method) {}
@@ -139,7 +140,7 @@ class Timeline {
     const int threads_;
     // An elastic element's state does not hold its rate: the rate before a step follows from the load's slope.
     const bool rate_from_slope_;
-    SharedCoefficients regular_; // those of a whole step
+    SharedCoefficients regular_; // of a whole step, from output to output
     scene::Waveform load_;
     SharedGains gains_;         // of a whole step of the exact method
     std::vector<Step> pending_; // steps up to the next output, last first

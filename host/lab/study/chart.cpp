@@ -13,7 +13,7 @@ namespace dermis::study {
 namespace {
 
 // An error is the greatest one of the most strained cell over all outputs, divided by the largest value of the closed
-// form. `rate` is that of the strain's rate.
+// form. rate: the error of the strain's rate.
 struct Errors {
     double strain = 0, rate = 0;
 };
@@ -66,7 +66,7 @@ struct Timed {
     double seconds = 0;
 };
 
-// Runs the scene three times, the first of which also warms up, and takes the least of the seconds.
+// Runs the scene three times, the first time also to warm up, and takes the least of the seconds.
 Timed least_of_three(const Scene& scene, const Device& device, Precision precision) {
     RunOptions options;
     options.precision = precision;

@@ -232,7 +232,7 @@ bool same_first_fa2(const Sweep& sweep, Method method) {
     return high < 1.02 * low;
 }
 
-// How often the mean rate of strain, which an oscillation would turn about, changes its sign in the runs of the sweep.
+// How often the mean rate of strain changes its sign in the runs of the sweep, as it would in an oscillation.
 int sign_changes(const Sweep& sweep) {
     int changes = 0;
     for (const std::string& v : sweep.values()) {

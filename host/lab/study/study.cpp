@@ -47,7 +47,7 @@ std::map<std::string, Scene> all_scenes() {
     return scenes;
 }
 
-// Returns the greatest |float - double| of any trace over the greatest |double| of that trace.
+// Returns the greatest |float - double| of any trace, relative to the greatest |double| of the same trace.
 double float_error(const Result& f32, const Result& f64) {
     double worst = 0;
     for (const Trace& t : f64.traces) {
@@ -87,8 +87,8 @@ void write_maps(const Path& folder) {
     }
 }
 
-// Removes what an earlier study wrote, which the summary of a scene shows; its finished scenes stay where it is
-// resumed. Maps and pictures stay until they are replaced, each whole.
+// Removes what an earlier study wrote, which the summary of a scene shows. If the study is resumed, its finished scenes
+// stay. Maps and pictures stay until they are replaced, each whole.
 void remove_earlier_study(const Path& out, bool resume) {
     bool shown = false;
     for (const auto& [folder, scene] : all_scenes()) {

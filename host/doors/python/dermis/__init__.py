@@ -9,8 +9,8 @@
     skin.press(pressure, 1e-3)                          # float32 of shape (4096, height, width), Pa; s
     skin["fa1"]                                         # float32 of shape (4096, height, width), the same memory
 
-Nouns and verbs are those of the C++ headers, and keys of a scene those of its TOML file. Maps are row-major:
-array[y, x]. What is refused raises dermis.Error.
+Names are the C++ headers' names, and a scene has the keys of its TOML file. Maps are row-major: array[y, x]. A call
+that is refused raises dermis.Error.
 """
 from __future__ import annotations
 
@@ -105,11 +105,12 @@ class Skin(_core.Skin):
     """A skin at rest, or n of them, pressed frame by frame. One thread at a time uses it; others wait.
 
     scene: a Scene, tables by name, or a path; its load, time and output are not used.
-    n: pads that are pressed together, each with a state of its own; arrays then have an axis of pads. None: one pad.
+    n: the number of pads that are pressed together, each with a state of its own; arrays then have a first axis of
+    pads. None: one pad, without that axis.
     device: a Device, a text that Device.open takes, or None for the CPU path.
-    responses: fields to compute, of "sa1", "sa2", "fa1", "fa2"; None is all. With sites, their classes are.
-    precision: "f32" or "f32-compensated"; None chooses.
-    materials: one for each pad, without thickness and curvature_length, in place of the scene's.
+    responses: the responses of each cell, of "sa1", "sa2", "fa1", "fa2"; None is all. Ignored if the scene has sites.
+    precision: "f32" or "f32-compensated"; None: compensated if SA2 is a plain integral that is asked for.
+    materials: one for each pad in place of the scene's, without thickness and curvature_length, which are the scene's.
     """
 
     def __init__(self, scene: AnyScene, n: int | None = None, *, device: Device | str | None = None,
@@ -127,10 +128,10 @@ class Skin(_core.Skin):
         return {kind: np.array([(x, y) for k, x, y in self._sites if k == kind], np.int32) for kind in kinds}
 
     def set_material(self, material: AnyMaterial, pads: Any = None) -> None:
-        """Give pads another material from the next press on, in numbers, of as many elements; strains stay.
+        """Give pads another material from the next press on; strains are kept.
 
-        material: without thickness and curvature_length, which stay. pads: as of press; some of them only where
-        materials gave each its own.
+        material: numbers, not maps, with the number of elements that the pads have; without thickness and
+        curvature_length, which stay. pads: as in press; all of them, unless the skin was made with materials.
         """
         self.take_material(_scene_with(material, "material"), pads)
 
@@ -151,9 +152,9 @@ def run_materials(scene: AnyScene, materials: Iterable[AnyMaterial], device: Dev
                   precision: str | None = None, check: bool = False, describe_each: bool = False) -> list[Result]:
     """Run a scene with each of these materials in place of its own, and return a result of each.
 
-    materials: without thickness and curvature_length, which stay the scene's. All models but a march read the maps
-    once. describe_each: whether greatest_curvature and what else describes a skin as a whole is each run's own, at the
-    cost of a pass over all cells; otherwise it is the first one's. All else is as of run.
+    materials: without thickness and curvature_length, which stay the scene's. All models except march read the maps
+    once. describe_each: whether greatest_curvature and other figures of the whole skin are each run's own, at the cost
+    of a pass over all cells; otherwise all have the first run's. The other arguments are as in run.
     """
     scenes = [_scene_with(m, f"materials[{i}]") for i, m in enumerate(materials)]
     return _core.run_materials(_scene_of(scene), scenes, device, precision, check, describe_each)
@@ -173,5 +174,5 @@ def maps(scene: AnyScene) -> dict[str, np.ndarray[Any, np.dtype[np.float64]]]:
 
 
 def fingertip(**keys: Any) -> Scene:
-    """Return a scene of the preset: 1 cm2 of a ridged fingertip in metres. keys: tables, as of Scene."""
+    """Return a scene of the preset: 1 cm2 of a ridged fingertip in metres. keys: tables, as in Scene."""
     return Scene(preset="fingertip", **keys)

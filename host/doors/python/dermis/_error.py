@@ -3,11 +3,11 @@
 
 
 class Error(Exception):
-    """What is refused or fails. Its text names the parameter, its value and the allowed range.
+    """A call was refused, or failed. The text names the parameter, its value and the allowed range.
 
-    code: "bad_input" (a parameter is not allowed), "no_device" (there is none that can compute), "device" (a device
+    code: "bad_input" (a parameter is not allowed), "no_device" (no device can compute), "device" (a device
     failed while working) or "io" (a file could not be written).
-    Memory that cannot be allocated is Python's MemoryError, with what needed how much.
+    Where memory cannot be allocated, Python's MemoryError says what needed how much.
     parameter: the dotted name of the parameter at fault, as in "time.step"; "" if there is none.
     """
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""The tables of a scene as keyword objects. Keys, units and ranges are those of host/lab/scenes/README.md.
+"""The tables of a scene as keyword objects. host/lab/scenes/README.md has keys, units and ranges.
 
-None is a key that is not given. Where a key names a file, an array of float32 or float64 may stand in its place.
+None: the key is not given. Where a key names a file, an array of float32 or float64 may stand in its place.
 """
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Cells = Union[Sequence[Sequence[int]], Array]
 
 @dataclass(kw_only=True)
 class Grid:
-    """width, height: cells. spacing: m between cells; without it a scene has no dimensions."""
+    """width, height: cells. spacing: m between cells; without it a scene is dimensionless."""
 
     width: int | None = None
     height: int | None = None
@@ -32,7 +32,7 @@ class Grid:
 
 @dataclass(kw_only=True)
 class Surface:
-    """The ridges. path: heights of shape (height, width), of kind "file". relief, ridge_period: m.
+    """The ridges. path: heights of shape (height, width), with kind "file". relief, ridge_period: m.
 
     noise_length: cells.
     """
@@ -50,7 +50,7 @@ class Surface:
 class Material:
     """modulus: Pa; viscosity: Pa s; numbers, or maps of shape (height, width). thickness, curvature_length: m.
 
-    elements in series with a spring (Pa) and a dashpot (Pa s), or a relaxation, stand in place of the first two.
+    In place of modulus and viscosity: elements in series, with a spring (Pa) and a dashpot (Pa s), or a relaxation.
     """
 
     modulus: NumberOrMap | None = None
@@ -67,7 +67,7 @@ class Material:
 class Load:
     """The pressure: a map, times intensity in Pa, times an envelope over time in s.
 
-    path: pressures of shape (height, width), of kind "file"; or the .npy file of a "sequence". center: [x, y].
+    path: pressures of shape (height, width), with kind "file"; or the .npy file of a "sequence". center: [x, y].
     """
 
     kind: str | None = None
@@ -116,7 +116,7 @@ class Receptors:
 
 @dataclass(kw_only=True)
 class Sites:
-    """Receptors in single cells: a file of them, or so many per cm2 of each class, as in density={"sa1": 70}."""
+    """Receptors in single cells: a file that lists them, or densities per cm2, as in density={"sa1": 70}."""
 
     path: str | os.PathLike[str] | None = None
     density: Mapping[str, float] | None = None

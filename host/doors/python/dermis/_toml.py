@@ -33,7 +33,7 @@ def _map_named(name: str, array: np.ndarray[Any, Any], maps: Maps) -> str:
 
 
 def _pairs(value: object) -> Mapping[str, Any] | None:
-    """The keys and values of what is a table, without those that are not given."""
+    """Return the keys and values of a table, without keys that are not given; None if the value is no table."""
     if isinstance(value, KelvinVoigt):
         return {"modulus": value.modulus, "viscosity": value.viscosity}
     if isinstance(value, Relaxation):
