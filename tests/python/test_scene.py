@@ -158,3 +158,13 @@ def test_a_preset_is_a_scene_to_begin_with():
     scene = dermis.fingertip(load=dermis.Load(intensity=1e4))
     assert scene.spacing == pytest.approx(1e-4, rel=1)
     assert not dermis.run(scene).report().strain.outside
+
+
+def test_a_number_may_have_its_unit():
+    load = {"intensity": "20 kPa", "envelope": "ramp", "rise": "100 ms"}
+    scene = dermis.fingertip(load=load, time=dermis.Time(step="1 ms", duration=0.2), material={"modulus": "30 kPa", "viscosity": "1 kPa s"})
+    assert scene.time.step == 1e-3
+    assert scene.load.intensity == 2e4
+    assert scene.material.modulus == 3e4
+    with pytest.raises(dermis.Error, match="time.step.*a number in s, or with its unit"):
+        dermis.fingertip(time={"step": "1 mm"})

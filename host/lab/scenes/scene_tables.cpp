@@ -49,6 +49,12 @@ void read_grid(Section table, Grid& grid) {
         if (cells < 1 || cells > 16384) refuse(table.parameter(key), std::to_string(cells), "whole cells, 1..16384");
 }
 
+// Reads a length, which has no unit where the grid has no spacing.
+template <class Number> void read_length(Section& table, const char* key, const Grid& grid, Number& value) {
+    table.permit(key, grid.spacing || !table.has_text(key), "a number of cells: the grid has no spacing");
+    table.number(key, value);
+}
+
 void read_surface(Section table, const Grid& grid, const PathBase& folder, Surface& surface) {
     table.choice("kind", surface.kind);
     const bool map = surface.kind == Surface::Kind::map;
@@ -58,10 +64,10 @@ void read_surface(Section table, const Grid& grid, const PathBase& folder, Surfa
     const std::string path = path_in(table, map, "\"file\"", folder);
     if (map) surface.map = folder.map(path, grid, table.parameter("path"));
     table.number("ridges", surface.ridges);
-    table.number("ridge_period", surface.ridge_period);
+    read_length(table, "ridge_period", grid, surface.ridge_period);
     table.number("noise", surface.noise);
     table.number("noise_length", surface.noise_length);
-    table.number("relief", surface.relief);
+    read_length(table, "relief", grid, surface.relief);
     table.finish();
 }
 
@@ -72,9 +78,7 @@ struct NumberOrMap {
     template <class Number> void operator()(Section& table, const char* key, Number& value, Map& map) const {
         if (!table.has_text(key)) return table.number(key, value);
         const std::string text = *table.text(key);
-        if (!text.ends_with(".npy"))
-            if (const auto plain = plain_number(table.parameter(key), text))
-                refuse(table.parameter(key), "\"" + text + "\"", *plain + "; or a map, \"file.npy\"");
+        if (begins_as_number(text) && !text.ends_with(".npy")) return table.number(key, value);
         map = folder.map(folder.file(text), grid, table.parameter(key));
     }
 };
@@ -117,8 +121,8 @@ void read_material(Section table, const Grid& grid, const PathBase& folder, Mate
     for (const char* key : {"elements", "spring", "dashpot"})
         table.permit(key, !relaxes, "not beside material.relaxation, which gives the elements");
     if (relaxes) material.elements = dermis::chain_of(measured);
-    table.number("thickness", material.thickness);
-    table.number("curvature_length", material.curvature_length);
+    read_length(table, "thickness", grid, material.thickness);
+    read_length(table, "curvature_length", grid, material.curvature_length);
     table.finish();
 }
 

@@ -46,8 +46,9 @@ inline std::string listed(const std::vector<std::string>& words, const char* sep
 inline double number_in(const toml::node& node, const std::string& parameter) {
     if (node.is_integer()) return double(**node.as_integer());
     if (node.is_floating_point()) return **node.as_floating_point();
-    const auto plain = node.is_string() ? plain_number(parameter, **node.as_string()) : std::nullopt;
-    refuse(parameter, node, plain.value_or("a number"));
+    if (const auto* text = node.as_string())
+        if (const std::optional<double> number = number_with_unit(parameter, **text)) return *number;
+    refuse(parameter, node, allowed_number(parameter));
 }
 
 inline int whole_number_in(const toml::node& node, const std::string& parameter) {

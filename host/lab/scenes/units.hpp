@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Recognises numbers that were written with a unit, where a scene file wants plain numbers.
+// Numbers with a unit, as "20 kPa", in the places where a scene has numbers.
 #pragma once
 
 #include <optional>
@@ -7,8 +7,12 @@
 
 namespace dermis::scene {
 
-// Returns what is allowed for a key in place of a text that begins with a number, as in "100 kPa": a plain number in
-// the key's unit, and which one where that can be told. Nothing if the text begins with anything else.
-std::optional<std::string> plain_number(const std::string& parameter, const std::string& text);
+// Whether a text begins as a number does.
+bool begins_as_number(const std::string& text);
+// Returns the number in the key's unit: the double nearest to the decimal number, as 0.005 for "5 ms". Nothing if the
+// text is something else, or its unit is not the key's, or the key has no unit.
+std::optional<double> number_with_unit(const std::string& parameter, const std::string& text);
+// What a key of numbers takes, in words.
+std::string allowed_number(const std::string& parameter);
 
 } // namespace dermis::scene

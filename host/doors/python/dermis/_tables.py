@@ -17,6 +17,7 @@ from ._core import KelvinVoigt, Relaxation
 Array = np.ndarray[Any, np.dtype[Any]]
 MapOrFile = Union[Array, str, "os.PathLike[str]"]
 NumberOrMap = Union[float, MapOrFile]
+NumberWithUnit = Union[float, str]  # a number, or a text with its unit, as "5 ms"
 Numbers = Union[Sequence[float], Array]
 Cells = Union[Sequence[Sequence[int]], Array]
 
@@ -27,7 +28,7 @@ class Grid:
 
     width: int | None = None
     height: int | None = None
-    spacing: float | None = None
+    spacing: NumberWithUnit | None = None
 
 
 @dataclass(kw_only=True)
@@ -40,10 +41,10 @@ class Surface:
     kind: str | None = None
     path: MapOrFile | None = None
     ridges: float | None = None
-    ridge_period: float | None = None
+    ridge_period: NumberWithUnit | None = None
     noise: float | None = None
     noise_length: float | None = None
-    relief: float | None = None
+    relief: NumberWithUnit | None = None
 
 
 @dataclass(kw_only=True)
@@ -56,11 +57,11 @@ class Material:
     modulus: NumberOrMap | None = None
     viscosity: NumberOrMap | None = None
     elements: Sequence[KelvinVoigt | Mapping[str, Any]] | None = None
-    spring: float | None = None
-    dashpot: float | None = None
+    spring: NumberWithUnit | None = None
+    dashpot: NumberWithUnit | None = None
     relaxation: Relaxation | Mapping[str, Any] | None = None
-    thickness: float | None = None
-    curvature_length: float | None = None
+    thickness: NumberWithUnit | None = None
+    curvature_length: NumberWithUnit | None = None
 
 
 @dataclass(kw_only=True)
@@ -74,17 +75,17 @@ class Load:
     path: MapOrFile | None = None
     center: Sequence[int] | None = None
     radius: int | None = None
-    intensity: float | None = None
-    interval: float | None = None
+    intensity: NumberWithUnit | None = None
+    interval: NumberWithUnit | None = None
     envelope: str | None = None
-    start: float | None = None
-    rise: float | None = None
-    frequency: float | None = None
-    phase: float | None = None
+    start: NumberWithUnit | None = None
+    rise: NumberWithUnit | None = None
+    frequency: NumberWithUnit | None = None
+    phase: NumberWithUnit | None = None
     mean: float | None = None
     amplitude: float | None = None
-    length: float | None = None
-    period: float | None = None
+    length: NumberWithUnit | None = None
+    period: NumberWithUnit | None = None
     times: Numbers | None = None
     values: Numbers | None = None
 
@@ -93,8 +94,8 @@ class Load:
 class Time:
     """step, duration: s. Outputs are at 0, step, 2 step .. before the duration."""
 
-    step: float | None = None
-    duration: float | None = None
+    step: NumberWithUnit | None = None
+    duration: NumberWithUnit | None = None
 
 
 @dataclass(kw_only=True)
@@ -109,7 +110,7 @@ class Curvature:
 class Receptors:
     """sa2_adaptation: s. fa2: "point", "step-mean". fa2_gains: two numbers."""
 
-    sa2_adaptation: float | None = None
+    sa2_adaptation: NumberWithUnit | None = None
     fa2: str | None = None
     fa2_gains: Numbers | None = None
 
