@@ -113,7 +113,7 @@ vec4 strains_beside(int x, int y, int cells) {
     return eps;
 }
 
-// New strain of cells x .. x + 3; those beyond the width are not used.
+// New strain of cells x .. x + 3; cells beyond the width are not used.
 vec4 strains(int x, int y) {
     int start = row_start(y);
     int i = in_map(start, x);
