@@ -122,7 +122,7 @@ vec4 strains_beside(int x, int y, int cells) {
     return eps;
 }
 
-// New strain of cells x .. x + 3; those beyond the width are not used.
+// New strain of cells x .. x + 3; cells beyond the width are not used.
 vec4 strains(int x, int y) {
     return step_of(cell_at(x, y, false), load_at(in_map(row_start(y), x))).motion.strain;
 }

@@ -48,7 +48,7 @@ struct Result {
     double seconds = 0;              // time of stepping, without set-up; with RunOptions::check also of the comparison
     double tau_min = 0, tau_max = 0; // s: range of viscosity/modulus of the materials; infinite if a modulus is 0
     double predicted_error = std::nan(""); // Candidate::error of this run; NaN if no error was needed to choose it
-    // Where Scene::tolerance is given: the greatest error in 4 to 32 cells, and as many sites, that are computed once
+    // Where Scene::tolerance is given: the greatest error in 4 to 32 cells, and in at most 32 sites, computed once
     // more in long double, relative as predicted_error is. Above predicted_error something is wrong: a driver, a
     // compiler, or dermis. NaN otherwise, with Method::published, and where a baseline takes frames.
     double measured_error = std::nan("");

@@ -188,7 +188,7 @@ class SkinStream : public plan::Stream {
     std::array<Plane<float>, RESPONSE_MAPS> fields_, felt_; // of cells, and of sites
     const size_t width_, pitch_, cells_, planes_;
     std::optional<SitesOfFields> sites_;
-    std::vector<size_t> held_; // the cells that sites read, of which a state is saved; empty without sites
+    std::vector<size_t> held_; // the cells that sites read; a saved state holds them alone; empty without sites
     float* field_[RESPONSE_MAPS]{};
     Responses response_{};
 };

@@ -13,9 +13,8 @@ namespace dermis::plan {
 class Stream {
   public:
     virtual ~Stream() = default;
-    // Takes the next pressures of these pads, Pa, width*height numbers for each pad. The caller keeps them unchanged
-    // until the press. Returns false if a number is not finite; other pressures must then be taken before the next
-    // press.
+    // Copies the next pressures of these pads, Pa, width*height numbers for each pad. Returns false if a number is not
+    // finite; other pressures must then be taken before the next press.
     virtual bool take(const PadList&, const float* pressures) = 0;
     // Steps the same pads. Pressures run linearly from the pressures of the previous press to the pressures that were
     // taken. Returns null. If a coefficient of a step does not fit a float, it changes nothing and returns a pointer to

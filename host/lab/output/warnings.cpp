@@ -64,7 +64,7 @@ void add_indentation(Sentences& all, const Report& report) {
 
 void add_interval(Sentences& all, const Scene& s) {
     if (s.load.kind != Load::Kind::sequence || !s.load.interval) return;
-    const double interval = *s.load.interval, frames = std::floor(s.time.duration / interval) + 1; // those reached
+    const double interval = *s.load.interval, frames = std::floor(s.time.duration / interval) + 1; // frames reached
     if (frames > 1 && (frames < 3 || interval < 10)) return;
     const std::string reached = frames == 1
                                     ? fmt::format("a run of {:.6g} s ends before the second frame", s.time.duration)
