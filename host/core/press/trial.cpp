@@ -2,6 +2,7 @@
 // dermis::vulkan::Trial: what the responses to known pressures say of a host's own code.
 #include "dermis/vulkan.hpp"
 #include "host/core/base/memory.hpp"
+#include "host/core/description/description.hpp"
 
 #include <cstring>
 #include <optional>
@@ -9,8 +10,8 @@
 namespace dermis::vulkan {
 namespace {
 
-using Responses = std::array<std::vector<float>, 4>; // sa1 .. fa2; empty where not asked for
-constexpr Quantity classes[] = {Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2};
+// By scene::receptor_classes; empty where a response is not asked for.
+using Responses = std::array<std::vector<float>, std::size(scene::receptor_classes)>;
 
 // Pressures with no two rows or columns alike.
 std::vector<float> pressures(size_t count, unsigned seed) {
@@ -38,7 +39,7 @@ Responses responses_of(const Skin& skin, const std::vector<bool>& asked) {
     Responses all;
     for (size_t i = 0; i < all.size(); ++i)
         if (asked[i]) {
-            const Skin::Response r = skin.response(classes[i]);
+            const Skin::Response r = skin.response(scene::receptor_classes[i].type);
             all[i].assign(r.begin(), r.end());
         }
     return all;
@@ -58,7 +59,7 @@ struct Trial::Impl {
         const Skin skin = made(d);
         const size_t cells = size_t(skin.count()) * size_t(d.grid.width) * size_t(d.grid.height);
         for (unsigned press : {1, 2}) pressure[press - 1] = pressures(cells, press);
-        for (Quantity q : classes) {
+        for (const auto& [q, density] : scene::receptor_classes) {
             bool wanted = false;
             if (d.sites.empty())
                 for (Quantity r : o.responses) wanted |= r == q;
@@ -89,7 +90,7 @@ struct Trial::Impl {
         Responses all;
         const size_t width = size_t(description.grid.width), pitch = size_t(program.pitch());
         for (size_t i = 0; i < all.size(); ++i) {
-            const SkinProgram::Range r = program.range(classes[i]);
+            const SkinProgram::Range r = program.range(scene::receptor_classes[i].type);
             if (!description.sites.empty()) all[i].assign(responses + r.first, responses + r.first + r.count);
             else
                 for (size_t at = r.first; at < r.first + r.count; at += pitch)
@@ -100,7 +101,7 @@ struct Trial::Impl {
 
     const SkinDescription description;
     const SkinOptions options;
-    std::vector<bool> asked; // the responses, by classes
+    std::vector<bool> asked; // by scene::receptor_classes
     std::array<std::vector<float>, 2> pressure;
 };
 

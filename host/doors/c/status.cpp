@@ -2,6 +2,7 @@
 // Status codes, the last error of each thread, and what functions on different handles share.
 #include "host/doors/c/handles.hpp"
 
+#include <algorithm>
 #include <new>
 
 namespace dermis::c {
@@ -49,15 +50,16 @@ dermis_status status_of_exception() noexcept {
     }
 }
 
-static_assert(int(Quantity::strain) == DERMIS_STRAIN && int(Quantity::sa1) == DERMIS_SA1 &&
-              int(Quantity::sa2) == DERMIS_SA2 && int(Quantity::fa1) == DERMIS_FA1 &&
-              int(Quantity::fa2) == DERMIS_FA2 && int(Quantity::curvature) == DERMIS_CURVATURE &&
-              int(Quantity::deformation) == DERMIS_DEFORMATION && int(Quantity::indentation) == DERMIS_INDENTATION);
+// The quantities by their numbers in C, which never change.
+constexpr Quantity quantities[] = {Quantity::strain, Quantity::sa1,       Quantity::sa2,         Quantity::fa1,
+                                   Quantity::fa2,    Quantity::curvature, Quantity::deformation, Quantity::indentation};
+static_assert(quantities[DERMIS_STRAIN] == Quantity::strain && quantities[DERMIS_FA2] == Quantity::fa2 &&
+              quantities[DERMIS_INDENTATION] == Quantity::indentation);
 
 Quantity quantity_of(dermis_quantity q) {
     if (q < DERMIS_STRAIN || q > DERMIS_INDENTATION)
         scene::refuse("quantity", std::to_string(q), "DERMIS_STRAIN (0) .. DERMIS_INDENTATION (7)");
-    return Quantity(q);
+    return quantities[q];
 }
 
 Device device_of(const dermis_device* device) { return device ? device->device : Device::cpu(); }
@@ -74,7 +76,8 @@ void fill(dermis_report* to, const Report& from) {
     report.cells_per_ridge = figure_of(from.cells_per_ridge);
     for (const Figure& f : from.retardation_times)
         report.retardation_times[report.retardation_time_count++] = figure_of(f);
-    for (Quantity q : from.sign_changed) report.sign_changed |= DERMIS_BIT(int(q));
+    for (Quantity q : from.sign_changed)
+        report.sign_changed |= DERMIS_BIT(std::ranges::find(quantities, q) - std::begin(quantities));
     *to = report;
 }
 

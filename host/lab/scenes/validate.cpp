@@ -55,7 +55,7 @@ void check_output(const Scene& s) {
         need_inside("output.probes[" + std::to_string(i) + "]", s.output.probes[i], s.grid);
     check_sites(s);
     for (Quantity q : s.output.traces)
-        if (q > Quantity::fa2)
+        if (q != Quantity::strain && !is_receptor_class(q))
             refuse("output.traces", std::string("\"") + name(q) + "\"",
                    "strain, " + receptor_class_names() + "; curvature and deformation as fields");
     for (const FieldRequest& f : s.output.fields) {
