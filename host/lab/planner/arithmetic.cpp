@@ -7,7 +7,7 @@ namespace dermis::planner {
 
 namespace {
 
-// Bounds of what coefficients are off by, in units of their arithmetic; tests/coefficients_test.cpp measures b, i0, i1
+// Bounds of what coefficients are off by, in units of their arithmetic; tests/kernels/coefficients_test.cpp measures b, i0, i1
 // and a0 in double, and the factors of ds before they contain the load's change. e^-z is off by as many more as z has
 // units; the a0 of a step mean, whose a2 is not 0, does not contain it.
 struct Units {
