@@ -48,8 +48,8 @@ def jobs_of(build, everything):
         only = [f"--test-case={cases}"] if cases and not cases.startswith("~") else []
         yield [tests / "dermis-tests", f"--source-file=*/{name}_test.cpp", "--no-skip",
                f"--test-case-exclude={','.join(left_out)}", *only]
-    yield [tests / "c/c_interface_static"]
-    yield [tests / "c/c_contacts_static"]
+    yield [tests / "doors/c/c_interface_static"]
+    yield [tests / "doors/c/c_contacts_static"]
 
 
 def run_job(job, variables):

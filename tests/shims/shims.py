@@ -62,7 +62,7 @@ def cases(program, variables, *filters):
 
 
 def suite(program, variables, name, shim, whole):
-    filters = [f"--source-file=*{name}_test.cpp"]
+    filters = [f"--source-file=*/{name}_test.cpp"]
     if not whole:
         filters.append(f"--test-case={QUICK[name]}")
     if shim == "contracting":
@@ -100,7 +100,7 @@ def main():
                 line += f"{'':>12}"
                 continue
             if name == "shims":
-                passed, output = cases(options.tests, variables, "--source-file=*shims_test.cpp", f"--test-case={kind}:*")
+                passed, output = cases(options.tests, variables, "--source-file=*/shims_test.cpp", f"--test-case={kind}:*")
             else:
                 passed, output = suite(options.tests, variables, name, shim, options.all)
             line += f"{passed:>12}"

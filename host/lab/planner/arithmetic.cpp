@@ -7,9 +7,9 @@ namespace dermis::planner {
 
 namespace {
 
-// Bounds of the errors of coefficients, in units of their arithmetic. tests/coefficients_test.cpp measures b, i0, i1
-// and a0 in double, and the factors of ds before they contain the load's change. The rounding of z adds up to z units
-// to e^-z; the a0 of a step mean, which has an a2 that is not 0, does not contain e^-z.
+// Bounds of the errors of coefficients, in units of their arithmetic. tests/kernels/coefficients_test.cpp measures b,
+// i0, i1 and a0 in double, and the factors of ds before they contain the load's change. The rounding of z adds up to z
+// units to e^-z; the a0 of a step mean, which has an a2 that is not 0, does not contain e^-z.
 struct Units {
     double b, i0 = 3.5, i1 = 4.5, leak = 4, v0, a0, a2 = 2, changes = 8, i2 = 14;
     // joined: the number of elements whose shares are added up.

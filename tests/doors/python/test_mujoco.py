@@ -9,7 +9,7 @@ import dermis
 import numpy as np
 import pytest
 
-TOP = pathlib.Path(__file__).parents[2]
+TOP = pathlib.Path(__file__).parents[3]
 SAMPLES = TOP / "tests/embedding/mujoco"
 PAGE, SENSORS = TOP / "host/examples/SIMULATOR.md", "## Through a sensor array"
 

@@ -10,7 +10,7 @@ import sys
 
 import dermis
 
-TOP = pathlib.Path(__file__).parents[2]
+TOP = pathlib.Path(__file__).parents[3]
 
 
 def test_the_version_is_that_of_the_headers():
