@@ -213,8 +213,8 @@ DERMIS_API dermis_status dermis_skin_reset(dermis_skin* skin, const dermis_pads*
 
 // The state as bytes, the same on every device. Any skin can load it that has the same grid, sites, number of elements
 // and precision, and gives SA2 and FA2 exactly where the saved one did, into the same number of pads. bytes: what
-// dermis_skin_get_state_size gives for this number of pads; for dermis_skin_load also the bytes of a state that dermis 0.1
-// saved.
+// dermis_skin_get_state_size gives for this number of pads; for dermis_skin_load also the bytes of a
+// state of version 2, which builds before 0.2.0 saved.
 DERMIS_API dermis_status dermis_skin_get_state_size(const dermis_skin* skin, size_t* bytes, const dermis_pads* pads);
 DERMIS_API dermis_status dermis_skin_save(const dermis_skin* skin, void* state, size_t bytes, const dermis_pads* pads);
 DERMIS_API dermis_status dermis_skin_load(dermis_skin* skin, const void* state, size_t bytes, const dermis_pads* pads);

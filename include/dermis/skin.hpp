@@ -86,7 +86,7 @@ class DERMIS_API Skin {
     // The state: strains, integrals and the pressure from which the next press starts, in native byte order. The bytes
     // are the same on the CPU and on Vulkan. Any skin can load them that has the same grid, sites, number of elements
     // and precision, and gives SA2 and FA2 exactly where the saved one did, into the same number of pads; its next
-    // presses then give the same bits. load() also takes states that dermis 0.1 saved. Until the next press, responses
+    // presses then give the same bits. load() also takes states of version 2, which builds before 0.2.0 saved. Until the next press, responses
     // stay what they were. save() and load() throw Error::bad_input, which names the first difference, and change
     // nothing; Error::device.
     size_t state_bytes(const Pads& = {}) const;
