@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// labels: device threads long
 // Choosing a device, and every way in which there is none. Faults come from a loader put before the real one.
 #include "host/core/embedding/backend.hpp"
 #include "host/core/embedding/check.hpp"

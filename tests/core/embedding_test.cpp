@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// labels: device threads long
 // SkinProgram in a host's command buffers: the host here is the test, with memory and submissions of its own.
 #include "host/core/embedding/backend.hpp"
 #include "host/core/embedding/check.hpp"

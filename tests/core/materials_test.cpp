@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// labels: device threads
 // Materials that differ from cell to cell: each cell is what a uniform skin of its material would be.
 #include "host/core/embedding/backend.hpp"
 #include "host/core/press/device.hpp"

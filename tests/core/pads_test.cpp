@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// labels: device threads
 // Many pads pressed together, on the CPU and on Vulkan: each has the bits of a Skin alone.
 #include "host/core/embedding/backend.hpp"
 #include "host/core/press/device.hpp"

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// labels: device threads
 // dermis::Skin, frame by frame, on the CPU and on Vulkan.
 #include "host/core/press/device.hpp"
 #include "tests/allocations.hpp"

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// labels: device threads
 // A skin's state as bytes: the same on every backend, and what a skin goes on from.
 #include "tests/support.hpp"
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// labels: device threads
 // vulkan::Trial finds the mistakes that a host can make with memory, bindings and rows before its first frame.
 #include "host/core/embedding/backend.hpp"
 #include "host/core/press/device.hpp"

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// labels: threads
 // The C interface beside C++: the same bits, at no cost that a press shows. How it is used from C: tests/doors/c.
 #include "dermis/contact.hpp"
 #include "host/doors/c/handles.hpp"

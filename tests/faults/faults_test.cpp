@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// labels: threads long
 // Every Vulkan call fails, one after another: an error names it, nothing is left, and the next device works.
 #include "host/core/embedding/backend.hpp"
 #include "host/core/press/device.hpp"

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// labels: threads command long
 // Every allocation of the library fails, one after another, and from each one on: an error says so, never
 // std::bad_alloc, and what comes next is as if nothing had happened.
 #include "dermis/dermis.h"

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// labels: device threads
 // One text of the model in float, double and four cells at a time.
 #include "host/core/embedding/backend.hpp"
 #include "host/core/press/device.hpp"

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// labels: threads long
 // The loops of every instruction set that this processor has, in every variant, against the plain ones.
 #include "host/core/cpu/planes.hpp"
 #include "host/core/cpu/stream.hpp"

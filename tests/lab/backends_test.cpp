@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// labels: device threads long
 // One body over every backend: the CPU in float, Vulkan, against the CPU in double and closed forms.
 #include "dermis/fit.hpp"
 #include "host/core/embedding/check.hpp"

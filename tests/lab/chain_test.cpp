@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// labels: device threads
 // Elements in series, against numbers of their closed form in 50 digits and against superposition.
 #include "tests/oracle/exact.hpp"
 #include "tests/oracle/scene_files.hpp"

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// labels: device threads command
 // The command as a user meets it: exit status, messages, files.
 #include "host/lab/output/output.hpp"
 #include "tests/command.hpp"

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// labels: long
 // The oracle is held against numbers computed elsewhere, the equations integrated in small steps, and itself in more
 // bits.
 #include "tests/oracle/family.hpp"

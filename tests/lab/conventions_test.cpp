@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// labels: device threads
 // What an output means: left limits, impulses, breakpoints, SA2 and FA2.
 #include "host/core/press/device.hpp"
 #include "tests/support.hpp"

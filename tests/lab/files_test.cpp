@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// labels: threads command
 // Folders of results: one writer at a time, whole files alone, whatever ends the command.
 #include "host/lab/output/earlier.hpp"
 #include "host/lab/output/output.hpp"

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// labels: command
 // Chains from relaxations, and from measured curves.
 #include "dermis/fit.hpp"
 #include "host/lab/fit/problem.hpp"

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// labels: device threads
 // Sequences: frames are samples of a continuous pressure.
 #include "host/core/press/device.hpp"
 #include "host/lab/march/march.hpp"

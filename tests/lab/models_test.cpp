@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// labels: device threads
 // Every two models agree where both can serve a scene.
 #include "tests/support.hpp"
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// labels: threads command
 // The files of a run and its warnings.
 #include "host/lab/output/greatest.hpp"
 #include "host/lab/output/warnings.hpp"

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// labels: threads long
 // The planner keeps its promises, measured against closed forms: in random scenes, and in some that once broke them.
 #include "tests/oracle/scene_files.hpp"
 #include "tests/oracle/survey.hpp"

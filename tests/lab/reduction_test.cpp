@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// labels: threads
 // The planner drops and merges elements in series where no output tells the difference, and nowhere else.
 #include "host/lab/planner/reduction.hpp"
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// labels: command
 // What the numbers of a result and of a skin mean.
 #include "host/lab/output/warnings.hpp"
 #include "tests/command.hpp"

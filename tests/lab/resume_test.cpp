@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// labels: threads command
 // Going on where a run or a sweep was stopped: what stays is finished, whole and of the same making; all else is done
 // again.
 #include "host/lab/output/earlier.hpp"

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// labels: threads
 // Bad input: one clear error that names parameter, value and allowed range.
 #include "tests/support.hpp"
 

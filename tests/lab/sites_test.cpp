@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// labels: device threads
 // Receptor populations: drawn, read, and answering what the field has in their cells.
 #include "tests/support.hpp"
 

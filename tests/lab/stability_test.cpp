@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+// labels: device threads long
 // Where the usual methods fail, as theory says, and that the exact one does not. One cell, one elastic unit of load.
 #include "host/core/press/device.hpp"
 #include "host/lab/march/march.hpp"

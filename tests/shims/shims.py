@@ -12,6 +12,9 @@ import subprocess
 import sys
 from pathlib import Path
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from suites import labelled
+
 LAYER = "VK_LAYER_DERMIS_shim"
 # Above the shim, validation holds the library to the limits that the shim tells.
 LAYERS = f"VK_LAYER_KHRONOS_validation:{LAYER}"
@@ -20,8 +23,6 @@ COUNTS_ALLOCATIONS = ("skin",)
 SHIMS = ["noncoherent", "split", "no_timestamps", "alignment", "least", "subgroup=1", "subgroup=4", "subgroup=64", "metal",
          "groups=16", "few_buffers", "contracting"]
 QUICK_SHIMS = [shim for shim in SHIMS if shim not in ("subgroup=4", "subgroup=64")]
-SUITES = ["backends", "chain", "cli", "conventions", "device", "embedding", "frames", "kernels", "materials", "models", "pads",
-          "sites", "skin", "stability", "state", "trial"]
 # Cases that together use every kind of buffer, submission and limit.
 QUICK = {
     "chain": "a skin of a chain*",
@@ -79,7 +80,7 @@ def main():
     parser.add_argument("--only")
     options = parser.parse_args()
     options.layers = options.layers.resolve()  # the command's tests run it in folders of their own
-    suites = SUITES if options.all else list(QUICK)
+    suites = labelled(options.tests.resolve().parents[1], "device") if options.all else list(QUICK)
     shims = [options.only] if options.only else SHIMS if options.all else QUICK_SHIMS
     print(f"{'':<14} {'self-test':<10}" + "".join(f"{name:>12}" for name in ["shims", *suites]), flush=True)
     failures = []

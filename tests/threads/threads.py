@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Runs every suite that has threads under ThreadSanitizer, and prints a table: cases, reports and seconds of each suite.
+"""Runs every suite with the label `threads` under ThreadSanitizer, and prints a table: cases, reports and seconds of each suite.
 
 Arguments: --tests dermis-tests of the preset tsan, --work a folder for reports, --only SUITE.
 Fails where a case fails, nothing ran, or there is a report but for those of a driver that tests/main.cpp names.
@@ -14,11 +14,9 @@ import sys
 import time
 from pathlib import Path
 
-# Threads of the CPU path, of programs on several devices, of skins and handles in a caller's own threads, of lavapipe, and
-# of the command.
-SUITES = ["backends", "c", "chain", "cli", "conventions", "device", "embedding", "faults", "files", "frames", "kernels",
-          "loops", "materials", "memory", "models", "output", "pads", "planner", "reduction", "resume", "scene", "sites", "skin",
-          "stability", "state", "trial"]
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from suites import labelled
+
 # A claim about speed, which this build has not, and grids of whose memory the sanitizer would need several times as much.
 EXCLUDED = "--test-case-exclude=a press in C has the bits*,8192 x 8192*,millions of receptors*"
 # Address-space randomisation may leave no room for the sanitizer's shadow.
@@ -58,7 +56,7 @@ def main():
                           capture_output=True, text=True)
     if "ThreadSanitizer" not in told.stdout + told.stderr:
         sys.exit(f"threads: {options.tests} has no ThreadSanitizer in it: {told.stderr}")
-    suites = [options.only] if options.only else SUITES
+    suites = [options.only] if options.only else labelled(options.tests.parents[1], "threads")
     print(f"{'suite':<14}{'cases':>8}{'reports':>11}{'seconds':>9}", flush=True)
     right, reports, start = True, 0, time.monotonic()
     for name in suites:
