@@ -4,7 +4,7 @@
 
 // A cell, or neighbouring ones, for kernels/cell.h: those at `i` of a row. coefficients(e): the coefficients of element
 // e. changed(sum, before, after) is called for every sum. chain: the cell has several elements.
-template <bool compensated, bool chain, class CoefficientsOf, class Changed> struct RowCell {
+template <bool framed, bool compensated, bool chain, class CoefficientsOf, class Changed> struct RowCell {
     const AdvanceArguments<Kernels>& a;
     int i;
     const CoefficientsOf& coefficients;
@@ -16,7 +16,7 @@ template <bool compensated, bool chain, class CoefficientsOf, class Changed> str
 
     friend int elements_of(const RowCell& cell) { return chain ? cell.a.elements : 1; }
     friend bool has_spring(const RowCell& cell) { return chain && cell.a.spring; }
-    friend bool has_rate(const RowCell& cell) { return chain && cell.a.to.rate; }
+    friend bool has_rate(const RowCell& cell) { return framed && chain && cell.a.to.rate; }
     friend bool has_integral(const RowCell&) { return true; }
     friend int is_compensated(const RowCell&) { return compensated; }
     friend decltype(auto) element_of(const RowCell& cell, int e) { return cell.coefficients(e); }
@@ -43,7 +43,7 @@ __attribute__((always_inline)) inline void step_at(const AdvanceArguments<Kernel
     const Load load = framed ? load_between(loaded(a.pressure + i), loaded(a.pressure_to + i), c)
                              : load_of(loaded(a.pressure + i), c);
     const CellStep step =
-        step_of(RowCell<compensated, chain, CoefficientsOf, Changed>{a, i, coefficients, changed}, load);
+        step_of(RowCell<framed, compensated, chain, CoefficientsOf, Changed>{a, i, coefficients, changed}, load);
     if constexpr (chain) store(a.to.strain + i, step.motion.strain);
 #pragma GCC unroll 8
     for (int s = 0; s < STEP_SIGNALS; ++s) store(a.signal[s] + i, signal(QUANTITY_FA1 + s, step.motion, step.integral));
