@@ -161,10 +161,14 @@ def test_a_preset_is_a_scene_to_begin_with():
 
 
 def test_a_number_may_have_its_unit():
-    load = {"intensity": "20 kPa", "envelope": "ramp", "rise": "100 ms"}
-    scene = dermis.fingertip(load=load, time=dermis.Time(step="1 ms", duration=0.2), material={"modulus": "30 kPa", "viscosity": "1 kPa s"})
-    assert scene.time.step == 1e-3
-    assert scene.load.intensity == 2e4
-    assert scene.material.modulus == 3e4
+    def traces(intensity, rise, modulus, viscosity, step):
+        scene = dermis.fingertip(load={"intensity": intensity, "envelope": "ramp", "rise": rise},
+                                 material={"modulus": modulus, "viscosity": viscosity},
+                                 time=dermis.Time(step=step, duration=0.2), output={"probes": [[100, 100]]})
+        return dermis.run(scene)["sa1"].probes[0]
+
+    plain = traces(2e4, 0.1, 3e4, 1e3, 1e-3)
+    assert plain.max() > 0
+    assert np.array_equal(plain, traces("20 kPa", "100 ms", "30 kPa", "1 kPa s", "1 ms"))
     with pytest.raises(dermis.Error, match="time.step.*a number in s, or with its unit"):
         dermis.fingertip(time={"step": "1 mm"})
