@@ -10,6 +10,8 @@
 
 namespace test {
 
+bool night() { return std::getenv("DERMIS_NIGHT") != nullptr; }
+
 std::string data(const std::string& name) { return std::string(DERMIS_TEST_DATA) + "/" + name; }
 
 Columns read_csv(const std::string& path) {

@@ -17,6 +17,10 @@ namespace test {
 
 using namespace dermis;
 
+// Whether this is the night, in which a suite does all it can: `./run night` sets DERMIS_NIGHT. A submission does a
+// part.
+bool night();
+
 // tests/data/<name>
 std::string data(const std::string& name);
 using Columns = std::map<std::string, std::vector<double>>;

@@ -33,15 +33,12 @@ ON_VULKAN += [(f"vectors of {n} bits", "", {"LP_NATIVE_VECTOR_WIDTH": str(n), **
 ON_VULKAN += [(f"caller's floats: {mode}, {when}", f"{when}={mode}", {}) for mode in MODES for when in ("early", "late")]
 ON_VULKAN += [(f"layer: {shim}", "", {"DERMIS_SHIM": shim}) for shim in
               ("groups=8", "groups=32", "groups=128", "narrow=245760", "narrow=400000", "metal", "least")]
-QUICK_ON_VULKAN = ("LP_NUM_THREADS=0", "LP_NUM_THREADS=7", "vectors of 128 bits", "vectors of 512 bits",
-                   "caller's floats: up, early", "caller's floats: flush, late", "layer: groups=8",
-                   "layer: narrow=245760")
+QUICK_ON_VULKAN = ("LP_NUM_THREADS=7", "vectors of 128 bits", "caller's floats: flush, late", "layer: narrow=245760")
 
 # (name, compiler, options, before the program)
 CROSS = "aarch64-linux-gnu-g++"
-QUICK_BUILDS = [("g++ -O2 -march=native", "g++", "-O2 -march=native", "")]
 BUILDS = [(f"g++ {options}", "g++", options, "") for options in
-          ("-O0", "-O1", "-O3 -march=native", "-O3 -ffast-math")]
+          ("-O0", "-O1", "-O2 -march=native", "-O3 -march=native", "-O3 -ffast-math")]
 BUILDS += [(f"clang++ {options}", "clang++", options, "") for options in ("-O0", "-O2", "-O3 -march=native")]
 BUILDS += [("aarch64 -O2", CROSS, "-O2", "qemu-aarch64"), ("aarch64 -O0", CROSS, "-O0", "qemu-aarch64")]
 
@@ -108,7 +105,6 @@ def main():
     for name in ("--program", "--layers", "--source", "--work"):
         parser.add_argument(name, type=Path, required=True)
     parser.add_argument("--all", action="store_true")
-    parser.add_argument("--native", type=Path, help="the program of QUICK_BUILDS, which is built here otherwise")
     parser.add_argument("--only", help="rows of all whose name contains this")
     options = parser.parse_args()
     everything = options.all or options.only is not None
@@ -124,7 +120,8 @@ def main():
         if wanted(f"cpu: {name}"):
             table.row(f"cpu: {name}", hashes([options.program, *arguments.split()], variables), variables == NO_FUSED)
     if wanted("cpu: repeats"):
-        table.row(f"cpu: {REPEATS} repeats", common([hashes([options.program]) for _ in range(REPEATS)]))
+        repeats = REPEATS if everything else 5
+        table.row(f"cpu: {repeats} repeats", common([hashes([options.program]) for _ in range(repeats)]))
     for name, before, other_library in PROCESSORS if everything else []:
         if wanted(f"cpu: {name}"):
             table.row(f"cpu: {name}", hashes([*before.split(), options.program]), other_library)
@@ -133,10 +130,9 @@ def main():
         if wanted(f"vulkan: {name}") and (everything or name in QUICK_ON_VULKAN):
             below = {**variables, **(layers if "DERMIS_SHIM" in variables else {})}
             table.row(f"vulkan: {name}", hashes([options.program, "device=vulkan", *arguments.split()], below))
-    for name, compiler, flags, before in QUICK_BUILDS + (BUILDS if everything else []):
+    for name, compiler, flags, before in BUILDS if everything else []:
         if wanted(f"built: {name}"):
-            made = options.native if (name, compiler, flags, before) in QUICK_BUILDS else None
-            program = made or build(name, compiler, flags, options.source.resolve(), options.work.resolve())
+            program = build(name, compiler, flags, options.source.resolve(), options.work.resolve())
             table.row(f"built: {name}", hashes([*before.split(), program]), bool(before))
     if table.different:
         sys.exit(f"{table.different} rows differ from the first one")

@@ -8,7 +8,6 @@
 #include "tests/shim.hpp"
 #include "tests/vulkan_calls.hpp"
 
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <regex>
@@ -189,13 +188,11 @@ template <class Work> void strike_work(const Source& source, const Fault& kind, 
     check_ledger(none);
 }
 
-// A build in which all of them take too long, as for coverage, makes each call fail once, and lose the device once.
-bool few() { return std::getenv("DERMIS_FEW_FAULTS") != nullptr; }
-
-// Once and from then on with each code; once with the work done all the same; and a wait that ends too early.
+// Once and from then on with each code; once with the work done all the same; and a wait that ends too early. By day
+// each call fails once, and loses the device once.
 std::vector<Fault> kinds() {
     std::vector<Fault> all;
-    if (few()) return {{.call = any_call, .code = codes[1]}, {.call = any_call, .code = VK_ERROR_DEVICE_LOST}};
+    if (!night()) return {{.call = any_call, .code = codes[1]}, {.call = any_call, .code = VK_ERROR_DEVICE_LOST}};
     for (VkResult code : codes) all.push_back({.call = any_call, .code = code});
     for (VkResult code : codes) all.push_back({.call = any_call, .code = code, .sticky = true});
     // Most of these lose the device, and each new one compiles its pipelines: the other codes share the calls.
@@ -203,6 +200,66 @@ std::vector<Fault> kinds() {
         all.push_back({.call = any_call, .code = code, .made = true});
     for (const bool made : {false, true}) all.push_back({.call = "vkWaitForFences", .code = VK_TIMEOUT, .made = made});
     return all;
+}
+
+// A skin that is made, pressed and reset; after a failure it goes on with what failed.
+struct Pressing {
+    std::unique_ptr<Skin> skin;
+    int done = 0;
+    Numbers responses;
+
+    Numbers on(const Device& device) {
+        const SkinDescription d = small_scene(33, 20);
+        if (!skin) skin = std::make_unique<Skin>(device, d);
+        for (; done < 5; ++done) {
+            if (done == 3) skin->reset(); // after an odd number of presses
+            else skin->press(frame(d, done), 0.1);
+            append(responses, *skin, {Quantity::fa2});
+        }
+        return responses;
+    }
+};
+
+// Fails each call of that name in turn, until there is none left to fail.
+void strike_pressing(const Source& source, Fault fault, bool loses) {
+    const Numbers right = Pressing().on(Device::cpu(1));
+    std::optional<Device> device;
+    for (bool struck = true; struck; ++fault.before) {
+        CAPTURE(std::string(fault.call));
+        CAPTURE(fault.code);
+        CAPTURE(fault.before);
+        if (!device) device = source.device();
+        Pressing work;
+        shim.fault = fault;
+        Numbers got;
+        std::string first;
+        try {
+            got = work.on(*device);
+        } catch (const Error& e) {
+            CHECK(e.code() == Error::Code::device);
+            first = e.what();
+        }
+        const Fault done = std::exchange(shim.fault, {});
+        struck = done.struck;
+        CHECK((struck || fault.before > 1));
+        if (!struck) {
+            CHECK(got == right);
+            break;
+        }
+        CHECK(first.find(says(done)) == 0); // never absorbed
+        shim.calls.clear();
+        if (!loses) {
+            CHECK(work.on(*device) == right);
+            continue;
+        }
+        const std::string lost = " is lost since " + says(done);
+        for (int i = 0; i < 2; ++i)
+            CHECK(refusal(Error::Code::device, [&] { work.on(*device); }).find(lost) != std::string::npos);
+        if (work.skin) refusal(Error::Code::device, [&] { work.skin->response(Quantity::sa1); });
+        work.skin.reset();
+        device.reset();
+        CHECK(shim.calls.empty()); // nothing is tried again or destroyed
+    }
 }
 
 // Opens a device under a fault, and checks the error. Returns the call that failed, or nothing.
@@ -329,6 +386,34 @@ TEST_CASE("the list of calls to fail has every Vulkan function that the library 
     CHECK(named.size() > 50);
 }
 
+TEST_CASE(
+    "whatever fails in a submission is an error; then the device is lost, or the skin goes on, with the right bits") {
+    const Source source;
+    for (const auto& [call, code] : {std::pair("vkBeginCommandBuffer", VK_ERROR_OUT_OF_HOST_MEMORY),
+                                     {"vkEndCommandBuffer", VK_ERROR_OUT_OF_DEVICE_MEMORY},
+                                     {"vkQueueSubmit", VK_ERROR_OUT_OF_HOST_MEMORY}})
+        strike_pressing(source, {.call = call, .code = code}, false);
+    strike_pressing(source, {.call = "vkQueueSubmit", .code = VK_ERROR_DEVICE_LOST, .made = true}, true);
+    for (const auto& [call, code] : {std::pair("vkWaitForFences", VK_ERROR_DEVICE_LOST),
+                                     {"vkWaitForFences", VK_ERROR_OUT_OF_HOST_MEMORY},
+                                     {"vkResetFences", VK_ERROR_OUT_OF_DEVICE_MEMORY}})
+        strike_pressing(source, {.call = call, .code = code}, true);
+}
+
+TEST_CASE("a wait that a driver ends before its time goes on, however often: the device is not lost") {
+    const Source source;
+    const Device device = source.device();
+    const Numbers run = run_scene(Device::cpu(1)), press = Pressing().on(Device::cpu(1));
+    for (const int times : {1, 3, 1000}) {
+        const Fault ended{.call = "vkWaitForFences", .before = 1, .code = VK_TIMEOUT, .times = times};
+        for (const bool pressing : {false, true}) {
+            shim.fault = ended;
+            CHECK((pressing ? Pressing().on(device) == press : run_scene(device) == run));
+            CHECK(std::exchange(shim.fault, {}).times <= 0); // as often as that
+        }
+    }
+}
+
 TEST_CASE("every Vulkan call fails: one error names it, nothing is left, and what comes next has the right bits") {
     const Source source;
     const size_t objects = ledger.left().size();
@@ -352,7 +437,7 @@ TEST_CASE("every Vulkan call fails: one error names it, nothing is left, and wha
          ++before)
         if (before % 8 == 0) CHECK(open_device("0", source.loader).info().exact);
     check_ledger(objects);
-    CHECK(figures.faults > (few() ? 300 : 3000));
+    CHECK(figures.faults > (night() ? 3000 : 300));
     CHECK(figures.left == 0);
     MESSAGE(figures.faults << " faults injected: " << figures.errors << " errors, " << figures.absorbed << " absorbed, "
                            << figures.left << " leaks; " << figures.losses << " devices lost");

@@ -12,7 +12,7 @@ using namespace test;
 namespace {
 
 constexpr unsigned first_seed = 1;
-constexpr int scenes = 3000; // dermis-oracle N SEED takes others
+const int scenes = night() ? 3000 : 1000; // dermis-oracle N SEED takes others
 
 // The random scenes that the claims below are about, run once.
 const oracle::Survey& surveyed() {
@@ -94,13 +94,13 @@ void accepted_by_products(Scene s) {
 
 } // namespace
 
-TEST_CASE("an accepted tolerance is kept in 3000 random scenes") {
+TEST_CASE("an accepted tolerance is kept in random scenes") {
     none(surveyed().broken);
     none(surveyed().failed);
-    CHECK(surveyed().accepted >= 1500);
+    CHECK(surveyed().accepted >= scenes / 2);
 }
 
-TEST_CASE("predicted_error is never exceeded in 3000 random scenes") { none(surveyed().exceeded); }
+TEST_CASE("predicted_error is never exceeded in random scenes") { none(surveyed().exceeded); }
 
 TEST_CASE("no scene that once broke a bound, or was refused wrongly, does so again") {
     const oracle::Survey s = oracle::survey(DERMIS_FOUND);
@@ -124,7 +124,7 @@ TEST_CASE("the bound is at most 8 times the measured error in the median") { CHE
 TEST_CASE("the choice is near the cheapest that would do, and a tighter tolerance is never cheaper") {
     const double tolerances[] = {1e-2, 1e-4, 1e-6, 1e-9};
     int uniform = 0, near_cheapest = 0, met[4] = {}, all = 0;
-    for (unsigned seed = first_seed; seed < first_seed + 400; ++seed) {
+    for (unsigned seed = first_seed; seed < first_seed + unsigned(night() ? 400 : 100); ++seed) {
         CAPTURE(seed);
         oracle::Family family(seed);
         oracle::Case c = family.next();

@@ -17,5 +17,5 @@ nanobind_add_stub(dermis_python_stub
     OUTPUT ${DERMIS_GENERATED}/_core.pyi
     PYTHON_PATH $<TARGET_FILE_DIR:dermis_python>
     DEPENDS dermis_python)
-install(TARGETS dermis_python LIBRARY DESTINATION dermis)
-install(FILES ${DERMIS_GENERATED}/_core.pyi DESTINATION dermis)
+install(TARGETS dermis_python LIBRARY DESTINATION dermis COMPONENT python EXCLUDE_FROM_ALL)
+install(FILES ${DERMIS_GENERATED}/_core.pyi DESTINATION dermis COMPONENT python EXCLUDE_FROM_ALL)

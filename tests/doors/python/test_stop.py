@@ -24,6 +24,7 @@ STOPPED = """
 import os, signal, sys
 sys.path.insert(0, sys.argv[1])
 import dermis, test_stop
+signal.signal(signal.SIGINT, signal.default_int_handler)  # whatever a background job inherits
 device = dermis.Device.open(sys.argv[3])
 right = test_stop.bits(dermis.run(test_stop.SMALL, device, precision="f32"))
 call = dermis.explain if sys.argv[4:] else dermis.run
