@@ -424,7 +424,8 @@ TEST_CASE("every Vulkan call fails: one error names it, nothing is left, and wha
     for (const int count : {1, 3}) {
         const Embedding host(source, count);
         for (const auto& [sticky, made] : {std::pair(false, false), {true, false}, {false, true}})
-            strike_program(host, {.call = any_call, .code = each_in_turn, .made = made, .sticky = sticky});
+            if (night() || count == 1)
+                strike_program(host, {.call = any_call, .code = each_in_turn, .made = made, .sticky = sticky});
     }
     for (const Fault& kind : kinds()) { // up to the test of the device, which is a run
         if (kind.made || kind.code == VK_TIMEOUT) continue;

@@ -55,9 +55,9 @@ TEST_CASE("on every backend and grid, every cell has the same bits, and they are
     const Validated vulkan;
     RunOptions check;
     check.check = true;
-    const std::pair<int, int> grids[] = {{1, 1},    {1, 9},  {9, 1},   {2, 2},    {3, 3},   {7, 5},
-                                         {31, 37},  {63, 3}, {64, 3},  {65, 3},   {127, 4}, {128, 63},
-                                         {129, 64}, {5, 65}, {257, 2}, {150, 150}};
+    std::vector<std::pair<int, int>> grids = {{1, 1}, {9, 1}, {2, 2}, {7, 5}, {65, 3}, {129, 64}, {150, 150}};
+    if (night())
+        grids.insert(grids.end(), {{1, 9}, {3, 3}, {31, 37}, {63, 3}, {64, 3}, {127, 4}, {128, 63}, {5, 65}, {257, 2}});
     for (auto [width, height] : grids)
         for (Method method : {Method::exact, Method::euler, Method::published}) {
             if (method == Method::published && std::min(width, height) < 2) continue;
