@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Devices, and the reports that runs and skins share.
-#include "host/doors/python/module.hpp"
+#include "host/doors/python/pickle.hpp"
 
 namespace dermis::python {
 namespace {
@@ -8,12 +8,12 @@ namespace {
 SharedDevice open(string_view which) {
     const std::string name(which);
     const Computing computing(nullptr);
-    return share(Device::open(name));
+    return {Device::open(name), name};
 }
 
 SharedDevice open_cpu(int threads) {
     const Computing computing(nullptr);
-    return share(Device::cpu(threads));
+    return {Device::cpu(threads), "cpu", threads};
 }
 
 std::vector<DeviceInfo> list() {
@@ -23,9 +23,8 @@ std::vector<DeviceInfo> list() {
 
 } // namespace
 
-SharedDevice share(Device device) {
-    const bool vulkan = device.info().vulkan;
-    return {std::move(device), vulkan ? std::make_shared<std::mutex>() : nullptr};
+SharedDevice device_opened(const std::string& which, int threads) {
+    return which == "cpu" ? open_cpu(threads) : open(which);
 }
 
 SharedDevice device_of(nb::handle argument) {
@@ -38,8 +37,9 @@ SharedDevice device_of(nb::handle argument) {
 }
 
 void bind_device(nb::module_& m) {
-    nb::class_<DeviceInfo>(m, "DeviceInfo", "What is known of a device.")
-        .def_ro("name", &DeviceInfo::name, "\"cpu\", or what the driver calls the device.")
+    nb::class_<DeviceInfo> info(m, "DeviceInfo", "What is known of a device.");
+    bind_pickle(info);
+    info.def_ro("name", &DeviceInfo::name, "\"cpu\", or what the driver calls the device.")
         .def_ro("kind", &DeviceInfo::kind, "\"cpu path\", \"discrete GPU\", \"software\" ..")
         .def_ro("driver", &DeviceInfo::driver, "Name and version; empty for the CPU path.")
         .def_ro("vulkan", &DeviceInfo::vulkan)
@@ -55,20 +55,29 @@ void bind_device(nb::module_& m) {
             "Open a device: \"auto\" (a GPU if there is one, else the CPU path), \"cpu\", \"vulkan\", a number\n"
             "of list(), or a part of a Vulkan device's name.")
         .def_static("list", list, "Return every Vulkan device, usable or not.")
-        .def_prop_ro("info", [](const SharedDevice& d) { return d.device.info(); });
+        .def_prop_ro("info", [](const SharedDevice& d) { return d.device.info(); })
+        .def("__repr__", [](const SharedDevice& d) { return "<Device " + d.device.info().name + ">"; })
+        .def("__getstate__", [](const SharedDevice& d) { return std::tuple(d.which, d.threads); })
+        .def("__setstate__", [](SharedDevice& self, const nb::tuple& state) {
+            const std::string which(nb::cast<string_view>(state[0]));
+            new (&self) SharedDevice(device_opened(which, nb::cast<int>(state[1])));
+        });
 }
 
 void bind_report(nb::module_& m) {
-    nb::class_<Figure>(m, "Figure", "A figure, and the range in which it is plausible for skin. NaN: not known.")
-        .def_ro("value", &Figure::value)
+    nb::class_<Figure> figure(m, "Figure",
+                              "A figure, and the range in which it is plausible for skin. NaN: not known.");
+    bind_pickle(figure);
+    figure.def_ro("value", &Figure::value)
         .def_ro("least", &Figure::least)
         .def_ro("greatest", &Figure::greatest)
         .def_prop_ro("outside", &Figure::outside, "Whether the value is known and outside the range.")
         .def("__repr__", [](const Figure& f) {
             return "<Figure " + shortest(f.value) + " in " + shortest(f.least) + ".." + shortest(f.greatest) + ">";
         });
-    nb::class_<Report>(m, "Report", "What the numbers of a skin mean.")
-        .def_ro("strain", &Report::strain, "Greatest |eps|: indentation over thickness.")
+    nb::class_<Report> report(m, "Report", "What the numbers of a skin mean.");
+    bind_pickle(report);
+    report.def_ro("strain", &Report::strain, "Greatest |eps|: indentation over thickness.")
         .def_ro("indentation", &Report::indentation, "m: thickness*strain.")
         .def_ro("gain", &Report::gain, "Greatest |l*C|; above 1 responses can change sign.")
         .def_ro("cells_per_ridge", &Report::cells_per_ridge)

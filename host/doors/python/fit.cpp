@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Chains of elements from measured curves.
 #include "dermis/fit.hpp"
-#include "host/doors/python/module.hpp"
+#include "host/doors/python/pickle.hpp"
 
 namespace dermis::python {
 namespace {
@@ -28,16 +28,15 @@ Fit fit(const Sequence<double>& times, const Sequence<double>& values, int n, st
     return function(at, measured, n, kind);
 }
 
-std::string element_text(const KelvinVoigt& e) {
-    return "KelvinVoigt(modulus=" + shortest(e.modulus) + ", viscosity=" + shortest(e.viscosity) + ")";
-}
-
 } // namespace
 
 void bind_fit(nb::module_& m) {
-    nb::class_<KelvinVoigt>(m, "KelvinVoigt",
-                            "A spring beside a dashpot: modulus*strain + viscosity*rate = pressure. Viscosity 0 is a\n"
-                            "spring, modulus 0 a dashpot.")
+    nb::class_<KelvinVoigt> element(
+        m, "KelvinVoigt",
+        "A spring beside a dashpot: modulus*strain + viscosity*rate = pressure. Viscosity 0 "
+        "is a\nspring, modulus 0 a dashpot.");
+    bind_pickle(element);
+    element
         .def(
             "__init__",
             [](KelvinVoigt* self, double modulus, double viscosity) {
@@ -45,9 +44,11 @@ void bind_fit(nb::module_& m) {
             },
             nb::kw_only(), nb::arg("modulus") = 0.0, nb::arg("viscosity") = 0.0)
         .def_rw("modulus", &KelvinVoigt::modulus, "Pa, >= 0")
-        .def_rw("viscosity", &KelvinVoigt::viscosity, "Pa s, >= 0")
-        .def("__repr__", element_text);
-    nb::class_<Relaxation>(m, "Relaxation", "The generalized Maxwell model: what papers call a Prony series.")
+        .def_rw("viscosity", &KelvinVoigt::viscosity, "Pa s, >= 0");
+    nb::class_<Relaxation> relaxation(m, "Relaxation",
+                                      "The generalized Maxwell model: what papers call a Prony series.");
+    bind_pickle(relaxation);
+    relaxation
         .def(
             "__init__",
             [](Relaxation* self, const Sequence<double>& moduli, const Sequence<double>& times, double equilibrium) {
@@ -62,8 +63,9 @@ void bind_fit(nb::module_& m) {
             "times", [](const Relaxation& r) { return r.times; },
             [](Relaxation& r, const Sequence<double>& times) { r.times = numbers_in(times, "times"); }, "s, > 0")
         .def_rw("equilibrium", &Relaxation::equilibrium, "Pa, >= 0");
-    nb::class_<Fit>(m, "Fit", "A chain of elements that was fitted to a measured curve.")
-        .def_ro("elements", &Fit::elements, "A spring, elements by ascending retardation time, a dashpot.")
+    nb::class_<Fit> fitted(m, "Fit", "A chain of elements that was fitted to a measured curve.");
+    bind_pickle(fitted);
+    fitted.def_ro("elements", &Fit::elements, "A spring, elements by ascending retardation time, a dashpot.")
         .def_ro("errors", &Fit::errors, "Standard error of the logarithm of each number of the elements.")
         .def_ro("residual", &Fit::residual, "Root mean square of the residual.")
         .def_prop_ro(

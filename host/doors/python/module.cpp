@@ -3,6 +3,7 @@
 #include "host/doors/python/module.hpp"
 
 #include <chrono>
+#include <cstring>
 #include <thread>
 
 namespace dermis::python {
@@ -114,9 +115,16 @@ nb::object readable(nb::handle argument) {
     return nb::none();
 }
 
+// Whether an array has a mask, which a view of its numbers would lose.
+bool is_masked(nb::handle argument) {
+    const nb::handle type = argument.type();
+    return std::strcmp(reinterpret_cast<PyTypeObject*>(type.ptr())->tp_name, "numpy.ndarray") != 0 &&
+           nb::hasattr(type, "mask") && nb::hasattr(type, "__array__");
+}
+
 std::optional<AnyArray> array_in(nb::handle argument) {
     AnyArray array;
-    if (!nb::try_cast(readable(argument), array, false)) return {};
+    if (is_masked(argument) || !nb::try_cast(readable(argument), array, false)) return {};
     return array;
 }
 
@@ -126,7 +134,18 @@ std::string shape_text(const std::vector<size_t>& shape) {
     return "(" + text + (shape.size() == 1 ? ",)" : ")");
 }
 
+// Whether an array says that it is in the memory of another device, which need not give it.
+bool is_elsewhere(nb::handle argument) {
+    if (nb::hasattr(argument, "__cuda_array_interface__")) return true;
+    if (!nb::hasattr(argument, "__dlpack_device__")) return false;
+    const nb::object device = result_of(argument.attr("__dlpack_device__"));
+    int type = nb::device::cpu::value;
+    return PyTuple_Check(device.ptr()) && nb::try_cast(device[0], type) && type != nb::device::cpu::value;
+}
+
 std::string description_of(nb::handle argument) {
+    if (is_elsewhere(argument)) return "an array on another device, which .cpu() or its like copies,";
+    if (is_masked(argument)) return "masked array, whose .filled(..) has no mask,";
     nb::ndarray<nb::ro> array;
     if (!nb::try_cast(readable(argument), array, false)) {
         const nb::str text = nb::repr(argument);

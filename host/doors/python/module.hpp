@@ -33,12 +33,16 @@ void bind_result(nb::module_&);
 void bind_scene(nb::module_&);
 void bind_skin(nb::module_&);
 
-// A device. in_use: set for a Vulkan device, which one thread at a time may use, with all its skins and runs.
+// A device. which: the text by which Device.open opened it, which a copy in another process opens too; "cpu" with
+// `threads` for Device.cpu. in_use: set for a Vulkan device, which one thread at a time may use, with all its skins and
+// runs.
 struct SharedDevice {
     Device device;
-    std::shared_ptr<std::mutex> in_use;
+    std::string which;
+    int threads = 0;
+    std::shared_ptr<std::mutex> in_use = device.info().vulkan ? std::make_shared<std::mutex>() : nullptr;
 };
-SharedDevice share(Device);
+SharedDevice device_opened(const std::string& which, int threads);
 // The device of an argument: a Device, the text that Device.open takes, or None for the CPU path.
 SharedDevice device_of(nb::handle);
 
@@ -85,6 +89,18 @@ std::optional<AnyArray> array_in(nb::handle);
 // Says what an argument is, as in "float64 array of shape (25, 20)", or gives the beginning of its repr.
 std::string description_of(nb::handle);
 std::string shape_text(const std::vector<size_t>& shape); // "(25, 20)"
+
+// An argument that is None where it is not given, so that the function itself says what is missing.
+inline auto not_given(const char* name) { return nb::arg(name).none() = nb::none(); }
+
+// The value of an argument, None where it is not given. allowed: what the message says is
+// allowed, as "a number of m".
+template <class Value> Value value_in(nb::handle argument, const char* parameter, const char* allowed) {
+    Value value{};
+    if (argument.is_none() || !nb::try_cast(argument, value))
+        scene::refuse(parameter, argument.is_none() ? "(not given)" : description_of(argument), allowed);
+    return value;
+}
 
 template <class Enum> Enum value_named(const char* parameter, string_view name) {
     const std::optional<Enum> value = scene::value_of<Enum>(name);

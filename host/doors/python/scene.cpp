@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Scenes from texts, files, and maps and sites in memory.
 #include "host/lab/scenes/scene.hpp"
-#include "host/doors/python/module.hpp"
+#include "host/doors/python/pickle.hpp"
 
 namespace dermis::python {
 namespace {
@@ -41,12 +41,13 @@ MapArrays arrays_of(const NamedMaps& named) {
 }
 
 // The text is one that the package made: its lines mean nothing to a user.
-Scene scene_of(string_view text, const NamedMaps& named, const std::optional<NamedSites>& sites) {
+Scene scene_of(string_view text, const NamedMaps& named, const std::optional<NamedSites>& sites,
+               const std::vector<std::string>& overrides) {
     const MapArrays arrays = arrays_of(named);
     scene::NamedMaps maps;
     for (const auto& [name, map] : arrays) maps.emplace(name, std::vector<double>(map.data(), map.data() + map.size()));
     try {
-        Scene scene = scene::read_scene(scene::text_of_string(std::string(text), ""), {}, maps).scene;
+        Scene scene = scene::read_scene(scene::text_of_string(std::string(text), ""), overrides, maps).scene;
         check_shapes(arrays, scene.grid);
         if (!sites) return scene;
         scene.sites = sites_named(*sites);
@@ -85,6 +86,12 @@ std::vector<NamedSite> sites_of(const Scene& scene) {
     return named;
 }
 
+// A scene that means the same in another folder and in another process, which both need the file of a sequence.
+Scene movable(Scene scene) {
+    if (!scene.load.path.empty()) scene.load.path = std::filesystem::absolute(scene.load.path).string();
+    return scene;
+}
+
 // Bytes, because a path need not be UTF-8.
 std::string path_of(const nb::bytes& path) { return {path.c_str(), path.size()}; }
 
@@ -96,23 +103,25 @@ std::vector<std::string> texts_in(const Sequence<nb::str>& overrides) {
 } // namespace
 
 void bind_scene(nb::module_& m) {
-    nb::class_<Scene>(m, "Scene", "A checked scene.")
-        .def(
+    nb::class_<Scene> type(m, "Scene", "A checked scene.");
+    bind_pickle(type);
+    type.def(
             "__init__",
             [](Scene* self, string_view text, const nb::bytes& folder, const Sequence<nb::str>& overrides) {
-                new (self) Scene(Scene::from_string(std::string(text), texts_in(overrides), path_of(folder)));
+                new (self) Scene(movable(Scene::from_string(std::string(text), texts_in(overrides), path_of(folder))));
             },
             nb::arg("text"), nb::arg("folder"), nb::arg("overrides"))
         .def(
             "__init__",
-            [](Scene* self, string_view text, const NamedMaps& maps, const std::optional<NamedSites>& sites) {
-                new (self) Scene(scene_of(text, maps, sites));
+            [](Scene* self, string_view text, const NamedMaps& maps, const std::optional<NamedSites>& sites,
+               const Sequence<nb::str>& overrides) {
+                new (self) Scene(movable(scene_of(text, maps, sites, texts_in(overrides))));
             },
-            nb::arg("text"), nb::arg("maps"), nb::arg("sites").none())
+            nb::arg("text"), nb::arg("maps"), nb::arg("sites").none(), nb::arg("overrides"))
         .def(
             "__init__",
             [](Scene* self, const nb::bytes& path, const Sequence<nb::str>& overrides) {
-                new (self) Scene(Scene::from_file(path_of(path), texts_in(overrides)));
+                new (self) Scene(movable(Scene::from_file(path_of(path), texts_in(overrides))));
             },
             nb::arg("path"), nb::arg("overrides"))
         .def_prop_ro(

@@ -1,16 +1,22 @@
 // SPDX-License-Identifier: MIT
 // Skins pressed frame by frame: arrays in, views out.
-#include "host/doors/python/module.hpp"
+#include "host/core/description/element.hpp"
+#include "host/doors/python/pickle.hpp"
+
+#include <algorithm>
+#include <climits>
 
 namespace dermis::python {
 namespace {
 
-// A skin, and the shapes that its arrays have.
+// A skin, and what it was made of: the shapes of its arrays follow from it, and a copy is made of it. Materials are
+// those that the pads have now.
 struct SkinWithShapes {
     std::shared_ptr<std::mutex> in_use; // one thread at a time may use a skin
-    bool batch;                         // whether arrays have an axis of pads
-    std::vector<size_t> map;            // height, width
-    std::vector<Site> sites;
+    SharedDevice device;
+    std::vector<int> leading; // lengths of the axes of pads; empty: arrays have none
+    Scene scene;
+    SkinOptions options;
     std::optional<Skin> skin; // never empty before the destructor, which uses a Vulkan device too
 
     ~SkinWithShapes() {
@@ -19,8 +25,22 @@ struct SkinWithShapes {
     }
 };
 
+template <class Array> bool is_dense(const Array& array) {
+    if (array.size() == 0) return true;
+    int64_t expected = 1;
+    for (size_t i = array.ndim(); i-- > 0; expected *= int64_t(array.shape(i)))
+        if (array.shape(i) != 1 && array.stride(i) != expected) return false;
+    return true;
+}
+
+template <class Array> bool has_shape(const Array& array, const std::vector<size_t>& shape) {
+    bool same = array.ndim() == shape.size();
+    for (size_t i = 0; same && i < shape.size(); ++i) same = array.shape(i) == shape[i];
+    return same;
+}
+
 // The numbers of the pads that an argument names. None: all pads. A list or an array of integers: these numbers. An
-// array of bools, one for each pad: the pads where it is true.
+// array of bools, one for each pad: the pads where it is true. Pads of several axes count on from row to row.
 class PadNumbers {
   public:
     PadNumbers(nb::handle argument, int count) {
@@ -32,22 +52,24 @@ class PadNumbers {
                           "integers, or an array of " + std::to_string(count) + " bools, one for each pad");
     }
     Pads pads() const { return all_ ? Pads() : Pads(numbers_); }
-    size_t count(size_t all) const { return all_ ? all : numbers_.size(); }
+    bool all() const { return all_; }
+    size_t count() const { return numbers_.size(); } // where it is not all of them
 
   private:
     bool take(const AnyArray& array, int count) {
+        if (array.dtype() == nb::dtype<bool>())
+            return array.size() == size_t(count) && is_dense(array) &&
+                   take_mask(static_cast<const bool*>(array.data()), count);
         if (array.ndim() != 1) return false;
-        if (array.dtype() == nb::dtype<bool>()) return array.shape(0) == size_t(count) && take_mask(array);
         if (array.size() == 0) return true; // even of doubles: what NumPy makes of an empty list
         return take_as_one_of<int64_t, int32_t, int16_t, int8_t, uint64_t, uint32_t, uint16_t, uint8_t>(array);
     }
     template <class... Integers> bool take_as_one_of(const AnyArray& array) {
         return (take_as<Integers>(array) || ...);
     }
-    bool take_mask(const AnyArray& array) {
-        const auto mask = array.view<const bool, nb::ndim<1>>();
-        for (size_t i = 0; i < mask.shape(0); ++i)
-            if (mask(i)) numbers_.push_back(int(i));
+    bool take_mask(const bool* mask, int count) {
+        for (int i = 0; i < count; ++i)
+            if (mask[i]) numbers_.push_back(i);
         return true;
     }
     template <class Integer> bool take_as(const AnyArray& array) {
@@ -78,71 +100,105 @@ class PadNumbers {
 // The step of a press, or one for each pad.
 std::vector<double> steps_in(nb::handle dt) {
     const char* allowed = "seconds, or an array of them, one for each pad";
-    if (!PySequence_Check(dt.ptr())) scene::refuse("dt", description_of(dt), allowed);
-    return items_of<double>(nb::borrow<nb::sequence>(dt), "dt", allowed);
+    const nb::object row = nb::hasattr(dt, "ravel") ? dt.attr("ravel")() : nb::borrow(dt);
+    if (!PySequence_Check(row.ptr())) scene::refuse("dt", description_of(dt), allowed);
+    return items_of<double>(nb::borrow<nb::sequence>(row), "dt", allowed);
 }
 
-bool is_dense(const AnyArray& array) {
-    if (array.size() == 0) return true;
-    int64_t expected = 1;
-    for (size_t i = array.ndim(); i-- > 0; expected *= int64_t(array.shape(i)))
-        if (array.shape(i) != 1 && array.stride(i) != expected) return false;
-    return true;
-}
-
-std::vector<size_t> shape_of(const SkinWithShapes& s, size_t pads) {
-    std::vector<size_t> shape = s.map;
-    if (s.batch) shape.insert(shape.begin(), pads);
+// The shape of pressures and of the responses of cells.
+std::vector<size_t> shape_of(const SkinWithShapes& s, const PadNumbers& pads = {nb::none(), 0}) {
+    std::vector<size_t> shape(s.leading.begin(), s.leading.end());
+    if (!pads.all() && !shape.empty()) shape = {pads.count()};
+    shape.push_back(size_t(s.scene.grid.height));
+    shape.push_back(size_t(s.scene.grid.width));
     return shape;
 }
 
-// Whether an array of pressures has the shape of `pads` pads, or is one row of all their numbers.
-bool fits(const AnyArray& array, const SkinWithShapes& s, size_t pads) {
-    if (array.ndim() == 1) return array.shape(0) == pads * s.map[0] * s.map[1];
-    const size_t own = s.batch ? 3 : 2;
-    return array.ndim() == own && array.shape(own - 2) == s.map[0] && array.shape(own - 1) == s.map[1] &&
-           (!s.batch || array.shape(0) == pads);
+// The shape of a response's numbers.
+std::vector<size_t> shape_of(const SkinWithShapes& s, const Skin::Response& response) {
+    if (s.scene.sites.empty()) return shape_of(s);
+    std::vector<size_t> shape(s.leading.begin(), s.leading.end());
+    shape.push_back(response.size / size_t(s.skin->count()));
+    return shape;
 }
 
-// Returns the numbers as they stand in memory: nothing is converted.
-AnyArray pressure_in(const SkinWithShapes& s, nb::handle argument, size_t pads) {
+// Returns the numbers as they stand in memory: nothing is converted. They may also be one row.
+AnyArray pressure_in(const SkinWithShapes& s, nb::handle argument, const PadNumbers& pads) {
+    const std::vector<size_t> shape = shape_of(s, pads);
+    size_t size = 1;
+    for (size_t n : shape) size *= n;
     std::optional<AnyArray> array = array_in(argument);
-    if (!array || array->dtype() != nb::dtype<float>() || !is_dense(*array) || !fits(*array, s, pads)) {
-        const bool strided = array && array->dtype() == nb::dtype<float>() && !is_dense(*array);
-        scene::refuse("pressure", (strided ? "strided " : "") + description_of(argument),
-                      "float32 array in C order, of shape " + shape_text(shape_of(s, pads)) + " in Pa");
-    }
+    const bool floats = array && array->dtype() == nb::dtype<float>(), dense = array && is_dense(*array);
+    if (!floats || !dense || !(has_shape(*array, shape) || has_shape(*array, {size})))
+        scene::refuse("pressure", (floats && !dense ? "strided " : "") + description_of(argument),
+                      "float32 array in C order, of shape " + shape_text(shape) + " in Pa");
     return std::move(*array);
 }
 
-void press(SkinWithShapes& s, nb::handle pressure, nb::handle dt, nb::handle pads) {
+// Arrays to be filled with responses.
+using Outputs = std::vector<std::pair<Skin::Response, nb::ndarray<float, nb::device::cpu>>>;
+
+// The responses that a skin gives.
+std::vector<Quantity> responses_of(const SkinWithShapes& s) {
+    if (s.scene.sites.empty()) return s.options.responses;
+    std::vector<Quantity> classes;
+    for (const Site& site : s.scene.sites)
+        if (std::find(classes.begin(), classes.end(), site.type) == classes.end()) classes.push_back(site.type);
+    return classes;
+}
+
+// Returns the response of that name. It must be one of these, which the skin has.
+Skin::Response response_of(const SkinWithShapes& s, nb::handle named, const std::vector<Quantity>& these) {
+    string_view asked;
+    nb::try_cast(named, asked);
+    std::string allowed;
+    for (Quantity q : these) {
+        if (asked == name(q)) {
+            const Computing computing(s.in_use.get());
+            return s.skin->response(q);
+        }
+        allowed += (allowed.empty() ? "\"" : ", \"") + std::string(name(q)) + "\"";
+    }
+    scene::refuse("response", description_of(named), allowed);
+}
+
+Outputs outputs_in(const SkinWithShapes& s, nb::handle out) {
+    Outputs outputs;
+    if (out.is_none()) return outputs;
+    if (!PyDict_Check(out.ptr()))
+        scene::refuse("out", description_of(out), "a dict of arrays by the names of responses");
+    for (const auto& [named, argument] : nb::borrow<nb::dict>(out)) {
+        auto& [response, array] =
+            outputs.emplace_back(response_of(s, named, responses_of(s)), nb::ndarray<float, nb::device::cpu>());
+        if (!nb::try_cast(readable(argument), array, false) || !is_dense(array) ||
+            !has_shape(array, shape_of(s, response)))
+            scene::refuse("out", description_of(argument),
+                          "float32 array in C order that can be written, of shape " +
+                              shape_text(shape_of(s, response)));
+    }
+    return outputs;
+}
+
+void press(SkinWithShapes& s, nb::handle pressure, nb::handle dt, nb::handle pads, nb::handle out) {
     const PadNumbers numbers(pads, s.skin->count());
-    const AnyArray array = pressure_in(s, pressure, numbers.count(size_t(s.skin->count())));
+    const AnyArray array = pressure_in(s, pressure, numbers);
     const auto* data = static_cast<const float*>(array.data());
-    if (double step = 0; nb::try_cast(dt, step)) {
-        const Computing computing(s.in_use.get());
-        return s.skin->press(data, array.size(), step, numbers.pads());
-    }
-    const std::vector<double> steps = steps_in(dt);
+    const Outputs outputs = outputs_in(s, out);
+    std::vector<double> steps(1);
+    const bool one = nb::try_cast(dt, steps[0]);
+    if (!one) steps = steps_in(dt);
     const Computing computing(s.in_use.get());
-    s.skin->press(data, array.size(), steps.data(), steps.size(), numbers.pads());
+    if (one) s.skin->press(data, array.size(), steps[0], numbers.pads());
+    else s.skin->press(data, array.size(), steps.data(), steps.size(), numbers.pads());
+    for (const auto& [response, to] : outputs) std::copy_n(response.data, response.size, to.data());
 }
 
-Skin::Response response_of(const SkinWithShapes& s, Quantity quantity) {
-    const Computing computing(s.in_use.get());
-    return s.skin->response(quantity);
-}
-
-View<float> response(nb::handle_t<SkinWithShapes> self, string_view quantity) {
+View<float> response(nb::handle_t<SkinWithShapes> self, nb::handle named) {
     const SkinWithShapes& s = nb::cast<const SkinWithShapes&>(self);
-    const Skin::Response response = response_of(s, value_named<Quantity>("response", quantity));
-    const size_t pads = size_t(s.skin->count());
-    std::vector<size_t> shape = shape_of(s, pads);
-    if (!s.sites.empty()) {
-        shape.resize(s.batch ? 1 : 0);
-        shape.push_back(response.size / pads);
-    }
-    return view(response.data, shape, self);
+    std::vector<Quantity> these = responses_of(s);
+    these.insert(these.end(), {Quantity::strain, Quantity::indentation, Quantity::curvature});
+    const Skin::Response response = response_of(s, named, these);
+    return view(response.data, shape_of(s, response), self);
 }
 
 nb::bytes save(const SkinWithShapes& s, nb::handle pads) {
@@ -192,10 +248,61 @@ void reset(SkinWithShapes& s, nb::handle pads) {
     s.skin->reset(numbers.pads());
 }
 
+// Gives pads a material, and remembers it. The skin is in use.
+void take(SkinWithShapes& s, const Material& material, const Pads& pads) {
+    s.skin->set_material(material, pads);
+    std::vector<Material>& materials = s.options.materials;
+    if (materials.empty()) scene::take_elements(s.scene.material, material);
+    for (size_t i = 0; i < (pads.all ? materials.size() : pads.count); ++i)
+        materials[size_t(pads.all ? int(i) : pads.numbers[i])] = material;
+}
+
 void set_material(SkinWithShapes& s, const Scene& scene, nb::handle pads) {
     const PadNumbers numbers(pads, s.skin->count());
     const Computing computing(s.in_use.get());
-    s.skin->set_material(scene.material, numbers.pads());
+    take(s, scene.material, numbers.pads());
+}
+
+using Rows = nb::ndarray<nb::ro, double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+
+// The material of a row: modulus and viscosity of each element, then the spring and the dashpot. elements: 0 where the
+// material has a modulus and a viscosity alone.
+Material material_of(const double* next, int elements, bool spring, bool dashpot) {
+    Material material;
+    material.elements.resize(size_t(elements));
+    if (elements == 0) {
+        material.modulus = *next++;
+        material.viscosity = *next++;
+    }
+    for (KelvinVoigt& e : material.elements) {
+        e.modulus = *next++;
+        e.viscosity = *next++;
+    }
+    if (spring) material.spring = *next++;
+    if (dashpot) material.dashpot = *next++;
+    return material;
+}
+
+// Gives each pad a material of its own, or none where one of them is refused.
+void set_materials(SkinWithShapes& s, const Rows& rows, int elements, bool spring, bool dashpot, nb::handle pads) {
+    const PadNumbers numbers(pads, s.skin->count());
+    const Pads named = numbers.pads();
+    const Computing computing(s.in_use.get());
+    const std::vector<Material> before = s.options.materials;
+    size_t done = 0;
+    const auto pad = [&](size_t i) { return named.all ? int(i) : named.numbers[i]; };
+    try {
+        for (; done < rows.shape(0); ++done) {
+            const int one = pad(done);
+            take(s, material_of(rows.data() + done * rows.shape(1), elements, spring, dashpot), Pads(&one, 1));
+        }
+    } catch (...) {
+        while (done-- > 0) {
+            const int one = pad(done);
+            take(s, before[size_t(one)], Pads(&one, 1));
+        }
+        throw;
+    }
 }
 
 Report report_of(const SkinWithShapes& s, int pad) {
@@ -203,11 +310,26 @@ Report report_of(const SkinWithShapes& s, int pad) {
     return s.skin->report(pad);
 }
 
-void make(SkinWithShapes* self, const Scene& scene, std::optional<int> n, nb::handle device,
+void make_on(SkinWithShapes* self, const SharedDevice& on, const std::vector<int>& leading, const Scene& scene,
+             const SkinOptions& options) {
+    const std::shared_ptr<std::mutex> in_use = on.in_use ? on.in_use : std::make_shared<std::mutex>();
+    const Computing computing(in_use.get());
+    new (self) SkinWithShapes{.in_use = in_use,
+                              .device = on,
+                              .leading = leading,
+                              .scene = scene,
+                              .options = options,
+                              .skin = Skin(on.device, scene, options)};
+}
+
+void make(SkinWithShapes* self, const Scene& scene, const Sequence<int>& axes, nb::handle device,
           const std::optional<Sequence<nb::str>>& responses, const std::optional<string_view>& precision,
           const Sequence<Scene>& materials) {
+    const std::vector<int> leading = items_of<int>(axes, "n", "numbers of pads");
     SkinOptions options;
-    options.count = n.value_or(1);
+    long long count = 1; // of which the library refuses what is too much
+    for (int n : leading) count = std::min(count, 1LL << 31) * std::max(n, 0);
+    options.count = int(std::min<long long>(count, INT_MAX));
     if (responses) {
         options.responses.clear();
         for (string_view name : items_of<string_view>(*responses, "responses", "texts"))
@@ -216,29 +338,57 @@ void make(SkinWithShapes* self, const Scene& scene, std::optional<int> n, nb::ha
     if (precision) options.precision = value_named<Precision>("precision", *precision);
     for (const Scene* s : items_of<const Scene*>(materials, "materials", "scenes"))
         options.materials.push_back(s->material);
-    const SharedDevice on = device_of(device);
-    const std::shared_ptr<std::mutex> in_use = on.in_use ? on.in_use : std::make_shared<std::mutex>();
-    const Computing computing(in_use.get());
-    new (self) SkinWithShapes{.in_use = in_use,
-                              .batch = n.has_value(),
-                              .map = {size_t(scene.grid.height), size_t(scene.grid.width)},
-                              .sites = scene.sites,
-                              .skin = Skin(on.device, scene, options)};
+    make_on(self, device_of(device), leading, scene, options);
+}
+
+std::string text_of(const SkinWithShapes& s) {
+    std::string text = "<Skin ";
+    for (int n : s.leading) text += std::to_string(n) + " x ";
+    if (!s.leading.empty()) text.replace(text.size() - 2, 2, "pads of ");
+    text += std::to_string(s.scene.grid.width) + " x " + std::to_string(s.scene.grid.height) + " cells,";
+    for (Quantity q : responses_of(s)) text += std::string(" ") + name(q);
+    return text + ", " + s.device.device.info().name + ">";
+}
+
+nb::bytes state_of(const SkinWithShapes& s) {
+    Writer writer;
+    {
+        const Computing computing(s.in_use.get());
+        std::string state(s.skin->state_bytes(), '\0');
+        s.skin->save(state.data(), state.size());
+        writer(written_by(), s.device.which, s.device.threads, s.leading, s.scene, s.options, state);
+    }
+    return nb::bytes(writer.bytes.data(), writer.bytes.size());
+}
+
+void make_from_state(SkinWithShapes& self, const nb::bytes& bytes) {
+    Reader reader = reader_of(bytes);
+    std::string which, state;
+    int threads = 0;
+    std::vector<int> leading;
+    Scene scene;
+    SkinOptions options;
+    reader(which, threads, leading, scene, options, state);
+    make_on(&self, device_opened(which, threads), leading, scene, options);
+    const Computing computing(self.in_use.get());
+    self.skin->load(state.data(), state.size());
 }
 
 } // namespace
 
 void bind_skin(nb::module_& m) {
     nb::class_<SkinWithShapes>(m, "Skin", "A skin, or a batch of them, pressed frame by frame.")
-        .def("__init__", make, nb::arg("scene"), nb::arg("n").none(), nb::arg("device").none(),
+        .def("__init__", make, nb::arg("scene"), nb::arg("leading"), nb::arg("device").none(),
              nb::arg("responses").none(), nb::arg("precision").none(), nb::arg("materials"))
         .def(
-            "press", press, nb::arg("pressure").none(), nb::arg("dt").none(), nb::arg("pads").none() = nb::none(),
+            "press", press, nb::arg("pressure").none() = nb::none(), nb::arg("dt").none() = nb::none(),
+            nb::arg("pads").none() = nb::none(), nb::arg("out").none() = nb::none(),
             "Press the skin: the pressure runs linearly from the last press to this one, over a step of dt seconds.\n\n"
             "pressure: float32 in C order, Pa, of shape (height, width), or (n, height, width) with n; anything\n"
             "with DLPack or a buffer. Other types are refused, not converted. It is copied.\n"
             "dt: s, >= 0, or one for each pad that is pressed. 0 is a pause.\n"
-            "pads: None is all; else numbers or a mask of (n,) bools, and pressure has a map for each of them.\n"
+            "pads: None is all; else numbers or a mask of n bools, and pressure has a map for each of them.\n"
+            "out: float32 arrays by response, as in {\"sa1\": array} of the shape of skin[\"sa1\"], to be filled.\n"
             "Other Python threads run meanwhile. Arrays of responses show the new values at once.")
         .def("__getitem__", response, nb::arg("response"),
              "The response \"sa1\", \"sa2\", \"fa1\" or \"fa2\" at the end of each pad's last press, 0 before the "
@@ -252,12 +402,19 @@ void bind_skin(nb::module_& m) {
              "Return the state of pads as bytes, the same on every device. pads: as in press.")
         .def("load", load, nb::arg("state").none(), nb::arg("pads").none() = nb::none(),
              "Take a state that save has returned for the same number of pads of such a skin. pads: as in press.")
+        .def("take_materials", set_materials, nb::arg("numbers"), nb::arg("elements"), nb::arg("spring"),
+             nb::arg("dashpot"), nb::arg("pads").none(), "As set_material, with a row of numbers for each pad.")
         .def("take_material", set_material, nb::arg("scene"), nb::arg("pads").none(),
              "As set_material, with the material of a scene.")
         .def("report", report_of, nb::arg("pad") = 0,
              "Return the figures of a pad, with the ranges in which they are plausible. Takes up to as long as Skin().")
         .def_prop_ro(
-            "count", [](const SkinWithShapes& s) { return s.skin->count(); }, "Pads.");
+            "count", [](const SkinWithShapes& s) { return s.skin->count(); }, "Pads.")
+        .def_prop_ro(
+            "scene", [](const SkinWithShapes& s) { return s.scene; }, "The scene, with the present material.")
+        .def("__repr__", text_of)
+        .def("__getstate__", state_of)
+        .def("__setstate__", make_from_state);
 }
 
 } // namespace dermis::python

@@ -199,6 +199,8 @@ std::vector<Site> sites_in(Section table, const Grid& grid, const PathBase& fold
     }
     Density density;
     Section densities = table.section("density");
+    const auto named = [&](const ReceptorClass& c) { return densities.has(name(c.type)); };
+    if (std::any_of(std::begin(receptor_classes), std::end(receptor_classes), named)) density = {0, 0, 0, 0};
     for (const ReceptorClass& c : receptor_classes) densities.number(name(c.type), density.*c.density);
     densities.finish();
     int seed = 1;

@@ -14,14 +14,19 @@ that is refused raises dermis.Error.
 """
 from __future__ import annotations
 
+import functools
+import itertools
+import math
 import operator
 import os
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Union
 
 import numpy as np
 
 from . import _core, contact
+from ._arrays import Response
+from ._memory import available
 from ._core import (Candidate, Device, DeviceInfo, Explanation, Figure, Fit, Impulse, KelvinVoigt, Relaxation, Report,
                     Result, Trace, chain_of, commit, fit_creep, fit_relaxation, relaxation_of)
 from ._error import Error
@@ -34,7 +39,7 @@ __all__ = [
     "Candidate", "Curvature", "Device", "DeviceInfo", "Error", "Explanation", "Figure", "Fit", "Grid", "Impulse",
     "KelvinVoigt", "Load", "Material", "Output", "Receptors", "Relaxation", "Report", "Result", "Scene", "Sites",
     "Skin", "Surface", "Time", "Trace", "__version__", "chain_of", "commit", "contact", "explain", "fingertip",
-    "fit_creep", "fit_relaxation", "maps", "relaxation_of", "run", "run_materials",
+    "fit_creep", "fit_relaxation", "maps", "relaxation_of", "run", "run_materials", "sweep",
 ]
 
 
@@ -50,7 +55,9 @@ class Scene(_core.Scene):
     """
 
     def __init__(self, tables: Mapping[str, Any] | None = None, /, **keys: Any) -> None:
-        given = {**(tables or {}), **keys}
+        self._read({**(tables or {}), **keys}, {})
+
+    def _read(self, given: dict[str, Any], overrides: Mapping[str, Any]) -> None:
         sites = given.get("sites")
         listed = None
         if isinstance(sites, (list, tuple)):
@@ -59,7 +66,7 @@ class Scene(_core.Scene):
             except (TypeError, ValueError):
                 raise refuse("sites", repr(sites)[:60], "a list of (type, x, y), as in [(\"sa1\", 12, 40)]") from None
             del given["sites"]
-        super().__init__(*text_of(given), sites=listed)
+        super().__init__(*text_of(given), sites=listed, overrides=overrides_of(overrides))
 
     @classmethod
     def from_file(cls, path: str | os.PathLike[str], overrides: Mapping[str, Any] | None = None) -> Scene:
@@ -77,18 +84,26 @@ class Scene(_core.Scene):
         return scene
 
 
+    def __repr__(self) -> str:
+        sites = f", {len(self.sites)} sites" if self.sites else ""
+        return f"<Scene {self.width} x {self.height} cells{sites}>"
+
+
 AnyScene = Union[_core.Scene, Mapping[str, Any], str, "os.PathLike[str]"]
 AnyMaterial = Union[Material, Mapping[str, Any]]
 
 
-def _scene_of(scene: AnyScene) -> _core.Scene:
-    if isinstance(scene, _core.Scene):
-        return scene
+def _scene_of(scene: AnyScene, overrides: Mapping[str, Any] | None = None) -> _core.Scene:
     if isinstance(scene, Mapping):
-        return Scene(scene)
+        made = Scene.__new__(Scene)
+        made._read(dict(scene), overrides or {})
+        return made
     if isinstance(scene, (str, os.PathLike)):
-        return Scene.from_file(scene)
-    raise refuse("scene", f"an object of type {type(scene).__name__}", "a Scene, tables by name, or the path of a file")
+        return Scene.from_file(scene, overrides)
+    if isinstance(scene, _core.Scene) and not overrides:
+        return scene
+    allowed = "tables by name, or the path of a file" if overrides else "a Scene, tables by name, or the path of a file"
+    raise refuse("scene", f"an object of type {type(scene).__name__}", allowed)
 
 
 def _scene_with(material: AnyMaterial, name: str) -> Scene:
@@ -101,39 +116,95 @@ def _scene_with(material: AnyMaterial, name: str) -> Scene:
     return Scene(grid=Grid(width=1, height=1, spacing=1), surface=Surface(relief=1), material=given)
 
 
+def _axes_of(n: object) -> list[int]:
+    """Return the lengths of the axes of pads."""
+    try:
+        if n is None:
+            return []
+        return [operator.index(length) for length in (n if isinstance(n, (tuple, list)) else [n])]
+    except TypeError:
+        raise refuse("n", repr(n), "None, a number of pads, or a tuple of lengths, as in (64, 5)") from None
+
+
+def _need_memory(scene: _core.Scene, axes: Sequence[int], responses: int) -> None:
+    """Refuse pads whose pressure, strain and responses alone do not fit into the memory at hand."""
+    pads = math.prod(axes)
+    needed = 0 if scene.sites else 4.0 * pads * scene.width * scene.height * (2 + responses)
+    if needed > 2**28 and needed > (free := available()):
+        raise MemoryError(f"n = {pads} pads of {scene.width} x {scene.height} cells: at least {needed / 1e9:.1f} GB "
+                          f"are needed, and {free / 1e9:.1f} GB are available")
+
+
+def _columns_of(material: AnyMaterial) -> dict[str, Any]:
+    """Return the numbers of a material by name: modulus and viscosity of each element, spring, dashpot."""
+    given = dict(material) if isinstance(material, Mapping) else dict(vars(material))
+    columns: dict[str, Any] = {}
+    for i, element in enumerate(given.pop("elements", None) or []):
+        pair = element if isinstance(element, Mapping) else {"modulus": element.modulus, "viscosity": element.viscosity}
+        columns |= {f"elements[{i}].{key}": pair.get(key, 0.0) for key in ("modulus", "viscosity")}
+    columns |= {key: given.pop(key, None) for key in ("modulus", "viscosity", "spring", "dashpot")}
+    columns |= given
+    return {key: value for key, value in columns.items() if value is not None}
+
+
 class Skin(_core.Skin):
     """A skin at rest, or n of them, pressed frame by frame. One thread at a time uses it; others wait.
 
     scene: a Scene, tables by name, or a path; its load, time and output are not used.
     n: the number of pads that are pressed together, each with a state of its own; arrays then have a first axis of
-    pads. None: one pad, without that axis.
+    pads. A tuple, as (64, 5), makes several axes. None: one pad, without that axis.
     device: a Device, a text that Device.open takes, or None for the CPU path.
-    responses: the responses of each cell, of "sa1", "sa2", "fa1", "fa2"; None is all. Ignored if the scene has sites.
+    responses: the responses of each cell, of "sa1", "sa2", "fa1", "fa2", or one of them; None is all. Ignored if the
+    scene has sites.
     precision: "f32" or "f32-compensated"; None: compensated if SA2 is a plain integral that is asked for.
     materials: one for each pad in place of the scene's, without thickness and curvature_length, which are the scene's.
+
+    copy.copy and pickle make another skin with the same state; its responses are 0 until it is pressed.
     """
 
-    def __init__(self, scene: AnyScene, n: int | None = None, *, device: Device | str | None = None,
-                 responses: Iterable[str] | None = None, precision: str | None = None,
+    def __init__(self, scene: AnyScene, n: int | Sequence[int] | None = None, *, device: Device | str | None = None,
+                 responses: str | Iterable[str] | None = None, precision: str | None = None,
                  materials: Iterable[AnyMaterial] = ()) -> None:
-        made = _scene_of(scene)
-        super().__init__(made, n, device, None if responses is None else list(responses), precision,
+        made, axes = _scene_of(scene), _axes_of(n)
+        names = [responses] if isinstance(responses, str) else None if responses is None else list(responses)
+        _need_memory(made, axes, 4 if names is None else len(names))
+        super().__init__(made, axes, device, names, precision,
                          [_scene_with(m, f"materials[{i}]") for i, m in enumerate(materials)])
-        self._sites = made.sites
+
+    def __getitem__(self, response: str) -> Response:
+        return super().__getitem__(response).view(Response)
 
     @property
     def sites(self) -> dict[str, np.ndarray[Any, np.dtype[np.int32]]]:
         """The receptors of each class in the order of its response: cells as int32 of shape (sites, 2), x and y."""
-        kinds = dict.fromkeys(kind for kind, _, _ in self._sites)
-        return {kind: np.array([(x, y) for k, x, y in self._sites if k == kind], np.int32) for kind in kinds}
+        sites = self.scene.sites
+        kinds = dict.fromkeys(kind for kind, _, _ in sites)
+        return {kind: np.array([(x, y) for k, x, y in sites if k == kind], np.int32) for kind in kinds}
 
     def set_material(self, material: AnyMaterial, pads: Any = None) -> None:
         """Give pads another material from the next press on; strains are kept.
 
         material: numbers, not maps, with the number of elements that the pads have; without thickness and
-        curvature_length, which stay. pads: as in press; all of them, unless the skin was made with materials.
+        curvature_length, which stay. Where the skin was made with materials, a number may be an array of one number
+        for each pad. pads: as in press; all of them, unless the skin was made with materials.
         """
-        self.take_material(_scene_with(material, "material"), pads)
+        columns = _columns_of(material)
+        if not any(np.ndim(value) for value in columns.values()):
+            return self.take_material(_scene_with(material, "material"), pads)
+        count = self.count if pads is None else np.count_nonzero(pads) if np.asarray(pads).dtype == bool else len(pads)
+        elements = sum(key.startswith("elements[") for key in columns) // 2
+        names = [key for key in columns if key.startswith("elements[")] or ["modulus", "viscosity"]
+        names += [key for key in ("spring", "dashpot") if key in columns]
+        for key in columns.keys() ^ set(names):
+            raise refuse(f"material.{key}", columns.get(key), " and ".join(names) + ", each a number or an array")
+        rows = np.empty((count, len(names)))
+        for i, key in enumerate(names):
+            value = np.asarray(columns[key])
+            if value.dtype.kind not in "fiu" or value.shape not in ((), (count,)):
+                raise refuse(f"material.{key}", f"{value.dtype} array of shape {value.shape}",
+                             f"a number, or an array of shape ({count},)")
+            rows[:, i] = value
+        self.take_materials(rows, elements, "spring" in columns, "dashpot" in columns, pads)
 
 
 def run(scene: AnyScene, device: Device | str | None = None, *, precision: str | None = None, check: bool = False,
@@ -149,7 +220,8 @@ def run(scene: AnyScene, device: Device | str | None = None, *, precision: str |
 
 
 def run_materials(scene: AnyScene, materials: Iterable[AnyMaterial], device: Device | str | None = None, *,
-                  precision: str | None = None, check: bool = False, describe_each: bool = False) -> list[Result]:
+                  precision: str | None = None, check: bool = False, describe_each: bool = False,
+                  progress: Callable[[float], object] | None = None) -> list[Result]:
     """Run a scene with each of these materials in place of its own, and return a result of each.
 
     materials: without thickness and curvature_length, which stay the scene's. All models except march read the maps
@@ -157,7 +229,30 @@ def run_materials(scene: AnyScene, materials: Iterable[AnyMaterial], device: Dev
     of a pass over all cells; otherwise all have the first run's. The other arguments are as in run.
     """
     scenes = [_scene_with(m, f"materials[{i}]") for i, m in enumerate(materials)]
-    return _core.run_materials(_scene_of(scene), scenes, device, precision, check, describe_each)
+    return _core.run_materials(_scene_of(scene), scenes, device, precision, check, describe_each, progress)
+
+
+def sweep(scene: AnyScene, values: Mapping[str, Iterable[Any]], device: str | None = None, *,
+          precision: str | None = None, check: bool = False,
+          map: Callable[..., Iterable[Result]] = map) -> list[dict[str, Any]]:
+    """Run a scene with all combinations of some values, and return the rows of the command's runs.csv.
+
+    scene: tables by name, or the path of a TOML file. values: by dotted name, as in {"load.frequency": [20, 50, 250]};
+    the last name changes fastest. map: what calls a function for each scene, in order; that of an executor runs scenes
+    side by side, as concurrent.futures.ProcessPoolExecutor().map does. device, a text, and the other arguments are as
+    in run. Each row is a dict with the columns of runs.csv; "result" is its Result.
+    """
+    for name, some in values.items():
+        if isinstance(some, (str, bytes)) or not isinstance(some, Iterable):
+            raise refuse(f"values[{name!r}]", repr(some), "a list of values")
+    settings = [dict(zip(values, chosen)) for chosen in itertools.product(*values.values())]
+    scenes = [_scene_of(scene, setting or None) for setting in settings]
+    results = map(functools.partial(run, device=device, precision=precision, check=check), scenes)
+    columns = ("model", "precision", "seconds", "predicted_error", "measured_error", "greatest_gain", "kinks",
+               "cells_compared", "cells_different")
+    return [{"run": i, **{name: getattr(result, name) for name in columns},
+             "set": " ".join(overrides_of(setting)), "result": result}
+            for i, (setting, result) in enumerate(zip(settings, results), 1)]
 
 
 def explain(scene: AnyScene, device: Device | str | None = None, *, precision: str | None = None) -> Explanation:
@@ -176,3 +271,29 @@ def maps(scene: AnyScene) -> dict[str, np.ndarray[Any, np.dtype[np.float64]]]:
 def fingertip(**keys: Any) -> Scene:
     """Return a scene of the preset: 1 cm2 of a ridged fingertip in metres. keys: tables, as in Scene."""
     return Scene(preset="fingertip", **keys)
+
+
+def _text_of(value: object) -> str:
+    if isinstance(value, np.ndarray):
+        return f"<{value.dtype} {value.shape}>"
+    if isinstance(value, list) and len(value) > 4:
+        return f"[{', '.join(map(_text_of, value[:3]))}, .. {len(value)}]"
+    return f"[{', '.join(map(_text_of, value))}]" if isinstance(value, list) else repr(value)
+
+
+def _members_of(self: object) -> str:
+    """The repr of an object by its properties."""
+    names = [name for name, member in vars(type(self)).items() if isinstance(member, property)]
+    return f"{type(self).__name__}({', '.join(f'{name}={_text_of(getattr(self, name))}' for name in names)})"
+
+
+def _summary_of(self: Result) -> str:
+    return (f"<Result at {len(self.time)} times: {' '.join(self)}; {len(self.fields)} fields, "
+            f"{self.responses.shape[1]} sites; {self.model} in {self.precision}, {self.device.name}>")
+
+
+for _kind in (Candidate, Explanation, Fit, Impulse, KelvinVoigt, Relaxation, Report, Trace, contact.Contact,
+              contact.Pose, contact.Report, contact.WorldContact):
+    setattr(_kind, "__repr__", _members_of)
+setattr(Result, "__repr__", _summary_of)
+setattr(_core.Scene, "__repr__", Scene.__repr__)
