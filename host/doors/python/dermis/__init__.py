@@ -129,7 +129,7 @@ def _axes_of(n: object) -> list[int]:
 def _need_memory(scene: _core.Scene, axes: Sequence[int], responses: int) -> None:
     """Refuse pads whose pressure, strain and responses alone do not fit into the memory at hand."""
     pads = math.prod(axes)
-    needed = 0 if scene.sites else 4.0 * pads * scene.width * scene.height * (2 + responses)
+    needed = 0 if scene.sites or pads > 2**20 else 4.0 * pads * scene.width * scene.height * (2 + responses)
     if needed > 2**28 and needed > (free := available()):
         raise MemoryError(f"n = {pads} pads of {scene.width} x {scene.height} cells: at least {needed / 1e9:.1f} GB "
                           f"are needed, and {free / 1e9:.1f} GB are available")

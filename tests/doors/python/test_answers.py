@@ -1,0 +1,188 @@
+# SPDX-License-Identifier: MIT
+"""What a newcomer does wrong, and the words that come back: the parameter, its value, and what is allowed."""
+import re
+
+import dermis
+import numpy as np
+import pytest
+from dermis import contact
+
+GRID = {"grid": {"width": 16, "height": 12}}
+ONES = np.ones((12, 16), np.float32)
+MASKED = np.ma.array(ONES, mask=True)
+NAN = np.where(np.arange(192).reshape(12, 16) == 52, np.nan, ONES).astype(np.float32)
+
+
+class Cuda:
+    """An array that is not in the CPU's memory."""
+
+    def __dlpack_device__(self):
+        return 2, 0
+
+    def __dlpack__(self, **options):
+        raise BufferError("cannot export to cpu")
+
+
+class CudaInterface:
+    __cuda_array_interface__ = {"shape": (12, 16), "typestr": "<f4", "data": (1234, False), "version": 3}
+
+
+def skin(n=None, **options):
+    return dermis.Skin(GRID, n, **options)
+
+
+def press(*given, n=None, **named):
+    return lambda: skin(n).press(*given, **named)
+
+
+def pad(array=None):
+    return contact.Pad(np.zeros((12, 16), np.float32) if array is None else array, 1e-4)
+
+
+TOUCH = contact.Contact(1e-3, 1e-3, 1.0)
+IN_WORLD = contact.WorldContact((0, 0, 0), 1.0)
+ANSWERS = [
+    (press(ONES.astype(float), 1e-3), "pressure = float64 array of shape (12, 16); allowed: float32 array in C order, of shape"),
+    (press(ONES.astype(int), 1e-3), "pressure = int64 array of shape (12, 16)"),
+    (press(ONES.astype(np.float16), 1e-3), "pressure = float16 array of shape (12, 16)"),
+    (press(ONES.astype(">f4"), 1e-3), "pressure = array([["),
+    (press(ONES.tolist(), 1e-3), "pressure = [[1.0"),
+    (press(np.ones((16, 12), np.float32).T, 1e-3), "pressure = strided float32 array of shape (12, 16)"),
+    (press(np.ones((16, 12), np.float32), 1e-3), "pressure = float32 array of shape (16, 12)"),
+    (press(ONES[None], 1e-3), "pressure = float32 array of shape (1, 12, 16)"),
+    (press(ONES, 1e-3, n=1), "of shape (1, 12, 16) in Pa"),
+    (press(ONES[::-1], 1e-3), "pressure = strided float32"),
+    (press(np.broadcast_to(ONES, (3, 12, 16)), 1e-3, n=3), "pressure = strided float32"),
+    (press(1.0, 1e-3), "pressure = 1.0; allowed: float32 array"),
+    (press(None, 1e-3), "pressure = None; allowed: float32 array"),
+    (press(), "pressure = None; allowed: float32 array"),
+    (press(NAN, 1e-3), "pressure = nan in cell [4, 3]; allowed: finite numbers"),
+    (press(MASKED, 1e-3), "pressure = masked array, whose .filled(..) has no mask"),
+    (press(Cuda(), 1e-3), "pressure = an array on another device, which .cpu() or its like copies"),
+    (press(CudaInterface(), 1e-3), "pressure = an array on another device, which .cpu()"),
+    (press(ONES), "dt = None; allowed: seconds"),
+    (press(ONES, "1ms"), "dt = '1ms'; allowed: seconds"),
+    (press(ONES, -1e-3), "dt = -0.001; allowed: a finite number >= 0"),
+    (press(np.stack([ONES] * 3), [1e-3] * 2, n=3), "dt = 2 steps; allowed: 3, one for each pad"),
+    (press(ONES[None], 1e-3, [0.0, 1.0], n=2), "pads = [0.0, 1.0]; allowed: integers"),
+    (press(ONES[None], 1e-3, [False, True], n=2), "pads = [False, True]; allowed: integers, or an array of 2 bools"),
+    (press(ONES[None], 1e-3, 1, n=2), "pads = 1; allowed: integers"),
+    (press(ONES[None], 1e-3, [-1], n=2), "pads = -1 at position 0; allowed: 0..1"),
+    (press(ONES, 1e-3, out=ONES), "out = float32 array of shape (12, 16); allowed: a dict of arrays"),
+    (press(ONES, 1e-3, out={"sa3": ONES}), 'response = \'sa3\'; allowed: "sa1", "sa2", "fa1", "fa2"'),
+    (press(ONES, 1e-3, out={"sa1": ONES.T}), "out = float32 array of shape (16, 12); allowed: float32 array in C order that"),
+    (press(ONES, 1e-3, out={"sa1": np.broadcast_to(ONES, (12, 16))}), "that can be written, of shape (12, 16)"),
+    (lambda: skin()["SA1"], "response = 'SA1'; allowed: \"sa1\", \"sa2\", \"fa1\", \"fa2\", \"strain\", \"indentation\", \"curvature\""),
+    (lambda: skin(responses="sa1")["fa1"], 'response = \'fa1\'; allowed: "sa1", "strain"'),
+    (lambda: skin()[0], "response = 0; allowed: \"sa1\""),
+    (lambda: skin(responses=["sa1", 2]), "responses = 2; allowed: texts"),
+    (lambda: skin(0), "count = 0; allowed: 1..1048576"),
+    (lambda: skin(2.0), "n = 2.0; allowed: None, a number of pads, or a tuple of lengths"),
+    (lambda: skin((2, "3")), "n = (2, '3'); allowed"),
+    (lambda: skin((2**20, 2**20)), "count = "),
+    (lambda: skin(device="cuda"), 'device = "cuda": no such device'),
+    (lambda: skin(device=0), "device = 0; allowed: a Device, a text as Device.open takes it, or None"),
+    (lambda: skin(2).reset(slice(0, 1)), "pads = slice(0, 1, None); allowed: integers"),
+    (lambda: skin().load("abc"), "state = 'abc'; allowed: bytes"),
+    (lambda: skin().load(skin().save()[:-3]), " bytes; allowed: "),
+    (lambda: skin(materials=[{"modulus": 1, "viscosity": 1}]).set_material({"modulus": [1.0, 2.0], "viscosity": 1}),
+     "material.modulus = float64 array of shape (2,); allowed: a number, or an array of shape (1,)"),
+    (lambda: skin(1, materials=[{"modulus": 1, "viscosity": 1}]).set_material({"modulus": [1.0], "spring": "a"}), "material."),
+    (lambda: dermis.Scene(grid={"width": 16, "hight": 12}), "grid.hight = 12; no such key here"),
+    (lambda: dermis.Scene(gird={"width": 16}), "[gird]: no such table; the nearest is [grid]"),
+    (lambda: dermis.Scene(grid={"width": 16.0}), "grid.width = 16.0; allowed: a whole number"),
+    (lambda: dermis.Scene(grid=GRID["grid"], surface={"path": np.ones((16, 12))}), "surface.path = array of shape (16, 12)"),
+    (lambda: dermis.run(skin()), "scene = an object of type Skin; allowed: a Scene"),
+    (lambda: contact.Pad(np.zeros((12, 16)), 1e-4), "pressure = float64 array of shape (12, 16); allowed: float32"),
+    (lambda: contact.Pad(ONES), "spacing = (not given); allowed: a number of m"),
+    (lambda: contact.Contact(1e-3, 1e-3), "force = (not given); allowed: a number of N"),
+    (lambda: contact.Contact(1e-3, "1 mm", 1), "y = '1 mm'; allowed: a number of m"),
+    (lambda: contact.WorldContact((1, 2), 1), "position = (1, 2); allowed: three numbers"),
+    (lambda: contact.Pose(rotation=np.eye(2)), "rotation = float64 array of shape (2, 2); allowed: nine numbers"),
+    (lambda: contact.add_contacts(pad(), TOUCH), "contacts = Contact(x=0.001, y=0.001, force=1.0"),
+    (lambda: contact.add_contacts(pad(), [{"x": 1e-3}]), "contacts = {'x': 0.001}; allowed: a list of contact.Contact"),
+    (lambda: contact.add_contacts(pad(), np.ones((3, 4))), "contacts = float64 array of shape (4,); allowed: a list of"),
+    (lambda: contact.add_contacts(pad(), contact.Pose(), [IN_WORLD]), "reach = [WorldContact("),
+    (lambda: contact.add_contacts(ONES, [TOUCH]), "pad = float32 array of shape (12, 16); allowed: a contact.Pad"),
+    (lambda: contact.add_contacts(pad()), "pose = (not given); allowed: a contact.Pose"),
+    (lambda: contact.add_depths(pad(), np.zeros((12, 16)), 1.0), "depth = float64 array of shape (12, 16)"),
+    (lambda: contact.hertz_radius(1.0, None, 2.0), "ball = (not given); allowed: a number of m"),
+]
+
+
+@pytest.mark.parametrize("call, words", ANSWERS, ids=[words for _, words in ANSWERS])
+def test_a_mistake_is_answered_by_parameter_value_and_what_is_allowed(call, words):
+    with pytest.raises(dermis.Error) as refused:
+        call()
+    assert words in str(refused.value) and not re.search("incompatible function|Invoked with|nanobind", str(refused.value))
+
+
+def test_a_skin_can_have_several_axes_of_pads():
+    pressure = np.random.default_rng(2).random((2, 3, 12, 16), np.float32)
+    several, one = skin((2, 3)), skin(6)
+    several.press(pressure, np.full((2, 3), 0.01))
+    one.press(pressure.reshape(6, 12, 16), 0.01)
+    assert several["fa1"].shape == (2, 3, 12, 16) and several["fa1"].tobytes() == one["fa1"].tobytes()
+    several.press(pressure[0, :2], 0.01, pads=np.array([[True, False, True], [False] * 3]))
+    one.press(pressure[0, :2], 0.01, pads=[0, 2])
+    assert several["sa1"].tobytes() == one["sa1"].tobytes() and several.count == 6
+    assert repr(several) == "<Skin 2 x 3 pads of 16 x 12 cells, sa1 sa2 fa1 fa2, cpu>"
+
+
+def test_a_press_fills_arrays_of_the_callers():
+    one, log = skin(), np.full((3, 12, 16), np.nan, np.float32)
+    for i in range(3):
+        one.press(ONES, 0.01, out={"fa1": log[i]})
+        assert log[i].tobytes() == one["fa1"].tobytes()
+    with pytest.raises(dermis.Error):
+        one.press(NAN, 0.01, out={"fa1": log[0]})
+    assert np.isfinite(log).all() and log[0].max() > log[2].max() > 0
+
+
+def test_a_view_goes_to_readers_of_dlpack_that_know_no_read_only_array():
+    one = skin()
+    one.press(ONES, 0.01)
+    view = one["fa1"]
+    assert "dltensor" in repr(view.__dlpack__())  # as JAX asks: a copy
+    assert np.shares_memory(np.from_dlpack(view), view) and not view.flags.writeable
+    assert type(2 * view) is np.ndarray and type(view.sum()) is np.float32 and type(view[3:]) is type(view)
+
+
+def test_each_pad_takes_its_row_of_materials_or_none_does():
+    material = {"elements": [{"modulus": 2.0, "viscosity": 1.0}, dermis.KelvinVoigt(modulus=3.0, viscosity=0.1)], "spring": 9.0}
+    arrays, one_by_one = (skin(4, materials=[material] * 4, responses=["sa1"]) for _ in range(2))
+    moduli = np.array([1.0, 2.0, 3.0, 4.0])
+    arrays.set_material({"elements": [{"modulus": moduli, "viscosity": 1.0}, {"modulus": 5, "viscosity": moduli / 8}],
+                         "spring": 7 + moduli})
+    for i, m in enumerate(moduli):
+        one_by_one.set_material({"elements": [{"modulus": m, "viscosity": 1.0}, {"modulus": 5, "viscosity": m / 8}],
+                                 "spring": 7 + m}, [i])
+    both = arrays, one_by_one
+    bits = [s.press(np.stack([ONES] * 4), 0.1) or s["sa1"].tobytes() for s in both]
+    assert bits[0] == bits[1]
+    with pytest.raises(dermis.Error, match="modulus = -1"):
+        arrays.set_material({"elements": [{"modulus": [1.0, 2.0, -1.0, 3.0], "viscosity": 1.0},
+                                          {"modulus": 5, "viscosity": 1.0}], "spring": 7.0})
+    arrays.set_material({"elements": [{"modulus": [9.0], "viscosity": 1}, {"modulus": 5, "viscosity": 1}], "spring": 7}, [2])
+    one_by_one.set_material({"elements": [{"modulus": 9, "viscosity": 1}, {"modulus": 5, "viscosity": 1}], "spring": 7}, [2])
+    bits = [s.press(np.stack([ONES] * 4), 0.1) or s["sa1"].tobytes() for s in both]
+    assert bits[0] == bits[1]
+
+
+def test_only_the_classes_whose_density_is_named_are_drawn():
+    sites = {kind for kind, _, _ in dermis.fingertip(sites={"density": {"sa1": 70, "fa2": 10}}).sites}
+    assert sites == {"sa1", "fa2"}
+    assert len({kind for kind, _, _ in dermis.fingertip(sites={"density": {}}).sites}) == 4
+
+
+def test_runs_over_materials_tell_their_progress_and_end_by_what_it_raises():
+    heard = []
+    materials = [{"modulus": m, "viscosity": 1.0} for m in (1.0, 2.0)]
+    dermis.run_materials(GRID, materials, progress=heard.append)
+    assert heard and heard[-1] == 1 and heard == sorted(heard)
+
+    def stop(done):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        dermis.run_materials(GRID, materials, progress=stop)

@@ -1,0 +1,169 @@
+# SPDX-License-Identifier: MIT
+"""Scenes, results, skins, devices and reports in other processes: they arrive whole, and give the same bits there."""
+import concurrent.futures
+import copy
+import multiprocessing
+import os
+import pickle
+import signal
+
+import dermis
+import numpy as np
+import pytest
+
+RIDGES = np.sin(np.arange(9 * 12) / 5.0).reshape(9, 12)
+TABLES = {
+    "grid": {"width": 12, "height": 9, "spacing": 1e-3},
+    "surface": {"path": RIDGES, "relief": 1e-4},
+    "material": {"elements": [{"modulus": 2e4 + 1e3 * RIDGES, "viscosity": 400.0}, {"modulus": 5e4, "viscosity": 10.0}],
+                 "spring": 1e5, "dashpot": 1e6, "thickness": 1e-3, "curvature_length": -1e-4},
+    "load": {"kind": "circular", "center": [5, 4], "radius": 3, "intensity": "20 kPa", "envelope": "table",
+             "times": [0.0, 0.1, 0.3], "values": [0.0, 1.0, 0.5]},
+    "time": {"step": 0.02, "duration": 0.4},
+    "receptors": {"sa2_adaptation": 0.5, "fa2_gains": [1.0, -0.5], "fa2": "step-mean"},
+    "curvature": {"stencil": "fourth-order", "edges": "periodic"},
+    "sites": [("sa1", 3, 4), ("fa2", 11, 8)],
+    "output": {"probes": [[5, 4]], "fields": [{"at": 0.2, "what": ["sa1", "curvature"]}]},
+    "tolerance": 0.01, "model": "march", "precision": "f32",
+}
+SCENE = dermis.Scene(TABLES)
+
+
+def numbers(result):
+    traces = [array.tobytes() for name in result for array in (result[name].mean, result[name].max, *result[name].probes)]
+    return traces, result.responses.tobytes(), {key: field.tobytes() for key, field in result.fields.items()}
+
+
+def again(value):
+    return pickle.loads(pickle.dumps(value))
+
+
+def test_a_scene_arrives_with_its_maps_and_every_key():
+    there = again(SCENE)
+    assert type(there) is dermis.Scene and pickle.dumps(there) == pickle.dumps(SCENE)
+    assert numbers(dermis.run(there)) == numbers(dermis.run(SCENE))
+    for name, array in dermis.maps(SCENE).items():
+        assert (dermis.maps(copy.deepcopy(SCENE))[name] == array).all()
+
+
+def test_a_scene_of_files_needs_no_file_any_more(tmp_path, monkeypatch):
+    np.save(tmp_path / "ridges.npy", RIDGES)
+    text = '[grid]\nwidth = 12\nheight = 9\n[surface]\nkind = "file"\npath = "ridges.npy"\n'
+    (tmp_path / "scene.toml").write_text(text)
+    there = pickle.dumps(dermis.Scene.from_file(tmp_path / "scene.toml"))
+    os.remove(tmp_path / "ridges.npy")
+    assert (dermis.maps(pickle.loads(there))["surface"] == RIDGES).all()
+    np.save(tmp_path / "frames.npy", np.ones((3, 9, 12), np.float32))
+    monkeypatch.chdir(tmp_path)
+    frames = pickle.dumps(dermis.Scene(grid={"width": 12, "height": 9},
+                                       load={"kind": "sequence", "path": "frames.npy", "interval": 0.1}))
+    monkeypatch.chdir("/")  # frames are read while a run takes place: both processes need the file, wherever they are
+    assert numbers(dermis.run(pickle.loads(frames)))
+
+
+def test_what_a_run_returns_arrives_whole():
+    result = dermis.run(SCENE)
+    there = again(result)
+    assert numbers(there) == numbers(result) and (there.time == result.time).all()
+    assert repr(there) == repr(result) and repr(there.report()) == repr(result.report())
+    for value in (result["sa1"], result.report(), result.report().strain, result.device, dermis.explain(SCENE),
+                  *dermis.run({"load": {"envelope": "pulse"}, "time": {"duration": 1.0}}).impulses[:1],
+                  dermis.KelvinVoigt(modulus=2.0, viscosity=3.0), dermis.Relaxation(moduli=[1.0], times=[2.0]),
+                  dermis.fit_relaxation([0, 1, 2, 3, 4], [5, 4, 3.5, 3.2, 3], 2), dermis.contact.Contact(1e-3, 2e-3, 0.5),
+                  dermis.contact.WorldContact((1, 2, 3), 0.5), dermis.contact.Pose((1, 2, 3), -np.eye(3))):
+        assert repr(again(value)) == repr(value) and type(again(value)) is type(value)
+        assert not repr(value).startswith("<dermis._core")
+
+
+def test_what_another_build_pickled_is_refused_by_both_names():
+    bytes_of_this = SCENE.__getstate__()
+    with pytest.raises(dermis.Error, match="pickled by dermis 9.9.*allowed: dermis .* of commit"):
+        dermis.Scene.__new__(dermis.Scene).__setstate__(bytes_of_this.replace(b"dermis 0.", b"dermis 9.9", 1))
+    with pytest.raises(dermis.Error, match="state = cut bytes"):
+        dermis.Scene.__new__(dermis.Scene).__setstate__(bytes_of_this[:-9])
+
+
+@pytest.mark.parametrize("device", ["cpu", "vulkan"])
+def test_a_copied_skin_is_a_branch_with_the_same_bits(device):
+    material = {"modulus": 2e4, "viscosity": 400.0}
+    scene = {"grid": TABLES["grid"], "surface": {"relief": 1e-4},
+             "material": {**material, "thickness": 1e-3, "curvature_length": 1e-4}}
+    pressure = np.random.default_rng(1).random((2, 3, 9, 12), np.float32)
+    skin = dermis.Skin(scene, (2, 3), device=device, responses=["fa1", "sa2"], precision="f32-compensated",
+                       materials=[material] * 6)
+    skin.press(pressure, 0.01)
+    skin.set_material({"modulus": np.linspace(1e4, 6e4, 6), "viscosity": 100.0})
+    for branch in (copy.deepcopy(skin), copy.copy(skin), again(skin)):
+        assert repr(branch) == repr(skin) and not branch["fa1"].any()  # until it is pressed
+        kept = skin.save()
+        for one in (skin, branch):
+            one.press(2 * pressure, 0.02)
+        assert all(branch[name].tobytes() == skin[name].tobytes() for name in ("fa1", "sa2", "strain"))
+        skin.load(kept)
+
+
+def test_devices_arrive_as_the_text_that_opened_them():
+    assert again(dermis.Device.cpu(1)).info.name == "cpu"
+    assert again(dermis.Device.open("vulkan")).info.name == dermis.Device.open("vulkan").info.name
+
+
+SCENES = [dermis.Scene({**TABLES, "load": {"intensity": 1e4 * i}}) for i in range(1, 7)]
+
+
+def test_an_executor_maps_run_over_scenes():
+    with concurrent.futures.ProcessPoolExecutor(2, multiprocessing.get_context("spawn")) as pool:
+        assert [numbers(r) for r in pool.map(dermis.run, SCENES)] == [numbers(dermis.run(s)) for s in SCENES]
+
+
+def test_a_sweep_runs_every_combination_wherever_it_is_mapped():
+    values = {"load.intensity": [1e4, "20 kPa"], "time.step": [0.02, 0.04]}
+    rows = dermis.sweep(TABLES, values)
+    assert [row["set"] for row in rows] == ["load.intensity=10000.0 time.step=0.02", "load.intensity=10000.0 time.step=0.04",
+                                            'load.intensity="20 kPa" time.step=0.02', 'load.intensity="20 kPa" time.step=0.04']
+    assert list(rows[0]) == ["run", "model", "precision", "seconds", "predicted_error", "measured_error", "greatest_gain",
+                             "kinks", "cells_compared", "cells_different", "set", "result"]
+    with concurrent.futures.ProcessPoolExecutor(2, multiprocessing.get_context("spawn")) as pool:
+        mapped = dermis.sweep(TABLES, values, map=pool.map)
+    assert [numbers(row["result"]) for row in mapped] == [numbers(row["result"]) for row in rows]
+    with pytest.raises(dermis.Error, match="values.'time.step'. = 0.02; allowed: a list"):
+        dermis.sweep(TABLES, {"time.step": 0.02})
+    with pytest.raises(dermis.Error, match="an object of type Scene; allowed: tables by name, or the path"):
+        dermis.sweep(SCENE, values)
+
+
+def slow_run(scene):
+    import time
+    time.sleep(0.5)
+    return dermis.run(scene)
+
+
+def test_a_dask_worker_that_is_killed_loses_nothing():
+    import distributed
+    with distributed.LocalCluster(2, threads_per_worker=1, dashboard_address=None) as cluster, \
+            distributed.Client(cluster) as client:
+        runs = client.map(slow_run, SCENES)
+        distributed.wait(runs, return_when="FIRST_COMPLETED")
+        os.kill(next(iter(client.run(os.getpid).values())), signal.SIGKILL)
+        assert [numbers(r) for r in client.gather(runs)] == [numbers(dermis.run(s)) for s in SCENES]
+
+
+def test_pads_beyond_the_memory_at_hand_are_refused_with_both_numbers(tmp_path):
+    from dermis._memory import available
+    (tmp_path / "self").mkdir()
+    (tmp_path / "meminfo").write_text("MemTotal: 9000000 kB\nMemAvailable: 8000000 kB\n")
+    (tmp_path / "self/cgroup").write_text("4:memory:/old\n0::/a/b\n")
+    assert available(str(tmp_path), str(tmp_path)) == 8000000 * 1024
+    for folder, files in {"a": {"max": "5000", "current": "3000"}, "a/b": {"max": "max", "current": "1"}}.items():
+        (tmp_path / folder).mkdir()
+        for name, text in files.items():
+            (tmp_path / folder / f"memory.{name}").write_text(text + "\n")
+    assert available(str(tmp_path), str(tmp_path)) == 2000
+    (tmp_path / "a/memory.stat").write_text("anon 1500\ninactive_file 500\n")  # of which the system drops what it needs
+    assert available(str(tmp_path), str(tmp_path)) == 2500
+    (tmp_path / "memory/old").mkdir(parents=True)
+    (tmp_path / "memory/old/memory.limit_in_bytes").write_text("1000\n")
+    (tmp_path / "memory/old/memory.usage_in_bytes").write_text("900\n")
+    assert available(str(tmp_path), str(tmp_path)) == 100
+    with pytest.raises(MemoryError, match=r"n = 1000000 pads of 1000 x 1000 cells: at least 24000.0 GB are needed, and "
+                                          r"[0-9.]+ GB are available"):
+        dermis.Skin({"grid": {"width": 1000, "height": 1000}}, 1000000)
