@@ -1,11 +1,16 @@
 # SPDX-License-Identifier: MIT
 # Compiles GLSL to SPIR-V and to C arrays at build time. Each module is validated and checked for uncontracted arithmetic.
-find_program(DERMIS_GLSLANG glslangValidator REQUIRED)
-find_program(DERMIS_SPIRV_VAL spirv-val REQUIRED)
-find_program(DERMIS_SPIRV_DIS spirv-dis REQUIRED)
-
 set(DERMIS_GENERATED ${PROJECT_BINARY_DIR}/generated)
-set(DERMIS_KERNELS)
+file(MAKE_DIRECTORY ${DERMIS_GENERATED})
+
+# Finds a program, or names the package that Debian has it in.
+function(dermis_tool variable program package)
+    find_program(${variable} ${program})
+    if(NOT ${variable})
+        message(FATAL_ERROR "${program} is missing, which Debian has in the package ${package}; a released archive of "
+            "dermis has its kernels compiled and needs none")
+    endif()
+endfunction()
 
 # Compiles source.comp to generated/<kernel>_spv.h and sets `header` to that path; further arguments go to the compiler.
 function(dermis_kernel source kernel header)
@@ -24,17 +29,25 @@ function(dermis_kernel source kernel header)
     set(${header} ${made} PARENT_SCOPE)
 endfunction()
 
-foreach(kernel press fields reduce sites)
-    dermis_kernel(${PROJECT_SOURCE_DIR}/kernels/${kernel}.comp ${kernel} plain)
-    dermis_kernel(${PROJECT_SOURCE_DIR}/kernels/${kernel}.comp ${kernel}_rte rounds -DROUNDS)
-    list(APPEND DERMIS_KERNELS ${plain} ${rounds})
-endforeach()
-foreach(kernel press reduce)
-    dermis_kernel(${PROJECT_SOURCE_DIR}/kernels/${kernel}.comp ${kernel}_texels plain -DTEXELS)
-    dermis_kernel(${PROJECT_SOURCE_DIR}/kernels/${kernel}.comp ${kernel}_texels_rte rounds -DTEXELS -DROUNDS)
-    list(APPEND DERMIS_KERNELS ${plain} ${rounds})
-endforeach()
-file(MAKE_DIRECTORY ${DERMIS_GENERATED})
+if(DERMIS_BUNDLED)
+    file(GLOB DERMIS_KERNELS ${PROJECT_SOURCE_DIR}/bundled/generated/*_spv.h)
+    file(COPY ${DERMIS_KERNELS} DESTINATION ${DERMIS_GENERATED})
+else()
+    dermis_tool(DERMIS_GLSLANG glslangValidator glslang-tools)
+    dermis_tool(DERMIS_SPIRV_VAL spirv-val spirv-tools)
+    dermis_tool(DERMIS_SPIRV_DIS spirv-dis spirv-tools)
+    set(DERMIS_KERNELS)
+    foreach(kernel press fields reduce sites)
+        dermis_kernel(${PROJECT_SOURCE_DIR}/kernels/${kernel}.comp ${kernel} plain)
+        dermis_kernel(${PROJECT_SOURCE_DIR}/kernels/${kernel}.comp ${kernel}_rte rounds -DROUNDS)
+        list(APPEND DERMIS_KERNELS ${plain} ${rounds})
+    endforeach()
+    foreach(kernel press reduce)
+        dermis_kernel(${PROJECT_SOURCE_DIR}/kernels/${kernel}.comp ${kernel}_texels plain -DTEXELS)
+        dermis_kernel(${PROJECT_SOURCE_DIR}/kernels/${kernel}.comp ${kernel}_texels_rte rounds -DTEXELS -DROUNDS)
+        list(APPEND DERMIS_KERNELS ${plain} ${rounds})
+    endforeach()
+endif()
 
 # Writes a text file as the C++ raw string `name` into generated/<name>.h.
 function(dermis_embed_text file name)

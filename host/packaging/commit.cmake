@@ -3,6 +3,10 @@
 # repository, or in none, have the commit "unknown". Behind that, and behind "-dirty", stands a hash of the sources, so
 # that equal commits mean equal sources.
 cmake_minimum_required(VERSION 3.22)
+if(EXISTS ${source}/bundled/commit.h) # a released archive knows its commit
+    configure_file(${source}/bundled/commit.h ${header} COPYONLY)
+    return()
+endif()
 unset(ENV{GIT_DIR}) # set in git's hooks, it would name the repository in place of the folder
 set(git git --no-optional-locks -C ${source})
 execute_process(COMMAND ${git} rev-parse --show-toplevel OUTPUT_VARIABLE top RESULT_VARIABLE failed

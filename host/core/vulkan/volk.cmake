@@ -1,7 +1,11 @@
 # SPDX-License-Identifier: MIT
 # volk defines vkCreateBuffer and 600 more as variables. In a static library they would collide with a host that links
 # Vulkan itself or has its own volk, so a generated header puts dermis_ before each name.
-find_path(DERMIS_VOLK volk.h REQUIRED)
+if(DERMIS_BUNDLED)
+    set(DERMIS_VOLK ${PROJECT_SOURCE_DIR}/bundled/include)
+else()
+    find_path(DERMIS_VOLK volk.h REQUIRED)
+endif()
 file(STRINGS ${DERMIS_VOLK}/volk.h lines REGEX "^extern PFN_vk|^[A-Za-z].* volk[A-Z][A-Za-z]*\\(")
 set(names "")
 foreach(line ${lines})

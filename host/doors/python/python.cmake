@@ -18,4 +18,10 @@ nanobind_add_stub(dermis_python_stub
     PYTHON_PATH $<TARGET_FILE_DIR:dermis_python>
     DEPENDS dermis_python)
 install(TARGETS dermis_python LIBRARY DESTINATION dermis COMPONENT python EXCLUDE_FROM_ALL)
+# A release has the command too, as the program `dermis` beside Python.
+if(DERMIS_BUNDLED AND DERMIS_CLI)
+    add_dependencies(dermis_python dermis-cli)
+    install(TARGETS dermis-cli DESTINATION ${SKBUILD_SCRIPTS_DIR} COMPONENT python EXCLUDE_FROM_ALL)
+    install(FILES bundled/LICENSES.txt DESTINATION ${SKBUILD_METADATA_DIR}/licenses COMPONENT python EXCLUDE_FROM_ALL)
+endif()
 install(FILES ${DERMIS_GENERATED}/_core.pyi DESTINATION dermis COMPONENT python EXCLUDE_FROM_ALL)
