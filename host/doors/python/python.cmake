@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 # The compiled module of the Python package, with its stub. pyproject.toml sets DERMIS_PYTHON and adds the rest.
-find_package(Python 3.10 REQUIRED COMPONENTS Interpreter Development.Module)
+find_package(Python 3.10 REQUIRED COMPONENTS Interpreter Development.Module ${SKBUILD_SABI_COMPONENT})
 find_package(nanobind 3.1 CONFIG REQUIRED)
-nanobind_add_module(dermis_python NB_STATIC
+nanobind_add_module(dermis_python STABLE_ABI NB_STATIC
     host/doors/python/contact.cpp
     host/doors/python/devices.cpp
     host/doors/python/fit.cpp
