@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 # The libraries with their headers, for CMake, and the whole one for pkg-config; both find it wherever the prefix is moved to. The command
-# is installed where it is built. The licence and the README are optional: a copy of the sources inside another project
-# may lack them.
+# is installed where it is built. Pages and what they link to keep their folders, so that links lead somewhere; a copy of
+# the sources inside another project may lack them.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 set(package ${CMAKE_INSTALL_LIBDIR}/cmake/dermis)
@@ -20,7 +20,13 @@ install(TARGETS dermis_core dermis_library EXPORT dermis INCLUDES DESTINATION ${
 if(DERMIS_CLI)
     install(TARGETS dermis-cli)
 endif()
-install(FILES LICENSE README.md DESTINATION ${CMAKE_INSTALL_DOCDIR} OPTIONAL)
+file(GLOB documents RELATIVE ${PROJECT_SOURCE_DIR} CONFIGURE_DEPENDS *.md CITATION.cff LICENSE bench/*.md bench/*.png host/*.md
+    host/core/description/*.md host/examples/* host/lab/scenes/*.md kernels/*.md tests/*.md tests/shims/*.md
+    tests/embedding/frames/frames.cpp tests/embedding/mujoco/*)
+foreach(document IN LISTS documents)
+    get_filename_component(folder ${document} DIRECTORY)
+    install(FILES ${document} DESTINATION ${CMAKE_INSTALL_DOCDIR}/${folder})
+endforeach()
 install(DIRECTORY include/dermis DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 install(EXPORT dermis NAMESPACE dermis:: FILE dermisTargets.cmake DESTINATION ${package})
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/dermisConfigVersion.cmake COMPATIBILITY SameMinorVersion)

@@ -97,13 +97,14 @@ elseif(claim STREQUAL "add_subdirectory")
         message(FATAL_ERROR "${commit}, of the same sources ${again}, and of others ${changed}")
     endif()
 
-# The command, which runs, the licence and the README are installed beside the library.
+# The command, which runs, the licence and pages whose links lead somewhere are installed beside the library.
 elseif(claim STREQUAL "command")
-    foreach(file bin/dermis share/doc/dermis/LICENSE share/doc/dermis/README.md)
+    foreach(file bin/dermis share/doc/dermis/LICENSE share/doc/dermis/host/examples/press.c)
         if(NOT EXISTS ${prefix}/${file})
             message(FATAL_ERROR "no ${prefix}/${file}")
         endif()
     endforeach()
+    run(${python} ${source}/tests/documents/links.py ${prefix}/share/doc/dermis/README.md)
     printed("^dermis ${version} \\(commit [^)]+\\)\n$" ${prefix}/bin/dermis --version)
 
 # The example programs are a stranger's project too.

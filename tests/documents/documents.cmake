@@ -59,9 +59,7 @@ elseif(claim STREQUAL "keys")
 
 # A link within the repository leads somewhere.
 elseif(claim STREQUAL "links")
-    run(${python} ${CMAKE_CURRENT_LIST_DIR}/links.py ${source}/README.md ${source}/host/lab/scenes/README.md
-        ${source}/host/examples/README.md ${source}/host/examples/GALLERY.md
-        ${source}/host/examples/SIMULATOR.md)
+    run(${python} ${CMAKE_CURRENT_LIST_DIR}/links.py ${source}/README.md)
 
 # The pages that name the version name this one.
 elseif(claim STREQUAL "version")

@@ -58,7 +58,7 @@ void bind_device(nb::module_& m) {
         .def_prop_ro("info", [](const SharedDevice& d) { return d.device.info(); })
         .def("__repr__", [](const SharedDevice& d) { return "<Device " + d.device.info().name + ">"; })
         .def("__getstate__", [](const SharedDevice& d) { return std::tuple(d.which, d.threads); })
-        .def("__setstate__", [](SharedDevice& self, const nb::tuple& state) {
+        .def("__setstate__", [](SharedDevice& self, const nb::typed<nb::tuple, nb::str, int>& state) {
             const std::string which(nb::cast<string_view>(state[0]));
             new (&self) SharedDevice(device_opened(which, nb::cast<int>(state[1])));
         });

@@ -390,7 +390,8 @@ void bind_skin(nb::module_& m) {
             "pads: None is all; else numbers or a mask of n bools, and pressure has a map for each of them.\n"
             "out: float32 arrays by response, as in {\"sa1\": array} of the shape of skin[\"sa1\"], to be filled.\n"
             "Other Python threads run meanwhile. Arrays of responses show the new values at once.")
-        .def("__getitem__", response, nb::arg("response"),
+        .def("__getitem__", response, nb::sig("def __getitem__(self, response: str) -> NDArray[numpy.float32]"),
+             nb::arg("response"),
              "The response \"sa1\", \"sa2\", \"fa1\" or \"fa2\" at the end of each pad's last press, 0 before the "
              "first.\n\n"
              "A view, float32 of shape (n, height, width), with sites (n, sites of that class); without n the first\n"

@@ -44,3 +44,24 @@ def test_the_tutorial_prints_what_stands_beside_it():
     script = TOP / "host/examples/tutorial.py"
     run = subprocess.run([sys.executable, script], capture_output=True, text=True, check=True)
     assert run.stdout == (TOP / "host/examples/tutorial.txt").read_text()
+
+
+def test_a_type_checker_accepts_the_package_and_a_users_code_and_finds_a_mistake(tmp_path):
+    (tmp_path / "right.py").write_text("""
+import dermis
+import numpy as np
+
+skin = dermis.Skin({"grid": {"width": 4, "height": 3}}, (2, 3), responses="sa1")
+skin.press(np.ones((2, 3, 3, 4), np.float32), 1e-3, out={"sa1": np.empty((2, 3, 3, 4), np.float32)})
+contact = dermis.contact.Contact(1e-3, 1e-3, force=1.0)
+rows = dermis.sweep("scene.toml", {"time.step": [0.1]})
+times: float = dermis.run(dermis.Scene(load=dermis.Load(intensity="2 kPa"))).time[0]
+""")
+    (tmp_path / "wrong.py").write_text("import dermis\ndermis.Skin({}, responses=1)\ndermis.contact.Contact('1 mm', 1e-3, 1.0)\n")
+    command = [sys.executable, "-m", "mypy", "--strict", "--cache-dir", str(tmp_path / "cache")]
+    right = subprocess.run([*command, "-p", "dermis"], cwd=tmp_path, capture_output=True, text=True)
+    assert right.returncode == 0, right.stdout
+    right = subprocess.run([*command, "right.py"], cwd=tmp_path, capture_output=True, text=True)
+    assert right.returncode == 0, right.stdout
+    wrong = subprocess.run([*command, "wrong.py"], cwd=tmp_path, capture_output=True, text=True)
+    assert wrong.stdout.count("error:") == 2, wrong.stdout

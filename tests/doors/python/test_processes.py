@@ -4,13 +4,18 @@ import concurrent.futures
 import copy
 import multiprocessing
 import os
+import pathlib
 import pickle
+import re
 import signal
+import subprocess
+import sys
 
 import dermis
 import numpy as np
 import pytest
 
+TOP = pathlib.Path(__file__).resolve().parents[3]
 RIDGES = np.sin(np.arange(9 * 12) / 5.0).reshape(9, 12)
 TABLES = {
     "grid": {"width": 12, "height": 9, "spacing": 1e-3},
@@ -145,6 +150,19 @@ def test_a_dask_worker_that_is_killed_loses_nothing():
         distributed.wait(runs, return_when="FIRST_COMPLETED")
         os.kill(next(iter(client.run(os.getpid).values())), signal.SIGKILL)
         assert [numbers(r) for r in client.gather(runs)] == [numbers(dermis.run(s)) for s in SCENES]
+
+
+BLOCKS = re.findall(r"```python\n(.*?)```", (TOP / "host/examples/PROCESSES.md").read_text(), re.DOTALL)
+NAMES = ["sweep", "concurrent", "joblib", "distributed", "ray"]  # the last is a large package, tried by hand
+
+
+@pytest.mark.parametrize("name, block", list(zip(NAMES[:-1], BLOCKS)), ids=NAMES[:-1])
+def test_the_page_about_processes_does_what_it_says(name, block, tmp_path):
+    assert len(BLOCKS) == len(NAMES) and (name in block or name == "sweep")
+    (tmp_path / "scene.toml").write_text('[load]\nenvelope = "sine"\n[time]\nduration = 0.5\n')
+    (tmp_path / "page.py").write_text(block)
+    run = subprocess.run([sys.executable, "page.py"], cwd=tmp_path, capture_output=True, text=True, timeout=120)
+    assert run.returncode == 0, run.stderr
 
 
 def test_pads_beyond_the_memory_at_hand_are_refused_with_both_numbers(tmp_path):

@@ -116,7 +116,7 @@ def _scene_with(material: AnyMaterial, name: str) -> Scene:
     return Scene(grid=Grid(width=1, height=1, spacing=1), surface=Surface(relief=1), material=given)
 
 
-def _axes_of(n: object) -> list[int]:
+def _axes_of(n: Any) -> list[int]:
     """Return the lengths of the axes of pads."""
     try:
         if n is None:
