@@ -3,7 +3,6 @@
 #include "host/doors/python/module.hpp"
 
 #include <chrono>
-#include <cstring>
 #include <thread>
 
 namespace dermis::python {
@@ -116,11 +115,7 @@ nb::object readable(nb::handle argument) {
 }
 
 // Whether an array has a mask, which a view of its numbers would lose.
-bool is_masked(nb::handle argument) {
-    const nb::handle type = argument.type();
-    return std::strcmp(reinterpret_cast<PyTypeObject*>(type.ptr())->tp_name, "numpy.ndarray") != 0 &&
-           nb::hasattr(type, "mask") && nb::hasattr(type, "__array__");
-}
+bool is_masked(nb::handle argument) { return nb::hasattr(argument, "mask") && nb::hasattr(argument, "filled"); }
 
 std::optional<AnyArray> array_in(nb::handle argument) {
     AnyArray array;
