@@ -33,7 +33,7 @@ ON_VULKAN += [(f"vectors of {n} bits", "", {"LP_NATIVE_VECTOR_WIDTH": str(n), **
 ON_VULKAN += [(f"caller's floats: {mode}, {when}", f"{when}={mode}", {}) for mode in MODES for when in ("early", "late")]
 ON_VULKAN += [(f"layer: {shim}", "", {"DERMIS_SHIM": shim}) for shim in
               ("groups=8", "groups=32", "groups=128", "narrow=245760", "narrow=400000", "metal", "least")]
-QUICK_ON_VULKAN = ("LP_NUM_THREADS=7", "vectors of 128 bits", "caller's floats: flush, late", "layer: narrow=245760")
+QUICK_ON_VULKAN = ("LP_NUM_THREADS=7", "vectors of 128 bits", "caller's floats: flush, late")
 
 # (name, compiler, options, before the program)
 CROSS = "aarch64-linux-gnu-g++"
