@@ -139,7 +139,11 @@ def _columns_of(material: AnyMaterial) -> dict[str, Any]:
     """Return the numbers of a material by name: modulus and viscosity of each element, spring, dashpot."""
     given = dict(material) if isinstance(material, Mapping) else dict(vars(material))
     columns: dict[str, Any] = {}
-    for i, element in enumerate(given.pop("elements", None) or []):
+    elements = given.get("elements")
+    if not isinstance(elements, (list, tuple)) or not all(isinstance(e, (Mapping, KelvinVoigt)) for e in elements):
+        elements = []  # none, or what the reader of scenes refuses
+    for i, element in enumerate(elements):
+        given.pop("elements", None)
         pair = element if isinstance(element, Mapping) else {"modulus": element.modulus, "viscosity": element.viscosity}
         columns |= {f"elements[{i}].{key}": pair.get(key, 0.0) for key in ("modulus", "viscosity")}
     columns |= {key: given.pop(key, None) for key in ("modulus", "viscosity", "spring", "dashpot")}
@@ -189,9 +193,9 @@ class Skin(_core.Skin):
         for each pad. pads: as in press; all of them, unless the skin was made with materials.
         """
         columns = _columns_of(material)
-        if not any(np.ndim(value) for value in columns.values()):
+        if "elements" in columns or not any(np.ndim(value) for value in columns.values()):
             return self.take_material(_scene_with(material, "material"), pads)
-        count = self.count if pads is None else np.count_nonzero(pads) if np.asarray(pads).dtype == bool else len(pads)
+        count = self.count if pads is None else np.count_nonzero(pads) if np.asarray(pads).dtype == bool else np.size(pads)
         elements = sum(key.startswith("elements[") for key in columns) // 2
         names = [key for key in columns if key.startswith("elements[")] or ["modulus", "viscosity"]
         names += [key for key in ("spring", "dashpot") if key in columns]
