@@ -88,7 +88,7 @@ ANSWERS = [
     (lambda: skin(materials=[{"modulus": 1, "viscosity": 1}]).set_material({"modulus": [1.0, 2.0], "viscosity": 1}),
      "material.modulus = float64 array of shape (2,); allowed: a number, or an array of shape (1,)"),
     (lambda: skin(1, materials=[{"modulus": 1, "viscosity": 1}]).set_material({"modulus": [1.0], "spring": "a"}), "material."),
-    (lambda: skin().set_material({"elements": [1, 2]}), "material.elements[0] = 1"),
+    (lambda: skin().set_material({"elements": [1, 2]}), "material.elements = 1; allowed: tables"),
     (lambda: skin(2, materials=[{"modulus": 1, "viscosity": 1}] * 2).set_material({"modulus": [1.0], "viscosity": 1}, 1), "pads = 1;"),
     (lambda: skin(1, materials=[{"modulus": 1, "viscosity": 1}]).set_material({"modulus": [1.0]}), "material.viscosity = None; allowed"),
     (lambda: dermis.Scene(grid={"width": 16, "hight": 12}), "grid.hight = 12; no such key here"),
