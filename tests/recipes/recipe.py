@@ -67,7 +67,7 @@ probes = [[18, 10]]
 def recipe_files(source):
     """Return the files that the recipe names, and their number as the recipe says it."""
     page = (source / "host/README.md").read_text()
-    recipe = re.search(r"- \*\*A response\*\* \((\d+)\): (.*?)\. Everything else", page, re.S)
+    recipe = re.search(r"- \*\*A response\*\* \((\d+)\): (.*?)\. All other code", page, re.S)
     names = [name.split(":")[0] for name in re.findall(r"`([^`]+)`", recipe[2])]
     every = [p.relative_to(source) for top in ("kernels", "include", "host") for p in (source / top).rglob("*")]
     files = set()
