@@ -4,7 +4,7 @@
 // The cells that a stencil reads along one axis, and the weights of the published stencil.
 struct Axis {
     int far_low, low, high, far_high;
-    scalar w_low, w_high, w;
+    real w_low, w_high, w;
 };
 
 // The cell inside 0 .. n - 1 that stands for cell i. The mirror is half-sample: -1 -> 0, -2 -> 1. The one cell of an
@@ -17,9 +17,9 @@ inline int wrapped(int i, int n, int edges) {
 
 inline Axis axis(int i, int n, int stencil, int edges) {
     Axis a;
-    a.w_low = scalar(0.5);
-    a.w_high = scalar(0.5);
-    a.w = scalar(0.5);
+    a.w_low = real(0.5);
+    a.w_high = real(0.5);
+    a.w = real(0.5);
     if (stencil != STENCIL_PUBLISHED) {
         a.far_low = wrapped(i - 2, n, edges);
         a.low = wrapped(i - 1, n, edges);
@@ -38,9 +38,9 @@ inline Axis axis(int i, int n, int stencil, int edges) {
         a.low = min(g_low + 1, n - 1);
         a.high = max(g_high - 1, 0);
         a.far_high = min(g_high + 1, n - 1);
-        if (a.low - a.far_low < 2) a.w_low = scalar(1.0);
-        if (a.far_high - a.high < 2) a.w_high = scalar(1.0);
-        if (g_high - g_low < 2) a.w = scalar(1.0);
+        if (a.low - a.far_low < 2) a.w_low = real(1.0);
+        if (a.far_high - a.high < 2) a.w_high = real(1.0);
+        if (g_high - g_low < 2) a.w = real(1.0);
     }
     return a;
 }
@@ -62,9 +62,9 @@ inline real fourth_order(real far_low, real low, real centre, real high, real fa
 }
 
 inline real published_difference(real far_low, real low, real high, real far_high, Axis a) {
-    precise real gradient_low = real(a.w_low) * (low - far_low);
-    precise real gradient_high = real(a.w_high) * (far_high - high);
-    precise real sum = real(a.w) * (gradient_high - gradient_low);
+    precise real gradient_low = a.w_low * (low - far_low);
+    precise real gradient_high = a.w_high * (far_high - high);
+    precise real sum = a.w * (gradient_high - gradient_low);
     return sum;
 }
 

@@ -92,6 +92,7 @@ template <class K> struct Rows {
             a.from.value[s] += stepped * pitch + first;
             if (a.from.lost[s]) a.from.lost[s] += stepped * pitch + first;
         }
+        a.from.strain = a.from.value[simd::sum_strain];
         a.to = a.from;
         const simd::RespondArguments<K> r{
             .first = first,
@@ -154,6 +155,65 @@ template <class K> void check_rows(int width, int first, int last, std::mt19937&
     }
 }
 
+// Single skins whose rows are stepped one after another by plain loops.
+class SingleSkins {
+  public:
+    SingleSkins(const SkinDescription& d, SkinOptions options) {
+        const int pads = std::exchange(options.count, 1);
+        streamed_ = plan::streamed_skin(d, options);
+        for (int i = 0; i < pads; ++i) {
+            press_.push_back(std::make_unique<cpu::FramePress>(streamed_, 1, simd::plain));
+            maps_.emplace_back();
+            for (cpu::Plane<float>& map : maps_.back()) map = cpu::Plane<float>(streamed_.skin.padded_cells(), 0);
+        }
+    }
+    size_t cells() const { return streamed_.skin.cells(); }
+    void press(int pad, const float* pressure) {
+        auto& maps = maps_[size_t(pad)];
+        std::swap(maps[0], maps[1]);
+        press_[size_t(pad)]->take(pressure, maps[1].data());
+        float* responses[RESPONSE_MAPS];
+        for (size_t r = 0; r < RESPONSE_MAPS; ++r)
+            responses[r] = streamed_.wanted[QUANTITY_SA1 + r] ? maps[2 + r].data() : nullptr;
+        REQUIRE(press_[size_t(pad)]->press(0.01, maps[0].data(), maps[1].data(), responses));
+    }
+    // Whether the responses of all pads are those of a stream.
+    bool same(const plan::Stream& stream) const {
+        const auto width = size_t(streamed_.skin.width()), pitch = size_t(streamed_.skin.pitch);
+        for (size_t r = 0; r < RESPONSE_MAPS; ++r)
+            for (size_t row = 0; streamed_.wanted[QUANTITY_SA1 + r] && row < press_.size() * cells() / width; ++row) {
+                const size_t height = cells() / width;
+                if (std::memcmp(stream.response(Quantity(QUANTITY_SA1 + r)) + row * width,
+                                maps_[row / height][2 + r].data() + row % height * pitch, width * sizeof(float)) != 0)
+                    return false;
+            }
+        return true;
+    }
+
+  private:
+    plan::StreamedSkin streamed_;
+    std::vector<std::unique_ptr<cpu::FramePress>> press_;
+    std::vector<std::array<cpu::Plane<float>, 2 + RESPONSE_MAPS>> maps_; // pressures before and after, responses
+};
+
+// A skin with the n-th kind of material, precision, gains and responses.
+std::pair<SkinDescription, SkinOptions> kind_of_skin(int n, int width, int height, std::mt19937& random) {
+    SkinDescription d;
+    SkinOptions options;
+    d.grid = {width, height, {}};
+    if (n == 1) {
+        d.receptors.fa2_gains = {0.5, -2};
+        options.responses = {Quantity::sa1, Quantity::fa2};
+    } else if (n == 2) {
+        for (int i = 0; i < width * height; ++i) d.material.modulus_map.edit().push_back(double(1 + random() % 5));
+    } else if (n == 3) {
+        d.material.elements = {{3, 0.05}, {2, 0.9}};
+        d.material.spring = 5;
+    }
+    options.precision = n % 2 ? Precision::f32_compensated : Precision::f32;
+    return {d, options};
+}
+
 } // namespace
 
 TEST_CASE("a row stepped and another answered at once have the bits of two plain loops, whatever their width") {
@@ -211,6 +271,59 @@ TEST_CASE("frames have the same bits on every instruction set, by any number of 
                     CHECK(same(pressed(*isa, threads, 0), plain));
                 }
         }
+}
+
+TEST_CASE("pads of every shape have the bits of single skins whose rows are stepped one after another") {
+    constexpr int pads = 37;
+    std::mt19937 random(9);
+    std::uniform_real_distribution<float> number(-1, 1);
+    std::vector<std::vector<int>> lists = {{}, {5, 30, 31, 2, 3, 4}, {}, {36}, {}}; // empty: all
+    for (std::vector<int>& list : lists)
+        for (int i = 0; list.empty() && i < pads; ++i) list.push_back(i);
+    for (auto [width, height] : {std::pair{1, 1},
+                                 {5, 1},
+                                 {1, 7},
+                                 {2, 2},
+                                 {3, 3},
+                                 {4, 4},
+                                 {4, 6},
+                                 {8, 8},
+                                 {9, 17},
+                                 {16, 16},
+                                 {20, 25},
+                                 {64, 64}})
+        for (Stencil stencil : {Stencil::five_point, Stencil::fourth_order, Stencil::published})
+            for (Edges edges : {Edges::mirror, Edges::periodic, Edges::published})
+                for (int kind = 0; kind < 4; ++kind) {
+                    if (edges == Edges::published && (stencil != Stencil::published || width < 2 || height < 2))
+                        continue;
+                    CAPTURE(width);
+                    CAPTURE(height);
+                    CAPTURE(int(stencil));
+                    CAPTURE(int(edges));
+                    CAPTURE(kind);
+                    auto [d, options] = kind_of_skin(kind, width, height, random);
+                    d.stencil = stencil;
+                    d.edges = edges;
+                    options.count = pads;
+                    SingleSkins single(d, options);
+                    std::vector<std::unique_ptr<plan::Stream>> batches;
+                    for (const simd::Isa* isa : simd::isas())
+                        batches.push_back(cpu::pad_stream(plan::streamed_skin(d, options), 2, *isa));
+                    const double dt = 0.01;
+                    for (const std::vector<int>& list : lists) {
+                        const plan::PadList some{.ids = list.data(), .count = list.size()};
+                        std::vector<float> pressure(list.size() * single.cells());
+                        for (float& p : pressure) p = number(random);
+                        for (size_t i = 0; i < list.size(); ++i)
+                            single.press(list[i], pressure.data() + i * single.cells());
+                        for (auto& batch : batches) {
+                            REQUIRE(batch->take(some, pressure.data()));
+                            REQUIRE(batch->press(some, {&dt}) == nullptr);
+                            CHECK(single.same(*batch));
+                        }
+                    }
+                }
 }
 
 TEST_CASE("every instruction set and number of threads gives the bits of plain loops on one thread") {

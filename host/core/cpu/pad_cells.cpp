@@ -9,6 +9,9 @@ namespace dermis::cpu {
 
 namespace {
 
+// Pads are pressed together up to so many cells, whose strain and signals then stay in the first-level cache.
+constexpr size_t cells_together = 1024;
+
 size_t padded(size_t cells) { return (cells + PITCH_CELLS - 1) / PITCH_CELLS * PITCH_CELLS; }
 
 } // namespace
@@ -20,59 +23,83 @@ bool PadCells::sparse(const plan::PreparedSkin& skin, const plan::SiteCells& cel
 }
 
 PadCells::PadCells(const plan::StreamedSkin& s, int threads, const simd::Isa& isa)
-    : width_(s.skin.width()), height_(s.skin.height()), stencil_(s.skin.stencil), edges_(s.skin.edges),
-      variant_(s.variant()), loops_(isa.of<f32>()), sites_(s.skin.description.sites), elements_(s.skin.materials),
+    : variant_(s.variant()), isa_(isa), sites_(s.skin.description.sites), elements_(s.skin.materials),
       cells_(s.skin.cells()), constants_(plan::frame_constants(s.skin, {})) {
+    std::vector<int> material;
     const plan::SiteCells read(s.skin, {s.skin.whole()}, plan::cells_of(sites_));
     if (!sites_.empty() && sparse(s.skin, read, 1)) {
         read_ = read.cells;
         cells_ = read_.size();
         elements_ = read.materials;
         of_cells_.emplace(s.skin, read);
-        if (!s.skin.uniform()) material_ = read.material_of;
+        if (!s.skin.uniform()) material = read.material_of;
     } else {
-        if (!sites_.empty()) of_fields_.emplace(sites_, size_t(width_));
+        if (!sites_.empty()) of_fields_.emplace(sites_, size_t(s.skin.width()));
         if (!sites_.empty()) held_ = read.cells;
-        for (size_t i = 0; !s.skin.uniform() && i < cells_; ++i) material_.push_back(int(s.skin.material_at(i)));
-        find_row_groups();
+        for (size_t i = 0; !s.skin.uniform() && i < cells_; ++i) material.push_back(int(s.skin.material_at(i)));
     }
     pitch_ = padded(cells_);
-    if (!material_.empty()) material_.resize(pitch_, 0);
-    if (!of_cells_) {
-        rest_curvature_ = Plane<float>(pitch_, 0);
-        for (int y = 0; y < height_; ++y) {
-            std::vector<double> row(static_cast<size_t>(width_));
-            plan::rest_curvature_row(s.skin, y, 0, width_, row.data());
-            std::ranges::transform(row, rest_curvature_.data() + size_t(y) * size_t(width_),
-                                   [](double x) { return float(x); });
-        }
-    }
+    if (sites_.empty()) together_ = std::max<size_t>(cells_together / pitch_, 1);
+    material.resize(material.empty() ? 0 : pitch_, 0);
+    for (size_t i = 0; !material.empty() && i < together_; ++i)
+        material_.insert(material_.end(), material.begin(), material.end());
+    if (!of_cells_) find_neighbours(s.skin);
     state_ = {pitch_ * size_t(s.pads), variant_.state()};
     workers_.resize(size_t(threads));
     for (Worker& w : workers_) {
         int place = 0;
-        for (Plane<float>& signal : w.signals) signal = Plane<float>(pitch_ + PITCH_CELLS, ++place);
-        for (Plane<float>* plane : {&w.strain, &w.along}) *plane = Plane<float>(pitch_ + PITCH_CELLS, ++place);
+        for (Plane<float>& signal : w.signals) signal = Plane<float>(pitch_ * together_ + PITCH_CELLS, ++place);
+        w.strain = Plane<float>(pitch_ * together_ + 2 * guard_ + PITCH_CELLS, ++place);
         for (size_t r = 0; of_fields_ && r < RESPONSE_MAPS; ++r) w.fields[r] = Plane<float>(pitch_, ++place);
     }
 }
 
-void PadCells::find_row_groups() {
-    const int far = f64::reach(stencil_);
-    for (int y = 0; y < height_;) {
-        const int rows = y >= far && y < height_ - far ? height_ - far - y : 1;
-        row_groups_.push_back({y, rows});
-        y += rows;
+void PadCells::find_neighbours(const plan::PreparedSkin& skin) {
+    const int width = skin.width(), height = skin.height();
+    guard_ = padded(cells_ + 2 * size_t(width) + PITCH_CELLS);
+    edge_.assign(pitch_, 0);
+    rest_curvature_.assign(pitch_, 0);
+    const size_t weights = skin.stencil == STENCIL_PUBLISHED ? std::size(neighbours_.weight) : 0;
+    weights_.assign(weights * pitch_, 0);
+    neighbours_ = {.pads = 1, .cells = int(cells_), .width = width, .stencil = skin.stencil, .mirrored = true};
+    const int near = skin.stencil == STENCIL_PUBLISHED ? 0 : 1, inner[] = {-2, -near, near, 2};
+    for (int n = 0; n < 8; ++n)
+        std::ranges::fill(neighbours_.edge_distance[n], inner[n % 4] * (n < 4 ? 1 : width)); // not used yet
+    std::vector<double> rest(static_cast<size_t>(width));
+    for (size_t cell = 0; cell < cells_; ++cell) {
+        const int x = int(cell) % width, y = int(cell) / width;
+        if (x == 0) plan::rest_curvature_row(skin, y, 0, width, rest.data());
+        rest_curvature_[cell] = float(rest[size_t(x)]);
+        for (int axis = 0; axis < 2; ++axis) {
+            const int i = axis ? y : x, step = axis ? width : 1;
+            const f32::Axis a = f32::axis(i, axis ? height : width, skin.stencil, skin.edges);
+            const int at[] = {a.far_low, a.low, a.high, a.far_high};
+            for (int n = 0; n < 4; ++n) note_neighbour(cell, 4 * axis + n, (at[n] - i) * step, inner[n] * step);
+            const float w[] = {a.w_low, a.w_high, a.w};
+            for (size_t k = 0; k < weights / 2; ++k) weights_[(size_t(3 * axis) + k) * pitch_ + cell] = w[k];
+        }
     }
+    neighbours_.edge = edge_.data();
+    neighbours_.rest_curvature = rest_curvature_.data();
+    for (size_t k = 0; k < weights; ++k) neighbours_.weight[k] = weights_.data() + k * pitch_;
 }
 
-void PadCells::press(int thread, int pad, const Press& p) {
+void PadCells::note_neighbour(size_t cell, int n, int distance, int inner) {
+    if (distance == inner) return;
+    int(&known)[2] = neighbours_.edge_distance[n];
+    const int i = known[0] == inner || known[0] == distance ? 0 : 1;
+    known[i] = distance;
+    edge_[cell] |= 1 << (2 * n + i);
+    if (n % 4 == 1 || n % 4 == 2) neighbours_.mirrored = neighbours_.mirrored && distance == 0;
+}
+
+void PadCells::press(int thread, const Press& p) {
     const Worker& worker = workers_[size_t(thread)];
     f32::Constants c = constants_;
     c.coefficients = p.table[0];
-    simd::StateRow<float> row = state_.row(pad, int(pitch_));
-    if (variant_.chain.length > 1) row.strain = worker.strain.data();
-    simd::AdvanceArguments<f32> a{.count = int(cells_),
+    simd::StateRow<float> row = state_.row(p.first, int(pitch_));
+    row.strain = worker.strain.data() + guard_;
+    simd::AdvanceArguments<f32> a{.count = p.count * int(pitch_),
                                   .elements = int(variant_.chain.elements()),
                                   .spring = variant_.chain.spring,
                                   .pressure = p.from,
@@ -83,48 +110,27 @@ void PadCells::press(int thread, int pad, const Press& p) {
                                   .to = row,
                                   .signal = {}};
     for (size_t s = 0; s < STEP_SIGNALS; ++s) a.signal[s] = worker.signals[s].data();
-    loops_.advance(a, c);
-    if (!of_cells_) return answer(worker, row, p, c);
-    float* strain = worker.strain.data(); // the strain of a chain is here already
-    if (variant_.chain.length == 1) std::copy_n(row.strain, cells_, strain);
-    strain[cells_] = 0;
-    of_cells_->read(strain, signals_of(worker, row, strain, 0), c, p.response);
+    isa_.in_f32.advance(a, c);
+    std::array<const float*, RESPONSE_MAPS> signals = {row.strain, row.value[simd::sum_integral]};
+    for (size_t s = 0; s < STEP_SIGNALS; ++s) signals[QUANTITY_FA1 - QUANTITY_SA1 + s] = worker.signals[s].data();
+    if (!of_cells_) return answer(worker, row.strain, signals, p, c);
+    row.strain[cells_] = 0;
+    of_cells_->read(row.strain, signals, c, p.response);
 }
 
-std::array<const float*, RESPONSE_MAPS> PadCells::signals_of(const Worker& worker, const simd::StateRow<float>& row,
-                                                             const float* strain, size_t cell) {
-    std::array<const float*, RESPONSE_MAPS> of = {strain + cell, row.value[simd::sum_integral] + cell};
-    for (size_t s = 0; s < STEP_SIGNALS; ++s) of[QUANTITY_FA1 - QUANTITY_SA1 + s] = worker.signals[s].data() + cell;
-    return of;
-}
-
-void PadCells::answer(const Worker& worker, const simd::StateRow<float>& row, const Press& p,
-                      const f32::Constants& c) const {
-    loops_.differences(row.strain, height_, width_, stencil_, edges_, worker.along.data());
-    Press fields = p;
+void PadCells::answer(const Worker& worker, const float* strain, const std::array<const float*, RESPONSE_MAPS>& signals,
+                      const Press& p, const f32::Constants& c) const {
+    std::array<float*, RESPONSE_MAPS> fields = p.response;
     for (size_t r = 0; of_fields_ && r < RESPONSE_MAPS; ++r)
-        fields.response[r] = variant_.wanted[QUANTITY_SA1 + r] ? worker.fields[r].data() : nullptr;
-    for (const RowGroup& run : row_groups_) loops_.respond(respond_arguments(worker, row, fields, run), c);
-    if (of_fields_) of_fields_->read(fields.response, p.response);
-}
-
-simd::RespondArguments<f32> PadCells::respond_arguments(const Worker& worker, const simd::StateRow<float>& row,
-                                                        const Press& p, const RowGroup& run) const {
-    const size_t at = size_t(run.first) * size_t(width_);
-    simd::RespondArguments<f32> r{
-        .first = 0,
-        .last = run.rows * width_,
-        .strain = simd::neighbours<float>(run.first, width_, height_, stencil_, edges_,
-                                          [&](int y) { return row.strain + size_t(y) * size_t(width_); }),
-        .signal = {},
-        .rest_curvature = rest_curvature_.data() + at,
-        .response = {},
-        .streams = false,
-        .tiles = {}};
-    std::ranges::copy(signals_of(worker, row, row.strain, at), r.signal);
-    r.strain.along = worker.along.data() + at;
-    for (size_t i = 0; i < RESPONSE_MAPS; ++i) r.response[i] = p.response[i] ? p.response[i] + at : nullptr;
-    return r;
+        fields[r] = variant_.wanted[QUANTITY_SA1 + r] ? worker.fields[r].data() : nullptr;
+    simd::PadResponses r = neighbours_;
+    r.pads = p.count;
+    r.pitch = pitch_;
+    r.strain = strain;
+    std::ranges::copy(signals, r.signal);
+    std::ranges::copy(fields, r.response);
+    isa_.respond_pads(r, c);
+    if (of_fields_) of_fields_->read(fields, p.response);
 }
 
 template <class F> void PadCells::each_run(int pad, F f) const {

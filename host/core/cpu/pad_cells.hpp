@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The states of pads, skins of one description, and the press of one pad, in f32. The loops see a pad as one long row:
-// all its cells, or only the cells that its sites read, one after another. Narrow rows then cost no more than wide
-// ones.
+// The states of pads, skins of one description, and the press of pads that stand side by side, in f32. The loops see a
+// pad as one long row: all its cells, or only the cells that its sites read, one after another.
 #pragma once
 
 #include "host/core/cpu/planes.hpp"
@@ -18,10 +17,10 @@ class PadCells {
     // number of threads that would step all cells.
     static bool sparse(const plan::PreparedSkin&, const plan::SiteCells&, int threads);
 
-    // cells(): the cells of a pad that are stepped. pitch(): numbers from pad to pad of a pressure, which are cells and
-    // padding.
-    size_t cells() const { return cells_; }
+    // Numbers from pad to pad of a pressure: the cells of a pad that are stepped, and padding.
     size_t pitch() const { return pitch_; }
+    // The most pads that one call of press() takes.
+    size_t together() const { return together_; }
     // The cells of a frame that are stepped; empty: all of them.
     const std::vector<size_t>& read_cells() const { return read_; }
     // The number of cells that a saved state holds: all cells, or where there are sites the cells that sites read.
@@ -30,12 +29,13 @@ class PadCells {
     const std::vector<plan::Element>& elements() const { return elements_; }
 
     struct Press {
-        const float *from, *to; // pressures of the cells
-        const f32::Coefficients* table;
+        int first, count;                           // the pads
+        const float *from, *to;                     // pressures of their cells
+        const f32::Coefficients* table;             // of all of them
         std::array<float*, RESPONSE_MAPS> response; // null: not asked for
     };
-    // Presses a pad. thread: the number of the calling thread, 0 .. threads - 1.
-    void press(int thread, int pad, const Press&);
+    // thread: the number of the calling thread, 0 .. threads - 1.
+    void press(int thread, const Press&);
 
     void rest(int pad);
     // Copies the planes of a pad's state (plan::StateLayout), without the pressure.
@@ -43,37 +43,31 @@ class PadCells {
     void load(int pad, const char* planes);
 
   private:
-    // Rows in which every cell reads its neighbours at the same distances, or one row near an edge.
-    struct RowGroup {
-        int first, rows;
-    };
     struct Worker {
         std::array<Plane<float>, STEP_SIGNALS> signals;
-        Plane<float> strain, along;                     // of chains, the sum of its elements; second differences
+        Plane<float> strain;                            // of the cells, from number guard_ on
         std::array<Plane<float>, RESPONSE_MAPS> fields; // fields from which sites are read
     };
 
-    void find_row_groups();
-    void answer(const Worker&, const simd::StateRow<float>&, const Press&, const f32::Constants&) const;
-    simd::RespondArguments<f32> respond_arguments(const Worker&, const simd::StateRow<float>&, const Press&,
-                                                  const RowGroup&) const;
-    // The signal of each response, from a cell on. strain: the strain of the cells.
-    static std::array<const float*, RESPONSE_MAPS> signals_of(const Worker&, const simd::StateRow<float>&,
-                                                              const float* strain, size_t cell);
+    void find_neighbours(const plan::PreparedSkin&);
+    // Notes where neighbour n of a cell is, unless it is `inner` cells away.
+    void note_neighbour(size_t cell, int n, int distance, int inner);
+    void answer(const Worker&, const float* strain, const std::array<const float*, RESPONSE_MAPS>& signals,
+                const Press&, const f32::Constants&) const;
     // Calls f(first number, its place in a saved state in bytes, bytes) for each run of numbers that a state holds.
     template <class F> void each_run(int pad, F f) const;
 
-    const int width_, height_, stencil_, edges_;
     const plan::Variant variant_;
-    const simd::Loops<f32>& loops_;
+    const simd::Isa& isa_;
     const std::vector<Site> sites_;
     std::vector<size_t> read_, held_; // held_: empty where all cells that are stepped are held
     std::vector<plan::Element> elements_;
-    std::vector<int> material_; // index of each cell's first element; empty: the same in all
-    size_t cells_ = 0, pitch_ = 0;
+    size_t cells_ = 0, pitch_ = 0, together_ = 1, guard_ = 0;
+    std::vector<int> material_; // index of the first element of each cell of pads together; empty: the same in all
     f32::Constants constants_;
-    Plane<float> rest_curvature_;
-    std::vector<RowGroup> row_groups_;
+    std::vector<float> rest_curvature_, weights_; // of a pad's cells; and the published stencil's weights
+    std::vector<int> edge_;                       // see simd::PadResponses
+    simd::PadResponses neighbours_{};             // what all presses share
     std::optional<SitesOfFields> of_fields_;
     std::optional<SitesOfCells> of_cells_;
     State<float> state_; // a row for each pad

@@ -27,8 +27,9 @@ class PadStream : public plan::Stream {
 
     bool take(const plan::PadList& pads, const float* pressures) override {
         Job job{.self = *this, .pads = pads, .pressures = pressures};
-        run(job, [](Job& j, int, size_t i) {
-            if (!j.self.take_one(j.pads[i], j.pressures + i * j.self.frame_)) j.finite = false;
+        run(job, [](Job& j, int, size_t first, size_t last) {
+            for (size_t i = first; i < last; i += j.self.take_some(j, i, last)) {
+            }
         });
         return job.finite;
     }
@@ -37,7 +38,10 @@ class PadStream : public plan::Stream {
         const DefaultFloats guard;
         if (const double* refused = tables_.fill(pads, dt)) return refused;
         Job job{.self = *this, .pads = pads};
-        run(job, [](Job& j, int thread, size_t i) { j.self.press_one(thread, j.pads[i]); });
+        run(job, [](Job& j, int thread, size_t first, size_t last) {
+            for (size_t i = first; i < last; i += j.self.press_some(j, thread, i, last)) {
+            }
+        });
         return nullptr;
     }
 
@@ -57,13 +61,17 @@ class PadStream : public plan::Stream {
 
     void save(const plan::PadList& pads, const plan::StateMemory<char>& to) override {
         Job job{.self = *this, .pads = pads, .to = to};
-        run(job, [](Job& j, int, size_t i) { j.self.save_one(j.pads[i], j.to.strains_of(i), j.to.pressure_of(i)); });
+        run(job, [](Job& j, int, size_t first, size_t last) {
+            for (size_t i = first; i < last; ++i) j.self.save_one(j.pads[i], j.to.strains_of(i), j.to.pressure_of(i));
+        });
     }
 
     void load(const plan::PadList& pads, const plan::StateMemory<const char>& from) override {
         Job job{.self = *this, .pads = pads, .from = from};
-        run(job,
-            [](Job& j, int, size_t i) { j.self.load_one(j.pads[i], j.from.strains_of(i), j.from.pressure_of(i)); });
+        run(job, [](Job& j, int, size_t first, size_t last) {
+            for (size_t i = first; i < last; ++i)
+                j.self.load_one(j.pads[i], j.from.strains_of(i), j.from.pressure_of(i));
+        });
     }
 
     void set_elements(const plan::PadList& pads, const std::vector<plan::Element>& elements) override {
@@ -74,7 +82,7 @@ class PadStream : public plan::Stream {
     struct Pad {
         int from = 0;              // the side of the pressure that the next press starts from
         bool rests = true;         // nothing has ever pressed it
-        bool stays_at_rest = true; // the pressure that was taken last does not press it either
+        bool stays_at_rest = true; // it rests, and the pressure that was taken last does not press it either
     };
     struct Job {
         PadStream& self;
@@ -82,19 +90,32 @@ class PadStream : public plan::Stream {
         const float* pressures = nullptr;
         plan::StateMemory<char> to{};
         plan::StateMemory<const char> from{};
-        void (*one)(Job&, int thread, size_t i) = nullptr;
+        void (*some)(Job&, int thread, size_t first, size_t last) = nullptr;
         std::atomic<bool> finite = true;
         std::atomic<size_t> next = 0;
     };
 
-    // Calls one(job, thread, i) for each pad i of the list on some thread.
-    void run(Job& job, void (*one)(Job&, int, size_t)) {
-        job.one = one;
+    // Calls some(job, thread, first, last) for shares of the list, places first .. last - 1, on some thread.
+    void run(Job& job, void (*some)(Job&, int, size_t, size_t)) {
+        job.some = some;
         pool_.each([&job](int thread) { // captures so little that nothing is allocated
-            constexpr size_t share = 4;
+            const size_t share = std::max<size_t>(job.self.pads_.together(), 4);
             for (size_t i; (i = job.next.fetch_add(share)) < job.pads.count;)
-                for (size_t k = i; k < std::min(i + share, job.pads.count); ++k) job.one(job, thread, k);
+                job.some(job, thread, i, std::min(i + share, job.pads.count));
         });
+    }
+
+    // The number of pads of a list, from place i on, that stand side by side, start from the same side and are not at
+    // rest.
+    size_t alike(const plan::PadList& pads, size_t i, size_t last, bool Pad::*at_rest) const {
+        const int first = pads[i], side = pad_[size_t(first)].from;
+        size_t n = 1;
+        while (i + n < last && size_t(pads[i + n]) == size_t(first) + n) {
+            const Pad& p = pad_[size_t(first) + n];
+            if (p.from != side || p.*at_rest) break;
+            ++n;
+        }
+        return n;
     }
 
     bool lists() const { return !pads_.read_cells().empty(); }
@@ -118,35 +139,50 @@ class PadStream : public plan::Stream {
     }
 
     void load_one(int pad, const char* strains, const char* pressure) {
-        pad_[size_t(pad)].rests = false;
-        pads_.load(pad, strains);
         const int side = pad_[size_t(pad)].from;
+        pad_[size_t(pad)] = {.from = side, .rests = false, .stays_at_rest = false};
+        pads_.load(pad, strains);
         std::memcpy(frame_of(pad, side), pressure, frame_ * sizeof(float));
         list(pad, side);
     }
 
-    bool take_one(int pad, const float* pressure) {
+    // Takes the pressures of pads of a list, from place i on. Returns how many.
+    size_t take_some(Job& job, size_t i, size_t last) {
+        const int pad = job.pads[i];
+        const float* pressure = job.pressures + i * frame_;
         Pad& p = pad_[size_t(pad)];
         p.stays_at_rest = p.rests && plan::all_bits_zero(pressure, frame_);
-        if (p.stays_at_rest) return true;
-        const bool finite = plan::copy_rows(
-            {.from = pressure, .stride = frame_, .width = frame_, .to = frame_of(pad, 1 - p.from), .pitch = frame_}, 0,
-            1);
-        list(pad, 1 - p.from);
-        return finite;
+        if (p.stays_at_rest) return 1;
+        const size_t n = alike(job.pads, i, last, &Pad::rests);
+        if (!plan::copy_rows({.from = pressure,
+                              .stride = frame_,
+                              .width = frame_,
+                              .to = frame_of(pad, 1 - p.from),
+                              .pitch = lists() ? frame_ : pads_.pitch()},
+                             0, int(n)))
+            job.finite = false;
+        for (int k = 0; k < int(n); ++k) list(pad + k, 1 - p.from);
+        return n;
     }
 
-    void press_one(int thread, int pad) {
+    // Presses pads of a list, from place i on. Returns how many.
+    size_t press_some(Job& job, int thread, size_t i, size_t last) {
+        const int pad = job.pads[i];
         Pad& p = pad_[size_t(pad)];
-        if (p.stays_at_rest) return;
-        PadCells::Press press{.from = pressure_of(pad, p.from),
+        if (p.stays_at_rest) return 1;
+        const size_t n =
+            tables_.shared() ? alike(job.pads, i, std::min(last, i + pads_.together()), &Pad::stays_at_rest) : 1;
+        PadCells::Press press{.first = pad,
+                              .count = int(n),
+                              .from = pressure_of(pad, p.from),
                               .to = pressure_of(pad, 1 - p.from),
                               .table = tables_.of(pad),
                               .response = {}};
         for (size_t r = 0; r < RESPONSE_MAPS; ++r)
             press.response[r] = counts_[r] ? response_[r].data() + size_t(pad) * counts_[r] : nullptr;
-        pads_.press(thread, pad, press);
-        p = {.from = 1 - p.from, .rests = false, .stays_at_rest = false};
+        pads_.press(thread, press);
+        std::fill_n(&p, n, Pad{.from = 1 - p.from, .rests = false, .stays_at_rest = false});
+        return n;
     }
 
     static void clear(std::vector<float>& map, size_t pad, size_t count) {

@@ -47,6 +47,7 @@ class StepTables {
     // allocates at the first press in which each pad has a step of its own.
     const double* fill(const PadList&, const StepLengths&);
     size_t length() const { return length_; } // of one table
+    bool shared() const { return !each_; }    // whether all pads of the last fill() have one table
     // The first coefficients of a pad's table, after fill() of a list with it.
     const f32::Coefficients* of(int pad) const { return tables_.data() + slot(pad) * length_; }
     // Gives pads other elements, the same number as before.

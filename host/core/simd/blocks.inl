@@ -136,9 +136,11 @@ inline bool is_chain(const AdvanceArguments<Kernels>& a) { return a.elements > 1
 template <bool framed, bool materials, bool compensated, bool chain>
 int advance_in(const AdvanceArguments<Kernels> a, const Constants c) {
     Bits changed[state_sums] = {};
+    const bool apart = a.to.strain != a.to.value[sum_strain]; // the strains of chains, and of pads
     const auto step = [&](int i, auto coefficients) {
-        step_at<framed, compensated, chain>(
+        const real strain = step_at<framed, compensated, chain>(
             a, i, c, coefficients, [&](int sum, Sum before, Sum after) { changed[sum] |= differing(before, after); });
+        if (chain || apart) store(a.to.strain + i, strain);
     };
     int material = materials ? *a.material : 0;
     LaneCoefficients k = lanes_of(materials ? a.table[material] : chain ? a.table[0] : c.coefficients);
@@ -367,8 +369,8 @@ __attribute__((always_inline)) inline void step_between(const AdvanceArguments<K
                                                         const LaneCoefficients& k) {
     const auto nothing = [](int, Sum, Sum) {};
     if constexpr (chain)
-        step_at<true, compensated, true>(
-            a, i, c, [&](int e) { return e > 0 ? lanes_of(a.table[e]) : k; }, nothing);
+        store(a.to.strain + i, step_at<true, compensated, true>(
+                                   a, i, c, [&](int e) { return e > 0 ? lanes_of(a.table[e]) : k; }, nothing));
     else // by reference: a copy for each block would go through memory
         step_at<true, compensated, false>(
             a, i, c, [&](int) -> const LaneCoefficients& { return k; }, nothing);

@@ -35,26 +35,26 @@ template <bool framed, bool compensated, bool chain, class CoefficientsOf, class
     friend void store_rate(const RowCell& cell, real rate) { store(cell.a.to.rate + cell.i, rate); }
 };
 
-// Steps cell i and stores its new state and signals. It is always inlined: a call would load all coefficients for each
-// block.
+// Steps cell i, stores its new state and signals, and returns its strain. It is always inlined: a call would load all
+// coefficients for each block.
 template <bool framed, bool compensated, bool chain, class CoefficientsOf, class Changed>
-__attribute__((always_inline)) inline void step_at(const AdvanceArguments<Kernels>& a, int i, const Constants& c,
+__attribute__((always_inline)) inline real step_at(const AdvanceArguments<Kernels>& a, int i, const Constants& c,
                                                    const CoefficientsOf& coefficients, const Changed& changed) {
     const Load load = framed ? load_between(loaded(a.pressure + i), loaded(a.pressure_to + i), c)
                              : load_of(loaded(a.pressure + i), c);
     const CellStep step =
         step_of(RowCell<framed, compensated, chain, CoefficientsOf, Changed>{a, i, coefficients, changed}, load);
-    if constexpr (chain) store(a.to.strain + i, step.motion.strain);
 #pragma GCC unroll 8
     for (int s = 0; s < STEP_SIGNALS; ++s) store(a.signal[s] + i, signal(QUANTITY_FA1 + s, step.motion, step.integral));
+    return step.motion.strain;
 }
 
 // The published stencil's weights across rows; the rows themselves are in `l`.
 inline Axis across(const RowNeighbours<scalar>& l) {
     Axis a{};
-    a.w_low = l.w_low;
-    a.w_high = l.w_high;
-    a.w = l.w;
+    a.w_low = real(l.w_low);
+    a.w_high = real(l.w_high);
+    a.w = real(l.w);
     return a;
 }
 
@@ -65,7 +65,7 @@ template <int stencil> inline real difference_across(const RowNeighbours<scalar>
 }
 template <int stencil> inline real difference_along(const RowNeighbours<scalar>& l, int x) {
     Axis inner{};
-    inner.w_low = inner.w_high = inner.w = scalar(0.5);
+    inner.w_low = inner.w_high = inner.w = real(0.5);
     const int far = reach(stencil), near = stencil == STENCIL_PUBLISHED ? 0 : 1;
     const scalar* row = l.here + x;
     return difference(loaded(row - far), loaded(row - near), loaded(row), loaded(row + near), loaded(row + far), inner,

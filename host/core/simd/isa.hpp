@@ -17,9 +17,6 @@ template <class real> struct RowNeighbours {
     const real *far_low, *low, *here, *high, *far_high;
     real w_low, w_high, w;
     int width, stencil, edges; // stencil and edges: numbers of kernels/layout.h
-    // Consecutive rows without a gap can be taken as one long row. This is then the second difference of every cell
-    // along its own row (Loops::differences), and `width` is still the width of one row. Otherwise null.
-    const real* along = nullptr;
 };
 
 // row(i) is where row i of the map begins. The five-point stencil has no far rows: the near ones are repeated.
@@ -94,6 +91,23 @@ template <class K> struct RowSteps {
     real* signal[STEP_SIGNALS][3] = {};              // the signals of row y, in [y % 3], from column 0 on
 };
 
+// Arguments of the responses of small grids, pads, each of which is one row of `cells` cells without a gap between the
+// rows of its grid. A stencil has eight neighbours: the far low, low, high and far high one along a row, then across
+// rows. Neighbour n of an inner cell is always equally far away; bit 2*n + i of `edge` says that neighbour n of a cell
+// is edge_distance[n][i] away. All pads share `edge`, the weights and the rest curvature.
+struct PadResponses {
+    int pads, cells, width, stencil;
+    bool mirrored; // five-point stencil: each neighbour beyond an edge is the cell itself
+    int edge_distance[8][2];
+    const int* edge;        // of each cell
+    const float* weight[6]; // of the published stencil: w_low, w_high and w along a row, then across rows
+    const float* rest_curvature;
+    size_t pitch;                       // from pad to pad of the next two
+    const float* strain;                // at the step's end; whatever stands beside it may be read and is not used
+    const float* signal[RESPONSE_MAPS]; // the signal of each response
+    float* response[RESPONSE_MAPS];     // `cells` from pad to pad; null: not asked for
+};
+
 // The half-plane to the right of the line through the point (b, a) in direction (along_b, along_a), line included.
 struct HalfPlane {
     double b, a, along_b, along_a;
@@ -122,8 +136,6 @@ template <class K> struct JoinedTiles {
 template <class K> struct Loops {
     using real = typename K::real;
     void (*laplacian)(const RowNeighbours<real>&, int first, int last, real* L);
-    // along[y*width + x] = the second difference along row y at column x, of consecutive rows without a gap.
-    void (*differences)(const real* rows, int count, int width, int stencil, int edges, real* along);
     int (*advance)(const AdvanceArguments<K>&, const typename K::Constants&);
     void (*respond)(const RespondArguments<K>&, const typename K::Constants&);
     // Joins 1 to tiles_joined tiles.
@@ -140,6 +152,7 @@ struct Isa {
     bool (*supported)(); // true if this processor supports it
     Loops<f32> in_f32;
     Loops<f64> in_f64;
+    void (*respond_pads)(const PadResponses&, const f32::Constants&);
     // Computes a = p*(1 + length*rest) and b = p*(length*(bend*L)) of `width` cells and adds them to the sums.
     void (*moments)(const double* p, const double* rest, const double* L, int width, double length, double bend,
                     double* a, double* b, const ColumnSums& sums);

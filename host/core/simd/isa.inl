@@ -66,6 +66,8 @@ inline real abs(real x) { return __builtin_fabsf(x); }
 #include "host/core/simd/rows.inl"
 
 #include "host/core/simd/blocks.inl"
+
+#include "host/core/simd/pads.inl"
 } // namespace loops_f32
 
 namespace loops_f64 {
@@ -157,17 +159,16 @@ const Isa DERMIS_ISA = {
     .name = DERMIS_NAME(DERMIS_ISA),
     .supported = supported,
     .in_f32 = {.laplacian = loops_f32::laplacian,
-               .differences = loops_f32::differences,
                .advance = loops_f32::advance,
                .respond = loops_f32::respond,
                .join_tiles = loops_f32::join_tiles,
                .step_rows = loops_f32::step_rows},
     .in_f64 = {.laplacian = loops_f64::laplacian,
-               .differences = loops_f64::differences,
                .advance = loops_f64::advance,
                .respond = loops_f64::respond,
                .join_tiles = loops_f64::join_tiles,
                .step_rows = loops_f64::step_rows},
+    .respond_pads = loops_f32::respond_pads,
     .moments = moments,
     .means = means,
     .outside = outside,

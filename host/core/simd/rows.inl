@@ -78,38 +78,7 @@ template <class F> void with_stencil(int stencil, F f) {
     else f(Constant<STENCIL_PUBLISHED>{});
 }
 
-// The second differences along consecutive rows: of all cells as if the rows were one, then again of the cells near
-// each row's ends again.
-template <int stencil> void differences_in(const RowNeighbours<real> l, int count, real* along) {
-    const int far = reach(stencil), cells = count * l.width;
-#pragma GCC ivdep
-    for (int i = far; i < cells - far; ++i) along[i] = difference_along<stencil>(l, i);
-    for (int x = 0; x < l.width; ++x) {
-        if (x >= far && x < l.width - far) x = l.width - far;
-        const Axis a = axis(x, l.width, stencil, l.edges);
-        for (const real *row = l.here, *end = row + cells; row < end; row += l.width)
-            along[row - l.here + x] = difference_by<stencil>(row, x, a);
-    }
-}
-
-void differences(const real* rows, int count, int width, int stencil, int edges, real* along) {
-    RowNeighbours<real> l{};
-    l.here = rows;
-    l.width = width;
-    l.stencil = stencil;
-    l.edges = edges;
-    with_stencil(stencil, [&](auto s) { differences_in<s.number>(l, count, along); });
-    end_vector_code();
-}
-
-// The Laplacian of columns begin .. end - 1 from second differences along the row that are given.
-template <int stencil> void laplacian_across(const RowNeighbours<real> l, int begin, int end, real* L) {
-#pragma GCC ivdep
-    for (int x = begin; x < end; ++x) L[x - begin] = add(l.along[x], difference_across<stencil>(l, x));
-}
-
 void laplacian_over(const RowNeighbours<real>& l, int first, int last, real* L) {
-    if (l.along) return with_stencil(l.stencil, [&](auto s) { laplacian_across<s.number>(l, first, last, L); });
     const int far = reach(l.stencil);
     const int begin = min(max(first, far), last), end = max(min(last, l.width - far), begin);
     for (int x = first; x < begin; ++x) L[x - first] = laplacian_at(l, x);
