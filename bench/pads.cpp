@@ -2,13 +2,20 @@
 // Many small pads and receptors, as robots have them: batches beside single skins, sites beside fields, and presses at
 // 1 kHz. What is compared is timed in the same rounds.
 #include "bench/bench.hpp"
+#include "bench/native_pads_loops.hpp"
+#include "host/core/base/pool.hpp"
+#include "host/core/model/coefficients.hpp"
+#include "host/core/model/laplacian.hpp"
+#include "host/core/model/streamed_skin.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cstring>
 #include <fmt/format.h>
 #include <memory>
 #include <random>
+#include <set>
 #include <thread>
 
 namespace bench {
@@ -34,6 +41,8 @@ SkinDescription with_sites(SkinDescription d, int count) {
     return d;
 }
 
+constexpr double press_dt = 0.001; // s
+
 // Skins of one kind and their pressures.
 class Contender {
   public:
@@ -49,13 +58,101 @@ class Contender {
     double seconds(int presses) {
         return seconds_of([&] {
             for (int i = 0; i < presses; ++i)
-                for (auto& skin : skins_) skin->press(frames_[size_t(i % 2)], 0.001);
+                for (auto& skin : skins_) skin->press(frames_[size_t(i % 2)], press_dt);
         });
     }
 
   private:
     std::vector<std::unique_ptr<Skin>> skins_;
     std::vector<std::vector<float>> frames_;
+};
+
+// The native peer: the bits of a batch of pads by a loop for this one kind of pad.
+class NativePads {
+  public:
+    NativePads(const SkinDescription& d, int pads, int threads)
+        : pads_(pads), cells_(size_t(d.grid.width) * size_t(d.grid.height)), pitch_((cells_ + 15) / 16 * 16),
+          pool_(threads), rest_(pitch_), scratch_(size_t(threads), std::vector<float>(2 * pitch_)) {
+        SkinOptions options;
+        options.precision = Precision::f32;
+        const plan::StreamedSkin skin = plan::streamed_skin(d, options);
+        const auto width = size_t(d.grid.width);
+        for (size_t y = 0; y * width < cells_; ++y) {
+            std::vector<double> row(width);
+            plan::rest_curvature_row(skin.skin, int(y), 0, int(width), row.data());
+            std::ranges::transform(row, rest_.begin() + long(y * width), [](double x) { return float(x); });
+        }
+        for (auto& inside : inside_) inside.assign(pitch_, 0);
+        for (size_t i = 0; i < cells_; ++i) {
+            inside_[0][i] = i % width > 0 ? -1 : 0;
+            inside_[1][i] = i % width < width - 1 ? -1 : 0;
+            inside_[2][i] = i >= width ? -1 : 0;
+            inside_[3][i] = i + width < cells_ ? -1 : 0;
+        }
+        const size_t beside = width + 16; // what is read beside the first pad and the last one
+        for (size_t m = 0; m < std::size(maps_); ++m) maps_[m].assign(pitch_ * size_t(pads) + 2 * beside + 80 * m, 0);
+        const auto map = [&](size_t m) { return maps_[m].data() + beside + 80 * m; }; // at other bits of an address
+        batch_ = {.step = step_of(skin),
+                  .cells = cells_,
+                  .width = width,
+                  .pitch = pitch_,
+                  .rest = rest_.data(),
+                  .inside = {inside_[0].data(), inside_[1].data(), inside_[2].data(), inside_[3].data()},
+                  .strain = map(0),
+                  .integral = map(1),
+                  .from = map(2),
+                  .to = map(3),
+                  .responses = {map(4), map(5), map(6), map(7)}};
+    }
+    void press(const std::vector<float>& pressure) {
+        std::atomic<bool> finite = true;
+        pool_.share(pads_, [&](int first, int last) {
+            if (!native::take_pads(batch_, size_t(first), size_t(last), pressure.data())) finite = false;
+        });
+        if (!finite) throw std::runtime_error("the native pads: a pressure is not finite");
+        pool_.each([&](int thread) {
+            const auto at = [&](int t) { return size_t(pads_) * size_t(t) / size_t(pool_.threads()); };
+            native::press_pads(batch_, at(thread), at(thread + 1), scratch_[size_t(thread)].data());
+        });
+        std::swap(batch_.from, batch_.to);
+    }
+    bool same(const Skin& skin) const {
+        return std::ranges::all_of(std::array{0, 1, 2, 3}, [&](int r) {
+            const Skin::Response own = skin.response(Quantity(r + 1));
+            return std::memcmp(own.data, batch_.responses[r], own.size * sizeof(float)) == 0;
+        });
+    }
+
+  private:
+    static native::PadStep step_of(const plan::StreamedSkin& s) {
+        const auto k = plan::rounded<f32>(plan::exact_coefficients(s.skin.materials[0], s.skin.rule, press_dt));
+        const f32::Constants c = plan::frame_constants(s.skin, k);
+        return {.E = k.E,
+                .b = k.b,
+                .f = k.f,
+                .i0 = k.i0,
+                .i1 = k.i1,
+                .i2 = k.i2,
+                .leak = k.leak,
+                .v0 = k.v0,
+                .v1 = k.v1,
+                .a0 = k.a0,
+                .a1 = k.a1,
+                .a2 = k.a2,
+                .start = c.start,
+                .rise = c.rise,
+                .jump = c.jump,
+                .bend = c.bend,
+                .length = c.curvature_length};
+    }
+
+    const int pads_;
+    const size_t cells_, pitch_;
+    simd::Pool pool_;
+    std::vector<float> rest_, maps_[8];
+    std::vector<int> inside_[4];
+    std::vector<std::vector<float>> scratch_; // of each thread
+    native::PadBatch batch_{};
 };
 
 struct Row {
@@ -97,18 +194,62 @@ void add_rows(Bench& bench, const Device* device, const std::vector<Row>& all) {
     }
 }
 
+// Adds a batch of pads on the CPU beside the native peer, which must have the same bits.
+void add_batch(Bench& bench, const SkinDescription& d, int pads, int threads) {
+    SkinOptions options;
+    options.precision = Precision::f32;
+    options.count = pads;
+    Skin batch(Device::cpu(threads), d, options);
+    NativePads native(d, pads, threads);
+    const size_t cells = size_t(pads) * size_t(d.grid.width) * size_t(d.grid.height);
+    std::mt19937 random(11);
+    std::vector<std::vector<float>> frames(4, std::vector<float>(cells));
+    for (std::vector<float>& frame : frames)
+        for (float& p : frame) p = float(random() % 20000);
+    for (size_t i = 0; i < 6; ++i) {
+        batch.press(frames[i % 4], press_dt);
+        native.press(frames[i % 4]);
+    }
+    if (!native.same(batch)) throw std::runtime_error("the native pads differ from the batch");
+    const int presses = std::clamp(int(2e6 / double(cells)), 2, 2000);
+    const auto timed = [&](auto& pressed) {
+        return std::function<double()>([&] {
+            return seconds_of([&] {
+                for (int i = 0; i < presses; ++i) pressed(frames[size_t(i % 4)]);
+            });
+        });
+    };
+    const auto press_batch = [&](const std::vector<float>& frame) { batch.press(frame, press_dt); };
+    const auto press_native = [&](const std::vector<float>& frame) { native.press(frame); };
+    const std::vector<Timing> timings = bench.paired({timed(press_native), timed(press_batch)}, 2 * bench.runs);
+    for (size_t i = 0; i < 2; ++i) {
+        Measurement r = bench.cpu("pads", 0, threads);
+        r.model = i == 0 ? "native-bits" : "batch";
+        r.method = fmt::format("exact-{}x{}x{}", d.grid.width, d.grid.height, pads);
+        r.precision = "f32";
+        r.width = d.grid.width;
+        r.height = static_cast<long long>(d.grid.height) * pads;
+        r.receptors = 0;
+        r.steps = presses;
+        r.bytes_per_cell = 48; // read and written: pressures, strain and integral, the pressure taken, four responses
+        r.wall = timings[i];
+        if (i == 1) r.relative_to("native-bits", timings[0], r.bytes());
+        bench.add(r);
+    }
+}
+
 // Batches by the size of a pad and their number, and single skins with the same number of cells.
 void add_sizes(Bench& bench, const Device* device) {
-    const int most = device || bench.quick ? 64000 : 2048000; // cells
-    for (const auto& [width, height] : {std::pair{8, 8}, {20, 25}, {64, 64}}) {
-        std::vector<Row> rows;
-        for (int count = 1; count * width * height <= most; count *= 8)
-            rows.push_back({"batch", rectangle(width, height), count, 1});
-        add_rows(bench, device, rows);
-    }
+    const int most = device || bench.quick ? 64000 : 1 << 24; // cells
+    for (const auto& [width, height] : {std::pair{4, 4}, {4, 6}, {8, 8}, {16, 16}, {20, 25}, {64, 64}})
+        for (int count = 64; count <= 4096 && count * width * height <= most; count *= 8) {
+            if (device) add_rows(bench, device, {{"batch", rectangle(width, height), count, 1}});
+            else
+                for (int threads : std::set{1, bench.cores}) add_batch(bench, rectangle(width, height), count, threads);
+        }
     std::vector<Row> single;
     for (int n : {8, 32, 128, 512, 1024})
-        if (n * n <= 2 * most) single.push_back({"one-skin", rectangle(n, n), 1, 1});
+        if (n * n <= (device || bench.quick ? 128000 : 1 << 20)) single.push_back({"one-skin", rectangle(n, n), 1, 1});
     add_rows(bench, device, single);
 }
 
