@@ -366,14 +366,14 @@ template <class K> class Cells {
         a.from = from;
         a.to = to;
         for (simd::StateRow<real>* state : {&a.from, &a.to}) {
-            for (size_t s = 0; s < simd::state_sums; ++s) {
-                state->value[s] += at;
-                if (state->lost[s]) state->lost[s] += at;
-            }
+            for (size_t s = 0; s < simd::state_sums; ++s)
+                for (real** sum : {&state->value[s], &state->lost[s]})
+                    if (*sum) *sum += at;
             state->strain += at;
             if (state->rate) state->rate += at;
         }
-        for (size_t s = 0; s < STEP_SIGNALS; ++s) a.signal[s] = signal(s) + at;
+        for (size_t s = 0; s < STEP_SIGNALS; ++s)
+            a.signal[s] = variant_.wanted[QUANTITY_FA1 + s] ? signal(s) + at : nullptr;
         if (press.fill_row) {
             (*press.fill_row)(y, worker.coefficients.data());
             a.table = worker.coefficients.data() + size_t(at) * variant_.chain.length;

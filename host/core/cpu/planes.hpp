@@ -41,7 +41,7 @@ template <class real> class Plane {
     size_t shift_ = 0, all_ = 0;
 };
 
-// The state of every cell. It has an integral even where its shape has none, because the loops write one.
+// The state of every cell.
 template <class real> class State {
   public:
     State() = default;
@@ -51,8 +51,8 @@ template <class real> class State {
         for (auto* planes : {&value_, &lost_}) {
             if (planes == &lost_ && !shape.compensated) break;
             (*planes)[simd::sum_strain] = Plane<real>(shape.elements * element_, place);
-            (*planes)[simd::sum_integral] = Plane<real>(cells, place += strains);
-            ++place;
+            if (shape.integral) (*planes)[simd::sum_integral] = Plane<real>(cells, place + strains);
+            place += strains + 1;
         }
         if (shape.strain) strain_ = Plane<real>(cells, place++);
         if (shape.rate) rate_ = Plane<real>(cells, place);
@@ -91,7 +91,7 @@ template <class real> class State {
             for (const auto* planes : {&value_, &lost_})
                 if (real* strain = (*planes)[simd::sum_strain].data()) f(strain + e * element_);
         for (const auto* planes : {&value_, &lost_})
-            if (real* sum = (*planes)[simd::sum_integral].data(); shape_.integral && sum) f(sum);
+            if (real* sum = (*planes)[simd::sum_integral].data()) f(sum);
         if (rate_.data()) f(rate_.data());
     }
     void rest() {

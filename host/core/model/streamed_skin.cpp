@@ -236,9 +236,12 @@ const double* StepTables::fill(const PadList& pads, const StepLengths& dt) {
 }
 
 void StepTables::set_elements(const PadList& pads, const std::vector<Element>& elements) {
-    for (size_t i = 0; i < pads.count; ++i)
-        std::ranges::copy(elements, elements_.begin() + long(own_ ? size_t(pads[i]) * length_ : 0));
-    std::ranges::fill(filled_, std::nan(""));
+    for (size_t i = 0; i < pads.count; ++i) {
+        const size_t pad = own_ ? size_t(pads[i]) : 0;
+        std::ranges::copy(elements, elements_.begin() + long(pad * length_));
+        if (own_) filled_[pad] = std::nan("");
+    }
+    if (!own_) std::ranges::fill(filled_, std::nan(""));
 }
 
 f32::Constants frame_constants(const PreparedSkin& skin, const f32::Coefficients& coefficients) {

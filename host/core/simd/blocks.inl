@@ -200,10 +200,12 @@ __attribute__((always_inline)) inline void respond_line(const RespondArguments<K
     for (int i = 0; i < line; i += lanes)
         C[i / lanes] = curvature_at<stencil>(r, x + i, difference_along<stencil>(r.strain, x + i), c);
 #pragma GCC unroll 8
-    for (int q = 0; q < RESPONSE_MAPS; ++q)
+    for (int q = 0; q < RESPONSE_MAPS; ++q) {
+        if (!r.response[q]) continue;
 #pragma GCC unroll 8
         for (int i = 0; i < line; i += lanes)
             store_response<streams>(r.response[q] + x + i, response_at<passed>(r, q, x + i, C[i / lanes], c));
+    }
 }
 
 // The responses of n <= lanes columns from x on.
@@ -211,6 +213,7 @@ template <bool passed>
 __attribute__((always_inline)) inline void respond_block(const RespondArguments<Kernels>& r, int x, int n, real C,
                                                          const Constants& c) {
     for (int q = 0; q < RESPONSE_MAPS; ++q) {
+        if (!r.response[q]) continue;
         const real answered = response_at<passed>(r, q, x, C, c);
         if (n == lanes && r.streams) store_response<true>(r.response[q] + x, answered);
         else if (n == lanes) store(r.response[q] + x, answered);
@@ -394,7 +397,7 @@ __attribute__((always_inline)) inline void lead_on(RowSteps<Kernels>& s) {
     s.stepped = s.stepped == 2 ? 0 : s.stepped + 1;
     s.answered = s.answered == 2 ? 0 : s.answered + 1;
     for (int i = 0; i < STEP_SIGNALS; ++i) {
-        a.signal[i] = s.signal[i][s.stepped] + r.first;
+        if (a.signal[i]) a.signal[i] = s.signal[i][s.stepped] + r.first;
         r.signal[QUANTITY_FA1 - QUANTITY_SA1 + i] = s.signal[i][s.answered];
     }
 }
@@ -462,13 +465,11 @@ void respond(const RespondArguments<Kernels>& r, const Constants& c) {
     end_vector_code();
 }
 
-// Whether the fused loop serves: frames, a uniform material, all responses and no sums.
+// Whether the fused loop serves: frames, a uniform material, and no sums.
 bool in_blocks(const AdvanceArguments<Kernels>& a, const RespondArguments<Kernels>& r) {
-    bool all = a.pressure_to && !a.material;
-    for (int i = 0; i < RESPONSE_MAPS; ++i)
-        all = all && r.response[i] && (!r.streams || is_aligned(r.response[i] + r.first));
-    for (int i = 0; i < REDUCED_MAPS; ++i) all = all && !r.tiles[i];
-    return all;
+    bool serves = a.pressure_to && !a.material && !blocks::sums(r);
+    for (int i = 0; i < RESPONSE_MAPS; ++i) serves = serves && (!r.streams || is_aligned(r.response[i] + r.first));
+    return serves;
 }
 
 // Skins are pressed in f32, so only that has the fused loop. In f64 only a field between two outputs of a run could use

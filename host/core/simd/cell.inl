@@ -17,7 +17,7 @@ template <bool framed, bool compensated, bool chain, class CoefficientsOf, class
     friend int elements_of(const RowCell& cell) { return chain ? cell.a.elements : 1; }
     friend bool has_spring(const RowCell& cell) { return chain && cell.a.spring; }
     friend bool has_rate(const RowCell& cell) { return framed && chain && cell.a.to.rate; }
-    friend bool has_integral(const RowCell&) { return true; }
+    friend bool has_integral(const RowCell& cell) { return cell.a.to.value[sum_integral]; }
     friend int is_compensated(const RowCell&) { return compensated; }
     friend decltype(auto) element_of(const RowCell& cell, int e) { return cell.coefficients(e); }
     friend Sum sum_from(const RowCell& cell, int s) {
@@ -45,7 +45,8 @@ __attribute__((always_inline)) inline real step_at(const AdvanceArguments<Kernel
     const CellStep step =
         step_of(RowCell<framed, compensated, chain, CoefficientsOf, Changed>{a, i, coefficients, changed}, load);
 #pragma GCC unroll 8
-    for (int s = 0; s < STEP_SIGNALS; ++s) store(a.signal[s] + i, signal(QUANTITY_FA1 + s, step.motion, step.integral));
+    for (int s = 0; s < STEP_SIGNALS; ++s)
+        if (a.signal[s]) store(a.signal[s] + i, signal(QUANTITY_FA1 + s, step.motion, step.integral));
     return step.motion.strain;
 }
 

@@ -42,7 +42,7 @@ enum StateSum { sum_strain, sum_integral, state_sums };
 
 // One row of a state: for each sum the values, and what they have lost to rounding, null unless sums are compensated.
 template <class real> struct StateRow {
-    real* value[state_sums];
+    real* value[state_sums]; // of the integral null where the state has none
     real* lost[state_sums];
     size_t element; // the distance from an element's strains to the next element's strains
     real* strain;   // the cells' strain; of a single element its values
@@ -60,7 +60,7 @@ template <class K> struct AdvanceArguments {
     const int* material;
     const typename K::Coefficients* table;
     StateRow<real> from, to;
-    real* signal[STEP_SIGNALS]; // the signals that the state does not hold, at the step's end
+    real* signal[STEP_SIGNALS]; // the signals that the state does not hold, at the step's end; null: not asked for
 };
 // Bits that an advance returns: the sum changed in some cell.
 constexpr int strain_changed = 1 << sum_strain, integral_changed = 1 << sum_integral;
@@ -140,9 +140,9 @@ template <class K> struct Loops {
     void (*respond)(const RespondArguments<K>&, const typename K::Constants&);
     // Joins 1 to tiles_joined tiles.
     void (*join_tiles)(const typename K::Summary* tiles, int count, JoinedTiles<K>&);
-    // Does advance() of each row, then respond() in the same columns of the row above. In f32, under frames and a
-    // uniform material, with all responses and no sums asked for, both are one loop. That loop may read each row up to
-    // its pitch, writes rows of states and signals up to their pitch, and returns all bits.
+    // Does advance() of each row, then respond() in the same columns of the row above. In f32, under frames, a uniform
+    // material and with no sums asked for, both are one loop. That loop may read each row up to its pitch, writes rows
+    // of states and signals up to their pitch, and returns all bits.
     int (*step_rows)(const RowSteps<K>&, const typename K::Constants&);
 };
 

@@ -58,8 +58,9 @@ void respond_pads_in(const PadResponses given, const Constants c) {
         }
         p.strain += p.pitch;
         for (int q = 0; q < RESPONSE_MAPS; ++q) {
+            if (!p.response[q]) continue;
             p.signal[q] += p.pitch;
-            if (p.response[q]) p.response[q] += p.cells;
+            p.response[q] += p.cells;
         }
     }
 }
