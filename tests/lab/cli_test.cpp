@@ -138,8 +138,20 @@ TEST_CASE("dermis devices lists, dermis check compares every kernel") {
         CHECK(check.out.find(kernel) != std::string::npos);
 }
 
-TEST_CASE("the program does not need a Vulkan loader to start") {
+TEST_CASE("the program needs no Vulkan loader to start, and the CPU path loads none") {
     const Folder folder;
+    const std::string run = "run " + folder.write("scene.toml", small) + " --precision f32 --out ",
+                      traced = "LD_DEBUG=files LD_DEBUG_OUTPUT=" + (folder / "loaded").string();
+    for (const char* device : {"cpu", "vulkan"}) {
+        CHECK(command(folder, run + (folder / device).string() + " --device " + device, traced).status == 0);
+        std::string loaded;
+        for (const auto& file : fs::directory_iterator(folder / ""))
+            if (file.path().filename().string().find("loaded") == 0) {
+                loaded += slurp(file.path());
+                fs::remove(file.path());
+            }
+        CHECK((loaded.find("libvulkan.so.1") != std::string::npos) == (std::string(device) == "vulkan"));
+    }
     const std::string list = (folder / "needed").string();
     REQUIRE(std::system(("readelf -d " DERMIS_CLI " >" + list).c_str()) == 0);
     CHECK(slurp(list).find("NEEDED") != std::string::npos);

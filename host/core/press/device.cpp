@@ -70,7 +70,6 @@ const PhysicalDevice& named(const std::vector<PhysicalDevice>& devices, const st
 } // namespace
 
 Device open_device(const std::string& which, const vulkan::Loader& loader, const vulkan::InstanceOptions& options) try {
-    if (which == "cpu") return Device::cpu();
     std::string why;
     try {
         const auto instance = std::make_shared<const vulkan::Instance>(loader, options);
@@ -133,7 +132,9 @@ Device Device::cpu(int threads) try {
     scene::out_of_memory([] { return "device \"cpu\""; });
 }
 
-Device Device::open(const std::string& which) { return open_device(which, vulkan::system_loader()); }
+Device Device::open(const std::string& which) {
+    return which == "cpu" ? cpu() : open_device(which, vulkan::system_loader()); // nothing of Vulkan is loaded in vain
+}
 
 std::vector<DeviceInfo> Device::list() try {
     const vulkan::Instance instance(vulkan::system_loader());
