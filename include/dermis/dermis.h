@@ -203,6 +203,10 @@ DERMIS_API dermis_status dermis_skin_create(const dermis_device* device, const d
 // empty.
 DERMIS_API dermis_status dermis_skin_press(dermis_skin* skin, const float* pressure, size_t cells, const double* dt,
                                            size_t steps, const dermis_pads* pads);
+// The same as `count` presses of dt seconds each, to the bit; the responses of the last frame alone are computed.
+// frames: one after another, each of `cells` numbers as above. count: >= 1. All frames are checked before one is pressed.
+DERMIS_API dermis_status dermis_skin_press_frames(dermis_skin* skin, const float* frames, size_t count, size_t cells,
+                                                  double dt, const dermis_pads* pads);
 // The response sa1, sa2, fa1 or fa2 at the end of each pad's last press, 0 before the first: pad by pad from 0 on,
 // width*height floats, row 0 first, or, if the scene has sites, one per site of that class in the order given. count:
 // the floats of all pads. Strain, indentation (m) and curvature (1/m) are computed from the state by this call, for

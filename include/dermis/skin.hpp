@@ -64,6 +64,10 @@ class DERMIS_API Skin {
     void press(const std::vector<float>& pressure, const std::vector<double>& dt, const Pads& pads = {}) {
         press(pressure.data(), pressure.size(), dt.data(), dt.size(), pads);
     }
+    // The same as `count` presses of dt seconds each, to the bit, for whoever has several frames before he reads a
+    // response: those of the last frame alone are computed. frames: one after another, each of `cells` numbers as
+    // press() takes them. count: >= 1. All frames are checked before any of them is pressed.
+    void press_frames(const float* frames, size_t count, size_t cells, double dt, const Pads& = {});
 
     // The response sa1, sa2, fa1 or fa2 at the end of each pad's last press; 0 before the first. data, pad by pad from
     // 0 on: width*height floats, row 0 first, or, if the description has sites, one per site of that class in the order

@@ -198,6 +198,60 @@ TEST_CASE("a skin large enough for two threads has the bits of one") {
     }
 }
 
+TEST_CASE("several frames pressed at once give the bits of as many presses") {
+    struct Case {
+        int width, height, pads;
+        bool chain, sites;
+    };
+    const Validated vulkan;
+    for (const Case& c : {Case{20, 25, 1, false, false},
+                          {20, 25, 3, true, false},
+                          {16, 9, 3, false, true},
+                          {416, 400, 1, false, false},
+                          {416, 400, 1, true, false},
+                          {397, 401, 1, false, false}})
+        for (const Device& device : {Device::cpu(1), Device::cpu(3), vulkan.device()}) {
+            CAPTURE(c.width);
+            CAPTURE(c.pads);
+            CAPTURE(device.info().name);
+            if (device.info().vulkan && c.width > 100) continue; // the same path as small ones
+            SkinDescription d = ridged(c.width, c.height);
+            SkinOptions options;
+            options.count = c.pads;
+            if (c.chain) {
+                d.material.modulus.reset();
+                d.material.elements = {{3, 0.05}, {2, 0.9}};
+            }
+            if (c.sites) d.sites = {{Quantity::sa1, {1, 1}}, {Quantity::fa1, {15, 8}}};
+            Skin one_by_one(device, d, options), at_once(device, d, options);
+            const std::vector<int> some = c.pads == 1 ? std::vector<int>{0} : std::vector<int>{2, 0};
+            int n = 0;
+            for (int frames : {1, 4, 11}) {
+                std::vector<float> all;
+                for (int i = 0; i < frames; ++i) {
+                    std::vector<float> pressed;
+                    for (size_t pad = 0; pad < some.size(); ++pad) {
+                        const std::vector<float> own = frame(d, ++n);
+                        pressed.insert(pressed.end(), own.begin(), own.end());
+                    }
+                    one_by_one.press(pressed, 0.01, some);
+                    all.insert(all.end(), pressed.begin(), pressed.end());
+                }
+                at_once.press_frames(all.data(), size_t(frames), all.size() / size_t(frames), 0.01, some);
+                for (Quantity q : all_responses) {
+                    if (c.sites && q != Quantity::sa1 && q != Quantity::fa1) continue;
+                    CHECK(same(copy(at_once.response(q)), copy(one_by_one.response(q))));
+                }
+            }
+            std::vector<char> states[2];
+            for (auto [skin, state] : {std::pair{&one_by_one, &states[0]}, {&at_once, &states[1]}}) {
+                state->resize(skin->state_bytes());
+                skin->save(state->data(), state->size());
+            }
+            CHECK(states[0] == states[1]);
+        }
+}
+
 TEST_CASE("a pause keeps the state; after a reset a skin answers as a new one") {
     const Validated vulkan;
     const SkinDescription d = ridged(33, 12);
@@ -239,6 +293,15 @@ TEST_CASE("what cannot be pressed is named, and nothing has happened") {
         says("dt = -0.1; allowed: a finite number >= 0", [&] { skin.press(frame(d, 2), -0.1); });
         says("dt = nan", [&] { skin.press(frame(d, 2), NAN); });
         says("response = \"deformation\"", [&] { skin.response(Quantity::deformation); });
+        std::vector<float> frames = frame(d, 2);
+        frames.insert(frames.end(), bad.begin(), bad.end());
+        says("pressure = inf in cell [7, 3] of frame 1; allowed: finite numbers",
+             [&] { skin.press_frames(frames.data(), 2, 200, 0.1); });
+        says("count = 0; allowed: at least 1 frame", [&] { skin.press_frames(frames.data(), 0, 200, 0.1); });
+        says("pressure = 400 cells; allowed: width*height = 200",
+             [&] { skin.press_frames(frames.data(), 1, 400, 0.1); });
+        says("dt = -0.1; allowed: a finite number >= 0", [&] { skin.press_frames(frames.data(), 1, 200, -0.1); });
+        says("dt = 1e+300; allowed: seconds over which", [&] { skin.press_frames(frames.data(), 1, 200, 1e300); });
         for (Skin* s : {&skin, &twin}) s->press(frame(d, 3), 0.1);
         for (Quantity q : all_responses) CHECK(same(copy(skin.response(q)), copy(twin.response(q))));
     }

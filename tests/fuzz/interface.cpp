@@ -83,7 +83,9 @@ class Calls {
     void press() {
         const std::vector<float> pressure = numbers<float>(48);
         const std::vector<double> dt = numbers<double>(4);
-        done(dermis_skin_press(skin_, pressure.data(), pressure.size(), dt.data(), dt.size(), pads()));
+        if (dt.size() == 3)
+            done(dermis_skin_press_frames(skin_, pressure.data(), 2, pressure.size() / 2, dt[0], pads()));
+        else done(dermis_skin_press(skin_, pressure.data(), pressure.size(), dt.data(), dt.size(), pads()));
     }
     void read() {
         const float* values = nullptr;

@@ -90,7 +90,6 @@ template <class K> struct Worker {
     std::vector<int> changed;                                     // for each press, the bits of the sums that changed
     std::array<std::array<Plane<real>, 3>, STEP_SIGNALS> signals; // the signals of row y, at y % 3
     std::array<Plane<real>, 5> strain; // the strain of row y, at y % 5, where the state does not hold the strain
-    std::array<Plane<real>, STEP_SIGNALS> unused;
     std::array<State<real>, 8> peeked; // states of rows outside the band, at the end of a step that is not kept
     std::array<Plane<real>, RESPONSE_MAPS> answered;    // the responses of a row that has points
     std::vector<typename K::Coefficients> coefficients; // the coefficients of a row's cells
@@ -117,7 +116,6 @@ template <class K> class Cells {
             const auto make = [this](auto& rows) {
                 for (Plane<real>& row : rows) row = Plane<real>(size_t(pitch_), 0);
             };
-            make(worker.unused);
             make(worker.answered);
             for (State<real>& row : worker.peeked) row = row_state();
             for (auto& ring : worker.signals)
@@ -284,8 +282,10 @@ template <class K> class Cells {
             const auto arguments = [&] {
                 simd::StateRow<real> row = to.row(y, pitch_);
                 if (rolls()) row.strain = rolled(worker, y);
-                return advance_arguments(press, worker, y, state_.row(y, pitch_), row,
-                                         [&](size_t s) { return worker.signals[s][size_t(y % 3)].data(); });
+                return advance_arguments(press, worker, y, state_.row(y, pitch_), row, [&](size_t s) -> real* {
+                    const bool read = respond && variant_.wanted[QUANTITY_FA1 + s];
+                    return read ? worker.signals[s][size_t(y % 3)].data() + first_column() : nullptr;
+                });
             };
             if (!responds) {
                 if (advances) changed |= loops_.advance(arguments(), press.constants);
@@ -332,7 +332,7 @@ template <class K> class Cells {
     void step_outside(const Press& press, typename Band<real>::Outside& o, size_t k, Worker<K>& worker) const {
         const simd::StateRow<real> to = (press.keep ? o.state : worker.peeked[k]).row(0, pitch_);
         loops_.advance(advance_arguments(press, worker, o.row, o.state.row(0, pitch_), to,
-                                         [&](size_t s) { return worker.unused[s].data(); }),
+                                         [](size_t) -> real* { return nullptr; }),
                        press.constants);
     }
 
@@ -348,7 +348,7 @@ template <class K> class Cells {
             }
     }
 
-    // signal(s): where signal s of the step goes, from column 0 on.
+    // signal(s): where signal s of the step goes, from the first column on.
     template <class Signal>
     simd::AdvanceArguments<K> advance_arguments(const Press& press, Worker<K>& worker, int y,
                                                 const simd::StateRow<real>& from, const simd::StateRow<real>& to,
@@ -372,8 +372,7 @@ template <class K> class Cells {
             state->strain += at;
             if (state->rate) state->rate += at;
         }
-        for (size_t s = 0; s < STEP_SIGNALS; ++s)
-            a.signal[s] = variant_.wanted[QUANTITY_FA1 + s] ? signal(s) + at : nullptr;
+        for (size_t s = 0; s < STEP_SIGNALS; ++s) a.signal[s] = signal(s);
         if (press.fill_row) {
             (*press.fill_row)(y, worker.coefficients.data());
             a.table = worker.coefficients.data() + size_t(at) * variant_.chain.length;

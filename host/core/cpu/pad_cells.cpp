@@ -110,8 +110,9 @@ void PadCells::press(int thread, const Press& p) {
                                   .to = row,
                                   .signal = {}};
     for (size_t s = 0; s < STEP_SIGNALS; ++s)
-        if (variant_.wanted[QUANTITY_FA1 + s]) a.signal[s] = worker.signals[s].data();
+        if (p.answers && variant_.wanted[QUANTITY_FA1 + s]) a.signal[s] = worker.signals[s].data();
     isa_.in_f32.advance(a, c);
+    if (!p.answers) return;
     std::array<const float*, RESPONSE_MAPS> signals = {row.strain, row.value[simd::sum_integral]};
     for (size_t s = 0; s < STEP_SIGNALS; ++s) signals[QUANTITY_FA1 - QUANTITY_SA1 + s] = worker.signals[s].data();
     if (!of_cells_) return answer(worker, row.strain, signals, p, c);

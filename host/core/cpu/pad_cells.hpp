@@ -33,6 +33,7 @@ class PadCells {
         const float *from, *to;                     // pressures of their cells
         const f32::Coefficients* table;             // of all of them
         std::array<float*, RESPONSE_MAPS> response; // null: not asked for
+        bool answers;                               // responses are computed
     };
     // thread: the number of the calling thread, 0 .. threads - 1.
     void press(int thread, const Press&);

@@ -34,10 +34,10 @@ class PadStream : public plan::Stream {
         return job.finite;
     }
 
-    const double* press(const plan::PadList& pads, const plan::StepLengths& dt) override {
+    const double* press(const plan::PadList& pads, const plan::StepLengths& dt, bool answers) override {
         const DefaultFloats guard;
         if (const double* refused = tables_.fill(pads, dt)) return refused;
-        Job job{.self = *this, .pads = pads};
+        Job job{.self = *this, .pads = pads, .answers = answers};
         run(job, [](Job& j, int thread, size_t first, size_t last) {
             for (size_t i = first; i < last; i += j.self.press_some(j, thread, i, last)) {
             }
@@ -88,6 +88,7 @@ class PadStream : public plan::Stream {
         PadStream& self;
         const plan::PadList& pads;
         const float* pressures = nullptr;
+        bool answers = true;
         plan::StateMemory<char> to{};
         plan::StateMemory<const char> from{};
         void (*some)(Job&, int thread, size_t first, size_t last) = nullptr;
@@ -177,7 +178,8 @@ class PadStream : public plan::Stream {
                               .from = pressure_of(pad, p.from),
                               .to = pressure_of(pad, 1 - p.from),
                               .table = tables_.of(pad),
-                              .response = {}};
+                              .response = {},
+                              .answers = job.answers};
         for (size_t r = 0; r < RESPONSE_MAPS; ++r)
             press.response[r] = counts_[r] ? response_[r].data() + size_t(pad) * counts_[r] : nullptr;
         pads_.press(thread, press);

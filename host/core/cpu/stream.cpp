@@ -22,22 +22,32 @@ struct FramePress::Impl {
           cells(streamed.skin, streamed.variant(), streamed.skin.whole(), threads, isa) {
         std::ranges::copy(plan::padded_rest_curvature<float>(streamed.skin), rest.data());
         plan::drop_maps(streamed.skin);
+        presses.reserve(together);
     }
 
-    bool press(double dt, const float* from, const float* to, float* const (&response)[RESPONSE_MAPS],
-               size_t response_pitch) {
+    bool press(double dt, const float* from, const float* frames, size_t count, bool answers,
+               float* const (&response)[RESPONSE_MAPS], size_t response_pitch) {
         const DefaultFloats guard;
         if (tables.fill({}, {&dt})) return false;
         const f32::Constants constants = plan::frame_constants(streamed.skin, *tables.of(0));
-        const CellsPress<f32> press{.constants = constants,
-                                    .table = tables.of(0),
-                                    .pressure = from,
-                                    .pressure_to = to,
-                                    .rest_curvature = rest.data(),
-                                    .response = std::to_array(response),
-                                    .response_pitch = response_pitch};
-        int changed;
-        cells.press({&press, 1}, {&changed, 1});
+        f32::Constants silent = constants;
+        silent.respond = 0;
+        std::array<int, together> changed;
+        for (size_t i = 0; i < count; ++i) {
+            const float* to = frames + i * streamed.skin.padded_cells();
+            presses.push_back({.constants = answers && i + 1 == count ? constants : silent,
+                               .table = tables.of(0),
+                               .pressure = std::exchange(from, to),
+                               .pressure_to = to,
+                               .rest_curvature = rest.data(),
+                               .response = std::to_array(response),
+                               .response_pitch = response_pitch});
+            const bool answer_next =
+                answers && i + 2 == count; // alone: steps that do not answer need no rows beside a band
+            if (presses.size() < together && i + 1 < count && !answer_next) continue;
+            cells.press(presses, changed);
+            presses.clear();
+        }
         return true;
     }
 
@@ -45,6 +55,8 @@ struct FramePress::Impl {
     const Plane<float> rest;
     plan::StepTables tables;
     Cells<f32> cells;
+    static constexpr size_t together = 8; // steps that a band of rows takes while it is in a cache
+    std::vector<CellsPress<f32>> presses; // not yet pressed
 };
 
 FramePress::FramePress(StreamedSkin skin, int threads, const simd::Isa& isa) {
@@ -81,13 +93,32 @@ bool FramePress::take(const float* numbers, float* to) {
     return job.finite;
 }
 
+bool FramePress::finite(const float* numbers, size_t count) {
+    struct {
+        const float* numbers;
+        size_t count, threads;
+        std::atomic<bool> finite = true;
+    } job{.numbers = numbers, .count = count, .threads = size_t(impl_->cells.pool().threads())};
+    impl_->cells.pool().each([&job](int thread) {
+        const size_t first = job.count * size_t(thread) / job.threads,
+                     last = job.count * (size_t(thread) + 1) / job.threads;
+        if (!plan::all_finite(job.numbers + first, last - first)) job.finite = false;
+    });
+    return job.finite;
+}
+
 bool FramePress::press(double dt, const float* from, const float* to, float* const (&response)[RESPONSE_MAPS]) {
     return press(dt, from, to, response, size_t(impl_->streamed.skin.pitch));
 }
 
 bool FramePress::press(double dt, const float* from, const float* to, float* const (&response)[RESPONSE_MAPS],
                        size_t response_pitch) {
-    return impl_->press(dt, from, to, response, response_pitch);
+    return impl_->press(dt, from, to, 1, true, response, response_pitch);
+}
+
+bool FramePress::press_frames(double dt, const float* from, const float* frames, size_t count, bool answers,
+                              float* const (&response)[RESPONSE_MAPS], size_t response_pitch) {
+    return impl_->press(dt, from, frames, count, answers, response, response_pitch);
 }
 
 namespace {
@@ -123,10 +154,23 @@ class SkinStream : public plan::Stream {
         return pads.count == 0 || press_.take(pressure, pressure_[1 - from_].data());
     }
 
-    const double* press(const plan::PadList& pads, const plan::StepLengths& dt) override {
+    bool finite(const float* numbers, size_t count) override { return press_.finite(numbers, count); }
+
+    const double* press(const plan::PadList& pads, const plan::StepLengths& dt, bool answers) override {
         if (pads.count == 0) return nullptr;
-        if (!press_.press(dt[0], pressure(), pressure_[1 - from_].data(), field_, width_)) return &dt[0];
+        if (!press_.press_frames(dt[0], pressure(), pressure_[1 - from_].data(), 1, answers, field_, width_))
+            return &dt[0];
         from_ = 1 - from_;
+        if (sites_ && answers) sites_->read(std::to_array(field_), response_);
+        return nullptr;
+    }
+
+    const double* press_frames(const plan::PadList& pads, const float* frames, size_t count, size_t numbers,
+                               const plan::StepLengths& dt) override {
+        // rows are read from the caller's memory, and up to the pitch
+        if (pads.count == 0 || width_ != pitch_) return Stream::press_frames(pads, frames, count, numbers, dt);
+        if (!press_.press_frames(dt[0], pressure(), frames, count, true, field_, width_)) return &dt[0];
+        press_.take(frames + (count - 1) * numbers, pressure());
         if (sites_) sites_->read(std::to_array(field_), response_);
         return nullptr;
     }

@@ -20,6 +20,9 @@ class FramePress {
                size_t response_pitch);
     // The same where rows are a pitch apart.
     bool press(double dt, const float* from, const float* to, float* const (&response)[RESPONSE_MAPS]);
+    // As presses of `count` frames, maps one after another in memory. answers: the last press writes the responses.
+    bool press_frames(double dt, const float* from, const float* frames, size_t count, bool answers,
+                      float* const (&response)[RESPONSE_MAPS], size_t response_pitch);
     void reset(); // to a skin at rest
     // Copies the planes of a state (plan::StateLayout), without the pressure.
     void save(char* planes) const;
@@ -27,6 +30,7 @@ class FramePress {
     void set_elements(const std::vector<plan::Element>&); // of a uniform material, the same number as before
     // Copies width*height numbers to a map of pitch*height, on the threads of a press. Returns whether all are finite.
     bool take(const float* numbers, float* to);
+    bool finite(const float* numbers, size_t count); // whether all are, on the threads of a press
 
   private:
     struct Impl;

@@ -14,7 +14,7 @@ class SkinRunner : public plan::Stream {
     SkinRunner(std::shared_ptr<Context>, const plan::StreamedSkin&);
     // All functions throw Error::device if the device is lost.
     bool take(const plan::PadList&, const float* pressures) override;
-    const double* press(const plan::PadList&, const plan::StepLengths&) override;
+    const double* press(const plan::PadList&, const plan::StepLengths&, bool answers) override;
     const float* response(Quantity) const override;
     void reset(const plan::PadList&) override;
     void save(const plan::PadList&, const plan::StateMemory<char>&) override;

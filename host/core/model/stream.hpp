@@ -18,8 +18,19 @@ class Stream {
     virtual bool take(const PadList&, const float* pressures) = 0;
     // Steps the same pads. Pressures run linearly from the pressures of the previous press to the pressures that were
     // taken. Returns null. If a coefficient of a step does not fit a float, it changes nothing and returns a pointer to
-    // that step.
-    virtual const double* press(const PadList&, const StepLengths&) = 0;
+    // that step. answers: otherwise responses need not be computed, because other presses follow.
+    virtual const double* press(const PadList&, const StepLengths&, bool answers = true) = 0;
+    // Whether all numbers are finite.
+    virtual bool finite(const float* numbers, size_t count) { return all_finite(numbers, count); }
+    // As take() and press() of `count` frames of so many numbers, all finite; only the last one answers.
+    virtual const double* press_frames(const PadList& pads, const float* frames, size_t count, size_t numbers,
+                                       const StepLengths& dt) {
+        for (size_t i = 0; i < count; ++i) {
+            take(pads, frames + i * numbers);
+            if (const double* refused = press(pads, dt, i + 1 == count)) return refused;
+        }
+        return nullptr;
+    }
     // The responses of the last press of each pad, fields of width*height or sites in the order given, pad by pad; the
     // same memory after every press.
     virtual const float* response(Quantity) const = 0;

@@ -187,6 +187,12 @@ bool copy_rows(const PressureCopy& copy, int first, int last) {
     return !any_not_finite(joined);
 }
 
+bool all_finite(const float* numbers, size_t count) {
+    uint32_t joined = 0;
+    for (size_t i = 0; i < count; ++i) joined |= not_finite(std::bit_cast<uint32_t>(numbers[i]));
+    return !any_not_finite(joined);
+}
+
 bool all_bits_zero(const float* numbers, size_t count) {
     uint32_t bits = 0;
     for (size_t i = 0; i < count; ++i) bits |= std::bit_cast<uint32_t>(numbers[i]);

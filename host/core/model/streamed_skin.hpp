@@ -109,6 +109,7 @@ struct PressureCopy {
 };
 // Copies rows first .. last - 1. Returns whether all numbers are finite.
 bool copy_rows(const PressureCopy&, int first, int last);
+bool all_finite(const float* numbers, size_t count);
 // Returns whether all numbers are +0.
 bool all_bits_zero(const float* numbers, size_t count);
 

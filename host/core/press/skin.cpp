@@ -91,14 +91,21 @@ struct Skin::Impl {
 
     size_t cells() const { return width * height; }
     plan::PadList list_of(const Pads&);
+    // Throws Error::bad_input for a step, or a number of pressures, that no press takes.
+    void need_press(size_t numbers, const plan::StepLengths&, const plan::PadList&) const;
     void press(const float* pressure, size_t numbers, const plan::StepLengths&, const plan::PadList&);
+    void press_frames(const float* frames, size_t count, size_t numbers, double dt, const plan::PadList&);
     std::vector<float> strain_of(int pad) const;
     const std::vector<float>& tell(Quantity);
-    void refuse_pressure(const float* pressure, const plan::PadList&) const;
+    [[noreturn]] void refuse_pressure(const float* pressure, const plan::PadList&, size_t frames = 1) const;
     const Material& material_of(int pad) const {
         return materials.empty() ? description.material : materials[size_t(pad)];
     }
 };
+
+[[noreturn]] void refuse_step(double dt) {
+    scene::refuse("dt", shortest(dt), "seconds over which the coefficients of a step stay below 3.4e38");
+}
 
 // Throws Error::bad_input if a number is no pad's or occurs twice.
 plan::PadList Skin::Impl::list_of(const Pads& pads) {
@@ -114,7 +121,7 @@ plan::PadList Skin::Impl::list_of(const Pads& pads) {
     return {.ids = pads.numbers, .count = pads.count};
 }
 
-void Skin::Impl::press(const float* pressure, size_t numbers, const plan::StepLengths& dt, const plan::PadList& pads) {
+void Skin::Impl::need_press(size_t numbers, const plan::StepLengths& dt, const plan::PadList& pads) const {
     // Only on failure: need_not_negative() builds its message first, which allocates.
     for (size_t i = 0; i < (dt.each ? pads.count : 1); ++i)
         if (!finite(dt[i]) || dt[i] < 0) scene::need_not_negative("dt", dt[i]);
@@ -122,19 +129,30 @@ void Skin::Impl::press(const float* pressure, size_t numbers, const plan::StepLe
         scene::refuse("pressure", std::to_string(numbers) + " cells",
                       (count > 1 ? std::to_string(pads.count) + " pads of " : "") +
                           "width*height = " + std::to_string(cells()) + ", row 0 first");
+}
+
+void Skin::Impl::press(const float* pressure, size_t numbers, const plan::StepLengths& dt, const plan::PadList& pads) {
+    need_press(numbers, dt, pads);
     if (!stream->take(pads, pressure)) refuse_pressure(pressure, pads);
-    if (const double* refused = stream->press(pads, dt))
-        scene::need(false, "dt", *refused, "seconds over which the coefficients of a step stay below 3.4e38");
+    if (const double* refused = stream->press(pads, dt)) refuse_step(*refused);
+}
+
+void Skin::Impl::press_frames(const float* frames, size_t count, size_t numbers, double dt, const plan::PadList& pads) {
+    need_press(numbers, {&dt}, pads);
+    scene::need(count > 0, "count", count, "at least 1 frame");
+    if (!stream->finite(frames, count * numbers)) refuse_pressure(frames, pads, count);
+    if (stream->press_frames(pads, frames, count, numbers, {&dt})) refuse_step(dt);
 }
 
 // Throws Error::bad_input naming the first cell that is not finite, or none if another thread has changed it since.
-void Skin::Impl::refuse_pressure(const float* pressure, const plan::PadList& pads) const {
-    for (size_t k = 0; k < pads.count; ++k)
+void Skin::Impl::refuse_pressure(const float* pressure, const plan::PadList& pads, size_t frames) const {
+    for (size_t k = 0; k < frames * pads.count; ++k)
         for (size_t i = 0; i < cells(); ++i, ++pressure)
             if (!finite(double(*pressure)))
                 scene::refuse("pressure",
                               shortest(double(*pressure)) + " in cell " + scene::cell_text(i, int(width)) +
-                                  (count > 1 ? " of pad " + std::to_string(pads[k]) : ""),
+                                  (count > 1 ? " of pad " + std::to_string(pads[k % pads.count]) : "") +
+                                  (frames > 1 ? " of frame " + std::to_string(k / pads.count) : ""),
                               "finite numbers");
     scene::refuse("pressure", "(a number that was not finite)", "finite numbers");
 }
@@ -206,6 +224,12 @@ Skin::Response Skin::response(Quantity q) const try {
                           ", strain, indentation, curvature");
     const float* data = s.stream->response(q); // throws if the device is lost
     return {data, s.count * (s.fields ? s.cells() : s.sites_of[size_t(q)])};
+} catch (const std::bad_alloc&) {
+    scene::out_of_memory([&] { return impl_->needs; });
+}
+
+void Skin::press_frames(const float* frames, size_t count, size_t cells, double dt, const Pads& pads) try {
+    impl_->press_frames(frames, count, cells, dt, impl_->list_of(pads));
 } catch (const std::bad_alloc&) {
     scene::out_of_memory([&] { return impl_->needs; });
 }

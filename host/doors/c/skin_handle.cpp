@@ -76,6 +76,15 @@ dermis_status dermis_skin_press(dermis_skin* skin, const float* pressure, size_t
     });
 }
 
+dermis_status dermis_skin_press_frames(dermis_skin* skin, const float* frames, size_t count, size_t cells, double dt,
+                                       const dermis_pads* pads) {
+    return guarded([&] {
+        need_pointer(skin, "skin");
+        if (count > 0 && cells > 0) need_pointer(frames, "frames");
+        skin->skin.press_frames(frames, count, cells, dt, pads_of(pads));
+    });
+}
+
 dermis_status dermis_skin_get_response(const dermis_skin* skin, dermis_quantity quantity, const float** values,
                                        size_t* count) {
     return guarded([&] {

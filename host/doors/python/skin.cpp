@@ -122,16 +122,22 @@ std::vector<size_t> shape_of(const SkinWithShapes& s, const Skin::Response& resp
     return shape;
 }
 
-// Returns the numbers as they stand in memory: nothing is converted. They may also be one row.
-AnyArray pressure_in(const SkinWithShapes& s, nb::handle argument, const PadNumbers& pads) {
-    const std::vector<size_t> shape = shape_of(s, pads);
+// Returns the numbers as they stand in memory: nothing is converted. They may also be one row. frames: there are any
+// number of pressures, in the first axis.
+AnyArray pressure_in(const SkinWithShapes& s, nb::handle argument, const PadNumbers& pads, bool frames = false) {
+    std::vector<size_t> shape = shape_of(s, pads);
+    std::string allowed = shape_text(shape);
     size_t size = 1;
     for (size_t n : shape) size *= n;
     std::optional<AnyArray> array = array_in(argument);
     const bool floats = array && array->dtype() == nb::dtype<float>(), dense = array && is_dense(*array);
-    if (!floats || !dense || !(has_shape(*array, shape) || has_shape(*array, {size})))
+    if (frames) {
+        shape.insert(shape.begin(), floats && array->ndim() > 0 ? array->shape(0) : 1);
+        allowed = "(frames, " + allowed.substr(1);
+    }
+    if (!floats || !dense || !(has_shape(*array, shape) || (!frames && has_shape(*array, {size}))))
         scene::refuse("pressure", (floats && !dense ? "strided " : "") + description_of(argument),
-                      "float32 array in C order, of shape " + shape_text(shape) + " in Pa");
+                      "float32 array in C order, of shape " + allowed + " in Pa");
     return std::move(*array);
 }
 
@@ -190,6 +196,19 @@ void press(SkinWithShapes& s, nb::handle pressure, nb::handle dt, nb::handle pad
     const Computing computing(s.in_use.get());
     if (one) s.skin->press(data, array.size(), steps[0], numbers.pads());
     else s.skin->press(data, array.size(), steps.data(), steps.size(), numbers.pads());
+    for (const auto& [response, to] : outputs) std::copy_n(response.data, response.size, to.data());
+}
+
+void press_frames(SkinWithShapes& s, nb::handle pressure, nb::handle dt, nb::handle pads, nb::handle out) {
+    double step = 0;
+    if (!nb::try_cast(dt, step)) scene::refuse("dt", description_of(dt), "seconds");
+    const PadNumbers numbers(pads, s.skin->count());
+    const AnyArray array = pressure_in(s, pressure, numbers, true);
+    const Outputs outputs = outputs_in(s, out);
+    const Computing computing(s.in_use.get());
+    const size_t frames = array.shape(0);
+    s.skin->press_frames(static_cast<const float*>(array.data()), frames, frames ? array.size() / frames : 0, step,
+                         numbers.pads());
     for (const auto& [response, to] : outputs) std::copy_n(response.data, response.size, to.data());
 }
 
@@ -390,6 +409,11 @@ void bind_skin(nb::module_& m) {
             "pads: None is all; else numbers or a mask of n bools, and pressure has a map for each of them.\n"
             "out: float32 arrays by response, as in {\"sa1\": array} of the shape of skin[\"sa1\"], to be filled.\n"
             "Other Python threads run meanwhile. Arrays of responses show the new values at once.")
+        .def("press_frames", press_frames, nb::arg("pressure").none() = nb::none(), nb::arg("dt").none() = nb::none(),
+             nb::arg("pads").none() = nb::none(), nb::arg("out").none() = nb::none(),
+             "Press the skin with several frames, pressure[0], pressure[1] .., of dt seconds each.\n\n"
+             "The same as a press of each, to the bit, in less time: only the responses of the last one are computed.\n"
+             "All frames are checked before one is pressed. pads and out: as in press.")
         .def("__getitem__", response, nb::sig("def __getitem__(self, response: str) -> NDArray[numpy.float32]"),
              nb::arg("response"),
              "The response \"sa1\", \"sa2\", \"fa1\" or \"fa2\" at the end of each pad's last press, 0 before the "

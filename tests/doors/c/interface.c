@@ -362,10 +362,16 @@ static void batches(int device) {
     if (device == 0) memcpy(answers, sa1, sizeof answers);
     CHECK(memcmp(answers, sa1, sizeof answers) == 0);
 
+    CHECK(dermis_skin_load(skin, state, some, &two) == DERMIS_OK);
+    CHECK(dermis_skin_press_frames(skin, pressure, 1, 2 * CELLS, dt[0], &two) == DERMIS_OK);
+    CHECK(memcmp(first, sa1, sizeof first) == 0); /* a press is a press of one frame */
+
     /* every refusal leaves the skin as it was, and an empty list changes nothing */
     REFUSED(dermis_skin_press(skin, pressure, 3 * CELLS, dt, 1, &two), "pressure = 36 cells; allowed: 2 pads of");
     REFUSED(dermis_skin_press(skin, pressure, 2 * CELLS, dt, 3, &two), "dt = 3 steps; allowed: 2");
     REFUSED(dermis_skin_press(skin, pressure, 3 * CELLS, dt, 0, NULL), "dt = 0 steps; allowed: 3");
+    REFUSED(dermis_skin_press_frames(skin, pressure, 0, 2 * CELLS, dt[0], &two), "count = 0; allowed: at least 1 frame");
+    REFUSED(dermis_skin_press_frames(skin, NULL, 1, 2 * CELLS, dt[0], &two), "frames = (null)");
     REFUSED(dermis_skin_press(skin, pressure, 2 * CELLS, bad_dt, 2, &two), "dt = -1");
     REFUSED(dermis_skin_press(skin, pressure, 2 * CELLS, NULL, 2, &two), "dt = (null)");
     REFUSED(dermis_skin_press(skin, pressure, 2 * CELLS, dt, 1, &(dermis_pads){NULL, 2}), "pads->numbers = (null)");

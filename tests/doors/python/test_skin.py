@@ -90,6 +90,27 @@ def test_some_pads_are_pressed_and_the_others_stay(pads):
     assert not skin["sa1"].any()
 
 
+def test_frames_pressed_at_once_give_the_bits_of_presses():
+    at_once, one_by_one = skin_of(GRID, 2), skin_of(GRID, 2)
+    frames = np.random.default_rng(3).random((5, 2, 25, 20), np.float32)
+    out = {"fa1": np.empty((2, 25, 20), np.float32)}
+    at_once.press_frames(frames, 0.01, out=out)
+    for frame in frames:
+        one_by_one.press(frame, 0.01)
+    for name in CLASSES:
+        assert at_once[name].tobytes() == one_by_one[name].tobytes()
+    assert out["fa1"].tobytes() == one_by_one["fa1"].tobytes()
+    of_one = np.ascontiguousarray(frames[:, :1])
+    at_once.press_frames(of_one, 0.01, [1])
+    wrong = "float32 array of shape (5, 1, 25, 20); allowed: float32 array in C order, of shape (frames, 2, 25, 20) in Pa"
+    assert str(refused(at_once.press_frames, of_one, 0.01)) == f"pressure = {wrong}"
+    assert refused(at_once.press_frames, frames[:0], 0.01).parameter == "pressure"
+    assert refused(at_once.press_frames, frames, [0.01]).parameter == "dt"
+    assert refused(at_once.press_frames, None, 0.01).parameter == "pressure"
+    frames[3, 1, 2, 4] = np.inf
+    assert "inf in cell [4, 2] of pad 1 of frame 3" in str(refused(at_once.press_frames, frames, 0.01))
+
+
 def test_each_pad_has_a_step_of_its_own():
     skin = skin_of(GRID, 2)
     skin.press(np.ones((2, 25, 20), np.float32), np.array([0.01, 0.02]))
