@@ -10,7 +10,9 @@ import os
 import re
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from suites import labelled
@@ -52,8 +54,9 @@ def environment(shim, layer_folder, layers):
 
 
 def cases(program, variables, *filters):
-    """Runs test cases; returns what the matrix says of them, and the output where one failed."""
-    done = subprocess.run([program, "--no-skip", *filters], env=variables, capture_output=True, text=True)
+    """Runs test cases in a folder of their own; returns what the matrix says of them, and the output where one failed."""
+    with TemporaryDirectory() as folder:
+        done = subprocess.run([program, "--no-skip", *filters], env=variables, cwd=folder, capture_output=True, text=True)
     found = re.search(r"test cases: +(\d+) \| +(\d+) passed \| +(\d+) failed", done.stdout)
     if found and found[1] == "0" and CLAIMS in filters:
         return "-", ""
@@ -73,6 +76,33 @@ def suite(program, variables, name, shim, whole):
     return cases(program, variables, *filters)
 
 
+def row_of(options, shim, suites):
+    """Runs the command's self-test and suites on a device; returns its line of the matrix, and what failed."""
+    failures = []
+    checked = subprocess.run([options.command, "check"], env=environment(shim, options.layers, LAYER),
+                             capture_output=True, text=True)
+    text = checked.stdout + checked.stderr
+    verdict = VERDICTS.get(shim, "differ; exact\n")
+    if verdict not in text or f", {shim}" not in text:
+        failures.append(f"{shim}: dermis check should say {verdict!r}:\n{text}")
+    line = f"{shim:<14} {({'few_buffers': 'refused', 'contracting': 'not exact'}).get(shim, 'exact'):<10}"
+    kind = shim.split("=")[0]
+    own = kind in ("noncoherent", "split", "alignment", "least", "few_buffers", "contracting")
+    for name in ["shims", *(suites if shim != "few_buffers" else [])]:
+        variables = environment(shim, options.layers, LAYER if name in COUNTS_ALLOCATIONS else LAYERS)
+        if name == "shims" and not own:
+            line += f"{'':>12}"
+            continue
+        if name == "shims":
+            passed, output = cases(options.tests, variables, "--source-file=*/shims_test.cpp", f"--test-case={kind}:*")
+        else:
+            passed, output = suite(options.tests, variables, name, shim, options.all)
+        line += f"{passed:>12}"
+        if output:
+            failures.append(f"{shim}, {name}:\n{output[-6000:]}")
+    return line, failures
+
+
 def main():
     parser = argparse.ArgumentParser()
     for name in ("--tests", "--command", "--layers"):
@@ -80,35 +110,16 @@ def main():
     parser.add_argument("--all", action="store_true")
     parser.add_argument("--only")
     options = parser.parse_args()
-    options.layers = options.layers.resolve()  # the command's tests run it in folders of their own
-    suites = labelled(options.tests.resolve().parents[1], "device") if options.all else list(QUICK)
+    for name in ("tests", "command", "layers"):
+        setattr(options, name, getattr(options, name).resolve())
+    suites = labelled(options.tests.parents[1], "device") if options.all else list(QUICK)
     shims = [options.only] if options.only else SHIMS if options.all else QUICK_SHIMS
     print(f"{'':<14} {'self-test':<10}" + "".join(f"{name:>12}" for name in ["shims", *suites]), flush=True)
     failures = []
-    for shim in shims:
-        checked = subprocess.run([options.command, "check"], env=environment(shim, options.layers, LAYER),
-                                 capture_output=True, text=True)
-        text = checked.stdout + checked.stderr
-        verdict = VERDICTS.get(shim, "differ; exact\n")
-        if verdict not in text or f", {shim}" not in text:
-            failures.append(f"{shim}: dermis check should say {verdict!r}:\n{text}")
-        row = {"few_buffers": "refused", "contracting": "not exact"}.get(shim, "exact")
-        line = f"{shim:<14} {row:<10}"
-        kind = shim.split("=")[0]
-        own = kind in ("noncoherent", "split", "alignment", "least", "few_buffers", "contracting")
-        for name in ["shims", *(suites if shim != "few_buffers" else [])]:
-            variables = environment(shim, options.layers, LAYER if name in COUNTS_ALLOCATIONS else LAYERS)
-            if name == "shims" and not own:
-                line += f"{'':>12}"
-                continue
-            if name == "shims":
-                passed, output = cases(options.tests, variables, "--source-file=*/shims_test.cpp", f"--test-case={kind}:*")
-            else:
-                passed, output = suite(options.tests, variables, name, shim, options.all)
-            line += f"{passed:>12}"
-            if output:
-                failures.append(f"{shim}, {name}:\n{output[-6000:]}")
-        print(line, flush=True)
+    with ThreadPoolExecutor(os.cpu_count() if options.all else 1) as pool:
+        for line, failed in pool.map(lambda shim: row_of(options, shim, suites), shims):
+            print(line, flush=True)
+            failures += failed
     for failure in failures:
         print(failure)
     sys.exit(bool(failures))
