@@ -204,9 +204,16 @@ DERMIS_API dermis_status dermis_skin_create(const dermis_device* device, const d
 DERMIS_API dermis_status dermis_skin_press(dermis_skin* skin, const float* pressure, size_t cells, const double* dt,
                                            size_t steps, const dermis_pads* pads);
 // The same as `count` presses of dt seconds each, to the bit; the responses of the last frame alone are computed.
-// frames: one after another, each of `cells` numbers as above. count: >= 1. All frames are checked before one is pressed.
+// frames: one after another, each of `cells` numbers as above. count: >= 1. All frames are checked before one is
+// pressed.
 DERMIS_API dermis_status dermis_skin_press_frames(dermis_skin* skin, const float* frames, size_t count, size_t cells,
                                                   double dt, const dermis_pads* pads);
+// The cells of a pad whose pressure the skin needs, y*width + x, ascending: with sites those that the sites and their
+// stencils read, otherwise all. The memory stays the same until the skin is destroyed.
+DERMIS_API dermis_status dermis_skin_get_cells(dermis_skin* skin, const int32_t** cells, size_t* count);
+// The same as dermis_skin_press, to the bit, with the pressures of these cells alone: `numbers` for all pads pressed.
+DERMIS_API dermis_status dermis_skin_press_cells(dermis_skin* skin, const float* pressure, size_t numbers, double dt,
+                                                 const dermis_pads* pads);
 // The response sa1, sa2, fa1 or fa2 at the end of each pad's last press, 0 before the first: pad by pad from 0 on,
 // width*height floats, row 0 first, or, if the scene has sites, one per site of that class in the order given. count:
 // the floats of all pads. Strain, indentation (m) and curvature (1/m) are computed from the state by this call, for

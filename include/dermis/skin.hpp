@@ -68,6 +68,12 @@ class DERMIS_API Skin {
     // response: those of the last frame alone are computed. frames: one after another, each of `cells` numbers as
     // press() takes them. count: >= 1. All frames are checked before any of them is pressed.
     void press_frames(const float* frames, size_t count, size_t cells, double dt, const Pads& = {});
+    // The cells of a pad whose pressure the skin needs, y*width + x, ascending: those that the description's sites and
+    // their stencils read, or without sites all cells.
+    std::vector<int> cells() const;
+    // The same as press(), to the bit, with the pressures of cells() alone: `numbers` floats, cells().size() for each pad
+    // that is pressed. It takes time for these cells, not for the grid.
+    void press_cells(const float* pressure, size_t numbers, double dt, const Pads& = {});
 
     // The response sa1, sa2, fa1 or fa2 at the end of each pad's last press; 0 before the first. data, pad by pad from
     // 0 on: width*height floats, row 0 first, or, if the description has sites, one per site of that class in the order

@@ -252,6 +252,49 @@ TEST_CASE("several frames pressed at once give the bits of as many presses") {
         }
 }
 
+TEST_CASE("the pressures of the cells that sites read give the bits of whole frames") {
+    const Validated vulkan;
+    for (const auto& [width, height, sites, pads] :
+         {std::tuple{40, 30, 6, 3}, {12, 10, 30, 3}, {130, 20, 5, 1}, {397, 401, 9000, 1}})
+        for (const Device& device : {Device::cpu(1), Device::cpu(3), vulkan.device()}) {
+            CAPTURE(width);
+            CAPTURE(device.info().name);
+            if (device.info().vulkan && width > 200) continue; // the same path as small ones
+            SkinDescription d = ridged(width, height);
+            for (int i = 0; i < sites; ++i) d.sites.push_back({Quantity(1 + i % 4), {i * 7 % width, i * 5 % height}});
+            SkinOptions options;
+            options.count = pads;
+            Skin whole(device, d, options), listed(device, d, options);
+            const std::vector<int> cells = listed.cells();
+            CHECK((std::ranges::is_sorted(cells) && cells.size() < size_t(width * height)));
+            for (int n = 0; n < 4; ++n) {
+                const std::vector<int> some = pads > 1 && n % 2 ? std::vector<int>{2, 0} : std::vector<int>{0};
+                std::vector<float> frames, pressures;
+                for (size_t i = 0; i < some.size(); ++i) {
+                    const std::vector<float> own = frame(d, 3 * n + int(i));
+                    frames.insert(frames.end(), own.begin(), own.end());
+                    for (int cell : cells) pressures.push_back(own[size_t(cell)]);
+                }
+                whole.press(frames, 0.01, some);
+                listed.press_cells(pressures.data(), pressures.size(), 0.01, some);
+                for (Quantity q : all_responses) CHECK(same(copy(listed.response(q)), copy(whole.response(q))));
+                pressures.back() = NAN;
+                const int last = cells.back();
+                const std::string cell = std::to_string(last % width) + ", " + std::to_string(last / width);
+                CHECK(refusal(Error::Code::bad_input, [&] {
+                          listed.press_cells(pressures.data(), pressures.size(), 0.01, some);
+                      }).find("pressure = nan in cell [" + cell + "]") == 0);
+                CHECK(refusal(Error::Code::bad_input, [&] {
+                          listed.press_cells(pressures.data(), pressures.size() - 1, 0.01, some);
+                      }).find(std::to_string(cells.size()) + ", as cells() lists them") != std::string::npos);
+            }
+        }
+    Skin fields(Device::cpu(1), ridged(5, 4));
+    CHECK(fields.cells().size() == 20);
+    fields.press_cells(frame(ridged(5, 4), 1).data(), 20, 0.01);
+    CHECK(fields.response(Quantity::sa1)[7] != 0);
+}
+
 TEST_CASE("a pause keeps the state; after a reset a skin answers as a new one") {
     const Validated vulkan;
     const SkinDescription d = ridged(33, 12);

@@ -34,6 +34,16 @@ class PadStream : public plan::Stream {
         return job.finite;
     }
 
+    bool take_cells(const plan::PadList& pads, const float* pressures, const std::vector<size_t>& cells,
+                    size_t frame) override {
+        if (!lists()) return Stream::take_cells(pads, pressures, cells, frame);
+        Job job{.self = *this, .pads = pads, .pressures = pressures};
+        run(job, [](Job& j, int, size_t first, size_t last) {
+            for (size_t i = first; i < last; ++i) j.self.take_listed(j, i);
+        });
+        return job.finite;
+    }
+
     const double* press(const plan::PadList& pads, const plan::StepLengths& dt, bool answers) override {
         const DefaultFloats guard;
         if (const double* refused = tables_.fill(pads, dt)) return refused;
@@ -164,6 +174,20 @@ class PadStream : public plan::Stream {
             job.finite = false;
         for (int k = 0; k < int(n); ++k) list(pad + k, 1 - p.from);
         return n;
+    }
+
+    // Takes the pressures of a pad's listed cells, at place i of a list.
+    void take_listed(Job& job, size_t i) {
+        const std::vector<size_t>& cells = pads_.read_cells();
+        const int pad = job.pads[i];
+        const float* pressure = job.pressures + i * cells.size();
+        Pad& p = pad_[size_t(pad)];
+        p.stays_at_rest = p.rests && plan::all_bits_zero(pressure, cells.size());
+        if (p.stays_at_rest) return;
+        if (!plan::all_finite(pressure, cells.size())) job.finite = false;
+        std::copy_n(pressure, cells.size(), pressure_of(pad, 1 - p.from));
+        float* whole = frame_of(pad, 1 - p.from); // a saved state has whole frames
+        for (size_t k = 0; k < cells.size(); ++k) whole[cells[k]] = pressure[k];
     }
 
     // Presses pads of a list, from place i on. Returns how many.

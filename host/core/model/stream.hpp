@@ -5,6 +5,7 @@
 #include "host/core/model/streamed_skin.hpp"
 
 #include <memory>
+#include <vector>
 
 namespace dermis::plan {
 
@@ -16,6 +17,15 @@ class Stream {
     // Copies the next pressures of these pads, Pa, width*height numbers for each pad. Returns false if a number is not
     // finite; other pressures must then be taken before the next press.
     virtual bool take(const PadList&, const float* pressures) = 0;
+    // The same with the pressures of some cells alone, which are all that the sites read. cells: of a frame of so many
+    // cells, ascending.
+    virtual bool take_cells(const PadList& pads, const float* pressures, const std::vector<size_t>& cells,
+                            size_t frame) {
+        frames_.assign(pads.count * frame, 0);
+        for (size_t i = 0; i < pads.count; ++i)
+            for (size_t cell : cells) frames_[i * frame + cell] = *pressures++;
+        return take(pads, frames_.data());
+    }
     // Steps the same pads. Pressures run linearly from the pressures of the previous press to the pressures that were
     // taken. Returns null. If a coefficient of a step does not fit a float, it changes nothing and returns a pointer to
     // that step. answers: otherwise responses need not be computed, because other presses follow.
@@ -42,6 +52,9 @@ class Stream {
     virtual void set_elements(const PadList&, const std::vector<Element>&) = 0;
     // Returns whether a test of these very kernels gives the CPU path's bits.
     virtual bool exact() { return true; }
+
+  private:
+    std::vector<float> frames_; // of take_cells()
 };
 
 class Backend {

@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace dermis {
 
@@ -24,6 +25,7 @@ struct Skin::Impl {
           tau(tau_range(skin.skin.materials)), description(skin.skin.description), materials(options.materials),
           pressed(count), stream(backend.stream(skin)) {
         for (const Site& site : description.sites) ++sites_of[size_t(site.type)];
+        if (!fields) read = plan::SiteCells(skin.skin, {skin.skin.whole()}, plan::cells_of(description.sites)).cells;
         if (description.surface.kind == Surface::Kind::map) {
             gain_at_rest = gain_of(skin.skin);
             if (fields) rest_curvature = rest_curvature_of(skin.skin);
@@ -70,6 +72,7 @@ struct Skin::Impl {
     }
 
     const size_t width, height, count; // count: of pads
+    std::vector<size_t> read;          // the cells that sites read; empty without sites
     const bool fields, uniform;        // uniform: a pad's cells have the same elements
     const plan::Wanted wanted;
     const plan::Chain chain;
@@ -92,12 +95,15 @@ struct Skin::Impl {
     size_t cells() const { return width * height; }
     plan::PadList list_of(const Pads&);
     // Throws Error::bad_input for a step, or a number of pressures, that no press takes.
-    void need_press(size_t numbers, const plan::StepLengths&, const plan::PadList&) const;
+    void need_press(size_t numbers, const plan::StepLengths&, const plan::PadList&, size_t cells_of_pad) const;
     void press(const float* pressure, size_t numbers, const plan::StepLengths&, const plan::PadList&);
     void press_frames(const float* frames, size_t count, size_t numbers, double dt, const plan::PadList&);
     std::vector<float> strain_of(int pad) const;
     const std::vector<float>& tell(Quantity);
-    [[noreturn]] void refuse_pressure(const float* pressure, const plan::PadList&, size_t frames = 1) const;
+    void press_cells(const float* pressure, size_t numbers, double dt, const plan::PadList&);
+    // cells: those whose pressures are given; empty: all.
+    [[noreturn]] void refuse_pressure(const float* pressure, const plan::PadList&, size_t frames = 1,
+                                      const std::vector<size_t>& cells = {}) const;
     const Material& material_of(int pad) const {
         return materials.empty() ? description.material : materials[size_t(pad)];
     }
@@ -121,36 +127,47 @@ plan::PadList Skin::Impl::list_of(const Pads& pads) {
     return {.ids = pads.numbers, .count = pads.count};
 }
 
-void Skin::Impl::need_press(size_t numbers, const plan::StepLengths& dt, const plan::PadList& pads) const {
+void Skin::Impl::need_press(size_t numbers, const plan::StepLengths& dt, const plan::PadList& pads,
+                            size_t cells_of_pad) const {
     // Only on failure: need_not_negative() builds its message first, which allocates.
     for (size_t i = 0; i < (dt.each ? pads.count : 1); ++i)
         if (!finite(dt[i]) || dt[i] < 0) scene::need_not_negative("dt", dt[i]);
-    if (numbers != pads.count * cells())
+    if (numbers != pads.count * cells_of_pad)
         scene::refuse("pressure", std::to_string(numbers) + " cells",
                       (count > 1 ? std::to_string(pads.count) + " pads of " : "") +
-                          "width*height = " + std::to_string(cells()) + ", row 0 first");
+                          (cells_of_pad == cells() ? "width*height = " + std::to_string(cells()) + ", row 0 first"
+                                                   : std::to_string(cells_of_pad) + ", as cells() lists them"));
 }
 
 void Skin::Impl::press(const float* pressure, size_t numbers, const plan::StepLengths& dt, const plan::PadList& pads) {
-    need_press(numbers, dt, pads);
+    need_press(numbers, dt, pads, cells());
     if (!stream->take(pads, pressure)) refuse_pressure(pressure, pads);
     if (const double* refused = stream->press(pads, dt)) refuse_step(*refused);
 }
 
 void Skin::Impl::press_frames(const float* frames, size_t count, size_t numbers, double dt, const plan::PadList& pads) {
-    need_press(numbers, {&dt}, pads);
+    need_press(numbers, {&dt}, pads, cells());
     scene::need(count > 0, "count", count, "at least 1 frame");
     if (!stream->finite(frames, count * numbers)) refuse_pressure(frames, pads, count);
     if (stream->press_frames(pads, frames, count, numbers, {&dt})) refuse_step(dt);
 }
 
+void Skin::Impl::press_cells(const float* pressure, size_t numbers, double dt, const plan::PadList& pads) {
+    if (fields) return press(pressure, numbers, {&dt}, pads);
+    need_press(numbers, {&dt}, pads, read.size());
+    if (!stream->take_cells(pads, pressure, read, cells())) refuse_pressure(pressure, pads, 1, read);
+    if (stream->press(pads, {&dt})) refuse_step(dt);
+}
+
 // Throws Error::bad_input naming the first cell that is not finite, or none if another thread has changed it since.
-void Skin::Impl::refuse_pressure(const float* pressure, const plan::PadList& pads, size_t frames) const {
+void Skin::Impl::refuse_pressure(const float* pressure, const plan::PadList& pads, size_t frames,
+                                 const std::vector<size_t>& listed) const {
     for (size_t k = 0; k < frames * pads.count; ++k)
-        for (size_t i = 0; i < cells(); ++i, ++pressure)
+        for (size_t i = 0, n = listed.empty() ? cells() : listed.size(); i < n; ++i, ++pressure)
             if (!finite(double(*pressure)))
                 scene::refuse("pressure",
-                              shortest(double(*pressure)) + " in cell " + scene::cell_text(i, int(width)) +
+                              shortest(double(*pressure)) + " in cell " +
+                                  scene::cell_text(listed.empty() ? i : listed[i], int(width)) +
                                   (count > 1 ? " of pad " + std::to_string(pads[k % pads.count]) : "") +
                                   (frames > 1 ? " of frame " + std::to_string(k / pads.count) : ""),
                               "finite numbers");
@@ -230,6 +247,22 @@ Skin::Response Skin::response(Quantity q) const try {
 
 void Skin::press_frames(const float* frames, size_t count, size_t cells, double dt, const Pads& pads) try {
     impl_->press_frames(frames, count, cells, dt, impl_->list_of(pads));
+} catch (const std::bad_alloc&) {
+    scene::out_of_memory([&] { return impl_->needs; });
+}
+
+std::vector<int> Skin::cells() const try {
+    std::vector<int> all(impl_->read.begin(), impl_->read.end());
+    if (!impl_->fields) return all;
+    all.resize(impl_->cells());
+    std::iota(all.begin(), all.end(), 0);
+    return all;
+} catch (const std::bad_alloc&) {
+    scene::out_of_memory([&] { return impl_->needs; });
+}
+
+void Skin::press_cells(const float* pressure, size_t numbers, double dt, const Pads& pads) try {
+    impl_->press_cells(pressure, numbers, dt, impl_->list_of(pads));
 } catch (const std::bad_alloc&) {
     scene::out_of_memory([&] { return impl_->needs; });
 }

@@ -26,6 +26,7 @@ struct dermis_result {
 
 struct dermis_skin {
     dermis::Skin skin;
+    std::vector<int32_t> cells{}; // of dermis_skin_get_cells(), once it was called
 };
 
 namespace dermis::c {

@@ -85,6 +85,26 @@ dermis_status dermis_skin_press_frames(dermis_skin* skin, const float* frames, s
     });
 }
 
+dermis_status dermis_skin_get_cells(dermis_skin* skin, const int32_t** cells, size_t* count) {
+    return guarded([&] {
+        need_output(cells, "cells");
+        need_output(count, "count");
+        need_pointer(skin, "skin");
+        if (skin->cells.empty()) skin->cells = skin->skin.cells();
+        *cells = skin->cells.data();
+        *count = skin->cells.size();
+    });
+}
+
+dermis_status dermis_skin_press_cells(dermis_skin* skin, const float* pressure, size_t numbers, double dt,
+                                      const dermis_pads* pads) {
+    return guarded([&] {
+        need_pointer(skin, "skin");
+        if (numbers > 0) need_pointer(pressure, "pressure");
+        skin->skin.press_cells(pressure, numbers, dt, pads_of(pads));
+    });
+}
+
 dermis_status dermis_skin_get_response(const dermis_skin* skin, dermis_quantity quantity, const float** values,
                                        size_t* count) {
     return guarded([&] {

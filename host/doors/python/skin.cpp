@@ -212,6 +212,17 @@ void press_frames(SkinWithShapes& s, nb::handle pressure, nb::handle dt, nb::han
     for (const auto& [response, to] : outputs) std::copy_n(response.data, response.size, to.data());
 }
 
+void press_cells(SkinWithShapes& s, nb::handle pressure, nb::handle dt, nb::handle pads) {
+    double step = 0;
+    if (!nb::try_cast(dt, step)) scene::refuse("dt", description_of(dt), "seconds");
+    const PadNumbers numbers(pads, s.skin->count());
+    const std::optional<AnyArray> array = array_in(pressure);
+    if (!array || array->dtype() != nb::dtype<float>() || !is_dense(*array))
+        scene::refuse("pressure", description_of(pressure), "float32 array in C order, a number for each of cells");
+    const Computing computing(s.in_use.get());
+    s.skin->press_cells(static_cast<const float*>(array->data()), array->size(), step, numbers.pads());
+}
+
 View<float> response(nb::handle_t<SkinWithShapes> self, nb::handle named) {
     const SkinWithShapes& s = nb::cast<const SkinWithShapes&>(self);
     std::vector<Quantity> these = responses_of(s);
@@ -414,6 +425,13 @@ void bind_skin(nb::module_& m) {
              "Press the skin with several frames, pressure[0], pressure[1] .., of dt seconds each.\n\n"
              "The same as a press of each, to the bit, in less time: only the responses of the last one are computed.\n"
              "All frames are checked before one is pressed. pads and out: as in press.")
+        .def("press_cells", press_cells, nb::arg("pressure").none() = nb::none(), nb::arg("dt").none() = nb::none(),
+             nb::arg("pads").none() = nb::none(),
+             "Press the skin with the pressures of cells alone, float32, for each pad that is pressed.\n\n"
+             "The same as press, to the bit, in a time that depends on these cells and not on the grid.")
+        .def_prop_ro(
+            "cells", [](const SkinWithShapes& s) { return s.skin->cells(); },
+            "The cells whose pressure the skin needs, y*width + x: with sites those that they read, else all.")
         .def("__getitem__", response, nb::sig("def __getitem__(self, response: str) -> NDArray[numpy.float32]"),
              nb::arg("response"),
              "The response \"sa1\", \"sa2\", \"fa1\" or \"fa2\" at the end of each pad's last press, 0 before the "

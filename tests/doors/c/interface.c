@@ -345,6 +345,7 @@ static void batches(int device) {
     const double dt[] = {0.01, 0.02, 0.03}, bad_dt[] = {0.01, -1};
     float pressure[3 * CELLS], first[3 * CELLS];
     const float *sa1 = NULL, *strain = NULL;
+    const int32_t* cells = NULL;
     size_t count = 0, all = 0, some = 0;
     void* state;
     dermis_report report = {.size = sizeof report};
@@ -365,6 +366,11 @@ static void batches(int device) {
     CHECK(dermis_skin_load(skin, state, some, &two) == DERMIS_OK);
     CHECK(dermis_skin_press_frames(skin, pressure, 1, 2 * CELLS, dt[0], &two) == DERMIS_OK);
     CHECK(memcmp(first, sa1, sizeof first) == 0); /* a press is a press of one frame */
+    CHECK(dermis_skin_get_cells(skin, &cells, &count) == DERMIS_OK && count == CELLS && cells[CELLS - 1] == CELLS - 1);
+    CHECK(dermis_skin_load(skin, state, some, &two) == DERMIS_OK);
+    CHECK(dermis_skin_press_cells(skin, pressure, 2 * count, dt[0], &two) == DERMIS_OK);
+    CHECK(memcmp(first, sa1, sizeof first) == 0); /* without sites all cells are listed */
+    REFUSED(dermis_skin_press_cells(skin, pressure, count, dt[0], &two), "pressure = 12 cells; allowed: 2 pads of");
 
     /* every refusal leaves the skin as it was, and an empty list changes nothing */
     REFUSED(dermis_skin_press(skin, pressure, 3 * CELLS, dt, 1, &two), "pressure = 36 cells; allowed: 2 pads of");

@@ -111,6 +111,22 @@ def test_frames_pressed_at_once_give_the_bits_of_presses():
     assert "inf in cell [4, 2] of pad 1 of frame 3" in str(refused(at_once.press_frames, frames, 0.01))
 
 
+def test_the_cells_that_sites_read_are_enough():
+    sites = GRID | {"sites": [("sa1", 3, 4), ("fa1", 9, 20)]}
+    whole, listed = skin_of(sites, 2), skin_of(sites, 2)
+    cells = np.array(listed.cells)
+    frames = np.random.default_rng(4).random((3, 2, 25, 20), np.float32)
+    for frame in frames:
+        whole.press(frame, 0.01)
+        listed.press_cells(np.ascontiguousarray(frame.reshape(2, 500)[:, cells]), 0.01)
+    assert len(cells) == 10 and whole["fa1"].any()
+    for name in ("sa1", "fa1"):
+        assert whole[name].tobytes() == listed[name].tobytes()
+    assert refused(listed.press_cells, frames[0], 0.01).parameter == "pressure"
+    assert refused(listed.press_cells, [1.0], 0.01).parameter == "pressure"
+    assert refused(listed.press_cells, np.ones(20, np.float32), None).parameter == "dt"
+
+
 def test_each_pad_has_a_step_of_its_own():
     skin = skin_of(GRID, 2)
     skin.press(np.ones((2, 25, 20), np.float32), np.array([0.01, 0.02]))
