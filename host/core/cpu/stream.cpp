@@ -33,6 +33,7 @@ struct FramePress::Impl {
         f32::Constants silent = constants;
         silent.respond = 0;
         std::array<int, together> changed;
+        presses.clear(); // a call that ran out of memory has left some
         for (size_t i = 0; i < count; ++i) {
             const float* to = frames + i * streamed.skin.padded_cells();
             presses.push_back({.constants = answers && i + 1 == count ? constants : silent,
@@ -42,9 +43,9 @@ struct FramePress::Impl {
                                .rest_curvature = rest.data(),
                                .response = std::to_array(response),
                                .response_pitch = response_pitch});
-            const bool answer_next =
-                answers && i + 2 == count; // alone: steps that do not answer need no rows beside a band
-            if (presses.size() < together && i + 1 < count && !answer_next) continue;
+            // The one that answers is taken alone: the steps before it then need no rows beside a band.
+            const bool full = presses.size() == together || (answers && i + 2 == count);
+            if (!full && i + 1 < count) continue;
             cells.press(presses, changed);
             presses.clear();
         }
