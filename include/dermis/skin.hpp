@@ -71,8 +71,8 @@ class DERMIS_API Skin {
     // The cells of a pad whose pressure the skin needs, y*width + x, ascending: those that the description's sites and
     // their stencils read, or without sites all cells.
     std::vector<int> cells() const;
-    // The same as press(), to the bit, with the pressures of cells() alone: `numbers` floats, cells().size() for each pad
-    // that is pressed. It takes time for these cells, not for the grid.
+    // The same as press(), to the bit, with the pressures of cells() alone: `numbers` floats, cells().size() for each
+    // pad that is pressed. It takes time for these cells, not for the grid.
     void press_cells(const float* pressure, size_t numbers, double dt, const Pads& = {});
 
     // The response sa1, sa2, fa1 or fa2 at the end of each pad's last press; 0 before the first. data, pad by pad from
@@ -96,9 +96,9 @@ class DERMIS_API Skin {
     // The state: strains, integrals and the pressure from which the next press starts, in native byte order. The bytes
     // are the same on the CPU and on Vulkan. Any skin can load them that has the same grid, sites, number of elements
     // and precision, and gives SA2 and FA2 exactly where the saved one did, into the same number of pads; its next
-    // presses then give the same bits. load() also takes states of version 2, which builds before 0.2.0 saved. Until the next press, responses
-    // stay what they were. save() and load() throw Error::bad_input, which names the first difference, and change
-    // nothing; Error::device.
+    // presses then give the same bits. load() also takes states of version 2, which builds before 0.2.0 saved. Until
+    // the next press, responses stay what they were. save() and load() throw Error::bad_input, which names the first
+    // difference, and change nothing; Error::device.
     size_t state_bytes(const Pads& = {}) const;
     void save(void* state, size_t bytes, const Pads& = {}) const;
     void load(const void* state, size_t bytes, const Pads& = {});
