@@ -9,7 +9,7 @@ namespace dermis::cpu {
 
 namespace {
 
-// Pads are pressed together up to so many cells, whose strain and signals then stay in the first-level cache.
+// The most cells of pads that are pressed together: their strain and signals fit into the first-level cache.
 constexpr size_t cells_together = 1024;
 
 size_t padded(size_t cells) { return (cells + PITCH_CELLS - 1) / PITCH_CELLS * PITCH_CELLS; }

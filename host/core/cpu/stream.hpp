@@ -20,7 +20,8 @@ class FramePress {
                size_t response_pitch);
     // The same where rows are a pitch apart.
     bool press(double dt, const float* from, const float* to, float* const (&response)[RESPONSE_MAPS]);
-    // As presses of `count` frames, maps one after another in memory. answers: the last press writes the responses.
+    // Presses with each of `count` frames, maps that stand one after another. answers: whether the last press writes
+    // the responses; the presses before it write none.
     bool press_frames(double dt, const float* from, const float* frames, size_t count, bool answers,
                       float* const (&response)[RESPONSE_MAPS], size_t response_pitch);
     void reset(); // to a skin at rest

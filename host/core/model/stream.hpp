@@ -32,7 +32,8 @@ class Stream {
     virtual const double* press(const PadList&, const StepLengths&, bool answers = true) = 0;
     // Whether all numbers are finite.
     virtual bool finite(const float* numbers, size_t count) { return all_finite(numbers, count); }
-    // As take() and press() of `count` frames of so many numbers, all finite; only the last one answers.
+    // Does take() and press() with each of `count` frames. Only the last press answers. frames: one after another, each
+    // of `numbers` finite numbers.
     virtual const double* press_frames(const PadList& pads, const float* frames, size_t count, size_t numbers,
                                        const StepLengths& dt) {
         for (size_t i = 0; i < count; ++i) {

@@ -91,13 +91,14 @@ template <class K> struct RowSteps {
     real* signal[STEP_SIGNALS][3] = {};              // the signals of row y, in [y % 3], from column 0 on
 };
 
-// Arguments of the responses of small grids, pads, each of which is one row of `cells` cells without a gap between the
-// rows of its grid. A stencil has eight neighbours: the far low, low, high and far high one along a row, then across
-// rows. Neighbour n of an inner cell is always equally far away; bit 2*n + i of `edge` says that neighbour n of a cell
-// is edge_distance[n][i] away. All pads share `edge`, the weights and the rest curvature.
+// Arguments of Isa::respond_pads. A pad is a small grid; its rows stand one after another without a gap, `cells`
+// numbers in all. A cell has eight neighbours: the far low, low, high and far high one along its row, then across rows.
+// Each is as far away as the stencil says, unless it would be beyond an edge of the grid: if bit 2*n + i of a cell's
+// number in `edge` is set, its neighbour n is edge_distance[n][i] cells away. All pads share `edge`, the weights and
+// the rest curvature.
 struct PadResponses {
     int pads, cells, width, stencil;
-    bool mirrored; // five-point stencil: each neighbour beyond an edge is the cell itself
+    bool mirrored; // with the five-point stencil, a neighbour beyond an edge is the cell itself
     int edge_distance[8][2];
     const int* edge;        // of each cell
     const float* weight[6]; // of the published stencil: w_low, w_high and w along a row, then across rows
