@@ -103,7 +103,11 @@ std::function<void(double)> Computing::progress(nb::handle progress) {
     };
 }
 
+// Whether an array has a mask, which a view of its numbers would lose.
+bool is_masked(nb::handle argument) { return nb::hasattr(argument, "mask") && nb::hasattr(argument, "filled"); }
+
 nb::object readable(nb::handle argument) {
+    if (is_masked(argument)) return nb::none();
     const bool has_dlpack = nb::hasattr(argument, "__dlpack__"), has_buffer = PyObject_CheckBuffer(argument.ptr());
     if (has_dlpack)
         if (nb::object capsule = capsule_of(argument); PyCapsule_CheckExact(capsule.ptr())) return capsule;
@@ -114,12 +118,9 @@ nb::object readable(nb::handle argument) {
     return nb::none();
 }
 
-// Whether an array has a mask, which a view of its numbers would lose.
-bool is_masked(nb::handle argument) { return nb::hasattr(argument, "mask") && nb::hasattr(argument, "filled"); }
-
 std::optional<AnyArray> array_in(nb::handle argument) {
     AnyArray array;
-    if (is_masked(argument) || !nb::try_cast(readable(argument), array, false)) return {};
+    if (!nb::try_cast(readable(argument), array, false)) return {};
     return array;
 }
 
@@ -139,8 +140,8 @@ bool is_elsewhere(nb::handle argument) {
 }
 
 std::string description_of(nb::handle argument) {
-    if (is_elsewhere(argument)) return "an array on another device, which .cpu() or its like copies,";
-    if (is_masked(argument)) return "masked array, whose .filled(..) has no mask,";
+    if (is_elsewhere(argument)) return "array on another device (.cpu() or its like copies it)";
+    if (is_masked(argument)) return "masked array (.filled(..) has no mask)";
     nb::ndarray<nb::ro> array;
     if (!nb::try_cast(readable(argument), array, false)) {
         const nb::str text = nb::repr(argument);

@@ -282,7 +282,7 @@ void reset(SkinWithShapes& s, nb::handle pads) {
 void take(SkinWithShapes& s, const Material& material, const Pads& pads) {
     s.skin->set_material(material, pads);
     std::vector<Material>& materials = s.options.materials;
-    if (materials.empty()) scene::take_elements(s.scene.material, material);
+    if (materials.empty()) return scene::take_elements(s.scene.material, material);
     for (size_t i = 0; i < (pads.all ? materials.size() : pads.count); ++i)
         materials[size_t(pads.all ? int(i) : pads.numbers[i])] = material;
 }
@@ -318,7 +318,15 @@ void set_materials(SkinWithShapes& s, const Rows& rows, int elements, bool sprin
     const PadNumbers numbers(pads, s.skin->count());
     const Pads named = numbers.pads();
     const Computing computing(s.in_use.get());
-    const std::vector<Material> before = s.options.materials;
+    s.skin->state_bytes(named); // refuses a list with a pad twice, or one that the skin does not have
+    const size_t count = named.all ? size_t(s.skin->count()) : named.count,
+                 columns = 2 * size_t(std::max(elements, 1)) + size_t(spring) + size_t(dashpot);
+    if (elements < 0 || rows.shape(0) != count || rows.shape(1) != columns)
+        scene::refuse("material", "numbers of shape " + shape_text({rows.shape(0), rows.shape(1)}),
+                      shape_text({count, columns}) + ": a row for each pad");
+    const std::vector<Material> before = s.options.materials.empty()
+                                             ? std::vector<Material>(size_t(s.skin->count()), s.scene.material)
+                                             : s.options.materials;
     size_t done = 0;
     const auto pad = [&](size_t i) { return named.all ? int(i) : named.numbers[i]; };
     try {
@@ -341,15 +349,14 @@ Report report_of(const SkinWithShapes& s, int pad) {
 }
 
 void make_on(SkinWithShapes* self, const SharedDevice& on, const std::vector<int>& leading, const Scene& scene,
-             const SkinOptions& options) {
+             const SkinOptions& options, const std::string& state = {}) {
     const std::shared_ptr<std::mutex> in_use = on.in_use ? on.in_use : std::make_shared<std::mutex>();
     const Computing computing(in_use.get());
-    new (self) SkinWithShapes{.in_use = in_use,
-                              .device = on,
-                              .leading = leading,
-                              .scene = scene,
-                              .options = options,
-                              .skin = Skin(on.device, scene, options)};
+    Skin skin(on.device, scene, options);
+    if (!state.empty()) skin.load(state.data(), state.size());
+    new (self) SkinWithShapes{// last: what is thrown after it would leave an object that nobody destroys
+                              .in_use = in_use, .device = on,       .leading = leading,
+                              .scene = scene,   .options = options, .skin = std::move(skin)};
 }
 
 void make(SkinWithShapes* self, const Scene& scene, const Sequence<int>& axes, nb::handle device,
@@ -399,9 +406,7 @@ void make_from_state(SkinWithShapes& self, const nb::bytes& bytes) {
     Scene scene;
     SkinOptions options;
     reader(which, threads, leading, scene, options, state);
-    make_on(&self, device_opened(which, threads), leading, scene, options);
-    const Computing computing(self.in_use.get());
-    self.skin->load(state.data(), state.size());
+    make_on(&self, device_opened(which, threads), leading, scene, options, state);
 }
 
 } // namespace

@@ -127,6 +127,36 @@ def test_the_cells_that_sites_read_are_enough():
     assert refused(listed.press_cells, np.ones(20, np.float32), None).parameter == "dt"
 
 
+MATERIAL = {"modulus": 2.0, "viscosity": 1.0}
+
+
+@pytest.mark.parametrize("pads", [None, [0, 1], np.array([True, True])])
+def test_a_list_of_all_pads_may_get_another_material_where_pads_have_none_of_their_own(pads):
+    skin, other = skin_of(GRID, 2), skin_of(GRID | {"material": MATERIAL}, 2)
+    skin.set_material(MATERIAL, pads)
+    for s in (skin, other):
+        s.press(np.ones((2, 25, 20), np.float32), 0.01)
+    assert skin["sa1"].tobytes() == other["sa1"].tobytes()
+    assert refused(skin.set_material, {"modulus": np.full(2, 2.0), "viscosity": 1.0}, pads).parameter == "pads"
+    one, other = skin_of(GRID), skin_of(GRID | {"material": MATERIAL})
+    one.set_material({"modulus": np.full(1, 2.0), "viscosity": 1.0})
+    for s in (one, other):
+        s.press(np.ones((25, 20), np.float32), 0.01)
+    assert one["sa1"].tobytes() == other["sa1"].tobytes()
+
+
+def test_materials_of_arrays_are_checked_as_numbers_are():
+    skin = skin_of(GRID, 3, materials=[MATERIAL] * 3)
+    two = {"modulus": np.full(2, 2.0), "viscosity": 1.0}
+    assert "each at most once" in str(refused(skin.set_material, two, [0, 0]))
+    assert refused(skin.set_material, {"modulus": np.ma.array([1.0] * 3), "viscosity": 1.0}).parameter == "material.modulus"
+    chain = skin_of(GRID, 1, materials=[{"elements": [MATERIAL]}])
+    typo = {"elements": [{"modulus": np.full(1, 2.0), "viscosty": 3.0}]}
+    assert refused(chain.set_material, typo).parameter == "material.elements[0].viscosty"
+    for rows, elements in ((np.zeros((2, 2)), 0), (np.zeros((3, 1)), 5), (np.zeros((3, 2)), -1)):
+        assert refused(skin.take_materials, rows, elements, False, False, None).parameter == "material"
+
+
 def test_each_pad_has_a_step_of_its_own():
     skin = skin_of(GRID, 2)
     skin.press(np.ones((2, 25, 20), np.float32), np.array([0.01, 0.02]))

@@ -144,8 +144,9 @@ def _columns_of(material: AnyMaterial) -> dict[str, Any]:
         elements = []  # none, or what the reader of scenes refuses
     for i, element in enumerate(elements):
         given.pop("elements", None)
-        pair = element if isinstance(element, Mapping) else {"modulus": element.modulus, "viscosity": element.viscosity}
-        columns |= {f"elements[{i}].{key}": pair.get(key, 0.0) for key in ("modulus", "viscosity")}
+        pair = dict(element) if isinstance(element, Mapping) else {"modulus": element.modulus, "viscosity": element.viscosity}
+        columns |= {f"elements[{i}].{key}": pair.pop(key, 0.0) for key in ("modulus", "viscosity")}
+        columns |= {f"elements[{i}].{key}": value for key, value in pair.items()}
     columns |= {key: given.pop(key, None) for key in ("modulus", "viscosity", "spring", "dashpot")}
     columns |= given
     return {key: value for key, value in columns.items() if value is not None}
@@ -197,14 +198,14 @@ class Skin(_core.Skin):
             return self.take_material(_scene_with(material, "material"), pads)
         count = self.count if pads is None else np.count_nonzero(pads) if np.asarray(pads).dtype == bool else np.size(pads)
         elements = sum(key.startswith("elements[") for key in columns) // 2
-        names = [key for key in columns if key.startswith("elements[")] or ["modulus", "viscosity"]
+        names = [key for key in columns if key.endswith((".modulus", ".viscosity"))] or ["modulus", "viscosity"]
         names += [key for key in ("spring", "dashpot") if key in columns]
         for key in columns.keys() ^ set(names):
             raise refuse(f"material.{key}", columns.get(key), " and ".join(names) + ", each a number or an array")
         rows = np.empty((count, len(names)))
         for i, key in enumerate(names):
             value = np.asarray(columns[key])
-            if value.dtype.kind not in "fiu" or value.shape not in ((), (count,)):
+            if np.ma.isMaskedArray(columns[key]) or value.dtype.kind not in "fiu" or value.shape not in ((), (count,)):
                 raise refuse(f"material.{key}", f"{value.dtype} array of shape {value.shape}",
                              f"a number, or an array of shape ({count},)")
             rows[:, i] = value
@@ -256,7 +257,7 @@ def sweep(scene: AnyScene, values: Mapping[str, Iterable[Any]], device: str | No
                "cells_compared", "cells_different")
     return [{"run": i, **{name: getattr(result, name) for name in columns},
              "set": " ".join(overrides_of(setting)), "result": result}
-            for i, (setting, result) in enumerate(zip(settings, results), 1)]
+            for i, (setting, result) in enumerate(zip(settings, results, strict=True), 1)]
 
 
 def explain(scene: AnyScene, device: Device | str | None = None, *, precision: str | None = None) -> Explanation:
