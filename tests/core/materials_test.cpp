@@ -227,8 +227,8 @@ TEST_CASE("a bad material is refused with its cell") {
     refused(s, {"material.modulus = (a map)", "published"});
 }
 
-TEST_CASE(
-    "a material of its own in each of thousands of cells, and all elements that a material takes, press on Vulkan") {
+TEST_CASE("a material of its own in each of thousands of cells, and all elements that a material takes: Vulkan has the "
+          "bits") {
     const Validated vulkan;
     vulkan::Context& context = *vulkan::context_of(*vulkan.device().impl().backend);
     const auto everywhere = [](int cells) {

@@ -183,7 +183,7 @@ TEST_CASE(
     CHECK(refused(longer).find(std::to_string(longer.size()) + " bytes") != std::string::npos);
 }
 
-TEST_CASE("states of version 2, as the library before 0.2.0 wrote them, are read: fields, and pads with sites") {
+TEST_CASE("states of version 2, as the library before 0.2.0 wrote them, are read and go on with the same bits") {
     const Bytes file = [] {
         std::ifstream in(std::string(DERMIS_TEST_DATA) + "/state_version_2.bin", std::ios::binary);
         return Bytes(std::istreambuf_iterator<char>(in), {});
