@@ -64,12 +64,13 @@ class DERMIS_API Skin {
     void press(const std::vector<float>& pressure, const std::vector<double>& dt, const Pads& pads = {}) {
         press(pressure.data(), pressure.size(), dt.data(), dt.size(), pads);
     }
-    // The same as `count` presses of dt seconds each, to the bit, for whoever has several frames before he reads a
-    // response: those of the last frame alone are computed. frames: one after another, each of `cells` numbers as
-    // press() takes them. count: >= 1. All frames are checked before any of them is pressed.
+    // Does the same as `count` presses of dt seconds each, to the bit, but computes only the responses after the last
+    // frame: for a simulator that steps several times before it reads a response. frames: `count` >= 1 frames, one
+    // after another, each of `cells` numbers as press() takes them. All frames are checked before any of them is
+    // pressed.
     void press_frames(const float* frames, size_t count, size_t cells, double dt, const Pads& = {});
-    // The cells of a pad whose pressure the skin needs, y*width + x, ascending: those that the description's sites and
-    // their stencils read, or without sites all cells.
+    // The cells of a pad whose pressure the skin needs, as y*width + x, ascending. If the description has sites, they
+    // are the cells that the stencils of the sites read; otherwise they are all cells.
     std::vector<int> cells() const;
     // The same as press(), to the bit, with the pressures of cells() alone: `numbers` floats, cells().size() for each
     // pad that is pressed. It takes time for these cells, not for the grid.

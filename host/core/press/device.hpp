@@ -27,7 +27,7 @@ struct Device::Impl {
 // longer than a run of the other models.
 Device open_when_marching();
 
-// Device::open, but for "cpu", with a loader and instance options of the caller's choice.
+// Device::open with a loader and instance options of the caller's choice. which: not "cpu", which needs no loader.
 Device open_device(const std::string& which, const vulkan::Loader&, const vulkan::InstanceOptions& = {});
 
 } // namespace dermis

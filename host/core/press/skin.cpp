@@ -101,7 +101,7 @@ struct Skin::Impl {
     std::vector<float> strain_of(int pad) const;
     const std::vector<float>& tell(Quantity);
     void press_cells(const float* pressure, size_t numbers, double dt, const plan::PadList&);
-    // cells: those whose pressures are given; empty: all.
+    // cells: the cells whose pressures are given; empty where the pressures of all cells are given.
     [[noreturn]] void refuse_pressure(const float* pressure, const plan::PadList&, size_t frames = 1,
                                       const std::vector<size_t>& cells = {}) const;
     const Material& material_of(int pad) const {

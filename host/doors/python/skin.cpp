@@ -436,7 +436,7 @@ void bind_skin(nb::module_& m) {
              "The same as press, to the bit, in a time that depends on these cells and not on the grid.")
         .def_prop_ro(
             "cells", [](const SkinWithShapes& s) { return s.skin->cells(); },
-            "The cells whose pressure the skin needs, y*width + x: with sites those that they read, else all.")
+            "The cells whose pressure the skin needs, y*width + x: where there are sites, the cells that they read.")
         .def("__getitem__", response, nb::sig("def __getitem__(self, response: str) -> NDArray[numpy.float32]"),
              nb::arg("response"),
              "The response \"sa1\", \"sa2\", \"fa1\" or \"fa2\" at the end of each pad's last press, 0 before the "
