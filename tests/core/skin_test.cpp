@@ -40,14 +40,15 @@ std::vector<std::vector<float>> answers(Skin& skin, const SkinDescription& d, co
 
 } // namespace
 
-TEST_CASE("frame by frame a skin has the bits of the run of the same sequence") {
-    const int width = 45, height = 21, frames = 6;
+TEST_CASE(
+    "frame by frame a skin has the bits of the run of the same sequence, however many frames lie between fields") {
+    const int width = 45, height = 21, frames = 40; // a march takes several frames at once
     Scene s;
     static_cast<SkinDescription&>(s) = ridged(width, height);
     const std::string path = "skin_sequence.npy";
     {
         std::ofstream file(path, std::ios::binary);
-        file << npy_header("<f4", "(6, 21, 45)");
+        file << npy_header("<f4", "(40, 21, 45)");
         std::vector<float> rest(size_t(width * height), 0.0f); // the sequence's first frame is a jump, a skin's never
         for (int n = 0; n < frames; ++n) {
             const std::vector<float> map = n == 0 ? rest : frame(s, n);
@@ -60,8 +61,9 @@ TEST_CASE("frame by frame a skin has the bits of the run of the same sequence") 
     s.time.duration = 0.02 * frames;
     s.model = Model::march;
     s.precision = Precision::f32;
+    const auto has_fields = [](int n) { return n < 4 || n == 13 || n == 39; };
     for (int n = 1; n < frames; ++n)
-        s.output.fields.push_back({0.02 * n, {std::begin(all_responses), std::end(all_responses)}});
+        if (has_fields(n)) s.output.fields.push_back({0.02 * n, {std::begin(all_responses), std::end(all_responses)}});
     const Result run_ = run(s, Device::cpu(1));
     SkinOptions plain;
     plain.precision = Precision::f32;
@@ -69,6 +71,7 @@ TEST_CASE("frame by frame a skin has the bits of the run of the same sequence") 
     size_t field = 0;
     for (int n = 1; n < frames; ++n) {
         skin.press(frame(s, n), 0.02);
+        if (!has_fields(n)) continue;
         for (Quantity q : all_responses) {
             const Field& f = run_.fields.at(field++);
             REQUIRE(f.quantity == q);

@@ -186,6 +186,14 @@ TEST_CASE("a picture takes nothing from the working directory: no module of Pyth
     CHECK_FALSE(fs::exists(folder / "ran"));
 }
 
+// The exit status of a command, and the most bytes that it took.
+static std::pair<int, double> peak_of(const std::string& arguments) {
+    int status = 0;
+    rusage usage = {};
+    wait4(started(DERMIS_CLI " " + arguments), &status, 0, &usage);
+    return {WEXITSTATUS(status), 1024.0 * double(usage.ru_maxrss)};
+}
+
 TEST_CASE("400 runs over one map of 2 MB are planned in the memory of 2") {
     const Folder folder;
     std::ofstream(folder / "map.npy", std::ios::binary)
@@ -194,17 +202,36 @@ TEST_CASE("400 runs over one map of 2 MB are planned in the memory of 2") {
                                                          "\"file\"\npath = \"map.npy\"\n[time]\nduration = 0.02\n");
     // The most bytes of a command that is refused when its runs are planned: its folder lies in a file.
     const auto peak = [&](const char* range) {
-        const pid_t pid =
-            started(DERMIS_CLI " run " + scene + " --device cpu --out " + scene + "/out --set load.intensity=" + range);
-        int status = 0;
-        rusage usage = {};
-        wait4(pid, &status, 0, &usage);
-        CHECK(WEXITSTATUS(status) == 1);
-        return 1024.0 * double(usage.ru_maxrss);
+        const auto [status, bytes] =
+            peak_of("run " + scene + " --device cpu --out " + scene + "/out --set load.intensity=" + range);
+        CHECK(status == 1);
+        return bytes;
     };
     const double two = peak("1:2:2"), all = peak("1:2:400");
     MESSAGE(two, " and ", all, " bytes");
     CHECK(all < two + 2e7);
+}
+
+TEST_CASE("a march of a material in each cell under a sine takes at most 1.15 of the memory that its plan says") {
+    const Folder folder;
+    {
+        std::ofstream file(folder / "modulus.npy", std::ios::binary);
+        file << npy_header("<f8", "(1024, 1024)");
+        std::vector<double> moduli;
+        for (int i = 0; i < 1024 * 1024; ++i) moduli.push_back(1 + i * 1e-6);
+        file.write(reinterpret_cast<const char*>(moduli.data()), std::streamsize(moduli.size() * sizeof(double)));
+    }
+    // A sine that begins with a jump: a step of no length, with coefficients of its own.
+    const std::string scene =
+        folder.write("scene.toml", "model = \"march\"\nprecision = \"f32\"\n[grid]\nwidth = 1024\nheight = 1024\n"
+                                   "[material]\nmodulus = \"modulus.npy\"\n[load]\nenvelope = \"sine\"\n"
+                                   "frequency = 5\nmean = 1\namplitude = 1\n[time]\nstep = 0.01\nduration = 0.1\n");
+    const Explanation e = explain(Scene::from_file(scene), Device::cpu(1));
+    const Candidate& plan = e.candidates.at(e.chosen);
+    const auto [status, bytes] = peak_of("run " + scene + " --device cpu --out " + (folder / "out").string());
+    CHECK(status == 0);
+    MESSAGE(bytes, " bytes, planned ", plan.bytes);
+    CHECK(bytes < 1.15 * plan.bytes);
 }
 
 TEST_CASE("a run ends with the greatest response of each class and its time, of a receptor with its cell") {

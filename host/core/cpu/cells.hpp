@@ -253,14 +253,14 @@ template <class K> class Cells {
         Worker<K>& worker = workers_[size_t(thread)];
         const size_t count = batch.bands.size(), threads = size_t(pool_.threads());
         std::fill(worker.changed.begin(), worker.changed.end(), 0);
-        if (std::any_of(batch.presses.begin(), batch.presses.end(),
-                        [](const Press& p) { return p.constants.respond != 0; })) {
+        const bool responds = std::ranges::any_of(batch.presses, [](auto& p) { return p.constants.respond != 0; });
+        if (responds) {
             for (size_t b = size_t(thread); b < count; b += threads) take_outside(batch.bands[b]);
             if (threads > 1) barrier_.arrive_and_wait();
         }
         for (size_t b = size_t(thread); b < count; b = size_t(batch.next++))
             for (size_t i = 0; i < batch.presses.size(); ++i)
-                worker.changed[i] |= step(batch.presses[i], batch.bands[b], worker);
+                worker.changed[i] |= step(batch.presses[i], batch.bands[b], worker, responds);
         isa_.fence_streams();
     }
 
@@ -269,13 +269,14 @@ template <class K> class Cells {
         for (auto& o : band.outside) o.state.take_strains(state_.row(o.row, pitch_), size_t(pitch_));
     }
 
-    // Takes one step of a band. Returns what changed.
-    int step(const Press& press, Band<real>& band, Worker<K>& worker) {
+    // Takes one step of a band. beside: of the rows outside it too, because this step or a later one of the batch
+    // responds. Returns what changed.
+    int step(const Press& press, Band<real>& band, Worker<K>& worker, bool beside) {
         const int reach = K::reach(variant_.stencil);
         const bool respond = press.constants.respond != 0;
         State<real>& to = stepped(press);
         int changed = 0;
-        for (size_t k = 0; respond && k < band.outside.size(); ++k) step_outside(press, band.outside[k], k, worker);
+        for (size_t k = 0; beside && k < band.outside.size(); ++k) step_outside(press, band.outside[k], k, worker);
         for (int y = band.first, rows; y < band.last + reach; y += rows) {
             rows = 1;
             const bool advances = y < band.last, responds = respond && y - reach >= band.first;

@@ -14,6 +14,7 @@
 namespace dermis::cpu {
 
 using plan::StreamedSkin;
+static_assert(simd::most_in_series == scene::most_in_series);
 
 struct FramePress::Impl {
     Impl(StreamedSkin s, int threads, const simd::Isa& isa)

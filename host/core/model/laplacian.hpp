@@ -6,6 +6,7 @@
 #include "host/core/base/text.hpp"
 #include "host/core/model/skin.hpp"
 
+#include <algorithm>
 #include <limits>
 
 namespace dermis::plan {
@@ -28,31 +29,34 @@ void rest_curvature_row(const PreparedSkin&, int y, int first, int last, double*
 double rest_curvature_at(const PreparedSkin&, Cell);
 double greatest_rest_curvature(const PreparedSkin&);
 
-// A map in the precision of a backend, with rows padded to the pitch by zeros. row(y) points to row y in double. Throws
-// Error::bad_input naming `parameter` if a value is too large.
+// A map in the precision of a backend, with rows padded to the pitch by zeros. row(y) points to row y in double. out:
+// an earlier result, whose memory is used again. Throws Error::bad_input naming `parameter` if a value is too large.
 template <class real, class RowOf>
-std::vector<real> padded_rows(const PreparedSkin& skin, const char* parameter, RowOf row) {
+std::vector<real> padded_rows(const PreparedSkin& skin, const char* parameter, RowOf row, std::vector<real> out = {}) {
     using Limits = std::numeric_limits<real>;
     const int width = skin.width(), height = skin.height();
-    std::vector<real> out = simd::map_of(skin.padded_cells(), real(0));
+    if (out.empty()) out = simd::map_of(skin.padded_cells(), real(0));
+    const auto fits = [](double v) { return (v <= double(Limits::max())) & (v >= double(Limits::lowest())); };
     for (int y = 0; y < height; ++y) {
         const double* values = row(y);
-        for (int x = 0; x < width; ++x) {
-            const double v = values[x];
-            if (!(v <= double(Limits::max()) && v >= double(Limits::lowest())))
-                throw Error(Error::Code::bad_input, parameter,
-                            std::string(parameter) + " = " + shortest(v) + " in cell [" + std::to_string(x) + ", " +
-                                std::to_string(y) + "]; allowed: up to " + shortest(double(Limits::max())) +
-                                " (f32: 3.4e38, f64: 1.8e308)");
-            out[size_t(y) * size_t(skin.pitch) + size_t(x)] = real(v);
-        }
+        real* to = out.data() + size_t(y) * size_t(skin.pitch);
+        int all = 1; // no early exit, so that the loop vectorises
+        for (int x = 0; x < width; ++x) all &= int(fits(values[x])), to[x] = real(values[x]);
+        if (all) continue;
+        const auto x = std::find_if_not(values, values + width, fits) - values;
+        throw Error(Error::Code::bad_input, parameter,
+                    std::string(parameter) + " = " + shortest(values[x]) + " in cell [" + std::to_string(x) + ", " +
+                        std::to_string(y) + "]; allowed: up to " + shortest(double(Limits::max())) +
+                        " (f32: 3.4e38, f64: 1.8e308)");
     }
     return out;
 }
 
 template <class real>
-std::vector<real> padded(const std::vector<double>& map, const PreparedSkin& skin, const char* parameter) {
-    return padded_rows<real>(skin, parameter, [&](int y) { return map.data() + size_t(y) * size_t(skin.width()); });
+std::vector<real> padded(const std::vector<double>& map, const PreparedSkin& skin, const char* parameter,
+                         std::vector<real> out = {}) {
+    const auto row = [&](int y) { return map.data() + size_t(y) * size_t(skin.width()); };
+    return padded_rows<real>(skin, parameter, row, std::move(out));
 }
 
 // S of every cell, pitch*height, m.

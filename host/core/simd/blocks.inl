@@ -366,14 +366,14 @@ bool sums(const RespondArguments<Kernels>& r) {
     return asked;
 }
 
-// Steps cell i between frames, by the coefficients k of its first element.
+// Steps cell i between frames. k, more: the coefficients of the first element, and of all elements in series.
 template <bool compensated, bool chain>
 __attribute__((always_inline)) inline void step_between(const AdvanceArguments<Kernels>& a, int i, const Constants& c,
-                                                        const LaneCoefficients& k) {
+                                                        const LaneCoefficients& k, const Coefficients* more) {
     const auto nothing = [](int, Sum, Sum) {};
     if constexpr (chain)
         store(a.to.strain + i, step_at<true, compensated, true>(
-                                   a, i, c, [&](int e) { return e > 0 ? lanes_of(a.table[e]) : k; }, nothing));
+                                   a, i, c, [&](int e) { return e > 0 ? lanes_of(more[e]) : k; }, nothing));
     else // by reference: a copy for each block would go through memory
         step_at<true, compensated, false>(
             a, i, c, [&](int) -> const LaneCoefficients& { return k; }, nothing);
@@ -414,6 +414,8 @@ void step_rows_in(const RowSteps<Kernels>& given, const Constants& constants) {
               end = begin + max(min(r.last, r.strain.width - far) - begin, 0) / line * line;
     const EndCells<stencil> ends(r.strain);
     const LaneCoefficients k = lanes_of(chain ? a.table[0] : c.coefficients);
+    Coefficients table[most_in_series]; // a copy, because the compiler cannot know that no store changes a.table
+    for (int e = 0; chain && e < a.elements + a.spring; ++e) table[e] = a.table[e];
     for (int row = 0; row < s.rows; ++row, lead_on(s)) {
         EndDifferences low, high;
         low.fill<stencil>(r.strain.here, ends, r.first, begin);
@@ -421,7 +423,7 @@ void step_rows_in(const RowSteps<Kernels>& given, const Constants& constants) {
         const auto step_lines = [&](auto streams) __attribute__((always_inline)) {
             for (int x = begin; x < end; x += line) {
 #pragma GCC unroll 8
-                for (int i = 0; i < line; i += lanes) step_between<compensated, chain>(a, x + i - r.first, c, k);
+                for (int i = 0; i < line; i += lanes) step_between<compensated, chain>(a, x + i - r.first, c, k, table);
                 respond_line<stencil, passed, streams.number != 0>(r, x, c);
             }
         };
@@ -430,7 +432,7 @@ void step_rows_in(const RowSteps<Kernels>& given, const Constants& constants) {
         for (int side = 0; side < 2; ++side) {
             const scalar* along = (side ? high : low).values + lanes;
             for (int x = side ? end : r.first, last = side ? r.last : begin; x < last; x += lanes, along += lanes) {
-                step_between<compensated, chain>(a, x - r.first, c, k);
+                step_between<compensated, chain>(a, x - r.first, c, k, table);
                 respond_block<passed>(r, x, min(last - x, lanes), curvature_at<stencil>(r, x, loaded(along), c), c);
             }
         }

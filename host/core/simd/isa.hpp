@@ -49,6 +49,8 @@ template <class real> struct StateRow {
     real* rate;     // of a spring, between frames for FA2; otherwise null
 };
 
+constexpr int most_in_series = 10; // elements of a cell, spring and dashpot included
+
 // Arguments of a step of `count` cells of a row. The new state may overwrite the old one. pressure_to is null without
 // frames, and material is null for a uniform material. table is then read only if there are several elements.
 template <class K> struct AdvanceArguments {

@@ -19,16 +19,16 @@ template <class K> class March : public plan::Stepper {
         : skin_(skin), schedule_(schedule), sink_(std::move(sink)), isa_(isa),
           cells_(skin, variant, schedule.pressed, threads, isa, schedule.points),
           rest_(plan::padded_rest_curvature<real>(skin)) {
-        if (schedule.framed) pressure_[0] = pressure_[1] = std::vector<real>(skin.padded_cells());
-        else pressure_[0] = plan::padded<real>(schedule.pressure, skin, "load.intensity");
+        if (schedule.framed) pressure(0) = pressure(1) = std::vector<real>(skin.padded_cells());
+        else pressure(0) = plan::padded<real>(schedule.pressure, skin, "load.intensity");
         for (int q = QUANTITY_SA1; q < REDUCED_MAPS; ++q)
             if (schedule.wanted[size_t(q)] && schedule.keeps_maps) make_response(q);
     }
 
-    void frame(const std::vector<double>& pressure) override {
-        take_batch();
-        std::swap(pressure_[0], pressure_[1]);
-        pressure_[1] = plan::padded<real>(pressure, skin_, "load.intensity");
+    void frame(const std::vector<double>& map) override {
+        ++to_;
+        if (waiting_ > 0 && slots_[0].from + frames_kept <= to_) take_batch(); // the frame's memory is used again
+        pressure(to_) = plan::padded<real>(map, skin_, "load.intensity", std::move(pressure(to_)));
     }
 
     void press(const plan::Step& step) override {
@@ -39,6 +39,7 @@ template <class K> class March : public plan::Stepper {
         }
         steady_ = false;
         if (waiting_ == slots_.size()) slots_.emplace_back();
+        slots_[waiting_].from = to_ - 1;
         slots_[waiting_++].step = step;
         if (waiting_ == plan::steps_of_batch || step.field >= 0) take_batch();
     }
@@ -77,6 +78,7 @@ template <class K> class March : public plan::Stepper {
     // A step of a batch, with its coefficients and its sample.
     struct Slot {
         plan::Step step;
+        size_t from; // the frame that the pressure runs from
         typename K::Constants constants;
         std::vector<typename K::Coefficients> table;                  // of the materials, where there are several
         plan::Step table_of;                                          // what it was made from
@@ -129,8 +131,8 @@ template <class K> class March : public plan::Stepper {
         typename Cells<K>::Press p{.constants = slot.constants,
                                    .table = slot.table.data(),
                                    .fill_row = skin_.differs_everywhere() ? &slot.fill_row : nullptr,
-                                   .pressure = pressure_[0].data(),
-                                   .pressure_to = schedule_.framed ? pressure_[1].data() : nullptr,
+                                   .pressure = pressure(slot.from).data(),
+                                   .pressure_to = schedule_.framed ? pressure(slot.from + 1).data() : nullptr,
                                    .rest_curvature = rest_.data(),
                                    .keep = step.keep,
                                    .response_pitch = size_t(skin_.pitch)};
@@ -154,6 +156,7 @@ template <class K> class March : public plan::Stepper {
 
     void hand_over(const plan::Step& step, const Slot& slot) { sink_(step, slot.sample); }
 
+    std::vector<real>& pressure(size_t frame) { return pressure_[frame % frames_kept]; }
     size_t row(int y) const { return size_t(y) * size_t(skin_.pitch); }
     Plane<real>& response(size_t q) { return response_[q - QUANTITY_SA1]; }
     const real* plane(size_t q) { return q == QUANTITY_STRAIN ? cells_.strain() : response(q).data(); }
@@ -202,8 +205,10 @@ template <class K> class March : public plan::Stepper {
     Sink sink_;
     const simd::Isa& isa_;
     Cells<K> cells_;
-    std::vector<real> pressure_[2]; // with frames: from and to
-    std::vector<real> rest_;        // L(S)
+    static constexpr size_t frames_kept = plan::steps_of_batch + 1;
+    std::array<std::vector<real>, frames_kept> pressure_; // of the last frames; without frames the first alone
+    size_t to_ = 1;                                       // the frame given last; frames 0 and 1 are the skin at rest
+    std::vector<real> rest_;                              // L(S)
     std::array<Plane<real>, RESPONSE_MAPS> response_;
     std::array<std::vector<real>, 2> derived_; // deformation and curvature, where they are viewed
     std::deque<Slot> slots_;                   // of steps that wait, in order, and of the last batch

@@ -51,7 +51,7 @@ double precision_factor(Precision precision) {
 }
 
 // Adds the maps of materials and the coefficients of each, which are made in double and rounded for every step.
-void cost_materials(Candidate& c, const PreparedSkin& skin, const Schedule& schedule, double real, bool peeks,
+void cost_materials(Candidate& c, const PreparedSkin& skin, const Schedule& schedule, double real,
                     const plan::Capabilities& backend) {
     if (skin.uniform()) return;
     const Material& m = skin.description.material;
@@ -65,8 +65,8 @@ void cost_materials(Candidate& c, const PreparedSkin& skin, const Schedule& sche
     for (const KelvinVoigt& e : m.elements) maps += !e.modulus_map.empty() + !e.viscosity_map.empty();
     const bool sine = !schedule.framed && schedule.load.envelope.kind == Envelope::Kind::sine;
     const double gains = sine ? sizeof(plan::SineGains<double>) : 0;
-    c.bytes += cells * (sizeof(int) + 8.0 * maps) +
-               materials * (sizeof(plan::Element) + in_double * (peeks ? 2 : 1) + gains + rounded * tables);
+    c.bytes +=
+        cells * (sizeof(int) + 8.0 * maps) + materials * (sizeof(plan::Element) + in_double + gains + rounded * tables);
     if (device) return;
     c.seconds += (materials * 3e-7 + steps * cells * (!rows ? 4e-10 : sine ? 8e-9 : 6e-9)) / backend.threads;
 }
@@ -83,12 +83,13 @@ void cost_march(Candidate& c, const PreparedSkin& skin, const Schedule& schedule
     shape.integral |= !buffered; // a device keeps it only if SA2 is asked for
     const double state = shape.planes();
     const double responses = double(std::count(schedule.wanted.begin() + QUANTITY_SA1, schedule.wanted.end(), true));
-    const double pressure = schedule.framed ? 2 : 1;
-    const bool peeks =
-        !schedule.field_times.empty() || schedule.framed || schedule.load.envelope.kind != Envelope::Kind::sine;
+    const double batch = buffered ? 1 : std::min(steps, double(plan::steps_of_batch));
+    const double pressure = schedule.framed ? batch + 1 : 1; // maps that are held
+    const auto jumps = [](const scene::Knot& k) { return k.right != k.left; };
+    const bool peeks = !schedule.field_times.empty() || schedule.framed ||
+                       std::ranges::any_of(scene::Waveform(schedule.load.envelope, schedule.time).knots(), jumps);
     const double held = buffered ? pressure + 1 + 2 * state + responses + (schedule.derives ? 3 : 0) // S, C, D
                                  : pressure + 1 + (peeks ? 2 : 1) * state + (schedule.keeps_maps ? responses : 0);
-    const double batch = buffered ? 1 : std::min(steps, double(plan::steps_of_batch));
     const double tiles = double(skin.tiles) * skin.height() * (responses + 1) * 3 * real;
     c.traffic = steps * (buffered ? 0 : tiles) +
                 pressed * steps * real *
@@ -99,7 +100,7 @@ void cost_march(Candidate& c, const PreparedSkin& skin, const Schedule& schedule
     c.bytes = cells * (16 + 8) + real * double(skin.padded_cells()) * held + tiles * batch;
     c.seconds = steps * (2e-6 + pressed * precision_factor(c.precision) * backend.cell_step *
                                     (1 + (buffered ? 0.4 : 0.15) * more));
-    cost_materials(c, skin, schedule, real, peeks, backend);
+    cost_materials(c, skin, schedule, real, backend);
     if (backend.dispatch > 0) {
         c.dispatches = c.steps * (2 + static_cast<long long>(responses));
         c.seconds += double(c.dispatches) * backend.dispatch;

@@ -112,7 +112,9 @@ void NpyFile::read(long long map, std::vector<double>& values) {
     if (!read_bytes(in_, reinterpret_cast<char*>(f8_ ? static_cast<void*>(values.data()) : raw_.data()), bytes))
         throw error("is cut short" + allowed_);
     if (!f8_) values.assign(raw_.begin(), raw_.end());
-    for (size_t i = 0; i < cells_; ++i)
+    uint64_t joined = 0;
+    for (double v : values) joined |= not_finite(std::bit_cast<uint64_t>(v));
+    for (size_t i = 0; any_not_finite(joined); ++i)
         if (!finite(values[i]))
             throw error((sequence_ ? "frame " + std::to_string(map) + ", " : "") + "cell " + cell_text(i, width_) +
                         " is " + shortest(values[i]) + "; allowed: finite numbers");

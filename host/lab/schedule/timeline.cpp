@@ -64,11 +64,6 @@ double Timeline::length_of(Instant from, Instant to) const {
     return regular(from, to) ? schedule_.between_outputs() : to - from;
 }
 
-SharedCoefficients Timeline::coefficients_over(Instant from, Instant to) const {
-    if (regular(from, to)) return regular_;
-    return table_of([&](size_t i) { return exact_coefficients(materials_[i], rule_, to - from); });
-}
-
 // One step under the load. Step::start is the load after a jump at the step's start; its change within the step is in
 // the factors of ds, and Step::rise is then 1.
 Step Timeline::exact_step(Instant from, Instant to) const {
@@ -80,7 +75,7 @@ Step Timeline::exact_step(Instant from, Instant to) const {
     s.exact = true;
     s.start = load_.after(from);
     s.jump = s.start - load_.before(from);
-    s.coefficients = coefficients_over(from, to);
+    if (regular(from, to)) s.coefficients = regular_;
     const double dt = s.length = length_of(from, to);
     if (to == from) return s;
     Forcing<double> forcing = forcing_over(load_, from, to, dt, rate_from_slope_);
@@ -115,7 +110,7 @@ Step Timeline::framed_step(Instant from, Instant to) const {
     s.end = to;
     s.exact = true;
     s.length = length_of(from, to);
-    s.coefficients = coefficients_over(from, to);
+    if (regular(from, to)) s.coefficients = regular_;
     s.frame = frame_at(from);
     s.jump = from == Instant(); // frame 0 meets a skin at rest
     if (s.frame + 1 == schedule_.sequence->maps()) return s;

@@ -17,8 +17,8 @@ using SharedGains = std::shared_ptr<const std::vector<SineGains<double>>>; // on
 // One press of every cell, from the last kept state to `time`. keep: the new state replaces the old one. Otherwise the
 // step is a peek (a field between outputs, an impulse). trace, impulse, field: index of the output at its end, or -1.
 struct Step {
-    SharedCoefficients coefficients;                // under a load that is held; equal pointers mean equal numbers
-    SharedGains gains;                              // of a sine over a whole step; null: to be made from the forcing
+    SharedCoefficients coefficients; // under a load that is held; null: made from `length` when asked for
+    SharedGains gains;               // of a sine over a whole step; null: to be made from the forcing
     std::shared_ptr<const Forcing<double>> forcing; // null: none; equal pointers mean equal numbers
     double start = 0, rise = 0, jump = 0;           // see Constants in kernels/layout.h
     long long frame = -1;                           // in a sequence the pressure runs from this frame to the next
@@ -32,11 +32,12 @@ struct Step {
     int impulse = -1, field = -1;
     bool respond() const { return trace >= 0 || impulse >= 0 || field >= 0; }
     bool same_coefficients(const Step& other) const {
-        return coefficients == other.coefficients && forcing == other.forcing;
+        return coefficients && coefficients == other.coefficients && forcing == other.forcing;
     }
     // The coefficients of a material, by its index and its element.
     f64::Coefficients coefficients_of(size_t material, const Element& element, const ResponseRule& rule) const {
-        f64::Coefficients k = (*coefficients)[coefficients->size() == 1 ? 0 : material];
+        f64::Coefficients k = coefficients ? (*coefficients)[coefficients->size() == 1 ? 0 : material]
+                                           : exact_coefficients(element, rule, length);
         if (forcing) force<f64>(k, element, rule, *forcing, gains ? &(*gains)[material] : nullptr);
         return k;
     }
@@ -73,7 +74,7 @@ void fill_row(const Step& step, const std::vector<Element>& materials, const Cha
               const int* material, int cells, typename K::Coefficients* row) {
     if (chain.length == 1 && step.gains && step.forcing->is_sine_alone())
         return fill_row_of_sine<K>(*step.coefficients, *step.gains, material, cells, *step.forcing, row);
-    if (chain.length > 1 || (step.forcing && !step.forcing->scales())) {
+    if (chain.length > 1 || !step.coefficients || (step.forcing && !step.forcing->scales())) {
         for (int i = 0; i < cells; ++i)
             fill_chain<K>(step, materials, chain, rule, size_t(material[i]), row + size_t(i) * chain.length);
         return;
@@ -122,7 +123,6 @@ class Timeline {
     bool regular(Instant from, Instant to) const;
     double length_of(Instant from, Instant to) const;
     template <class Make> auto table_of(Make) const;
-    SharedCoefficients coefficients_over(Instant from, Instant to) const;
     Step exact_step(Instant from, Instant to) const;
     Step framed_step(Instant from, Instant to) const;
     Step held_step(long long n);
