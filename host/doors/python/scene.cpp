@@ -104,8 +104,8 @@ std::vector<std::string> texts_in(const Sequence<nb::str>& overrides) {
 
 void bind_scene(nb::module_& m) {
     nb::class_<Scene> type(m, "Scene", "A checked scene.");
-    bind_pickle(type);
-    type.def(
+    type.def(Pickled())
+        .def(
             "__init__",
             [](Scene* self, string_view text, const nb::bytes& folder, const Sequence<nb::str>& overrides) {
                 new (self) Scene(movable(Scene::from_string(std::string(text), texts_in(overrides), path_of(folder))));
