@@ -89,17 +89,14 @@ nb::object capsule_of(nb::handle argument) {
     return capsule.is_none() ? result_of(method) : capsule;
 }
 
-// Gives a function of the module or of a class an overload that calls `refuse` with what its others do not take.
+// Gives a function an overload that calls `refuse` with what its others do not take: the first argument, Ellipsis where
+// there is none, the others, those by name, and the object.
 void answer(const nb::object& scope, const char* name, bool is_method, const nb::object& refuse) {
     const auto call = [refuse](LastResort first, const nb::args& rest, const nb::kwargs& named) {
-        if (first.given.is(nb::ellipsis())) refuse(*rest, **named);
-        else refuse(first.given, *rest, **named);
+        refuse(first.given, rest, named);
     };
     const auto call_method = [refuse](nb::handle self, LastResort first, const nb::args& rest,
-                                      const nb::kwargs& named) {
-        if (first.given.is(nb::ellipsis())) refuse(self, *rest, **named);
-        else refuse(self, first.given, *rest, **named);
-    };
+                                      const nb::kwargs& named) { refuse(first.given, rest, named, self); };
     const auto first = nb::arg("").none() = nb::ellipsis();
     const nb::arg rest("rest"), named("named");
     if (is_method)

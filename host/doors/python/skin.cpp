@@ -250,28 +250,13 @@ nb::bytes save(const SkinWithShapes& s, nb::handle pads) {
     return nb::borrow<nb::bytes>(bytes);
 }
 
-// The bytes of a buffer, which stays as it is meanwhile.
-class Buffer {
-  public:
-    explicit Buffer(nb::handle argument) {
-        if (PyObject_GetBuffer(argument.ptr(), &buffer_, PyBUF_C_CONTIGUOUS) == 0) return;
-        PyErr_Clear();
-        scene::refuse("state", description_of(argument), "bytes, as Skin.save has returned them");
-    }
-    ~Buffer() { PyBuffer_Release(&buffer_); }
-    Buffer(const Buffer&) = delete;
-    const void* data() const { return buffer_.buf; }
-    size_t size() const { return size_t(buffer_.len); }
-
-  private:
-    Py_buffer buffer_;
-};
-
 void load(SkinWithShapes& s, nb::handle state, nb::handle pads) {
     const PadNumbers numbers(pads, s.skin->count());
-    const Buffer buffer(state);
+    const std::optional<AnyArray> bytes = array_in(state);
+    if (!bytes || !is_dense(*bytes))
+        scene::refuse("state", description_of(state), "bytes, as Skin.save has returned them");
     const Computing computing(s.in_use.get());
-    s.skin->load(buffer.data(), buffer.size(), numbers.pads());
+    s.skin->load(bytes->data(), bytes->nbytes(), numbers.pads());
 }
 
 void reset(SkinWithShapes& s, nb::handle pads) {
@@ -431,8 +416,8 @@ void bind_skin(nb::module_& m) {
             "pads: None is all; else numbers or a mask of n bools, and pressure has a map for each of them.\n"
             "out: float32 arrays by response, as in {\"sa1\": array} of the shape of skin[\"sa1\"], to be filled.\n"
             "Other Python threads run meanwhile. Arrays of responses show the new values at once.")
-        .def("press_frames", press_frames, nb::arg("pressure").none(), nb::arg("dt"), nb::arg("pads").none() = nb::none(),
-             nb::arg("out").none() = nb::none(),
+        .def("press_frames", press_frames, nb::arg("pressure").none(), nb::arg("dt"),
+             nb::arg("pads").none() = nb::none(), nb::arg("out").none() = nb::none(),
              "Press the skin with several frames, pressure[0], pressure[1] .., of dt seconds each.\n\n"
              "The same as a press of each, to the bit, in less time: only the responses of the last one are computed.\n"
              "All frames are checked before one is pressed. pads and out: as in press.")

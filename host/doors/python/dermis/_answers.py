@@ -12,8 +12,8 @@ import inspect
 import operator
 import os
 import re
-from collections.abc import Callable, Iterator, Mapping
-from typing import Any, NoReturn, ParamSpec, TypeVar
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
 
@@ -24,8 +24,8 @@ Returned = TypeVar("Returned")
 
 
 def _is_row(value: Any) -> bool:
-    return hasattr(value, "__len__") and getattr(value, "ndim", 1) > 0 and not isinstance(
-        value, (str, bytes, np.ma.MaskedArray))
+    texts = (str, bytes, np.ma.MaskedArray)
+    return hasattr(value, "__len__") and getattr(value, "ndim", 1) > 0 and not isinstance(value, texts)
 
 
 # By a type's name: one value in words, several values in words, and whether a value is one.
@@ -34,41 +34,37 @@ _TYPES: dict[str, tuple[str, str, Callable[[Any], bool]]] = {
     "int": ("a whole number", "whole numbers", lambda v: abs(operator.index(v)) < 2**31),
     "str": ("a text", "texts", lambda v: isinstance(v, str) and not re.search("[\ud800-\udfff]", v)),
     "bool": ("True or False", "bools", lambda v: isinstance(v, (bool, np.bool_))),
-    "None": ("None", "", lambda v: v is None),
+    "None": ("None", "None", lambda v: v is None),
     "Sequence": ("a list", "lists", _is_row),
     "NDArray": ("an array", "arrays", lambda v: hasattr(v, "dtype") and _is_row(v)),
     "Iterable": ("a list", "lists", lambda v: hasattr(v, "__iter__")),
     "Mapping": ("a dict", "dicts", lambda v: isinstance(v, Mapping)),
-    "dict": ("a dict", "dicts", lambda v: isinstance(v, dict)),
     "Callable": ("a function", "functions", callable),
     "PathLike": ("a path", "paths", lambda v: isinstance(v, os.PathLike)),
     "object": ("", "", lambda v: v is not None),
 }
 
 
-def _type_named(kind: ast.expr) -> tuple[str, str, Callable[[Any], bool]]:
-    name = ast.unparse(kind.value if isinstance(kind, ast.Subscript) else kind).strip("'").rpartition(".")[2]
+def _type_of(kind: ast.expr) -> tuple[str, str, Callable[[Any], bool]]:
+    name = ast.unparse(kind.value if isinstance(kind, ast.Subscript) else kind).rpartition(".")[2]
     made = getattr(_core, name, None)
     if isinstance(made, type):
         return f"a {name}", name, lambda v: isinstance(v, made)
     return _TYPES.get(name, ("", "values", lambda v: True))
 
 
-def _fits(value: object, kind: ast.expr) -> bool:
+def _fit(value: object, kind: ast.expr) -> tuple[bool, str]:
+    """Return whether a value may be of a type, and the type in words, none where any object is of it."""
     if isinstance(kind, ast.BinOp):
-        return _fits(value, kind.left) or _fits(value, kind.right)
+        (left, a), (right, b) = _fit(value, kind.left), _fit(value, kind.right)
+        return left or right, f"{a} or {b}" if a and b else ""
+    words, _, test = _type_of(kind)
+    if words == "a list" and isinstance(kind, ast.Subscript):
+        words = f"a list of {_type_of(kind.slice)[1]}"
     try:
-        return _type_named(kind)[2](value)
+        return test(value), words
     except (OverflowError, TypeError, ValueError):
-        return False
-
-
-def _words_of(kind: ast.expr) -> str:
-    if isinstance(kind, ast.BinOp):
-        words = [_words_of(kind.left), _words_of(kind.right)]
-        return " or ".join(words) if all(words) else ""  # empty: any object
-    word = _type_named(kind)[0]
-    return f"{word} of {_type_named(kind.slice)[1]}" if word == "a list" and isinstance(kind, ast.Subscript) else word
+        return False, words
 
 
 def _meaning_of(name: str, scope: object, doc: str | None) -> str:
@@ -80,7 +76,7 @@ def _meaning_of(name: str, scope: object, doc: str | None) -> str:
     return " ".join(found[1].split()) if found else ""
 
 
-def _faults(signature: inspect.Signature, scope: object, doc: str | None, arguments: tuple[Any, ...],
+def _faults(signature: inspect.Signature, scope: object, doc: str | None, arguments: Iterable[Any],
             named: Mapping[str, Any]) -> Iterator[tuple[str, Any, str]]:
     """Yield what is wrong with a call: the parameter, its value, Ellipsis where it is not given, and what is allowed."""
     left, rest = list(arguments), dict(named)
@@ -88,13 +84,14 @@ def _faults(signature: inspect.Signature, scope: object, doc: str | None, argume
         if parameter.kind is parameter.VAR_KEYWORD:
             rest.clear()
             continue
-        by_place = left and parameter.kind is not parameter.KEYWORD_ONLY
-        value = left.pop(0) if by_place else rest.pop(name, ... if parameter.default is parameter.empty else rest)
-        if value is rest or parameter.annotation is parameter.empty:
+        if left and parameter.kind is not parameter.KEYWORD_ONLY:
+            rest[name] = left.pop(0)
+        value = rest.pop(name, ...)
+        if parameter.annotation is parameter.empty or value is ... and parameter.default is not parameter.empty:
             continue
-        kind = ast.parse(parameter.annotation, mode="eval").body
-        if value is ... or not _fits(value, kind):
-            words, meaning = _words_of(kind), _meaning_of(name, scope, doc)
+        fits, words = _fit(value, ast.parse(parameter.annotation, mode="eval").body)
+        if value is ... or not fits:
+            meaning = _meaning_of(name, scope, doc)
             yield name, value, f"{words} ({meaning})" if words and meaning else words or meaning or "a value"
     names = ", ".join(name for name in signature.parameters if name != "self")
     yield from ((name, value, f"the arguments {names}") for name, value in rest.items())
@@ -123,19 +120,18 @@ def _signature_of(text: str) -> inspect.Signature:
     return inspect.signature(made.popitem()[1])
 
 
-def _answer(scope: object, name: str, function: Any) -> None:
-    def refuse(*arguments: Any, **named: Any) -> NoReturn:
-        faults = [list(_faults(_signature_of(text), scope, doc, arguments, named)) for text, doc, *_ in signatures]
-        nearest = min(reversed(faults), key=len)
-        _core.refuse(*(nearest or [("arguments", arguments[is_method:], f"those of {signatures[0][0]}")])[0])
+def _answer(scope: Any, name: str, function: Any) -> None:
+    signatures: tuple[Any, ...] = getattr(function, "__nb_signature__", ())  # none: a class that cannot be called
 
-    signatures, is_method = function.__nb_signature__, type(function).__name__ == "nb_method"
-    _core.answer(scope, name, is_method, refuse)
+    def refuse(first: Any, rest: tuple[Any, ...], named: dict[str, Any], *self: object) -> None:
+        given = rest if first is ... else (first, *rest)
+        faults = [list(_faults(_signature_of(text), scope, doc, self + given, named)) for text, doc, *_ in signatures]
+        made = (scope.__name__, given, "objects that functions of dermis return")
+        for fault in min(reversed(faults), key=len, default=[made]):
+            _core.refuse(*fault)
+        _core.refuse("arguments", given, f"those of {signatures[0][0]}")
 
-
-def _answer_call(kind: type) -> None:
-    _core.answer(kind, "__init__", True, lambda self, *arguments, **named: _core.refuse(
-        kind.__name__, arguments, "objects that the functions of dermis return"))
+    _core.answer(scope, name, isinstance(scope, type) and type(function).__name__ != "nb_func", refuse)
 
 
 def _assigned(name: str, member: Any) -> property:
@@ -150,14 +146,10 @@ def _assigned(name: str, member: Any) -> property:
     return property(member.fget, assign, doc=member.__doc__)
 
 
-_kinds = [kind for kind in vars(_core).values() if isinstance(kind, type)]
-for _scope in (_core, *_kinds):
+_answered = re.compile(r"__(init|getitem|contains|setstate)__|(?!__|answer$|refuse$).*")
+for _scope in (_core, *[kind for kind in vars(_core).values() if isinstance(kind, type)]):
     for _name, _member in list(vars(_scope).items()):
-        if type(_member).__name__ in ("nb_func", "nb_method") and _name not in ("answer", "refuse"):
-            if not _name.startswith("__") or _name in ("__init__", "__getitem__", "__contains__", "__setstate__"):
-                _answer(_scope, _name, _member)
-        elif isinstance(_member, property) and _member.fset:
+        if isinstance(_member, property) and _member.fset:
             setattr(_scope, _name, _assigned(_name, _member))
-for _kind in _kinds:
-    if type(vars(_kind).get("__init__")).__name__ != "nb_method":
-        _answer_call(_kind)
+        elif _answered.fullmatch(_name) and (_name == "__init__" or type(_member).__name__ in ("nb_func", "nb_method")):
+            _answer(_scope, _name, _member)
