@@ -211,8 +211,8 @@ NB_MODULE(_core, m) {
     bind_result(m);
     bind_skin(m);
     bind_fit(m);
-    bind_memory(m);
     bind_contact(m);
+    m.def("memory_at_hand", memory_at_hand, nb::arg("root"));
     m.def("answer", answer, nb::arg("scope"), nb::arg("name"), nb::arg("is_method"), nb::arg("refuse"));
     m.def("refuse", refuse, nb::arg("parameter"), nb::arg("value").none(), nb::arg("allowed"),
           nb::sig("def refuse(parameter: str, value: object, allowed: str) -> typing.NoReturn"));

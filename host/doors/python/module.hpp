@@ -44,7 +44,6 @@ struct Numbers : nb::object {
 void bind_contact(nb::module_&);
 void bind_device(nb::module_&);
 void bind_fit(nb::module_&);
-void bind_memory(nb::module_&);
 void bind_report(nb::module_&);
 void bind_result(nb::module_&);
 void bind_scene(nb::module_&);
@@ -68,6 +67,9 @@ struct SharedDevice {
 // The device of an argument: a Device, the text that Device.open takes, or None for the CPU path.
 SharedDevice device_of(nb::handle);
 
+// The bytes that this process may still take: of the machine, and of each control group, version 1 or 2, that it is in.
+// Infinity where nothing is known. root: "", or a folder in place of the system's root.
+double memory_at_hand(string_view root);
 // Throws Error::no_memory, with both numbers, for skins that do not fit into the memory at hand. What is so small that
 // it will fit is not looked at.
 void need_memory(const Scene&, const SkinOptions&);

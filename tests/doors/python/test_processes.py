@@ -163,7 +163,7 @@ def test_a_sweep_runs_every_combination_wherever_it_is_mapped():
     assert [numbers(row["result"]) for row in mapped] == [numbers(row["result"]) for row in rows]
     with pytest.raises(dermis.Error, match="values.'time.step'. = 0.02; allowed: a list"):
         dermis.sweep(TABLES, {"time.step": 0.02})
-    with pytest.raises(dermis.Error, match="an object of type Scene; allowed: tables by name, or the path"):
+    with pytest.raises(dermis.Error, match="scene = <Scene 12 x 9 .*>; allowed: tables by name, or the path"):
         dermis.sweep(SCENE, values)
 
 

@@ -27,10 +27,10 @@ from ._answers import answered  # before what it answers for is imported
 from . import _core, contact
 from ._arrays import Response
 from ._core import (Candidate, Device, DeviceInfo, Explanation, Figure, Fit, Impulse, KelvinVoigt, Relaxation, Report,
-                    Result, Trace, chain_of, commit, fit_creep, fit_relaxation, relaxation_of)
+                    Result, Trace, chain_of, commit, fit_creep, fit_relaxation, refuse, relaxation_of)
 from ._error import Error
 from ._tables import Curvature, Grid, Load, Material, Output, Receptors, Sites, Surface, Time
-from ._toml import overrides_of, pairs_of, refuse, text_of, without_rows
+from ._toml import overrides_of, pairs_of, text_of, without_rows
 
 __version__ = _core.version
 
@@ -64,7 +64,7 @@ class Scene(_core.Scene):
             try:
                 listed = [(kind, operator.index(x), operator.index(y)) for kind, x, y in sites]
             except (TypeError, ValueError):
-                raise refuse("sites", repr(sites)[:60], "a list of (type, x, y), as in [(\"sa1\", 12, 40)]") from None
+                refuse("sites", sites, "a list of (type, x, y), as in [(\"sa1\", 12, 40)]")
             del given["sites"]
         super().__init__(*text_of(given), sites=listed, overrides=overrides_of(overrides))
 
@@ -104,17 +104,17 @@ def _scene_of(scene: AnyScene, overrides: Mapping[str, Any] | None = None) -> _c
     if isinstance(scene, _core.Scene) and not overrides:
         return scene
     allowed = "tables by name, or the path of a file" if overrides else "a Scene, tables by name, or the path of a file"
-    raise refuse("scene", f"an object of type {type(scene).__name__}", allowed)
+    refuse("scene", scene, allowed)
 
 
 def _scene_with(material: AnyMaterial, name: str) -> Scene:
     """Return a scene of this material. It has metres, because a material is then required."""
     given = pairs_of(material)
     if given is None:
-        raise refuse(name, repr(material), "a Material, or a dict")
+        refuse(name, material, "a Material, or a dict")
     for key in ("thickness", "curvature_length"):
         if key in given:
-            raise refuse(f"{name}.{key}", given[key], "none: it stays that of the skin")
+            refuse(f"{name}.{key}", given[key], "none: it stays that of the skin")
     return Scene(grid=Grid(width=1, height=1, spacing=1), surface=Surface(relief=1),
                  material={**given, "thickness": 1, "curvature_length": 1})
 
@@ -204,7 +204,7 @@ def sweep(scene: AnyScene, values: Mapping[str, Iterable[Any]], device: str | No
     """
     for name, some in values.items():
         if isinstance(some, (str, bytes)) or not isinstance(some, Iterable):
-            raise refuse(f"values[{name!r}]", repr(some), "a list of values")
+            refuse(f"values[{name!r}]", some, "a list of values")
     settings = [dict(zip(values, chosen)) for chosen in itertools.product(*values.values())]
     scenes = [_scene_of(scene, setting or None) for setting in settings]
     results = map(functools.partial(run, device=device, precision=precision, check=check), scenes)

@@ -6,7 +6,6 @@ kind. Functions of the package are answered by a decorator.
 """
 from __future__ import annotations
 
-import ast
 import functools
 import inspect
 import operator
@@ -28,43 +27,37 @@ def _is_row(value: Any) -> bool:
     return hasattr(value, "__len__") and getattr(value, "ndim", 1) > 0 and not isinstance(value, texts)
 
 
-# By a type's name: one value in words, several values in words, and whether a value is one.
-_TYPES: dict[str, tuple[str, str, Callable[[Any], bool]]] = {
-    "float": ("a number", "numbers", lambda v: not isinstance(v, (str, bytes)) and isinstance(float(v), float)),
-    "int": ("a whole number", "whole numbers", lambda v: abs(operator.index(v)) < 2**31),
-    "str": ("a text", "texts", lambda v: isinstance(v, str) and not re.search("[\ud800-\udfff]", v)),
-    "bool": ("True or False", "bools", lambda v: isinstance(v, (bool, np.bool_))),
-    "None": ("None", "None", lambda v: v is None),
-    "Sequence": ("a list", "lists", _is_row),
-    "NDArray": ("an array", "arrays", lambda v: hasattr(v, "dtype") and _is_row(v)),
-    "Iterable": ("a list", "lists", lambda v: hasattr(v, "__iter__")),
-    "Mapping": ("a dict", "dicts", lambda v: isinstance(v, Mapping)),
-    "Callable": ("a function", "functions", callable),
-    "PathLike": ("a path", "paths", lambda v: isinstance(v, os.PathLike)),
-    "object": ("", "", lambda v: v is not None),
+Test = Callable[[Any], bool]
+_TYPES: dict[str, tuple[str, Test]] = {  # in words, and whether a value is of the type
+    "float": ("a number", lambda v: not isinstance(v, (str, bytes)) and isinstance(float(v), float)),
+    "int": ("a whole number", lambda v: abs(operator.index(v)) < 2**31),
+    "str": ("a text", lambda v: isinstance(v, str) and not re.search("[\ud800-\udfff]", v)),
+    "bool": ("True or False", lambda v: isinstance(v, (bool, np.bool_))),
+    "None": ("None", lambda v: v is None),
+    "Sequence": ("a list", _is_row),
+    "NDArray": ("an array", lambda v: hasattr(v, "dtype") and _is_row(v)),
+    "Iterable": ("a list", lambda v: hasattr(v, "__iter__")),
+    "Mapping": ("a dict", lambda v: isinstance(v, Mapping)),
+    "Callable": ("a function", callable),
+    "PathLike": ("a path", lambda v: isinstance(v, os.PathLike)),
+    "object": ("", lambda v: v is not None),
 }
+_ITEMS = {"float": "numbers", "str": "texts", "AnyMaterial": "materials"}
 
 
-def _type_of(kind: ast.expr) -> tuple[str, str, Callable[[Any], bool]]:
-    name = ast.unparse(kind.value if isinstance(kind, ast.Subscript) else kind).rpartition(".")[2]
-    made = getattr(_core, name, None)
-    if isinstance(made, type):
-        return f"a {name}", name, lambda v: isinstance(v, made)
-    return _TYPES.get(name, ("", "values", lambda v: True))
-
-
-def _fit(value: object, kind: ast.expr) -> tuple[bool, str]:
-    """Return whether a value may be of a type, and the type in words, none where any object is of it."""
-    if isinstance(kind, ast.BinOp):
-        (left, a), (right, b) = _fit(value, kind.left), _fit(value, kind.right)
-        return left or right, f"{a} or {b}" if a and b else ""
-    words, _, test = _type_of(kind)
-    if words == "a list" and isinstance(kind, ast.Subscript):
-        words = f"a list of {_type_of(kind.slice)[1]}"
-    try:
-        return test(value), words
-    except (OverflowError, TypeError, ValueError):
-        return False, words
+def _fit(value: object, annotation: str) -> tuple[bool, str]:
+    """Return whether a value may be of one of some types, and these in words, none where any object may."""
+    fits, words = False, []
+    for name, items in re.findall(r"(?:\w+\.)*(\w+)(?:\[(?:\w+\.)*(.*?)\])?(?: \| |$)", annotation):
+        kind = getattr(_core, name, None)
+        made: tuple[str, Test] = (f"a {name}", lambda v: isinstance(v, kind)) if isinstance(kind, type) else ("", lambda v: True)
+        word, test = _TYPES.get(name, made)
+        words.append(f"{word} of {_ITEMS.get(items, items)}" if word == "a list" else word)
+        try:
+            fits = fits or test(value)
+        except (OverflowError, TypeError, ValueError):
+            pass
+    return fits, " or ".join(words) if all(words) else ""
 
 
 def _meaning_of(name: str, scope: object, doc: str | None) -> str:
@@ -89,7 +82,7 @@ def _faults(signature: inspect.Signature, scope: object, doc: str | None, argume
         value = rest.pop(name, ...)
         if parameter.annotation is parameter.empty or value is ... and parameter.default is not parameter.empty:
             continue
-        fits, words = _fit(value, ast.parse(parameter.annotation, mode="eval").body)
+        fits, words = _fit(value, parameter.annotation)
         if value is ... or not fits:
             meaning = _meaning_of(name, scope, doc)
             yield name, value, f"{words} ({meaning})" if words and meaning else words or meaning or "a value"
