@@ -15,24 +15,18 @@ std::map<Key, std::weak_ptr<OpenDevice>>& open_devices() {
     return devices;
 }
 
-template <class Open> SharedDevice opened(const std::string& which, int threads, Open&& open) {
+SharedDevice opened(const std::string& which, int threads) {
     SharedDevice shared{nullptr, which, threads};
     {
         const Computing computing(nullptr);
-        shared.open = std::make_shared<OpenDevice>(open());
+        shared.open = std::make_shared<OpenDevice>(which == "cpu" ? Device::cpu(threads) : Device::open(which));
     }
     open_devices()[{which, threads, getpid()}] = shared.open;
     return shared;
 }
 
-SharedDevice open(string_view which) {
-    const std::string name(which);
-    return opened(name, 0, [&] { return Device::open(name); });
-}
-
-SharedDevice open_cpu(int threads) {
-    return opened("cpu", threads, [&] { return Device::cpu(threads); });
-}
+SharedDevice open(string_view which) { return opened(std::string(which), 0); }
+SharedDevice open_cpu(int threads) { return opened("cpu", threads); }
 
 std::vector<DeviceInfo> list() {
     const Computing computing(nullptr);
@@ -47,8 +41,7 @@ SharedDevice device_in(Reader& reader) {
     SharedDevice device;
     reader(device.which, device.threads);
     device.open = open_devices()[{device.which, device.threads, getpid()}].lock();
-    if (device.open) return device;
-    return device.which == "cpu" ? open_cpu(device.threads) : open(device.which);
+    return device.open ? device : opened(device.which, device.threads);
 }
 void make(SharedDevice* self, Reader& reader) { new (self) SharedDevice(device_in(reader)); }
 

@@ -51,6 +51,7 @@ void bind_skin(nb::module_&);
 
 // A device, which one thread at a time may use if it is a Vulkan device, with all its skins and runs.
 struct OpenDevice {
+    explicit OpenDevice(Device opened) : device(std::move(opened)) {}
     Device device;
     std::mutex in_use;
 };

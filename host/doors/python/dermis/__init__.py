@@ -16,7 +16,6 @@ from __future__ import annotations
 
 import functools
 import itertools
-import operator
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Union
@@ -58,14 +57,7 @@ class Scene(_core.Scene):
         self._read({**(tables or {}), **keys}, {})
 
     def _read(self, given: dict[str, Any], overrides: Mapping[str, Any]) -> None:
-        sites = given.get("sites")
-        listed = None
-        if isinstance(sites, (list, tuple)):
-            try:
-                listed = [(kind, operator.index(x), operator.index(y)) for kind, x, y in sites]
-            except (TypeError, ValueError):
-                refuse("sites", sites, "a list of (type, x, y), as in [(\"sa1\", 12, 40)]")
-            del given["sites"]
+        listed = given.pop("sites") if isinstance(given.get("sites"), (list, tuple)) else None
         super().__init__(*text_of(given), sites=listed, overrides=overrides_of(overrides))
 
     @classmethod
