@@ -49,9 +49,10 @@ def _fit(value: object, annotation: str) -> tuple[bool, str]:
     """Return whether a value may be of one of some types, and these in words, none where any object may."""
     fits, words = False, []
     for name, items in re.findall(r"(?:\w+\.)*(\w+)(?:\[(?:\w+\.)*(.*?)\])?(?: \| |$)", annotation):
-        kind = getattr(_core, name, None)
-        made: tuple[str, Test] = (f"a {name}", lambda v: isinstance(v, kind)) if isinstance(kind, type) else ("", lambda v: True)
-        word, test = _TYPES.get(name, made)
+        kind: Any = getattr(_core, name, None)
+        word, test = _TYPES.get(name, ("", lambda v: True))
+        if isinstance(kind, type):
+            word, test = f"a {name}", lambda v: isinstance(v, kind)
         words.append(f"{word} of {_ITEMS.get(items, items)}" if word == "a list" else word)
         try:
             fits = fits or test(value)
@@ -97,11 +98,12 @@ def answered(function: Callable[Given, Returned]) -> Callable[Given, Returned]:
     def call(*arguments: Given.args, **named: Given.kwargs) -> Returned:
         try:
             return function(*arguments, **named)
-        except (AttributeError, TypeError):
-            doc = function.__doc__ or arguments[0].__doc__
-            for fault in _faults(inspect.signature(function), None, doc, arguments, named):
-                _core.refuse(*fault)
-            raise
+        except (AttributeError, TypeError) as error:
+            cause = error
+        doc = function.__doc__ or arguments[0].__doc__
+        for fault in _faults(inspect.signature(function), None, doc, arguments, named):
+            _core.refuse(*fault)
+        raise cause
     return call
 
 
@@ -114,13 +116,14 @@ def _signature_of(text: str) -> inspect.Signature:
 
 
 def _answer(scope: Any, name: str, function: Any) -> None:
+    """Let a function of _core, or of a class in it, answer what it does not take."""
     signatures: tuple[Any, ...] = getattr(function, "__nb_signature__", ())  # none: a class that cannot be called
 
     def refuse(first: Any, rest: tuple[Any, ...], named: dict[str, Any], *self: object) -> None:
         given = rest if first is ... else (first, *rest)
         faults = [list(_faults(_signature_of(text), scope, doc, self + given, named)) for text, doc, *_ in signatures]
-        made = (scope.__name__, given, "objects that functions of dermis return")
-        for fault in min(reversed(faults), key=len, default=[made]):
+        uncalled = (scope.__name__, given, "objects that functions of dermis return")
+        for fault in min(reversed(faults), key=len, default=[uncalled]):  # of the overload that was meant
             _core.refuse(*fault)
         _core.refuse("arguments", given, f"those of {signatures[0][0]}")
 
@@ -128,21 +131,21 @@ def _answer(scope: Any, name: str, function: Any) -> None:
 
 
 def _assigned(name: str, member: Any) -> property:
-    def assign(self: object, value: object) -> None:
+    def assign(self: object, value: object) -> Any:
         try:
-            if isinstance(value, np.ma.MaskedArray):
-                raise TypeError
-            member.fset(self, value)
+            if not isinstance(value, np.ma.MaskedArray):
+                return member.fset(self, value)
         except TypeError:
-            _core.refuse(name, value, member.__doc__)
+            pass
+        _core.refuse(name, value, member.__doc__)
 
     return property(member.fget, assign, doc=member.__doc__)
 
 
-_answered = re.compile(r"__(init|getitem|contains|setstate)__|(?!__|answer$|refuse$).*")
+_public = re.compile(r"__(init|getitem|contains|setstate)__|(?!__|answer$|refuse$).*")
 for _scope in (_core, *[kind for kind in vars(_core).values() if isinstance(kind, type)]):
     for _name, _member in list(vars(_scope).items()):
         if isinstance(_member, property) and _member.fset:
             setattr(_scope, _name, _assigned(_name, _member))
-        elif _answered.fullmatch(_name) and (_name == "__init__" or type(_member).__name__ in ("nb_func", "nb_method")):
+        elif _public.fullmatch(_name) and (_name == "__init__" or type(_member).__name__ in ("nb_func", "nb_method")):
             _answer(_scope, _name, _member)
