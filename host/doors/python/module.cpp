@@ -90,18 +90,19 @@ nb::object capsule_of(nb::handle argument) {
 }
 
 // Gives a function an overload that calls `refuse` with what its others do not take: the first argument, Ellipsis where
-// there is none, the others, those by name, and the object.
-void answer(const nb::object& scope, const char* name, bool is_method, const nb::object& refuse) {
+// there is none, the others, those by name, and the object. signature: how it stands in the function's help.
+void answer(const nb::object& scope, const char* signature, const char* doc, bool is_method, const nb::object& refuse) {
     const auto call = [refuse](LastResort first, const nb::args& rest, const nb::kwargs& named) {
         refuse(first.given, rest, named);
     };
     const auto call_method = [refuse](nb::handle self, LastResort first, const nb::args& rest,
                                       const nb::kwargs& named) { refuse(first.given, rest, named, self); };
+    const nb::scope in(scope);
+    const nb::sig help(signature);
     const auto first = nb::arg("").none() = nb::ellipsis();
     const nb::arg rest("rest"), named("named");
-    if (is_method)
-        nb::cpp_function_def(call_method, nb::scope(scope), nb::name(name), nb::is_method(), first, rest, named);
-    else nb::cpp_function_def(call, nb::scope(scope), nb::name(name), first, rest, named);
+    if (is_method) nb::cpp_function_def(call_method, in, help, doc, nb::is_method(), first, rest, named);
+    else nb::cpp_function_def(call, in, help, doc, first, rest, named);
 }
 
 // value: Ellipsis where it is not given.
@@ -213,7 +214,8 @@ NB_MODULE(_core, m) {
     bind_fit(m);
     bind_contact(m);
     m.def("memory_at_hand", memory_at_hand, nb::arg("root"));
-    m.def("answer", answer, nb::arg("scope"), nb::arg("name"), nb::arg("is_method"), nb::arg("refuse"));
+    m.def("answer", answer, nb::arg("scope"), nb::arg("signature"), nb::arg("doc"), nb::arg("is_method"),
+          nb::arg("refuse"));
     m.def("refuse", refuse, nb::arg("parameter"), nb::arg("value").none(), nb::arg("allowed"),
           nb::sig("def refuse(parameter: str, value: object, allowed: str) -> typing.NoReturn"));
 }

@@ -127,7 +127,9 @@ def _answer(scope: Any, name: str, function: Any) -> None:
             _core.refuse(*fault)
         _core.refuse("arguments", given, f"those of {signatures[0][0]}")
 
-    _core.answer(scope, name, isinstance(scope, type) and type(function).__name__ != "nb_func", refuse)
+    is_method = isinstance(scope, type) and type(function).__name__ != "nb_func"
+    doc = signatures[0][1] or "" if signatures else "Objects of this type come from functions of dermis."
+    _core.answer(scope, f"def {name}({'self, ' * is_method}*others, **named) -> NoReturn", doc, is_method, refuse)
 
 
 def _assigned(name: str, member: Any) -> property:
