@@ -240,14 +240,11 @@ nb::bytes save(const SkinWithShapes& s, nb::handle pads) {
         const Computing computing(s.in_use.get());
         size = s.skin->state_bytes(numbers.pads());
     }
-    nb::object bytes = nb::steal(PyBytes_FromStringAndSize(nullptr, Py_ssize_t(size)));
-    if (!bytes.is_valid()) nb::raise_python_error();
+    nb::bytes bytes(nullptr, size);
     char* state = PyBytes_AsString(bytes.ptr());
-    {
-        const Computing computing(s.in_use.get());
-        s.skin->save(state, size, numbers.pads());
-    }
-    return nb::borrow<nb::bytes>(bytes);
+    const Computing computing(s.in_use.get());
+    s.skin->save(state, size, numbers.pads());
+    return bytes;
 }
 
 void load(SkinWithShapes& s, nb::handle state, nb::handle pads) {
