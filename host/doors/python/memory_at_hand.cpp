@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The memory that skins may take.
-#include "host/core/base/memory.hpp"
 #include "host/core/base/cores.hpp"
+#include "host/core/base/memory.hpp"
 #include "host/doors/python/module.hpp"
 
 #include <cmath>

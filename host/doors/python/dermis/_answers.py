@@ -72,7 +72,7 @@ def _meaning_of(name: str, scope: object, doc: str | None) -> str:
 
 def _faults(signature: inspect.Signature, scope: object, doc: str | None, arguments: Iterable[Any],
             named: Mapping[str, Any]) -> Iterator[tuple[str, Any, str]]:
-    """Yield what is wrong with a call: the parameter, its value, Ellipsis where it is not given, and what is allowed."""
+    """Yield the parameters that are wrong, their values, Ellipsis where none is given, and what is allowed."""
     left, rest = list(arguments), dict(named)
     for name, parameter in signature.parameters.items():
         if parameter.kind is parameter.VAR_KEYWORD:
