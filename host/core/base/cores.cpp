@@ -31,33 +31,28 @@ int cores_of_group(const std::string& group) {
 
 int fewer(int a, int b) { return a == 0 || b == 0 ? std::max(a, b) : std::min(a, b); }
 
-// The least limit of a group and of the groups around it. In a container the path may be the host's: folders of it that
-// do not exist limit nothing, and the root is the container's own group.
-int cores_of_path(const std::string& hierarchy, std::string path) {
-    int least = 0;
-    for (;;) {
-        least = fewer(least, cores_of_group(hierarchy + path));
-        const size_t last = path.rfind('/');
-        if (last == std::string::npos) return least;
-        path.erase(last);
-    }
-}
-
 } // namespace
 
-int cores_of_quota(const std::string& root) {
+std::vector<std::string> control_groups(const std::string& controller, const std::string& root) {
     std::ifstream groups(root + "/proc/self/cgroup");
-    int least = 0;
+    std::vector<std::string> folders;
     for (std::string line; std::getline(groups, line);) { // "4:cpu,cpuacct:/path" of version 1, "0::/path" of 2
         const size_t first = line.find(':'), second = line.find(':', first + 1);
         if (second == std::string::npos) continue;
-        const std::string controllers = "," + line.substr(first + 1, second - first - 1) + ",";
-        const std::string path = line.substr(second + 1), all = root + "/sys/fs/cgroup";
-        if (controllers == ",,")
-            least = fewer(least, fewer(cores_of_path(all, path), cores_of_path(all + "/unified", path)));
-        if (controllers.find(",cpu,") == std::string::npos) continue;
-        for (const char* name : {"/cpu", "/cpu,cpuacct"}) least = fewer(least, cores_of_path(all + name, path));
+        const std::string listed = line.substr(first + 1, second - first - 1);
+        if (!listed.empty() && ("," + listed + ",").find("," + controller + ",") == std::string::npos) continue;
+        for (const std::string& name : {listed, listed.empty() ? "unified" : controller})
+            for (std::string path = line.substr(second + 1);; path.erase(path.rfind('/'))) {
+                folders.push_back(root + "/sys/fs/cgroup/" + name + path);
+                if (path.find('/') == std::string::npos) break;
+            }
     }
+    return folders;
+}
+
+int cores_of_quota(const std::string& root) {
+    int least = 0;
+    for (const std::string& group : control_groups("cpu", root)) least = fewer(least, cores_of_group(group));
     return least;
 }
 

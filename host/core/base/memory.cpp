@@ -16,8 +16,6 @@ const std::optional<Error> reserved = []() -> std::optional<Error> {
     }
 }();
 
-double cells_of(const Grid& grid) { return double(grid.width) * double(grid.height); }
-
 } // namespace
 
 void out_of_memory() {
@@ -42,12 +40,16 @@ std::string grid_text(const Grid& grid) {
     return std::to_string(grid.width) + " x " + std::to_string(grid.height) + " cells";
 }
 
+double bytes_of(const SkinDescription& d, const SkinOptions& options) {
+    // A cell has a pressure, and without sites what a site has: a strain of each element, and responses.
+    const double strains = std::max(1.0, double(d.material.elements.size())), sites = double(d.sites.size()),
+                 cell = sites ? 1 : 1 + strains + double(options.responses.size());
+    return sizeof(float) * options.count * (double(d.grid.width) * d.grid.height * cell + sites * (strains + 1));
+}
+
 std::string needs_of(const SkinDescription& d, const SkinOptions& options) {
-    // Each cell has a pressure, and without sites a strain and responses.
-    const double of_cell = 1 + (d.sites.empty() ? 1 + double(options.responses.size()) : 0);
     return std::to_string(options.count) + (options.count == 1 ? " skin of " : " skins of ") + grid_text(d.grid) +
-           " and " + std::to_string(d.sites.size()) + " receptors need at least " +
-           bytes_text(sizeof(float) * options.count * (cells_of(d.grid) * of_cell + double(d.sites.size())));
+           " and " + std::to_string(d.sites.size()) + " receptors need at least " + bytes_text(bytes_of(d, options));
 }
 
 } // namespace dermis::scene

@@ -26,7 +26,8 @@ std::string bytes_text(double bytes);
 
 std::string grid_text(const Grid&); // "64 x 32 cells"
 
-// Says what a skin pressed frame by frame needs at least.
+// What a skin pressed frame by frame needs at least, in bytes and in words.
+double bytes_of(const SkinDescription&, const SkinOptions&);
 std::string needs_of(const SkinDescription&, const SkinOptions&);
 
 } // namespace dermis::scene

@@ -11,7 +11,6 @@ namespace {
 
 using contact::Contact, contact::Depths, contact::Pad, contact::Pose, contact::Taxels, contact::WorldContact;
 using Vector = std::array<double, 3>;
-using Rotation = std::array<double, 9>;
 
 // A pad with the array that it adds to.
 struct PadOnArray {
@@ -35,8 +34,8 @@ template <class Array> bool has_rows(const Array& array) {
            (array.shape(0) == 1 || array.stride(0) >= int64_t(array.shape(1)));
 }
 
-void make_pad(PadOnArray* self, nb::handle pressure, nb::handle spacing, bool tiled) {
-    PadOnArray made{{}, value_in<double>(spacing, "spacing", "a number of m"), tiled};
+void make_pad(PadOnArray* self, nb::handle pressure, double spacing, bool tiled) {
+    PadOnArray made{{}, spacing, tiled};
     if (!nb::try_cast(readable(pressure), made.pressure, false) || !has_rows(made.pressure))
         scene::refuse("pressure", description_of(pressure),
                       "float32 array of shape (height, width) in Pa that can be written, its rows one after another");
@@ -54,53 +53,43 @@ template <class Call> auto refusing(Call&& call) {
     }
 }
 
-constexpr const char *newtons = "a number of N", *metres = "a number of m", *three = "three numbers";
-
-Pad pad_in(nb::handle pad) { return value_in<const PadOnArray*>(pad, "pad", "a contact.Pad")->pad(); }
-
-template <class Item> std::vector<Item> contacts_in(nb::handle contacts, const char* allowed) {
-    if (!PySequence_Check(contacts.ptr())) scene::refuse("contacts", description_of(contacts), allowed);
-    return items_of<Item>(nb::borrow<nb::sequence>(contacts), "contacts", allowed);
+contact::Report add_local(const PadOnArray& pad, const Sequence<Contact>& contacts) {
+    const auto local = items_of<Contact>(contacts, "contacts", "a list of contact.Contact");
+    return refusing([&] { return add_contacts(pad.pad(), local); });
 }
 
-contact::Report add_local(nb::handle pad, nb::handle contacts) {
-    const Pad on = pad_in(pad);
-    const auto local = contacts_in<Contact>(contacts, "a list of contact.Contact");
-    return refusing([&] { return add_contacts(on, local); });
+contact::Report add_in_world(const PadOnArray& pad, const Pose& pose, double reach,
+                             const Sequence<WorldContact>& contacts) {
+    const auto in_world = items_of<WorldContact>(contacts, "contacts", "a list of contact.WorldContact");
+    return refusing([&] { return add_contacts(pad.pad(), pose, reach, in_world); });
 }
 
-contact::Report add_in_world(nb::handle pad, nb::handle pose, nb::handle reach, nb::handle contacts) {
-    const Pad on = pad_in(pad);
-    const Pose& where = *value_in<const Pose*>(pose, "pose", "a contact.Pose");
-    const double at_most = value_in<double>(reach, "reach", metres);
-    const auto in_world = contacts_in<WorldContact>(contacts, "a list of contact.WorldContact");
-    return refusing([&] { return add_contacts(on, where, at_most, in_world); });
+template <class Array> Array array_of(const Numbers& numbers, const char* parameter, const char* allowed) {
+    Array array{};
+    if (!nb::try_cast(numbers, array)) scene::refuse(parameter, description_of(numbers), allowed);
+    return array;
+}
+Vector vector_of(const Numbers& numbers, const char* parameter) {
+    return array_of<Vector>(numbers, parameter, "three numbers");
 }
 
-void make_contact(Contact* self, nb::handle x, nb::handle y, nb::handle force, nb::handle radius, nb::handle area) {
-    new (self) Contact{.x = value_in<double>(x, "x", metres),
-                       .y = value_in<double>(y, "y", metres),
-                       .force = value_in<double>(force, "force", newtons),
-                       .radius = value_in<double>(radius, "radius", metres),
-                       .area = value_in<double>(area, "area", "a number of m^2")};
+void make_world_contact(WorldContact* self, const Numbers& position, double force, double radius, double area,
+                        const Numbers& direction) {
+    new (self) WorldContact{.position = vector_of(position, "position"),
+                            .force = force,
+                            .radius = radius,
+                            .area = area,
+                            .direction = vector_of(direction, "direction")};
 }
 
-void make_world_contact(WorldContact* self, nb::handle position, nb::handle force, nb::handle radius, nb::handle area,
-                        nb::handle direction) {
-    new (self) WorldContact{.position = value_in<Vector>(position, "position", three),
-                            .force = value_in<double>(force, "force", newtons),
-                            .radius = value_in<double>(radius, "radius", metres),
-                            .area = value_in<double>(area, "area", "a number of m^2"),
-                            .direction = value_in<Vector>(direction, "direction", three)};
-}
-
-// rotation: nine numbers, or three rows of three.
-void make_pose(Pose* self, nb::handle position, nb::handle rotation) {
-    Pose pose{.position = value_in<Vector>(position, "position", three)};
+void make_pose(Pose* self, const Numbers& position, const Numbers& rotation) {
+    Pose pose{.position = vector_of(position, "position")};
     std::array<Vector, 3> rows{};
     if (nb::try_cast(rotation, rows))
         for (size_t i = 0; i < 9; ++i) pose.rotation[i] = rows[i / 3][i % 3];
-    else pose.rotation = value_in<Rotation>(rotation, "rotation", "nine numbers, or an array of shape (3, 3)");
+    else
+        pose.rotation =
+            array_of<decltype(pose.rotation)>(rotation, "rotation", "nine numbers, or an array of shape (3, 3)");
     new (self) Pose(pose);
 }
 
@@ -147,26 +136,23 @@ template <class Struct> void bind_patch(nb::class_<Struct>& type) {
 
 void bind_contacts(nb::module_& m) {
     nb::class_<Contact> local(m, "Contact", "A force on a round patch, in the pad's frame.");
-    local.def(
-        "__init__", make_contact,
-        nb::sig("def __init__(self, x: float, y: float, force: float, radius: float = 0.0, area: float = 0.0) -> None"),
-        not_given("x"), not_given("y"), not_given("force"), nb::arg("radius").none() = 0.0,
-        nb::arg("area").none() = 0.0);
-    local.def_rw("x", &Contact::x, "m, along a row, from the outer corner of cell [0, 0]");
-    local.def_rw("y", &Contact::y, "m, from row to row");
+    local.def(Pickled())
+        .def(
+            "__init__",
+            [](Contact* self, double x, double y, double force, double radius, double area) {
+                new (self) Contact{.x = x, .y = y, .force = force, .radius = radius, .area = area};
+            },
+            nb::arg("x"), nb::arg("y"), nb::arg("force"), nb::arg("radius") = 0.0, nb::arg("area") = 0.0)
+        .def_rw("x", &Contact::x, "m, along a row, from the outer corner of cell [0, 0]")
+        .def_rw("y", &Contact::y, "m, from row to row");
     bind_patch(local);
-    bind_pickle(local);
     nb::class_<WorldContact> world(m, "WorldContact", "A force on a round patch, in the world.");
-    world.def("__init__", make_world_contact,
-              nb::sig("def __init__(self, position: Sequence[float] | NDArray[numpy.floating], force: float, "
-                      "radius: float = 0.0, area: float = 0.0, "
-                      "direction: Sequence[float] | NDArray[numpy.floating] = (0.0, 0.0, 0.0)) -> None"),
-              not_given("position"), not_given("force"), nb::arg("radius").none() = 0.0, nb::arg("area").none() = 0.0,
-              nb::arg("direction").none() = Vector{});
-    world.def_rw("position", &WorldContact::position, "m");
-    world.def_rw("direction", &WorldContact::direction, "where the force pushes the pad; 0: straight into it");
+    world.def(Pickled())
+        .def("__init__", make_world_contact, nb::arg("position"), nb::arg("force"), nb::arg("radius") = 0.0,
+             nb::arg("area") = 0.0, nb::arg("direction") = nb::make_tuple(0.0, 0.0, 0.0))
+        .def_rw("position", &WorldContact::position, "m")
+        .def_rw("direction", &WorldContact::direction, "where the force pushes the pad; 0: straight into it");
     bind_patch(world);
-    bind_pickle(world);
 }
 
 void bind_pad(nb::module_& m) {
@@ -177,22 +163,19 @@ void bind_pad(nb::module_& m) {
                        " cells of " + shortest(p.spacing) + " m>";
             })
         .def(
-            "__init__", make_pad,
-            nb::sig("def __init__(self, pressure: object, spacing: float, tiled: bool = False) -> None"),
-            not_given("pressure"), not_given("spacing"), nb::arg("tiled") = false,
+            "__init__", make_pad, nb::arg("pressure"), nb::arg("spacing"), nb::arg("tiled") = false,
             "pressure: float32 of shape (height, width), Pa, which is added to in place. spacing: m between cells.\n"
             "tiled: whether pads side by side share patches; what lies beyond the border is then the neighbours' own.");
-    nb::class_<Pose> pose(m, "Pose", "Where a pad is: world = position + rotation*local.");
-    bind_pickle(pose);
-    pose.def("__init__", make_pose,
-             nb::sig("def __init__(self, position: Sequence[float] | NDArray[numpy.floating] = (0.0, 0.0, 0.0), "
-                     "rotation: Sequence[float] | Sequence[Sequence[float]] | NDArray[numpy.floating] = "
-                     "(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)) -> None"),
-             nb::arg("position").none() = Vector{}, nb::arg("rotation").none() = Rotation{1, 0, 0, 0, 1, 0, 0, 0, 1})
+    nb::class_<Pose>(m, "Pose", "Where a pad is: world = position + rotation*local.")
+        .def(Pickled())
+        .def("__init__", make_pose, nb::arg("position") = nb::make_tuple(0.0, 0.0, 0.0),
+             nb::arg("rotation") = nb::make_tuple(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0))
         .def_static(
             "from_quaternion",
-            [](const Vector& position, const std::array<double, 4>& quaternion) {
-                return Pose::from_quaternion(position.data(), quaternion.data());
+            [](const Numbers& position, const Numbers& quaternion) {
+                const Vector at = vector_of(position, "position");
+                const auto q = array_of<std::array<double, 4>>(quaternion, "quaternion", "four numbers");
+                return Pose::from_quaternion(at.data(), q.data());
             },
             nb::arg("position"), nb::arg("quaternion"), "position: m; quaternion: w, x, y, z.")
         .def(
@@ -203,10 +186,10 @@ void bind_pad(nb::module_& m) {
 }
 
 void bind_contact_report(nb::module_& m) {
-    nb::class_<contact::Report> report(
-        m, "ContactReport", "What became of the forces: asked = placed + outside + sideways, up to rounding.");
-    bind_pickle(report);
-    report.def_ro("asked", &contact::Report::asked, "N: the forces given.")
+    nb::class_<contact::Report>(m, "ContactReport",
+                                "What became of the forces: asked = placed + outside + sideways, up to rounding.")
+        .def(Pickled())
+        .def_ro("asked", &contact::Report::asked, "N: the forces given.")
         .def_ro("placed", &contact::Report::placed, "N: the part that presses cells, measured in the array.")
         .def_ro("outside", &contact::Report::outside,
                 "N: the part beside the pad, too far, turned away, or of depths that nowhere exceed 0.")
@@ -230,15 +213,10 @@ void bind_contact(nb::module_& m) {
     bind_contact_report(m);
     bind_contacts(m);
     bind_pad(m);
-    m.def("add_contacts", add_local,
-          nb::sig("def add_contacts(pad: Pad, contacts: Sequence[Contact]) -> ContactReport"), nb::arg("pad").none(),
-          nb::arg("contacts").none(), "Add forces on round patches to the pad's pressure, in the pad's frame.");
-    m.def(
-        "add_contacts", add_in_world,
-        nb::sig(
-            "def add_contacts(pad: Pad, pose: Pose, reach: float, contacts: Sequence[WorldContact]) -> ContactReport"),
-        not_given("pad"), not_given("pose"), not_given("reach"), not_given("contacts"),
-        "The same in the world, of contacts at most reach metres from the pad's plane.");
+    m.def("add_contacts", add_local, nb::arg("pad"), nb::arg("contacts"),
+          "Add forces on round patches to the pad's pressure, in the pad's frame.");
+    m.def("add_contacts", add_in_world, nb::arg("pad"), nb::arg("pose"), nb::arg("reach"), nb::arg("contacts"),
+          "The same in the world, of contacts at most reach metres from the pad's plane.");
     m.def("add_depths", add_depths_of, nb::arg("pad"), nb::arg("depth").none(), nb::arg("force"),
           nb::arg("stiffness") = 0.0,
           "Add a force where depth > 0, in proportion to it. depth: float32 of the pad's shape, m.\n"
@@ -252,13 +230,10 @@ void bind_contact(nb::module_& m) {
           "first.");
     m.def(
         "hertz_radius",
-        [](nb::handle force, nb::handle ball, nb::handle modulus) {
-            const double f = value_in<double>(force, "force", newtons), r = value_in<double>(ball, "ball", metres);
-            const double e = value_in<double>(modulus, "modulus", "a number of Pa");
-            return refusing([&] { return contact::hertz_radius(f, r, e); });
+        [](double force, double ball, double modulus) {
+            return refusing([&] { return contact::hertz_radius(force, ball, modulus); });
         },
-        nb::sig("def hertz_radius(force: float, ball: float, modulus: float) -> float"), not_given("force"),
-        not_given("ball"), not_given("modulus"),
+        nb::arg("force"), nb::arg("ball"), nb::arg("modulus"),
         "Return the radius in m of the patch of a rigid ball. force: N; ball: its radius, m; modulus: Pa.");
 }
 

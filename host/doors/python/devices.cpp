@@ -2,19 +2,31 @@
 // Devices, and the reports that runs and skins share.
 #include "host/doors/python/pickle.hpp"
 
+#include <map>
+#include <unistd.h>
+
 namespace dermis::python {
 namespace {
 
-SharedDevice open(string_view which) {
-    const std::string name(which);
-    const Computing computing(nullptr);
-    return {Device::open(name), name};
+// The devices that this process has opened and still uses. A child process does not use its parent's.
+using Key = std::tuple<std::string, int, pid_t>;
+std::map<Key, std::weak_ptr<OpenDevice>>& open_devices() {
+    static std::map<Key, std::weak_ptr<OpenDevice>> devices;
+    return devices;
 }
 
-SharedDevice open_cpu(int threads) {
-    const Computing computing(nullptr);
-    return {Device::cpu(threads), "cpu", threads};
+SharedDevice opened(const std::string& which, int threads) {
+    SharedDevice shared{nullptr, which, threads};
+    {
+        const Computing computing(nullptr);
+        shared.open = std::make_shared<OpenDevice>(which == "cpu" ? Device::cpu(threads) : Device::open(which));
+    }
+    open_devices()[{which, threads, getpid()}] = shared.open;
+    return shared;
 }
+
+SharedDevice open(string_view which) { return opened(std::string(which), 0); }
+SharedDevice open_cpu(int threads) { return opened("cpu", threads); }
 
 std::vector<DeviceInfo> list() {
     const Computing computing(nullptr);
@@ -23,9 +35,15 @@ std::vector<DeviceInfo> list() {
 
 } // namespace
 
-SharedDevice device_opened(const std::string& which, int threads) {
-    return which == "cpu" ? open_cpu(threads) : open(which);
+void write(Writer& writer, const SharedDevice& device) { writer(device.which, device.threads); }
+
+SharedDevice device_in(Reader& reader) {
+    SharedDevice device;
+    reader(device.which, device.threads);
+    device.open = open_devices()[{device.which, device.threads, getpid()}].lock();
+    return device.open ? device : opened(device.which, device.threads);
 }
+void make(SharedDevice* self, Reader& reader) { new (self) SharedDevice(device_in(reader)); }
 
 SharedDevice device_of(nb::handle argument) {
     if (argument.is_none()) return open_cpu(0);
@@ -37,9 +55,9 @@ SharedDevice device_of(nb::handle argument) {
 }
 
 void bind_device(nb::module_& m) {
-    nb::class_<DeviceInfo> info(m, "DeviceInfo", "What is known of a device.");
-    bind_pickle(info);
-    info.def_ro("name", &DeviceInfo::name, "\"cpu\", or what the driver calls the device.")
+    nb::class_<DeviceInfo>(m, "DeviceInfo", "What is known of a device.")
+        .def(Pickled())
+        .def_ro("name", &DeviceInfo::name, "\"cpu\", or what the driver calls the device.")
         .def_ro("kind", &DeviceInfo::kind, "\"cpu path\", \"discrete GPU\", \"software\" ..")
         .def_ro("driver", &DeviceInfo::driver, "Name and version; empty for the CPU path.")
         .def_ro("vulkan", &DeviceInfo::vulkan)
@@ -47,6 +65,7 @@ void bind_device(nb::module_& m) {
         .def_ro("refused", &DeviceInfo::refused, "The reason why the device cannot be used; empty if it can.")
         .def("__repr__", [](const DeviceInfo& i) { return "<DeviceInfo " + i.name + ", " + i.kind + ">"; });
     nb::class_<SharedDevice>(m, "Device", "Where runs and skins compute. Open one once and hand it to each.")
+        .def(Pickled())
         .def_static(
             "cpu", open_cpu, nb::arg("threads") = 0,
             "Return the CPU path. threads: 0 is one per core that the process may use, 1 only the calling thread.")
@@ -55,29 +74,23 @@ void bind_device(nb::module_& m) {
             "Open a device: \"auto\" (a GPU if there is one, else the CPU path), \"cpu\", \"vulkan\", a number\n"
             "of list(), or a part of a Vulkan device's name.")
         .def_static("list", list, "Return every Vulkan device, usable or not.")
-        .def_prop_ro("info", [](const SharedDevice& d) { return d.device.info(); })
-        .def("__repr__", [](const SharedDevice& d) { return "<Device " + d.device.info().name + ">"; })
-        .def("__getstate__", [](const SharedDevice& d) { return std::tuple(d.which, d.threads); })
-        .def("__setstate__", [](SharedDevice& self, const nb::typed<nb::tuple, nb::str, int>& state) {
-            const std::string which(nb::cast<string_view>(state[0]));
-            new (&self) SharedDevice(device_opened(which, nb::cast<int>(state[1])));
-        });
+        .def_prop_ro("info", [](const SharedDevice& d) { return d.device().info(); })
+        .def("__repr__", [](const SharedDevice& d) { return "<Device " + d.device().info().name + ">"; });
 }
 
 void bind_report(nb::module_& m) {
-    nb::class_<Figure> figure(m, "Figure",
-                              "A figure, and the range in which it is plausible for skin. NaN: not known.");
-    bind_pickle(figure);
-    figure.def_ro("value", &Figure::value)
+    nb::class_<Figure>(m, "Figure", "A figure, and the range in which it is plausible for skin. NaN: not known.")
+        .def(Pickled())
+        .def_ro("value", &Figure::value)
         .def_ro("least", &Figure::least)
         .def_ro("greatest", &Figure::greatest)
         .def_prop_ro("outside", &Figure::outside, "Whether the value is known and outside the range.")
         .def("__repr__", [](const Figure& f) {
             return "<Figure " + shortest(f.value) + " in " + shortest(f.least) + ".." + shortest(f.greatest) + ">";
         });
-    nb::class_<Report> report(m, "Report", "What the numbers of a skin mean.");
-    bind_pickle(report);
-    report.def_ro("strain", &Report::strain, "Greatest |eps|: indentation over thickness.")
+    nb::class_<Report>(m, "Report", "What the numbers of a skin mean.")
+        .def(Pickled())
+        .def_ro("strain", &Report::strain, "Greatest |eps|: indentation over thickness.")
         .def_ro("indentation", &Report::indentation, "m: thickness*strain.")
         .def_ro("gain", &Report::gain, "Greatest |l*C|; above 1 responses can change sign.")
         .def_ro("cells_per_ridge", &Report::cells_per_ridge)

@@ -6,8 +6,7 @@
 namespace dermis::python {
 namespace {
 
-using Numbers = std::vector<double>;
-using FitFunction = Fit (*)(const Numbers&, const Numbers&, int, Residual);
+using FitFunction = decltype(&fit_creep);
 
 Residual residual_named(string_view name) {
     if (name == "relative") return Residual::relative;
@@ -15,15 +14,10 @@ Residual residual_named(string_view name) {
     scene::refuse("residual", "\"" + std::string(name) + "\"", "\"absolute\", \"relative\"");
 }
 
-Numbers numbers_in(const Sequence<double>& sequence, const char* parameter) {
-    return items_of<double>(sequence, parameter, "numbers");
-}
-
-template <FitFunction function>
-Fit fit(const Sequence<double>& times, const Sequence<double>& values, int n, string_view residual) {
+template <FitFunction function> Fit fit(const Numbers& times, const Numbers& values, int n, string_view residual) {
     const Residual kind = residual_named(residual);
-    const Numbers at = numbers_in(times, "times"),
-                  measured = numbers_in(values, function == fit_creep ? "compliances" : "moduli");
+    const std::vector<double> at = numbers_in(times, "times"),
+                              measured = numbers_in(values, function == fit_creep ? "compliances" : "moduli");
     const Computing computing(nullptr);
     return function(at, measured, n, kind);
 }
@@ -31,12 +25,10 @@ Fit fit(const Sequence<double>& times, const Sequence<double>& values, int n, st
 } // namespace
 
 void bind_fit(nb::module_& m) {
-    nb::class_<KelvinVoigt> element(
-        m, "KelvinVoigt",
-        "A spring beside a dashpot: modulus*strain + viscosity*rate = pressure. Viscosity 0 "
-        "is a\nspring, modulus 0 a dashpot.");
-    bind_pickle(element);
-    element
+    nb::class_<KelvinVoigt>(m, "KelvinVoigt",
+                            "A spring beside a dashpot: modulus*strain + viscosity*rate = pressure. Viscosity 0 is a\n"
+                            "spring, modulus 0 a dashpot.")
+        .def(Pickled())
         .def(
             "__init__",
             [](KelvinVoigt* self, double modulus, double viscosity) {
@@ -45,27 +37,25 @@ void bind_fit(nb::module_& m) {
             nb::kw_only(), nb::arg("modulus") = 0.0, nb::arg("viscosity") = 0.0)
         .def_rw("modulus", &KelvinVoigt::modulus, "Pa, >= 0")
         .def_rw("viscosity", &KelvinVoigt::viscosity, "Pa s, >= 0");
-    nb::class_<Relaxation> relaxation(m, "Relaxation",
-                                      "The generalized Maxwell model: what papers call a Prony series.");
-    bind_pickle(relaxation);
-    relaxation
+    nb::class_<Relaxation>(m, "Relaxation", "The generalized Maxwell model: what papers call a Prony series.")
+        .def(Pickled())
         .def(
             "__init__",
-            [](Relaxation* self, const Sequence<double>& moduli, const Sequence<double>& times, double equilibrium) {
+            [](Relaxation* self, const Numbers& moduli, const Numbers& times, double equilibrium) {
                 new (self) Relaxation{numbers_in(moduli, "moduli"), numbers_in(times, "times"), equilibrium};
             },
             nb::kw_only(), nb::arg("moduli") = nb::tuple(), nb::arg("times") = nb::tuple(),
             nb::arg("equilibrium") = 0.0)
         .def_prop_rw(
             "moduli", [](const Relaxation& r) { return r.moduli; },
-            [](Relaxation& r, const Sequence<double>& moduli) { r.moduli = numbers_in(moduli, "moduli"); }, "Pa, > 0")
+            [](Relaxation& r, const Numbers& moduli) { r.moduli = numbers_in(moduli, "moduli"); }, "Pa, > 0")
         .def_prop_rw(
             "times", [](const Relaxation& r) { return r.times; },
-            [](Relaxation& r, const Sequence<double>& times) { r.times = numbers_in(times, "times"); }, "s, > 0")
+            [](Relaxation& r, const Numbers& times) { r.times = numbers_in(times, "times"); }, "s, > 0")
         .def_rw("equilibrium", &Relaxation::equilibrium, "Pa, >= 0");
-    nb::class_<Fit> fitted(m, "Fit", "A chain of elements that was fitted to a measured curve.");
-    bind_pickle(fitted);
-    fitted.def_ro("elements", &Fit::elements, "A spring, elements by ascending retardation time, a dashpot.")
+    nb::class_<Fit>(m, "Fit", "A chain of elements that was fitted to a measured curve.")
+        .def(Pickled())
+        .def_ro("elements", &Fit::elements, "A spring, elements by ascending retardation time, a dashpot.")
         .def_ro("errors", &Fit::errors, "Standard error of the logarithm of each number of the elements.")
         .def_ro("residual", &Fit::residual, "Root mean square of the residual.")
         .def_prop_ro(
@@ -80,16 +70,12 @@ void bind_fit(nb::module_& m) {
             return relaxation_of(items_of<KelvinVoigt>(elements, "elements", "KelvinVoigt"));
         },
         nb::arg("elements"), "Return the relaxation of a chain, times ascending.");
-    m.def("fit_creep", fit<fit_creep>,
-          nb::sig("def fit_creep(times: Sequence[float] | NDArray[numpy.floating], "
-                  "compliances: Sequence[float] | NDArray[numpy.floating], n: int, residual: str = 'relative') -> Fit"),
-          nb::arg("times"), nb::arg("compliances"), nb::arg("n"), nb::arg("residual") = "relative",
+    m.def("fit_creep", fit<fit_creep>, nb::arg("times"), nb::arg("compliances"), nb::arg("n"),
+          nb::arg("residual") = "relative",
           "Fit a chain of at most n elements, 1..8, to measured creep.\n\n"
           "times: s, >= 0; compliances: 1/Pa; at least 2*n + 1 of each. residual: \"relative\" or \"absolute\".");
-    m.def("fit_relaxation", fit<fit_relaxation>,
-          nb::sig("def fit_relaxation(times: Sequence[float] | NDArray[numpy.floating], "
-                  "moduli: Sequence[float] | NDArray[numpy.floating], n: int, residual: str = 'relative') -> Fit"),
-          nb::arg("times"), nb::arg("moduli"), nb::arg("n"), nb::arg("residual") = "relative",
+    m.def("fit_relaxation", fit<fit_relaxation>, nb::arg("times"), nb::arg("moduli"), nb::arg("n"),
+          nb::arg("residual") = "relative",
           "Fit a chain of at most n elements, 1..8, to a measured relaxation.\n\n"
           "times: s, >= 0; moduli: Pa; at least 2*n + 1 of each. residual: \"relative\" or \"absolute\".");
 }

@@ -6,6 +6,23 @@
 #include <thread>
 
 namespace dermis::python {
+
+// An argument that is accepted when nanobind goes through the overloads for the last time, with conversions.
+struct LastResort {
+    nb::handle given;
+};
+
+} // namespace dermis::python
+
+template <> struct nanobind::detail::type_caster<dermis::python::LastResort> {
+    NB_TYPE_CASTER(dermis::python::LastResort, const_name("object"))
+    bool from_python(handle given, uint32_t flags, cleanup_list*) noexcept {
+        value.given = given;
+        return flags & cast_flags::convert;
+    }
+};
+
+namespace dermis::python {
 namespace {
 
 const char* name_of(Error::Code code) {
@@ -72,6 +89,28 @@ nb::object capsule_of(nb::handle argument) {
     return capsule.is_none() ? result_of(method) : capsule;
 }
 
+// Gives a function an overload that calls `refuse` with what its others do not take: the first argument, Ellipsis where
+// there is none, the others, those by name, and the object. signature: how it stands in the function's help.
+void answer(const nb::object& scope, const char* signature, const char* doc, bool is_method, const nb::object& refuse) {
+    const auto call = [refuse](LastResort first, const nb::args& rest, const nb::kwargs& named) {
+        refuse(first.given, rest, named);
+    };
+    const auto call_method = [refuse](nb::handle self, LastResort first, const nb::args& rest,
+                                      const nb::kwargs& named) { refuse(first.given, rest, named, self); };
+    const nb::scope in(scope);
+    const nb::sig help(signature);
+    const auto first = nb::arg("").none() = nb::ellipsis();
+    const nb::arg rest("rest"), named("named");
+    if (is_method) nb::cpp_function_def(call_method, in, help, doc, nb::is_method(), first, rest, named);
+    else nb::cpp_function_def(call, in, help, doc, first, rest, named);
+}
+
+// value: Ellipsis where it is not given.
+void refuse(string_view parameter, nb::handle value, string_view allowed) {
+    const std::string described = value.is(nb::ellipsis()) ? "(not given)" : description_of(value);
+    scene::refuse(std::string(parameter), described, std::string(allowed));
+}
+
 } // namespace
 
 // Up to Python 3.13 an interpreter that ends unwinds threads that come back to it, and no destructor may be unwound. So
@@ -103,8 +142,11 @@ std::function<void(double)> Computing::progress(nb::handle progress) {
     };
 }
 
-// Whether an array has a mask, which a view of its numbers would lose.
-bool is_masked(nb::handle argument) { return nb::hasattr(argument, "mask") && nb::hasattr(argument, "filled"); }
+bool is_row(nb::handle h) {
+    const bool is = PySequence_Check(h.ptr()) && PySequence_Size(h.ptr()) >= 0; // an array of no axes has no length
+    PyErr_Clear();
+    return is && !PyUnicode_Check(h.ptr()) && !is_masked(h);
+}
 
 nb::object readable(nb::handle argument) {
     if (is_masked(argument)) return nb::none();
@@ -171,4 +213,9 @@ NB_MODULE(_core, m) {
     bind_skin(m);
     bind_fit(m);
     bind_contact(m);
+    m.def("memory_at_hand", memory_at_hand, nb::arg("root"));
+    m.def("answer", answer, nb::arg("scope"), nb::arg("signature"), nb::arg("doc"), nb::arg("is_method"),
+          nb::arg("refuse"));
+    m.def("refuse", refuse, nb::arg("parameter"), nb::arg("value").none(), nb::arg("allowed"),
+          nb::sig("def refuse(parameter: str, value: object, allowed: str) -> typing.NoReturn"));
 }

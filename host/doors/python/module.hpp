@@ -17,13 +17,29 @@
 #include <nanobind/stl/vector.h>
 
 // nanobind's conversions of arguments may not throw, so one that allocates ends the process where there is no memory.
-// Functions take texts as std::string_view and other sequences as nb::typed<nb::sequence, ..>, for items_of().
+// Functions take texts as std::string_view and other sequences as Sequence or Numbers, for items_of().
+//
+// A call whose arguments are none that a function takes is answered by dermis/_answers.py; a function itself refuses
+// what its types cannot say.
 namespace dermis::python {
 
 namespace nb = nanobind;
 
 using std::string_view;
-template <class Item> using Sequence = nb::typed<nb::sequence, Item>;
+
+// Whether an array has a mask, which a view of its numbers would lose.
+inline bool is_masked(nb::handle h) { return nb::hasattr(h, "mask") && nb::hasattr(h, "filled"); }
+// Whether an object has items one after another, and is no text.
+bool is_row(nb::handle);
+
+struct Items : nb::object {
+    NB_OBJECT_DEFAULT(Items, nb::object, "collections.abc.Sequence", is_row)
+};
+template <class Item> using Sequence = nb::typed<Items, Item>;
+struct Numbers : nb::object {
+    NB_OBJECT_DEFAULT(Numbers, nb::object, "collections.abc.Sequence[float] | numpy.typing.NDArray[numpy.floating]",
+                      is_row)
+};
 
 void bind_contact(nb::module_&);
 void bind_device(nb::module_&);
@@ -33,18 +49,31 @@ void bind_result(nb::module_&);
 void bind_scene(nb::module_&);
 void bind_skin(nb::module_&);
 
-// A device. which: the text by which Device.open opened it, which a copy in another process opens too; "cpu" with
-// `threads` for Device.cpu. in_use: set for a Vulkan device, which one thread at a time may use, with all its skins and
-// runs.
-struct SharedDevice {
+// A device, which one thread at a time may use if it is a Vulkan device, with all its skins and runs.
+struct OpenDevice {
+    explicit OpenDevice(Device opened) : device(std::move(opened)) {}
     Device device;
+    std::mutex in_use;
+};
+// which: the text by which Device.open opened it, which a copy in another process opens too; "cpu" with `threads` for
+// Device.cpu.
+struct SharedDevice {
+    std::shared_ptr<OpenDevice> open;
     std::string which;
     int threads = 0;
-    std::shared_ptr<std::mutex> in_use = device.info().vulkan ? std::make_shared<std::mutex>() : nullptr;
+
+    const Device& device() const { return open->device; }
+    std::mutex* in_use() const { return device().info().vulkan ? &open->in_use : nullptr; }
 };
-SharedDevice device_opened(const std::string& which, int threads);
 // The device of an argument: a Device, the text that Device.open takes, or None for the CPU path.
 SharedDevice device_of(nb::handle);
+
+// The bytes that this process may still take: of the machine, and of each control group, version 1 or 2, that it is in.
+// Infinity where nothing is known. root: "", or a folder in place of the system's root.
+double memory_at_hand(string_view root);
+// Throws Error::no_memory, with both numbers, for skins that do not fit into the memory at hand. What is so small that
+// it will fit is not looked at.
+void need_memory(const Scene&, const SkinOptions&);
 
 // Releases the interpreter's lock while it lives, so that other Python threads run, and holds `in_use`, unless that is
 // null. It unlocks `in_use` before it takes the interpreter's lock again, so that two threads never wait for each
@@ -90,29 +119,14 @@ std::optional<AnyArray> array_in(nb::handle);
 std::string description_of(nb::handle);
 std::string shape_text(const std::vector<size_t>& shape); // "(25, 20)"
 
-// An argument that is None where it is not given, so that the function itself says what is missing.
-inline auto not_given(const char* name) { return nb::arg(name).none() = nb::none(); }
-
-// The value of an argument, None where it is not given. allowed: what the message says is
-// allowed, as "a number of m".
-template <class Value> Value value_in(nb::handle argument, const char* parameter, const char* allowed) {
-    Value value{};
-    if (argument.is_none() || !nb::try_cast(argument, value))
-        scene::refuse(parameter, argument.is_none() ? "(not given)" : description_of(argument), allowed);
-    return value;
-}
-
 template <class Enum> Enum value_named(const char* parameter, string_view name) {
     const std::optional<Enum> value = scene::value_of<Enum>(name);
     if (!value) scene::refuse(parameter, "\"" + std::string(name) + "\"", scene::quoted_names<Enum>());
     return *value;
 }
 
-// The items of a sequence. Throws Error::bad_input if it is a text, or if an item is no Item. allowed: what the message
-// says is allowed.
-template <class Item>
-std::vector<Item> items_of(const nb::sequence& sequence, const char* parameter, const char* allowed) {
-    if (PyUnicode_Check(sequence.ptr())) scene::refuse(parameter, description_of(sequence), allowed);
+// The items of a sequence. Throws Error::bad_input if an item is no Item. allowed: what the message says is allowed.
+template <class Item> std::vector<Item> items_of(nb::handle sequence, const char* parameter, const char* allowed) {
     std::vector<Item> items;
     for (nb::handle item : sequence) {
         Item value{};
@@ -120,6 +134,9 @@ std::vector<Item> items_of(const nb::sequence& sequence, const char* parameter, 
         items.push_back(std::move(value));
     }
     return items;
+}
+inline std::vector<double> numbers_in(const Numbers& numbers, const char* parameter) {
+    return items_of<double>(numbers, parameter, "numbers");
 }
 
 } // namespace dermis::python

@@ -7,16 +7,12 @@
 #include "dermis/fit.hpp"
 #include "host/doors/python/module.hpp"
 
-#include <concepts>
 #include <cstring>
 
 namespace dermis::python {
 
-template <class T, class Struct>
-concept Like = std::same_as<std::remove_const_t<T>, Struct>;
-
 #define DERMIS_MEMBERS(Struct, ...)                                                                                    \
-    template <class Archive> void members(Archive& each, Like<Struct> auto& s) {                                       \
+    template <class Archive> void members(Archive& each, Struct& s) {                                                  \
         auto& [__VA_ARGS__] = s;                                                                                       \
         each(__VA_ARGS__);                                                                                             \
     }
@@ -32,7 +28,7 @@ DERMIS_MEMBERS(Load, kind, center, radius, intensity, map, envelope, path, inter
 DERMIS_MEMBERS(Time, step, duration)
 DERMIS_MEMBERS(FieldRequest, at, what)
 DERMIS_MEMBERS(Output, traces, probes, fields, extremes)
-template <class Archive> void members(Archive& each, Like<Scene> auto& s) { // has a base, which no binding can name
+template <class Archive> void members(Archive& each, Scene& s) { // has a base, which no binding can name
     each(s.grid, s.surface, s.material, s.stencil, s.edges, s.receptors, s.sites);
     each(s.model, s.precision, s.tolerance, s.method, s.allow_unstable, s.load, s.time, s.output);
 }
@@ -58,116 +54,105 @@ DERMIS_MEMBERS(contact::Report, asked, placed, outside, sideways, greatest, cell
                turned_away, level)
 #undef DERMIS_MEMBERS
 
-// Writes values into `bytes`.
-class Writer {
+enum class Way { write, read };
+
+// Appends values to bytes, or reads what has been written, and throws Error::bad_input where the bytes end too early.
+template <Way way> class Archive {
   public:
-    template <class... T> void operator()(const T&... values) { (add(values), ...); }
-    std::string bytes;
+    using Bytes = std::conditional_t<way == Way::read, string_view, std::string>;
+    explicit Archive(Bytes bytes = {}) : bytes_(std::move(bytes)) {}
+    // Only reading changes the values.
+    template <class... T> void operator()(T&&... values) { (item(const_cast<std::remove_cvref_t<T>&>(values)), ...); }
+    const Bytes& bytes() const { return bytes_; }
 
   private:
-    template <class T> void add(const T& value) {
-        if constexpr (std::is_arithmetic_v<T> || std::is_enum_v<T>)
-            bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+    void need(bool ok) const {
+        if (!ok) scene::refuse("state", "cut bytes", "the bytes that pickle was given");
+    }
+    template <class Number> void numbers(Number* first, size_t count) {
+        const size_t size = count * sizeof *first;
+        if constexpr (way == Way::read) {
+            need(size <= bytes_.size());
+            if (count) std::memcpy(first, bytes_.data(), size);
+            bytes_.remove_prefix(size);
+        } else bytes_.append(reinterpret_cast<const char*>(first), size);
+    }
+    template <class T> void item(T& value) {
+        if constexpr (std::is_arithmetic_v<T> || std::is_enum_v<T>) numbers(&value, 1);
+        else if constexpr (requires { value.resize(0); }) items(value);
         else members(*this, value);
     }
-    template <class T> void add(const std::optional<T>& value) {
-        add(value.has_value());
-        if (value) add(*value);
-    }
-    template <class T, size_t n> void add(const std::array<T, n>& items) {
-        for (const T& item : items) add(item);
-    }
-    template <class T> void add(const std::vector<T>& items) {
-        add(items.size());
-        if constexpr (std::is_same_v<T, double>)
-            bytes.append(reinterpret_cast<const char*>(items.data()), items.size() * sizeof(double));
+    template <class Items> void items(Items& items) { // a vector or a text
+        size_t count = items.size();
+        item(count);
+        if constexpr (way == Way::read) {
+            need(count <= bytes_.size()); // an item has at least a byte
+            items.resize(count);
+        }
+        if constexpr (std::is_arithmetic_v<typename Items::value_type>) numbers(items.data(), count);
         else
-            for (const T& item : items) add(item);
+            for (auto& each : items) item(each);
     }
-    void add(const Map& map) { add(map.values()); }
-    void add(const std::string& text) {
-        add(text.size());
-        bytes += text;
+    template <class T, size_t n> void item(std::array<T, n>& items) {
+        for (T& each : items) item(each);
     }
-};
-
-// Reads what a Writer has written. Throws Error::bad_input where the bytes end too early.
-class Reader {
-  public:
-    explicit Reader(string_view bytes) : bytes_(bytes) {}
-    template <class... T> void operator()(T&... values) { (take(values), ...); }
-
-  private:
-    // Copies `count` items of `size` bytes each.
-    void copy(void* to, size_t count, size_t size) {
-        if (count > bytes_.size() / size) scene::refuse("state", "cut bytes", "the bytes that pickle was given");
-        if (count) std::memcpy(to, bytes_.data(), count * size);
-        bytes_.remove_prefix(count * size);
+    template <class T> void item(std::optional<T>& value) {
+        bool has_value = value.has_value();
+        item(has_value);
+        if (has_value) item(way == Way::read ? value.emplace() : *value);
     }
-    // Returns how many items follow, which is never more than there are bytes.
-    size_t count() {
-        size_t n = 0;
-        take(n);
-        if (n > bytes_.size()) scene::refuse("state", "cut bytes", "the bytes that pickle was given");
-        return n;
-    }
-    template <class T> void take(T& value) {
-        if constexpr (std::is_arithmetic_v<T> || std::is_enum_v<T>) copy(&value, 1, sizeof value);
-        else members(*this, value);
-    }
-    template <class T> void take(std::optional<T>& value) {
-        bool has_value = false;
-        take(has_value);
-        if (has_value) take(value.emplace());
-    }
-    template <class T, size_t n> void take(std::array<T, n>& items) {
-        for (T& item : items) take(item);
-    }
-    template <class T> void take(std::vector<T>& items) {
-        items.resize(count());
-        if constexpr (std::is_same_v<T, double>) copy(items.data(), items.size(), sizeof(double));
-        else
-            for (T& item : items) take(item);
-    }
-    void take(Map& map) {
+    void item(Map& map) {
+        if constexpr (way == Way::write) return (*this)(map.values());
         std::vector<double> values;
-        take(values);
+        items(values);
         if (!values.empty()) map = std::move(values);
     }
-    void take(std::string& text) {
-        text.resize(count());
-        copy(text.data(), text.size(), 1);
-    }
 
-    string_view bytes_;
+    Bytes bytes_;
 };
+using Writer = Archive<Way::write>;
+using Reader = Archive<Way::read>;
 
 // What stands before the members: only the same build reads them.
 inline std::string written_by() { return std::string("dermis ") + version() + " of commit " + commit(); }
 
-// Reads what the same build wrote.
-inline Reader reader_of(const nb::bytes& state) {
-    Reader reader(string_view(state.c_str(), state.size()));
-    std::string by;
-    reader(by);
-    if (by != written_by()) scene::refuse("state", "pickled by " + by, written_by());
-    return reader;
+// What is more than its members has overloads of these two. make() makes the object at `self`.
+template <class Type> void write(Writer& writer, const Type& value) { writer(value); }
+template <class Type> void make(Type* self, Reader& reader) {
+    Type value{};
+    reader(value);
+    new (self) Type(std::move(value));
 }
 
-// Lets values be pickled and copied.
-template <class T> void bind_pickle(nb::class_<T>& type) {
-    type.def("__getstate__",
-             [](const T& value) {
-                 Writer writer;
-                 writer(written_by(), value);
-                 return nb::bytes(writer.bytes.data(), writer.bytes.size());
-             })
-        .def("__setstate__", [](T& self, const nb::bytes& state) {
-            Reader reader = reader_of(state);
-            T value{};
-            reader(value);
-            new (&self) T(std::move(value));
-        });
-}
+void write(Writer&, const SharedDevice&);
+void make(SharedDevice*, Reader&);
+SharedDevice device_in(Reader&); // opened by the same text in this process, or now
+
+// Lets objects be pickled and copied, with the attributes that a subclass in Python gives them.
+struct Pickled : nb::def_visitor<Pickled> {
+    using Attributes = nb::typed<nb::dict, nb::str, nb::object>;
+    using State = std::tuple<nb::bytes, Attributes>;
+    template <class Class> static void execute(Class& bound) {
+        using Type = typename Class::Type;
+        bound
+            .def("__getstate__",
+                 [](nb::handle self) {
+                     Writer writer;
+                     writer(written_by());
+                     write(writer, nb::cast<const Type&>(self));
+                     return State(nb::bytes(writer.bytes().data(), writer.bytes().size()),
+                                  nb::borrow<Attributes>(nb::getattr(self, "__dict__", nb::dict())));
+                 })
+            .def("__setstate__", [](nb::pointer_and_handle<Type> self, const State& state) {
+                const auto& [bytes, attributes] = state;
+                Reader reader({bytes.c_str(), bytes.size()});
+                std::string by;
+                reader(by);
+                if (by != written_by()) scene::refuse("state", "pickled by " + by, written_by());
+                make(self.p, reader);
+                if (attributes.size()) self.h.attr("__dict__").attr("update")(attributes);
+            });
+    }
+};
 
 } // namespace dermis::python

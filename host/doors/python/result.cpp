@@ -11,7 +11,7 @@ struct RunOfScene {
     Scene scene;
     Result result;
 };
-template <class Archive> void members(Archive& each, Like<RunOfScene> auto& s) { each(s.scene, s.result); }
+template <class Archive> void members(Archive& each, RunOfScene& s) { each(s.scene, s.result); }
 
 RunOptions options_of(const std::optional<string_view>& precision, bool check) {
     RunOptions options;
@@ -24,9 +24,9 @@ RunOfScene* run_scene(const Scene& scene, nb::handle device, const std::optional
                       nb::handle progress) {
     RunOptions options = options_of(precision, check);
     const SharedDevice on = device_of(device);
-    Computing computing(on.in_use.get());
+    Computing computing(on.in_use());
     options.progress = computing.progress(progress);
-    return new RunOfScene{scene, run(scene, on.device, options)};
+    return new RunOfScene{scene, run(scene, on.device(), options)};
 }
 
 // materials: scenes of one cell, one for each material.
@@ -39,9 +39,9 @@ std::vector<RunOfScene> run_materials(const Scene& scene, const Sequence<Scene>&
     for (const Scene* s : items_of<const Scene*>(materials, "materials", "scenes"))
         scene::take_elements(wanted.emplace_back(), s->material);
     const SharedDevice on = device_of(device);
-    Computing computing(on.in_use.get());
+    Computing computing(on.in_use());
     options.progress = computing.progress(progress);
-    std::vector<Result> results = run(scene, wanted, on.device, options);
+    std::vector<Result> results = run(scene, wanted, on.device(), options);
     std::vector<RunOfScene> runs;
     for (size_t i = 0; i < results.size(); ++i) {
         runs.push_back({scene, std::move(results[i])});
@@ -53,9 +53,9 @@ std::vector<RunOfScene> run_materials(const Scene& scene, const Sequence<Scene>&
 Explanation explain_scene(const Scene& scene, nb::handle device, const std::optional<string_view>& precision) {
     RunOptions options = options_of(precision, false);
     const SharedDevice on = device_of(device);
-    Computing computing(on.in_use.get());
+    Computing computing(on.in_use());
     options.progress = computing.progress(Py_None);
-    return explain(scene, on.device, options);
+    return explain(scene, on.device(), options);
 }
 
 template <auto member> View<double> numbers_of(nb::handle_t<Trace> self) {
@@ -95,17 +95,16 @@ std::vector<const char*> trace_names(const RunOfScene& r) {
 }
 
 void bind_parts(nb::module_& m) {
-    nb::class_<Trace> trace(m, "Trace", "One quantity over time. Its arrays have one float64 for each output time.");
-    bind_pickle(trace);
-    trace.def_prop_ro("quantity", [](const Trace& t) { return name(t.quantity); })
+    nb::class_<Trace>(m, "Trace", "One quantity over time. Its arrays have one float64 for each output time.")
+        .def(Pickled())
+        .def_prop_ro("quantity", [](const Trace& t) { return name(t.quantity); })
         .def_prop_ro("mean", numbers_of<&Trace::mean>, "Mean over all cells.")
         .def_prop_ro("min", numbers_of<&Trace::min>, "Least value of all cells; empty without output.extremes.")
         .def_prop_ro("max", numbers_of<&Trace::max>, "Greatest value of all cells; empty without output.extremes.")
         .def_prop_ro("probes", probes_of, "The values in each cell of output.probes.");
-    nb::class_<Impulse> impulse(m, "Impulse",
-                                "The weight per cell of an impulse in a response, at a jump of the load.");
-    bind_pickle(impulse);
-    impulse.def_ro("time", &Impulse::time, "s")
+    nb::class_<Impulse>(m, "Impulse", "The weight per cell of an impulse in a response, at a jump of the load.")
+        .def(Pickled())
+        .def_ro("time", &Impulse::time, "s")
         .def_prop_ro("quantity", [](const Impulse& i) { return name(i.quantity); })
         .def_ro("mean", &Impulse::mean)
         .def_ro("min", &Impulse::min)
@@ -134,9 +133,9 @@ void add_figures(nb::class_<RunOfScene>& type) {
 }
 
 void bind_explanation(nb::module_& m) {
-    nb::class_<Candidate> candidate(m, "Candidate", "A model, precision and device that could serve a scene.");
-    bind_pickle(candidate);
-    candidate.def_prop_ro("model", [](const Candidate& c) { return name(c.model); })
+    nb::class_<Candidate>(m, "Candidate", "A model, precision and device that could serve a scene.")
+        .def(Pickled())
+        .def_prop_ro("model", [](const Candidate& c) { return name(c.model); })
         .def_prop_ro("precision", [](const Candidate& c) { return name(c.precision); })
         .def_ro("device", &Candidate::device)
         .def_ro("steps", &Candidate::steps)
@@ -145,9 +144,9 @@ void bind_explanation(nb::module_& m) {
         .def_ro("error", &Candidate::error, "Upper bound of the error that tolerance limits; NaN: not needed.")
         .def_ro("refused", &Candidate::refused, "The reason why it is not chosen; empty if it is.")
         .def_ro("reduced", &Candidate::reduced, "Elements that are computed in place of the material's, or none.");
-    nb::class_<Explanation> explanation(m, "Explanation", "How run() would compute a scene.");
-    bind_pickle(explanation);
-    explanation.def_ro("candidates", &Explanation::candidates, "Cheapest first.")
+    nb::class_<Explanation>(m, "Explanation", "How run() would compute a scene.")
+        .def(Pickled())
+        .def_ro("candidates", &Explanation::candidates, "Cheapest first.")
         .def_prop_ro(
             "chosen", [](const Explanation& e) { return e.candidates[e.chosen]; }, "The candidate that run() takes.")
         .def_ro("tolerance", &Explanation::tolerance)
@@ -164,8 +163,8 @@ void bind_result(nb::module_& m) {
     bind_parts(m);
     nb::class_<RunOfScene> type(m, "Result",
                                 "What a run gave. Arrays are views of the result's own numbers and cannot be written.");
-    bind_pickle(type);
-    type.def_prop_ro(
+    type.def(Pickled())
+        .def_prop_ro(
             "time",
             [](nb::handle_t<RunOfScene> self) { return view(nb::cast<const RunOfScene&>(self).result.time, self); },
             "Output times in s, float64 of shape (times,).")

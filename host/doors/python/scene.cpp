@@ -23,14 +23,9 @@ void check_shapes(const MapArrays& maps, const Grid& grid) {
 
 std::vector<Site> sites_named(const NamedSites& named) {
     std::vector<Site> sites;
-    for (nb::handle item : named) {
-        const nb::sequence site = nb::cast<nb::sequence>(item);
-        string_view type;
-        Cell cell{};
-        if (!nb::try_cast(site[0], type) || !nb::try_cast(site[1], cell.x) || !nb::try_cast(site[2], cell.y))
-            scene::refuse("sites", description_of(item), "(type, x, y), as in (\"sa1\", 12, 40)");
-        sites.push_back({value_named<Quantity>("sites", type), cell});
-    }
+    const char* allowed = "a list of (type, x, y), as in [(\"sa1\", 12, 40)]";
+    for (const auto& [type, x, y] : items_of<std::tuple<string_view, int, int>>(named, "sites", allowed))
+        sites.push_back({value_named<Quantity>("sites", type), {x, y}});
     return sites;
 }
 
@@ -104,8 +99,8 @@ std::vector<std::string> texts_in(const Sequence<nb::str>& overrides) {
 
 void bind_scene(nb::module_& m) {
     nb::class_<Scene> type(m, "Scene", "A checked scene.");
-    bind_pickle(type);
-    type.def(
+    type.def(Pickled())
+        .def(
             "__init__",
             [](Scene* self, string_view text, const nb::bytes& folder, const Sequence<nb::str>& overrides) {
                 new (self) Scene(movable(Scene::from_string(std::string(text), texts_in(overrides), path_of(folder))));

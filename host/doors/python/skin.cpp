@@ -80,7 +80,7 @@ class PadNumbers {
     }
     // A bool is an integer in Python, but a list of them is meant as a mask.
     bool take(nb::handle argument) {
-        if (!PySequence_Check(argument.ptr())) return false;
+        if (!is_row(argument)) return false;
         for (nb::handle item : nb::borrow<nb::sequence>(argument)) {
             long long number = 0;
             if (PyBool_Check(item.ptr()) || !nb::try_cast(item, number)) return false;
@@ -97,14 +97,6 @@ class PadNumbers {
     std::vector<int> numbers_;
 };
 
-// The step of a press, or one for each pad.
-std::vector<double> steps_in(nb::handle dt) {
-    const char* allowed = "seconds, or an array of them, one for each pad";
-    const nb::object row = nb::hasattr(dt, "ravel") ? dt.attr("ravel")() : nb::borrow(dt);
-    if (!PySequence_Check(row.ptr())) scene::refuse("dt", description_of(dt), allowed);
-    return items_of<double>(nb::borrow<nb::sequence>(row), "dt", allowed);
-}
-
 // The shape of pressures and of the responses of cells.
 std::vector<size_t> shape_of(const SkinWithShapes& s, const PadNumbers& pads = {nb::none(), 0}) {
     std::vector<size_t> shape(s.leading.begin(), s.leading.end());
@@ -120,6 +112,20 @@ std::vector<size_t> shape_of(const SkinWithShapes& s, const Skin::Response& resp
     std::vector<size_t> shape(s.leading.begin(), s.leading.end());
     shape.push_back(response.size / size_t(s.skin->count()));
     return shape;
+}
+
+// The steps of a press, one for each pad: in a row, or an array with the axes of pads.
+std::vector<double> steps_in(const SkinWithShapes& s, nb::handle dt, const PadNumbers& pads) {
+    std::vector<size_t> axes = shape_of(s, pads), given;
+    axes.resize(axes.size() - 2);
+    const std::string allowed = "seconds, or an array of them, one for each pad, of shape " + shape_text(axes);
+    nb::object row = nb::borrow(dt);
+    if (nb::hasattr(dt, "ravel") && !is_masked(dt)) {
+        row = dt.attr("ravel")();
+        given = nb::cast<std::vector<size_t>>(dt.attr("shape"));
+    }
+    if (!is_row(row) || (given.size() > 1 && given != axes)) scene::refuse("dt", description_of(dt), allowed);
+    return items_of<double>(row, "dt", allowed.c_str());
 }
 
 // Returns the numbers as they stand in memory: nothing is converted. They may also be one row. frames: there are any
@@ -192,35 +198,31 @@ void press(SkinWithShapes& s, nb::handle pressure, nb::handle dt, nb::handle pad
     const Outputs outputs = outputs_in(s, out);
     std::vector<double> steps(1);
     const bool one = nb::try_cast(dt, steps[0]);
-    if (!one) steps = steps_in(dt);
+    if (!one) steps = steps_in(s, dt, numbers);
     const Computing computing(s.in_use.get());
     if (one) s.skin->press(data, array.size(), steps[0], numbers.pads());
     else s.skin->press(data, array.size(), steps.data(), steps.size(), numbers.pads());
     for (const auto& [response, to] : outputs) std::copy_n(response.data, response.size, to.data());
 }
 
-void press_frames(SkinWithShapes& s, nb::handle pressure, nb::handle dt, nb::handle pads, nb::handle out) {
-    double step = 0;
-    if (!nb::try_cast(dt, step)) scene::refuse("dt", description_of(dt), "seconds");
+void press_frames(SkinWithShapes& s, nb::handle pressure, double dt, nb::handle pads, nb::handle out) {
     const PadNumbers numbers(pads, s.skin->count());
     const AnyArray array = pressure_in(s, pressure, numbers, true);
     const Outputs outputs = outputs_in(s, out);
     const Computing computing(s.in_use.get());
     const size_t frames = array.shape(0);
-    s.skin->press_frames(static_cast<const float*>(array.data()), frames, frames ? array.size() / frames : 0, step,
+    s.skin->press_frames(static_cast<const float*>(array.data()), frames, frames ? array.size() / frames : 0, dt,
                          numbers.pads());
     for (const auto& [response, to] : outputs) std::copy_n(response.data, response.size, to.data());
 }
 
-void press_cells(SkinWithShapes& s, nb::handle pressure, nb::handle dt, nb::handle pads) {
-    double step = 0;
-    if (!nb::try_cast(dt, step)) scene::refuse("dt", description_of(dt), "seconds");
+void press_cells(SkinWithShapes& s, nb::handle pressure, double dt, nb::handle pads) {
     const PadNumbers numbers(pads, s.skin->count());
     const std::optional<AnyArray> array = array_in(pressure);
     if (!array || array->dtype() != nb::dtype<float>() || !is_dense(*array))
         scene::refuse("pressure", description_of(pressure), "float32 array in C order, a number for each of cells");
     const Computing computing(s.in_use.get());
-    s.skin->press_cells(static_cast<const float*>(array->data()), array->size(), step, numbers.pads());
+    s.skin->press_cells(static_cast<const float*>(array->data()), array->size(), dt, numbers.pads());
 }
 
 View<float> response(nb::handle_t<SkinWithShapes> self, nb::handle named) {
@@ -238,38 +240,20 @@ nb::bytes save(const SkinWithShapes& s, nb::handle pads) {
         const Computing computing(s.in_use.get());
         size = s.skin->state_bytes(numbers.pads());
     }
-    nb::object bytes = nb::steal(PyBytes_FromStringAndSize(nullptr, Py_ssize_t(size)));
-    if (!bytes.is_valid()) nb::raise_python_error();
+    nb::bytes bytes(nullptr, size);
     char* state = PyBytes_AsString(bytes.ptr());
-    {
-        const Computing computing(s.in_use.get());
-        s.skin->save(state, size, numbers.pads());
-    }
-    return nb::borrow<nb::bytes>(bytes);
+    const Computing computing(s.in_use.get());
+    s.skin->save(state, size, numbers.pads());
+    return bytes;
 }
-
-// The bytes of a buffer, which stays as it is meanwhile.
-class Buffer {
-  public:
-    explicit Buffer(nb::handle argument) {
-        if (PyObject_GetBuffer(argument.ptr(), &buffer_, PyBUF_C_CONTIGUOUS) == 0) return;
-        PyErr_Clear();
-        scene::refuse("state", description_of(argument), "bytes, as Skin.save has returned them");
-    }
-    ~Buffer() { PyBuffer_Release(&buffer_); }
-    Buffer(const Buffer&) = delete;
-    const void* data() const { return buffer_.buf; }
-    size_t size() const { return size_t(buffer_.len); }
-
-  private:
-    Py_buffer buffer_;
-};
 
 void load(SkinWithShapes& s, nb::handle state, nb::handle pads) {
     const PadNumbers numbers(pads, s.skin->count());
-    const Buffer buffer(state);
+    const std::optional<AnyArray> bytes = array_in(state);
+    if (!bytes || !is_dense(*bytes))
+        scene::refuse("state", description_of(state), "bytes, as Skin.save has returned them");
     const Computing computing(s.in_use.get());
-    s.skin->load(buffer.data(), buffer.size(), numbers.pads());
+    s.skin->load(bytes->data(), bytes->nbytes(), numbers.pads());
 }
 
 void reset(SkinWithShapes& s, nb::handle pads) {
@@ -287,58 +271,54 @@ void take(SkinWithShapes& s, const Material& material, const Pads& pads) {
         materials[size_t(pads.all ? int(i) : pads.numbers[i])] = material;
 }
 
-void set_material(SkinWithShapes& s, const Scene& scene, nb::handle pads) {
-    const PadNumbers numbers(pads, s.skin->count());
-    const Computing computing(s.in_use.get());
-    take(s, scene.material, numbers.pads());
+// The number of a material that a name of the package means, as "material.elements[1].modulus".
+double& number_of(Material& material, const std::string& name) {
+    const bool modulus = name.ends_with("modulus");
+    if (name.ends_with("spring")) return *material.spring;
+    if (name.ends_with("dashpot")) return *material.dashpot;
+    const size_t index = name.find('[') + 1; // 0: of no element
+    if (!index) return *(modulus ? material.modulus : material.viscosity);
+    KelvinVoigt& element = material.elements[size_t(std::stoi(name.substr(index)))];
+    return modulus ? element.modulus : element.viscosity;
 }
 
-using Rows = nb::ndarray<nb::ro, double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+using Row = nb::ndarray<nb::ro, double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 
-// The material of a row: modulus and viscosity of each element, then the spring and the dashpot. elements: 0 where the
-// material has a modulus and a viscosity alone.
-Material material_of(const double* next, int elements, bool spring, bool dashpot) {
-    Material material;
-    material.elements.resize(size_t(elements));
-    if (elements == 0) {
-        material.modulus = *next++;
-        material.viscosity = *next++;
-    }
-    for (KelvinVoigt& e : material.elements) {
-        e.modulus = *next++;
-        e.viscosity = *next++;
-    }
-    if (spring) material.spring = *next++;
-    if (dashpot) material.dashpot = *next++;
-    return material;
-}
-
-// Gives each pad a material of its own, or none where one of them is refused.
-void set_materials(SkinWithShapes& s, const Rows& rows, int elements, bool spring, bool dashpot, nb::handle pads) {
+// Gives pads the material of a scene, or each pad its own of the numbers in `rows`, by name; no pad where one is
+// refused.
+void set_material(SkinWithShapes& s, const Scene& scene, const nb::typed<nb::dict, nb::str, Row>& rows,
+                  nb::handle pads) {
     const PadNumbers numbers(pads, s.skin->count());
     const Pads named = numbers.pads();
+    const size_t count = named.all ? size_t(s.skin->count()) : named.count;
+    Material own = scene.material;
+    std::vector<std::pair<double*, Row>> columns;
+    for (const auto [name, row] : rows) {
+        const auto text = nb::cast<std::string>(name);
+        columns.emplace_back(&number_of(own, text), nb::cast<Row>(row));
+        if (columns.back().second.size() != count)
+            scene::refuse(text, description_of(row), "a number, or an array of shape " + shape_text({count}));
+    }
     const Computing computing(s.in_use.get());
+    if (columns.empty()) return take(s, own, named);
     s.skin->state_bytes(named); // refuses a list with a pad twice, or one that the skin does not have
-    const size_t count = named.all ? size_t(s.skin->count()) : named.count,
-                 columns = 2 * size_t(std::max(elements, 1)) + size_t(spring) + size_t(dashpot);
-    if (elements < 0 || rows.shape(0) != count || rows.shape(1) != columns)
-        scene::refuse("material", "numbers of shape " + shape_text({rows.shape(0), rows.shape(1)}),
-                      shape_text({count, columns}) + ": a row for each pad");
-    const std::vector<Material> before = s.options.materials.empty()
-                                             ? std::vector<Material>(size_t(s.skin->count()), s.scene.material)
-                                             : s.options.materials;
-    size_t done = 0;
-    const auto pad = [&](size_t i) { return named.all ? int(i) : named.numbers[i]; };
+    int pad = 0;
+    const auto one = [&](size_t i) {
+        pad = named.all ? int(i) : named.numbers[i];
+        return Pads(&pad, 1);
+    };
+    std::vector<Material> before;
+    before.reserve(count);
     try {
-        for (; done < rows.shape(0); ++done) {
-            const int one = pad(done);
-            take(s, material_of(rows.data() + done * rows.shape(1), elements, spring, dashpot), Pads(&one, 1));
+        for (size_t i = 0; i < count; ++i) {
+            for (const auto& [number, row] : columns) *number = row.data()[i];
+            const Pads next = one(i);
+            Material old = s.options.materials.empty() ? s.scene.material : s.options.materials[size_t(pad)];
+            take(s, own, next);
+            before.push_back(std::move(old));
         }
     } catch (...) {
-        while (done-- > 0) {
-            const int one = pad(done);
-            take(s, before[size_t(one)], Pads(&one, 1));
-        }
+        for (; !before.empty(); before.pop_back()) take(s, before.back(), one(before.size() - 1));
         throw;
     }
 }
@@ -350,22 +330,33 @@ Report report_of(const SkinWithShapes& s, int pad) {
 
 void make_on(SkinWithShapes* self, const SharedDevice& on, const std::vector<int>& leading, const Scene& scene,
              const SkinOptions& options, const std::string& state = {}) {
-    const std::shared_ptr<std::mutex> in_use = on.in_use ? on.in_use : std::make_shared<std::mutex>();
+    need_memory(scene, options);
+    const std::shared_ptr<std::mutex> in_use =
+        on.in_use() ? std::shared_ptr<std::mutex>(on.open, on.in_use()) : std::make_shared<std::mutex>();
     const Computing computing(in_use.get());
-    Skin skin(on.device, scene, options);
+    Skin skin(on.device(), scene, options);
     if (!state.empty()) skin.load(state.data(), state.size());
     new (self) SkinWithShapes{// last: what is thrown after it would leave an object that nobody destroys
                               .in_use = in_use, .device = on,       .leading = leading,
                               .scene = scene,   .options = options, .skin = std::move(skin)};
 }
 
-void make(SkinWithShapes* self, const Scene& scene, const Sequence<int>& axes, nb::handle device,
-          const std::optional<Sequence<nb::str>>& responses, const std::optional<string_view>& precision,
-          const Sequence<Scene>& materials) {
-    const std::vector<int> leading = items_of<int>(axes, "n", "numbers of pads");
+// The lengths of the axes of pads.
+std::vector<int> axes_of(nb::handle n) {
+    const char* allowed = "None, a number of pads, or a tuple of lengths, as in (64, 5)";
+    if (n.is_none()) return {};
+    if (int one = 0; nb::try_cast(n, one)) return {one};
+    if (!is_row(n)) scene::refuse("n", description_of(n), allowed);
+    return items_of<int>(n, "n", allowed);
+}
+
+void make_skin(SkinWithShapes* self, const Scene& scene, nb::handle n, nb::handle device,
+               const std::optional<Sequence<nb::str>>& responses, const std::optional<string_view>& precision,
+               const Sequence<Scene>& materials) {
+    const std::vector<int> leading = axes_of(n);
     SkinOptions options;
     long long count = 1; // of which the library refuses what is too much
-    for (int n : leading) count = std::min(count, 1LL << 31) * std::max(n, 0);
+    for (int length : leading) count = std::min(count, 1LL << 31) * std::max(length, 0);
     options.count = int(std::min<long long>(count, INT_MAX));
     if (responses) {
         options.responses.clear();
@@ -384,40 +375,37 @@ std::string text_of(const SkinWithShapes& s) {
     if (!s.leading.empty()) text.replace(text.size() - 2, 2, "pads of ");
     text += std::to_string(s.scene.grid.width) + " x " + std::to_string(s.scene.grid.height) + " cells,";
     for (Quantity q : responses_of(s)) text += std::string(" ") + name(q);
-    return text + ", " + s.device.device.info().name + ">";
+    return text + ", " + s.device.device().info().name + ">";
 }
 
-nb::bytes state_of(const SkinWithShapes& s) {
-    Writer writer;
-    {
-        const Computing computing(s.in_use.get());
-        std::string state(s.skin->state_bytes(), '\0');
-        s.skin->save(state.data(), state.size());
-        writer(written_by(), s.device.which, s.device.threads, s.leading, s.scene, s.options, state);
-    }
-    return nb::bytes(writer.bytes.data(), writer.bytes.size());
+void write(Writer& writer, const SkinWithShapes& s) {
+    const Computing computing(s.in_use.get());
+    std::string state(s.skin->state_bytes(), '\0');
+    s.skin->save(state.data(), state.size());
+    write(writer, s.device);
+    writer(s.leading, s.scene, s.options, state);
 }
 
-void make_from_state(SkinWithShapes& self, const nb::bytes& bytes) {
-    Reader reader = reader_of(bytes);
-    std::string which, state;
-    int threads = 0;
+void make(SkinWithShapes* self, Reader& reader) {
+    const SharedDevice device = device_in(reader);
+    std::string state;
     std::vector<int> leading;
     Scene scene;
     SkinOptions options;
-    reader(which, threads, leading, scene, options, state);
-    make_on(&self, device_opened(which, threads), leading, scene, options, state);
+    reader(leading, scene, options, state);
+    make_on(self, device, leading, scene, options, state);
 }
 
 } // namespace
 
 void bind_skin(nb::module_& m) {
     nb::class_<SkinWithShapes>(m, "Skin", "A skin, or a batch of them, pressed frame by frame.")
-        .def("__init__", make, nb::arg("scene"), nb::arg("leading"), nb::arg("device").none(),
+        .def(Pickled())
+        .def("__init__", make_skin, nb::arg("scene"), nb::arg("n").none(), nb::arg("device").none(),
              nb::arg("responses").none(), nb::arg("precision").none(), nb::arg("materials"))
         .def(
-            "press", press, nb::arg("pressure").none() = nb::none(), nb::arg("dt").none() = nb::none(),
-            nb::arg("pads").none() = nb::none(), nb::arg("out").none() = nb::none(),
+            "press", press, nb::arg("pressure").none(), nb::arg("dt"), nb::arg("pads").none() = nb::none(),
+            nb::arg("out").none() = nb::none(),
             "Press the skin: the pressure runs linearly from the last press to this one, over a step of dt seconds.\n\n"
             "pressure: float32 in C order, Pa, of shape (height, width), or (n, height, width) with n; anything\n"
             "with DLPack or a buffer. Other types are refused, not converted. It is copied.\n"
@@ -425,20 +413,19 @@ void bind_skin(nb::module_& m) {
             "pads: None is all; else numbers or a mask of n bools, and pressure has a map for each of them.\n"
             "out: float32 arrays by response, as in {\"sa1\": array} of the shape of skin[\"sa1\"], to be filled.\n"
             "Other Python threads run meanwhile. Arrays of responses show the new values at once.")
-        .def("press_frames", press_frames, nb::arg("pressure").none() = nb::none(), nb::arg("dt").none() = nb::none(),
+        .def("press_frames", press_frames, nb::arg("pressure").none(), nb::arg("dt"),
              nb::arg("pads").none() = nb::none(), nb::arg("out").none() = nb::none(),
              "Press the skin with several frames, pressure[0], pressure[1] .., of dt seconds each.\n\n"
              "The same as a press of each, to the bit, in less time: only the responses of the last one are computed.\n"
              "All frames are checked before one is pressed. pads and out: as in press.")
-        .def("press_cells", press_cells, nb::arg("pressure").none() = nb::none(), nb::arg("dt").none() = nb::none(),
-             nb::arg("pads").none() = nb::none(),
+        .def("press_cells", press_cells, nb::arg("pressure").none(), nb::arg("dt"), nb::arg("pads").none() = nb::none(),
              "Press the skin with the pressures of cells alone, float32, for each pad that is pressed.\n\n"
              "The same as press, to the bit, in a time that depends on these cells and not on the grid.")
         .def_prop_ro(
             "cells", [](const SkinWithShapes& s) { return s.skin->cells(); },
             "The cells whose pressure the skin needs, y*width + x: where there are sites, the cells that they read.")
         .def("__getitem__", response, nb::sig("def __getitem__(self, response: str) -> NDArray[numpy.float32]"),
-             nb::arg("response"),
+             nb::arg("response").none(),
              "The response \"sa1\", \"sa2\", \"fa1\" or \"fa2\" at the end of each pad's last press, 0 before the "
              "first.\n\n"
              "A view, float32 of shape (n, height, width), with sites (n, sites of that class); without n the first\n"
@@ -449,20 +436,18 @@ void bind_skin(nb::module_& m) {
         .def("save", save, nb::arg("pads").none() = nb::none(),
              "Return the state of pads as bytes, the same on every device. pads: as in press.")
         .def("load", load, nb::arg("state").none(), nb::arg("pads").none() = nb::none(),
-             "Take a state that save has returned for the same number of pads of such a skin. pads: as in press.")
-        .def("take_materials", set_materials, nb::arg("numbers"), nb::arg("elements"), nb::arg("spring"),
-             nb::arg("dashpot"), nb::arg("pads").none(), "As set_material, with a row of numbers for each pad.")
-        .def("take_material", set_material, nb::arg("scene"), nb::arg("pads").none(),
-             "As set_material, with the material of a scene.")
+             "Take a state for the same number of pads of such a skin. state: bytes that save has returned.\n"
+             "pads: as in press.")
+        .def("take_material", set_material, nb::arg("scene"), nb::arg("rows"), nb::arg("pads").none(),
+             "As set_material, with the material of a scene, and a number for each pad by name.")
         .def("report", report_of, nb::arg("pad") = 0,
              "Return the figures of a pad, with the ranges in which they are plausible. Takes up to as long as Skin().")
         .def_prop_ro(
             "count", [](const SkinWithShapes& s) { return s.skin->count(); }, "Pads.")
         .def_prop_ro(
-            "scene", [](const SkinWithShapes& s) { return s.scene; }, "The scene, with the present material.")
-        .def("__repr__", text_of)
-        .def("__getstate__", state_of)
-        .def("__setstate__", make_from_state);
+            "scene", [](const SkinWithShapes& s) { return s.scene; },
+            "The scene, with the present material; a skin that was made with materials has the scene's own there.")
+        .def("__repr__", text_of);
 }
 
 } // namespace dermis::python

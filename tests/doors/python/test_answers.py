@@ -54,13 +54,13 @@ ANSWERS = [
     (press(ONES[::-1], 1e-3), "pressure = strided float32"),
     (press(np.broadcast_to(ONES, (3, 12, 16)), 1e-3, n=3), "pressure = strided float32"),
     (press(1.0, 1e-3), "pressure = 1.0; allowed: float32 array"),
-    (press(None, 1e-3), "pressure = None; allowed: float32 array"),
-    (press(), "pressure = None; allowed: float32 array"),
+    (press(None, 1e-3), "pressure = None; allowed: float32 array in C order"),
+    (press(), "pressure = (not given); allowed: float32 in C order, Pa, of shape (height, width)"),
     (press(NAN, 1e-3), "pressure = nan in cell [4, 3]; allowed: finite numbers"),
     (press(MASKED, 1e-3), "pressure = masked array (.filled(..) has no mask)"),
     (press(Cuda(), 1e-3), "pressure = array on another device (.cpu() or its like copies it)"),
     (press(CudaInterface(), 1e-3), "pressure = array on another device (.cpu() or its like copies it)"),
-    (press(ONES), "dt = None; allowed: seconds"),
+    (press(ONES), "dt = (not given); allowed: s, >= 0, or one for each pad"),
     (press(ONES, "1ms"), "dt = '1ms'; allowed: seconds"),
     (press(ONES, -1e-3), "dt = -0.001; allowed: a finite number >= 0"),
     (press(np.stack([ONES] * 3), [1e-3] * 2, n=3), "dt = 2 steps; allowed: 3, one for each pad"),
@@ -78,7 +78,7 @@ ANSWERS = [
     (lambda: skin(responses=["sa1", 2]), "responses = 2; allowed: texts"),
     (lambda: skin(0), "count = 0; allowed: 1..1048576"),
     (lambda: skin(2.0), "n = 2.0; allowed: None, a number of pads, or a tuple of lengths"),
-    (lambda: skin((2, "3")), "n = (2, '3'); allowed"),
+    (lambda: skin((2, "3")), "n = '3'; allowed: None, a number of pads, or"),
     (lambda: skin((2**20, 2**20)), "count = "),
     (lambda: skin(device="cuda"), 'device = "cuda": no such device'),
     (lambda: skin(device=0), "device = 0; allowed: a Device, a text as Device.open takes it, or None"),
@@ -90,26 +90,106 @@ ANSWERS = [
     (lambda: skin(1, materials=[{"modulus": 1, "viscosity": 1}]).set_material({"modulus": [1.0], "spring": "a"}), "material."),
     (lambda: skin().set_material({"elements": [1, 2]}), "material.elements = 1; allowed: tables"),
     (lambda: skin(2, materials=[{"modulus": 1, "viscosity": 1}] * 2).set_material({"modulus": [1.0], "viscosity": 1}, 1), "pads = 1;"),
-    (lambda: skin(1, materials=[{"modulus": 1, "viscosity": 1}]).set_material({"modulus": [1.0]}), "material.viscosity = None; allowed"),
+    (lambda: skin(1, materials=[{"modulus": 1, "viscosity": 1}]).set_material({"modulus": [1.0]}), "material.viscosity = (not given); allowed"),
     (lambda: dermis.Scene(grid={"width": 16, "hight": 12}), "grid.hight = 12; no such key here"),
     (lambda: dermis.Scene(gird={"width": 16}), "[gird]: no such table; the nearest is [grid]"),
     (lambda: dermis.Scene(grid={"width": 16.0}), "grid.width = 16.0; allowed: a whole number"),
     (lambda: dermis.Scene(grid=GRID["grid"], surface={"path": np.ones((16, 12))}), "surface.path = array of shape (16, 12)"),
-    (lambda: dermis.run(skin()), "scene = an object of type Skin; allowed: a Scene"),
+    (lambda: dermis.run(skin()), "scene = <Skin 16 x 12 cells, sa1 sa2 fa1 fa2, cpu>; allowed: a Scene"),
     (lambda: contact.Pad(np.zeros((12, 16)), 1e-4), "pressure = float64 array of shape (12, 16); allowed: float32"),
-    (lambda: contact.Pad(ONES), "spacing = (not given); allowed: a number of m"),
-    (lambda: contact.Contact(1e-3, 1e-3), "force = (not given); allowed: a number of N"),
-    (lambda: contact.Contact(1e-3, "1 mm", 1), "y = '1 mm'; allowed: a number of m"),
+    (press(np.stack([ONES, np.inf * ONES]), 1e-3, n=2), "pressure = inf in cell [0, 0] of pad 1; allowed: finite numbers"),
+    (press(ONES[None], 1e-3, np.array([0.0, 1.0]), n=2), "pads = float64 array of shape (2,); allowed: integers, or an array of 2"),
+    (lambda: skin()["fa3"], "response = 'fa3'; allowed: \"sa1\""),
+    (lambda: skin().load(dermis.Skin({"grid": {"width": 8, "height": 8}}).save()), "state = (width 8); allowed: width 16"),
+    (lambda: dermis.Scene(grid={"spacing": 1e-4}), "surface.relief = (not given); allowed: a number of metres"),
+    (lambda: dermis.Skin("[grid]"), "[grid]: cannot be read (No such file or directory); allowed: a scene file (TOML)"),
+    (lambda: contact.Pad(np.zeros((3, 12, 16), np.float32), 1e-4), "pressure = float32 array of shape (3, 12, 16); allowed"),
+    (lambda: contact.Pad(np.broadcast_to(np.float32(0), (12, 16)), 1e-4), "in Pa that can be written, its rows one after another"),
+    (lambda: contact.add_contacts(pad(), [contact.Contact(0, 0, -1)]), "contacts[0].force = -1; allowed: a finite number >= 0"),
+    (lambda: contact.Pad(ONES), "spacing = (not given); allowed: a number (m between cells)"),
+    (lambda: contact.Contact(1e-3, 1e-3), "force = (not given); allowed: a number (N, >= 0)"),
+    (lambda: contact.Contact(1e-3, "1 mm", 1), "y = '1 mm'; allowed: a number (m, from row to row)"),
     (lambda: contact.WorldContact((1, 2), 1), "position = (1, 2); allowed: three numbers"),
     (lambda: contact.Pose(rotation=np.eye(2)), "rotation = float64 array of shape (2, 2); allowed: nine numbers"),
     (lambda: contact.add_contacts(pad(), TOUCH), "contacts = Contact(x=0.001, y=0.001, force=1.0"),
     (lambda: contact.add_contacts(pad(), [{"x": 1e-3}]), "contacts = {'x': 0.001}; allowed: a list of contact.Contact"),
     (lambda: contact.add_contacts(pad(), np.ones((3, 4))), "contacts = float64 array of shape (4,); allowed: a list of"),
     (lambda: contact.add_contacts(pad(), contact.Pose(), [IN_WORLD]), "reach = [WorldContact("),
-    (lambda: contact.add_contacts(ONES, [TOUCH]), "pad = float32 array of shape (12, 16); allowed: a contact.Pad"),
-    (lambda: contact.add_contacts(pad()), "pose = (not given); allowed: a contact.Pose"),
+    (lambda: contact.add_contacts(ONES, [TOUCH]), "pad = float32 array of shape (12, 16); allowed: a Pad"),
+    (lambda: contact.add_contacts(pad()), "contacts = (not given); allowed: a list of Contact"),
     (lambda: contact.add_depths(pad(), np.zeros((12, 16)), 1.0), "depth = float64 array of shape (12, 16)"),
-    (lambda: contact.hertz_radius(1.0, None, 2.0), "ball = (not given); allowed: a number of m"),
+    (lambda: contact.hertz_radius(1.0, None, 2.0), "ball = None; allowed: a number (its radius, m)"),
+    (press(ONES, [[1e-3]]), "dt = [0.001]; allowed: seconds, or an array of them"),
+    (press(ONES, 1j), "dt = 1j; allowed: seconds"),
+    (press(ONES, 1e-3, pad=[1]), "pad = [1]; allowed: the arguments pressure, dt, pads, out"),
+    (press(ONES, 1e-3, None, None, 5), "one more argument = 5; allowed: the arguments pressure, dt, pads, out"),
+    (press(np.ones((2, 3, 12, 16), np.float32), np.ones((3, 2)), n=(2, 3)), "dt = float64 array of shape (3, 2); allowed: seconds"),
+    (press(np.ones((2, 12, 16), np.float32), np.ma.array([1, 1], mask=[0, 1]), n=2), "dt = masked array"),
+    (lambda: skin().press_frames(ONES[None], "1 ms"), "dt = '1 ms'; allowed: a number"),
+    (lambda: skin().press_cells(ONES.ravel(), None), "dt = None; allowed: a number"),
+    (lambda: skin(2).reset(np.ma.array([0, 1], mask=[0, 1])), "pads = masked array"),
+    (lambda: skin(2).save([2**70]), "pads = [1180591620717411303424]; allowed: integers"),
+    (lambda: skin().load(), "state = (not given); allowed: bytes that save has returned"),
+    (lambda: skin().report("a"), "pad = 'a'; allowed: a whole number"),
+    (lambda: skin().report(2**40), "pad = 1099511627776; allowed: a whole number"),
+    (lambda: skin()[None], 'response = None; allowed: "sa1"'),
+    (lambda: skin(precision=3), "precision = 3; allowed: a text or None"),
+    (lambda: skin(precision="f16"), 'precision = "f16"; allowed: "f32"'),
+    (lambda: skin(responses=5), "responses = 5; allowed: a text or a list of texts or None"),
+    (lambda: skin(materials=5), "materials = 5; allowed: a list"),
+    (lambda: skin(materials=[5]), "materials[0] = 5; allowed: a Material, or a dict"),
+    (lambda: skin(2**40), "n = 1099511627776; allowed: None, a number of pads"),
+    (lambda: dermis.Skin(), "scene = (not given); allowed: a Scene, tables by name, or a path"),
+    (lambda: dermis.Skin(GRID, 2, "cpu"), "one more argument = 'cpu'; allowed: the arguments scene, n, device"),
+    (lambda: skin().set_material(None), "material = None; allowed: a Material, or a dict"),
+    (lambda: skin(2).set_material({"modulus": np.ma.array([1, 2], mask=[0, 1])}), "material.modulus = masked array"),
+    (lambda: skin(2).set_material({"modulus": [[1], [1, 2]]}), "material.modulus = [[1], [1, 2]]; allowed: a number, or an array of one"),
+    (lambda: dermis.run(), "scene = (not given); allowed: a Scene, tables by name, or the path of a TOML file"),
+    (lambda: dermis.run(GRID, precision=3), "precision = 3; allowed: a text or None"),
+    (lambda: dermis.run(GRID, check="yes"), "check = 'yes'; allowed: True or False"),
+    (lambda: dermis.run(GRID, chek=True), "chek = True; allowed: the arguments scene, device, precision, check, progress"),
+    (lambda: dermis.run(GRID, progress=5), "progress = 5; allowed: a function or None"),
+    (lambda: dermis.run_materials(GRID, 5), "materials = 5; allowed: a list"),
+    (lambda: dermis.sweep(GRID, 5), "values = 5; allowed: a dict"),
+    (lambda: dermis.explain(GRID, precision=7), "precision = 7; allowed: a text or None"),
+    (lambda: dermis.fingertip(5), "one more argument = 5; allowed: the arguments keys"),
+    (lambda: dermis.Scene(5), "tables = 5; allowed: a dict or None"),
+    (lambda: dermis.Scene(GRID, sites=[("sa1", 2**40, 2)]), "sites = ('sa1', 1099511627776, 2); allowed: a list of (type, x, y)"),
+    (lambda: dermis.Scene(surface={"path": MASKED}), "surface.path = masked array (.filled(..) has no mask); allowed: an array without"),
+    (lambda: dermis.Scene(load={"times": np.ma.array([1.0])}), "load.times = masked array"),
+    (lambda: dermis.Scene.from_file(None), "path = None; allowed: a text or a path"),
+    (lambda: dermis.Scene.from_file("a.toml", 5), "overrides = 5; allowed: a dict or None"),
+    (lambda: dermis.Scene.from_string(5), "text = 5; allowed: a text"),
+    (lambda: dermis.fit_creep(5, [1], 2), "times = 5; allowed: a list of numbers or an array (s, >= 0)"),
+    (lambda: dermis.fit_creep(np.ma.array([1.0, 2.0]), [1], 2), "times = masked array"),
+    (lambda: dermis.fit_creep([1], "abc", 2), "compliances = 'abc'; allowed: a list of numbers or an array (1/Pa)"),
+    (lambda: dermis.fit_relaxation([1], [None], 2), "moduli = None; allowed: numbers"),
+    (lambda: dermis.fit_relaxation([1], [1], 2.5), "n = 2.5; allowed: a whole number"),
+    (lambda: dermis.fit_relaxation([1], [1], 2, residuals="a"), "residuals = 'a'; allowed: the arguments times, moduli, n, residual"),
+    (lambda: dermis.chain_of(None), "relaxation = None; allowed: a Relaxation"),
+    (lambda: dermis.relaxation_of([5]), "elements = 5; allowed: KelvinVoigt"),
+    (lambda: dermis.KelvinVoigt(1, 2), "one more argument = 1; allowed: the arguments modulus, viscosity"),
+    (lambda: dermis.KelvinVoigt(modulus="a"), "modulus = 'a'; allowed: a number (Pa, >= 0)"),
+    (lambda: setattr(dermis.KelvinVoigt(), "modulus", "a"), "modulus = 'a'; allowed: Pa, >= 0"),
+    (lambda: setattr(dermis.Relaxation(), "times", np.ma.array([1.0])), "times = masked array"),
+    (lambda: dermis.Device.open(5), "which = 5; allowed: a text"),
+    (lambda: dermis.Device.cpu("a"), "threads = 'a'; allowed: a whole number (0 is one per core"),
+    (lambda: dermis.Device(), "Device = (); allowed: objects that functions of dermis return"),
+    (lambda: dermis.run(GRID)[0], "quantity = 0; allowed: a text"),
+    (lambda: contact.Contact(x=0, y=0, force=1, radios=3), "radios = 3; allowed: the arguments x, y, force, radius, area"),
+    (lambda: contact.Contact(None, 0, 1), "x = None; allowed: a number (m, along a row"),
+    (lambda: contact.Contact(np.ones(3), 0, 1), "x = float64 array of shape (3,); allowed: a number"),
+    (lambda: setattr(TOUCH, "force", "a"), "force = 'a'; allowed: N, >= 0"),
+    (lambda: setattr(IN_WORLD, "position", np.ma.array([1.0, 2.0, 3.0])), "position = masked array"),
+    (lambda: contact.WorldContact(np.ma.array([1.0, 2.0, 3.0]), 1), "position = masked array"),
+    (lambda: contact.Pose(rotation=np.ma.array(np.eye(3))), "rotation = masked array"),
+    (lambda: contact.Pose.from_quaternion((0, 0, 0), (1, 0, 0)), "quaternion = (1, 0, 0); allowed: four numbers"),
+    (lambda: contact.Pose().from_middle(5), "pad = 5; allowed: a Pad"),
+    (lambda: contact.Pad(MASKED, 1e-3), "pressure = masked array"),
+    (lambda: contact.add_depths(pad(), ONES, "a"), "force = 'a'; allowed: a number (N)"),
+    (lambda: contact.add_depths(pad(), MASKED, 1.0), "depth = masked array"),
+    (lambda: contact.add_taxels(pad(), ONES, height=1), "width = (not given); allowed: a number (m, of one taxel)"),
+    (lambda: contact.add_taxels(pad(), MASKED, width=1, height=1), "values = masked array"),
 ]
 
 
@@ -118,6 +198,19 @@ def test_a_mistake_is_answered_by_parameter_value_and_what_is_allowed(call, word
     with pytest.raises(dermis.Error) as refused:
         call()
     assert words in str(refused.value) and not re.search("incompatible function|Invoked with|nanobind", str(refused.value))
+
+
+def test_no_function_is_without_an_answer_to_arguments_that_it_cannot_take():
+    core = dermis._core
+    kinds = [kind for kind in vars(core).values() if isinstance(kind, type)]
+    calls = kinds + [getattr(scope, name) for scope in (core, *kinds) for name, member in vars(scope).items()
+                     if type(member).__name__ in ("nb_func", "nb_method") and name not in ("answer", "refuse")
+                     and (name == "__getitem__" or not name.startswith("__"))]
+    assert len(calls) > 40
+    for call in calls:
+        for given, named in (([object()], {}), ([object(), None], {}), ([object()] * 9, {}), ([object()], {"no_such": 1})):
+            with pytest.raises(dermis.Error, match="allowed: "):
+                call(*given, **named)
 
 
 def test_a_skin_can_have_several_axes_of_pads():
@@ -147,7 +240,9 @@ def test_a_view_goes_to_readers_of_dlpack_that_know_no_read_only_array():
     one.press(ONES, 0.01)
     view = one["fa1"]
     assert "dltensor" in repr(view.__dlpack__())  # as JAX asks: a copy
-    assert np.shares_memory(np.from_dlpack(view), view) and not view.flags.writeable
+    knows_read_only = np.lib.NumpyVersion(np.__version__) >= "2.1.0"
+    assert np.shares_memory(np.from_dlpack(view), view) == knows_read_only and not view.flags.writeable
+    assert type(view.__array_wrap__(np.array(1.0, np.float32))) is np.float32  # as NumPy 1 calls it
     assert type(2 * view) is np.ndarray and type(view.sum()) is np.float32 and type(view[3:]) is type(view)
 
 

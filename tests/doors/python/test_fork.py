@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Processes that are forked, as multiprocessing forks them: an error in place of a wait that does not end."""
 import multiprocessing
+import pickle
 import sys
 
 import dermis
@@ -48,6 +49,21 @@ def test_a_child_that_makes_its_own_skin_has_the_bits_of_its_parent(name):
 
     def press():
         own = dermis.Skin(GRID, device=opened(name))
+        own.press(PRESSURE, 0.1)
+        sys.exit(7 if np.array_equal(own["fa1"], right) else 1)
+
+    assert code_of_child(press) == 7
+
+
+@pytest.mark.parametrize("name", ["cpu", "vulkan"])
+def test_a_child_that_copies_its_parents_skin_by_pickle_opens_a_device_of_its_own(name):
+    skin = dermis.Skin(GRID, device=opened(name))
+    copied = pickle.dumps(skin)
+    skin.press(PRESSURE, 0.1)
+    right = skin["fa1"].copy()
+
+    def press():
+        own = pickle.loads(copied)
         own.press(PRESSURE, 0.1)
         sys.exit(7 if np.array_equal(own["fa1"], right) else 1)
 

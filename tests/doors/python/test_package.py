@@ -19,6 +19,43 @@ def test_the_version_is_that_of_the_headers():
     assert re.fullmatch(r"[0-9a-f]{12}|(unknown|[0-9a-f]{12}-dirty)-[0-9a-f]{12}", dermis.commit)
 
 
+def of_run(*names):
+    """Functions of ./run, as a script."""
+    return "\n".join(re.search(rf"^{name}\(\) \{{.*?^\}}", (TOP / "run").read_text(), re.M | re.S)[0] for name in names)
+
+
+def test_the_page_of_the_package_links_to_no_file_that_is_not_beside_it():
+    script = of_run("page_of_package") + "\npage_of_package README.md"
+    page = subprocess.run(["sh", "-c", script], cwd=TOP, capture_output=True, text=True, check=True).stdout
+    assert re.findall(r"\]\((?!#)[^)]*\)", (TOP / "README.md").read_text())
+    assert not re.findall(r"!\[|\]\((?!#|https?:)[^)]*\)", page)
+    assert "MODEL.md (`host/core/description/MODEL.md`) says" in page and page.startswith("# dermis\n")
+
+
+def test_a_release_can_be_repeated_after_a_wheel_that_failed(tmp_path):
+    for name in ("run", "CHANGELOG.md", "CITATION.cff", "README.md", "include/dermis/version.hpp", "host/examples/CMakeLists.txt"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_bytes((TOP / name).read_bytes())
+    script = (tmp_path / "run").read_text()
+    version = re.search(r"^## ([0-9.]+)$", (TOP / "CHANGELOG.md").read_text(), re.M)[1]
+    (tmp_path / "run").write_text(script.replace("    ./run wheel\n", "    [ -d out/dist ]\n"))
+    who = {f"GIT_{role}_{what}": "dermis@localhost" for role in ("AUTHOR", "COMMITTER") for what in ("NAME", "EMAIL")}
+
+    def call(*command):
+        return subprocess.run(command, cwd=tmp_path, env={**os.environ, **who}, capture_output=True, text=True)
+
+    call("git", "init", "-q")
+    (tmp_path / ".git/info/exclude").write_text("out\n")
+    call("git", "add", "-A")
+    call("git", "commit", "-qm", "first")
+    assert call("sh", "run", "release", version).returncode == 1  # the wheel that fails
+    (tmp_path / "out/dist").mkdir(parents=True)
+    again = call("sh", "run", "release", version)
+    assert again.returncode == 0 and f"is version {version}" in again.stdout, again.stderr
+    assert call("git", "log", "--format=%s").stdout == f"Version {version}\nfirst\n"
+    assert (tmp_path / "out/dist/TAG.txt").read_text().startswith(f"dermis {version}\n")
+
+
 def test_types_come_with_the_package():
     folder = pathlib.Path(dermis.__file__).parent
     assert (folder / "py.typed").exists()

@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 
 TOP = pathlib.Path(__file__).resolve().parents[3]
+GRID = {"grid": {"width": 12, "height": 9}}
 RIDGES = np.sin(np.arange(9 * 12) / 5.0).reshape(9, 12)
 TABLES = {
     "grid": {"width": 12, "height": 9, "spacing": 1e-3},
@@ -81,11 +82,12 @@ def test_what_a_run_returns_arrives_whole():
 
 
 def test_what_another_build_pickled_is_refused_by_both_names():
-    bytes_of_this = SCENE.__getstate__()
+    bytes_of_this, attributes = SCENE.__getstate__()
     with pytest.raises(dermis.Error, match="pickled by dermis 9.9.*allowed: dermis .* of commit"):
-        dermis.Scene.__new__(dermis.Scene).__setstate__(bytes_of_this.replace(b"dermis 0.", b"dermis 9.9", 1))
+        dermis.Scene.__new__(dermis.Scene).__setstate__((bytes_of_this.replace(b"dermis 0.", b"dermis 9.9", 1), {}))
     with pytest.raises(dermis.Error, match="state = cut bytes"):
-        dermis.Scene.__new__(dermis.Scene).__setstate__(bytes_of_this[:-9])
+        dermis.Scene.__new__(dermis.Scene).__setstate__((bytes_of_this[:-9], {}))
+    assert attributes == {}
 
 
 @pytest.mark.parametrize("device", ["cpu", "vulkan"])
@@ -112,6 +114,35 @@ def test_devices_arrive_as_the_text_that_opened_them():
     assert again(dermis.Device.open("vulkan")).info.name == dermis.Device.open("vulkan").info.name
 
 
+@pytest.mark.skipif(not os.path.exists("/proc/self/task"), reason="counts threads of this process")
+def test_copies_of_a_skin_share_its_device_in_one_process():
+    skin = dermis.Skin(GRID, device="vulkan")
+    skin.press(np.ones((9, 12), np.float32), 0.1)
+    threads = len(os.listdir("/proc/self/task"))
+    copies = [copy.copy(skin), copy.deepcopy(skin), again(skin), dermis.Skin(GRID, device=again(dermis.Device.open("cpu")))]
+    assert len(os.listdir("/proc/self/task")) == threads and len(copies) == 4  # a software device has threads of its own
+
+
+class Thumb(dermis.Skin):
+    pass
+
+
+class Touch(dermis.contact.Contact):
+    pass
+
+
+class Pulp(dermis.Scene):
+    pass
+
+
+@pytest.mark.parametrize("value", [Thumb(GRID), Touch(1e-3, 2e-3, 0.5), Pulp(GRID)], ids=["skin", "contact", "scene"])
+def test_a_subclass_keeps_its_type_and_its_attributes(value):
+    value.names = ["left"]
+    for there in (again(value), copy.copy(value), copy.deepcopy(value)):
+        assert type(there) is type(value) and there.names == ["left"]
+    assert copy.copy(value).names is value.names and copy.deepcopy(value).names is not value.names
+
+
 SCENES = [dermis.Scene({**TABLES, "load": {"intensity": 1e4 * i}}) for i in range(1, 7)]
 
 
@@ -132,7 +163,7 @@ def test_a_sweep_runs_every_combination_wherever_it_is_mapped():
     assert [numbers(row["result"]) for row in mapped] == [numbers(row["result"]) for row in rows]
     with pytest.raises(dermis.Error, match="values.'time.step'. = 0.02; allowed: a list"):
         dermis.sweep(TABLES, {"time.step": 0.02})
-    with pytest.raises(dermis.Error, match="an object of type Scene; allowed: tables by name, or the path"):
+    with pytest.raises(dermis.Error, match="scene = <Scene 12 x 9 .*>; allowed: tables by name, or the path"):
         dermis.sweep(SCENE, values)
 
 
@@ -165,23 +196,42 @@ def test_the_page_about_processes_does_what_it_says(name, block, tmp_path):
     assert run.returncode == 0, run.stderr
 
 
-def test_pads_beyond_the_memory_at_hand_are_refused_with_both_numbers(tmp_path):
-    from dermis._memory import available
-    (tmp_path / "self").mkdir()
-    (tmp_path / "meminfo").write_text("MemTotal: 9000000 kB\nMemAvailable: 8000000 kB\n")
-    (tmp_path / "self/cgroup").write_text("4:memory:/old\n0::/a/b\n")
-    assert available(str(tmp_path), str(tmp_path)) == 8000000 * 1024
-    for folder, files in {"a": {"max": "5000", "current": "3000"}, "a/b": {"max": "max", "current": "1"}}.items():
-        (tmp_path / folder).mkdir()
-        for name, text in files.items():
-            (tmp_path / folder / f"memory.{name}").write_text(text + "\n")
-    assert available(str(tmp_path), str(tmp_path)) == 2000
-    (tmp_path / "a/memory.stat").write_text("anon 1500\ninactive_file 500\n")  # of which the system drops what it needs
-    assert available(str(tmp_path), str(tmp_path)) == 2500
-    (tmp_path / "memory/old").mkdir(parents=True)
-    (tmp_path / "memory/old/memory.limit_in_bytes").write_text("1000\n")
-    (tmp_path / "memory/old/memory.usage_in_bytes").write_text("900\n")
-    assert available(str(tmp_path), str(tmp_path)) == 100
-    with pytest.raises(MemoryError, match=r"n = 1000000 pads of 1000 x 1000 cells: at least 24000.0 GB are needed, and "
-                                          r"[0-9.]+ GB are available"):
-        dermis.Skin({"grid": {"width": 1000, "height": 1000}}, 1000000)
+def test_the_memory_at_hand_is_the_least_of_the_machines_and_of_all_control_groups(tmp_path):
+    def write(path, text):
+        (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / path).write_text(text)
+
+    def at_hand():
+        return dermis._core.memory_at_hand(str(tmp_path))
+
+    assert at_hand() == np.inf
+    write("proc/meminfo", "MemTotal: 9000000 kB\nMemAvailable: 8000000 kB\n")
+    write("proc/self/cgroup", "5:cpu:/old\n4:memory:/old\n0::/a/b\n")
+    assert at_hand() == 8000000 * 1024
+    write("sys/fs/cgroup/a/b/memory.max", "max\n")
+    write("sys/fs/cgroup/a/b/memory.current", "1\n")
+    write("sys/fs/cgroup/a/memory.max", "5000\n")
+    write("sys/fs/cgroup/a/memory.current", "3000\n")
+    assert at_hand() == 2000
+    write("sys/fs/cgroup/a/memory.stat", "anon 1500\ninactive_file 500\n")  # of which the system drops what it needs
+    assert at_hand() == 2500
+    write("sys/fs/cgroup/memory/old/memory.limit_in_bytes", "1000\n")
+    write("sys/fs/cgroup/memory/old/memory.usage_in_bytes", "900\n")
+    assert at_hand() == 100
+    write("sys/fs/cgroup/memory/old/memory.usage_in_bytes", "1100\n")
+    assert at_hand() == 0
+
+
+ELEMENTS = [{"modulus": 1e5, "viscosity": 10.0 * i} for i in range(1, 5)]
+IN_METRES = {"surface": {"relief": 1e-4}, "material": {"elements": ELEMENTS, "thickness": 1e-3, "curvature_length": 1e-4}}
+WHOLE = {"grid": {"width": 1000, "height": 1000}}
+
+
+@pytest.mark.parametrize("scene, needs", [
+    (WHOLE, "1000000 skins of 1000 x 1000 cells and 0 receptors need at least 2.4e+04 GB"),
+    ({"grid": {"width": 1000, "height": 1000, "spacing": 1e-4}, **IN_METRES}, "0 receptors need at least 3.6e+04 GB"),
+    ({**WHOLE, "sites": [("sa1", x, y) for x in range(100) for y in range(100)]}, "10000 receptors need at least 4.08e+03 GB"),
+], ids=["cells", "elements", "sites"])
+def test_pads_beyond_the_memory_at_hand_are_refused_with_both_numbers(scene, needs):
+    with pytest.raises(MemoryError, match=re.escape(needs) + r", and [0-9.e+]+ GB are available"):
+        dermis.Skin(scene, 1000000)

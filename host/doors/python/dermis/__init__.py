@@ -16,22 +16,20 @@ from __future__ import annotations
 
 import functools
 import itertools
-import math
-import operator
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Union
 
 import numpy as np
 
+from ._answers import answered  # before what it answers for is imported
 from . import _core, contact
 from ._arrays import Response
-from ._memory import available
 from ._core import (Candidate, Device, DeviceInfo, Explanation, Figure, Fit, Impulse, KelvinVoigt, Relaxation, Report,
-                    Result, Trace, chain_of, commit, fit_creep, fit_relaxation, relaxation_of)
+                    Result, Trace, chain_of, commit, fit_creep, fit_relaxation, refuse, relaxation_of)
 from ._error import Error
 from ._tables import Curvature, Grid, Load, Material, Output, Receptors, Sites, Surface, Time
-from ._toml import overrides_of, refuse, text_of
+from ._toml import overrides_of, pairs_of, text_of, without_rows
 
 __version__ = _core.version
 
@@ -54,21 +52,16 @@ class Scene(_core.Scene):
     sites may be a list of (type, x, y), as in [("sa1", 12, 40)].
     """
 
+    @answered
     def __init__(self, tables: Mapping[str, Any] | None = None, /, **keys: Any) -> None:
         self._read({**(tables or {}), **keys}, {})
 
     def _read(self, given: dict[str, Any], overrides: Mapping[str, Any]) -> None:
-        sites = given.get("sites")
-        listed = None
-        if isinstance(sites, (list, tuple)):
-            try:
-                listed = [(kind, operator.index(x), operator.index(y)) for kind, x, y in sites]
-            except (TypeError, ValueError):
-                raise refuse("sites", repr(sites)[:60], "a list of (type, x, y), as in [(\"sa1\", 12, 40)]") from None
-            del given["sites"]
+        listed = given.pop("sites") if isinstance(given.get("sites"), (list, tuple)) else None
         super().__init__(*text_of(given), sites=listed, overrides=overrides_of(overrides))
 
     @classmethod
+    @answered
     def from_file(cls, path: str | os.PathLike[str], overrides: Mapping[str, Any] | None = None) -> Scene:
         """Read a TOML file. overrides: values by dotted name, as in {"time.step": 0.001}."""
         scene = cls.__new__(cls)
@@ -76,13 +69,13 @@ class Scene(_core.Scene):
         return scene
 
     @classmethod
+    @answered
     def from_string(cls, text: str, overrides: Mapping[str, Any] | None = None,
                     folder: str | os.PathLike[str] = "") -> Scene:
         """Read a text of TOML. Paths in it are relative to the folder, by default the working directory."""
         scene = cls.__new__(cls)
         _core.Scene.__init__(scene, text=text, folder=os.fsencode(folder), overrides=overrides_of(overrides or {}))
         return scene
-
 
     def __repr__(self) -> str:
         sites = f", {len(self.sites)} sites" if self.sites else ""
@@ -103,53 +96,19 @@ def _scene_of(scene: AnyScene, overrides: Mapping[str, Any] | None = None) -> _c
     if isinstance(scene, _core.Scene) and not overrides:
         return scene
     allowed = "tables by name, or the path of a file" if overrides else "a Scene, tables by name, or the path of a file"
-    raise refuse("scene", f"an object of type {type(scene).__name__}", allowed)
+    refuse("scene", scene, allowed)
 
 
 def _scene_with(material: AnyMaterial, name: str) -> Scene:
     """Return a scene of this material. It has metres, because a material is then required."""
-    given = dict(material) if isinstance(material, Mapping) else dict(vars(material))
+    given = pairs_of(material)
+    if given is None:
+        refuse(name, material, "a Material, or a dict")
     for key in ("thickness", "curvature_length"):
-        if given.get(key) is not None:
-            raise refuse(f"{name}.{key}", given[key], "none: it stays that of the skin")
-        given[key] = 1
-    return Scene(grid=Grid(width=1, height=1, spacing=1), surface=Surface(relief=1), material=given)
-
-
-def _axes_of(n: Any) -> list[int]:
-    """Return the lengths of the axes of pads."""
-    try:
-        if n is None:
-            return []
-        return [operator.index(length) for length in (n if isinstance(n, (tuple, list)) else [n])]
-    except TypeError:
-        raise refuse("n", repr(n), "None, a number of pads, or a tuple of lengths, as in (64, 5)") from None
-
-
-def _need_memory(scene: _core.Scene, axes: Sequence[int], responses: int) -> None:
-    """Refuse pads whose pressure, strain and responses alone do not fit into the memory at hand."""
-    pads = math.prod(axes)
-    needed = 0 if scene.sites or pads > 2**20 else 4.0 * pads * scene.width * scene.height * (2 + responses)
-    if needed > 2**28 and needed > (free := available()):
-        raise MemoryError(f"n = {pads} pads of {scene.width} x {scene.height} cells: at least {needed / 1e9:.1f} GB "
-                          f"are needed, and {free / 1e9:.1f} GB are available")
-
-
-def _columns_of(material: AnyMaterial) -> dict[str, Any]:
-    """Return the numbers of a material by name: modulus and viscosity of each element, spring, dashpot."""
-    given = dict(material) if isinstance(material, Mapping) else dict(vars(material))
-    columns: dict[str, Any] = {}
-    elements = given.get("elements")
-    if not isinstance(elements, (list, tuple)) or not all(isinstance(e, (Mapping, KelvinVoigt)) for e in elements):
-        elements = []  # none, or what the reader of scenes refuses
-    for i, element in enumerate(elements):
-        given.pop("elements", None)
-        pair = dict(element) if isinstance(element, Mapping) else {"modulus": element.modulus, "viscosity": element.viscosity}
-        columns |= {f"elements[{i}].{key}": pair.pop(key, 0.0) for key in ("modulus", "viscosity")}
-        columns |= {f"elements[{i}].{key}": value for key, value in pair.items()}
-    columns |= {key: given.pop(key, None) for key in ("modulus", "viscosity", "spring", "dashpot")}
-    columns |= given
-    return {key: value for key, value in columns.items() if value is not None}
+        if key in given:
+            refuse(f"{name}.{key}", given[key], "none: it stays that of the skin")
+    return Scene(grid=Grid(width=1, height=1, spacing=1), surface=Surface(relief=1),
+                 material={**given, "thickness": 1, "curvature_length": 1})
 
 
 class Skin(_core.Skin):
@@ -167,13 +126,12 @@ class Skin(_core.Skin):
     copy.copy and pickle make another skin with the same state; its responses are 0 until it is pressed.
     """
 
+    @answered
     def __init__(self, scene: AnyScene, n: int | Sequence[int] | None = None, *, device: Device | str | None = None,
                  responses: str | Iterable[str] | None = None, precision: str | None = None,
                  materials: Iterable[AnyMaterial] = ()) -> None:
-        made, axes = _scene_of(scene), _axes_of(n)
         names = [responses] if isinstance(responses, str) else None if responses is None else list(responses)
-        _need_memory(made, axes, 4 if names is None else len(names))
-        super().__init__(made, axes, device, names, precision,
+        super().__init__(_scene_of(scene), n, device, names, precision,
                          [_scene_with(m, f"materials[{i}]") for i, m in enumerate(materials)])
 
     def __getitem__(self, response: str) -> Response:
@@ -186,6 +144,7 @@ class Skin(_core.Skin):
         kinds = dict.fromkeys(kind for kind, _, _ in sites)
         return {kind: np.array([(x, y) for k, x, y in sites if k == kind], np.int32) for kind in kinds}
 
+    @answered
     def set_material(self, material: AnyMaterial, pads: Any = None) -> None:
         """Give pads another material from the next press on; strains are kept.
 
@@ -193,25 +152,11 @@ class Skin(_core.Skin):
         curvature_length, which stay. Where the skin was made with materials, a number may be an array of one number
         for each pad. pads: as in press; all of them, unless the skin was made with materials.
         """
-        columns = _columns_of(material)
-        if "elements" in columns or not any(np.ndim(value) for value in columns.values()):
-            return self.take_material(_scene_with(material, "material"), pads)
-        count = self.count if pads is None else np.count_nonzero(pads) if np.asarray(pads).dtype == bool else np.size(pads)
-        elements = sum(key.startswith("elements[") for key in columns) // 2
-        names = [key for key in columns if key.endswith((".modulus", ".viscosity"))] or ["modulus", "viscosity"]
-        names += [key for key in ("spring", "dashpot") if key in columns]
-        for key in columns.keys() ^ set(names):
-            raise refuse(f"material.{key}", columns.get(key), " and ".join(names) + ", each a number or an array")
-        rows = np.empty((count, len(names)))
-        for i, key in enumerate(names):
-            value = np.asarray(columns[key])
-            if np.ma.isMaskedArray(columns[key]) or value.dtype.kind not in "fiu" or value.shape not in ((), (count,)):
-                raise refuse(f"material.{key}", f"{value.dtype} array of shape {value.shape}",
-                             f"a number, or an array of shape ({count},)")
-            rows[:, i] = value
-        self.take_materials(rows, elements, "spring" in columns, "dashpot" in columns, pads)
+        rows: dict[str, np.ndarray[Any, np.dtype[np.float64]]] = {}
+        self.take_material(_scene_with(without_rows(material, "material", rows), "material"), rows, pads)
 
 
+@answered
 def run(scene: AnyScene, device: Device | str | None = None, *, precision: str | None = None, check: bool = False,
         progress: Callable[[float], object] | None = None) -> Result:
     """Run a scene, and return its traces, fields and responses.
@@ -224,6 +169,7 @@ def run(scene: AnyScene, device: Device | str | None = None, *, precision: str |
     return _core.run(_scene_of(scene), device, precision, check, progress)
 
 
+@answered
 def run_materials(scene: AnyScene, materials: Iterable[AnyMaterial], device: Device | str | None = None, *,
                   precision: str | None = None, check: bool = False, describe_each: bool = False,
                   progress: Callable[[float], object] | None = None) -> list[Result]:
@@ -237,6 +183,7 @@ def run_materials(scene: AnyScene, materials: Iterable[AnyMaterial], device: Dev
     return _core.run_materials(_scene_of(scene), scenes, device, precision, check, describe_each, progress)
 
 
+@answered
 def sweep(scene: AnyScene, values: Mapping[str, Iterable[Any]], device: str | None = None, *,
           precision: str | None = None, check: bool = False,
           map: Callable[..., Iterable[Result]] = map) -> list[dict[str, Any]]:
@@ -249,7 +196,7 @@ def sweep(scene: AnyScene, values: Mapping[str, Iterable[Any]], device: str | No
     """
     for name, some in values.items():
         if isinstance(some, (str, bytes)) or not isinstance(some, Iterable):
-            raise refuse(f"values[{name!r}]", repr(some), "a list of values")
+            refuse(f"values[{name!r}]", some, "a list of values")
     settings = [dict(zip(values, chosen)) for chosen in itertools.product(*values.values())]
     scenes = [_scene_of(scene, setting or None) for setting in settings]
     results = map(functools.partial(run, device=device, precision=precision, check=check), scenes)
@@ -260,11 +207,13 @@ def sweep(scene: AnyScene, values: Mapping[str, Iterable[Any]], device: str | No
             for i, (setting, result) in enumerate(zip(settings, results, strict=True), 1)]
 
 
+@answered
 def explain(scene: AnyScene, device: Device | str | None = None, *, precision: str | None = None) -> Explanation:
     """Say how run() would compute a scene, like a database's EXPLAIN. Nothing is run."""
     return _core.explain(_scene_of(scene), device, precision)
 
 
+@answered
 def maps(scene: AnyScene) -> dict[str, np.ndarray[Any, np.dtype[np.float64]]]:
     """Return the maps that a scene is made of, float64 of shape (height, width).
 
@@ -273,6 +222,7 @@ def maps(scene: AnyScene) -> dict[str, np.ndarray[Any, np.dtype[np.float64]]]:
     return _core.maps(_scene_of(scene))
 
 
+@answered
 def fingertip(**keys: Any) -> Scene:
     """Return a scene of the preset: 1 cm2 of a ridged fingertip in metres. keys: tables, as in Scene."""
     return Scene(preset="fingertip", **keys)

@@ -19,4 +19,4 @@ class Response(np.ndarray[Any, np.dtype[np.float32]]):
         return np.asarray(self).__dlpack__(max_version=max_version, **options)
 
     def __array_wrap__(self, array: Any, context: Any = None, return_scalar: bool = False) -> Any:
-        return array[()] if return_scalar else np.asarray(array)
+        return np.asarray(array)[()]  # a number where no axes are left; NumPy 1 gives no return_scalar

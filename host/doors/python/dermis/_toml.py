@@ -11,28 +11,26 @@ from typing import Any
 
 import numpy as np
 
-from ._core import KelvinVoigt, Relaxation
-from ._error import Error
+from ._core import KelvinVoigt, Relaxation, refuse
 
 Maps = dict[str, np.ndarray[Any, np.dtype[np.float64]]]
 
 _maps = re.compile(r"(surface|load)\.path|material\.(elements\[\d+\]\.)?(modulus|viscosity)")
 
 
-def refuse(parameter: str, value: object, allowed: str) -> Error:
-    """Return the exception for a value that is not allowed."""
-    return Error("bad_input", parameter, f"{parameter} = {value}; allowed: {allowed}")
+def need_unmasked(value: object, name: str) -> None:
+    if isinstance(value, np.ma.MaskedArray):
+        refuse(name, value, "an array without a mask")
 
 
 def _map_named(name: str, array: np.ndarray[Any, Any], maps: Maps) -> str:
     if array.dtype not in (np.float32, np.float64) or array.ndim != 2:
-        raise refuse(name, f"{array.dtype} array of shape {array.shape}",
-                     "float32 or float64 array of shape (height, width)")
+        refuse(name, array, "float32 or float64 array of shape (height, width)")
     maps[name] = np.ascontiguousarray(array, np.float64)
     return name
 
 
-def _pairs(value: object) -> Mapping[str, Any] | None:
+def pairs_of(value: object) -> Mapping[str, Any] | None:
     """Return the keys and values of a table, without keys that are not given; None if the value is no table."""
     if isinstance(value, KelvinVoigt):
         return {"modulus": value.modulus, "viscosity": value.viscosity}
@@ -44,12 +42,13 @@ def _pairs(value: object) -> Mapping[str, Any] | None:
         return None
     for key in value:
         if not isinstance(key, str):
-            raise refuse("key", repr(key), "texts")
+            refuse("key", key, "texts")
     return {key: inner for key, inner in value.items() if inner is not None}
 
 
 def value_of(value: object, name: str, maps: Maps) -> str:
     """Return a value of the key `name` as TOML on one line, and put an array that is a map into `maps`."""
+    need_unmasked(value, name)
     if isinstance(value, np.ndarray) and _maps.fullmatch(name) and value.ndim:
         value = _map_named(name, value, maps)
     if isinstance(value, (np.ndarray, np.generic)):
@@ -63,23 +62,44 @@ def value_of(value: object, name: str, maps: Maps) -> str:
     if isinstance(value, str):
         try:
             value.encode()
-        except UnicodeEncodeError:
-            raise refuse(name, ascii(value), "a text in Unicode: no other bytes of a path stand in a scene") from None
+        except UnicodeEncodeError as error:
+            refuse(name, value[error.start:], "a text in Unicode: no other bytes of a path stand in a scene")
         return json.dumps(value, ensure_ascii=False)
     if isinstance(value, (list, tuple)):
         return "[" + ", ".join(value_of(v, f"{name}[{i}]", maps) for i, v in enumerate(value)) + "]"
-    pairs = _pairs(value)
+    pairs = pairs_of(value)
     if pairs is None:
-        raise refuse(name, f"{value!r} of type {type(value).__name__}", "a number, a text, a list, a table or an array")
+        refuse(name, value, "a number, a text, a list, a table or an array")
     return "{" + ", ".join(f"{json.dumps(k)} = {value_of(v, f'{name}.{k}', maps)}" for k, v in pairs.items()) + "}"
+
+
+_of_pads = re.compile(r"material\.((elements\[\d+\]\.)?(modulus|viscosity)|spring|dashpot)")
+
+
+def without_rows(value: object, name: str, rows: Maps) -> Any:
+    """Return a material with a number in place of each array of one for each pad, which goes into `rows`."""
+    if _of_pads.fullmatch(name) and isinstance(value, (list, tuple, np.ndarray)):
+        need_unmasked(value, name)
+        try:
+            array = np.asarray(value)
+        except ValueError:  # lists of several lengths
+            array = np.empty(0, object)
+        if array.dtype.kind not in "fiu" or array.ndim != 1:
+            refuse(name, value, "a number, or an array of one for each pad")
+        rows[name] = np.ascontiguousarray(array, np.float64)
+        return 1.0
+    if isinstance(value, (list, tuple)):
+        return [without_rows(item, f"{name}[{i}]", rows) for i, item in enumerate(value)]
+    pairs = pairs_of(value)
+    return value if pairs is None else {key: without_rows(item, f"{name}.{key}", rows) for key, item in pairs.items()}
 
 
 def text_of(tables: Mapping[str, Any]) -> tuple[str, Maps]:
     """Return a scene of tables as a text and the maps that it names. A map in memory makes its table's kind "file"."""
     maps: Maps = {}
     lines = []
-    for key, value in (_pairs(tables) or {}).items():
-        pairs = _pairs(value)
+    for key, value in (pairs_of(tables) or {}).items():
+        pairs = pairs_of(value)
         if key in ("surface", "load") and pairs is not None and isinstance(pairs.get("path"), np.ndarray):
             value = {"kind": "file", **pairs}
         lines.append(f"{json.dumps(key)} = {value_of(value, key, maps)}\n")
@@ -91,5 +111,5 @@ def overrides_of(overrides: Mapping[str, Any]) -> list[str]:
     maps: Maps = {}
     lines = [f"{key}={value_of(value, key, maps)}" for key, value in overrides.items()]
     for name in maps:
-        raise refuse(name, "an array", "a value that can stand in a text; give maps in a scene of tables")
+        refuse(name, maps[name], "a value that can stand in a text; give maps in a scene of tables")
     return lines
