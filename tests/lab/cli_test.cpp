@@ -294,7 +294,7 @@ TEST_CASE("one --set takes several keys, ranges, lists and texts, before the sce
     CHECK(plans.out.find("material.modulus=1\n") == 0);
     CHECK(plans.out.find("\nmaterial.modulus=2\n") != std::string::npos);
     CHECK(command(folder, "").err ==
-          "dermis: a subcommand is required; allowed: run, plan, fit, study, devices, check\n");
+          "dermis: a subcommand is required; allowed: run, plan, bench, fit, study, devices, check\n");
 }
 
 TEST_CASE("a standard output that cannot be written is an error") {
