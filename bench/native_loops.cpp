@@ -5,6 +5,13 @@
 #include <immintrin.h>
 #endif
 
+// The cells of the loop behind it do not depend on each other.
+#ifdef __clang__
+#define DERMIS_INDEPENDENT _Pragma("clang loop vectorize(assume_safety)")
+#else
+#define DERMIS_INDEPENDENT _Pragma("GCC ivdep")
+#endif
+
 namespace bench::native {
 namespace {
 
@@ -172,10 +179,11 @@ void advance_rows(const Frame& f, size_t first, size_t last, float* rates, float
     const ExactStep<float> k = f.step;
     for (size_t y = first; y < last; ++y) {
         const float *from = f.from + y * f.pitch, *to = f.to + y * f.pitch;
-        float* __restrict strain = f.strain + y * f.strain_pitch;
-        float* __restrict integral = f.integral + y * f.pitch;
-        float* __restrict rate = rates + y * f.pitch;
-        float* __restrict acceleration = accelerations + y * f.pitch;
+        float* strain = f.strain + y * f.strain_pitch;
+        float* integral = f.integral + y * f.pitch;
+        float* rate = rates + y * f.pitch;
+        float* acceleration = accelerations + y * f.pitch;
+        DERMIS_INDEPENDENT
         for (size_t x = 0; x < f.width; ++x) {
             const float way = to[x] - from[x], before = strain[x], r = from[x] - k.E * before;
             integral[x] += k.i0 * before + k.i1 * from[x] + k.i2 * way;
@@ -194,10 +202,11 @@ void answer_rows(const Frame& f, size_t first, size_t last, const float* rates, 
         const float *here = f.strain + y * f.strain_pitch, *above = y > 0 ? here - f.strain_pitch : here,
                     *below = y + 1 < f.height ? here + f.strain_pitch : here, *rest = f.rest + i,
                     *integral = f.integral + i, *rate = rates + i, *acceleration = accelerations + i;
-        float* __restrict sa1 = f.responses[0] + i;
-        float* __restrict sa2 = f.responses[1] + i;
-        float* __restrict fa1 = f.responses[2] + i;
-        float* __restrict fa2 = f.responses[3] + i;
+        float* sa1 = f.responses[0] + i;
+        float* sa2 = f.responses[1] + i;
+        float* fa1 = f.responses[2] + i;
+        float* fa2 = f.responses[3] + i;
+        DERMIS_INDEPENDENT
         for (size_t x = 0; x < f.width; ++x) {
             const float e = here[x];
             const float across = (here[x - 1] - e) + (here[x + 1] - e);
