@@ -47,10 +47,11 @@ Measurement Bench::cpu(const std::string& workload, long long n, int threads) co
     return r;
 }
 
-Measurement Bench::on_vulkan(const std::string& workload, long long n) const {
-    Measurement r = cpu(workload, n, 0);
-    const DeviceInfo& info = vulkan->info();
-    const vulkan::PhysicalDevice& physical = vulkan::context_of(*vulkan->impl().backend)->physical();
+Measurement Bench::on(const Device& device, const std::string& workload, long long n) const {
+    const DeviceInfo& info = device.info();
+    Measurement r = cpu(workload, n, info.vulkan ? 0 : device.impl().backend->threads());
+    if (!info.vulkan) return r;
+    const vulkan::PhysicalDevice& physical = vulkan::context_of(*device.impl().backend)->physical();
     r.backend = "vulkan";
     r.device = info.name;
     r.driver = info.driver.substr(0, info.driver.find(' '));
@@ -59,6 +60,16 @@ Measurement Bench::on_vulkan(const std::string& workload, long long n) const {
     r.exact = info.exact;
     r.model = "march";
     r.precision = "f32";
+    return r;
+}
+
+Measurement Bench::of_peer(const Peers::Peer& peer, const std::string& workload, long long n) const {
+    Measurement r = cpu(workload, n, peer.threads ? peer.threads : cores);
+    r.backend = r.driver = peer.name;
+    r.driver_version = peer.version == "-" ? "" : peer.version;
+    r.method = peer.method;
+    r.exact = false;
+    if (peer.method.empty()) r.status = not_installed;
     return r;
 }
 
@@ -132,7 +143,7 @@ void limits(Bench& bench) {
 namespace {
 
 struct Arguments {
-    std::string device = "vulkan", out = "results.csv", compare, commit = dermis::commit();
+    std::string device = "vulkan", out = "results.csv", compare, commit = dermis::commit(), peers;
     std::vector<std::string> only;
     bool quick = false, speed = false;
 };
@@ -144,11 +155,13 @@ struct Workload {
 // These fork, so that they run before any device is opened.
 constexpr Workload forking[] = {{"growth", growth}, {"memory", memory}};
 constexpr Workload workloads[] = {{"limits", limits},
-                                  {"W1", streamed_frames},
-                                  {"W2", constant_map},
-                                  {"W3", study},
-                                  {"W4", population},
-                                  {"W4-frames", streamed_population},
+                                  {"press", streamed_frames},
+                                  {"cells", by_cells},
+                                  {"options", options},
+                                  {"held-map", constant_map},
+                                  {"study", study},
+                                  {"population", population},
+                                  {"population-frames", streamed_population},
                                   {"march", marches},
                                   {"chains", chains},
                                   {"pads", pads},
@@ -170,7 +183,9 @@ std::vector<std::string> names_of_workloads() {
 void add_arguments(CLI::App& app, Arguments& a) {
     app.add_option("--device", a.device, "cpu, vulkan, a row of `dermis devices` or a part of a name")
         ->capture_default_str();
-    app.add_flag("--quick", a.quick, "smaller grids, fewer runs: under two minutes");
+    app.add_flag("--quick", a.quick, "smaller grids, fewer runs: under three minutes");
+    app.add_option("--peers", a.peers,
+                   "the command that runs bench/peers.py; without it there are no rows of its peers");
     app.add_option("--out", a.out, "the table")->capture_default_str();
     auto* compare =
         app.add_option("--compare", a.compare,
@@ -202,6 +217,7 @@ void measure(Bench& bench, const Arguments& a) {
         if (wanted(w.name)) w.measure(bench);
     const std::vector<double> first =
         a.device == "cpu" || !wanted("first-frame") ? std::vector<double>() : first_frames(a.device, bench.runs);
+    bench.peers = std::make_unique<Peers>(a.peers);
     if (a.device != "cpu") try {
             bench.vulkan = Device::open(a.device);
         } catch (const Error& e) {

@@ -6,7 +6,9 @@
 #include "bench/limits.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
+#include <numbers>
 #include <stdexcept>
 #include <type_traits>
 
@@ -32,14 +34,15 @@ template <class Object> Object* made(Object* object, const char* call) {
 }
 
 // The rate of each element, (sigma - E*eps)/eta; the elements of one place in the chain lie side by side.
-int rates(sunrealtype, N_Vector strain, N_Vector rate, void* user_data) {
+int rates(sunrealtype time, N_Vector strain, N_Vector rate, void* user_data) {
     const CreepProblem& problem = *static_cast<const CreepProblem*>(user_data);
     const size_t cells = problem.pressure.size();
     const double *eps = N_VGetArrayPointer(strain), *sigma = problem.pressure.data();
     double* to = N_VGetArrayPointer(rate);
+    const double times = 1 + std::sin(2 * std::numbers::pi * problem.frequency * time);
     for (const dermis::KelvinVoigt& e : problem.chain) {
         const double E = e.modulus, fluidity = 1 / e.viscosity;
-        for (size_t i = 0; i < cells; ++i) to[i] = (sigma[i] - E * eps[i]) * fluidity;
+        for (size_t i = 0; i < cells; ++i) to[i] = (sigma[i] * times - E * eps[i]) * fluidity;
         eps += cells;
         to += cells;
     }

@@ -15,6 +15,7 @@ namespace bench {
 struct CreepProblem {
     std::vector<dermis::KelvinVoigt> chain;
     std::vector<double> pressure; // Pa, of each cell
+    double frequency = 0;         // Hz: the pressure is multiplied by 1 + sin(2*pi*frequency*t)
     double interval = 0;          // s, between outputs
     int outputs = 0;              // without the one at time 0
 };

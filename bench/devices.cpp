@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A device by the number of cells: W1, beside the same memory moved alone, a march of traces, and receptors.
+// A device by the number of cells: a press, beside the same memory moved alone, a march of traces, and receptors.
 #include "bench/bench.hpp"
 #include "host/core/embedding/backend.hpp"
 
@@ -38,7 +38,7 @@ void add_sites(Bench& bench, int n, int presses) {
     options.precision = Precision::f32;
     Skin skin(*bench.vulkan, hand, options);
     const std::vector<float> frame(size_t(n) * size_t(n), 1e4f);
-    Measurement r = bench.on_vulkan("W4-frames", n);
+    Measurement r = bench.on_vulkan("population-frames", n);
     r.model = "sites";
     r.receptors = static_cast<long long>(hand.sites.size());
     r.steps = presses;
@@ -93,9 +93,9 @@ void device_growth(Bench& bench) {
                 fmt::print("{:20} {} x {}: {}\n", what, n, n, e.what());
             }
         };
-        attempt("W1", [&] { streamed_frames_on_device(bench, n); });
+        attempt("press", [&] { streamed_frames_on_device(bench, n); });
         attempt("march-uniform", [&] { add_march(bench, n, software ? 5 : 100); });
-        attempt("W4-frames", [&] { add_sites(bench, n, software ? 2 : 20); });
+        attempt("population-frames", [&] { add_sites(bench, n, software ? 2 : 20); });
     }
 }
 

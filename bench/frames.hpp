@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Workload W1, a streamed frame: a new pressure each step, linear between frames, four responses written.
+// One press of one skin: a new pressure each step, linear between frames, four responses written.
 #pragma once
 
 #include "bench/limits.hpp"

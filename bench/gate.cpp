@@ -40,7 +40,7 @@ std::string driver_of(const Columns& row) { return joined(row, {"device", "drive
 
 // Every instruction set computes the same bits. Where instruction sets are compared as contenders, each has a row of
 // its own; elsewhere a row's backend says which one was the best.
-bool contends(const Columns& row) { return row.at("workload") == "W1" || row.at("workload") == "W1s"; }
+bool contends(const Columns& row) { return row.at("workload") == "press" || row.at("workload") == "press-fa1"; }
 
 std::string name_of(const Columns& row) {
     return (on_cpu(row) && !contends(row) ? "cpu" : row.at("backend")) + " " +

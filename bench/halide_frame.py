@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: MIT
-"""Workload W1 in Halide, for peers.py."""
+"""One press in Halide, for peers.py. Its stores go through the caches: Halide has no others."""
+
 import importlib.metadata
 
 import halide as hl
-import numpy as np
 
-ROWS = 32  # of a strip, which one thread goes down
 LANES = 16
+# One thread goes down a strip of rows. The new strain slides down the strip, or is made for the whole strip at once.
+SCHEDULES = {"slide-32": ("slide", 32), "slide-128": ("slide", 128), "strip-16": ("strip", 16)}
 
 
 def version():
@@ -16,8 +17,9 @@ def version():
         return ""
 
 
-def pipeline(n, step):
-    """Strain, integral and four responses after a step; the new strain slides down a strip and is made once."""
+def pipeline(n, method, step):
+    """Strain, integral and four responses after a step."""
+    kind, rows = SCHEDULES[method]
     E, b, f, i0, i1, i2, v0, v1, a0, a1 = (hl.f32(float(c)) for c in step)
     x, y, strip, row = (hl.Var(name) for name in ("x", "y", "strip", "row"))
     images = [hl.ImageParam(hl.Float(32), 2, name) for name in ("rest", "start", "end", "strain", "integral")]
@@ -38,44 +40,42 @@ def pipeline(n, step):
     for buffer in (*images, *outputs):
         buffer.dim(1).set_stride(n)
         buffer.set_host_alignment(64)
-    out.bound(x, 0, n).bound(y, 0, n).split(y, strip, row, ROWS).parallel(strip).vectorize(x, LANES)
-    after.store_at(out, strip).compute_at(out, row).vectorize(x, LANES)
+    out.bound(x, 0, n).bound(y, 0, n).split(y, strip, row, rows).parallel(strip).vectorize(x, LANES)
+    if kind == "slide":
+        after.store_at(out, strip).compute_at(out, row).vectorize(x, LANES)
+    else:
+        after.compute_at(out, strip).vectorize(x, LANES)
     out.compile_jit(hl.get_jit_target_from_environment())
     return images, out
 
 
-def aligned(values):
-    """Return a copy that begins at a cache line, and a buffer of it. The buffer's first axis is the fast one."""
-    memory = np.empty(values.size + LANES, np.float32)
-    first = -memory.ctypes.data % 64 // 4
-    copy = memory[first:first + values.size].reshape(values.shape)
-    copy[:] = values
-    buffer = hl.Buffer(copy)
-    if buffer.dim(0).stride() != 1:  # versions take the axes in another order
-        buffer = hl.Buffer(copy.T)
-    return copy, buffer
+def buffer_of(array):
+    """Return a buffer of a map. The buffer's first axis is the fast one."""
+    buffer = hl.Buffer(array)
+    return buffer if buffer.dim(0).stride() == 1 else hl.Buffer(array.T)  # versions take the axes in another order
 
 
 class HalideFrame:
-    """The same work as a Frame of peers.py."""
+    """Presses the frames of a Frame of peers.py, whose maps begin at cache lines."""
 
-    def __init__(self, frame, step):
-        n = frame.rest.shape[0]
-        self.images, self.pipeline = pipeline(n, step)
-        self.frames = [aligned(p) for p in frame.frames]
-        self.rest = aligned(frame.rest)
-        self.strain, self.integral = ([aligned(np.zeros((n, n), np.float32)) for _ in range(2)] for _ in range(2))
-        self.responses = [aligned(np.zeros((n, n), np.float32)) for _ in range(4)]
-        self.images[0].set(self.rest[1])
-        self.k = 0
+    def __init__(self, n, method, step):
+        self.images, self.pipeline = pipeline(n, method, step)
+        self.scene = None
 
-    @property
-    def out(self):
-        return [array for array, _ in self.responses]
+    def take(self, scene):
+        self.scene = scene
+        self.frames = [buffer_of(p) for p in scene.frames]
+        self.rest = buffer_of(scene.rest)
+        self.states = [[buffer_of(m) for m in state] for state in scene.states]
+        self.responses = [buffer_of(r) for r in scene.out]
+        self.images[0].set(self.rest)
 
-    def press(self):
-        k = self.k
-        self.k += 1
-        for image, (_, buffer) in zip(self.images[1:], (self.frames[k % 4], self.frames[(k + 1) % 4], self.strain[k % 2], self.integral[k % 2])):
+    def __call__(self, scene):
+        if self.scene is not scene:
+            self.take(scene)
+        k = scene.k
+        scene.k += 1
+        now, after = self.states[k % 2], self.states[1 - k % 2]
+        for image, buffer in zip(self.images[1:], (self.frames[k % 4], self.frames[(k + 1) % 4], *now)):
             image.set(buffer)
-        self.pipeline.realize([buffer for _, buffer in (self.strain[1 - k % 2], self.integral[1 - k % 2], *self.responses)])
+        self.pipeline.realize([*after, *self.responses])

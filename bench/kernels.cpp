@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Workloads W1, W1s and W2: kernels against the memory's bandwidth.
+// One press of one skin, and means of a map, against the memory's bandwidth.
 #include "bench/bench.hpp"
 #include "bench/frames.hpp"
 #include "bench/native.hpp"
@@ -13,6 +13,8 @@
 #include <cstring>
 #include <deque>
 
+#include <fmt/format.h>
+
 namespace bench {
 
 using namespace dermis;
@@ -22,8 +24,8 @@ namespace {
 constexpr double frame_bytes = 44; // L(S), pressure before and now, strain and integral twice, four responses
 constexpr double frame_flops = 62;
 // Rounds are many and short, so that each contender's least time is from a round that nobody else disturbed.
-constexpr int rounds = 15;
-constexpr double cells_of_round = 1e7; // cells and steps, at least one frame
+int rounds(const Bench& bench) { return bench.quick ? 5 : 15; }
+double cells_of_round(const Bench& bench) { return bench.quick ? 2e6 : 1e7; } // cells and steps, at least one frame
 
 // The responses after some frames.
 using Responses = std::array<std::vector<float>, RESPONSE_MAPS>;
@@ -59,7 +61,8 @@ struct Series {
 // The series of one grid. growth: the best loops and the native ones on all threads. device: on a device alone.
 enum class Contenders { all, growth, device };
 
-// Workloads W1 and W1s on one grid: every series is timed in the same rounds as the memory's copies.
+// One press on one grid: pressure in, strain and integral carried, four responses out. Every series is timed in the
+// same rounds as loops that only move the memory.
 class StreamedFrames {
   public:
     StreamedFrames(Bench& bench, int n, Contenders);
@@ -70,8 +73,9 @@ class StreamedFrames {
     void add_cpu(const simd::Isa&, int threads, bool all_responses);
     void add_moves(int threads, bool past_caches);
     Series& add_peer(const std::string& name, int threads);
-    void add_native(int threads);
-    void add_pocl();
+    void add_native(int threads, NativeFrames::Way);
+    void add_pocl(bool past_caches);
+    void add_peers_in_python();
     void check_peer(Measurement&, const std::array<const float*, 4>& responses);
     void add_vulkan(VulkanFrames::Shader);
     void measure_recording();
@@ -88,13 +92,13 @@ class StreamedFrames {
     std::vector<std::unique_ptr<cpu::FramePress>> streams_;
     std::vector<std::unique_ptr<CpuMoves>> moves_;
     std::vector<std::unique_ptr<NativeFrames>> natives_;
-    std::unique_ptr<OpenclFrames> pocl_;
+    std::vector<std::unique_ptr<OpenclFrames>> pocls_;
     std::vector<std::unique_ptr<VulkanFrames>> devices_;
     std::deque<Series> series_; // their work refers to them, so that they must not move
 };
 
 StreamedFrames::StreamedFrames(Bench& bench, int n, Contenders contenders)
-    : bench_(bench), n_(n), scene_(n), frames_(std::max(1, int(cells_of_round / n / n))),
+    : bench_(bench), n_(n), scene_(n), frames_(std::max(1, int(cells_of_round(bench) / n / n))),
       device_frames_(bench.vulkan && bench.vulkan->info().kind == "software" ? std::max(1, frames_ / 8) : frames_),
       expected_(after_frames(scene_, 1, simd::plain)) {
     for (int i = 0; i < 4; ++i) out_.emplace_back(scene_.cells());
@@ -102,7 +106,7 @@ StreamedFrames::StreamedFrames(Bench& bench, int n, Contenders contenders)
     if (contenders == Contenders::growth) {
         add_cpu(simd::best(), bench.cores, true);
         for (bool past_caches : {true, false}) add_moves(bench.cores, past_caches);
-        add_native(bench.cores);
+        add_native(bench.cores, NativeFrames::Way::past_caches);
     }
     if (!bench.vulkan || contenders == Contenders::growth) return;
     for (auto shader : {VulkanFrames::Shader::press, VulkanFrames::Shader::cell, VulkanFrames::Shader::moves})
@@ -118,13 +122,16 @@ void StreamedFrames::add_all_of_cpu() {
         }
     for (int t : threads)
         for (bool past_caches : {true, false}) add_moves(t, past_caches);
-    for (int t : threads) add_native(t);
-    add_pocl();
+    using Way = NativeFrames::Way;
+    for (int t : threads)
+        for (Way way : {Way::past_caches, Way::plain_stores, Way::two_passes}) add_native(t, way);
+    for (bool past_caches : {true, false}) add_pocl(past_caches);
+    add_peers_in_python();
 }
 
 void StreamedFrames::add_cpu(const simd::Isa& isa, int threads, bool all_responses) {
     Series& s = series_.emplace_back();
-    s.row = bench_.cpu(all_responses ? "W1" : "W1s", n_, threads);
+    s.row = bench_.cpu(all_responses ? "press" : "press-fa1", n_, threads);
     s.row.backend = std::string("cpu-") + isa.name;
     s.row.model = "march";
     s.row.precision = "f32";
@@ -134,7 +141,7 @@ void StreamedFrames::add_cpu(const simd::Isa& isa, int threads, bool all_respons
     if (!s.row.exact) s.row.status = "wrong";
     cpu::FramePress& stream = *streams_.emplace_back(std::make_unique<cpu::FramePress>(scene_.streamed, threads, isa));
     s.work = [this, &stream, all_responses] {
-        float* response[RESPONSE_MAPS]; // W1s computes FA1 alone
+        float* response[RESPONSE_MAPS]; // `press-fa1` computes FA1 alone
         for (size_t i = 0; i < RESPONSE_MAPS; ++i)
             response[i] = all_responses || i == QUANTITY_FA1 - QUANTITY_SA1 ? out_[i].data() : nullptr;
         return seconds_of([&] {
@@ -147,7 +154,7 @@ void StreamedFrames::add_cpu(const simd::Isa& isa, int threads, bool all_respons
 // The same memory and no model: its time is what the memory of a grid of this size allows.
 void StreamedFrames::add_moves(int threads, bool past_caches) {
     Series& s = series_.emplace_back();
-    s.row = bench_.cpu("W1", n_, threads);
+    s.row = bench_.cpu("press", n_, threads);
     s.row.backend = past_caches ? "cpu-moves" : "cpu-moves-cached";
     s.row.model = "march";
     s.row.precision = "f32";
@@ -172,7 +179,7 @@ void StreamedFrames::check_peer(Measurement& row, const std::array<const float*,
 
 Series& StreamedFrames::add_peer(const std::string& name, int threads) {
     Series& s = series_.emplace_back();
-    s.row = bench_.cpu("W1", n_, threads);
+    s.row = bench_.cpu("press", n_, threads);
     s.row.backend = s.row.driver = name;
     s.row.model = "march";
     s.row.precision = "f32";
@@ -181,9 +188,12 @@ Series& StreamedFrames::add_peer(const std::string& name, int threads) {
     return s;
 }
 
-void StreamedFrames::add_native(int threads) {
+void StreamedFrames::add_native(int threads, NativeFrames::Way way) {
     Series& s = add_peer("native", threads);
-    NativeFrames& native = *natives_.emplace_back(std::make_unique<NativeFrames>(scene_, threads));
+    s.row.method = way == NativeFrames::Way::past_caches    ? "past-caches"
+                   : way == NativeFrames::Way::plain_stores ? "plain-stores"
+                                                            : "two-passes";
+    NativeFrames& native = *natives_.emplace_back(std::make_unique<NativeFrames>(scene_, threads, way));
     native.press(checked_frames);
     check_peer(s.row, native.responses());
     native.press(2); // a multiple of the ring in all, as on a device
@@ -191,24 +201,41 @@ void StreamedFrames::add_native(int threads) {
 }
 
 // It has one thread for each core of the machine.
-void StreamedFrames::add_pocl() {
+void StreamedFrames::add_pocl(bool past_caches) {
     Series& s = add_peer("pocl", bench_.cores);
-    pocl_ = OpenclFrames::make(scene_);
-    if (!pocl_) {
+    s.row.method = past_caches ? "past-caches" : "plain-stores";
+    std::unique_ptr<OpenclFrames> made = OpenclFrames::make(scene_, past_caches);
+    if (!made) {
         s.row.status = not_installed;
         return;
     }
-    s.row.driver_version = pocl_->driver_version();
-    pocl_->press(checked_frames);
-    check_peer(s.row, pocl_->responses());
-    pocl_->press(2);
-    s.work = [this] { return seconds_of([&] { pocl_->press(frames_); }); };
+    OpenclFrames& pocl = *pocls_.emplace_back(std::move(made));
+    s.row.driver_version = pocl.driver_version();
+    pocl.press(checked_frames);
+    check_peer(s.row, pocl.responses());
+    pocl.press(2);
+    s.work = [this, &pocl] { return seconds_of([&] { pocl.press(frames_); }); };
+}
+
+// They have compared themselves with the model in double.
+void StreamedFrames::add_peers_in_python() {
+    for (const Peers::Peer& peer : bench_.peers->prepare(fmt::format("frames {}", n_))) {
+        Series& s = add_peer(peer.name, bench_.cores);
+        s.row = bench_.of_peer(peer, "press", n_);
+        s.row.model = "march";
+        s.row.precision = "f32";
+        s.row.bytes_per_cell = frame_bytes;
+        if (peer.method.empty()) continue;
+        for (size_t q = 0; q < 4; ++q) s.row.errors[q + 1] = peer.errors.at(q);
+        if (std::ranges::any_of(peer.errors, [](double e) { return !(e <= peer_error); })) s.row.status = "wrong";
+        s.work = [this, peer] { return bench_.peers->seconds(peer, frames_); };
+    }
 }
 
 void StreamedFrames::add_vulkan(VulkanFrames::Shader shader) {
     const bool moves = shader == VulkanFrames::Shader::moves; // the memory alone: no kernel is faster
     Series& s = series_.emplace_back();
-    s.row = bench_.on_vulkan("W1", n_);
+    s.row = bench_.on_vulkan("press", n_);
     if (shader == VulkanFrames::Shader::cell) s.row.backend = "vulkan-cell";
     if (moves) s.row.backend = "vulkan-moves";
     s.row.bytes_per_cell = frame_bytes;
@@ -249,7 +276,7 @@ void StreamedFrames::measure() {
     std::vector<std::function<double()>> work;
     for (const Series& s : series_)
         if (s.work) work.push_back(s.work);
-    const std::vector<Timing> timings = bench_.paired(work, rounds);
+    const std::vector<Timing> timings = bench_.paired(work, rounds(bench_));
     auto timing = timings.begin();
     for (Series& s : series_) {
         if (s.work) s.row.wall = *timing++;
@@ -266,7 +293,7 @@ void StreamedFrames::measure() {
 
 // The host's time to record a frame, apart from its submission.
 void StreamedFrames::measure_recording() {
-    Measurement r = bench_.on_vulkan("W1-record", n_);
+    Measurement r = bench_.on_vulkan("press-record", n_);
     r.steps = 1;
     r.wall = bench_.paired({[&] {
                                devices_[0]->press(device_frames_);
@@ -279,10 +306,9 @@ void StreamedFrames::measure_recording() {
 } // namespace
 
 void streamed_frames(Bench& bench) {
-    const std::vector<int> all = bench.quick ? std::vector{512, 2048} : std::vector{512, 2048, 4096},
-                           growth = bench.quick ? std::vector{256, 1024} : std::vector{256, 1024, 8192};
-    for (int n : all) StreamedFrames(bench, n, Contenders::all).measure();
-    for (int n : growth) StreamedFrames(bench, n, Contenders::growth).measure();
+    for (int n : bench.quick ? std::vector{256, 1024} : std::vector{256, 512, 768, 1024, 2048, 4096})
+        StreamedFrames(bench, n, Contenders::all).measure();
+    if (!bench.quick) StreamedFrames(bench, 8192, Contenders::growth).measure();
 }
 
 void streamed_frames_on_device(Bench& bench, int n) { StreamedFrames(bench, n, Contenders::device).measure(); }
@@ -291,7 +317,7 @@ namespace {
 
 // Means alone of a constant map by `moments`, beside a read of the memory in the same rounds.
 void add_moments(Bench& bench, const plan::PreparedRun& prepared, int n, int threads) {
-    Measurement r = bench.cpu("W2", n, threads);
+    Measurement r = bench.cpu("held-map", n, threads);
     r.model = "moments";
     r.precision = "f64";
     r.steps = prepared.schedule.outputs;
@@ -306,7 +332,8 @@ void add_moments(Bench& bench, const plan::PreparedRun& prepared, int n, int thr
         for (plan::Step step; timeline.next(step);) stepper->press(step);
     };
     Limits memory(threads);
-    const auto timings = bench.paired({[&] { return memory.read(); }, [&] { return seconds_of(moments); }}, rounds);
+    const auto timings =
+        bench.paired({[&] { return memory.read(); }, [&] { return seconds_of(moments); }}, rounds(bench));
     r.wall = timings[1];
     if (!std::isfinite(last)) r.status = "wrong";
     r.against("read", double(Limits::moved()) / timings[0].median / 1e9);
@@ -331,7 +358,7 @@ void constant_map(Bench& bench) {
         if (n > 512) continue;
         for (bool vulkan : {false, true}) {
             if (vulkan && !bench.vulkan) continue;
-            Measurement r = vulkan ? bench.on_vulkan("W2", n) : bench.cpu("W2", n, bench.cores);
+            Measurement r = vulkan ? bench.on_vulkan("held-map", n) : bench.cpu("held-map", n, bench.cores);
             r.model = "march";
             r.precision = "f32";
             Scene marched = s;

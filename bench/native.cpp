@@ -114,11 +114,12 @@ std::array<double, 4> errors_of_frames(const FrameScene& scene, int presses, int
     return errors;
 }
 
-NativeFrames::NativeFrames(const FrameScene& scene, int threads)
+NativeFrames::NativeFrames(const FrameScene& scene, int threads, Way way)
     : scene_(scene), pool_(threads), rest_(scene.cells()),
       strain_((size_t(scene.skin().pitch) + 2 * native::lanes) * size_t(scene.skin().height())),
       integral_(scene.cells()), responses_{Floats(scene.cells()), Floats(scene.cells()), Floats(scene.cells()),
-                                           Floats(scene.cells())} {
+                                           Floats(scene.cells())},
+      way_(way) {
     const dermis::plan::PreparedSkin& skin = scene.skin();
     const dermis::scene::Element& material = skin.materials[0];
     const std::vector<float> rest = dermis::plan::padded_rest_curvature<float>(skin);
@@ -126,7 +127,10 @@ NativeFrames::NativeFrames(const FrameScene& scene, int threads)
     const size_t pitch = size_t(skin.pitch), strain_pitch = pitch + 2 * native::lanes;
     std::fill_n(strain_.data(), strain_pitch * size_t(skin.height()), 0.0f);
     std::fill_n(integral_.data(), scene.cells(), 0.0f);
-    for (int i = 0; i < 4 * pool_.threads(); ++i) rows_.emplace_back(pitch);
+    if (way == Way::two_passes)
+        for (int i = 0; i < 2; ++i) rows_.emplace_back(scene.cells());
+    else
+        for (int i = 0; i < 4 * pool_.threads(); ++i) rows_.emplace_back(pitch);
     frame_ = {.step = native::exact_step<float>(material.modulus, material.viscosity, scene.dt),
               .width = size_t(skin.width()),
               .height = size_t(skin.height()),
@@ -147,19 +151,34 @@ std::array<const float*, 4> NativeFrames::responses() const {
 
 void NativeFrames::press(int count) {
     const size_t threads = size_t(pool_.threads());
-    const auto share = [&](auto&& work) {
+    const auto share = [&](auto&& work) { // rows of each thread
         pool_.each([&](int thread) {
             const size_t t = size_t(thread);
-            const Floats* own = rows_.data() + 4 * t;
-            work(frame_, frame_.height * t / threads, frame_.height * (t + 1) / threads,
-                 native::ThreadRows{own[0].data(), own[1].data(), own[2].data(), own[3].data()});
+            work(t, frame_.height * t / threads, frame_.height * (t + 1) / threads);
         });
+    };
+    const auto own = [&](size_t t) {
+        const Floats* rows = rows_.data() + 4 * t;
+        return native::ThreadRows{rows[0].data(), rows[1].data(), rows[2].data(), rows[3].data()};
     };
     for (int i = 0; i < count; ++i, ++frames_) {
         frame_.from = scene_.frames[frames_ % 4].data();
         frame_.to = scene_.frames[(frames_ + 1) % 4].data();
-        if (threads > 1) share(native::step_beside);
-        share(native::press_rows);
+        if (way_ == Way::two_passes) {
+            float *rate = rows_[0].data(), *acceleration = rows_[1].data();
+            share([&](size_t, size_t first, size_t last) {
+                native::advance_rows(frame_, first, last, rate, acceleration);
+            });
+            share([&](size_t, size_t first, size_t last) {
+                native::answer_rows(frame_, first, last, rate, acceleration);
+            });
+            continue;
+        }
+        if (threads > 1)
+            share([&](size_t t, size_t first, size_t last) { native::step_beside(frame_, first, last, own(t)); });
+        share([&](size_t t, size_t first, size_t last) {
+            native::press_rows(frame_, first, last, own(t), way_ == Way::past_caches);
+        });
     }
 }
 

@@ -38,10 +38,12 @@ template <class Real = double> ExactStep<Real> exact_step(double modulus, double
 std::array<double, 4> errors_of_frames(const FrameScene&, int presses, int threads,
                                        const std::array<const float*, 4>& responses);
 
-// Workload W1 in one fused loop: a row is stepped and the one above it answered.
+// One press of one skin: in one fused loop, which steps a row and answers the one above it, with responses written past
+// the caches or through them; or in two passes over whole maps.
 class NativeFrames {
   public:
-    NativeFrames(const FrameScene&, int threads);
+    enum class Way { past_caches, plain_stores, two_passes };
+    NativeFrames(const FrameScene&, int threads, Way);
     void press(int frames);
     std::array<const float*, 4> responses() const;
 
@@ -50,7 +52,8 @@ class NativeFrames {
     dermis::simd::Pool pool_;
     Floats rest_, strain_, integral_;
     std::array<Floats, 4> responses_;
-    std::vector<Floats> rows_; // four of each thread
+    std::vector<Floats> rows_; // four of each thread, or the maps of rate and acceleration
+    const Way way_;
     native::Frame frame_{};
     size_t frames_ = 0;
 };

@@ -5,6 +5,13 @@
 #include <immintrin.h>
 #endif
 
+// The cells of the loop behind it do not depend on each other.
+#ifdef __clang__
+#define DERMIS_INDEPENDENT _Pragma("clang loop vectorize(assume_safety)")
+#else
+#define DERMIS_INDEPENDENT _Pragma("GCC ivdep")
+#endif
+
 namespace bench::native {
 namespace {
 
@@ -30,6 +37,11 @@ void stream(float* p, Vector x) {
 #else
     store(p, x);
 #endif
+}
+
+template <bool past_caches> void put(float* p, Vector x) {
+    if constexpr (past_caches) stream(p, x);
+    else store(p, x);
 }
 
 void fence() {
@@ -82,7 +94,7 @@ Cells cells_of(const Frame& f, const ExactStep<Vector>& k, size_t y, size_t x) {
 }
 
 // In one loop, steps row y, whose new strain is otherwise at `below`, and answers in row y - 1.
-template <bool steps, bool answers>
+template <bool steps, bool answers, bool past_caches>
 void press_row(const Frame& f, const ExactStep<Vector>& k, size_t y, const float* above, const float* below,
                const ThreadRows& rows) {
     float* strain = f.strain + y * f.strain_pitch;
@@ -101,10 +113,10 @@ void press_row(const Frame& f, const ExactStep<Vector>& k, size_t y, const float
         if constexpr (answers) {
             const size_t i = answered + x;
             const Vector g = gain(load(f.rest + i), here + x, load(above + x), next);
-            stream(f.responses[0] + i, load(here + x) * g);
-            stream(f.responses[1] + i, load(f.integral + i) * g);
-            stream(f.responses[2] + i, load(rows.rate + x) * g);
-            stream(f.responses[3] + i, load(rows.acceleration + x) * g);
+            put<past_caches>(f.responses[0] + i, load(here + x) * g);
+            put<past_caches>(f.responses[1] + i, load(f.integral + i) * g);
+            put<past_caches>(f.responses[2] + i, load(rows.rate + x) * g);
+            put<past_caches>(f.responses[3] + i, load(rows.acceleration + x) * g);
         }
         if constexpr (steps) {
             store(rows.rate + x, rate_after(k, c));
@@ -122,9 +134,7 @@ template <bool past_caches> void move_vectors(const Moved& m, size_t first, size
         const Vector joined = (load(m.from + i) + load(m.to + i)) + load(m.rest + i);
         store(m.strain + i, joined - load(m.strain + i));
         store(m.integral + i, joined - load(m.integral + i));
-        for (float* response : m.responses)
-            if constexpr (past_caches) stream(response + i, joined);
-            else store(response + i, joined);
+        for (float* response : m.responses) put<past_caches>(response + i, joined);
     }
 }
 
@@ -144,16 +154,69 @@ void step_beside(const Frame& f, size_t first, size_t last, const ThreadRows& ro
     }
 }
 
-void press_rows(const Frame& f, size_t first, size_t last, const ThreadRows& rows) {
-    if (first == last) return;
+namespace {
+
+template <bool past_caches> void press_some(const Frame& f, size_t first, size_t last, const ThreadRows& rows) {
     const ExactStep<Vector> k = broadcast(f.step);
     const auto row = [&f](size_t y) { return f.strain + y * f.strain_pitch; };
     // The row above the grid is a copy of its first row, and the row below the grid is a copy of its last row.
     const auto above = [&](size_t y) -> const float* { return y > first ? row(y - 1) : y > 0 ? rows.above : row(0); };
-    press_row<true, false>(f, k, first, nullptr, nullptr, rows);
-    for (size_t y = first + 1; y < last; ++y) press_row<true, true>(f, k, y, above(y - 1), nullptr, rows);
-    press_row<false, true>(f, k, last, above(last - 1), last < f.height ? rows.below : row(last - 1), rows);
-    fence();
+    press_row<true, false, past_caches>(f, k, first, nullptr, nullptr, rows);
+    for (size_t y = first + 1; y < last; ++y) press_row<true, true, past_caches>(f, k, y, above(y - 1), nullptr, rows);
+    press_row<false, true, past_caches>(f, k, last, above(last - 1), last < f.height ? rows.below : row(last - 1),
+                                        rows);
+    if (past_caches) fence();
+}
+
+} // namespace
+
+void press_rows(const Frame& f, size_t first, size_t last, const ThreadRows& rows, bool past_caches) {
+    if (first == last) return;
+    (past_caches ? press_some<true> : press_some<false>)(f, first, last, rows);
+}
+
+void advance_rows(const Frame& f, size_t first, size_t last, float* rates, float* accelerations) {
+    const ExactStep<float> k = f.step;
+    for (size_t y = first; y < last; ++y) {
+        const float *from = f.from + y * f.pitch, *to = f.to + y * f.pitch;
+        float* strain = f.strain + y * f.strain_pitch;
+        float* integral = f.integral + y * f.pitch;
+        float* rate = rates + y * f.pitch;
+        float* acceleration = accelerations + y * f.pitch;
+        DERMIS_INDEPENDENT
+        for (size_t x = 0; x < f.width; ++x) {
+            const float way = to[x] - from[x], before = strain[x], r = from[x] - k.E * before;
+            integral[x] += k.i0 * before + k.i1 * from[x] + k.i2 * way;
+            rate[x] = k.v0 * r + k.v1 * way;
+            acceleration[x] = k.a0 * r + k.a1 * way;
+            strain[x] = before + k.b * r + k.f * way;
+        }
+        strain[-1] = strain[0];
+        strain[f.width] = strain[f.width - 1];
+    }
+}
+
+void answer_rows(const Frame& f, size_t first, size_t last, const float* rates, const float* accelerations) {
+    for (size_t y = first; y < last; ++y) {
+        const size_t i = y * f.pitch;
+        const float *here = f.strain + y * f.strain_pitch, *above = y > 0 ? here - f.strain_pitch : here,
+                    *below = y + 1 < f.height ? here + f.strain_pitch : here, *rest = f.rest + i,
+                    *integral = f.integral + i, *rate = rates + i, *acceleration = accelerations + i;
+        float* sa1 = f.responses[0] + i;
+        float* sa2 = f.responses[1] + i;
+        float* fa1 = f.responses[2] + i;
+        float* fa2 = f.responses[3] + i;
+        DERMIS_INDEPENDENT
+        for (size_t x = 0; x < f.width; ++x) {
+            const float e = here[x];
+            const float across = (here[x - 1] - e) + (here[x + 1] - e);
+            const float gain = 1 + (rest[x] - (across + ((above[x] - e) + (below[x] - e))));
+            sa1[x] = e * gain;
+            sa2[x] = integral[x] * gain;
+            fa1[x] = rate[x] * gain;
+            fa2[x] = acceleration[x] * gain;
+        }
+    }
 }
 
 namespace {

@@ -15,7 +15,7 @@ constexpr size_t lanes = 16;
 // strain), rate = v0*r + v1*way, acceleration = a0*r + a1*way.
 template <class Real> struct ExactStep { Real E, b, f, i0, i1, i2, v0, v1, a0, a1; };
 
-// A streamed frame, workload W1. A row of the strain has a cell more on each side, a copy of the first and of the last.
+// One press of one skin. A row of the strain has a cell more on each side, a copy of the first and of the last.
 struct Frame {
     ExactStep<float> step;
     size_t width, height, pitch, strain_pitch;
@@ -32,8 +32,12 @@ struct ThreadRows {
 
 // Fills `above` and `below` for rows first .. last - 1; every thread does so before any of them steps.
 void step_beside(const Frame&, size_t first, size_t last, const ThreadRows&);
-// Steps rows first .. last - 1 in place and writes their responses past the caches.
-void press_rows(const Frame&, size_t first, size_t last, const ThreadRows&);
+// Steps rows first .. last - 1 in place and writes their responses past the caches, or through them.
+void press_rows(const Frame&, size_t first, size_t last, const ThreadRows&, bool past_caches);
+
+// The same in two passes over whole maps, as one would write it first. rate, acceleration: maps.
+void advance_rows(const Frame&, size_t first, size_t last, float* rate, float* acceleration);
+void answer_rows(const Frame&, size_t first, size_t last, const float* rate, const float* acceleration);
 
 // The memory of a streamed frame: the four responses are written from registers, past the caches or through them.
 struct Moved {

@@ -6,7 +6,7 @@
 #include "bench/native.hpp"
 #include "host/core/model/laplacian.hpp"
 
-#include "w1_cl.h"
+#include "press_cl.h"
 
 #include <algorithm>
 #include <stdexcept>
@@ -52,7 +52,7 @@ cl_device_id pocl_device() {
 
 class PoclFrames final : public OpenclFrames {
   public:
-    PoclFrames(const FrameScene&, cl_device_id);
+    PoclFrames(const FrameScene&, cl_device_id, bool past_caches);
     ~PoclFrames() override;
     void press(int frames) override;
     std::array<const float*, 4> responses() override;
@@ -60,7 +60,7 @@ class PoclFrames final : public OpenclFrames {
 
   private:
     enum { rest, strain0, strain1, integral, responses_, frames_ = responses_ + 4, buffers = frames_ + 4 };
-    void compile();
+    void compile(bool past_caches);
     template <class T> void set(cl_uint argument, const T& value) {
         check(clSetKernelArg(kernel_, argument, sizeof value, &value), "clSetKernelArg");
     }
@@ -76,11 +76,12 @@ class PoclFrames final : public OpenclFrames {
     size_t frame_ = 0;
 };
 
-PoclFrames::PoclFrames(const FrameScene& scene, cl_device_id device) : scene_(scene), device_(device) {
+PoclFrames::PoclFrames(const FrameScene& scene, cl_device_id device, bool past_caches)
+    : scene_(scene), device_(device) {
     cl_int status;
     context_ = made(clCreateContext(nullptr, 1, &device_, nullptr, nullptr, &status), status, "clCreateContext");
     queue_ = made(clCreateCommandQueue(context_, device_, 0, &status), status, "clCreateCommandQueue");
-    compile();
+    compile(past_caches);
     const std::vector<float> rest_map = dermis::plan::padded_rest_curvature<float>(scene.skin());
     for (int i = 0; i < buffers; ++i) {
         float* map;
@@ -110,16 +111,18 @@ PoclFrames::~PoclFrames() {
     clReleaseContext(context_);
 }
 
-void PoclFrames::compile() {
+void PoclFrames::compile(bool past_caches) {
     cl_int status;
-    const char* source = w1_cl;
+    const char* source = press_cl;
     program_ =
         made(clCreateProgramWithSource(context_, 1, &source, nullptr, &status), status, "clCreateProgramWithSource");
-    if (clBuildProgram(program_, 1, &device_, "-cl-std=CL1.2 -cl-fast-relaxed-math", nullptr, nullptr) != CL_SUCCESS) {
+    const std::string options =
+        std::string("-cl-std=CL1.2 -cl-fast-relaxed-math") + (past_caches ? " -DPAST_CACHES" : "");
+    if (clBuildProgram(program_, 1, &device_, options.c_str(), nullptr, nullptr) != CL_SUCCESS) {
         std::string log(65536, '\0');
         size_t bytes = 0;
         clGetProgramBuildInfo(program_, device_, CL_PROGRAM_BUILD_LOG, log.size(), log.data(), &bytes);
-        throw std::runtime_error("bench/w1.cl: " + log.substr(0, bytes));
+        throw std::runtime_error("bench/press.cl: " + log.substr(0, bytes));
     }
     kernel_ = made(clCreateKernel(program_, "press", &status), status, "clCreateKernel");
 }
@@ -155,9 +158,9 @@ std::array<const float*, 4> PoclFrames::responses() {
 
 } // namespace
 
-std::unique_ptr<OpenclFrames> OpenclFrames::make(const FrameScene& scene) {
+std::unique_ptr<OpenclFrames> OpenclFrames::make(const FrameScene& scene, bool past_caches) {
     const cl_device_id device = pocl_device();
-    return device ? std::make_unique<PoclFrames>(scene, device) : nullptr;
+    return device ? std::make_unique<PoclFrames>(scene, device, past_caches) : nullptr;
 }
 
 } // namespace bench
@@ -166,7 +169,7 @@ std::unique_ptr<OpenclFrames> OpenclFrames::make(const FrameScene& scene) {
 
 namespace bench {
 
-std::unique_ptr<OpenclFrames> OpenclFrames::make(const FrameScene&) { return nullptr; }
+std::unique_ptr<OpenclFrames> OpenclFrames::make(const FrameScene&, bool) { return nullptr; }
 
 } // namespace bench
 

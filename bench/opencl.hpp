@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The OpenCL peer: workload W1 on the CPU by PoCL.
+// The OpenCL peer: one press of one skin on the CPU by PoCL.
 #pragma once
 
 #include "bench/frames.hpp"
@@ -13,7 +13,7 @@ namespace bench {
 class OpenclFrames {
   public:
     // Null where the program was built without OpenCL, or PoCL is not installed.
-    static std::unique_ptr<OpenclFrames> make(const FrameScene&);
+    static std::unique_ptr<OpenclFrames> make(const FrameScene&, bool past_caches);
     virtual ~OpenclFrames() = default;
     virtual void press(int frames) = 0;
     virtual std::array<const float*, 4> responses() = 0; // SA1, SA2, FA1, FA2 of the last frame, pitch*height each

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Many small pads and receptors, as robots have them: batches beside single skins, sites beside fields, and presses at
 // 1 kHz. What is compared is timed in the same rounds.
-#include "bench/bench.hpp"
 #include "bench/native_pads_loops.hpp"
+#include "bench/skins.hpp"
 #include "host/core/base/pool.hpp"
 #include "host/core/model/coefficients.hpp"
 #include "host/core/model/laplacian.hpp"
@@ -11,11 +11,6 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
-#include <cstring>
-#include <fmt/format.h>
-#include <memory>
-#include <random>
-#include <set>
 #include <thread>
 
 namespace bench {
@@ -23,25 +18,6 @@ namespace bench {
 using namespace dermis;
 
 namespace {
-
-SkinDescription rectangle(int width, int height) {
-    SkinDescription d;
-    d.grid = {width, height, 2.5e-4};
-    d.surface.relief = 5e-5;
-    d.material = {.modulus = 20e3, .viscosity = 1e3, .thickness = 1e-3, .curvature_length = 1e-5};
-    return d;
-}
-
-SkinDescription with_sites(SkinDescription d, int count) {
-    std::mt19937 random(7);
-    constexpr Quantity types[] = {Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2};
-    for (int i = 0; i < count; ++i)
-        d.sites.push_back(
-            {types[i % 4], {int(random() % unsigned(d.grid.width)), int(random() % unsigned(d.grid.height))}});
-    return d;
-}
-
-constexpr double press_dt = 0.001; // s
 
 // Skins of one kind and their pressures.
 class Contender {
@@ -72,7 +48,8 @@ class NativePads {
   public:
     NativePads(const SkinDescription& d, int pads, int threads)
         : pads_(pads), cells_(size_t(d.grid.width) * size_t(d.grid.height)), pitch_((cells_ + 15) / 16 * 16),
-          pool_(threads), rest_(pitch_), scratch_(size_t(threads), std::vector<float>(2 * pitch_)) {
+          pool_(std::clamp(int(cells_ * size_t(pads) / 8192), 1, threads)), // a second thread pays from there
+          rest_(pitch_), scratch_(size_t(pool_.threads()), std::vector<float>(2 * pitch_)) {
         SkinOptions options;
         options.precision = Precision::f32;
         const plan::StreamedSkin skin = plan::streamed_skin(d, options);
@@ -104,10 +81,10 @@ class NativePads {
                   .to = map(3),
                   .responses = {map(4), map(5), map(6), map(7)}};
     }
-    void press(const std::vector<float>& pressure) {
+    void press(const float* pressure) {
         std::atomic<bool> finite = true;
         pool_.share(pads_, [&](int first, int last) {
-            if (!native::take_pads(batch_, size_t(first), size_t(last), pressure.data())) finite = false;
+            if (!native::take_pads(batch_, size_t(first), size_t(last), pressure)) finite = false;
         });
         if (!finite) throw std::runtime_error("the native pads: a pressure is not finite");
         pool_.each([&](int thread) {
@@ -180,10 +157,9 @@ void add_rows(Bench& bench, const Device* device, const std::vector<Row>& all) {
     }
     const std::vector<Timing> timings = bench.paired(work, bench.runs);
     for (size_t i = 0; i < all.size(); ++i) {
-        Measurement r = device ? bench.on_vulkan("pads", 0) : bench.cpu("pads", 0, 1);
+        Measurement r = device ? bench.on_vulkan("pads-batch", 0) : bench.cpu("pads-batch", 0, 1);
         r.model = all[i].model;
-        r.method = fmt::format("exact-{}x{}x{}", all[i].description.grid.width, all[i].description.grid.height,
-                               all[i].pads * all[i].skins);
+        r.method = shape_of(all[i].description, all[i].pads * all[i].skins);
         r.precision = "f32";
         r.width = all[i].description.grid.width;
         r.height = all[i].cells() / r.width;
@@ -194,63 +170,116 @@ void add_rows(Bench& bench, const Device* device, const std::vector<Row>& all) {
     }
 }
 
-// Adds a batch of pads on the CPU beside the native peer, which must have the same bits.
-void add_batch(Bench& bench, const SkinDescription& d, int pads, int threads) {
-    SkinOptions options;
-    options.precision = Precision::f32;
-    options.count = pads;
-    Skin batch(Device::cpu(threads), d, options);
-    NativePads native(d, pads, threads);
-    const size_t cells = size_t(pads) * size_t(d.grid.width) * size_t(d.grid.height);
-    std::mt19937 random(11);
-    std::vector<std::vector<float>> frames(4, std::vector<float>(cells));
-    for (std::vector<float>& frame : frames)
-        for (float& p : frame) p = float(random() % 20000);
-    for (size_t i = 0; i < 6; ++i) {
-        batch.press(frames[i % 4], press_dt);
-        native.press(frames[i % 4]);
-    }
-    if (!native.same(batch)) throw std::runtime_error("the native pads differ from the batch");
-    const int presses = std::clamp(int(2e6 / double(cells)), 2, 2000);
-    const auto timed = [&](auto& pressed) {
-        return std::function<double()>([&] {
-            return seconds_of([&] {
-                for (int i = 0; i < presses; ++i) pressed(frames[size_t(i % 4)]);
-            });
-        });
-    };
-    const auto press_batch = [&](const std::vector<float>& frame) { batch.press(frame, press_dt); };
-    const auto press_native = [&](const std::vector<float>& frame) { native.press(frame); };
-    const std::vector<Timing> timings = bench.paired({timed(press_native), timed(press_batch)}, 2 * bench.runs);
-    for (size_t i = 0; i < 2; ++i) {
-        Measurement r = bench.cpu("pads", 0, threads);
-        r.model = i == 0 ? "native-bits" : "batch";
-        r.method = fmt::format("exact-{}x{}x{}", d.grid.width, d.grid.height, pads);
+// Batches of one shape, by precision, on threads of the CPU and on the device, beside the native peer.
+class Batches {
+  public:
+    Batches(Bench& bench, const SkinDescription& d, int pads)
+        : bench_(bench), d_(d), pads_(pads), cells_(size_t(pads) * size_t(d.grid.width) * size_t(d.grid.height)),
+          frames_(random_frames(cells_, 4)) {}
+
+    void add_native(int threads) {
+        natives_.push_back(std::make_unique<NativePads>(d_, pads_, threads));
+        NativePads& native = *natives_.back();
+        Measurement r = bench_.cpu("pads", 0, threads);
+        r.model = "native-bits";
         r.precision = "f32";
-        r.width = d.grid.width;
-        r.height = static_cast<long long>(d.grid.height) * pads;
-        r.receptors = 0;
+        add(r, presses(), [this, &native](size_t i) { native.press(frame(i)); });
+    }
+    void add_skin(const Device& device, Precision precision) {
+        SkinOptions options;
+        options.precision = precision;
+        options.count = pads_;
+        Skin& skin = *skins_.emplace_back(std::make_unique<Skin>(device, d_, options));
+        Measurement r = bench_.on(device, "pads", 0);
+        r.model = "batch";
+        r.precision = name(precision);
+        const int fewer = device.info().kind == "software" ? std::clamp(int(3e5 / double(cells_)), 1, 20) : presses();
+        add(r, fewer, [this, &skin](size_t i) { skin.press(frame(i), cells_, press_dt); });
+        std::unique_ptr<Skin>& first = precision == Precision::f32 ? first_ : first_compensated_;
+        if (!first) first = std::make_unique<Skin>(Device::cpu(1), d_, options), press(*first);
+        for (Quantity q : options.responses)
+            if (!same(skin.response(q), first->response(q))) throw std::runtime_error("a batch has other bits");
+    }
+    // Times all of them in turn.
+    void measure() {
+        for (const auto& native : natives_)
+            if (!native->same(*first_)) throw std::runtime_error("the native pads differ from the batch");
+        first_.reset();
+        first_compensated_.reset();
+        std::vector<Timing> timings = bench_.paired(work_, bench_.runs);
+        for (size_t i = 0; i < rows_.size(); ++i) {
+            Measurement& r = rows_[i];
+            r.wall = timings[i];
+            for (size_t k = 0; k < rows_.size(); ++k) // stands before its batch
+                if (rows_[k].model == std::string("native-bits") && r.model == "batch" &&
+                    r.backend.starts_with("cpu") && r.precision == "f32" && rows_[k].threads == r.threads)
+                    r.relative_to("native-bits", timings[k], rows_[k].bytes());
+            bench_.add(r);
+        }
+    }
+
+  private:
+    const float* frame(size_t i) const { return frames_.data() + i % 4 * cells_; }
+    int presses() const { return std::clamp(int((bench_.quick ? 5e5 : 2e6) / double(cells_)), 2, 2000); }
+    void press(Skin& skin) const {
+        for (size_t i = 0; i < 6; ++i) skin.press(frame(i), cells_, press_dt);
+    }
+    void add(Measurement r, int presses, const std::function<void(size_t)>& pressed) {
+        for (size_t i = 0; i < 6; ++i) pressed(i);
+        r.method = shape_of(d_, pads_);
+        r.width = d_.grid.width;
+        r.height = static_cast<long long>(d_.grid.height) * pads_;
         r.steps = presses;
         r.bytes_per_cell = 48; // read and written: pressures, strain and integral, the pressure taken, four responses
-        r.wall = timings[i];
-        if (i == 1) r.relative_to("native-bits", timings[0], r.bytes());
-        bench.add(r);
+        rows_.push_back(r);
+        work_.push_back([pressed, presses] {
+            return seconds_of([&] {
+                for (size_t i = 0; i < size_t(presses); ++i) pressed(i);
+            });
+        });
+    }
+
+    Bench& bench_;
+    const SkinDescription d_;
+    const int pads_;
+    const size_t cells_;
+    const std::vector<float> frames_;
+    std::vector<std::unique_ptr<NativePads>> natives_;
+    std::vector<std::unique_ptr<Skin>> skins_;
+    std::unique_ptr<Skin> first_, first_compensated_; // whose bits all others have
+    std::vector<Measurement> rows_;
+    std::vector<std::function<double()>> work_;
+};
+
+// The time of a press by shape, number of pads, threads and precision. Above `most_at_once` cells one thread and all of
+// them are timed apart, because all skins together would take too much memory, and a software device is left out.
+void add_presses(Bench& bench, const SkinDescription& d, int pads) {
+    constexpr long long most_at_once = 1 << 22;
+    const long long cells = static_cast<long long>(d.grid.width) * d.grid.height * pads;
+    std::vector<int> threads = {1};
+    if (bench.cores > 1) threads.push_back(bench.cores);
+    std::vector<std::vector<int>> rounds = {threads};
+    if (cells > most_at_once) rounds.assign({{1}, {bench.cores}});
+    for (const std::vector<int>& together : rounds) {
+        Batches all(bench, d, pads);
+        for (int t : together) {
+            if (d.grid.width <= 64) all.add_native(t);
+            for (Precision p : {Precision::f32, Precision::f32_compensated}) all.add_skin(Device::cpu(t), p);
+        }
+        if (bench.vulkan && cells <= most_at_once)
+            for (Precision p : {Precision::f32, Precision::f32_compensated}) all.add_skin(*bench.vulkan, p);
+        all.measure();
     }
 }
 
-// Batches by the size of a pad and their number, and single skins with the same number of cells.
-void add_sizes(Bench& bench, const Device* device) {
-    const int most = device || bench.quick ? 64000 : 1 << 24; // cells
+void add_sizes(Bench& bench) {
+    const long long most = bench.quick ? 70000 : 1 << 24; // cells
     for (const auto& [width, height] : {std::pair{4, 4}, {4, 6}, {8, 8}, {16, 16}, {20, 25}, {64, 64}})
-        for (int count = 64; count <= 4096 && count * width * height <= most; count *= 8) {
-            if (device) add_rows(bench, device, {{"batch", rectangle(width, height), count, 1}});
-            else
-                for (int threads : std::set{1, bench.cores}) add_batch(bench, rectangle(width, height), count, threads);
-        }
-    std::vector<Row> single;
-    for (int n : {8, 32, 128, 512, 1024})
-        if (n * n <= (device || bench.quick ? 128000 : 1 << 20)) single.push_back({"one-skin", rectangle(n, n), 1, 1});
-    add_rows(bench, device, single);
+        for (int count : {1, 64, 512, 4096})
+            if (static_cast<long long>(count) * width * height <= most)
+                add_presses(bench, rectangle(width, height), count);
+    add_presses(bench, rectangle(240, 320), 1);
+    if (!bench.quick) add_presses(bench, rectangle(1024, 1024), 1);
 }
 
 // Saving and loading the state of 2000 pads, beside a copy of the same number of bytes.
@@ -346,8 +375,7 @@ void pads(Bench& bench) {
     if (bench.vulkan) add_rows(bench, &*bench.vulkan, {batches[0], batches[1], batches[3], batches[4]});
     for (int sites : {12000, 3000, 300})
         add_rows(bench, nullptr, {{"sites", with_sites(hand, sites), 1, 1}, {"fields", hand, 1, 1}});
-    add_sizes(bench, nullptr);
-    if (bench.vulkan) add_sizes(bench, &*bench.vulkan);
+    add_sizes(bench);
     add_state(bench);
     add_made(bench, nullptr);
     if (bench.vulkan) add_made(bench, &*bench.vulkan);

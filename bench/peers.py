@@ -1,53 +1,91 @@
 # SPDX-License-Identifier: MIT
-"""Workloads W1 and W3 in NumPy, Numba and Halide, as rows of dermis-bench's table: peers.py results.csv [--quick]."""
-import csv
-import statistics
+"""The peers in Python. dermis-bench asks them over pipes, so that they run in the same rounds as the library (peers.hpp).
+
+It sends lines. `prepare frames N`, `prepare study STEPS` and `prepare creep FREQUENCY` are answered by a line for each
+peer, `peer NAME METHOD VERSION THREADS STEPS ERROR ..` or `missing NAME`, and `ready`. Errors are the greatest ones by
+the greatest value, against the same model in double or a closed form. `run NAME METHOD COUNT` is answered by seconds.
+"""
+
 import sys
 import time
 
-import numba
 import numpy as np
 
 try:
-    from halide_frame import HalideFrame, version as halide_version
+    import numba
+    from numba_frame import advance, respond, rolling
 except ImportError:  # a row says so
-    HalideFrame, halide_version = None, lambda: ""
+    numba = None
+try:
+    import halide_frame
+except ImportError:
+    halide_frame = None
+try:
+    import scipy
+    from scipy.integrate import solve_ivp
+except ImportError:
+    scipy = None
 
 DT, MODULUS, VISCOSITY = 0.01, 1.54, 1.0
-QUICK = "--quick" in sys.argv
-RUNS = 3 if QUICK else 5
+CHECKED = 6  # frames
 
 
-def row_of_step():
-    """Coefficients of one exact step under a pressure that runs straight from one frame to the next."""
+def exact_step():
+    """Coefficients of one exact step under a pressure that runs straight from one frame to the next, in double."""
     z = MODULUS * DT / VISCOSITY
     p1 = -np.expm1(-z) / z
     p2 = (1 - p1) / z
     p3 = (0.5 - p2) / z
     q = DT / VISCOSITY
     decay = np.exp(-z)
-    return [np.float32(x) for x in (MODULUS, q * p1, q * p2, DT * p1, DT * q * p2, DT * q * p3,
-                                    decay / VISCOSITY, q * p1 / DT, -MODULUS / VISCOSITY * decay / VISCOSITY,
-                                    decay / VISCOSITY / DT)]
+    return (
+        MODULUS,
+        q * p1,
+        q * p2,
+        DT * p1,
+        DT * q * p2,
+        DT * q * p3,
+        decay / VISCOSITY,
+        q * p1 / DT,
+        -MODULUS / VISCOSITY * decay / VISCOSITY,
+        decay / VISCOSITY / DT,
+    )
 
 
-E, B, F, I0, I1, I2, V0, V1, A0, A1 = row_of_step()
+E, B, F, I0, I1, I2, V0, V1, A0, A1 = (np.float32(x) for x in exact_step())
+
+
+def aligned(values):
+    """Return a copy in float that begins at a cache line."""
+    memory = np.empty(values.size + 16, np.float32)
+    first = -memory.ctypes.data % 64 // 4
+    copy = memory[first : first + values.size].reshape(values.shape)
+    copy[:] = values
+    return copy
 
 
 class Frame:
-    """W1: strain and integral carried, four responses written, float32."""
+    """One press: pressure in, strain and integral carried, four responses out. The maps of every peer."""
 
     def __init__(self, n):
         y, x = np.mgrid[0:n, 0:n].astype(np.float32)
         surface = np.pad(np.sin(0.3 * x) * np.cos(0.2 * y), 1, mode="edge")
-        self.rest = (surface[1:-1, 2:] + surface[1:-1, :-2] + surface[2:, 1:-1] + surface[:-2, 1:-1]
-                     - 4 * surface[1:-1, 1:-1]).astype(np.float32)
+        self.rest = aligned(
+            surface[1:-1, 2:] + surface[1:-1, :-2] + surface[2:, 1:-1] + surface[:-2, 1:-1] - 4 * surface[1:-1, 1:-1]
+        )
         ramp = ((np.arange(n * n) % 1021) * 1e-3).astype(np.float32).reshape(n, n)
-        self.frames = [ramp * np.float32(1 if i % 2 else -0.5) for i in range(4)]
-        self.eps, self.sum = np.zeros((2, n, n), np.float32)
-        self.out = np.zeros((4, n, n), np.float32)
-        self.scratch = np.zeros((6, n, n), np.float32)
+        self.frames = [aligned(ramp * np.float32(1 if i % 2 else -0.5)) for i in range(4)]
+        self.states = [aligned(np.zeros((2, n, n))) for _ in range(2)]  # strain and integral; Halide has two in turn
+        self.out = [aligned(np.zeros((n, n))) for _ in range(4)]
+        self.scratch = aligned(np.zeros((6, n, n)))
         self.padded = np.zeros((n + 2, n + 2), np.float32)
+        self.reset()
+
+    def reset(self):
+        for state in self.states:
+            state[:] = 0
+        for response in self.out:
+            response[:] = np.nan
         self.k = 0
 
     def pressures(self):
@@ -55,10 +93,26 @@ class Frame:
         self.k += 1
         return p, q
 
+    def exact(self):
+        """The responses after CHECKED frames in double, a row and its neighbours at a time from whole maps of a few."""
+        e, b, f, i0, i1, i2, v0, v1, a0, a1 = exact_step()
+        strain, integral = np.zeros((2, *self.rest.shape))
+        for k in range(CHECKED):
+            p, q = (self.frames[(k + i) % 4].astype(float) for i in (0, 1))
+            way, r = q - p, p - e * strain
+            integral += i0 * strain + i1 * p + i2 * way
+            rate, acceleration = v0 * r + v1 * way, a0 * r + a1 * way
+            strain += b * r + f * way
+        around = np.pad(strain, 1, mode="edge")
+        gain = (
+            1 + self.rest - (around[1:-1, 2:] + around[1:-1, :-2] + around[2:, 1:-1] + around[:-2, 1:-1] - 4 * strain)
+        )
+        return [x * gain for x in (strain, integral, rate, acceleration)]
+
 
 def numpy_frame(s):
+    (eps, total), out = s.states[0], s.out
     p, q = s.pressures()
-    eps, total, out = s.eps, s.sum, s.out
     way, r, t, rate, acceleration, gain = s.scratch
     np.subtract(q, p, out=way)
     np.multiply(eps, E, out=r)
@@ -92,39 +146,50 @@ def numpy_frame(s):
         np.multiply(x, gain, out=response)
 
 
-@numba.njit(parallel=True, fastmath=False)
-def advance(p, q, eps, total, rate, acceleration):
-    for y in numba.prange(eps.shape[0]):
-        for x in range(eps.shape[1]):
-            way = q[y, x] - p[y, x]
-            e = eps[y, x]
-            r = p[y, x] - E * e
-            total[y, x] += I0 * e + I1 * p[y, x] + I2 * way
-            rate[y, x] = V0 * r + V1 * way
-            acceleration[y, x] = A0 * r + A1 * way
-            eps[y, x] = e + (B * r + F * way)
+def numba_two_pass(s):
+    (eps, total), scratch = s.states[0], s.scratch
+    advance(*s.pressures(), eps, total, scratch[0], scratch[1], E, B, F, I0, I1, I2, V0, V1, A0, A1)
+    respond(s.rest, eps, total, scratch[0], scratch[1], *s.out)
 
 
-@numba.njit(parallel=True, fastmath=False)
-def respond(rest, eps, total, rate, acceleration, sa1, sa2, fa1, fa2):
-    h, w = eps.shape
-    for y in numba.prange(h):
-        low, high = max(y - 1, 0), min(y + 1, h - 1)
-        for x in range(w):
-            e = eps[y, x]
-            left, right = eps[y, max(x - 1, 0)], eps[y, min(x + 1, w - 1)]
-            C = rest[y, x] - (((right - e) + (left - e)) + ((eps[high, x] - e) + (eps[low, x] - e)))
-            gain = np.float32(1) + C
-            sa1[y, x] = e * gain
-            sa2[y, x] = total[y, x] * gain
-            fa1[y, x] = rate[y, x] * gain
-            fa2[y, x] = acceleration[y, x] * gain
+def numba_rolling(s):
+    threads, n = numba.get_num_threads(), s.rest.shape[1]
+    rows = s.scratch.reshape(-1)[: threads * 6 * (n + 16)].reshape(threads, 6, n + 16)  # apart by a cache line
+    rolling(*s.pressures(), s.rest, *s.states[0], *s.out, rows, threads, E, B, F, I0, I1, I2, V0, V1, A0, A1)
 
 
-def numba_frame(s):
-    p, q = s.pressures()
-    advance(p, q, s.eps, s.sum, s.scratch[3], s.scratch[4])
-    respond(s.rest, s.eps, s.sum, s.scratch[3], s.scratch[4], *s.out)
+def frame_peers(n):
+    """Yield name, method, version, threads and what presses a frame; None in place of that where it is missing."""
+    yield "numpy", "whole-maps", np.__version__, 1, numpy_frame
+    if numba:
+        for method, frame in (("two-pass", numba_two_pass), ("rolling", numba_rolling)):
+            yield "numba", method, numba.__version__, numba.get_num_threads(), frame
+    else:
+        yield "numba", "", "", 0, None
+    if halide_frame:
+        for method in halide_frame.SCHEDULES:
+            yield "halide", method, halide_frame.version(), 0, halide_frame.HalideFrame(
+                n, method, [float(x) for x in exact_step()]
+            )
+    else:
+        yield "halide", "", "", 0, None
+
+
+def prepare_frames(n):
+    n = int(n)
+    scene = Frame(n)
+    exact = scene.exact()
+    greatest = [np.abs(x).max() for x in exact]
+    for name, method, version, threads, frame in frame_peers(n):
+        if not frame:
+            print("missing", name)
+            continue
+        scene.reset()
+        for _ in range(CHECKED):
+            frame(scene)
+        errors = [np.abs(found - x).max() / most for found, x, most in zip(scene.out, exact, greatest)]
+        WORK[name, method] = lambda count, frame=frame: [frame(scene) for _ in range(count)]
+        tell(name, method, version, threads, CHECKED, errors)
 
 
 def laplacian(z):
@@ -175,58 +240,99 @@ def study_stepped(n, steps):
     return traces
 
 
-def timed(work, runs):
-    work()
-    seconds = []
-    for _ in range(runs):
-        start = time.perf_counter()
-        work()
-        seconds.append(time.perf_counter() - start)
-    return min(seconds), statistics.median(seconds), *np.quantile(seconds, [0.25, 0.75])
+def prepare_study(steps):
+    """Both ways have the same SA1, SA2 and FA1. FA2 is a central difference in one and a backward one in the other."""
+    steps = int(steps)
+    kept, stepped = study_kept(150, 60), np.array(study_stepped(150, 60)).T
+    error = max(np.abs(k[1:] - s[:-1]).max() / (np.abs(s).max() or 1) for k, s in zip(kept[:24], stepped[:24]))
+    if not error < 1e-12:
+        sys.exit(f"peers: the two ways of the study differ by {error}")
+    for method, study in (("kept", study_kept), ("stepped", study_stepped)):
+        WORK["numpy", method] = lambda count, study=study: [study(150, steps) for _ in range(count)]
+        tell("numpy", method, np.__version__, 1, steps, [])
 
 
-def main(path):
-    with open(path, newline="") as file:
-        table = list(csv.DictReader(file))
-    names, first = list(table[0]), table[0]
-    versions = {"numpy": np.__version__, "numba": numba.__version__, "halide": halide_version()}
-    with open(path, "a", newline="") as file:
-        rows = csv.DictWriter(file, names, lineterminator="\n")
-
-        def add(backend, workload, n, steps, precision, threads, seconds, model="march", method="exact"):
-            ns = f"{seconds[1] / (n * n * steps) * 1e9:8.4g} ns per cell and step" if seconds else "not installed"
-            print(f"{workload:12} {backend:18} {threads}T {n:6} {ns}")
-            least, median, q1, q3 = (f"{s:.6g}" for s in seconds) if seconds else [""] * 4
-            rows.writerow({
-                **{name: first[name] for name in ("schema", "commit", "date", "size", "cpu", "cores")}, "device": "cpu", "exact": "false",
-                "driver": backend, "driver_version": versions[backend],
-                "backend": backend, "threads": threads, "workload": workload, "width": n, "height": n,
-                "steps": steps, "model": model, "method": method, "precision": precision,
-                "bytes_per_cell": 44 if workload == "W1" else "", "stencil": "five-point" if workload == "W1" else "published",
-                "wall_least_s": least, "wall_median_s": median, "wall_q1_s": q1, "wall_q3_s": q3, "runs": RUNS if seconds else "",
-                "status": "ok" if seconds else "not installed"})
-
-        for n in (512, 2048) if QUICK else (512, 2048, 4096):
-            cores = numba.get_num_threads()
-            peers = [("numpy", numpy_frame, Frame(n), 1), ("numba", numba_frame, Frame(n), cores)]
-            if HalideFrame:
-                peers.append(("halide", HalideFrame.press, HalideFrame(Frame(n), row_of_step()), cores))
-            for backend, frame, scene, _ in peers:
-                for _ in range(6):
-                    frame(scene)
-                off = max(np.abs(a - b).max() / np.abs(b).max() for a, b in zip(scene.out, peers[0][2].out))
-                if not off < 1e-4:
-                    sys.exit(f"peers: {backend} and NumPy differ by {off}")
-            frames = max(1, int(4e6 / n / n))
-            for backend, frame, scene, threads in peers:
-                seconds = timed(lambda: [frame(scene) for _ in range(frames)], RUNS)
-                add(backend, "W1", n, frames, "f32", threads, seconds)
-            if not HalideFrame:
-                add("halide", "W1", n, frames, "f32", cores, None)
-        steps = 100 if QUICK else 1000
-        for model, study in (("kept", study_kept), ("stepped", study_stepped)):
-            seconds = timed(lambda: study(150, steps), min(RUNS, 3))
-            add("numpy", "W3", 150, 9 * steps, "f64", 1, [9 * s for s in seconds], model, "euler")
+CREEP_MODULUS, CREEP_VISCOSITY = np.array([2e6, 1e6, 5e5]), np.array([8e3, 7e4, 7e5])
+CREEP_PRESSURE = 1e4 * (0.5 + 0.5 * np.arange(256) / 256)  # Pa, of each cell
+CREEP_END, CREEP_INTERVAL = 2.56, 0.01  # s
 
 
-main(next(a for a in sys.argv[1:] if not a.startswith("-")))
+def creep_exact(t, frequency):
+    """Strain and its rate at times t under a pressure of 1 + sin(2 pi frequency t), 1 Pa."""
+    w = 2 * np.pi * frequency
+    strain = rate = 0
+    for modulus, viscosity in zip(CREEP_MODULUS, CREEP_VISCOSITY):
+        k = modulus / viscosity
+        s, c, decay = np.sin(w * t), np.cos(w * t), np.exp(-k * t)
+        strain = strain - np.expm1(-k * t) / modulus + (k * s - w * c + w * decay) / (k * k + w * w) / viscosity
+        rate = rate + decay / viscosity + (k * w * c + w * w * s - k * w * decay) / (k * k + w * w) / viscosity
+    return strain, rate
+
+
+def prepare_creep(frequency):
+    """LSODA on the chain of bench/stiff.cpp, all elements of all cells as one system with a diagonal Jacobian."""
+    if not scipy:
+        print("missing lsoda")
+        return
+    w = 2 * np.pi * float(frequency)
+    cells = len(CREEP_PRESSURE)
+    k, flow = np.repeat(CREEP_MODULUS / CREEP_VISCOSITY, cells), np.repeat(1 / CREEP_VISCOSITY, cells) * np.tile(
+        CREEP_PRESSURE, 3
+    )
+    t = np.arange(1, round(CREEP_END / CREEP_INTERVAL) + 1) * CREEP_INTERVAL
+    jacobian = -k[None, :]
+
+    def rates(t, y):
+        return flow * (1 + np.sin(w * t)) - k * y if w else flow - k * y
+
+    def solve(tolerance):
+        return solve_ivp(
+            rates,
+            (0, CREEP_END),
+            np.zeros(3 * cells),
+            "LSODA",
+            t_eval=t,
+            rtol=tolerance,
+            atol=tolerance * CREEP_PRESSURE.max() / CREEP_MODULUS.max(),
+            lband=0,
+            uband=0,
+            jac=lambda t, y: jacobian,
+        )
+
+    exact = [np.outer(x, CREEP_PRESSURE) for x in creep_exact(t, float(frequency))]
+    for tolerance in (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10):
+        solution = solve(tolerance)
+        y = solution.y.T
+        rate = flow * (1 + np.sin(w * t))[:, None] - k * y
+        found = [x.reshape(len(t), 3, cells).sum(1) for x in (y, rate)]
+        errors = [np.abs(a - b).max() / np.abs(b).max() for a, b in zip(found, exact)]
+        method = f"rtol={tolerance:g}"
+        WORK["lsoda", method] = lambda count, tolerance=tolerance: [solve(tolerance) for _ in range(count)]
+        tell("lsoda", method, scipy.__version__, 1, solution.nfev, errors)
+
+
+def tell(name, method, version, threads, steps, errors):
+    print("peer", name, method, version or "-", threads, steps, *(f"{e:.6g}" for e in errors))
+
+
+WORK = {}
+PREPARE = {"frames": prepare_frames, "study": prepare_study, "creep": prepare_creep}
+
+
+def main():
+    for line in sys.stdin:
+        words = line.split()
+        if words[0] == "prepare":
+            WORK.clear()
+            PREPARE[words[1]](words[2])
+            print("ready", flush=True)
+        else:
+            work, count = WORK[words[1], words[2]], int(words[3])
+            start = time.perf_counter()
+            work(count)
+            seconds = time.perf_counter() - start
+            time.sleep(0.005)  # threads that wait for more work by spinning have stopped before the next contender
+            print(f"{seconds:.9g}", flush=True)
+
+
+main()

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <numbers>
 
+#include <fmt/format.h>
+
 namespace bench {
 
 using namespace dermis;
@@ -20,20 +22,35 @@ void study(Bench& bench) {
             nine.push_back(with_maps(s));
         }
     const Device cpu = Device::cpu();
+    std::vector<Measurement> rows;
+    std::vector<std::function<double()>> work;
     for (bool marched : {false, true}) {
         for (Scene& s : nine)
             if (marched) s.model = Model::march, s.precision = Precision::f32;
-        Measurement r = bench.cpu("W3", 150, 1);
+        Measurement& r = rows.emplace_back(bench.cpu("study", 150, bench.cores));
         r.model = marched ? "march" : "moments";
         r.precision = marched ? "f32" : "f64";
         r.steps = 9 * 1000;
-        r.wall = bench.paired({[&] {
-                                  return seconds_of([&] {
-                                      for (const Scene& s : nine) run(s, cpu);
-                                  });
-                              }},
-                              marched ? bench.runs : 31)[0];
-        bench.add(r);
+        work.push_back([nine, cpu] {
+            return seconds_of([&] {
+                for (const Scene& s : nine) run(s, cpu);
+            });
+        });
+    }
+    const int steps = bench.quick ? 100 : 1000; // of one scene, which stands for all nine
+    for (const Peers::Peer& peer : bench.peers->prepare(fmt::format("study {}", steps))) {
+        Measurement& r = rows.emplace_back(bench.of_peer(peer, "study", 150));
+        r.model = peer.method;
+        r.method = "euler";
+        r.precision = "f64";
+        r.stencil = "published";
+        r.steps = steps;
+        work.push_back([&bench, peer] { return bench.peers->seconds(peer, 1); });
+    }
+    const std::vector<Timing> timings = bench.paired(work, bench.runs);
+    for (size_t i = 0; i < rows.size(); ++i) {
+        rows[i].wall = timings[i];
+        bench.add(rows[i]);
     }
 }
 
@@ -57,7 +74,7 @@ void population(Bench& bench) {
         hand.sites = dermis::population(hand.grid);
         hand.output.traces.clear();
         for (bool sites : {true, false}) {
-            Measurement r = bench.cpu("W4", n, bench.cores);
+            Measurement r = bench.cpu("population", n, bench.cores);
             r.model = sites ? "sites" : "march";
             r.precision = sites ? "f64" : "f32";
             r.method = uniform ? "exact" : "exact-materials";
@@ -97,7 +114,8 @@ void streamed_population(Bench& bench) {
         }
         const std::vector<Timing> timings = bench.paired(work, bench.runs);
         for (int fields = 0; fields < 2; ++fields) {
-            Measurement r = device ? bench.on_vulkan("W4-frames", n) : bench.cpu("W4-frames", n, bench.cores);
+            Measurement r =
+                device ? bench.on_vulkan("population-frames", n) : bench.cpu("population-frames", n, bench.cores);
             r.model = fields ? "march" : "sites";
             r.precision = "f32";
             r.receptors = fields ? 0 : static_cast<long long>(hand.sites.size());

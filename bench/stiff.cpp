@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
-// Error against step and time on a stiff chain of elements, 4 ms beside 1.4 s.
+// Error against step and time on a stiff chain of elements, 4 ms beside 1.4 s, under a load that is held and under a
+// smooth one that is known by frames.
 #include "bench/bench.hpp"
 #include "bench/cvode.hpp"
 
 #include <algorithm>
+#include <numbers>
 
 #include <fmt/format.h>
 
@@ -15,6 +17,7 @@ namespace {
 
 constexpr double end = 2.56, longest_step = 0.64, fastest = 0.004; // s
 constexpr double peer_interval = 0.01;                             // s between outputs of a peer with steps of its own
+constexpr double smooth_frequency = 5;                             // Hz
 constexpr int width = 16, cells = width * width;
 
 // Retardation times of 4 ms, 70 ms and 1.4 s.
@@ -27,7 +30,7 @@ std::vector<double> pressure() {
 }
 
 // Every cell has a receptor of its strain and one of its rate: without a curvature length, SA1 and FA1 are these.
-Scene scene_of(Method method, double step) {
+Scene scene_of(Method method, double step, double frequency) {
     Scene s;
     s.grid = {width, width, 1e-3};
     s.surface.kind = Surface::Kind::flat;
@@ -37,6 +40,11 @@ Scene scene_of(Method method, double step) {
     s.material.curvature_length = 0;
     s.load.kind = Load::Kind::map;
     s.load.map = pressure();
+    if (frequency > 0) {
+        s.load.envelope.kind = Envelope::Kind::sine;
+        s.load.envelope.frequency = frequency;
+        s.load.envelope.mean = 1;
+    }
     s.time = {step, end + step / 2}; // the last output is at the end
     for (int i = 0; i < cells; ++i)
         for (Quantity q : {Quantity::sa1, Quantity::fa1}) s.sites.push_back({q, {i % width, i / width}});
@@ -46,23 +54,31 @@ Scene scene_of(Method method, double step) {
     return s;
 }
 
-// The greatest error over cells and outputs by the greatest value of strain and FA1, against the closed form of a held
-// load. responses: strain and rate of each cell at each output, the first at time 0.
-std::array<double, 6> errors_of(const std::vector<double>& responses, double interval) {
+// Strain and rate at a time under a pressure of 1 + sin(2*pi*frequency*t), 1 Pa.
+std::array<long double, 2> exact_at(long double t, double frequency) {
+    const long double w = 2 * std::numbers::pi_v<long double> * frequency;
+    std::array<long double, 2> exact{};
+    for (const KelvinVoigt& e : chain()) {
+        const long double k = (long double)(e.modulus) / e.viscosity, both = (k * k + w * w) * e.viscosity;
+        const long double decay = std::exp(-k * t), sine = std::sin(w * t), cosine = std::cos(w * t);
+        exact[0] += -std::expm1(-k * t) / e.modulus + (k * sine - w * cosine + w * decay) / both;
+        exact[1] += decay / e.viscosity + (k * w * cosine + w * w * sine - k * w * decay) / both;
+    }
+    return exact;
+}
+
+// The greatest error over cells and outputs by the greatest value of strain and FA1, against the closed form.
+// responses: strain and rate of each cell at each output, the first at time 0.
+std::array<double, 6> errors_of(const std::vector<double>& responses, double interval, double frequency) {
     const std::vector<double> p = pressure();
     std::array<long double, 2> worst{}, largest{};
     for (size_t n = 1; n * 2 * cells < responses.size(); ++n) {
-        long double exact[2] = {0, 0};
-        for (const KelvinVoigt& e : chain()) {
-            const long double z = (long double)(n)*interval * e.modulus / e.viscosity;
-            exact[0] += -std::expm1(-z) / e.modulus;
-            exact[1] += std::exp(-z) / e.viscosity;
-        }
+        const std::array<long double, 2> exact = exact_at((long double)(n)*interval, frequency);
         for (size_t i = 0; i < cells; ++i)
             for (size_t q = 0; q < 2; ++q) {
                 const long double off = responses[(n * cells + i) * 2 + q] - p[i] * exact[q];
                 worst[q] = std::isfinite(off) ? std::max(worst[q], std::abs(off)) : INFINITY;
-                largest[q] = std::max(largest[q], p[i] * exact[q]);
+                largest[q] = std::max(largest[q], std::abs(p[i] * exact[q]));
             }
     }
     std::array<double, 6> errors{NAN, NAN, NAN, NAN, NAN, NAN};
@@ -77,34 +93,47 @@ struct Contender {
     std::function<double()> seconds; // empty: not installed
 };
 
-// One thread takes all cells, as the peer does.
-Contender of_method(const Bench& bench, Method method, double step) {
+// One thread takes all cells, as the peers do.
+Contender of_scene(const Bench& bench, const char* model, Scene s, double frequency) {
     const Device cpu = Device::cpu(1);
-    Scene s = scene_of(method, step);
-    Measurement r = bench.cpu("stiff", width, 1);
-    r.model = "sites";
+    const double step = s.time.step;
+    Measurement r = bench.cpu(frequency > 0 ? "smooth" : "stiff", width, 1);
+    r.model = model;
     r.precision = "f64";
-    r.method = name(method);
+    r.method = name(s.method);
     r.stencil = "";
     r.dt_over_tau = step / fastest;
     r.steps = std::llround(end / step);
     r.receptors = 2 * cells;
     try {
-        r.errors = errors_of(run(s, cpu).responses, step);
+        r.errors = errors_of(run(s, cpu).responses, step, frequency);
     } catch (const Error&) { // refused as unstable: its error is charted all the same
         r.status = "unstable";
         s.allow_unstable = true;
-        r.errors = errors_of(run(s, cpu).responses, step);
+        r.errors = errors_of(run(s, cpu).responses, step, frequency);
     }
     return {r, [s, cpu] { return run(s, cpu).seconds; }};
 }
 
-Contender of_cvode(const Bench& bench, double tolerance) {
+// The smooth load known by frames alone, with the pressure linear between them. Other holds have a model of their own.
+Contender of_frames(const Bench& bench, double interval) {
+    Scene s = scene_of(Method::exact, interval, 0);
+    Envelope& e = s.load.envelope;
+    e.kind = Envelope::Kind::table;
+    for (int i = 0; i * interval < end + 2 * interval; ++i) {
+        e.times.push_back(i * interval);
+        e.values.push_back(1 + std::sin(2 * std::numbers::pi * smooth_frequency * i * interval));
+    }
+    return of_scene(bench, "frames-linear", s, smooth_frequency);
+}
+
+Contender of_cvode(const Bench& bench, double tolerance, double frequency) {
     const CreepProblem problem{.chain = chain(),
                                .pressure = pressure(),
+                               .frequency = frequency,
                                .interval = peer_interval,
                                .outputs = int(std::lround(end / peer_interval))};
-    Measurement r = bench.cpu("stiff", width, 1);
+    Measurement r = bench.cpu(frequency > 0 ? "smooth" : "stiff", width, 1);
     r.backend = r.driver = "cvode";
     r.driver_version = cvode_version();
     r.exact = false;
@@ -120,27 +149,55 @@ Contender of_cvode(const Bench& bench, double tolerance) {
     r.method = fmt::format("rtol={:g}", tolerance);
     r.steps = first->steps;
     r.dt_over_tau = end / double(first->steps) / fastest;
-    r.errors = errors_of(first->responses, peer_interval);
+    r.errors = errors_of(first->responses, peer_interval, frequency);
     return {r, [problem, tolerance] { return cvode(problem, tolerance)->seconds; }};
 }
 
-std::vector<Contender> contenders_of(const Bench& bench) {
+// CVODE and LSODA, which choose their own steps.
+void add_solvers(const Bench& bench, double frequency, std::vector<Contender>& all) {
+    for (double tolerance = 1e-2; tolerance > 3e-13; tolerance /= 10) {
+        all.push_back(of_cvode(bench, tolerance, frequency));
+        if (!all.back().seconds) break; // one row says so
+    }
+    for (const Peers::Peer& peer : bench.peers->prepare(fmt::format("creep {}", frequency))) {
+        Measurement r = bench.of_peer(peer, frequency > 0 ? "smooth" : "stiff", width);
+        r.model = "lsoda";
+        r.precision = "f64";
+        r.stencil = "";
+        r.receptors = 2 * cells;
+        if (peer.method.empty()) {
+            all.push_back({r, {}});
+            continue;
+        }
+        r.steps = peer.steps; // evaluations of the rates: LSODA does not count its steps here
+        r.errors[size_t(Quantity::strain)] = peer.errors.at(0);
+        r.errors[size_t(Quantity::fa1)] = peer.errors.at(1);
+        all.push_back({r, [&bench, peer] { return bench.peers->seconds(peer, 1); }});
+    }
+}
+
+std::vector<Contender> held_load(const Bench& bench) {
     const double least = bench.quick ? 0.002 : 0.0003;
     std::vector<Contender> all;
     for (Method m : {Method::exact, Method::euler, Method::rk2, Method::rk4, Method::backward_euler,
                      Method::crank_nicolson, Method::sdirk2})
-        for (double step = longest_step; step >= least; step /= 2) all.push_back(of_method(bench, m, step));
-    for (double tolerance = 1e-2; tolerance > 3e-13; tolerance /= 10) {
-        all.push_back(of_cvode(bench, tolerance));
-        if (!all.back().seconds) break; // one row says so
-    }
+        for (double step = longest_step; step >= least; step /= 2)
+            all.push_back(of_scene(bench, "sites", scene_of(m, step, 0), 0));
+    add_solvers(bench, 0, all);
     return all;
 }
 
-} // namespace
+std::vector<Contender> smooth_load(const Bench& bench) {
+    std::vector<Contender> all = {
+        of_scene(bench, "sine", scene_of(Method::exact, peer_interval, smooth_frequency), smooth_frequency)};
+    for (int of_interval = 1; of_interval <= 16; of_interval *= 2)
+        all.push_back(of_frames(bench, peer_interval / of_interval));
+    add_solvers(bench, smooth_frequency, all);
+    return all;
+}
 
-void stiff(Bench& bench) {
-    std::vector<Contender> contenders = contenders_of(bench);
+// Times all contenders in turn.
+void measure(Bench& bench, std::vector<Contender> contenders) {
     std::vector<std::function<double()>> work;
     for (const Contender& c : contenders)
         if (c.seconds) work.push_back(c.seconds);
@@ -150,6 +207,13 @@ void stiff(Bench& bench) {
         if (c.seconds) c.row.wall = *timing++;
         bench.add(c.row);
     }
+}
+
+} // namespace
+
+void stiff(Bench& bench) {
+    measure(bench, held_load(bench));
+    measure(bench, smooth_load(bench));
 }
 
 } // namespace bench

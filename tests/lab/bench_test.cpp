@@ -18,7 +18,7 @@ std::vector<bench::Measurement> table() {
     std::vector<bench::Measurement> rows(4);
     bench::Measurement &fast = rows[0], &exact = rows[1], &wide = rows[2], &study = rows[3];
     fast.backend = "cpu-plain";
-    fast.workload = "W1";
+    fast.workload = "press";
     fast.width = fast.height = 512;
     fast.steps = 10;
     fast.bytes_per_cell = 44;
@@ -36,7 +36,7 @@ std::vector<bench::Measurement> table() {
     wide = fast;
     wide.backend = "cpu-avx512";
     study.backend = "cpu-avx512"; // is merely the best one here
-    study.workload = "W3";
+    study.workload = "study";
     study.errors[0] = 0.25;
     return rows;
 }
@@ -86,7 +86,7 @@ TEST_CASE("least, medians and quartiles are those of the runs; of_limit is bytes
 TEST_CASE("each row carries commit, CPU, cores, compiler and driver") {
     const std::vector<bench::Columns> rows = read(table());
     for (const bench::Columns& row : rows) {
-        CHECK(row.at("schema") == "2");
+        CHECK(row.at("schema") == "3");
         CHECK(row.at("commit") == "a");
         CHECK(row.at("size") == "quick");
         CHECK(row.at("cpu") == "Brand; model 3");
@@ -158,7 +158,7 @@ TEST_CASE("a row that this processor or this run cannot have is said; one that t
     auto after = table();
     after[2] = after[0];
     after[3].backend = "cpu-avx2"; // the same bits by other instructions
-    CHECK(contains(all(against(read(after)).failed), "cpu-avx512 1 W1 512 512 10"));
+    CHECK(contains(all(against(read(after)).failed), "cpu-avx512 1 press 512 512 10"));
     const bench::Verdict narrow = against(read(after), {.cpus = {"cpu-plain", "cpu-avx2"}});
     CHECK(narrow.failed.empty());
     CHECK(narrow.rows == 3);
@@ -183,8 +183,8 @@ TEST_CASE("a table that is empty, foreign, older or cut off is refused") {
     CHECK(refused("") == "old.csv is no table of dermis-bench");
     CHECK(refused("time,strain\n0,1\n") == "old.csv is no table of dermis-bench");
     CHECK(refused(header) == "old.csv has no rows");
-    CHECK(refused("schema,commit,date\n1,a,b\n") == "old.csv, line 2: schema = 1; allowed: 2");
-    CHECK(refused("schema,commit,date\n2,a,b\n") == "old.csv has other columns than schema 2");
+    CHECK(refused("schema,commit,date\n1,a,b\n") == "old.csv, line 2: schema = 1; allowed: 3");
+    CHECK(refused("schema,commit,date\n3,a,b\n") == "old.csv has other columns than schema 3");
     CHECK(contains(refused(own.substr(0, own.size() - 9)), "old.csv, line 5 has "));
 }
 
@@ -208,7 +208,7 @@ TEST_CASE("the program refuses a table that it cannot compare with before it mea
     std::ofstream(earlier) << "";
     CHECK(refusal("--compare " + earlier) == "dermis-bench: " + earlier + " is no table of dermis-bench\n");
     std::ofstream(earlier) << "schema,commit\n1,a\n";
-    CHECK(contains(refusal("--compare " + earlier), "line 2: schema = 1; allowed: 2\n"));
+    CHECK(contains(refusal("--compare " + earlier), "line 2: schema = 1; allowed: 3\n"));
     CHECK(contains(refusal("--speed"), "--compare"));
     fs::remove_all(folder);
 }

@@ -78,7 +78,7 @@ TEST_CASE("bad input: one line that says what, exit status 2, no output left beh
         {"run " + good + " --tolerence 1e-3", "did you mean --set tolerance=VALUE?"},
         {"run " + good + " --material.modulus=2", "did you mean --set material.modulus=VALUE?"},
         {"--versoin", "\"--versoin\" is no option of dermis; allowed: --help, --version; did you mean --version?"},
-        {"walk", "\"walk\" is no subcommand; allowed: run, plan, fit, study, devices, check\n"},
+        {"walk", "\"walk\" is no subcommand; allowed: run, plan, bench, fit, study, devices, check\n"},
         {"rnu", "did you mean run?"},
         {"run " + good + " --set load.radius=3 --set load.radius=4", "--set load.radius=4; allowed: load.radius once"},
         {"run " + good + " --set load.radius=3 time.step=0.1 load.radius=4", "load.radius once"},
@@ -124,6 +124,36 @@ TEST_CASE("without a driver auto says so in one line and uses the CPU; vulkan na
     CHECK(vulkan.err.find("finds no driver (on Debian: mesa-vulkan-drivers)") != std::string::npos);
     CHECK_FALSE(fs::exists(folder / "b"));
     CHECK(command(folder, "devices", none).out.find("no Vulkan device") != std::string::npos);
+}
+
+TEST_CASE(
+    "bench says how long a press of the scene's skin takes, by threads and on a device; bad input gets status 2") {
+    const Folder folder;
+    const std::string pad = folder.write("pad.toml", "preset = \"fingertip\"\n[grid]\nwidth = 4\nheight = 6\n"
+                                                     "[time]\nstep = 0.002\n"),
+                      refused = folder.write("refused.toml", "[time]\nstep = 0\n");
+    const auto begins = [](const std::string& text, const std::string& with) { return text.find(with) == 0; };
+    for (const char* device : {"cpu", "vulkan"}) {
+        const Outcome o = command(folder, "bench " + pad + " --count 12 --device " + device);
+        CHECK(o.status == 0);
+        CHECK(o.err.empty());
+        CHECK_MESSAGE(begins(o.out, "12 pads of 4 x 6: "), o.out);
+        CHECK(o.out.find(" us per press on 1 thread, ") != o.out.npos);
+        CHECK(o.out.find(" % of a step of 2 ms") != o.out.npos);
+        CHECK((o.out.find(Device::list()[0].name) != o.out.npos) == (device == std::string("vulkan")));
+        CHECK(o.out.find('\n') == o.out.size() - 1);
+    }
+    CHECK(begins(command(folder, "bench " + pad + " --device cpu").out, "4 x 6: "));
+    for (const auto& [call, says] : {std::pair{"bench " + pad + " --count 0", "count = 0; allowed: 1..1048576"},
+                                     {"bench " + pad + " --count many", "many"},
+                                     {"bench " + pad + " --device voodoo", "voodoo"},
+                                     {"bench " + refused, "time.step = 0"},
+                                     {std::string("bench"), "scene is required"}}) {
+        const Outcome o = command(folder, call);
+        CHECK(o.status == 2);
+        CHECK_MESSAGE(o.err.find(says) != o.err.npos, o.err);
+        CHECK(o.out.empty());
+    }
 }
 
 TEST_CASE("dermis devices lists, dermis check compares every kernel") {
@@ -264,7 +294,7 @@ TEST_CASE("one --set takes several keys, ranges, lists and texts, before the sce
     CHECK(plans.out.find("material.modulus=1\n") == 0);
     CHECK(plans.out.find("\nmaterial.modulus=2\n") != std::string::npos);
     CHECK(command(folder, "").err ==
-          "dermis: a subcommand is required; allowed: run, plan, fit, study, devices, check\n");
+          "dermis: a subcommand is required; allowed: run, plan, bench, fit, study, devices, check\n");
 }
 
 TEST_CASE("a standard output that cannot be written is an error") {

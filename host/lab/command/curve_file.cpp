@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "host/lab/command/curve_file.hpp"
-#include "host/core/base/refusal.hpp"
+#include "host/lab/command/settings.hpp"
 #include "host/lab/scenes/input_file.hpp"
 
-#include <cerrno>
-#include <charconv>
-#include <cstring>
 #include <sstream>
 
 #include <fmt/format.h>
@@ -38,9 +35,7 @@ struct Line {
     }
     double number_of(const std::string& name, const std::string& word, const char* allowed) const {
         double x = 0;
-        const char* end = word.data() + word.size();
-        const auto [stopped, error] = std::from_chars(word.data() + (word[0] == '+'), end, x);
-        if (error != std::errc() || stopped != end || !finite(x)) refuse(name, "\"" + word + "\"", allowed);
+        if (!read_number(std::string_view(word).substr(word[0] == '+'), x)) refuse(name, "\"" + word + "\"", allowed);
         return x;
     }
 };
@@ -67,10 +62,8 @@ std::pair<Test, std::string> read_names(const Line& line, const CurveOptions& op
 }
 
 std::string content_of(const std::string& path) {
-    std::string why = scene::why_no_file(path, 64 << 20), content;
-    if (why.empty() && !scene::read_file(path, content))
-        why = std::string("cannot be read (") + std::strerror(errno) + ")";
-    if (!why.empty())
+    std::string content;
+    if (const std::string why = scene::read_file(path, content, 64 << 20); !why.empty())
         throw Error(Error::Code::bad_input, "data", path + ": " + why + "; allowed: a CSV file of at most 64 MiB");
     return content;
 }

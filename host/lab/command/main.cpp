@@ -3,6 +3,7 @@
 #include "host/core/description/element.hpp"
 #include "host/core/embedding/check.hpp"
 #include "host/core/press/device.hpp"
+#include "host/lab/command/bench.hpp"
 #include "host/lab/command/fit.hpp"
 #include "host/lab/command/settings.hpp"
 #include "host/lab/command/sweep.hpp"
@@ -59,6 +60,7 @@ struct Arguments {
     std::string checked_device; // empty: every device
     std::vector<std::string> overrides;
     bool check = false, resume = false;
+    int pads = 1;
     FitArguments fit;
 };
 
@@ -225,11 +227,8 @@ int list_devices() {
 }
 
 int check_devices(const std::string& only) {
-    std::vector<std::string> names = {only};
-    if (only.empty()) {
-        names.clear();
-        for (size_t i = 0; i < Device::list().size(); ++i) names.push_back(std::to_string(i));
-    }
+    std::vector<std::string> names(only.empty() ? Device::list().size() : 1, only);
+    for (size_t i = 0; only.empty() && i < names.size(); ++i) names[i] = std::to_string(i);
     bool exact = true;
     for (const std::string& name : names) {
         const Device device = Device::open(name);
@@ -243,16 +242,18 @@ int check_devices(const std::string& only) {
     return exact ? 0 : 1;
 }
 
-constexpr const char* devices_help = "auto, cpu, vulkan, a row of `dermis devices`, or part of a name";
-
 void add_scene(CLI::App& command, Arguments& a) {
     command.add_option("scene", a.scene, "A scene file (TOML)")->required();
+}
+
+CLI::Option* add_device(CLI::App& command, std::string& device) {
+    return command.add_option("--device", device, "auto, cpu, vulkan, a row of `dermis devices`, or part of a name");
 }
 
 void add_backend(CLI::App& command, Arguments& a) {
     std::vector<std::string> precisions;
     for (const scene::Name<Precision>& name : scene::Names<Precision>::table) precisions.push_back(name.text);
-    command.add_option("--device", a.device, devices_help)->capture_default_str();
+    add_device(command, a.device)->capture_default_str();
     command.add_option("--precision", a.precision, "f32, f32-compensated or f64 (CPU only)")
         ->check(CLI::IsMember(precisions));
 }
@@ -296,13 +297,14 @@ void add_fit(CLI::App& command, FitArguments& a) {
 }
 
 struct Commands {
-    CLI::App *run, *plan, *fit, *study, *devices, *check;
+    CLI::App *run, *plan, *bench, *fit, *study, *devices, *check;
 };
 
 Commands add_commands(CLI::App& app, Arguments& a) {
     const Commands all{
         .run = app.add_subcommand("run", "Run a scene file"),
         .plan = app.add_subcommand("plan", "Say how a scene would be run, why, and why not otherwise"),
+        .bench = app.add_subcommand("bench", "Say how long a press of a scene's skin takes on this machine"),
         .fit = app.add_subcommand("fit", "Fit a material to measured creep or relaxation"),
         .study = app.add_subcommand("study", "Reproduce the published study, with figures and claims"),
         .devices = app.add_subcommand("devices", "List devices"),
@@ -316,16 +318,20 @@ Commands add_commands(CLI::App& app, Arguments& a) {
     add_scene(*all.plan, a);
     add_backend(*all.plan, a);
     add_overrides(*all.plan, a);
+    add_scene(*all.bench, a);
+    all.bench->add_option("--count", a.pads, "Pads, skins alike, that are pressed together")->capture_default_str();
+    add_device(*all.bench, a.device)->capture_default_str();
     add_fit(*all.fit, a.fit);
     all.study->add_option("--out", a.out, "Folder for the results")->required();
     add_resume(*all.study, a);
-    all.check->add_option("--device", a.checked_device, devices_help);
+    add_device(*all.check, a.checked_device);
     return all;
 }
 
 int execute(const Commands& commands, const Arguments& a) {
     if (*commands.run) return run_scene(a);
     if (*commands.plan) return explain_scene(a);
+    if (*commands.bench) return bench_scene(a.scene, a.pads, a.device);
     if (*commands.fit) return fit_data(a.fit);
     if (*commands.study) return study::reproduce(a.out, a.resume);
     if (*commands.devices) return list_devices();

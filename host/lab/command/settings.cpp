@@ -45,12 +45,6 @@ std::vector<std::string> split(const std::string& override_, const std::string& 
     return parts;
 }
 
-// Returns whether all of the text is a number.
-bool read_number(const std::string& text, double& value) {
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    return error == std::errc() && end == text.data() + text.size() && std::isfinite(value);
-}
-
 // A whole number is written without a fraction or exponent, so that keys of whole numbers take it.
 std::string number_text(double x) {
     return x == std::floor(x) && std::abs(x) < 1e15 ? fmt::format("{:.0f}", x) : fmt::format("{}", x);
@@ -72,6 +66,11 @@ void append_values(const std::string& override_, const std::string& value, std::
 }
 
 } // namespace
+
+bool read_number(std::string_view text, double& value) {
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    return error == std::errc() && end == text.data() + text.size() && std::isfinite(value);
+}
 
 std::vector<std::string> with_each_set(const std::vector<std::string>& words) {
     std::vector<std::string> all;

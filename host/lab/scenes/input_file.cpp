@@ -2,6 +2,7 @@
 #include "host/lab/scenes/input_file.hpp"
 
 #include <cerrno>
+#include <cstring>
 #include <fcntl.h>
 #include <filesystem>
 #include <unistd.h>
@@ -21,10 +22,12 @@ std::string why_no_file(const std::string& path, uintmax_t most_bytes) {
     return bytes <= most_bytes ? "" : "has " + std::to_string(bytes) + " bytes";
 }
 
-bool read_file(const std::string& path, std::string& content) {
+std::string read_file(const std::string& path, std::string& content, uintmax_t most_bytes) {
     content.clear();
+    if (std::string why = why_no_file(path, most_bytes); !why.empty()) return why;
+    const auto why_not = [] { return std::string("cannot be read (") + std::strerror(errno) + ")"; };
     const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-    if (file < 0) return false;
+    if (file < 0) return why_not();
     char part[1 << 14];
     ssize_t n = 0;
     try {
@@ -34,10 +37,9 @@ bool read_file(const std::string& path, std::string& content) {
         ::close(file);
         throw;
     }
-    const int error = errno;
+    const std::string why = n == 0 ? "" : why_not();
     ::close(file);
-    errno = error;
-    return n == 0;
+    return why;
 }
 
 bool read_bytes(std::istream& in, char* to, std::streamsize bytes) {

@@ -12,8 +12,8 @@ namespace dermis::scene {
 // socket. Empty if it is one. Nothing is opened.
 std::string why_no_file(const std::string& path, uintmax_t most_bytes = UINTMAX_MAX);
 
-// Reads a whole file. Returns false, with errno, where that fails.
-bool read_file(const std::string& path, std::string& content);
+// Reads a whole regular file of at most `most_bytes`. Returns the reason where that fails, and nothing otherwise.
+std::string read_file(const std::string& path, std::string& content, uintmax_t most_bytes = UINTMAX_MAX);
 
 // A stream hides a std::bad_alloc: its data then seem to end. The stream that this returns throws it on.
 template <class Stream> Stream throwing(Stream stream) {

@@ -4,8 +4,6 @@
 #include "host/lab/scenes/scene.hpp"
 #include "host/lab/scenes/scene_names.hpp"
 
-#include <cerrno>
-#include <cstring>
 #include <sstream>
 
 namespace dermis::scene {
@@ -17,9 +15,8 @@ std::vector<Site> read_sites(const std::string& path) {
                          "; allowed: a first line type,x,y, then lines such as sa1,12,40 (" + receptor_class_names() +
                          "; cells)");
     };
-    if (const std::string why = why_no_file(path); !why.empty()) throw fail(why);
     std::string content;
-    if (!read_file(path, content)) throw fail(std::string("cannot be read (") + std::strerror(errno) + ")");
+    if (const std::string why = read_file(path, content); !why.empty()) throw fail(why);
     std::vector<Site> sites;
     std::string line;
     auto in = throwing(std::istringstream(content));

@@ -9,8 +9,6 @@
 #include "host/lab/scenes/scene_tables.hpp"
 #include "host/lab/scenes/unreadable.hpp"
 
-#include <cerrno>
-#include <cstring>
 #include <sstream>
 
 namespace dermis {
@@ -73,11 +71,10 @@ std::string nearest_file(const fs::path& missing) {
 
 // Reads a scene file. It must be a regular file: a pipe or a device may never end.
 std::string read_scene_file(const std::string& path) {
-    const std::string allowed = "; allowed: a scene file (TOML), a regular file of at most 64 MiB";
-    std::string why = scene::why_no_file(path, most_bytes), text;
-    if (why.empty() && !scene::read_file(path, text))
-        why = std::string("cannot be read (") + std::strerror(errno) + ")";
-    if (!why.empty()) throw Error(Error::Code::bad_input, "", path + ": " + why + allowed + nearest_file(path));
+    const char* allowed = "; allowed: a scene file (TOML), a regular file of at most 64 MiB";
+    std::string text;
+    if (const std::string why = scene::read_file(path, text, most_bytes); !why.empty())
+        throw Error(Error::Code::bad_input, "", path + ": " + why + allowed + nearest_file(path));
     return text;
 }
 

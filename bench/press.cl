@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Workload W1 in OpenCL C: a work-item has 16 neighbouring cells, and makes the new strain of the four beside them anew.
+// One press in OpenCL C: a work-item has 16 neighbouring cells, and makes the new strain of the four beside them anew.
 // The strain is read from one map and written to another, so that no work-item waits for its neighbours.
 
 typedef struct {
@@ -8,9 +8,9 @@ typedef struct {
 
 float16 at(global const float* map, size_t i) { return vload16(0, map + i); }
 
-// Writes past the caches where the compiler can.
+// Writes past the caches if it is told to and the compiler can.
 void stream(global float* map, size_t i, float16 x) {
-#if __has_builtin(__builtin_nontemporal_store)
+#if defined(PAST_CACHES) && __has_builtin(__builtin_nontemporal_store)
     __builtin_nontemporal_store(x, (global float16*)(map + i));
 #else
     vstore16(x, 0, map + i);
