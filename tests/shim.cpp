@@ -68,7 +68,7 @@ VKAPI_ATTR VkResult VKAPI_CALL module(VkDevice d, const VkShaderModuleCreateInfo
     return reinterpret_cast<PFN_vkCreateShaderModule>(real_module)(d, &changed, a, m);
 }
 
-PFN_vkVoidFunction real_sets, real_barrier, real_dispatch, real_submit;
+PFN_vkVoidFunction real_sets, real_barrier, real_dispatch, real_submit, real_copy;
 
 VKAPI_ATTR VkResult VKAPI_CALL sets(VkDevice d, const VkDescriptorSetAllocateInfo* info, VkDescriptorSet* set) {
     if (shim.sets_left == 0) return VK_ERROR_OUT_OF_HOST_MEMORY;
@@ -86,6 +86,12 @@ VKAPI_ATTR void VKAPI_CALL barrier(VkCommandBuffer c, VkPipelineStageFlags from,
     }
     reinterpret_cast<PFN_vkCmdPipelineBarrier>(real_barrier)(c, from, to, flags, count, memory, buffers, buffer, images,
                                                              image);
+}
+
+VKAPI_ATTR void VKAPI_CALL copy(VkCommandBuffer c, VkBuffer from, VkBuffer to, uint32_t count,
+                                const VkBufferCopy* regions) {
+    for (uint32_t i = 0; i < count; ++i) shim.copied += regions[i].size;
+    reinterpret_cast<PFN_vkCmdCopyBuffer>(real_copy)(c, from, to, count, regions);
 }
 
 VKAPI_ATTR void VKAPI_CALL dispatch(VkCommandBuffer c, uint32_t x, uint32_t y, uint32_t z) {
@@ -225,6 +231,7 @@ VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL device_address(VkDevice device, const c
     instead("vkCreateShaderModule", real_module, module);
     instead("vkAllocateDescriptorSets", real_sets, sets);
     instead("vkCmdPipelineBarrier", real_barrier, barrier);
+    instead("vkCmdCopyBuffer", real_copy, copy);
     instead("vkCmdDispatch", real_dispatch, dispatch);
     instead("vkQueueSubmit", real_submit, submit);
     (void)(FAILABLE_DEVICE_CALLS(LOGGED) ENDING_CALLS(LOGGED) RECORDING_CALLS(LOGGED) false);

@@ -47,6 +47,7 @@ struct Shim {
     std::vector<const char*> calls;               // of commands, submissions, what is made and what is destroyed
     std::vector<Barrier>* barriers = nullptr;     // if set, each vkCmdPipelineBarrier that is recorded
     Ledger* ledger = nullptr;                     // if set, what the library is told of its objects
+    uint64_t copied = 0;                          // bytes that recorded commands copy from buffer to buffer
     uint64_t groups = 0;                          // workgroups that are recorded and not submitted
     std::vector<uint64_t>* submissions = nullptr; // if set, the workgroups of each submission
 };

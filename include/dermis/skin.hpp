@@ -78,8 +78,9 @@ class DERMIS_API Skin {
 
     // The response sa1, sa2, fa1 or fa2 at the end of each pad's last press; 0 before the first. data, pad by pad from
     // 0 on: width*height floats, row 0 first, or, if the description has sites, one per site of that class in the order
-    // given; the same memory after every press. Throws Error::bad_input if the response was not asked for;
-    // Error::device if the device is lost.
+    // given; the same memory after every press. On Vulkan a press downloads what has been asked for once, and otherwise
+    // does not wait for the device: what fails in it is then thrown by a later call. Throws Error::bad_input if the
+    // skin was made without the response; Error::device if the device is lost.
     struct Response {
         const float* data;
         size_t size; // of all pads

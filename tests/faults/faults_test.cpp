@@ -63,6 +63,10 @@ Numbers press_skin(const Device& device) {
     skin.load(state.data(), state.size());
     skin.press(frame(d, 2), 0.1);
     append(all, skin, {Quantity::sa1, Quantity::fa2, Quantity::strain});
+    Numbers frames = frame(d, 3);
+    for (float p : frame(d, 4)) frames.push_back(p);
+    skin.press_frames(frames.data(), 2, frames.size() / 2, 0.1);
+    append(all, skin, {Quantity::sa1, Quantity::fa2, Quantity::strain});
     return all;
 }
 
@@ -206,15 +210,19 @@ std::vector<Fault> kinds() {
 struct Pressing {
     std::unique_ptr<Skin> skin;
     int done = 0;
+    bool pressed = false; // and not read yet
     Numbers responses;
 
     Numbers on(const Device& device) {
         const SkinDescription d = small_scene(33, 20);
         if (!skin) skin = std::make_unique<Skin>(device, d);
         for (; done < 5; ++done) {
-            if (done == 3) skin->reset(); // after an odd number of presses
+            if (pressed) {
+            } else if (done == 3) skin->reset(); // after an odd number of presses
             else skin->press(frame(d, done), 0.1);
+            pressed = true;
             append(responses, *skin, {Quantity::fa2});
+            pressed = false;
         }
         return responses;
     }

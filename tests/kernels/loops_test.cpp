@@ -178,7 +178,7 @@ class SingleSkins {
         REQUIRE(press_[size_t(pad)]->press(0.01, maps[0].data(), maps[1].data(), responses));
     }
     // Whether the responses of all pads are those of a stream.
-    bool same(const plan::Stream& stream) const {
+    bool same(plan::Stream& stream) const {
         const auto width = size_t(streamed_.skin.width()), pitch = size_t(streamed_.skin.pitch);
         for (size_t r = 0; r < RESPONSE_MAPS; ++r)
             for (size_t row = 0; streamed_.wanted[QUANTITY_SA1 + r] && row < press_.size() * cells() / width; ++row) {

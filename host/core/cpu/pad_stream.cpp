@@ -55,7 +55,7 @@ class PadStream : public plan::Stream {
         return nullptr;
     }
 
-    const float* response(Quantity q) const override { return response_[size_t(q) - QUANTITY_SA1].data(); }
+    const float* response(Quantity q) override { return response_[size_t(q) - QUANTITY_SA1].data(); }
 
     void reset(const plan::PadList& pads) override {
         for (size_t i = 0; i < pads.count; ++i) {

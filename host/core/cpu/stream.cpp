@@ -177,7 +177,7 @@ class SkinStream : public plan::Stream {
         return nullptr;
     }
 
-    const float* response(Quantity q) const override { return response_[size_t(q) - QUANTITY_SA1]; }
+    const float* response(Quantity q) override { return response_[size_t(q) - QUANTITY_SA1]; }
 
     void reset(const plan::PadList& pads) override {
         if (pads.count == 0) return;

@@ -159,32 +159,54 @@ const double* SkinRunner::press(const plan::PadList& all, const plan::StepLength
     const plan::StepLengths steps{.dt = steps_.data(), .each = dt.each};
     if (!record_press(program_, recording_, bindings_[from_], pads, steps)) return &dt[0]; // begin() drops it
     recording_.barrier();
-    if (answers) {
-        const VkBufferCopy out{0, 0, program_.memory().response.bytes};
-        vk.vkCmdCopyBuffer(commands, response_.handle(), download_.handle(), 1, &out);
-        recording_.barrier();
-    }
+    if (answers) download(commands, pads, read_);
     recording_.submit();
     from_ = 1 - from_;
     for (size_t i = 0; i < pads.count; ++i) pad_[size_t(pads[i])].rests = false;
-    if (answers) read_responses(pads);
+    if (answers) spread(pads, read_);
     return nullptr;
 }
 
-// Copies the fields of these pads from rows of the pitch to rows of the width.
-void SkinRunner::read_responses(const plan::PadList& pads) {
+template <class F>
+void SkinRunner::each_response(const plan::PadList& pads, const plan::Wanted& which, F f) const {
+    for (size_t q = QUANTITY_SA1; q < REDUCED_MAPS; ++q) {
+        const SkinProgram::Range r = program_.range(Quantity(q));
+        if (!which[q] || r.count == 0) continue;
+        each_part(pads, r.count / pads_ * sizeof(float), [&](VkDeviceSize first, VkDeviceSize bytes) {
+            f(VkDeviceSize(r.first) * sizeof(float) + first, bytes);
+        });
+    }
+}
+
+void SkinRunner::download(VkCommandBuffer commands, const plan::PadList& pads, const plan::Wanted& which) {
+    each_response(pads, which, [&](VkDeviceSize first, VkDeviceSize bytes) {
+        const VkBufferCopy out{first, first, bytes};
+        context_->calls().vkCmdCopyBuffer(commands, response_.handle(), download_.handle(), 1, &out);
+    });
+    context_->barrier(commands);
+}
+
+// Copies fields from rows of the pitch to rows of the width.
+void SkinRunner::spread(const plan::PadList& pads, const plan::Wanted& which) {
     const size_t rows = size_t(height_);
-    for (int q = QUANTITY_SA1; q < REDUCED_MAPS; ++q) {
-        std::vector<float>& dense = dense_[size_t(q - QUANTITY_SA1)];
+    for (size_t q = QUANTITY_SA1; q < REDUCED_MAPS; ++q) {
+        std::vector<float>& dense = dense_[q - QUANTITY_SA1];
         const float* response = static_cast<const float*>(download_.data()) + program_.range(Quantity(q)).first;
-        for (size_t i = 0; !dense.empty() && i < pads.count; ++i)
+        for (size_t i = 0; which[q] && !dense.empty() && i < pads.count; ++i)
             for (size_t y = size_t(pads[i]) * rows, end = y + rows; y < end; ++y)
                 std::copy_n(response + y * pitch_, width_, dense.data() + y * width_);
     }
 }
 
-const float* SkinRunner::response(Quantity q) const {
+const float* SkinRunner::response(Quantity q) {
     context_->need_working(); // a press that failed may have written half of a response
+    if (plan::Wanted first{}; !read_[size_t(q)]) {
+        first[size_t(q)] = true;
+        download(recording_.begin(), {.count = pads_}, first);
+        recording_.submit();
+        spread({.count = pads_}, first);
+        read_[size_t(q)] = true;
+    }
     const std::vector<float>& dense = dense_[size_t(q) - QUANTITY_SA1];
     return dense.empty() ? static_cast<const float*>(download_.data()) + program_.range(q).first : dense.data();
 }
@@ -194,25 +216,19 @@ void SkinRunner::reset(const plan::PadList& pads) {
     const auto clear = [&](const Buffer& b, VkDeviceSize offset, VkDeviceSize bytes) {
         if (bytes > 0) context_->calls().vkCmdFillBuffer(commands, b.handle(), offset, bytes, 0);
     };
-    const auto each_response = [&](const plan::PadList& list, auto f) { // f(first byte, bytes)
-        for (int q = QUANTITY_SA1; q < REDUCED_MAPS; ++q) {
-            const SkinProgram::Range r = program_.range(Quantity(q));
-            each_part(list, r.count / pads_ * sizeof(float), [&](VkDeviceSize first, VkDeviceSize bytes) {
-                f(VkDeviceSize(r.first) * sizeof(float) + first, bytes);
-            });
-        }
-    };
     for (const Buffer* b : {&state_[0], &state_[1], &pressure_[0], &pressure_[1]})
         each_part(pads, b->bytes() / pads_, [&](VkDeviceSize first, VkDeviceSize bytes) { clear(*b, first, bytes); });
-    each_response(pads, [&](VkDeviceSize first, VkDeviceSize bytes) { clear(response_, first, bytes); });
+    plan::Wanted all;
+    all.fill(true);
+    each_response(pads, all, [&](VkDeviceSize first, VkDeviceSize bytes) { clear(response_, first, bytes); });
     recording_.barrier();
     recording_.submit();
     // Only after the submission: if that fails, nothing has changed.
-    each_response(pads, [&](VkDeviceSize first, VkDeviceSize bytes) {
+    each_response(pads, read_, [&](VkDeviceSize first, VkDeviceSize bytes) {
         std::memset(static_cast<char*>(download_.data()) + first, 0, bytes);
     });
     for (size_t i = 0; i < pads.count; ++i) pad_[size_t(pads[i])] = {};
-    read_responses(pads);
+    spread(pads, read_);
 }
 
 template <class F> void SkinRunner::each_run(F f) const {

@@ -15,7 +15,7 @@ class SkinRunner : public plan::Stream {
     // All functions throw Error::device if the device is lost.
     bool take(const plan::PadList&, const float* pressures) override;
     const double* press(const plan::PadList&, const plan::StepLengths&, bool answers) override;
-    const float* response(Quantity) const override;
+    const float* response(Quantity) override;
     void reset(const plan::PadList&) override;
     void save(const plan::PadList&, const plan::StateMemory<char>&) override;
     void load(const plan::PadList&, const plan::StateMemory<const char>&) override;
@@ -31,9 +31,13 @@ class SkinRunner : public plan::Stream {
     // Calls f(first byte, bytes) for each run of neighbouring pads of a list. bytes: the size of one pad's part of a
     // buffer.
     template <class F> void each_part(const plan::PadList&, VkDeviceSize bytes, F f) const;
+    // Calls f(first byte, bytes) for each run of neighbouring pads in each of these responses.
+    template <class F> void each_response(const plan::PadList&, const plan::Wanted&, F f) const;
     bool passes_check();
     void sort(const plan::PadList&, const plan::StepLengths&);
-    void read_responses(const plan::PadList&);
+    // Records the download of these responses of these pads; after it has run, spread() them.
+    void download(VkCommandBuffer, const plan::PadList&, const plan::Wanted&);
+    void spread(const plan::PadList&, const plan::Wanted&);
 
     const size_t pads_, width_, pitch_;
     const int height_;
@@ -46,6 +50,7 @@ class SkinRunner : public plan::Stream {
     Buffer constants_, state_[2], pressure_[2], response_, invalid_, upload_, download_;
     std::array<std::vector<float>, RESPONSE_MAPS> dense_; // fields of width*height, where the pitch is greater
     Binding bindings_[2];
+    plan::Wanted read_{}; // the responses that have been asked for: every press downloads them
     int from_ = 0; // the index of the state and the pressure that the next press starts from
     plan::StepTables tables_;
     struct Pad {

@@ -43,8 +43,8 @@ class Stream {
         return nullptr;
     }
     // The responses of the last press of each pad, fields of width*height or sites in the order given, pad by pad; the
-    // same memory after every press.
-    virtual const float* response(Quantity) const = 0;
+    // same memory, which every press fills again once a response has been asked for.
+    virtual const float* response(Quantity) = 0;
     virtual void reset(const PadList&) = 0; // back to skins at rest
     // Copies the states of pads, laid out by StateLayout, to and from memory of the caller's.
     virtual void save(const PadList&, const StateMemory<char>&) = 0;
