@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "tests/ledger.hpp"
 
+#include <algorithm>
+
 namespace test {
 namespace {
 
@@ -24,10 +26,15 @@ void Ledger::made(const char* call, uint64_t owner, uint64_t handle) {
     else owners_[object] = owner;
 }
 
-// Whether an object is a device that runs a submission, an object of one, or the instance that one was made of.
+// Whether an object is a device that runs a submission, an object of one, or the instance that one was made of. A fence
+// is only its own submission's.
 bool Ledger::is_running(const Object& object, uint64_t owner) const {
     if (object.first == "Device") return running_.count(object.second) > 0;
-    if (object.first != "Instance") return running_.count(owner) > 0;
+    if (object.first != "Instance") {
+        const auto fences = running_.find(owner);
+        if (fences == running_.end()) return false;
+        return object.first != "Fence" || std::ranges::count(fences->second, object.second) > 0;
+    }
     for (const auto& [other, of] : owners_)
         if (other.first == "Device" && of == object.second && running_.count(other.second)) return true;
     return false;
@@ -55,13 +62,22 @@ bool Ledger::ended(const char* call, uint64_t handle) {
 void Ledger::submitted(uint64_t fence, bool accepted) {
     const auto found = owners_.find({"Fence", fence});
     const uint64_t device = found == owners_.end() ? 0 : found->second;
-    running_.insert(device);
+    running_[device].push_back(fence);
     if (!accepted) lose(device);
 }
 
-void Ledger::waited(uint64_t device, bool done) {
-    if (done) running_.erase(device);
-    else lose(device);
+void Ledger::waited(uint64_t device, uint64_t fence, bool done) {
+    if (!done) return lose(device);
+    std::vector<uint64_t>& fences = running_[device];
+    const auto at = std::find(fences.begin(), fences.end(), fence);
+    if (at != fences.end()) fences.erase(fences.begin(), at + 1);
+    if (fences.empty()) running_.erase(device);
+}
+
+size_t Ledger::running() const {
+    size_t all = 0;
+    for (const auto& [device, fences] : running_) all += fences.size();
+    return all;
 }
 
 void Ledger::lose(uint64_t device) {

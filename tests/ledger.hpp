@@ -20,9 +20,11 @@ class Ledger {
     // Returns false where no such object is there, which the driver should then not see.
     bool ended(const char* call, uint64_t handle);
     void submitted(uint64_t fence, bool accepted);
-    void waited(uint64_t device, bool done);
+    void waited(uint64_t device, uint64_t fence, bool done);
     void lose(uint64_t device);
 
+    // The number of submissions, of all devices, that may be running: neither they nor later ones were waited for.
+    size_t running() const;
     bool lost(uint64_t device) const { return lost_.count(device) > 0; }
     // Returns the kinds of the objects that are there, but for those of lost devices and their instances.
     std::vector<std::string> left() const;
@@ -36,7 +38,9 @@ class Ledger {
     std::map<Object, uint64_t> owners_;        // of the objects that are not left to a driver
     std::set<Object> left_to_driver_;          // lost devices, their objects and their instances
     std::map<uint64_t, uint64_t> instance_of_; // of a physical device
-    std::set<uint64_t> lost_, running_;        // devices; running: with a submission that has not been waited for
+    std::set<uint64_t> lost_;                  // devices
+    // Of each device the fences of its submissions that may be running, in the order in which they were submitted.
+    std::map<uint64_t, std::vector<uint64_t>> running_;
     std::vector<std::string> faults_;
 };
 

@@ -163,7 +163,8 @@ template <class... A> void enter(Ledger& ledger, const char* name, VkResult resu
     const bool done = result == VK_SUCCESS;
     uint64_t owner = 0;
     if constexpr (std::is_pointer_v<First>) owner = number(first_of(a...));
-    if (is("vkWaitForFences") && result != VK_TIMEOUT) ledger.waited(owner, done);
+    if constexpr (std::is_same_v<std::tuple<A...>, std::tuple<VkDevice, uint32_t, const VkFence*, VkBool32, uint64_t>>)
+        if (result != VK_TIMEOUT) ledger.waited(owner, number(*std::get<2>(std::tuple(a...))), done);
     if (is("vkResetFences") && !done) ledger.lose(owner);
     if constexpr (std::is_same_v<Last, VkFence>)
         if (result != VK_ERROR_OUT_OF_HOST_MEMORY && result != VK_ERROR_OUT_OF_DEVICE_MEMORY)

@@ -117,6 +117,10 @@ struct Timestamps {
     uint32_t first = 0;
 };
 
+// What a press computes beside the state. none: nothing, and the range `response` stays as it is. Several frames of which
+// only the last one's responses are read are recorded as a press each, with none for all but the last.
+enum class Answers { all, none };
+
 // Whether a press was recorded.
 struct Recorded {
     const char* refused = nullptr; // the reason why it was not recorded; null if it was
@@ -159,13 +163,14 @@ class DERMIS_API SkinProgram {
     //   - dt is not a finite number >= 0;
     //   - a coefficient of the step is beyond float;
     //   - the binding is not this program's.
-    [[nodiscard]] Recorded record_press(VkCommandBuffer, Binding, double dt, const Timestamps& = {}) const noexcept;
+    [[nodiscard]] Recorded record_press(VkCommandBuffer, Binding, double dt, const Timestamps& = {},
+                                        Answers = Answers::all) const noexcept;
     // Records a press of some pads of a batch; their numbers must ascend. steps: 1 for one dt of all these pads, or one
     // for each. For the other pads the press copies the state and, unless the pressure is held, the pressure; their
     // responses stay as they are. Refuses, and records nothing, also if the numbers do not ascend or the number of
     // steps is wrong.
     [[nodiscard]] Recorded record_press(VkCommandBuffer, Binding, const Pads&, const double* dt, size_t steps,
-                                        const Timestamps& = {}) const noexcept;
+                                        const Timestamps& = {}, Answers = Answers::all) const noexcept;
 
     // As Skin::set_material, for the presses that are recorded from now on.
     void set_material(const Material&, const Pads& = {});

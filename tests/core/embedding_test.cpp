@@ -76,6 +76,40 @@ TEST_CASE("presses in a host's command buffer give the CPU's bits and touch noth
     check_presses(context, one);
 }
 
+TEST_CASE("presses without responses leave them unwritten, and the one that ends several frames has the CPU's bits") {
+    const Validated vulkan;
+    Context& context = *vulkan::context_of(*vulkan.device().impl().backend);
+    for (const SkinDescription& d : {ridged(40, 19), with_sites(with_chain(ridged(40, 19)), 50)})
+        for (const int pads : {1, 3}) {
+            SkinOptions options;
+            options.count = pads;
+            Host host(context, d, 4, options);
+            Skin skin(Device::cpu(1), d, options);
+            vulkan::Recording recording(context);
+            const VkCommandBuffer commands = recording.commands();
+            for (int i = 1; i <= 4; ++i) {
+                std::vector<float> all;
+                for (int pad = 0; pad < pads; ++pad)
+                    for (float p : frame(d, i + pad)) all.push_back(p);
+                host.set_pressure(i, all);
+                skin.press(all, 0.01);
+                const Binding binding = host.bindings[size_t(i - 1)];
+                const auto answers = i < 4 ? vulkan::Answers::none : vulkan::Answers::all;
+                const double dt = 0.01;
+                REQUIRE((pads == 1 ? host.program.record_press(commands, binding, dt, {}, answers)
+                                   : host.program.record_press(commands, binding, {}, &dt, 1, {}, answers)));
+                barrier(context, commands, host.program);
+            }
+            recording.submit();
+            for (Quantity q : all_responses) {
+                const Skin::Response r = skin.response(q);
+                CHECK(host.response(4, q) == std::vector<float>(r.begin(), r.end()));
+                for (int i = 1; i < 4; ++i)
+                    for (float x : host.response(i, q)) CHECK(x == 0);
+            }
+        }
+}
+
 TEST_CASE("a grid beyond what a device binds at once is pressed in bands of rows: the same bits") {
     const vulkan::Loader loader = shimmed();
     for (const auto& [stencil, edges] : {std::pair{Stencil::five_point, Edges::mirror},
@@ -237,8 +271,8 @@ TEST_CASE("coefficients are written after those of the press before are written 
             REQUIRE(host.program.record_press(commands, host.bindings[size_t(i)], 0.1));
             barrier(context, commands, host.program);
         }
-        shim.barriers = nullptr;
         recording.submit();
+        shim.barriers = nullptr;
         size_t updates = 0, recorded = 0;
         bool after_write = false, after_read = false;
         for (const std::string call : shim.calls) {

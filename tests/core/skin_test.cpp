@@ -402,7 +402,7 @@ TEST_CASE("from press to press nothing is allocated, and a device is called as o
                 for (int i = 0; i < 10; ++i) {
                     shim.calls.clear();
                     skin.press(i % 2 ? a : b, 0.01 + 0.001 * i);
-                    if (i == 0) calls = shim.calls.size();
+                    if (i <= 2) calls = shim.calls.size(); // each waits for the press before the last
                     REQUIRE(shim.calls.size() == calls);
                 }
                 const size_t after = allocations();
@@ -454,7 +454,7 @@ TEST_CASE("after a submission that did not come back nothing of a skin is destro
     {
         Skin skin(device, d);
         shim.fault = {"vkWaitForFences", 0, VK_ERROR_DEVICE_LOST, true};
-        refusal(Error::Code::device, [&] { skin.press(frame(d, 1), 0.1); });
+        refusal(Error::Code::device, [&] { skin.press(frame(d, 1), 0.1), skin.response(Quantity::sa1); });
         shim.calls.clear();
     }
     for (const std::string name : shim.calls) CHECK(name != "vkDestroyPipeline");

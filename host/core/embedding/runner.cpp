@@ -32,17 +32,16 @@ SkinProgram fitting(Context& context, const plan::StreamedSkin& skin) {
 SkinRunner::SkinRunner(std::shared_ptr<Context> context, const plan::StreamedSkin& skin)
     : pads_(size_t(skin.pads)), width_(size_t(skin.skin.width())), pitch_(size_t(skin.skin.pitch)),
       height_(skin.skin.height()), layout_(state_layout_of(skin)), variant_(specialization(skin.variant())),
-      sites_(!skin.skin.description.sites.empty()), context_(std::move(context)), recording_(*context_),
-      program_(fitting(*context_, skin)), constants_(buffer(program_.memory().constants, Buffer::Location::device)),
-      state_{buffer(program_.memory().state, Buffer::Location::device),
-             buffer(program_.memory().state, Buffer::Location::device)},
-      pressure_{buffer(program_.memory().pressure, Buffer::Location::device),
-                buffer(program_.memory().pressure, Buffer::Location::device)},
-      response_(buffer(program_.memory().response, Buffer::Location::device)),
-      invalid_(buffer(program_.memory().invalid, Buffer::Location::device)),
-      upload_(buffer(program_.memory().pressure, Buffer::Location::host)),
-      download_(buffer(program_.memory().response, Buffer::Location::host)), tables_(skin, skin.skin.materials),
-      pad_(pads_), numbers_(pads_), steps_(pads_) {
+      sites_(!skin.skin.description.sites.empty()), context_(std::move(context)), program_(fitting(*context_, skin)),
+      together_(frames_together()),
+      constants_(on_device(program_.memory().constants)), state_{on_device(program_.memory().state),
+                                                                 on_device(program_.memory().state)},
+      pressure_{on_device(program_.memory().pressure), on_device(program_.memory().pressure)},
+      response_(on_device(program_.memory().response)),
+      invalid_(on_device(program_.memory().invalid)), upload_{on_host(together_ * frame_bytes()),
+                                                              on_host(together_ * frame_bytes())},
+      download_(on_host(program_.memory().response.bytes)), recordings_{Recording(*context_), Recording(*context_)},
+      tables_(skin, skin.skin.materials), pad_(pads_), numbers_(pads_), steps_(pads_) {
     listed_.reserve(pads_);
     variant_.push_back(sites_);
     fill(constants_, program_.memory().constants);
@@ -58,56 +57,58 @@ SkinRunner::SkinRunner(std::shared_ptr<Context> context, const plan::StreamedSki
     for (size_t q = QUANTITY_SA1; q < REDUCED_MAPS; ++q)
         if (!sites_ && width_ != pitch_ && skin.wanted[q])
             dense_[q - QUANTITY_SA1].resize(pads_ * width_ * size_t(height_));
-    std::memset(upload_.data(), 0, upload_.bytes()); // cells beyond the width stay 0
     reset({.count = pads_});
 }
 
-Buffer SkinRunner::buffer(const Memory& m, Buffer::Location location) {
-    return Buffer(*context_, std::max<VkDeviceSize>(m.bytes, 4), location);
+// A submission is not cut between two presses of several: if its second part failed, the state would be of no frame.
+size_t SkinRunner::frames_together() const {
+    constexpr double most_frames = 64, most_bytes = 4 << 20;
+    const double work = work_of_press(program_) * double(pads_), most = context_->pipelines().device().most_work;
+    return size_t(std::max(1.0, std::min({most_frames, most_bytes / double(frame_bytes()), most / work})));
+}
+
+Buffer SkinRunner::on_device(const Memory& m) {
+    return Buffer(*context_, std::max<VkDeviceSize>(m.bytes, 4), Buffer::Location::device);
+}
+
+Buffer SkinRunner::on_host(VkDeviceSize bytes) {
+    Buffer buffer(*context_, std::max<VkDeviceSize>(bytes, 4), Buffer::Location::host);
+    std::memset(buffer.data(), 0, buffer.bytes());
+    return buffer;
 }
 
 void SkinRunner::fill(Buffer& buffer, const Memory& m) {
-    const VkCommandBuffer commands = recording_.begin();
-    if (m.initial.empty()) {
-        context_->calls().vkCmdFillBuffer(commands, buffer.handle(), 0, VK_WHOLE_SIZE, 0);
-        recording_.barrier();
-        recording_.submit();
-        return;
-    }
-    Buffer staging(*context_, m.initial.size(), Buffer::Location::host);
-    std::memcpy(staging.data(), m.initial.data(), m.initial.size());
-    const VkBufferCopy region{0, 0, m.initial.size()};
-    context_->calls().vkCmdCopyBuffer(commands, staging.handle(), buffer.handle(), 1, &region);
-    recording_.barrier();
-    recording_.submit();
+    const Buffer staging = on_host(m.bytes);
+    std::ranges::copy(m.initial, static_cast<unsigned char*>(staging.data()));
+    const VkBufferCopy region{0, 0, staging.bytes()};
+    context_->calls().vkCmdCopyBuffer(recording().begin(), staging.handle(), buffer.handle(), 1, &region);
+    recording().submit();
 }
 
 bool SkinRunner::exact() {
     auto& known = context_->exact_variants();
-    if (const auto found = known.find(variant_); found != known.end()) return found->second;
-    const bool exact = passes_check();
-    known[variant_] = exact;
-    return exact;
+    if (!known.contains(variant_)) known.emplace(variant_, passes_check());
+    return known.at(variant_);
 }
 
 bool SkinRunner::passes_check() {
     make_check(program_);
     const Memory& m = program_.memory().check;
-    Buffer check(*context_, m.bytes, Buffer::Location::device), back(*context_, m.bytes, Buffer::Location::host);
+    Buffer check = on_device(m), back = on_host(m.bytes);
     fill(check, m);
     program_.bind_check(info(check));
-    const VkCommandBuffer commands = recording_.begin();
+    const VkCommandBuffer commands = recording().begin();
     if (!program_.record_check(commands)) return false;
-    recording_.barrier();
+    recording().barrier();
     const VkBufferCopy region{0, 0, m.bytes};
     context_->calls().vkCmdCopyBuffer(commands, check.handle(), back.handle(), 1, &region);
-    recording_.barrier();
-    recording_.submit();
+    recording().submit();
     return program_.check_passed(back.data(), back.bytes());
 }
 
 bool SkinRunner::take(const plan::PadList& pads, const float* pressures) {
-    context_->need_working();
+    recording().wait(); // it reads the upload
+    float* const upload = static_cast<float*>(upload_[slot_].data()) + recorded_ * frame_bytes() / sizeof(float);
     const size_t rows = size_t(height_), cells = rows * width_;
     bool finite = true;
     for (size_t i = 0; i < pads.count; ++i, pressures += cells) {
@@ -117,7 +118,7 @@ bool SkinRunner::take(const plan::PadList& pads, const float* pressures) {
         finite &= plan::copy_rows({.from = pressures,
                                    .stride = width_,
                                    .width = width_,
-                                   .to = static_cast<float*>(upload_.data()) + size_t(pads[i]) * rows * pitch_,
+                                   .to = upload + size_t(pads[i]) * rows * pitch_,
                                    .pitch = pitch_},
                                   0, height_);
     }
@@ -150,25 +151,32 @@ const double* SkinRunner::press(const plan::PadList& all, const plan::StepLength
     const plan::PadList pads{.ids = numbers_.data(), .count = listed_.size()};
     if (pads.count == 0) return nullptr;
     const VolkDeviceTable& vk = context_->calls();
-    const VkCommandBuffer commands = recording_.begin();
-    each_part(pads, upload_.bytes() / pads_, [&](VkDeviceSize first, VkDeviceSize bytes) {
-        const VkBufferCopy in{first, first, bytes};
-        vk.vkCmdCopyBuffer(commands, upload_.handle(), pressure_[1 - from_].handle(), 1, &in);
+    size_t n = std::exchange(recorded_, 0); // if something fails, begin() drops what is recorded
+    const int from = (from_ + int(n)) % 2;
+    const VkCommandBuffer commands = n > 0 ? recording().commands() : recording().begin();
+    each_part(pads, frame_bytes() / pads_, [&](VkDeviceSize first, VkDeviceSize bytes) {
+        const VkBufferCopy in{n * frame_bytes() + first, first, bytes};
+        vk.vkCmdCopyBuffer(commands, upload_[slot_].handle(), pressure_[1 - from].handle(), 1, &in);
     });
-    recording_.barrier();
+    recording().barrier();
     const plan::StepLengths steps{.dt = steps_.data(), .each = dt.each};
-    if (!record_press(program_, recording_, bindings_[from_], pads, steps)) return &dt[0]; // begin() drops it
-    recording_.barrier();
-    if (answers) download(commands, pads, read_);
-    recording_.submit();
-    from_ = 1 - from_;
+    if (!record_press(program_, recording(), bindings_[from], pads, steps, answers)) return &dt[0];
+    recording().barrier();
     for (size_t i = 0; i < pads.count; ++i) pad_[size_t(pads[i])].rests = false;
-    if (answers) spread(pads, read_);
+    if (++n < together_ && !answers) return recorded_ = n, nullptr;
+    const bool reads = answers && read_ != plan::Wanted{};
+    if (reads) download(commands, pads, read_);
+    recording().start();
+    from_ = (from_ + int(n)) % 2;
+    if (reads) {
+        recording().wait();
+        spread(pads, read_);
+    }
+    slot_ = 1 - slot_;
     return nullptr;
 }
 
-template <class F>
-void SkinRunner::each_response(const plan::PadList& pads, const plan::Wanted& which, F f) const {
+template <class F> void SkinRunner::each_response(const plan::PadList& pads, const plan::Wanted& which, F f) const {
     for (size_t q = QUANTITY_SA1; q < REDUCED_MAPS; ++q) {
         const SkinProgram::Range r = program_.range(Quantity(q));
         if (!which[q] || r.count == 0) continue;
@@ -183,7 +191,6 @@ void SkinRunner::download(VkCommandBuffer commands, const plan::PadList& pads, c
         const VkBufferCopy out{first, first, bytes};
         context_->calls().vkCmdCopyBuffer(commands, response_.handle(), download_.handle(), 1, &out);
     });
-    context_->barrier(commands);
 }
 
 // Copies fields from rows of the pitch to rows of the width.
@@ -202,8 +209,8 @@ const float* SkinRunner::response(Quantity q) {
     context_->need_working(); // a press that failed may have written half of a response
     if (plan::Wanted first{}; !read_[size_t(q)]) {
         first[size_t(q)] = true;
-        download(recording_.begin(), {.count = pads_}, first);
-        recording_.submit();
+        download(recording().begin(), {.count = pads_}, first);
+        recording().submit();
         spread({.count = pads_}, first);
         read_[size_t(q)] = true;
     }
@@ -212,33 +219,21 @@ const float* SkinRunner::response(Quantity q) {
 }
 
 void SkinRunner::reset(const plan::PadList& pads) {
-    const VkCommandBuffer commands = recording_.begin();
-    const auto clear = [&](const Buffer& b, VkDeviceSize offset, VkDeviceSize bytes) {
-        if (bytes > 0) context_->calls().vkCmdFillBuffer(commands, b.handle(), offset, bytes, 0);
+    const VkCommandBuffer commands = recording().begin();
+    const auto clear = [&](const Buffer& b, VkDeviceSize first, VkDeviceSize bytes) {
+        if (bytes > 0) context_->calls().vkCmdFillBuffer(commands, b.handle(), first, bytes, 0);
     };
-    for (const Buffer* b : {&state_[0], &state_[1], &pressure_[0], &pressure_[1]})
-        each_part(pads, b->bytes() / pads_, [&](VkDeviceSize first, VkDeviceSize bytes) { clear(*b, first, bytes); });
+    for (const auto& [buffers, bytes] : {std::pair{state_, program_.memory().state.bytes}, {pressure_, frame_bytes()}})
+        for (int i : {0, 1})
+            each_part(pads, bytes / pads_, [&, &b = buffers[i]](auto first, auto n) { clear(b, first, n); });
     plan::Wanted all;
     all.fill(true);
     each_response(pads, all, [&](VkDeviceSize first, VkDeviceSize bytes) { clear(response_, first, bytes); });
-    recording_.barrier();
-    recording_.submit();
-    // Only after the submission: if that fails, nothing has changed.
-    each_response(pads, read_, [&](VkDeviceSize first, VkDeviceSize bytes) {
-        std::memset(static_cast<char*>(download_.data()) + first, 0, bytes);
-    });
+    recording().barrier();
+    download(commands, pads, read_);
+    recording().submit();
     for (size_t i = 0; i < pads.count; ++i) pad_[size_t(pads[i])] = {};
     spread(pads, read_);
-}
-
-template <class F> void SkinRunner::each_run(F f) const {
-    const size_t planes = layout_.planes;
-    for (size_t p = 0; p < planes; ++p)
-        if (sites_)
-            for (size_t i = 0; i < layout_.cells; ++i) f(i * planes + p, p * layout_.cells + i, 1);
-        else
-            for (size_t y = 0; y < size_t(height_); ++y)
-                f((y * planes + p) * pitch_, p * layout_.cells + y * width_, width_);
 }
 
 void SkinRunner::set_elements(const plan::PadList& pads, const std::vector<plan::Element>& elements) {
@@ -246,59 +241,47 @@ void SkinRunner::set_elements(const plan::PadList& pads, const std::vector<plan:
     vulkan::set_elements(program_, pads, elements);
 }
 
-void SkinRunner::save(const plan::PadList& pads, const plan::StateMemory<char>& to) {
+template <class Byte> void SkinRunner::transfer(const plan::PadList& pads, const plan::StateMemory<Byte>& saved) {
+    constexpr bool saves = !std::is_const_v<Byte>;
     context_->need_working();
-    const VkDeviceSize of_state = program_.memory().state.bytes / pads_,
-                       of_pressure = program_.memory().pressure.bytes / pads_;
-    Buffer back(*context_, std::max<VkDeviceSize>(pads.count * (of_state + of_pressure), 4), Buffer::Location::host);
-    const VkCommandBuffer commands = recording_.begin();
-    VkDeviceSize end = 0;
+    const VkDeviceSize of_state = program_.memory().state.bytes / pads_, of_pressure = frame_bytes() / pads_;
+    const Buffer staging = on_host(pads.count * (of_state + of_pressure));
+    const auto move = [&] { // between the staging buffer and the caller's memory
+        auto *state = static_cast<float*>(staging.data()), *pressure = state + pads.count * of_state / sizeof(float);
+        const auto copy = [](Byte* here, float* there, size_t n) {
+            if constexpr (saves) std::memcpy(here, there, n * sizeof(float));
+            else std::memcpy(there, here, n * sizeof(float));
+        };
+        // A plane of a state: rows of cells, or single cells that sites read.
+        const size_t rows = size_t(height_), run = sites_ ? 1 : width_, pitch = sites_ ? 1 : pitch_,
+                     runs = sites_ ? layout_.cells : rows;
+        for (size_t i = 0; i < pads.count; ++i, state += of_state / sizeof(float)) {
+            Byte *strains = saved.strains_of(i), *pressed = saved.pressure_of(i);
+            for (size_t p = 0; p < layout_.planes; ++p)
+                for (size_t k = 0; k < runs; ++k, strains += run * sizeof(float))
+                    copy(strains, state + (k * layout_.planes + p) * pitch, run);
+            for (size_t y = 0; y < rows; ++y, pressure += pitch_, pressed += width_ * sizeof(float))
+                copy(pressed, pressure, width_);
+        }
+    };
+    if (!saves) move();
+    const VkCommandBuffer commands = recording().begin();
+    VkDeviceSize at = 0;
     for (const auto& [buffer, bytes] : {std::pair{&state_[from_], of_state}, {&pressure_[from_], of_pressure}})
-        each_part(pads, bytes, [&, from = buffer->handle()](VkDeviceSize first, VkDeviceSize all) {
-            const VkBufferCopy region{first, end, all};
-            context_->calls().vkCmdCopyBuffer(commands, from, back.handle(), 1, &region);
-            end += all;
+        each_part(pads, bytes, [&, held = buffer->handle()](VkDeviceSize first, VkDeviceSize all) {
+            const VkBufferCopy region{saves ? first : at, saves ? at : first, all};
+            context_->calls().vkCmdCopyBuffer(commands, saves ? held : staging.handle(),
+                                              saves ? staging.handle() : held, 1, &region);
+            at += all;
         });
-    recording_.barrier();
-    recording_.submit();
-    const auto* state = static_cast<const float*>(back.data());
-    const float* pressure = state + pads.count * of_state / sizeof(float);
-    const size_t row = width_ * sizeof(float);
-    for (size_t i = 0; i < pads.count; ++i, state += of_state / sizeof(float)) {
-        each_run([&](size_t there, size_t here, size_t n) {
-            std::memcpy(to.strains_of(i) + here * sizeof(float), state + there, n * sizeof(float));
-        });
-        for (size_t y = 0; y < size_t(height_); ++y, pressure += pitch_)
-            std::memcpy(to.pressure_of(i) + y * row, pressure, row);
-    }
+    recording().submit();
+    if (saves) move();
 }
 
+void SkinRunner::save(const plan::PadList& pads, const plan::StateMemory<char>& to) { transfer(pads, to); }
+
 void SkinRunner::load(const plan::PadList& pads, const plan::StateMemory<const char>& saved) {
-    context_->need_working();
-    const VkDeviceSize of_state = program_.memory().state.bytes / pads_,
-                       of_pressure = program_.memory().pressure.bytes / pads_;
-    Buffer staging(*context_, std::max<VkDeviceSize>(pads.count * (of_state + of_pressure), 4), Buffer::Location::host);
-    auto* state = static_cast<float*>(staging.data());
-    std::memset(state, 0, staging.bytes());
-    float* pressure = state + pads.count * of_state / sizeof(float);
-    const size_t row = width_ * sizeof(float);
-    for (size_t i = 0; i < pads.count; ++i, state += of_state / sizeof(float)) {
-        each_run([&](size_t there, size_t here, size_t n) {
-            std::memcpy(state + there, saved.strains_of(i) + here * sizeof(float), n * sizeof(float));
-        });
-        for (size_t y = 0; y < size_t(height_); ++y, pressure += pitch_)
-            std::memcpy(pressure, saved.pressure_of(i) + y * row, row);
-    }
-    const VkCommandBuffer commands = recording_.begin();
-    VkDeviceSize begin = 0;
-    for (const auto& [buffer, bytes] : {std::pair{&state_[from_], of_state}, {&pressure_[from_], of_pressure}})
-        each_part(pads, bytes, [&, to = buffer->handle()](VkDeviceSize first, VkDeviceSize all) {
-            const VkBufferCopy region{begin, first, all};
-            context_->calls().vkCmdCopyBuffer(commands, staging.handle(), to, 1, &region);
-            begin += all;
-        });
-    recording_.barrier();
-    recording_.submit();
+    transfer(pads, saved);
     for (size_t i = 0; i < pads.count; ++i) pad_[size_t(pads[i])].rests = false;
 }
 

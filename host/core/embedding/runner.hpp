@@ -14,6 +14,7 @@ class SkinRunner : public plan::Stream {
     SkinRunner(std::shared_ptr<Context>, const plan::StreamedSkin&);
     // All functions throw Error::device if the device is lost.
     bool take(const plan::PadList&, const float* pressures) override;
+    // A press that does not answer is recorded, and submitted with a later one.
     const double* press(const plan::PadList&, const plan::StepLengths&, bool answers) override;
     const float* response(Quantity) override;
     void reset(const plan::PadList&) override;
@@ -23,11 +24,14 @@ class SkinRunner : public plan::Stream {
     bool exact() override;
 
   private:
-    Buffer buffer(const Memory&, Buffer::Location);
+    Recording& recording() { return recordings_[slot_]; }
+    size_t frames_together() const;
+    VkDeviceSize frame_bytes() const { return program_.memory().pressure.bytes; }
+    Buffer on_device(const Memory&);
+    Buffer on_host(VkDeviceSize bytes); // zeros
     void fill(Buffer&, const Memory&);
-    // Calls f(there, here, n) for each run of n neighbouring numbers of a state. there: index of its first number on
-    // the device; here: index in a saved state.
-    template <class F> void each_run(F f) const;
+    // Copies states to the caller's memory or, where that is const, from there.
+    template <class Byte> void transfer(const plan::PadList&, const plan::StateMemory<Byte>&);
     // Calls f(first byte, bytes) for each run of neighbouring pads of a list. bytes: the size of one pad's part of a
     // buffer.
     template <class F> void each_part(const plan::PadList&, VkDeviceSize bytes, F f) const;
@@ -45,13 +49,19 @@ class SkinRunner : public plan::Stream {
     std::vector<uint32_t> variant_; // of its kernel: the specialization, and whether sites respond
     const bool sites_;              // only sites respond
     std::shared_ptr<Context> context_;
-    Recording recording_;
     SkinProgram program_;
-    Buffer constants_, state_[2], pressure_[2], response_, invalid_, upload_, download_;
+    const size_t together_; // the frames that are pressed in one submission, at most
+    // Cells beyond the width stay 0 in an upload, which holds so many frames.
+    Buffer constants_, state_[2], pressure_[2], response_, invalid_, upload_[2], download_;
+    // A submission of which nothing is read is not waited for: the next one takes the other upload and recording. They
+    // end before what they use.
+    Recording recordings_[2];
+    int slot_ = 0;                                        // the upload and the recording that come next
+    size_t recorded_ = 0;                                 // the frames of the upload whose presses are recorded
     std::array<std::vector<float>, RESPONSE_MAPS> dense_; // fields of width*height, where the pitch is greater
     Binding bindings_[2];
     plan::Wanted read_{}; // the responses that have been asked for: every press downloads them
-    int from_ = 0; // the index of the state and the pressure that the next press starts from
+    int from_ = 0;        // the index of the state and the pressure that the next submission starts from
     plan::StepTables tables_;
     struct Pad {
         bool rests = true;         // nothing has ever pressed it

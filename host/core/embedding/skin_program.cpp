@@ -165,24 +165,13 @@ struct SkinProgram::Impl {
 
 // Makes a program for a skin that the library has prepared.
 struct Internal {
-    static SkinProgram make(const Handles& handles, plan::StreamedSkin&& skin, uint32_t max_bindings) {
+    template <class... A> static SkinProgram make(A&&... a) {
         const DefaultFloats guard;
         SkinProgram program;
-        program.impl_ = std::make_unique<SkinProgram::Impl>(handles, std::move(skin), max_bindings);
-        return program;
-    }
-    static SkinProgram make(Pipelines& shared, const Handles& handles, plan::StreamedSkin&& skin,
-                            uint32_t max_bindings) {
-        const DefaultFloats guard;
-        SkinProgram program;
-        program.impl_ = std::make_unique<SkinProgram::Impl>(shared, handles, std::move(skin), max_bindings);
+        program.impl_ = std::make_unique<SkinProgram::Impl>(std::forward<A>(a)...);
         return program;
     }
     static SkinProgram::Impl& impl_of(const SkinProgram& program) { return *program.impl_; }
-    static Recorded record_press(const SkinProgram& program, Recording& own, Binding binding,
-                                 const Recorder::Press& press) {
-        return impl_of(program).record(own.commands(), binding, press, {}, &own);
-    }
 };
 
 SkinProgram program_of(Context& context, const plan::StreamedSkin& skin, uint32_t max_bindings) {
@@ -192,9 +181,11 @@ SkinProgram program_of(Context& context, const plan::StreamedSkin& skin, uint32_
 void make_check(SkinProgram& program) { Internal::impl_of(program).make_check(); }
 
 Recorded record_press(const SkinProgram& program, Recording& own, Binding binding, const plan::PadList& pads,
-                      const plan::StepLengths& dt) {
-    return Internal::record_press(program, own, binding, {pads, dt});
+                      const plan::StepLengths& dt, bool answers) {
+    return Internal::impl_of(program).record(own.commands(), binding, {pads, dt, answers}, {}, &own);
 }
+
+double work_of_press(const SkinProgram& program) { return Internal::impl_of(program).recorder.work_of_pad(); }
 
 void set_elements(SkinProgram& program, const plan::PadList& pads, const std::vector<plan::Element>& elements) {
     Internal::impl_of(program).recorder.set_elements(pads, elements);
@@ -332,14 +323,15 @@ Recorded SkinProgram::Impl::record(VkCommandBuffer commands, Binding binding, co
     return {};
 }
 
-Recorded SkinProgram::record_press(VkCommandBuffer commands, Binding binding, double dt,
-                                   const Timestamps& stamps) const noexcept {
+Recorded SkinProgram::record_press(VkCommandBuffer commands, Binding binding, double dt, const Timestamps& stamps,
+                                   Answers answers) const noexcept {
     if (binding.program != impl_.get()) return {"the binding is not this program's"};
-    return impl_->record(commands, binding, {{.count = size_t(impl_->recorder.skin().pads)}, {&dt}}, stamps);
+    return impl_->record(commands, binding,
+                         {{.count = size_t(impl_->recorder.skin().pads)}, {&dt}, answers == Answers::all}, stamps);
 }
 
 Recorded SkinProgram::record_press(VkCommandBuffer commands, Binding binding, const Pads& pads, const double* dt,
-                                   size_t steps, const Timestamps& stamps) const noexcept {
+                                   size_t steps, const Timestamps& stamps, Answers answers) const noexcept {
     const Impl& impl = *impl_;
     const size_t count = pads.all ? size_t(impl.recorder.skin().pads) : pads.count;
     if (binding.program != &impl) return {"the binding is not this program's"};
@@ -347,7 +339,9 @@ Recorded SkinProgram::record_press(VkCommandBuffer commands, Binding binding, co
     if (!impl.ascend(pads)) return {"pads: the numbers do not ascend from 0 on below the count of pads"};
     if (steps != 1 && steps != count) return {"steps: neither one nor as many as pads"};
     return impl.record(commands, binding,
-                       {{.ids = pads.all ? nullptr : pads.numbers, .count = count}, {.dt = dt, .each = steps != 1}},
+                       {{.ids = pads.all ? nullptr : pads.numbers, .count = count},
+                        {.dt = dt, .each = steps != 1},
+                        answers == Answers::all},
                        stamps);
 }
 

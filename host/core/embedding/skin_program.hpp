@@ -12,7 +12,10 @@ SkinProgram program_of(Context&, const plan::StreamedSkin&, uint32_t max_binding
 // Makes the check; memory().check is then what it needs.
 void make_check(SkinProgram&);
 // Records a press into the library's own command buffer, which is submitted whenever DeviceTable::most_work is reached.
-Recorded record_press(const SkinProgram&, Recording&, Binding, const plan::PadList&, const plan::StepLengths&);
+Recorded record_press(const SkinProgram&, Recording&, Binding, const plan::PadList&, const plan::StepLengths&,
+                      bool answers);
+// The most work (see DeviceTable::most_work) of a press of one pad.
+double work_of_press(const SkinProgram&);
 // Gives pads of a program other elements, which have been checked.
 void set_elements(SkinProgram&, const plan::PadList&, const std::vector<plan::Element>&);
 

@@ -28,7 +28,7 @@ class Stream {
     }
     // Steps the same pads. Pressures run linearly from the pressures of the previous press to the pressures that were
     // taken. Returns null. If a coefficient of a step does not fit a float, it changes nothing and returns a pointer to
-    // that step. answers: otherwise responses need not be computed, because other presses follow.
+    // that step. answers: otherwise others follow; its responses need not be computed, and it may wait for them.
     virtual const double* press(const PadList&, const StepLengths&, bool answers = true) = 0;
     // Whether all numbers are finite.
     virtual bool finite(const float* numbers, size_t count) { return all_finite(numbers, count); }

@@ -51,15 +51,12 @@ Context::Context(std::shared_ptr<const Instance> instance, const PhysicalDevice&
         pool.flags = VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT;
         pool.queueFamilyIndex = physical_.family;
         check_made(vk.vkCreateCommandPool(device, &pool, nullptr, &pool_), "vkCreateCommandPool", pool_);
-        const VkFenceCreateInfo fence{VK_STRUCTURE_TYPE_FENCE_CREATE_INFO, nullptr, 0};
-        check_made(vk.vkCreateFence(device, &fence, nullptr, &fence_), "vkCreateFence", fence_);
         const VkPipelineCacheCreateInfo cache{VK_STRUCTURE_TYPE_PIPELINE_CACHE_CREATE_INFO};
         check_made(vk.vkCreatePipelineCache(device, &cache, nullptr, &device_.cache), "vkCreatePipelineCache",
                    device_.cache);
         pipelines_ = std::make_unique<Pipelines>(device_);
     } catch (...) {
         vk.vkDestroyPipelineCache(device, device_.cache, nullptr);
-        vk.vkDestroyFence(device, fence_, nullptr);
         vk.vkDestroyCommandPool(device, pool_, nullptr);
         vk.vkDestroyDevice(device, nullptr);
         throw;
@@ -76,7 +73,6 @@ Context::~Context() {
     }
     pipelines_.reset();
     vk.vkDestroyPipelineCache(device, device_.cache, nullptr);
-    vk.vkDestroyFence(device, fence_, nullptr);
     vk.vkDestroyCommandPool(device, pool_, nullptr);
     vk.vkDestroyDevice(device, nullptr);
 }
@@ -127,23 +123,25 @@ void Context::check_submitted(VkResult result, const char* call) {
     check(result, call);
 }
 
-void Context::submit(VkCommandBuffer commands) {
+void Context::submit(VkCommandBuffer commands, VkFence fence) {
     VkSubmitInfo info{VK_STRUCTURE_TYPE_SUBMIT_INFO};
     info.commandBufferCount = 1;
     info.pCommandBuffers = &commands;
-    const VkResult submitted = device_.calls.vkQueueSubmit(queue_, 1, &info, fence_);
+    const VkResult submitted = device_.calls.vkQueueSubmit(queue_, 1, &info, fence);
     // Only the two errors of memory promise that nothing was submitted.
     const bool nothing = submitted == VK_ERROR_OUT_OF_HOST_MEMORY || submitted == VK_ERROR_OUT_OF_DEVICE_MEMORY;
     if (nothing) check(submitted, "vkQueueSubmit");
     check_submitted(submitted, "vkQueueSubmit");
+}
+
+void Context::wait(VkFence fence) {
     // A driver that answers is at work, and says itself when its device is lost. A clock could not tell: it goes on
     // while a process is stopped, and jumps when it is set.
     VkResult waited = VK_TIMEOUT;
-    while (waited == VK_TIMEOUT)
-        waited = device_.calls.vkWaitForFences(device_.device, 1, &fence_, VK_TRUE, UINT64_MAX);
+    while (waited == VK_TIMEOUT) waited = device_.calls.vkWaitForFences(device_.device, 1, &fence, VK_TRUE, UINT64_MAX);
     check_submitted(waited, "vkWaitForFences");
     // A fence that stays signalled would end the next wait before its submission.
-    check_submitted(device_.calls.vkResetFences(device_.device, 1, &fence_), "vkResetFences");
+    check_submitted(device_.calls.vkResetFences(device_.device, 1, &fence), "vkResetFences");
 }
 
 void Context::barrier(VkCommandBuffer commands) const {

@@ -53,9 +53,11 @@ class Context {
     uint32_t memory_type(uint32_t allowed, Buffer::Location) const;
 
     VkCommandPool pool() const { return pool_; } // command buffers: see Recording
-    // Submits a command buffer that is ended, and waits until the driver says that it is done or that the device is
-    // lost. Throws Error::device naming the call that failed.
-    void submit(VkCommandBuffer);
+    // Submits a command buffer that is ended; the fence tells when it and all that was submitted before are done.
+    // wait() waits until the driver says so or that the device is lost, and resets the fence. Both throw Error::device
+    // naming the call that failed.
+    void submit(VkCommandBuffer, VkFence);
+    void wait(VkFence);
     // Everything recorded before is finished and visible to everything recorded after, and to the host.
     void barrier(VkCommandBuffer) const;
     // True for ever once a submission, or the wait for it, has failed in any way. The driver may then still use every
@@ -78,7 +80,6 @@ class Context {
     std::map<std::vector<uint32_t>, bool> exact_variants_;
     VkQueue queue_ = VK_NULL_HANDLE;
     VkCommandPool pool_ = VK_NULL_HANDLE;
-    VkFence fence_ = VK_NULL_HANDLE;
     Loss lost_;
 };
 

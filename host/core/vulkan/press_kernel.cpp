@@ -88,6 +88,4 @@ void PressKernel::record(VkCommandBuffer commands, size_t binding, const f32::Co
     }
 }
 
-double PressKernel::work_of_window() const { return work_of(windows_.front()); }
-
 } // namespace dermis::vulkan

@@ -25,7 +25,7 @@ class PressKernel {
     // pads: the number of pads to press. own: the library's recording of this command buffer, to which the work of each
     // window is added; null where the command buffer is a host's.
     void record(VkCommandBuffer, size_t binding, const f32::Constants&, uint32_t pads, Recording* own) const;
-    double work_of_window() const; // the most, of one pad
+    double work_of_pad() const { return work_of(windows_.front()) * double(windows_.size()); } // the most
     const std::vector<RowWindow>& windows() const { return windows_; }
 
   private:

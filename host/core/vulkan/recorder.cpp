@@ -242,7 +242,7 @@ bool Recorder::fill(PressTable& table, const Press& press) const noexcept {
 }
 
 double Recorder::work_of_pad() const {
-    return sites_ ? sites_->work_of_window() : (alike_ ? alike_ : fields_)->work_of_window();
+    return sites_ ? sites_->work_of_pad() : (alike_ ? alike_ : fields_)->work_of_pad();
 }
 
 void Recorder::record(VkCommandBuffer commands, size_t binding, const Press& press, PressTable& table,
@@ -262,7 +262,8 @@ void Recorder::record(VkCommandBuffer commands, size_t binding, const Press& pre
                 else if (first == 0) update_tables(commands, binding, press, {0, 1}, table);
             });
         if (count == 0) return;
-        const f32::Constants c = plan::frame_constants(streamed_.skin, table.coefficients.front());
+        f32::Constants c = plan::frame_constants(streamed_.skin, table.coefficients.front());
+        c.respond = press.answers;
         const uint32_t pads = uint32_t(slots.last - slots.first);
         if (sites_) sites_->record(commands, binding, c, pads, own);
         else (batch && from_constants ? alike_ : fields_)->record(commands, binding, c, pads, own);

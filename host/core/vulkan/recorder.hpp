@@ -35,12 +35,14 @@ class Recorder {
     struct Press {
         plan::PadList pads; // their numbers ascend
         plan::StepLengths dt;
+        bool answers = true; // whether responses are computed
     };
     // Fills the table for a press. Returns false where a coefficient is beyond float.
     bool fill(PressTable&, const Press&) const noexcept;
     // Records a press. The table has been filled for it. In a batch this also copies the states and pressures of pads
     // that are not pressed. own: see PressKernel::record(); if it is null, nothing is thrown.
     void record(VkCommandBuffer, size_t binding, const Press&, PressTable&, Recording* own = nullptr) const;
+    double work_of_pad() const; // the most, in one press
     // Gives pads other elements, the same number as before.
     void set_elements(const plan::PadList&, const std::vector<plan::Element>&);
 
@@ -72,7 +74,6 @@ class Recorder {
     void copy_others(VkCommandBuffer, size_t binding, const plan::PadList&) const;
     void fill_needs();
     void check_limits() const;
-    double work_of_pad() const; // in one dispatch
     // Calls `update` between the barriers that keep it apart from earlier and later presses.
     template <class F> void between_presses(VkCommandBuffer, F update) const;
 

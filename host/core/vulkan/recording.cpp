@@ -5,11 +5,17 @@ namespace dermis::vulkan {
 
 Recording::~Recording() {
     if (!commands_ || context_.pipelines().abandoned()) return;
+    try {
+        wait();
+    } catch (const Error&) { // the device is lost
+        return;
+    }
+    context_.calls().vkDestroyFence(context_.device(), fence_, nullptr);
     context_.calls().vkFreeCommandBuffers(context_.device(), context_.pool(), 1, &commands_);
 }
 
 VkCommandBuffer Recording::begin() {
-    context_.need_working();
+    wait();
     const VolkDeviceTable& vk = context_.calls();
     if (!commands_) {
         VkCommandBufferAllocateInfo buffer{VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO};
@@ -19,6 +25,8 @@ VkCommandBuffer Recording::begin() {
         check_made(vk.vkAllocateCommandBuffers(context_.device(), &buffer, &commands_), "vkAllocateCommandBuffers",
                    commands_);
     }
+    const VkFenceCreateInfo fence{VK_STRUCTURE_TYPE_FENCE_CREATE_INFO, nullptr, 0};
+    if (!fence_) check_made(vk.vkCreateFence(context_.device(), &fence, nullptr, &fence_), "vkCreateFence", fence_);
     if (open_) check(vk.vkResetCommandBuffer(commands_, 0), "vkResetCommandBuffer");
     work_ = 0;
     VkCommandBufferBeginInfo info{VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO};
@@ -42,11 +50,19 @@ void Recording::add(double work) {
     work_ += work;
 }
 
-void Recording::submit() {
-    context_.need_working();
+void Recording::start() {
+    barrier();
     check(context_.calls().vkEndCommandBuffer(commands_), "vkEndCommandBuffer");
-    context_.submit(commands_);
+    context_.submit(commands_, fence_);
     open_ = false;
+    started_ = true;
+}
+
+void Recording::wait() {
+    context_.need_working();
+    if (!started_) return;
+    context_.wait(fence_);
+    started_ = false;
 }
 
 } // namespace dermis::vulkan

@@ -11,24 +11,28 @@ namespace dermis::vulkan {
 class Recording {
   public:
     explicit Recording(Context& context) : context_(context) {}
-    ~Recording();
+    ~Recording(); // waits
     Recording(const Recording&) = delete;
     Recording& operator=(const Recording&) = delete;
 
     // These functions throw Error::device if the device is lost or a call fails; the message names the call.
-    VkCommandBuffer begin();    // ready to record; what has been recorded and not submitted is given up
+    VkCommandBuffer begin();    // waits, and is ready to record; what was recorded and not submitted is given up
     VkCommandBuffer commands(); // the same command buffer, with what has been recorded; begins where nothing has
     // Counts work that is recorded next (see DeviceTable::most_work). If it is too much for one submission, submits
     // what has been recorded so far and begins the same command buffer again.
     void add(double work);
-    void submit(); // and waits
+    void start();  // submits, with a barrier behind all, and does not wait
+    void wait();   // for what was started, if it has not been waited for
+    void submit() { start(), wait(); }
     void barrier() { context_.barrier(commands()); }
     bool empty() const { return !open_; }
 
   private:
     Context& context_;
     VkCommandBuffer commands_ = VK_NULL_HANDLE; // once something has been recorded
+    VkFence fence_ = VK_NULL_HANDLE;            // of commands_
     bool open_ = false;                         // commands_ holds commands that have not been submitted
+    bool started_ = false;                      // or ones that have not been waited for
     double work_ = 0;                           // of these commands
 };
 

@@ -112,18 +112,12 @@ void SitesKernel::record(VkCommandBuffer commands, size_t binding, const f32::Co
         s.first_cell = window.first_cell;
         s.cells = window.cells;
         s.first_site = window.first_site;
-        s.sites = window.sites;
-        const uint32_t all = groups(window.cells + window.sites, SITES_X), x = std::min(all, most_groups);
+        s.sites = constants.respond ? window.sites : 0;
+        const uint32_t all = groups(window.cells + s.sites, SITES_X), x = std::min(all, most_groups);
         if (all == 0) continue;
         if (own) own->add(work_of(window) * pads);
         kernel_.record(commands, binding * windows_.size() + i, &s, x, (all + x - 1) / x, pads);
     }
-}
-
-double SitesKernel::work_of_window() const {
-    double most = 0;
-    for (const WindowCells& window : window_cells_) most = std::max(most, work_of(window));
-    return most;
 }
 
 } // namespace dermis::vulkan

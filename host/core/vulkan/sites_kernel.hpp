@@ -19,7 +19,7 @@ class SitesKernel {
     void bind(size_t binding, const Maps&);
     // pads and own: see PressKernel::record().
     void record(VkCommandBuffer, size_t binding, const f32::Constants&, uint32_t pads, Recording* own) const;
-    double work_of_window() const; // the most, of one pad
+    double work_of_pad() const { return double(planes_) * double(needed_.cells.size()) + double(sites_.size()); }
 
     const std::vector<plan::Element>& materials() const { return needed_.materials; }
     std::vector<f32::SiteCell> cells() const;
