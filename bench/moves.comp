@@ -7,7 +7,7 @@
 #include "prelude.h"
 #include "layout.h"
 
-layout(local_size_x = PRESS_X) in;
+layout(local_size_x = PRESS_X, local_size_y = PRESS_Y) in;
 layout(push_constant) uniform Push { Constants c; };
 layout(std430, binding = PRESS_PRESSURE_FROM) readonly restrict buffer PressureFrom { vec4 pressure_from[]; };
 layout(std430, binding = PRESS_PRESSURE_TO) readonly restrict buffer PressureTo { vec4 pressure_to[]; };
@@ -22,7 +22,7 @@ layout(std430, binding = PRESS_RESPONSE(QUANTITY_FA2)) writeonly restrict buffer
 void main() {
     int x = int(gl_GlobalInvocationID.x) * PRESS_CELLS;
     int y = int(gl_GlobalInvocationID.y);
-    if (x >= c.width) return;
+    if (x >= c.width || y >= c.height) return;
     int i = (y * c.pitch + x) >> 2;
     int state = (2 * y * c.pitch + x) >> 2;
     vec4 eps = state_from[state];

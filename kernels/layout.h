@@ -8,8 +8,8 @@
 // workgroup has as many whole rows of a pad as fit. fields: one cell, FIELDS_X x 1. sites: one cell or one receptor,
 // SITES_X. reduce: one tile of TILE_CELLS columns, REDUCE_ROWS rows.
 #define PRESS_CELLS 4
-#define PRESS_X 64
-#define PRESS_Y 1
+#define PRESS_X 32
+#define PRESS_Y 4
 #define FIELDS_X 64
 #define SITES_X 64
 #define TILE_CELLS 64

@@ -20,7 +20,8 @@ std::string why_not(const VkPhysicalDeviceLimits& limits) {
     const auto lacks = [](const char* limit, uint32_t value, uint32_t needed) {
         return std::string(limit) + " = " + std::to_string(value) + "; " + std::to_string(needed) + " are needed";
     };
-    const uint32_t buffers = requirements().storage_buffers, invocations = std::max({PRESS_X, FIELDS_X, SITES_X});
+    const uint32_t buffers = requirements().storage_buffers,
+                   invocations = std::max({PRESS_X * PRESS_Y, FIELDS_X, SITES_X});
     if (limits.maxPerStageDescriptorStorageBuffers < buffers)
         return lacks("maxPerStageDescriptorStorageBuffers", limits.maxPerStageDescriptorStorageBuffers, buffers);
     if (limits.maxComputeWorkGroupInvocations < invocations)
