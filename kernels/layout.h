@@ -5,8 +5,8 @@
 // batch of pads, whose rows may be short, to PRESS_CELLS.
 #define PITCH_CELLS 16
 // What an invocation computes, and the size of a workgroup. press: PRESS_CELLS cells, PRESS_X x PRESS_Y; for pads a
-// workgroup has as many whole rows of a pad as fit. fields: one cell, FIELDS_X x 1. sites: one cell or one receptor,
-// SITES_X. reduce: one tile of TILE_CELLS columns, REDUCE_ROWS rows.
+// workgroup has as many whole pads, or whole rows of one, as fit. fields: one cell, FIELDS_X x 1. sites: one cell or one
+// receptor, SITES_X. reduce: one tile of TILE_CELLS columns, REDUCE_ROWS rows.
 #define PRESS_CELLS 4
 #define PRESS_X 32
 #define PRESS_Y 4
@@ -45,10 +45,11 @@
 #define VARIANT_ELEMENTS 6    // elements in series whose strain the state carries
 #define VARIANT_SPRING 7      // 1: one more element, a spring, whose strain the state does not carry
 #define VARIANT_STRAIN 8      // 1: the state holds the cell's strain too, the sum over elements and spring
-#define VARIANT_PADS 9        // 1: workgroups along z take the pads of a list; 2: each pad has coefficients of its own
+#define VARIANT_PADS 9        // 1: invocations along z take the pads of a list; 2: each pad has coefficients of its own
 #define VARIANT_GROUP_X 10    // size of a workgroup of press
 #define VARIANT_GROUP_Y 11
-#define VARIANT_CONSTANTS 12
+#define VARIANT_GROUP_Z 12
+#define VARIANT_CONSTANTS 13
 
 #define PRESS_PRESSURE_FROM 0
 #define PRESS_PRESSURE_TO 1
@@ -128,9 +129,9 @@ struct Constants {
 };
 
 // An entry of the list of pads, which stands before the table of coefficients: the pad's number, and the index of its
-// first coefficients, counted in Coefficients from the beginning of the list.
+// first coefficients, counted in Coefficients from the beginning of the list. For press the list ends with a workgroup.
 struct PadEntry {
-    int pad;
+    int pad; // -1: none
     int table;
 };
 

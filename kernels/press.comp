@@ -14,7 +14,7 @@
 #include "cells.glsl"
 #include "maps.glsl"
 
-layout(local_size_x_id = VARIANT_GROUP_X, local_size_y_id = VARIANT_GROUP_Y) in;
+layout(local_size_x_id = VARIANT_GROUP_X, local_size_y_id = VARIANT_GROUP_Y, local_size_z_id = VARIANT_GROUP_Z) in;
 layout(push_constant) uniform Push { Constants c; };
 // Each map has pitch/4 vec4s per bound row, a state PLANES times as many. The last cells of a row may be padding. Pads
 // stand one after another in pressures, states and responses; rest curvature and materials are the same for all.
@@ -178,7 +178,8 @@ void main() {
     int y = int(gl_GlobalInvocationID.y) + c.first_row;
     if (x >= c.width || y >= c.height) return;
     if (PADS != 0) {
-        PadEntry pad = pads[gl_WorkGroupID.z];
+        PadEntry pad = pads[gl_GlobalInvocationID.z];
+        if (pad.pad < 0) return;
         pad_start = pad.pad * c.height * c.pitch;
         pad_table = pad.table;
     }

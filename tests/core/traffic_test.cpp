@@ -201,3 +201,54 @@ TEST_CASE("frames whose submission fails leave the skin as it was") {
     for (int i = 0; i < 3; ++i) right.press(frame(d, i), 0.1);
     for (Quantity q : all_responses) CHECK(floats(skin.response(q)) == floats(right.response(q)));
 }
+
+TEST_CASE("small pads share workgroups of up to 128 invocations of four cells, and any number of them is pressed") {
+    struct Case {
+        int width, height, pads;
+        uint64_t groups; // of a press of all pads
+    };
+    for (const bool own : {false, true})
+        for (const Case& c : {Case{4, 4, 4096, 128},
+                              {8, 8, 4096, 512},
+                              {16, 16, 64, 32},
+                              {20, 25, 64, 64},
+                              {64, 64, 9, 72},
+                              {1, 1, 70, 2},
+                              {3, 2, 70000, 1094}}) {
+            if (own && c.pads > 4096) continue;
+            CAPTURE(c.width);
+            CAPTURE(own);
+            const Device device = open_device("0", shimmed()); // whatever it can
+            const SkinDescription d = small_scene(c.width, c.height);
+            SkinOptions options = of_pads(c.pads);
+            options.responses = {Quantity::sa1, Quantity::fa2};
+            for (int i = 0; own && i < c.pads; ++i)
+                options.materials.push_back({.modulus = 1 + 0.1 * (i % 9), .viscosity = 0.5});
+            Skin skin(device, d, options), right(Device::cpu(1), d, options);
+            std::vector<float> pressures(size_t(c.width) * size_t(c.height) * size_t(c.pads));
+            for (int n = 1; n <= 2; ++n) {
+                for (size_t i = 0; i < pressures.size(); ++i) pressures[i] = float(1 + (i * size_t(n)) % 17);
+                const std::vector<uint64_t> groups = submissions_of([&] { skin.press(pressures, 0.01); });
+                CHECK(std::accumulate(groups.begin(), groups.end(), uint64_t(0)) == c.groups);
+                right.press(pressures, 0.01);
+            }
+            std::vector<int> some;
+            for (int i = 0; i < c.pads; i += 3) some.push_back(i);
+            pressures.resize(some.size() * size_t(c.width) * size_t(c.height));
+            for (Skin* s : {&skin, &right}) s->press(pressures, 0.02, some);
+            for (Quantity q : options.responses) CHECK(floats(skin.response(q)) == floats(right.response(q)));
+            CHECK(state_of(skin) == state_of(right));
+        }
+}
+
+TEST_CASE("more pads than a device takes workgroups along an axis are pressed in several dispatches") {
+    const Device device = open_device("0", shimmed());
+    SkinDescription d = small_scene(2, 2);
+    d.sites = {{Quantity::fa1, {1, 0}}};
+    const int pads = 70000;
+    Skin skin(device, d, of_pads(pads)), right(Device::cpu(1), d, of_pads(pads));
+    std::vector<float> pressures(size_t(pads) * 4);
+    for (size_t i = 0; i < pressures.size(); ++i) pressures[i] = float(1 + i % 17);
+    for (Skin* s : {&skin, &right}) s->press(pressures, 0.01);
+    CHECK(floats(skin.response(Quantity::fa1)) == floats(right.response(Quantity::fa1)));
+}

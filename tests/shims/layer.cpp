@@ -48,7 +48,7 @@ std::map<void*, DeviceBelow> devices;
 Memory memories;
 std::map<VkShaderModule, bool> variable_groups;
 // The sizes that a program has asked for where the layer has made a workgroup another one.
-std::map<VkPipeline, uint32_t> group_of, rows_of;
+std::map<VkPipeline, uint32_t> group_of, rows_of, pads_of;
 std::map<VkCommandBuffer, VkPipeline> bound;
 
 // Instance, physical devices of it, or a device, its queues and command buffers share the first word.
@@ -295,15 +295,18 @@ VKAPI_ATTR VkResult VKAPI_CALL pipeline(VkDevice device, VkPipelineCache cache, 
     const VkSpecializationInfo& given = *info->stage.pSpecializationInfo;
     std::vector<uint32_t> values(given.dataSize / 4);
     std::memcpy(values.data(), given.pData, given.dataSize);
-    const uint32_t x = values[VARIANT_GROUP_X], y = values[VARIANT_GROUP_Y];
+    const uint32_t x = values[VARIANT_GROUP_X], y = values[VARIANT_GROUP_Y], z = values[VARIANT_GROUP_Z];
     values[VARIANT_GROUP_X] = chosen().number;
     values[VARIANT_GROUP_Y] = 1;
+    uint32_t pads = z; // as many of them as leave a workgroup with 128 invocations at most
+    while (pads > 1 && (z % pads != 0 || pads * chosen().number > 128)) --pads;
+    values[VARIANT_GROUP_Z] = pads;
     VkSpecializationInfo special = given;
     special.pData = values.data();
     VkComputePipelineCreateInfo wanted = *info;
     wanted.stage.pSpecializationInfo = &special;
     const VkResult result = create(device, cache, 1, &wanted, a, made);
-    if (result == VK_SUCCESS) group_of[*made] = x, rows_of[*made] = y;
+    if (result == VK_SUCCESS) group_of[*made] = x, rows_of[*made] = y, pads_of[*made] = z / pads;
     return result;
 }
 
@@ -326,6 +329,7 @@ VKAPI_ATTR void VKAPI_CALL dispatch(VkCommandBuffer device, uint32_t x, uint32_t
         if (group_of.count(p)) {
             x = (x * group_of[p] + chosen().number - 1) / chosen().number;
             y *= rows_of[p];
+            z *= pads_of[p];
         }
     }
     const uint32_t* most = device_of(device).limits.maxComputeWorkGroupCount;

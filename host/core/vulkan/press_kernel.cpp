@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "host/core/vulkan/press_kernel.hpp"
 
+#include <algorithm>
+
 namespace dermis::vulkan {
 
 static_assert(sizeof(f32::Constants) <= 128, "push constants: every device has 128 bytes");
@@ -9,10 +11,11 @@ namespace {
 
 bool is_batch(const plan::Variant& variant) { return variant.pads != plan::Variant::Pads::none; }
 
-std::vector<uint32_t> specialization_of(const plan::Variant& variant, int x, int y) {
+std::vector<uint32_t> specialization_of(const plan::Variant& variant, int x, int y, int z) {
     std::vector<uint32_t> constants = specialization(variant);
     constants[VARIANT_GROUP_X] = uint32_t(x);
     constants[VARIANT_GROUP_Y] = uint32_t(y);
+    constants[VARIANT_GROUP_Z] = uint32_t(z);
     return constants;
 }
 
@@ -35,16 +38,16 @@ PressKernel::PressKernel(Pipelines& pipelines, const plan::PreparedSkin& skin, c
       kernel_(pipelines, press_module_for(pipelines.device()),
               {.bindings = PRESS_BINDINGS,
                .constants_bytes = sizeof(f32::Constants),
-               .specialization = specialization_of(variant, group_.x, group_.y),
+               .specialization = specialization_of(variant, group_.x, group_.y, group_.z),
                .max_sets = max_bindings * uint32_t(windows_.size())}) {}
 
-// A workgroup takes as many rows of a pad as fill it, shared evenly among the workgroups of the pad.
+// A workgroup takes as many rows of a pad as fill it, shared evenly among the workgroups of the pad; or several pads.
 PressKernel::Group PressKernel::group_of(const plan::PreparedSkin& skin, const plan::Variant& variant) {
-    if (!is_batch(variant)) return {.x = PRESS_X, .y = PRESS_Y};
-    constexpr int all = 128; // invocations that every device allows
+    if (!is_batch(variant)) return {.x = PRESS_X, .y = PRESS_Y, .z = 1};
+    constexpr int all = 128, deep = 64; // invocations that every device allows, in all and along z
     const int x = std::min((skin.width() + PRESS_CELLS - 1) / PRESS_CELLS, all), most = std::max(all / x, 1),
-              count = (skin.height() + most - 1) / most;
-    return {.x = x, .y = (skin.height() + count - 1) / count};
+              count = (skin.height() + most - 1) / most, y = (skin.height() + count - 1) / count;
+    return {.x = x, .y = y, .z = count > 1 ? 1 : std::clamp(all / (x * y), 1, deep)};
 }
 
 void PressKernel::bind(size_t binding, const Maps& m) {
@@ -84,7 +87,7 @@ void PressKernel::record(VkCommandBuffer commands, size_t binding, const f32::Co
         if (window.rows() == 0) continue; // Vulkan allows a dispatch of 0 groups, but some layers do not.
         if (own) own->add(work_of(window) * pads);
         kernel_.record(commands, binding * windows_.size() + i, &c, groups(columns_, PRESS_CELLS * group_.x),
-                       groups(window.rows(), group_.y), pads);
+                       groups(window.rows(), group_.y), groups(int(pads), group_.z));
     }
 }
 

@@ -22,15 +22,17 @@ class PressKernel {
     PressKernel(Pipelines&, const plan::PreparedSkin&, const plan::Variant&, const plan::PressedBox&,
                 uint32_t max_bindings);
     void bind(size_t binding, const Maps&);
-    // pads: the number of pads to press. own: the library's recording of this command buffer, to which the work of each
-    // window is added; null where the command buffer is a host's.
+    size_t pads_of_group() const { return size_t(group_.z); }
+    // pads: the number of pads to press; their list is filled up to whole workgroups with entries of no pad. own: the
+    // library's recording of this command buffer, to which the work of each window is added; null where the command
+    // buffer is a host's.
     void record(VkCommandBuffer, size_t binding, const f32::Constants&, uint32_t pads, Recording* own) const;
     double work_of_pad() const { return work_of(windows_.front()) * double(windows_.size()); } // the most
     const std::vector<RowWindow>& windows() const { return windows_; }
 
   private:
     struct Group { // size of a workgroup
-        int x, y;
+        int x, y, z;
     };
     static Group group_of(const plan::PreparedSkin&, const plan::Variant&);
     double work_of(const RowWindow& window) const {

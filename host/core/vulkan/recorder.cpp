@@ -74,8 +74,6 @@ void Recorder::check_limits() const {
                "maxStorageBufferRange", most);
     if (streamed_.pads > 1) {
         const std::string pads = std::to_string(streamed_.pads) + " pads";
-        if (uint32_t(streamed_.pads) > device_.limits.maxComputeWorkGroupCount[2])
-            refuse("count", pads, "maxComputeWorkGroupCount[2]", device_.limits.maxComputeWorkGroupCount[2]);
         for (VkDeviceSize bytes : {table_.bytes, needs_.state.bytes, needs_.pressure.bytes, needs_.response.bytes})
             if (bytes > most)
                 refuse("count", pads + " need " + std::to_string(bytes) + " bytes", "maxStorageBufferRange", most);
@@ -155,7 +153,7 @@ template <class F> void Recorder::between_presses(VkCommandBuffer commands, F up
 
 size_t Recorder::behind_list() const {
     if (streamed_.pads == 1) return 0;
-    const size_t bytes = size_t(streamed_.pads) * sizeof(f32::PadEntry);
+    const size_t bytes = (size_t(streamed_.pads) + pads_of_group() - 1) * sizeof(f32::PadEntry);
     return (bytes + sizeof(f32::Coefficients) - 1) / sizeof(f32::Coefficients);
 }
 
@@ -190,13 +188,14 @@ void Recorder::update(VkCommandBuffer commands, size_t binding, size_t offset, c
 }
 
 void Recorder::update_list(VkCommandBuffer commands, size_t binding, const Press& press, const Slots& slots) const {
-    const size_t length = pads_alike(press) ? 0 : table_length(), tables = behind_list();
+    const size_t length = pads_alike(press) ? 0 : table_length(), tables = behind_list(), group = pads_of_group(),
+                 count = (slots.last - slots.first + group - 1) / group * group;
     std::array<f32::PadEntry, PressTable::update_bytes / sizeof(f32::PadEntry)> entries;
-    for (size_t i = slots.first, n = 0; i < slots.last; ++i) {
-        const size_t place = i - slots.first;
-        entries[n].pad = press.pads[i];
+    for (size_t place = 0, n = 0; place < count; ++place) {
+        const size_t i = slots.first + place;
+        entries[n].pad = i < slots.last ? press.pads[i] : -1;
         entries[n++].table = int(tables + place * length);
-        if (n < entries.size() && i + 1 < slots.last) continue;
+        if (n < entries.size() && place + 1 < count) continue;
         update(commands, binding, (place + 1 - n) * sizeof(f32::PadEntry), entries.data(), n * sizeof(f32::PadEntry));
         n = 0;
     }
@@ -241,16 +240,13 @@ bool Recorder::fill(PressTable& table, const Press& press) const noexcept {
     return floats;
 }
 
-double Recorder::work_of_pad() const {
-    return sites_ ? sites_->work_of_pad() : (alike_ ? alike_ : fields_)->work_of_pad();
-}
-
 void Recorder::record(VkCommandBuffer commands, size_t binding, const Press& press, PressTable& table,
                       Recording* own) const {
     const DefaultFloats guard;
     const size_t count = press.pads.count;
     const bool batch = streamed_.pads > 1, from_constants = batch ? alike_ && pads_alike(press) : !writes_constants();
-    const size_t most = size_t(std::clamp(device_.most_work / work_of_pad(), 1.0, double(streamed_.pads)));
+    const double most_pads = double(device_.limits.maxComputeWorkGroupCount[2]) * double(pads_of_group());
+    const size_t most = size_t(std::clamp(device_.most_work / work_of_pad(), 1.0, most_pads));
     for (size_t first = 0; first == 0 || first < count; first += most) {
         const Slots slots{first, std::min(first + most, count)};
         if (writes_constants())

@@ -42,7 +42,8 @@ class Recorder {
     // Records a press. The table has been filled for it. In a batch this also copies the states and pressures of pads
     // that are not pressed. own: see PressKernel::record(); if it is null, nothing is thrown.
     void record(VkCommandBuffer, size_t binding, const Press&, PressTable&, Recording* own = nullptr) const;
-    double work_of_pad() const; // the most, in one press
+    // The most work of a pad's press.
+    double work_of_pad() const { return sites_ ? sites_->work_of_pad() : fields_->work_of_pad(); }
     // Gives pads other elements, the same number as before.
     void set_elements(const plan::PadList&, const std::vector<plan::Element>&);
 
@@ -56,6 +57,7 @@ class Recorder {
     size_t table_length() const {
         return streamed_.elements_of_pad.empty() ? materials_.size() : streamed_.skin.chain.length;
     }
+    size_t pads_of_group() const { return fields_ ? fields_->pads_of_group() : 1; } // of a workgroup
     // The index of the first coefficients behind a list of all pads, counted in Coefficients.
     size_t behind_list() const;
     bool pads_alike(const Press& press) const { return streamed_.elements_of_pad.empty() && !press.dt.each; }
