@@ -156,7 +156,7 @@ const double* SkinRunner::press(const plan::PadList& all, const plan::StepLength
         vk.vkCmdCopyBuffer(commands, upload_.handle(), pressure_[1 - from_].handle(), 1, &in);
     });
     recording_.barrier();
-    const plan::StepLengths steps{.dt = steps_.data(), .each = dt.each};
+    const plan::StepLengths steps{.dt = steps_.data(), .each = dt.each, .before = dt.before, .bent = dt.bent};
     if (!record_press(program_, recording_, bindings_[from_], pads, steps)) return &dt[0]; // begin() drops it
     recording_.barrier();
     if (answers) {

@@ -51,6 +51,7 @@ std::vector<uint32_t> specialization(const plan::Variant& variant) {
     constants[VARIANT_PADS] = uint32_t(variant.pads);
     constants[VARIANT_GROUP_X] = PRESS_X;
     constants[VARIANT_GROUP_Y] = PRESS_Y;
+    constants[VARIANT_HOLD] = variant.bent;
     return constants;
 }
 
