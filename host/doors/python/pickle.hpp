@@ -46,7 +46,8 @@ DERMIS_MEMBERS(Relaxation, moduli, times, equilibrium)
 DERMIS_MEMBERS(Fit, elements, errors, residual, model, undetermined)
 DERMIS_MEMBERS(Candidate, model, precision, device, steps, dispatches, bytes, traffic, flops, seconds, error, refused,
                reduced)
-DERMIS_MEMBERS(Explanation, candidates, chosen, estimate, curvature, retardation_times, tolerance, binding)
+DERMIS_MEMBERS(Explanation, candidates, chosen, estimate, curvature, retardation_times, strain_between, fa1_between,
+               tolerance, binding)
 DERMIS_MEMBERS(contact::Contact, x, y, force, radius, area)
 DERMIS_MEMBERS(contact::WorldContact, position, force, radius, area, direction)
 DERMIS_MEMBERS(contact::Pose, position, rotation)
