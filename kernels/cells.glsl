@@ -10,15 +10,20 @@ layout(constant_id = VARIANT_ELEMENTS) const int ELEMENTS = 1;
 layout(constant_id = VARIANT_SPRING) const int SPRING = 0;
 layout(constant_id = VARIANT_STRAIN) const int STRAIN = 0;
 layout(constant_id = VARIANT_PADS) const int PADS = 0;
-// Planes of a cell's state: their number; of sum s, the strain of element s or the integral; of the spring's rate.
-#define PLANES STATE_PLANES(ELEMENTS, COMPENSATED, STRAIN, INTEGRATED, CARRIES_RATE)
+layout(constant_id = VARIANT_HOLD) const int HOLD = 0;
+// Planes of a cell's state: their number; of sum s, the strain of element s or the integral; of the spring's rate; of the
+// frame before.
+#define PLANES STATE_PLANES(ELEMENTS, COMPENSATED, STRAIN, INTEGRATED, CARRIES_RATE, HOLD)
 #define SUM_PLANE(s) STATE_SUM(s, COMPENSATED, STRAIN)
 #define RATE STATE_RATE(ELEMENTS, COMPENSATED, STRAIN, INTEGRATED)
+#define PREVIOUS STATE_PREVIOUS(ELEMENTS, COMPENSATED, STRAIN, INTEGRATED, CARRIES_RATE)
 #define INTEGRATED ((RESPONSES >> (QUANTITY_SA2 - 1)) & 1)
 #define CARRIES_RATE (SPRING & FRAMES & (RESPONSES >> (QUANTITY_FA2 - 1)))
 
 // Whether the coefficients are in a table. Otherwise the constants hold the coefficients of the only element.
-bool tabled() { return ELEMENTS + SPRING + MATERIALS + PADS / 2 > 1; }
+bool tabled() { return ELEMENTS + SPRING + MATERIALS + PADS / 2 + HOLD > 1; }
+// The index, in a table, of the first Coefficients of the element with this index.
+#define IN_TABLE(element) ((1 + HOLD) * (element))
 
 bool asked(int quantity) { return (RESPONSES & RESPONSE_BIT(quantity)) != 0; }
 

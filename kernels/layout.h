@@ -49,7 +49,8 @@
 #define VARIANT_GROUP_X 10    // size of a workgroup of press
 #define VARIANT_GROUP_Y 11
 #define VARIANT_GROUP_Z 12
-#define VARIANT_CONSTANTS 13
+#define VARIANT_HOLD 13 // 1: the pressure bends from frame to frame, and the table has two Coefficients for each element
+#define VARIANT_CONSTANTS 14
 
 #define PRESS_PRESSURE_FROM 0
 #define PRESS_PRESSURE_TO 1
@@ -64,12 +65,15 @@
 
 // A state interleaves its planes row by row, so that any window of rows is one range of memory. Its planes are the cell's
 // strain, where VARIANT_STRAIN asks for it; then the strain of each element and, if compensated, the rounding error of
-// that sum; where SA2 is asked for, the same follow for the integral of the cell's strain; last, where `rate` says so, the
-// rate of a spring (kernels/step.h: spring_rate).
+// that sum; where SA2 is asked for, the same follow for the integral of the cell's strain; then, where `rate` says so, the
+// rate of a spring (kernels/step.h: spring_rate); last, where VARIANT_HOLD asks for it, the pressure of the frame before
+// the one that the next step starts from.
 #define STATE_SUM(s, compensated, strain) ((strain) + (s) * (1 + (compensated)))
 #define STATE_RATE(elements, compensated, strain, integral) STATE_SUM((elements) + (integral), compensated, strain)
-#define STATE_PLANES(elements, compensated, strain, integral, rate) \
+#define STATE_PREVIOUS(elements, compensated, strain, integral, rate) \
     (STATE_RATE(elements, compensated, strain, integral) + (rate))
+#define STATE_PLANES(elements, compensated, strain, integral, rate, previous) \
+    (STATE_PREVIOUS(elements, compensated, strain, integral, rate) + (previous))
 // Windows of rows begin at a multiple of WINDOW_ROWS, where each map has an offset that every device can bind.
 #define WINDOW_ROWS 4
 
@@ -106,6 +110,8 @@
 // elements. What the load adds to integral, rate and acceleration of all elements is added up on the host, in i1, i2,
 // v1, a1 and a2 of the first element; b and f stay with each element. With frames, a spring's rate at the step's end is
 // v0*rate + v1*ds, and its eps'' is a1 times the change of that rate.
+// Under parabolic hold each element has a second Coefficients, of which only f, i2, v1 and a1 are used: they multiply
+// what the pressure changed by over the step before, and add to f*ds, i2*ds, v1*ds and a1*ds.
 #define COEFFICIENTS(each) \
     each(E) each(b) each(f) each(i0) each(i1) each(i2) each(leak) each(v0) each(v1) each(a0) each(a1) each(a2)
 #define SCALAR_MEMBER(name) scalar name;

@@ -59,10 +59,13 @@ LaneCoefficients coefficients_of(ivec4 materials) {
     return lanes_of_four(table[materials.x], table[materials.y], table[materials.z], table[materials.w]);
 }
 
-// The coefficients of the elements e of cells with these materials.
+// The coefficients of the elements e of cells with these materials: the first ones, or the `second`.
+LaneCoefficients tabled_with(ivec4 materials, int e, int second) {
+    int at = pad_table + IN_TABLE(e) + second;
+    return MATERIALS == 0 ? lanes_of(table[at]) : coefficients_of(IN_TABLE(materials) + at);
+}
 LaneCoefficients element_with(ivec4 materials, int e) {
-    if (!tabled()) return lanes_of(c.coefficients);
-    return MATERIALS == 0 ? lanes_of(table[pad_table + e]) : coefficients_of(materials + (pad_table + e));
+    return tabled() ? tabled_with(materials, e, 0) : lanes_of(c.coefficients);
 }
 
 ivec4 materials_at(int i) { return MATERIALS == 0 ? ivec4(0) : material[of_all_pads(i)]; }
@@ -83,6 +86,7 @@ Cell cell_at(int x, int y, bool kept) {
     return Cell(in_state(start, x), materials_at(in_map(start, x)), kept);
 }
 LaneCoefficients element_of(Cell cell, int e) { return element_with(cell.materials, e); }
+LaneCoefficients past_of(Cell cell, int e) { return tabled_with(cell.materials, e, 1); }
 real number_from(Cell cell, int plane) { return FOUR(state_from, cell.state + plane * NEXT_PLANE); }
 void store_number(Cell cell, int plane, real x) {
     if (cell.kept) state_to[cell.state + plane * NEXT_PLANE] = x;
@@ -110,13 +114,17 @@ vec4 strains_beside(int x, int y, int cells) {
     if (MATERIALS != 0)
         materials = ivec4(material_cells[start - pad_start + low], material_cells[start - pad_start + high],
                           material_cells[start - pad_start + far_low], material_cells[start - pad_start + far_high]);
+    if (HOLD != 0) load.past = change_before(BESIDE(state_from, state + PREVIOUS * c.pitch), load);
     vec4 eps = vec4(0.0);
     for (int e = 0; e < ELEMENTS; ++e) {
         int plane = state + SUM_PLANE(e) * c.pitch;
         Sum strain = sum_of(BESIDE(state_from, plane), vec4(0.0));
         if (COMPENSATED != 0) strain.lost = BESIDE(state_from, plane + c.pitch);
-        vec4 after = advanced_strain(strain, load, element_with(materials, e), COMPENSATED).value;
-        eps = e == 0 ? after : in_series(eps, after);
+        LaneCoefficients k = element_with(materials, e);
+        Sum after = advanced_strain(strain, load, k, COMPENSATED);
+        if (HOLD != 0)
+            after = advanced_strain_with_past(strain, load, k, tabled_with(materials, e, 1), COMPENSATED);
+        eps = e == 0 ? after.value : in_series(eps, after.value);
     }
     if (SPRING != 0) eps = in_series(eps, spring_strain(load, element_with(materials, ELEMENTS)));
     return eps;

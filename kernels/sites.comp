@@ -43,10 +43,11 @@ struct Cell {
     int rank;
     bool kept;
 };
-LaneCoefficients element_of(Cell cell, int e) {
-    if (!tabled()) return lanes_of(s.c.coefficients);
-    return lanes_of(table[pad_table + (MATERIALS == 0 ? 0 : cells[cell.rank].material) + e]);
+LaneCoefficients tabled_of(Cell cell, int e, int second) {
+    return lanes_of(table[pad_table + IN_TABLE((MATERIALS == 0 ? 0 : cells[cell.rank].material) + e) + second]);
 }
+LaneCoefficients element_of(Cell cell, int e) { return tabled() ? tabled_of(cell, e, 0) : lanes_of(s.c.coefficients); }
+LaneCoefficients past_of(Cell cell, int e) { return tabled_of(cell, e, 1); }
 int plane_of(Cell cell, int plane) { return (pad * s.cells + cell.rank) * PLANES + plane; }
 real number_from(Cell cell, int plane) { return state_from[plane_of(cell, plane)]; }
 void store_number(Cell cell, int plane, real x) {

@@ -18,3 +18,7 @@ void store(Cell cell, int s, Sum before, Sum after) {
 
 real rate_from(Cell cell) { return number_from(cell, RATE); }
 void store_rate(Cell cell, real rate) { store_number(cell, RATE, rate); }
+
+bool has_past(Cell cell) { return HOLD != 0; }
+real previous_from(Cell cell) { return number_from(cell, PREVIOUS); }
+void store_previous(Cell cell, real p) { store_number(cell, PREVIOUS, p); }

@@ -17,9 +17,10 @@ inline LaneCoefficients lanes_of(Coefficients k) {
     return lanes;
 }
 
-// Pressure over a step: s0 after a jump of sj at its start, s0 + ds at its end.
+// Pressure over a step: s0 after a jump of sj at its start, s0 + ds at its end. past: what the pressure changed by over
+// the step before, which bends it between the two under parabolic hold.
 struct Load {
-    real s0, ds, sj;
+    real s0, ds, sj, past;
 };
 
 inline Load load(real s0, real ds, real sj) {
@@ -27,7 +28,14 @@ inline Load load(real s0, real ds, real sj) {
     s.s0 = s0;
     s.ds = ds;
     s.sj = sj;
+    s.past = real(0.0);
     return s;
+}
+
+// What the pressure changed by over the step before, from `earlier` on.
+inline real change_before(real earlier, Load s) {
+    precise real change = s.s0 - earlier;
+    return change;
 }
 
 // The load of a pressure p of the map under an envelope.
@@ -51,6 +59,13 @@ inline Load load_between(real p, real q, Constants c) {
 inline real excess_stress(real eps, Load s, LaneCoefficients k) {
     precise real r = s.s0 - k.E * eps;
     return r;
+}
+
+// A load's contribution x with what the step before adds to it. factor: a member of the second Coefficients of an
+// element.
+inline real with_past(real x, real factor, Load s) {
+    precise real sum = x + factor * s.past;
+    return sum;
 }
 
 // The increment of an element's strain over a step.
@@ -102,9 +117,14 @@ inline Sum advanced_sum(Sum sum, real step, int compensated) {
     return added(sum, step);
 }
 
-// The strain of an element, and the integral of the cell's strain, at the step's end. gained: see integral_gained().
+// The strain of an element at the step's end; the same with what the step before adds; and the integral of the cell's
+// strain. gained: see integral_gained().
 inline Sum advanced_strain(Sum strain, Load s, LaneCoefficients k, int compensated) {
     return advanced_sum(strain, strain_step(strain.value, s, k), compensated);
+}
+
+inline Sum advanced_strain_with_past(Sum strain, Load s, LaneCoefficients k, LaneCoefficients past, int compensated) {
+    return advanced_sum(strain, with_past(strain_step(strain.value, s, k), past.f, s), compensated);
 }
 
 inline Sum advanced_integral(Sum integral, real gained, LaneCoefficients k, int compensated) {
@@ -139,6 +159,14 @@ inline Motion motion_of(real before, real after, Load s, LaneCoefficients k) {
     return m;
 }
 
+// The motion m of a cell's first element with what the step before adds. past: the element's second Coefficients.
+inline Motion motion_with_past(Motion m, Load s, LaneCoefficients past) {
+    m.gained = with_past(m.gained, past.i2, s);
+    m.rate = with_past(m.rate, past.v1, s);
+    m.acceleration = with_past(m.acceleration, past.a1, s);
+    return m;
+}
+
 // The strain of elements in series is a sum.
 inline real in_series(real strain, real of_next) {
     precise real sum = strain + of_next;
@@ -169,6 +197,12 @@ inline real spring_strain(Load s, LaneCoefficients k) {
 inline real spring_rate(real before, Load s, LaneCoefficients k) {
     precise real rate = k.v0 * before + k.v1 * s.ds;
     return flush(rate);
+}
+
+// The same with what the step before adds.
+inline real spring_rate_with_past(real before, Load s, LaneCoefficients k, LaneCoefficients past) {
+    precise real rate = k.v0 * before + k.v1 * s.ds;
+    return flush(with_past(rate, past.v1, s));
 }
 
 // The motion m with the mean acceleration of a spring. before, after: the spring's rate at the step's start and end.

@@ -132,6 +132,8 @@ typedef struct dermis_report {
     dermis_figure retardation_times[8]; // s: one per element in series, else the least and the greatest of all cells
     uint32_t retardation_time_count;    // 0..8
     uint32_t sign_changed;              // bits of responses with the wrong sign in some cell: 1 + l*C < 0 there
+    dermis_figure vibration;            // Hz, where frames lose a tenth of a vibration: 0.178 over the time between two
+                                        // frames; of a load known by frames. A size of 304 has no such member.
 } dermis_report;
 
 // ---- Runs.
@@ -175,12 +177,19 @@ enum {
     DERMIS_F32_COMPENSATED = 2
 };
 
+// How the pressure runs over the step from one frame to the next: along a line, or along the parabola through these two
+// frames and the frame before them. The parabola is four to seven times closer to a smooth load, and worse after a jump,
+// where it overshoots by an eighth of the jump. A first step, from rest or after a pause, is linear.
+typedef int32_t dermis_hold;
+enum { DERMIS_LINEAR = 0, DERMIS_PARABOLIC = 1 };
+
 typedef struct dermis_skin_options {
     size_t size;                // sizeof(dermis_skin_options)
     int32_t count;              // pads that are pressed together, 1..1048576; count*width*height at most 2147483647
     uint32_t responses;         // bits of sa1, sa2, fa1 and fa2; 0: all four. Ignored if the scene has sites
     dermis_precision precision; // one of the three above
     int32_t own_materials;      // 1: a material for each pad, at first the scene's, without maps; 0: one for all
+    dermis_hold hold;           // one of the two above; a size of 24 has no such member: the pressure runs linearly
 } dermis_skin_options;
 
 // The pads of a skin that a call is about: their numbers, from 0 on, in any order, each at most once. Pressures, steps

@@ -65,6 +65,12 @@ enum class Stencil { five_point, fourth_order, published };
 enum class Edges { mirror, periodic, published }; // mirror is half-sample: cell -1 is cell 0, cell -2 is cell 1
 enum class Fa2 { point, step_mean };
 
+// How a pressure that is known by frames runs over the step from one frame to the next. linear: along a line.
+// parabolic: along the parabola through these two frames and the frame before them. That is four to seven times closer
+// to a smooth load, and worse after a jump, where it overshoots by an eighth of the jump. A first step, from rest or
+// after a pause, is linear.
+enum class Hold { linear, parabolic };
+
 struct Cell {
     int x = 0, y = 0;
 };
@@ -187,5 +193,10 @@ struct Report {
     // The responses that have the wrong sign in some cell, because 1 + l*C is negative there. A Result shows this only
     // by the extremes of its traces; values below 1e-4 of the response's greatest value do not count.
     std::vector<Quantity> sign_changed;
+    // Hz: what frames lose. A line between frames that are dt seconds apart keeps sinc(f*dt)^2 of a vibration of
+    // frequency f, with sinc(x) = sin(pi*x)/(pi*x). This is the frequency at which a tenth is lost, 0.178/dt; at 0.5/dt
+    // it is six tenths, and above that the vibration appears at another frequency. Known where the load is a sequence,
+    // and of a Skin after a step longer than 0 under linear hold.
+    Figure vibration;
 };
 } // namespace dermis

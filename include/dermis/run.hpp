@@ -115,6 +115,10 @@ struct Explanation {
     // s: one for each map, where materials differ between cells and the strain is still a sum of a few maps, each times
     // a function of time; infinite where the modulus is 0. Empty otherwise.
     std::vector<double> retardation_times;
+    // What frames lose, where the load is a sequence: an estimate, no part of the errors here. The cell with the
+    // greatest pressure is stepped along lines and along parabolas between the frames (see Hold); these are the
+    // greatest differences of strain and of rate (FA1) at the frames, divided by the greatest value. NaN otherwise.
+    double strain_between_frames = std::nan(""), fa1_between_frames = std::nan("");
     double tolerance = 0;
     bool binding = false; // the tolerance is the scene's, not the default
 };

@@ -20,6 +20,9 @@ struct SkinOptions {
     // count, as numbers, not maps. Every pad must have the same number of elements, springs and dashpots. Empty: all
     // pads have the description's material.
     std::vector<Material> materials;
+    // How the pressure runs from frame to frame; a SkinProgram takes linear alone. Under parabolic hold a skin keeps one
+    // more number for each cell, the pressure of the frame before, and a step depends on the length of the one before.
+    Hold hold = Hold::linear;
 };
 
 // The pads of a Skin that a call is about: their numbers, from 0 on, in any order, each at most once. Pressures, steps
@@ -48,18 +51,19 @@ class DERMIS_API Skin {
     int count() const; // number of pads
 
     // pressure: width*height finite floats for each pad that is pressed, Pa, row 0 first; positive pressure pushes. It
-    // is copied. It is the pressure at the end of a step of dt seconds; over the step the pressure runs linearly from
-    // the pad's previous press, or from 0 on a skin at rest. Pads that are not pressed stay as they are.
-    // dt: s, >= 0, finite. dt = 0 is a pause: strain is kept, and the next step starts from this pressure; the change
-    // of pressure during the pause appears in no response. The coefficients of the step must also fit a float: about
-    // 1e-38 .. 1e19 s at viscosities near 1 Pa s.
-    // A response beyond 3.4e38 is infinite, and then NaN until reset(). Throws Error::bad_input, which names dt, the
-    // size, the pad or the first cell that is not finite, and leaves the skin unchanged; Error::device.
+    // is copied. It is the pressure at the end of a step of dt seconds; over the step the pressure runs linearly, or as
+    // SkinOptions::hold says, from the pad's previous press, or from 0 on a skin at rest. Pads that are not pressed
+    // stay as they are. dt: s, >= 0, finite. dt = 0 is a pause: strain is kept, and the next step starts from this
+    // pressure, linearly; the change of pressure during the pause appears in no response. The coefficients of the step
+    // must also fit a float: about 1e-38 .. 1e19 s at viscosities near 1 Pa s. A response beyond 3.4e38 is infinite,
+    // and then NaN until reset(). Throws Error::bad_input, which names dt, the size, the pad or the first cell that is
+    // not finite, and leaves the skin unchanged; Error::device.
     void press(const float* pressure, size_t cells, double dt, const Pads& = {});
     void press(const std::vector<float>& pressure, double dt, const Pads& pads = {}) {
         press(pressure.data(), pressure.size(), dt, pads);
     }
-    // The same, with one step for each pad that is pressed. The first such press of a batch allocates.
+    // The same, with one step for each pad that is pressed. The first such press of a batch allocates, and so does,
+    // under parabolic hold, the first press of pads whose steps before differ.
     void press(const float* pressure, size_t cells, const double* dt, size_t steps, const Pads& = {});
     void press(const std::vector<float>& pressure, const std::vector<double>& dt, const Pads& pads = {}) {
         press(pressure.data(), pressure.size(), dt.data(), dt.size(), pads);
@@ -95,12 +99,13 @@ class DERMIS_API Skin {
 
     void reset(const Pads& = {}); // back to skins at rest
 
-    // The state: strains, integrals and the pressure from which the next press starts, in native byte order. The bytes
-    // are the same on the CPU and on Vulkan. Any skin can load them that has the same grid, sites, number of elements
-    // and precision, and gives SA2 and FA2 exactly where the saved one did, into the same number of pads; its next
-    // presses then give the same bits. load() also takes states of version 2, which builds before 0.2.0 saved. Until
-    // the next press, responses stay what they were. save() and load() throw Error::bad_input, which names the first
-    // difference, and change nothing; Error::device.
+    // The state: strains, integrals and the pressure from which the next press starts, in native byte order; under
+    // parabolic hold also the pressure and the step before. The bytes are the same on the CPU and on Vulkan. Any skin
+    // can load them that has the same grid, sites, number of elements, precision and hold, and gives SA2 and FA2
+    // exactly where the saved one did, into the same number of pads; its next presses then give the same bits. load()
+    // also takes states of version 2, which builds before 0.2.0 saved. Until the next press, responses stay what they
+    // were. save() and load() throw Error::bad_input, which names the first difference, and change nothing;
+    // Error::device.
     size_t state_bytes(const Pads& = {}) const;
     void save(void* state, size_t bytes, const Pads& = {}) const;
     void load(const void* state, size_t bytes, const Pads& = {});

@@ -150,6 +150,7 @@ TEST_CASE("each pad of a batch has the bits of a skin alone, whatever its elemen
             for (int i = 0; i < sites; ++i) d.sites.push_back({all_responses[i % 4], {i * 7 % 23, i * 5 % 11}});
             if (variant >= 16 && sites == 0)
                 options.responses = {Quantity::fa1, Quantity::sa1, Quantity::sa2, Quantity::fa2};
+            if (variant >= 16) options.hold = Hold::parabolic;
             Both both(device, d, options);
             press_in_turn(both);
         }

@@ -205,13 +205,19 @@ TEST_CASE("several frames pressed at once give the bits of as many presses") {
     struct Case {
         int width, height, pads;
         bool chain, sites;
+        Hold hold = Hold::linear;
     };
     const Validated vulkan;
     for (const Case& c : {Case{20, 25, 1, false, false},
                           {20, 25, 3, true, false},
+                          {20, 25, 3, true, false, Hold::parabolic},
                           {16, 9, 3, false, true},
+                          {16, 9, 3, false, true, Hold::parabolic},
                           {416, 400, 1, false, false},
+                          {416, 400, 1, false, false, Hold::parabolic},
                           {416, 400, 1, true, false},
+                          {416, 400, 1, true, false, Hold::parabolic},
+                          {397, 401, 1, false, false, Hold::parabolic},
                           {397, 401, 1, false, false}})
         for (const Device& device : {Device::cpu(1), Device::cpu(3), vulkan.device()}) {
             CAPTURE(c.width);
@@ -221,6 +227,7 @@ TEST_CASE("several frames pressed at once give the bits of as many presses") {
             SkinDescription d = ridged(c.width, c.height);
             SkinOptions options;
             options.count = c.pads;
+            options.hold = c.hold;
             if (c.chain) {
                 d.material.modulus.reset();
                 d.material.elements = {{3, 0.05}, {2, 0.9}};
@@ -257,8 +264,11 @@ TEST_CASE("several frames pressed at once give the bits of as many presses") {
 
 TEST_CASE("the pressures of the cells that sites read give the bits of whole frames") {
     const Validated vulkan;
-    for (const auto& [width, height, sites, pads] :
-         {std::tuple{40, 30, 6, 3}, {12, 10, 30, 3}, {130, 20, 5, 1}, {397, 401, 9000, 1}})
+    for (const auto& [width, height, sites, pads, hold] : {std::tuple{40, 30, 6, 3, Hold::linear},
+                                                           {40, 30, 6, 3, Hold::parabolic},
+                                                           {12, 10, 30, 3, Hold::parabolic},
+                                                           {130, 20, 5, 1, Hold::parabolic},
+                                                           {397, 401, 9000, 1, Hold::linear}})
         for (const Device& device : {Device::cpu(1), Device::cpu(3), vulkan.device()}) {
             CAPTURE(width);
             CAPTURE(device.info().name);
@@ -267,6 +277,7 @@ TEST_CASE("the pressures of the cells that sites read give the bits of whole fra
             for (int i = 0; i < sites; ++i) d.sites.push_back({Quantity(1 + i % 4), {i * 7 % width, i * 5 % height}});
             SkinOptions options;
             options.count = pads;
+            options.hold = hold;
             Skin whole(device, d, options), listed(device, d, options);
             const std::vector<int> cells = listed.cells();
             CHECK((std::ranges::is_sorted(cells) && cells.size() < size_t(width * height)));

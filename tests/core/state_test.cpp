@@ -64,11 +64,16 @@ std::vector<SkinDescription> descriptions() {
 TEST_CASE("a state is the same bytes on CPU and Vulkan, and what either goes on from, bit for bit") {
     const Validated vulkan;
     for (const SkinDescription& d : descriptions())
-        for (Precision precision : {Precision::f32, Precision::f32_compensated}) {
+        for (auto [precision, hold] : {std::pair{Precision::f32, Hold::linear},
+                                       {Precision::f32_compensated, Hold::linear},
+                                       {Precision::f32, Hold::parabolic},
+                                       {Precision::f32_compensated, Hold::parabolic}}) {
             CAPTURE(d.material.elements.size());
             CAPTURE(d.sites.size());
+            CAPTURE(int(hold));
             SkinOptions options;
             options.precision = precision;
+            options.hold = hold;
             Skin one(Device::cpu(1), d, options), two(vulkan.device(), d, options);
             CHECK(answers(one, d, 0, 3) == answers(two, d, 0, 3));
             const Bytes state = saved(one);

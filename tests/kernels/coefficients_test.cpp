@@ -10,7 +10,7 @@ namespace {
 
 using Long = long double;
 
-// P1..P3 in 64 bits of mantissa: the power series, or where it needs too many terms the recurrence.
+// P0..P4 in 64 bits of mantissa: the power series, or where it needs too many terms the recurrence.
 Long phi_reference(int k, Long z) {
     if (z > 3) {
         Long p = std::exp(-z), one_over_factorial = 1;
@@ -80,6 +80,56 @@ TEST_CASE("modulus 0 and viscosity 0 are limits, not errors") {
     CHECK(spring.i2 == 0.0625);
     CHECK(spring.v0 == 0);
     CHECK(spring.v1 == 0.5);
+    f64::Coefficients bent = spring; // the pressure bows by (ds - past)/2, from 0 at the start to 0 at the end
+    const f64::Coefficients past = plan::bend(bent, {4, 0}, {INFINITY, true}, 0.5, 0.5);
+    CHECK(bent.f == spring.f);
+    CHECK(past.f == 0);
+    CHECK(past.v1 == -0.25);
+    CHECK(bent.v1 == 0.75);
+    CHECK(past.i2 == relative(0.5 / (6 * 4) / 2, 1e-15));
+    CHECK(bent.i2 == relative(0.0625 - 0.5 / (6 * 4) / 2, 1e-15));
+}
+
+TEST_CASE("frames on a parabola give its strain, integral, rate and acceleration, at any z and any steps") {
+    std::mt19937_64 random(1);
+    std::uniform_real_distribution<double> unit(0, 1);
+    const auto decades = [&](double low, double high) { return std::pow(10, low + (high - low) * unit(random)); };
+    double worst[5] = {};
+    for (int i = 0; i < 20000; ++i) {
+        const double E = decades(-3, 3), dt = decades(-3, 3), eta = E * dt / decades(-12, 6),
+                     before = dt * decades(-1, 1);
+        // The pressure is a + b*u + c*u*u, u = t/dt, on a skin at rest at t = 0; frames at -before, 0 and dt.
+        const double a = 2 * unit(random) - 1, b = 2 * unit(random) - 1, c = 2 * unit(random) - 1, u = -before / dt;
+        const double ds = b + c, past = -(b * u + c * u * u);
+        const Long q = Long(dt) / eta, z = E * q;
+        const auto sum = [&](int k) {
+            return a * phi_reference(k, z) + b * phi_reference(k + 1, z) + 2 * c * phi_reference(k + 2, z);
+        };
+        const auto check = [&](double& most, double x, Long reference, Long scale) {
+            // Frames that are far closer before the step than within it determine the parabola less well.
+            most = std::max(most, double(std::abs(Long(x) - reference) / (scale * (1 + 1 / (u * u)))));
+        };
+        for (bool mean : {false, true}) {
+            f64::Coefficients k = plan::exact_coefficients({E, eta}, {INFINITY, mean}, dt);
+            const f64::Coefficients p = plan::bend(k, {E, eta}, {INFINITY, mean}, dt, before);
+            const Long of_a = std::abs(a), of_b = std::abs(b), of_c = 2 * std::abs(c);
+            const auto size = [&](Long p0, Long p1, Long p2) { return of_a * p0 + of_b * p1 + of_c * p2; };
+            const Long p0 = phi_reference(0, z), p1 = phi_reference(1, z), p2 = phi_reference(2, z),
+                       p3 = phi_reference(3, z), p4 = phi_reference(4, z);
+            check(worst[0], k.b * a + k.f * ds + p.f * past, q * sum(1), q * size(p1, p2, p3));
+            check(worst[1], k.i1 * a + k.i2 * ds + p.i2 * past, dt * q * sum(2), dt * q * size(p2, p3, p4));
+            check(worst[2], k.v0 * a + k.v1 * ds + p.v1 * past, sum(0) / eta, size(p0, p1, p2) / eta);
+            const Long per_step = Long(eta) * dt;
+            if (!mean)
+                check(worst[3], k.a0 * a + k.a1 * ds + p.a1 * past, (-z * a * p0 + b * p0 + 2 * c * p1) / per_step,
+                      size(z * p0, p0, p1) / per_step);
+            else
+                check(worst[4], k.a0 * a + k.a1 * ds + p.a1 * past, (-z * a * p1 + b * p1 + 2 * c * p2) / per_step,
+                      size(z * p1, p1, p2) / per_step);
+        }
+    }
+    for (double w : {worst[0], worst[1], worst[2], worst[4]}) CHECK(w <= 1e-15);
+    CHECK(worst[3] <= 2e-13); // contains e^-z, whose error grows with z
 }
 
 TEST_CASE("an adapting integral's coefficients solve their equation, at any pair of time constants") {
@@ -92,10 +142,12 @@ TEST_CASE("an adapting integral's coefficients solve their equation, at any pair
             const auto k = plan::exact_coefficients({E, eta}, {adaptation, false}, dt);
             const int n = 20000;
             const Long h = Long(dt) / n;
-            for (int part = 0; part < 3; ++part) { // eps(0) = 1, or s0 = 1, or ds = 1
+            f64::Coefficients bent = k;
+            const double bow = -2 * plan::bend(bent, {E, eta}, {adaptation, false}, dt, dt).i2;
+            for (int part = 0; part < 4; ++part) { // eps(0) = 1, or s0 = 1, or ds = 1, or a bow of u*u - u
                 Long eps = part == 0, y = 0;
                 const auto slope = [&](Long t, Long e, Long v, Long& de, Long& dv) {
-                    de = ((part == 1) + (part == 2) * t / dt - E * e) / eta;
+                    de = ((part == 1) + (part == 2) * t / dt + (part == 3) * (t / dt) * (t / dt - 1) - E * e) / eta;
                     dv = e - v / adaptation;
                 };
                 for (int i = 0; i < n; ++i) {
@@ -107,7 +159,7 @@ TEST_CASE("an adapting integral's coefficients solve their equation, at any pair
                     eps += h / 6 * (a + 2 * b + 2 * c + d);
                     y += h / 6 * (A + 2 * B + 2 * C + D);
                 }
-                const double computed = part == 0 ? k.i0 : part == 1 ? k.i1 : k.i2;
+                const double computed = part == 0 ? k.i0 : part == 1 ? k.i1 : part == 2 ? k.i2 : bow;
                 CHECK(computed == relative(double(y), 1e-10));
             }
             CHECK(k.leak == relative(-std::expm1(-dt / adaptation), 1e-14));

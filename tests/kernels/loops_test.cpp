@@ -236,12 +236,24 @@ TEST_CASE("a row stepped and another answered at once have the bits of two plain
 TEST_CASE("frames have the same bits on every instruction set, by any number of threads, wherever responses begin") {
     std::mt19937 random(8);
     std::uniform_real_distribution<float> number(-1, 1);
-    for (Precision precision : {Precision::f32, Precision::f32_compensated})
+    struct Case {
+        Precision precision;
+        Hold hold = Hold::linear;
+        bool materials = false;
+    };
+    for (const Case& c : {Case{Precision::f32},
+                          {Precision::f32_compensated},
+                          {Precision::f32, Hold::parabolic},
+                          {Precision::f32_compensated, Hold::parabolic},
+                          {Precision::f32, Hold::parabolic, true}})
         for (int width : {333, 416}) {
             SkinDescription skin;
             skin.grid = {width, 400, {}};
+            for (int i = 0; c.materials && i < width * 400; ++i)
+                skin.material.modulus_map.edit().push_back(1 + (i / 40 % 2 ? i % 5 : 0));
             SkinOptions options;
-            options.precision = precision;
+            options.precision = c.precision;
+            options.hold = c.hold;
             const plan::StreamedSkin streamed = plan::streamed_skin(skin, options);
             const size_t map = streamed.skin.padded_cells();
             const auto pressed = [&](const simd::Isa& isa, int threads, size_t shift) {
@@ -256,7 +268,9 @@ TEST_CASE("frames have the same bits on every instruction set, by any number of 
                 }
                 for (size_t step = 0; step < 3; ++step) {
                     for (float& p : frames[step % 2]) p = number(again);
-                    REQUIRE(press.press(0.01, frames[1 - step % 2].data(), frames[step % 2].data(), responses));
+                    plan::FrameStep length = 0.01;
+                    if (c.hold == Hold::parabolic) length.before = step > 0 ? 0.01 : 0;
+                    REQUIRE(press.press(length, frames[1 - step % 2].data(), frames[step % 2].data(), responses));
                 }
                 std::vector<double> all;
                 for (const float* r : responses) all.insert(all.end(), r, r + map);
@@ -266,6 +280,8 @@ TEST_CASE("frames have the same bits on every instruction set, by any number of 
             for (const simd::Isa* isa : simd::isas())
                 for (int threads : {1, 2, 3, 4}) {
                     CAPTURE(width);
+                    CAPTURE(int(c.hold));
+                    CAPTURE(c.materials);
                     CAPTURE(isa->name);
                     CAPTURE(threads);
                     CHECK(same(pressed(*isa, threads, 0), plain));

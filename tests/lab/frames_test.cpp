@@ -255,6 +255,23 @@ TEST_CASE("press by press, with steps of any length and of none: every response 
     }
 }
 
+TEST_CASE("a plan says what the frames of a sequence lose, and a report at which frequency they lose a tenth") {
+    std::vector<double> values;
+    for (int k = 0; k <= 256; ++k) values.push_back(1 + std::sin(0.1 * std::numbers::pi * k));
+    Both b = both(values, 0.01, 0.01);
+    for (Scene* s : {&b.sequence, &b.table}) {
+        s->material.modulus = s->material.viscosity = {};
+        s->material.elements = {{2e6, 8e3}, {1e6, 7e4}, {5e5, 7e5}};
+    }
+    // The error of lines (suite hold), up to the error of parabolas.
+    const Explanation e = explain(b.sequence);
+    CHECK(std::abs(e.strain_between_frames - 2.011e-3) < 2.8e-4);
+    CHECK(std::abs(e.fa1_between_frames - 2.276e-2) < 3.9e-3);
+    CHECK(std::isnan(explain(b.table).strain_between_frames));
+    CHECK(report(b.sequence, Result()).vibration.value == relative(17.8013, 1e-5));
+    CHECK(std::isnan(report(b.table, Result()).vibration.value));
+}
+
 TEST_CASE("bad sequences are refused, with file, frame and cell") {
     std::vector<std::vector<double>> frames(4, std::vector<double>(6, 1.0));
     const File good{write_frames<float>(frames, 3, 2)};

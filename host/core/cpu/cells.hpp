@@ -213,8 +213,9 @@ template <class K> class Cells {
     // Returns the number of bands of a batch: a step of one band reads and writes three quarters of the second-level
     // cache, and every thread gets the same number of bands, so that threads end together.
     int count_of_bands() const {
-        const size_t sums = variant_.chain.elements() + 1,
-                     planes = (variant_.compensated ? 2 : 1) * sums + variant_.keeps_strain + (variant_.framed ? 3 : 2);
+        const size_t sums = variant_.chain.elements() + 1, planes = (variant_.compensated ? 2 : 1) * sums +
+                                                                    variant_.keeps_strain +
+                                                                    (variant_.framed ? 3 + variant_.bent : 2);
         const size_t row = size_t(pitch_) * (planes * sizeof(real) + (material_of_.empty() ? 0 : sizeof(int)));
         const int rows = pressed_.last_row - pressed_.first_row, threads = pool_.threads(),
                   of_band = std::max(int(simd::second_level_cache() * 3 / 4 / row), 4 * K::reach(variant_.stencil));
@@ -371,7 +372,8 @@ template <class K> class Cells {
                 for (real** sum : {&state->value[s], &state->lost[s]})
                     if (*sum) *sum += at;
             state->strain += at;
-            if (state->rate) state->rate += at;
+            for (real** row : {&state->rate, &state->previous})
+                if (*row) *row += at;
         }
         for (size_t s = 0; s < STEP_SIGNALS; ++s) a.signal[s] = signal(s);
         if (press.fill_row) {

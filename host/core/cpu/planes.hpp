@@ -55,7 +55,8 @@ template <class real> class State {
             place += strains + 1;
         }
         if (shape.strain) strain_ = Plane<real>(cells, place++);
-        if (shape.rate) rate_ = Plane<real>(cells, place);
+        if (shape.rate) rate_ = Plane<real>(cells, place++);
+        if (shape.previous) previous_ = Plane<real>(cells, place);
     }
     bool empty() const { return !value_[0].data(); }
     // The strain of every cell, where the state holds it.
@@ -72,9 +73,10 @@ template <class real> class State {
         row.element = element_;
         row.strain = strain_.data() ? strain_.row(y, pitch) : row.value[simd::sum_strain];
         row.rate = rate_.row(y, pitch);
+        row.previous = previous_.row(y, pitch);
         return row;
     }
-    // Copies the strains of a row of another state, of `cells` cells.
+    // Copies what strains follow from, of a row of another state, of `cells` cells.
     void take_strains(const simd::StateRow<real>& from, size_t cells) {
         const simd::StateRow<real> to = row(0, 0);
         for (size_t e = 0; e < shape_.elements; ++e) {
@@ -84,6 +86,7 @@ template <class real> class State {
                 std::copy_n(from.lost[simd::sum_strain] + e * from.element, cells,
                             to.lost[simd::sum_strain] + e * to.element);
         }
+        if (to.previous) std::copy_n(from.previous, cells, to.previous);
     }
     // Calls f with the first row of each plane that is saved, in the order of plan::StateLayout.
     template <class F> void each_plane(F f) const {
@@ -92,10 +95,12 @@ template <class real> class State {
                 if (real* strain = (*planes)[simd::sum_strain].data()) f(strain + e * element_);
         for (const auto* planes : {&value_, &lost_})
             if (real* sum = (*planes)[simd::sum_integral].data()) f(sum);
-        if (rate_.data()) f(rate_.data());
+        for (const Plane<real>* plane : {&rate_, &previous_})
+            if (plane->data()) f(plane->data());
     }
     void rest() {
-        for (Plane<real>* plane : {&value_[0], &value_[1], &lost_[0], &lost_[1], &strain_, &rate_}) plane->clear();
+        for (Plane<real>* plane : {&value_[0], &value_[1], &lost_[0], &lost_[1], &strain_, &rate_, &previous_})
+            plane->clear();
     }
 
     // Sets one row to rest.
@@ -107,7 +112,8 @@ template <class real> class State {
         for (size_t e = 0; e < shape_.elements; ++e)
             for (real* strain : {r.value[simd::sum_strain], r.lost[simd::sum_strain]})
                 if (strain) clear(strain + e * element_);
-        for (real* plane : {r.value[simd::sum_integral], r.lost[simd::sum_integral], r.strain, r.rate}) clear(plane);
+        for (real* plane : {r.value[simd::sum_integral], r.lost[simd::sum_integral], r.strain, r.rate, r.previous})
+            clear(plane);
     }
 
   private:
@@ -116,6 +122,7 @@ template <class real> class State {
     size_t element_ = 0; // the distance from an element's strains to the next element's strains
     std::array<Plane<real>, simd::state_sums> value_, lost_; // see simd::StateRow
     Plane<real> strain_, rate_;                              // of chains
+    Plane<real> previous_;
 };
 
 } // namespace dermis::cpu

@@ -26,10 +26,15 @@ struct FramePress::Impl {
         presses.reserve(together);
     }
 
-    bool press(double dt, const float* from, const float* frames, size_t count, bool answers,
+    bool press(const plan::FrameStep& step, const float* from, const float* frames, size_t count, bool answers,
                float* const (&response)[RESPONSE_MAPS], size_t response_pitch) {
         const DefaultFloats guard;
-        if (tables.fill({}, {&dt})) return false;
+        if (count > 1 && step.before && *step.before != step.dt) // the first frame has coefficients of its own
+            return press(step, from, frames, 1, false, response, response_pitch) &&
+                   press({step.dt, step.dt}, frames, frames + streamed.skin.padded_cells(), count - 1, answers,
+                         response, response_pitch);
+        double before = step.before.value_or(0);
+        if (tables.fill({}, {.dt = &step.dt, .before = &before, .bent = step.before.has_value()})) return false;
         const f32::Constants constants = plan::frame_constants(streamed.skin, *tables.of(0));
         f32::Constants silent = constants;
         silent.respond = 0;
@@ -43,7 +48,7 @@ struct FramePress::Impl {
                                .pressure_to = to,
                                .rest_curvature = rest.data(),
                                .response = std::to_array(response),
-                               .response_pitch = response_pitch});
+                               .response_pitch = response_pitch ? response_pitch : size_t(streamed.skin.pitch)});
             // The one that answers is taken alone: the steps before it then need no rows beside a band.
             const bool full = presses.size() == together || (answers && i + 2 == count);
             if (!full && i + 1 < count) continue;
@@ -109,18 +114,14 @@ bool FramePress::finite(const float* numbers, size_t count) {
     return job.finite;
 }
 
-bool FramePress::press(double dt, const float* from, const float* to, float* const (&response)[RESPONSE_MAPS]) {
-    return press(dt, from, to, response, size_t(impl_->streamed.skin.pitch));
+bool FramePress::press(const plan::FrameStep& step, const float* from, const float* to,
+                       float* const (&response)[RESPONSE_MAPS], size_t response_pitch) {
+    return impl_->press(step, from, to, 1, true, response, response_pitch);
 }
 
-bool FramePress::press(double dt, const float* from, const float* to, float* const (&response)[RESPONSE_MAPS],
-                       size_t response_pitch) {
-    return impl_->press(dt, from, to, 1, true, response, response_pitch);
-}
-
-bool FramePress::press_frames(double dt, const float* from, const float* frames, size_t count, bool answers,
-                              float* const (&response)[RESPONSE_MAPS], size_t response_pitch) {
-    return impl_->press(dt, from, frames, count, answers, response, response_pitch);
+bool FramePress::press_frames(const plan::FrameStep& step, const float* from, const float* frames, size_t count,
+                              bool answers, float* const (&response)[RESPONSE_MAPS], size_t response_pitch) {
+    return impl_->press(step, from, frames, count, answers, response, response_pitch);
 }
 
 namespace {
@@ -160,7 +161,7 @@ class SkinStream : public plan::Stream {
 
     const double* press(const plan::PadList& pads, const plan::StepLengths& dt, bool answers) override {
         if (pads.count == 0) return nullptr;
-        if (!press_.press_frames(dt[0], pressure(), pressure_[1 - from_].data(), 1, answers, field_, width_))
+        if (!press_.press_frames(dt.of(pads, 0), pressure(), pressure_[1 - from_].data(), 1, answers, field_, width_))
             return &dt[0];
         from_ = 1 - from_;
         if (sites_ && answers) sites_->read(std::to_array(field_), response_);
@@ -171,7 +172,7 @@ class SkinStream : public plan::Stream {
                                const plan::StepLengths& dt) override {
         // rows are read from the caller's memory, and up to the pitch
         if (pads.count == 0 || width_ != pitch_) return Stream::press_frames(pads, frames, count, numbers, dt);
-        if (!press_.press_frames(dt[0], pressure(), frames, count, true, field_, width_)) return &dt[0];
+        if (!press_.press_frames(dt.of(pads, 0), pressure(), frames, count, true, field_, width_)) return &dt[0];
         press_.take(frames + (count - 1) * numbers, pressure());
         if (sites_) sites_->read(std::to_array(field_), response_);
         return nullptr;

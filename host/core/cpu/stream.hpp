@@ -14,15 +14,14 @@ class FramePress {
     FramePress(plan::StreamedSkin skin, int threads, const simd::Isa& isa = simd::best());
     ~FramePress();
     // response: where each response begins, in the order of kernels/layout.h; null: not asked for. response_pitch:
-    // cells from row to row of a response. Large responses are streamed past the caches if all of them begin at cache
-    // lines. Returns false, and changes nothing, if a coefficient of the step is beyond float. Allocates nothing.
-    bool press(double dt, const float* from, const float* to, float* const (&response)[RESPONSE_MAPS],
-               size_t response_pitch);
-    // The same where rows are a pitch apart.
-    bool press(double dt, const float* from, const float* to, float* const (&response)[RESPONSE_MAPS]);
+    // cells from row to row of a response; 0: as in a map. Large responses are streamed past the caches if all of them
+    // begin at cache lines. Returns false, and changes nothing, if a coefficient of the step is beyond float. Allocates
+    // nothing.
+    bool press(const plan::FrameStep&, const float* from, const float* to, float* const (&response)[RESPONSE_MAPS],
+               size_t response_pitch = 0);
     // Presses with each of `count` frames, maps that stand one after another. answers: whether the last press writes
     // the responses; the presses before it write none.
-    bool press_frames(double dt, const float* from, const float* frames, size_t count, bool answers,
+    bool press_frames(const plan::FrameStep&, const float* from, const float* frames, size_t count, bool answers,
                       float* const (&response)[RESPONSE_MAPS], size_t response_pitch);
     void reset(); // to a skin at rest
     // Copies the planes of a state (plan::StateLayout), without the pressure.

@@ -76,6 +76,7 @@ SampleStream::SampleStream(const Options& v) {
         d.sites.push_back({options.responses[size_t(i) % options.responses.size()],
                            {i * 31 % d.grid.width, i * i * 7 % d.grid.height}});
     options.count = v.pads ? 2 : 1;
+    options.hold = v.hold;
     streamed_ = plan::streamed_skin(d, options);
     layout_ = response_layout_of(streamed_);
 }
@@ -87,6 +88,7 @@ SampleStream::SampleStream(const plan::StreamedSkin& like)
                     .materials = !like.skin.uniform(),
                     .sites = !like.skin.description.sites.empty(),
                     .pads = like.pads > 1,
+                    .hold = like.hold,
                     .chain = like.skin.chain,
                     .wanted = like.wanted}) {}
 
@@ -122,10 +124,13 @@ std::vector<std::vector<float>> SampleStream::expected(const std::vector<std::ve
     const size_t width = size_t(streamed_.skin.width()), pitch = size_t(streamed_.skin.pitch),
                  row = streamed_.skin.description.sites.empty() ? width : 0; // of responses
     std::vector<std::vector<float>> all;
+    std::vector<double> before(size_t(streamed_.pads));
+    const plan::StepLengths steps{.dt = &dt, .before = before.data(), .bent = streamed_.hold == Hold::parabolic};
     for (size_t i = 1; i < pressures.size(); ++i) { // the first pressure is that at rest
         const plan::PadList pads{.count = size_t(streamed_.pads)};
         (void)stream->take(pads, frame(pressures[i]).data());
-        (void)stream->press(pads, {&dt});
+        (void)stream->press(pads, steps);
+        steps.taken(pads);
         std::vector<float>& out = all.emplace_back(layout_.all);
         for (int q = QUANTITY_SA1; q < REDUCED_MAPS; ++q) {
             const plan::ResponseLayout::Range& r = layout_.of[size_t(q)];

@@ -28,7 +28,8 @@ class SampleStream {
         Precision precision = Precision::f32;
         bool materials = false, sites = false; // sites: receptors of the wanted classes respond, otherwise every cell
         bool pads = false;                     // a batch of two
-        plan::Chain chain;                     // elements in series, at most 10
+        Hold hold = Hold::linear;
+        plan::Chain chain; // elements in series, at most 10
         plan::Wanted wanted{};
     };
     explicit SampleStream(const Options&);

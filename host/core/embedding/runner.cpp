@@ -159,7 +159,7 @@ const double* SkinRunner::press(const plan::PadList& all, const plan::StepLength
         vk.vkCmdCopyBuffer(commands, upload_[slot_].handle(), pressure_[1 - from].handle(), 1, &in);
     });
     recording().barrier();
-    const plan::StepLengths steps{.dt = steps_.data(), .each = dt.each};
+    const plan::StepLengths steps{.dt = steps_.data(), .each = dt.each, .before = dt.before, .bent = dt.bent};
     if (!record_press(program_, recording(), bindings_[from], pads, steps, answers)) return &dt[0];
     recording().barrier();
     for (size_t i = 0; i < pads.count; ++i) pad_[size_t(pads[i])].rests = false;

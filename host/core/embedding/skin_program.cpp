@@ -84,11 +84,17 @@ class DeviceCheck {
         PressTable table;
         const size_t pads = size_t(sample_.skin().pads);
         const double steps[] = {SampleStream::dt, SampleStream::dt};
+        double before[] = {0, 0};
         for (int i = 0; i < presses; ++i) {
             // The second press of a batch is by a step for each pad: that is another kernel.
-            const Recorder::Press press{{.count = pads}, {.dt = steps, .each = pads > 1 && i > 0}};
+            const Recorder::Press press{{.count = pads},
+                                        {.dt = steps,
+                                         .each = pads > 1 && i > 0,
+                                         .before = before,
+                                         .bent = sample_.skin().hold == Hold::parabolic}};
             (void)recorder_.fill(table, press); // true: a sample's coefficients fit float
             recorder_.record(commands, size_t(i), press, table);
+            press.dt.taken(press.pads);
             const VkMemoryBarrier memory{VK_STRUCTURE_TYPE_MEMORY_BARRIER, nullptr, VK_ACCESS_SHADER_WRITE_BIT,
                                          VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT};
             if (i + 1 < presses)
@@ -196,6 +202,7 @@ namespace {
 plan::StreamedSkin streamed(const SkinDescription& d, uint32_t max_bindings, const SkinOptions& options) {
     const DefaultFloats guard;
     scene::need(max_bindings >= 1 && max_bindings <= 65536, "max_bindings", max_bindings, "1..65536");
+    if (options.hold != Hold::linear) refuse("hold", "parabolic", "linear in a SkinProgram; a Skin has both");
     return plan::streamed_skin(d, options);
 }
 

@@ -30,6 +30,11 @@ f64::Coefficients exact_coefficients(const Element&, const ResponseRule&, double
 template <class K>
 typename K::Coefficients exact_coefficients_in(const Element&, const ResponseRule&, typename K::real dt);
 
+// Bends the pressure of a step: it runs along the parabola through the frames at the step's end, at its start and
+// `before` seconds earlier; linearly where that is 0. Adds to k, the coefficients of an element, the share of ds, and
+// returns the element's second coefficients (kernels/layout.h).
+f64::Coefficients bend(f64::Coefficients& k, const Element&, const ResponseRule&, double dt, double before);
+
 // Moves what the load adds to integral, rate and acceleration of n elements in series into the first element's
 // coefficients. spring: the last element is a spring; it gets the coefficients of a spring (kernels/layout.h), for a
 // step of dt seconds.

@@ -30,9 +30,9 @@ template <class T> Phi<T> phi(T z) {
     return p;
 }
 
-// Divided differences of e^x over {-z, -y}, {0, -z, -y} and {0, 0, -z, -y}, for an adapting integral of a relaxing
-// strain. At y = 0 they are P1, P2, P3 of z.
-template <class T> struct Divided { T d1, d2, d3; };
+// Divided differences of e^x over {-z, -y}, {0, -z, -y}, {0, 0, -z, -y} and {0, 0, 0, -z, -y}, for an adapting integral
+// of a relaxing strain. At y = 0 they are P1 to P4 of z.
+template <class T> struct Divided { T d1, d2, d3, d4; };
 
 template <class T> Divided<T> divided(T z, T y) {
     const T small = std::min(z, y), large = std::max(z, y);
@@ -42,14 +42,16 @@ template <class T> Divided<T> divided(T z, T y) {
     if (large > 1) {
         d.d2 = (p.p1 - d.d1) / large;
         d.d3 = (p.p2 - d.d2) / large;
+        d.d4 = (p.p3 - d.d3) / large;
         return d;
     }
-    // d3 = sum over k of (-1)^k h_k/(k + 3)!, h_k the sum of all products of k factors small or large
+    // d3 = sum over k of (-1)^k h_k/(k + 3)!, h_k the sum of all products of k factors small or large; d4 with (k + 4)!
     constexpr int terms = std::is_same_v<T, double> ? 18 : 32;
     T h = 1, power = 1, factorial = 6, sign = 1;
-    d.d3 = 0;
+    d.d3 = d.d4 = 0;
     for (int k = 0; k < terms; ++k) {
         d.d3 += sign * h / factorial;
+        d.d4 += sign * h / (factorial * (k + 4));
         power *= small;
         h = large * h + power;
         factorial *= k + 4;

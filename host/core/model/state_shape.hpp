@@ -15,9 +15,12 @@ struct StateShape {
     bool strain = false;      // the strain of the cell: the sum over its elements and spring
     bool integral = false;    // the integral of the cell's strain, for SA2
     bool rate = false;        // the rate of the spring's strain, for FA2 between frames
+    bool previous = false;    // the pressure of the frame before the one that the next step starts from
 
     // The numbers of a cell.
-    int planes() const { return STATE_PLANES(int(elements), int(compensated), int(strain), int(integral), int(rate)); }
+    int planes() const {
+        return STATE_PLANES(int(elements), int(compensated), int(strain), int(integral), int(rate), int(previous));
+    }
 };
 
 } // namespace dermis::plan

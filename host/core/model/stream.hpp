@@ -26,8 +26,8 @@ class Stream {
             for (size_t cell : cells) frames_[i * frame + cell] = *pressures++;
         return take(pads, frames_.data());
     }
-    // Steps the same pads. Pressures run linearly from the pressures of the previous press to the pressures that were
-    // taken. Returns null. If a coefficient of a step does not fit a float, it changes nothing and returns a pointer to
+    // Steps the same pads. Pressures run from the pressures of the previous press to the pressures that were taken.
+    // Returns null. If a coefficient of a step does not fit a float, it changes nothing and returns a pointer to
     // that step. answers: otherwise others follow; its responses need not be computed, and it may wait for them.
     virtual const double* press(const PadList&, const StepLengths&, bool answers = true) = 0;
     // Whether all numbers are finite.
@@ -39,6 +39,7 @@ class Stream {
         for (size_t i = 0; i < count; ++i) {
             take(pads, frames + i * numbers);
             if (const double* refused = press(pads, dt, i + 1 == count)) return refused;
+            dt.taken(pads);
         }
         return nullptr;
     }

@@ -74,6 +74,7 @@ Variant StreamedSkin::variant() const {
             .compensated = precision == Precision::f32_compensated,
             .materials = !skin.uniform(),
             .framed = true,
+            .bent = hold == Hold::parabolic,
             .chain = skin.chain,
             .pads = pads > 1 ? Variant::Pads::own : Variant::Pads::none,
             .wanted = wanted};
@@ -94,6 +95,7 @@ StreamedSkin streamed_skin(const SkinDescription& description, const SkinOptions
     s.precision = options.precision.value_or(grows ? Precision::f32_compensated : Precision::f32);
     check_elements(s.skin.materials, s.skin.chain, s.wanted);
     check_float(s.skin);
+    s.hold = options.hold;
     s.pads = options.count;
     for (size_t i = 0; i < options.materials.size(); ++i) {
         const std::vector<Element> own = elements_of_pad(validated, options.materials[i], s.skin.chain, s.wanted,
@@ -199,15 +201,22 @@ bool all_bits_zero(const float* numbers, size_t count) {
     return bits == 0;
 }
 
-bool fill_table(std::span<const Element> materials, const Chain& chain, const ResponseRule& rule, double dt,
+bool fill_table(std::span<const Element> materials, const Chain& chain, const ResponseRule& rule, const FrameStep& step,
                 f32::Coefficients* table) {
+    const double dt = step.dt;
     if (!finite(double(float(dt)))) return false;
-    std::array<f64::Coefficients, scene::most_in_series> k;
+    // The frames after the first one of press_frames() have the step dt before them, and nothing refuses them any more.
+    if (step.before && *step.before != dt && !fill_table(materials, chain, rule, {dt, dt}, table)) return false;
+    std::array<f64::Coefficients, scene::most_in_series> k, past;
     for (size_t i = 0; i < materials.size(); i += chain.length) {
-        for (size_t e = 0; e < chain.length; ++e) k[e] = exact_coefficients(materials[i + e], rule, dt);
+        for (size_t e = 0; e < chain.length; ++e) {
+            k[e] = exact_coefficients(materials[i + e], rule, dt);
+            if (step.before) past[e] = bend(k[e], materials[i + e], rule, dt, *step.before);
+        }
         join_loads<f64>(k.data(), chain.length, chain.spring, dt);
+        if (step.before) join_loads<f64>(past.data(), chain.length, chain.spring, dt);
         for (size_t e = 0; e < chain.length; ++e)
-            if (!round_to_float(k[e], table[i + e])) return false;
+            if (!round_to_float(k[e], *table++) || (step.before && !round_to_float(past[e], *table++))) return false;
     }
     return true;
 }
@@ -215,36 +224,37 @@ bool fill_table(std::span<const Element> materials, const Chain& chain, const Re
 StepTables::StepTables(const StreamedSkin& s, const std::vector<Element>& elements)
     : chain_(s.skin.chain), rule_(s.skin.rule), pads_(size_t(s.pads)), own_(!s.elements_of_pad.empty()), each_(own_),
       elements_(own_ ? s.elements_of_pad : elements) {
-    length_ = own_ ? chain_.length : elements_.size();
+    elements_of_pad_ = own_ ? chain_.length : elements_.size();
+    length_ = elements_of_pad_ * entries_of(s.hold);
     tables_.resize(length_ * (own_ ? pads_ : 1));
     filled_.assign(own_ ? pads_ : 1, std::nan(""));
 }
 
-const double* StepTables::fill_slot(size_t slot, const double& dt) {
-    if (dt == filled_[slot]) return nullptr;
+bool StepTables::fill_slot(size_t slot, const FrameStep& step) {
+    if (step == filled_[slot]) return true;
     filled_[slot] = std::nan(""); // the table is of no step until it is filled
-    const Element* elements = elements_.data() + (own_ ? slot * length_ : 0);
-    if (!fill_table({elements, length_}, chain_, rule_, dt, tables_.data() + slot * length_)) return &dt;
-    filled_[slot] = dt;
-    return nullptr;
+    const Element* elements = elements_.data() + (own_ ? slot * elements_of_pad_ : 0);
+    if (!fill_table({elements, elements_of_pad_}, chain_, rule_, step, tables_.data() + slot * length_)) return false;
+    filled_[slot] = step;
+    return true;
 }
 
 const double* StepTables::fill(const PadList& pads, const StepLengths& dt) {
-    each_ = own_ || dt.each;
-    if (!each_) return fill_slot(0, dt[0]);
+    each_ = own_ || dt.each || !dt.alike(pads);
+    if (!each_) return fill_slot(0, dt.of(pads, 0)) ? nullptr : &dt[0];
     if (filled_.size() < pads_) {
         tables_.resize(length_ * pads_);
         filled_.resize(pads_, std::nan(""));
     }
     for (size_t i = 0; i < pads.count; ++i)
-        if (const double* refused = fill_slot(size_t(pads[i]), dt[i])) return refused;
+        if (!fill_slot(size_t(pads[i]), dt.of(pads, i))) return &dt[i];
     return nullptr;
 }
 
 void StepTables::set_elements(const PadList& pads, const std::vector<Element>& elements) {
     for (size_t i = 0; i < pads.count; ++i) {
         const size_t pad = own_ ? size_t(pads[i]) : 0;
-        std::ranges::copy(elements, elements_.begin() + long(pad * length_));
+        std::ranges::copy(elements, elements_.begin() + long(pad * elements_of_pad_));
         if (own_) filled_[pad] = std::nan("");
     }
     if (!own_) std::ranges::fill(filled_, std::nan(""));

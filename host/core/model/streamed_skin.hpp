@@ -12,6 +12,7 @@ struct StreamedSkin {
     PreparedSkin skin; // of each pad
     Wanted wanted{};   // the responses to compute
     Precision precision = Precision::f32;
+    Hold hold = Hold::linear;
     int pads = 1;                         // the number of skins of this description that are pressed together
     std::vector<Element> elements_of_pad; // the elements in series of each pad; empty: all have the elements of `skin`
     Variant variant() const;
@@ -30,11 +31,35 @@ struct PadList {
     int operator[](size_t i) const { return ids ? ids[i] : int(i); }
 };
 
+// The length of a step between frames, s.
+struct FrameStep {
+    FrameStep(double length, std::optional<double> earlier = {}) : dt(length), before(earlier) {}
+    double dt;
+    std::optional<double> before; // under parabolic hold: the step before; 0: there is none to lead on from
+    bool operator==(const FrameStep&) const = default;
+};
+
 // The lengths of a press's steps, s.
 struct StepLengths {
     const double* dt = nullptr;
-    bool each = false; // one for each pad of the press; otherwise one for all
+    bool each = false;        // one for each pad of the press; otherwise one for all
+    double* before = nullptr; // the step before of each pad, by its number; null: not known
+    bool bent = false;        // under parabolic hold
     const double& operator[](size_t i) const { return dt[each ? i : 0]; }
+    // The step of a pad, by its place in the list of a press.
+    FrameStep of(const PadList& pads, size_t i) const {
+        return {(*this)[i], bent ? std::optional(before[pads.count ? pads[i] : 0]) : std::nullopt};
+    }
+    // Whether all pads of a list have the same step before.
+    bool alike(const PadList& pads) const {
+        for (size_t i = 1; bent && i < pads.count; ++i)
+            if (of(pads, i) != of(pads, 0)) return false;
+        return true;
+    }
+    // Notes that the steps have been taken.
+    void taken(const PadList& pads) const {
+        for (size_t i = 0; before && i < pads.count; ++i) before[pads[i]] = (*this)[i];
+    }
 };
 
 // The coefficients of the next step of each pad. Pads whose elements and steps are the same share a table.
@@ -44,7 +69,7 @@ class StepTables {
     // elements: the elements of a pad without its own.
     StepTables(const StreamedSkin&, const std::vector<Element>& elements);
     // Returns null. If a step or one of its coefficients does not fit a float, it returns a pointer to that step. It
-    // allocates at the first press in which each pad has a step of its own.
+    // allocates at the first press in which pads have steps of their own, or had them before.
     const double* fill(const PadList&, const StepLengths&);
     size_t length() const { return length_; } // of one table
     bool shared() const { return !each_; }    // whether all pads of the last fill() have one table
@@ -55,15 +80,16 @@ class StepTables {
 
   private:
     size_t slot(int pad) const { return each_ ? size_t(pad) : 0; }
-    const double* fill_slot(size_t slot, const double& dt);
+    bool fill_slot(size_t slot, const FrameStep&);
 
     Chain chain_;
     ResponseRule rule_{};
     size_t pads_ = 0, length_ = 0;
+    size_t elements_of_pad_ = 0;
     bool own_ = false, each_ = false; // whether each pad has elements of its own; and a table of its own
     std::vector<Element> elements_;   // of all pads where each has its own, else of one
     std::vector<f32::Coefficients> tables_;
-    std::vector<double> filled_; // the step for which each table is filled; NaN: none
+    std::vector<FrameStep> filled_; // the step for which each table is filled; NaN: none
 };
 
 // Throws Error::bad_input where `listed` pads of `all` cannot have another material. uniform: a pad's cells have the
@@ -95,6 +121,7 @@ struct StateLayout {
 template <class Byte> struct StateMemory {
     Byte *strains, *pressure;
     size_t strains_step = 0, pressure_step = 0;
+    Byte* steps = nullptr; // the last step of each pad, a double; null: not under parabolic hold
     Byte* strains_of(size_t i) const { return strains + i * strains_step; }
     Byte* pressure_of(size_t i) const { return pressure + i * pressure_step; }
 };
@@ -113,9 +140,12 @@ bool all_finite(const float* numbers, size_t count);
 // Returns whether all numbers are +0.
 bool all_bits_zero(const float* numbers, size_t count);
 
-// Writes the coefficients of a press for each of the materials, in float. Returns false if dt or one of them is beyond
-// float. Allocates nothing.
-bool fill_table(std::span<const Element> materials, const Chain&, const ResponseRule&, double dt,
+// The coefficients of each element in the table of a press.
+inline size_t entries_of(Hold hold) { return hold == Hold::parabolic ? 2 : 1; }
+
+// Writes the coefficients of a press for each of the materials, in float: one for each element, or two where
+// FrameStep::before is given. Returns false if dt or one of them is beyond float. Allocates nothing.
+bool fill_table(std::span<const Element> materials, const Chain&, const ResponseRule&, const FrameStep&,
                 f32::Coefficients* table);
 
 // The constants of a press, with these coefficients.

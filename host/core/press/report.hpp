@@ -10,4 +10,7 @@ namespace dermis {
 // times of all cells. gain: the greatest |l*C| that is known.
 Report report_of(const SkinDescription&, scene::TauRange tau, double cells_per_ridge, double gain);
 
+// Report::vibration for frames that are dt > 0 seconds apart.
+inline double vibration_between(double dt) { return 0.17801314285637831 / dt; } // sinc(f*dt)^2 = 0.9
+
 } // namespace dermis

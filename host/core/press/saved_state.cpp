@@ -22,7 +22,7 @@ struct PartHeader {
     char name[8]; // zeros behind it
     uint64_t bytes;
 };
-constexpr const char* part_names[] = {"shape", "strains", "pressure"};
+constexpr const char* part_names[] = {"shape", "steps", "strains", "pressure"};
 
 // FNV-1a of the sites that read cells.
 uint32_t hash_of(const std::vector<Site>& sites) {
@@ -70,17 +70,20 @@ SavedState::SavedState(const plan::StreamedSkin& skin) {
               .integral = state.integral,
               .rate = state.rate,
               .sites = hash_of(skin.skin.description.sites)};
+    steps_ = skin.hold == Hold::parabolic ? sizeof(double) : 0;
     strains_ = layout.cells * layout.planes * sizeof(float);
     pressure_ = layout.pressure * sizeof(float);
 }
 
 size_t SavedState::bytes_of(Part part, size_t pads) const {
-    return part == shape_part ? sizeof shape_ : pads * (part == strains_part ? strains_ : pressure_);
+    const size_t of_pad[] = {0, steps_, strains_, pressure_};
+    return part == shape_part ? sizeof shape_ : pads * of_pad[part];
 }
 
 size_t SavedState::bytes(size_t pads) const {
     size_t all = sizeof(Header);
-    for (int part = 0; part < part_count; ++part) all += sizeof(PartHeader) + bytes_of(Part(part), pads);
+    for (int part = 0; part < part_count; ++part)
+        if (has(part)) all += sizeof(PartHeader) + bytes_of(Part(part), pads);
     return all;
 }
 
@@ -91,8 +94,9 @@ plan::StateMemory<char> SavedState::write(void* state, size_t given, size_t pads
     char* to = static_cast<char*>(state);
     std::memcpy(to, &header, sizeof header);
     to += sizeof header;
-    char* parts[part_count];
+    char* parts[part_count]{};
     for (int part = 0; part < part_count; ++part) {
+        if (!has(part)) continue;
         PartHeader head{.name = {}, .bytes = bytes_of(Part(part), pads)};
         std::memcpy(head.name, part_names[part], std::strlen(part_names[part]));
         std::memcpy(to, &head, sizeof head);
@@ -103,7 +107,8 @@ plan::StateMemory<char> SavedState::write(void* state, size_t given, size_t pads
     return {.strains = parts[strains_part],
             .pressure = parts[pressure_part],
             .strains_step = strains_,
-            .pressure_step = pressure_};
+            .pressure_step = pressure_,
+            .steps = parts[steps_part]};
 }
 
 // Throws Error::bad_input naming the first thing in which the shape of a saved state differs from the skin's.
@@ -128,7 +133,11 @@ bool SavedState::find_parts(const char* at, size_t left, size_t pads, const char
         const std::string name(head.name, strnlen(head.name, sizeof head.name));
         const auto known = std::ranges::find(part_names, name) - std::begin(part_names);
         if (known == part_count || parts[known])
-            scene::refuse("state", "(part \"" + name + "\")", "the parts shape, strains and pressure, each once");
+            scene::refuse("state", "(part \"" + name + "\")",
+                          std::string("the parts shape, ") + (has(steps_part) ? "steps, " : "") +
+                              "strains and pressure, each once");
+        if (known == steps_part || known == strains_part)
+            need_same("parabolic hold", parts[steps_part] || known == steps_part, has(steps_part));
         at += sizeof head;
         if (head.bytes > size_t(end - at)) return false;
         parts[known] = at;
@@ -138,7 +147,7 @@ bool SavedState::find_parts(const char* at, size_t left, size_t pads, const char
                           std::to_string(bytes_of(Part(known), pads)) + " bytes");
         at += head.bytes;
     }
-    return at == end && std::ranges::count(parts, nullptr) == 0;
+    return at == end && std::ranges::count(parts, nullptr) == !has(steps_part);
 }
 
 plan::StateMemory<const char> SavedState::read(const void* state, size_t given, size_t pads) const {
@@ -154,6 +163,7 @@ plan::StateMemory<const char> SavedState::read(const void* state, size_t given, 
     if (header.version == version_without_parts) { // the header, the shape, and pad by pad strains and pressure
         constexpr size_t before = sizeof(Header) + sizeof(Shape);
         if (given >= before) check(copied<Shape>(from + sizeof(Header)));
+        need_same("parabolic hold", false, has(steps_part));
         if (given != before + numbers) refuse_bytes(state, given, before + numbers);
         need_finite(from + before, numbers);
         return {.strains = from + before,
@@ -163,12 +173,16 @@ plan::StateMemory<const char> SavedState::read(const void* state, size_t given, 
     }
     const char* parts[part_count]{};
     if (!find_parts(from + sizeof header, given - sizeof header, pads, parts)) refuse_bytes(state, given, bytes(pads));
+    for (size_t i = 0; has(steps_part) && i < pads; ++i)
+        if (const double step = copied<double>(parts[steps_part] + i * sizeof(double)); !(step >= 0 && finite(step)))
+            scene::refuse("state", "(a step of " + std::to_string(step) + " s)", "finite numbers >= 0");
     need_finite(parts[strains_part], pads * strains_);
     need_finite(parts[pressure_part], pads * pressure_);
     return {.strains = parts[strains_part],
             .pressure = parts[pressure_part],
             .strains_step = strains_,
-            .pressure_step = pressure_};
+            .pressure_step = pressure_,
+            .steps = parts[steps_part]};
 }
 
 } // namespace dermis

@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <numeric>
 
 namespace dermis {
@@ -23,7 +24,7 @@ struct Skin::Impl {
           chain(skin.skin.chain), state_layout(state_layout_of(skin)), saved_state(skin), felt(skin),
           needs(scene::needs_of(skin.skin.description, options)), threads(backend.threads()),
           tau(tau_range(skin.skin.materials)), description(skin.skin.description), materials(options.materials),
-          pressed(count), stream(backend.stream(skin)) {
+          bent(skin.hold == Hold::parabolic), last_steps(count), pressed(count), stream(backend.stream(skin)) {
         for (const Site& site : description.sites) ++sites_of[size_t(site.type)];
         if (!fields) read = plan::SiteCells(skin.skin, {skin.skin.whole()}, plan::cells_of(description.sites)).cells;
         if (description.surface.kind == Surface::Kind::map) {
@@ -88,12 +89,18 @@ struct Skin::Impl {
     std::optional<double> gain_at_rest;          // of a surface that is a map, which is not kept
     std::vector<float> rest_curvature;           // width*height, once it is needed; kept of a surface that is a map
     std::array<std::vector<float>, 3> told;      // strain, indentation and curvature, once they are asked for
+    const bool bent;                             // under parabolic hold
+    std::vector<double> last_steps;              // of each pad, s; 0: none, or not known
     std::vector<uint64_t> pressed;               // of each pad: the number of the last list that names it
     uint64_t lists = 0;
     std::unique_ptr<plan::Stream> stream;
 
     size_t cells() const { return width * height; }
     plan::PadList list_of(const Pads&);
+    // The steps of a press, with those before them.
+    plan::StepLengths steps(const double* dt, bool each = false) {
+        return {.dt = dt, .each = each, .before = last_steps.data(), .bent = bent};
+    }
     // Throws Error::bad_input for a step, or a number of pressures, that no press takes.
     void need_press(size_t numbers, const plan::StepLengths&, const plan::PadList&, size_t cells_of_pad) const;
     void press(const float* pressure, size_t numbers, const plan::StepLengths&, const plan::PadList&);
@@ -143,20 +150,25 @@ void Skin::Impl::press(const float* pressure, size_t numbers, const plan::StepLe
     need_press(numbers, dt, pads, cells());
     if (!stream->take(pads, pressure)) refuse_pressure(pressure, pads);
     if (const double* refused = stream->press(pads, dt)) refuse_step(*refused);
+    dt.taken(pads);
 }
 
 void Skin::Impl::press_frames(const float* frames, size_t count, size_t numbers, double dt, const plan::PadList& pads) {
-    need_press(numbers, {&dt}, pads, cells());
+    const plan::StepLengths lengths = steps(&dt);
+    need_press(numbers, lengths, pads, cells());
     scene::need(count > 0, "count", count, "at least 1 frame");
     if (!stream->finite(frames, count * numbers)) refuse_pressure(frames, pads, count);
-    if (stream->press_frames(pads, frames, count, numbers, {&dt})) refuse_step(dt);
+    if (stream->press_frames(pads, frames, count, numbers, lengths)) refuse_step(dt);
+    lengths.taken(pads);
 }
 
 void Skin::Impl::press_cells(const float* pressure, size_t numbers, double dt, const plan::PadList& pads) {
-    if (fields) return press(pressure, numbers, {&dt}, pads);
-    need_press(numbers, {&dt}, pads, read.size());
+    const plan::StepLengths lengths = steps(&dt);
+    if (fields) return press(pressure, numbers, lengths, pads);
+    need_press(numbers, lengths, pads, read.size());
     if (!stream->take_cells(pads, pressure, read, cells())) refuse_pressure(pressure, pads, 1, read);
-    if (stream->press(pads, {&dt})) refuse_step(dt);
+    if (stream->press(pads, lengths)) refuse_step(dt);
+    lengths.taken(pads);
 }
 
 // Throws Error::bad_input naming the first cell that is not finite, or none if another thread has changed it since.
@@ -213,7 +225,7 @@ Skin& Skin::operator=(Skin&&) noexcept = default;
 int Skin::count() const { return int(impl_->count); }
 
 void Skin::press(const float* pressure, size_t cells, double dt, const Pads& pads) try {
-    impl_->press(pressure, cells, {.dt = &dt}, impl_->list_of(pads));
+    impl_->press(pressure, cells, impl_->steps(&dt), impl_->list_of(pads));
 } catch (const std::bad_alloc&) {
     scene::out_of_memory([&] { return impl_->needs; });
 }
@@ -222,7 +234,7 @@ void Skin::press(const float* pressure, size_t cells, const double* dt, size_t s
     const plan::PadList list = impl_->list_of(pads);
     if (steps != list.count)
         scene::refuse("dt", std::to_string(steps) + " steps", std::to_string(list.count) + ", one for each pad");
-    impl_->press(pressure, cells, {.dt = dt, .each = true}, list);
+    impl_->press(pressure, cells, impl_->steps(dt, true), list);
 } catch (const std::bad_alloc&) {
     scene::out_of_memory([&] { return impl_->needs; });
 }
@@ -267,7 +279,11 @@ void Skin::press_cells(const float* pressure, size_t numbers, double dt, const P
     scene::out_of_memory([&] { return impl_->needs; });
 }
 
-void Skin::reset(const Pads& pads) try { impl_->stream->reset(impl_->list_of(pads)); } catch (const std::bad_alloc&) {
+void Skin::reset(const Pads& pads) try {
+    const plan::PadList list = impl_->list_of(pads);
+    impl_->stream->reset(list);
+    for (size_t i = 0; i < list.count; ++i) impl_->last_steps[size_t(list[i])] = 0;
+} catch (const std::bad_alloc&) {
     scene::out_of_memory([&] { return impl_->needs; });
 }
 
@@ -280,7 +296,10 @@ size_t Skin::state_bytes(const Pads& pads) const try {
 void Skin::save(void* state, size_t bytes, const Pads& pads) const try {
     Impl& s = *impl_;
     const plan::PadList list = s.list_of(pads);
-    s.stream->save(list, s.saved_state.write(state, bytes, list.count));
+    const plan::StateMemory<char> to = s.saved_state.write(state, bytes, list.count);
+    s.stream->save(list, to);
+    for (size_t i = 0; to.steps && i < list.count; ++i)
+        std::memcpy(to.steps + i * sizeof(double), &s.last_steps[size_t(list[i])], sizeof(double));
 } catch (const std::bad_alloc&) {
     scene::out_of_memory([&] { return impl_->needs; });
 }
@@ -288,7 +307,12 @@ void Skin::save(void* state, size_t bytes, const Pads& pads) const try {
 void Skin::load(const void* state, size_t bytes, const Pads& pads) try {
     Impl& s = *impl_;
     const plan::PadList list = s.list_of(pads);
-    s.stream->load(list, s.saved_state.read(state, bytes, list.count));
+    const plan::StateMemory<const char> from = s.saved_state.read(state, bytes, list.count);
+    s.stream->load(list, from);
+    for (size_t i = 0; i < list.count; ++i) {
+        double& step = s.last_steps[size_t(list[i])] = 0;
+        if (from.steps) std::memcpy(&step, from.steps + i * sizeof step, sizeof step);
+    }
 } catch (const std::bad_alloc&) {
     scene::out_of_memory([&] { return impl_->needs; });
 }
@@ -322,6 +346,7 @@ Report Skin::report(int pad) const try {
     if (s.uniform) elements = scene::chain_of(own.material);
     Report report = report_of(own, s.uniform ? tau_range(elements) : s.tau, scene::cells_per_ridge(own),
                               skin ? Impl::gain_of(*skin) : *s.gain_at_rest);
+    if (const double dt = s.last_steps[size_t(pad)]; dt > 0 && !s.bent) report.vibration.value = vibration_between(dt);
     const std::vector<float> strain = s.strain_of(pad);
     report.strain.value = 0;
     for (float eps : strain) report.strain.value = std::max(report.strain.value, double(std::abs(eps)));

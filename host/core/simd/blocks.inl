@@ -68,12 +68,13 @@ struct Gathered {
     typedef Side Unaligned __attribute__((aligned(alignof(scalar)), may_alias));
 
     // Members m .. m + side - 1 of n cells: i, i + side ..
-    template <int n> static auto loaded(const Coefficients* table, const int* material, int m, int i) {
+    template <int n, int entries> static auto loaded(const Coefficients* table, const int* material, int m, int i) {
         if constexpr (n == 1) {
-            return Side(*reinterpret_cast<const Unaligned*>(reinterpret_cast<const scalar*>(table + material[i]) + m));
+            return Side(*reinterpret_cast<const Unaligned*>(
+                reinterpret_cast<const scalar*>(table + entries * material[i]) + m));
         } else {
-            const auto first = loaded<n / 2>(table, material, m, i),
-                       second = loaded<n / 2>(table, material, m, i + n / 2 * side);
+            const auto first = loaded<n / 2, entries>(table, material, m, i),
+                       second = loaded<n / 2, entries>(table, material, m, i + n / 2 * side);
             return picked<n * side, decltype([](int lane) { return lane; })>(first, second);
         }
     }
@@ -93,13 +94,14 @@ struct Gathered {
                       })>(a, b);
     }
 
-    static LaneCoefficients of(const Coefficients* table, const int* material) {
+    // entries: Coefficients in the table for each element.
+    template <int entries> static LaneCoefficients of(const Coefficients* table, const int* material) {
         Wide all[members];
 #pragma GCC unroll 8
         for (int m = 0; m < members; m += side) {
             Wide::Lanes cell[side];
 #pragma GCC unroll 4
-            for (int j = 0; j < side; ++j) cell[j] = loaded<lanes / side>(table, material, m, j);
+            for (int j = 0; j < side; ++j) cell[j] = loaded<lanes / side, entries>(table, material, m, j);
             if constexpr (side == 2) {
                 all[m] = Wide(in_turn<0>(cell[0], cell[1]));
                 all[m + 1] = Wide(in_turn<1>(cell[0], cell[1]));
@@ -133,42 +135,48 @@ inline bool alike(const int* material) {
 inline bool is_chain(const AdvanceArguments<Kernels>& a) { return a.elements > 1 || a.spring; }
 
 // Steps a row, a cache line of cells at a time.
-template <bool framed, bool materials, bool compensated, bool chain>
+template <Path path, bool materials, bool compensated, bool chain>
 int advance_in(const AdvanceArguments<Kernels> a, const Constants c) {
+    constexpr int entries = entries_of(path);
     Bits changed[state_sums] = {};
     const bool apart = a.to.strain != a.to.value[sum_strain]; // the strains of chains, and of pads
     const auto step = [&](int i, auto coefficients) {
-        const real strain = step_at<framed, compensated, chain>(
+        const real strain = step_at<path, compensated, chain>(
             a, i, c, coefficients, [&](int sum, Sum before, Sum after) { changed[sum] |= differing(before, after); });
         if (chain || apart) store(a.to.strain + i, strain);
     };
     int material = materials ? *a.material : 0;
-    LaneCoefficients k = lanes_of(materials ? a.table[material] : chain ? a.table[0] : c.coefficients);
+    LaneCoefficients k = lanes_of(materials ? a.table[entries * material] : chain ? a.table[0] : c.coefficients);
     for (int begin = 0; begin < a.count; begin += line) {
         if (materials && !alike(a.material + begin)) {
             for (int i = begin; i < begin + line; i += lanes)
-                step(i, [&](int e) { return Gathered::of(a.table + e, a.material + i); });
+                step(i, [&](int n) { return Gathered::of<entries>(a.table + n, a.material + i); });
             continue;
         }
-        if (materials && a.material[begin] != material) k = lanes_of(a.table[material = a.material[begin]]);
+        if (materials && a.material[begin] != material) k = lanes_of(a.table[entries * (material = a.material[begin])]);
 #pragma GCC unroll 8
         for (int i = begin; i < begin + line; i += lanes)
-            step(i, [&](int e) { return chain && e > 0 ? lanes_of(a.table[material + e]) : k; });
+            step(i, [&](int n) { return chain && n > 0 ? lanes_of(a.table[entries * material + n]) : k; });
     }
     int bits = 0;
     for (int s = 0; s < state_sums; ++s) bits |= int(any<lanes>(changed[s])) << s;
     return bits;
 }
 
-template <bool framed, bool materials, bool compensated>
+template <Path path, bool materials, bool compensated>
 int advance_chain(const AdvanceArguments<Kernels>& a, const Constants& c) {
-    return is_chain(a) ? advance_in<framed, materials, compensated, true>(a, c)
-                       : advance_in<framed, materials, compensated, false>(a, c);
+    if constexpr (path != Path::bent) // as a chain of any length, because its coefficients are always in the table
+        if (!is_chain(a)) return advance_in<path, materials, compensated, false>(a, c);
+    return advance_in<path, materials, compensated, true>(a, c);
 }
 
-template <bool framed, bool materials> int advance_for(const AdvanceArguments<Kernels>& a, const Constants& c) {
-    return a.from.lost[sum_strain] ? advance_chain<framed, materials, true>(a, c)
-                                   : advance_chain<framed, materials, false>(a, c);
+template <Path path, bool materials> int advance_with(const AdvanceArguments<Kernels>& a, const Constants& c) {
+    return a.from.lost[sum_strain] ? advance_chain<path, materials, true>(a, c)
+                                   : advance_chain<path, materials, false>(a, c);
+}
+
+template <Path path> int advance_for(const AdvanceArguments<Kernels>& a, const Constants& c) {
+    return a.material ? advance_with<path, true>(a, c) : advance_with<path, false>(a, c);
 }
 
 // The curvature of a block at column x. along: its second difference along the row.
@@ -265,9 +273,9 @@ __attribute__((always_inline)) inline Summary summary_of_blocks(const real (&x)[
     return s[0];
 }
 
-// The rest of the tree, for several quantities at once. Cells `reach` apart are to be joined, in x and in y. Lanes whose
-// number has the bit `reach` clear come from x, all others from y, so that no lane is idle. second = 0 picks the lower
-// cell of each pair, 1 the cell `reach` above it.
+// The rest of the tree, for several quantities at once. Cells `reach` apart are to be joined, in x and in y. Lanes
+// whose number has the bit `reach` clear come from x, all others from y, so that no lane is idle. second = 0 picks the
+// lower cell of each pair, 1 the cell `reach` above it.
 template <int reach, int second> inline Wide halves(Wide x, Wide y) {
     return Wide(picked<lanes, decltype([](int lane) {
                            return lane & reach ? lanes + lane - (second ? 0 : reach) : lane + (second ? reach : 0);
@@ -314,8 +322,8 @@ __attribute__((always_inline)) inline void store_summaries(const Summary (&of_bl
     }
 }
 
-// Computes the responses of the tile at column x: its sums, its map, or both. inner: the tile reads no cell beyond an end
-// of its row.
+// Computes the responses of the tile at column x: its sums, its map, or both. inner: the tile reads no cell beyond an
+// end of its row.
 template <int stencil, bool passed, bool inner>
 inline void respond_tile(const RespondArguments<Kernels>& r, const EndCells<stencil>& end_cells, int x,
                          const Constants& c) {
@@ -366,16 +374,17 @@ bool sums(const RespondArguments<Kernels>& r) {
     return asked;
 }
 
-// Steps cell i between frames. k, more: the coefficients of the first element, and of all elements in series.
-template <bool compensated, bool chain>
+// Steps cell i between frames. k, more: the first coefficients of the first element, and all coefficients of all
+// elements in series.
+template <Path path, bool compensated, bool chain>
 __attribute__((always_inline)) inline void step_between(const AdvanceArguments<Kernels>& a, int i, const Constants& c,
                                                         const LaneCoefficients& k, const Coefficients* more) {
     const auto nothing = [](int, Sum, Sum) {};
     if constexpr (chain)
-        store(a.to.strain + i, step_at<true, compensated, true>(
-                                   a, i, c, [&](int e) { return e > 0 ? lanes_of(more[e]) : k; }, nothing));
+        store(a.to.strain + i, step_at<path, compensated, true>(
+                                   a, i, c, [&](int n) { return n > 0 ? lanes_of(more[n]) : k; }, nothing));
     else // by reference: a copy for each block would go through memory
-        step_at<true, compensated, false>(
+        step_at<path, compensated, false>(
             a, i, c, [&](int) -> const LaneCoefficients& { return k; }, nothing);
 }
 
@@ -384,13 +393,13 @@ __attribute__((always_inline)) inline void lead_on(RowSteps<Kernels>& s) {
     const auto lead = [](auto*& row, size_t cells) { row = row ? row + cells : nullptr; };
     AdvanceArguments<Kernels>& a = s.advance;
     RespondArguments<Kernels>& r = s.respond;
-    for (const scalar** row : {&a.pressure, &a.pressure_to, &r.strain.far_low, &r.strain.low, &r.strain.here, &r.strain.high,
-                               &r.strain.far_high, &r.rest_curvature, &r.signal[0], &r.signal[1]})
+    for (const scalar** row : {&a.pressure, &a.pressure_to, &r.strain.far_low, &r.strain.low, &r.strain.here,
+                               &r.strain.high, &r.strain.far_high, &r.rest_curvature, &r.signal[0], &r.signal[1]})
         lead(*row, s.pitch);
     lead(a.material, s.pitch);
     for (StateRow<scalar>* state : {&a.from, &a.to})
-        for (scalar** row :
-             {&state->value[0], &state->value[1], &state->lost[0], &state->lost[1], &state->strain, &state->rate})
+        for (scalar** row : {&state->value[0], &state->value[1], &state->lost[0], &state->lost[1], &state->strain,
+                             &state->rate, &state->previous})
             lead(*row, s.pitch);
     for (scalar*& row : r.response) lead(row, s.response_pitch);
     for (auto*& row : r.tiles) lead(row, s.tiles);
@@ -402,9 +411,9 @@ __attribute__((always_inline)) inline void lead_on(RowSteps<Kernels>& s) {
     }
 }
 
-// The fused loop of step_rows: it steps a row and answers another one, row after row. The arguments are copied and their
-// address is never passed on: the compiler then knows that no store changes them.
-template <int stencil, bool compensated, bool chain, bool passed>
+// The fused loop of step_rows: it steps a row and answers another one, row after row. The arguments are copied and
+// their address is never passed on: the compiler then knows that no store changes them.
+template <int stencil, Path path, bool compensated, bool chain, bool passed>
 void step_rows_in(const RowSteps<Kernels>& given, const Constants& constants) {
     RowSteps<Kernels> s = given;
     const Constants c = constants;
@@ -414,8 +423,10 @@ void step_rows_in(const RowSteps<Kernels>& given, const Constants& constants) {
               end = begin + max(min(r.last, r.strain.width - far) - begin, 0) / line * line;
     const EndCells<stencil> ends(r.strain);
     const LaneCoefficients k = lanes_of(chain ? a.table[0] : c.coefficients);
-    Coefficients table[most_in_series]; // a copy, because the compiler cannot know that no store changes a.table
-    for (int e = 0; chain && e < a.elements + a.spring; ++e) table[e] = a.table[e];
+    constexpr int entries = entries_of(path);
+    // a copy, because the compiler cannot know that no store changes a.table
+    Coefficients table[entries * most_in_series];
+    for (int n = 0; chain && n < entries * (a.elements + a.spring); ++n) table[n] = a.table[n];
     for (int row = 0; row < s.rows; ++row, lead_on(s)) {
         EndDifferences low, high;
         low.fill<stencil>(r.strain.here, ends, r.first, begin);
@@ -423,7 +434,8 @@ void step_rows_in(const RowSteps<Kernels>& given, const Constants& constants) {
         const auto step_lines = [&](auto streams) __attribute__((always_inline)) {
             for (int x = begin; x < end; x += line) {
 #pragma GCC unroll 8
-                for (int i = 0; i < line; i += lanes) step_between<compensated, chain>(a, x + i - r.first, c, k, table);
+                for (int i = 0; i < line; i += lanes)
+                    step_between<path, compensated, chain>(a, x + i - r.first, c, k, table);
                 respond_line<stencil, passed, streams.number != 0>(r, x, c);
             }
         };
@@ -432,7 +444,7 @@ void step_rows_in(const RowSteps<Kernels>& given, const Constants& constants) {
         for (int side = 0; side < 2; ++side) {
             const scalar* along = (side ? high : low).values + lanes;
             for (int x = side ? end : r.first, last = side ? r.last : begin; x < last; x += lanes, along += lanes) {
-                step_between<compensated, chain>(a, x - r.first, c, k, table);
+                step_between<path, compensated, chain>(a, x - r.first, c, k, table);
                 respond_block<passed>(r, x, min(last - x, lanes), curvature_at<stencil>(r, x, loaded(along), c), c);
             }
         }
@@ -441,8 +453,9 @@ void step_rows_in(const RowSteps<Kernels>& given, const Constants& constants) {
 
 template <bool compensated, bool passed> void step_rows_for(const RowSteps<Kernels>& s, const Constants& c) {
     with_stencil(s.respond.strain.stencil, [&](auto stencil) {
-        if (is_chain(s.advance)) step_rows_in<stencil.number, compensated, true, passed>(s, c);
-        else step_rows_in<stencil.number, compensated, false, passed>(s, c);
+        if (s.advance.to.previous) step_rows_in<stencil.number, Path::bent, compensated, true, passed>(s, c);
+        else if (is_chain(s.advance)) step_rows_in<stencil.number, Path::linear, compensated, true, passed>(s, c);
+        else step_rows_in<stencil.number, Path::linear, compensated, false, passed>(s, c);
     });
 }
 
@@ -450,8 +463,9 @@ template <bool compensated, bool passed> void step_rows_for(const RowSteps<Kerne
 
 int advance(const AdvanceArguments<Kernels>& a, const Constants& c) {
     using namespace blocks;
-    const int changed = a.pressure_to ? (a.material ? advance_for<true, true>(a, c) : advance_for<true, false>(a, c))
-                                      : (a.material ? advance_for<false, true>(a, c) : advance_for<false, false>(a, c));
+    const int changed = !a.pressure_to  ? advance_for<Path::held>(a, c)
+                        : a.to.previous ? advance_for<Path::bent>(a, c)
+                                        : advance_for<Path::linear>(a, c);
     end_vector_code();
     return changed;
 }
@@ -483,8 +497,7 @@ int step_rows(const RowSteps<Kernels>& given, const Constants& c) {
                        passed = c.gain_plus == real(1) && c.gain_minus == real(-1);
             if (compensated)
                 passed ? blocks::step_rows_for<true, true>(given, c) : blocks::step_rows_for<true, false>(given, c);
-            else
-                passed ? blocks::step_rows_for<false, true>(given, c) : blocks::step_rows_for<false, false>(given, c);
+            else passed ? blocks::step_rows_for<false, true>(given, c) : blocks::step_rows_for<false, false>(given, c);
             end_vector_code();
             return (1 << state_sums) - 1;
         }

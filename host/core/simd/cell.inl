@@ -2,9 +2,10 @@
 // Steps, Laplacians and responses in the memory of rows. The namespace that includes this has the kernels' functions, a
 // `real` that is one cell or several neighbouring cells, and loaded() and store(), which read and write such a real.
 
-// A cell, or neighbouring ones, for kernels/cell.h: those at `i` of a row. coefficients(e): the coefficients of element
-// e. changed(sum, before, after) is called for every sum. chain: the cell has several elements.
-template <bool framed, bool compensated, bool chain, class CoefficientsOf, class Changed> struct RowCell {
+// A cell, or neighbouring ones, for kernels/cell.h: those at `i` of a row. coefficients(n): Coefficients n of the
+// cell's elements, entries_of(path) of each. changed(sum, before, after) is called for every sum. chain: the cell may
+// have several elements.
+template <Path path, bool compensated, bool chain, class CoefficientsOf, class Changed> struct RowCell {
     const AdvanceArguments<Kernels>& a;
     int i;
     const CoefficientsOf& coefficients;
@@ -16,10 +17,14 @@ template <bool framed, bool compensated, bool chain, class CoefficientsOf, class
 
     friend int elements_of(const RowCell& cell) { return chain ? cell.a.elements : 1; }
     friend bool has_spring(const RowCell& cell) { return chain && cell.a.spring; }
-    friend bool has_rate(const RowCell& cell) { return framed && chain && cell.a.to.rate; }
+    friend bool has_rate(const RowCell& cell) { return path != Path::held && chain && cell.a.to.rate; }
     friend bool has_integral(const RowCell& cell) { return cell.a.to.value[sum_integral]; }
     friend int is_compensated(const RowCell&) { return compensated; }
-    friend decltype(auto) element_of(const RowCell& cell, int e) { return cell.coefficients(e); }
+    friend bool has_past(const RowCell&) { return path == Path::bent; }
+    friend decltype(auto) element_of(const RowCell& cell, int e) { return cell.coefficients(entries_of(path) * e); }
+    friend decltype(auto) past_of(const RowCell& cell, int e) { return cell.coefficients(2 * e + 1); }
+    friend real previous_from(const RowCell& cell) { return loaded(cell.a.from.previous + cell.i); }
+    friend void store_previous(const RowCell& cell, real p) { store(cell.a.to.previous + cell.i, p); }
     friend Sum sum_from(const RowCell& cell, int s) {
         const int sum = cell.sum(s);
         return sum_of(loaded(cell.a.from.value[sum] + cell.at(s)),
@@ -37,13 +42,13 @@ template <bool framed, bool compensated, bool chain, class CoefficientsOf, class
 
 // Steps cell i, stores its new state and signals, and returns its strain. It is always inlined: a call would load all
 // coefficients for each block.
-template <bool framed, bool compensated, bool chain, class CoefficientsOf, class Changed>
+template <Path path, bool compensated, bool chain, class CoefficientsOf, class Changed>
 __attribute__((always_inline)) inline real step_at(const AdvanceArguments<Kernels>& a, int i, const Constants& c,
                                                    const CoefficientsOf& coefficients, const Changed& changed) {
-    const Load load = framed ? load_between(loaded(a.pressure + i), loaded(a.pressure_to + i), c)
-                             : load_of(loaded(a.pressure + i), c);
+    const Load load = path == Path::held ? load_of(loaded(a.pressure + i), c)
+                                         : load_between(loaded(a.pressure + i), loaded(a.pressure_to + i), c);
     const CellStep step =
-        step_of(RowCell<framed, compensated, chain, CoefficientsOf, Changed>{a, i, coefficients, changed}, load);
+        step_of(RowCell<path, compensated, chain, CoefficientsOf, Changed>{a, i, coefficients, changed}, load);
 #pragma GCC unroll 8
     for (int s = 0; s < STEP_SIGNALS; ++s)
         if (a.signal[s]) store(a.signal[s] + i, signal(QUANTITY_FA1 + s, step.motion, step.integral));

@@ -47,12 +47,18 @@ template <class real> struct StateRow {
     size_t element; // the distance from an element's strains to the next element's strains
     real* strain;   // the cells' strain; of a single element its values
     real* rate;     // of a spring, between frames for FA2; otherwise null
+    real* previous; // the pressure of the frame before, under parabolic hold; otherwise null
 };
 
 constexpr int most_in_series = 10; // elements of a cell, spring and dashpot included
 
+// How the pressure runs over a step: a map under an envelope, or from frame to frame, linearly or along a parabola.
+enum class Path { held, linear, bent };
+constexpr int entries_of(Path path) { return path == Path::bent ? 2 : 1; } // Coefficients of each element
+
 // Arguments of a step of `count` cells of a row. The new state may overwrite the old one. pressure_to is null without
-// frames, and material is null for a uniform material. table is then read only if there are several elements.
+// frames, and material is null for a uniform material. table is then read only if there are several elements, or under
+// parabolic hold, where it has two Coefficients for each element.
 template <class K> struct AdvanceArguments {
     using real = typename K::real;
     int count;

@@ -20,7 +20,7 @@ Recorder::Recorder(Pipelines& pipelines, plan::StreamedSkin&& streamed, uint32_t
     if (skin.description.sites.empty())
         fields_.emplace(pipelines, skin, streamed_.variant(), skin.whole(), max_bindings);
     else sites_.emplace(pipelines, streamed_, layout_, max_bindings);
-    if (fields_ && streamed_.pads > 1 && !skin.tabled() && streamed_.elements_of_pad.empty()) {
+    if (fields_ && streamed_.pads > 1 && !streamed_.variant().tabled() && streamed_.elements_of_pad.empty()) {
         plan::Variant alike = streamed_.variant();
         alike.pads = plan::Variant::Pads::alike;
         alike_.emplace(pipelines, skin, alike, skin.whole(), max_bindings);
@@ -35,7 +35,7 @@ Recorder::Recorder(Pipelines& pipelines, plan::StreamedSkin&& streamed, uint32_t
     }
     if (streamed_.pads > 1)
         table_ = append(std::vector<f32::Coefficients>(behind_list() + size_t(streamed_.pads) * table_length()));
-    else if (skin.tabled()) table_ = append(std::vector<f32::Coefficients>(materials().size()));
+    else if (streamed_.variant().tabled()) table_ = append(std::vector<f32::Coefficients>(table_length()));
     fill_needs();
     check_limits();
     plan::drop_maps(streamed_.skin);
@@ -159,12 +159,14 @@ size_t Recorder::behind_list() const {
 
 std::span<const plan::Element> Recorder::elements_of(int pad) const {
     const std::vector<plan::Element>& own = streamed_.elements_of_pad;
-    return own.empty() ? std::span(materials_) : std::span(own).subspan(size_t(pad) * table_length(), table_length());
+    const size_t chain = streamed_.skin.chain.length;
+    return own.empty() ? std::span(materials_) : std::span(own).subspan(size_t(pad) * chain, chain);
 }
 
 template <class F> bool Recorder::each_update(PressTable& table, const Press& press, const Slots& slots, F f) const {
     const plan::PreparedSkin& skin = streamed_.skin;
-    const size_t length = table_length(), chain = skin.chain.length,
+    const size_t entries = plan::entries_of(streamed_.hold), length = table_length(),
+                 chain = entries * skin.chain.length,
                  most = table.coefficients.size() / chain * chain; // whole materials
     f32::Coefficients* const begin = table.coefficients.data();
     size_t done = 0, n = 0;
@@ -172,8 +174,8 @@ template <class F> bool Recorder::each_update(PressTable& table, const Press& pr
         for (size_t at = 0, more; at < length; at += more) {
             more = std::min(length - at, most - n);
             const std::span<const plan::Element> elements =
-                elements_of(press.pads.count ? press.pads[i] : 0).subspan(at, more);
-            if (!plan::fill_table(elements, skin.chain, skin.rule, press.dt[i], begin + n)) return false;
+                elements_of(press.pads.count ? press.pads[i] : 0).subspan(at / entries, more / entries);
+            if (!plan::fill_table(elements, skin.chain, skin.rule, press.dt.of(press.pads, i), begin + n)) return false;
             n += more;
             if (n < most && (at + more < length || i + 1 < slots.last)) continue;
             f(done, begin, n);

@@ -54,13 +54,17 @@ class Recorder {
     template <class T> Slice append(const std::vector<T>&);
     // The elements of all materials of a skin, or of a pad without elements of its own.
     const std::vector<plan::Element>& materials() const { return materials_; }
+    // The coefficients of a pad's table.
     size_t table_length() const {
-        return streamed_.elements_of_pad.empty() ? materials_.size() : streamed_.skin.chain.length;
+        return plan::entries_of(streamed_.hold) *
+               (streamed_.elements_of_pad.empty() ? materials_.size() : streamed_.skin.chain.length);
     }
     size_t pads_of_group() const { return fields_ ? fields_->pads_of_group() : 1; } // of a workgroup
     // The index of the first coefficients behind a list of all pads, counted in Coefficients.
     size_t behind_list() const;
-    bool pads_alike(const Press& press) const { return streamed_.elements_of_pad.empty() && !press.dt.each; }
+    bool pads_alike(const Press& press) const {
+        return streamed_.elements_of_pad.empty() && !press.dt.each && press.dt.alike(press.pads);
+    }
     // The elements of a pad's table.
     std::span<const plan::Element> elements_of(int pad) const;
     // Pads first .. last - 1 of a press, by their places in its list.

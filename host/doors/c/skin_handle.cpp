@@ -14,7 +14,7 @@ static_assert(std::is_same_v<int32_t, int>);
 dermis::SkinOptions options_of(const dermis_skin_options* given, const dermis::Material& material) {
     dermis::SkinOptions options;
     if (!given) return options;
-    need_size(given, "options");
+    need_size(given, "options", offsetof(dermis_skin_options, hold));
     if (given->count < 1 || given->count > 1048576) // before a material is made for each
         refuse("options->count", std::to_string(given->count), "1..1048576 pads");
     options.count = given->count;
@@ -42,6 +42,11 @@ dermis::SkinOptions options_of(const dermis_skin_options* given, const dermis::M
     default:
         refuse("options->precision", std::to_string(given->precision),
                "DERMIS_DEFAULT_PRECISION (0) .. DERMIS_F32_COMPENSATED (2)");
+    }
+    if (given->size == sizeof *given) {
+        if (given->hold != DERMIS_LINEAR && given->hold != DERMIS_PARABOLIC)
+            refuse("options->hold", std::to_string(given->hold), "DERMIS_LINEAR (0), DERMIS_PARABOLIC (1)");
+        options.hold = given->hold == DERMIS_PARABOLIC ? dermis::Hold::parabolic : dermis::Hold::linear;
     }
     return options;
 }
@@ -157,7 +162,7 @@ dermis_status dermis_skin_set_material(dermis_skin* skin, const dermis_scene* sc
 dermis_status dermis_skin_get_report(const dermis_skin* skin, int32_t pad, dermis_report* report) {
     return guarded([&] {
         need_pointer(skin, "skin");
-        need_size(report, "report");
+        need_size(report, "report", offsetof(dermis_report, vibration));
         fill(report, skin->skin.report(pad));
     });
 }

@@ -3,6 +3,7 @@
 #include "host/doors/c/handles.hpp"
 
 #include <algorithm>
+#include <cstring>
 #include <new>
 
 namespace dermis::c {
@@ -69,7 +70,7 @@ void fill(dermis_report* to, const Report& from) {
     if (from.retardation_times.size() > most)
         throw std::length_error("a report has " + std::to_string(from.retardation_times.size()) + " retardation times");
     dermis_report report{};
-    report.size = sizeof report;
+    report.size = to->size;
     report.strain = figure_of(from.strain);
     report.indentation = figure_of(from.indentation);
     report.gain = figure_of(from.gain);
@@ -78,7 +79,8 @@ void fill(dermis_report* to, const Report& from) {
         report.retardation_times[report.retardation_time_count++] = figure_of(f);
     for (Quantity q : from.sign_changed)
         report.sign_changed |= DERMIS_BIT(std::ranges::find(quantities, q) - std::begin(quantities));
-    *to = report;
+    report.vibration = figure_of(from.vibration);
+    std::memcpy(to, &report, report.size);
 }
 
 } // namespace dermis::c

@@ -102,7 +102,9 @@ void bind_report(nb::module_& m) {
                 for (Quantity q : r.sign_changed) names.push_back(name(q));
                 return names;
             },
-            "The responses that have in some cell another sign than what they answer to.");
+            "The responses that have in some cell another sign than what they answer to.")
+        .def_ro("vibration", &Report::vibration,
+                "Hz: where frames lose a tenth of a vibration, 0.178 over the time between two frames.");
 }
 
 } // namespace dermis::python

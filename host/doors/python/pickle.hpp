@@ -32,7 +32,7 @@ template <class Archive> void members(Archive& each, Scene& s) { // has a base, 
     each(s.grid, s.surface, s.material, s.stencil, s.edges, s.receptors, s.sites);
     each(s.model, s.precision, s.tolerance, s.method, s.allow_unstable, s.load, s.time, s.output);
 }
-DERMIS_MEMBERS(SkinOptions, responses, precision, count, materials)
+DERMIS_MEMBERS(SkinOptions, responses, precision, count, materials, hold)
 DERMIS_MEMBERS(Trace, quantity, mean, min, max, probes)
 DERMIS_MEMBERS(Impulse, time, quantity, mean, min, max, probes)
 DERMIS_MEMBERS(Field, at, quantity, values)
@@ -41,12 +41,13 @@ DERMIS_MEMBERS(Result, time, traces, responses, impulses, fields, device, model,
                seconds, tau_min, tau_max, predicted_error, measured_error, reduced, cells_per_ridge, stencil_estimate,
                greatest_curvature, greatest_gain, kinks, pressed_cells, cells_compared, cells_different)
 DERMIS_MEMBERS(Figure, value, least, greatest)
-DERMIS_MEMBERS(Report, strain, indentation, gain, cells_per_ridge, retardation_times, sign_changed)
+DERMIS_MEMBERS(Report, strain, indentation, gain, cells_per_ridge, retardation_times, sign_changed, vibration)
 DERMIS_MEMBERS(Relaxation, moduli, times, equilibrium)
 DERMIS_MEMBERS(Fit, elements, errors, residual, model, undetermined)
 DERMIS_MEMBERS(Candidate, model, precision, device, steps, dispatches, bytes, traffic, flops, seconds, error, refused,
                reduced)
-DERMIS_MEMBERS(Explanation, candidates, chosen, estimate, curvature, retardation_times, tolerance, binding)
+DERMIS_MEMBERS(Explanation, candidates, chosen, estimate, curvature, retardation_times, strain_between, fa1_between,
+               tolerance, binding)
 DERMIS_MEMBERS(contact::Contact, x, y, force, radius, area)
 DERMIS_MEMBERS(contact::WorldContact, position, force, radius, area, direction)
 DERMIS_MEMBERS(contact::Pose, position, rotation)

@@ -152,7 +152,10 @@ void bind_explanation(nb::module_& m) {
         .def_ro("tolerance", &Explanation::tolerance)
         .def_ro("binding", &Explanation::binding, "Whether the tolerance is the scene's.")
         .def_ro("stencil_estimate", &Explanation::stencil_estimate, "Greatest |C5 - C4| at rest, 1/m.")
-        .def_ro("greatest_curvature", &Explanation::greatest_curvature, "Greatest |C| at rest, 1/m.");
+        .def_ro("greatest_curvature", &Explanation::greatest_curvature, "Greatest |C| at rest, 1/m.")
+        .def_ro("strain_between_frames", &Explanation::strain_between_frames,
+                "What frames of a sequence lose of the strain: by how much lines and parabolas between them differ.")
+        .def_ro("fa1_between_frames", &Explanation::fa1_between_frames, "The same of FA1.");
     m.def("explain", explain_scene, nb::arg("scene"), nb::arg("device").none() = nb::none(),
           nb::arg("precision").none() = nb::none());
 }

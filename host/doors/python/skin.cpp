@@ -352,7 +352,7 @@ std::vector<int> axes_of(nb::handle n) {
 
 void make_skin(SkinWithShapes* self, const Scene& scene, nb::handle n, nb::handle device,
                const std::optional<Sequence<nb::str>>& responses, const std::optional<string_view>& precision,
-               const Sequence<Scene>& materials) {
+               const Sequence<Scene>& materials, string_view hold) {
     const std::vector<int> leading = axes_of(n);
     SkinOptions options;
     long long count = 1; // of which the library refuses what is too much
@@ -366,6 +366,9 @@ void make_skin(SkinWithShapes* self, const Scene& scene, nb::handle n, nb::handl
     if (precision) options.precision = value_named<Precision>("precision", *precision);
     for (const Scene* s : items_of<const Scene*>(materials, "materials", "scenes"))
         options.materials.push_back(s->material);
+    if (hold != "linear" && hold != "parabolic")
+        scene::refuse("hold", '"' + std::string(hold) + '"', "\"linear\", \"parabolic\"");
+    options.hold = hold == "parabolic" ? Hold::parabolic : Hold::linear;
     make_on(self, device_of(device), leading, scene, options);
 }
 
@@ -402,7 +405,7 @@ void bind_skin(nb::module_& m) {
     nb::class_<SkinWithShapes>(m, "Skin", "A skin, or a batch of them, pressed frame by frame.")
         .def(Pickled())
         .def("__init__", make_skin, nb::arg("scene"), nb::arg("n").none(), nb::arg("device").none(),
-             nb::arg("responses").none(), nb::arg("precision").none(), nb::arg("materials"))
+             nb::arg("responses").none(), nb::arg("precision").none(), nb::arg("materials"), nb::arg("hold"))
         .def(
             "press", press, nb::arg("pressure").none(), nb::arg("dt"), nb::arg("pads").none() = nb::none(),
             nb::arg("out").none() = nb::none(),

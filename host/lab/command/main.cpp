@@ -3,6 +3,7 @@
 #include "host/core/description/element.hpp"
 #include "host/core/embedding/check.hpp"
 #include "host/core/press/device.hpp"
+#include "host/core/press/report.hpp"
 #include "host/lab/command/bench.hpp"
 #include "host/lab/command/fit.hpp"
 #include "host/lab/command/settings.hpp"
@@ -146,6 +147,12 @@ void explain_run(const Arguments& a, const std::vector<std::string>& overrides, 
         fmt::print(
             "   materials have tau = {:.6g} s: the strain is the sum of {} maps, each times a function of time\n",
             fmt::join(e.retardation_times, ", "), e.retardation_times.size());
+    if (scene.load.interval)
+        fmt::print(
+            "   frames {:.4g} s apart: along parabolas in place of lines the strain differs by {:.2g} of its greatest "
+            "value and FA1 by {:.2g};\n   of a vibration of {:.3g} Hz they keep nine tenths, of {:.3g} Hz four\n",
+            *scene.load.interval, e.strain_between_frames, e.fa1_between_frames,
+            vibration_between(*scene.load.interval), 0.5 / *scene.load.interval);
     for (size_t i = 0; i < e.candidates.size(); ++i) {
         const Candidate& c = e.candidates[i];
         fmt::print("{} {} in {} on {}\n", i == e.chosen ? "->" : "  ", name(c.model), name(c.precision), c.device);

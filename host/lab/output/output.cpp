@@ -91,10 +91,11 @@ std::string json_of(const Report& r) {
     "gain": {},
     "cells_per_ridge": {},
     "retardation_times": [{}],
-    "sign_changed": [{}]
+    "sign_changed": [{}],
+    "vibration": {}
   }})",
                        json_of(r.strain), json_of(r.indentation), json_of(r.gain), json_of(r.cells_per_ridge),
-                       fmt::join(times, ",\n      "), fmt::join(changed, ", "));
+                       fmt::join(times, ",\n      "), fmt::join(changed, ", "), json_of(r.vibration));
 }
 
 std::string summary_json(const Scene& s, const Result& r, const std::string& begin) {

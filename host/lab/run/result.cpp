@@ -88,6 +88,7 @@ Report report(const Scene& s, const Result& r) try {
         if (s.grid.spacing) report.indentation.value = report.strain.value * s.material.thickness.value_or(0);
     }
     report.sign_changed = sign_changed(s, r);
+    if (s.load.interval) report.vibration.value = vibration_between(*s.load.interval);
     return report;
 } catch (const std::bad_alloc&) {
     scene::out_of_memory([] { return "the report of a result"; });

@@ -17,6 +17,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <span>
 
 namespace dermis {
 
@@ -257,6 +258,44 @@ class Run {
     std::unique_ptr<CrossCheck> check_;
 };
 
+// Presses the cell with the greatest pressure along lines and along parabolas between the frames of a sequence.
+void compare_holds(const plan::PreparedRun& run, Explanation& e) try {
+    scene::NpyFile& frames = *run.schedule.sequence;
+    std::vector<double> frame;
+    size_t cell = 0;
+    double peak = 1e-300; // no quotient by 0
+    for (long long k = 0; k < frames.maps(); ++k) {
+        frames.read(k, frame);
+        for (size_t i = 0; i < frame.size(); ++i)
+            if (std::abs(frame[i]) > peak) peak = std::abs(frame[cell = i]);
+    }
+    SkinDescription one;
+    one.grid = {1, 1, {}}; // without curvature, so that responses are strain and rate
+    std::vector<KelvinVoigt> elements;
+    const auto first = run.skin.materials.begin() + long(run.skin.material_at(cell));
+    for (const plan::Element& m : std::span(first, run.skin.chain.length)) elements.push_back({m.modulus, m.viscosity});
+    scene::take_chain(one.material, elements);
+    SkinOptions options{.responses = {Quantity::sa1, Quantity::fa1}};
+    Skin line(Device::cpu(1), one, options);
+    options.hold = Hold::parabolic;
+    Skin bow(Device::cpu(1), one, options);
+    double differ[2] = {}, greatest[2] = {1e-300, 1e-300};
+    for (long long k = 0; k < frames.maps(); ++k) {
+        frames.read(k, frame);
+        for (Skin* skin : {&line, &bow}) // a jump at the first frame
+            skin->press({float(frame[cell] / peak)}, k ? *run.schedule.load.interval : 0);
+        for (size_t i = 0; i < 2; ++i) {
+            const double x = line.response(options.responses[i])[0], y = bow.response(options.responses[i])[0];
+            differ[i] = std::max(differ[i], std::abs(x - y));
+            greatest[i] = std::max(greatest[i], std::abs(y));
+        }
+    }
+    e.strain_between_frames = differ[0] / greatest[0];
+    e.fa1_between_frames = differ[1] / greatest[1];
+} catch (const Error& error) { // a number beyond float: nothing is known
+    if (error.code() != Error::Code::bad_input) throw;
+}
+
 } // namespace
 
 SceneMaps maps(const Scene& scene) try {
@@ -276,7 +315,10 @@ SceneMaps maps(const Scene& scene) try {
 Explanation explain(const Scene& scene, const Device& device, const RunOptions& options) try {
     const DefaultFloats guard;
     const scene::Watch watch(options.progress);
-    return decided(prepared(scene, device, false), device, options, true).explanation;
+    const Prepared p = prepared(scene, device, false);
+    Explanation e = decided(p, device, options, true).explanation;
+    if (p.run.schedule.sequence) compare_holds(p.run, e);
+    return e;
 } catch (const std::bad_alloc&) {
     scene::out_of_memory([&] { return needs_of(scene); });
 }

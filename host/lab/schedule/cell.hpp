@@ -11,8 +11,8 @@
 
 namespace dermis::plan {
 
-// A cell for kernels/cell.h: its state, as an array of sums: of each element, the integral, and the rate of a spring.
-// k: the coefficients of each element, a spring last.
+// A cell for kernels/cell.h: its state, as an array of sums: of each element, the integral, the rate of a spring, and
+// the pressure of the frame before. k: the coefficients of each element, a spring last, as they stand in a table.
 template <class K> struct SingleCell {
     using Sum = typename K::Sum;
     using real = typename K::real;
@@ -21,16 +21,24 @@ template <class K> struct SingleCell {
     const Sum* before;
     Sum* after; // null: the step is not kept
 
-    static size_t sums(const StateShape& shape) { return shape.elements + 2; }
+    static size_t sums(const StateShape& shape) { return shape.elements + 3; }
 
     friend int elements_of(const SingleCell& c) { return int(c.shape.elements); }
     friend bool has_spring(const SingleCell& c) { return c.shape.spring; }
     friend bool has_rate(const SingleCell& c) { return c.shape.rate; }
     friend bool has_integral(const SingleCell&) { return true; }
     friend int is_compensated(const SingleCell& c) { return c.shape.compensated; }
-    friend const typename K::LaneCoefficients& element_of(const SingleCell& c, int e) { return c.k[e]; }
+    friend bool has_past(const SingleCell& c) { return c.shape.previous; }
+    friend const typename K::LaneCoefficients& element_of(const SingleCell& c, int e) {
+        return c.k[(1 + c.shape.previous) * e];
+    }
+    friend const typename K::LaneCoefficients& past_of(const SingleCell& c, int e) { return c.k[2 * e + 1]; }
     friend Sum sum_from(const SingleCell& c, int s) { return c.before[s]; }
     friend real rate_from(const SingleCell& c) { return c.before[c.shape.elements + 1].value; }
+    friend real previous_from(const SingleCell& c) { return c.before[c.shape.elements + 2].value; }
+    friend void store_previous(const SingleCell& c, real p) {
+        if (c.after) c.after[c.shape.elements + 2].value = p;
+    }
     friend void store(const SingleCell& c, int s, Sum, Sum after) {
         if (c.after) c.after[s] = after;
     }

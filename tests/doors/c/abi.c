@@ -41,7 +41,7 @@ int main(void) {
     OFFSET(dermis_device_info, refused);
     OFFSET(dermis_device_info, vulkan);
     OFFSET(dermis_device_info, exact);
-    SIZE(dermis_report);
+    FIRST_SIZE(dermis_report, sign_changed);
     OFFSET(dermis_report, strain);
     OFFSET(dermis_report, indentation);
     OFFSET(dermis_report, gain);
@@ -49,7 +49,7 @@ int main(void) {
     OFFSET(dermis_report, retardation_times);
     OFFSET(dermis_report, retardation_time_count);
     OFFSET(dermis_report, sign_changed);
-    SIZE(dermis_skin_options);
+    FIRST_SIZE(dermis_skin_options, own_materials);
     OFFSET(dermis_skin_options, count);
     OFFSET(dermis_skin_options, responses);
     OFFSET(dermis_skin_options, precision);
@@ -111,5 +111,11 @@ int main(void) {
     OFFSET(dermis_taxels, row_step);
     OFFSET(dermis_contact_pad, tiled);
     SIZE(dermis_contact_pad);
+    NUMBER(DERMIS_LINEAR);
+    NUMBER(DERMIS_PARABOLIC);
+    OFFSET(dermis_skin_options, hold);
+    SIZE(dermis_skin_options);
+    OFFSET(dermis_report, vibration);
+    SIZE(dermis_report);
     return 0;
 }

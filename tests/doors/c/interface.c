@@ -318,6 +318,9 @@ static void options(void) {
     o.count = 1;
     o.own_materials = 2;
     REFUSED(dermis_skin_create(on, scene, &o, &skin), "options->own_materials = 2; allowed: 0, 1");
+    o.own_materials = 0;
+    o.hold = 2;
+    REFUSED(dermis_skin_create(on, scene, &o, &skin), "options->hold = 2; allowed: DERMIS_LINEAR (0), DERMIS_PARABOLIC (1)");
     o.size = 0;
     REFUSED(dermis_skin_create(on, scene, &o, &skin), "options->size = 0; allowed: ");
     CHECK(skin == NULL);

@@ -342,6 +342,22 @@ def test_strain_indentation_and_curvature_are_read_when_they_are_asked_for():
     assert skin_of(dermis.Scene(GRID, sites=[("sa1", 1, 2), ("fa1", 3, 4)]))["strain"].shape == (2,)
 
 
+def test_parabolic_hold_leads_on_from_the_press_before_and_is_pickled():
+    line, bow = skin_of(GRID), skin_of(GRID, hold="parabolic")
+    frames = pressures(3, 25, 20)
+    for frame in frames[:2]:
+        line.press(frame, 0.01)
+        bow.press(frame, 0.01)
+    assert (line["fa1"] != bow["fa1"]).any()
+    copied = pickle.loads(pickle.dumps(bow))
+    for skin in (bow, copied):
+        skin.press(frames[2], 0.02)
+    assert np.array_equal(bow["fa1"], copied["fa1"])
+    assert "parabolic hold" in str(refused(line.load, bow.save()))
+    assert 'hold = "cubic"; allowed: "linear", "parabolic"' in str(refused(skin_of, GRID, hold="cubic"))
+    assert line.report().vibration.value == pytest.approx(17.8, rel=1e-3)
+
+
 def test_a_report_tells_what_a_pad_means():
     skin = skin_of(GRID, 2)
     skin.press(np.ones((1, 25, 20), np.float32), 1.0, [1])
