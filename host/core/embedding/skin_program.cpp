@@ -165,24 +165,14 @@ struct SkinProgram::Impl {
 
 // Makes a program for a skin that the library has prepared.
 struct Internal {
-    static SkinProgram make(const Handles& handles, plan::StreamedSkin&& skin, uint32_t max_bindings) {
+    // of: the arguments of a constructor of Impl.
+    template <class... Of> static SkinProgram make(Of&&... of) {
         const DefaultFloats guard;
         SkinProgram program;
-        program.impl_ = std::make_unique<SkinProgram::Impl>(handles, std::move(skin), max_bindings);
-        return program;
-    }
-    static SkinProgram make(Pipelines& shared, const Handles& handles, plan::StreamedSkin&& skin,
-                            uint32_t max_bindings) {
-        const DefaultFloats guard;
-        SkinProgram program;
-        program.impl_ = std::make_unique<SkinProgram::Impl>(shared, handles, std::move(skin), max_bindings);
+        program.impl_ = std::make_unique<SkinProgram::Impl>(std::forward<Of>(of)...);
         return program;
     }
     static SkinProgram::Impl& impl_of(const SkinProgram& program) { return *program.impl_; }
-    static Recorded record_press(const SkinProgram& program, Recording& own, Binding binding,
-                                 const Recorder::Press& press) {
-        return impl_of(program).record(own.commands(), binding, press, {}, &own);
-    }
 };
 
 SkinProgram program_of(Context& context, const plan::StreamedSkin& skin, uint32_t max_bindings) {
@@ -193,7 +183,7 @@ void make_check(SkinProgram& program) { Internal::impl_of(program).make_check();
 
 Recorded record_press(const SkinProgram& program, Recording& own, Binding binding, const plan::PadList& pads,
                       const plan::StepLengths& dt) {
-    return Internal::record_press(program, own, binding, {pads, dt});
+    return Internal::impl_of(program).record(own.commands(), binding, {pads, dt}, {}, &own);
 }
 
 void set_elements(SkinProgram& program, const plan::PadList& pads, const std::vector<plan::Element>& elements) {
