@@ -49,10 +49,8 @@ void check_version(const Handles& h, const VkPhysicalDeviceProperties& propertie
 void check_extensions(const Handles& h) {
     const auto enumerate =
         function<PFN_vkEnumerateDeviceExtensionProperties>(h, "vkEnumerateDeviceExtensionProperties");
-    uint32_t count = 0;
-    check(enumerate(h.physical, nullptr, &count, nullptr), "vkEnumerateDeviceExtensionProperties");
-    std::vector<VkExtensionProperties> offered(count);
-    check(enumerate(h.physical, nullptr, &count, offered.data()), "vkEnumerateDeviceExtensionProperties");
+    const auto offered = listed<VkExtensionProperties>(
+        "vkEnumerateDeviceExtensionProperties", [&](auto... list) { return enumerate(h.physical, nullptr, list...); });
     for (const char* name : requirements().required_if_offered)
         for (const VkExtensionProperties& e : offered)
             if (std::strcmp(e.extensionName, name) == 0 && !enabled(h, name))

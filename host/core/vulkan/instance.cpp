@@ -88,11 +88,9 @@ Instance::Instance(const Loader& loader, const InstanceOptions& options) : optio
     if (!vkCreateInstance || !vkEnumerateInstanceExtensionProperties)
         no_device("the Vulkan loader lacks vkCreateInstance");
 
-    uint32_t count = 0;
-    constexpr const char* enumerate = "vkEnumerateInstanceExtensionProperties";
-    check(vkEnumerateInstanceExtensionProperties(nullptr, &count, nullptr), enumerate);
-    std::vector<VkExtensionProperties> extensions(count);
-    check(vkEnumerateInstanceExtensionProperties(nullptr, &count, extensions.data()), enumerate);
+    const auto extensions = listed<VkExtensionProperties>("vkEnumerateInstanceExtensionProperties", [](auto... list) {
+        return vkEnumerateInstanceExtensionProperties(nullptr, list...);
+    });
     std::vector<const char*> enabled;
     VkApplicationInfo application{VK_STRUCTURE_TYPE_APPLICATION_INFO};
     application.pApplicationName = application.pEngineName = "dermis";
@@ -144,10 +142,8 @@ Instance::~Instance() {
 }
 
 void Instance::find_devices() {
-    uint32_t count = 0;
-    check(vkEnumeratePhysicalDevices(handle_, &count, nullptr), "vkEnumeratePhysicalDevices");
-    std::vector<VkPhysicalDevice> handles(count);
-    if (count) check(vkEnumeratePhysicalDevices(handle_, &count, handles.data()), "vkEnumeratePhysicalDevices");
+    const auto handles = listed<VkPhysicalDevice>(
+        "vkEnumeratePhysicalDevices", [&](auto... list) { return vkEnumeratePhysicalDevices(handle_, list...); });
     if (handles.empty()) no_device("the Vulkan loader finds no device");
     for (VkPhysicalDevice handle : handles) {
         PhysicalDevice p;
@@ -191,20 +187,19 @@ void Instance::describe(PhysicalDevice& p) const {
     else if (compute == families.end()) p.info.refused = "no compute queue";
     else p.info.refused = why_not(limits);
     if (!p.info.refused.empty()) return;
-    std::vector<VkExtensionProperties> extensions;
-    VkResult result = vkEnumerateDeviceExtensionProperties(p.handle, nullptr, &count, nullptr);
-    if (result == VK_SUCCESS) {
-        extensions.resize(count);
-        result = vkEnumerateDeviceExtensionProperties(p.handle, nullptr, &count, extensions.data());
-    }
-    if (result != VK_SUCCESS) {
-        p.info.refused = failure(result, "vkEnumerateDeviceExtensionProperties");
+    try {
+        const auto extensions =
+            listed<VkExtensionProperties>("vkEnumerateDeviceExtensionProperties", [&](auto... list) {
+                return vkEnumerateDeviceExtensionProperties(p.handle, nullptr, list...);
+            });
+        const Requirements needs = requirements();
+        for (const auto& list : {needs.required_if_offered, needs.used_if_enabled})
+            for (const char* name : list)
+                if (offers(extensions, name)) p.extensions.emplace_back(name);
+    } catch (const Error& e) {
+        p.info.refused = e.what();
         return;
     }
-    const Requirements needs = requirements();
-    for (const auto& list : {needs.required_if_offered, needs.used_if_enabled})
-        for (const char* name : list)
-            if (offers(extensions, name)) p.extensions.emplace_back(name);
     p.rounds = rounds_to_even(vkGetPhysicalDeviceProperties2, p.handle, p.extensions);
 }
 
