@@ -80,7 +80,9 @@ Loader system_loader() {
     return loader;
 }
 
-Instance::Instance(const Loader& loader, const InstanceOptions& options) : options_(options), get_(loader.get) {
+Instance::Instance(const InstanceOptions& options, PFN_vkGetInstanceProcAddr get) : options_(options), get_(get) {}
+
+Instance::Instance(const Loader& loader, const InstanceOptions& options) : Instance(options, loader.get) {
     if (!loader.get) no_device(loader.missing);
     const DefaultFloats guard; // a software driver's threads inherit the floating-point environment
     const std::lock_guard lock(volk_mutex());
@@ -124,21 +126,15 @@ Instance::Instance(const Loader& loader, const InstanceOptions& options) : optio
     volkLoadInstanceOnly(handle_);
     destroy_ = vkDestroyInstance;
     destroy_messenger_ = vkDestroyDebugUtilsMessengerEXT;
-    try {
-        if (options_.validation)
-            check_made(vkCreateDebugUtilsMessengerEXT(handle_, &messenger, nullptr, &messenger_),
-                       "vkCreateDebugUtilsMessengerEXT", messenger_);
-        find_devices();
-    } catch (...) {
-        if (messenger_) destroy_messenger_(handle_, messenger_, nullptr);
-        destroy_(handle_, nullptr);
-        throw;
-    }
+    if (options_.validation)
+        check_made(vkCreateDebugUtilsMessengerEXT(handle_, &messenger, nullptr, &messenger_),
+                   "vkCreateDebugUtilsMessengerEXT", messenger_);
+    find_devices();
 }
 
 Instance::~Instance() {
     if (messenger_) destroy_messenger_(handle_, messenger_, nullptr);
-    destroy_(handle_, nullptr);
+    if (destroy_) destroy_(handle_, nullptr);
 }
 
 void Instance::find_devices() {
