@@ -111,7 +111,6 @@ class Kernel {
                 uint32_t z = 1) const noexcept;
 
   private:
-    VkBufferView view_of(const BufferRange&) const;
     void destroy_views(std::vector<VkBufferView>&) const;
 
     Pipelines& pipelines_;
