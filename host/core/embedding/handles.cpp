@@ -28,13 +28,11 @@ bool enabled(const Handles& h, const char* extension) {
 }
 
 void check_given(const Handles& h) {
-    const auto need = [](bool there, const char* parameter) {
+    for (const auto& [parameter, there] : {std::pair{"instance", h.instance != nullptr},
+                                           {"physical", h.physical != nullptr},
+                                           {"device", h.device != nullptr},
+                                           {"get_instance_proc_addr", h.get_instance_proc_addr != nullptr}})
         if (!there) refuse(parameter, "null", "a handle of the host's own device");
-    };
-    need(h.instance, "instance");
-    need(h.physical, "physical");
-    need(h.device, "device");
-    need(h.get_instance_proc_addr, "get_instance_proc_addr");
 }
 
 void check_version(const Handles& h, const VkPhysicalDeviceProperties& properties) {
