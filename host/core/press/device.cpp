@@ -26,7 +26,7 @@ std::string lower(std::string s) {
 Device open_vulkan(const std::shared_ptr<const vulkan::Instance>& instance, const PhysicalDevice& physical) {
     auto impl = std::make_shared<Device::Impl>();
     impl->info = physical.info;
-    impl->backend = vulkan::backend(std::make_shared<vulkan::Context>(instance, physical));
+    impl->backend = std::make_shared<vulkan::VulkanBackend>(std::make_shared<vulkan::Context>(instance, physical));
     impl->info.exact = presses_exactly(*impl->backend);
     return Device(impl);
 }
