@@ -86,14 +86,10 @@ Device open_device(const std::string& which, const vulkan::Loader& loader, const
             return device;
         }
     } catch (const Error& e) {
-        if (e.code() == Error::Code::no_memory) throw;
-        if (which != "auto" && (which != "vulkan" || e.parameter() == "device")) {
-            if (e.parameter() == "device") throw;
-            no_device(which, e.what());
-        }
+        if (e.code() == Error::Code::no_memory || (which != "auto" && e.parameter() == "device")) throw;
         why = e.what();
     }
-    if (which == "vulkan") no_device(which, why);
+    if (which != "auto") no_device(which, why);
     Device device = Device::cpu();
     device.impl().info.refused = "no Vulkan device used: " + why;
     return device;
