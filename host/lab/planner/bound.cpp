@@ -383,11 +383,11 @@ template <class Take>
 void solve(const PreparedSkin& skin, const Schedule& schedule, const std::vector<Cell>& points,
            const std::vector<int>& classes, Take take) {
     const plan::SiteCells needed(skin, pressed_cells(schedule), points);
-    const auto stepper =
-        reduced::sites_before_gains(skin, schedule, needed, classes, [&](auto&, const plan::Sample& sample) {
-            for (size_t i = 0; i < sample.points.size(); ++i)
-                take(i / points.size(), i % points.size(), std::abs(sample.points[i]));
-        });
+    const auto sink = [&](auto&, const plan::Sample& sample) {
+        for (size_t i = 0; i < sample.points.size(); ++i)
+            take(i / points.size(), i % points.size(), std::abs(sample.points[i]));
+    };
+    const auto stepper = reduced::sites(skin, schedule, needed, classes, 1, sink, false);
     plan::FrameFeed feed(schedule);
     plan::Timeline timeline(schedule, needed.materials, skin.rule, Method::exact);
     for (plan::Step step; timeline.next(step);) {

@@ -105,14 +105,8 @@ std::vector<int> classes_of(const plan::PreparedSkin& skin, const plan::Schedule
 
 std::unique_ptr<plan::Stepper> sites(const plan::PreparedSkin& skin, const plan::Schedule& schedule,
                                      const plan::SiteCells& cells, const std::vector<int>& classes, int threads,
-                                     plan::Stepper::Sink sink) {
-    return std::make_unique<Sites>(skin, schedule, cells, classes, true, threads, std::move(sink));
-}
-
-std::unique_ptr<plan::Stepper> sites_before_gains(const plan::PreparedSkin& skin, const plan::Schedule& schedule,
-                                                  const plan::SiteCells& cells, const std::vector<int>& classes,
-                                                  plan::Stepper::Sink sink) {
-    return std::make_unique<Sites>(skin, schedule, cells, classes, false, 1, std::move(sink));
+                                     plan::Stepper::Sink sink, bool gains) {
+    return std::make_unique<Sites>(skin, schedule, cells, classes, gains, threads, std::move(sink));
 }
 
 } // namespace dermis::reduced
