@@ -23,6 +23,11 @@ double largest_of(const std::vector<double>& map) {
     return largest;
 }
 
+size_t greatest_cell(const std::vector<double>& map) {
+    const auto less = [](double a, double b) { return std::abs(a) < std::abs(b); };
+    return size_t(std::ranges::max_element(map, less) - map.begin());
+}
+
 double rest_peak(const PreparedSkin& skin, const Schedule& schedule, bool points_only) {
     if (!points_only) return greatest_rest_curvature(skin);
     double largest = 0;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "host/lab/run/witness.hpp"
 
+#include "host/lab/planner/magnitudes.hpp"
 #include "host/lab/schedule/cell.hpp"
 
 #include <algorithm>
@@ -186,10 +187,8 @@ long long most_strained_output(const plan::PreparedSkin& skin, const plan::Sched
         return std::min(static_cast<long long>(std::min(output, 1e18)), schedule.outputs - 1);
     }
     const plan::Schedule few = with_fewer_outputs(schedule, 512);
-    const std::vector<double>& p = schedule.pressure;
-    const auto most =
-        std::max_element(p.begin(), p.end(), [](double a, double b) { return std::abs(a) < std::abs(b); });
-    const auto first = skin.materials.begin() + std::ptrdiff_t(skin.material_at(size_t(most - p.begin())));
+    const size_t most = planner::greatest_cell(schedule.pressure);
+    const auto first = skin.materials.begin() + std::ptrdiff_t(skin.material_at(most));
     const std::vector<plan::Element> elements(first, first + std::ptrdiff_t(skin.chain.length));
     plan::ProductCell<f64> cell(skin.chain, elements.data(), schedule.time.duration);
     std::vector<f64::Coefficients> table;
