@@ -68,10 +68,7 @@ void add_telling_sites(const PreparedSkin& skin, const Schedule& schedule, std::
     for (int q = QUANTITY_SA1; q < REDUCED_MAPS; ++q) {
         std::vector<std::pair<double, const Site*>> all;
         for (const Site& site : skin.description.sites)
-            if (int(site.type) == q)
-                all.push_back(
-                    {std::abs(schedule.pressure[size_t(site.cell.y) * size_t(skin.width()) + size_t(site.cell.x)]),
-                     &site});
+            if (int(site.type) == q) all.push_back({std::abs(schedule.pressure[skin.number_of(site.cell)]), &site});
         std::stable_sort(all.begin(), all.end(), [](auto& a, auto& b) { return a.first > b.first; });
         for (size_t i = 0; i < std::min(some, all.size()); ++i) {
             const auto& [pressure, site] = all[i < some / 2 ? i : i * (all.size() - 1) / std::max<size_t>(some - 1, 1)];

@@ -68,7 +68,7 @@ std::vector<PressedMaterial> pressed_materials(const PreparedSkin& skin, const S
     }
     if (schedule.framed) return all;
     const std::vector<double>& p = schedule.pressure;
-    const size_t width = size_t(skin.width()), length = skin.chain.length;
+    const size_t length = skin.chain.length;
     const auto take = [&](size_t i, double PressedMaterial::*peak) {
         double& greatest = all[skin.material_at(i)].*peak;
         greatest = std::max(greatest, std::abs(p[i]));
@@ -80,7 +80,7 @@ std::vector<PressedMaterial> pressed_materials(const PreparedSkin& skin, const S
         for (size_t i = 0; i < p.size(); ++i) take(i, &PressedMaterial::peak);
     else
         for (size_t i : plan::SiteCells(skin, pressed_cells(schedule), points).cells) take(i, &PressedMaterial::around);
-    for (const Cell& c : points) take(size_t(c.y) * width + size_t(c.x), &PressedMaterial::peak);
+    for (const Cell& c : points) take(skin.number_of(c), &PressedMaterial::peak);
     for (size_t i = 0; i < all.size(); ++i) { // elements in series bear the same pressure
         const PressedMaterial& first = all[i - i % length];
         all[i].peak = first.peak;
@@ -105,8 +105,7 @@ void take_gains(const PreparedSkin& skin, const Schedule& schedule, const Read& 
     };
     if (!read.everything) {
         for (const Site& site : skin.description.sites)
-            if (int(site.type) == read.quantity)
-                take(size_t(site.cell.y) * width + size_t(site.cell.x), rest_curvature_at(skin, site.cell));
+            if (int(site.type) == read.quantity) take(skin.number_of(site.cell), rest_curvature_at(skin, site.cell));
         return;
     }
     std::vector<double> rest(width);

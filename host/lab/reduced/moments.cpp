@@ -23,7 +23,7 @@ void add_points(Moments& m, const plan::PreparedSkin& skin, const plan::Schedule
     const Grid unit = plan::without_spacing(skin.description.grid);
     const double length = skin.constants.curvature_length, bend = skin.constants.bend;
     for (const Cell& c : schedule.points) {
-        const size_t cell = size_t(c.y) * size_t(unit.width) + size_t(c.x);
+        const size_t cell = skin.number_of(c);
         const double p = schedule.pressure[cell], rest = plan::rest_curvature_at(skin, c);
         m.points.push_back({.part = skin.material_at(cell), .p = p, .a = p * (1 + length * rest), .b = {}});
         for (const Map& part : m.pressures) {

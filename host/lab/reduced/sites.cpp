@@ -18,7 +18,7 @@ class Sites : public plan::Stepper {
         const plan::PressedCells pressed = pressed_cells(schedule);
         for (size_t i = 0; i < columns_; ++i) {
             const Cell c = cells.points[i];
-            if (ever_pressed(pressed, size_t(c.y) * size_t(skin.width()) + size_t(c.x), skin.width()))
+            if (ever_pressed(pressed, skin.number_of(c), skin.width()))
                 points_.push_back({{skin, cells, c}, i, classes[i]}); // all that the others have is 0
         }
         std::sort(points_.begin(), points_.end(),
