@@ -56,7 +56,6 @@ class Sites : public plan::Stepper {
         if (step.keep) stepper_.keep();
     }
 
-    void finish() override {}
     void read(const std::vector<Quantity>&, std::vector<std::vector<double>>&) override {} // plan::why_not: no fields
 
   private:
