@@ -109,7 +109,7 @@ struct Source {
         impl->info = physical.info;
         impl->info.exact = impl->asked = impl->named = true;
         impl->tested = Device::Impl::Tested::every_march;
-        impl->backend = vulkan::backend(std::make_shared<vulkan::Context>(instance, physical));
+        impl->backend = std::make_shared<vulkan::VulkanBackend>(std::make_shared<vulkan::Context>(instance, physical));
         return Device(impl);
     }
 };

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "host/core/model/stream.hpp"
-#include "host/core/simd/isa.hpp"
+#include "host/core/base/cores.hpp"
+#include "host/core/cpu/stream.hpp"
 
 namespace dermis::cpu {
 
@@ -12,8 +12,10 @@ class CpuBackend : public plan::Backend {
     // threads: 0 = one per core.
     explicit CpuBackend(int threads, const simd::Isa& isa = simd::best()) : threads_(threads), isa_(isa) {}
     std::string name() const override { return "cpu"; }
-    int threads() const override;
-    std::unique_ptr<plan::Stream> stream(const plan::StreamedSkin&) override;
+    int threads() const override { return threads_ ? threads_ : simd::cores(); }
+    std::unique_ptr<plan::Stream> stream(const plan::StreamedSkin& skin) override {
+        return cpu::stream(skin, threads_, isa_);
+    }
     const simd::Isa& isa() const { return isa_; }
 
   private:

@@ -6,6 +6,7 @@
 
 #include <atomic>
 #include <cstring>
+#include <functional>
 
 namespace dermis::cpu {
 
@@ -26,30 +27,29 @@ class PadStream : public plan::Stream {
     }
 
     bool take(const plan::PadList& pads, const float* pressures) override {
-        Job job{.self = *this, .pads = pads, .pressures = pressures};
-        run(job, [](Job& j, int, size_t first, size_t last) {
-            for (size_t i = first; i < last; i += j.self.take_some(j, i, last)) {
+        std::atomic<bool> finite = true;
+        run(pads, [&](int, size_t first, size_t last) {
+            for (size_t i = first; i < last; i += take_some(pads, i, last, pressures + i * frame_, finite)) {
             }
         });
-        return job.finite;
+        return finite;
     }
 
     bool take_cells(const plan::PadList& pads, const float* pressures, const std::vector<size_t>& cells,
                     size_t frame) override {
         if (!lists()) return Stream::take_cells(pads, pressures, cells, frame);
-        Job job{.self = *this, .pads = pads, .pressures = pressures};
-        run(job, [](Job& j, int, size_t first, size_t last) {
-            for (size_t i = first; i < last; ++i) j.self.take_listed(j, i);
+        std::atomic<bool> finite = true;
+        run(pads, [&](int, size_t first, size_t last) {
+            for (size_t i = first; i < last; ++i) take_listed(pads[i], pressures + i * cells.size(), finite);
         });
-        return job.finite;
+        return finite;
     }
 
     const double* press(const plan::PadList& pads, const plan::StepLengths& dt, bool answers) override {
         const DefaultFloats guard;
         if (const double* refused = tables_.fill(pads, dt)) return refused;
-        Job job{.self = *this, .pads = pads, .answers = answers};
-        run(job, [](Job& j, int thread, size_t first, size_t last) {
-            for (size_t i = first; i < last; i += j.self.press_some(j, thread, i, last)) {
+        run(pads, [&](int thread, size_t first, size_t last) {
+            for (size_t i = first; i < last; i += press_some(pads, i, last, thread, answers)) {
             }
         });
         return nullptr;
@@ -70,17 +70,14 @@ class PadStream : public plan::Stream {
     }
 
     void save(const plan::PadList& pads, const plan::StateMemory<char>& to) override {
-        Job job{.self = *this, .pads = pads, .to = to};
-        run(job, [](Job& j, int, size_t first, size_t last) {
-            for (size_t i = first; i < last; ++i) j.self.save_one(j.pads[i], j.to.strains_of(i), j.to.pressure_of(i));
+        run(pads, [&](int, size_t first, size_t last) {
+            for (size_t i = first; i < last; ++i) save_one(pads[i], to.strains_of(i), to.pressure_of(i));
         });
     }
 
     void load(const plan::PadList& pads, const plan::StateMemory<const char>& from) override {
-        Job job{.self = *this, .pads = pads, .from = from};
-        run(job, [](Job& j, int, size_t first, size_t last) {
-            for (size_t i = first; i < last; ++i)
-                j.self.load_one(j.pads[i], j.from.strains_of(i), j.from.pressure_of(i));
+        run(pads, [&](int, size_t first, size_t last) {
+            for (size_t i = first; i < last; ++i) load_one(pads[i], from.strains_of(i), from.pressure_of(i));
         });
     }
 
@@ -94,26 +91,15 @@ class PadStream : public plan::Stream {
         bool rests = true;         // nothing has ever pressed it
         bool stays_at_rest = true; // it rests, and the pressure that was taken last does not press it either
     };
-    struct Job {
-        PadStream& self;
-        const plan::PadList& pads;
-        const float* pressures = nullptr;
-        bool answers = true;
-        plan::StateMemory<char> to{};
-        plan::StateMemory<const char> from{};
-        void (*some)(Job&, int thread, size_t first, size_t last) = nullptr;
-        std::atomic<bool> finite = true;
-        std::atomic<size_t> next = 0;
-    };
 
-    // Calls some(job, thread, first, last) for shares of the list, places first .. last - 1, on some thread.
-    void run(Job& job, void (*some)(Job&, int, size_t, size_t)) {
-        job.some = some;
-        pool_.each([&job](int thread) { // captures so little that nothing is allocated
-            const size_t share = std::max<size_t>(job.self.pads_.together(), 4);
-            for (size_t i; (i = job.next.fetch_add(share)) < job.pads.count;)
-                job.some(job, thread, i, std::min(i + share, job.pads.count));
-        });
+    // Calls some(thread, first, last) for shares of the list, places first .. last - 1, on some thread.
+    template <class Some> void run(const plan::PadList& pads, Some some) {
+        std::atomic<size_t> next = 0;
+        const auto work = [&](int thread) {
+            const size_t share = std::max<size_t>(pads_.together(), 4);
+            for (size_t i; (i = next.fetch_add(share)) < pads.count;) some(thread, i, std::min(i + share, pads.count));
+        };
+        pool_.each(std::ref(work)); // a reference: nothing is allocated
     }
 
     // The number of pads of a list, from place i on, that stand side by side, start from the same side and are not at
@@ -158,52 +144,50 @@ class PadStream : public plan::Stream {
     }
 
     // Takes the pressures of pads of a list, from place i on. Returns how many.
-    size_t take_some(Job& job, size_t i, size_t last) {
-        const int pad = job.pads[i];
-        const float* pressure = job.pressures + i * frame_;
+    size_t take_some(const plan::PadList& pads, size_t i, size_t last, const float* pressure,
+                     std::atomic<bool>& finite) {
+        const int pad = pads[i];
         Pad& p = pad_[size_t(pad)];
         p.stays_at_rest = p.rests && plan::all_bits_zero(pressure, frame_);
         if (p.stays_at_rest) return 1;
-        const size_t n = alike(job.pads, i, last, &Pad::rests);
+        const size_t n = alike(pads, i, last, &Pad::rests);
         if (!plan::copy_rows({.from = pressure,
                               .stride = frame_,
                               .width = frame_,
                               .to = frame_of(pad, 1 - p.from),
                               .pitch = lists() ? frame_ : pads_.pitch()},
                              0, int(n)))
-            job.finite = false;
+            finite = false;
         for (int k = 0; k < int(n); ++k) list(pad + k, 1 - p.from);
         return n;
     }
 
-    // Takes the pressures of a pad's listed cells, at place i of a list.
-    void take_listed(Job& job, size_t i) {
+    // Takes the pressures of a pad's listed cells.
+    void take_listed(int pad, const float* pressure, std::atomic<bool>& finite) {
         const std::vector<size_t>& cells = pads_.read_cells();
-        const int pad = job.pads[i];
-        const float* pressure = job.pressures + i * cells.size();
         Pad& p = pad_[size_t(pad)];
         p.stays_at_rest = p.rests && plan::all_bits_zero(pressure, cells.size());
         if (p.stays_at_rest) return;
-        if (!plan::all_finite(pressure, cells.size())) job.finite = false;
+        if (!plan::all_finite(pressure, cells.size())) finite = false;
         std::copy_n(pressure, cells.size(), pressure_of(pad, 1 - p.from));
         float* whole = frame_of(pad, 1 - p.from); // a saved state has whole frames
         for (size_t k = 0; k < cells.size(); ++k) whole[cells[k]] = pressure[k];
     }
 
     // Presses pads of a list, from place i on. Returns how many.
-    size_t press_some(Job& job, int thread, size_t i, size_t last) {
-        const int pad = job.pads[i];
+    size_t press_some(const plan::PadList& pads, size_t i, size_t last, int thread, bool answers) {
+        const int pad = pads[i];
         Pad& p = pad_[size_t(pad)];
         if (p.stays_at_rest) return 1;
         const size_t n =
-            tables_.shared() ? alike(job.pads, i, std::min(last, i + pads_.together()), &Pad::stays_at_rest) : 1;
+            tables_.shared() ? alike(pads, i, std::min(last, i + pads_.together()), &Pad::stays_at_rest) : 1;
         PadCells::Press press{.first = pad,
                               .count = int(n),
                               .from = pressure_of(pad, p.from),
                               .to = pressure_of(pad, 1 - p.from),
                               .table = tables_.of(pad),
                               .response = {},
-                              .answers = job.answers};
+                              .answers = answers};
         for (size_t r = 0; r < RESPONSE_MAPS; ++r)
             press.response[r] = counts_[r] ? response_[r].data() + size_t(pad) * counts_[r] : nullptr;
         pads_.press(thread, press);

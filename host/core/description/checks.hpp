@@ -24,12 +24,10 @@ struct MaterialSurvey {
     std::optional<size_t> elastic; // the last cell with an element without viscosity, other than `spring`
     bool spring = false;           // all cells have a spring in series with other elements
     size_t stiffest = 0;           // the cell of the greatest modulus/viscosity
-    bool maps = false;             // cells differ
-    bool chain = false;            // elements in series
-
-    std::string where(size_t cell, int width) const; // " in cell [x, y]", or nothing
 };
 MaterialSurvey survey_material(const SkinDescription&);
+// Returns " in cell [x, y]", or nothing where all cells have the same material.
+std::string where_in(const SkinDescription&, size_t cell);
 
 // Refuses FA2 as a density where some cell has no viscosity.
 void check_fa2_density(const SkinDescription&, const MaterialSurvey&);

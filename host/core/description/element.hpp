@@ -150,14 +150,10 @@ inline bool has_spring(const Material& m) {
 }
 
 // Gives `to` the elements of another material; its thickness and curvature length stay.
-inline void take_elements(Material& to, const Material& from) {
-    to.modulus = from.modulus;
-    to.viscosity = from.viscosity;
-    to.elements = from.elements;
-    to.spring = from.spring;
-    to.dashpot = from.dashpot;
-    to.modulus_map = from.modulus_map;
-    to.viscosity_map = from.viscosity_map;
+inline void take_elements(Material& to, Material from) {
+    from.thickness = to.thickness;
+    from.curvature_length = to.curvature_length;
+    to = std::move(from);
 }
 
 inline void drop_maps(Material& m) {

@@ -66,13 +66,9 @@ Map surface_heights(const SkinDescription& scene, int threads) {
             look();
             double* row = map.data() + size_t(y) * size_t(width);
             ridges.row(y, row);
-            double low = row[0], high = row[0];
-            for (int x = 1; x < width; ++x) {
-                low = std::min(low, row[x]);
-                high = std::max(high, row[x]);
-            }
-            least[size_t(y)] = low;
-            greatest[size_t(y)] = high;
+            const auto [low, high] = std::minmax_element(row, row + width);
+            least[size_t(y)] = *low;
+            greatest[size_t(y)] = *high;
         }
     });
     const double base = *std::min_element(least.begin(), least.end());

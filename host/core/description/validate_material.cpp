@@ -25,21 +25,23 @@ void check_given(const SkinDescription& s) {
     }
 }
 
-// Checks the numbers or maps of one of the elements in series.
-void check_element(const KelvinVoigt& e, const std::string& name, const Grid& grid) {
+// Checks the numbers or maps of an element. its_modulus: the words for it where it must not be 0.
+void check_element(const KelvinVoigt& e, const std::string& name, const std::string& its_modulus, const Grid& grid) {
     const std::string modulus = name + ".modulus", viscosity = name + ".viscosity";
     if (!e.modulus_map.empty()) need_map(modulus.c_str(), e.modulus_map, grid);
     if (!e.viscosity_map.empty()) need_map(viscosity.c_str(), e.viscosity_map, grid);
     const bool maps = !is_uniform(e);
+    const std::string moves = "> 0 where " + its_modulus + " is 0";
     for (size_t i = 0; i < (maps ? cells_of(grid) : 1); ++i) {
         const Element m = element_at(e, i);
-        const auto need_number = [&](const std::string& of, double value, bool ok, const char* allowed) {
+        const auto need_number = [&](const std::string& of, double value, bool ok, std::string_view allowed) {
             if (!(finite(value) && ok))
-                refuse(of, shortest(value) + (maps ? " in cell " + cell_text(i, grid.width) : ""), allowed);
+                refuse(of, shortest(value) + (maps ? " in cell " + cell_text(i, grid.width) : ""),
+                       std::string(allowed));
         };
         need_number(modulus, m.modulus, m.modulus >= 0, "a finite number >= 0");
         need_number(viscosity, m.viscosity, m.viscosity >= 0, "a finite number >= 0");
-        need_number(viscosity, m.viscosity, m.modulus > 0 || m.viscosity > 0, "> 0 where its modulus is 0");
+        need_number(viscosity, m.viscosity, m.modulus > 0 || m.viscosity > 0, moves);
     }
 }
 
@@ -49,26 +51,9 @@ void check_chain(const Material& m, const Grid& grid) {
         refuse("material.elements", "(" + std::to_string(m.elements.size()) + " elements)",
                "1 to 8, with material.spring and material.dashpot beside them");
     for (size_t i = 0; i < m.elements.size(); ++i)
-        check_element(m.elements[i], "material.elements[" + std::to_string(i) + "]", grid);
+        check_element(m.elements[i], "material.elements[" + std::to_string(i) + "]", "its modulus", grid);
     if (m.spring) need_positive("material.spring", *m.spring);
     if (m.dashpot) need_positive("material.dashpot", *m.dashpot);
-}
-
-// Surveys elements in series that have been checked.
-void survey_chain(const SkinDescription& s, MaterialSurvey& survey) {
-    survey.chain = true;
-    survey.maps = !is_uniform(s.material);
-    double greatest = -1;
-    for (size_t i = 0; i < (survey.maps ? cells_of(s.grid) : 1); ++i) {
-        const Series series = series_at(s.material, i);
-        for (size_t e = 0; e < series.length; ++e) {
-            const double rate = z_of(series.elements[e], 1);
-            const bool spring = series.ends_in_spring && e + 1 == series.length;
-            if (is_elastic(series.elements[e]) && !spring) survey.elastic = i;
-            survey.spring |= spring;
-            if (!spring && rate > greatest) greatest = rate, survey.stiffest = i;
-        }
-    }
 }
 
 void check_edges(const SkinDescription& s) {
@@ -86,34 +71,29 @@ void refuse_spring(const Material& m, const char* allowed) {
     refuse("material.elements", "(one of viscosity 0)", allowed);
 }
 
-std::string MaterialSurvey::where(size_t cell, int width) const {
-    return maps ? " in cell " + cell_text(cell, width) : "";
+std::string where_in(const SkinDescription& s, size_t cell) {
+    return is_uniform(s.material) ? "" : " in cell " + cell_text(cell, s.grid.width);
 }
 
 MaterialSurvey survey_material(const SkinDescription& s) {
     const Material& m = s.material;
-    MaterialSurvey survey;
     check_given(s);
-    if (is_chain(m)) {
-        check_chain(m, s.grid);
-        survey_chain(s, survey);
-        return survey;
-    }
-    survey.maps = !is_uniform(m);
-    if (!m.modulus_map.empty()) need_map("material.modulus", m.modulus_map, s.grid);
-    if (!m.viscosity_map.empty()) need_map("material.viscosity", m.viscosity_map, s.grid);
-    const size_t cells = survey.maps ? cells_of(s.grid) : 1;
-    const auto where = [&](size_t i) { return survey.where(i, s.grid.width); };
+    if (is_chain(m)) check_chain(m, s.grid);
+    else
+        check_element({m.modulus.value_or(study_element.modulus), m.viscosity.value_or(study_element.viscosity),
+                       m.modulus_map, m.viscosity_map},
+                      "material", "material.modulus", s.grid);
+    MaterialSurvey survey;
     double greatest = -1;
-    for (size_t i = 0; i < cells; ++i) {
-        const Element element = element_at(m, i);
-        const double E = element.modulus, eta = element.viscosity;
-        if (!(finite(E) && E >= 0)) refuse("material.modulus", shortest(E) + where(i), "a finite number >= 0");
-        if (!(finite(eta) && eta >= 0)) refuse("material.viscosity", shortest(eta) + where(i), "a finite number >= 0");
-        if (E == 0 && eta == 0) refuse("material.viscosity", "0" + where(i), "> 0 where material.modulus is 0");
-        if (is_elastic(element)) survey.elastic = i;
-        const double rate = z_of(element, 1);
-        if (rate > greatest) greatest = rate, survey.stiffest = i;
+    for (size_t i = 0; i < (is_uniform(m) ? 1 : cells_of(s.grid)); ++i) {
+        const Series series = series_at(m, i);
+        for (size_t e = 0; e < series.length; ++e) {
+            const double rate = z_of(series.elements[e], 1);
+            const bool spring = series.ends_in_spring && e + 1 == series.length;
+            if (is_elastic(series.elements[e]) && !spring) survey.elastic = i;
+            survey.spring |= spring;
+            if (!spring && rate > greatest) greatest = rate, survey.stiffest = i;
+        }
     }
     return survey;
 }
@@ -124,7 +104,7 @@ void check_fa2_density(const SkinDescription& s, const MaterialSurvey& material)
         refuse_spring(s.material,
                       "no spring for FA2 as a density, because a jump makes it infinite twice; with a spring "
                       "set receptors.fa2 = \"step-mean\" or leave fa2 out of [output]");
-    refuse("material.viscosity", "0" + material.where(*material.elastic, s.grid.width),
+    refuse("material.viscosity", "0" + where_in(s, *material.elastic),
            "> 0 for FA2 as a density; with viscosity 0 set receptors.fa2 = \"step-mean\" or leave fa2 out of [output]");
 }
 

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "host/core/model/stream.hpp"
-#include "host/core/vulkan/context.hpp"
+#include "host/core/embedding/runner.hpp"
 
 namespace dermis::vulkan {
 
@@ -12,14 +11,15 @@ class VulkanBackend : public plan::Backend {
     explicit VulkanBackend(std::shared_ptr<Context> context) : context_(std::move(context)) {}
     std::string name() const override { return context_->physical().info.name; }
     int threads() const override { return 0; }
-    std::unique_ptr<plan::Stream> stream(const plan::StreamedSkin&) override;
+    std::unique_ptr<plan::Stream> stream(const plan::StreamedSkin& skin) override {
+        context_->need_working();
+        return std::make_unique<SkinRunner>(context_, skin);
+    }
     const std::shared_ptr<Context>& context() const { return context_; }
 
   private:
     std::shared_ptr<Context> context_;
 };
-
-std::shared_ptr<plan::Backend> backend(std::shared_ptr<Context>);
 
 // The context of a backend that is a VulkanBackend.
 inline const std::shared_ptr<Context>& context_of(const plan::Backend& backend) {

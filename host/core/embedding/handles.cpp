@@ -28,13 +28,11 @@ bool enabled(const Handles& h, const char* extension) {
 }
 
 void check_given(const Handles& h) {
-    const auto need = [](bool there, const char* parameter) {
+    for (const auto& [parameter, there] : {std::pair{"instance", h.instance != nullptr},
+                                           {"physical", h.physical != nullptr},
+                                           {"device", h.device != nullptr},
+                                           {"get_instance_proc_addr", h.get_instance_proc_addr != nullptr}})
         if (!there) refuse(parameter, "null", "a handle of the host's own device");
-    };
-    need(h.instance, "instance");
-    need(h.physical, "physical");
-    need(h.device, "device");
-    need(h.get_instance_proc_addr, "get_instance_proc_addr");
 }
 
 void check_version(const Handles& h, const VkPhysicalDeviceProperties& properties) {
@@ -49,10 +47,8 @@ void check_version(const Handles& h, const VkPhysicalDeviceProperties& propertie
 void check_extensions(const Handles& h) {
     const auto enumerate =
         function<PFN_vkEnumerateDeviceExtensionProperties>(h, "vkEnumerateDeviceExtensionProperties");
-    uint32_t count = 0;
-    check(enumerate(h.physical, nullptr, &count, nullptr), "vkEnumerateDeviceExtensionProperties");
-    std::vector<VkExtensionProperties> offered(count);
-    check(enumerate(h.physical, nullptr, &count, offered.data()), "vkEnumerateDeviceExtensionProperties");
+    const auto offered = listed<VkExtensionProperties>(
+        "vkEnumerateDeviceExtensionProperties", [&](auto... list) { return enumerate(h.physical, nullptr, list...); });
     for (const char* name : requirements().required_if_offered)
         for (const VkExtensionProperties& e : offered)
             if (std::strcmp(e.extensionName, name) == 0 && !enabled(h, name))

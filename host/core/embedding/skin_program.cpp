@@ -171,10 +171,11 @@ struct SkinProgram::Impl {
 
 // Makes a program for a skin that the library has prepared.
 struct Internal {
-    template <class... A> static SkinProgram make(A&&... a) {
+    // of: the arguments of a constructor of Impl.
+    template <class... Of> static SkinProgram make(Of&&... of) {
         const DefaultFloats guard;
         SkinProgram program;
-        program.impl_ = std::make_unique<SkinProgram::Impl>(std::forward<A>(a)...);
+        program.impl_ = std::make_unique<SkinProgram::Impl>(std::forward<Of>(of)...);
         return program;
     }
     static SkinProgram::Impl& impl_of(const SkinProgram& program) { return *program.impl_; }

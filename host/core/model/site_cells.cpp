@@ -7,17 +7,13 @@
 namespace dermis::plan {
 namespace {
 
-// The neighbours far_low, low, high, far_high along each axis. For the five-point stencil the far ones repeat the near.
-struct Neighbours {
-    size_t x[4], y[4]; // y*width + x
-};
-
-Neighbours neighbours_of(const PreparedSkin& skin, Cell c) {
+// A point and its neighbours as y*width + x. For the five-point stencil the far ones repeat the near.
+StencilCells numbers_of(const PreparedSkin& skin, Cell c) {
     const size_t width = size_t(skin.width());
     const f64::Axis x = f64::axis(c.x, skin.width(), skin.stencil, skin.edges);
     const f64::Axis y = f64::axis(c.y, skin.height(), skin.stencil, skin.edges);
     const int xs[] = {x.far_low, x.low, x.high, x.far_high}, ys[] = {y.far_low, y.low, y.high, y.far_high};
-    Neighbours n;
+    StencilCells n{.here = skin.number_of(c), .x = {}, .y = {}};
     for (int i = 0; i < 4; ++i) {
         n.x[i] = size_t(c.y) * width + size_t(xs[i]);
         n.y[i] = size_t(ys[i]) * width + size_t(c.x);
@@ -44,7 +40,6 @@ bool ever_pressed(const PressedCells& pressed, size_t cell, int width) {
 
 SiteCells::SiteCells(const PreparedSkin& skin, const PressedCells& pressed, const std::vector<Cell>& at)
     : points(at), chain(skin.chain) {
-    const size_t width = size_t(skin.width());
     const bool many = points.size() > skin.cells() / 256; // then marking cells is faster than sorting them
     std::vector<bool> marked(many ? skin.cells() : 0);
     const auto add = [&](size_t cell) {
@@ -54,8 +49,8 @@ SiteCells::SiteCells(const PreparedSkin& skin, const PressedCells& pressed, cons
         return true;
     };
     for (const Cell& c : points) {
-        const Neighbours n = neighbours_of(skin, c);
-        if (!add(size_t(c.y) * width + size_t(c.x))) continue;
+        const StencilCells n = numbers_of(skin, c);
+        if (!add(n.here)) continue;
         for (const auto& along : {n.x, n.y})
             for (int i = 0; i < 4; ++i) add(along[i]);
     }
@@ -77,17 +72,14 @@ SiteCells::SiteCells(const PreparedSkin& skin, const PressedCells& pressed, cons
 }
 
 StencilCells stencil_cells_of(const PreparedSkin& skin, const SiteCells& cells, Cell c) {
+    StencilCells n = numbers_of(skin, c);
     const auto rank = [&](size_t cell) {
         const auto at = std::lower_bound(cells.cells.begin(), cells.cells.end(), cell);
         return size_t((at != cells.cells.end() && *at == cell ? at : cells.cells.end()) - cells.cells.begin());
     };
-    const Neighbours n = neighbours_of(skin, c);
-    StencilCells stencil{rank(size_t(c.y) * size_t(skin.width()) + size_t(c.x)), {}, {}};
-    for (int i = 0; i < 4; ++i) {
-        stencil.x[i] = rank(n.x[i]);
-        stencil.y[i] = rank(n.y[i]);
-    }
-    return stencil;
+    n.here = rank(n.here);
+    for (size_t* along : {n.x, n.y}) std::transform(along, along + 4, along, rank);
+    return n;
 }
 
 } // namespace dermis::plan

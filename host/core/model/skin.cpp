@@ -107,14 +107,8 @@ void number_cells(PreparedSkin& skin) {
         return last;
     };
     for (size_t i = 0, y = 0; y < size_t(skin.height()); ++y)
-        for (int x = 0; x < skin.width(); ++x, ++i) {
-            int& material = skin.material_of[y * size_t(skin.pitch) + size_t(x)];
-            if (scene::is_chain(m)) material = number(scene::series_at(m, i).elements.data());
-            else {
-                const Element element = scene::element_at(m, i);
-                material = number(&element);
-            }
-        }
+        for (int x = 0; x < skin.width(); ++x, ++i)
+            skin.material_of[y * size_t(skin.pitch) + size_t(x)] = number(scene::series_at(m, i).elements.data());
 }
 
 void find_materials(PreparedSkin& skin) {

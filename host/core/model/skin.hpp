@@ -58,6 +58,7 @@ struct PreparedSkin {
     bool uniform() const { return material_of.empty(); }
     // Whether kernels read the coefficients from a table, because the constants hold a single element's only.
     bool tabled() const { return !uniform() || chain.length > 1; }
+    size_t number_of(Cell c) const { return size_t(c.y) * size_t(width()) + size_t(c.x); } // y*width + x
     // The index of the first element of the cell y*width + x.
     size_t material_at(size_t cell) const {
         const size_t across = size_t(width());

@@ -26,7 +26,7 @@ std::string lower(std::string s) {
 Device open_vulkan(const std::shared_ptr<const vulkan::Instance>& instance, const PhysicalDevice& physical) {
     auto impl = std::make_shared<Device::Impl>();
     impl->info = physical.info;
-    impl->backend = vulkan::backend(std::make_shared<vulkan::Context>(instance, physical));
+    impl->backend = std::make_shared<vulkan::VulkanBackend>(std::make_shared<vulkan::Context>(instance, physical));
     impl->info.exact = presses_exactly(*impl->backend);
     return Device(impl);
 }
@@ -86,14 +86,10 @@ Device open_device(const std::string& which, const vulkan::Loader& loader, const
             return device;
         }
     } catch (const Error& e) {
-        if (e.code() == Error::Code::no_memory) throw;
-        if (which != "auto" && (which != "vulkan" || e.parameter() == "device")) {
-            if (e.parameter() == "device") throw;
-            no_device(which, e.what());
-        }
+        if (e.code() == Error::Code::no_memory || (which != "auto" && e.parameter() == "device")) throw;
         why = e.what();
     }
-    if (which == "vulkan") no_device(which, why);
+    if (which != "auto") no_device(which, why);
     Device device = Device::cpu();
     device.impl().info.refused = "no Vulkan device used: " + why;
     return device;

@@ -80,7 +80,9 @@ Loader system_loader() {
     return loader;
 }
 
-Instance::Instance(const Loader& loader, const InstanceOptions& options) : options_(options), get_(loader.get) {
+Instance::Instance(const InstanceOptions& options, PFN_vkGetInstanceProcAddr get) : options_(options), get_(get) {}
+
+Instance::Instance(const Loader& loader, const InstanceOptions& options) : Instance(options, loader.get) {
     if (!loader.get) no_device(loader.missing);
     const DefaultFloats guard; // a software driver's threads inherit the floating-point environment
     const std::lock_guard lock(volk_mutex());
@@ -88,11 +90,9 @@ Instance::Instance(const Loader& loader, const InstanceOptions& options) : optio
     if (!vkCreateInstance || !vkEnumerateInstanceExtensionProperties)
         no_device("the Vulkan loader lacks vkCreateInstance");
 
-    uint32_t count = 0;
-    constexpr const char* enumerate = "vkEnumerateInstanceExtensionProperties";
-    check(vkEnumerateInstanceExtensionProperties(nullptr, &count, nullptr), enumerate);
-    std::vector<VkExtensionProperties> extensions(count);
-    check(vkEnumerateInstanceExtensionProperties(nullptr, &count, extensions.data()), enumerate);
+    const auto extensions = listed<VkExtensionProperties>("vkEnumerateInstanceExtensionProperties", [](auto... list) {
+        return vkEnumerateInstanceExtensionProperties(nullptr, list...);
+    });
     std::vector<const char*> enabled;
     VkApplicationInfo application{VK_STRUCTURE_TYPE_APPLICATION_INFO};
     application.pApplicationName = application.pEngineName = "dermis";
@@ -126,28 +126,20 @@ Instance::Instance(const Loader& loader, const InstanceOptions& options) : optio
     volkLoadInstanceOnly(handle_);
     destroy_ = vkDestroyInstance;
     destroy_messenger_ = vkDestroyDebugUtilsMessengerEXT;
-    try {
-        if (options_.validation)
-            check_made(vkCreateDebugUtilsMessengerEXT(handle_, &messenger, nullptr, &messenger_),
-                       "vkCreateDebugUtilsMessengerEXT", messenger_);
-        find_devices();
-    } catch (...) {
-        if (messenger_) destroy_messenger_(handle_, messenger_, nullptr);
-        destroy_(handle_, nullptr);
-        throw;
-    }
+    if (options_.validation)
+        check_made(vkCreateDebugUtilsMessengerEXT(handle_, &messenger, nullptr, &messenger_),
+                   "vkCreateDebugUtilsMessengerEXT", messenger_);
+    find_devices();
 }
 
 Instance::~Instance() {
     if (messenger_) destroy_messenger_(handle_, messenger_, nullptr);
-    destroy_(handle_, nullptr);
+    if (destroy_) destroy_(handle_, nullptr);
 }
 
 void Instance::find_devices() {
-    uint32_t count = 0;
-    check(vkEnumeratePhysicalDevices(handle_, &count, nullptr), "vkEnumeratePhysicalDevices");
-    std::vector<VkPhysicalDevice> handles(count);
-    if (count) check(vkEnumeratePhysicalDevices(handle_, &count, handles.data()), "vkEnumeratePhysicalDevices");
+    const auto handles = listed<VkPhysicalDevice>(
+        "vkEnumeratePhysicalDevices", [&](auto... list) { return vkEnumeratePhysicalDevices(handle_, list...); });
     if (handles.empty()) no_device("the Vulkan loader finds no device");
     for (VkPhysicalDevice handle : handles) {
         PhysicalDevice p;
@@ -191,20 +183,19 @@ void Instance::describe(PhysicalDevice& p) const {
     else if (compute == families.end()) p.info.refused = "no compute queue";
     else p.info.refused = why_not(limits);
     if (!p.info.refused.empty()) return;
-    std::vector<VkExtensionProperties> extensions;
-    VkResult result = vkEnumerateDeviceExtensionProperties(p.handle, nullptr, &count, nullptr);
-    if (result == VK_SUCCESS) {
-        extensions.resize(count);
-        result = vkEnumerateDeviceExtensionProperties(p.handle, nullptr, &count, extensions.data());
-    }
-    if (result != VK_SUCCESS) {
-        p.info.refused = failure(result, "vkEnumerateDeviceExtensionProperties");
+    try {
+        const auto extensions =
+            listed<VkExtensionProperties>("vkEnumerateDeviceExtensionProperties", [&](auto... list) {
+                return vkEnumerateDeviceExtensionProperties(p.handle, nullptr, list...);
+            });
+        const Requirements needs = requirements();
+        for (const auto& list : {needs.required_if_offered, needs.used_if_enabled})
+            for (const char* name : list)
+                if (offers(extensions, name)) p.extensions.emplace_back(name);
+    } catch (const Error& e) {
+        p.info.refused = e.what();
         return;
     }
-    const Requirements needs = requirements();
-    for (const auto& list : {needs.required_if_offered, needs.used_if_enabled})
-        for (const char* name : list)
-            if (offers(extensions, name)) p.extensions.emplace_back(name);
     p.rounds = rounds_to_even(vkGetPhysicalDeviceProperties2, p.handle, p.extensions);
 }
 

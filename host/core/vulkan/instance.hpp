@@ -54,6 +54,8 @@ class Instance {
     void open(const PhysicalDevice&, DeviceTable&) const;
 
   private:
+    // Opens nothing; if the public constructor fails after that, the destructor closes what it has opened.
+    Instance(const InstanceOptions&, PFN_vkGetInstanceProcAddr);
     void find_devices();
     void describe(PhysicalDevice&) const;
 

@@ -119,18 +119,6 @@ Kernel::~Kernel() {
     for (std::vector<VkBufferView>& views : views_) destroy_views(views);
 }
 
-VkBufferView Kernel::view_of(const BufferRange& range) const {
-    const DeviceTable& table = pipelines_.device();
-    VkBufferViewCreateInfo info{VK_STRUCTURE_TYPE_BUFFER_VIEW_CREATE_INFO};
-    info.buffer = range.buffer;
-    info.format = VK_FORMAT_R32G32B32A32_UINT;
-    info.offset = range.offset;
-    info.range = range.bytes;
-    VkBufferView view = VK_NULL_HANDLE;
-    check(table.calls.vkCreateBufferView(table.device, &info, table.allocator, &view), "vkCreateBufferView");
-    return view;
-}
-
 void Kernel::destroy_views(std::vector<VkBufferView>& views) const {
     const DeviceTable& table = pipelines_.device();
     for (VkBufferView view : views) table.calls.vkDestroyBufferView(table.device, view, table.allocator);
@@ -163,8 +151,14 @@ void Kernel::bind(size_t number, const std::vector<BoundRange>& bound) {
         writes[i].descriptorType = type_of(texels_, bound[i].binding);
         writes[i].pBufferInfo = &ranges[i];
         if (writes[i].descriptorType == VK_DESCRIPTOR_TYPE_STORAGE_BUFFER) continue;
-        views.push_back(view_of(bound[i].range));
-        writes[i].pTexelBufferView = &views.back();
+        VkBufferViewCreateInfo info{VK_STRUCTURE_TYPE_BUFFER_VIEW_CREATE_INFO};
+        info.buffer = ranges[i].buffer;
+        info.format = VK_FORMAT_R32G32B32A32_UINT;
+        info.offset = ranges[i].offset;
+        info.range = ranges[i].range;
+        VkBufferView view = VK_NULL_HANDLE;
+        check(table.calls.vkCreateBufferView(table.device, &info, table.allocator, &view), "vkCreateBufferView");
+        writes[i].pTexelBufferView = &views.emplace_back(view);
     }
     table.calls.vkUpdateDescriptorSets(table.device, uint32_t(writes.size()), writes.data(), 0, nullptr);
 }

@@ -24,6 +24,15 @@ template <class Handle> void check_made(VkResult result, const char* call, Handl
     check(result, call);
 }
 
+// The list that a call gives by its count first: call(&count, list or null).
+template <class Item, class Call> std::vector<Item> listed(const char* name, Call call) {
+    uint32_t count = 0;
+    check(call(&count, nullptr), name);
+    std::vector<Item> list(count);
+    check(call(&count, list.data()), name);
+    return list;
+}
+
 // The handle, functions and limits of a device that pipelines and recording use.
 struct DeviceTable {
     VkDevice device = VK_NULL_HANDLE;
@@ -102,7 +111,6 @@ class Kernel {
                 uint32_t z = 1) const noexcept;
 
   private:
-    VkBufferView view_of(const BufferRange&) const;
     void destroy_views(std::vector<VkBufferView>&) const;
 
     Pipelines& pipelines_;

@@ -2,6 +2,7 @@
 #include "host/lab/command/curve_file.hpp"
 #include "host/lab/command/settings.hpp"
 #include "host/lab/scenes/input_file.hpp"
+#include "host/lab/scenes/units.hpp"
 
 #include <sstream>
 
@@ -12,10 +13,7 @@ namespace {
 
 using fit::Test;
 
-std::string trimmed(const std::string& text) {
-    const size_t first = text.find_first_not_of(" \t\r\"");
-    return first == std::string::npos ? "" : text.substr(first, text.find_last_not_of(" \t\r\"") - first + 1);
-}
+std::string trimmed(const std::string& text) { return scene::trimmed(text, " \t\r\""); }
 
 // A line of a file, which its errors name.
 struct Line {

@@ -171,7 +171,10 @@ void doubt_kind(const Problem& p, Fit& fit) {
         fit.undetermined.push_back("the moduli rise with time, as in no relaxation");
 }
 
-Fit fitted(const Problem& measured, int n) {
+Fit fitted(Test test, const std::vector<double>& times, const std::vector<double>& values, int n,
+           Residual residual) try {
+    const DefaultFloats guard;
+    const Problem measured = checked(test, times, values, n, residual);
     const Problem p = condensed(measured);
     const std::vector<Spectrum> spectra = best_spectra(p, start_times_of(p), n);
     const Spectrum& s = spectra.back();
@@ -187,28 +190,22 @@ Fit fitted(const Problem& measured, int n) {
     compare_with_fewer(p, spectra, s, used, fit);
     judge(p, fit);
     return fit;
-}
-
-std::string needs_of(size_t points, int n) {
-    return "a fit of " + std::to_string(n) + " elements to " + std::to_string(points) + " points needs at least " +
-           scene::bytes_text(double(points) * 4 * sizeof(double));
+} catch (const std::bad_alloc&) {
+    scene::out_of_memory([&] {
+        return "a fit of " + std::to_string(n) + " elements to " + std::to_string(times.size()) +
+               " points needs at least " + scene::bytes_text(double(times.size()) * 4 * sizeof(double));
+    });
 }
 
 } // namespace
 } // namespace fit
 
-Fit fit_creep(const std::vector<double>& times, const std::vector<double>& compliances, int n, Residual residual) try {
-    const DefaultFloats guard;
-    return fit::fitted(fit::checked(fit::Test::creep, times, compliances, n, residual), n);
-} catch (const std::bad_alloc&) {
-    scene::out_of_memory([&] { return fit::needs_of(times.size(), n); });
+Fit fit_creep(const std::vector<double>& times, const std::vector<double>& compliances, int n, Residual residual) {
+    return fit::fitted(fit::Test::creep, times, compliances, n, residual);
 }
 
-Fit fit_relaxation(const std::vector<double>& times, const std::vector<double>& moduli, int n, Residual residual) try {
-    const DefaultFloats guard;
-    return fit::fitted(fit::checked(fit::Test::relaxation, times, moduli, n, residual), n);
-} catch (const std::bad_alloc&) {
-    scene::out_of_memory([&] { return fit::needs_of(times.size(), n); });
+Fit fit_relaxation(const std::vector<double>& times, const std::vector<double>& moduli, int n, Residual residual) {
+    return fit::fitted(fit::Test::relaxation, times, moduli, n, residual);
 }
 
 } // namespace dermis

@@ -27,7 +27,7 @@ class Stepper {
     // one, at first from 0.
     virtual void frame(const std::vector<double>& pressure) = 0;
     virtual void press(const Step&) = 0;
-    virtual void finish() = 0; // delivers all samples that are still due
+    virtual void finish() {} // delivers all samples that are still due
     // Writes maps at the end of the last press, width*height for each quantity, into vectors that may be reused.
     virtual void read(const std::vector<Quantity>&, std::vector<std::vector<double>>& maps) = 0;
     // Returns the same maps as a march in float holds them, rows a pitch apart; they last until the next press or view.

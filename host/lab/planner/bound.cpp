@@ -68,10 +68,7 @@ void add_telling_sites(const PreparedSkin& skin, const Schedule& schedule, std::
     for (int q = QUANTITY_SA1; q < REDUCED_MAPS; ++q) {
         std::vector<std::pair<double, const Site*>> all;
         for (const Site& site : skin.description.sites)
-            if (int(site.type) == q)
-                all.push_back(
-                    {std::abs(schedule.pressure[size_t(site.cell.y) * size_t(skin.width()) + size_t(site.cell.x)]),
-                     &site});
+            if (int(site.type) == q) all.push_back({std::abs(schedule.pressure[skin.number_of(site.cell)]), &site});
         std::stable_sort(all.begin(), all.end(), [](auto& a, auto& b) { return a.first > b.first; });
         for (size_t i = 0; i < std::min(some, all.size()); ++i) {
             const auto& [pressure, site] = all[i < some / 2 ? i : i * (all.size() - 1) / std::max<size_t>(some - 1, 1)];
@@ -383,11 +380,11 @@ template <class Take>
 void solve(const PreparedSkin& skin, const Schedule& schedule, const std::vector<Cell>& points,
            const std::vector<int>& classes, Take take) {
     const plan::SiteCells needed(skin, pressed_cells(schedule), points);
-    const auto stepper =
-        reduced::sites_before_gains(skin, schedule, needed, classes, [&](auto&, const plan::Sample& sample) {
-            for (size_t i = 0; i < sample.points.size(); ++i)
-                take(i / points.size(), i % points.size(), std::abs(sample.points[i]));
-        });
+    const auto sink = [&](auto&, const plan::Sample& sample) {
+        for (size_t i = 0; i < sample.points.size(); ++i)
+            take(i / points.size(), i % points.size(), std::abs(sample.points[i]));
+    };
+    const auto stepper = reduced::sites(skin, schedule, needed, classes, 1, sink, false);
     plan::FrameFeed feed(schedule);
     plan::Timeline timeline(schedule, needed.materials, skin.rule, Method::exact);
     for (plan::Step step; timeline.next(step);) {

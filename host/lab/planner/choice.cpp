@@ -51,11 +51,9 @@ std::vector<Candidate> candidates(const PreparedSkin& skin, const Schedule& sche
             all.back().refused = why;
         }
     }
-    const size_t first_march = all.size();
     for (Precision p : {Precision::f32, Precision::f32_compensated})
         all.push_back(costed(skin, schedule, Model::march, p, backends.opened));
     all.push_back(costed(skin, schedule, Model::march, Precision::f64, backends.cpu));
-    for (size_t i = first_march; i < all.size(); ++i) all[i].refused = why_not(skin, schedule, Model::march);
     std::stable_sort(all.begin(), all.end(),
                      [](const Candidate& a, const Candidate& b) { return a.seconds < b.seconds; });
     return all;

@@ -23,6 +23,11 @@ double largest_of(const std::vector<double>& map) {
     return largest;
 }
 
+size_t greatest_cell(const std::vector<double>& map) {
+    const auto less = [](double a, double b) { return std::abs(a) < std::abs(b); };
+    return size_t(std::ranges::max_element(map, less) - map.begin());
+}
+
 double rest_peak(const PreparedSkin& skin, const Schedule& schedule, bool points_only) {
     if (!points_only) return greatest_rest_curvature(skin);
     double largest = 0;
@@ -63,7 +68,7 @@ std::vector<PressedMaterial> pressed_materials(const PreparedSkin& skin, const S
     }
     if (schedule.framed) return all;
     const std::vector<double>& p = schedule.pressure;
-    const size_t width = size_t(skin.width()), length = skin.chain.length;
+    const size_t length = skin.chain.length;
     const auto take = [&](size_t i, double PressedMaterial::*peak) {
         double& greatest = all[skin.material_at(i)].*peak;
         greatest = std::max(greatest, std::abs(p[i]));
@@ -75,7 +80,7 @@ std::vector<PressedMaterial> pressed_materials(const PreparedSkin& skin, const S
         for (size_t i = 0; i < p.size(); ++i) take(i, &PressedMaterial::peak);
     else
         for (size_t i : plan::SiteCells(skin, pressed_cells(schedule), points).cells) take(i, &PressedMaterial::around);
-    for (const Cell& c : points) take(size_t(c.y) * width + size_t(c.x), &PressedMaterial::peak);
+    for (const Cell& c : points) take(skin.number_of(c), &PressedMaterial::peak);
     for (size_t i = 0; i < all.size(); ++i) { // elements in series bear the same pressure
         const PressedMaterial& first = all[i - i % length];
         all[i].peak = first.peak;
@@ -100,8 +105,7 @@ void take_gains(const PreparedSkin& skin, const Schedule& schedule, const Read& 
     };
     if (!read.everything) {
         for (const Site& site : skin.description.sites)
-            if (int(site.type) == read.quantity)
-                take(size_t(site.cell.y) * width + size_t(site.cell.x), rest_curvature_at(skin, site.cell));
+            if (int(site.type) == read.quantity) take(skin.number_of(site.cell), rest_curvature_at(skin, site.cell));
         return;
     }
     std::vector<double> rest(width);

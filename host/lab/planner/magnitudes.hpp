@@ -12,6 +12,8 @@ namespace dermis::planner {
 double weight_of(int stencil);
 
 double largest_of(const std::vector<double>& map);
+// The index of the cell where |map| is greatest.
+size_t greatest_cell(const std::vector<double>& map);
 
 // The greatest |L(S)| over all cells, or over the schedule's points alone.
 double rest_peak(const plan::PreparedSkin&, const plan::Schedule&, bool points_only);

@@ -230,12 +230,10 @@ double ReplacementBound::greatest_impulse(int quantity) const {
         if (quantity == QUANTITY_FA1 && is_elastic(m)) of_unit += final_strain(m, *first_jump_);
         if (quantity == QUANTITY_FA2 && !is_elastic(m)) of_unit += strain_rate(m, *first_jump_);
     }
-    const std::vector<double>& p = schedule_.pressure;
-    const auto most =
-        std::max_element(p.begin(), p.end(), [](double a, double b) { return std::abs(a) < std::abs(b); });
-    const int at = int(most - p.begin()), width = skin_.width();
+    const size_t most = greatest_cell(schedule_.pressure);
+    const int at = int(most), width = skin_.width();
     const double gain = 1 + skin_.constants.curvature_length * rest_curvature_at(skin_, {at % width, at / width});
-    return (1 - 0x1p-40) * std::abs(*most * of_unit * gain);
+    return (1 - 0x1p-40) * std::abs(schedule_.pressure[most] * of_unit * gain);
 }
 
 // The worst error of the impulses of the wanted responses, relative to the greatest of each.

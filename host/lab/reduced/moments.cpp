@@ -23,7 +23,7 @@ void add_points(Moments& m, const plan::PreparedSkin& skin, const plan::Schedule
     const Grid unit = plan::without_spacing(skin.description.grid);
     const double length = skin.constants.curvature_length, bend = skin.constants.bend;
     for (const Cell& c : schedule.points) {
-        const size_t cell = size_t(c.y) * size_t(unit.width) + size_t(c.x);
+        const size_t cell = skin.number_of(c);
         const double p = schedule.pressure[cell], rest = plan::rest_curvature_at(skin, c);
         m.points.push_back({.part = skin.material_at(cell), .p = p, .a = p * (1 + length * rest), .b = {}});
         for (const Map& part : m.pressures) {
@@ -173,76 +173,69 @@ void check_finite(const Moments::Means& m) {
                     "pressure times curvature overflows; allowed: loads and lengths whose products stay below 1.8e308");
 }
 
-// The sums of several parts, without extremes.
-class PartSums {
-  public:
-    PartSums(const plan::PreparedSkin& skin, const plan::Schedule& schedule, const std::vector<Map>& parts)
-        : skin_(skin), schedule_(schedule), parts_(parts), unit_(plan::without_spacing(skin.description.grid)) {}
+// Calls of_rows(first, last) on the threads for each stripe of the rows that are pressed; returns what it returns.
+template <class Of> auto of_stripes(const plan::PressedBox& box, simd::Pool& pool, Of of_rows) {
+    const int rows = box.last_row - box.first_row, count = (rows + stripe_rows - 1) / stripe_rows;
+    std::vector<decltype(of_rows(0, 0))> stripes(static_cast<size_t>(count));
+    pool.share(count, [&](int first, int last) {
+        for (int i = first; i < last && !pool.failed(); ++i)
+            stripes[size_t(i)] =
+                of_rows(box.first_row + i * stripe_rows, box.first_row + std::min((i + 1) * stripe_rows, rows));
+    });
+    return stripes;
+}
 
-    // The sums of rows first .. last - 1.
-    std::vector<Sums> of_rows(int first, int last) const {
-        const int from = schedule_.pressed.first_column(), to = schedule_.pressed.last_column(skin_.width());
-        const size_t width = size_t(to - from);
-        std::vector<Sums> sums(parts_.size(), Sums(parts_.size()));
-        std::vector<double> rest(width), L(width);
-        for (int y = first; y < last; ++y) {
-            const size_t row = size_t(y) * size_t(skin_.width()) + size_t(from);
-            plan::rest_curvature_row(skin_, y, from, to, rest.data());
-            for (size_t x = 0; x < width; ++x) {
-                Sums& s = sums[skin_.material_at(row + x)];
-                const double p = schedule_.pressure[row + x];
-                add(s.p, p);
-                add(s.a, p * (1 + skin_.constants.curvature_length * rest[x]));
-            }
-            for (size_t m = 0; m < parts_.size(); ++m) {
-                plan::laplacian_row(parts_[m], y, from, to, unit_, skin_.stencil, skin_.edges, L.data());
-                for (size_t x = 0; x < width; ++x)
-                    add(sums[skin_.material_at(row + x)].b[m],
-                        schedule_.pressure[row + x] *
-                            (skin_.constants.curvature_length * (skin_.constants.bend * L[x])));
-            }
+// The sums of each of several parts over rows first .. last - 1, without extremes.
+std::vector<Sums> sums_of_parts(const plan::PreparedSkin& skin, const plan::Schedule& schedule,
+                                const std::vector<Map>& parts, int first, int last) {
+    const Grid unit = plan::without_spacing(skin.description.grid);
+    const double length = skin.constants.curvature_length, bend = skin.constants.bend;
+    const int from = schedule.pressed.first_column(), to = schedule.pressed.last_column(skin.width());
+    const size_t width = size_t(to - from);
+    std::vector<Sums> sums(parts.size(), Sums(parts.size()));
+    std::vector<double> rest(width), L(width);
+    for (int y = first; y < last; ++y) {
+        const size_t row = skin.number_of({from, y});
+        plan::rest_curvature_row(skin, y, from, to, rest.data());
+        for (size_t x = 0; x < width; ++x) {
+            Sums& s = sums[skin.material_at(row + x)];
+            const double p = schedule.pressure[row + x];
+            add(s.p, p);
+            add(s.a, p * (1 + length * rest[x]));
         }
-        return sums;
-    }
-
-    std::vector<Moments::Means> of_all(simd::Pool& pool) const {
-        const plan::PressedBox& box = schedule_.pressed;
-        const int rows = box.last_row - box.first_row, count = (rows + stripe_rows - 1) / stripe_rows;
-        std::vector<std::vector<Sums>> stripes(static_cast<size_t>(count));
-        pool.share(count, [&](int first, int last) {
-            for (int i = first; i < last && !pool.failed(); ++i)
-                stripes[size_t(i)] =
-                    of_rows(box.first_row + i * stripe_rows, box.first_row + std::min((i + 1) * stripe_rows, rows));
-        });
-        std::vector<Moments::Means> means;
-        for (size_t k = 0; k < parts_.size(); ++k) {
-            Sums sums(parts_.size());
-            for (const auto& stripe : stripes) sums.add_all(stripe[k]);
-            means.push_back(sums.over(skin_.cells()));
+        for (size_t m = 0; m < parts.size(); ++m) {
+            plan::laplacian_row(parts[m], y, from, to, unit, skin.stencil, skin.edges, L.data());
+            for (size_t x = 0; x < width; ++x)
+                add(sums[skin.material_at(row + x)].b[m], schedule.pressure[row + x] * (length * (bend * L[x])));
         }
-        return means;
     }
+    return sums;
+}
 
-  private:
-    const plan::PreparedSkin& skin_;
-    const plan::Schedule& schedule_;
-    const std::vector<Map>& parts_;
-    const Grid unit_;
-};
+void add_parts(Moments& m, const plan::PreparedSkin& skin, const plan::Schedule& schedule, simd::Pool& pool) {
+    const auto stripes = of_stripes(schedule.pressed, pool, [&](int first, int last) {
+        return sums_of_parts(skin, schedule, m.pressures, first, last);
+    });
+    for (size_t k = 0; k < m.pressures.size(); ++k) {
+        Sums sums(m.pressures.size());
+        for (const auto& stripe : stripes) sums.add_all(stripe[k]);
+        m.means.push_back(sums.over(skin.cells()));
+        check_finite(m.means.back());
+    }
+}
 
 // The sums, range and hull of one part.
 void add_one_part(Moments& m, const plan::PreparedSkin& skin, const plan::Schedule& schedule, simd::Pool& pool) {
     constexpr int sampled = 8; // rows; fixed, because the bits depend on it
     const plan::PressedBox& box = schedule.pressed;
-    const int rows = box.last_row - box.first_row, count = (rows + stripe_rows - 1) / stripe_rows;
-    std::vector<Stripe> stripes(static_cast<size_t>(count));
+    const int rows = box.last_row - box.first_row;
     Stripe sample; // evenly spaced rows: their hull contains most points of the others
     if (rows > 0 && schedule.output.extremes)
         sample.add_rows(skin, schedule, box.first_row, box.last_row, std::max(rows / sampled, 1), {});
-    pool.share(count, [&](int first, int last) {
-        for (int i = first; i < last && !pool.failed(); ++i)
-            stripes[size_t(i)].add_rows(skin, schedule, box.first_row + i * stripe_rows,
-                                        box.first_row + std::min((i + 1) * stripe_rows, rows), 1, sample.polygon);
+    const auto stripes = of_stripes(box, pool, [&](int first, int last) {
+        Stripe stripe;
+        stripe.add_rows(skin, schedule, first, last, 1, sample.polygon);
+        return stripe;
     });
     const bool full = rows == skin.height() && box.first_tile == 0 && box.last_tile == skin.tiles;
     std::vector<Vertex> vertices = sample.hull;
@@ -271,8 +264,7 @@ std::shared_ptr<const Moments> moments_of(const plan::PreparedSkin& skin, const 
     if (points_only) return m;
     simd::Pool pool(simd::useful_threads(skin.cells(), threads));
     if (skin.uniform()) add_one_part(*m, skin, schedule, pool);
-    else m->means = PartSums(skin, schedule, m->pressures).of_all(pool);
-    for (const Moments::Means& means : m->means) check_finite(means);
+    else add_parts(*m, skin, schedule, pool);
     return m;
 }
 

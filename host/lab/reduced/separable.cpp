@@ -38,8 +38,6 @@ class Separable : public plan::Stepper {
         if (step.trace >= 0 || step.impulse >= 0) points_only_ ? deliver_sites(step) : deliver(step);
     }
 
-    void finish() override {}
-
     // The greatest curvature at the end, and at the output with the greatest strain.
     plan::StencilEstimate estimate(const plan::PreparedSkin& skin) override {
         plan::StencilEstimate now = estimate_now(skin);

@@ -5,6 +5,7 @@
 
 #include "host/core/model/site_cells.hpp"
 #include "host/lab/schedule/cell.hpp"
+#include "host/lab/schedule/schedule.hpp"
 
 #include <vector>
 
@@ -16,29 +17,31 @@ template <class K> class SiteStepper {
     using Constants = typename K::Constants;
     using LaneCoefficients = typename K::LaneCoefficients;
 
-    // The pressure of each cell over a step: from frame `from` to frame `to`, or only `from` under a map and envelope.
-    struct Pressures {
-        const real *from, *to;
-    };
+    SiteStepper(const PreparedSkin& skin, const Schedule& schedule, const SiteCells& cells)
+        : cells_(cells), variant_(variant_of(skin, schedule, Precision::f64)), shape_(variant_.state()),
+          sums_(SingleCell<K>::sums(shape_)), state_(cells.cells.size() * sums_), visible_(state_.size()),
+          strain_(cells.cells.size() + 1), from_(cells.cells.size()), to_(from_) {
+        if (!schedule.framed) frame(schedule.pressure);
+    }
 
-    SiteStepper(const SiteCells& cells, const Variant& variant)
-        : cells_(cells), variant_(variant), shape_(variant.state()), sums_(SingleCell<K>::sums(shape_)),
-          state_(cells.cells.size() * sums_), visible_(state_.size()), strain_(cells.cells.size() + 1) {}
+    void frame(const std::vector<double>& pressure) { // as Stepper::frame
+        from_.swap(to_);
+        for (size_t i = 0; i < to_.size(); ++i) to_[i] = real(pressure[cells_.cells[i]]);
+    }
 
     // Steps cells first .. last - 1. k: coefficients of each material.
-    void advance(const Constants& c, const LaneCoefficients* k, Pressures p, size_t first, size_t last) {
+    void advance(const Constants& c, const LaneCoefficients* k, size_t first, size_t last) {
         for (size_t i = first; i < last; ++i)
-            strain_[i] = K::step_of(cell(k, i, &visible_[i * sums_]), load_at(i, c, p)).motion.strain;
+            strain_[i] = K::step_of(cell(k, i, &visible_[i * sums_]), load_at(i, c)).motion.strain;
     }
 
     // The value of a quantity in a point after advance(). The point's cell must be one that is ever pressed.
-    real value(const SitePlace<K>& point, Quantity q, const Constants& c, const LaneCoefficients* k,
-               Pressures p) const {
+    real value(const SitePlace<K>& point, Quantity q, const Constants& c, const LaneCoefficients* k) const {
         const size_t here = point.stencil.here;
         if (q == Quantity::strain) return strain_[here];
         const real C = point.curvature(strain_.data(), variant_.stencil, c.bend);
         if (q == Quantity::curvature) return C;
-        const auto step = K::step_of(cell(k, here, nullptr), load_at(here, c, p));
+        const auto step = K::step_of(cell(k, here, nullptr), load_at(here, c));
         return K::answer(int(q), K::signal(int(q), step.motion, step.integral), C, c);
     }
 
@@ -49,8 +52,8 @@ template <class K> class SiteStepper {
         return {shape_, k + cells_.material_of[i], &state_[i * sums_], after};
     }
 
-    typename K::Load load_at(size_t i, const Constants& c, Pressures p) const {
-        return variant_.framed ? K::load_between(p.from[i], p.to[i], c) : K::load_of(p.from[i], c);
+    typename K::Load load_at(size_t i, const Constants& c) const {
+        return variant_.framed ? K::load_between(from_[i], to_[i], c) : K::load_of(to_[i], c);
     }
 
     const SiteCells& cells_;
@@ -59,6 +62,7 @@ template <class K> class SiteStepper {
     const size_t sums_;                            // of a cell
     std::vector<typename K::Sum> state_, visible_; // state at the step's start; at its end
     std::vector<real> strain_;                     // of each cell at the step's end
+    std::vector<real> from_, to_;                  // pressure of each cell: of the frames, or in to_ the map's
 };
 
 } // namespace dermis::plan

@@ -12,28 +12,20 @@ class Sites : public plan::Stepper {
     Sites(const plan::PreparedSkin& skin, const plan::Schedule& schedule, const plan::SiteCells& cells,
           const std::vector<int>& classes, bool gains, int threads, Sink sink)
         : skin_(skin), schedule_(schedule), gains_(gains), sink_(std::move(sink)),
-          pool_(simd::useful_threads(8 * cells.cells.size(), threads)),
-          stepper_(cells, variant_of(skin, schedule, Precision::f64)), cells_(cells.cells), materials_(cells.materials),
-          columns_(cells.points.size()) {
+          pool_(simd::useful_threads(8 * cells.cells.size(), threads)), stepper_(skin, schedule, cells),
+          cells_(cells.cells), materials_(cells.materials), columns_(cells.points.size()) {
         const plan::PressedCells pressed = pressed_cells(schedule);
         for (size_t i = 0; i < columns_; ++i) {
             const Cell c = cells.points[i];
-            if (ever_pressed(pressed, size_t(c.y) * size_t(skin.width()) + size_t(c.x), skin.width()))
+            if (ever_pressed(pressed, skin.number_of(c), skin.width()))
                 points_.push_back({{skin, cells, c}, i, classes[i]}); // all that the others have is 0
         }
         std::sort(points_.begin(), points_.end(),
                   [](const Point& a, const Point& b) { return a.at.stencil.here < b.at.stencil.here; });
-        for (size_t cell : cells_) {
-            from_.push_back(0);
-            to_.push_back(schedule.framed ? 0 : schedule.pressure[cell]);
-        }
         sample_.points.assign(columns_ * answered, 0);
     }
 
-    void frame(const std::vector<double>& pressure) override {
-        from_.swap(to_);
-        for (size_t i = 0; i < cells_.size(); ++i) to_[i] = pressure[cells_[i]];
-    }
+    void frame(const std::vector<double>& pressure) override { stepper_.frame(pressure); }
 
     void press(const plan::Step& step) override {
         f64::Constants c = plan::constants_of<f64>(skin_, schedule_.pressed, step);
@@ -44,9 +36,8 @@ class Sites : public plan::Stepper {
             lanes_.resize(table_.size());
             std::transform(table_.begin(), table_.end(), lanes_.begin(), f64::lanes_of);
         }
-        pool_.share(int(cells_.size()), [&](int first, int last) {
-            stepper_.advance(c, lanes_.data(), pressures(), size_t(first), size_t(last));
-        });
+        pool_.share(int(cells_.size()),
+                    [&](int first, int last) { stepper_.advance(c, lanes_.data(), size_t(first), size_t(last)); });
         if (step.trace >= 0) {
             pool_.share(int(points_.size()), [&](int first, int last) {
                 for (int i = first; i < last; ++i) respond(points_[size_t(i)], c);
@@ -56,7 +47,6 @@ class Sites : public plan::Stepper {
         if (step.keep) stepper_.keep();
     }
 
-    void finish() override {}
     void read(const std::vector<Quantity>&, std::vector<std::vector<double>>&) override {} // plan::why_not: no fields
 
   private:
@@ -67,15 +57,10 @@ class Sites : public plan::Stepper {
         int quantity;  // the one that is asked for, or every_quantity
     };
 
-    plan::SiteStepper<f64>::Pressures pressures() const {
-        return {schedule_.framed ? from_.data() : to_.data(), to_.data()};
-    }
-
     void respond(const Point& p, const f64::Constants& c) {
         for (int q = 0; q < answered; ++q)
             if (p.quantity == every_quantity || p.quantity == q)
-                sample_.points[size_t(q) * columns_ + p.column] =
-                    stepper_.value(p.at, Quantity(q), c, lanes_.data(), pressures());
+                sample_.points[size_t(q) * columns_ + p.column] = stepper_.value(p.at, Quantity(q), c, lanes_.data());
     }
 
     const plan::PreparedSkin& skin_;
@@ -86,9 +71,8 @@ class Sites : public plan::Stepper {
     plan::SiteStepper<f64> stepper_;
     const std::vector<size_t>& cells_;
     const std::vector<plan::Element>& materials_;
-    size_t columns_;                // of a sample: all points
-    std::vector<Point> points_;     // the points that are ever pressed
-    std::vector<double> from_, to_; // pressure
+    size_t columns_;            // of a sample: all points
+    std::vector<Point> points_; // the points that are ever pressed
     std::vector<f64::Coefficients> table_;
     std::vector<f64::LaneCoefficients> lanes_;
     plan::Step lanes_of_; // what lanes_ was made from
@@ -105,14 +89,8 @@ std::vector<int> classes_of(const plan::PreparedSkin& skin, const plan::Schedule
 
 std::unique_ptr<plan::Stepper> sites(const plan::PreparedSkin& skin, const plan::Schedule& schedule,
                                      const plan::SiteCells& cells, const std::vector<int>& classes, int threads,
-                                     plan::Stepper::Sink sink) {
-    return std::make_unique<Sites>(skin, schedule, cells, classes, true, threads, std::move(sink));
-}
-
-std::unique_ptr<plan::Stepper> sites_before_gains(const plan::PreparedSkin& skin, const plan::Schedule& schedule,
-                                                  const plan::SiteCells& cells, const std::vector<int>& classes,
-                                                  plan::Stepper::Sink sink) {
-    return std::make_unique<Sites>(skin, schedule, cells, classes, false, 1, std::move(sink));
+                                     plan::Stepper::Sink sink, bool gains) {
+    return std::make_unique<Sites>(skin, schedule, cells, classes, gains, threads, std::move(sink));
 }
 
 } // namespace dermis::reduced

@@ -14,12 +14,10 @@ constexpr int every_quantity = -1;
 // The classes of the schedule's points: every quantity for a probe, the site's own for a site.
 std::vector<int> classes_of(const plan::PreparedSkin&, const plan::Schedule&);
 
-// Takes the steps of a timeline of cells.materials; all references must outlive it. threads: 0 = one per core.
+// Takes the steps of a timeline of cells.materials; all references must outlive it. threads: 0 = one per core. gains:
+// FA2 has its gains; the planner takes the greatest values before them.
 std::unique_ptr<plan::Stepper> sites(const plan::PreparedSkin&, const plan::Schedule&, const plan::SiteCells& cells,
-                                     const std::vector<int>& classes, int threads, plan::Stepper::Sink);
-// The same on one thread, with FA2 before its gains. The planner takes the greatest values from it.
-std::unique_ptr<plan::Stepper> sites_before_gains(const plan::PreparedSkin&, const plan::Schedule&,
-                                                  const plan::SiteCells& cells, const std::vector<int>& classes,
-                                                  plan::Stepper::Sink);
+                                     const std::vector<int>& classes, int threads, plan::Stepper::Sink,
+                                     bool gains = true);
 
 } // namespace dermis::reduced

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "host/lab/run/witness.hpp"
 
+#include "host/lab/planner/magnitudes.hpp"
 #include "host/lab/schedule/cell.hpp"
 
 #include <algorithm>
@@ -52,27 +53,17 @@ std::vector<WitnessCell> witness_cells(const plan::PreparedSkin& skin, plan::Sch
 Witness::Witness(const plan::PreparedSkin& skin, const plan::Schedule& schedule, const std::vector<WitnessCell>& cells,
                  const planner::Peaks& scale, double stored)
     : whole_(schedule), schedule_(outputs_of(schedule)), cells_(skin, pressed_cells(whole_), places_of(cells)),
-      rule_(skin.rule), scale_(scale), stored_(stored), width_(size_t(skin.width())),
-      constants_(plan::constants_of<extended>(skin, schedule.pressed)),
-      stepper_(cells_, variant_of(skin, schedule_, Precision::f64)),
+      rule_(skin.rule), scale_(scale), stored_(stored),
+      constants_(plan::constants_of<extended>(skin, schedule.pressed)), stepper_(skin, schedule_, cells_),
       timeline_(schedule_, cells_.materials, rule_, Method::exact), references_(schedule_, cells_.materials, rule_),
       lanes_(cells_.materials.size()) {
     const plan::PressedCells pressed = pressed_cells(whole_);
     for (const WitnessCell& c : cells)
-        points_.push_back(
-            {.of = c,
-             .at = {skin, cells_, c.cell},
-             .pressed = ever_pressed(pressed, size_t(c.cell.y) * width_ + size_t(c.cell.x), skin.width())});
+        points_.push_back({.of = c,
+                           .number = skin.number_of(c.cell),
+                           .at = {skin, cells_, c.cell},
+                           .pressed = ever_pressed(pressed, skin.number_of(c.cell), skin.width())});
     field_.resize(points_.size());
-    for (size_t cell : cells_.cells) {
-        from_.push_back(0);
-        to_.push_back(schedule.framed ? 0 : schedule.pressure[cell]);
-    }
-}
-
-void Witness::frame(const std::vector<double>& pressure) {
-    from_.swap(to_);
-    for (size_t i = 0; i < to_.size(); ++i) to_[i] = pressure[cells_.cells[i]];
 }
 
 void Witness::advance(scene::Instant end) {
@@ -110,7 +101,7 @@ void Witness::press(const plan::Step& step) {
         constants_.start = references_.start(step);
         constants_.jump = references_.jump(step);
     }
-    stepper_.advance(constants_, lanes_.data(), pressures(), 0, to_.size());
+    stepper_.advance(constants_, lanes_.data(), 0, cells_.cells.size());
     if (step.trace >= 0) {
         Output& output = outputs_.emplace_back(Output{.row = step.trace * schedule_.every, .values = {}});
         for (const Point& p : points_)
@@ -137,7 +128,7 @@ bool Witness::compares(const Point& p, Quantity q) const {
 }
 
 long double Witness::value(const Point& p, Quantity q) const {
-    if (p.pressed) return stepper_.value(p.at, q, constants_, lanes_.data(), pressures());
+    if (p.pressed) return stepper_.value(p.at, q, constants_, lanes_.data());
     return q == Quantity::curvature ? p.at.rest_curvature : 0;
 }
 
@@ -156,7 +147,7 @@ void Witness::compare(Quantity q, const std::vector<double>& map) {
     if (!knows(q)) return;
     for (size_t i = 0; i < points_.size(); ++i)
         if (const WitnessCell& of = points_[i].of; of.quantity == WitnessCell::traced)
-            take(map[size_t(of.cell.y) * width_ + size_t(of.cell.x)], field_[i][size_t(q)], points_[i], q);
+            take(map[points_[i].number], field_[i][size_t(q)], points_[i], q);
 }
 
 void Witness::take(double x, long double exact, const Point& p, Quantity q) {
@@ -186,10 +177,8 @@ long long most_strained_output(const plan::PreparedSkin& skin, const plan::Sched
         return std::min(static_cast<long long>(std::min(output, 1e18)), schedule.outputs - 1);
     }
     const plan::Schedule few = with_fewer_outputs(schedule, 512);
-    const std::vector<double>& p = schedule.pressure;
-    const auto most =
-        std::max_element(p.begin(), p.end(), [](double a, double b) { return std::abs(a) < std::abs(b); });
-    const auto first = skin.materials.begin() + std::ptrdiff_t(skin.material_at(size_t(most - p.begin())));
+    const size_t most = planner::greatest_cell(schedule.pressure);
+    const auto first = skin.materials.begin() + std::ptrdiff_t(skin.material_at(most));
     const std::vector<plan::Element> elements(first, first + std::ptrdiff_t(skin.chain.length));
     plan::ProductCell<f64> cell(skin.chain, elements.data(), schedule.time.duration);
     std::vector<f64::Coefficients> table;

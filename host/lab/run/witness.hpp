@@ -28,7 +28,7 @@ class Witness {
     Witness(const plan::PreparedSkin&, const plan::Schedule&, const std::vector<WitnessCell>&, const planner::Peaks&,
             double stored);
 
-    void frame(const std::vector<double>& pressure); // as Stepper::frame
+    void frame(const std::vector<double>& pressure) { stepper_.frame(pressure); } // as Stepper::frame
     // Takes all steps that end at `end` or before. To be called before the run takes its own step to that instant.
     void advance(scene::Instant end);
     // Compares an output of the run; outputs come in order, perhaps some steps later.
@@ -42,6 +42,7 @@ class Witness {
     using Extended = plan::SiteStepper<extended>;
     struct Point {
         WitnessCell of;
+        size_t number; // of the cell, y*width + x
         plan::SitePlace<extended> at;
         bool pressed; // ever
     };
@@ -56,7 +57,6 @@ class Witness {
     bool knows(Quantity) const;
     bool compares(const Point&, Quantity) const;
     void take(double x, long double exact, const Point&, Quantity);
-    Extended::Pressures pressures() const { return {schedule_.framed ? from_.data() : to_.data(), to_.data()}; }
 
     const plan::Schedule whole_;
     const plan::Schedule schedule_;
@@ -64,13 +64,11 @@ class Witness {
     const plan::ResponseRule rule_;
     const planner::Peaks scale_;
     const double stored_;
-    const size_t width_;
     extended::Constants constants_;
     Extended stepper_;
     plan::Timeline timeline_;
     plan::References references_;
     std::vector<Point> points_;
-    std::vector<long double> from_, to_; // pressure of each of the cells
     std::vector<extended::LaneCoefficients> lanes_;
     std::vector<std::array<long double, size_t(Quantity::curvature) + 1>> field_; // of each point, at the last field
     std::optional<plan::Step> next_; // the step that advance() has not come to

@@ -7,6 +7,7 @@
 #include "host/lab/scenes/nearest.hpp"
 #include "host/lab/scenes/scene.hpp"
 #include "host/lab/scenes/scene_tables.hpp"
+#include "host/lab/scenes/units.hpp"
 #include "host/lab/scenes/unreadable.hpp"
 
 #include <sstream>
@@ -20,11 +21,6 @@ namespace fs = std::filesystem;
     throw Error(Error::Code::bad_input, "--set", "--set " + override_ + "; allowed: " + allowed);
 }
 
-std::string trimmed(const std::string& text) {
-    const size_t first = text.find_first_not_of(' ');
-    return first == text.npos ? "" : text.substr(first, text.find_last_not_of(' ') + 1 - first);
-}
-
 constexpr size_t most_bytes = 64 << 20; // of a scene file, or of a text in its place
 
 // Sets one key from "key=value". A value that is not TOML is taken for a text without quotes.
@@ -32,7 +28,7 @@ void apply_override(toml::table& file, const std::string& override_) {
     const size_t equals = override_.find('=');
     if (equals == std::string::npos) refuse_override(override_, "key=value, as in time.step=0.001");
     if (override_.find('\n') != std::string::npos) refuse_override(override_, "one line");
-    const std::string key = trimmed(override_.substr(0, equals)), text = override_.substr(equals + 1),
+    const std::string key = scene::trimmed(override_.substr(0, equals)), text = override_.substr(equals + 1),
                       toml = "value = " + text;
     const scene::Unreadable found = scene::unreadable(toml);
     if (found.deep || size_t(std::count(key.begin(), key.end(), '.')) >= scene::most_levels)

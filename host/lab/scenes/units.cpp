@@ -41,8 +41,7 @@ std::string with_blanks(std::string text) {
     for (std::string_view sign : {"\xc2\xb7", "*", "."})
         for (size_t at; (at = text.find(sign)) != text.npos;) text.replace(at, sign.size(), " ");
     for (size_t at; (at = text.find("  ")) != text.npos;) text.erase(at, 1);
-    const size_t first = text.find_first_not_of(' ');
-    return first == text.npos ? "" : text.substr(first, text.find_last_not_of(' ') + 1 - first);
+    return trimmed(text);
 }
 
 // Returns the power of ten of a prefix with which `text` is `unit`; nothing if it is another unit.

@@ -1,11 +1,17 @@
 // SPDX-License-Identifier: MIT
-// Numbers with a unit, as "20 kPa", in the places where a scene has numbers.
+// Words of scenes: numbers with a unit, as "20 kPa", in the places where a scene has numbers.
 #pragma once
 
 #include <optional>
 #include <string>
 
 namespace dermis::scene {
+
+// Returns a text without the blanks around it.
+inline std::string trimmed(const std::string& text, const char* blanks = " ") {
+    const size_t first = text.find_first_not_of(blanks);
+    return first == text.npos ? "" : text.substr(first, text.find_last_not_of(blanks) + 1 - first);
+}
 
 // Whether a text begins as a number does.
 bool begins_as_number(const std::string& text);

@@ -18,7 +18,7 @@ double stability_limit(Method m) {
 // not fall on output times.
 void check_fa2_of_sequence(const Scene& s, const MaterialSurvey& material) {
     if (material.elastic)
-        refuse("material.viscosity", "0" + material.where(*material.elastic, s.grid.width),
+        refuse("material.viscosity", "0" + where_in(s, *material.elastic),
                "> 0 for FA2 of a sequence; with viscosity 0 leave fa2 out of [output]");
     if (*s.receptors.fa2 == Fa2::step_mean && !steps_per_frame(*s.load.interval, s.time.step))
         refuse("load.interval", shortest(*s.load.interval),
@@ -58,25 +58,23 @@ void check_adaptation(const Scene& s) {
 }
 
 void check_material(const Scene& s, const MaterialSurvey& material) {
-    if (material.chain && s.method == Method::published)
+    if (is_chain(s.material) && s.method == Method::published)
         refuse("method", "\"published\"", "another one with material.elements");
-    if (material.maps && s.method == Method::published)
+    if (!is_uniform(s.material) && s.method == Method::published)
         refuse(s.material.modulus_map.empty() ? "material.viscosity" : "material.modulus", "(a map)",
                "one number with method = \"published\"");
     if (material.spring && s.method != Method::exact)
         refuse_spring(s.material, "no spring but with method = \"exact\"");
     if (material.elastic && s.method != Method::exact)
-        refuse("material.viscosity", "0" + material.where(*material.elastic, s.grid.width),
+        refuse("material.viscosity", "0" + where_in(s, *material.elastic),
                std::string("> 0 with method = \"") + name(s.method) + "\"");
     if (wants(s, Quantity::fa2)) {
         if (s.load.kind == Load::Kind::sequence) check_fa2_of_sequence(s, material);
         check_fa2_density(s, material);
     }
-    const size_t cell = material.stiffest;
-    if (!material.chain) return check_stability(s, element_at(s.material, cell), material.where(cell, s.grid.width));
-    const Series series = series_at(s.material, cell);
-    for (size_t e = 0; e < series.length; ++e)
-        check_stability(s, series.elements[e], " in material.elements" + material.where(cell, s.grid.width));
+    const Series series = series_at(s.material, material.stiffest);
+    const std::string where = (is_chain(s.material) ? " in material.elements" : "") + where_in(s, material.stiffest);
+    for (size_t e = 0; e < series.length; ++e) check_stability(s, series.elements[e], where);
 }
 
 } // namespace

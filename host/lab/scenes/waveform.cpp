@@ -36,8 +36,12 @@ std::vector<Knot> knots_of(const Envelope& e, const Time& time) {
 
 // Returns the first knot at or after t.
 std::vector<Knot>::const_iterator knot_from(const std::vector<Knot>& knots, const Instant& t) {
-    return std::lower_bound(knots.begin(), knots.end(), t,
-                            [](const Knot& k, const Instant& at) { return k.time < at; });
+    return std::ranges::lower_bound(knots, t, std::less<Instant>(), &Knot::time);
+}
+
+// Returns the first knot after t.
+std::vector<Knot>::const_iterator knot_after(const std::vector<Knot>& knots, const Instant& t) {
+    return std::ranges::upper_bound(knots, t, std::less<Instant>(), &Knot::time);
 }
 
 } // namespace
@@ -81,8 +85,7 @@ template <class T> T Waveform::slope_before(Instant t) const {
 
 template <class T> T Waveform::rise(Instant from, Instant to) const {
     if (sine()) return before<T>(to) - after<T>(from);
-    const auto next = std::upper_bound(knots_.begin(), knots_.end(), from,
-                                       [](const Instant& t, const Knot& k) { return t < k.time; });
+    const auto next = knot_after(knots_, from);
     if (next == knots_.begin() || next == knots_.end()) return 0;
     const Knot& last = *(next - 1);
     // The difference of two values would lose the digits that they share.
@@ -108,8 +111,7 @@ IN(long double)
 #undef IN
 
 bool Waveform::breaks(Instant from, Instant to) const {
-    const auto next = std::upper_bound(knots_.begin(), knots_.end(), from,
-                                       [](const Instant& t, const Knot& k) { return t < k.time; });
+    const auto next = knot_after(knots_, from);
     return next != knots_.end() && next->time < to;
 }
 

@@ -12,8 +12,7 @@ namespace {
 // Splits a step at the envelope's breakpoints.
 template <class T>
 std::vector<Segment<T>> segments_of(const scene::Waveform& load, scene::Instant from, scene::Instant to) {
-    const auto later = [](const scene::Instant& t, const scene::Knot& k) { return t < k.time; };
-    auto knot = std::upper_bound(load.knots().begin(), load.knots().end(), from, later);
+    auto knot = std::ranges::upper_bound(load.knots(), from, std::less<scene::Instant>(), &scene::Knot::time);
     std::vector<Segment<T>> segments;
     for (scene::Instant begin = from; begin < to;) {
         const scene::Instant end = knot == load.knots().end() ? to : std::min(to, (knot++)->time);

@@ -5,6 +5,7 @@
 #include "host/core/base/text.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -42,9 +43,7 @@ std::vector<double> relaxation(Method method, double z, int steps, Precision pre
     s.allow_unstable = true;
     s.time = {z, z * (steps + 1)};
     s.output.traces = {Quantity::strain};
-    RunOptions options;
-    options.precision = precision;
-    return run(s, Device::cpu(1), options).trace(Quantity::strain).mean;
+    return run(s, Device::cpu(1), {.precision = precision}).trace(Quantity::strain).mean;
 }
 
 // Makes the study's wave with a curvature gain of 0: FA1 is then the bare rate, which has a closed form. The kernels do
@@ -61,22 +60,11 @@ Scene closed_form_scene(Method method, double step) {
     return s;
 }
 
-struct Timed {
-    Result result;
-    double seconds = 0;
-};
-
-// Runs the scene three times, the first time also to warm up, and takes the least of the seconds.
-Timed least_of_three(const Scene& scene, const Device& device, Precision precision) {
-    RunOptions options;
-    options.precision = precision;
-    Result result;
-    double seconds = INFINITY;
-    for (int i = 0; i < 3; ++i) {
-        result = run(scene, device, options);
-        seconds = std::min(seconds, result.seconds);
-    }
-    return {std::move(result), seconds};
+// Runs the scene three times, the first time also to warm up, and returns the fastest run.
+Result fastest_of_three(const Scene& scene, const Device& device, Precision precision) {
+    std::array<Result, 3> runs;
+    for (Result& r : runs) r = run(scene, device, {.precision = precision});
+    return *std::ranges::min_element(runs, {}, &Result::seconds);
 }
 
 } // namespace
@@ -89,8 +77,8 @@ std::string error_against_time(const Device* vulkan) {
              {std::pair{&cpu, Precision::f32}, {&cpu, Precision::f64}, {vulkan, Precision::f32}})
             for (double step = 0.64; device && step > 0.009; step /= 2) {
                 const Scene s = closed_form_scene(method, step);
-                const auto [r, seconds] = least_of_three(s, *device, precision);
-                const double cell_ns = seconds * 1e9 / (1.0 * s.grid.width * s.grid.height);
+                const Result r = fastest_of_three(s, *device, precision);
+                const double cell_ns = r.seconds * 1e9 / (1.0 * s.grid.width * s.grid.height);
                 const Errors e = errors(r, s.material);
                 csv += fmt::format("{},{},{},{},{},{},{},{},{}\n", name(method), name(precision),
                                    device == &cpu ? "cpu" : "vulkan", shortest(step), r.steps, shortest(e.strain),

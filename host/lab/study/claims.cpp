@@ -191,10 +191,11 @@ class Sweep {
             text += (text.empty() ? "" : ", ") + fmt::format(fmt::runtime(format), mean(v, q, m)[output]);
         return text;
     }
+    // Whether the size of a mean falls from each value to the next.
     bool falls(Quantity q, size_t output) const {
+        const auto size = [&](size_t i) { return std::abs(mean(values_[i], q, Method::exact)[output]); };
         for (size_t i = 1; i < values_.size(); ++i)
-            if (!(mean(values_[i], q, Method::exact)[output] < mean(values_[i - 1], q, Method::exact)[output]))
-                return false;
+            if (!(size(i) < size(i - 1))) return false;
         return true;
     }
     const std::vector<std::string>& values() const { return values_; }
@@ -269,16 +270,9 @@ void viscosity(const Sweep& sweep, Fields& fields) {
     fields.set("viscosity_fa1_at_1", sweep.list(Quantity::fa1, 100, "{:.1e}"));
     fields.verdict("viscosity_lowers_fa1_first", sweep.falls(Quantity::fa1, 1));
     fields.set("viscosity_fa2_first", sweep.list(Quantity::fa2, 1, "{:.4f}"));
-    // The density is below 0, so that its size falls where it rises.
-    bool negative = true, shrinks = true;
-    for (size_t i = 0; i < sweep.values().size(); ++i) {
-        const double first = sweep.mean(sweep.values()[i], Quantity::fa2, Method::exact)[1];
-        negative &= first < 0;
-        if (i)
-            shrinks &= std::abs(first) < std::abs(sweep.mean(sweep.values()[i - 1], Quantity::fa2, Method::exact)[1]);
-    }
-    fields.verdict("viscosity_lowers_fa2_size", shrinks);
-    fields.verdict("viscosity_fa2_negative", negative);
+    fields.verdict("viscosity_lowers_fa2_size", sweep.falls(Quantity::fa2, 1));
+    const auto negative = [&](const std::string& v) { return sweep.mean(v, Quantity::fa2, Method::exact)[1] < 0; };
+    fields.verdict("viscosity_fa2_negative", std::ranges::all_of(sweep.values(), negative));
 }
 
 void negative_values(const Sweep& sweep, Fields& fields) {

@@ -6,32 +6,19 @@
 #include <fmt/format.h>
 
 namespace dermis::study {
-namespace {
 
-void need_used(const std::string& name, const std::set<std::string>& used) {
-    if (!used.count(name)) throw std::logic_error(fmt::format("claims.md.in does not use the field {}", name));
-}
-
-} // namespace
-
-void Fields::need_new(const std::string& name) const {
-    if (texts_.count(name) || verdicts_.count(name))
+void Fields::add(const std::string& name, Value value) {
+    if (!values_.try_emplace(name, std::move(value)).second)
         throw std::logic_error(fmt::format("the field {} of claims.md.in is computed twice", name));
 }
 
-void Fields::set(const std::string& name, std::string text) {
-    need_new(name);
-    texts_[name] = std::move(text);
-}
+void Fields::set(const std::string& name, std::string text) { add(name, std::move(text)); }
 
 void Fields::set(const std::string& name, const char* format, double value) {
     set(name, fmt::format(fmt::runtime(format), value));
 }
 
-void Fields::verdict(const std::string& name, bool holds) {
-    need_new(name);
-    verdicts_[name] = holds;
-}
+void Fields::verdict(const std::string& name, bool holds) { add(name, holds); }
 
 std::string Fields::filled_in(std::string_view text) const {
     std::string out;
@@ -44,8 +31,8 @@ std::string Fields::filled_in(std::string_view text) const {
         out += shown(text.substr(open + 1, close - open - 1), used);
         text.remove_prefix(close + 1);
     }
-    for (const auto& [name, value] : texts_) need_used(name, used);
-    for (const auto& [name, holds] : verdicts_) need_used(name, used);
+    for (const auto& [name, value] : values_)
+        if (!used.count(name)) throw std::logic_error(fmt::format("claims.md.in does not use the field {}", name));
     return out.append(text);
 }
 
@@ -53,19 +40,15 @@ std::string Fields::shown(std::string_view field, std::set<std::string>& used) c
     const size_t question = field.find("? ");
     const std::string name(field.substr(0, question));
     used.insert(name);
-    if (question == field.npos) {
-        const auto text = texts_.find(name);
-        if (text == texts_.end())
-            throw std::logic_error(fmt::format("claims.md.in asks for {{{}}}, which is not computed", field));
-        return text->second;
-    }
-    const auto holds = verdicts_.find(name);
-    if (holds == verdicts_.end())
-        throw std::logic_error(fmt::format("claims.md.in asks for the verdict {{{}}}, which is not computed", field));
+    const auto value = values_.find(name);
+    if (value == values_.end() || std::holds_alternative<bool>(value->second) != (question != field.npos))
+        throw std::logic_error(fmt::format("claims.md.in asks for {{{}}}, which is not computed", field));
+    if (const auto* text = std::get_if<std::string>(&value->second)) return *text;
     const size_t slash = field.find(" / ", question);
     if (slash == field.npos)
         throw std::logic_error(fmt::format("claims.md.in: {{{}}} must be {{name? yes / no}}", field));
-    return std::string(holds->second ? field.substr(question + 2, slash - question - 2) : field.substr(slash + 3));
+    return std::string(std::get<bool>(value->second) ? field.substr(question + 2, slash - question - 2)
+                                                     : field.substr(slash + 3));
 }
 
 } // namespace dermis::study

@@ -5,6 +5,7 @@
 #include <set>
 #include <string>
 #include <string_view>
+#include <variant>
 
 namespace dermis::study {
 
@@ -19,11 +20,11 @@ class Fields {
     std::string filled_in(std::string_view text) const;
 
   private:
-    void need_new(const std::string& name) const;
+    using Value = std::variant<std::string, bool>; // a text or a verdict
+    void add(const std::string& name, Value);
     std::string shown(std::string_view field, std::set<std::string>& used) const;
 
-    std::map<std::string, std::string> texts_;
-    std::map<std::string, bool> verdicts_;
+    std::map<std::string, Value> values_;
 };
 
 } // namespace dermis::study

@@ -123,9 +123,7 @@ struct Done {
 
 Done run_both(const Scene& scene, const Device* vulkan, bool finished) {
     if (finished) return {{}, in_double(scene)};
-    RunOptions options;
-    options.precision = Precision::f32;
-    options.check = vulkan != nullptr;
+    const RunOptions options{.precision = Precision::f32, .check = vulkan != nullptr};
     return {run(scene, vulkan ? *vulkan : Device::cpu(1), options), in_double(scene)};
 }
 
@@ -239,11 +237,7 @@ Scene study_scene(Surface::Kind surface, Load::Kind load, Method method) {
     return s;
 }
 
-Result in_double(const Scene& scene) {
-    RunOptions f64;
-    f64.precision = Precision::f64;
-    return run(scene, Device::cpu(1), f64);
-}
+Result in_double(const Scene& scene) { return run(scene, Device::cpu(1), {.precision = Precision::f64}); }
 
 int reproduce(const Path& out, bool resume) {
     const output::Folder folder(out);
