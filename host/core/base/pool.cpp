@@ -40,6 +40,14 @@ size_t second_level_cache() {
     return size_t(1) << 19;
 }
 
+size_t last_level_cache() {
+#ifdef _SC_LEVEL3_CACHE_SIZE
+    constexpr long most = 32 << 20; // some systems name the sum of several caches
+    if (const long bytes = sysconf(_SC_LEVEL3_CACHE_SIZE); bytes > 0) return size_t(std::min(bytes, most));
+#endif
+    return second_level_cache();
+}
+
 void prefer_large_pages([[maybe_unused]] void* memory, [[maybe_unused]] size_t bytes) {
 #ifdef __linux__
     const size_t begin = (reinterpret_cast<size_t>(memory) + large_page - 1) / large_page * large_page,

@@ -14,8 +14,10 @@ namespace dermis::simd {
 // The number of threads worth using: one per 32768 cells, at most `asked` (0: one per core).
 int useful_threads(size_t cells, int asked);
 
-// The bytes of a core's second-level cache; half a MiB where the system does not say.
+// The bytes of a core's second-level cache, half a MiB where the system does not say; and of the cache that cores
+// share.
 size_t second_level_cache();
+size_t last_level_cache();
 
 constexpr size_t large_page = 2 << 20; // bytes, of most processors
 

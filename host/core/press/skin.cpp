@@ -104,10 +104,8 @@ struct Skin::Impl {
     // Throws Error::bad_input for a step, or a number of pressures, that no press takes.
     void need_press(size_t numbers, const plan::StepLengths&, const plan::PadList&, size_t cells_of_pad) const;
     void press(const float* pressure, size_t numbers, const plan::StepLengths&, const plan::PadList&);
-    void press_frames(const float* frames, size_t count, size_t numbers, double dt, const plan::PadList&);
     std::vector<float> strain_of(int pad) const;
     const std::vector<float>& tell(Quantity);
-    void press_cells(const float* pressure, size_t numbers, double dt, const plan::PadList&);
     // cells: the cells whose pressures are given; empty where the pressures of all cells are given.
     [[noreturn]] void refuse_pressure(const float* pressure, const plan::PadList&, size_t frames = 1,
                                       const std::vector<size_t>& cells = {}) const;
@@ -151,24 +149,6 @@ void Skin::Impl::press(const float* pressure, size_t numbers, const plan::StepLe
     if (!stream->take(pads, pressure)) refuse_pressure(pressure, pads);
     if (const double* refused = stream->press(pads, dt)) refuse_step(*refused);
     dt.taken(pads);
-}
-
-void Skin::Impl::press_frames(const float* frames, size_t count, size_t numbers, double dt, const plan::PadList& pads) {
-    const plan::StepLengths lengths = steps(&dt);
-    need_press(numbers, lengths, pads, cells());
-    scene::need(count > 0, "count", count, "at least 1 frame");
-    if (!stream->finite(frames, count * numbers)) refuse_pressure(frames, pads, count);
-    if (stream->press_frames(pads, frames, count, numbers, lengths)) refuse_step(dt);
-    lengths.taken(pads);
-}
-
-void Skin::Impl::press_cells(const float* pressure, size_t numbers, double dt, const plan::PadList& pads) {
-    const plan::StepLengths lengths = steps(&dt);
-    if (fields) return press(pressure, numbers, lengths, pads);
-    need_press(numbers, lengths, pads, read.size());
-    if (!stream->take_cells(pads, pressure, read, cells())) refuse_pressure(pressure, pads, 1, read);
-    if (stream->press(pads, lengths)) refuse_step(dt);
-    lengths.taken(pads);
 }
 
 // Throws Error::bad_input naming the first cell that is not finite, or none if another thread has changed it since.
@@ -257,8 +237,15 @@ Skin::Response Skin::response(Quantity q) const try {
     scene::out_of_memory([&] { return impl_->needs; });
 }
 
-void Skin::press_frames(const float* frames, size_t count, size_t cells, double dt, const Pads& pads) try {
-    impl_->press_frames(frames, count, cells, dt, impl_->list_of(pads));
+void Skin::press_frames(const float* frames, size_t count, size_t numbers, double dt, const Pads& pads) try {
+    Impl& s = *impl_;
+    const plan::PadList list = s.list_of(pads);
+    const plan::StepLengths steps = s.steps(&dt);
+    s.need_press(numbers, steps, list, s.cells());
+    scene::need(count > 0, "count", count, "at least 1 frame");
+    if (!s.stream->finite(frames, count * numbers)) s.refuse_pressure(frames, list, count);
+    if (s.stream->press_frames(list, frames, count, numbers, steps)) refuse_step(dt);
+    steps.taken(list);
 } catch (const std::bad_alloc&) {
     scene::out_of_memory([&] { return impl_->needs; });
 }
@@ -274,7 +261,14 @@ std::vector<int> Skin::cells() const try {
 }
 
 void Skin::press_cells(const float* pressure, size_t numbers, double dt, const Pads& pads) try {
-    impl_->press_cells(pressure, numbers, dt, impl_->list_of(pads));
+    Impl& s = *impl_;
+    const plan::PadList list = s.list_of(pads);
+    const plan::StepLengths steps = s.steps(&dt);
+    if (s.fields) return s.press(pressure, numbers, steps, list);
+    s.need_press(numbers, steps, list, s.read.size());
+    if (!s.stream->take_cells(list, pressure, s.read, s.cells())) s.refuse_pressure(pressure, list, 1, s.read);
+    if (s.stream->press(list, steps)) refuse_step(dt);
+    steps.taken(list);
 } catch (const std::bad_alloc&) {
     scene::out_of_memory([&] { return impl_->needs; });
 }

@@ -29,12 +29,12 @@ PressKernel::PressKernel(Pipelines& pipelines, const plan::PreparedSkin& skin, c
                          const plan::PressedBox& pressed, uint32_t max_bindings)
     : variant_(variant), pressed_(pressed), pitch_(skin.pitch),
       columns_(is_batch(variant) ? skin.width() : pressed.last_tile * TILE_CELLS - pressed.first_column()),
-      group_(group_of(skin, variant)), windows_(row_windows(pipelines.device(), skin,
-                                                            {.first = pressed.first_row,
-                                                             .last = pressed.last_row,
-                                                             .planes = variant.state().planes(),
-                                                             .work = double(numbers_of_press(variant)),
-                                                             .group_rows = group_.y})),
+      group_(group_of(skin, variant, pressed)), windows_(row_windows(pipelines.device(), skin,
+                                                                     {.first = pressed.first_row,
+                                                                      .last = pressed.last_row,
+                                                                      .planes = variant.state().planes(),
+                                                                      .work = double(numbers_of_press(variant)),
+                                                                      .group_rows = group_.y})),
       kernel_(pipelines, press_module_for(pipelines.device()),
               {.bindings = PRESS_BINDINGS,
                .constants_bytes = sizeof(f32::Constants),
@@ -42,7 +42,11 @@ PressKernel::PressKernel(Pipelines& pipelines, const plan::PreparedSkin& skin, c
                .max_sets = max_bindings * uint32_t(windows_.size())}) {}
 
 // A workgroup takes as many rows of a pad as fill it, shared evenly among the workgroups of the pad; or several pads.
-PressKernel::Group PressKernel::group_of(const plan::PreparedSkin& skin, const plan::Variant& variant) {
+// Of a skin that is pressed in part it takes one row, because no other row may be written.
+PressKernel::Group PressKernel::group_of(const plan::PreparedSkin& skin, const plan::Variant& variant,
+                                         const plan::PressedBox& pressed) {
+    if (!is_batch(variant) && (pressed.first_row > 0 || pressed.last_row < skin.height()))
+        return {.x = PRESS_X * PRESS_Y, .y = 1, .z = 1};
     if (!is_batch(variant)) return {.x = PRESS_X, .y = PRESS_Y, .z = 1};
     constexpr int all = 128, deep = 64; // invocations that every device allows, in all and along z
     const int x = std::min((skin.width() + PRESS_CELLS - 1) / PRESS_CELLS, all), most = std::max(all / x, 1),

@@ -34,7 +34,7 @@ class PressKernel {
     struct Group { // size of a workgroup
         int x, y, z;
     };
-    static Group group_of(const plan::PreparedSkin&, const plan::Variant&);
+    static Group group_of(const plan::PreparedSkin&, const plan::Variant&, const plan::PressedBox&);
     double work_of(const RowWindow& window) const {
         return double(numbers_of_press(variant_)) * columns_ * window.rows();
     }
