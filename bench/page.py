@@ -202,7 +202,7 @@ def options(rows):
     return f"""
 ## What each option saves
 
-Microseconds per frame, and in brackets by those of the first line. Receptors: {text}.
+Microseconds per frame; in brackets the ratio to the first line. Receptors: {text}.
 
 {table(['what is asked for', *(title(s, t) for s, t in columns)], lines)}"""
 
