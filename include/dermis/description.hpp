@@ -141,6 +141,11 @@ struct Material {
     std::optional<double> spring, dashpot;
 };
 
+// A depth for each class of receptors, m; not given: none.
+struct Depths {
+    std::optional<double> sa1, sa2, fa1, fa2;
+};
+
 struct Receptors {
     std::optional<double> sa2_adaptation; // s, > 0: tau_a*y' = -y + tau_a*eps, bounded; not given: plain integral
     // point: eps'' at the step's end; jumps of the rate are listed in Result::impulses. step_mean: the mean of eps''
@@ -148,6 +153,14 @@ struct Receptors {
     // cell has a spring (an element of viscosity 0).
     std::optional<Fa2> fa2;
     std::array<double, 2> fa2_gains = {1, -1}; // k+, k-: k+*max(a, 0) + k-*max(-a, 0) of a = eps''(1 + l*C)
+    // m below the surface, >= 0: where the receptors of a class lie. The skin is then an even half-space, unloaded
+    // beyond the grid: the pressure on all cells presses there, and the class responds to the strain that this stress
+    // causes, not to its cell's. C remains the curvature of the surface. Not given: the cell alone. Only with
+    // Grid::spacing, in a uniform material, in scenes; a Skin refuses it.
+    Depths depth;
+    // What acts at that depth: the vertical stress, or the vertical strain times the modulus, which needs a depth > 0.
+    enum class Kernel { stress, strain } kernel = Kernel::stress;
+    std::optional<double> poisson; // Poisson's ratio, 0..0.5, for Kernel::strain alone; default 0.4
 };
 
 // A receptor on one cell. Its response is the value of its class's field in that cell.

@@ -67,6 +67,53 @@ Numbers Curvature::laplacian(const Numbers& map) const {
     return result;
 }
 
+// ---- below the surface
+
+namespace {
+
+constexpr long double pi = 3.14159265358979323846264338327950288L;
+
+// The nodes and weights of Gauss and Legendre on -1..1.
+std::vector<std::pair<long double, long double>> gauss(int n) {
+    std::vector<std::pair<long double, long double>> all;
+    for (int i = 1; i <= n; ++i) {
+        long double x = std::cos(pi * (i - 0.25L) / (n + 0.5L)), slope = 0;
+        for (int turn = 0; turn < 60; ++turn) {
+            long double p = 1, before = 0;
+            for (int k = 1; k <= n; ++k) {
+                const long double next = ((2 * k - 1) * x * p - (k - 1) * before) / k;
+                before = p;
+                p = next;
+            }
+            slope = n * (x * p - before) / (x * x - 1);
+            x -= p / slope;
+        }
+        all.push_back({x, 2 / ((1 - x * x) * slope * slope)});
+    }
+    return all;
+}
+
+} // namespace
+
+long double below_cell(long double x, long double y, long double h, long double z, std::optional<long double> poisson) {
+    static const auto nodes = gauss(20);
+    const int parts = int(std::ceil(h / z)); // of the cell's sides, none longer than the depth
+    const long double half = h / (2 * parts);
+    long double sum = 0;
+    for (int j = 0; j < parts; ++j)
+        for (int i = 0; i < parts; ++i)
+            for (const auto& [u, of_u] : nodes)
+                for (const auto& [v, of_v] : nodes) {
+                    const long double a = x - h / 2 + half * (2 * i + 1 + u), b = y - h / 2 + half * (2 * j + 1 + v);
+                    const long double rho = std::sqrt(a * a + b * b + z * z);
+                    const long double stress = 3 * z * z * z / (2 * pi * (rho * rho * rho * rho * rho)); // of a point force
+                    const long double strain =
+                        poisson ? (1 + *poisson) * (stress - 2 * *poisson * z / (2 * pi * rho * rho * rho)) : stress;
+                    sum += of_u * of_v * half * half * strain;
+                }
+    return sum;
+}
+
 namespace {
 
 // ---- in time
@@ -261,6 +308,7 @@ class Evaluation {
         Numbers p(map.begin(), map.end());
         for (long double& v : p) v *= s_.load.intensity;
         maps_.push_back(p);
+        take_depths(p);
         const PreparedPressure prepared(pressure, instants_);
         std::vector<std::vector<Moment>>& moments = moments_.emplace_back();
         for (const Chain& chain : materials_) {
@@ -277,10 +325,37 @@ class Evaluation {
         }
     }
 
-    Numbers sum(size_t instant, long double Moment::*what) const {
+    // What acts at the depth of each class under a map; the map itself for a class without a depth.
+    void take_depths(const Numbers& p) {
+        std::array<Numbers, 5>& deep = deep_maps_.emplace_back();
+        deep.fill(p);
+        const Depths& depths = s_.receptors.depth;
+        const std::optional<double> of[] = {{}, depths.sa1, depths.sa2, depths.fa1, depths.fa2};
+        const int width = s_.grid.width, height = s_.grid.height;
+        for (size_t q = 1; q < 5; ++q) {
+            if (!of[q] || *of[q] == 0) continue;
+            std::optional<long double> poisson;
+            if (s_.receptors.kernel == Receptors::Kernel::strain) poisson = s_.receptors.poisson.value_or(0.4);
+            Numbers weight;
+            for (int i = 0; i < width * height; ++i)
+                weight.push_back(below_cell(*s_.grid.spacing * (i % width), *s_.grid.spacing * (i / width),
+                                            *s_.grid.spacing, *of[q], poisson));
+            for (int i = 0; i < width * height; ++i) {
+                long double sum = 0;
+                for (int j = 0; j < width * height; ++j)
+                    sum += p[size_t(j)] *
+                           weight[size_t(std::abs(i / width - j / width) * width + std::abs(i % width - j % width))];
+                deep[q][size_t(i)] = sum;
+            }
+        }
+    }
+
+    // Of what a quantity answers to.
+    Numbers sum(size_t instant, size_t q, long double Moment::*what) const {
         Numbers map(cells_, 0);
         for (size_t k = 0; k < maps_.size(); ++k)
-            for (size_t i = 0; i < cells_; ++i) map[i] += maps_[k][i] * (moments_[k][material_of_[i]][instant].*what);
+            for (size_t i = 0; i < cells_; ++i)
+                map[i] += deep_maps_[k][q][i] * (moments_[k][material_of_[i]][instant].*what);
         return map;
     }
 
@@ -288,11 +363,11 @@ class Evaluation {
     // one.
     std::array<Numbers, 7> quantities(size_t instant) const {
         std::array<Numbers, 7> x;
-        x[0] = sum(instant, &Moment::strain);
-        x[2] = sum(instant, &Moment::integral);
-        x[3] = sum(instant, &Moment::rate);
-        x[4] = sum(instant, &Moment::acceleration);
-        x[1] = x[0];
+        x[0] = sum(instant, 0, &Moment::strain);
+        x[1] = sum(instant, 1, &Moment::strain);
+        x[2] = sum(instant, 2, &Moment::integral);
+        x[3] = sum(instant, 3, &Moment::rate);
+        x[4] = sum(instant, 4, &Moment::acceleration);
         const Numbers C = curvature_under(x[0]);
         for (size_t q = 1; q < 5; ++q)
             for (size_t i = 0; i < cells_; ++i) x[q][i] *= 1 + l_ * C[i];
@@ -309,7 +384,7 @@ class Evaluation {
     }
 
     void take_impulse(size_t instant, const Knot& jump, Exact& e) const {
-        const Numbers C = curvature_under(sum(instant, &Moment::strain));
+        const Numbers C = curvature_under(sum(instant, 0, &Moment::strain));
         const long double size = (jump.right - jump.left).rounded();
         for (Quantity q : {Quantity::fa1, Quantity::fa2}) {
             ExactImpulse impulse{jump.time.rounded(), q, Numbers(cells_, 0)};
@@ -319,7 +394,8 @@ class Evaluation {
                 for (const Element& m : materials_[material_of_[i]]) {
                     if ((m.viscosity == 0) != (q == Quantity::fa1)) continue;
                     any = true;
-                    weight += size * maps_[0][i] / (m.viscosity == 0 ? m.modulus : m.viscosity) * (1 + l_ * C[i]);
+                    weight += size * deep_maps_[0][size_t(q)][i] / (m.viscosity == 0 ? m.modulus : m.viscosity) *
+                              (1 + l_ * C[i]);
                 }
                 impulse.values[i] = q == Quantity::fa2 ? gained(s_.receptors, weight) : weight;
             }
@@ -368,6 +444,7 @@ class Evaluation {
     long double area_ = 1, l_ = 1, h_ = 1;
     bool bent_ = false;                                     // a field asks for curvature or deformation
     std::vector<Numbers> maps_;                             // [load]
+    std::vector<std::array<Numbers, 5>> deep_maps_;         // [load][quantity]
     std::vector<std::vector<std::vector<Moment>>> moments_; // [load][material][instant]
 };
 

@@ -67,6 +67,7 @@ Case Family::next() {
             if (one_in(2)) take_sites_on_chain(c);
         }
     }
+    if (one_in(3)) take_depths(c.scene);
     return c;
 }
 
@@ -317,6 +318,26 @@ void Family::take_late(Scene& s) {
     e.start = e.kind == Envelope::Kind::pulse ? real(0, 1) * s.time.step : 0;
     e.period = s.time.step * real(0.1, 1);
     e.length = e.period * real(0.1, 0.9);
+}
+
+// Receptors of some classes at a depth, where the scene may have them.
+void Family::take_depths(Scene& s) {
+    const Precision precision = s.precision.value_or(Precision::f64);
+    const auto is_mapped = [](const KelvinVoigt& e) { return !e.modulus_map.empty() || !e.viscosity_map.empty(); };
+    const std::vector<KelvinVoigt>& elements = s.material.elements;
+    const bool sites_alone = !s.sites.empty() && s.output.traces.empty() && s.output.fields.empty();
+    const bool product = s.load.kind != Load::Kind::sequence && s.receptors.fa2_gains[0] == -s.receptors.fa2_gains[1];
+    if (!s.grid.spacing || s.edges == Edges::periodic || s.method == Method::published || s.model == Model::march ||
+        precision != Precision::f64 || !s.material.modulus_map.empty() ||
+        std::any_of(elements.begin(), elements.end(), is_mapped) || !(sites_alone || product))
+        return;
+    kind_ = "depth";
+    s.tolerance = std::max(*s.tolerance, 1e-10); // the bound of a transform's roundings is no better
+    const bool strain = one_in(3);
+    if (strain) s.receptors.kernel = Receptors::Kernel::strain;
+    if (strain && one_in(2)) s.receptors.poisson = real(0, 0.5);
+    for (std::optional<double> Depths::*depth : {&Depths::sa1, &Depths::sa2, &Depths::fa1, &Depths::fa2})
+        if (!one_in(3)) s.receptors.depth.*depth = *s.grid.spacing * decades(-0.5, 1.5);
 }
 
 // Whether a chain may be served by a model of which every one is exact: the strain is a product of a map and a function

@@ -163,6 +163,12 @@ class Writer {
         out_ << "[receptors]\nfa2_gains = " << list_of(r.fa2_gains) << "\n";
         if (r.fa2) word("fa2", *r.fa2 == Fa2::point ? "point" : "step-mean");
         if (r.sa2_adaptation) key("sa2_adaptation", *r.sa2_adaptation);
+        if (r.kernel == Receptors::Kernel::strain) word("kernel", "strain");
+        if (r.poisson) key("poisson", *r.poisson);
+        out_ << "[receptors.depth]\n";
+        const Depths& d = r.depth;
+        for (const auto& [of, depth] : {std::pair{"sa1", d.sa1}, {"sa2", d.sa2}, {"fa1", d.fa1}, {"fa2", d.fa2}})
+            if (depth) key(of, *depth);
     }
 
     void sites() {

@@ -22,22 +22,30 @@ Map surface_heights(const SkinDescription&, int threads);
 // Returns the wavelength of the ridges in cells; infinite for a surface without ridges of its own.
 double cells_per_ridge(const SkinDescription&);
 
-// The classes of receptors, which are the responses, each with its member of Density.
+// The classes of receptors, which are the responses, each with its member of Density and of Depths.
 struct ReceptorClass {
     Quantity type;
     double Density::*density;
+    std::optional<double> Depths::*depth;
 };
 inline constexpr ReceptorClass receptor_classes[] = {
-    {Quantity::sa1, &Density::sa1},
-    {Quantity::sa2, &Density::sa2},
-    {Quantity::fa1, &Density::fa1},
-    {Quantity::fa2, &Density::fa2},
+    {Quantity::sa1, &Density::sa1, &Depths::sa1},
+    {Quantity::sa2, &Density::sa2, &Depths::sa2},
+    {Quantity::fa1, &Density::fa1, &Depths::fa1},
+    {Quantity::fa2, &Density::fa2, &Depths::fa2},
 };
 // Returns their names, separated by commas.
 std::string receptor_class_names();
 inline bool is_receptor_class(Quantity q) {
     for (const ReceptorClass& c : receptor_classes)
         if (c.type == q) return true;
+    return false;
+}
+
+// Whether some class of receptors lies at a depth.
+inline bool has_depth(const Receptors& receptors) {
+    for (const ReceptorClass& c : receptor_classes)
+        if (receptors.depth.*c.depth) return true;
     return false;
 }
 

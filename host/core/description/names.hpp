@@ -55,6 +55,12 @@ template <> struct Names<Fa2> {
         {Fa2::step_mean, "step-mean"},
     };
 };
+template <> struct Names<Receptors::Kernel> {
+    static constexpr Name<Receptors::Kernel> table[] = {
+        {Receptors::Kernel::stress, "stress"},
+        {Receptors::Kernel::strain, "strain"},
+    };
+};
 template <> struct Names<Surface::Kind> {
     static constexpr Name<Surface::Kind> table[] = {
         {Surface::Kind::flat, "flat"},

@@ -64,6 +64,28 @@ void check_edges(const SkinDescription& s) {
     need(s.grid.height >= 2, "grid.height", s.grid.height, "at least 2 with the published edges");
 }
 
+void check_depths(SkinDescription& s) {
+    Receptors& r = s.receptors;
+    const bool strain = r.kernel == Receptors::Kernel::strain;
+    need(!r.poisson || strain, "receptors.poisson", r.poisson.value_or(0), "only with receptors.kernel = \"strain\"");
+    if (strain) r.poisson = r.poisson.value_or(0.4);
+    if (strain) need(*r.poisson >= 0 && *r.poisson <= 0.5, "receptors.poisson", *r.poisson, "0..0.5");
+    if (!has_depth(r)) return;
+    for (const ReceptorClass& c : receptor_classes) {
+        std::optional<double>& depth = r.depth.*c.depth;
+        if (!depth) continue;
+        const std::string key = std::string("receptors.depth.") + name(c.type);
+        need_not_negative(key.c_str(), *depth);
+        need(*depth > 0 || !strain, key.c_str(), *depth, "m, > 0 with receptors.kernel = \"strain\"");
+        need(s.grid.spacing.has_value(), key.c_str(), *depth, "only with grid.spacing");
+        need(is_uniform(s.material), key.c_str(), *depth,
+             "none where the material differs from cell to cell: the half-space is even");
+        need(*s.edges != Edges::periodic, key.c_str(), *depth,
+             "none with curvature.edges = \"periodic\": beyond the grid the half-space is unloaded");
+        if (*depth == 0) depth.reset(); // there the stress is the pressure
+    }
+}
+
 } // namespace
 
 void refuse_spring(const Material& m, const char* allowed) {
@@ -114,6 +136,7 @@ void check_curvature_and_receptors(SkinDescription& s) {
     check_edges(s);
     if (s.receptors.sa2_adaptation) need_positive("receptors.sa2_adaptation", *s.receptors.sa2_adaptation);
     for (double gain : s.receptors.fa2_gains) need_finite("receptors.fa2_gains", gain);
+    check_depths(s);
 }
 
 } // namespace dermis::scene

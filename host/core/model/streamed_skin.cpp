@@ -85,6 +85,8 @@ StreamedSkin streamed_skin(const SkinDescription& description, const SkinOptions
     if (options.precision == Precision::f64)
         scene::refuse("precision", "\"f64\"", "f32, f32-compensated: a skin pressed frame by frame is in float");
     check_pads(description, options);
+    if (scene::has_depth(description.receptors))
+        scene::refuse("receptors.depth", "(given)", "none in a skin pressed frame by frame; scenes have it");
     StreamedSkin s;
     SkinDescription own = description;
     if (!options.materials.empty()) scene::take_elements(own.material, options.materials.front());

@@ -59,7 +59,8 @@ struct Trial::Impl {
         const Skin skin = made(d);
         const size_t cells = size_t(skin.count()) * size_t(d.grid.width) * size_t(d.grid.height);
         for (unsigned press : {1, 2}) pressure[press - 1] = pressures(cells, press);
-        for (const auto& [q, density] : scene::receptor_classes) {
+        for (const scene::ReceptorClass& c : scene::receptor_classes) {
+            const Quantity q = c.type;
             bool wanted = false;
             if (d.sites.empty())
                 for (Quantity r : o.responses) wanted |= r == q;

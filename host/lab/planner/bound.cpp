@@ -68,7 +68,8 @@ void add_telling_sites(const PreparedSkin& skin, const Schedule& schedule, std::
     for (int q = QUANTITY_SA1; q < REDUCED_MAPS; ++q) {
         std::vector<std::pair<double, const Site*>> all;
         for (const Site& site : skin.description.sites)
-            if (int(site.type) == q) all.push_back({std::abs(schedule.pressure[skin.number_of(site.cell)]), &site});
+            if (int(site.type) == q)
+                all.push_back({std::abs(schedule.map_of(size_t(q))[skin.number_of(site.cell)]), &site});
         std::stable_sort(all.begin(), all.end(), [](auto& a, auto& b) { return a.first > b.first; });
         for (size_t i = 0; i < std::min(some, all.size()); ++i) {
             const auto& [pressure, site] = all[i < some / 2 ? i : i * (all.size() - 1) / std::max<size_t>(some - 1, 1)];
@@ -190,6 +191,36 @@ class Written {
     std::vector<Quantities> fields_;
 };
 
+// The material of a uniform skin, pressed by what acts at the depth of a class, and how far that is off, relative to
+// its greatest value.
+struct DeepMaterial {
+    PressedMaterial pressed;
+    double off = 0;
+};
+
+// Of each class that has a half-space and is read.
+std::array<std::optional<DeepMaterial>, REDUCED_MAPS> deep_materials(const PreparedSkin& skin, const Schedule& schedule,
+                                                                     const Arithmetic& kind, const Read& read) {
+    std::array<std::optional<DeepMaterial>, REDUCED_MAPS> deep;
+    for (size_t q = 0; q < deep.size(); ++q) {
+        if (!schedule.half_space[q] || !(read.everything || read.quantity == int(q))) continue;
+        const plan::HalfSpace& space = *schedule.half_space[q];
+        Schedule as = schedule;
+        as.pressure = schedule.map_of(q);
+        for (double& peak : as.material_peaks) peak *= space.norm();
+        std::vector<PressedMaterial> materials = pressed_materials(skin, as, read);
+        take_gains(skin, as, read, kind.separable, materials);
+        DeepMaterial m{.pressed = materials.front()};
+        const double peak = m.pressed.peak;
+        m.pressed.around = 2 * peak; // its roundings are not those of the cell that is counted
+        m.off = unit_of_double;
+        if (schedule.framed) m.off += space.roundings<double>();
+        else if (peak > 0) m.off += error_of_stresses(schedule.pressure, skin.description.grid, space) / peak;
+        deep[q] = m;
+    }
+    return deep;
+}
+
 // The running analysis of one cell of each material, step by step.
 class Analysis {
   public:
@@ -201,6 +232,7 @@ class Analysis {
           unit_(kind.separable ? plan::unit_of(schedule.pressure) : 1),
           units_of_mean_(units_of_mean(skin, schedule, kind)), units_of_gains_(units_of_gains(skin, kind)),
           written_(schedule, read), materials_(analysed(skin, schedule, kind, read)),
+          deep_(deep_materials(skin, schedule, kind, read)),
           rough_(roughness_of(
               skin, schedule,
               schedule.framed ? 1 : std::ranges::max(materials_.pressed, {}, &PressedMaterial::around).around)),
@@ -239,7 +271,8 @@ class Analysis {
     };
     BoundedSum sum_of(size_t first, int q, bool around) const {
         BoundedSum s;
-        const PressedMaterial& m = materials_.pressed[first];
+        const DeepMaterial* deep = !around && deep_[size_t(q)] ? &*deep_[size_t(q)] : nullptr;
+        const PressedMaterial& m = deep ? deep->pressed : materials_.pressed[first];
         const size_t length = materials_.chain.length;
         const double peak = around ? m.around : m.peak, share = peak < m.around ? peak / m.around : 1;
         double error = 0, shift = 0, truncated = 0;
@@ -253,7 +286,8 @@ class Analysis {
         }
         if (!run_.cells()[first].flushed && (kind_.separable || !kind_.compensated)) s.gain = m.gain;
         s.value_gain = m.value_gain;
-        if (q <= QUANTITY_SA2) s.off = last_ * s.magnitude; // compensated, it is off by the last rounding of its value
+        if (deep) s.off += deep->off * s.magnitude;
+        if (q <= QUANTITY_SA2) s.off += last_ * s.magnitude; // compensated, it is off by the last rounding of its value
         // Half a unit in the last place of a smaller value is up to twice as much of it.
         s.off += peak * ((share < 1 && !kind_.separable ? 2 : 1) * error + std::abs(shift) + truncated);
         if (!schedule_.framed) s.off += rounding_of(peak, share) * std::abs(s.value);
@@ -368,6 +402,7 @@ class Analysis {
     const double units_of_mean_, units_of_gains_;
     const Written written_;
     const AnalysedMaterials materials_;
+    const std::array<std::optional<DeepMaterial>, REDUCED_MAPS> deep_;
     const Roughness rough_;
     CountedRun run_;                  // by the method
     std::optional<CountedRun> exact_; // beside a baseline

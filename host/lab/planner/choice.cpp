@@ -23,6 +23,20 @@ constexpr double default_tolerance = 1e-4;
                 std::string(parameter) + " = " + value + "; not allowed here: " + why);
 }
 
+// Refuses receptors at a depth where no model that serves the request knows them.
+void refuse_depth(const PreparedSkin& skin, const Schedule& schedule, const Request& r) {
+    if (!schedule.spreads()) return;
+    const bool marches = r.check || (r.on_device && !r.model) || (r.precision && r.precision != Precision::f64);
+    if (marches) refuse("receptors.depth", "(given)", "a Vulkan device, f32 and checks march, cell by cell");
+    std::string reasons;
+    for (Model m : {Model::maps, Model::sites}) {
+        const std::string why = why_not(skin, schedule, m);
+        if (why.empty()) return;
+        reasons += (reasons.empty() ? "" : "; ") + ("model \"" + std::string(name(m)) + "\": ") + why;
+    }
+    refuse("receptors.depth", "(given)", reasons);
+}
+
 // Refuses requests that contradict each other, or that no candidate can meet.
 void check_request(const PreparedSkin& skin, const Schedule& schedule, const Request& r, const Backends& backends) {
     if (r.model) {
@@ -33,6 +47,7 @@ void check_request(const PreparedSkin& skin, const Schedule& schedule, const Req
         if (*r.model != Model::march && r.precision && *r.precision != Precision::f64)
             refuse("precision", name(*r.precision), "model " + name_of + " works in f64");
     }
+    refuse_depth(skin, schedule, r);
     if (r.precision != Precision::f64) return;
     if (r.on_device && !backends.opened.f64 && (!r.model || *r.model == Model::march))
         refuse("precision", "f64", "\"" + backends.opened.name + "\" marches in f32; f64 on the CPU path alone");
@@ -51,9 +66,13 @@ std::vector<Candidate> candidates(const PreparedSkin& skin, const Schedule& sche
             all.back().refused = why;
         }
     }
-    for (Precision p : {Precision::f32, Precision::f32_compensated})
-        all.push_back(costed(skin, schedule, Model::march, p, backends.opened));
-    all.push_back(costed(skin, schedule, Model::march, Precision::f64, backends.cpu));
+    const std::string why = why_not(skin, schedule, Model::march);
+    for (Precision p : {Precision::f32, Precision::f32_compensated, Precision::f64}) {
+        const plan::Capabilities& backend = p == Precision::f64 ? backends.cpu : backends.opened;
+        if (!why.empty() && !everything) continue;
+        all.push_back(costed(skin, schedule, Model::march, p, backend));
+        all.back().refused = why;
+    }
     std::stable_sort(all.begin(), all.end(),
                      [](const Candidate& a, const Candidate& b) { return a.seconds < b.seconds; });
     return all;

@@ -22,6 +22,17 @@ void cost_quotient(Candidate& c, const PreparedSkin& skin) {
     c.seconds += 4e-9 * cells;
 }
 
+// Adds the maps at depths, their weights, and the two planes in which maps are transformed.
+void cost_depths(Candidate& c, const PreparedSkin& skin, const Schedule& schedule) {
+    std::vector<const plan::HalfSpace*> spaces;
+    for (const auto& space : schedule.half_space)
+        if (space && std::ranges::find(spaces, space.get()) == spaces.end()) spaces.push_back(space.get());
+    if (spaces.empty()) return;
+    const double cells = double(skin.cells()), maps = double(spaces.size());
+    c.bytes += cells * (schedule.framed ? 8 * maps : 16 * maps + 2 * 4 * 16);
+    if (schedule.framed) c.seconds += double(c.steps) * double(schedule.points.size()) * cells * 3e-10;
+}
+
 void cost_moments(Candidate& c, const PreparedSkin& skin, const Schedule& schedule) {
     const double cells = double(skin.cells()), steps = double(c.steps);
     const double fields = double(schedule.output.fields.size()), points = double(schedule.points.size());
@@ -120,6 +131,7 @@ Candidate costed(const PreparedSkin& skin, const Schedule& schedule, Model model
     if (model == Model::moments || model == Model::maps) cost_moments(c, skin, schedule);
     else if (model == Model::sites) cost_sites(c, skin, schedule, backend);
     else cost_march(c, skin, schedule, backend);
+    if (model != Model::march) cost_depths(c, skin, schedule);
     return c;
 }
 

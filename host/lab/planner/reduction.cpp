@@ -170,7 +170,8 @@ class Search {
 } // namespace
 
 bool may_reduce(const PreparedSkin& skin, const Schedule& schedule, Model model) {
-    if (skin.chain.length < 2 || !skin.uniform() || schedule.method != Method::exact || schedule.outputs < 2)
+    if (skin.chain.length < 2 || !skin.uniform() || schedule.method != Method::exact || schedule.outputs < 2 ||
+        schedule.spreads())
         return false;
     if (model == Model::march) return true;
     return model == Model::sites && !why_not_separable(skin, schedule).empty();

@@ -11,26 +11,25 @@ namespace dermis::reduced {
 // Computes columns first .. last - 1 of one row after another.
 class MomentRow {
   public:
-    MomentRow(const plan::PreparedSkin& skin, const plan::Schedule& schedule, int first, int last)
-        : skin_(skin), schedule_(schedule), unit_(plan::without_spacing(skin.description.grid)), first_(first),
-          last_(last), rest_(size_t(last - first)), L_(rest_) {}
+    // map: Moments::Layer::map.
+    MomentRow(const plan::PreparedSkin& skin, const plan::Schedule& schedule, const Map& map, int first, int last)
+        : skin_(skin), schedule_(schedule), map_(map), unit_(plan::without_spacing(skin.description.grid)),
+          first_(first), last_(last), rest_(size_t(last - first)), L_(rest_) {}
 
     void compute(int y, double* a, double* b, const simd::ColumnSums& sums) {
         laplacians(y);
-        simd::best().moments(pressure(y), rest_.data(), L_.data(), last_ - first_, skin_.constants.curvature_length,
+        simd::best().moments(at(y), rest_.data(), L_.data(), last_ - first_, skin_.constants.curvature_length,
                              skin_.constants.bend, a, b, sums);
     }
     // Adds only to the sums of p, a and b.
     void add_means(int y, const simd::ColumnSums& sums) {
         laplacians(y);
-        simd::best().means(pressure(y), rest_.data(), L_.data(), last_ - first_, skin_.constants.curvature_length,
+        simd::best().means(at(y), rest_.data(), L_.data(), last_ - first_, skin_.constants.curvature_length,
                            skin_.constants.bend, sums);
     }
 
   private:
-    const double* pressure(int y) const {
-        return schedule_.pressure.data() + size_t(y) * size_t(unit_.width) + size_t(first_);
-    }
+    const double* at(int y) const { return map_.data() + size_t(y) * size_t(unit_.width) + size_t(first_); }
     void laplacians(int y) {
         plan::rest_curvature_row(skin_, y, first_, last_, rest_.data());
         plan::laplacian_row(schedule_.pressure, y, first_, last_, unit_, skin_.stencil, skin_.edges, L_.data());
@@ -38,6 +37,7 @@ class MomentRow {
 
     const plan::PreparedSkin& skin_;
     const plan::Schedule& schedule_;
+    const Map& map_;
     const Grid unit_;
     const int first_, last_;
     std::vector<double> rest_, L_;

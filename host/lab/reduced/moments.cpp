@@ -19,16 +19,17 @@ std::vector<Map> pressures_of_parts(const plan::PreparedSkin& skin, const plan::
     return parts;
 }
 
-void add_points(Moments& m, const plan::PreparedSkin& skin, const plan::Schedule& schedule) {
+void add_points(Moments::Layer& layer, const std::vector<Map>& parts, const plan::PreparedSkin& skin,
+                const plan::Schedule& schedule) {
     const Grid unit = plan::without_spacing(skin.description.grid);
     const double length = skin.constants.curvature_length, bend = skin.constants.bend;
     for (const Cell& c : schedule.points) {
         const size_t cell = skin.number_of(c);
-        const double p = schedule.pressure[cell], rest = plan::rest_curvature_at(skin, c);
-        m.points.push_back({.part = skin.material_at(cell), .p = p, .a = p * (1 + length * rest), .b = {}});
-        for (const Map& part : m.pressures) {
+        const double p = layer.map[cell], rest = plan::rest_curvature_at(skin, c);
+        layer.points.push_back({.part = skin.material_at(cell), .p = p, .a = p * (1 + length * rest), .b = {}});
+        for (const Map& part : parts) {
             const double L = plan::laplacian_at(part, c, unit, skin.stencil, skin.edges);
-            m.points.back().b.push_back(p * (length * (bend * L)));
+            layer.points.back().b.push_back(p * (length * (bend * L)));
         }
     }
 }
@@ -104,24 +105,25 @@ struct Sums {
     }
 };
 
-// Sums and hull of some rows within the pressed box.
+// Sums and hull of some rows within a box, outside which the map is 0.
 struct Stripe {
     Sums sums{1};
     double least = INFINITY, greatest = -INFINITY;
     std::vector<Vertex> hull;
     std::vector<simd::HalfPlane> polygon; // inscribed in this stripe's own hull
 
-    // Adds rows first, first + step .. below last. `others` is a polygon inscribed in the hull of other rows, or empty:
-    // points inside it are no vertices of the whole and are left out.
-    void add_rows(const plan::PreparedSkin& skin, const plan::Schedule& schedule, int first, int last, int step,
+    // Adds rows first, first + step .. below last of the box. `others` is a polygon inscribed in the hull of other
+    // rows, or empty: points inside it are no vertices of the whole and are left out.
+    void add_rows(const plan::PreparedSkin& skin, const plan::Schedule& schedule, const Map& map,
+                  const plan::PressedBox& box, int first, int last, int step,
                   const std::vector<simd::HalfPlane>& others) {
-        const int from = schedule.pressed.first_column(), to = schedule.pressed.last_column(skin.width());
+        const int from = box.first_column(), to = box.last_column(skin.width());
         Candidates points;
         for (int column = from; column < to; column += block) {
             const int end = std::min(column + block, to);
             const size_t width = size_t(end - column);
             BlockSums columns;
-            MomentRow row(skin, schedule, column, end);
+            MomentRow row(skin, schedule, map, column, end);
             for (int y = first; y < last; y += step) {
                 if (!schedule.output.extremes) {
                     row.add_means(y, columns.columns());
@@ -153,7 +155,7 @@ struct Stripe {
     }
 };
 
-void add_hull(Moments& m, const std::vector<Vertex>& vertices) {
+void add_hull(Moments::Layer& m, const std::vector<Vertex>& vertices) {
     std::vector<double> a, b;
     for (const Vertex& v : vertices) {
         a.push_back(v.a);
@@ -212,29 +214,30 @@ std::vector<Sums> sums_of_parts(const plan::PreparedSkin& skin, const plan::Sche
     return sums;
 }
 
-void add_parts(Moments& m, const plan::PreparedSkin& skin, const plan::Schedule& schedule, simd::Pool& pool) {
-    const auto stripes = of_stripes(schedule.pressed, pool, [&](int first, int last) {
-        return sums_of_parts(skin, schedule, m.pressures, first, last);
-    });
-    for (size_t k = 0; k < m.pressures.size(); ++k) {
-        Sums sums(m.pressures.size());
+void add_parts(Moments& moments, const plan::PreparedSkin& skin, const plan::Schedule& schedule, simd::Pool& pool) {
+    const std::vector<Map>& parts = moments.pressures;
+    const auto stripes = of_stripes(
+        schedule.pressed, pool, [&](int first, int last) { return sums_of_parts(skin, schedule, parts, first, last); });
+    std::vector<Moments::Means>& means = moments.layers.front().means; // materials that differ are pressed alone
+    for (size_t k = 0; k < parts.size(); ++k) {
+        Sums sums(parts.size());
         for (const auto& stripe : stripes) sums.add_all(stripe[k]);
-        m.means.push_back(sums.over(skin.cells()));
-        check_finite(m.means.back());
+        means.push_back(sums.over(skin.cells()));
+        check_finite(means.back());
     }
 }
 
 // The sums, range and hull of one part.
-void add_one_part(Moments& m, const plan::PreparedSkin& skin, const plan::Schedule& schedule, simd::Pool& pool) {
+void add_one_part(Moments::Layer& m, const plan::PreparedSkin& skin, const plan::Schedule& schedule,
+                  const plan::PressedBox& box, simd::Pool& pool) {
     constexpr int sampled = 8; // rows; fixed, because the bits depend on it
-    const plan::PressedBox& box = schedule.pressed;
     const int rows = box.last_row - box.first_row;
     Stripe sample; // evenly spaced rows: their hull contains most points of the others
     if (rows > 0 && schedule.output.extremes)
-        sample.add_rows(skin, schedule, box.first_row, box.last_row, std::max(rows / sampled, 1), {});
+        sample.add_rows(skin, schedule, m.map, box, box.first_row, box.last_row, std::max(rows / sampled, 1), {});
     const auto stripes = of_stripes(box, pool, [&](int first, int last) {
         Stripe stripe;
-        stripe.add_rows(skin, schedule, first, last, 1, sample.polygon);
+        stripe.add_rows(skin, schedule, m.map, box, first, last, 1, sample.polygon);
         return stripe;
     });
     const bool full = rows == skin.height() && box.first_tile == 0 && box.last_tile == skin.tiles;
@@ -260,11 +263,25 @@ std::shared_ptr<const Moments> moments_of(const plan::PreparedSkin& skin, const 
                                           bool points_only, int threads) {
     auto m = std::make_shared<Moments>();
     m->pressures = pressures_of_parts(skin, schedule);
-    add_points(*m, skin, schedule);
+    m->layers.push_back({.map = schedule.pressure});
+    for (size_t q = 0; q < schedule.stress.size(); ++q) {
+        const Map& map = schedule.stress[q];
+        if (map.empty()) continue;
+        size_t& layer = m->layer_of[q];
+        for (layer = 1; layer < m->layers.size() && m->layers[layer].map.data() != map.data();) ++layer;
+        if (layer == m->layers.size()) m->layers.push_back({.map = map});
+    }
+    for (Moments::Layer& layer : m->layers) add_points(layer, m->pressures, skin, schedule);
     if (points_only) return m;
     simd::Pool pool(simd::useful_threads(skin.cells(), threads));
-    if (skin.uniform()) add_one_part(*m, skin, schedule, pool);
-    else add_parts(*m, skin, schedule, pool);
+    if (!skin.uniform()) add_parts(*m, skin, schedule, pool);
+    else
+        for (Moments::Layer& layer : m->layers) {
+            const bool spread = &layer != &m->layers.front();
+            const plan::PressedBox all{
+                .first_row = 0, .last_row = skin.height(), .first_tile = 0, .last_tile = skin.tiles};
+            add_one_part(layer, skin, schedule, spread ? all : schedule.pressed, pool);
+        }
     return m;
 }
 

@@ -4,6 +4,8 @@
 // integral, g_k' and g_k'' its derivatives; p_m is p in part m and 0 elsewhere. A cell of part k has a = p*(1 +
 // l*L(S)), b_m = p*l*h*L(p_m) and
 //     SA1 = g_k*(a - sum of g_m*b_m)    SA2 with G_k, FA1 with g_k', FA2 with g_k'' in the place of the first g_k
+// Where the receptors of a class lie at a depth, their response has the stress there in place of the p that stands for
+// the cell's own pressure: in a, and as the factor p of b_m.
 // Means need only the sums of p, a and b_m over each part, a field needs one pass, and, with one part, extremes need
 // only the convex hull of the points (b, a). All is in double.
 #pragma once
@@ -25,13 +27,20 @@ struct Moments {
         double p, a;
         std::vector<double> b;
     };
-    std::vector<Map> pressures;     // of each part, 0 in the cells of others
-    std::vector<Means> means;       // of each part
-    std::vector<Point> points;      // Schedule::points
-    double least = 0, greatest = 0; // range of p; it and the hull only with one part
-    Hull upper, lower;
+    // Of one map to which quantities answer: the pressure, or the stress at a depth.
+    struct Layer {
+        Map map;
+        std::vector<Means> means;       // of each part
+        std::vector<Point> points;      // Schedule::points
+        double least = 0, greatest = 0; // range of p; it and the hull only with one part
+        Hull upper, lower;
+    };
+    std::vector<Map> pressures; // of each part, 0 in the cells of others
+    std::vector<Layer> layers;  // first of the pressure
+    std::array<size_t, REDUCED_MAPS> layer_of{};
+    const Layer& of(size_t q) const { return layers[layer_of[q]]; }
 };
-// threads: 0 = one per core. points_only: only Moments::points is computed.
+// threads: 0 = one per core. points_only: of the layers only the points are computed.
 std::shared_ptr<const Moments> moments_of(const plan::PreparedSkin&, const plan::Schedule&, bool points_only,
                                           int threads);
 

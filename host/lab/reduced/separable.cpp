@@ -92,9 +92,10 @@ class Separable : public plan::Stepper {
                   double* out) const {
         const f64::Constants& c = skin_.constants;
         std::vector<double> b(L.size());
+        const Map& map = int(q) < REDUCED_MAPS ? schedule_.map_of(size_t(q)) : schedule_.pressure;
         for (size_t x = 0; x < rest.size(); ++x) {
             const size_t part = skin_.material_at(at + x);
-            const double p = schedule_.pressure[at + x];
+            const double p = map[at + x];
             if (q == Quantity::strain) out[x] = p * strain(part);
             else if (q == Quantity::deformation)
                 out[x] = skin_.heights[at + x] * skin_.relief - c.thickness * p * strain(part);
@@ -117,25 +118,31 @@ class Separable : public plan::Stepper {
     // Delivers the response of each site's own class.
     void deliver_sites(const plan::Step& step) {
         const std::vector<Site>& sites = skin_.description.sites;
-        const size_t n = moments_->points.size(), first = n - sites.size();
+        const size_t n = schedule_.points.size(), first = n - sites.size();
         sample_.points.resize(n * REDUCED_MAPS);
         for (size_t i = 0; i < sites.size(); ++i) {
-            const Moments::Point& p = moments_->points[first + i];
             const size_t q = size_t(sites[i].type);
+            const Moments::Point& p = moments_->of(q).points[first + i];
             sample_.points[q * n + first + i] = visible_[p.part][q] * gained(p.a, p.b);
         }
         sink_(step, sample_);
     }
 
     void deliver(const plan::Step& step) {
-        const Moments& m = *moments_;
         const double g = strain(0); // extremes: of one part alone
-        const bool extremes = schedule_.output.extremes && m.means.size() == 1;
-        const double high = extremes ? extreme(m.upper, g, 1) : NAN, low = extremes ? extreme(m.lower, g, -1) : NAN;
+        const bool extremes = schedule_.output.extremes && visible_.size() == 1;
+        std::array<std::pair<double, double>, REDUCED_MAPS> ranges; // of a - g*b in each layer
+        ranges.fill({NAN, NAN});
+        for (size_t i = 0; extremes && i < moments_->layers.size(); ++i) {
+            const Moments::Layer& m = moments_->layers[i];
+            ranges[i] = {extreme(m.lower, g, -1), extreme(m.upper, g, 1)};
+        }
         const auto ordered = [](double x, double y) { return std::pair{std::min(x, y), std::max(x, y)}; };
         sample_.points.clear();
         for (size_t q = 0; q < REDUCED_MAPS; ++q) {
             const double X = visible_[0][q];
+            const Moments::Layer& m = moments_->of(q);
+            const auto [low, high] = ranges[moments_->layer_of[q]];
             const bool strained = q == QUANTITY_STRAIN;
             const auto [min, max] = strained ? ordered(X * m.least, X * m.greatest) : ordered(X * low, X * high);
             double mean = 0;

@@ -12,12 +12,12 @@ class Sites : public plan::Stepper {
     Sites(const plan::PreparedSkin& skin, const plan::Schedule& schedule, const plan::SiteCells& cells,
           const std::vector<int>& classes, bool gains, int threads, Sink sink)
         : skin_(skin), schedule_(schedule), gains_(gains), sink_(std::move(sink)),
-          pool_(simd::useful_threads(8 * cells.cells.size(), threads)), stepper_(skin, schedule, cells),
-          cells_(cells.cells), materials_(cells.materials), columns_(cells.points.size()) {
+          pool_(simd::useful_threads(8 * cells.cells.size(), threads)), deep_(skin, schedule, cells, classes),
+          stepper_(skin, schedule, cells, deep_.places), materials_(cells.materials), columns_(cells.points.size()) {
         const plan::PressedCells pressed = pressed_cells(schedule);
         for (size_t i = 0; i < columns_; ++i) {
             const Cell c = cells.points[i];
-            if (ever_pressed(pressed, skin.number_of(c), skin.width()))
+            if (ever_pressed(pressed, skin.number_of(c), skin.width()) || has_deep(i))
                 points_.push_back({{skin, cells, c}, i, classes[i]}); // all that the others have is 0
         }
         std::sort(points_.begin(), points_.end(),
@@ -36,7 +36,7 @@ class Sites : public plan::Stepper {
             lanes_.resize(table_.size());
             std::transform(table_.begin(), table_.end(), lanes_.begin(), f64::lanes_of);
         }
-        pool_.share(int(cells_.size()),
+        pool_.share(int(stepper_.size()),
                     [&](int first, int last) { stepper_.advance(c, lanes_.data(), size_t(first), size_t(last)); });
         if (step.trace >= 0) {
             pool_.share(int(points_.size()), [&](int first, int last) {
@@ -57,10 +57,15 @@ class Sites : public plan::Stepper {
         int quantity;  // the one that is asked for, or every_quantity
     };
 
+    bool has_deep(size_t point) const {
+        return std::ranges::any_of(deep_.of_point[point], [](size_t cell) { return cell > 0; });
+    }
+
     void respond(const Point& p, const f64::Constants& c) {
         for (int q = 0; q < answered; ++q)
             if (p.quantity == every_quantity || p.quantity == q)
-                sample_.points[size_t(q) * columns_ + p.column] = stepper_.value(p.at, Quantity(q), c, lanes_.data());
+                sample_.points[size_t(q) * columns_ + p.column] =
+                    stepper_.value(p.at, Quantity(q), deep_.of_point[p.column][size_t(q)], c, lanes_.data());
     }
 
     const plan::PreparedSkin& skin_;
@@ -68,8 +73,8 @@ class Sites : public plan::Stepper {
     const bool gains_; // whether FA2 has its gains
     Sink sink_;
     simd::Pool pool_;
+    const plan::DeepCells deep_;
     plan::SiteStepper<f64> stepper_;
-    const std::vector<size_t>& cells_;
     const std::vector<plan::Element>& materials_;
     size_t columns_;            // of a sample: all points
     std::vector<Point> points_; // the points that are ever pressed

@@ -120,7 +120,7 @@ Realised realised(Prepared&& p, const Decision& d) {
     }
     if (taken.model == Model::march || !why_not_separable(r.run.skin, r.run.schedule).empty()) return r;
     r.run = in_units(in_parts(std::move(r.run)));
-    const bool same_points = p.moments && p.moments->points.size() == r.run.schedule.points.size();
+    const bool same_points = p.moments && p.moments->layers.front().points.size() == r.run.schedule.points.size();
     r.moments = same_points ? p.moments
                             : reduced::moments_of(r.run.skin, r.run.schedule, r.sites_alone(), threads_of(r.device));
     return r;

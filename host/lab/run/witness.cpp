@@ -18,6 +18,12 @@ std::vector<Cell> places_of(const std::vector<WitnessCell>& cells) {
     return places;
 }
 
+std::vector<int> quantities_of(const std::vector<WitnessCell>& cells) {
+    std::vector<int> quantities;
+    for (const WitnessCell& c : cells) quantities.push_back(c.quantity);
+    return quantities;
+}
+
 // Under frames a witness takes every output.
 plan::Schedule outputs_of(const plan::Schedule& schedule) {
     if (schedule.framed) return schedule;
@@ -54,7 +60,8 @@ Witness::Witness(const plan::PreparedSkin& skin, const plan::Schedule& schedule,
                  const planner::Peaks& scale, double stored)
     : whole_(schedule), schedule_(outputs_of(schedule)), cells_(skin, pressed_cells(whole_), places_of(cells)),
       rule_(skin.rule), scale_(scale), stored_(stored),
-      constants_(plan::constants_of<extended>(skin, schedule.pressed)), stepper_(skin, schedule_, cells_),
+      constants_(plan::constants_of<extended>(skin, schedule.pressed)),
+      deep_(skin, schedule_, cells_, quantities_of(cells)), stepper_(skin, schedule_, cells_, deep_.places),
       timeline_(schedule_, cells_.materials, rule_, Method::exact), references_(schedule_, cells_.materials, rule_),
       lanes_(cells_.materials.size()) {
     const plan::PressedCells pressed = pressed_cells(whole_);
@@ -62,7 +69,8 @@ Witness::Witness(const plan::PreparedSkin& skin, const plan::Schedule& schedule,
         points_.push_back({.of = c,
                            .number = skin.number_of(c.cell),
                            .at = {skin, cells_, c.cell},
-                           .pressed = ever_pressed(pressed, skin.number_of(c.cell), skin.width())});
+                           .pressed = ever_pressed(pressed, skin.number_of(c.cell), skin.width()),
+                           .deep = deep_.of_point[points_.size()]});
     field_.resize(points_.size());
 }
 
@@ -101,7 +109,7 @@ void Witness::press(const plan::Step& step) {
         constants_.start = references_.start(step);
         constants_.jump = references_.jump(step);
     }
-    stepper_.advance(constants_, lanes_.data(), 0, cells_.cells.size());
+    stepper_.advance(constants_, lanes_.data(), 0, stepper_.size());
     if (step.trace >= 0) {
         Output& output = outputs_.emplace_back(Output{.row = step.trace * schedule_.every, .values = {}});
         for (const Point& p : points_)
@@ -128,7 +136,7 @@ bool Witness::compares(const Point& p, Quantity q) const {
 }
 
 long double Witness::value(const Point& p, Quantity q) const {
-    if (p.pressed) return stepper_.value(p.at, q, constants_, lanes_.data());
+    if (p.pressed || p.deep[size_t(q)]) return stepper_.value(p.at, q, p.deep[size_t(q)], constants_, lanes_.data());
     return q == Quantity::curvature ? p.at.rest_curvature : 0;
 }
 

@@ -44,7 +44,8 @@ class Witness {
         WitnessCell of;
         size_t number; // of the cell, y*width + x
         plan::SitePlace<extended> at;
-        bool pressed; // ever
+        bool pressed;                                             // ever
+        std::array<size_t, size_t(Quantity::curvature) + 1> deep; // DeepCells::of_point
     };
     // The values at an output: of each cell and quantity that is compared.
     struct Output {
@@ -65,6 +66,7 @@ class Witness {
     const planner::Peaks scale_;
     const double stored_;
     extended::Constants constants_;
+    const plan::DeepCells deep_;
     Extended stepper_;
     plan::Timeline timeline_;
     plan::References references_;

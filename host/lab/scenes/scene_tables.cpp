@@ -187,6 +187,11 @@ void read_receptors(Section table, Receptors& receptors) {
                     key + " has " + std::to_string(gains.size()) + " numbers; allowed: two, [k_plus, k_minus]");
     }
     receptors.fa2_gains = {gains[0], gains[1]};
+    Section depths = table.section("depth");
+    for (const ReceptorClass& c : receptor_classes) depths.number(name(c.type), receptors.depth.*c.depth);
+    depths.finish();
+    table.choice("kernel", receptors.kernel);
+    table.number("poisson", receptors.poisson);
     table.finish();
 }
 

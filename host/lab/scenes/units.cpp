@@ -15,7 +15,7 @@ struct KeyUnit {
 constexpr KeyUnit key_units[] = {
     {" modulus moduli equilibrium spring intensity ", "Pa", "20 kPa"},
     {" viscosity dashpot ", "Pa s", "3 kPa s"},
-    {" spacing ridge_period relief thickness curvature_length ", "m", "0.4 mm"},
+    {" spacing ridge_period relief thickness curvature_length depth ", "m", "0.4 mm"},
     {" step duration start rise length period times interval sa2_adaptation at ", "s", "5 ms"},
     {" frequency ", "Hz", "0.25 kHz"},
     {" phase ", "rad", "0.5 rad"},
@@ -29,9 +29,13 @@ constexpr Prefix prefixes[] = {{"", 0},   {"G", 9},         {"M", 6},         {"
                                {"u", -6}, {"\xc2\xb5", -6}, {"\xce\xbc", -6}, {"n", -9}}; // both signs for micro
 
 const KeyUnit* unit_of(const std::string& parameter) {
-    const std::string key = " " + parameter.substr(parameter.rfind('.') + 1) + " ";
-    for (const KeyUnit& k : key_units)
-        if (k.keys.find(key) != k.keys.npos) return &k;
+    for (size_t end = parameter.size(); end != parameter.npos;) { // the key, else the table it is in
+        const size_t dot = parameter.rfind('.', end - 1);
+        const std::string key = " " + parameter.substr(dot + 1, end - dot - 1) + " ";
+        for (const KeyUnit& k : key_units)
+            if (k.keys.find(key) != k.keys.npos) return &k;
+        end = dot;
+    }
     return nullptr;
 }
 

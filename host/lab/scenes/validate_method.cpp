@@ -42,6 +42,7 @@ void set_published(Scene& s) {
     if (s.edges) refuse("curvature.edges", "(given)", allowed);
     if (s.receptors.fa2) refuse("receptors.fa2", "(given)", allowed);
     need(!s.receptors.sa2_adaptation, "receptors.sa2_adaptation", s.receptors.sa2_adaptation.value_or(0), allowed);
+    if (has_depth(s.receptors)) refuse("receptors.depth", "(given)", allowed);
     s.stencil = Stencil::published;
     s.edges = Edges::published;
 }

@@ -54,6 +54,29 @@ void take_sequence(Schedule& s, const PreparedSkin& skin) {
     if (skin.uniform()) s.material_peaks[0] = *std::ranges::max_element(s.frame_peaks);
 }
 
+// Sets the half-spaces, and makes the maps below them.
+void take_depths(Schedule& s, const PreparedSkin& skin, int threads) {
+    const Receptors& receptors = skin.description.receptors;
+    const Grid& grid = skin.description.grid;
+    std::vector<const HalfSpace*> spaces; // each once
+    for (const scene::ReceptorClass& c : scene::receptor_classes) {
+        auto& space = s.half_space[size_t(c.type)];
+        if (const std::optional<double> depth = receptors.depth.*c.depth) {
+            const Depth of{*depth, receptors.kernel, receptors.poisson.value_or(0)};
+            for (const auto& known : s.half_space)
+                if (known && known->depth() == of) space = known;
+            if (!space) spaces.push_back((space = std::make_shared<const HalfSpace>(grid, of)).get());
+        }
+    }
+    if (spaces.empty() || s.framed) return;
+    simd::Pool pool(simd::useful_threads(skin.cells(), threads));
+    std::vector<Map> maps;
+    for (auto& map : stresses_of(s.pressure, grid, spaces, pool)) maps.push_back(std::move(map));
+    for (size_t q = 0; q < s.stress.size(); ++q)
+        for (size_t i = 0; i < spaces.size(); ++i)
+            if (s.half_space[q].get() == spaces[i]) s.stress[q] = maps[i];
+}
+
 } // namespace
 
 Schedule make_schedule(const scene::ValidatedScene& validated, const PreparedSkin& skin, bool check) {
@@ -94,6 +117,7 @@ PreparedRun prepare_run(const scene::ValidatedScene& validated, bool check, int 
     // In a braced list whose second member throws, GCC 12 would destroy the first one twice.
     PreparedSkin skin = prepare_skin(validated.scene, threads);
     Schedule schedule = make_schedule(validated, skin, check);
+    take_depths(schedule, skin, threads);
     return {.skin = std::move(skin), .schedule = std::move(schedule)};
 }
 
@@ -134,9 +158,10 @@ double unit_of(const std::vector<double>& map) {
 PreparedRun in_units(PreparedRun run) {
     const double unit = run.schedule.unit = unit_of(run.schedule.pressure);
     if (unit == 1) return run;
-    Map scaled = run.schedule.pressure;
-    for (double& p : scaled.edit()) p /= unit;
-    run.schedule.pressure = std::move(scaled);
+    for (Map* map : {&run.schedule.pressure, &run.schedule.stress[QUANTITY_SA1], &run.schedule.stress[QUANTITY_SA2],
+                     &run.schedule.stress[QUANTITY_FA1], &run.schedule.stress[QUANTITY_FA2]})
+        if (!map->empty())
+            for (double& p : map->edit()) p /= unit;
     return run;
 }
 
@@ -168,7 +193,8 @@ std::string why_not_separable(const PreparedSkin& skin, const Schedule& schedule
 
 std::string why_not(const PreparedSkin& skin, const Schedule& schedule, Model model) {
     const Output& o = schedule.output;
-    if (model == Model::march) return "";
+    if (model == Model::march)
+        return schedule.spreads() ? "receptors.depth: a cell that is stepped knows no other cell's pressure" : "";
     if (model == Model::sites) {
         if (skin.description.sites.empty()) return "there are no sites";
         return o.traces.empty() && o.fields.empty() ? "" : "traces or fields of all cells are asked for";

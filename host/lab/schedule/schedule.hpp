@@ -5,6 +5,7 @@
 #include "host/core/model/site_cells.hpp"
 #include "host/lab/scenes/instant.hpp"
 #include "host/lab/scenes/scene.hpp"
+#include "host/lab/schedule/half_space.hpp"
 
 #include <memory>
 
@@ -16,8 +17,11 @@ struct Schedule {
     Load load; // validated
     Time time;
     Output output;
-    Map pressure;                             // Pa, width*height; the first frame of a sequence
-    double unit = 1;                          // Pa: `pressure` is in this unit, a power of two (in_units)
+    Map pressure;    // Pa, width*height; the first frame of a sequence
+    double unit = 1; // Pa: the maps are in this unit, a power of two (in_units)
+    // Above the receptors of each class; null: they answer to their cell alone. Classes of equal depth share one.
+    std::array<std::shared_ptr<const HalfSpace>, REDUCED_MAPS> half_space;
+    std::array<Map, REDUCED_MAPS> stress;     // Pa, below each half-space, width*height; empty without, and if framed
     bool framed = false;                      // the pressure runs between the frames given to Stepper::frame
     std::shared_ptr<scene::NpyFile> sequence; // null if the load is no sequence
     std::vector<double> frame_peaks;          // greatest |pressure| of each frame of a sequence, Pa
@@ -32,6 +36,12 @@ struct Schedule {
     bool keeps_maps = false; // maps of responses are read, not only their totals
     bool derives = false;    // curvature or deformation is read
     double between_outputs() const { return time.step * double(every); } // s
+    // The map to which a quantity answers.
+    const Map& map_of(size_t q) const { return stress[q].empty() ? pressure : stress[q]; }
+    // Whether some quantity answers to the pressure on all cells.
+    bool spreads() const {
+        return std::ranges::any_of(half_space, [](const auto& space) { return space != nullptr; });
+    }
 };
 
 // check: every map of every output is to be compared with another backend's map.

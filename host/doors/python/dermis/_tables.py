@@ -108,11 +108,17 @@ class Curvature:
 
 @dataclass(kw_only=True)
 class Receptors:
-    """sa2_adaptation: s. fa2: "point", "step-mean". fa2_gains: two numbers."""
+    """sa2_adaptation: s. fa2: "point", "step-mean". fa2_gains: two numbers.
+
+    depth: m below the surface, by class, as in {"sa1": "0.3 mm"}. kernel: "stress", or "strain" with a ratio of poisson.
+    """
 
     sa2_adaptation: NumberWithUnit | None = None
     fa2: str | None = None
     fa2_gains: Numbers | None = None
+    depth: Mapping[str, NumberWithUnit] | None = None
+    kernel: str | None = None
+    poisson: float | None = None
 
 
 @dataclass(kw_only=True)

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: MIT
+// The stress at a depth below a grid of pressed cells: of an even elastic half-space, whose vertical stress under a
+// given pressure does not depend on the modulus, nor on time where the modulus relaxes evenly.
+#pragma once
+
+#include "dermis/description.hpp"
+#include "host/core/base/pool.hpp"
+
+#include <limits>
+
+namespace dermis::plan {
+
+// A depth, and what acts there.
+struct Depth {
+    double depth;             // m, > 0
+    Receptors::Kernel kernel; // the vertical stress, or the vertical strain times the modulus
+    double poisson;           // Poisson's ratio; ignored for the stress
+    bool operator==(const Depth&) const = default;
+};
+
+// The pressures at a depth that evenly pressed cells cause, cell by cell: sums of the corners of squares (Love 1929).
+class HalfSpace {
+  public:
+    HalfSpace(const Grid&, const Depth&); // a grid with spacing
+    const Depth& depth() const { return depth_; }
+    // What a cell adds at a cell `x` columns and `y` rows away, per unit of its pressure.
+    double weight(int x, int y) const { return weights_[size_t(std::abs(y)) * size_t(width_) + size_t(std::abs(x))]; }
+    // What all cells of a map (Pa, width*height) add at one cell, Pa: the sum itself.
+    template <class T> T at(const std::vector<double>& map, Cell) const; // in T = double or long double
+    // How far at() is off the sum, at most, relative to the sum of magnitudes.
+    template <class T> double roundings() const {
+        return double(std::numeric_limits<T>::epsilon()) / 2 * (0.25 * width_ + height_ + 4);
+    }
+    // The sum of all |weights|: no stress exceeds it times the greatest |pressure|.
+    double norm() const { return norm_; }
+
+  private:
+    Depth depth_;
+    int width_, height_;
+    std::vector<double> weights_; // of a quarter of the plane, row 0 first
+    double norm_ = 0;
+};
+
+// What all cells of a map add at every cell, below each half-space, by fast Fourier transforms where cells are many.
+// Pa, width*height.
+std::vector<std::vector<double>> stresses_of(const std::vector<double>& map, const Grid&,
+                                             const std::vector<const HalfSpace*>&, simd::Pool&);
+// A bound of how far stresses_of() is off the sums before they are rounded to double, Pa.
+double error_of_stresses(const std::vector<double>& map, const Grid&, const HalfSpace&);
+
+} // namespace dermis::plan

@@ -1,0 +1,258 @@
+// SPDX-License-Identifier: MIT
+// labels: threads
+// Receptors below the surface: they answer to the stress, or to the strain, that all cells cause at their depth.
+#include "tests/oracle/exact.hpp"
+#include "tests/support.hpp"
+
+#include <filesystem>
+#include <fstream>
+#include <numbers>
+
+using namespace test;
+
+namespace {
+
+// A spring beside a dashpot of 20 ms, pressed for long; SA1 is then the stress over the modulus.
+Scene pressed(int cells, double spacing, const std::vector<double>& map) {
+    Scene s;
+    s.grid = {.width = cells, .height = cells, .spacing = spacing};
+    s.surface = {.kind = Surface::Kind::flat, .relief = 1e-6};
+    s.material.modulus = 2e4;
+    s.material.viscosity = 4e2;
+    s.material.thickness = 1e-3;
+    s.material.curvature_length = 0;
+    s.load.kind = Load::Kind::map;
+    s.load.map = map;
+    s.time = {.step = 0.25, .duration = 1};
+    s.output.traces = {Quantity::sa1};
+    s.output.probes = {{cells / 2, cells / 2}};
+    return s;
+}
+
+// Pressure by the distance from the middle cell, in cells.
+template <class Of> std::vector<double> round_map(int cells, Of of) {
+    std::vector<double> map;
+    for (int y = 0; y < cells; ++y)
+        for (int x = 0; x < cells; ++x) map.push_back(of(std::hypot(x - cells / 2, y - cells / 2)));
+    return map;
+}
+
+double at_end(const Scene& s) { return run(s).traces[0].probes[0].back() * *s.material.modulus; }
+
+std::vector<double> field_of(const Scene& s, Quantity q, double at) {
+    Scene asked = s;
+    asked.output.fields = {{at, {q}}};
+    return run(asked).fields[0].values;
+}
+
+// Ridges under a smooth load, each class at another depth.
+Scene ridged(int width, int height) {
+    Scene s = small_scene(width, height);
+    s.grid.spacing = 5e-5;
+    s.surface.relief = 2e-5;
+    s.material.modulus = 2e4;
+    s.material.viscosity = 1e3;
+    s.material.thickness = 1e-3;
+    s.material.curvature_length = 5e-5;
+    s.load.intensity = 1e4;
+    s.receptors.depth = {.sa1 = 1e-4, .sa2 = 1e-3, .fa1 = 3e-4, .fa2 = 3e-4};
+    s.output.probes.clear();
+    return s;
+}
+
+} // namespace
+
+TEST_CASE("on the axis of an even disc the stress is that of Boussinesq") {
+    const int cells = 401;
+    const double spacing = 1e-5, radius = 1.5e-3;
+    // The cells on the rim take their share of the disc.
+    const auto disc = round_map(cells, [&](double r) { return std::clamp(radius / spacing - r + 0.5, 0.0, 1.0); });
+    for (double z : {1e-4, 3e-4, 1e-3, 2e-3}) {
+        CAPTURE(z);
+        Scene s = pressed(cells, spacing, disc);
+        s.receptors.depth.sa1 = z;
+        const double c = z / std::hypot(radius, z);
+        CHECK(at_end(s) == doctest::Approx(1 - c * c * c).epsilon(2e-5));
+        s.receptors.kernel = Receptors::Kernel::strain; // E times strain, from the stresses of the same disc
+        for (double nu : {0.0, 0.4, 0.5}) {
+            s.receptors.poisson = nu;
+            const double sideways = (1 + 2 * nu) / 2 - (1 + nu) * c + c * c * c / 2; // each of the horizontal stresses
+            CHECK(at_end(s) == doctest::Approx(1 - c * c * c - 2 * nu * sideways).epsilon(1e-4));
+        }
+    }
+}
+
+TEST_CASE("a point force, a line and a wave of pressure act as the theory of the half-space says") {
+    const int cells = 301;
+    const double spacing = 2e-5, z = 3e-4;
+    Scene s = pressed(cells, spacing, round_map(cells, [](double r) { return r == 0 ? 1.0 : 0.0; }));
+    s.receptors.depth.sa1 = z;
+    for (int away : {0, 10, 40, 140}) {
+        s.output.probes = {{cells / 2 + away, cells / 2}};
+        const double r = away * spacing, rho = std::hypot(r, z);
+        CHECK(at_end(s) ==
+              doctest::Approx(spacing * spacing * 3 * z * z * z / (2 * std::numbers::pi * std::pow(rho, 5)))
+                  .epsilon(5e-3));
+    }
+    const double k = 2 * std::numbers::pi / (30 * spacing), q = k * z;
+    std::vector<double> wave;
+    for (int i = 0; i < cells * cells; ++i) wave.push_back(std::cos(k * spacing * (i % cells - cells / 2)));
+    s.load.map = wave;
+    s.output.probes = {{cells / 2, cells / 2}};
+    const double of_cell = std::sin(k * spacing / 2) / (k * spacing / 2);
+    CHECK(at_end(s) == doctest::Approx(of_cell * (1 + q) * std::exp(-q)).epsilon(1e-3));
+}
+
+TEST_CASE("every cell has the sum over all cells, of a stress and of a strain") {
+    Scene s = ridged(23, 17);
+    std::vector<double> map;
+    s.load = {.kind = Load::Kind::map};
+    for (int i = 0; i < 23 * 17; ++i) map.push_back(std::sin(3.0 * i) * (i % 5));
+    s.load.map = map;
+    s.material.curvature_length = 0;
+    for (std::optional<double> poisson : {std::optional<double>(), {0.0}, {0.37}, {0.5}}) {
+        if (poisson) s.receptors.kernel = Receptors::Kernel::strain;
+        s.receptors.poisson = poisson;
+        const std::vector<double> deep = field_of(s, Quantity::fa2, 0.3), own = [&] {
+            Scene flat = s;
+            flat.receptors.depth = {};
+            flat.receptors.kernel = Receptors::Kernel::stress;
+            flat.receptors.poisson.reset();
+            return field_of(flat, Quantity::fa2, 0.3);
+        }();
+        std::vector<long double> weights;
+        for (int i = 0; i < 23 * 17; ++i)
+            weights.push_back(oracle::below_cell(5e-5L * (i % 23), 5e-5L * (i / 23), 5e-5L, 3e-4L, poisson));
+        std::vector<double> sums;
+        for (int i = 0; i < 23 * 17; ++i) {
+            long double sum = 0;
+            for (int j = 0; j < 23 * 17; ++j)
+                sum += own[size_t(j)] * weights[size_t(std::abs(i / 23 - j / 23) * 23 + std::abs(i % 23 - j % 23))];
+            sums.push_back(double(sum));
+        }
+        CHECK(difference(deep, sums) < 1e-12);
+    }
+}
+
+TEST_CASE("a response at a depth is the signal there times the gain at the surface") {
+    Scene s = ridged(40, 31);
+    s.model = Model::maps;
+    const double at = 0.35, l = *s.material.curvature_length;
+    const std::vector<double> C = field_of(s, Quantity::curvature, at);
+    Scene plain = s;
+    plain.material.curvature_length = 0;
+    for (Quantity q : all_responses) {
+        std::vector<double> expected = field_of(plain, q, at);
+        for (size_t i = 0; i < C.size(); ++i) expected[i] *= 1 + l * C[i];
+        CHECK(difference(field_of(s, q, at), expected) < 1e-13);
+    }
+    CHECK(field_of(s, Quantity::strain, at) == field_of(
+                                                   [&] {
+                                                       Scene surface = s;
+                                                       surface.receptors.depth = {};
+                                                       return surface;
+                                                   }(),
+                                                   Quantity::strain, at));
+}
+
+TEST_CASE("means and extremes at a depth are those of the field") {
+    Scene s = ridged(40, 31);
+    s.output.traces = {Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2};
+    const Result traced = run(s);
+    CHECK(int(traced.model) == int(Model::moments));
+    for (size_t t = 0; t < 4; ++t)
+        for (size_t n : {1u, 4u, 7u}) {
+            const std::vector<double> field = field_of(s, traced.traces[t].quantity, double(n) * s.time.step);
+            double mean = 0;
+            for (double v : field) mean += v / double(field.size());
+            const auto [least, most] = std::ranges::minmax_element(field);
+            const double scale = std::max(std::abs(*least), std::abs(*most));
+            CHECK(std::abs(traced.traces[t].mean[n] - mean) < 1e-13 * scale);
+            CHECK(std::abs(traced.traces[t].min[n] - *least) < 1e-13 * scale);
+            CHECK(std::abs(traced.traces[t].max[n] - *most) < 1e-13 * scale);
+        }
+}
+
+TEST_CASE("receptors at a depth answer under frames as under the product that these frames are samples of") {
+    Scene product = ridged(33, 20);
+    product.output.traces.clear();
+    for (int i = 0; i < 20; ++i) product.sites.push_back({all_responses[i % 4], {(7 * i) % 33, (3 * i) % 20}});
+    product.load.envelope = {.kind = Envelope::Kind::table, .times = {0, 0.1, 0.2, 0.3}, .values = {0, 1, 0.25, 0.5}};
+    product.receptors.fa2 = Fa2::step_mean;
+    const Map map = maps(product).pressure;
+    const auto path = std::filesystem::temp_directory_path() / ("dermis_depth_" + std::to_string(getpid()) + ".npy");
+    {
+        std::ofstream out(path, std::ios::binary);
+        out << npy_header("<f8", "(4, 20, 33)");
+        for (double level : product.load.envelope.values)
+            for (double p : map) out.write(reinterpret_cast<const char*>(&(p *= level)), 8);
+    }
+    Scene frames = product;
+    frames.load = {.kind = Load::Kind::sequence, .path = path.string(), .interval = 0.1};
+    const Result a = run(frames), b = run(product);
+    CHECK(int(a.model) == int(Model::sites));
+    CHECK(difference(a.responses, b.responses) < 1e-12);
+    std::filesystem::remove(path);
+}
+
+TEST_CASE("the force at any depth is the force that presses, and at no depth the stress is the pressure") {
+    Scene s = pressed(241, 1e-4, round_map(241, [](double r) { return r < 5 ? 1.0 : 0.0; }));
+    double force = 0;
+    for (double p : s.load.map) force += p;
+    s.receptors.depth.sa1 = 2e-4;
+    const double within = std::hypot(120, 2); // cells; of a circle within the grid, that of a point force on its axis
+    double kept = 0;
+    for (double v : field_of(s, Quantity::sa1, 0.9)) kept += v * 2e4;
+    CHECK(kept / force > 1 - std::pow(2 / within, 3) - 1e-9);
+    CHECK(kept / force < 1);
+    s.receptors.depth.sa1 = 0;
+    const Scene surface = pressed(241, 1e-4, s.load.map);
+    CHECK(field_of(s, Quantity::sa1, 0.9) == field_of(surface, Quantity::sa1, 0.9));
+}
+
+TEST_CASE("where a depth would be wrong it is refused by name") {
+    const auto why = [](auto change) {
+        Scene s = ridged(20, 20);
+        change(s);
+        return refusal(Error::Code::bad_input, [&] { run(s); });
+    };
+    const auto contains = [](const std::string& text, const char* part) {
+        CAPTURE(text);
+        CHECK(text.find(part) != std::string::npos);
+    };
+    contains(why([](Scene& s) { s.receptors.depth.fa1 = -1e-4; }), "receptors.depth.fa1 = -1e-04");
+    contains(why([](Scene& s) {
+                 s.receptors.kernel = Receptors::Kernel::strain;
+                 s.receptors.depth.sa1 = 0;
+             }),
+             "receptors.depth.sa1 = 0; allowed: m, > 0");
+    contains(why([](Scene& s) { s.receptors.poisson = 0.3; }), "receptors.poisson = 0.3; allowed: only with");
+    contains(why([](Scene& s) {
+                 s.receptors.kernel = Receptors::Kernel::strain;
+                 s.receptors.poisson = 0.51;
+             }),
+             "receptors.poisson = 0.51; allowed: 0..0.5");
+    contains(why([](Scene& s) { s.material.modulus_map = std::vector<double>(400, 1e4); }), "receptors.depth.sa1");
+    contains(why([](Scene& s) { s.edges = Edges::periodic; }), "curvature.edges");
+    contains(why([](Scene& s) { s.model = Model::march; }), "receptors.depth");
+    contains(why([](Scene& s) { s.precision = Precision::f32; }), "receptors.depth");
+    contains(why([](Scene& s) { s.receptors.fa2_gains = {1, 0}; }), "receptors.depth");
+    contains(why([](Scene& s) { s.method = Method::published; }), "receptors.depth");
+    contains(refusal(Error::Code::bad_input,
+                     [] {
+                         Scene s = ridged(20, 20);
+                         RunOptions check;
+                         check.check = true;
+                         run(s, Device::cpu(), check);
+                     }),
+             "receptors.depth");
+    Scene dimensionless = small_scene(20, 20);
+    dimensionless.receptors.depth.sa1 = 1e-4;
+    contains(refusal(Error::Code::bad_input, [&] { run(dimensionless); }), "only with grid.spacing");
+    contains(refusal(Error::Code::bad_input, [] { Skin(Device::cpu(1), ridged(20, 20)); }), "receptors.depth");
+    contains(refusal(Error::Code::bad_input,
+                     [] { (void)Scene::from_string("[grid]\nspacing = 1e-4\n[receptors]\ndepth = { sa3 = 1e-4 }\n"); }),
+             "receptors.depth.sa3");
+    CHECK(*Scene::from_string("preset = \"fingertip\"\n[receptors]\ndepth = { sa1 = \"0.3 mm\" }\n")
+               .receptors.depth.sa1 == 3e-4);
+}
