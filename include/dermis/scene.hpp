@@ -46,6 +46,12 @@ struct Load {
     Envelope envelope;
     std::string path;               // Kind::sequence: a .npy file of shape (frames, height, width), read frame by frame
     std::optional<double> interval; // Kind::sequence: s between frames, > 0
+    // crests: the pressure acts on the crests of the surface alone, in proportion to how far they rise above the height
+    // that a share of the cells exceeds. Over contact_length, from crest to crest, its mean stays, and so does the
+    // force of the whole map, of each frame of a sequence. Pressures are then >= 0.
+    enum class Contact { even, crests } contact = Contact::even;
+    double contact_share = 0.5;           // 0..1, > 0
+    std::optional<double> contact_length; // m, > 0, without spacing cells; default the surface's ridge period
 };
 
 // Outputs are at 0, step, 2 step ..; there are ceil(duration/step - 1e-9) of them.

@@ -420,7 +420,7 @@ void solve(const PreparedSkin& skin, const Schedule& schedule, const std::vector
             take(i / points.size(), i % points.size(), std::abs(sample.points[i]));
     };
     const auto stepper = reduced::sites(skin, schedule, needed, classes, 1, sink, false);
-    plan::FrameFeed feed(schedule);
+    plan::FrameFeed feed(schedule, skin.width());
     plan::Timeline timeline(schedule, needed.materials, skin.rule, Method::exact);
     for (plan::Step step; timeline.next(step);) {
         feed.before(step, [&](const std::vector<double>& frame) { stepper->frame(frame); });

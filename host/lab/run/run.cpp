@@ -166,7 +166,7 @@ class Run {
         const auto start = Clock::now();
         plan::Timeline timeline(schedule_, cells_ ? cells_->materials : skin_.materials, skin_.rule, schedule_.method,
                                 threads_of(d_.device));
-        plan::FrameFeed feed(schedule_);
+        plan::FrameFeed feed(schedule_, skin_.width());
         for (plan::Step step; timeline.next(step);) {
             feed.before(step, [&](const std::vector<double>& frame) {
                 stepper_->frame(frame);

@@ -8,20 +8,11 @@
 namespace dermis::scene {
 namespace {
 
-// Smooths a unit impulse at cell `center` of n by a Gaussian, which is truncated at four standard deviations and
-// reflected at both ends of the line (d c b a | a b c d | d c b a).
+// A unit impulse at cell `center` of n, smoothed.
 std::vector<double> smoothed_impulse(int n, int center, double sigma) {
-    const int radius = int(4 * sigma + 0.5);
-    std::vector<double> line(n, 0.0);
-    double total = 0;
-    for (int k = -radius; k <= radius; ++k) {
-        const double weight = std::exp(-0.5 * k * k / (sigma * sigma));
-        total += weight;
-        const int i = (((center + k) % (2 * n)) + 2 * n) % (2 * n);
-        line[i < n ? i : 2 * n - 1 - i] += weight;
-    }
-    for (double& v : line) v /= total;
-    return line;
+    std::vector<double> line(size_t(n), 0.0);
+    line[size_t(center)] = 1;
+    return smoothed(line, sigma, 4);
 }
 
 std::vector<double> point_map(int width, int height, Cell center, double sigma) {
@@ -35,6 +26,24 @@ std::vector<double> point_map(int width, int height, Cell center, double sigma) 
 }
 
 } // namespace
+
+std::vector<double> smoothed(const std::vector<double>& line, double sigma, double reach) {
+    const int n = int(line.size()), radius = int(reach * sigma + 0.5);
+    std::vector<double> weights;
+    double total = 0;
+    for (int k = -radius; k <= radius; ++k) total += weights.emplace_back(std::exp(-0.5 * k * k / (sigma * sigma)));
+    std::vector<double> wide; // the line with `radius` more cells at each end
+    for (int k = -radius; k < n + radius; ++k) {
+        const int i = ((k % (2 * n)) + 2 * n) % (2 * n);
+        wide.push_back(line[size_t(i < n ? i : 2 * n - 1 - i)]);
+    }
+    std::vector<double> smooth(line.size(), 0.0);
+    for (size_t x = 0; x < smooth.size(); ++x) {
+        for (size_t k = 0; k < weights.size(); ++k) smooth[x] += weights[k] * wide[x + k];
+        smooth[x] /= total;
+    }
+    return smooth;
+}
 
 Map pressure_map(const ValidatedScene& validated) {
     const Load& l = validated.scene.load;

@@ -83,6 +83,17 @@ void check_material(const Scene& validated, const Material&);
 // Returns width*height pressures in Pa where the envelope is 1; the first frame of a sequence.
 Map pressure_map(const ValidatedScene&);
 
+// Returns a line that a Gaussian of `sigma` cells has smoothed. The Gaussian is cut off at `reach` standard deviations,
+// and the line reflected at both ends (d c b a | a b c d | d c b a).
+std::vector<double> smoothed(const std::vector<double>& line, double sigma, double reach);
+
+// Load::Contact::crests on some heights, width*height: the factor of each cell's pressure. Throws Error::bad_input
+// where the heights have no crests.
+Map crest_factors(const Scene&, const std::vector<double>& heights);
+// Multiplies pressures by these factors; their sum stays. unit: of the pressures, Pa. Throws Error::bad_input, naming a
+// cell that is pulled.
+void press_crests(const Map& factors, int width, double unit, std::vector<double>& pressure);
+
 bool wants(const Scene&, Quantity); // whether a trace, a field or a site asks for it
 long long outputs(const Time&);     // number of output times
 // interval/step; 0 where it is not a whole number.

@@ -27,6 +27,12 @@ template <> struct Names<Model> {
         {Model::march, "march"},
     };
 };
+template <> struct Names<Load::Contact> {
+    static constexpr Name<Load::Contact> table[] = {
+        {Load::Contact::even, "even"},
+        {Load::Contact::crests, "crests"},
+    };
+};
 template <> struct Names<Load::Kind> {
     static constexpr Name<Load::Kind> table[] = {
         {Load::Kind::circular, "circular"}, {Load::Kind::point, "point"},       {Load::Kind::linear, "linear"},

@@ -160,6 +160,9 @@ void read_load(Section table, const Grid& grid, const PathBase& folder, Load& lo
     table.cell("center", load.center);
     table.whole_number("radius", load.radius);
     table.number("intensity", load.intensity);
+    table.choice("contact", load.contact);
+    table.number("contact_share", load.contact_share);
+    read_length(table, "contact_length", grid, load.contact_length);
     read_envelope(table, load.envelope);
     table.finish();
 }

@@ -21,6 +21,24 @@ void check_sequence(const Scene& s) {
     need(s.time.duration / *l.interval <= 1e8, "load.interval", *l.interval, "at most 1e8 frames within time.duration");
 }
 
+// Fills in the length of the contact.
+void check_contact(Scene& s) {
+    Load& l = s.load;
+    const bool crests = l.contact == Load::Contact::crests;
+    const std::string only = "only with load.contact = \"crests\"";
+    need(crests || l.contact_share == Load().contact_share, "load.contact_share", l.contact_share, only);
+    need(crests || !l.contact_length, "load.contact_length", l.contact_length.value_or(0), only);
+    if (!crests) return;
+    need(l.contact_share > 0 && l.contact_share <= 1, "load.contact_share", l.contact_share, "> 0, at most 1");
+    const double spacing = s.grid.spacing.value_or(1), period = cells_per_ridge(s) * spacing;
+    if (!l.contact_length && !finite(period))
+        refuse("load.contact_length", "(not given)", "a length, required where the surface has no ridge period");
+    if (!l.contact_length) l.contact_length = period;
+    need_positive("load.contact_length", *l.contact_length);
+    need(*l.contact_length <= spacing * std::max(s.grid.width, s.grid.height), "load.contact_length", *l.contact_length,
+         "at most the longer side of the grid");
+}
+
 void check_load(Scene& s) {
     Load& l = s.load;
     const bool sequence = l.kind == Load::Kind::sequence, shaped = l.kind != Load::Kind::map && !sequence;
@@ -34,6 +52,7 @@ void check_load(Scene& s) {
     if (!l.radius) l.radius = std::max(1, std::min(s.grid.width, s.grid.height) / 4);
     need(*l.radius >= 1 && *l.radius <= 65536, "load.radius", *l.radius, "whole cells, 1..65536");
     need_finite("load.intensity", l.intensity);
+    check_contact(s);
     check_envelope(l.envelope, s.time);
     if (l.kind == Load::Kind::map) need_map("load.path", l.map, s.grid);
     if (sequence) check_sequence(s);

@@ -73,15 +73,15 @@ class Plane {
         constexpr size_t beside = 4; // columns at a time: a cache line
         pool.share(int((width + beside - 1) / beside), [&](int first, int last) {
             kissfft<double> transform(height, inverse);
-            std::vector<Complex> columns(beside * height), column(height);
+            std::vector<Complex> columns(beside * height), turned(columns);
             for (size_t x = size_t(first) * beside; x < std::min(size_t(last) * beside, width); x += beside) {
                 const size_t count = std::min(beside, width - x);
                 for (size_t y = 0; y < height; ++y)
                     for (size_t i = 0; i < count; ++i) columns[i * height + y] = values_[y * width + x + i];
-                for (size_t i = 0; i < count; ++i) {
-                    transform.transform(columns.data() + i * height, column.data());
-                    for (size_t y = 0; y < height; ++y) values_[y * width + x + i] = column[y];
-                }
+                for (size_t i = 0; i < count; ++i)
+                    transform.transform(columns.data() + i * height, turned.data() + i * height);
+                for (size_t y = 0; y < height; ++y)
+                    for (size_t i = 0; i < count; ++i) values_[y * width + x + i] = turned[i * height + y];
             }
         });
     }

@@ -22,6 +22,7 @@ struct Schedule {
     // Above the receptors of each class; null: they answer to their cell alone. Classes of equal depth share one.
     std::array<std::shared_ptr<const HalfSpace>, REDUCED_MAPS> half_space;
     std::array<Map, REDUCED_MAPS> stress;     // Pa, below each half-space, width*height; empty without, and if framed
+    Map crests;                               // scene::crest_factors; empty: the contact is even
     bool framed = false;                      // the pressure runs between the frames given to Stepper::frame
     std::shared_ptr<scene::NpyFile> sequence; // null if the load is no sequence
     std::vector<double> frame_peaks;          // greatest |pressure| of each frame of a sequence, Pa

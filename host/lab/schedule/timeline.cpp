@@ -13,6 +13,7 @@ namespace dermis::plan {
 void FrameFeed::before(const Step& step, const std::function<void(const std::vector<double>&)>& give) {
     for (; step.frame >= 0 && given_ < step.frame + 2; ++given_) {
         schedule_.sequence->read(std::min(given_, schedule_.sequence->maps() - 1), frame_);
+        if (!schedule_.crests.empty()) scene::press_crests(schedule_.crests, width_, schedule_.load.intensity, frame_);
         for (double& p : frame_) p *= schedule_.load.intensity;
         give(frame_);
     }

@@ -97,11 +97,12 @@ void fill_row(const Step& step, const std::vector<Element>& materials, const Cha
 // Reads the frames of a sequence and gives them on as steps need them.
 class FrameFeed {
   public:
-    explicit FrameFeed(const Schedule& schedule) : schedule_(schedule) {}
+    FrameFeed(const Schedule& schedule, int width) : schedule_(schedule), width_(width) {}
     void before(const Step&, const std::function<void(const std::vector<double>&)>& give);
 
   private:
     const Schedule& schedule_;
+    const int width_;
     long long given_ = 0;
     std::vector<double> frame_;
 };

@@ -69,6 +69,7 @@ class Load:
     """The pressure: a map, times intensity in Pa, times an envelope over time in s.
 
     path: pressures of shape (height, width), with kind "file"; or the .npy file of a "sequence". center: [x, y].
+    contact: "even", or "crests" of the surface alone: a share of its cells, contact_length m from crest to crest.
     """
 
     kind: str | None = None
@@ -77,6 +78,9 @@ class Load:
     radius: int | None = None
     intensity: NumberWithUnit | None = None
     interval: NumberWithUnit | None = None
+    contact: str | None = None
+    contact_share: float | None = None
+    contact_length: NumberWithUnit | None = None
     envelope: str | None = None
     start: NumberWithUnit | None = None
     rise: NumberWithUnit | None = None
