@@ -37,6 +37,15 @@ struct Envelope {
 // circular: 1 - r/radius. linear: 1 - |y - center.y|/radius. point: a unit impulse smoothed by a Gaussian of radius/4.
 // sequence: frames of a continuous pressure, linear from one to the next, in place of map and envelope. Frame 0 acts on
 // a skin at rest at t = 0, the last is held. FA2 is then the mean over a step unless Receptors::fa2 says otherwise.
+struct Texture {
+    Map map;                   // width*height finite numbers; it repeats itself on all sides
+    int width = 0, height = 0; // of the map, 1..16384
+    // m from number to number, without Grid::spacing cells; > 0; default the grid's. The centre of the first number
+    // lies over the centre of cell [0, 0] at t = 0.
+    std::optional<double> spacing;
+    std::array<double, 2> velocity = {0, 0}; // m/s along x and y, or cells/s; finite
+};
+
 struct Load {
     enum class Kind { circular, point, linear, map, sequence } kind = Kind::circular;
     std::optional<Cell> center; // default width/2, height/2; inside the grid
@@ -46,6 +55,10 @@ struct Load {
     Envelope envelope;
     std::string path;               // Kind::sequence: a .npy file of shape (frames, height, width), read frame by frame
     std::optional<double> interval; // Kind::sequence: s between frames, > 0
+    // A texture that slides over the skin: the map's pressure in each cell, times the texture's number over its centre,
+    // by cubic splines. The pressure is then made anew at each Time::step, and runs linearly between; FA2 is the mean
+    // over a step unless Receptors::fa2 says otherwise. Only with the default envelope, and not of a sequence.
+    std::optional<Texture> texture;
     // crests: the pressure acts on the crests of the surface alone, in proportion to how far they rise above the height
     // that a share of the cells exceeds. Over contact_length, from crest to crest, its mean stays, and so does the
     // force of the whole map, of each frame of a sequence. Pressures are then >= 0.

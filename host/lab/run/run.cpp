@@ -260,7 +260,7 @@ class Run {
 
 // Presses the cell with the greatest pressure along lines and along parabolas between the frames of a sequence.
 void compare_holds(const plan::PreparedRun& run, Explanation& e) try {
-    scene::NpyFile& frames = *run.schedule.sequence;
+    scene::Frames& frames = *run.schedule.sequence;
     std::vector<double> frame;
     size_t cell = 0;
     double peak = 1e-300; // no quotient by 0

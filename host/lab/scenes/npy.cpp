@@ -73,7 +73,8 @@ std::string NpyFile::read_header() {
 
 NpyFile::NpyFile(const std::string& path, int width, int height, bool sequence, const std::string& parameter)
     : path_(path), parameter_(parameter), width_(width), cells_(size_t(width) * height), sequence_(sequence) {
-    const std::string rows = std::to_string(height), columns = std::to_string(width);
+    const bool any = width == 0;
+    const std::string rows = any ? "1..16384" : std::to_string(height), columns = any ? rows : std::to_string(width);
     allowed_ = "; allowed: a .npy file of float32 or float64, C order, shape (" +
                std::string(sequence ? "frames, " : "") + rows + ", " + columns + ")";
     if (const std::string why = why_no_file(path); !why.empty()) throw error(why + allowed_);
@@ -93,10 +94,17 @@ NpyFile::NpyFile(const std::string& path, int width, int height, bool sequence, 
     if ((!f8_ && type != "'<f4'") || header.find("'fortran_order': False") == std::string::npos)
         throw error("holds " + type + ", or Fortran order" + allowed_);
     std::string_view rest = shape;
+    long long of_rows = 0, of_columns = 0;
     const bool fits = take(rest, "(") && (!sequence || (take_count(rest, maps_) && take(rest, ","))) &&
-                      take(rest, rows) && take(rest, ",") && take(rest, columns);
+                      (any ? take_count(rest, of_rows) && take(rest, ",") && take_count(rest, of_columns) &&
+                                 std::max(of_rows, of_columns) <= 16384
+                           : take(rest, rows) && take(rest, ",") && take(rest, columns));
     take(rest, ","); // A Python tuple may end with a comma.
     if (!fits || !take(rest, ")")) throw error("has shape " + shape + allowed_);
+    if (any) {
+        width_ = int(of_columns);
+        cells_ = size_t(of_rows * of_columns);
+    }
     first_ = in_.tellg();
     in_.seekg(0, std::ios::end);
     const double bytes = double(in_.tellg() - first_), expected = double(maps_) * double(cells_) * (f8_ ? 8 : 4);
@@ -118,6 +126,13 @@ void NpyFile::read(long long map, std::vector<double>& values) {
         if (!finite(values[i]))
             throw error((sequence_ ? "frame " + std::to_string(map) + ", " : "") + "cell " + cell_text(i, width_) +
                         " is " + shortest(values[i]) + "; allowed: finite numbers");
+}
+
+Texture read_texture(const std::string& path, const std::string& parameter) {
+    NpyFile file(path, 0, 0, false, parameter);
+    Texture texture{.map = {}, .width = file.width(), .height = file.height()};
+    file.read(0, texture.map.edit());
+    return texture;
 }
 
 std::vector<double> read_npy(const std::string& path, int width, int height, const std::string& parameter) {

@@ -45,26 +45,30 @@ std::vector<double> smoothed(const std::vector<double>& line, double sigma, doub
     return smooth;
 }
 
-Map pressure_map(const ValidatedScene& validated) {
-    const Load& l = validated.scene.load;
-    const int width = validated.scene.grid.width, height = validated.scene.grid.height;
+Map shape_of(const Scene& s) {
+    const Load& l = s.load;
+    const int width = s.grid.width, height = s.grid.height;
     const Cell center = *l.center;
     const double radius = *l.radius;
-    std::vector<double> map;
-    if (l.kind == Load::Kind::map && l.intensity == 1) return l.map;
-    if (l.kind == Load::Kind::map) map = l.map;
-    else if (l.kind == Load::Kind::sequence) validated.frames->read(0, map);
-    else if (l.kind == Load::Kind::point) map = point_map(width, height, center, radius / 4);
-    else {
-        map.resize(size_t(width) * height);
-        for (int y = 0; y < height; ++y)
-            for (int x = 0; x < width; ++x) {
-                const double distance =
-                    l.kind == Load::Kind::circular ? std::hypot(x - center.x, y - center.y) : std::abs(y - center.y);
-                map[size_t(y) * width + x] = std::max(0.0, 1 - distance / radius);
-            }
-    }
-    for (double& v : map) v *= l.intensity;
+    if (l.kind == Load::Kind::map) return l.map;
+    if (l.kind == Load::Kind::point) return point_map(width, height, center, radius / 4);
+    std::vector<double> map(size_t(width) * height);
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            const double distance =
+                l.kind == Load::Kind::circular ? std::hypot(x - center.x, y - center.y) : std::abs(y - center.y);
+            map[size_t(y) * width + x] = std::max(0.0, 1 - distance / radius);
+        }
+    return map;
+}
+
+Map pressure_map(const ValidatedScene& validated) {
+    Map map;
+    if (validated.frames) validated.frames->read(0, map.edit());
+    else map = shape_of(validated.scene);
+    const double intensity = validated.scene.load.intensity;
+    if (intensity != 1)
+        for (double& v : map.edit()) v *= intensity;
     return map;
 }
 

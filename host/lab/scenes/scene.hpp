@@ -12,15 +12,26 @@
 
 namespace dermis::scene {
 
-// Reads maps from a .npy file of float32 or float64, little-endian, C order.
-class NpyFile {
+// The frames of a continuous pressure.
+class Frames {
   public:
-    // The array's shape must be (height, width), or (any, height, width) if `sequence`. Throws Error::bad_input, naming
-    // `parameter`.
+    virtual ~Frames() = default;
+    virtual long long maps() const = 0;
+    // Writes width*height numbers, row 0 first.
+    virtual void read(long long map, std::vector<double>& values) = 0;
+};
+
+// Reads maps from a .npy file of float32 or float64, little-endian, C order.
+class NpyFile : public Frames {
+  public:
+    // The array's shape must be (height, width), or (any, height, width) if `sequence`; a width of 0 takes any two
+    // numbers up to 16384. Throws Error::bad_input, naming `parameter`.
     NpyFile(const std::string& path, int width, int height, bool sequence, const std::string& parameter);
-    long long maps() const { return maps_; }
-    // Reads width*height numbers, row 0 first. Throws Error::bad_input, naming the first cell that is not finite.
-    void read(long long map, std::vector<double>& values);
+    long long maps() const override { return maps_; }
+    int width() const { return width_; }
+    int height() const { return int(cells_ / size_t(width_)); }
+    // Throws Error::bad_input, naming the first cell that is not finite.
+    void read(long long map, std::vector<double>& values) override;
 
   private:
     Error error(const std::string& what) const;
@@ -37,6 +48,12 @@ class NpyFile {
 };
 
 std::vector<double> read_npy(const std::string& path, int width, int height, const std::string& parameter);
+
+// Reads the map of a texture, of any size.
+Texture read_texture(const std::string& path, const std::string& parameter);
+// The frames of a texture that slides over a validated scene, one at each output and one more. They are to be
+// multiplied by Load::intensity.
+std::shared_ptr<Frames> texture_frames(const Scene&);
 
 // Reads a list of receptors: lines of type,x,y. Throws Error::bad_input.
 std::vector<Site> read_sites(const std::string& path);
@@ -70,7 +87,7 @@ std::vector<std::string> known_keys();
 // material's (element_at()).
 struct ValidatedScene {
     Scene scene;
-    std::shared_ptr<NpyFile> frames; // the open file of a sequence; null with any other load
+    std::shared_ptr<Frames> frames; // of a sequence, whose file is open, or of a texture; null with any other load
 };
 
 // Checks every parameter and fills in every default. Throws Error::bad_input.
@@ -80,8 +97,12 @@ void check_material(const Scene& validated, const Material&);
 
 // The functions below expect a validated scene.
 
-// Returns width*height pressures in Pa where the envelope is 1; the first frame of a sequence.
+// Returns width*height pressures in Pa where the envelope is 1; the first of the frames, if there are any.
 Map pressure_map(const ValidatedScene&);
+// The same without frames, in units of Load::intensity.
+Map shape_of(const Scene&);
+// Whether the load is known by frames.
+inline bool is_framed(const Load& l) { return l.kind == Load::Kind::sequence || l.texture; }
 
 // Returns a line that a Gaussian of `sigma` cells has smoothed. The Gaussian is cut off at `reach` standard deviations,
 // and the line reflected at both ends (d c b a | a b c d | d c b a).

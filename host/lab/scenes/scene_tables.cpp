@@ -151,6 +151,22 @@ void read_envelope(Section& table, Envelope& e) {
     }
 }
 
+void read_texture(Section& table, bool given, const Grid& grid, const PathBase& folder,
+                  std::optional<Texture>& texture) {
+    Texture t;
+    const auto path = table.text("path");
+    if (given && !path) refuse(table.parameter("path"), "(not given)", "a .npy file of two dimensions");
+    if (path) t = scene::read_texture(folder.file(*path), table.parameter("path"));
+    read_length(table, "spacing", grid, t.spacing);
+    std::vector<double> velocity = {t.velocity[0], t.velocity[1]};
+    table.list("velocity", velocity, number_in);
+    if (velocity.size() != 2)
+        refuse(table.parameter("velocity"), std::to_string(velocity.size()) + " numbers", "two, [vx, vy]");
+    t.velocity = {velocity[0], velocity[1]};
+    table.finish();
+    if (given) texture = t;
+}
+
 void read_load(Section table, const Grid& grid, const PathBase& folder, Load& load) {
     table.choice("kind", load.kind);
     const bool map = load.kind == Load::Kind::map, sequence = load.kind == Load::Kind::sequence;
@@ -164,6 +180,9 @@ void read_load(Section table, const Grid& grid, const PathBase& folder, Load& lo
     table.number("contact_share", load.contact_share);
     read_length(table, "contact_length", grid, load.contact_length);
     read_envelope(table, load.envelope);
+    const bool slides = table.has("texture");
+    Section texture = table.section("texture");
+    read_texture(texture, slides, grid, folder, load.texture);
     table.finish();
 }
 

@@ -19,6 +19,7 @@ constexpr KeyUnit key_units[] = {
     {" step duration start rise length period times interval sa2_adaptation at ", "s", "5 ms"},
     {" frequency ", "Hz", "0.25 kHz"},
     {" phase ", "rad", "0.5 rad"},
+    {" velocity ", "m/s", "40 mm/s"},
 };
 
 struct Prefix {

@@ -21,6 +21,25 @@ void check_sequence(const Scene& s) {
     need(s.time.duration / *l.interval <= 1e8, "load.interval", *l.interval, "at most 1e8 frames within time.duration");
 }
 
+// A texture makes frames, one at each output.
+void check_texture(Scene& s) {
+    if (!s.load.texture) return;
+    Texture& t = *s.load.texture;
+    if (s.load.kind == Load::Kind::sequence) refuse("load.texture", "(given)", "none with load.kind = \"sequence\"");
+    const Envelope& e = s.load.envelope;
+    if (e.kind != Envelope::Kind::step || e.start != 0)
+        refuse("load.envelope", "(given)", "none with load.texture, which changes in time");
+    if (s.method != Method::exact)
+        refuse("method", std::string("\"") + name(s.method) + "\"", "\"exact\" with load.texture");
+    for (auto [key, n] : {std::pair{"load.texture.width", t.width}, {"load.texture.height", t.height}})
+        need(n >= 1 && n <= 16384, key, n, "1..16384");
+    need_map("load.texture.path", t.map, {t.width, t.height, {}});
+    if (!t.spacing) t.spacing = s.grid.spacing.value_or(1);
+    need_positive("load.texture.spacing", *t.spacing);
+    for (double v : t.velocity) need_finite("load.texture.velocity", v);
+    s.load.interval = s.time.step;
+}
+
 // Fills in the length of the contact.
 void check_contact(Scene& s) {
     Load& l = s.load;
@@ -56,6 +75,7 @@ void check_load(Scene& s) {
     check_envelope(l.envelope, s.time);
     if (l.kind == Load::Kind::map) need_map("load.path", l.map, s.grid);
     if (sequence) check_sequence(s);
+    check_texture(s);
 }
 
 void check_time(const Scene& s) {
@@ -92,8 +112,9 @@ void check_output(const Scene& s) {
     }
 }
 
-// Opens the file of a sequence; null with any other load.
-std::shared_ptr<NpyFile> open_frames(const Scene& s) {
+// Opens the file of a sequence, or makes a texture's frames; null with any other load.
+std::shared_ptr<Frames> open_frames(const Scene& s) {
+    if (s.load.texture) return texture_frames(s);
     if (s.load.kind != Load::Kind::sequence) return nullptr;
     return std::make_shared<NpyFile>(s.load.path, s.grid.width, s.grid.height, true, "load.path");
 }
@@ -123,7 +144,7 @@ ValidatedScene validate(const Scene& scene) {
     check_surface(s);
     check_lengths(s);
     check_load(s);
-    std::shared_ptr<NpyFile> frames = open_frames(s);
+    std::shared_ptr<Frames> frames = open_frames(s);
     check_method(s);
     check_output(s);
     return {std::move(s), std::move(frames)};

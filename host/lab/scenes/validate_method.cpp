@@ -70,7 +70,7 @@ void check_material(const Scene& s, const MaterialSurvey& material) {
         refuse("material.viscosity", "0" + where_in(s, *material.elastic),
                std::string("> 0 with method = \"") + name(s.method) + "\"");
     if (wants(s, Quantity::fa2)) {
-        if (s.load.kind == Load::Kind::sequence) check_fa2_of_sequence(s, material);
+        if (is_framed(s.load)) check_fa2_of_sequence(s, material);
         check_fa2_density(s, material);
     }
     const Series series = series_at(s.material, material.stiffest);
@@ -89,7 +89,7 @@ void check_material(const Scene& validated, const Material& material) {
 void check_method(Scene& s) {
     if (s.method == Method::published) set_published(s);
     const MaterialSurvey material = survey_material(s);
-    const bool mean = s.load.kind == Load::Kind::sequence || material.elastic || material.spring;
+    const bool mean = is_framed(s.load) || material.elastic || material.spring;
     s.receptors.fa2 = s.receptors.fa2.value_or(mean ? Fa2::step_mean : Fa2::point);
     check_material(s, material);
     check_adaptation(s);

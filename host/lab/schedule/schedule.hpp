@@ -24,7 +24,7 @@ struct Schedule {
     std::array<Map, REDUCED_MAPS> stress;     // Pa, below each half-space, width*height; empty without, and if framed
     Map crests;                               // scene::crest_factors; empty: the contact is even
     bool framed = false;                      // the pressure runs between the frames given to Stepper::frame
-    std::shared_ptr<scene::NpyFile> sequence; // null if the load is no sequence
+    std::shared_ptr<scene::Frames> sequence; // null if the load is not known by frames
     std::vector<double> frame_peaks;          // greatest |pressure| of each frame of a sequence, Pa
     std::vector<double> frame_changes;        // greatest |change| of a cell's pressure from each frame to the next, Pa
     std::vector<double> material_peaks;       // greatest |pressure| on each material over all frames, Pa

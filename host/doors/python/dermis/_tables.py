@@ -69,6 +69,7 @@ class Load:
     """The pressure: a map, times intensity in Pa, times an envelope over time in s.
 
     path: pressures of shape (height, width), with kind "file"; or the .npy file of a "sequence". center: [x, y].
+    texture: what slides over the skin, as in {"path": "texture.npy", "spacing": 5e-5, "velocity": [0.04, 0]}.
     contact: "even", or "crests" of the surface alone: a share of its cells, contact_length m from crest to crest.
     """
 
@@ -78,6 +79,7 @@ class Load:
     radius: int | None = None
     intensity: NumberWithUnit | None = None
     interval: NumberWithUnit | None = None
+    texture: Mapping[str, Any] | None = None
     contact: str | None = None
     contact_share: float | None = None
     contact_length: NumberWithUnit | None = None

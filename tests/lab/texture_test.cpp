@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: MIT
+// labels: device threads
+// Textures that slide over the skin.
+#include "tests/support.hpp"
+
+#include <complex>
+#include <filesystem>
+#include <fstream>
+#include <numbers>
+
+using namespace test;
+
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+// A grating of 1 mm, 20 numbers to the period, that slides at 40 mm/s: 40 Hz.
+Scene grating(double step, double duration) {
+    Scene s;
+    s.grid = {.width = 50, .height = 8, .spacing = 1e-4};
+    s.surface = {.kind = Surface::Kind::flat, .relief = 1e-6};
+    s.material = {.modulus = 2e4, .viscosity = 2e2, .thickness = 1e-3, .curvature_length = 0};
+    s.load = {.kind = Load::Kind::map, .intensity = 1e3, .map = std::vector<double>(50 * 8, 1)};
+    Texture t{.map = {}, .width = 40, .height = 3, .spacing = 5e-5, .velocity = {0.04, 0}};
+    for (int i = 0; i < 40 * 3; ++i) t.map.edit().push_back(std::cos(2 * pi * (i % 40) / 20.0));
+    s.load.texture = t;
+    s.time = {.step = step, .duration = duration};
+    s.output.traces = {Quantity::strain};
+    s.output.probes = {{7, 4}};
+    return s;
+}
+
+std::string written(const std::string& name, const std::string& shape, const std::vector<double>& values) {
+    const auto path = std::filesystem::temp_directory_path() / ("dermis_" + name + std::to_string(getpid()) + ".npy");
+    std::ofstream out(path, std::ios::binary);
+    out << npy_header("<f8", shape);
+    out.write(reinterpret_cast<const char*>(values.data()), std::streamsize(values.size() * 8));
+    return path.string();
+}
+
+} // namespace
+
+TEST_CASE("a grating of 1 mm that slides at 40 mm/s vibrates at 40 Hz, with the phasor of the material") {
+    const double dt = 2.5e-4, w = 2 * pi * 40;
+    const Result r = run(grating(dt, 0.5));
+    const std::vector<double>& strain = r.traces[0].probes[0];
+    std::complex<double> seen = 0;
+    const size_t first = 400, count = strain.size() - first; // whole periods, long after the start
+    for (size_t n = first; n < strain.size(); ++n)
+        seen += strain[n] * std::polar(1.0, -w * double(n) * dt) / double(count);
+    const double sinc = std::sin(w * dt / 2) / (w * dt / 2); // lines between frames keep its square
+    const std::complex<double> drive = std::polar(1e3 * sinc * sinc / 2, -2 * pi * 7e-4 / 1e-3);
+    const std::complex<double> expected = drive / std::complex<double>(2e4, w * 2e2);
+    CHECK(std::abs(seen - expected) < 2e-4 * std::abs(expected));
+}
+
+TEST_CASE("a texture is read as it is where its numbers lie on cells, and repeats itself") {
+    Scene s = grating(0.01, 0.03);
+    Texture t{.map = {}, .width = 5, .height = 4, .spacing = {}, .velocity = {0.01, 0.02}}; // 1 and 2 cells a step
+    for (int i = 0; i < 20; ++i) t.map.edit().push_back(std::sin(7.0 * i * i));
+    s.load.texture = t;
+    std::vector<double> frames;
+    for (int k = 0; k < 4; ++k)
+        for (int y = 0; y < 8; ++y)
+            for (int x = 0; x < 50; ++x)
+                frames.push_back(t.map[size_t(((y - 2 * k) % 4 + 4) % 4 * 5 + ((x - k) % 5 + 5) % 5)]);
+    Scene sequence = s;
+    sequence.load = {.kind = Load::Kind::sequence,
+                     .intensity = 1e3,
+                     .path = written("frames", "(4, 8, 50)", frames),
+                     .interval = 0.01};
+    s.output.fields = sequence.output.fields = {{0.03, {Quantity::strain, Quantity::fa1, Quantity::fa2}}};
+    RunOptions f64;
+    f64.precision = Precision::f64;
+    const Result a = run(s, Device::cpu(), f64), b = run(sequence, Device::cpu(), f64);
+    for (size_t i = 0; i < 3; ++i) CHECK(difference(a.fields[i].values, b.fields[i].values) < 1e-12);
+    std::filesystem::remove(sequence.load.path);
+}
+
+TEST_CASE("CPU and Vulkan press a sliding texture with equal bits") {
+    const Validated vulkan;
+    Scene s = grating(1e-3, 0.05);
+    s.material.curvature_length = 1e-4;
+    s.output.fields = {{0.0405, {Quantity::sa1, Quantity::fa1}}};
+    RunOptions check;
+    check.check = true;
+    check.precision = Precision::f32;
+    const Result r = run(s, vulkan.device(), check);
+    CHECK(r.cells_compared > 0);
+    CHECK(r.cells_different == 0);
+}
+
+TEST_CASE("a scene file names a texture and its velocity, and mistakes are refused by name") {
+    const std::string path = written("texture", "(2, 3)", {1, 2, 3, 4, 5, 6});
+    const std::string grid = "preset = \"fingertip\"\n[load.texture]\n";
+    const Scene s =
+        Scene::from_string(grid + "path = \"" + path + "\"\nspacing = \"0.2 mm\"\nvelocity = [\"40 mm/s\", 0]\n");
+    REQUIRE(s.load.texture);
+    CHECK(s.load.texture->width == 3);
+    CHECK(s.load.texture->height == 2);
+    CHECK(s.load.texture->map[5] == 6);
+    CHECK(s.load.texture->velocity[0] == 0.04);
+    const auto refused = [&](const std::string& keys, const char* says) {
+        const std::string why = refusal(Error::Code::bad_input, [&] { Scene::from_string(grid + keys); });
+        CHECK_MESSAGE(why.find(says) != std::string::npos, why);
+    };
+    refused("velocity = [1, 2]\n", "load.texture.path = (not given)");
+    refused("path = \"" + path + "\"\nvelocity = [1]\n", "load.texture.velocity = 1 numbers");
+    std::filesystem::remove(path);
+    const auto scene_refused = [](auto change, const char* says) {
+        Scene bad = grating(1e-3, 0.01);
+        change(bad);
+        const std::string why = refusal(Error::Code::bad_input, [&] { run(bad); });
+        CHECK_MESSAGE(why.find(says) != std::string::npos, why);
+    };
+    scene_refused([](Scene& b) { b.load.texture->velocity[1] = INFINITY; }, "load.texture.velocity = inf");
+    scene_refused([](Scene& b) { b.load.texture->spacing = 0; }, "load.texture.spacing = 0");
+    scene_refused([](Scene& b) { b.load.texture->map.edit()[3] = NAN; }, "load.texture.path = nan in cell [3, 0]");
+    scene_refused([](Scene& b) { b.load.envelope.start = 0.1; }, "load.envelope = (given)");
+    scene_refused([](Scene& b) { b.method = Method::euler; }, "\"exact\" with load.texture");
+}
