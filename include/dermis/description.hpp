@@ -146,6 +146,13 @@ struct Depths {
     std::optional<double> sa1, sa2, fa1, fa2;
 };
 
+// What a class of receptors answers to: the strain, or the stress over the modulus at which it comes to rest.
+enum class Signal { strain, stress };
+// By class. FA1 and FA2 follow the strain.
+struct Follow {
+    Signal sa1 = Signal::strain, sa2 = Signal::strain;
+};
+
 struct Receptors {
     std::optional<double> sa2_adaptation; // s, > 0: tau_a*y' = -y + tau_a*eps, bounded; not given: plain integral
     // point: eps'' at the step's end; jumps of the rate are listed in Result::impulses. step_mean: the mean of eps''
@@ -160,7 +167,11 @@ struct Receptors {
     Depths depth;
     // What acts at that depth: the vertical stress, or the vertical strain times the modulus, which needs a depth > 0.
     enum class Kernel { stress, strain } kernel = Kernel::stress;
-    std::optional<double> poisson; // Poisson's ratio, 0..0.5, for Kernel::strain alone; default 0.4
+    std::optional<double> poisson; // Poisson's ratio, 0..0.5, for Kernel::strain and Load::Kind::punch; default 0.4
+    // Under a pressure that is held the strain creeps; under a depth that is held the stress relaxes, and receptors
+    // that follow it adapt. Only in a uniform material with a spring in series that comes to rest, in scenes whose load
+    // is a map times an envelope; a Skin refuses it.
+    Follow follow;
 };
 
 // A receptor on one cell. Its response is the value of its class's field in that cell.

@@ -34,9 +34,7 @@ struct Envelope {
     std::vector<double> times, values; // s, ascending, >= 0; finite
 };
 
-// circular: 1 - r/radius. linear: 1 - |y - center.y|/radius. point: a unit impulse smoothed by a Gaussian of radius/4.
-// sequence: frames of a continuous pressure, linear from one to the next, in place of map and envelope. Frame 0 acts on
-// a skin at rest at t = 0, the last is held. FA2 is then the mean over a step unless Receptors::fa2 says otherwise.
+// Numbers that multiply the pressure of a load, and slide over the skin.
 struct Texture {
     Map map;                   // width*height finite numbers; it repeats itself on all sides
     int width = 0, height = 0; // of the map, 1..16384
@@ -46,11 +44,15 @@ struct Texture {
     std::array<double, 2> velocity = {0, 0}; // m/s along x and y, or cells/s; finite
 };
 
+// circular: 1 - r/radius. linear: 1 - |y - center.y|/radius. point: a unit impulse smoothed by a Gaussian of radius/4.
+// punch: a flat round punch, pressed to a depth; needs Grid::spacing and a uniform material (see control).
+// sequence: frames of a continuous pressure, linear from one to the next, in place of map and envelope. Frame 0 acts on
+// a skin at rest at t = 0, the last is held. FA2 is then the mean over a step unless Receptors::fa2 says otherwise.
 struct Load {
-    enum class Kind { circular, point, linear, map, sequence } kind = Kind::circular;
+    enum class Kind { circular, point, linear, map, sequence, punch } kind = Kind::circular;
     std::optional<Cell> center; // default width/2, height/2; inside the grid
     std::optional<int> radius;  // cells, >= 1; default min(width, height)/4, at least 1
-    double intensity = 1;       // Pa, any finite number; multiplies maps too
+    double intensity = 1;       // Pa, or m of depth, any finite number; multiplies maps too
     Map map;                    // Kind::map: width*height finite pressures
     Envelope envelope;
     std::string path;               // Kind::sequence: a .npy file of shape (frames, height, width), read frame by frame
@@ -65,6 +67,10 @@ struct Load {
     enum class Contact { even, crests } contact = Contact::even;
     double contact_share = 0.5;           // 0..1, > 0
     std::optional<double> contact_length; // m, > 0, without spacing cells; default the surface's ridge period
+    // What intensity and envelope give. depth: how deep a punch is pressed into a half-space (Sneddon 1965); its
+    // pressure then relaxes as the material does, and the strain below it follows the depth. Strain is that of a
+    // surface under the punch's pressure, cell by cell. Kind::punch needs depth, and all others pressure.
+    enum class Control { pressure, depth } control = Control::pressure;
 };
 
 // Outputs are at 0, step, 2 step ..; there are ceil(duration/step - 1e-9) of them.

@@ -20,8 +20,9 @@ struct SkinOptions {
     // count, as numbers, not maps. Every pad must have the same number of elements, springs and dashpots. Empty: all
     // pads have the description's material.
     std::vector<Material> materials;
-    // How the pressure runs from frame to frame; a SkinProgram takes linear alone. Under parabolic hold a skin keeps one
-    // more number for each cell, the pressure of the frame before, and a step depends on the length of the one before.
+    // How the pressure runs from frame to frame; a SkinProgram takes linear alone. Under parabolic hold a skin keeps
+    // one more number for each cell, the pressure of the frame before, and a step depends on the length of the one
+    // before.
     Hold hold = Hold::linear;
 };
 

@@ -117,8 +117,8 @@ struct Timestamps {
     uint32_t first = 0;
 };
 
-// What a press computes beside the state. none: nothing, and the range `response` stays as it is. Several frames of which
-// only the last one's responses are read are recorded as a press each, with none for all but the last.
+// What a press computes beside the state. none: nothing, and the range `response` stays as it is. Several frames of
+// which only the last one's responses are read are recorded as a press each, with none for all but the last.
 enum class Answers { all, none };
 
 // Whether a press was recorded.

@@ -42,6 +42,10 @@ inline bool is_receptor_class(Quantity q) {
     return false;
 }
 
+// Whether some class of receptors follows the stress.
+inline bool follows_stress(const Receptors& r) {
+    return r.follow.sa1 == Signal::stress || r.follow.sa2 == Signal::stress;
+}
 // Whether some class of receptors lies at a depth.
 inline bool has_depth(const Receptors& receptors) {
     for (const ReceptorClass& c : receptor_classes)

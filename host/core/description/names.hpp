@@ -55,6 +55,12 @@ template <> struct Names<Fa2> {
         {Fa2::step_mean, "step-mean"},
     };
 };
+template <> struct Names<Signal> {
+    static constexpr Name<Signal> table[] = {
+        {Signal::strain, "strain"},
+        {Signal::stress, "stress"},
+    };
+};
 template <> struct Names<Receptors::Kernel> {
     static constexpr Name<Receptors::Kernel> table[] = {
         {Receptors::Kernel::stress, "stress"},

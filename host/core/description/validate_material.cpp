@@ -67,9 +67,8 @@ void check_edges(const SkinDescription& s) {
 void check_depths(SkinDescription& s) {
     Receptors& r = s.receptors;
     const bool strain = r.kernel == Receptors::Kernel::strain;
-    need(!r.poisson || strain, "receptors.poisson", r.poisson.value_or(0), "only with receptors.kernel = \"strain\"");
     if (strain) r.poisson = r.poisson.value_or(0.4);
-    if (strain) need(*r.poisson >= 0 && *r.poisson <= 0.5, "receptors.poisson", *r.poisson, "0..0.5");
+    if (r.poisson) need(*r.poisson >= 0 && *r.poisson <= 0.5, "receptors.poisson", *r.poisson, "0..0.5");
     if (!has_depth(r)) return;
     for (const ReceptorClass& c : receptor_classes) {
         std::optional<double>& depth = r.depth.*c.depth;

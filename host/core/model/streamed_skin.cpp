@@ -87,6 +87,8 @@ StreamedSkin streamed_skin(const SkinDescription& description, const SkinOptions
     check_pads(description, options);
     if (scene::has_depth(description.receptors))
         scene::refuse("receptors.depth", "(given)", "none in a skin pressed frame by frame; scenes have it");
+    if (scene::follows_stress(description.receptors))
+        scene::refuse("receptors.follow", "\"stress\"", "\"strain\" in a skin pressed frame by frame");
     StreamedSkin s;
     SkinDescription own = description;
     if (!options.materials.empty()) scene::take_elements(own.material, options.materials.front());

@@ -34,8 +34,9 @@ class FieldsKernel {
   public:
     FieldsKernel(Pipelines& pipelines, const plan::PreparedSkin& skin, const plan::Variant& variant,
                  const MarchMemory& memory)
-        : windows_(row_windows(pipelines.device(), skin,
-                               {.first = 0, .last = skin.height(), .planes = variant.state().planes(), .work = numbers})),
+        : windows_(
+              row_windows(pipelines.device(), skin,
+                          {.first = 0, .last = skin.height(), .planes = variant.state().planes(), .work = numbers})),
           kernel_(pipelines, fields_module(pipelines.device().rounds),
                   {.bindings = FIELDS_BINDINGS,
                    .constants_bytes = sizeof(f32::Constants),

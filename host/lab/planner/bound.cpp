@@ -4,6 +4,7 @@
 #include "host/core/model/laplacian.hpp"
 #include "host/lab/planner/counted_run.hpp"
 #include "host/lab/planner/magnitudes.hpp"
+#include "host/lab/reduced/moments.hpp"
 #include "host/lab/reduced/sites.hpp"
 
 #include <algorithm>
@@ -415,13 +416,22 @@ template <class Take>
 void solve(const PreparedSkin& skin, const Schedule& schedule, const std::vector<Cell>& points,
            const std::vector<int>& classes, Take take) {
     const plan::SiteCells needed(skin, pressed_cells(schedule), points);
+    const bool gained = !schedule.modes.empty() && skin.constants.gain_plus != 0; // products have FA2 with its gain
+    const double gain = gained ? std::abs(skin.constants.gain_plus) : 1;
     const auto sink = [&](auto&, const plan::Sample& sample) {
         for (size_t i = 0; i < sample.points.size(); ++i)
-            take(i / points.size(), i % points.size(), std::abs(sample.points[i]));
+            take(i / points.size(), i % points.size(),
+                 std::abs(sample.points[i]) / (i / points.size() == QUANTITY_FA2 ? gain : 1));
     };
-    const auto stepper = reduced::sites(skin, schedule, needed, classes, 1, sink, false);
+    Schedule asked = schedule;
+    asked.points = points;
+    asked.output.extremes = false;
+    const auto stepper = schedule.modes.empty()
+                             ? reduced::sites(skin, schedule, needed, classes, 1, sink, false)
+                             : reduced::separable(skin, asked, reduced::moments_of(skin, asked, true, 1), false, sink);
+    const std::vector<Element> elements = schedule.modes.empty() ? needed.materials : elements_of(skin, schedule);
     plan::FrameFeed feed(schedule, skin.width());
-    plan::Timeline timeline(schedule, needed.materials, skin.rule, Method::exact);
+    plan::Timeline timeline(schedule, elements, skin.rule, Method::exact);
     for (plan::Step step; timeline.next(step);) {
         feed.before(step, [&](const std::vector<double>& frame) { stepper->frame(frame); });
         stepper->press(step);
@@ -485,8 +495,28 @@ Peaks measured_peaks(const PreparedSkin& skin, const Schedule& schedule) {
     return peaks;
 }
 
+// The bounds of one analysis. A stress that classes follow is a sum of elements, some of them less than 0: what these
+// are off together is bounded by the elements in series, stepped cell by cell.
+static Bounds bounds_of(const PreparedSkin& skin, const Schedule& schedule, const Arithmetic& kind, const Read& read) {
+    Bounds all = Analysis(skin, schedule, kind, read).run();
+    if (schedule.modes.empty()) return all;
+    std::vector<KelvinVoigt> elements;
+    for (size_t i = 0; i < schedule.modes.size(); ++i) {
+        const double share = std::abs(schedule.shares[i]);
+        elements.push_back({schedule.modes[i].modulus / share, schedule.modes[i].viscosity / share});
+    }
+    Material material = skin.description.material;
+    scene::take_chain(material, elements);
+    const Bounds of =
+        Analysis(with_material(skin, material), schedule, arithmetic_of(Precision::f64, false), read).run();
+    for (size_t q = 0; q < schedule.follows.size(); ++q)
+        for (Errors Bounds::*bound : {&Bounds::error, &Bounds::throughout, &Bounds::greatest})
+            if (schedule.follows[q]) (all.*bound)[q] = (of.*bound)[q];
+    return all;
+}
+
 Bounds bounds_of_cells(const PreparedSkin& skin, const Schedule& schedule, const Arithmetic& kind) {
-    return Analysis(skin, schedule, kind, {.everything = true, .quantity = 0}).run();
+    return bounds_of(skin, schedule, kind, {.everything = true, .quantity = 0});
 }
 
 Bounds bounds_of_sites(const PreparedSkin& skin, const Schedule& schedule, const Arithmetic& kind) {
@@ -494,7 +524,7 @@ Bounds bounds_of_sites(const PreparedSkin& skin, const Schedule& schedule, const
     for (int q = QUANTITY_SA1; q < REDUCED_MAPS; ++q) {
         const std::vector<Site>& sites = skin.description.sites;
         if (std::none_of(sites.begin(), sites.end(), [q](const Site& site) { return int(site.type) == q; })) continue;
-        const Bounds of = Analysis(skin, schedule, kind, {.everything = false, .quantity = q}).run();
+        const Bounds of = bounds_of(skin, schedule, kind, {.everything = false, .quantity = q});
         for (Errors Bounds::*bound : {&Bounds::error, &Bounds::throughout, &Bounds::greatest})
             (all.*bound)[size_t(q)] = (of.*bound)[size_t(q)];
     }

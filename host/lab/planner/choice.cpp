@@ -23,18 +23,19 @@ constexpr double default_tolerance = 1e-4;
                 std::string(parameter) + " = " + value + "; not allowed here: " + why);
 }
 
-// Refuses receptors at a depth where no model that serves the request knows them.
+// Refuses receptors at a depth, or that follow the stress, where no model that serves the request knows them.
 void refuse_depth(const PreparedSkin& skin, const Schedule& schedule, const Request& r) {
-    if (!schedule.spreads()) return;
+    if (!schedule.spreads() && schedule.modes.empty()) return;
+    const char* key = schedule.spreads() ? "receptors.depth" : "receptors.follow";
     const bool marches = r.check || (r.on_device && !r.model) || (r.precision && r.precision != Precision::f64);
-    if (marches) refuse("receptors.depth", "(given)", "a Vulkan device, f32 and checks march, cell by cell");
+    if (marches) refuse(key, "(given)", "a Vulkan device, f32 and checks march, cell by cell");
     std::string reasons;
     for (Model m : {Model::maps, Model::sites}) {
         const std::string why = why_not(skin, schedule, m);
         if (why.empty()) return;
         reasons += (reasons.empty() ? "" : "; ") + ("model \"" + std::string(name(m)) + "\": ") + why;
     }
-    refuse("receptors.depth", "(given)", reasons);
+    refuse(key, "(given)", reasons);
 }
 
 // Refuses requests that contradict each other, or that no candidate can meet.

@@ -15,9 +15,11 @@ class Separable : public plan::Stepper {
     Separable(const plan::PreparedSkin& skin, const plan::Schedule& schedule, std::shared_ptr<const Moments> moments,
               bool points_only, Sink sink)
         : skin_(skin), schedule_(schedule), moments_(std::move(moments)), points_only_(points_only),
-          sink_(std::move(sink)), visible_(skin.materials.size() / skin.chain.length), most_(visible_) {
+          sink_(std::move(sink)), elements_(elements_of(skin, schedule)),
+          visible_(skin.materials.size() / skin.chain.length), most_(visible_) {
         for (size_t i = 0; i < skin.materials.size(); i += skin.chain.length)
             cells_.push_back({skin.chain, &skin.materials[i], schedule.time.duration});
+        for (const plan::Element& mode : schedule.modes) modes_.push_back({alone_, &mode, schedule.time.duration});
     }
 
     void frame(const std::vector<double>&) override {} // plan::why_not refuses frames
@@ -26,12 +28,15 @@ class Separable : public plan::Stepper {
     void press(const plan::Step& step) override {
         const f64::Load load = f64::load(step.start, step.rise, step.jump);
         plan::fill_table<f64>(step, skin_.materials, skin_.chain, skin_.rule, table_);
+        press_modes(step, load);
         for (size_t part = 0; part < cells_.size(); ++part) {
             plan::ProductCell<f64>& cell = cells_[part];
             cell.press(load, table_.data() + part * skin_.chain.length);
             for (int q = 0; q < REDUCED_MAPS; ++q)
                 visible_[part][size_t(q)] = 0 + schedule_.unit * cell.signal(q); // 0 in place of -0
             visible_[part][QUANTITY_FA2] *= skin_.constants.gain_plus;
+            for (size_t q = 0; q < stress_.size(); ++q)
+                if (schedule_.follows[q]) visible_[part][q] = 0 + schedule_.unit * stress_[q];
             if (step.keep) cell.keep();
         }
         if (step.trace >= 0 && greatest_strain(visible_) > greatest_strain(most_)) most_ = visible_;
@@ -67,6 +72,19 @@ class Separable : public plan::Stepper {
 
   private:
     using Signals = std::array<double, REDUCED_MAPS>;
+
+    // Steps the elements whose sum is the stress that classes follow.
+    void press_modes(const plan::Step& step, const f64::Load& load) {
+        stress_.fill(0);
+        for (size_t i = 0; i < modes_.size(); ++i) {
+            f64::Coefficients k;
+            const size_t first = skin_.materials.size();
+            plan::fill_chain<f64>(step, elements_, alone_, skin_.rule, first + i, &k);
+            modes_[i].press(load, &k);
+            for (size_t q = 0; q < stress_.size(); ++q) stress_[q] += schedule_.shares[i] * modes_[i].signal(int(q));
+            if (step.keep) modes_[i].keep();
+        }
+    }
 
     double strain(size_t part) const { return visible_[part][QUANTITY_STRAIN]; }
     // The greatest |strain| of a part under unit pressure.
@@ -163,7 +181,11 @@ class Separable : public plan::Stepper {
     const bool points_only_;
     Sink sink_;
     plan::Sample sample_;
+    const plan::Chain alone_;                   // an element by itself
+    const std::vector<plan::Element> elements_; // of the timeline
     std::vector<plan::ProductCell<f64>> cells_; // of each part
+    std::vector<plan::ProductCell<f64>> modes_; // of Schedule::modes
+    Signals stress_{};                          // that classes follow, after the last step
     std::vector<f64::Coefficients> table_;      // of the parts' elements
     std::vector<Signals> visible_; // strain and signals of each part after the last step, under Schedule::unit
     std::vector<Signals> most_;    // the same at the output with the greatest strain

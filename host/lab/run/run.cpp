@@ -130,6 +130,11 @@ Realised realised(Prepared&& p, const Decision& d) {
 Prepared prepared(Realised&& last, const Material& material) {
     scene::check_material(last.scene, material);
     scene::take_elements(last.scene.material, material);
+    last.run.schedule.modes.clear();
+    last.run.schedule.shares.clear();
+    take_follow(last.run.schedule, last.scene);
+    if (last.scene.load.control == Load::Control::depth) // the strain is the load's in every material
+        return {std::move(last.scene), std::move(last.run), last.moments};
     last.run.skin = with_material(std::move(last.run.skin), material);
     return {std::move(last.scene), std::move(last.run), last.moments};
 }
@@ -164,8 +169,13 @@ class Run {
     // like: null, or a result of the same maps; the figures that describe the skin at the end are copied from it.
     Result take(const Result* like) {
         const auto start = Clock::now();
-        plan::Timeline timeline(schedule_, cells_ ? cells_->materials : skin_.materials, skin_.rule, schedule_.method,
-                                threads_of(d_.device));
+        const std::vector<plan::Element> modal =
+            schedule_.modes.empty() ? std::vector<plan::Element>() : elements_of(skin_, schedule_);
+        plan::Timeline timeline(schedule_,
+                                cells_          ? cells_->materials
+                                : modal.empty() ? skin_.materials
+                                                : modal,
+                                skin_.rule, schedule_.method, threads_of(d_.device));
         plan::FrameFeed feed(schedule_, skin_.width());
         for (plan::Step step; timeline.next(step);) {
             feed.before(step, [&](const std::vector<double>& frame) {

@@ -125,7 +125,8 @@ void Witness::press(const plan::Step& step) {
 // Under an envelope FA2 as a mean over a step is left out: steps here are longer, and far beyond the retardation time a
 // mean is the small difference of two large rates, in long double too.
 bool Witness::knows(Quantity q) const {
-    return q <= Quantity::curvature && !(q == Quantity::fa2 && rule_.step_mean && !schedule_.framed);
+    return q <= Quantity::curvature && !(q < Quantity::curvature && schedule_.follows[size_t(q)]) &&
+           !(q == Quantity::fa2 && rule_.step_mean && !schedule_.framed);
 }
 
 bool Witness::compares(const Point& p, Quantity q) const {

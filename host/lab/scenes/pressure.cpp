@@ -25,6 +25,34 @@ std::vector<double> point_map(int width, int height, Cell center, double sigma) 
     return map;
 }
 
+// The pressure under a flat round punch per metre of depth and Pa of E(t), 1/m (Sneddon 1965): the mean over each cell
+// of 1/(pi (1 - nu^2) sqrt(a^2 - r^2)), exact along x, by Gauss's rule of three points in 64 parts along y. Its sum is
+// that of the force, 2 a/(1 - nu^2).
+std::vector<double> punch_map(const Scene& s) {
+    constexpr int parts = 64;
+    constexpr double nodes[3] = {-0.7745966692414834, 0, 0.7745966692414834},
+                     weights[3] = {5.0 / 18, 4.0 / 9, 5.0 / 18};
+    const double a = *s.load.radius; // in cells
+    std::vector<double> map;
+    double sum = 0;
+    for (int y = 0; y < s.grid.height; ++y)
+        for (int x = 0; x < s.grid.width; ++x) {
+            double mean = 0;
+            for (int i = 0; i < 3 * parts; ++i) {
+                const double v = y - s.load.center->y - 0.5 + (i / 3 + 0.5 + nodes[i % 3] / 2) / parts;
+                if (std::abs(v) >= a) continue;
+                const double chord = std::sqrt(a * a - v * v);
+                const auto angle = [&](double u) { return std::asin(std::clamp(u / chord, -1.0, 1.0)); };
+                const double u = x - s.load.center->x;
+                mean += weights[i % 3] / parts * (angle(u + 0.5) - angle(u - 0.5));
+            }
+            sum += map.emplace_back(mean);
+        }
+    const double h = *s.grid.spacing, nu = *s.receptors.poisson;
+    for (double& v : map) v *= 2 * a / ((1 - nu * nu) * h * sum);
+    return map;
+}
+
 } // namespace
 
 std::vector<double> smoothed(const std::vector<double>& line, double sigma, double reach) {
@@ -51,6 +79,7 @@ Map shape_of(const Scene& s) {
     const Cell center = *l.center;
     const double radius = *l.radius;
     if (l.kind == Load::Kind::map) return l.map;
+    if (l.kind == Load::Kind::punch) return punch_map(s);
     if (l.kind == Load::Kind::point) return point_map(width, height, center, radius / 4);
     std::vector<double> map(size_t(width) * height);
     for (int y = 0; y < height; ++y)

@@ -27,6 +27,12 @@ template <> struct Names<Model> {
         {Model::march, "march"},
     };
 };
+template <> struct Names<Load::Control> {
+    static constexpr Name<Load::Control> table[] = {
+        {Load::Control::pressure, "pressure"},
+        {Load::Control::depth, "depth"},
+    };
+};
 template <> struct Names<Load::Contact> {
     static constexpr Name<Load::Contact> table[] = {
         {Load::Contact::even, "even"},
@@ -36,7 +42,7 @@ template <> struct Names<Load::Contact> {
 template <> struct Names<Load::Kind> {
     static constexpr Name<Load::Kind> table[] = {
         {Load::Kind::circular, "circular"}, {Load::Kind::point, "point"},       {Load::Kind::linear, "linear"},
-        {Load::Kind::map, "file"},          {Load::Kind::sequence, "sequence"},
+        {Load::Kind::map, "file"},          {Load::Kind::sequence, "sequence"}, {Load::Kind::punch, "punch"},
     };
 };
 template <> struct Names<Envelope::Kind> {

@@ -176,6 +176,7 @@ void read_load(Section table, const Grid& grid, const PathBase& folder, Load& lo
     table.cell("center", load.center);
     table.whole_number("radius", load.radius);
     table.number("intensity", load.intensity);
+    table.choice("control", load.control);
     table.choice("contact", load.contact);
     table.number("contact_share", load.contact_share);
     read_length(table, "contact_length", grid, load.contact_length);
@@ -212,6 +213,10 @@ void read_receptors(Section table, Receptors& receptors) {
     Section depths = table.section("depth");
     for (const ReceptorClass& c : receptor_classes) depths.number(name(c.type), receptors.depth.*c.depth);
     depths.finish();
+    Section follow = table.section("follow");
+    follow.choice("sa1", receptors.follow.sa1);
+    follow.choice("sa2", receptors.follow.sa2);
+    follow.finish();
     table.choice("kernel", receptors.kernel);
     table.number("poisson", receptors.poisson);
     table.finish();

@@ -21,6 +21,33 @@ void check_sequence(const Scene& s) {
     need(s.time.duration / *l.interval <= 1e8, "load.interval", *l.interval, "at most 1e8 frames within time.duration");
 }
 
+// Fills in the ratio of Poisson of a punch.
+void check_control(Scene& s) {
+    const Load& l = s.load;
+    std::optional<double>& poisson = s.receptors.poisson;
+    const bool punch = l.kind == Load::Kind::punch, depth = l.control == Load::Control::depth;
+    if (punch != depth)
+        refuse("load.control", depth ? "\"depth\"" : "\"pressure\"",
+               punch ? "\"depth\" with load.kind = \"punch\"" : "\"depth\" only with load.kind = \"punch\"");
+    need(!poisson || depth || s.receptors.kernel == Receptors::Kernel::strain, "receptors.poisson", poisson.value_or(0),
+         "only with receptors.kernel = \"strain\" or load.kind = \"punch\"");
+    const bool follows = follows_stress(s.receptors);
+    for (auto [asked, key, value] :
+         {std::tuple{depth, "load.kind", "\"punch\""}, {follows, "receptors.follow", "\"stress\""}}) {
+        if (!asked) continue;
+        if (s.method != Method::exact)
+            refuse("method", std::string("\"") + name(s.method) + "\"",
+                   std::string("\"exact\" with ") + key + " = " + value);
+        if (!is_uniform(s.material)) refuse(key, value, "none where the material differs from cell to cell");
+        if (is_framed(l)) refuse(key, value, "none where the load is known by frames");
+    }
+    if (!depth) return;
+    need(s.grid.spacing.has_value(), "load.intensity", l.intensity, "only with grid.spacing where it is a depth in m");
+    if (l.contact == Load::Contact::crests) refuse("load.contact", "\"crests\"", "\"even\" with load.kind = \"punch\"");
+    poisson = poisson.value_or(0.4);
+    need(*poisson >= 0 && *poisson <= 0.5, "receptors.poisson", *poisson, "0..0.5");
+}
+
 // A texture makes frames, one at each output.
 void check_texture(Scene& s) {
     if (!s.load.texture) return;
@@ -62,9 +89,10 @@ void check_load(Scene& s) {
     Load& l = s.load;
     const bool sequence = l.kind == Load::Kind::sequence, shaped = l.kind != Load::Kind::map && !sequence;
     if (!shaped && l.center)
-        refuse("load.center", text_of(*l.center), "only with load.kind \"circular\", \"point\" or \"linear\"");
+        refuse("load.center", text_of(*l.center),
+               "only with load.kind \"circular\", \"point\", \"linear\" or \"punch\"");
     need(shaped || !l.radius, "load.radius", l.radius.value_or(0),
-         "only with load.kind \"circular\", \"point\" or \"linear\"");
+         "only with load.kind \"circular\", \"point\", \"linear\" or \"punch\"");
     need(sequence || !l.interval, "load.interval", l.interval.value_or(0), "only with load.kind = \"sequence\"");
     if (!l.center) l.center = Cell{s.grid.width / 2, s.grid.height / 2};
     need_inside("load.center", *l.center, s.grid);
@@ -76,6 +104,7 @@ void check_load(Scene& s) {
     if (l.kind == Load::Kind::map) need_map("load.path", l.map, s.grid);
     if (sequence) check_sequence(s);
     check_texture(s);
+    check_control(s);
 }
 
 void check_time(const Scene& s) {

@@ -89,8 +89,11 @@ void check_material(const Scene& validated, const Material& material) {
 void check_method(Scene& s) {
     if (s.method == Method::published) set_published(s);
     const MaterialSurvey material = survey_material(s);
-    const bool mean = is_framed(s.load) || material.elastic || material.spring;
+    const bool depth = s.load.control == Load::Control::depth;
+    const bool mean = is_framed(s.load) || material.elastic || material.spring || depth;
     s.receptors.fa2 = s.receptors.fa2.value_or(mean ? Fa2::step_mean : Fa2::point);
+    if (depth && *s.receptors.fa2 == Fa2::point && wants(s, Quantity::fa2))
+        refuse("receptors.fa2", "\"point\"", "\"step-mean\" with load.control = \"depth\"");
     check_material(s, material);
     check_adaptation(s);
     check_curvature_and_receptors(s);

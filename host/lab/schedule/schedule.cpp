@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "host/lab/schedule/schedule.hpp"
 
+#include "dermis/fit.hpp"
+#include "host/core/base/refusal.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -80,6 +83,36 @@ void take_depths(Schedule& s, const PreparedSkin& skin, int threads) {
 
 } // namespace
 
+// Sets what follows the stress. Under a given pressure the stress is the pressure; under a given depth it relaxes, as
+// E(t) = equilibrium + sum of G e^(-t/tau): each term is G times the depth less that of an element with this tau.
+void take_follow(Schedule& s, const Scene& scene) {
+    s.follows[QUANTITY_SA1] = scene.receptors.follow.sa1 == Signal::stress;
+    s.follows[QUANTITY_SA2] = scene.receptors.follow.sa2 == Signal::stress;
+    if (!scene::follows_stress(scene.receptors)) return;
+    const scene::Series series = scene::series_at(scene.material, 0);
+    std::vector<KelvinVoigt> elements;
+    for (size_t e = 0; e < series.length; ++e)
+        elements.push_back({series.elements[e].modulus, series.elements[e].viscosity});
+    if (std::ranges::all_of(elements, [](const KelvinVoigt& e) { return e.viscosity > 0; }))
+        scene::refuse(
+            "receptors.follow", "\"stress\"",
+            "\"strain\" in a material without a spring in series: a step of its strain takes an infinite stress");
+    const Relaxation r = relaxation_of(elements);
+    if (r.equilibrium == 0)
+        scene::refuse("receptors.follow", "\"stress\"",
+                      "\"strain\" in a material with a dashpot, whose stress ends at 0");
+    const bool depth = scene.load.control == Load::Control::depth;
+    s.modes.push_back({.modulus = 1, .viscosity = 0});
+    s.shares.push_back(1 / r.equilibrium);
+    if (!depth) return;
+    s.shares[0] = 1;
+    for (size_t i = 0; i < r.moduli.size(); ++i) {
+        s.modes.push_back({.modulus = 1, .viscosity = r.times[i]});
+        s.shares.push_back(-r.moduli[i] / r.equilibrium);
+        s.shares[0] += r.moduli[i] / r.equilibrium;
+    }
+}
+
 Schedule make_schedule(const scene::ValidatedScene& validated, const PreparedSkin& skin, bool check) {
     const Scene& scene = validated.scene;
     Schedule s;
@@ -120,8 +153,14 @@ PreparedRun prepare_run(const Scene& scene, bool check, int threads) {
 
 PreparedRun prepare_run(const scene::ValidatedScene& validated, bool check, int threads) {
     // In a braced list whose second member throws, GCC 12 would destroy the first one twice.
-    PreparedSkin skin = prepare_skin(validated.scene, threads);
+    SkinDescription description = validated.scene;
+    if (validated.scene.load.control == Load::Control::depth) { // the load gives the strain, not the pressure
+        scene::drop_maps(description.material);
+        scene::take_chain(description.material, {{.modulus = 1, .viscosity = 0}});
+    }
+    PreparedSkin skin = prepare_skin(description, threads);
     Schedule schedule = make_schedule(validated, skin, check);
+    take_follow(schedule, validated.scene);
     take_depths(schedule, skin, threads);
     return {.skin = std::move(skin), .schedule = std::move(schedule)};
 }
@@ -196,8 +235,16 @@ std::string why_not_separable(const PreparedSkin& skin, const Schedule& schedule
     return "";
 }
 
+std::vector<Element> elements_of(const PreparedSkin& skin, const Schedule& schedule) {
+    std::vector<Element> all = skin.materials;
+    all.insert(all.end(), schedule.modes.begin(), schedule.modes.end());
+    return all;
+}
+
 std::string why_not(const PreparedSkin& skin, const Schedule& schedule, Model model) {
     const Output& o = schedule.output;
+    if (!schedule.modes.empty() && (model == Model::march || !why_not_separable(skin, schedule).empty()))
+        return "receptors.follow: only a map times an envelope has a stress of its own";
     if (model == Model::march)
         return schedule.spreads() ? "receptors.depth: a cell that is stepped knows no other cell's pressure" : "";
     if (model == Model::sites) {

@@ -21,10 +21,15 @@ struct Schedule {
     double unit = 1; // Pa: the maps are in this unit, a power of two (in_units)
     // Above the receptors of each class; null: they answer to their cell alone. Classes of equal depth share one.
     std::array<std::shared_ptr<const HalfSpace>, REDUCED_MAPS> half_space;
-    std::array<Map, REDUCED_MAPS> stress;     // Pa, below each half-space, width*height; empty without, and if framed
+    std::array<Map, REDUCED_MAPS> stress; // Pa, below each half-space, width*height; empty without, and if framed
+    // A stress that classes follow, over the modulus at which it comes to rest: the sum of elements of modulus 1 under
+    // the load, each times its share. Empty where none is followed.
+    std::vector<Element> modes;
+    std::vector<double> shares;
+    std::array<bool, REDUCED_MAPS> follows{}; // whether a quantity follows the stress
     Map crests;                               // scene::crest_factors; empty: the contact is even
     bool framed = false;                      // the pressure runs between the frames given to Stepper::frame
-    std::shared_ptr<scene::Frames> sequence; // null if the load is not known by frames
+    std::shared_ptr<scene::Frames> sequence;  // null if the load is not known by frames
     std::vector<double> frame_peaks;          // greatest |pressure| of each frame of a sequence, Pa
     std::vector<double> frame_changes;        // greatest |change| of a cell's pressure from each frame to the next, Pa
     std::vector<double> material_peaks;       // greatest |pressure| on each material over all frames, Pa
@@ -48,6 +53,9 @@ struct Schedule {
 // check: every map of every output is to be compared with another backend's map.
 Schedule make_schedule(const scene::ValidatedScene&, const PreparedSkin&, bool check = false);
 
+// Sets Schedule::modes, shares and follows. Throws Error::bad_input where the material has no stress that is followed.
+void take_follow(Schedule&, const Scene&);
+
 // A validated scene prepared to run.
 struct PreparedRun {
     PreparedSkin skin;
@@ -69,6 +77,9 @@ Variant variant_of(const PreparedSkin&, const Schedule&, Precision);
 // The run with one element for each part of the skin, and with the pressure over each cell's resistance. Its strain is
 // the same. A run whose skin is uniform stays as it is.
 PreparedRun in_parts(PreparedRun);
+
+// The elements that a timeline makes coefficients for: the materials, then the modes of a stress.
+std::vector<Element> elements_of(const PreparedSkin&, const Schedule&);
 
 // Pa: a power of two in which the products of a map of extreme magnitudes stay in range; 1 for all other maps.
 double unit_of(const std::vector<double>& map);

@@ -69,6 +69,7 @@ class Load:
     """The pressure: a map, times intensity in Pa, times an envelope over time in s.
 
     path: pressures of shape (height, width), with kind "file"; or the .npy file of a "sequence". center: [x, y].
+    control: "pressure", or with kind "punch" "depth": intensity is then in m.
     texture: what slides over the skin, as in {"path": "texture.npy", "spacing": 5e-5, "velocity": [0.04, 0]}.
     contact: "even", or "crests" of the surface alone: a share of its cells, contact_length m from crest to crest.
     """
@@ -80,6 +81,7 @@ class Load:
     intensity: NumberWithUnit | None = None
     interval: NumberWithUnit | None = None
     texture: Mapping[str, Any] | None = None
+    control: str | None = None
     contact: str | None = None
     contact_share: float | None = None
     contact_length: NumberWithUnit | None = None
@@ -117,12 +119,14 @@ class Receptors:
     """sa2_adaptation: s. fa2: "point", "step-mean". fa2_gains: two numbers.
 
     depth: m below the surface, by class, as in {"sa1": "0.3 mm"}. kernel: "stress", or "strain" with a ratio of poisson.
+    follow: what sa1 and sa2 answer to, "strain" or "stress", as in {"sa1": "stress"}.
     """
 
     sa2_adaptation: NumberWithUnit | None = None
     fa2: str | None = None
     fa2_gains: Numbers | None = None
     depth: Mapping[str, NumberWithUnit] | None = None
+    follow: Mapping[str, str] | None = None
     kernel: str | None = None
     poisson: float | None = None
 
