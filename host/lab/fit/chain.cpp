@@ -145,9 +145,8 @@ std::vector<KelvinVoigt> chain_of(const Relaxation& r) try {
     }
     if (r.equilibrium == 0) chain.push_back({0, fit::representable("viscosity of the dashpot", viscosity)});
     return chain;
-} catch (const std::bad_alloc&) {
-    scene::out_of_memory([] { return "a chain of elements"; });
 }
+OR_OUT_OF_MEMORY("a chain of elements")
 
 Relaxation relaxation_of(const std::vector<KelvinVoigt>& chain) try {
     const DefaultFloats guard;
@@ -171,8 +170,7 @@ Relaxation relaxation_of(const std::vector<KelvinVoigt>& chain) try {
     }
     if (dashpot == 0) r.equilibrium = fit::representable("equilibrium modulus", 1 / compliance);
     return r;
-} catch (const std::bad_alloc&) {
-    scene::out_of_memory([] { return "a relaxation spectrum"; });
 }
+OR_OUT_OF_MEMORY("a relaxation spectrum")
 
 } // namespace dermis

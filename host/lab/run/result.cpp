@@ -90,8 +90,7 @@ Report report(const Scene& s, const Result& r) try {
     report.sign_changed = sign_changed(s, r);
     if (s.load.interval) report.vibration.value = vibration_between(*s.load.interval);
     return report;
-} catch (const std::bad_alloc&) {
-    scene::out_of_memory([] { return "the report of a result"; });
 }
+OR_OUT_OF_MEMORY("the report of a result")
 
 } // namespace dermis
