@@ -35,8 +35,9 @@ struct Envelope {
 };
 
 // circular: 1 - r/radius. linear: 1 - |y - center.y|/radius. point: a unit impulse smoothed by a Gaussian of radius/4.
-// sequence: frames of a continuous pressure, linear from one to the next, in place of map and envelope. Frame 0 acts on
-// a skin at rest at t = 0, the last is held. FA2 is then the mean over a step unless Receptors::fa2 says otherwise.
+// sequence: frames of a continuous pressure, in place of map and envelope. Frame 0 acts on a skin at rest at t = 0, the
+// pressure runs linearly to frame 1, from there on as `hold` says, and the last frame is held. FA2 is then the mean
+// over a step unless Receptors::fa2 says otherwise.
 struct Load {
     enum class Kind { circular, point, linear, map, sequence } kind = Kind::circular;
     std::optional<Cell> center; // default width/2, height/2; inside the grid
@@ -46,6 +47,7 @@ struct Load {
     Envelope envelope;
     std::string path;               // Kind::sequence: a .npy file of shape (frames, height, width), read frame by frame
     std::optional<double> interval; // Kind::sequence: s between frames, > 0
+    Hold hold = Hold::linear;       // Kind::sequence: how the pressure runs from frame to frame
 };
 
 // Outputs are at 0, step, 2 step ..; there are ceil(duration/step - 1e-9) of them.

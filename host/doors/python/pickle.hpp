@@ -24,7 +24,7 @@ DERMIS_MEMBERS(Material, modulus, viscosity, thickness, length, modulus_map, vis
 DERMIS_MEMBERS(Receptors, sa2_adaptation, fa2, fa2_gains)
 DERMIS_MEMBERS(Site, type, cell)
 DERMIS_MEMBERS(Envelope, kind, start, rise, frequency, phase, mean, amplitude, length, period, times, values)
-DERMIS_MEMBERS(Load, kind, center, radius, intensity, map, envelope, path, interval)
+DERMIS_MEMBERS(Load, kind, center, radius, intensity, map, envelope, path, interval, hold)
 DERMIS_MEMBERS(Time, step, duration)
 DERMIS_MEMBERS(FieldRequest, at, what)
 DERMIS_MEMBERS(Output, traces, probes, fields, extremes)

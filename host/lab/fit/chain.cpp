@@ -79,7 +79,7 @@ std::vector<Root> secular_roots(const std::vector<Pole>& poles, Real level) {
 
 // Sorts poles by place, and adds up the weights of poles at one place.
 std::vector<Pole> merged(std::vector<Pole> poles) {
-    std::sort(poles.begin(), poles.end(), [](const Pole& a, const Pole& b) { return a.place < b.place; });
+    std::ranges::sort(poles, [](const Pole& a, const Pole& b) { return a.place < b.place; });
     std::vector<Pole> kept;
     for (const Pole& p : poles)
         if (!kept.empty() && double(kept.back().place) == double(p.place)) kept.back().weight += p.weight;

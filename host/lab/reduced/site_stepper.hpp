@@ -49,7 +49,7 @@ template <class K> class SiteStepper {
 
   private:
     SingleCell<K> cell(const LaneCoefficients* k, size_t i, typename K::Sum* after) const {
-        return {shape_, k + cells_.material_of[i], &state_[i * sums_], after};
+        return {shape_, k + (1 + variant_.bent) * cells_.material_of[i], &state_[i * sums_], after};
     }
 
     typename K::Load load_at(size_t i, const Constants& c) const {

@@ -77,6 +77,7 @@ class Load:
     radius: int | None = None
     intensity: NumberWithUnit | None = None
     interval: NumberWithUnit | None = None
+    hold: str | None = None
     envelope: str | None = None
     start: NumberWithUnit | None = None
     rise: NumberWithUnit | None = None
