@@ -36,7 +36,7 @@ struct Contender {
     void press() {
         float* to[RESPONSE_MAPS];
         for (size_t i = 0; i < RESPONSE_MAPS; ++i) to[i] = responses[i].data();
-        cpu->press(scene.dt, scene.frames[frame % 4].data(), scene.frames[(frame + 1) % 4].data(), to);
+        cpu->press({scene.dt}, scene.frames[frame % 4].data(), scene.frames[(frame + 1) % 4].data(), to);
         ++frame;
     }
 };

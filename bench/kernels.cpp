@@ -41,7 +41,7 @@ Responses after_frames(const FrameScene& scene, int threads, const simd::Isa& is
         to[i] = r[i].data();
     }
     for (size_t i = 0; i < checked_frames; ++i)
-        frames.press(scene.dt, scene.frames[i % 4].data(), scene.frames[(i + 1) % 4].data(), to);
+        frames.press({scene.dt}, scene.frames[i % 4].data(), scene.frames[(i + 1) % 4].data(), to);
     return r;
 }
 
@@ -146,7 +146,7 @@ void StreamedFrames::add_cpu(const simd::Isa& isa, int threads, bool all_respons
             response[i] = all_responses || i == QUANTITY_FA1 - QUANTITY_SA1 ? out_[i].data() : nullptr;
         return seconds_of([&] {
             for (size_t i = 0; i < size_t(frames_); ++i)
-                stream.press(scene_.dt, scene_.frames[i % 4].data(), scene_.frames[(i + 1) % 4].data(), response);
+                stream.press({scene_.dt}, scene_.frames[i % 4].data(), scene_.frames[(i + 1) % 4].data(), response);
         });
     };
 }

@@ -5,7 +5,12 @@
 #include "bench/cvode.hpp"
 
 #include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <memory>
 #include <numbers>
+
+#include <unistd.h>
 
 #include <fmt/format.h>
 
@@ -115,7 +120,7 @@ Contender of_scene(const Bench& bench, const char* model, Scene s, double freque
     return {r, [s, cpu] { return run(s, cpu).seconds; }};
 }
 
-// The smooth load known by frames alone, with the pressure linear between them. Other holds have a model of their own.
+// The smooth load known by frames alone, with the pressure linear between them.
 Contender of_frames(const Bench& bench, double interval) {
     Scene s = scene_of(Method::exact, interval, 0);
     Envelope& e = s.load.envelope;
@@ -125,6 +130,33 @@ Contender of_frames(const Bench& bench, double interval) {
         e.values.push_back(1 + std::sin(2 * std::numbers::pi * smooth_frequency * i * interval));
     }
     return of_scene(bench, "frames-linear", s, smooth_frequency);
+}
+
+// The same from a file of frames, with the pressure along parabolas: every cell is stepped, where a table steps one.
+Contender of_parabolas(const Bench& bench, double interval) {
+    const std::string name = fmt::format("dermis_bench_{}_{}.npy", getpid(), interval),
+                      path = (std::filesystem::temp_directory_path() / name).string();
+    const std::shared_ptr<void> file(nullptr, [path](void*) { std::filesystem::remove(path); });
+    const int frames = int(std::lround(end / interval)) + 2;
+    std::ofstream out(path, std::ios::binary);
+    out << std::string("\x93NUMPY\x01\x00\x76\x00", 10)
+        << fmt::format("{:117}\n", fmt::format("{{'descr': '<f8', 'fortran_order': False, 'shape': ({}, {}, {}), }}",
+                                               frames, width, width));
+    for (int k = 0; k < frames; ++k)
+        for (double p : pressure()) {
+            p *= 1 + std::sin(2 * std::numbers::pi * smooth_frequency * k * interval);
+            out.write(reinterpret_cast<const char*>(&p), sizeof p);
+        }
+    out.close();
+    Scene s = scene_of(Method::exact, interval, 0);
+    s.load = {};
+    s.load.kind = Load::Kind::sequence;
+    s.load.path = path;
+    s.load.interval = interval;
+    s.load.hold = Hold::parabolic;
+    Contender c = of_scene(bench, "frames-parabolic", s, smooth_frequency);
+    c.seconds = [file, seconds = c.seconds] { return seconds(); };
+    return c;
 }
 
 Contender of_cvode(const Bench& bench, double tolerance, double frequency) {
@@ -191,7 +223,7 @@ std::vector<Contender> smooth_load(const Bench& bench) {
     std::vector<Contender> all = {
         of_scene(bench, "sine", scene_of(Method::exact, peer_interval, smooth_frequency), smooth_frequency)};
     for (int of_interval = 1; of_interval <= 16; of_interval *= 2)
-        all.push_back(of_frames(bench, peer_interval / of_interval));
+        for (auto of : {of_frames, of_parabolas}) all.push_back(of(bench, peer_interval / of_interval));
     add_solvers(bench, smooth_frequency, all);
     return all;
 }

@@ -46,8 +46,9 @@ struct Texture {
 
 // circular: 1 - r/radius. linear: 1 - |y - center.y|/radius. point: a unit impulse smoothed by a Gaussian of radius/4.
 // punch: a flat round punch, pressed to a depth; needs Grid::spacing and a uniform material (see control).
-// sequence: frames of a continuous pressure, linear from one to the next, in place of map and envelope. Frame 0 acts on
-// a skin at rest at t = 0, the last is held. FA2 is then the mean over a step unless Receptors::fa2 says otherwise.
+// sequence: frames of a continuous pressure, in place of map and envelope. Frame 0 acts on a skin at rest at t = 0, the
+// pressure runs linearly to frame 1, from there on as `hold` says, and the last frame is held. FA2 is then the mean
+// over a step unless Receptors::fa2 says otherwise.
 struct Load {
     enum class Kind { circular, point, linear, map, sequence, punch } kind = Kind::circular;
     std::optional<Cell> center; // default width/2, height/2; inside the grid
@@ -57,6 +58,7 @@ struct Load {
     Envelope envelope;
     std::string path;               // Kind::sequence: a .npy file of shape (frames, height, width), read frame by frame
     std::optional<double> interval; // Kind::sequence: s between frames, > 0
+    Hold hold = Hold::linear;       // Kind::sequence: how the pressure runs from frame to frame
     // A texture that slides over the skin: the map's pressure in each cell, times the texture's number over its centre,
     // by cubic splines. The pressure is then made anew at each Time::step, and runs linearly between; FA2 is the mean
     // over a step unless Receptors::fa2 says otherwise. Only with the default envelope, and not of a sequence.

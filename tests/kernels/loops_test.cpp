@@ -175,7 +175,7 @@ class SingleSkins {
         float* responses[RESPONSE_MAPS];
         for (size_t r = 0; r < RESPONSE_MAPS; ++r)
             responses[r] = streamed_.wanted[QUANTITY_SA1 + r] ? maps[2 + r].data() : nullptr;
-        REQUIRE(press_[size_t(pad)]->press(0.01, maps[0].data(), maps[1].data(), responses));
+        REQUIRE(press_[size_t(pad)]->press({0.01}, maps[0].data(), maps[1].data(), responses));
     }
     // Whether the responses of all pads are those of a stream.
     bool same(plan::Stream& stream) const {
@@ -268,7 +268,7 @@ TEST_CASE("frames have the same bits on every instruction set, by any number of 
                 }
                 for (size_t step = 0; step < 3; ++step) {
                     for (float& p : frames[step % 2]) p = number(again);
-                    plan::FrameStep length = 0.01;
+                    plan::FrameStep length{0.01};
                     if (c.hold == Hold::parabolic) length.before = step > 0 ? 0.01 : 0;
                     REQUIRE(press.press(length, frames[1 - step % 2].data(), frames[step % 2].data(), responses));
                 }

@@ -255,6 +255,72 @@ TEST_CASE("press by press, with steps of any length and of none: every response 
     }
 }
 
+namespace {
+
+// The strain at a time of an element under frames h apart, along a line in the first interval, parabolas in the others,
+// and held after the last: in each interval a particular solution, and what decays.
+double strain_along_parabolas(const std::vector<double>& frames, double h, double E, double eta, double time) {
+    const double tau = eta / E;
+    double eps = 0;
+    for (size_t k = 0; double(k) * h < time; ++k) {
+        const bool held = k + 1 >= frames.size();
+        const double p = held ? frames.back() : frames[k], ds = held ? 0 : frames[k + 1] - p,
+                     c = held || k == 0 ? 0 : (ds - (p - frames[k - 1])) / 2, slope = (ds - c) / h, bow = c / (h * h);
+        const auto particular = [&](double t) {
+            return (p - tau * slope + 2 * tau * tau * bow + (slope - 2 * tau * bow) * t + bow * t * t) / E;
+        };
+        const double t = std::min(h, time - double(k) * h);
+        eps = particular(t) + (eps - particular(0)) * std::exp(-t / tau);
+    }
+    return eps;
+}
+
+} // namespace
+
+TEST_CASE("along parabolas every time has the exact strain, at frames or between them, on every backend and at sites") {
+    Validated vulkan;
+    RunOptions check;
+    check.check = true;
+    const std::vector<double> values = {0.3, 1, 0.8, -0.2, 0, 0, 0.7, 1.1, 0.4, 0.9, 0.1, 0.6};
+    for (double step : {0.03, 0.01, 0.007, 0.05}) {
+        CAPTURE(step);
+        Both b = both(values, 0.03, step);
+        Scene& s = b.sequence;
+        s.load.hold = Hold::parabolic;
+        s.receptors.fa2 = Fa2::point;
+        s.material.modulus = 1.5;
+        s.material.viscosity = 0.2;
+        const std::vector<double> map = maps(s).pressure;
+        Scene at_sites = s;
+        s.model = Model::march;
+        s.precision = Precision::f64;
+        const Result r = run(s, Device::cpu());
+        for (const Field& f : r.fields) {
+            if (f.quantity != Quantity::strain) continue;
+            const double eps = strain_along_parabolas(values, 0.03, 1.5, 0.2, f.at);
+            for (size_t i = 0; i < map.size(); ++i) CHECK(f.values[i] == absolute(map[i] / values[0] * eps, 1e-13));
+        }
+        for (Precision precision : {Precision::f32, Precision::f32_compensated}) {
+            s.precision = precision;
+            CHECK(run(s, vulkan.device(), check).cells_different == 0);
+        }
+        at_sites.output.fields.clear();
+        at_sites.output.traces.clear();
+        at_sites.output.probes.clear();
+        at_sites.sites = {{Quantity::sa1, {3, 4}}, {Quantity::fa1, {3, 4}}};
+        const Result sites = run(at_sites, Device::cpu());
+        CHECK(sites.model == Model::sites);
+        s.precision = Precision::f64;
+        s.output.fields.clear();
+        s.output.probes = {{3, 4}};
+        const Result all = run(s, Device::cpu());
+        for (size_t n = 0; n < all.time.size(); ++n) {
+            CHECK(sites.responses[2 * n] == absolute(all.trace(Quantity::sa1).probes[0][n], 1e-12));
+            CHECK(sites.responses[2 * n + 1] == absolute(all.trace(Quantity::fa1).probes[0][n], 1e-11));
+        }
+    }
+}
+
 TEST_CASE("a plan says what the frames of a sequence lose, and a report at which frequency they lose a tenth") {
     std::vector<double> values;
     for (int k = 0; k <= 256; ++k) values.push_back(1 + std::sin(0.1 * std::numbers::pi * k));
@@ -322,4 +388,7 @@ TEST_CASE("bad sequences are refused, with file, frame and cell") {
     b = s;
     b.load.kind = Load::Kind::circular;
     refused(b, {"load.interval"});
+    b.load.interval.reset();
+    b.load.hold = Hold::parabolic;
+    refused(b, {"load.hold = \"parabolic\"; allowed: \"linear\" but with load.kind = \"sequence\""});
 }

@@ -38,9 +38,11 @@ PreparedPressure::PreparedPressure(Pressure pressure, const std::vector<Instant>
     Real time;
     const auto move = [&](const Real& to) {
         const Real d = to - time;
-        s.second_integral += s.integral * d + s.value * d * d / 2 + s.slope * d * d * d / 6;
-        s.integral += s.value * d + s.slope * d * d / 2;
-        s.value += s.slope * d;
+        s.second_integral +=
+            s.integral * d + s.value * d * d / 2 + s.slope * d * d * d / 6 + s.bow * d * d * d * d / 24;
+        s.integral += s.value * d + s.slope * d * d / 2 + s.bow * d * d * d / 6;
+        s.value += s.slope * d + s.bow * d * d / 2;
+        s.slope += s.bow * d;
         time = to;
     };
     for (const Instant& instant : instants) {
@@ -48,11 +50,14 @@ PreparedPressure::PreparedPressure(Pressure pressure, const std::vector<Instant>
             const Knot& k = knots[passed];
             move(k.time);
             Real slope;
-            if (passed + 1 < knots.size())
-                slope = (knots[passed + 1].left - k.right) / (knots[passed + 1].time - k.time);
-            jumps_.push_back({k.time, k.right - k.left, slope - s.slope});
+            if (passed + 1 < knots.size()) {
+                const Real length = knots[passed + 1].time - k.time;
+                slope = (knots[passed + 1].left - k.right) / length - k.bow * length / 2;
+            }
+            jumps_.push_back({k.time, k.right - k.left, slope - s.slope, k.bow - s.bow});
             s.value = k.right;
             s.slope = slope;
+            s.bow = k.bow;
         }
         move(instant.time);
         s.jumps = passed;
@@ -77,8 +82,8 @@ std::vector<Real> PreparedPressure::decays(const Real& T) const {
     return all;
 }
 
-// The sum of (J - T*K)*e^(-(t - t_k)/T) over the jumps and bends before each instant t. Every exponent is negative:
-// what is too small to be a number is 0.
+// The sum of (J - T*K + T*T*L)*e^(-(t - t_k)/T) over the jumps and bends before each instant t. Every exponent is
+// negative: what is too small to be a number is 0.
 std::vector<Real> PreparedPressure::sums(const Real& T) const {
     std::vector<Real> all;
     Real sum, of_row; // of_row: e^(-t/T) of the time from row to row
@@ -92,7 +97,8 @@ std::vector<Real> PreparedPressure::sums(const Real& T) const {
             sum *= next_row ? of_row : exp(-((now.time - before.time) / T));
         }
         for (; k < states_[i].jumps; ++k)
-            sum += (jumps_[k].jump - T * jumps_[k].bend) * exp(-((now.time - jumps_[k].time) / T));
+            sum +=
+                (jumps_[k].jump - T * (jumps_[k].bend - T * jumps_[k].bow)) * exp(-((now.time - jumps_[k].time) / T));
         all.push_back(sum);
     }
     return all;
@@ -114,15 +120,18 @@ std::vector<Responses> PreparedPressure::responses(const Element& m, const std::
             r.rate = s.value / eta;
             r.acceleration = s.slope / eta;
         } else {
-            r.strain = (s.value - tau * s.slope - decaying[i]) / E;
+            r.strain = (s.value - tau * (s.slope - tau * s.bow) - decaying[i]) / E;
             r.integral = (s.integral - eta * r.strain) / E;
-            r.rate = elastic ? s.slope / E : s.slope / E + decaying[i] / eta;
-            if (!elastic) r.acceleration = -decaying[i] / (eta * tau);
+            r.rate = elastic ? s.slope / E : (s.slope - tau * s.bow) / E + decaying[i] / eta;
+            if (!elastic) r.acceleration = s.bow / E - decaying[i] / (eta * tau);
         }
         if (!adaptation) continue;
         const Real& a = *adaptation;
-        if (creeping) r.integral = a * (s.integral - a * (s.value - a * s.slope - adapting[i])) / eta;
-        else r.integral = a / E * (s.value - (a + tau) * s.slope + (tau * decaying[i] - a * adapting[i]) / (a - tau));
+        if (creeping) r.integral = a * (s.integral - a * (s.value - a * (s.slope - a * s.bow) - adapting[i])) / eta;
+        else
+            r.integral = a / E *
+                         (s.value - (a + tau) * s.slope + (a * a + a * tau + tau * tau) * s.bow +
+                          (tau * decaying[i] - a * adapting[i]) / (a - tau));
     }
     if (wave_) add_wave(all, m, adaptation);
     for (size_t i = 0; i < all.size(); ++i)

@@ -2,8 +2,9 @@
 // The exact solution of eta*eps' + E*eps = sigma on skin at rest, by superposition of closed forms in many bits.
 //
 // A pressure of straight pieces is a sum of jumps J and changes of slope K, each at its time t_k. A jump of 1 gives a
-// strain of (1 - e^(-d/tau))/E at d after it, a slope of 1 the integral of that; the responses below are their sums,
-// with the parts that do not decay summed by hand: they are the pressure itself, its slope and its integrals.
+// strain of (1 - e^(-d/tau))/E at d after it, a slope of 1 the integral of that, a change L of its second derivative
+// once more the integral; the responses below are their sums, with the parts that do not decay summed by hand: they are
+// the pressure itself, its slope and its integrals.
 #pragma once
 
 #include "tests/oracle/real.hpp"
@@ -13,10 +14,10 @@
 
 namespace oracle {
 
-// The pressure reaches `left` at `time` and leaves it from `right`; straight between knots, 0 before the first one,
-// `right` of the last one for ever.
+// The pressure reaches `left` at `time` and leaves it from `right`; between knots it has the second derivative `bow` of
+// the earlier one; it is 0 before the first one, `right` of the last one for ever.
 struct Knot {
-    Real time, left, right;
+    Real time, left, right, bow = 0;
 };
 
 // amplitude*sin(angular*t + phase) from t = 0 on.
@@ -54,10 +55,10 @@ class PreparedPressure {
 
   private:
     struct Jump {
-        Real time, jump, bend; // of the pressure and of its slope
+        Real time, jump, bend, bow; // of the pressure, of its slope, and of its second derivative
     };
     struct State {
-        Real value, slope, integral, second_integral;
+        Real value, slope, bow, integral, second_integral;
         Real sine, cosine; // of the wave
         size_t jumps = 0;  // the jumps before this instant
     };

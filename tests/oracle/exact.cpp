@@ -106,7 +106,8 @@ long double below_cell(long double x, long double y, long double h, long double 
                 for (const auto& [v, of_v] : nodes) {
                     const long double a = x - h / 2 + half * (2 * i + 1 + u), b = y - h / 2 + half * (2 * j + 1 + v);
                     const long double rho = std::sqrt(a * a + b * b + z * z);
-                    const long double stress = 3 * z * z * z / (2 * pi * (rho * rho * rho * rho * rho)); // of a point force
+                    const long double stress =
+                        3 * z * z * z / (2 * pi * (rho * rho * rho * rho * rho)); // of a point force
                     const long double strain =
                         poisson ? (1 + *poisson) * (stress - 2 * *poisson * z / (2 * pi * rho * rho * rho)) : stress;
                     sum += of_u * of_v * half * half * strain;
@@ -176,13 +177,21 @@ Pressure pressure_of(const Scene& s) {
     return p;
 }
 
-// 1 in frame k and 0 in the others.
+// 1 in frame k and 0 in the others. Along parabolas it also appears in the pressure one frame later.
 Pressure pressure_of_frame(const Scene& s, size_t k, size_t count) {
     const Real interval = *s.load.interval, step = s.time.step;
+    const bool bent = s.load.hold == Hold::parabolic;
+    const auto time = [&](size_t i) { return snapped(interval * Real(double(i)), step); };
+    const auto slope = [&](size_t i) { // from frame i on, along a line
+        return Real(double(i + 1 == k) - double(i == k)) / (time(i + 1) - time(i));
+    };
     Pressure p;
-    for (size_t i = k ? k - 1 : 0; i < std::min(k + 2, count); ++i) {
+    for (size_t i = k ? k - 1 : 0; i < std::min(k + 2 + bent, count); ++i) {
         const double here = i == k;
-        p.knots.push_back({snapped(interval * Real(double(i)), step), i ? here : 0, here});
+        Knot knot{time(i), i ? here : 0, here};
+        if (bent && i > 0 && i + 1 < count)
+            knot.bow = Real(2) * (slope(i) - slope(i - 1)) / (time(i + 1) - time(i - 1));
+        p.knots.push_back(knot);
     }
     return p;
 }

@@ -439,6 +439,7 @@ std::vector<std::vector<double>> Family::frames(Scene& s) {
     s.load.envelope = {};
     const bool odd = one_in(3);
     s.load.interval = s.time.step * (odd ? real(0.2, 9) : 1 + below(8));
+    s.load.hold = Hold(below(2));
     s.load.kind = Load::Kind::sequence;
     s.load.path = path_.string();
     s.receptors.fa2 = odd ? Fa2::point : Fa2(below(2));

@@ -67,6 +67,7 @@ void leave_frames(Case& c) {
     load.kind = Load::Kind::map;
     load.map = c.frames.front();
     load.interval.reset();
+    load.hold = Hold::linear;
     c.frames.clear();
 }
 
@@ -196,6 +197,7 @@ void Mutation::change_frames(Case& c) {
         for (int i = 1 + below(6); i > 0; --i) levels.push_back(one_in(4) ? 0 : real(-1, 1));
         take_frames(c, levels);
         c.scene.load.interval = s.time.step * (one_in(2) ? 1 + below(5) : real(0.2, 5));
+        c.scene.load.hold = Hold(below(2));
         return;
     }
     std::vector<double>& frame = c.frames[size_t(below(int(c.frames.size())))];

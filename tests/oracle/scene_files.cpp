@@ -120,6 +120,7 @@ class Writer {
         if (framed) {
             word("path", "frames.npy");
             key("interval", *s_.load.interval);
+            if (s_.load.hold == Hold::parabolic) word("hold", "parabolic");
             write_frames(folder_ / "frames.npy", s_.grid, case_.frames);
             return;
         }

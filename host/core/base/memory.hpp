@@ -21,6 +21,12 @@ template <class What> [[noreturn]] void out_of_memory(What&& what) {
     }
 }
 
+// Ends a function that is a try block: with words that say what needed how much.
+#define OR_OUT_OF_MEMORY(words)                                                                                        \
+    catch (const std::bad_alloc&) {                                                                                    \
+        ::dermis::scene::out_of_memory([&] { return words; });                                                         \
+    }
+
 // "1.34 GB"
 std::string bytes_text(double bytes);
 

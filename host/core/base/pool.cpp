@@ -70,20 +70,25 @@ Pool::~Pool() {
         return;
     }
     stop_ = true;
-    ++round_;
+    round_ += one_round;
     round_.notify_all();
     for (std::thread& t : threads_) t.join();
 }
 
-void Pool::each(const std::function<void(int)>& body) {
+void Pool::each(const std::function<void(int)>& body, bool all) {
     if (threads_.empty()) return body(0);
     if (!process_.calls()) process_.refuse("a pool of " + std::to_string(threads()) + " threads was");
+    const bool wake = all || unwoken_ == 0;
     body_ = &body;
-    running_ = int(threads_.size());
-    ++round_;
-    round_.notify_all();
+    done_ = 0;
+    round_ = (round_ / one_round + 1) * one_round;
+    if (wake) round_.notify_all();
     run(0);
-    for (int left; (left = running_) != 0;) wait_while(running_, left);
+    const int entered = int(all ? threads_.size() : round_.fetch_or(closed) % closed);
+    if (entered > 0) pause_ = unwoken_ = 0;
+    else if (wake) unwoken_ = pause_ = std::min(2 * pause_ + 1, 31);
+    else --unwoken_;
+    for (int done; (done = done_) != entered;) wait_while(done_, done);
     if (failed_.exchange(false)) std::rethrow_exception(std::exchange(thrown_, nullptr));
 }
 
@@ -95,17 +100,23 @@ void Pool::run(int thread) noexcept {
     }
 }
 
-void Pool::share(int count, const std::function<void(int, int)>& body) {
+void Pool::share(long long count, const std::function<void(long long, long long)>& body) {
     const long long threads = this->threads();
-    each([&](int thread) { body(int(count * thread / threads), int(count * (thread + 1) / threads)); });
+    const auto part = [&](int thread) { body(count * thread / threads, count * (thread + 1) / threads); };
+    each(std::ref(part)); // a reference: nothing is allocated
 }
 
 void Pool::work(int thread) {
-    for (unsigned seen = 0;; ++seen) {
-        wait_while(round_, seen);
+    for (uint64_t seen = 0;;) {
+        uint64_t round = round_;
         if (stop_) return;
-        run(thread);
-        if (--running_ == 0) running_.notify_one();
+        if (round / one_round == seen || (round & closed)) wait_while(round_, round);
+        else if (round_.compare_exchange_strong(round, round + 1)) {
+            seen = round / one_round;
+            run(thread);
+            ++done_;
+            done_.notify_one();
+        }
     }
 }
 

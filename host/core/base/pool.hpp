@@ -4,6 +4,7 @@
 #include "host/core/base/process.hpp"
 
 #include <atomic>
+#include <cstdint>
 #include <exception>
 #include <functional>
 #include <thread>
@@ -42,20 +43,26 @@ class Pool {
     ~Pool();
     int threads() const { return int(threads_.size()) + 1; }
     // Runs body(0) .. body(threads() - 1) concurrently and returns when all are done. Throws the exception of the first
-    // body that failed. In the child of a fork it throws Error::device, unless the pool has one thread.
-    void each(const std::function<void(int)>& body);
+    // body that failed. In the child of a fork it throws Error::device, unless the pool has one thread. With all =
+    // false it runs body(0), and the body on each other thread that comes before body(0) returns: for work that threads
+    // take in shares until none is left. It waits for no thread that sleeps, as one may take longer to wake (0.2 ms on
+    // a virtual machine) than the work takes, and wakes them more and more rarely while they come too late.
+    void each(const std::function<void(int)>& body, bool all = true);
     // Whether the body has thrown on some thread, after which the work of the others is in vain.
     bool failed() const { return failed_; }
     // Runs body(first, last) on each thread for its share of 0 .. count - 1.
-    void share(int count, const std::function<void(int, int)>& body);
+    void share(long long count, const std::function<void(long long, long long)>& body);
 
   private:
     void work(int thread);
     void run(int thread) noexcept;
 
     const std::function<void(int)>* body_ = nullptr;
-    std::atomic<unsigned> round_{0};
-    std::atomic<int> running_{0};
+    // The number of the round, from bit 16 on; bit 15: no thread may enter it any more; below: how many have entered.
+    std::atomic<uint64_t> round_{0};
+    static constexpr uint64_t one_round = 1 << 16, closed = 1 << 15;
+    std::atomic<int> done_{0};    // threads that have ended the round
+    int unwoken_ = 0, pause_ = 0; // how many more rounds wake nobody; how many did so after the last call in vain
     std::atomic<bool> stop_{false}, failed_{false};
     std::exception_ptr thrown_;
     const Process process_;

@@ -199,7 +199,8 @@ template <class K> class Cells {
         std::iota(column_.begin(), column_.end(), 0);
         const size_t chain = variant_.chain.length;
         for (int& x : column_) x *= int(chain);
-        for (Worker<K>& worker : workers_) worker.coefficients.resize(size_t(pitch_) * chain); // 0 beyond the row's end
+        for (Worker<K>& worker : workers_)
+            worker.coefficients.resize(size_t(pitch_) * chain * (1 + variant_.bent)); // 0 beyond the row's end
     }
 
     struct Batch {
@@ -379,7 +380,7 @@ template <class K> class Cells {
         for (size_t s = 0; s < STEP_SIGNALS; ++s) a.signal[s] = signal(s);
         if (press.fill_row) {
             (*press.fill_row)(y, worker.coefficients.data());
-            a.table = worker.coefficients.data() + size_t(at) * variant_.chain.length;
+            a.table = &worker.coefficients[size_t(at) * variant_.chain.length * (1 + variant_.bent)];
             a.material = column_.data();
         }
         return a;

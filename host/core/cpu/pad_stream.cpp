@@ -91,15 +91,23 @@ class PadStream : public plan::Stream {
         bool rests = true;         // nothing has ever pressed it
         bool stays_at_rest = true; // it rests, and the pressure that was taken last does not press it either
     };
+    struct alignas(64) Part {
+        std::atomic<size_t> next; // the first place of this part of a list that no thread has taken
+    };
 
-    // Calls some(thread, first, last) for shares of the list, places first .. last - 1, on some thread.
+    // Calls some(thread, first, last) for shares of the list, places first .. last - 1, on some thread. A thread begins
+    // with a part of the list that is the same in every call, as its cache may hold these pads, then helps the others.
     template <class Some> void run(const plan::PadList& pads, Some some) {
-        std::atomic<size_t> next = 0;
+        const size_t threads = parts_.size(), share = std::max<size_t>(pads_.together(), 4);
+        for (size_t p = 0; p < threads; ++p) parts_[p].next = pads.count * p / threads;
         const auto work = [&](int thread) {
-            const size_t share = std::max<size_t>(pads_.together(), 4);
-            for (size_t i; (i = next.fetch_add(share)) < pads.count;) some(thread, i, std::min(i + share, pads.count));
+            for (size_t k = 0; k < threads; ++k) {
+                const size_t p = (size_t(thread) + k) % threads, last = pads.count * (p + 1) / threads;
+                for (size_t i; (i = parts_[p].next.fetch_add(share)) < last;)
+                    some(thread, i, std::min(i + share, last));
+            }
         };
-        pool_.each(std::ref(work)); // a reference: nothing is allocated
+        pool_.each(std::ref(work), false); // a reference: nothing is allocated
     }
 
     // The number of pads of a list, from place i on, that stand side by side, start from the same side and are not at
@@ -200,6 +208,7 @@ class PadStream : public plan::Stream {
     }
 
     simd::Pool pool_;
+    std::vector<Part> parts_{size_t(pool_.threads())}; // one for each thread
     PadCells pads_;
     const size_t frame_; // cells of a frame
     const std::array<size_t, RESPONSE_MAPS> counts_;

@@ -2,8 +2,6 @@
 #include "host/core/cpu/stream.hpp"
 
 #include "host/core/base/float_environment.hpp"
-#include "host/core/base/pool.hpp"
-#include "host/core/cpu/cells.hpp"
 #include "host/core/cpu/pad_cells.hpp"
 #include "host/core/model/laplacian.hpp"
 
@@ -16,112 +14,65 @@ namespace dermis::cpu {
 using plan::StreamedSkin;
 static_assert(simd::most_in_series == scene::most_in_series);
 
-struct FramePress::Impl {
-    Impl(StreamedSkin s, int threads, const simd::Isa& isa)
-        : streamed(std::move(s)), rest(streamed.skin.padded_cells(), rest_place(streamed.skin.chain)),
-          tables(streamed, streamed.skin.materials),
-          cells(streamed.skin, streamed.variant(), streamed.skin.whole(), threads, isa) {
-        std::ranges::copy(plan::padded_rest_curvature<float>(streamed.skin), rest.data());
-        plan::drop_maps(streamed.skin);
-        presses.reserve(together);
-    }
-
-    bool press(const plan::FrameStep& step, const float* from, const float* frames, size_t count, bool answers,
-               float* const (&response)[RESPONSE_MAPS], size_t response_pitch) {
-        const DefaultFloats guard;
-        if (count > 1 && step.before && *step.before != step.dt) // the first frame has coefficients of its own
-            return press(step, from, frames, 1, false, response, response_pitch) &&
-                   press({step.dt, step.dt}, frames, frames + streamed.skin.padded_cells(), count - 1, answers,
-                         response, response_pitch);
-        double before = step.before.value_or(0);
-        if (tables.fill({}, {.dt = &step.dt, .before = &before, .bent = step.before.has_value()})) return false;
-        const f32::Constants constants = plan::frame_constants(streamed.skin, *tables.of(0));
-        f32::Constants silent = constants;
-        silent.respond = 0;
-        std::array<int, together> changed;
-        presses.clear(); // a call that ran out of memory has left some
-        for (size_t i = 0; i < count; ++i) {
-            const float* to = frames + i * streamed.skin.padded_cells();
-            presses.push_back({.constants = answers && i + 1 == count ? constants : silent,
-                               .table = tables.of(0),
-                               .pressure = std::exchange(from, to),
-                               .pressure_to = to,
-                               .rest_curvature = rest.data(),
-                               .response = std::to_array(response),
-                               .response_pitch = response_pitch ? response_pitch : size_t(streamed.skin.pitch)});
-            // The one that answers is taken alone: the steps before it then need no rows beside a band.
-            const bool full = presses.size() == together || (answers && i + 2 == count);
-            if (!full && i + 1 < count) continue;
-            cells.press(presses, changed);
-            presses.clear();
-        }
-        return true;
-    }
-
-    StreamedSkin streamed;
-    const Plane<float> rest;
-    plan::StepTables tables;
-    Cells<f32> cells;
-    static constexpr size_t together = 8; // steps that a band of rows takes while it is in a cache
-    std::vector<CellsPress<f32>> presses; // not yet pressed
-};
-
-FramePress::FramePress(StreamedSkin skin, int threads, const simd::Isa& isa) {
-    const DefaultFloats guard; // threads inherit it
-    threads = simd::useful_threads(skin.skin.cells(), threads);
-    impl_ = std::make_unique<Impl>(std::move(skin), threads, isa);
-}
-
-FramePress::~FramePress() = default;
-
-void FramePress::reset() { impl_->cells.rest(); }
-void FramePress::save(char* planes) const { impl_->cells.save(planes); }
-void FramePress::load(const char* planes) { impl_->cells.load(planes); }
-void FramePress::set_elements(const std::vector<plan::Element>& elements) { impl_->tables.set_elements({}, elements); }
-
-bool FramePress::take(const float* numbers, float* to) {
-    const plan::PreparedSkin& skin = impl_->streamed.skin;
-    simd::Pool& pool = impl_->cells.pool();
-    struct {
-        plan::PressureCopy copy;
-        long long rows, threads;
-        std::atomic<bool> finite = true;
-    } job{.copy = {.from = numbers,
-                   .stride = size_t(skin.width()),
-                   .width = size_t(skin.width()),
-                   .to = to,
-                   .pitch = size_t(skin.pitch)},
-          .rows = skin.height(),
-          .threads = pool.threads()};
-    pool.each([&job](int thread) { // captures so little that nothing is allocated
-        const int first = int(job.rows * thread / job.threads), last = int(job.rows * (thread + 1) / job.threads);
-        if (!plan::copy_rows(job.copy, first, last)) job.finite = false;
-    });
-    return job.finite;
-}
-
-bool FramePress::finite(const float* numbers, size_t count) {
-    struct {
-        const float* numbers;
-        size_t count, threads;
-        std::atomic<bool> finite = true;
-    } job{.numbers = numbers, .count = count, .threads = size_t(impl_->cells.pool().threads())};
-    impl_->cells.pool().each([&job](int thread) {
-        const size_t first = job.count * size_t(thread) / job.threads,
-                     last = job.count * (size_t(thread) + 1) / job.threads;
-        if (!plan::all_finite(job.numbers + first, last - first)) job.finite = false;
-    });
-    return job.finite;
-}
-
-bool FramePress::press(const plan::FrameStep& step, const float* from, const float* to,
-                       float* const (&response)[RESPONSE_MAPS], size_t response_pitch) {
-    return impl_->press(step, from, to, 1, true, response, response_pitch);
+FramePress::FramePress(StreamedSkin s, int threads, const simd::Isa& isa)
+    : streamed_(std::move(s)), rest_(streamed_.skin.padded_cells(), rest_place(streamed_.skin.chain)),
+      tables_(streamed_, streamed_.skin.materials), cells_(streamed_.skin, streamed_.variant(), streamed_.skin.whole(),
+                                                           simd::useful_threads(streamed_.skin.cells(), threads), isa) {
+    std::ranges::copy(plan::padded_rest_curvature<float>(streamed_.skin), rest_.data());
+    plan::drop_maps(streamed_.skin);
+    presses_.reserve(together);
 }
 
 bool FramePress::press_frames(const plan::FrameStep& step, const float* from, const float* frames, size_t count,
                               bool answers, float* const (&response)[RESPONSE_MAPS], size_t response_pitch) {
-    return impl_->press(step, from, frames, count, answers, response, response_pitch);
+    const DefaultFloats guard;
+    if (count > 1 && step.before && *step.before != step.dt) // the first frame has coefficients of its own
+        return press_frames(step, from, frames, 1, false, response, response_pitch) &&
+               press_frames({step.dt, step.dt}, frames, frames + streamed_.skin.padded_cells(), count - 1, answers,
+                            response, response_pitch);
+    double before = step.before.value_or(0);
+    if (tables_.fill({}, {.dt = &step.dt, .before = &before, .bent = step.before.has_value()})) return false;
+    const f32::Constants constants = plan::frame_constants(streamed_.skin, *tables_.of(0));
+    f32::Constants silent = constants;
+    silent.respond = 0;
+    std::array<int, together> changed;
+    presses_.clear(); // a call that ran out of memory has left some
+    for (size_t i = 0; i < count; ++i) {
+        const float* to = frames + i * streamed_.skin.padded_cells();
+        presses_.push_back({.constants = answers && i + 1 == count ? constants : silent,
+                            .table = tables_.of(0),
+                            .pressure = std::exchange(from, to),
+                            .pressure_to = to,
+                            .rest_curvature = rest_.data(),
+                            .response = std::to_array(response),
+                            .response_pitch = response_pitch ? response_pitch : size_t(streamed_.skin.pitch)});
+        // The one that answers is taken alone: the steps before it then need no rows beside a band.
+        const bool full = presses_.size() == together || (answers && i + 2 == count);
+        if (!full && i + 1 < count) continue;
+        cells_.press(presses_, changed);
+        presses_.clear();
+    }
+    return true;
+}
+
+bool FramePress::take(const float* numbers, float* to) {
+    const size_t width = size_t(streamed_.skin.width()), pitch = size_t(streamed_.skin.pitch);
+    std::atomic<bool> all = true;
+    const auto some = [&](int first, int last) {
+        if (!plan::copy_rows({.from = numbers, .stride = width, .width = width, .to = to, .pitch = pitch}, first, last))
+            all = false;
+    };
+    cells_.pool().share(streamed_.skin.height(), std::ref(some)); // a reference: nothing is allocated
+    return all;
+}
+
+bool FramePress::finite(const float* numbers, size_t count) {
+    std::atomic<bool> all = true;
+    const auto some = [&](long long first, long long last) {
+        if (!plan::all_finite(numbers + first, size_t(last - first))) all = false;
+    };
+    cells_.pool().share((long long)count, std::ref(some));
+    return all;
 }
 
 namespace {
@@ -252,7 +203,8 @@ bool as_pads(const StreamedSkin& s, int threads) {
 
 std::unique_ptr<plan::Stream> stream(const StreamedSkin& skin, int threads, const simd::Isa& isa) {
     const DefaultFloats guard; // threads inherit it
-    const int useful = simd::useful_threads(skin.skin.cells() * size_t(skin.pads), threads);
+    // a batch waits for no thread to wake, so that a second one pays from 16384 cells on
+    const int useful = simd::useful_threads(skin.skin.cells() * size_t(skin.pads > 1 ? 4 * skin.pads : 1), threads);
     if (skin.pads == 1 && !as_pads(skin, useful)) return std::make_unique<SkinStream>(skin, threads, isa);
     return pad_stream(skin, std::min(skin.pads, useful), isa);
 }

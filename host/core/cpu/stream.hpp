@@ -2,8 +2,8 @@
 // A skin pressed frame by frame on the CPU path, in f32.
 #pragma once
 
+#include "host/core/cpu/cells.hpp"
 #include "host/core/model/stream.hpp"
-#include "host/core/simd/isa.hpp"
 
 namespace dermis::cpu {
 
@@ -12,29 +12,35 @@ class FramePress {
   public:
     // threads: 0 = one per core.
     FramePress(plan::StreamedSkin skin, int threads, const simd::Isa& isa = simd::best());
-    ~FramePress();
     // response: where each response begins, in the order of kernels/layout.h; null: not asked for. response_pitch:
     // cells from row to row of a response; 0: as in a map. Large responses are streamed past the caches if all of them
     // begin at cache lines. Returns false, and changes nothing, if a coefficient of the step is beyond float. Allocates
     // nothing.
-    bool press(const plan::FrameStep&, const float* from, const float* to, float* const (&response)[RESPONSE_MAPS],
-               size_t response_pitch = 0);
+    bool press(const plan::FrameStep& step, const float* from, const float* to, float* const (&response)[RESPONSE_MAPS],
+               size_t response_pitch = 0) {
+        return press_frames(step, from, to, 1, true, response, response_pitch);
+    }
     // Presses with each of `count` frames, maps that stand one after another. answers: whether the last press writes
     // the responses; the presses before it write none.
     bool press_frames(const plan::FrameStep&, const float* from, const float* frames, size_t count, bool answers,
                       float* const (&response)[RESPONSE_MAPS], size_t response_pitch);
-    void reset(); // to a skin at rest
+    void reset() { cells_.rest(); } // to a skin at rest
     // Copies the planes of a state (plan::StateLayout), without the pressure.
-    void save(char* planes) const;
-    void load(const char* planes);
-    void set_elements(const std::vector<plan::Element>&); // of a uniform material, the same number as before
+    void save(char* planes) const { cells_.save(planes); }
+    void load(const char* planes) { cells_.load(planes); }
+    // Of a uniform material, the same number as before.
+    void set_elements(const std::vector<plan::Element>& elements) { tables_.set_elements({}, elements); }
     // Copies width*height numbers to a map of pitch*height, on the threads of a press. Returns whether all are finite.
     bool take(const float* numbers, float* to);
     bool finite(const float* numbers, size_t count); // whether all are, on the threads of a press
 
   private:
-    struct Impl;
-    std::unique_ptr<Impl> impl_;
+    static constexpr size_t together = 8; // steps that a band of rows takes while it is in a cache
+    plan::StreamedSkin streamed_;
+    const Plane<float> rest_;
+    plan::StepTables tables_;
+    Cells<f32> cells_;
+    std::vector<CellsPress<f32>> presses_; // not yet pressed
 };
 
 // A stream of a batch of pads, or of a single skin as one pad. Each thread takes whole pads.

@@ -17,43 +17,30 @@ template <class Enum> struct Name {
 template <class Enum> struct Names; // An enum without a table of names does not compile.
 
 template <> struct Names<Quantity> {
-    static constexpr Name<Quantity> table[] = {
-        {Quantity::strain, "strain"},
-        {Quantity::sa1, "sa1"},
-        {Quantity::sa2, "sa2"},
-        {Quantity::fa1, "fa1"},
-        {Quantity::fa2, "fa2"},
-        {Quantity::curvature, "curvature"},
-        {Quantity::deformation, "deformation"},
-        {Quantity::indentation, "indentation"},
-    };
+    static constexpr Name<Quantity> table[] = {{Quantity::strain, "strain"},
+                                               {Quantity::sa1, "sa1"},
+                                               {Quantity::sa2, "sa2"},
+                                               {Quantity::fa1, "fa1"},
+                                               {Quantity::fa2, "fa2"},
+                                               {Quantity::curvature, "curvature"},
+                                               {Quantity::deformation, "deformation"},
+                                               {Quantity::indentation, "indentation"}};
 };
 template <> struct Names<Precision> {
     static constexpr Name<Precision> table[] = {
-        {Precision::f32, "f32"},
-        {Precision::f32_compensated, "f32-compensated"},
-        {Precision::f64, "f64"},
-    };
+        {Precision::f32, "f32"}, {Precision::f32_compensated, "f32-compensated"}, {Precision::f64, "f64"}};
 };
 template <> struct Names<Stencil> {
-    static constexpr Name<Stencil> table[] = {
-        {Stencil::five_point, "five-point"},
-        {Stencil::fourth_order, "fourth-order"},
-        {Stencil::published, "published"},
-    };
+    static constexpr Name<Stencil> table[] = {{Stencil::five_point, "five-point"},
+                                              {Stencil::fourth_order, "fourth-order"},
+                                              {Stencil::published, "published"}};
 };
 template <> struct Names<Edges> {
     static constexpr Name<Edges> table[] = {
-        {Edges::mirror, "mirror"},
-        {Edges::periodic, "periodic"},
-        {Edges::published, "published"},
-    };
+        {Edges::mirror, "mirror"}, {Edges::periodic, "periodic"}, {Edges::published, "published"}};
 };
 template <> struct Names<Fa2> {
-    static constexpr Name<Fa2> table[] = {
-        {Fa2::point, "point"},
-        {Fa2::step_mean, "step-mean"},
-    };
+    static constexpr Name<Fa2> table[] = {{Fa2::point, "point"}, {Fa2::step_mean, "step-mean"}};
 };
 template <> struct Names<Signal> {
     static constexpr Name<Signal> table[] = {
@@ -68,12 +55,10 @@ template <> struct Names<Receptors::Kernel> {
     };
 };
 template <> struct Names<Surface::Kind> {
-    static constexpr Name<Surface::Kind> table[] = {
-        {Surface::Kind::flat, "flat"},
-        {Surface::Kind::wave, "wave"},
-        {Surface::Kind::spiral, "spiral"},
-        {Surface::Kind::map, "file"},
-    };
+    static constexpr Name<Surface::Kind> table[] = {{Surface::Kind::flat, "flat"},
+                                                    {Surface::Kind::wave, "wave"},
+                                                    {Surface::Kind::spiral, "spiral"},
+                                                    {Surface::Kind::map, "file"}};
 };
 
 template <class Enum> constexpr const char* text_of(Enum value) noexcept {

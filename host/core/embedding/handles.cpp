@@ -55,34 +55,23 @@ void check_extensions(const Handles& h) {
                 refuse("extensions", std::string("without ") + name, "with it, because this device offers it");
 }
 
-// Throws where a function that set-up or recording calls is missing.
+// The functions that set-up or recording calls.
+#define CALLS(each)                                                                                                    \
+    each(vkAllocateDescriptorSets) each(vkCmdBindDescriptorSets) each(vkCmdBindPipeline) each(vkCmdDispatch)           \
+        each(vkCmdPipelineBarrier) each(vkCmdPushConstants) each(vkCmdUpdateBuffer) each(vkCmdWriteTimestamp)          \
+            each(vkCreateBufferView) each(vkCreateComputePipelines) each(vkCreateDescriptorPool)                       \
+                each(vkCreateDescriptorSetLayout) each(vkCreatePipelineLayout) each(vkCreateShaderModule)              \
+                    each(vkDestroyBufferView) each(vkDestroyDescriptorPool) each(vkDestroyDescriptorSetLayout)         \
+                        each(vkDestroyPipeline) each(vkDestroyPipelineLayout) each(vkDestroyShaderModule)              \
+                            each(vkGetBufferMemoryRequirements) each(vkUpdateDescriptorSets)
+
+// Throws where one of them is missing.
 void check_calls(const VolkDeviceTable& vk) {
-#define NAMED(f)                                                                                                       \
-    std::pair { #f, reinterpret_cast < PFN_vkVoidFunction>(vk.f) }
-    for (const auto& [name, found] : {NAMED(vkAllocateDescriptorSets),
-                                      NAMED(vkCmdBindDescriptorSets),
-                                      NAMED(vkCmdBindPipeline),
-                                      NAMED(vkCmdDispatch),
-                                      NAMED(vkCmdPipelineBarrier),
-                                      NAMED(vkCmdPushConstants),
-                                      NAMED(vkCmdUpdateBuffer),
-                                      NAMED(vkCmdWriteTimestamp),
-                                      NAMED(vkCreateBufferView),
-                                      NAMED(vkCreateComputePipelines),
-                                      NAMED(vkCreateDescriptorPool),
-                                      NAMED(vkCreateDescriptorSetLayout),
-                                      NAMED(vkCreatePipelineLayout),
-                                      NAMED(vkCreateShaderModule),
-                                      NAMED(vkDestroyBufferView),
-                                      NAMED(vkDestroyDescriptorPool),
-                                      NAMED(vkDestroyDescriptorSetLayout),
-                                      NAMED(vkDestroyPipeline),
-                                      NAMED(vkDestroyPipelineLayout),
-                                      NAMED(vkDestroyShaderModule),
-                                      NAMED(vkGetBufferMemoryRequirements),
-                                      NAMED(vkUpdateDescriptorSets)})
-        if (!found) lacks("get_instance_proc_addr", std::string("get_instance_proc_addr finds no ") + name);
+#define NAMED(f) {#f, reinterpret_cast<PFN_vkVoidFunction>(vk.f)},
+    const std::pair<const char*, PFN_vkVoidFunction> calls[] = {CALLS(NAMED)};
 #undef NAMED
+    for (const auto& [name, found] : calls)
+        if (!found) lacks("get_instance_proc_addr", std::string("get_instance_proc_addr finds no ") + name);
 }
 
 } // namespace

@@ -212,10 +212,8 @@ plan::StreamedSkin streamed(const SkinDescription& d, uint32_t max_bindings, con
 SkinProgram::SkinProgram() = default;
 SkinProgram::SkinProgram(const Handles& handles, const SkinDescription& description, uint32_t max_bindings,
                          const SkinOptions& options) try
-    : SkinProgram(Internal::make(handles, streamed(description, max_bindings, options), max_bindings)) {
-} catch (const std::bad_alloc&) {
-    scene::out_of_memory([&] { return scene::needs_of(description, options); });
-}
+    : SkinProgram(Internal::make(handles, streamed(description, max_bindings, options), max_bindings)) {}
+OR_OUT_OF_MEMORY(scene::needs_of(description, options))
 SkinProgram::~SkinProgram() = default;
 SkinProgram::SkinProgram(SkinProgram&&) noexcept = default;
 SkinProgram& SkinProgram::operator=(SkinProgram&&) noexcept = default;
@@ -301,9 +299,8 @@ Binding SkinProgram::bind(const Buffers& b) try {
     impl.recorder.bind(binding.set, b);
     ++impl.bindings;
     return binding;
-} catch (const std::bad_alloc&) {
-    scene::out_of_memory([&] { return impl_->words_of_needs(); });
 }
+OR_OUT_OF_MEMORY(impl_->words_of_needs())
 
 bool SkinProgram::Impl::ascend(const Pads& pads) const noexcept {
     for (size_t i = 0; !pads.all && i < pads.count; ++i) {
@@ -364,18 +361,16 @@ void SkinProgram::set_material(const Material& material, const Pads& pads) try {
     const std::vector<plan::Element> elements =
         plan::elements_of_pad(skin.skin.description, material, skin.skin.chain, skin.wanted, "material");
     impl.recorder.set_elements(list, elements);
-} catch (const std::bad_alloc&) {
-    scene::out_of_memory([&] { return impl_->words_of_needs(); });
 }
+OR_OUT_OF_MEMORY(impl_->words_of_needs())
 
 void SkinProgram::bind_check(const VkDescriptorBufferInfo& range) try {
     Impl& impl = *impl_;
     impl.check_range("check", range, impl.needs.check);
     if (impl.check->bound()) refuse("check", "bound already", "one binding");
     impl.check->bind(range);
-} catch (const std::bad_alloc&) {
-    scene::out_of_memory([&] { return impl_->words_of_needs(); });
 }
+OR_OUT_OF_MEMORY(impl_->words_of_needs())
 
 bool SkinProgram::record_check(VkCommandBuffer commands) const noexcept {
     const Impl& impl = *impl_;
@@ -390,8 +385,7 @@ bool SkinProgram::check_passed(const void* bytes, size_t size) const try {
         refuse("check", bytes ? std::to_string(size) + " bytes" : "(null)",
                "memory().check.bytes = " + std::to_string(impl_->needs.check.bytes));
     return impl_->check->passed(static_cast<const unsigned char*>(bytes));
-} catch (const std::bad_alloc&) {
-    scene::out_of_memory([&] { return impl_->words_of_needs(); });
 }
+OR_OUT_OF_MEMORY(impl_->words_of_needs())
 
 } // namespace dermis::vulkan

@@ -24,35 +24,10 @@ double p3_of(double z) {
 template Phi<double> phi(double);
 template f64::Coefficients exact_coefficients_in<f64>(const Element&, const ResponseRule&, double);
 template void join_loads<f64>(f64::Coefficients*, size_t, bool, double);
+template f64::Coefficients bend(f64::Coefficients&, const Element&, const ResponseRule&, double, double);
 
 f64::Coefficients exact_coefficients(const Element& m, const ResponseRule& rule, double dt) {
     return exact_coefficients_in<f64>(m, rule, dt);
-}
-
-f64::Coefficients bend(f64::Coefficients& k, const Element& m, const ResponseRule& rule, double dt, double before) {
-    f64::Coefficients past{};
-    if (dt == 0 || before == 0) return past;
-    const double E = m.modulus, eta = m.viscosity;
-    const double z = is_elastic(m) ? INFINITY : E * dt / eta, y = dt / rule.sa2_adaptation;
-    const Phi<double> p = phi(z), of_y = phi(y);
-    const Divided<double> d = divided(z, y);
-    // What a pressure of u*u - u adds, u from 0 to 1. As in exact_coefficients_in, what grows with z is divided by E.
-    const bool fast = std::max(z, y) > 1 && z >= y;
-    const double strain = z <= 1 ? dt / eta * (2 * p.p3 - p.p2) : (p.p1 - 2 * p.p2) / E,
-                 integral = dt * (fast ? (2 * (of_y.p3 - d.d3) - (of_y.p2 - d.d2)) / E : dt / eta * (2 * d.d4 - d.d3)),
-                 rate = z <= 1 ? z * (p.p2 - 2 * p.p3) / eta : (1 - 2 * p.p1 + p.p0) / (E * dt),
-                 at_end = eta > 0 ? (2 * p.p1 - p.p0) / (eta * dt) : 0, mean = eta > 0 ? rate / dt : 0;
-    // The pressure bends by c times that; c = share*ds - past_share*(what changed over the step before).
-    const double share = dt / (dt + before), past_share = share * dt / before;
-    const auto add = [&](double f64::Coefficients::*factor, double bow) {
-        k.*factor += share * bow;
-        past.*factor = -past_share * bow;
-    };
-    add(&f64::Coefficients::f, strain);
-    add(&f64::Coefficients::i2, integral);
-    add(&f64::Coefficients::v1, rate);
-    add(&f64::Coefficients::a1, rule.step_mean ? mean : at_end);
-    return past;
 }
 
 bool round_to_float(const f64::Coefficients& k, f32::Coefficients& to) {

@@ -6,9 +6,6 @@
 #include "host/core/description/element.hpp"
 #include "host/core/simd/model.hpp"
 
-#include <optional>
-#include <vector>
-
 namespace dermis::plan {
 
 // p0 = e^-z, p1 = (1 - e^-z)/z, p2 = (e^-z - 1 + z)/z^2, p3 = (1 - z + z^2/2 - e^-z)/z^3; at z = 0 they are 1/k!.
@@ -33,7 +30,7 @@ typename K::Coefficients exact_coefficients_in(const Element&, const ResponseRul
 // Bends the pressure of a step: it runs along the parabola through the frames at the step's end, at its start and
 // `before` seconds earlier; linearly where that is 0. Adds to k, the coefficients of an element, the share of ds, and
 // returns the element's second coefficients (kernels/layout.h).
-f64::Coefficients bend(f64::Coefficients& k, const Element&, const ResponseRule&, double dt, double before);
+template <class C, class T> C bend(C& k, const Element&, const ResponseRule&, T dt, T before);
 
 // Moves what the load adds to integral, rate and acceleration of n elements in series into the first element's
 // coefficients. spring: the last element is a spring; it gets the coefficients of a spring (kernels/layout.h), for a

@@ -119,4 +119,30 @@ template <class K> void join_loads(typename K::Coefficients* elements, size_t n,
     if (dt == 0 && last.E > 0) last.b = 1 / last.E; // E = 0: all coefficients are 0, at rest
 }
 
+template <class C, class T> C bend(C& k, const Element& m, const ResponseRule& rule, T dt, T before) {
+    C past{};
+    if (dt == 0 || before == 0) return past;
+    const T E = m.modulus, eta = m.viscosity;
+    const T z = is_elastic(m) ? T(INFINITY) : E * dt / eta, y = dt / rule.sa2_adaptation;
+    const Phi<T> p = phi(z), of_y = phi(y);
+    const Divided<T> d = divided(z, y);
+    // What a pressure of u*u - u adds, u from 0 to 1. As in exact_coefficients_in, what grows with z is divided by E.
+    const T strain = z <= 1 ? dt / eta * (2 * p.p3 - p.p2) : (p.p1 - 2 * p.p2) / E,
+            integral = dt * (std::max(z, y) > 1 && z >= y ? (2 * (of_y.p3 - d.d3) - (of_y.p2 - d.d2)) / E
+                                                          : dt / eta * (2 * d.d4 - d.d3)),
+            rate = z <= 1 ? z * (p.p2 - 2 * p.p3) / eta : (1 - 2 * p.p1 + p.p0) / (E * dt),
+            at_end = eta > 0 ? (2 * p.p1 - p.p0) / (eta * dt) : 0, mean = eta > 0 ? rate / dt : 0;
+    // The pressure bends by c times that; c = share*ds - past_share*(what changed over the step before).
+    const T share = dt / (dt + before), past_share = share * dt / before;
+    const auto add = [&](T C::*factor, T bow) {
+        k.*factor += share * bow;
+        past.*factor = -past_share * bow;
+    };
+    add(&C::f, strain);
+    add(&C::i2, integral);
+    add(&C::v1, rate);
+    add(&C::a1, rule.step_mean ? mean : at_end);
+    return past;
+}
+
 } // namespace dermis::plan

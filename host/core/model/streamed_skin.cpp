@@ -29,14 +29,13 @@ void check_elements(const std::vector<Element>& elements, const Chain& chain, co
 
 // Every constant must be finite in float: a product with infinity could be NaN, and appear as a wrong 0.
 void check_float(const PreparedSkin& skin) {
-    const auto need = need_float;
     const f64::Constants& c = skin.constants;
     scene::need(finite(double(float(c.bend))), "grid.spacing", skin.spacing(),
                 "material.thickness/spacing^2 up to 3.4e38 for a skin in float");
-    need("material.curvature_length", c.curvature_length);
-    for (double gain : {c.gain_plus, c.gain_minus}) need("receptors.fa2_gains", gain);
+    need_float("material.curvature_length", c.curvature_length);
+    for (double gain : {c.gain_plus, c.gain_minus}) need_float("receptors.fa2_gains", gain);
     for (const Site& site : skin.description.sites) // rest curvature of fields is checked where it is padded
-        need("surface.relief", rest_curvature_at(skin, site.cell));
+        need_float("surface.relief", rest_curvature_at(skin, site.cell));
 }
 
 std::vector<Quantity> asked_responses(const SkinDescription& d, const SkinOptions& options) {
@@ -231,12 +230,12 @@ StepTables::StepTables(const StreamedSkin& s, const std::vector<Element>& elemen
     elements_of_pad_ = own_ ? chain_.length : elements_.size();
     length_ = elements_of_pad_ * entries_of(s.hold);
     tables_.resize(length_ * (own_ ? pads_ : 1));
-    filled_.assign(own_ ? pads_ : 1, std::nan(""));
+    filled_.assign(own_ ? pads_ : 1, {std::nan("")});
 }
 
 bool StepTables::fill_slot(size_t slot, const FrameStep& step) {
     if (step == filled_[slot]) return true;
-    filled_[slot] = std::nan(""); // the table is of no step until it is filled
+    filled_[slot] = {std::nan("")}; // the table is of no step until it is filled
     const Element* elements = elements_.data() + (own_ ? slot * elements_of_pad_ : 0);
     if (!fill_table({elements, elements_of_pad_}, chain_, rule_, step, tables_.data() + slot * length_)) return false;
     filled_[slot] = step;
@@ -248,7 +247,7 @@ const double* StepTables::fill(const PadList& pads, const StepLengths& dt) {
     if (!each_) return fill_slot(0, dt.of(pads, 0)) ? nullptr : &dt[0];
     if (filled_.size() < pads_) {
         tables_.resize(length_ * pads_);
-        filled_.resize(pads_, std::nan(""));
+        filled_.resize(pads_, {std::nan("")});
     }
     for (size_t i = 0; i < pads.count; ++i)
         if (!fill_slot(size_t(pads[i]), dt.of(pads, i))) return &dt[i];
@@ -259,9 +258,9 @@ void StepTables::set_elements(const PadList& pads, const std::vector<Element>& e
     for (size_t i = 0; i < pads.count; ++i) {
         const size_t pad = own_ ? size_t(pads[i]) : 0;
         std::ranges::copy(elements, elements_.begin() + long(pad * elements_of_pad_));
-        if (own_) filled_[pad] = std::nan("");
+        if (own_) filled_[pad] = {std::nan("")};
     }
-    if (!own_) std::ranges::fill(filled_, std::nan(""));
+    if (!own_) std::ranges::fill(filled_, FrameStep{std::nan("")});
 }
 
 f32::Constants frame_constants(const PreparedSkin& skin, const f32::Coefficients& coefficients) {

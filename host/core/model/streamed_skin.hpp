@@ -33,9 +33,8 @@ struct PadList {
 
 // The length of a step between frames, s.
 struct FrameStep {
-    FrameStep(double length, std::optional<double> earlier = {}) : dt(length), before(earlier) {}
     double dt;
-    std::optional<double> before; // under parabolic hold: the step before; 0: there is none to lead on from
+    std::optional<double> before = {}; // under parabolic hold: the step before; 0: there is none to lead on from
     bool operator==(const FrameStep&) const = default;
 };
 

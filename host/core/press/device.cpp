@@ -93,9 +93,8 @@ Device open_device(const std::string& which, const vulkan::Loader& loader, const
     Device device = Device::cpu();
     device.impl().info.refused = "no Vulkan device used: " + why;
     return device;
-} catch (const std::bad_alloc&) {
-    scene::out_of_memory([&] { return "device \"" + which + "\" and its test"; });
 }
+OR_OUT_OF_MEMORY("device \"" + which + "\" and its test")
 
 void Device::Impl::need_exact() const {
     if (!info.exact && !named)
@@ -124,9 +123,8 @@ Device Device::cpu(int threads) try {
     impl->backend = std::make_shared<cpu::CpuBackend>(threads);
     impl->tested = Impl::Tested::every_march; // others are tested against the CPU path
     return Device(impl);
-} catch (const std::bad_alloc&) {
-    scene::out_of_memory([] { return "device \"cpu\""; });
 }
+OR_OUT_OF_MEMORY("device \"cpu\"")
 
 Device Device::open(const std::string& which) {
     return which == "cpu" ? cpu() : open_device(which, vulkan::system_loader()); // nothing of Vulkan is loaded in vain
@@ -137,9 +135,8 @@ std::vector<DeviceInfo> Device::list() try {
     std::vector<DeviceInfo> list;
     for (const PhysicalDevice& p : instance.devices()) list.push_back(p.info);
     return list;
-} catch (const std::bad_alloc&) {
-    scene::out_of_memory([] { return "the list of devices"; });
 }
+OR_OUT_OF_MEMORY("the list of devices")
 
 const DeviceInfo& Device::info() const noexcept { return impl_->info; }
 

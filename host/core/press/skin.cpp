@@ -194,9 +194,8 @@ Skin::Skin(const Device& device, const SkinDescription& description, const SkinO
         std::make_unique<Impl>(plan::streamed_skin(description, options, d.backend->threads()), options, *d.backend);
     if (!impl_->stream->exact()) d.info.exact = false; // written on Vulkan alone, where one thread uses the device
     d.need_exact();
-} catch (const std::bad_alloc&) {
-    scene::out_of_memory([&] { return scene::needs_of(description, options); });
 }
+OR_OUT_OF_MEMORY(scene::needs_of(description, options))
 
 Skin::~Skin() = default;
 Skin::Skin(Skin&&) noexcept = default;
@@ -206,18 +205,16 @@ int Skin::count() const { return int(impl_->count); }
 
 void Skin::press(const float* pressure, size_t cells, double dt, const Pads& pads) try {
     impl_->press(pressure, cells, impl_->steps(&dt), impl_->list_of(pads));
-} catch (const std::bad_alloc&) {
-    scene::out_of_memory([&] { return impl_->needs; });
 }
+OR_OUT_OF_MEMORY(impl_->needs)
 
 void Skin::press(const float* pressure, size_t cells, const double* dt, size_t steps, const Pads& pads) try {
     const plan::PadList list = impl_->list_of(pads);
     if (steps != list.count)
         scene::refuse("dt", std::to_string(steps) + " steps", std::to_string(list.count) + ", one for each pad");
     impl_->press(pressure, cells, impl_->steps(dt, true), list);
-} catch (const std::bad_alloc&) {
-    scene::out_of_memory([&] { return impl_->needs; });
 }
+OR_OUT_OF_MEMORY(impl_->needs)
 
 Skin::Response Skin::response(Quantity q) const try {
     Impl& s = *impl_;
@@ -233,9 +230,8 @@ Skin::Response Skin::response(Quantity q) const try {
                           ", strain, indentation, curvature");
     const float* data = s.stream->response(q); // throws if the device is lost
     return {data, s.count * (s.fields ? s.cells() : s.sites_of[size_t(q)])};
-} catch (const std::bad_alloc&) {
-    scene::out_of_memory([&] { return impl_->needs; });
 }
+OR_OUT_OF_MEMORY(impl_->needs)
 
 void Skin::press_frames(const float* frames, size_t count, size_t numbers, double dt, const Pads& pads) try {
     Impl& s = *impl_;
@@ -246,9 +242,8 @@ void Skin::press_frames(const float* frames, size_t count, size_t numbers, doubl
     if (!s.stream->finite(frames, count * numbers)) s.refuse_pressure(frames, list, count);
     if (s.stream->press_frames(list, frames, count, numbers, steps)) refuse_step(dt);
     steps.taken(list);
-} catch (const std::bad_alloc&) {
-    scene::out_of_memory([&] { return impl_->needs; });
 }
+OR_OUT_OF_MEMORY(impl_->needs)
 
 std::vector<int> Skin::cells() const try {
     std::vector<int> all(impl_->read.begin(), impl_->read.end());
@@ -256,9 +251,8 @@ std::vector<int> Skin::cells() const try {
     all.resize(impl_->cells());
     std::iota(all.begin(), all.end(), 0);
     return all;
-} catch (const std::bad_alloc&) {
-    scene::out_of_memory([&] { return impl_->needs; });
 }
+OR_OUT_OF_MEMORY(impl_->needs)
 
 void Skin::press_cells(const float* pressure, size_t numbers, double dt, const Pads& pads) try {
     Impl& s = *impl_;
@@ -269,23 +263,18 @@ void Skin::press_cells(const float* pressure, size_t numbers, double dt, const P
     if (!s.stream->take_cells(list, pressure, s.read, s.cells())) s.refuse_pressure(pressure, list, 1, s.read);
     if (s.stream->press(list, steps)) refuse_step(dt);
     steps.taken(list);
-} catch (const std::bad_alloc&) {
-    scene::out_of_memory([&] { return impl_->needs; });
 }
+OR_OUT_OF_MEMORY(impl_->needs)
 
 void Skin::reset(const Pads& pads) try {
     const plan::PadList list = impl_->list_of(pads);
     impl_->stream->reset(list);
     for (size_t i = 0; i < list.count; ++i) impl_->last_steps[size_t(list[i])] = 0;
-} catch (const std::bad_alloc&) {
-    scene::out_of_memory([&] { return impl_->needs; });
 }
+OR_OUT_OF_MEMORY(impl_->needs)
 
-size_t Skin::state_bytes(const Pads& pads) const try {
-    return impl_->saved_state.bytes(impl_->list_of(pads).count);
-} catch (const std::bad_alloc&) {
-    scene::out_of_memory([&] { return impl_->needs; });
-}
+size_t Skin::state_bytes(const Pads& pads) const try { return impl_->saved_state.bytes(impl_->list_of(pads).count); }
+OR_OUT_OF_MEMORY(impl_->needs)
 
 void Skin::save(void* state, size_t bytes, const Pads& pads) const try {
     Impl& s = *impl_;
@@ -294,9 +283,8 @@ void Skin::save(void* state, size_t bytes, const Pads& pads) const try {
     s.stream->save(list, to);
     for (size_t i = 0; to.steps && i < list.count; ++i)
         std::memcpy(to.steps + i * sizeof(double), &s.last_steps[size_t(list[i])], sizeof(double));
-} catch (const std::bad_alloc&) {
-    scene::out_of_memory([&] { return impl_->needs; });
 }
+OR_OUT_OF_MEMORY(impl_->needs)
 
 void Skin::load(const void* state, size_t bytes, const Pads& pads) try {
     Impl& s = *impl_;
@@ -307,9 +295,8 @@ void Skin::load(const void* state, size_t bytes, const Pads& pads) try {
         double& step = s.last_steps[size_t(list[i])] = 0;
         if (from.steps) std::memcpy(&step, from.steps + i * sizeof step, sizeof step);
     }
-} catch (const std::bad_alloc&) {
-    scene::out_of_memory([&] { return impl_->needs; });
 }
+OR_OUT_OF_MEMORY(impl_->needs)
 
 void Skin::set_material(const Material& material, const Pads& pads) try {
     const DefaultFloats guard;
@@ -324,9 +311,8 @@ void Skin::set_material(const Material& material, const Pads& pads) try {
     s.stream->set_elements(list, elements);
     if (copies.empty()) s.description.material = std::move(taken);
     for (size_t i = 0; i < copies.size(); ++i) s.materials[size_t(list[i])] = std::move(copies[i]);
-} catch (const std::bad_alloc&) {
-    scene::out_of_memory([&] { return impl_->needs; });
 }
+OR_OUT_OF_MEMORY(impl_->needs)
 
 Report Skin::report(int pad) const try {
     const DefaultFloats guard;
@@ -347,8 +333,7 @@ Report Skin::report(int pad) const try {
     if (skin && s.fields) s.bend(report, *skin, size_t(pad), {strain.begin(), strain.end()});
     if (own.grid.spacing) report.indentation.value = report.strain.value * own.material.thickness.value_or(0);
     return report;
-} catch (const std::bad_alloc&) {
-    scene::out_of_memory([&] { return impl_->needs; });
 }
+OR_OUT_OF_MEMORY(impl_->needs)
 
 } // namespace dermis

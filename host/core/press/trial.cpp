@@ -107,10 +107,8 @@ struct Trial::Impl {
 };
 
 Trial::Trial(const SkinDescription& description, const SkinOptions& options) try
-    : impl_(std::make_unique<Impl>(description, options)) {
-} catch (const std::bad_alloc&) {
-    scene::out_of_memory([&] { return "a trial of " + scene::needs_of(description, options); });
-}
+    : impl_(std::make_unique<Impl>(description, options)) {}
+OR_OUT_OF_MEMORY("a trial of " + scene::needs_of(description, options))
 Trial::~Trial() = default;
 
 const std::vector<float>& Trial::pressure(int press) const {
@@ -147,8 +145,7 @@ std::string Trial::fault(const SkinProgram& program, int press, const void* resp
         return "constants: they are zeros; upload memory().constants.initial before the first press";
     return "responses: other bits than the CPU path's, for no reason that this trial knows; SkinProgram::record_check "
            "tells whether the device gives these bits";
-} catch (const std::bad_alloc&) {
-    scene::out_of_memory([&] { return "a trial of " + scene::needs_of(impl_->description, impl_->options); });
 }
+OR_OUT_OF_MEMORY("a trial of " + scene::needs_of(impl_->description, impl_->options))
 
 } // namespace dermis::vulkan

@@ -163,20 +163,15 @@ int advance_in(const AdvanceArguments<Kernels> a, const Constants c) {
     return bits;
 }
 
-template <Path path, bool materials, bool compensated>
-int advance_chain(const AdvanceArguments<Kernels>& a, const Constants& c) {
-    if constexpr (path != Path::bent) // as a chain of any length, because its coefficients are always in the table
-        if (!is_chain(a)) return advance_in<path, materials, compensated, false>(a, c);
-    return advance_in<path, materials, compensated, true>(a, c);
-}
-
-template <Path path, bool materials> int advance_with(const AdvanceArguments<Kernels>& a, const Constants& c) {
-    return a.from.lost[sum_strain] ? advance_chain<path, materials, true>(a, c)
-                                   : advance_chain<path, materials, false>(a, c);
-}
-
 template <Path path> int advance_for(const AdvanceArguments<Kernels>& a, const Constants& c) {
-    return a.material ? advance_with<path, true>(a, c) : advance_with<path, false>(a, c);
+    return with_bool(a.material, [&](auto materials) {
+        return with_bool(a.from.lost[sum_strain], [&](auto compensated) {
+            if constexpr (path !=
+                          Path::bent) // as a chain of any length, because its coefficients are always in the table
+                if (!is_chain(a)) return advance_in<path, materials.number, compensated.number, false>(a, c);
+            return advance_in<path, materials.number, compensated.number, true>(a, c);
+        });
+    });
 }
 
 // The curvature of a block at column x. along: its second difference along the row.
@@ -355,17 +350,13 @@ inline void respond_tile(const RespondArguments<Kernels>& r, const EndCells<sten
     store_summaries(all, r.tiles, x / TILE_CELLS);
 }
 
+// Computes the responses of whole tiles.
 template <int stencil, bool passed> void respond_tiles_in(const RespondArguments<Kernels> r, const Constants c) {
     const int far = reach(stencil);
     const EndCells<stencil> ends(r.strain);
     for (int x = r.first; x + TILE_CELLS <= r.last; x += TILE_CELLS)
         if (x >= far && x + TILE_CELLS <= r.strain.width - far) respond_tile<stencil, passed, true>(r, ends, x, c);
         else respond_tile<stencil, passed, false>(r, ends, x, c);
-}
-
-// Computes the responses of whole tiles.
-template <bool passed> void respond_tiles(const RespondArguments<Kernels>& r, const Constants& c) {
-    with_stencil(r.strain.stencil, [&](auto stencil) { respond_tiles_in<stencil.number, passed>(r, c); });
 }
 
 bool sums(const RespondArguments<Kernels>& r) {
@@ -436,11 +427,10 @@ void step_rows_in(const RowSteps<Kernels>& given, const Constants& constants) {
 #pragma GCC unroll 8
                 for (int i = 0; i < line; i += lanes)
                     step_between<path, compensated, chain>(a, x + i - r.first, c, k, table);
-                respond_line<stencil, passed, streams.number != 0>(r, x, c);
+                respond_line<stencil, passed, streams.number>(r, x, c);
             }
         };
-        if (r.streams) step_lines(Constant<1>{});
-        else step_lines(Constant<0>{});
+        with_bool(r.streams, step_lines);
         for (int side = 0; side < 2; ++side) {
             const scalar* along = (side ? high : low).values + lanes;
             for (int x = side ? end : r.first, last = side ? r.last : begin; x < last; x += lanes, along += lanes) {
@@ -472,12 +462,14 @@ int advance(const AdvanceArguments<Kernels>& a, const Constants& c) {
 
 void respond(const RespondArguments<Kernels>& r, const Constants& c) {
     RespondArguments<Kernels> rest = r; // the columns that are left
-    const bool passed = c.gain_plus == real(1) && c.gain_minus == real(-1);
-    if (blocks::sums(r)) {
-        passed ? blocks::respond_tiles<true>(r, c) : blocks::respond_tiles<false>(r, c);
-        rest.first += (r.last - r.first) / TILE_CELLS * TILE_CELLS;
-    }
-    passed ? respond_in<true>(rest, c) : respond_in<false>(rest, c);
+    with_bool(passes(c), [&](auto passed) {
+        if (blocks::sums(r)) {
+            with_stencil(r.strain.stencil,
+                         [&](auto stencil) { blocks::respond_tiles_in<stencil.number, passed.number>(r, c); });
+            rest.first += (r.last - r.first) / TILE_CELLS * TILE_CELLS;
+        }
+        respond_in<passed.number>(rest, c);
+    });
     end_vector_code();
 }
 
@@ -493,11 +485,10 @@ bool in_blocks(const AdvanceArguments<Kernels>& a, const RespondArguments<Kernel
 int step_rows(const RowSteps<Kernels>& given, const Constants& c) {
     if constexpr (std::is_same_v<scalar, float>)
         if (in_blocks(given.advance, given.respond)) {
-            const bool compensated = given.advance.from.lost[sum_strain],
-                       passed = c.gain_plus == real(1) && c.gain_minus == real(-1);
-            if (compensated)
-                passed ? blocks::step_rows_for<true, true>(given, c) : blocks::step_rows_for<true, false>(given, c);
-            else passed ? blocks::step_rows_for<false, true>(given, c) : blocks::step_rows_for<false, false>(given, c);
+            with_bool(given.advance.from.lost[sum_strain], [&](auto compensated) {
+                with_bool(passes(c),
+                          [&](auto passed) { blocks::step_rows_for<compensated.number, passed.number>(given, c); });
+            });
             end_vector_code();
             return (1 << state_sums) - 1;
         }

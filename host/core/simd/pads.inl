@@ -36,8 +36,7 @@ inline real difference_of_pad(const PadResponses& p, int i, real here, Wide::Mas
                       neighbour<stencil, first + 2, mirrored>(p, strain, here, edge), far_high, a, stencil);
 }
 
-template <int stencil, bool passed, bool mirrored>
-void respond_pads_in(const PadResponses given, const Constants c) {
+template <int stencil, bool passed, bool mirrored> void respond_pads_in(const PadResponses given, const Constants c) {
     PadResponses p = given;
     for (int pad = 0; pad < p.pads; ++pad) {
         for (int block = 0; block < p.cells; block += lanes) {
@@ -65,17 +64,15 @@ void respond_pads_in(const PadResponses given, const Constants c) {
     }
 }
 
-template <bool passed> void respond_pads_for(const PadResponses& p, const Constants& c) {
-    with_stencil(p.stencil, [&](auto stencil) {
-        if (stencil.number == STENCIL_FIVE_POINT && p.mirrored) respond_pads_in<stencil.number, passed, true>(p, c);
-        else respond_pads_in<stencil.number, passed, false>(p, c);
-    });
-}
-
 } // namespace blocks
 
 void respond_pads(const PadResponses& p, const Constants& c) {
-    if (c.gain_plus == real(1) && c.gain_minus == real(-1)) blocks::respond_pads_for<true>(p, c);
-    else blocks::respond_pads_for<false>(p, c);
+    with_bool(passes(c), [&](auto passed) {
+        with_stencil(p.stencil, [&](auto stencil) {
+            if (stencil.number == STENCIL_FIVE_POINT && p.mirrored)
+                blocks::respond_pads_in<stencil.number, passed.number, true>(p, c);
+            else blocks::respond_pads_in<stencil.number, passed.number, false>(p, c);
+        });
+    });
     end_vector_code();
 }

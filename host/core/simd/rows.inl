@@ -69,7 +69,7 @@ real laplacian_at(const RowNeighbours<real>& l, int x) {
                difference(l.far_low[x], l.low[x], l.here[x], l.high[x], l.far_high[x], across(l), l.stencil));
 }
 
-template <int n> struct Constant { static constexpr int number = n; };
+template <auto value> struct Constant { static constexpr auto number = value; };
 
 // Calls f with the number of a stencil as a Constant.
 template <class F> void with_stencil(int stencil, F f) {
@@ -77,6 +77,12 @@ template <class F> void with_stencil(int stencil, F f) {
     else if (stencil == STENCIL_FOURTH_ORDER) f(Constant<STENCIL_FOURTH_ORDER>{});
     else f(Constant<STENCIL_PUBLISHED>{});
 }
+
+// Calls f with a bool as a Constant.
+template <class F> auto with_bool(bool value, F f) { return value ? f(Constant<true>{}) : f(Constant<false>{}); }
+
+// Whether FA2 passes on the acceleration as it is.
+bool passes(const Constants& c) { return c.gain_plus == real(1) && c.gain_minus == real(-1); }
 
 void laplacian_over(const RowNeighbours<real>& l, int first, int last, real* L) {
     const int far = reach(l.stencil);

@@ -31,7 +31,7 @@ double seconds_of_press(const Device& device, const Scene& scene, int pads) {
         if (seconds < 1e-3) presses *= 2; // caches and clocks are not warm yet either
         else groups.push_back(seconds / double(presses));
     }
-    std::sort(groups.begin(), groups.end());
+    std::ranges::sort(groups);
     return groups[groups.size() / 2];
 }
 

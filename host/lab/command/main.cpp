@@ -149,10 +149,11 @@ void explain_run(const Arguments& a, const std::vector<std::string>& overrides, 
             fmt::join(e.retardation_times, ", "), e.retardation_times.size());
     if (scene.load.interval)
         fmt::print(
-            "   frames {:.4g} s apart: along parabolas in place of lines the strain differs by {:.2g} of its greatest "
-            "value and FA1 by {:.2g};\n   of a vibration of {:.3g} Hz they keep nine tenths, of {:.3g} Hz four\n",
-            *scene.load.interval, e.strain_between_frames, e.fa1_between_frames,
-            vibration_between(*scene.load.interval), 0.5 / *scene.load.interval);
+            "   {} between frames {:.4g} s apart: between lines and parabolas the strain differs by {:.2g} of its "
+            "greatest value and FA1 by {:.2g};\n   of a vibration of {:.3g} Hz they keep nine tenths, of {:.3g} Hz "
+            "four\n",
+            scene.load.hold == Hold::linear ? "lines" : "parabolas", *scene.load.interval, e.strain_between_frames,
+            e.fa1_between_frames, vibration_between(*scene.load.interval), 0.5 / *scene.load.interval);
     for (size_t i = 0; i < e.candidates.size(); ++i) {
         const Candidate& c = e.candidates[i];
         fmt::print("{} {} in {} on {}\n", i == e.chosen ? "->" : "  ", name(c.model), name(c.precision), c.device);

@@ -91,7 +91,7 @@ std::vector<Setting> settings_of(const std::vector<std::string>& overrides) {
         if (equals == std::string::npos || equals == 0) refuse(o, "key=value, as in time.step=0.001");
         Setting setting{.key = o.substr(0, equals), .values = {}};
         setting.key.erase(std::remove(setting.key.begin(), setting.key.end(), ' '), setting.key.end());
-        if (std::any_of(all.begin(), all.end(), [&](const Setting& other) { return other.key == setting.key; }))
+        if (std::ranges::any_of(all, [&](const Setting& other) { return other.key == setting.key; }))
             refuse(o, fmt::format("{} once; several values are {}=a,b", setting.key, setting.key));
         for (const std::string& value : split(o, o.substr(equals + 1), ',')) {
             if (value.find_first_not_of(' ') == value.npos)

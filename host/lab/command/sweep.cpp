@@ -48,7 +48,7 @@ std::string table_of(const std::vector<PlannedRun>& runs, const std::vector<outp
 
 // Returns whether the runs differ in numbers of the material alone, so that one reading of the maps serves all.
 bool share_maps(const std::vector<Setting>& settings) {
-    return std::all_of(settings.begin(), settings.end(), [](const Setting& s) {
+    return std::ranges::all_of(settings, [](const Setting& s) {
         return s.values.size() == 1 || s.key == "material.modulus" || s.key == "material.viscosity";
     });
 }
@@ -88,7 +88,7 @@ class Sweep {
         std::vector<output::Figures> figures;
         for (size_t i = 0; i < runs_.size(); ++i) figures.push_back(output::figures_of(folder_of(out_, i)));
         output::write_file(out_ / "runs.csv", table_of(runs_, figures));
-        return std::all_of(figures.begin(), figures.end(), [](auto& f) { return !f.wrong(); });
+        return std::ranges::all_of(figures, [](auto& f) { return !f.wrong(); });
     }
 
   private:

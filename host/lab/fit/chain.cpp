@@ -79,7 +79,7 @@ std::vector<Root> secular_roots(const std::vector<Pole>& poles, Real level) {
 
 // Sorts poles by place, and adds up the weights of poles at one place.
 std::vector<Pole> merged(std::vector<Pole> poles) {
-    std::sort(poles.begin(), poles.end(), [](const Pole& a, const Pole& b) { return a.place < b.place; });
+    std::ranges::sort(poles, [](const Pole& a, const Pole& b) { return a.place < b.place; });
     std::vector<Pole> kept;
     for (const Pole& p : poles)
         if (!kept.empty() && double(kept.back().place) == double(p.place)) kept.back().weight += p.weight;
@@ -145,9 +145,8 @@ std::vector<KelvinVoigt> chain_of(const Relaxation& r) try {
     }
     if (r.equilibrium == 0) chain.push_back({0, fit::representable("viscosity of the dashpot", viscosity)});
     return chain;
-} catch (const std::bad_alloc&) {
-    scene::out_of_memory([] { return "a chain of elements"; });
 }
+OR_OUT_OF_MEMORY("a chain of elements")
 
 Relaxation relaxation_of(const std::vector<KelvinVoigt>& chain) try {
     const DefaultFloats guard;
@@ -171,8 +170,7 @@ Relaxation relaxation_of(const std::vector<KelvinVoigt>& chain) try {
     }
     if (dashpot == 0) r.equilibrium = fit::representable("equilibrium modulus", 1 / compliance);
     return r;
-} catch (const std::bad_alloc&) {
-    scene::out_of_memory([] { return "a relaxation spectrum"; });
 }
+OR_OUT_OF_MEMORY("a relaxation spectrum")
 
 } // namespace dermis

@@ -95,7 +95,7 @@ Problem checked(Test test, const std::vector<double>& times, const std::vector<d
         need_moderate(value, values[i]);
         greatest = std::max(greatest, values[i]);
     }
-    if (std::none_of(times.begin(), times.end(), [](double t) { return t > 0; }))
+    if (std::ranges::none_of(times, [](double t) { return t > 0; }))
         scene::refuse("times", "no time after 0", "at least one");
     if (greatest == 0) scene::refuse(name, "no number > 0", "at least one");
     Problem p{.test = test, .times = times, .values = values, .weights = {}, .points = times.size()};

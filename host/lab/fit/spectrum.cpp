@@ -202,7 +202,7 @@ void refine(const Problem& p, Spectrum& s) {
         s = std::move(moved);
         equations = equations_of_times(p, s);
     }
-    std::sort(s.log_times.begin(), s.log_times.end());
+    std::ranges::sort(s.log_times);
     set_amplitudes(p, s);
 }
 
@@ -222,7 +222,7 @@ void simplify(const Problem& p, Spectrum& s) {
         std::vector<double> kept;
         for (size_t k = 0; k < s.log_times.size(); ++k) {
             const auto meets = [&](double time) { return std::abs(time - s.log_times[k]) < same_time; };
-            if (contributes(p, s, k) && std::none_of(kept.begin(), kept.end(), meets)) kept.push_back(s.log_times[k]);
+            if (contributes(p, s, k) && std::ranges::none_of(kept, meets)) kept.push_back(s.log_times[k]);
         }
         const bool constant = s.constant && s.amplitudes[0] > 0, ramp = s.ramp && s.amplitudes[s.constant] > 0;
         if (kept.size() == s.log_times.size() && constant == s.constant && ramp == s.ramp) return;

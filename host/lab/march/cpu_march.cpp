@@ -119,7 +119,7 @@ template <class K> class March : public plan::Stepper {
                 plan::fill_row<K>(slot.step, skin_.materials, skin_.chain, skin_.rule,
                                   skin_.material_of.data() + row(y), skin_.width(), of_row);
             };
-        } else if (skin_.tabled() && !slot.step.same_coefficients(slot.table_of)) {
+        } else if ((skin_.tabled() || slot.step.bent) && !slot.step.same_coefficients(slot.table_of)) {
             slot.table_of = slot.step;
             plan::fill_table<K>(slot.step, skin_.materials, skin_.chain, skin_.rule, slot.table);
         }

@@ -19,7 +19,8 @@ VkDeviceSize MarchMemory::bytes_of(int name) const {
     case deformation: return schedule_.derives ? map_ : unused;
     case pressure1: return variant_.framed ? map_ : unused;
     case material: return variant_.materials ? map_ : unused;
-    case coefficients: return variant_.tabled() ? skin_.materials.size() * sizeof(f32::Coefficients) : unused;
+    case coefficients:
+        return variant_.tabled() ? (1 + variant_.bent) * skin_.materials.size() * sizeof(f32::Coefficients) : unused;
     case invalid: return sizeof(uint32_t);
     default: return map_;
     }

@@ -29,6 +29,7 @@ class MarchMemory {
     MarchMemory(const plan::PreparedSkin&, const plan::Schedule&, const plan::Variant&);
 
     VkDeviceSize map_bytes() const { return map_; }
+    VkDeviceSize bytes_of(int name) const;
     VkDeviceSize bytes() const; // sum over all buffers
     void allocate(Context&);
     // Records the state of a skin at rest. Responses of a wholly pressed grid begin as NaN, so that one which is read
@@ -40,8 +41,6 @@ class MarchMemory {
     static Name response(int quantity) { return Name(responses + quantity - QUANTITY_SA1); }
 
   private:
-    VkDeviceSize bytes_of(int name) const;
-
     const plan::PreparedSkin& skin_;
     const plan::Schedule& schedule_;
     const plan::Variant variant_;

@@ -27,7 +27,7 @@ struct CurvatureRows {
     }
 };
 
-double largest_in(const std::vector<double>& values) { return *std::max_element(values.begin(), values.end()); }
+double largest_in(const std::vector<double>& values) { return *std::ranges::max_element(values); }
 
 } // namespace
 

@@ -13,7 +13,7 @@ namespace dermis::vulkan {
 namespace {
 
 // Refuses what the device cannot hold, before anything is allocated.
-void check_fits(const plan::PreparedSkin& skin, const Context& context, VkDeviceSize all, VkDeviceSize ring) {
+void check_fits(const plan::PreparedSkin& skin, const Context& context, VkDeviceSize all, VkDeviceSize largest) {
     const std::string grid = std::to_string(skin.width()) + " x " + std::to_string(skin.height());
     const auto refuse = [&](VkDeviceSize needed, const char* limit, VkDeviceSize allowed) {
         throw Error(Error::Code::bad_input, "grid.width",
@@ -21,8 +21,6 @@ void check_fits(const plan::PreparedSkin& skin, const Context& context, VkDevice
                         limit + " = " + std::to_string(allowed) + "; or device cpu");
     };
     const VkPhysicalDeviceLimits& limits = context.limits();
-    const VkDeviceSize largest =
-        std::max<VkDeviceSize>(ring, skin.tabled() ? skin.materials.size() * sizeof(f32::Coefficients) : 0);
     if (largest > limits.maxStorageBufferRange) refuse(largest, "maxStorageBufferRange", limits.maxStorageBufferRange);
     if (all > context.heap_bytes()) refuse(all, "device memory", context.heap_bytes());
     if (uint32_t(skin.height()) > limits.maxComputeWorkGroupCount[1])
@@ -89,7 +87,8 @@ class March : public plan::Stepper {
         : skin_(skin), schedule_(schedule), variant_(variant), context_(std::move(context)), sink_(std::move(sink)),
           memory_(skin, schedule, variant), results_(*context_, skin, schedule), recording_(*context_),
           staging_(*context_, recording_) {
-        check_fits(skin, *context_, memory_.bytes() + results_.bytes(), results_.bytes());
+        check_fits(skin, *context_, memory_.bytes() + results_.bytes(),
+                   std::max(results_.bytes(), memory_.bytes_of(MarchMemory::coefficients)));
         // These throw where a value does not fit, so they come before any buffer.
         const std::vector<float> rest = plan::padded_rest_curvature<float>(skin),
                                  surface = plan::padded_surface<float>(skin),
@@ -153,7 +152,7 @@ class March : public plan::Stepper {
     }
 
     std::vector<const float*> view(const std::vector<Quantity>& what) override {
-        if (std::any_of(what.begin(), what.end(), [](Quantity q) { return q >= Quantity::curvature; })) {
+        if (std::ranges::any_of(what, [](Quantity q) { return q >= Quantity::curvature; })) {
             fields_->record(recording_, visible_, plan::constants_of<f32>(skin_, schedule_.pressed));
             ++dispatches_;
             recording_.barrier();

@@ -138,7 +138,7 @@ bool is_owned(const fs::path& folder) {
 std::vector<fs::path> earlier_run(const fs::path& folder, const std::vector<std::string>& kept) {
     std::vector<fs::path> stale = files_of_run(folder, kept);
     // summary.json goes last: until then a run that was stopped here can be finished by the next.
-    std::sort(stale.begin(), stale.end(), [](const fs::path& a, const fs::path& b) {
+    std::ranges::sort(stale, [](const fs::path& a, const fs::path& b) {
         return (a.filename() == "summary.json") < (b.filename() == "summary.json");
     });
     return stale;

@@ -78,7 +78,7 @@ std::string text_of(const Origin& o) {
 }
 
 std::string files_text(std::vector<Contents> files) {
-    std::sort(files.begin(), files.end(), [](const Contents& a, const Contents& b) { return a.name < b.name; });
+    std::ranges::sort(files, [](const Contents& a, const Contents& b) { return a.name < b.name; });
     return "\n  \"files\": " + listed(files) + ",";
 }
 

@@ -57,13 +57,15 @@ void CountedArithmetic::strain(const CountedStep& step, const CountedLoad& p, co
     const Units units(step.z, false, 1);
     const double b = step.k.b, E = step.k.E, before = c.eps.value;
     const Counted r = excess_stress(step, p, c);
-    const Counted moved = plus(times(factor(step, &C::b, units.b), r), times(factor(step, &C::f, units.changes), p.ds));
+    Counted moved = plus(times(factor(step, &C::b, units.b), r), times(factor(step, &C::f, units.changes), p.ds));
+    if (step.past) moved = plus(moved, times(factor(*step.past, &C::f, units.changes), p.past));
     const double keep = contraction(b * E);
     n.eps.value = before + moved.value;
     if (bound) { // 0 <= f <= b
+        const double past = step.past ? std::abs(step.past->k.f) * p.past.value : 0;
         const double s0 = p.s0.value, f = step.k.f;
-        n.eps.value = keep * before + std::min(b * s0 + f * p.ds.value, (b - f) * s0 + f * p.end);
-        n.excess = (std::abs(1 - b * E) + 0x1p-50) * r.value + (std::abs(1 - f * E) + 0x1p-50) * p.ds.value;
+        n.eps.value = keep * before + std::min(b * s0 + f * p.ds.value, (b - f) * s0 + f * p.end) + past;
+        n.excess = (std::abs(1 - b * E) + 0x1p-50) * r.value + (std::abs(1 - f * E) + 0x1p-50) * p.ds.value + E * past;
     }
     n.eps.shift = c.eps.shift + moved.shift;
     n.eps.off = keep * c.eps.off + std::abs(b * E) * lost(c.eps) + moved.off + left(n.eps.value, c.eps, moved);
@@ -86,6 +88,7 @@ void CountedArithmetic::spring(const CountedStep& step, const CountedLoad& p, co
     const double keep = step.k.v0; // 0 or 1
     const Counted kept{keep * c.spring_rate.value, keep * c.spring_rate.off, keep * c.spring_rate.shift};
     n.spring_rate = plus(kept, times(factor(step, &C::v1, 2), p.ds));
+    if (step.past) n.spring_rate = plus(n.spring_rate, times(factor(*step.past, &C::v1, 2), p.past));
     n.spring_rate.off += flushed(n.spring_rate.value);
 }
 
@@ -122,6 +125,8 @@ void CountedArithmetic::press(const CountedStep* steps, size_t count, const Coun
             rate = plus(rate, times(factor(step, &C::v1, units.changes), p.ds));
             acceleration = plus(acceleration, times(factor(step, &C::a1, units.changes), p.ds));
             acceleration = plus(acceleration, times(factor(step, &C::a2, units.a2), p.sj));
+            for (const auto& [sum, name] : {std::pair{&gained, &C::i2}, {&rate, &C::v1}, {&acceleration, &C::a1}})
+                if (step.past) *sum = plus(*sum, times(factor(*step.past, name, units.changes), p.past));
         }
         const double d_eps = (1 + 4 * u) * (c.eps.off + lost(c.eps)); // integral and rates take the rounded strain
         keep_off += std::abs(k.i0) * d_eps;

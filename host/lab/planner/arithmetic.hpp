@@ -39,6 +39,7 @@ struct CountedCell {
 struct CountedLoad {
     Counted s0{0, 0}, ds{0, 0}, sj{0, 0};
     double end = 0; // of s0 + ds, between frames
+    Counted past{0, 0};
 };
 
 // Returns the error of the factors of ds under a sine (schedule/forcing.cpp) at a unit roundoff: they are differences
@@ -59,7 +60,8 @@ struct CountedStep {
     double unit = 0x1p-53;         // the unit roundoff of the references
     CountedLoad load;
     double z = 0;
-    bool spring = false; // the last of several elements in series, which keeps no strain
+    bool spring = false;               // the last of several elements in series, which keeps no strain
+    const CountedStep* past = nullptr; // the second coefficients, under parabolic hold
 };
 
 struct CountedArithmetic {

@@ -71,7 +71,7 @@ void add_telling_sites(const PreparedSkin& skin, const Schedule& schedule, std::
         for (const Site& site : skin.description.sites)
             if (int(site.type) == q)
                 all.push_back({std::abs(schedule.map_of(size_t(q))[skin.number_of(site.cell)]), &site});
-        std::stable_sort(all.begin(), all.end(), [](auto& a, auto& b) { return a.first > b.first; });
+        std::ranges::stable_sort(all, [](auto& a, auto& b) { return a.first > b.first; });
         for (size_t i = 0; i < std::min(some, all.size()); ++i) {
             const auto& [pressure, site] = all[i < some / 2 ? i : i * (all.size() - 1) / std::max<size_t>(some - 1, 1)];
             cells.push_back(site->cell);
@@ -523,7 +523,7 @@ Bounds bounds_of_sites(const PreparedSkin& skin, const Schedule& schedule, const
     Bounds all{};
     for (int q = QUANTITY_SA1; q < REDUCED_MAPS; ++q) {
         const std::vector<Site>& sites = skin.description.sites;
-        if (std::none_of(sites.begin(), sites.end(), [q](const Site& site) { return int(site.type) == q; })) continue;
+        if (std::ranges::none_of(sites, [q](const Site& site) { return int(site.type) == q; })) continue;
         const Bounds of = bounds_of(skin, schedule, kind, {.everything = false, .quantity = q});
         for (Errors Bounds::*bound : {&Bounds::error, &Bounds::throughout, &Bounds::greatest})
             (all.*bound)[size_t(q)] = (of.*bound)[size_t(q)];

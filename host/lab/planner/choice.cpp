@@ -74,8 +74,7 @@ std::vector<Candidate> candidates(const PreparedSkin& skin, const Schedule& sche
         all.push_back(costed(skin, schedule, Model::march, p, backend));
         all.back().refused = why;
     }
-    std::stable_sort(all.begin(), all.end(),
-                     [](const Candidate& a, const Candidate& b) { return a.seconds < b.seconds; });
+    std::ranges::stable_sort(all, [](const Candidate& a, const Candidate& b) { return a.seconds < b.seconds; });
     return all;
 }
 
@@ -211,8 +210,8 @@ Explanation choose(const PreparedSkin& skin, const Schedule& schedule, const Req
         if (!c.refused.empty()) continue;
         c.refused = ruled_out(c, r, backends);
         const bool possible = c.refused.empty();
-        const bool rough = c.model == Model::march ||
-                           std::any_of(skin.parts.begin(), skin.parts.end(), std::mem_fn(&plan::TimeGroup::rough));
+        const bool rough =
+            c.model == Model::march || std::ranges::any_of(skin.parts, std::mem_fn(&plan::TimeGroup::rough));
         const bool unforced = is_unforced(c, r), binds = e.binding || (rough && unforced);
         if (possible && !taken && (e.binding || unforced))
             if (const auto fewer = bounds.reduced(c, e.tolerance, backend_of(c, backends))) {

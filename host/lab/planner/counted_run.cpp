@@ -26,33 +26,66 @@ double envelope_peak(const scene::Waveform& load, const Envelope& envelope) {
 // The rounding of a few operations, in units.
 constexpr double few = 8;
 
-// The errors in double of a step's shares of the change between two frames.
-struct OffShares {
-    double start, rise;
-};
+// A magnitude of frame k, or the last one, per unit of pressure.
+double of_frame(const std::vector<double>& magnitudes, long long k, double peak) {
+    return peak == 0 ? 0.0 : magnitudes[std::min(size_t(k), magnitudes.size() - 1)] / peak;
+}
+
+// Where a number is no normal one, per unit of pressure.
+double least_normal(double peak, const CountedArithmetic& as) {
+    return peak > 0 ? (as.single ? 0x1p-150 : 0x1p-1074) / peak : 0;
+}
+
+// The same as load_of_frames() along a parabola. Its pressures are rounded where the feed has computed them; the kernel
+// rounds their differences.
+CountedLoad load_of_parabola(const Schedule& schedule, const plan::Step& step, double peak,
+                             const CountedArithmetic& as) {
+    const auto share = [&](const std::vector<double>& of, long long k) { return of_frame(of, k, peak); };
+    const long long k = step.frame;
+    const scene::Instant begin = frame_time(schedule, k);
+    const double h = frame_time(schedule, k + 1) - begin, rho = k > 0 ? (begin - frame_time(schedule, k - 1)) / h : 1;
+    const double from = share(schedule.frame_peaks, k), to = share(schedule.frame_peaks, k + 1),
+                 change = share(schedule.frame_changes, k),
+                 bow = k > 0 ? (rho * change + share(schedule.frame_changes, k - 1)) / (rho * (1 + rho)) : 0;
+    const auto value = [&](double u) { return std::abs(1 - u) * from + std::abs(u) * to + std::abs(u * u - u) * bow; };
+    const auto run = [&](double u, double v) { return std::abs(v - u) * (change + std::abs(u + v - 1) * bow); };
+    const auto off = [&](double u) {
+        return least_normal(peak, as) + as.u * value(u) + 0x1p-49 * (value(u) + change + bow);
+    };
+    const double start = step.start, end = start + step.rise, led = start - step.before / h;
+    return {.s0 = {value(start), off(start)},
+            .ds = {run(start, end), off(start) + off(end) + as.u * run(start, end)},
+            .sj = {step.jump * from, step.jump * off(0)},
+            .end = value(end),
+            .past = {run(led, start), off(led) + off(start) + as.u * run(led, start)}};
+}
 
 // The load between frames of a cell with the greatest |pressure| `peak`, per unit of it. Only magnitudes of the frames
 // and of their change are known. The change, its share (in float) and their product are each rounded.
-CountedLoad load_of_frames(const Schedule& schedule, const plan::Step& step, const OffShares& off, double peak,
-                           const CountedArithmetic& as) {
-    const auto share = [&](const std::vector<double>& of, long long k) {
-        return peak == 0 ? 0.0 : of[std::min(size_t(k), of.size() - 1)] / peak;
-    };
+CountedLoad load_of_frames(const Schedule& schedule, const plan::Step& step, double peak, const CountedArithmetic& as) {
     if (step.frame < 0) return {};
-    const double from = std::min(share(schedule.frame_peaks, step.frame), 1.0);
-    const double to = std::min(share(schedule.frame_peaks, step.frame + 1), 1.0);
-    const double change = step.rise == 0 ? 0 : std::min(from + to, share(schedule.frame_changes, step.frame));
+    const scene::Instant begin = frame_time(schedule, step.frame), next = frame_time(schedule, step.frame + 1);
+    const auto share_off = [&](double share, const scene::Instant& first, const scene::Instant& last) { // in double
+        if (step.rise == 0) return 0.0;
+        const long double exact =
+            scene::difference<long double>(last, first) / scene::difference<long double>(next, begin);
+        return few * unit_of_reference * share + double(std::abs(share - exact));
+    };
+    const double from = std::min(of_frame(schedule.frame_peaks, step.frame, peak), 1.0);
+    const double to = std::min(of_frame(schedule.frame_peaks, step.frame + 1, peak), 1.0);
+    const double change = step.rise == 0 ? 0 : std::min(from + to, of_frame(schedule.frame_changes, step.frame, peak));
     const double start = step.start, end = start + step.rise, s0 = (1 - start) * from + start * to;
-    const double u = as.u,
-                 least = peak > 0 ? (as.single ? 0x1p-150 : 0x1p-1074) / peak : 0; // where a number is no normal one
+    const double u = as.u, least = least_normal(peak, as);
     const auto rounded = [&](double share, double share_off) {
         const double units = share == 1 ? 1 : as.single ? 3 : 2; // of the change, of the share and of their product
         return change * (units * u * share + share_off) + 2 * least;
     };
-    return {.s0 = {s0, least + u * s0 + (start == 0 ? 0 : rounded(start, off.start) + u * s0)},
-            .ds = {step.rise * change, 2 * least + u * step.rise * (from + to) + rounded(step.rise, off.rise)},
-            .sj = {step.jump * from, step.jump * (least + u * from)},
-            .end = std::abs(1 - end) * from + end * to};
+    return {
+        .s0 = {s0, least + u * s0 + (start == 0 ? 0 : rounded(start, share_off(start, begin, step.begin)) + u * s0)},
+        .ds = {step.rise * change, 2 * least + u * step.rise * (from + to) +
+                                       rounded(step.rise, share_off(step.rise, step.begin, step.end))},
+        .sj = {step.jump * from, step.jump * (least + u * from)},
+        .end = std::abs(1 - end) * from + end * to};
 }
 
 } // namespace
@@ -71,6 +104,7 @@ CountedRun::CountedRun(const Schedule& schedule, const std::vector<CountedMateri
 
 bool CountedRun::next(bool impulses) {
     while (timeline_.next(step_)) {
+        if (step_.leads()) continue; // it changes neither strain nor integral
         measured_ = references_.take(step_);
         for (size_t i = 0; i < materials_.size(); i += chain_.length) press(i, step_);
         if (step_.keep) {
@@ -85,19 +119,8 @@ bool CountedRun::next(bool impulses) {
 // The load of a step, per unit of the map. Pressures that are held are as exact as the scene; others come from a few
 // operations on the envelope's values.
 CountedLoad CountedRun::load_over(const plan::Step& step, const CountedMaterial& m) const {
-    if (schedule_.framed) {
-        OffShares off{0, 0};
-        if (step.rise != 0) {
-            const scene::Instant from = timeline_.frame_time(step.frame), to = timeline_.frame_time(step.frame + 1);
-            const auto share_off = [&](double share, const scene::Instant& first, const scene::Instant& last) {
-                const long double exact =
-                    scene::difference<long double>(last, first) / scene::difference<long double>(to, from);
-                return few * unit_of_reference * share + double(std::abs(share - exact));
-            };
-            off = {share_off(step.start, from, step.begin), share_off(step.rise, step.begin, step.end)};
-        }
-        return load_of_frames(schedule_, step, off, m.peak, m.arithmetic);
-    }
+    if (step.bent && step.rise != 0) return load_of_parabola(schedule_, step, m.peak, m.arithmetic);
+    if (schedule_.framed) return load_of_frames(schedule_, step, m.peak, m.arithmetic);
     const bool held = step.rise == 0 || (step.forcing && step.forcing->holds());
     const bool computed = !held || schedule_.method != Method::exact;
     const double off = computed ? few * unit() * envelope_peak_ : 0;
@@ -109,14 +132,15 @@ CountedLoad CountedRun::load_over(const plan::Step& step, const CountedMaterial&
 }
 
 void CountedRun::press(size_t first, const plan::Step& step) {
-    std::array<CountedStep, scene::most_in_series> steps;
-    std::array<f64::Coefficients, scene::most_in_series> k, cancelled{};
-    std::array<extended::Coefficients, scene::most_in_series> references;
+    std::array<CountedStep, scene::most_in_series> steps, pasts;
+    std::array<f64::Coefficients, scene::most_in_series> k, cancelled{}, past{};
+    std::array<extended::Coefficients, scene::most_in_series> references, past_references;
     const CountedLoad load = load_over(step, materials_[first]);
     for (size_t e = 0; e < chain_.length; ++e) {
         const Element& m = materials_[first + e].element;
         k[e] = step.coefficients_of(first + e, m, rule_);
-        references[e] = references_.coefficients(first + e);
+        if (step.bent) past[e] = bend(k[e], m, rule_, step.length, step.before);
+        references[e] = references_.coefficients(first + e, past_references[e]);
         steps[e].load = load;
         steps[e].unit = unit();
         steps[e].z = is_elastic(m) ? 0 : z_of(m, schedule_.time.step);
@@ -130,10 +154,15 @@ void CountedRun::press(size_t first, const plan::Step& step) {
     plan::join_loads<f64>(k.data(), chain_.length, chain_.spring, step.length);
     plan::join_loads<f64>(cancelled.data(), chain_.length, false, step.length);
     plan::join_loads<extended>(references.data(), chain_.length, chain_.spring, references_.length());
+    plan::join_loads<f64>(past.data(), chain_.length, chain_.spring, step.length);
+    plan::join_loads<extended>(past_references.data(), chain_.length, chain_.spring, references_.length());
     for (size_t e = 0; e < chain_.length; ++e) {
         steps[e].k = k[e];
         steps[e].cancelled = cancelled[e];
         if (measured_ && products_.empty()) steps[e].shift = plan::difference(k[e], references[e]);
+        if (!step.bent) continue;
+        pasts[e] = {.k = past[e], .shift = plan::difference(past[e], past_references[e]), .unit = unit(), .load = {}};
+        steps[e].past = &pasts[e];
     }
     materials_[first].arithmetic.press(steps.data(), chain_.length, &kept_[first], &now_[first]);
     for (size_t e = 0; step.after_bend > 0 && e < chain_.length; ++e)
@@ -154,7 +183,7 @@ void CountedRun::measure(size_t first, const plan::Step& step, const f64::Coeffi
     }
     cell.press(f64::load(step.start, step.rise, step.jump), k, exact, references);
     const auto elastic = [](const CountedMaterial& m) { return is_elastic(m.element); };
-    if (!measured_ || !rule_.step_mean || std::any_of(materials_.begin(), materials_.end(), elastic)) return;
+    if (!measured_ || !rule_.step_mean || std::ranges::any_of(materials_, elastic)) return;
     // The mean acceleration is also the change of the rate over the step.
     const Counted &before = kept_[first].rate, &after = now_[first].rate;
     const double length = double(references_.length()), off = (before.off + after.off) / length;

@@ -34,8 +34,7 @@ class Changes {
             total_ += strain_after(m, 1, T);
             (is_elastic(m) ? elastic_ : is_viscous(m) ? viscous_ : between_).push_back(m);
         }
-        std::sort(between_.begin(), between_.end(),
-                  [](const Element& a, const Element& b) { return z_of(a, 1) > z_of(b, 1); });
+        std::ranges::sort(between_, [](const Element& a, const Element& b) { return z_of(a, 1) > z_of(b, 1); });
         for (size_t i = 0; i < between_.size(); ++i) {
             if (springs) to_spring(between_[i]);
             to_dashpot(between_[i]);
@@ -47,8 +46,7 @@ class Changes {
         }
         for (size_t i = 1; i < viscous_.size(); ++i)
             add({viscous_[0], viscous_[i], sum_of_dashpots(viscous_[0], viscous_[i]), 0});
-        std::stable_sort(list_.begin(), list_.end(),
-                         [](const Change& a, const Change& b) { return a.estimate < b.estimate; });
+        std::ranges::stable_sort(list_, [](const Change& a, const Change& b) { return a.estimate < b.estimate; });
     }
 
     const std::vector<Change>& list() const { return list_; }
@@ -102,7 +100,7 @@ std::optional<double> first_jump(const Schedule& s) {
 bool falls_on_outputs(const Schedule& s) {
     if (!s.framed) return true;
     if (!scene::steps_per_frame(*s.load.interval, s.time.step)) return false;
-    return std::all_of(s.field_times.begin(), s.field_times.end(), [&](const scene::Instant& t) {
+    return std::ranges::all_of(s.field_times, [&](const scene::Instant& t) {
         return t == scene::Instant::multiple(std::round(t.t / s.time.step), s.time.step) &&
                t < scene::Instant(double(s.outputs) * s.time.step);
     });
@@ -145,7 +143,7 @@ class Search {
     }
 
     const Replacement& tried(const ReplacementBound& bound, const Elements& chain) {
-        const auto before = std::find_if(tried_.begin(), tried_.end(), [&](auto& r) { return r.chain == chain; });
+        const auto before = std::ranges::find_if(tried_, [&](auto& r) { return r.chain == chain; });
         return before != tried_.end() ? *before : tried_.emplace_back(bound.of(chain));
     }
 
@@ -181,12 +179,12 @@ Replacement reduced(const PreparedSkin& skin, const Schedule& schedule, const Al
                     const std::function<const Peaks&()>& peaks) {
     const Replacement none{.chain = skin.materials};
     const bool fa1 = schedule.wanted[QUANTITY_FA1], fa2 = schedule.wanted[QUANTITY_FA2];
-    const bool elastic = std::any_of(skin.materials.begin(), skin.materials.end(), scene::is_elastic);
+    const bool elastic = std::ranges::any_of(skin.materials, scene::is_elastic);
     std::optional<double> jump = 0;
     if (allowance.impulses && (fa1 || fa2))
         jump = schedule.framed ? schedule.frame_peaks.front() : first_jump(schedule);
     const bool unbounded = schedule.framed && *jump != 0 && (fa2 || elastic); // impulses of frames
-    if (!falls_on_outputs(schedule) || !jump || unbounded) return none;
+    if (schedule.bent() || !falls_on_outputs(schedule) || !jump || unbounded) return none;
     const bool appears = *jump != 0 && fa1 && !elastic;                      // an impulse of FA1, with a spring
     const bool undefined = fa2 && (schedule.framed || !skin.rule.step_mean); // FA2 of a spring
     Search search(skin, schedule, allowance, !appears && !undefined);

@@ -86,7 +86,7 @@ template <class K> class SiteStepper {
   private:
     SingleCell<K> cell(const LaneCoefficients* k, size_t i, typename K::Sum* after) const {
         const int material = i < cells_.cells.size() ? cells_.material_of[i] : 0; // deep cells: a uniform skin's
-        return {shape_, k + material, &state_[i * sums_], after};
+        return {shape_, k + (1 + variant_.bent) * material, &state_[i * sums_], after};
     }
 
     typename K::Load load_at(size_t i, const Constants& c) const {

@@ -20,8 +20,8 @@ class Sites : public plan::Stepper {
             if (ever_pressed(pressed, skin.number_of(c), skin.width()) || has_deep(i))
                 points_.push_back({{skin, cells, c}, i, classes[i]}); // all that the others have is 0
         }
-        std::sort(points_.begin(), points_.end(),
-                  [](const Point& a, const Point& b) { return a.at.stencil.here < b.at.stencil.here; });
+        std::ranges::sort(points_,
+                          [](const Point& a, const Point& b) { return a.at.stencil.here < b.at.stencil.here; });
         sample_.points.assign(columns_ * answered, 0);
     }
 
@@ -34,7 +34,7 @@ class Sites : public plan::Stepper {
             lanes_of_ = step;
             plan::fill_table<f64>(step, materials_, skin_.chain, skin_.rule, table_);
             lanes_.resize(table_.size());
-            std::transform(table_.begin(), table_.end(), lanes_.begin(), f64::lanes_of);
+            std::ranges::transform(table_, lanes_.begin(), f64::lanes_of);
         }
         pool_.share(int(stepper_.size()),
                     [&](int first, int last) { stepper_.advance(c, lanes_.data(), size_t(first), size_t(last)); });

@@ -86,8 +86,7 @@ void Collector::take_sites(const plan::Step& step, const plan::Sample& sample) {
 void Collector::take_impulses(const plan::Step& step, const plan::Sample& sample) {
     for (auto [quantity, elastic] : {std::pair{Quantity::fa1, true}, {Quantity::fa2, false}}) {
         if (!schedule_.wanted[size_t(quantity)]) continue;
-        if (std::none_of(skin_.materials.begin(), skin_.materials.end(),
-                         [elastic = elastic](auto& m) { return is_elastic(m) == elastic; }))
+        if (std::ranges::none_of(skin_.materials, [elastic = elastic](auto& m) { return is_elastic(m) == elastic; }))
             continue;
         const plan::Totals& totals = sample.totals[size_t(quantity)];
         const bool extremes = schedule_.output.extremes;

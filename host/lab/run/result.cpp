@@ -71,7 +71,7 @@ std::vector<Quantity> sign_changed(const Scene& s, const Result& r) {
 } // namespace
 
 const Trace& Result::trace(Quantity q) const try {
-    const auto t = std::find_if(traces.begin(), traces.end(), [q](auto& trace) { return trace.quantity == q; });
+    const auto t = std::ranges::find_if(traces, [q](auto& trace) { return trace.quantity == q; });
     if (t == traces.end())
         throw Error(Error::Code::bad_input, "output.traces",
                     std::string("output.traces has no \"") + name(q) + "\"; allowed: what the scene asked for");
@@ -90,8 +90,7 @@ Report report(const Scene& s, const Result& r) try {
     report.sign_changed = sign_changed(s, r);
     if (s.load.interval) report.vibration.value = vibration_between(*s.load.interval);
     return report;
-} catch (const std::bad_alloc&) {
-    scene::out_of_memory([] { return "the report of a result"; });
 }
+OR_OUT_OF_MEMORY("the report of a result")
 
 } // namespace dermis

@@ -318,9 +318,8 @@ SceneMaps maps(const Scene& scene) try {
         plan::rest_curvature_row(run.skin, y, 0, run.skin.width(), rest.data() + size_t(y) * width);
     }
     return {.surface = std::move(surface), .rest_curvature = std::move(rest), .pressure = run.schedule.pressure};
-} catch (const std::bad_alloc&) {
-    scene::out_of_memory([&] { return needs_of(scene); });
 }
+OR_OUT_OF_MEMORY(needs_of(scene))
 
 Explanation explain(const Scene& scene, const Device& device, const RunOptions& options) try {
     const DefaultFloats guard;
@@ -329,9 +328,8 @@ Explanation explain(const Scene& scene, const Device& device, const RunOptions& 
     Explanation e = decided(p, device, options, true).explanation;
     if (p.run.schedule.sequence) compare_holds(p.run, e);
     return e;
-} catch (const std::bad_alloc&) {
-    scene::out_of_memory([&] { return needs_of(scene); });
 }
+OR_OUT_OF_MEMORY(needs_of(scene))
 
 Result run(const Scene& scene, const Device& device, const RunOptions& options) try {
     const DefaultFloats guard;
@@ -340,9 +338,8 @@ Result run(const Scene& scene, const Device& device, const RunOptions& options) 
     const Decision d = decided(p, device, options);
     const Realised r = realised(std::move(p), d);
     return Run(r, options).take(nullptr);
-} catch (const std::bad_alloc&) {
-    scene::out_of_memory([&] { return needs_of(scene); });
 }
+OR_OUT_OF_MEMORY(needs_of(scene))
 
 std::vector<Result> run(const Scene& scene, const std::vector<Material>& materials, const Device& device,
                         const RunOptions& options) try {
@@ -367,8 +364,7 @@ std::vector<Result> run(const Scene& scene, const std::vector<Material>& materia
         results.push_back(Run(*last, options).take(like_first ? &results.front() : nullptr));
     }
     return results;
-} catch (const std::bad_alloc&) {
-    scene::out_of_memory([&] { return std::to_string(materials.size()) + " times " + needs_of(scene); });
 }
+OR_OUT_OF_MEMORY(std::to_string(materials.size()) + " times " + needs_of(scene))
 
 } // namespace dermis

@@ -63,7 +63,7 @@ Witness::Witness(const plan::PreparedSkin& skin, const plan::Schedule& schedule,
       constants_(plan::constants_of<extended>(skin, schedule.pressed)),
       deep_(skin, schedule_, cells_, quantities_of(cells)), stepper_(skin, schedule_, cells_, deep_.places),
       timeline_(schedule_, cells_.materials, rule_, Method::exact), references_(schedule_, cells_.materials, rule_),
-      lanes_(cells_.materials.size()) {
+      lanes_(cells_.materials.size() * (1 + schedule.bent())) {
     const plan::PressedCells pressed = pressed_cells(whole_);
     for (const WitnessCell& c : cells)
         points_.push_back({.of = c,
@@ -75,10 +75,10 @@ Witness::Witness(const plan::PreparedSkin& skin, const plan::Schedule& schedule,
 }
 
 void Witness::advance(scene::Instant end) {
-    for (;;) {
+    for (bool first = true;; first = false) {
         if (!next_ && !timeline_.next(next_.emplace())) return next_.reset();
         const bool impulse = next_->impulse >= 0; // these come before the fields that precede them
-        if (!impulse && end < next_->end) return;
+        if (!impulse && (end < next_->end || (next_->leads() && !first))) return; // before its frames are given
         if (!impulse) press(*next_);
         next_.reset();
     }
@@ -86,21 +86,25 @@ void Witness::advance(scene::Instant end) {
 
 void Witness::press(const plan::Step& step) {
     const bool measured = references_.take(step);
-    std::array<extended::Coefficients, scene::most_in_series> k;
+    std::array<extended::Coefficients, scene::most_in_series> k, past{};
+    auto lanes = lanes_.begin();
     const size_t length = cells_.chain.length;
     for (size_t i = 0; i < cells_.materials.size(); i += length) {
         for (size_t e = 0; e < length; ++e)
-            k[e] = measured ? references_.coefficients(i + e)
+            k[e] = measured ? references_.coefficients(i + e, past[e])
                             : plan::rounded<extended>(step.coefficients_of(i + e, cells_.materials[i + e], rule_));
-        plan::join_loads<extended>(k.data(), length, cells_.chain.spring,
-                                   measured ? references_.length() : (long double)step.length);
-        std::transform(k.begin(), k.begin() + std::ptrdiff_t(length), lanes_.begin() + std::ptrdiff_t(i),
-                       extended::lanes_of);
+        for (auto* joined : {&k, &past})
+            plan::join_loads<extended>(joined->data(), length, cells_.chain.spring,
+                                       measured ? references_.length() : (long double)step.length);
+        for (size_t e = 0; e < length; ++e) {
+            *lanes++ = extended::lanes_of(k[e]);
+            if (step.bent) *lanes++ = extended::lanes_of(past[e]);
+        }
     }
-    constants_.start = step.start;
-    constants_.rise = step.rise;
+    constants_.start = step.constant_start();
+    constants_.rise = step.constant_rise();
     constants_.jump = step.jump;
-    if (schedule_.framed && step.frame >= 0 && step.rise != 0) {
+    if (schedule_.framed && !step.bent && step.frame >= 0 && step.rise != 0) {
         const scene::Instant from = timeline_.frame_time(step.frame), to = timeline_.frame_time(step.frame + 1);
         const long double interval = scene::difference<long double>(to, from);
         constants_.start = scene::difference<long double>(step.begin, from) / interval;
@@ -181,7 +185,7 @@ std::unique_ptr<Witness> witness_of(plan::PreparedRun& run, const Candidate& tak
 long long most_strained_output(const plan::PreparedSkin& skin, const plan::Schedule& schedule) {
     if (schedule.framed) {
         const std::vector<double>& peaks = schedule.frame_peaks;
-        const double frame = double(std::max_element(peaks.begin(), peaks.end()) - peaks.begin());
+        const double frame = double(std::ranges::max_element(peaks) - peaks.begin());
         const double output = std::ceil(frame * *schedule.load.interval / schedule.time.step);
         return std::min(static_cast<long long>(std::min(output, 1e18)), schedule.outputs - 1);
     }

@@ -14,8 +14,7 @@ Scene fingertip() try {
     s.material.curvature_length = 1e-5;
     s.material.elements = chain_of({.moduli = {5e4, 5e4, 5e4}, .times = {0.004, 0.07, 1.4}, .equilibrium = 5e4});
     return s;
-} catch (const std::bad_alloc&) {
-    scene::out_of_memory([] { return "a fingertip's scene"; });
 }
+OR_OUT_OF_MEMORY("a fingertip's scene")
 
 } // namespace dermis

@@ -92,18 +92,16 @@ std::string line_of(const toml::table& file, const std::string& parameter) {
 
 scene::SceneText scene::text_of_file(const std::string& path) try {
     return {.text = read_scene_file(path), .name = path, .folder = fs::path(path).parent_path()};
-} catch (const std::bad_alloc&) {
-    out_of_memory([&] { return "the text of " + path; });
 }
+OR_OUT_OF_MEMORY("the text of " + path)
 
 scene::SceneText scene::text_of_string(const std::string& text, const std::string& folder) try {
     if (text.size() > most_bytes)
         throw Error(Error::Code::bad_input, "",
                     "scene: has " + std::to_string(text.size()) + " bytes; allowed: at most 64 MiB");
     return {.text = text, .name = "scene", .folder = folder};
-} catch (const std::bad_alloc&) {
-    out_of_memory([&] { return "a scene of " + bytes_text(double(text.size())); });
 }
+OR_OUT_OF_MEMORY("a scene of " + bytes_text(double(text.size())))
 
 scene::SceneWithFiles scene::read_scene(const SceneText& source, const std::vector<std::string>& overrides,
                                         const NamedMaps& maps, FileMaps* shared) try {
@@ -132,17 +130,15 @@ scene::SceneWithFiles scene::read_scene(const SceneText& source, const std::vect
     } catch (const Error& e) {
         throw Error(e.code(), e.parameter(), name + line_of(file, e.parameter()) + ": " + e.what());
     }
-} catch (const std::bad_alloc&) {
-    out_of_memory([&] { return source.name + " has " + bytes_text(double(source.text.size())) + " and its maps"; });
 }
+OR_OUT_OF_MEMORY(source.name + " has " + bytes_text(double(source.text.size())) + " and its maps")
 
 scene::SceneWithFiles scene::read_scene(const std::string& path, const std::vector<std::string>& overrides) try {
     SceneWithFiles read = read_scene(text_of_file(path), overrides);
     read.files.insert(read.files.begin(), path);
     return read;
-} catch (const std::bad_alloc&) {
-    out_of_memory([&] { return "the files of " + path; });
 }
+OR_OUT_OF_MEMORY("the files of " + path)
 
 Scene Scene::from_file(const std::string& path, const std::vector<std::string>& overrides) {
     return scene::read_scene(path, overrides).scene;

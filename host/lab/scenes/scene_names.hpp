@@ -8,24 +8,18 @@
 namespace dermis::scene {
 
 template <> struct Names<Method> {
-    static constexpr Name<Method> table[] = {
-        {Method::exact, "exact"},
-        {Method::euler, "euler"},
-        {Method::rk2, "rk2"},
-        {Method::rk4, "rk4"},
-        {Method::backward_euler, "backward-euler"},
-        {Method::crank_nicolson, "crank-nicolson"},
-        {Method::sdirk2, "sdirk2"},
-        {Method::published, "published"},
-    };
+    static constexpr Name<Method> table[] = {{Method::exact, "exact"},
+                                             {Method::euler, "euler"},
+                                             {Method::rk2, "rk2"},
+                                             {Method::rk4, "rk4"},
+                                             {Method::backward_euler, "backward-euler"},
+                                             {Method::crank_nicolson, "crank-nicolson"},
+                                             {Method::sdirk2, "sdirk2"},
+                                             {Method::published, "published"}};
 };
 template <> struct Names<Model> {
     static constexpr Name<Model> table[] = {
-        {Model::moments, "moments"},
-        {Model::maps, "maps"},
-        {Model::sites, "sites"},
-        {Model::march, "march"},
-    };
+        {Model::moments, "moments"}, {Model::maps, "maps"}, {Model::sites, "sites"}, {Model::march, "march"}};
 };
 template <> struct Names<Load::Control> {
     static constexpr Name<Load::Control> table[] = {
@@ -40,16 +34,19 @@ template <> struct Names<Load::Contact> {
     };
 };
 template <> struct Names<Load::Kind> {
-    static constexpr Name<Load::Kind> table[] = {
-        {Load::Kind::circular, "circular"}, {Load::Kind::point, "point"},       {Load::Kind::linear, "linear"},
-        {Load::Kind::map, "file"},          {Load::Kind::sequence, "sequence"}, {Load::Kind::punch, "punch"},
-    };
+    static constexpr Name<Load::Kind> table[] = {{Load::Kind::circular, "circular"}, {Load::Kind::point, "point"},
+                                                 {Load::Kind::linear, "linear"},     {Load::Kind::map, "file"},
+                                                 {Load::Kind::sequence, "sequence"}, {Load::Kind::punch, "punch"}};
+};
+template <> struct Names<Hold> {
+    static constexpr Name<Hold> table[] = {{Hold::linear, "linear"}, {Hold::parabolic, "parabolic"}};
 };
 template <> struct Names<Envelope::Kind> {
-    static constexpr Name<Envelope::Kind> table[] = {
-        {Envelope::Kind::step, "step"},   {Envelope::Kind::ramp, "ramp"},   {Envelope::Kind::sine, "sine"},
-        {Envelope::Kind::pulse, "pulse"}, {Envelope::Kind::table, "table"},
-    };
+    static constexpr Name<Envelope::Kind> table[] = {{Envelope::Kind::step, "step"},
+                                                     {Envelope::Kind::ramp, "ramp"},
+                                                     {Envelope::Kind::sine, "sine"},
+                                                     {Envelope::Kind::pulse, "pulse"},
+                                                     {Envelope::Kind::table, "table"}};
 };
 
 } // namespace dermis::scene

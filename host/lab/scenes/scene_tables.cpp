@@ -173,6 +173,7 @@ void read_load(Section table, const Grid& grid, const PathBase& folder, Load& lo
     load.path = path_in(table, map || sequence, "\"file\" or \"sequence\"", folder);
     if (map) load.map = folder.map(load.path, grid, table.parameter("path"));
     table.number("interval", load.interval);
+    table.choice("hold", load.hold);
     table.cell("center", load.center);
     table.whole_number("radius", load.radius);
     table.number("intensity", load.intensity);

@@ -94,6 +94,8 @@ void check_load(Scene& s) {
     need(shaped || !l.radius, "load.radius", l.radius.value_or(0),
          "only with load.kind \"circular\", \"point\", \"linear\" or \"punch\"");
     need(sequence || !l.interval, "load.interval", l.interval.value_or(0), "only with load.kind = \"sequence\"");
+    if (!is_framed(l) && l.hold != Hold::linear)
+        refuse("load.hold", "\"parabolic\"", "\"linear\" but with load.kind = \"sequence\" or load.texture");
     if (!l.center) l.center = Cell{s.grid.width / 2, s.grid.height / 2};
     need_inside("load.center", *l.center, s.grid);
     if (!l.radius) l.radius = std::max(1, std::min(s.grid.width, s.grid.height) / 4);
@@ -153,8 +155,8 @@ std::shared_ptr<Frames> open_frames(const Scene& s) {
 bool wants(const Scene& s, Quantity q) {
     const Output& o = s.output;
     const auto in = [q](const std::vector<Quantity>& list) { return std::count(list.begin(), list.end(), q) > 0; };
-    return in(o.traces) || std::any_of(s.sites.begin(), s.sites.end(), [q](auto& site) { return site.type == q; }) ||
-           std::any_of(o.fields.begin(), o.fields.end(), [&](auto& f) { return in(f.what); });
+    return in(o.traces) || std::ranges::any_of(s.sites, [q](auto& site) { return site.type == q; }) ||
+           std::ranges::any_of(o.fields, [&](auto& f) { return in(f.what); });
 }
 
 long long steps_per_frame(double interval, double step) {

@@ -14,6 +14,8 @@ long double p3_of(long double z) { // its power series, to 2^-113
 template Phi<long double> phi(long double);
 template extended::Coefficients exact_coefficients_in<extended>(const Element&, const ResponseRule&, long double);
 template void join_loads<extended>(extended::Coefficients*, size_t, bool, long double);
+template extended::Coefficients bend(extended::Coefficients&, const Element&, const ResponseRule&, long double,
+                                     long double);
 
 f64::Coefficients difference(const f64::Coefficients& a, const extended::Coefficients& b) {
     f64::Coefficients d;
@@ -29,7 +31,9 @@ References::References(const Schedule& schedule, const std::vector<Element>& mat
 bool References::take(const Step& step) {
     if (!step.exact || step.impulse >= 0) return false;
     long double dt = scene::difference<long double>(step.end, step.begin);
+    before_ = step.before == 0 ? 0 : scene::difference<long double>(step.begin, step.led);
     if (std::abs(dt - step.length) <= unit_of_reference * dt) dt = step.length; // the length of all such steps
+    if (std::abs(before_ - step.before) <= unit_of_reference * before_) before_ = step.before;
     if (dt != length_)
         for (size_t i = 0; i < materials_.size(); ++i)
             held_[i] = exact_coefficients_in<extended>(materials_[i], rule_, dt);
@@ -39,8 +43,9 @@ bool References::take(const Step& step) {
     return true;
 }
 
-extended::Coefficients References::coefficients(size_t material) const {
+extended::Coefficients References::coefficients(size_t material, extended::Coefficients& past) const {
     extended::Coefficients k = held_[material];
+    past = bend(k, materials_[material], rule_, length_, before_);
     if (forced_) force<extended>(k, materials_[material], rule_, forcing_);
     return k;
 }

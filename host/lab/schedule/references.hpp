@@ -18,7 +18,8 @@ class References {
     // Computes the coefficients of a step. False for an impulse, and for a step by another method than the exact one.
     bool take(const Step&);
     // The coefficients of a material in the last step taken, before loads are joined (plan::join_loads).
-    extended::Coefficients coefficients(size_t material) const;
+    // past: the second ones; 0 where nothing bends the pressure.
+    extended::Coefficients coefficients(size_t material, extended::Coefficients& past) const;
     // The length of that step, s.
     long double length() const { return length_; }
     // The envelope after and before a jump at the step's start.
@@ -33,7 +34,7 @@ class References {
     std::vector<extended::Coefficients> held_; // of a load that is held
     Forcing<long double> forcing_;
     bool forced_ = false;
-    long double length_ = -1;
+    long double length_ = -1, before_ = 0; // s: of the step, and back to the pressure that bends it
 };
 
 } // namespace dermis::plan

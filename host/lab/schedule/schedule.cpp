@@ -182,6 +182,7 @@ Variant variant_of(const PreparedSkin& skin, const Schedule& schedule, Precision
             .compensated = precision != Precision::f32,
             .materials = !skin.uniform(),
             .framed = schedule.framed,
+            .bent = schedule.bent(),
             .chain = skin.chain,
             .keeps_strain = skin.chain.length > 1,
             .wanted = schedule.wanted};

@@ -39,8 +39,9 @@ struct Schedule {
     std::vector<scene::Instant> field_times; // ascending, unique; at an output's time if only rounding is between
     std::vector<Cell> points;                // cells whose values are read: Output::probes, then the skin's sites
     Wanted wanted{};
-    bool keeps_maps = false; // maps of responses are read, not only their totals
-    bool derives = false;    // curvature or deformation is read
+    bool keeps_maps = false;                                   // maps of responses are read, not only their totals
+    bool derives = false;                                      // curvature or deformation is read
+    bool bent() const { return load.hold == Hold::parabolic; } // the pressure runs along parabolas between frames
     double between_outputs() const { return time.step * double(every); } // s
     // The map to which a quantity answers.
     const Map& map_of(size_t q) const { return stress[q].empty() ? pressure : stress[q]; }

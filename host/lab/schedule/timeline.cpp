@@ -7,16 +7,51 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace dermis::plan {
 
 void FrameFeed::before(const Step& step, const std::function<void(const std::vector<double>&)>& give) {
-    for (; step.frame >= 0 && given_ < step.frame + 2; ++given_) {
-        schedule_.sequence->read(std::min(given_, schedule_.sequence->maps() - 1), frame_);
-        if (!schedule_.crests.empty()) scene::press_crests(schedule_.crests, width_, schedule_.load.intensity, frame_);
-        for (double& p : frame_) p *= schedule_.load.intensity;
-        give(frame_);
+    if (step.frame < 0 || (given_[0] == step.from && given_[1] == step.to)) return;
+    const auto next = [&](const FramePlace& place) {
+        give(pressure(place));
+        given_[0] = std::exchange(given_[1], place);
+    };
+    if (given_[1] != step.from) next(step.from);
+    next(step.to);
+}
+
+const std::vector<double>& FrameFeed::frame(long long k) {
+    const size_t place = size_t(k % 3);
+    if (std::exchange(number_[place], k) == k) return frames_[place];
+    schedule_.sequence->read(std::min(k, schedule_.sequence->maps() - 1), frames_[place]);
+    if (!schedule_.crests.empty())
+        scene::press_crests(schedule_.crests, width_, schedule_.load.intensity, frames_[place]);
+    for (double& p : frames_[place]) p *= schedule_.load.intensity;
+    return frames_[place];
+}
+
+// The formula is p + u*(q - p) + c*(u*u - u): kernels/NUMERICS.md.
+const std::vector<double>& FrameFeed::pressure(const FramePlace& place) {
+    const auto [k, u] = place;
+    if (u == 0) return frame(k);
+    const std::vector<double>&o = frame(std::max(k - 1, 0LL)), &p = frame(k), &q = frame(k + 1);
+    const scene::Instant now = frame_time(schedule_, k);
+    const double rho = k == 0 ? 1 : (now - frame_time(schedule_, k - 1)) / (frame_time(schedule_, k + 1) - now),
+                 bow = k == 0 ? 0 : (u * u - u) / (rho * (1 + rho));
+    between_.resize(p.size());
+    for (size_t i = 0; i < p.size(); ++i) {
+        const double change = q[i] - p[i];
+        between_[i] = p[i] + (u * change + bow * (rho * change - (p[i] - o[i])));
     }
+    return between_;
+}
+
+scene::Instant frame_time(const Schedule& schedule, long long k) {
+    const double interval = *schedule.load.interval, step = schedule.time.step;
+    const long long whole = scene::steps_per_frame(interval, step);
+    return whole ? scene::Instant::multiple(double(k * whole), schedule.between_outputs())
+                 : scene::snapped(scene::Instant::multiple(double(k), interval), step);
 }
 
 // A table of make(index) for each material.
@@ -33,7 +68,7 @@ template <class Make> auto Timeline::table_of(Make make) const {
 Timeline::Timeline(const Schedule& schedule, const std::vector<Element>& materials, const ResponseRule& rule,
                    Method method, int threads)
     : schedule_(schedule), materials_(materials), rule_(rule), method_(method), threads_(threads),
-      rate_from_slope_(rule.step_mean && std::any_of(materials.begin(), materials.end(), scene::is_elastic)),
+      rate_from_slope_(rule.step_mean && std::ranges::any_of(materials, scene::is_elastic)),
       load_(schedule.load.envelope, schedule.time) {
     const double dt = schedule.between_outputs();
     regular_ = table_of([&](size_t i) {
@@ -67,7 +102,7 @@ double Timeline::length_of(Instant from, Instant to) const {
 
 // One step under the load. Step::start is the load after a jump at the step's start; its change within the step is in
 // the factors of ds, and Step::rise is then 1.
-Step Timeline::exact_step(Instant from, Instant to) const {
+Step Timeline::exact_step(Instant from, Instant to) {
     if (schedule_.sequence) return framed_step(from, to);
     Step s;
     s.time = to.t;
@@ -89,12 +124,6 @@ Step Timeline::exact_step(Instant from, Instant to) const {
     return s;
 }
 
-scene::Instant Timeline::frame_time(long long k) const {
-    const double interval = *schedule_.load.interval;
-    const long long whole = scene::steps_per_frame(interval, schedule_.time.step);
-    return whole ? output_time(k * whole) : scene::snapped(Instant::multiple(double(k), interval), schedule_.time.step);
-}
-
 // The last frame at or before t.
 long long Timeline::frame_at(Instant t) const {
     long long k = static_cast<long long>(t.t / *schedule_.load.interval);
@@ -103,9 +132,10 @@ long long Timeline::frame_at(Instant t) const {
     return std::min(k, schedule_.sequence->maps() - 1);
 }
 
-// One step within the interval between two frames.
-Step Timeline::framed_step(Instant from, Instant to) const {
+// One step within the interval between two frames; under parabolic hold it may queue another one before it.
+Step Timeline::framed_step(Instant from, Instant to) {
     Step s;
+    if (from < to) lead(from, to);
     s.time = to.t;
     s.begin = from;
     s.end = to;
@@ -113,13 +143,35 @@ Step Timeline::framed_step(Instant from, Instant to) const {
     s.length = length_of(from, to);
     if (regular(from, to)) s.coefficients = regular_;
     s.frame = frame_at(from);
+    s.from = {s.frame, 0};
+    s.to = {s.frame + 1, 0};
     s.jump = from == Instant(); // frame 0 meets a skin at rest
     if (s.frame + 1 == schedule_.sequence->maps()) return s;
     const Instant begin = frame_time(s.frame);
     const double length = frame_time(s.frame + 1) - begin;
     s.start = (from - begin) / length;
     s.rise = (to - from) / length;
+    if (!schedule_.bent()) return s;
+    s.from.second = s.start;
+    if (to < frame_time(s.frame + 1)) s.to = {s.frame, (to - begin) / length};
+    if (s.frame > 0) {
+        s.led = led_;
+        s.before = from - led_;
+    }
     return s;
+}
+
+// Under parabolic hold, makes the state hold a pressure on the parabola of the step from `from` to `to`: any earlier
+// one will do, but from one that is much closer than the step is long, roundings would grow.
+void Timeline::lead(Instant from, Instant to) {
+    const long long k = frame_at(from);
+    if (!schedule_.bent() || k == 0 || k + 1 == schedule_.sequence->maps()) return;
+    const bool on_it = led_ == frame_time(k - 1) || frame_time(k) <= led_;
+    if (on_it && to - from <= 1.01 * (from - led_)) return;
+    Step s = framed_step(from, from);
+    s.from = {k - 1, 0};
+    led_ = frame_time(k - 1);
+    pending_.push_back(s);
 }
 
 // Baselines hold the load over the step at its value at the step's start.
@@ -182,7 +234,7 @@ scene::Instant Timeline::fill_frames(Instant from, Instant to) {
         while (next_field() <= end && next_field() < to) peek_field(framed_step(from, next_field()));
         if (end == to || last <= end) break;
         pending_.push_back(framed_step(from, end));
-        from = end;
+        led_ = std::exchange(from, end);
     }
     return from;
 }
@@ -216,6 +268,7 @@ void Timeline::fill() {
         s.trace = n;
         if (next_field() == to) s.field = int(field_++);
         pending_.push_back(s);
+        led_ = from;
     }
     std::reverse(pending_.begin(), pending_.end());
     ++output_;
@@ -226,6 +279,7 @@ bool Timeline::next(Step& step) {
     if (pending_.empty() && output_ <= schedule_.outputs) fill();
     if (pending_.empty()) return false;
     step = pending_.back();
+    step.bent = schedule_.bent();
     pending_.pop_back();
     return true;
 }

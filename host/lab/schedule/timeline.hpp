@@ -14,6 +14,9 @@ using CoefficientTable = std::vector<f64::Coefficients>; // one entry for each m
 using SharedCoefficients = std::shared_ptr<const CoefficientTable>;
 using SharedGains = std::shared_ptr<const std::vector<SineGains<double>>>; // one entry for each material
 
+// A pressure of a sequence: a frame, or between it and the next one after this share of the time between them.
+using FramePlace = std::pair<long long, double>;
+
 // One press of every cell, from the last kept state to `time`. keep: the new state replaces the old one. Otherwise the
 // step is a peek (a field between outputs, an impulse). trace, impulse, field: index of the output at its end, or -1.
 struct Step {
@@ -21,8 +24,14 @@ struct Step {
     SharedGains gains;               // of a sine over a whole step; null: to be made from the forcing
     std::shared_ptr<const Forcing<double>> forcing; // null: none; equal pointers mean equal numbers
     double start = 0, rise = 0, jump = 0;           // see Constants in kernels/layout.h
-    long long frame = -1;                           // in a sequence the pressure runs from this frame to the next
-    double time = 0, length = 0;                    // s: the step's end, and how long it takes
+    long long frame = -1;                           // in a sequence the step is between this frame and the next
+    FramePlace from{-1, 0}, to{-1, 0};              // the pressures that the feed gives for it
+    // Under parabolic hold the feed gives the pressures at both ends of the step. The one that the state holds from
+    // earlier, and that bends it, is of `led`, `before` seconds before its start; 0: nothing bends it.
+    bool bent = false;
+    double before = 0;
+    scene::Instant led;
+    double time = 0, length = 0; // s: the step's end, and how long it takes
     scene::Instant begin, end;
     bool exact = false; // by the exact method
     double after_bend =
@@ -32,8 +41,14 @@ struct Step {
     int impulse = -1, field = -1;
     bool respond() const { return trace >= 0 || impulse >= 0 || field >= 0; }
     bool same_coefficients(const Step& other) const {
-        return coefficients && coefficients == other.coefficients && forcing == other.forcing;
+        return coefficients && coefficients == other.coefficients && forcing == other.forcing && before == other.before;
     }
+    size_t entries() const { return bent ? 2 : 1; } // coefficients of an element
+    // A step of no length under parabolic hold, after which the state holds the frame before `frame`.
+    bool leads() const { return from.first < frame; }
+    // The members of Constants: of the way between the pressures that the feed gives.
+    double constant_start() const { return bent ? 0 : start; }
+    double constant_rise() const { return bent && rise != 0 ? 1 : rise; }
     // The coefficients of a material, by its index and its element.
     f64::Coefficients coefficients_of(size_t material, const Element& element, const ResponseRule& rule) const {
         f64::Coefficients k = coefficients ? (*coefficients)[coefficients->size() == 1 ? 0 : material]
@@ -47,24 +62,31 @@ struct Step {
 template <class K>
 void fill_chain(const Step& step, const std::vector<Element>& materials, const Chain& chain, const ResponseRule& rule,
                 size_t first, typename K::Coefficients* to) {
-    std::array<f64::Coefficients, scene::most_in_series> k;
-    for (size_t e = 0; e < chain.length; ++e) k[e] = step.coefficients_of(first + e, materials[first + e], rule);
+    std::array<f64::Coefficients, scene::most_in_series> k, past;
+    for (size_t e = 0; e < chain.length; ++e) {
+        k[e] = step.coefficients_of(first + e, materials[first + e], rule);
+        if (step.bent) past[e] = bend(k[e], materials[first + e], rule, step.length, step.before);
+    }
     join_loads<f64>(k.data(), chain.length, chain.spring, step.length);
+    if (step.bent) join_loads<f64>(past.data(), chain.length, chain.spring, step.length);
     if (chain.spring && step.forcing && step.forcing->impulse) { // the strain just before the jump
         f64::Coefficients& spring = k[chain.length - 1];
         spring.b = 0;
         spring.f = step.forcing->before / spring.E;
     }
-    for (size_t e = 0; e < chain.length; ++e) to[e] = rounded<K>(k[e]);
+    for (size_t e = 0; e < chain.length; ++e) {
+        *to++ = rounded<K>(k[e]);
+        if (step.bent) *to++ = rounded<K>(past[e]);
+    }
 }
 
 // Writes the coefficients of a step for each material.
 template <class K>
 void fill_table(const Step& step, const std::vector<Element>& materials, const Chain& chain, const ResponseRule& rule,
                 std::vector<typename K::Coefficients>& table) {
-    table.resize(materials.size());
-    for (size_t i = 0; i < table.size(); i += chain.length)
-        fill_chain<K>(step, materials, chain, rule, i, table.data() + i);
+    table.resize(materials.size() * step.entries());
+    for (size_t i = 0; i < materials.size(); i += chain.length)
+        fill_chain<K>(step, materials, chain, rule, i, table.data() + i * step.entries());
 }
 
 // Writes a step's coefficients for each cell of a row, by its index into the materials; for skins with too many
@@ -74,9 +96,10 @@ void fill_row(const Step& step, const std::vector<Element>& materials, const Cha
               const int* material, int cells, typename K::Coefficients* row) {
     if (chain.length == 1 && step.gains && step.forcing->is_sine_alone())
         return fill_row_of_sine<K>(*step.coefficients, *step.gains, material, cells, *step.forcing, row);
-    if (chain.length > 1 || !step.coefficients || (step.forcing && !step.forcing->scales())) {
+    if (chain.length > 1 || step.bent || !step.coefficients || (step.forcing && !step.forcing->scales())) {
         for (int i = 0; i < cells; ++i)
-            fill_chain<K>(step, materials, chain, rule, size_t(material[i]), row + size_t(i) * chain.length);
+            fill_chain<K>(step, materials, chain, rule, size_t(material[i]),
+                          row + size_t(i) * chain.length * step.entries());
         return;
     }
     f64::Coefficients factor{};
@@ -101,11 +124,18 @@ class FrameFeed {
     void before(const Step&, const std::function<void(const std::vector<double>&)>& give);
 
   private:
+    const std::vector<double>& frame(long long k);
+    const std::vector<double>& pressure(const FramePlace&);
+
     const Schedule& schedule_;
     const int width_;
-    long long given_ = 0;
-    std::vector<double> frame_;
+    FramePlace given_[2] = {{-1, 0}, {-1, 0}}; // the last two
+    std::array<long long, 3> number_{-1, -1, -1};
+    std::array<std::vector<double>, 3> frames_; // frame k at k % 3
+    std::vector<double> between_;
 };
+
+scene::Instant frame_time(const Schedule&, long long k);
 
 // The steps of a schedule in order, for these materials. Materials and schedule must outlive the timeline.
 class Timeline {
@@ -115,7 +145,7 @@ class Timeline {
     Timeline(const Schedule& schedule, const PreparedSkin& skin)
         : Timeline(schedule, skin.materials, skin.rule, schedule.method) {}
     bool next(Step&);
-    scene::Instant frame_time(long long k) const;
+    scene::Instant frame_time(long long k) const { return plan::frame_time(schedule_, k); }
 
   private:
     using Instant = scene::Instant;
@@ -124,9 +154,10 @@ class Timeline {
     bool regular(Instant from, Instant to) const;
     double length_of(Instant from, Instant to) const;
     template <class Make> auto table_of(Make) const;
-    Step exact_step(Instant from, Instant to) const;
-    Step framed_step(Instant from, Instant to) const;
+    Step exact_step(Instant from, Instant to);
+    Step framed_step(Instant from, Instant to);
     Step held_step(long long n);
+    void lead(Instant from, Instant to);
     void peek_field(Step);
     void peek_impulse(Step, double before, double jump);
     void fill();
@@ -142,6 +173,7 @@ class Timeline {
     // An elastic element's state does not hold its rate: the rate before a step follows from the load's slope.
     const bool rate_from_slope_;
     SharedCoefficients regular_; // of a whole step, from output to output
+    Instant led_;                // under parabolic hold: the time of the earlier pressure that the state holds
     scene::Waveform load_;
     SharedGains gains_;         // of a whole step of the exact method
     std::vector<Step> pending_; // steps up to the next output, last first
@@ -157,8 +189,8 @@ typename K::Constants constants_of(const PreparedSkin& skin, const PressedBox& p
     const auto r = [](double x) { return static_cast<typename K::scalar>(x); };
     typename K::Constants c = constants_of<K>(skin, pressed);
     if (!skin.tabled()) c.coefficients = rounded<K>(step.coefficients_of(0, skin.materials.front(), skin.rule));
-    c.start = r(step.start);
-    c.rise = r(step.rise);
+    c.start = r(step.constant_start());
+    c.rise = r(step.constant_rise());
     c.jump = r(step.jump);
     c.respond = step.respond();
     return c;

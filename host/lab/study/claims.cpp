@@ -66,8 +66,7 @@ Reading read(const StudyRun& run) {
         r.points += v / 5;
     }
     const std::vector<double> pressure = maps(run.scene).pressure;
-    const auto sa1 = std::find_if(run.result.fields.begin(), run.result.fields.end(),
-                                  [](auto& f) { return f.quantity == Quantity::sa1; });
+    const auto sa1 = std::ranges::find_if(run.result.fields, [](auto& f) { return f.quantity == Quantity::sa1; });
     double cells = 0;
     for (size_t i = 0; i < pressure.size(); ++i)
         if (pressure[i] > 0) {

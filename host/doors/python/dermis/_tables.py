@@ -80,6 +80,7 @@ class Load:
     radius: int | None = None
     intensity: NumberWithUnit | None = None
     interval: NumberWithUnit | None = None
+    hold: str | None = None
     texture: Mapping[str, Any] | None = None
     control: str | None = None
     contact: str | None = None
