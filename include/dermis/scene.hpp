@@ -58,7 +58,7 @@ struct Load {
     Envelope envelope;
     std::string path;               // Kind::sequence: a .npy file of shape (frames, height, width), read frame by frame
     std::optional<double> interval; // Kind::sequence: s between frames, > 0
-    Hold hold = Hold::linear;       // Kind::sequence: how the pressure runs from frame to frame
+    Hold hold = Hold::linear;       // Kind::sequence and texture: how the pressure runs from frame to frame
     // A texture that slides over the skin: the map's pressure in each cell, times the texture's number over its centre,
     // by cubic splines. The pressure is then made anew at each Time::step, and runs linearly between; FA2 is the mean
     // over a step unless Receptors::fa2 says otherwise. Only with the default envelope, and not of a sequence.
