@@ -52,12 +52,14 @@ CountedLoad load_of_parabola(const Schedule& schedule, const plan::Step& step, d
     const auto off = [&](double u) {
         return least_normal(peak, as) + as.u * value(u) + 0x1p-49 * (value(u) + change + bow);
     };
-    const double start = step.start, end = start + step.rise, led = start - step.before / h;
+    const double start = step.start, end = start + step.rise, led = start - step.before / h,
+                 stored = as.single ? double(f32::least_stored()) : f64::least_stored(),
+                 flushed = peak > 0 ? stored / peak : 0; // the earlier pressure, where the state holds it
     return {.s0 = {value(start), off(start)},
             .ds = {run(start, end), off(start) + off(end) + as.u * run(start, end)},
             .sj = {step.jump * from, step.jump * off(0)},
             .end = value(end),
-            .past = {run(led, start), off(led) + off(start) + as.u * run(led, start)}};
+            .past = {run(led, start), off(led) + off(start) + as.u * run(led, start) + flushed}};
 }
 
 // The load between frames of a cell with the greatest |pressure| `peak`, per unit of it. Only magnitudes of the frames
