@@ -67,7 +67,7 @@ TEST_CASE("what a sequence, an envelope and a time cannot be is refused word for
          {frames + "interval = 0.1\n[material]\nviscosity = 0",
           "9: material.viscosity = 0; allowed: > 0 for FA2 of a sequence; with viscosity 0 leave fa2 out of [output]"},
          {two + "[load]\nkind = \"file\"\npath = \"map.npy\"\nradius = 2",
-          "7: load.radius = 2; allowed: only with load.kind \"circular\", \"point\" or \"linear\""},
+          "7: load.radius = 2; allowed: only with load.kind \"circular\", \"point\", \"linear\" or \"punch\""},
          {two + "[load]\nkind = \"file\"\npath = \"head.npy\"",
           "6: load.path = \"{}head.npy\": has a damaged header; allowed: a .npy file of float32 or float64, C order, "
           "shape (2, 2)"},
