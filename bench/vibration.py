@@ -4,8 +4,8 @@
     vibration.py dermis picture.png [--quick]
 
 Random textures slide over skin with straight ridges across the slide, along it, and over an even contact. An FA2
-receptor lies 2 mm below the middle. Prints the frequency of its greatest power, which a finger has at v/lambda (speed
-over ridge period), and its power near v/lambda over that of the flanks. --quick: two textures, one speed, no picture.
+receptor lies 2 mm below the middle. Prints the frequency of its greatest power, which their sensor had at v/lambda
+(speed over ridge period), and its power near v/lambda over that of the flanks. --quick: two textures, one speed, no picture.
 """
 import subprocess
 import sys
