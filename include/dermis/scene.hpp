@@ -65,7 +65,8 @@ struct Load {
     std::optional<Texture> texture;
     // crests: the pressure acts on the crests of the surface alone, in proportion to how far they rise above the height
     // that a share of the cells exceeds. Over contact_length, from crest to crest, its mean stays, and so does the
-    // force of the whole map, of each frame of a sequence. Pressures are then >= 0.
+    // force of the map, and of each frame of a sequence; of a texture that slides, the force of the map that it
+    // multiplies. Pressures are then >= 0.
     enum class Contact { even, crests } contact = Contact::even;
     double contact_share = 0.5;           // 0..1, > 0
     std::optional<double> contact_length; // m, > 0, without spacing cells; default the surface's ridge period

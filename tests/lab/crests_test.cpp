@@ -93,6 +93,22 @@ TEST_CASE("the frames of a sequence are pressed on crests as the map of a produc
     std::filesystem::remove(path);
 }
 
+TEST_CASE("a texture that slides under crests changes the force as it changes the pressure on them") {
+    Scene s = on_ridges();
+    Texture t{.map = {}, .width = period, .height = 1, .spacing = {}, .velocity = {5e-3, 0}}; // a cell each step
+    for (int i = 0; i < period; ++i) t.map.edit().push_back(1 + 0.5 * std::cos(2 * std::numbers::pi * i / period));
+    s.load.texture = t;
+    s.output.traces = {Quantity::strain};
+    s.material.viscosity = 1e-3; // the strain follows the pressure at once
+    s.receptors.fa2 = Fa2::step_mean;
+    const std::vector<double> mean = run(s).traces[0].mean;
+    CHECK(mean[9] > 1.1 * mean[5]); // crest on crest, and crest on groove
+    s.load.contact = Load::Contact::even;
+    s.load.contact_length.reset();
+    const std::vector<double> even = run(s).traces[0].mean;
+    CHECK(even[9] == doctest::Approx(even[5]).epsilon(0.02));
+}
+
 TEST_CASE("a contact that cannot be on crests is refused by name") {
     const auto refused = [](auto change, const char* says) {
         Scene s = on_ridges();

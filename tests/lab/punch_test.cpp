@@ -138,6 +138,13 @@ TEST_CASE("materials of a sweep relax as themselves below a punch") {
     CHECK(alone.traces[1].probes[0][10] == doctest::Approx(w * (1 + 5 * std::exp(-0.25 / 0.2))).epsilon(1e-9));
 }
 
+TEST_CASE("a depth has the unit of a length") {
+    const std::string punch = "preset = \"fingertip\"\n[load]\nkind = \"punch\"\ncontrol = \"depth\"\nintensity = ";
+    CHECK(Scene::from_string(punch + "\"0.65 mm\"\n").load.intensity == doctest::Approx(6.5e-4).epsilon(1e-15));
+    const std::string why = refusal(Error::Code::bad_input, [&] { Scene::from_string(punch + "\"2 kPa\"\n"); });
+    CHECK_MESSAGE(why.find("load.intensity = \"2 kPa\"; allowed: a number in m") != std::string::npos, why);
+}
+
 TEST_CASE("punches and followed stresses that have no meaning are refused by name") {
     const auto refused = [](auto change, const char* says) {
         Scene s = punched(31, 1e-4);

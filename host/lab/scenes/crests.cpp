@@ -39,10 +39,17 @@ Map crest_factors(const Scene& s, const std::vector<double>& heights) {
     const std::vector<double> mean = smoothed_map(over, s.grid, *s.load.contact_length / s.grid.spacing.value_or(1));
     for (size_t i = 0; i < over.size(); ++i)
         if (over[i] > 0) over[i] /= mean[i];
+    if (!s.load.texture) return over;
+    // Scaled frame by frame, a texture would lose what it does to all crests at once.
+    const Map map = shape_of(s);
+    double before = 0, after = 0;
+    for (size_t i = 0; i < over.size(); ++i) before += map[i], after += map[i] * over[i];
+    for (double& factor : over)
+        if (after != 0) factor *= before / after;
     return over;
 }
 
-void press_crests(const Map& factors, int width, double unit, std::vector<double>& pressure) {
+void press_crests(const Load& load, const Map& factors, int width, double unit, std::vector<double>& pressure) {
     double before = 0, after = 0;
     for (size_t i = 0; i < pressure.size(); ++i) {
         if (pressure[i] * unit < 0)
@@ -51,7 +58,7 @@ void press_crests(const Map& factors, int width, double unit, std::vector<double
         after += pressure[i] *= factors[i];
     }
     for (double& p : pressure)
-        if (after != 0) p *= before / after;
+        if (after != 0 && !load.texture) p *= before / after;
 }
 
 } // namespace dermis::scene

@@ -111,9 +111,9 @@ std::vector<double> smoothed(const std::vector<double>& line, double sigma, doub
 // Load::Contact::crests on some heights, width*height: the factor of each cell's pressure. Throws Error::bad_input
 // where the heights have no crests.
 Map crest_factors(const Scene&, const std::vector<double>& heights);
-// Multiplies pressures by these factors; their sum stays. unit: of the pressures, Pa. Throws Error::bad_input, naming a
-// cell that is pulled.
-void press_crests(const Map& factors, int width, double unit, std::vector<double>& pressure);
+// Multiplies pressures by these factors. Their sum stays, but for a texture, of which only the map's sum does: the
+// factors contain its scale. unit: of the pressures, Pa. Throws Error::bad_input, naming a cell that is pulled.
+void press_crests(const Load&, const Map& factors, int width, double unit, std::vector<double>& pressure);
 
 bool wants(const Scene&, Quantity); // whether a trace, a field or a site asks for it
 long long outputs(const Time&);     // number of output times

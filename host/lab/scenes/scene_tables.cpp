@@ -167,6 +167,16 @@ void read_texture(Section& table, bool given, const Grid& grid, const PathBase& 
     if (given) texture = t;
 }
 
+// Reads the intensity, whose unit is that of a depth where the load gives one.
+void read_intensity(Section& table, Load& load) {
+    if (load.control != Load::Control::depth || !table.has_text("intensity"))
+        return table.number("intensity", load.intensity);
+    const std::string text = *table.text("intensity");
+    const std::optional<double> depth = number_with_unit("load.depth", text);
+    if (!depth) refuse(table.parameter("intensity"), "\"" + text + "\"", allowed_number("load.depth"));
+    load.intensity = *depth;
+}
+
 void read_load(Section table, const Grid& grid, const PathBase& folder, Load& load) {
     table.choice("kind", load.kind);
     const bool map = load.kind == Load::Kind::map, sequence = load.kind == Load::Kind::sequence;
@@ -176,8 +186,8 @@ void read_load(Section table, const Grid& grid, const PathBase& folder, Load& lo
     table.choice("hold", load.hold);
     table.cell("center", load.center);
     table.whole_number("radius", load.radius);
-    table.number("intensity", load.intensity);
     table.choice("control", load.control);
+    read_intensity(table, load);
     table.choice("contact", load.contact);
     table.number("contact_share", load.contact_share);
     read_length(table, "contact_length", grid, load.contact_length);

@@ -46,7 +46,7 @@ void take_sequence(Schedule& s, const PreparedSkin& skin) {
     for (long long k = 0; k < s.sequence->maps(); ++k) {
         before.swap(frame);
         s.sequence->read(k, frame);
-        if (!s.crests.empty()) scene::press_crests(s.crests, skin.width(), s.load.intensity, frame);
+        if (!s.crests.empty()) scene::press_crests(s.load, s.crests, skin.width(), s.load.intensity, frame);
         widen(s.pressed, frame, skin.width(), skin.height());
         s.frame_peaks.push_back(greatest_change(rest, frame) * scale);
         if (k > 0) s.frame_changes.push_back(greatest_change(before, frame) * scale);
@@ -139,7 +139,7 @@ Schedule make_schedule(const scene::ValidatedScene& validated, const PreparedSki
     s.pressure = scene::pressure_map(validated);
     if (scene.load.contact == Load::Contact::crests) {
         s.crests = scene::crest_factors(scene, skin.heights);
-        scene::press_crests(s.crests, skin.width(), 1, s.pressure.edit());
+        scene::press_crests(s.load, s.crests, skin.width(), 1, s.pressure.edit());
     }
     if (s.framed) take_sequence(s, skin);
     else widen(s.pressed, s.pressure, skin.width(), skin.height());

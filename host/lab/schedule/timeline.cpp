@@ -26,7 +26,7 @@ const std::vector<double>& FrameFeed::frame(long long k) {
     if (std::exchange(number_[place], k) == k) return frames_[place];
     schedule_.sequence->read(std::min(k, schedule_.sequence->maps() - 1), frames_[place]);
     if (!schedule_.crests.empty())
-        scene::press_crests(schedule_.crests, width_, schedule_.load.intensity, frames_[place]);
+        scene::press_crests(schedule_.load, schedule_.crests, width_, schedule_.load.intensity, frames_[place]);
     for (double& p : frames_[place]) p *= schedule_.load.intensity;
     return frames_[place];
 }
