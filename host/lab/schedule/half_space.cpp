@@ -167,16 +167,19 @@ std::vector<std::vector<double>> stresses_of(const std::vector<double>& map, con
     return stresses;
 }
 
-// A transform of n numbers is off by a few log2(n) units of the root of its sum of squares; the twiddle factors of a
-// line are off by a few units.
+// Two half-spaces of one kernel share a transform, so that each is off by what the larger one allows: 1.5 times the
+// integral of |kernel| over the plane, or a bound of it. A transform of n numbers is off by a few log2(n) units of the
+// root of its sum of squares; the twiddle factors of a line are off by a few units.
 double error_of_stresses(const std::vector<double>& map, const Grid& grid, const HalfSpace& space) {
     constexpr double units = 32; // for each level of two transforms forward and one backward
     double squares = 0, most = 0;
     for (double p : map) most = std::max(most, std::abs(p));
     if (is_small(grid)) return space.roundings<long double>() * space.norm() * most;
     for (double p : map) squares += most == 0 ? 0 : (p / most) * (p / most);
+    const auto& [depth, kernel, nu] = space.depth();
+    const double both = 1.5 * (kernel == Receptors::Kernel::stress ? 1 : (1 + nu) * (3 - 2 * nu));
     const double levels = std::log2(4.0 * double(grid.width)) + std::log2(double(grid.height));
-    return units * levels * 0x1p-53 * space.norm() * std::sqrt(squares) * most;
+    return units * levels * 0x1p-53 * both * std::sqrt(squares) * most;
 }
 
 } // namespace dermis::plan
