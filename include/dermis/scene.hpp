@@ -24,7 +24,14 @@ DERMIS_API const char* name(Model) noexcept;
 //   step   1 from start on                                       ramp   0 at start to 1 at start + rise, then 1
 //   sine   mean + amplitude*sin(2 pi frequency t + phase)        pulse  1 for length from start, start + period ..
 //   table  linear between (times, values), 0 before the first, the last held; a time given twice is a jump
+// A step from t = 0 on and a sine may have a window, by which they are multiplied.
 struct Envelope {
+    // 0 until start, up to 1 within rise, 1 until `until`, and down to 0 within fall.
+    struct Window {
+        double start = 0, rise = 0;  // s, >= 0; a rise of 0 is a jump
+        std::optional<double> until; // s, >= start + rise; empty: it does not fall
+        double fall = 0;             // s, >= 0; 0 without `until`
+    };
     enum class Kind { step, ramp, sine, pulse, table } kind = Kind::step;
     double start = 0;                  // s, >= 0
     double rise = 1;                   // s, > 0
@@ -32,6 +39,18 @@ struct Envelope {
     double mean = 0, amplitude = 1;    // finite
     double length = 0.5, period = 1;   // s, > 0; period > length
     std::vector<double> times, values; // s, ascending, >= 0; finite
+    std::optional<Window> window;      // of a step with start 0, and of a sine
+};
+
+// Waves that move over the skin and multiply a pressure, by 1 + sum over n = 1, 2 .. of
+// amplitudes[n-1]*cos(n*2 pi*(s - velocity*t)/wavelength + phases[n-1]). s is the distance along `direction` from the
+// centre of cell [0, 0].
+struct Grating {
+    double wavelength = 1;                // m, without Grid::spacing cells; > 0
+    double direction = 0;                 // rad, from the x axis towards the y axis; finite
+    double velocity = 0;                  // m/s along the direction, or cells/s; finite
+    std::vector<double> amplitudes = {1}; // of the harmonics, 1 to 16, finite; none shorter than two cells
+    std::vector<double> phases;           // rad, finite; none, or one for each amplitude
 };
 
 // Numbers that multiply the pressure of a load, and slide over the skin.
@@ -74,6 +93,9 @@ struct Load {
     // pressure then relaxes as the material does, and the strain below it follows the depth. Strain is that of a
     // surface under the punch's pressure, cell by cell. Kind::punch needs depth, and all others pressure.
     enum class Control { pressure, depth } control = Control::pressure;
+    // Multiplies the map. Only with a step from t = 0 on, which may have a window, and not of a sequence, a texture or
+    // a depth.
+    std::optional<Grating> grating;
 };
 
 // Outputs are at 0, step, 2 step ..; there are ceil(duration/step - 1e-9) of them.
@@ -112,6 +134,10 @@ struct Scene : SkinDescription {
     Load load;
     Time time;
     Output output;
+    // Up to 63 loads whose pressures are added to the pressure of `load`. Where there is more than one product of a map
+    // and an envelope, as with these and with a grating, the material is uniform, the method exact, FA2 linear, the
+    // model none that marches, and no load is known by frames or presses to a depth.
+    std::vector<Load> more_loads;
 
     // Reads a TOML file (host/lab/scenes/README.md lists the keys). Relative paths in it start from its folder. Each of
     // `overrides` is "key=value" and replaces a key. The file is a regular file of at most 64 MiB. Throws

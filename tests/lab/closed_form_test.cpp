@@ -104,7 +104,7 @@ TEST_CASE("the closed forms of a chain's elements sum to numbers known to 17 dig
          {10000, {2.80197212779063e-6L, 2.2035086411956133e-6L, 7.6199657434177507e-7L, -5.0874583747999328e-7L}},
          {100000, {4.2471404484412898e-6L, 3.7024024205515528e-5L, 5.1149679684792996e-8L, -8.2119977485214005e-10L}}});
     oracle::Pressure sine = straight({{0, 0, 0}});
-    sine.wave = {1, oracle::Real(500) * oracle::Real::pi(), 0};
+    sine.waves = {{1, oracle::Real(500) * oracle::Real::pi(), 0}};
     check_chain(
         sine,
         {{5, {2.0205629989725789e-7L, 5.0958928633871802e-11L, 3.7159074663977233e-4L, -3.006741085014077e-1L}},
@@ -118,7 +118,7 @@ TEST_CASE("the closed forms satisfy the equations, integrated in small steps") {
     oracle::Real::bits = 400;
     const oracle::Pressure table = straight({{0.1, 0, 0.5}, {0.4, 1.5, -1}, {0.75, 2, 2}});
     oracle::Pressure sine = straight({{0, 0, 0.25}});
-    sine.wave = {0.75, 19, 0.4};
+    sine.waves = {{0.75, 19, 0.4}};
     const auto of_table = [](long double t) {
         return t < 0.1 ? 0 : t < 0.4 ? 0.5L + (t - 0.1) / 0.3L : t < 0.75 ? -1 + 3 * (t - 0.4) / 0.35L : 2.0L;
     };

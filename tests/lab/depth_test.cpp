@@ -173,26 +173,54 @@ TEST_CASE("means and extremes at a depth are those of the field") {
         }
 }
 
+// The same scene with four frames in a file in place of the map, each times a value of the table.
+struct AsFrames {
+    explicit AsFrames(Scene& product)
+        : path(std::filesystem::temp_directory_path() / ("dermis_depth_" + std::to_string(getpid()) + ".npy")) {
+        product.load.envelope = {
+            .kind = Envelope::Kind::table, .times = {0, 0.1, 0.2, 0.3}, .values = {0, 1, 0.25, 0.5}};
+        product.receptors.fa2 = Fa2::step_mean;
+        const Map map = maps(product).pressure;
+        const Grid& grid = product.grid;
+        std::ofstream out(path, std::ios::binary);
+        out << npy_header("<f8", "(4, " + std::to_string(grid.height) + ", " + std::to_string(grid.width) + ")");
+        for (double level : product.load.envelope.values)
+            for (double p : map) out.write(reinterpret_cast<const char*>(&(p *= level)), 8);
+        scene = product;
+        scene.load = {.kind = Load::Kind::sequence, .path = path.string(), .interval = 0.1};
+    }
+    ~AsFrames() { std::filesystem::remove(path); }
+    std::filesystem::path path;
+    Scene scene;
+};
+
 TEST_CASE("receptors at a depth answer under frames as under the product that these frames are samples of") {
     Scene product = ridged(33, 20);
     product.output.traces.clear();
     for (int i = 0; i < 20; ++i) product.sites.push_back({all_responses[i % 4], {(7 * i) % 33, (3 * i) % 20}});
-    product.load.envelope = {.kind = Envelope::Kind::table, .times = {0, 0.1, 0.2, 0.3}, .values = {0, 1, 0.25, 0.5}};
-    product.receptors.fa2 = Fa2::step_mean;
-    const Map map = maps(product).pressure;
-    const auto path = std::filesystem::temp_directory_path() / ("dermis_depth_" + std::to_string(getpid()) + ".npy");
-    {
-        std::ofstream out(path, std::ios::binary);
-        out << npy_header("<f8", "(4, 20, 33)");
-        for (double level : product.load.envelope.values)
-            for (double p : map) out.write(reinterpret_cast<const char*>(&(p *= level)), 8);
-    }
-    Scene frames = product;
-    frames.load = {.kind = Load::Kind::sequence, .path = path.string(), .interval = 0.1};
-    const Result a = run(frames), b = run(product);
+    const AsFrames frames(product);
+    const Result a = run(frames.scene), b = run(product);
     CHECK(int(a.model) == int(Model::sites));
     CHECK(difference(a.responses, b.responses) < 1e-12);
-    std::filesystem::remove(path);
+}
+
+TEST_CASE("a receptor at a depth beside the pressed cells is bent by them") {
+    Scene product = ridged(33, 20);
+    product.output.traces.clear();
+    std::vector<double> map(33 * 20, 0);
+    for (int x = 0; x < 33; ++x) map[size_t(9 * 33 + x)] = 1;
+    product.load = {.kind = Load::Kind::map, .intensity = 1e4, .map = map};
+    product.sites = {{Quantity::sa1, {16, 10}}}; // no other receptor needs the cells above
+    const AsFrames frames(product);
+    Scene even = product;
+    even.material.curvature_length = 0;
+    const Result a = run(frames.scene), b = run(product);
+    CHECK(int(a.model) == int(Model::sites));
+    CHECK(difference(b.responses, run(even).responses) > 1e-3);
+    CHECK(difference(a.responses, b.responses) < 1e-12);
+    product.tolerance = 1e-9; // with witnesses
+    const Result witnessed = run(product);
+    CHECK(witnessed.measured_error <= witnessed.predicted_error);
 }
 
 TEST_CASE("the force at any depth is the force that presses, and at no depth the stress is the pressure") {

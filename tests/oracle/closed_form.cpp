@@ -12,6 +12,8 @@ struct Phasor {
     friend Phasor operator*(const Phasor& a, const Phasor& b) {
         return {a.sine * b.sine - a.cosine * b.cosine, a.sine * b.cosine + a.cosine * b.sine};
     }
+    friend Phasor operator+(const Phasor& a, const Phasor& b) { return {a.sine + b.sine, a.cosine + b.cosine}; }
+    friend Phasor times(const Real& x, const Phasor& p) { return {x * p.sine, x * p.cosine}; }
     Phasor inverse() const {
         const Real square = sine * sine + cosine * cosine;
         return {sine / square, -cosine / square};
@@ -28,8 +30,7 @@ std::optional<Real> apart(const std::optional<double>& adaptation, const Element
 
 } // namespace
 
-PreparedPressure::PreparedPressure(Pressure pressure, const std::vector<Instant>& instants)
-    : instants_(instants), wave_(std::move(pressure.wave)) {
+PreparedPressure::PreparedPressure(Pressure pressure, const std::vector<Instant>& instants) : instants_(instants) {
     mpfr_set_emin(mpfr_get_emin_min()); // e^(t/tau) of any time is a number
     mpfr_set_emax(mpfr_get_emax_max());
     const std::vector<Knot>& knots = pressure.knots;
@@ -61,12 +62,13 @@ PreparedPressure::PreparedPressure(Pressure pressure, const std::vector<Instant>
         }
         move(instant.time);
         s.jumps = passed;
-        if (wave_) {
-            auto [sine, cosine] = sine_and_cosine(wave_->angular * instant.time + wave_->phase);
-            s.sine = std::move(sine);
-            s.cosine = std::move(cosine);
-        }
         states_.push_back(s);
+    }
+    for (const Wave& w : pressure.waves) {
+        PreparedWave& of = waves_.emplace_back(PreparedWave{w, {}});
+        for (const Instant& i : instants)
+            of.at.push_back(w.start < i.time ? sine_and_cosine(w.angular * (i.time - w.start) + w.phase)
+                                             : std::pair<Real, Real>());
     }
 }
 
@@ -79,6 +81,14 @@ std::vector<Real> PreparedPressure::decays(const Real& T) const {
         if (i.row > 0) power *= factor;
         all.push_back(i.row >= 0 ? power : exp(-(i.time / T)));
     }
+    return all;
+}
+
+// The same of the time since a start; 1 before it.
+std::vector<Real> PreparedPressure::decays_from(const Real& start, const Real& T) const {
+    if (start == Real(0)) return decays(T);
+    std::vector<Real> all;
+    for (const Instant& i : instants_) all.push_back(start < i.time ? exp(-((i.time - start) / T)) : Real(1));
     return all;
 }
 
@@ -133,7 +143,7 @@ std::vector<Responses> PreparedPressure::responses(const Element& m, const std::
                          (s.value - (a + tau) * s.slope + (a * a + a * tau + tau * tau) * s.bow +
                           (tau * decaying[i] - a * adapting[i]) / (a - tau));
     }
-    if (wave_) add_wave(all, m, adaptation);
+    for (const PreparedWave& wave : waves_) add_wave(all, wave, m, adaptation);
     for (size_t i = 0; i < all.size(); ++i)
         if (instants_[i].time == Real(0)) all[i] = {};
     for (size_t i = 0; i < all.size(); ++i)
@@ -143,37 +153,44 @@ std::vector<Responses> PreparedPressure::responses(const Element& m, const std::
     return all;
 }
 
-// Adds the steady oscillation, and what decays of its beginning.
-void PreparedPressure::add_wave(std::vector<Responses>& all, const Element& m,
+// Adds the steady oscillation, and what decays of its beginning. What grows in proportion to the time is the derivative
+// of an oscillation e^(x d) by x at x = i*angular, of H and of the decaying part too.
+void PreparedPressure::add_wave(std::vector<Responses>& all, const PreparedWave& of, const Element& m,
                                 const std::optional<Real>& adaptation) const {
-    const bool elastic = m.viscosity == 0, creeping = m.modulus == 0;
-    const Real &a = wave_->amplitude, &w = wave_->angular;
+    const bool elastic = m.viscosity == 0, creeping = m.modulus == 0, decays_itself = !elastic && !creeping;
+    const Real &a = of.wave.amplitude, &w = of.wave.angular, &g = of.wave.growth, &start = of.wave.start;
     const Real tau = elastic || creeping ? Real(0) : Real(m.viscosity) / Real(m.modulus);
-    const Phasor turn{0, w}; // a derivative
-    const Phasor strain = Phasor{m.modulus, w * m.viscosity}.inverse(), integral = strain * turn.inverse(),
-                 rate = strain * turn, acceleration = rate * turn;
-    const auto [sine, cosine] = sine_and_cosine(wave_->phase);
-    const Real first = strain.at(sine, cosine), first_integral = integral.at(sine, cosine);
-    const std::vector<Real> left =
-        elastic ? std::vector<Real>(all.size()) : (creeping ? std::vector<Real>(all.size(), Real(1)) : decays(tau));
-    const std::vector<Real> left_adapting = adaptation ? decays(*adaptation) : std::vector<Real>();
+    const Phasor turn{0, w}, per_turn = turn.inverse(); // a derivative, an integral
+    const Phasor H = Phasor{m.modulus, w * m.viscosity}.inverse(), slope = Phasor{-Real(m.viscosity), 0} * H * H;
+    const auto [sine, cosine] = sine_and_cosine(of.wave.phase);
+    const auto begin = [&, sine = sine, cosine = cosine](const Phasor& p) { return p.at(sine, cosine); };
+    const Phasor steady = times(a, H) + times(g, slope); // beside what grows, g*H*d
+    const Real first = begin(steady);
+    const std::vector<Real> left = elastic    ? std::vector<Real>(all.size())
+                                   : creeping ? std::vector<Real>(all.size(), Real(1))
+                                              : decays_from(start, tau);
+    const std::vector<Real> left_adapting = adaptation ? decays_from(start, *adaptation) : std::vector<Real>();
     for (size_t i = 0; i < all.size(); ++i) {
-        const State& s = states_[i];
-        const auto at = [&](const Phasor& p) { return p.at(s.sine, s.cosine); };
+        const Real d = instants_[i].time - start;
+        if (!(Real(0) < d)) continue;
+        const auto at = [&](const Phasor& p) { return p.at(of.at[i].first, of.at[i].second); };
+        const Phasor now = steady + times(g * d, H), grows = times(g, H);
         Responses& r = all[i];
-        const bool decays_itself = !elastic && !creeping;
-        r.strain += a * (at(strain) - first * left[i]);
-        r.rate += a * (decays_itself ? at(rate) + first * left[i] / tau : at(rate));
-        r.acceleration += a * (decays_itself ? at(acceleration) - first * left[i] / (tau * tau) : at(acceleration));
+        r.strain += at(now) - first * left[i];
+        r.rate += at(turn * now + grows);
+        r.acceleration += at(turn * (turn * now + times(Real(2), grows)));
+        if (decays_itself) r.rate += first * left[i] / tau;
+        if (decays_itself) r.acceleration += -(first * left[i] / (tau * tau));
         if (adaptation) {
             const Real& T = *adaptation;
-            const Phasor adapted = strain * Phasor{T, 0} * Phasor{1, w * T}.inverse();
+            const Phasor G = Phasor{T, 0} * Phasor{1, w * T}.inverse(), after = G * steady + times(-g, G * G * H);
             const Real beside =
                 creeping ? T * (Real(1) - left_adapting[i]) : tau * T * (left_adapting[i] - left[i]) / (T - tau);
-            r.integral += a * (at(adapted) - adapted.at(sine, cosine) * left_adapting[i] - first * beside);
+            r.integral += at(after + times(g * d, G * H)) - begin(after) * left_adapting[i] - first * beside;
         } else {
-            const Real beside = creeping ? instants_[i].time : tau * (Real(1) - left[i]);
-            r.integral += a * (at(integral) - first_integral - first * beside);
+            const Phasor after = steady * per_turn + times(-g, H * per_turn * per_turn);
+            const Real beside = creeping ? d : tau * (Real(1) - left[i]);
+            r.integral += at(after + times(g * d, H * per_turn)) - begin(after) - first * beside;
         }
     }
 }

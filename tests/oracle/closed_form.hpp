@@ -20,14 +20,14 @@ struct Knot {
     Real time, left, right, bow = 0;
 };
 
-// amplitude*sin(angular*t + phase) from t = 0 on.
+// (amplitude + growth*d)*sin(angular*d + phase) from `start` on, d after it.
 struct Wave {
-    Real amplitude, angular, phase;
+    Real amplitude, angular, phase, start = 0, growth = 0;
 };
 
 struct Pressure {
     std::vector<Knot> knots; // ascending
-    std::optional<Wave> wave;
+    std::vector<Wave> waves;
 };
 
 struct Element {
@@ -59,15 +59,20 @@ class PreparedPressure {
     };
     struct State {
         Real value, slope, bow, integral, second_integral;
-        Real sine, cosine; // of the wave
-        size_t jumps = 0;  // the jumps before this instant
+        size_t jumps = 0; // the jumps before this instant
     };
     std::vector<Real> sums(const Real& time_constant) const;
     std::vector<Real> decays(const Real& time_constant) const;
-    void add_wave(std::vector<Responses>&, const Element&, const std::optional<Real>& adaptation) const;
+    struct PreparedWave {
+        Wave wave;
+        std::vector<std::pair<Real, Real>> at; // sine and cosine at each instant from its start on
+    };
+    void add_wave(std::vector<Responses>&, const PreparedWave&, const Element&,
+                  const std::optional<Real>& adaptation) const;
+    std::vector<Real> decays_from(const Real& start, const Real& time_constant) const;
 
     const std::vector<Instant>& instants_;
-    std::optional<Wave> wave_;
+    std::vector<PreparedWave> waves_;
     std::vector<Jump> jumps_;
     std::vector<State> states_;
 };

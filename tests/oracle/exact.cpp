@@ -125,8 +125,14 @@ Real snapped(const Real& t, const Real& step) {
     return abs(t - near) <= t * Real::power_of_two(-50) ? near : t;
 }
 
+// The times at which a load jumps, and by how much each load jumps there.
+struct Jump {
+    Real time;
+    std::vector<Real> sizes;
+};
+
 // Outputs, fields and jumps.
-std::vector<Instant> instants_of(const Scene& s, const std::vector<Knot>& jumps, bool step_mean) {
+std::vector<Instant> instants_of(const Scene& s, const std::vector<Jump>& jumps, bool step_mean) {
     const Real step = s.time.step;
     const long long rows = static_cast<long long>(std::ceil(s.time.duration / s.time.step - 1e-9));
     std::vector<Instant> all;
@@ -137,7 +143,7 @@ std::vector<Instant> instants_of(const Scene& s, const std::vector<Knot>& jumps,
         if (here == all.end() || !(here->time == instant.time)) all.insert(here, instant);
     };
     for (const FieldRequest& f : s.output.fields) add({snapped(Real(f.at), step)});
-    for (const Knot& k : jumps) add({k.time});
+    for (const Jump& jump : jumps) add({jump.time});
     long before = -1;
     for (size_t i = 0; i < all.size(); ++i) {
         if (step_mean) all[i].since = before;
@@ -146,10 +152,50 @@ std::vector<Instant> instants_of(const Scene& s, const std::vector<Knot>& jumps,
     return all;
 }
 
-Pressure pressure_of(const Scene& s) {
-    const Envelope& e = s.load.envelope;
+// A window as straight lines, and the waves that begin at its knots: each jump and each bend of the lines begins one.
+void take_window(const Envelope& e, const Real& step, Pressure& p) {
+    const Envelope::Window& w = *e.window;
+    const bool wave = e.kind == Envelope::Kind::sine;
+    const Real from = snapped(w.start, step), risen = snapped(Real(w.start) + Real(w.rise), step);
+    const auto knot = [&](const Real& time, double left, double right) {
+        const Real mean = wave ? e.mean : 1;
+        p.knots.push_back({time, mean * left, mean * right});
+    };
+    struct Bend {
+        Real time, jump, slope;
+    };
+    std::vector<Bend> bends;
+    if (w.rise > 0) {
+        knot(from, 0, 0);
+        knot(risen, 1, 1);
+        bends = {{from, 0, Real(1) / (risen - from)}, {risen, 0, Real(-1) / (risen - from)}};
+    } else {
+        knot(from, 0, 1);
+        bends = {{from, 1, 0}};
+    }
+    if (w.until) {
+        const Real until = snapped(*w.until, step), end = snapped(Real(*w.until) + Real(w.fall), step);
+        knot(until, 1, w.fall > 0);
+        if (w.fall > 0) {
+            knot(end, 0, 0);
+            bends.push_back({until, 0, Real(-1) / (end - until)});
+            bends.push_back({end, 0, Real(1) / (end - until)});
+        } else bends.push_back({until, -1, 0});
+    }
+    const Real angular = Real(2) * Real::pi() * Real(e.frequency), amplitude = e.amplitude;
+    for (const Bend& b : bends)
+        if (wave)
+            p.waves.push_back(
+                {amplitude * b.jump, angular, angular * b.time + Real(e.phase), b.time, amplitude * b.slope});
+}
+
+Pressure pressure_of(const Scene& s, const Envelope& e) {
     const Real start = e.start, step = s.time.step;
     Pressure p;
+    if (e.window) {
+        take_window(e, step, p);
+        return p;
+    }
     const auto knot = [&](const Real& time, double left, double right) {
         p.knots.push_back({snapped(time, step), left, right});
     };
@@ -161,7 +207,7 @@ Pressure pressure_of(const Scene& s) {
         break;
     case Envelope::Kind::sine:
         knot(0, 0, e.mean);
-        p.wave = {e.amplitude, Real(2) * Real::pi() * Real(e.frequency), e.phase};
+        p.waves = {{e.amplitude, Real(2) * Real::pi() * Real(e.frequency), e.phase}};
         break;
     case Envelope::Kind::pulse:
         for (double k = 0; start + Real(k) * Real(e.period) <= Real(s.time.duration); ++k) {
@@ -196,15 +242,20 @@ Pressure pressure_of_frame(const Scene& s, size_t k, size_t count) {
     return p;
 }
 
-// The knots at which a pressure jumps within the duration.
-std::vector<Knot> jumps_of(const Scene& s, const Pressure& pressure) {
-    std::vector<Knot> jumps;
-    for (const Knot& k : pressure.knots) {
-        Knot jump = k;
-        if (pressure.wave && k.time == Real(0))
-            jump.right += pressure.wave->amplitude * sine_and_cosine(pressure.wave->phase).first;
-        if (!(jump.left == jump.right) && k.time < Real(s.time.duration)) jumps.push_back(jump);
+// The jumps of pressures within the duration.
+std::vector<Jump> jumps_of(const Scene& s, const std::vector<Pressure>& pressures) {
+    std::vector<Jump> jumps;
+    const auto add = [&](size_t load, const Real& time, const Real& size) {
+        if (size == Real(0) || !(time < Real(s.time.duration))) return;
+        auto here = std::find_if(jumps.begin(), jumps.end(), [&](const Jump& jump) { return jump.time == time; });
+        if (here == jumps.end()) here = jumps.insert(here, {time, std::vector<Real>(pressures.size())});
+        here->sizes[load] += size;
+    };
+    for (size_t load = 0; load < pressures.size(); ++load) {
+        for (const Knot& k : pressures[load].knots) add(load, k.time, k.right - k.left);
+        for (const Wave& w : pressures[load].waves) add(load, w.start, w.amplitude * sine_and_cosine(w.phase).first);
     }
+    std::sort(jumps.begin(), jumps.end(), [](const Jump& a, const Jump& b) { return a.time < b.time; });
     return jumps;
 }
 
@@ -215,8 +266,11 @@ long bits_of(const Scene& s, const std::vector<Chain>& materials) {
     const int step = std::ilogb(s.time.step);
     int longest = step - 1; // as a power of two, because a quotient of two doubles may be none
     if (s.receptors.sa2_adaptation) longest = std::max(longest, std::ilogb(*s.receptors.sa2_adaptation));
-    if (s.load.envelope.kind == Envelope::Kind::sine)
-        longest = std::max(longest, -std::ilogb(s.load.envelope.frequency));
+    std::vector<Load> loads = s.more_loads;
+    loads.push_back(s.load);
+    for (const Load& load : loads)
+        if (load.envelope.kind == Envelope::Kind::sine)
+            longest = std::max(longest, -std::ilogb(load.envelope.frequency));
     for (const Chain& chain : materials)
         for (const Element& m : chain)
             if (m.modulus > 0 && m.viscosity > 0)
@@ -254,12 +308,17 @@ class Evaluation {
         Real::bits = more_bits + bits_of(s_, materials_);
         const bool sequence = s_.load.kind == Load::Kind::sequence;
         const Fa2 fa2 = s_.receptors.fa2.value_or(sequence ? Fa2::step_mean : Fa2::point);
-        const Pressure first = sequence ? pressure_of_frame(s_, 0, c.frames.size()) : pressure_of(s_);
-        jumps_ = jumps_of(s_, first);
+        std::vector<Pressure> loads = {sequence ? pressure_of_frame(s_, 0, c.frames.size())
+                                                : pressure_of(s_, s_.load.envelope)};
+        for (const Load& load : s_.more_loads) loads.push_back(pressure_of(s_, load.envelope));
+        jumps_ = jumps_of(s_, loads);
         instants_ = instants_of(s_, jumps_, fa2 == Fa2::step_mean);
         take_space();
-        take_load(first, sequence ? c.frames[0] : s_.load.map.values());
-        for (size_t k = 1; k < c.frames.size(); ++k) take_load(pressure_of_frame(s_, k, c.frames.size()), c.frames[k]);
+        take_load(loads[0], sequence ? c.frames[0] : s_.load.map.values(), s_.load.intensity);
+        for (size_t k = 0; k < s_.more_loads.size(); ++k)
+            take_load(loads[1 + k], s_.more_loads[k].map, s_.more_loads[k].intensity);
+        for (size_t k = 1; k < c.frames.size(); ++k)
+            take_load(pressure_of_frame(s_, k, c.frames.size()), c.frames[k], s_.load.intensity);
     }
 
     Exact all() {
@@ -313,9 +372,9 @@ class Evaluation {
             for (long double& v : *map) v *= s_.surface.relief.value_or(1);
     }
 
-    void take_load(const Pressure& pressure, const std::vector<double>& map) {
+    void take_load(const Pressure& pressure, const std::vector<double>& map, double intensity) {
         Numbers p(map.begin(), map.end());
-        for (long double& v : p) v *= s_.load.intensity;
+        for (long double& v : p) v *= intensity;
         maps_.push_back(p);
         take_depths(p);
         const PreparedPressure prepared(pressure, instants_);
@@ -392,9 +451,8 @@ class Evaluation {
         return C;
     }
 
-    void take_impulse(size_t instant, const Knot& jump, Exact& e) const {
+    void take_impulse(size_t instant, const Jump& jump, Exact& e) const {
         const Numbers C = curvature_under(sum(instant, 0, &Moment::strain));
-        const long double size = (jump.right - jump.left).rounded();
         for (Quantity q : {Quantity::fa1, Quantity::fa2}) {
             ExactImpulse impulse{jump.time.rounded(), q, Numbers(cells_, 0)};
             bool any = false;
@@ -403,8 +461,9 @@ class Evaluation {
                 for (const Element& m : materials_[material_of_[i]]) {
                     if ((m.viscosity == 0) != (q == Quantity::fa1)) continue;
                     any = true;
-                    weight += size * deep_maps_[0][size_t(q)][i] / (m.viscosity == 0 ? m.modulus : m.viscosity) *
-                              (1 + l_ * C[i]);
+                    for (size_t load = 0; load < jump.sizes.size(); ++load)
+                        weight += jump.sizes[load].rounded() * deep_maps_[load][size_t(q)][i] /
+                                  (m.viscosity == 0 ? m.modulus : m.viscosity) * (1 + l_ * C[i]);
                 }
                 impulse.values[i] = q == Quantity::fa2 ? gained(s_.receptors, weight) : weight;
             }
@@ -414,7 +473,7 @@ class Evaluation {
 
     void take(size_t instant, Exact& e) const {
         const Real& time = instants_[instant].time;
-        for (const Knot& jump : jumps_)
+        for (const Jump& jump : jumps_)
             if (jump.time == time) take_impulse(instant, jump, e);
         const auto here = [&](double at) { return snapped(Real(at), s_.time.step) == time; };
         const bool row = instants_[instant].row >= 0,
@@ -447,7 +506,7 @@ class Evaluation {
     const Curvature curvature_;
     std::vector<Chain> materials_;
     std::vector<size_t> material_of_;
-    std::vector<Knot> jumps_;
+    std::vector<Jump> jumps_;
     std::vector<Instant> instants_;
     Numbers height_, rest_; // S, and L(S) of a spacing of 1
     long double area_ = 1, l_ = 1, h_ = 1;

@@ -14,29 +14,44 @@ using namespace dermis;
 
 namespace {
 
+// The envelopes of all loads.
+std::vector<Envelope> envelopes_of(const Scene& s) {
+    std::vector<Envelope> all = {s.load.envelope};
+    for (const Load& load : s.more_loads) all.push_back(load.envelope);
+    return all;
+}
+
 // Whether breakpoints stand closer than 1e-4 of a step.
-bool crowded(const Scene& s) {
-    const Envelope& e = s.load.envelope;
-    const double least = 1e-4 * s.time.step;
+bool crowded(const Envelope& e, double step) {
+    const double least = 1e-4 * step;
     if (e.kind == Envelope::Kind::ramp) return e.rise < least;
     if (e.kind == Envelope::Kind::pulse) return e.length < least || e.period - e.length < least;
     for (size_t i = 1; i < e.times.size(); ++i)
         if (e.times[i] != e.times[i - 1] && e.times[i] - e.times[i - 1] < least) return true;
-    return false;
+    return e.window &&
+           ((e.window->rise > 0 && e.window->rise < least) || (e.window->fall > 0 && e.window->fall < least));
+}
+bool crowded(const Scene& s) {
+    return std::ranges::any_of(envelopes_of(s), [&](const Envelope& e) { return crowded(e, s.time.step); });
 }
 
 } // namespace
 
 bool undecided(const Scene& s) {
-    const Envelope& e = s.load.envelope;
-    std::vector<long double> times = {e.start, (long double)e.start + e.rise};
-    times.insert(times.end(), e.times.begin(), e.times.end());
+    std::vector<long double> times;
     for (const FieldRequest& f : s.output.fields) times.push_back(f.at);
-    if (e.kind == Envelope::Kind::pulse)
-        for (long double t = e.start; t <= s.time.duration; t += e.period) {
-            times.push_back(t);
-            times.push_back(t + e.length);
-        }
+    for (const Envelope& e : envelopes_of(s)) {
+        times.insert(times.end(), {(long double)e.start, (long double)e.start + e.rise});
+        times.insert(times.end(), e.times.begin(), e.times.end());
+        if (const auto& w = e.window)
+            times.insert(times.end(), {(long double)w->start, (long double)w->start + w->rise,
+                                       (long double)w->until.value_or(0), (long double)w->until.value_or(0) + w->fall});
+        if (e.kind == Envelope::Kind::pulse)
+            for (long double t = e.start; t <= s.time.duration; t += e.period) {
+                times.push_back(t);
+                times.push_back(t + e.length);
+            }
+    }
     for (long double t = 0; s.load.interval && t <= s.time.duration; t += *s.load.interval) times.push_back(t);
     for (long double t : times) {
         const long double off = std::abs(t - std::round(t / s.time.step) * s.time.step) / (t * 0x1p-52L);
@@ -68,6 +83,7 @@ Case Family::next() {
         }
     }
     if (one_in(3)) take_depths(c.scene);
+    if (one_in(4)) take_more_loads(c);
     return c;
 }
 
@@ -108,7 +124,8 @@ Scene Family::scene() {
     take_load(s);
     take_envelope(s);
     if (kind == "late") take_late(s);
-    if (one_in(3)) move_breakpoint(s);
+    if (one_in(8)) take_window(s);
+    if (!s.load.envelope.window && one_in(3)) move_breakpoint(s);
     take_receptors(s);
     if (patch) take_patch(s);
     else if (many || one_in(4)) take_material_maps(s);
@@ -174,7 +191,9 @@ void Family::take_load(Scene& s) {
             const double r = std::hypot(x - cx, y - cy) / radius;
             map.push_back(shape == 0 ? std::max(0.0, 1 - r) : shape == 1 ? std::exp(-r * r) : real(-1, 1));
         }
-    const double stiffness = *s.material.modulus > 0 ? *s.material.modulus : *s.material.viscosity / s.time.duration;
+    const double E = s.material.elements.empty() ? *s.material.modulus : s.material.elements[0].modulus,
+                 eta = s.material.elements.empty() ? *s.material.viscosity : s.material.elements[0].viscosity,
+                 stiffness = E > 0 ? E : eta / s.time.duration;
     s.load.intensity = decades(-3, 1) * stiffness * (one_in(2) ? 0.01 : -0.01);
     if (kind_ == std::string_view("units")) s.load.intensity = one_in(2) ? 1e-11 : s.load.intensity;
 }
@@ -338,6 +357,45 @@ void Family::take_depths(Scene& s) {
     if (strain && one_in(2)) s.receptors.poisson = real(0, 0.5);
     for (std::optional<double> Depths::*depth : {&Depths::sa1, &Depths::sa2, &Depths::fa1, &Depths::fa2})
         if (!one_in(3)) s.receptors.depth.*depth = *s.grid.spacing * decades(-0.5, 1.5);
+}
+
+// A window within the scene, mostly with flanks.
+void Family::take_window(Scene& s) {
+    Envelope& e = s.load.envelope;
+    if (e.kind != Envelope::Kind::sine && e.kind != Envelope::Kind::step) return;
+    const double T = s.time.duration;
+    Envelope::Window w;
+    e.start = 0;
+    w.start = one_in(2) ? 0 : real(0, 0.4) * T;
+    w.rise = one_in(4) ? 0 : one_in(4) ? s.time.step * decades(-2, 1) : real(0.05, 0.4) * T;
+    if (!one_in(3)) w.until = w.start + w.rise + real(0.01, 0.3) * T;
+    if (w.until && !one_in(3)) w.fall = real(0.01, 0.5) * T;
+    e.window = w;
+}
+
+// More products of a map and an envelope, where the scene may be a sum of them.
+void Family::take_more_loads(Case& c) {
+    const Scene before = c.scene;
+    Scene& s = c.scene;
+    const auto is_mapped = [](const KelvinVoigt& e) { return !e.modulus_map.empty() || !e.viscosity_map.empty(); };
+    if (!c.frames.empty() || s.load.kind != Load::Kind::map || s.method != Method::exact || s.model == Model::march ||
+        s.precision.value_or(Precision::f64) != Precision::f64 || !s.material.modulus_map.empty() ||
+        std::ranges::any_of(s.material.elements, is_mapped) || s.receptors.fa2_gains[0] != -s.receptors.fa2_gains[1])
+        return;
+    do {
+        s = before;
+        s.more_loads.clear();
+        for (int i = 1 + below(3); i > 0; --i) {
+            Scene other = before;
+            other.load = {};
+            take_load(other);
+            take_envelope(other);
+            if (one_in(2)) take_window(other);
+            s.more_loads.push_back(other.load);
+        }
+        if (one_in(3)) take_window(s);
+    } while (undecided(s) || crowded(s));
+    kind_ = "sum";
 }
 
 // Whether a chain may be served by a model of which every one is exact: the strain is a product of a map and a function

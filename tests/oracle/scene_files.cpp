@@ -114,8 +114,9 @@ class Writer {
     }
 
     void load() {
+        out_ << (s_.more_loads.empty() ? "[load]\n" : "[[load]]\n");
         const bool framed = s_.load.kind == Load::Kind::sequence;
-        word("[load]\nkind", framed ? "sequence" : "file");
+        word("kind", framed ? "sequence" : "file");
         key("intensity", s_.load.intensity);
         if (framed) {
             word("path", "frames.npy");
@@ -125,7 +126,19 @@ class Writer {
             return;
         }
         map("path", s_.load.map, "load.npy");
-        const Envelope& e = s_.load.envelope;
+        envelope(s_.load.envelope);
+        for (size_t i = 0; i < s_.more_loads.size(); ++i) {
+            word("[[load]]\nkind", "file");
+            key("intensity", s_.more_loads[i].intensity);
+            map("path", s_.more_loads[i].map, ("load" + std::to_string(i + 1) + ".npy").c_str());
+            envelope(s_.more_loads[i].envelope);
+        }
+    }
+
+    void envelope(const Envelope& e) {
+        if (const auto& w = e.window)
+            out_ << "window = { start = " << text(w->start) << ", rise = " << text(w->rise)
+                 << (w->until ? ", until = " + text(*w->until) : "") << ", fall = " << text(w->fall) << " }\n";
         static const char* const kinds[] = {"step", "ramp", "sine", "pulse", "table"};
         word("envelope", kinds[int(e.kind)]);
         switch (e.kind) {

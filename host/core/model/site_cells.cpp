@@ -50,7 +50,7 @@ SiteCells::SiteCells(const PreparedSkin& skin, const PressedCells& pressed, cons
     };
     for (const Cell& c : points) {
         const StencilCells n = numbers_of(skin, c);
-        if (!add(n.here)) continue;
+        if (!add(n.here) && !pressed.spread) continue;
         for (const auto& along : {n.x, n.y})
             for (int i = 0; i < 4; ++i) add(along[i]);
     }

@@ -10,6 +10,7 @@ namespace dermis::plan {
 struct PressedCells {
     PressedBox box;
     const double* pressure = nullptr; // width*height: cells where it is 0 are not pressed; null: the whole box is
+    bool spread = false;              // it acts below other cells too: a point that is never pressed has a response
 };
 
 std::vector<Cell> cells_of(const std::vector<Site>&); // in the order of the sites

@@ -25,16 +25,18 @@ DERMIS_MEMBERS(Depths, sa1, sa2, fa1, fa2)
 DERMIS_MEMBERS(Follow, sa1, sa2)
 DERMIS_MEMBERS(Receptors, sa2_adaptation, fa2, fa2_gains, depth, kernel, poisson, follow)
 DERMIS_MEMBERS(Site, type, cell)
-DERMIS_MEMBERS(Envelope, kind, start, rise, frequency, phase, mean, amplitude, length, period, times, values)
+DERMIS_MEMBERS(Envelope::Window, start, rise, until, fall)
+DERMIS_MEMBERS(Envelope, kind, start, rise, frequency, phase, mean, amplitude, length, period, times, values, window)
+DERMIS_MEMBERS(Grating, wavelength, direction, velocity, amplitudes, phases)
 DERMIS_MEMBERS(Texture, map, width, height, spacing, velocity)
 DERMIS_MEMBERS(Load, kind, center, radius, intensity, map, envelope, path, interval, hold, texture, contact, share,
-               length, control)
+               length, control, grating)
 DERMIS_MEMBERS(Time, step, duration)
 DERMIS_MEMBERS(FieldRequest, at, what)
 DERMIS_MEMBERS(Output, traces, probes, fields, extremes)
 template <class Archive> void members(Archive& each, Scene& s) { // has a base, which no binding can name
     each(s.grid, s.surface, s.material, s.stencil, s.edges, s.receptors, s.sites);
-    each(s.model, s.precision, s.tolerance, s.method, s.allow_unstable, s.load, s.time, s.output);
+    each(s.model, s.precision, s.tolerance, s.method, s.allow_unstable, s.load, s.time, s.output, s.more_loads);
 }
 DERMIS_MEMBERS(SkinOptions, responses, precision, count, materials, hold)
 DERMIS_MEMBERS(Trace, quantity, mean, min, max, probes)

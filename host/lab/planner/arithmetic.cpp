@@ -33,6 +33,31 @@ f64::Coefficients cancelled_under_sine(const f64::Coefficients& k, const plan::E
     return off;
 }
 
+// The terms are bounded by what they are in a step without length. The strain's error in one segment passes into the
+// rates of the next.
+f64::Coefficients cancelled_under_window(const plan::Element& m, const plan::ResponseRule& rule,
+                                         const std::vector<plan::Segment<double>>& segments, double amplitude,
+                                         double dt, double unit) {
+    f64::Coefficients off{};
+    const double relaxes = is_elastic(m) ? 0 : z_of(m, 1); // 1/s
+    for (const plan::Segment<double>& s : segments) {
+        if (!s.wave) continue;
+        const double w = s.wave->w, T = s.length, compliance = 1 / std::hypot(m.modulus, w * m.viscosity),
+                     lag = m.viscosity * compliance, leaky = 1 / std::hypot(1 / rule.sa2_adaptation, w), // s
+            eps = 12 * unit * std::abs(amplitude) * compliance, held = eps * std::abs(s.wave->weight),
+                     grown = eps * std::abs(s.wave->slope);
+        off.f += 2 * held + grown * (2 * lag + T);
+        off.i2 += held * (2 * leaky + dt) + grown * leaky * (2 * (lag + leaky) + T) + grown * lag * dt;
+        off.v1 += held * (w + relaxes) + grown * (lag * (w + relaxes) + 1 + w * T);
+        off.a1 += held * (w * w + relaxes * relaxes) + grown * (lag * (w * w + relaxes * relaxes) + 2 * w + w * w * T);
+    }
+    off.i2 += off.f * dt;
+    off.a1 += off.v1 * relaxes + off.f * relaxes * relaxes;
+    off.v1 += off.f * relaxes;
+    if (rule.step_mean) off.a1 = off.v1 / dt;
+    return off;
+}
+
 void add_of_elastic(f64::Coefficients& off, const f64::Coefficients& k, const plan::Element& m,
                     const plan::Forcing<double>* forcing, double unit) {
     if (!is_elastic(m)) return;

@@ -47,6 +47,11 @@ struct CountedLoad {
 f64::Coefficients cancelled_under_sine(const f64::Coefficients&, const plan::Element&, const plan::ResponseRule&,
                                        double w, double amplitude, double unit);
 
+// The same under the waves of a window, one in each segment of a step of dt seconds (gains_of_growth).
+f64::Coefficients cancelled_under_window(const plan::Element&, const plan::ResponseRule&,
+                                         const std::vector<plan::Segment<double>>&, double amplitude, double dt,
+                                         double unit);
+
 // Adds the errors of an elastic element's coefficients beside their own roundings: its modulus is rounded, because it
 // may stand for several springs in series, and its mean acceleration is the small difference of two rates.
 void add_of_elastic(f64::Coefficients& off, const f64::Coefficients&, const plan::Element&,

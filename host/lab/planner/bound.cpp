@@ -222,7 +222,24 @@ std::array<std::optional<DeepMaterial>, REDUCED_MAPS> deep_materials(const Prepa
     return deep;
 }
 
-// The running analysis of one cell of each material, step by step.
+// What the bounds of one product are made from.
+struct AnalysedProduct {
+    AnalysedProduct(const PreparedSkin& skin, const Schedule& schedule, const Arithmetic& kind, const Read& read)
+        : unit(kind.separable ? plan::unit_of(schedule.pressure) : 1), materials(analysed(skin, schedule, kind, read)),
+          deep(deep_materials(skin, schedule, kind, read)),
+          rough(roughness_of(
+              skin, schedule,
+              schedule.framed ? 1 : std::ranges::max(materials.pressed, {}, &PressedMaterial::around).around)),
+          run(schedule, materials.counted, skin.rule, schedule.method, materials.chain, kind.separable) {}
+
+    const double unit; // Pa: of the run's map
+    const AnalysedMaterials materials;
+    const std::array<std::optional<DeepMaterial>, REDUCED_MAPS> deep;
+    const Roughness rough;
+    CountedRun run; // by the method
+};
+
+// The running analysis of one cell of each material, step by step; of one cell under each product.
 class Analysis {
   public:
     Analysis(const PreparedSkin& skin, const Schedule& schedule, const Arithmetic& kind, const Read& read)
@@ -230,21 +247,18 @@ class Analysis {
           last_(kind.compensated ? counted_unit(kind) : 0), l_(std::abs(skin.constants.curvature_length)),
           weight_(skin.constants.bend * weight_of(skin.stencil)), rest_(rest_peak(skin, schedule, !read.everything)),
           d_rest_(error_at_rest(skin, kind, rest_)), surface_(greatest_surface(skin)),
-          unit_(kind.separable ? plan::unit_of(schedule.pressure) : 1),
           units_of_mean_(units_of_mean(skin, schedule, kind)), units_of_gains_(units_of_gains(skin, kind)),
-          written_(schedule, read), materials_(analysed(skin, schedule, kind, read)),
-          deep_(deep_materials(skin, schedule, kind, read)),
-          rough_(roughness_of(
-              skin, schedule,
-              schedule.framed ? 1 : std::ranges::max(materials_.pressed, {}, &PressedMaterial::around).around)),
-          run_(schedule, materials_.counted, skin.rule, schedule.method, materials_.chain, kind.separable) {
+          written_(schedule, read) {
+        for (size_t i = 0; i < schedule.products(); ++i)
+            products_.push_back(std::make_unique<AnalysedProduct>(skin, schedule.product(i), kind, read));
+        const AnalysedMaterials& materials = products_.front()->materials;
         if (schedule.method != Method::exact)
-            exact_.emplace(schedule, materials_.counted, skin.rule, Method::exact, materials_.chain);
-        if (!materials_.extremes.empty()) extremes_.emplace(schedule, materials_.extremes, skin.rule, schedule.method);
+            exact_.emplace(schedule, materials.counted, skin.rule, Method::exact, materials.chain);
+        if (!materials.extremes.empty()) extremes_.emplace(schedule, materials.extremes, skin.rule, schedule.method);
     }
 
     Bounds run() {
-        while (run_.next()) {
+        while (std::ranges::all_of(products_, [](auto& product) { return product->run.next(); })) { // the same steps
             if (exact_) exact_->next(); // a baseline has its fields at outputs, so that both read the same times
             if (extremes_) extremes_->next();
             widen();
@@ -255,8 +269,9 @@ class Analysis {
   private:
     // The distance of the method from the exact one, per unit of pressure; 0 for the exact method itself. A part adds
     // the spread of its retardation times and the rounding of pressure over resistance.
-    double truncation(size_t i, int q) const {
-        const double x = run_.cells()[i].value(q), method = exact_ ? std::abs(x - exact_->cells()[i].value(q)) : 0;
+    double truncation(const AnalysedProduct& of_product, size_t i, int q) const {
+        const double x = of_product.run.cells()[i].value(q),
+                     method = exact_ ? std::abs(x - exact_->cells()[i].value(q)) : 0;
         if (!extremes_) return method;
         const std::vector<CountedCell>& of = extremes_->cells();
         return method + std::abs(of[2 * i].value(q) - of[2 * i + 1].value(q)) + 0x1p-53 * std::abs(x);
@@ -270,46 +285,46 @@ class Analysis {
         double gain = INFINITY;          // greatest gain at rest of the error, where it is all rounding
         double value_gain = INFINITY;    // greatest gain at rest of the value
     };
-    BoundedSum sum_of(size_t first, int q, bool around) const {
+    BoundedSum sum_of(const AnalysedProduct& product, size_t first, int q, bool around) const {
         BoundedSum s;
-        const DeepMaterial* deep = !around && deep_[size_t(q)] ? &*deep_[size_t(q)] : nullptr;
-        const PressedMaterial& m = deep ? deep->pressed : materials_.pressed[first];
-        const size_t length = materials_.chain.length;
+        const DeepMaterial* deep = !around && product.deep[size_t(q)] ? &*product.deep[size_t(q)] : nullptr;
+        const PressedMaterial& m = deep ? deep->pressed : product.materials.pressed[first];
+        const size_t length = product.materials.chain.length;
         const double peak = around ? m.around : m.peak, share = peak < m.around ? peak / m.around : 1;
         double error = 0, shift = 0, truncated = 0;
         for (size_t i = first; i < first + length; ++i) {
-            const Counted& of = run_.cells()[i].signal(q);
+            const Counted& of = product.run.cells()[i].signal(q);
             s.value += peak * of.value;
             s.magnitude += peak * std::abs(of.value);
             error += of.off;
             shift += of.shift;
-            truncated += truncation(i, q);
+            truncated += truncation(product, i, q);
         }
-        if (!run_.cells()[first].flushed && (kind_.separable || !kind_.compensated)) s.gain = m.gain;
+        if (!product.run.cells()[first].flushed && (kind_.separable || !kind_.compensated)) s.gain = m.gain;
         s.value_gain = m.value_gain;
         if (deep) s.off += deep->off * s.magnitude;
         if (q <= QUANTITY_SA2) s.off += last_ * s.magnitude; // compensated, it is off by the last rounding of its value
         // Half a unit in the last place of a smaller value is up to twice as much of it.
         s.off += peak * ((share < 1 && !kind_.separable ? 2 : 1) * error + std::abs(shift) + truncated);
-        if (!schedule_.framed) s.off += rounding_of(peak, share) * std::abs(s.value);
+        if (!schedule_.framed) s.off += rounding_of(peak, share, product.unit) * std::abs(s.value);
         // Strains in series are added up here; for other quantities, the counted arithmetic contains the kernel's sums.
-        if (kind_.separable) s.off += peak * run_.measured(first / length, q);
+        if (kind_.separable) s.off += peak * product.run.measured(first / length, q);
         else if (q <= QUANTITY_SA1 && s.magnitude > 0) s.off += double(length - 1) * (u_ * s.magnitude + kind_.stored);
         return s;
     }
 
     // The sums of every cell; where some elements represent all, one sum that no cell exceeds.
-    std::vector<BoundedSum> sums_of(int q, bool around) const {
+    std::vector<BoundedSum> sums_of(const AnalysedProduct& product, int q, bool around) const {
         std::vector<BoundedSum> all;
-        for (size_t i = 0; i < materials_.ends.front(); i += materials_.chain.length)
-            all.push_back(sum_of(i, q, around));
-        const std::vector<size_t>& ends = materials_.ends;
+        const std::vector<size_t>& ends = product.materials.ends;
+        for (size_t i = 0; i < ends.front(); i += product.materials.chain.length)
+            all.push_back(sum_of(product, i, q, around));
         if (ends.size() == 1) return all;
         BoundedSum together;
         for (size_t place = 0, i = 0; place < ends.size(); ++place) {
             BoundedSum most;
             for (; i < ends[place]; ++i) {
-                const BoundedSum s = sum_of(i, q, around);
+                const BoundedSum s = sum_of(product, i, q, around);
                 raise(most.magnitude, s.magnitude);
                 raise(most.off, s.off);
             }
@@ -323,15 +338,42 @@ class Analysis {
         return {together};
     }
 
+    // The sums of every cell; under several products one sum that no cell exceeds.
+    std::vector<BoundedSum> sums_of(int q, bool around) const {
+        if (products_.size() == 1) return sums_of(*products_.front(), q, around);
+        BoundedSum together{.gain = 0, .value_gain = 0};
+        for (const auto& product : products_)
+            for (const BoundedSum& of : sums_of(*product, q, around)) {
+                together.magnitude += of.magnitude;
+                together.off += of.off;
+                raise(together.gain, of.gain);
+                raise(together.value_gain, of.value_gain);
+            }
+        together.value = together.magnitude;
+        return {together};
+    }
+
+    // The greatest strain under a product, and its error.
+    std::pair<double, double> strain_under(const AnalysedProduct& product) const {
+        double strain = 0, off = 0;
+        for (const BoundedSum& eps : sums_of(product, QUANTITY_STRAIN, true)) {
+            raise(strain, eps.magnitude);
+            raise(off, eps.off);
+        }
+        return {strain, off};
+    }
+
     // Takes the errors at the end of a step that is read.
     void widen() {
-        double strain = 0, d_strain = 0;
-        for (const BoundedSum& eps : sums_of(QUANTITY_STRAIN, true)) {
-            raise(strain, eps.magnitude);
-            raise(d_strain, eps.off);
+        double strain = 0, d_strain = 0, curved = 0, d_C = d_rest_;
+        for (const auto& product : products_) {
+            const auto [eps, off] = strain_under(*product);
+            strain += eps;
+            d_strain += off;
+            curved += product->rough.laplacian * eps;
+            d_C += weight_ * off + u_ * (product->rough.laplacian + product->rough.roundings) * eps;
         }
-        const double bent = l_ * rough_.laplacian * strain, gain = 1 + l_ * rest_ + bent;
-        const double d_C = weight_ * d_strain + d_rest_ + u_ * (rough_.laplacian + rough_.roundings) * strain;
+        const double bent = l_ * curved, gain = 1 + l_ * rest_ + bent;
         for (int q = 0; q < REDUCED_MAPS; ++q)
             for (const BoundedSum& of : sums_of(q, false)) {
                 const double x = std::abs(of.value), greatest = q == QUANTITY_STRAIN ? x : x * gain;
@@ -339,15 +381,15 @@ class Analysis {
                 const double run = x + of.off, value = run * std::min(of.value_gain + bent, gain); // of the response
                 const double of_gains = q == QUANTITY_FA2 ? units_of_gains_ * u_ * value : 0;
                 const double rounded =
-                    of_gains + (kind_.separable ? rounding_of_product(run, run * of.value_gain, bent, value)
+                    of_gains + (kind_.separable ? rounding_of_products(run, run * of.value_gain, bent, value)
                                                 : rounding(run, gain, value));
                 const double error = q == QUANTITY_STRAIN ? of.off + stored + (kind_.separable ? u_ * run : 0)
                                                           : of.off * std::min(of.gain + bent, gain) + run * l_ * d_C +
                                                                 rounded + 2 * stored;
-                const double sum = x * gain * (written_.mean(run_.step(), Quantity(q)) ? double(skin_.cells()) : 1);
+                const double sum = x * gain * (written_.mean(step(), Quantity(q)) ? double(skin_.cells()) : 1);
                 take(Quantity(q), greatest, sum < (kind_.single ? 3e38 : 1e308) ? error : INFINITY);
             }
-        take_shape(strain, d_strain, d_C);
+        take_shape(strain, d_strain, curved, d_C);
     }
 
     // Takes a value of a quantity at the end of the step, and its error.
@@ -355,26 +397,31 @@ class Analysis {
         const size_t i = size_t(q);
         raise(bounds_.greatest[i], value);
         raise(bounds_.throughout[i], error);
-        if (!written_.at(run_.step(), q)) return;
+        if (!written_.at(step(), q)) return;
         raise(bounds_.error[i], error);
-        if (written_.mean(run_.step(), q)) raise(bounds_.error[i], error + units_of_mean_ * u_ * (value + error));
+        if (written_.mean(step(), q)) raise(bounds_.error[i], error + units_of_mean_ * u_ * (value + error));
     }
 
     // Takes curvature and deformation under a strain.
-    void take_shape(double strain, double d_strain, double d_C) {
-        const double parts = double(std::max<size_t>(skin_.parts.size(), 1)), bent = rough_.laplacian * strain;
+    void take_shape(double strain, double d_strain, double bent, double d_C) {
         const double indented = skin_.constants.thickness * strain;
-        take(Quantity::curvature, rest_ + bent, d_C + parts * u_ * (rest_ + bent) + kind_.stored);
+        take(Quantity::curvature, rest_ + bent, d_C + terms() * u_ * (rest_ + bent) + kind_.stored);
         take(Quantity::deformation, surface_ + indented,
-             skin_.constants.thickness * d_strain + 2 * u_ * (surface_ + indented) + kind_.stored);
+             skin_.constants.thickness * d_strain + double(1 + products_.size()) * u_ * (surface_ + indented) +
+                 kind_.stored);
     }
+
+    const plan::Step& step() const { return products_.front()->run.step(); }
+    // How many strains the curvature is a sum of.
+    double terms() const { return double(std::max({skin_.parts.size(), products_.size()})); }
 
     double half_unit(double x) const { return x > 0 ? std::ldexp(u_, std::ilogb(x * (1 + 1e-5))) : 0; }
 
     // Returns how far pressures are off, relative to the greatest one: the map is rounded in double, and to float.
-    double rounding_of(double peak, double share) const {
+    // unit: Pa, of the run's map.
+    double rounding_of(double peak, double share, double unit) const {
         const double units = kind_.separable || share < 1 || peak == 0 ? u_ : half_unit(peak) / peak;
-        const double stored = (kind_.single ? 0x1p-149 : 0x1p-1074 * unit_) / peak; // a smaller one is a multiple of it
+        const double stored = (kind_.single ? 0x1p-149 : 0x1p-1074 * unit) / peak; // a smaller one is a multiple of it
         return units + (kind_.single ? 0x1p-53 : 0) + (peak > 0 ? stored : 0);
     }
 
@@ -386,11 +433,13 @@ class Analysis {
     }
 
     // The roundings of a response by products, x*(a - sum of g*b) per unit of pressure: two of a, the response at rest,
-    // and one of its length; four of each g*b, which the strain adds; one of each difference; one of the product.
-    double rounding_of_product(double x, double at_rest, double bent, double response) const {
-        const double parts = double(skin_.parts.size());
-        const double differences = parts > 1 ? parts * (at_rest + x * bent) : response;
-        return u_ * (2 * at_rest + x * l_ * rest_ + 4 * x * bent + differences + response);
+    // and one of its length; four of each g*b, which the strain adds; one of each difference; one of the product. The
+    // sum over products rounds once more for each, and its extremes are found by another order of the same operations.
+    double rounding_of_products(double x, double at_rest, double bent, double response) const {
+        const double differences = terms() > 1 ? terms() * (at_rest + x * bent) : response;
+        const double lengths = products_.size() > 1 ? 2 : 1;
+        return u_ * (2 * at_rest + lengths * x * l_ * rest_ + 4 * x * bent + differences +
+                     double(products_.size()) * response);
     }
 
     const PreparedSkin& skin_;
@@ -399,14 +448,10 @@ class Analysis {
     const double u_;
     const double last_; // of a value: the last rounding, where earlier ones are compensated
     const double l_, weight_, rest_, d_rest_, surface_; // d_rest_: what L(S) is off by; surface_: greatest |S|
-    const double unit_;                                 // Pa: of the run's map
     const double units_of_mean_, units_of_gains_;
     const Written written_;
-    const AnalysedMaterials materials_;
-    const std::array<std::optional<DeepMaterial>, REDUCED_MAPS> deep_;
-    const Roughness rough_;
-    CountedRun run_;                  // by the method
-    std::optional<CountedRun> exact_; // beside a baseline
+    std::vector<std::unique_ptr<AnalysedProduct>> products_; // of Schedule::product
+    std::optional<CountedRun> exact_;                        // beside a baseline
     std::optional<CountedRun> extremes_;
     Bounds bounds_{};
 };
@@ -416,20 +461,25 @@ template <class Take>
 void solve(const PreparedSkin& skin, const Schedule& schedule, const std::vector<Cell>& points,
            const std::vector<int>& classes, Take take) {
     const plan::SiteCells needed(skin, pressed_cells(schedule), points);
-    const bool gained = !schedule.modes.empty() && skin.constants.gain_plus != 0; // products have FA2 with its gain
+    const bool products = !schedule.modes.empty() || !schedule.others.empty();
+    const bool gained = products && skin.constants.gain_plus != 0; // products have FA2 with its gain
     const double gain = gained ? std::abs(skin.constants.gain_plus) : 1;
-    const auto sink = [&](auto&, const plan::Sample& sample) {
-        for (size_t i = 0; i < sample.points.size(); ++i)
-            take(i / points.size(), i % points.size(),
-                 std::abs(sample.points[i]) / (i / points.size() == QUANTITY_FA2 ? gain : 1));
+    const auto sink = [&](const plan::Step& step, const plan::Sample& sample) {
+        if (step.trace < 0) return; // an impulse
+        for (size_t i = 0; i < sample.points.size(); ++i) {
+            const size_t q = i / points.size(), point = i % points.size();
+            if (classes[point] == reduced::every_quantity || classes[point] == int(q)) // a site is read for its class
+                take(q, point, std::abs(sample.points[i]) / (q == QUANTITY_FA2 ? gain : 1));
+        }
     };
     Schedule asked = schedule;
     asked.points = points;
     asked.output.extremes = false;
-    const auto stepper = schedule.modes.empty()
-                             ? reduced::sites(skin, schedule, needed, classes, 1, sink, false)
-                             : reduced::separable(skin, asked, reduced::moments_of(skin, asked, true, 1), false, sink);
-    const std::vector<Element> elements = schedule.modes.empty() ? needed.materials : elements_of(skin, schedule);
+    asked.output.traces.clear();
+    const auto stepper = products
+                             ? reduced::separable(skin, asked, reduced::moments_of(skin, asked, true, 1), false, sink)
+                             : reduced::sites(skin, schedule, needed, classes, 1, sink, false);
+    const std::vector<Element> elements = products ? elements_of(skin, schedule) : needed.materials;
     plan::FrameFeed feed(schedule, skin.width());
     plan::Timeline timeline(schedule, elements, skin.rule, Method::exact);
     for (plan::Step step; timeline.next(step);) {
@@ -448,7 +498,10 @@ Arithmetic arithmetic_of(Precision precision, bool separable) {
             .stored = least};
 }
 
-std::vector<Cell> telling_cells(const PreparedSkin& skin, const Schedule& schedule) {
+namespace {
+
+// Those of one product.
+std::vector<Cell> telling_cells_of(const PreparedSkin& skin, const Schedule& schedule) {
     const std::vector<double>& p = schedule.pressure;
     const size_t width = size_t(skin.width());
     const auto element = [&](size_t i) -> const Element& { return skin.materials[skin.material_at(i)]; };
@@ -472,6 +525,15 @@ std::vector<Cell> telling_cells(const PreparedSkin& skin, const Schedule& schedu
     for (size_t i = 0; i < more; ++i) chosen.push_back((2 * i + 1) * p.size() / (2 * more));
     std::vector<Cell> cells;
     for (size_t i : chosen) cells.push_back({int(i % width), int(i / width)});
+    return cells;
+}
+
+} // namespace
+
+std::vector<Cell> telling_cells(const PreparedSkin& skin, const Schedule& schedule) {
+    std::vector<Cell> cells = telling_cells_of(skin, schedule);
+    for (const Schedule& other : schedule.others)
+        for (const Cell& c : telling_cells_of(skin, other)) cells.push_back(c);
     return cells;
 }
 

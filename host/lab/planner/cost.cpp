@@ -36,11 +36,16 @@ void cost_depths(Candidate& c, const PreparedSkin& skin, const Schedule& schedul
 void cost_moments(Candidate& c, const PreparedSkin& skin, const Schedule& schedule) {
     const double cells = double(skin.cells()), steps = double(c.steps);
     const double fields = double(schedule.output.fields.size()), points = double(schedule.points.size());
-    const double parts = std::max(1.0, double(skin.parts.size()));
+    const double products = double(schedule.products()), parts = std::max(products, double(skin.parts.size()));
     c.traffic = cells * (16 + 16 * parts + 40 * fields);
     c.flops = cells * (20 + 20 * parts + 6 * fields) + steps * parts * (250 + 10 * points);
     c.bytes = cells * (8 + 8 * parts + 8 * fields);
     c.seconds = cells * (5e-9 + 1e-8 * parts + 4e-9 * fields) + steps * parts * (2e-7 + 2e-9 * points);
+    if (products > 1) { // each is bent by all; extremes are of all cells at every output
+        const double traces = schedule.output.extremes ? double(schedule.output.traces.size()) : 0;
+        c.seconds += cells * products * (5e-9 * products + steps * 6e-10 * (traces > 0 ? 1 + traces : 0));
+        c.bytes += 8 * cells * (traces > 0 ? products : 0);
+    }
     cost_quotient(c, skin);
 }
 
@@ -52,8 +57,8 @@ void cost_sites(Candidate& c, const PreparedSkin& skin, const Schedule& schedule
     c.traffic = needed * steps * 48 * elements;
     c.flops = (needed * steps * 20 + points * steps * 40) * elements;
     c.bytes = cells * 16 + needed * 64 * elements + points * 300;
-    c.seconds =
-        separable ? points * (3e-7 + steps * 1e-8) : steps * (needed * 4e-9 + points * 10e-9) * elements / cpu.threads;
+    c.seconds = separable ? points * double(schedule.products()) * (3e-7 + steps * 1e-8)
+                          : steps * (needed * 4e-9 + points * 10e-9) * elements / cpu.threads;
     if (separable) cost_quotient(c, skin);
 }
 

@@ -17,7 +17,7 @@ std::vector<Element> elements_of(const std::vector<CountedMaterial>& materials) 
 
 // The greatest |pressure| under the envelope, per unit of the map.
 double envelope_peak(const scene::Waveform& load, const Envelope& envelope) {
-    if (load.sine()) return std::abs(envelope.mean) + std::abs(envelope.amplitude);
+    if (load.wave()) return std::abs(envelope.mean) + std::abs(envelope.amplitude);
     double peak = 0;
     for (const scene::Knot& k : load.knots()) peak = std::max({peak, std::abs(k.left), std::abs(k.right)});
     return peak;
@@ -96,12 +96,11 @@ CountedRun::CountedRun(const Schedule& schedule, const std::vector<CountedMateri
                        const plan::ResponseRule& rule, Method method, const plan::Chain& chain, bool product)
     : schedule_(schedule), materials_(materials), rule_(rule), chain_(chain), elements_(elements_of(materials)),
       timeline_(schedule, elements_, rule, method), references_(schedule, elements_, rule),
-      envelope_peak_(envelope_peak(references_.load(), schedule.load.envelope)), kept_(materials.size()),
+      envelope_peak_(envelope_peak(references_.load(), schedule.load.envelope)),
+      is_wave_(!schedule.framed && method == Method::exact && references_.load().wave()), kept_(materials.size()),
       now_(materials.size()) {
     for (size_t i = 0; product && i < elements_.size(); i += chain.length)
         products_.emplace_back(chain, &elements_[i], schedule.time.duration);
-    if (!schedule.framed && method == Method::exact && references_.load().sine())
-        angular_frequency_ = references_.load().angular_frequency();
 }
 
 bool CountedRun::next(bool impulses) {
@@ -147,9 +146,11 @@ void CountedRun::press(size_t first, const plan::Step& step) {
         steps[e].unit = unit();
         steps[e].z = is_elastic(m) ? 0 : z_of(m, schedule_.time.step);
         steps[e].spring = chain_.spring && e + 1 == chain_.length;
-        if (angular_frequency_ && step.rise != 0)
-            cancelled[e] =
-                cancelled_under_sine(k[e], m, rule_, *angular_frequency_, schedule_.load.envelope.amplitude, unit());
+        if (!is_wave_ || !step.forcing) continue;
+        const double amplitude = schedule_.load.envelope.amplitude;
+        if (const auto& sine = step.forcing->sine)
+            cancelled[e] = cancelled_under_sine(k[e], m, rule_, sine->w, amplitude, unit());
+        else cancelled[e] = cancelled_under_window(m, rule_, step.forcing->segments, amplitude, step.length, unit());
     }
     for (size_t e = 0; e < chain_.length; ++e)
         add_of_elastic(cancelled[e], k[e], materials_[first + e].element, step.forcing.get(), unit());

@@ -81,8 +81,8 @@ class CountedRun {
     plan::Step step_; // the last one
     plan::References references_;
     const double envelope_peak_;
-    bool measured_ = false;                   // the step's coefficients and load are compared with references
-    std::optional<double> angular_frequency_; // of a sine that is not held over the steps
+    const bool is_wave_;    // the load is a sine that is not held over the steps
+    bool measured_ = false; // the step's coefficients and load are compared with references
     std::vector<CountedCell> kept_, now_;
     std::vector<MeasuredCell> products_; // one for each cell
 };

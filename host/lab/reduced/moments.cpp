@@ -19,14 +19,16 @@ std::vector<Map> pressures_of_parts(const plan::PreparedSkin& skin, const plan::
     return parts;
 }
 
+// product: that the layer is of.
 void add_points(Moments::Layer& layer, const std::vector<Map>& parts, const plan::PreparedSkin& skin,
-                const plan::Schedule& schedule) {
+                const plan::Schedule& schedule, size_t product) {
     const Grid unit = plan::without_spacing(skin.description.grid);
     const double length = skin.constants.curvature_length, bend = skin.constants.bend;
     for (const Cell& c : schedule.points) {
         const size_t cell = skin.number_of(c);
         const double p = layer.map[cell], rest = plan::rest_curvature_at(skin, c);
-        layer.points.push_back({.part = skin.material_at(cell), .p = p, .a = p * (1 + length * rest), .b = {}});
+        layer.points.push_back(
+            {.part = skin.material_at(cell) + product, .p = p, .a = p * (1 + length * rest), .b = {}});
         for (const Map& part : parts) {
             const double L = plan::laplacian_at(part, c, unit, skin.stencil, skin.edges);
             layer.points.back().b.push_back(p * (length * (bend * L)));
@@ -187,12 +189,13 @@ template <class Of> auto of_stripes(const plan::PressedBox& box, simd::Pool& poo
     return stripes;
 }
 
-// The sums of each of several parts over rows first .. last - 1, without extremes.
-std::vector<Sums> sums_of_parts(const plan::PreparedSkin& skin, const plan::Schedule& schedule,
+// The sums of a map in each of several parts, or of one product under all, over rows first .. last - 1 of a box,
+// without extremes.
+std::vector<Sums> sums_of_parts(const plan::PreparedSkin& skin, const Map& map, const plan::PressedBox& box,
                                 const std::vector<Map>& parts, int first, int last) {
     const Grid unit = plan::without_spacing(skin.description.grid);
     const double length = skin.constants.curvature_length, bend = skin.constants.bend;
-    const int from = schedule.pressed.first_column(), to = schedule.pressed.last_column(skin.width());
+    const int from = box.first_column(), to = box.last_column(skin.width());
     const size_t width = size_t(to - from);
     std::vector<Sums> sums(parts.size(), Sums(parts.size()));
     std::vector<double> rest(width), L(width);
@@ -201,14 +204,14 @@ std::vector<Sums> sums_of_parts(const plan::PreparedSkin& skin, const plan::Sche
         plan::rest_curvature_row(skin, y, from, to, rest.data());
         for (size_t x = 0; x < width; ++x) {
             Sums& s = sums[skin.material_at(row + x)];
-            const double p = schedule.pressure[row + x];
+            const double p = map[row + x];
             add(s.p, p);
             add(s.a, p * (1 + length * rest[x]));
         }
         for (size_t m = 0; m < parts.size(); ++m) {
             plan::laplacian_row(parts[m], y, from, to, unit, skin.stencil, skin.edges, L.data());
             for (size_t x = 0; x < width; ++x)
-                add(sums[skin.material_at(row + x)].b[m], schedule.pressure[row + x] * (length * (bend * L[x])));
+                add(sums[skin.material_at(row + x)].b[m], map[row + x] * (length * (bend * L[x])));
         }
     }
     return sums;
@@ -216,8 +219,10 @@ std::vector<Sums> sums_of_parts(const plan::PreparedSkin& skin, const plan::Sche
 
 void add_parts(Moments& moments, const plan::PreparedSkin& skin, const plan::Schedule& schedule, simd::Pool& pool) {
     const std::vector<Map>& parts = moments.pressures;
-    const auto stripes = of_stripes(
-        schedule.pressed, pool, [&](int first, int last) { return sums_of_parts(skin, schedule, parts, first, last); });
+    const plan::PressedBox& box = schedule.pressed;
+    const auto stripes = of_stripes(box, pool, [&](int first, int last) {
+        return sums_of_parts(skin, schedule.pressure, box, parts, first, last);
+    });
     std::vector<Moments::Means>& means = moments.layers.front().means; // materials that differ are pressed alone
     for (size_t k = 0; k < parts.size(); ++k) {
         Sums sums(parts.size());
@@ -257,31 +262,52 @@ void add_one_part(Moments::Layer& m, const plan::PreparedSkin& skin, const plan:
     if (schedule.output.extremes) add_hull(m, vertices);
 }
 
+// The means of a product's layer, under the curvature of all products.
+void add_product(Moments::Layer& layer, const plan::PreparedSkin& skin, const plan::PressedBox& box,
+                 const std::vector<Map>& pressures, simd::Pool& pool) {
+    Sums sums(pressures.size());
+    for (const auto& stripe : of_stripes(box, pool, [&](int first, int last) {
+             return sums_of_parts(skin, layer.map, box, pressures, first, last);
+         }))
+        sums.add_all(stripe.front());
+    layer.means = {sums.over(skin.cells())};
+    check_finite(layer.means.front());
+}
+
+// The layers of one product: its pressure, and its stress at each depth.
+void add_layers(Moments& m, const plan::Schedule& schedule) {
+    m.layers.push_back({.map = schedule.pressure});
+    for (size_t q = 0; q < schedule.stress.size(); ++q) {
+        const Map& map = schedule.stress[q];
+        if (map.empty()) continue;
+        size_t& layer = m.layer_of[q];
+        for (layer = 1; layer < m.layers.size() && m.layers[layer].map.data() != map.data();) ++layer;
+        if (layer == m.layers.size()) m.layers.push_back({.map = map});
+    }
+}
+
 } // namespace
 
 std::shared_ptr<const Moments> moments_of(const plan::PreparedSkin& skin, const plan::Schedule& schedule,
                                           bool points_only, int threads) {
     auto m = std::make_shared<Moments>();
     m->pressures = pressures_of_parts(skin, schedule);
-    m->layers.push_back({.map = schedule.pressure});
-    for (size_t q = 0; q < schedule.stress.size(); ++q) {
-        const Map& map = schedule.stress[q];
-        if (map.empty()) continue;
-        size_t& layer = m->layer_of[q];
-        for (layer = 1; layer < m->layers.size() && m->layers[layer].map.data() != map.data();) ++layer;
-        if (layer == m->layers.size()) m->layers.push_back({.map = map});
-    }
-    for (Moments::Layer& layer : m->layers) add_points(layer, m->pressures, skin, schedule);
-    if (points_only) return m;
-    simd::Pool pool(simd::useful_threads(skin.cells(), threads));
-    if (!skin.uniform()) add_parts(*m, skin, schedule, pool);
-    else
-        for (Moments::Layer& layer : m->layers) {
-            const bool spread = &layer != &m->layers.front();
-            const plan::PressedBox all{
-                .first_row = 0, .last_row = skin.height(), .first_tile = 0, .last_tile = skin.tiles};
-            add_one_part(layer, skin, schedule, spread ? all : schedule.pressed, pool);
+    for (const plan::Schedule& other : schedule.others) m->pressures.push_back(other.pressure);
+    m->others.resize(schedule.others.size());
+    simd::Pool pool(points_only ? 1 : simd::useful_threads(skin.cells(), threads));
+    const plan::PressedBox all{.first_row = 0, .last_row = skin.height(), .first_tile = 0, .last_tile = skin.tiles};
+    for (size_t i = 0; i < schedule.products(); ++i) {
+        Moments& of = i == 0 ? *m : m->others[i - 1];
+        add_layers(of, schedule.product(i));
+        for (Moments::Layer& layer : of.layers) {
+            add_points(layer, m->pressures, skin, schedule, i);
+            const plan::PressedBox& box = &layer == &of.layers.front() ? schedule.product(i).pressed : all;
+            if (points_only || !skin.uniform()) continue;
+            if (schedule.others.empty()) add_one_part(layer, skin, schedule, box, pool);
+            else add_product(layer, skin, box, m->pressures, pool);
         }
+    }
+    if (!points_only && !skin.uniform()) add_parts(*m, skin, schedule, pool);
     return m;
 }
 

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
-// Steps one cell of each part under unit pressure, and turns its signals into means, extremes, points and fields.
+// Steps one cell of each part under unit pressure, or under each product's envelope, and turns its signals into means,
+// extremes, points and fields. A term is a part, or a product.
 #include "host/core/model/laplacian.hpp"
 #include "host/lab/reduced/moments.hpp"
 #include "host/lab/schedule/cell.hpp"
+#include "host/lab/schedule/timeline.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -16,28 +18,28 @@ class Separable : public plan::Stepper {
               bool points_only, Sink sink)
         : skin_(skin), schedule_(schedule), moments_(std::move(moments)), points_only_(points_only),
           sink_(std::move(sink)), elements_(elements_of(skin, schedule)),
-          visible_(skin.materials.size() / skin.chain.length), most_(visible_) {
-        for (size_t i = 0; i < skin.materials.size(); i += skin.chain.length)
-            cells_.push_back({skin.chain, &skin.materials[i], schedule.time.duration});
+          visible_(skin.materials.size() / skin.chain.length + schedule.others.size()), most_(visible_) {
+        for (size_t term = 0; term < visible_.size(); ++term)
+            cells_.push_back({skin.chain, &skin.materials[first_element(term)], schedule.time.duration});
+        for (const plan::Schedule& other : schedule.others)
+            timelines_.emplace_back(other, elements_, skin.rule, schedule.method);
         for (const plan::Element& mode : schedule.modes) modes_.push_back({alone_, &mode, schedule.time.duration});
     }
 
     void frame(const std::vector<double>&) override {} // plan::why_not refuses frames
 
-    // Sums are compensated: with one cell of each part to step, that costs nothing.
+    // Sums are compensated: with one cell of each term to step, that costs nothing.
     void press(const plan::Step& step) override {
         const f64::Load load = f64::load(step.start, step.rise, step.jump);
         plan::fill_table<f64>(step, skin_.materials, skin_.chain, skin_.rule, table_);
         press_modes(step, load);
-        for (size_t part = 0; part < cells_.size(); ++part) {
-            plan::ProductCell<f64>& cell = cells_[part];
-            cell.press(load, table_.data() + part * skin_.chain.length);
-            for (int q = 0; q < REDUCED_MAPS; ++q)
-                visible_[part][size_t(q)] = 0 + schedule_.unit * cell.signal(q); // 0 in place of -0
-            visible_[part][QUANTITY_FA2] *= skin_.constants.gain_plus;
-            for (size_t q = 0; q < stress_.size(); ++q)
-                if (schedule_.follows[q]) visible_[part][q] = 0 + schedule_.unit * stress_[q];
-            if (step.keep) cell.keep();
+        const size_t parts = visible_.size() - timelines_.size();
+        for (size_t part = 0; part < parts; ++part) press_term(part, step, load, schedule_);
+        for (size_t i = 0; i < timelines_.size(); ++i) {
+            plan::Step of;
+            timelines_[i].next(of); // as many as the first product's
+            plan::fill_table<f64>(of, skin_.materials, skin_.chain, skin_.rule, table_);
+            press_term(parts + i, of, f64::load(of.start, of.rise, of.jump), schedule_.others[i]);
         }
         if (step.trace >= 0 && greatest_strain(visible_) > greatest_strain(most_)) most_ = visible_;
         if (step.trace >= 0 || step.impulse >= 0) points_only_ ? deliver_sites(step) : deliver(step);
@@ -86,6 +88,30 @@ class Separable : public plan::Stepper {
         }
     }
 
+    // Index of a term's first element.
+    size_t first_element(size_t term) const { return is_sum() ? 0 : term * skin_.chain.length; }
+    bool is_sum() const { return !schedule_.others.empty(); }
+    // The product that a term is of.
+    size_t product_of(size_t term) const { return is_sum() ? term : 0; }
+    // The terms that act on a cell: of its part, or all.
+    std::pair<size_t, size_t> terms_at(size_t cell) const {
+        if (is_sum()) return {0, visible_.size()};
+        const size_t part = skin_.material_at(cell);
+        return {part, part + 1};
+    }
+
+    // Steps the cell of a term, whose coefficients are in table_.
+    void press_term(size_t term, const plan::Step& step, const f64::Load& load, const plan::Schedule& of) {
+        plan::ProductCell<f64>& cell = cells_[term];
+        cell.press(load, table_.data() + first_element(term));
+        for (int q = 0; q < REDUCED_MAPS; ++q)
+            visible_[term][size_t(q)] = 0 + of.unit * cell.signal(q); // 0 in place of -0
+        visible_[term][QUANTITY_FA2] *= skin_.constants.gain_plus;
+        for (size_t q = 0; q < stress_.size(); ++q)
+            if (of.follows[q]) visible_[term][q] = 0 + of.unit * stress_[q];
+        if (step.keep) cell.keep();
+    }
+
     double strain(size_t part) const { return visible_[part][QUANTITY_STRAIN]; }
     // The greatest |strain| of a part under unit pressure.
     static double greatest_strain(const std::vector<Signals>& parts) {
@@ -101,30 +127,41 @@ class Separable : public plan::Stepper {
 
     std::vector<double> strains() const {
         std::vector<double> eps(skin_.cells());
-        for (size_t i = 0; i < eps.size(); ++i) eps[i] = schedule_.pressure[i] * strain(skin_.material_at(i));
+        for (size_t i = 0; i < eps.size(); ++i)
+            for (auto [term, last] = terms_at(i); term < last; ++term)
+                eps[i] += schedule_.product(product_of(term)).pressure[i] * strain(term);
         return eps;
     }
 
     // at: the row's first cell.
     void read_row(Quantity q, size_t at, const std::vector<double>& rest, const std::vector<std::vector<double>>& L,
                   double* out) const {
-        const f64::Constants& c = skin_.constants;
         std::vector<double> b(L.size());
-        const Map& map = int(q) < REDUCED_MAPS ? schedule_.map_of(size_t(q)) : schedule_.pressure;
         for (size_t x = 0; x < rest.size(); ++x) {
-            const size_t part = skin_.material_at(at + x);
-            const double p = map[at + x];
-            if (q == Quantity::strain) out[x] = p * strain(part);
-            else if (q == Quantity::deformation)
-                out[x] = skin_.heights[at + x] * skin_.relief - c.thickness * p * strain(part);
-            else if (q == Quantity::curvature) {
+            if (q == Quantity::curvature) {
                 out[x] = rest[x];
-                for (size_t m = 0; m < b.size(); ++m) out[x] -= c.bend * L[m][x] * strain(m);
-            } else {
-                for (size_t m = 0; m < b.size(); ++m) b[m] = p * (c.curvature_length * (c.bend * L[m][x]));
-                out[x] = visible_[part][size_t(q)] * gained(p * (1 + c.curvature_length * rest[x]), b);
+                for (size_t m = 0; m < b.size(); ++m) out[x] -= skin_.constants.bend * L[m][x] * strain(m);
+                continue;
             }
+            for (size_t m = 0; m < b.size(); ++m)
+                b[m] = skin_.constants.curvature_length * (skin_.constants.bend * L[m][x]);
+            auto [term, last] = terms_at(at + x);
+            out[x] = value_at(q, term, at + x, rest[x], b);
+            while (++term < last) out[x] += value_at(q, term, at + x, rest[x], b);
+            if (q == Quantity::deformation) out[x] = skin_.heights[at + x] * skin_.relief - out[x];
         }
+    }
+
+    // What a term adds to a quantity in a cell: of a deformation its indentation, of a response by the curvature at
+    // rest and that under each term's pressure, times a length.
+    double value_at(Quantity q, size_t term, size_t cell, double rest, const std::vector<double>& bent) const {
+        const plan::Schedule& of = schedule_.product(product_of(term));
+        if (q == Quantity::strain) return of.pressure[cell] * strain(term);
+        if (q == Quantity::deformation) return skin_.constants.thickness * of.pressure[cell] * strain(term);
+        const double p = of.map_of(size_t(q))[cell];
+        double a = p * (1 + skin_.constants.curvature_length * rest);
+        for (size_t m = 0; m < bent.size(); ++m) a -= strain(m) * (p * bent[m]);
+        return visible_[term][size_t(q)] * a;
     }
 
     // a - sum of g_m*b_m.
@@ -140,14 +177,77 @@ class Separable : public plan::Stepper {
         sample_.points.resize(n * REDUCED_MAPS);
         for (size_t i = 0; i < sites.size(); ++i) {
             const size_t q = size_t(sites[i].type);
-            const Moments::Point& p = moments_->of(q).points[first + i];
-            sample_.points[q * n + first + i] = visible_[p.part][q] * gained(p.a, p.b);
+            sample_.points[q * n + first + i] = value_in(q, first + i);
         }
         sink_(step, sample_);
     }
 
+    // A quantity in a point.
+    double value_in(size_t q, size_t point) const {
+        const auto of = [&](size_t product) {
+            const Moments::Point& p = moments_->product(product).of(q).points[point];
+            return visible_[p.part][q] * (q == QUANTITY_STRAIN ? p.p : gained(p.a, p.b));
+        };
+        double sum = of(0);
+        for (size_t i = 1; i < schedule_.products(); ++i) sum += of(i);
+        return sum;
+    }
+
+    double mean_of(size_t q) const {
+        double mean = 0;
+        for (size_t i = 0; i < schedule_.products(); ++i) {
+            const std::vector<Moments::Means>& parts = moments_->product(i).of(q).means;
+            for (size_t k = 0; k < parts.size(); ++k)
+                mean += visible_[i + k][q] * (q == QUANTITY_STRAIN ? parts[k].p : gained(parts[k].a, parts[k].b));
+        }
+        return mean;
+    }
+
+    // Writes the least and the greatest value over all cells of each quantity that is asked for; no hull has those of a
+    // sum.
+    void take_ranges_of_cells() {
+        const f64::Constants& c = skin_.constants;
+        const size_t width = size_t(skin_.width());
+        if (bends_.empty()) bends_ = bends();
+        std::vector<double> gain(width), row(width);
+        for (size_t q = 0; q < REDUCED_MAPS; ++q) sample_.totals[q].min = INFINITY, sample_.totals[q].max = -INFINITY;
+        for (size_t at = 0; at < skin_.cells(); at += width) {
+            plan::rest_curvature_row(skin_, int(at / width), 0, int(width), gain.data());
+            for (size_t m = 0; m < bends_.size(); ++m) add_row(bends_[m].data() + at, -strain(m), gain);
+            for (double& C : gain) C = 1 + c.curvature_length * C;
+            for (size_t q = 0; q < REDUCED_MAPS; ++q) {
+                if (!schedule_.wanted[q]) continue;
+                std::ranges::fill(row, 0);
+                for (size_t term = 0; term < visible_.size(); ++term)
+                    add_row(schedule_.product(term).map_of(q).data() + at, visible_[term][q], row);
+                if (q != QUANTITY_STRAIN)
+                    for (size_t x = 0; x < width; ++x) row[x] *= gain[x];
+                plan::Totals& totals = sample_.totals[q];
+                for (double v : row) totals.min = std::min(totals.min, v), totals.max = std::max(totals.max, v);
+            }
+        }
+    }
+
+    static void add_row(const double* values, double factor, std::vector<double>& sum) {
+        for (size_t x = 0; x < sum.size(); ++x) sum[x] += factor * values[x];
+    }
+
+    // By how much a strain of 1 under each term's pressure bends each cell, 1/m.
+    std::vector<std::vector<double>> bends() const {
+        std::vector<std::vector<double>> maps(visible_.size(), std::vector<double>(skin_.cells()));
+        const size_t width = size_t(skin_.width());
+        for (size_t m = 0; m < maps.size(); ++m)
+            for (int y = 0; y < skin_.height(); ++y) {
+                double* row = maps[m].data() + size_t(y) * width;
+                plan::laplacian_row(moments_->pressures[m], y, 0, skin_.width(),
+                                    plan::without_spacing(skin_.description.grid), skin_.stencil, skin_.edges, row);
+                for (size_t x = 0; x < width; ++x) row[x] *= skin_.constants.bend;
+            }
+        return maps;
+    }
+
     void deliver(const plan::Step& step) {
-        const double g = strain(0); // extremes: of one part alone
+        const double g = strain(0); // extremes by hulls: of one part alone
         const bool extremes = schedule_.output.extremes && visible_.size() == 1;
         std::array<std::pair<double, double>, REDUCED_MAPS> ranges; // of a - g*b in each layer
         ranges.fill({NAN, NAN});
@@ -156,22 +256,19 @@ class Separable : public plan::Stepper {
             ranges[i] = {extreme(m.lower, g, -1), extreme(m.upper, g, 1)};
         }
         const auto ordered = [](double x, double y) { return std::pair{std::min(x, y), std::max(x, y)}; };
-        sample_.points.clear();
         for (size_t q = 0; q < REDUCED_MAPS; ++q) {
             const double X = visible_[0][q];
             const Moments::Layer& m = moments_->of(q);
             const auto [low, high] = ranges[moments_->layer_of[q]];
-            const bool strained = q == QUANTITY_STRAIN;
-            const auto [min, max] = strained ? ordered(X * m.least, X * m.greatest) : ordered(X * low, X * high);
-            double mean = 0;
-            for (size_t k = 0; k < m.means.size(); ++k) {
-                const Moments::Means& sums = m.means[k];
-                mean += visible_[k][q] * (strained ? sums.p : gained(sums.a, sums.b));
-            }
-            sample_.totals[q] = {mean, min, max};
-            for (const Moments::Point& p : m.points)
-                sample_.points.push_back(visible_[p.part][q] * (strained ? p.p : gained(p.a, p.b)));
+            const auto [min, max] =
+                q == QUANTITY_STRAIN ? ordered(X * m.least, X * m.greatest) : ordered(X * low, X * high);
+            sample_.totals[q] = {mean_of(q), min, max};
         }
+        if (is_sum() && schedule_.output.extremes) take_ranges_of_cells();
+        sample_.points.clear();
+        for (size_t q = 0; q < REDUCED_MAPS; ++q)
+            for (size_t point = 0; point < schedule_.points.size(); ++point)
+                sample_.points.push_back(value_in(q, point));
         sink_(step, sample_);
     }
 
@@ -183,11 +280,13 @@ class Separable : public plan::Stepper {
     plan::Sample sample_;
     const plan::Chain alone_;                   // an element by itself
     const std::vector<plan::Element> elements_; // of the timeline
-    std::vector<plan::ProductCell<f64>> cells_; // of each part
+    std::vector<plan::ProductCell<f64>> cells_; // of each term
+    std::vector<plan::Timeline> timelines_;     // of Schedule::others
     std::vector<plan::ProductCell<f64>> modes_; // of Schedule::modes
     Signals stress_{};                          // that classes follow, after the last step
     std::vector<f64::Coefficients> table_;      // of the parts' elements
-    std::vector<Signals> visible_; // strain and signals of each part after the last step, under Schedule::unit
+    std::vector<std::vector<double>> bends_;    // of each term, once extremes are taken from cells
+    std::vector<Signals> visible_; // strain and signals of each term after the last step, under Schedule::unit
     std::vector<Signals> most_;    // the same at the output with the greatest strain
 };
 

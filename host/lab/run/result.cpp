@@ -54,7 +54,7 @@ std::vector<Quantity> sign_changed(const Scene& s, const Result& r) {
     const Extremes strains = extremes_of(*strain);
     if (strains.pulled() && strains.pressed()) return changed;
     const bool rectified = s.receptors.fa2_gains[0] != -s.receptors.fa2_gains[1];
-    const bool product = scene::is_uniform(s.material) && !scene::is_framed(s.load);
+    const bool product = scene::is_uniform(s.material) && !scene::is_framed(s.load) && !scene::is_sum(s);
     for (const scene::ReceptorClass& c : scene::receptor_classes) {
         const Trace* trace = trace_with_extremes(r, c.type);
         if (!trace) continue;

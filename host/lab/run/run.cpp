@@ -251,8 +251,11 @@ class Run {
         result_.greatest_curvature = std::max(estimate.curvature, most_curved_);
         result_.greatest_gain = std::abs(skin_.constants.curvature_length) * result_.greatest_curvature;
         if (schedule_.framed) return; // its pressure is only the first frame
-        const Map& pressure = schedule_.pressure;
-        result_.pressed_cells = std::count_if(pressure.begin(), pressure.end(), [](double p) { return p != 0; });
+        for (size_t i = 0; i < skin_.cells(); ++i) {
+            bool pressed = false;
+            for (size_t k = 0; k < schedule_.products(); ++k) pressed |= schedule_.product(k).pressure[i] != 0;
+            result_.pressed_cells += pressed;
+        }
     }
 
     const Realised& d_;
@@ -317,7 +320,9 @@ SceneMaps maps(const Scene& scene) try {
         plan::surface_row(run.skin, y, surface.data() + size_t(y) * width);
         plan::rest_curvature_row(run.skin, y, 0, run.skin.width(), rest.data() + size_t(y) * width);
     }
-    return {.surface = std::move(surface), .rest_curvature = std::move(rest), .pressure = run.schedule.pressure};
+    Map pressure = run.schedule.pressure;
+    if (scene::is_sum(scene)) pressure = scene::sum_of_maps(scene::validate(scene).scene);
+    return {.surface = std::move(surface), .rest_curvature = std::move(rest), .pressure = pressure};
 }
 OR_OUT_OF_MEMORY(needs_of(scene))
 

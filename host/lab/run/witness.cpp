@@ -175,7 +175,7 @@ void Witness::take(double x, long double exact, const Point& p, Quantity q) {
 
 std::unique_ptr<Witness> witness_of(plan::PreparedRun& run, const Candidate& taken, const planner::Peaks& peaks) {
     const bool frames_of_baseline = run.schedule.framed && run.schedule.method != Method::exact;
-    if (run.schedule.method == Method::published || frames_of_baseline) return nullptr;
+    if (run.schedule.method == Method::published || frames_of_baseline || !run.schedule.others.empty()) return nullptr;
     const std::vector<WitnessCell> cells = witness_cells(run.skin, run.schedule, taken);
     const Precision precision = taken.model == Model::march ? taken.precision : Precision::f64;
     return std::make_unique<Witness>(run.skin, run.schedule, cells, peaks,

@@ -79,7 +79,8 @@ class Witness {
 };
 
 // The witness of a run by a candidate, in some 4 to 32 cells or sites. Cells become the last of the schedule's points.
-// Null where X_exact is not what the exact method computes (Method::published), and where a baseline takes frames.
+// Null where X_exact is not what the exact method computes (Method::published), where a baseline takes frames, and
+// where the load is a sum of products.
 std::unique_ptr<Witness> witness_of(plan::PreparedRun&, const Candidate&, const planner::Peaks&);
 
 // The output at which strain is likely to be greatest: under an envelope, in the cell pressed most and among some

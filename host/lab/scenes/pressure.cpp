@@ -94,7 +94,7 @@ Map shape_of(const Scene& s) {
 Map pressure_map(const ValidatedScene& validated) {
     Map map;
     if (validated.frames) validated.frames->read(0, map.edit());
-    else map = shape_of(validated.scene);
+    else map = validated.scene.load.grating ? grating_at_rest(validated.scene) : shape_of(validated.scene);
     const double intensity = validated.scene.load.intensity;
     if (intensity != 1)
         for (double& v : map.edit()) v *= intensity;

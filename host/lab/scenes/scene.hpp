@@ -101,6 +101,14 @@ void check_material(const Scene& validated, const Material&);
 Map pressure_map(const ValidatedScene&);
 // The same without frames, in units of Load::intensity.
 Map shape_of(const Scene&);
+// The products of a map and an envelope whose sum is the pressure, in units of their intensities. One for most scenes;
+// none has a grating.
+std::vector<Load> products_of(const Scene&);
+bool is_sum(const Scene&); // whether there may be more than one
+// The sum of the loads' maps, in Pa, of gratings at t = 0.
+Map sum_of_maps(const Scene&);
+// The shape of a load with a grating, at t = 0.
+Map grating_at_rest(const Scene&);
 // Whether the load is known by frames.
 inline bool is_framed(const Load& l) { return l.kind == Load::Kind::sequence || l.texture; }
 

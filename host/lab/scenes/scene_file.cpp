@@ -23,6 +23,17 @@ namespace fs = std::filesystem;
 
 constexpr size_t most_bytes = 64 << 20; // of a scene file, or of a text in its place
 
+// The table that a name with an index means, as load[1]; null if there is none.
+toml::table* item_of(toml::table& table, const std::string& name) {
+    const size_t bracket = name.find('[');
+    toml::node* list = bracket == name.npos ? nullptr : table.get(name.substr(0, bracket));
+    if (!list || !list->is_array()) return nullptr;
+    const std::string index = name.substr(bracket);
+    for (size_t i = 0; i < list->as_array()->size(); ++i)
+        if (index == "[" + std::to_string(i) + "]") return list->as_array()->get(i)->as_table();
+    return nullptr;
+}
+
 // Sets one key from "key=value". A value that is not TOML is taken for a text without quotes.
 void apply_override(toml::table& file, const std::string& override_) {
     const size_t equals = override_.find('=');
@@ -41,9 +52,15 @@ void apply_override(toml::table& file, const std::string& override_) {
     std::string part, next;
     std::getline(parts, part, '.');
     for (; std::getline(parts, next, '.'); part = next) {
+        if (toml::table* item = item_of(*table, part)) {
+            table = item;
+            continue;
+        }
         if (!table->contains(part)) table->insert(part, toml::table{});
         if (!table->get(part)->is_table())
-            throw Error(Error::Code::bad_input, key, "--set " + override_ + ": " + part + " is not a table");
+            throw Error(Error::Code::bad_input, key,
+                        "--set " + override_ + ": " + part + " is not a table" +
+                            (table->get(part)->is_array() ? "; a table of the list is " + part + "[0], .." : ""));
         table = table->get(part)->as_table();
     }
     table->insert_or_assign(part, *value.get("value"));

@@ -151,6 +151,28 @@ void read_envelope(Section& table, Envelope& e) {
     }
 }
 
+void read_window(Section window, bool given, std::optional<Envelope::Window>& of) {
+    Envelope::Window w;
+    window.number("start", w.start);
+    window.number("rise", w.rise);
+    window.number("until", w.until);
+    window.number("fall", w.fall);
+    window.finish();
+    if (given) of = w;
+}
+
+void read_grating(Section table, bool given, const Grid& grid, std::optional<Grating>& grating) {
+    Grating g;
+    read_length(table, "wavelength", grid, g.wavelength);
+    table.number("direction", g.direction);
+    table.number("velocity", g.velocity);
+    table.list("amplitudes", g.amplitudes, number_in);
+    table.list("phases", g.phases, number_in);
+    table.finish();
+    if (given && !table.has("wavelength")) refuse(table.parameter("wavelength"), "(not given)", "a length > 0");
+    if (given) grating = g;
+}
+
 void read_texture(Section& table, bool given, const Grid& grid, const PathBase& folder,
                   std::optional<Texture>& texture) {
     Texture t;
@@ -195,6 +217,9 @@ void read_load(Section table, const Grid& grid, const PathBase& folder, Load& lo
     const bool slides = table.has("texture");
     Section texture = table.section("texture");
     read_texture(texture, slides, grid, folder, load.texture);
+    const bool window = table.has("window"), grating = table.has("grating");
+    read_window(table.section("window"), window, load.envelope.window);
+    read_grating(table.section("grating"), grating, grid, load.grating);
     table.finish();
 }
 
@@ -287,13 +312,15 @@ Scene read_all(Section top, const PathBase& folder) {
     top.number("tolerance", scene.tolerance);
     top.boolean("allow_unstable", scene.allow_unstable);
     Section grid = top.section("grid"), surface = top.section("surface"), material = top.section("material"),
-            load = top.section("load"), time = top.section("time"), curvature = top.section("curvature"),
-            receptors = top.section("receptors"), sites = top.section("sites"), output = top.section("output");
+            time = top.section("time"), curvature = top.section("curvature"), receptors = top.section("receptors"),
+            sites = top.section("sites"), output = top.section("output");
+    std::vector<Section> loads = top.sections("load");
     top.finish(); // first of all: a misspelt table is then reported, and not the keys that it should have held
     read_grid(grid, scene.grid);
     read_surface(surface, scene.grid, folder, scene.surface);
     read_material(material, scene.grid, folder, scene.material);
-    read_load(load, scene.grid, folder, scene.load);
+    read_load(loads.front(), scene.grid, folder, scene.load);
+    for (size_t i = 1; i < loads.size(); ++i) read_load(loads[i], scene.grid, folder, scene.more_loads.emplace_back());
     read_time(time, scene.time);
     read_curvature(curvature, scene);
     read_receptors(receptors, scene.receptors);

@@ -123,6 +123,21 @@ class Section {
         values.clear();
         for (const toml::node& item : *node->as_array()) values.push_back(read_item(item, parameter(key)));
     }
+    // The tables of a list, as key[0], or the one that stands in its place.
+    std::vector<Section> sections(const char* key) {
+        const toml::array* list = has(key) ? table_->get(key)->as_array() : nullptr;
+        if (!list) return {section(key)};
+        find(key);
+        tables_.push_back(key);
+        if (list->empty()) refuse(parameter(key), *list, "at least one table");
+        std::vector<Section> all;
+        for (const toml::node& item : *list) {
+            const std::string name = parameter(key) + "[" + std::to_string(all.size()) + "]";
+            if (!item.is_table()) refuse(name, item, "a table");
+            all.push_back(Section(item.as_table(), name + ".", known_));
+        }
+        return all;
+    }
     Section section(const char* key) {
         const toml::node* node = find(key);
         tables_.push_back(key);

@@ -15,10 +15,10 @@ struct KeyUnit {
 constexpr KeyUnit key_units[] = {
     {" modulus moduli equilibrium spring intensity ", "Pa", "20 kPa"},
     {" viscosity dashpot ", "Pa s", "3 kPa s"},
-    {" spacing ridge_period relief thickness curvature_length contact_length depth ", "m", "0.4 mm"},
-    {" step duration start rise length period times interval sa2_adaptation at ", "s", "5 ms"},
+    {" spacing ridge_period relief thickness curvature_length contact_length wavelength depth ", "m", "0.4 mm"},
+    {" step duration start rise until fall length period times interval sa2_adaptation at ", "s", "5 ms"},
     {" frequency ", "Hz", "0.25 kHz"},
-    {" phase ", "rad", "0.5 rad"},
+    {" phase phases direction ", "rad", "0.5 rad"},
     {" velocity ", "m/s", "40 mm/s"},
 };
 

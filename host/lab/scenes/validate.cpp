@@ -85,6 +85,31 @@ void check_contact(Scene& s) {
          "at most the longer side of the grid");
 }
 
+// Waves, none shorter than two cells along a row or a column.
+void check_grating(const Scene& s) {
+    if (!s.load.grating) return;
+    const Load& l = s.load;
+    const Grating& g = *l.grating;
+    if (is_framed(l) || l.control == Load::Control::depth)
+        refuse("load.grating", "(given)",
+               "none with load.kind = \"sequence\", load.texture or load.control = \"depth\"");
+    if (l.envelope.kind != Envelope::Kind::step || l.envelope.start != 0)
+        refuse("load.envelope", "(given)", "a step from t = 0 on with load.grating, which may have a window");
+    need_positive("load.grating.wavelength", g.wavelength);
+    need_finite("load.grating.direction", g.direction);
+    need_finite("load.grating.velocity", g.velocity);
+    need(!g.amplitudes.empty() && g.amplitudes.size() <= 16, "load.grating.amplitudes", double(g.amplitudes.size()),
+         "1 to 16 numbers, one for each harmonic");
+    need(g.phases.empty() || g.phases.size() == g.amplitudes.size(), "load.grating.phases", double(g.phases.size()),
+         "as many numbers as load.grating.amplitudes, or none");
+    for (double a : g.amplitudes) need_finite("load.grating.amplitudes", a);
+    for (double phase : g.phases) need_finite("load.grating.phases", phase);
+    const double steepest = std::max(std::abs(std::cos(g.direction)), std::abs(std::sin(g.direction))),
+                 least = 2 * double(g.amplitudes.size()) * steepest * s.grid.spacing.value_or(1);
+    need(g.wavelength >= (1 - 1e-12) * least, "load.grating.wavelength", g.wavelength,
+         "at least " + shortest(least) + ", two cells for the shortest harmonic");
+}
+
 void check_load(Scene& s) {
     Load& l = s.load;
     const bool sequence = l.kind == Load::Kind::sequence, shaped = l.kind != Load::Kind::map && !sequence;
@@ -107,6 +132,44 @@ void check_load(Scene& s) {
     if (sequence) check_sequence(s);
     check_texture(s);
     check_control(s);
+    check_grating(s);
+}
+
+// Names a parameter of one of several loads, as in load[1].radius.
+std::string in_list(const std::string& name, size_t load) {
+    return name.starts_with("load.") ? "load[" + std::to_string(load) + "]" + name.substr(4) : name;
+}
+
+// Checks one of the loads beside the first, and fills in its defaults. Errors name it.
+void check_other(Scene s, size_t i, Load& load) try {
+    s.load = load;
+    check_load(s);
+    load = s.load;
+} catch (const Error& e) {
+    const std::string what = e.what(), &name = e.parameter();
+    if (name.empty() || !what.starts_with(name)) throw;
+    throw Error(e.code(), in_list(name, i), in_list(name, i) + what.substr(name.size()));
+}
+
+// Checks what a sum of products does not serve, and the loads beside the first.
+void check_sum(Scene& s) {
+    constexpr size_t most_products = 64;
+    if (!is_sum(s)) return;
+    const std::string with = s.more_loads.empty() ? " with a grating that moves" : " with several loads";
+    size_t products = 0;
+    for (size_t i = 0; i <= s.more_loads.size(); ++i) {
+        if (i > 0) check_other(s, i, s.more_loads[i - 1]);
+        const Load& l = i > 0 ? s.more_loads[i - 1] : s.load;
+        if (is_framed(l)) refuse(in_list("load.kind", i), "(frames)", "a map times an envelope" + with);
+        if (l.control == Load::Control::depth) refuse(in_list("load.control", i), "\"depth\"", "\"pressure\"" + with);
+        products += l.grating && l.grating->velocity != 0 ? 1 + 2 * l.grating->amplitudes.size() : 1;
+    }
+    need(products <= most_products, "load", double(products), "at most 64 products of a map and an envelope in all");
+    if (s.method != Method::exact) refuse("method", std::string("\"") + name(s.method) + "\"", "\"exact\"" + with);
+    if (!is_uniform(s.material)) refuse("material", "(a map)", "one for all cells" + with);
+    if (follows_stress(s.receptors)) refuse("receptors.follow", "\"stress\"", "\"strain\"" + with);
+    const auto& gains = s.receptors.fa2_gains;
+    need(gains[0] == -gains[1], "receptors.fa2_gains", gains[1], "the negative of the first one" + with);
 }
 
 void check_time(const Scene& s) {
@@ -175,6 +238,7 @@ ValidatedScene validate(const Scene& scene) {
     check_surface(s);
     check_lengths(s);
     check_load(s);
+    check_sum(s);
     std::shared_ptr<Frames> frames = open_frames(s);
     check_method(s);
     check_output(s);

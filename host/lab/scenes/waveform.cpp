@@ -10,7 +10,18 @@
 namespace dermis::scene {
 namespace {
 
+std::vector<Knot> knots_of(const Envelope::Window& w) {
+    std::vector<Knot> knots;
+    if (w.rise > 0) knots = {{w.start, 0, 0}, {Instant(w.start) + w.rise, 1, 1}};
+    else knots = {{w.start, 0, 1}};
+    if (w.until) knots.push_back({*w.until, 1, w.fall > 0 ? 1.0 : 0.0});
+    if (w.fall > 0) knots.push_back({Instant(*w.until) + w.fall, 0, 0});
+    return knots;
+}
+
+// Of a sine with a window, these are the window's.
 std::vector<Knot> knots_of(const Envelope& e, const Time& time) {
+    if (e.window) return knots_of(*e.window);
     std::vector<Knot> knots;
     switch (e.kind) {
     case Envelope::Kind::step: knots = {{e.start, 0, 1}}; break;
@@ -44,10 +55,51 @@ std::vector<Knot>::const_iterator knot_after(const std::vector<Knot>& knots, con
     return std::ranges::upper_bound(knots, t, std::less<Instant>(), &Knot::time);
 }
 
+// Functions of the straight lines between knots, as the members of Waveform.
+
+bool rests(const std::vector<Knot>& knots, Instant t) { return knots.empty() || t <= knots.front().time; }
+
+template <class T> T value_before(const std::vector<Knot>& knots, Instant t) {
+    if (rests(knots, t)) return 0;
+    const auto next = knot_from(knots, t);
+    const Knot& last = *(next - 1);
+    if (next == knots.end()) return last.right;
+    if (next->time == t) return next->left;
+    const T share = difference<T>(t, last.time) / difference<T>(next->time, last.time);
+    return last.right + (T(next->left) - last.right) * share;
+}
+
+template <class T> T value_after(const std::vector<Knot>& knots, Instant t) {
+    const auto at = knot_from(knots, t);
+    return at != knots.end() && at->time == t ? T(at->right) : value_before<T>(knots, t);
+}
+
+template <class T> T slope_of(const std::vector<Knot>& knots, Instant t) {
+    if (rests(knots, t)) return 0;
+    const auto next = knot_from(knots, t);
+    if (next == knots.end()) return 0;
+    return (T(next->left) - (next - 1)->right) / difference<T>(next->time, (next - 1)->time);
+}
+
+template <class T> T rise_of(const std::vector<Knot>& knots, Instant from, Instant to) {
+    const auto next = knot_after(knots, from);
+    if (next == knots.begin() || next == knots.end()) return 0;
+    const Knot& last = *(next - 1);
+    // The difference of two values would lose the digits that they share.
+    return (T(next->left) - last.right) * (difference<T>(to, from) / difference<T>(next->time, last.time));
+}
+
 } // namespace
 
 Waveform::Waveform(const Envelope& envelope, const Time& time) : envelope_(envelope), knots_(knots_of(envelope, time)) {
     for (Knot& k : knots_) k.time = snapped(k.time, time.step);
+    if (!wave() || !envelope.window) return;
+    weights_ = knots_;
+    for (Knot& k : knots_) {
+        const double now = carrier<double>(k.time);
+        k.left *= now;
+        k.right *= now;
+    }
 }
 
 template <class T> T Waveform::angular_frequency() const { return 2 * std::numbers::pi_v<T> * T(envelope_.frequency); }
@@ -62,40 +114,33 @@ template <class T> std::complex<T> Waveform::phasor(Instant time) const {
     return T(envelope_.amplitude) * std::polar(T(1), T(envelope_.phase)) * turn<T>(time);
 }
 
-bool Waveform::rests(Instant t) const { return knots_.empty() || t <= knots_.front().time; }
+template <class T> T Waveform::carrier(Instant t) const { return envelope_.mean + phasor<T>(t).imag(); }
+
+template <class T> T Waveform::weight(Instant t) const { return value_after<T>(weights_, t); }
+
+template <class T> T Waveform::weight_rise(Instant from, Instant to) const { return rise_of<T>(weights_, from, to); }
 
 template <class T> T Waveform::before(Instant t) const {
-    if (rests(t)) return 0;
-    if (sine()) return envelope_.mean + phasor<T>(t).imag();
-    const auto next = knot_from(knots_, t);
-    const Knot& last = *(next - 1);
-    if (next == knots_.end()) return last.right;
-    if (next->time == t) return next->left;
-    const T share = difference<T>(t, last.time) / difference<T>(next->time, last.time);
-    return last.right + (T(next->left) - last.right) * share;
-}
-
-template <class T> T Waveform::slope_before(Instant t) const {
-    if (rests(t)) return 0;
-    if (sine()) return angular_frequency<T>() * phasor<T>(t).real();
-    const auto next = knot_from(knots_, t);
-    if (next == knots_.end()) return 0;
-    return (T(next->left) - (next - 1)->right) / difference<T>(next->time, (next - 1)->time);
-}
-
-template <class T> T Waveform::rise(Instant from, Instant to) const {
-    if (sine()) return before<T>(to) - after<T>(from);
-    const auto next = knot_after(knots_, from);
-    if (next == knots_.begin() || next == knots_.end()) return 0;
-    const Knot& last = *(next - 1);
-    // The difference of two values would lose the digits that they share.
-    return (T(next->left) - last.right) * (difference<T>(to, from) / difference<T>(next->time, last.time));
+    if (!wave()) return value_before<T>(knots_, t);
+    if (rests(knots_, t)) return 0;
+    return weights_.empty() ? carrier<T>(t) : value_before<T>(weights_, t) * carrier<T>(t);
 }
 
 template <class T> T Waveform::after(Instant t) const {
-    if (sine() && !(t < knots_.front().time)) return envelope_.mean + phasor<T>(t).imag();
-    const auto at = knot_from(knots_, t);
-    return at != knots_.end() && at->time == t ? T(at->right) : before<T>(t);
+    if (!wave()) return value_after<T>(knots_, t);
+    if (t < knots_.front().time) return 0;
+    return weights_.empty() ? carrier<T>(t) : weight<T>(t) * carrier<T>(t);
+}
+
+template <class T> T Waveform::slope_before(Instant t) const {
+    if (!wave()) return slope_of<T>(knots_, t);
+    if (rests(knots_, t)) return 0;
+    const T slope = angular_frequency<T>() * phasor<T>(t).real();
+    return weights_.empty() ? slope : value_before<T>(weights_, t) * slope + slope_of<T>(weights_, t) * carrier<T>(t);
+}
+
+template <class T> T Waveform::rise(Instant from, Instant to) const {
+    return wave() ? before<T>(to) - after<T>(from) : rise_of<T>(knots_, from, to);
 }
 
 #define IN(T)                                                                                                          \
@@ -103,6 +148,8 @@ template <class T> T Waveform::after(Instant t) const {
     template T Waveform::after(Instant) const;                                                                         \
     template T Waveform::slope_before(Instant) const;                                                                  \
     template T Waveform::rise(Instant, Instant) const;                                                                 \
+    template T Waveform::weight(Instant) const;                                                                        \
+    template T Waveform::weight_rise(Instant, Instant) const;                                                          \
     template T Waveform::angular_frequency() const;                                                                    \
     template std::complex<T> Waveform::turn(Instant) const;                                                            \
     template std::complex<T> Waveform::phasor(Instant) const;
@@ -115,8 +162,26 @@ bool Waveform::breaks(Instant from, Instant to) const {
     return next != knots_.end() && next->time < to;
 }
 
+namespace {
+
+void check_window(const Envelope& e) {
+    const Envelope::Window& w = *e.window;
+    if (e.kind != Envelope::Kind::sine && (e.kind != Envelope::Kind::step || e.start != 0))
+        refuse("load.window", "(given)", "only with load.envelope = \"sine\" or a step from t = 0 on");
+    for (auto [key, value] : {std::pair{"load.window.start", w.start}, {"load.window.rise", w.rise}})
+        need_not_negative(key, value);
+    const double risen = w.start + w.rise;
+    need(!w.until || (finite(*w.until) && *w.until > risen), "load.window.until", w.until.value_or(0),
+         "a finite number > load.window.start + load.window.rise = " + shortest(risen));
+    need_not_negative("load.window.fall", w.fall);
+    need(w.until || w.fall == 0, "load.window.fall", w.fall, "only with load.window.until");
+}
+
+} // namespace
+
 void check_envelope(const Envelope& e, const Time& time) {
     need_not_negative("load.start", e.start);
+    if (e.window) check_window(e);
     if (e.kind == Envelope::Kind::ramp) need_positive("load.rise", e.rise);
     if (e.kind == Envelope::Kind::sine) {
         need_positive("load.frequency", e.frequency);
@@ -142,7 +207,8 @@ void check_envelope(const Envelope& e, const Time& time) {
     }
     const std::vector<Knot> knots = knots_of(e, time);
     for (size_t i = 1; i < knots.size(); ++i) {
-        const char* parameter = e.kind == Envelope::Kind::ramp    ? "load.rise"
+        const char* parameter = e.window                          ? "load.window"
+                                : e.kind == Envelope::Kind::ramp  ? "load.rise"
                                 : e.kind == Envelope::Kind::pulse ? "load.length"
                                                                   : "load.times";
         need(knots[i].time - knots[i - 1].time > 1e-5 * time.step, parameter, knots[i].time - knots[i - 1].time,

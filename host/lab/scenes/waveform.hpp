@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The envelope g(t) of the load: piecewise linear between knots, at which it may jump, or a sine from t = 0 on.
+// The envelope g(t) of the load: piecewise linear between knots, at which it may jump, or a sine from t = 0 on, which a
+// window may multiply.
 #pragma once
 
 #include "dermis/scene.hpp"
@@ -25,9 +26,14 @@ class Waveform {
     template <class T = double> T slope_before(Instant) const; // 1/s, left limit
     // before(to) - after(from), with no knot strictly between.
     template <class T = double> T rise(Instant from, Instant to) const;
-    const std::vector<Knot>& knots() const { return knots_; } // times ascend strictly
-    bool breaks(Instant from, Instant to) const;              // whether a knot lies strictly between
-    bool sine() const { return envelope_.kind == Envelope::Kind::sine; }
+    const std::vector<Knot>& knots() const { return knots_; }            // times ascend strictly
+    bool breaks(Instant from, Instant to) const;                         // whether a knot lies strictly between
+    bool sine() const { return wave() && weights_.empty(); }             // without a window
+    bool wave() const { return envelope_.kind == Envelope::Kind::sine; } // a sine, with a window or without
+    double mean() const { return envelope_.mean; }                       // of a wave
+    // The window of a wave at an instant, right limit, and its rise from there, as rise().
+    template <class T = double> T weight(Instant) const;
+    template <class T = double> T weight_rise(Instant from, Instant to) const;
     template <class T = double> T angular_frequency() const; // 1/s
     // e^(i w t). Whole turns are dropped before the phase is multiplied by 2 pi. t may be a difference of instants.
     template <class T = double> std::complex<T> turn(Instant) const;
@@ -35,9 +41,10 @@ class Waveform {
     template <class T = double> std::complex<T> phasor(Instant) const;
 
   private:
-    bool rests(Instant) const; // nothing has happened yet
+    template <class T> T carrier(Instant) const; // a wave without its window
     Envelope envelope_;
     std::vector<Knot> knots_;
+    std::vector<Knot> weights_; // of the window of a sine; empty without
 };
 
 // Checks every parameter that the kind of envelope uses. Throws Error::bad_input.

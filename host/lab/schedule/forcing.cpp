@@ -9,6 +9,21 @@ namespace dermis::plan {
 
 namespace {
 
+// The part of a step between two instants, without a knot in between, length seconds apart.
+template <class T>
+Segment<T> segment_of(const scene::Waveform& load, scene::Instant from, scene::Instant to, T u0, T length) {
+    if (!load.wave()) return {length, u0, load.rise<T>(from, to), {}};
+    const T weight = load.weight<T>(from), rise = load.weight_rise<T>(from, to);
+    if (weight == 0 && rise == 0) return {length, u0, 0, {}};
+    const scene::Instant time(double(length), double(length - double(length)));
+    return {length, u0, load.mean() * rise,
+            Sine<T>{.w = load.angular_frequency<T>(),
+                    .start = load.phasor<T>(from),
+                    .turn = load.turn<T>(time),
+                    .weight = weight,
+                    .slope = rise / length}};
+}
+
 // Splits a step at the envelope's breakpoints.
 template <class T>
 std::vector<Segment<T>> segments_of(const scene::Waveform& load, scene::Instant from, scene::Instant to) {
@@ -17,30 +32,10 @@ std::vector<Segment<T>> segments_of(const scene::Waveform& load, scene::Instant 
     for (scene::Instant begin = from; begin < to;) {
         const scene::Instant end = knot == load.knots().end() ? to : std::min(to, (knot++)->time);
         const T u0 = load.after<T>(begin) - load.after<T>(from);
-        segments.push_back({scene::difference<T>(end, begin), u0, load.rise<T>(begin, end)});
+        segments.push_back(segment_of<T>(load, begin, end, u0, scene::difference<T>(end, begin)));
         begin = end;
     }
     return segments;
-}
-
-template <class K, class T = typename K::real>
-void force_straight(typename K::Coefficients& whole, const Element& element, const ResponseRule& rule,
-                    const std::vector<Segment<T>>& segments, T dt) {
-    if (segments.size() == 1) return scale_change<K>(whole, segments[0].du);
-    const ResponseRule density{.sa2_adaptation = rule.sa2_adaptation, .step_mean = false};
-    T eps = 0, sum = 0, rate = 0, acceleration = 0;
-    for (const Segment<T>& s : segments) {
-        const auto k = K::lanes_of(exact_coefficients_in<K>(element, density, s.length));
-        const auto load = K::load(s.u0, s.du, 0);
-        rate = K::rate_after(eps, load, k);
-        acceleration = K::acceleration_after(eps, load, k);
-        sum += K::integral_step(K::integral_gained(eps, load, k), sum, k);
-        eps += K::strain_step(eps, load, k);
-    }
-    whole.f = eps;
-    whole.i2 = sum;
-    whole.v1 = rate;
-    whole.a1 = rule.step_mean ? rate / dt : acceleration;
 }
 
 // The product of complex numbers. The operator of std::complex looks for NaN, and calls a function.
@@ -69,6 +64,66 @@ template <class To, class T> void force_sine(To& k, const SineGains<T>& gains, s
     k.a1 = real(real_product(gains.a1, over_i));
 }
 
+// The gains of a sine that grows in proportion to the time within the step, whose factors at the step's start are 0.
+// Each is the derivative of a gain of sine_gains() by i*w, of which the pressure at the start is independent.
+template <class K, class T = typename K::real>
+SineGains<T> gains_of_growth(const typename K::Coefficients& held, const Element& m, const ResponseRule& rule, T w,
+                             std::complex<T> turn, T dt) {
+    const T modulus = m.modulus, viscosity = m.viscosity;
+    const std::complex<T> iw(0, w),
+        grown = dt * turn, compliance = reciprocal<T>(modulus, w * viscosity),
+        slope = -viscosity * product(compliance, compliance), leaky = reciprocal<T>(1 / T(rule.sa2_adaptation), w),
+        sum = product(compliance, leaky), sum_slope = product(slope, leaky) - product(sum, leaky);
+    const T left = held.v0 * viscosity;
+    SineGains<T> gains;
+    gains.f = product(slope, turn - left) + product(compliance, grown);
+    gains.i2 = product(sum_slope, turn - (1 - held.leak)) + product(sum, grown) - slope * held.i0;
+    gains.v1 = product(slope, product(iw, turn) + modulus * held.v0) + product(compliance, turn + product(iw, grown));
+    gains.a1 = rule.step_mean ? gains.v1 / dt
+                              : product(slope, held.E * held.a0 - w * w * turn) +
+                                    product(compliance, T(2) * product(iw, turn) - w * w * grown);
+    return gains;
+}
+
+// Turns the coefficients under a load that is held into the coefficients under a segment.
+template <class K, class T = typename K::real>
+void force_segment(typename K::Coefficients& k, const Element& m, const ResponseRule& rule, const Segment<T>& s) {
+    const typename K::Coefficients held = k;
+    scale_change<K>(k, s.du);
+    if (!s.wave) return;
+    typename K::Coefficients wave{};
+    const auto add = [&](const SineGains<T>& gains, T factor) {
+        force_sine<typename K::Coefficients, T>(wave, gains, s.wave->start);
+        for (auto of : {&K::Coefficients::f, &K::Coefficients::i2, &K::Coefficients::v1, &K::Coefficients::a1})
+            k.*of += factor * (wave.*of);
+    };
+    add(sine_gains<K, T>(held, m, rule, s.wave->w, s.wave->turn, s.length), s.wave->weight);
+    if (s.wave->slope != 0) add(gains_of_growth<K, T>(held, m, rule, s.wave->w, s.wave->turn, s.length), s.wave->slope);
+}
+
+// Composes a step of its segments.
+template <class K, class T = typename K::real>
+void force_segments(typename K::Coefficients& whole, const Element& element, const ResponseRule& rule,
+                    const std::vector<Segment<T>>& segments, T dt) {
+    if (segments.size() == 1) return force_segment<K>(whole, element, rule, segments[0]);
+    const ResponseRule density{.sa2_adaptation = rule.sa2_adaptation, .step_mean = false};
+    T eps = 0, sum = 0, rate = 0, acceleration = 0;
+    for (const Segment<T>& s : segments) {
+        auto of = exact_coefficients_in<K>(element, density, s.length);
+        if (s.wave) force_segment<K>(of, element, density, s);
+        const auto k = K::lanes_of(of);
+        const auto load = K::load(s.u0, s.wave ? 1 : s.du, 0);
+        rate = K::rate_after(eps, load, k);
+        acceleration = K::acceleration_after(eps, load, k);
+        sum += K::integral_step(K::integral_gained(eps, load, k), sum, k);
+        eps += K::strain_step(eps, load, k);
+    }
+    whole.f = eps;
+    whole.i2 = sum;
+    whole.v1 = rate;
+    whole.a1 = rule.step_mean ? rate / dt : acceleration;
+}
+
 // Writes the impulses of a jump. whole: the pressure of the step is the jump; held: the load does not change before it.
 template <class K>
 void force_impulse(typename K::Coefficients& k, const Element& m, double jump, bool whole, bool held) {
@@ -93,7 +148,7 @@ Forcing<T> forcing_over(const scene::Waveform& load, scene::Instant from, scene:
     } else if (load.breaks(from, to)) {
         forcing.segments = segments_of<T>(load, from, to);
     } else {
-        forcing.segments = {{dt, 0, load.rise<T>(from, to)}};
+        forcing.segments = {segment_of<T>(load, from, to, 0, dt)};
     }
     if (with_slope) {
         forcing.slope = load.slope_before<T>(from);
@@ -133,7 +188,7 @@ void force(typename K::Coefficients& k, const Element& m, const ResponseRule& ru
     if (const auto& sine = forcing.sine)
         force_sine<typename K::Coefficients, T>(
             k, known ? *known : sine_gains<K, T>(k, m, rule, sine->w, sine->turn, forcing.dt), sine->start);
-    else if (!forcing.segments.empty()) force_straight<K>(k, m, rule, forcing.segments, forcing.dt);
+    else if (!forcing.segments.empty()) force_segments<K>(k, m, rule, forcing.segments, forcing.dt);
     if (forcing.slope && is_elastic(m)) k.a1 = (k.v1 - *forcing.slope / m.modulus) / forcing.slope_length;
     if (forcing.impulse) force_impulse<K>(k, m, *forcing.impulse, forcing.framed, forcing.held);
 }

@@ -12,14 +12,19 @@ namespace dermis::plan {
 
 // T is double, or for references long double.
 
-// A linear segment of a load within a step: pressure u0 to u0 + du, relative to the pressure at the step's start.
-// length: s.
-template <class T> struct Segment { T length, u0, du; };
-
-// The imaginary part of start*e^(i w t) from the step's start on; turn is e^(i w dt).
+// The imaginary part of start*e^(i w t) from the step's start on; turn is e^(i w dt). Under a window it is multiplied
+// by weight + slope*t.
 template <class T> struct Sine {
     T w; // 1/s
     std::complex<T> start, turn;
+    T weight = 1, slope = 0; // slope: 1/s
+};
+
+// A segment of a load within a step: pressure u0 to u0 + du along a line, relative to the pressure at the step's start.
+// length: s.
+template <class T> struct Segment {
+    T length, u0, du;
+    std::optional<Sine<T>> wave; // under a window, beside the line
 };
 
 // The factors of ds under a sine, as gains of the phasor at the step's start. They depend on the element, the length of
@@ -40,9 +45,10 @@ template <class T> struct Forcing {
     bool held = false;             // the load does not change before an impulse
 
     // Whether the load stays as it is over the step.
-    bool holds() const { return !sine && segments.size() == 1 && segments.front().du == 0; }
+    bool holds() const { return !sine && is_line() && segments.front().du == 0; }
     // Whether it only multiplies the factors of ds by one number.
-    bool scales() const { return !sine && !slope && !impulse && segments.size() == 1; }
+    bool scales() const { return !sine && !slope && !impulse && is_line(); }
+    bool is_line() const { return segments.size() == 1 && !segments.front().wave; }
     bool is_sine_alone() const { return sine && !slope && !impulse; }
 };
 

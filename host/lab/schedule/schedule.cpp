@@ -3,6 +3,7 @@
 
 #include "dermis/fit.hpp"
 #include "host/core/base/refusal.hpp"
+#include "host/lab/scenes/waveform.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -74,11 +75,28 @@ void take_depths(Schedule& s, const PreparedSkin& skin, int threads) {
     }
     if (spaces.empty() || s.framed) return;
     simd::Pool pool(simd::useful_threads(skin.cells(), threads));
-    std::vector<Map> maps;
-    for (auto& map : stresses_of(s.pressure, grid, spaces, pool)) maps.push_back(std::move(map));
-    for (size_t q = 0; q < s.stress.size(); ++q)
-        for (size_t i = 0; i < spaces.size(); ++i)
-            if (s.half_space[q].get() == spaces[i]) s.stress[q] = maps[i];
+    const auto take_stress = [&](Schedule& of) {
+        std::vector<Map> maps;
+        for (auto& map : stresses_of(of.pressure, grid, spaces, pool)) maps.push_back(std::move(map));
+        of.half_space = s.half_space;
+        for (size_t q = 0; q < s.stress.size(); ++q)
+            for (size_t i = 0; i < spaces.size(); ++i)
+                if (s.half_space[q].get() == spaces[i]) of.stress[q] = maps[i];
+    };
+    take_stress(s);
+    for (Schedule& other : s.others) take_stress(other);
+}
+
+// Sets the times at which one of the products jumps.
+void take_jumps(Schedule& s) {
+    for (size_t i = 0; i < s.products(); ++i) {
+        const scene::Waveform load(s.product(i).load.envelope, s.time);
+        for (const scene::Knot& k : load.knots())
+            if (k.left != k.right) s.jumps.push_back(k.time);
+    }
+    std::ranges::sort(s.jumps, [](auto& a, auto& b) { return a < b; });
+    s.jumps.erase(std::unique(s.jumps.begin(), s.jumps.end()), s.jumps.end());
+    for (Schedule& other : s.others) other.jumps = s.jumps;
 }
 
 } // namespace
@@ -113,7 +131,8 @@ void take_follow(Schedule& s, const Scene& scene) {
     }
 }
 
-Schedule make_schedule(const scene::ValidatedScene& validated, const PreparedSkin& skin, bool check) {
+// Of a load that is one product, or known by frames.
+static Schedule make_one(const scene::ValidatedScene& validated, const PreparedSkin& skin, bool check) {
     const Scene& scene = validated.scene;
     Schedule s;
     s.method = scene.method;
@@ -147,6 +166,20 @@ Schedule make_schedule(const scene::ValidatedScene& validated, const PreparedSki
     return s;
 }
 
+Schedule make_schedule(const scene::ValidatedScene& validated, const PreparedSkin& skin, bool check) {
+    if (!scene::is_sum(validated.scene)) return make_one(validated, skin, check);
+    std::vector<Schedule> products;
+    scene::ValidatedScene one = validated;
+    for (Load& load : scene::products_of(validated.scene)) {
+        one.scene.load = std::move(load);
+        products.push_back(make_one(one, skin, check));
+    }
+    Schedule s = std::move(products.front());
+    s.others.assign(std::make_move_iterator(products.begin() + 1), std::make_move_iterator(products.end()));
+    take_jumps(s);
+    return s;
+}
+
 PreparedRun prepare_run(const Scene& scene, bool check, int threads) {
     return prepare_run(scene::validate(scene), check, threads);
 }
@@ -169,11 +202,12 @@ Schedule with_fewer_outputs(const Schedule& schedule, long long most) {
     Schedule few = schedule;
     while ((few.outputs - 1) / few.every >= most) few.every *= 2;
     few.outputs = (few.outputs - 1) / few.every + 1;
+    for (Schedule& other : few.others) other = with_fewer_outputs(other, most);
     return few;
 }
 
 PressedCells pressed_cells(const Schedule& schedule) {
-    return {schedule.pressed, schedule.framed ? nullptr : schedule.pressure.data()};
+    return {schedule.pressed, schedule.framed ? nullptr : schedule.pressure.data(), schedule.spreads()};
 }
 
 Variant variant_of(const PreparedSkin& skin, const Schedule& schedule, Precision precision) {
@@ -200,13 +234,18 @@ double unit_of(const std::vector<double>& map) {
     return most == 0 || is_plain(most) ? 1 : std::ldexp(1, std::ilogb(most));
 }
 
-PreparedRun in_units(PreparedRun run) {
-    const double unit = run.schedule.unit = unit_of(run.schedule.pressure);
-    if (unit == 1) return run;
-    for (Map* map : {&run.schedule.pressure, &run.schedule.stress[QUANTITY_SA1], &run.schedule.stress[QUANTITY_SA2],
-                     &run.schedule.stress[QUANTITY_FA1], &run.schedule.stress[QUANTITY_FA2]})
+static void take_unit(Schedule& s) {
+    const double unit = s.unit = unit_of(s.pressure);
+    if (unit == 1) return;
+    for (Map* map : {&s.pressure, &s.stress[QUANTITY_SA1], &s.stress[QUANTITY_SA2], &s.stress[QUANTITY_FA1],
+                     &s.stress[QUANTITY_FA2]})
         if (!map->empty())
             for (double& p : map->edit()) p /= unit;
+}
+
+PreparedRun in_units(PreparedRun run) {
+    take_unit(run.schedule);
+    for (Schedule& other : run.schedule.others) take_unit(other);
     return run;
 }
 
@@ -244,6 +283,8 @@ std::vector<Element> elements_of(const PreparedSkin& skin, const Schedule& sched
 
 std::string why_not(const PreparedSkin& skin, const Schedule& schedule, Model model) {
     const Output& o = schedule.output;
+    if (!schedule.others.empty() && model == Model::march)
+        return "the load is a sum of products with envelopes of their own; a march takes one";
     if (!schedule.modes.empty() && (model == Model::march || !why_not_separable(skin, schedule).empty()))
         return "receptors.follow: only a map times an envelope has a stress of its own";
     if (model == Model::march)

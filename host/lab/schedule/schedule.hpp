@@ -39,12 +39,18 @@ struct Schedule {
     std::vector<scene::Instant> field_times; // ascending, unique; at an output's time if only rounding is between
     std::vector<Cell> points;                // cells whose values are read: Output::probes, then the skin's sites
     Wanted wanted{};
-    bool keeps_maps = false;                                   // maps of responses are read, not only their totals
-    bool derives = false;                                      // curvature or deformation is read
+    // Where the load is a sum of products: each of the others as if it were alone. The first has what belongs to the
+    // run, such as points. All take the same steps, because each takes the impulses of all; its own jump may be 0.
+    std::vector<Schedule> others;
+    std::vector<scene::Instant> jumps; // times at which some product jumps, ascending; empty without others
+    bool keeps_maps = false;           // maps of responses are read, not only their totals
+    bool derives = false;              // curvature or deformation is read
     bool bent() const { return load.hold == Hold::parabolic; } // the pressure runs along parabolas between frames
     double between_outputs() const { return time.step * double(every); } // s
     // The map to which a quantity answers.
     const Map& map_of(size_t q) const { return stress[q].empty() ? pressure : stress[q]; }
+    size_t products() const { return 1 + others.size(); }
+    const Schedule& product(size_t i) const { return i == 0 ? *this : others[i - 1]; }
     // Whether some quantity answers to the pressure on all cells.
     bool spreads() const {
         return std::ranges::any_of(half_space, [](const auto& space) { return space != nullptr; });

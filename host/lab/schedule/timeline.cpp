@@ -70,6 +70,9 @@ Timeline::Timeline(const Schedule& schedule, const std::vector<Element>& materia
     : schedule_(schedule), materials_(materials), rule_(rule), method_(method), threads_(threads),
       rate_from_slope_(rule.step_mean && std::ranges::any_of(materials, scene::is_elastic)),
       load_(schedule.load.envelope, schedule.time) {
+    for (const Instant& t : schedule.jumps) jumps_.push_back({t, load_.before(t), load_.after(t)});
+    if (jumps_.empty())
+        std::ranges::copy_if(load_.knots(), std::back_inserter(jumps_), [](auto& k) { return k.right != k.left; });
     const double dt = schedule.between_outputs();
     regular_ = table_of([&](size_t i) {
         const Element& m = materials[i];
@@ -241,11 +244,10 @@ scene::Instant Timeline::fill_frames(Instant from, Instant to) {
 
 // Queues the impulses of the envelope's jumps and the fields between two outputs.
 void Timeline::fill_envelope(Instant from, Instant to) {
-    const std::vector<scene::Knot>& knots = load_.knots();
     const Instant end = std::min(to, Instant(schedule_.time.duration));
-    for (; knot_ < knots.size() && knots[knot_].time < end; ++knot_) {
-        const scene::Knot& k = knots[knot_];
-        if (k.right != k.left) peek_impulse(exact_step(from, k.time), k.left, k.right - k.left);
+    for (; jump_ < jumps_.size() && jumps_[jump_].time < end; ++jump_) {
+        const scene::Knot& k = jumps_[jump_];
+        peek_impulse(exact_step(from, k.time), k.left, k.right - k.left);
     }
     while (next_field() < to) peek_field(exact_step(from, next_field()));
 }

@@ -175,10 +175,11 @@ class Timeline {
     SharedCoefficients regular_; // of a whole step, from output to output
     Instant led_;                // under parabolic hold: the time of the earlier pressure that the state holds
     scene::Waveform load_;
-    SharedGains gains_;         // of a whole step of the exact method
-    std::vector<Step> pending_; // steps up to the next output, last first
-    long long output_ = 0;      // index of the next output
-    size_t field_ = 0, knot_ = 0;
+    SharedGains gains_;              // of a whole step of the exact method
+    std::vector<Step> pending_;      // steps up to the next output, last first
+    long long output_ = 0;           // index of the next output
+    std::vector<scene::Knot> jumps_; // Schedule::jumps, or the envelope's own
+    size_t field_ = 0, jump_ = 0;
     int impulses_ = 0;
     double rate_before_ = 0, rate_ = 0, strain_ = 0; // published: d[n-1], d[n], eps[n] under unit pressure
 };

@@ -71,6 +71,8 @@ class Load:
     path: pressures of shape (height, width), with kind "file"; or the .npy file of a "sequence". center: [x, y].
     control: "pressure", or with kind "punch" "depth": intensity is then in m.
     texture: what slides over the skin, as in {"path": "texture.npy", "spacing": 5e-5, "velocity": [0.04, 0]}.
+    window: what multiplies a step or a sine, as in {"start": 0, "rise": "10 ms", "until": 1, "fall": "10 ms"}.
+    grating: waves that move, as in {"wavelength": "1 mm", "velocity": "40 mm/s", "amplitudes": [0.5]}.
     contact: "even", or "crests" of the surface alone: a share of its cells, contact_length m from crest to crest.
     """
 
@@ -83,6 +85,8 @@ class Load:
     hold: str | None = None
     texture: Mapping[str, Any] | None = None
     control: str | None = None
+    window: Mapping[str, Any] | None = None
+    grating: Mapping[str, Any] | None = None
     contact: str | None = None
     contact_share: float | None = None
     contact_length: NumberWithUnit | None = None

@@ -15,7 +15,7 @@ from ._core import KelvinVoigt, Relaxation, refuse
 
 Maps = dict[str, np.ndarray[Any, np.dtype[np.float64]]]
 
-_maps = re.compile(r"(surface|load)\.path|material\.(elements\[\d+\]\.)?(modulus|viscosity)")
+_maps = re.compile(r"(surface|load(\[\d+\])?)\.path|material\.(elements\[\d+\]\.)?(modulus|viscosity)")
 
 
 def need_unmasked(value: object, name: str) -> None:
@@ -94,14 +94,19 @@ def without_rows(value: object, name: str, rows: Maps) -> Any:
     return value if pairs is None else {key: without_rows(item, f"{name}.{key}", rows) for key, item in pairs.items()}
 
 
+def of_file(table: object) -> object:
+    """Return a table with kind "file" if its path is a map in memory."""
+    pairs = pairs_of(table)
+    return {"kind": "file", **pairs} if pairs and isinstance(pairs.get("path"), np.ndarray) else table
+
+
 def text_of(tables: Mapping[str, Any]) -> tuple[str, Maps]:
     """Return a scene of tables as a text and the maps that it names. A map in memory makes its table's kind "file"."""
     maps: Maps = {}
     lines = []
     for key, value in (pairs_of(tables) or {}).items():
-        pairs = pairs_of(value)
-        if key in ("surface", "load") and pairs is not None and isinstance(pairs.get("path"), np.ndarray):
-            value = {"kind": "file", **pairs}
+        if key in ("surface", "load"):
+            value = [of_file(v) for v in value] if isinstance(value, (list, tuple)) else of_file(value)
         lines.append(f"{json.dumps(key)} = {value_of(value, key, maps)}\n")
     return "".join(lines), maps
 
