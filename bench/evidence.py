@@ -25,6 +25,39 @@ import vibration
 HERE = Path(__file__).parent
 DATA = HERE / "evidence"
 BLUE, VERMILLION, GREEN, GREY = "#0072B2", "#D55E00", "#009E73", "#888888"
+# The papers, by what rows and the first lines of data files call them.
+SOURCES = {
+    "Freeman and Johnson 1982": "A. W. Freeman and K. O. Johnson, A model accounting for effects of vibratory "
+    "amplitude on responses of cutaneous mechanoreceptors in macaque monkey, J. Physiol. 323 (1982) 43-64, "
+    "doi:10.1113/jphysiol.1982.sp014060",
+    "Hay and Pruszynski 2020": "E. Hay and J. A. Pruszynski, Orientation processing by synaptic integration across "
+    "first-order tactile neurons, PLoS Comput. Biol. 16 (2020) e1008303, doi:10.1371/journal.pcbi.1008303",
+    "Jarocka et al. 2021": "E. Jarocka, J. A. Pruszynski and R. S. Johansson, Human touch receptors are sensitive to "
+    "spatial details on the scale of single fingerprint ridges, J. Neurosci. 41 (2021) 3622-3634, "
+    "doi:10.1523/JNEUROSCI.1716-20.2021",
+    "Mei et al. 1983": "J. Mei, R. P. Tuckett, D. A. Poulos, K. W. Horch, J. Y. Wei and P. R. Burgess, The neural "
+    "signal for skin indentation depth. II. Steady indentations, J. Neurosci. 3 (1983) 2652-2659, "
+    "doi:10.1523/JNEUROSCI.03-12-02652.1983",
+    "Muniak et al. 2007": "M. A. Muniak, S. Ray, S. S. Hsiao, J. F. Dammann and S. J. Bensmaia, The neural coding of "
+    "stimulus intensity: linking the population response of mechanoreceptive afferents with psychophysical behavior, "
+    "J. Neurosci. 27 (2007) 11687-11699, doi:10.1523/JNEUROSCI.1486-07.2007",
+    "Ouyang et al. 2021": "Q. Ouyang, J. Wu, Z. Shao, D. Chen and J. W. Bisley, A simplified model for simulating "
+    "population responses of tactile afferents and receptors in the skin, IEEE Trans. Biomed. Eng. 68 (2021) 556-567, "
+    "doi:10.1109/TBME.2020.3007397",
+    "Pawluk and Howe 1999": "D. T. V. Pawluk and R. D. Howe, Dynamic lumped element response of the human fingerpad, "
+    "J. Biomech. Eng. 121 (1999) 178-183, doi:10.1115/1.2835100",
+    "Phillips and Johnson 1981": "J. R. Phillips and K. O. Johnson, Tactile spatial resolution. II. Neural "
+    "representation of bars, edges, and gratings in monkey primary afferents, J. Neurophysiol. 46 (1981) 1192-1203, "
+    "doi:10.1152/jn.1981.46.6.1192",
+    "Saal et al. 2017": "H. P. Saal, B. P. Delhaye, B. C. Rayhaun and S. J. Bensmaia, Simulating tactile signals from "
+    "the whole hand with millisecond precision, PNAS 114 (2017) E5693-E5702, doi:10.1073/pnas.1704856114",
+    "Scheibert et al. 2009": "J. Scheibert, S. Leurent, A. Prevost and G. Debrégeas, The role of fingerprints in the "
+    "coding of tactile information probed with a biomimetic sensor, Science 323 (2009) 1503-1506, "
+    "doi:10.1126/science.1166467",
+    "Wang et al. 2015": "Y. Wang, K. L. Marshall, Y. Baba, E. A. Lumpkin and G. J. Gerling, Compressive "
+    "viscoelasticity of freshly excised mouse skin is dependent on specimen thickness, strain level and rate, "
+    "PLoS ONE 10 (2015) e0120897, doi:10.1371/journal.pone.0120897",
+}
 HALF_SPACE = """
 [grid]
 width = {width}
@@ -103,7 +136,7 @@ class Row:
     agrees: bool
     why: str
     scene: str
-    source: str
+    source: str  # a paper by its key in SOURCES, or a link to a file's lines under Data
     numbers: dict = field(default_factory=dict)  # what is compared with the expected numbers
     picture: str = ""
 
@@ -112,11 +145,14 @@ class Row:
         return "agrees" if self.agrees else "**fails**"
 
 
-def data(name):
-    """The rows of a file of published numbers, and the source that its first lines give."""
-    lines = (DATA / name).read_text().splitlines()
-    source = " ".join(line[2:] for line in lines if line.startswith("#"))
-    return list(csv.DictReader(line for line in lines if not line.startswith("#"))), f"{source} [Data](evidence/{name})"
+def data(name, papers):
+    """The rows of a file of published numbers, and its papers with a link to what its first lines say, under Data."""
+    rows = csv.DictReader(line for line in lines_of(name) if not line.startswith("#"))
+    return list(rows), f"{papers}, [{name}](#data)."
+
+
+def lines_of(name):
+    return (DATA / name).read_text().splitlines()
 
 
 def run(dermis, scene, folder, *settings):
@@ -158,7 +194,7 @@ def of_a_sine(response, hz, tau):
 
 def thresholds(dermis):
     """For each class and response: frequencies, published thresholds, ours after one gain, rms in dB, tau in s."""
-    rows, source = data("thresholds.csv")
+    rows, source = data("thresholds.csv", "Ouyang et al. 2021")
     found = {}
     for kind, response in (("ra", "fa1"), ("pc", "fa2"), ("sa1", "sa1"), ("sa1", "fa1")):
         hz, um = np.array([(float(r["hz"]), float(r["um"])) for r in rows if r["class"] == kind]).T
@@ -233,7 +269,7 @@ def held_pressure(dermis, depth):
 
 
 def adaptation_row(dermis):
-    rows, source = data("adaptation.csv")
+    rows, source = data("adaptation.csv", "Mei et al. 1983")
     depths, ours = [float(row["depth_mm"]) for row in rows], held_depth(dermis)
     agrees = all(abs(o - float(r["change_percent"])) < 10 for o, r in zip(ours, rows))
     pressure = [held_pressure(dermis, depth) for depth in depths]
@@ -281,9 +317,7 @@ def edge_row(dermis, folder):
                rigid[0] > 2 and rigid[2] < 1.2, "`kernel = \"strain\"`, Poisson's ratio 0.4. The depths, 0.3 to 0.5 "
                "mm for SA1 and 1.6 mm for RA, are TouchSim's; row 7 speaks for shallower RA endings. Without "
                "`receptors.depth` it is 1.0 in every class", "any product scene with `receptors.depth` and `kernel = "
-               "\"strain\"`", "Phillips and Johnson, Tactile spatial resolution II: neural representation of bars, "
-               "edges, and gratings in monkey primary afferents, J. Neurophysiol. 46 (1981) "
-               "1192-1203.", numbers, "evidence_edges.png")
+               "\"strain\"`", "Phillips and Johnson 1981.", numbers, "evidence_edges.png")
 
 
 def ridge_row(dermis):
@@ -297,9 +331,7 @@ def ridge_row(dermis):
                all(0.7 < found[w] < 1.5 for w in ("along", "even")),
                "Contact on crests and the stress at 2 mm do it together; with an even contact, or one cell for an "
                "ending, ridges amplify nothing. Two textures here; the picture has six, and other speeds and ridges",
-               "[fingerprint_vibration.toml](../host/examples/fingerprint_vibration.toml)", "Scheibert, Leurent, "
-               "Prevost and Debrégeas, The role of fingerprints in the coding of tactile information probed with a "
-               "biomimetic sensor, Science 323 (2009) 1503-1506.",
+               "[fingerprint_vibration.toml](../host/examples/fingerprint_vibration.toml)", "Scheibert et al. 2009.",
                {f"ridges_{name}": value for name, value in found.items()}, "vibration.png")
 
 
@@ -313,10 +345,8 @@ def single_ridge_row(dermis):
                f"{100 * left:.1f} %",
                False, "Cells that do not couple resolve any pattern, which is no finding about skin; a half-space "
                "resolves none so fine. A fibre with several endings below ridges is missing",
-               "[receptors.toml](../host/examples/receptors.toml)",
-               "Jarocka, Pruszynski and Johansson, Human touch receptors are sensitive to spatial details on the "
-               "scale of single fingerprint ridges, J. Neurosci. 41 (2021) "
-               "3622-3634.", {"ridge_left_percent": 100 * left})
+               "[receptors.toml](../host/examples/receptors.toml)", "Jarocka et al. 2021.",
+               {"ridge_left_percent": 100 * left})
 
 
 def flat_punch(width, height, spacing, radius, force):
@@ -330,7 +360,7 @@ def flat_punch(width, height, spacing, radius, force):
 
 
 def press_row(dermis):
-    rows, source = data("press.csv")
+    rows, source = data("press.csv", "Saal et al. 2017")
     width, height, spacing, radius, force = 132, 162, 1e-4, 1e-3, 0.119047
     y, x = np.mgrid[0:height, 0:width]
     even = (np.hypot(y - 81, x - 66) * spacing <= radius) * force / (np.pi * radius**2)
@@ -356,7 +386,7 @@ def press_row(dermis):
 
 
 def relaxation_row(dermis):
-    rows, source = data("relaxation.csv")
+    rows, source = data("relaxation.csv", "Pawluk and Howe 1999, Wang et al. 2015")
     numbers, texts, agrees = {}, [], True
     for curve in ("fingerpad", "mouse_skin"):
         told = [float(r["value"]) for r in rows if r["curve"] == curve and r["quantity"] == "time_s"]
@@ -378,14 +408,11 @@ def rates_rows():
         Row("Mean rates by amplitude", "rates of SA1, RA and PC afferents at five frequencies and 15 "
             "amplitudes", "no rates", False,
             "A response is a strain, its integral, rate or acceleration; spikes are missing", "none",
-            "Muniak, Ray, Hsiao, Dammann and Bensmaia, The neural coding of stimulus intensity: linking the "
-            "population response of mechanoreceptive afferents with psychophysical behavior, J. Neurosci. 27 (2007) "
-            "11687-11699."),
+            "Muniak et al. 2007."),
         Row("Spikes of 15 human FA1 fibres", "times of spikes while edges and dots slide over a fingertip at 30 "
             "mm/s", "no spikes",
-            False, "Spikes, and fibres with several endings, are missing", "none", "Hay and Pruszynski, Orientation "
-            "processing by synaptic integration across first-order tactile neurons, PLoS Comput. Biol. 16 (2020) "
-            "e1008303; data: ModelDB 266798."),
+            False, "Spikes, and fibres with several endings, are missing", "none",
+            "Hay and Pruszynski 2020, whose data are number 266798 of ModelDB."),
     ]
 
 
@@ -403,9 +430,9 @@ def page(rows):
     head = f"""# Published results beside ours
 
 What experiments and other models of touch found, and what dermis answers. {agree} of {len(rows)} agree; no row is left
-out because it fails. [MODEL.md](../host/core/description/MODEL.md) says what the model is and is not. This page is
-written by `./run evidence`. Its numbers are compared with [expected.csv](evidence/expected.csv); the test `evidence`
-fails where one changes.
+out because it fails. [MODEL.md](../host/core/description/MODEL.md) says what the model is and is not. Data and papers
+are listed at the end. This page is written by `./run evidence`. Its numbers are compared with
+[expected.csv](evidence/expected.csv); the test `evidence` fails where one changes.
 
 | # | published | dermis | verdict |
 |---|---|---|---|
@@ -416,7 +443,13 @@ fails where one changes.
         picture = f"\n![{row.title}]({row.picture})\n" if row.picture else ""
         head += (f"\n## {n}. {row.title}\n{picture}\n- Published: {row.published}. {row.source}"
                  f"\n- dermis: {row.ours}.\n- Verdict: {row.verdict}. {row.why}.\n- Scene: {row.scene}.\n")
-    return head
+    head += "\n## Data\n\n"
+    for name in ("thresholds.csv", "adaptation.csv", "press.csv", "relaxation.csv"):
+        text = " ".join(line[2:] for line in lines_of(name) if line.startswith("#"))
+        head += f"- [{name}](evidence/{name}): {text}\n"
+    missing = [name for name in SOURCES if name not in head]
+    assert not missing, f"no row and no data are of {missing}"
+    return head + "\n## Sources\n\n" + "".join(f"- {name}: {text}.\n" for name, text in SOURCES.items())
 
 
 def changed(numbers, path):

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // labels: threads
 // Receptors below the surface: they answer to the stress, or to the strain, that all cells cause at their depth.
+#include "host/lab/planner/materials.hpp"
 #include "tests/oracle/exact.hpp"
 #include "tests/support.hpp"
 
@@ -131,6 +132,40 @@ TEST_CASE("every cell has the sum over all cells, of a stress and of a strain") 
             sums.push_back(double(sum));
         }
         CHECK(difference(deep, sums) < 1e-12);
+    }
+}
+
+// Two depths travel as real and imaginary part of one transform, whose rounding errors reach both maps. At depths of
+// receptors each map is within 1e-3 of the bound that it would have alone. A map far smaller than the other one is not.
+TEST_CASE("a deep and a shallow class that share a transform are each within the planner's bound") {
+    const int width = 48, height = 40, cells = width * height; // above 1,024 cells, where transforms are used
+    Scene s = ridged(width, height);
+    s.load = {.kind = Load::Kind::map};
+    for (int i = 0; i < cells; ++i) s.load.map.edit().push_back(1e4 * std::abs(std::sin(3.0 * i)) * (i % 5));
+    for (const auto& [shallow, deep, beyond] : {std::tuple{3e-4, 2e-3, false}, {1e-4, 1.0, true}}) {
+        s.receptors.depth = {.sa1 = shallow, .fa2 = deep};
+        const plan::PreparedRun run = plan::prepare_run(s);
+        const planner::DeepMaterials materials = planner::deep_materials(
+            run.skin, run.schedule, planner::arithmetic_of(Precision::f64, true), {.everything = true, .quantity = 0});
+        for (const auto& [q, depth] : {std::pair{size_t(QUANTITY_SA1), shallow}, {size_t(QUANTITY_FA2), deep}}) {
+            CAPTURE(depth);
+            std::vector<long double> weights;
+            for (int i = 0; i < cells; ++i)
+                weights.push_back(oracle::below_cell(5e-5L * (i % width), 5e-5L * (i / width), 5e-5L, depth, {}));
+            double error = 0;
+            for (int i = 0; i < cells; ++i) {
+                long double sum = 0;
+                for (int j = 0; j < cells; ++j)
+                    sum += run.schedule.pressure[size_t(j)] *
+                           weights[size_t(std::abs(i / width - j / width) * width + std::abs(i % width - j % width))];
+                error = std::max(error, double(std::abs(run.schedule.stress[q][size_t(i)] - sum)));
+            }
+            CHECK(error > 0);
+            CHECK(error <= materials[q]->off * materials[q]->pressed.peak);
+            const plan::HalfSpace& space = *run.schedule.half_space[q];
+            const double alone = plan::error_of_stresses(run.schedule.pressure, s.grid, space) * space.norm() / 1.5;
+            CHECK((error > alone) == (beyond && depth == deep));
+        }
     }
 }
 

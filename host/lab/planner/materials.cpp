@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: MIT
+#include "host/lab/planner/materials.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace dermis::planner {
+namespace {
+
+using plan::Element;
+using plan::PreparedSkin;
+using plan::Schedule;
+
+// The least |v| that is not 0.
+double least_of(const std::vector<double>& map) {
+    double least = INFINITY;
+    for (double v : map)
+        if (v != 0) least = std::min(least, std::abs(v));
+    return std::isfinite(least) ? least : 0;
+}
+
+// Reduces the materials to a number that the analysis has time and memory for. At a given retardation time errors scale
+// with peak/modulus and peak/viscosity, so the materials with the greatest of either represent all materials in a
+// narrow range of retardation times.
+constexpr size_t ranges = 512;
+
+bool too_many(size_t materials, double steps) {
+    constexpr double most_cell_steps = 4e6;
+    constexpr size_t most_materials = 65536;
+    return materials > 2 * ranges && (materials > most_materials || double(materials) * steps > most_cell_steps);
+}
+
+std::vector<PressedMaterial> representatives(std::vector<PressedMaterial> all) {
+    const auto rate = [](const PressedMaterial& m) { return std::log(z_of(m.element, 1)); };
+    double low = INFINITY, high = -INFINITY; // of rates that are finite
+    for (const PressedMaterial& m : all)
+        if (std::isfinite(rate(m))) low = std::min(low, rate(m)), high = std::max(high, rate(m));
+    const auto by_modulus = [](const PressedMaterial& m) { return final_strain(m.element, m.around); };
+    const auto by_viscosity = [](const PressedMaterial& m) { return strain_rate(m.element, m.around); };
+    std::vector<const PressedMaterial*> soft(ranges + 2, nullptr), fluid(ranges + 2, nullptr);
+    for (const PressedMaterial& m : all) {
+        const double r = rate(m); // elastic materials come last, viscous ones first
+        const size_t range = !std::isfinite(r) ? (r > 0 ? ranges + 1 : 0)
+                             : high > low      ? 1 + std::min(size_t((r - low) / (high - low) * ranges), ranges - 1)
+                                               : 1;
+        if (!soft[range] || by_modulus(m) > by_modulus(*soft[range])) soft[range] = &m;
+        if (!fluid[range] || by_viscosity(m) > by_viscosity(*fluid[range])) fluid[range] = &m;
+    }
+    std::vector<PressedMaterial> few;
+    for (const auto& chosen : {soft, fluid})
+        for (const PressedMaterial* m : chosen)
+            if (m) few.push_back({m->element, m->around, m->around}); // the others may be read where this one is not
+    return few;
+}
+
+// Where elements in series are too many, some elements of each place in the series represent all elements of that
+// place, as if they were cells of their own.
+void represent(AnalysedMaterials& m) {
+    const std::vector<PressedMaterial> all = std::exchange(m.pressed, {});
+    for (size_t e = 0; e < m.chain.length; ++e) {
+        std::vector<PressedMaterial> of_place;
+        for (size_t i = e; i < all.size(); i += m.chain.length) of_place.push_back(all[i]);
+        const std::vector<PressedMaterial> few = representatives(of_place);
+        m.pressed.insert(m.pressed.end(), few.begin(), few.end());
+        m.ends.push_back(m.pressed.size());
+    }
+    m.chain = {};
+}
+
+} // namespace
+
+AnalysedMaterials analysed(const PreparedSkin& skin, const Schedule& schedule, const Arithmetic& kind,
+                           const Read& read) {
+    AnalysedMaterials m{
+        .pressed = pressed_materials(skin, schedule, read), .counted = {}, .ends = {}, .chain = skin.chain};
+    take_gains(skin, schedule, read, kind.separable, m.pressed);
+    if (too_many(m.pressed.size(), double(schedule.outputs))) represent(m);
+    if (m.ends.empty()) m.ends = {m.pressed.size()};
+    const double least = schedule.framed ? 0 : least_of(schedule.pressure);
+    const double u = counted_unit(kind);
+    for (const PressedMaterial& material : m.pressed) {
+        const double peak = material.around, read = material.peak > 0 ? material.peak : peak;
+        m.counted.push_back(
+            {.element = material.element,
+             .arithmetic = {.u = u,
+                            .peak = kind.separable ? 1 : peak,
+                            .single = kind.single,
+                            .bound = schedule.framed,
+                            .carried = kind.compensated ? 2 * u : 1,
+                            .flush = peak > 0 && !kind.separable ? 2 * kind.stored / read : 0,
+                            .denormal = kind.single && material.peak > 0 ? 0x1p-150 * peak / material.peak : 0,
+                            .least = peak > 0 ? least / read : 0},
+             .peak = peak});
+    }
+    for (size_t i = 0; kind.separable && i < skin.parts.size(); ++i)
+        for (const Element& element : {skin.parts[i].low, skin.parts[i].high})
+            m.extremes.push_back(
+                {.element = element, .arithmetic = m.counted[i].arithmetic, .peak = m.counted[i].peak});
+    return m;
+}
+
+DeepMaterials deep_materials(const PreparedSkin& skin, const Schedule& schedule, const Arithmetic& kind,
+                             const Read& read) {
+    DeepMaterials deep;
+    for (size_t q = 0; q < deep.size(); ++q) {
+        if (!schedule.half_space[q] || !(read.everything || read.quantity == int(q))) continue;
+        const plan::HalfSpace& space = *schedule.half_space[q];
+        Schedule as = schedule;
+        as.pressure = schedule.map_of(q);
+        for (double& peak : as.material_peaks) peak *= space.norm();
+        std::vector<PressedMaterial> materials = pressed_materials(skin, as, read);
+        take_gains(skin, as, read, kind.separable, materials);
+        DeepMaterial m{.pressed = materials.front()};
+        const double peak = m.pressed.peak;
+        m.pressed.around = 2 * peak; // its roundings are not those of the cell that is counted
+        m.off = unit_of_double;
+        if (schedule.framed) m.off += space.roundings<double>();
+        else if (peak > 0) m.off += error_of_stresses(schedule.pressure, skin.description.grid, space) / peak;
+        deep[q] = m;
+    }
+    return deep;
+}
+
+PreparedSkin stress_in_series(const PreparedSkin& skin, const Schedule& schedule) {
+    std::vector<KelvinVoigt> elements;
+    for (size_t i = 0; i < schedule.modes.size(); ++i) {
+        const double share = std::abs(schedule.shares[i]);
+        elements.push_back({schedule.modes[i].modulus / share, schedule.modes[i].viscosity / share});
+    }
+    Material material = skin.description.material;
+    scene::take_chain(material, elements);
+    return with_material(skin, material);
+}
+
+} // namespace dermis::planner
