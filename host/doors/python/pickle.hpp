@@ -28,7 +28,7 @@ DERMIS_MEMBERS(Site, type, cell)
 DERMIS_MEMBERS(Envelope, kind, start, rise, frequency, phase, mean, amplitude, length, period, times, values)
 DERMIS_MEMBERS(Texture, map, width, height, spacing, velocity)
 DERMIS_MEMBERS(Load, kind, center, radius, intensity, map, envelope, path, interval, hold, texture, contact, share,
-               length, control)
+               length, control, radius_y, ball_radius)
 DERMIS_MEMBERS(Time, step, duration)
 DERMIS_MEMBERS(FieldRequest, at, what)
 DERMIS_MEMBERS(Output, traces, probes, fields, extremes)

@@ -416,7 +416,8 @@ template <class Take>
 void solve(const PreparedSkin& skin, const Schedule& schedule, const std::vector<Cell>& points,
            const std::vector<int>& classes, Take take) {
     const plan::SiteCells needed(skin, pressed_cells(schedule), points);
-    const bool gained = !schedule.modes.empty() && skin.constants.gain_plus != 0; // products have FA2 with its gain
+    const bool product = !schedule.modes.empty() && !schedule.framed; // it has FA2 with its gain
+    const bool gained = product && skin.constants.gain_plus != 0;
     const double gain = gained ? std::abs(skin.constants.gain_plus) : 1;
     const auto sink = [&](auto&, const plan::Sample& sample) {
         for (size_t i = 0; i < sample.points.size(); ++i)
@@ -426,9 +427,9 @@ void solve(const PreparedSkin& skin, const Schedule& schedule, const std::vector
     Schedule asked = schedule;
     asked.points = points;
     asked.output.extremes = false;
-    const auto stepper = schedule.modes.empty()
-                             ? reduced::sites(skin, schedule, needed, classes, 1, sink, false)
-                             : reduced::separable(skin, asked, reduced::moments_of(skin, asked, true, 1), false, sink);
+    const auto stepper = product
+                             ? reduced::separable(skin, asked, reduced::moments_of(skin, asked, true, 1), false, sink)
+                             : reduced::sites(skin, schedule, needed, classes, 1, sink, false);
     const std::vector<Element> elements = schedule.modes.empty() ? needed.materials : elements_of(skin, schedule);
     plan::FrameFeed feed(schedule, skin.width());
     plan::Timeline timeline(schedule, elements, skin.rule, Method::exact);
@@ -496,7 +497,7 @@ Peaks measured_peaks(const PreparedSkin& skin, const Schedule& schedule) {
 }
 
 // The bounds of one analysis. A stress that classes follow is a sum of elements, some of them less than 0: what these
-// are off together is bounded by the elements in series, stepped cell by cell.
+// are off together is bounded by the elements in series, stepped cell by cell, and by the roundings of their shares.
 static Bounds bounds_of(const PreparedSkin& skin, const Schedule& schedule, const Arithmetic& kind, const Read& read) {
     Bounds all = Analysis(skin, schedule, kind, read).run();
     if (schedule.modes.empty()) return all;
@@ -509,9 +510,13 @@ static Bounds bounds_of(const PreparedSkin& skin, const Schedule& schedule, cons
     scene::take_chain(material, elements);
     const Bounds of =
         Analysis(with_material(skin, material), schedule, arithmetic_of(Precision::f64, false), read).run();
-    for (size_t q = 0; q < schedule.follows.size(); ++q)
-        for (Errors Bounds::*bound : {&Bounds::error, &Bounds::throughout, &Bounds::greatest})
-            if (schedule.follows[q]) (all.*bound)[q] = (of.*bound)[q];
+    for (size_t q = 0; q < schedule.follows.size(); ++q) {
+        if (!schedule.follows[q]) continue;
+        const double shared = double(schedule.modes.size() + 4) * unit_of_double * of.greatest[q];
+        all.error[q] = of.error[q] + shared;
+        all.throughout[q] = of.throughout[q] + shared;
+        all.greatest[q] = of.greatest[q];
+    }
     return all;
 }
 

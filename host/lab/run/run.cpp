@@ -172,9 +172,9 @@ class Run {
         const std::vector<plan::Element> modal =
             schedule_.modes.empty() ? std::vector<plan::Element>() : elements_of(skin_, schedule_);
         plan::Timeline timeline(schedule_,
-                                cells_          ? cells_->materials
-                                : modal.empty() ? skin_.materials
-                                                : modal,
+                                !modal.empty() ? modal
+                                : cells_       ? cells_->materials
+                                               : skin_.materials,
                                 skin_.rule, schedule_.method, threads_of(d_.device));
         plan::FrameFeed feed(schedule_, skin_.width());
         for (plan::Step step; timeline.next(step);) {

@@ -244,8 +244,10 @@ std::vector<Element> elements_of(const PreparedSkin& skin, const Schedule& sched
 
 std::string why_not(const PreparedSkin& skin, const Schedule& schedule, Model model) {
     const Output& o = schedule.output;
-    if (!schedule.modes.empty() && (model == Model::march || !why_not_separable(skin, schedule).empty()))
-        return "receptors.follow: only a map times an envelope has a stress of its own";
+    const bool framed_sites = schedule.framed && model == Model::sites;
+    if (!schedule.modes.empty() && !framed_sites &&
+        (model == Model::march || !why_not_separable(skin, schedule).empty()))
+        return "receptors.follow: only a map times an envelope has a stress of its own, and sites under frames";
     if (model == Model::march)
         return schedule.spreads() ? "receptors.depth: a cell that is stepped knows no other cell's pressure" : "";
     if (model == Model::sites) {

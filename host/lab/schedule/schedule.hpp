@@ -45,6 +45,8 @@ struct Schedule {
     double between_outputs() const { return time.step * double(every); } // s
     // The map to which a quantity answers.
     const Map& map_of(size_t q) const { return stress[q].empty() ? pressure : stress[q]; }
+    // Whether a quantity is the sum of modes in a cell of its own, which under frames is no map times a function.
+    bool sums_modes(size_t q) const { return framed && q < follows.size() && follows[q]; }
     // Whether some quantity answers to the pressure on all cells.
     bool spreads() const {
         return std::ranges::any_of(half_space, [](const auto& space) { return space != nullptr; });
