@@ -71,6 +71,9 @@ enum class Fa2 { point, step_mean };
 // after a pause, is linear.
 enum class Hold { linear, parabolic };
 
+// What presses: a pressure, or a depth, from which the strain follows, whatever the material.
+enum class Control { pressure, depth };
+
 struct Cell {
     int x = 0, y = 0;
 };
@@ -167,10 +170,10 @@ struct Receptors {
     Depths depth;
     // What acts at that depth: the vertical stress, or the vertical strain times the modulus, which needs a depth > 0.
     enum class Kernel { stress, strain } kernel = Kernel::stress;
-    std::optional<double> poisson; // Poisson's ratio, 0..0.5, for Kernel::strain and Load::Kind::punch; default 0.4
+    std::optional<double> poisson; // Poisson's ratio, 0..0.5, for Kernel::strain, a punch and a ball; default 0.4
     // Under a pressure that is held the strain creeps; under a depth that is held the stress relaxes, and receptors
     // that follow it adapt. Only in a uniform material with a spring in series that comes to rest, in scenes whose load
-    // is a map times an envelope; a Skin refuses it.
+    // is a map times an envelope, or, of sites alone, in frames of a depth; a Skin refuses it.
     Follow follow;
 };
 

@@ -64,14 +64,14 @@ struct Texture {
 };
 
 // circular: 1 - r/radius. linear: 1 - |y - center.y|/radius. point: a unit impulse smoothed by a Gaussian of radius/4.
-// punch: a flat round punch, pressed to a depth; needs Grid::spacing and a uniform material (see control).
+// punch: a flat punch, round or elliptic. ball: a ball while it sinks. Both are pressed to a depth (see control).
 // sequence: frames of a continuous pressure, in place of map and envelope. Frame 0 acts on a skin at rest at t = 0, the
 // pressure runs linearly to frame 1, from there on as `hold` says, and the last frame is held. FA2 is then the mean
 // over a step unless Receptors::fa2 says otherwise.
 struct Load {
-    enum class Kind { circular, point, linear, map, sequence, punch } kind = Kind::circular;
+    enum class Kind { circular, point, linear, map, sequence, punch, ball } kind = Kind::circular;
     std::optional<Cell> center; // default width/2, height/2; inside the grid
-    std::optional<int> radius;  // cells, >= 1; default min(width, height)/4, at least 1
+    std::optional<int> radius;  // cells, >= 1; default min(width, height)/4, at least 1; not of a ball
     double intensity = 1;       // Pa, or m of depth, any finite number; multiplies maps too
     Map map;                    // Kind::map: width*height finite pressures
     Envelope envelope;
@@ -89,10 +89,16 @@ struct Load {
     enum class Contact { even, crests } contact = Contact::even;
     double contact_share = 0.5;           // 0..1, > 0
     std::optional<double> contact_length; // m, > 0, without spacing cells; default the surface's ridge period
-    // What intensity and envelope give. depth: how deep a punch is pressed into a half-space (Sneddon 1965); its
-    // pressure then relaxes as the material does, and the strain below it follows the depth. Strain is that of a
-    // surface under the punch's pressure, cell by cell. Kind::punch needs depth, and all others pressure.
-    enum class Control { pressure, depth } control = Control::pressure;
+    // What intensity and envelope give. depth: how deep a punch (Sneddon 1965) or a ball (Lee and Radok 1960) is
+    // pressed into a half-space; its pressure then relaxes as the material does, and strain is that of a surface under
+    // this pressure, cell by cell. Of a ball it is made anew at each Time::step and runs linearly between; a depth that
+    // falls is refused. Kind::punch and ball need depth.
+    // Of every other kind the depth is that of each cell by itself: no cell knows another one's. The strain is then
+    // depth/thickness, and 0 where a depth would pull. Depths need Grid::spacing, a uniform material and Hold::linear.
+    using Control = dermis::Control;
+    Control control = Control::pressure;
+    std::optional<int> radius_y;       // Kind::punch: cells along y, >= 1, where radius is along x; default: as radius
+    std::optional<double> ball_radius; // Kind::ball: m, > 0, at least the greatest depth
     // Multiplies the map. Only with a step from t = 0 on, which may have a window, and not of a sequence, a texture or
     // a depth.
     std::optional<Grating> grating;

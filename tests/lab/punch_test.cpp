@@ -155,8 +155,7 @@ TEST_CASE("punches and followed stresses that have no meaning are refused by nam
     const auto follow = [](Scene& s) { s.receptors.follow.sa1 = Signal::stress; };
     refused([](Scene& s) { s.load.control = Load::Control::pressure; },
             "load.control = \"pressure\"; allowed: \"depth\"");
-    refused([](Scene& s) { s.load.kind = Load::Kind::circular; }, "\"depth\" only with load.kind = \"punch\"");
-    refused([](Scene& s) { s.method = Method::euler; }, "\"exact\" with load.kind = \"punch\"");
+    refused([](Scene& s) { s.method = Method::euler; }, "\"exact\" with load.control = \"depth\"");
     refused([](Scene& s) { s.receptors.fa2 = Fa2::point, s.output.traces = {Quantity::fa2}; },
             "\"step-mean\" with load.control");
     refused([](Scene& s) { s.receptors.poisson = 0.6; }, "receptors.poisson = 0.6; allowed: 0..0.5");

@@ -30,7 +30,7 @@ DERMIS_MEMBERS(Envelope, kind, start, rise, frequency, phase, mean, amplitude, l
 DERMIS_MEMBERS(Grating, wavelength, direction, velocity, amplitudes, phases)
 DERMIS_MEMBERS(Texture, map, width, height, spacing, velocity)
 DERMIS_MEMBERS(Load, kind, center, radius, intensity, map, envelope, path, interval, hold, texture, contact, share,
-               length, control, grating)
+               length, control, radius_y, ball_radius, grating)
 DERMIS_MEMBERS(Time, step, duration)
 DERMIS_MEMBERS(FieldRequest, at, what)
 DERMIS_MEMBERS(Output, traces, probes, fields, extremes)

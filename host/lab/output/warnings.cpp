@@ -62,6 +62,13 @@ void add_indentation(Sentences& all, const Report& report) {
                                   report.indentation.value, report.indentation.greatest));
 }
 
+void add_depths(Sentences& all, const Load& l) {
+    if (l.control == Control::depth && l.kind != Load::Kind::punch && l.kind != Load::Kind::ball)
+        all.push_back(
+            "the load is a depth of each cell, and cells do not couple: the skin beside a contact stays as it "
+            "is; load.kind = \"punch\" or \"ball\" presses a half-space");
+}
+
 void add_interval(Sentences& all, const Scene& s) {
     if (s.load.kind != Load::Kind::sequence || !s.load.interval) return;
     const double interval = *s.load.interval, frames = std::floor(s.time.duration / interval) + 1; // frames reached
@@ -85,6 +92,7 @@ std::vector<std::string> warnings(const Scene& scene, const Result& result) {
     add_curvature(all, scene, result, judged);
     add_units(all, scene, judged);
     add_indentation(all, judged);
+    add_depths(all, scene.load);
     add_interval(all, scene);
     return all;
 }

@@ -332,8 +332,9 @@ template <class Take>
 void solve(const PreparedSkin& skin, const Schedule& schedule, const std::vector<Cell>& points,
            const std::vector<int>& classes, Take take) {
     const plan::SiteCells needed(skin, pressed_cells(schedule), points);
-    const bool products = !schedule.modes.empty() || !schedule.others.empty();
-    const bool gained = products && skin.constants.gain_plus != 0; // products have FA2 with its gain
+    // Products have FA2 with its gain.
+    const bool products = (!schedule.modes.empty() && !schedule.framed) || !schedule.others.empty();
+    const bool gained = products && skin.constants.gain_plus != 0;
     const double gain = gained ? std::abs(skin.constants.gain_plus) : 1;
     const auto sink = [&](const plan::Step& step, const plan::Sample& sample) {
         if (step.trace < 0) return; // an impulse
@@ -350,7 +351,7 @@ void solve(const PreparedSkin& skin, const Schedule& schedule, const std::vector
     const auto stepper = products
                              ? reduced::separable(skin, asked, reduced::moments_of(skin, asked, true, 1), false, sink)
                              : reduced::sites(skin, schedule, needed, classes, 1, sink, false);
-    const std::vector<Element> elements = products ? elements_of(skin, schedule) : needed.materials;
+    const std::vector<Element> elements = schedule.modes.empty() ? needed.materials : elements_of(skin, schedule);
     plan::FrameFeed feed(schedule, skin.width());
     plan::Timeline timeline(schedule, elements, skin.rule, Method::exact);
     for (plan::Step step; timeline.next(step);) {
@@ -428,15 +429,20 @@ Peaks measured_peaks(const PreparedSkin& skin, const Schedule& schedule) {
     return peaks;
 }
 
-// The bounds of one analysis. A stress that classes follow has its own, of its elements in series.
+// The bounds of one analysis. A stress that classes follow has its own, of its elements in series, and the roundings of
+// their shares.
 static Bounds bounds_of(const PreparedSkin& skin, const Schedule& schedule, const Arithmetic& kind, const Read& read) {
     Bounds all = Analysis(skin, schedule, kind, read).run();
     if (schedule.modes.empty()) return all;
     const Bounds of =
         Analysis(stress_in_series(skin, schedule), schedule, arithmetic_of(Precision::f64, false), read).run();
-    for (size_t q = 0; q < schedule.follows.size(); ++q)
-        for (Errors Bounds::*bound : {&Bounds::error, &Bounds::throughout, &Bounds::greatest})
-            if (schedule.follows[q]) (all.*bound)[q] = (of.*bound)[q];
+    for (size_t q = 0; q < schedule.follows.size(); ++q) {
+        if (!schedule.follows[q]) continue;
+        const double shared = double(schedule.modes.size() + 4) * unit_of_double * of.greatest[q];
+        all.error[q] = of.error[q] + shared;
+        all.throughout[q] = of.throughout[q] + shared;
+        all.greatest[q] = of.greatest[q];
+    }
     return all;
 }
 

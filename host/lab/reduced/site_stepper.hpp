@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Steps the cells of SiteCells, one step at a time, in K = f32, f64 or extended. Cells are indexed as in
 // SiteCells::cells; one more stands for all cells that are never pressed, and stays at rest. Behind it are the deep
-// cells: cells under the stress at the depth of a class, whose response in some point they are.
+// cells: cells under the stress at the depth of a class, whose response in some point they are; and, where a class
+// follows the stress under frames, one cell for each of Schedule::modes.
 #pragma once
 
 #include "host/core/model/site_cells.hpp"
@@ -18,17 +19,21 @@ struct DeepCells {
         Cell cell;
         size_t number; // of the cell, y*width + x
         size_t quantity;
+        size_t material; // 0, or the place of its mode among the elements of elements_of()
     };
     // classes: the quantity that each point is asked for; below 0: all.
     DeepCells(const PreparedSkin& skin, const Schedule& schedule, const SiteCells& cells,
               const std::vector<int>& classes)
         : of_point(classes.size()) {
         for (size_t i = 0; i < classes.size(); ++i)
-            for (size_t q = 0; q < schedule.half_space.size(); ++q)
-                if (schedule.half_space[q] && (classes[i] < 0 || classes[i] == int(q))) {
-                    places.push_back({cells.points[i], skin.number_of(cells.points[i]), q});
-                    of_point[i][q] = cells.cells.size() + places.size();
-                }
+            for (size_t q = 0; q < schedule.half_space.size(); ++q) {
+                const bool sums = schedule.sums_modes(q);
+                if (!(schedule.half_space[q] || sums) || (classes[i] >= 0 && classes[i] != int(q))) continue;
+                of_point[i][q] = cells.cells.size() + 1 + places.size();
+                for (size_t m = 0; m < (sums ? schedule.modes.size() : 1); ++m)
+                    places.push_back(
+                        {cells.points[i], skin.number_of(cells.points[i]), q, sums ? skin.materials.size() + m : 0});
+            }
     }
     std::vector<Place> places;
     std::vector<std::array<size_t, size_t(Quantity::curvature) + 1>> of_point;
@@ -55,12 +60,13 @@ template <class K> class SiteStepper {
         from_.swap(to_);
         for (size_t i = 0; i < cells_.cells.size(); ++i) to_[i] = real(pressure[cells_.cells[i]]);
         for (size_t i = 0; i < deep_.size(); ++i) {
-            const auto& [cell, number, q] = deep_[i];
+            const auto& [cell, number, q, material] = deep_[i];
+            real& to = to_[cells_.cells.size() + 1 + i];
             using Sum = std::conditional_t<(sizeof(real) > sizeof(double)), long double, double>;
             const Map& stress = schedule_.stress[q]; // long double takes the sum itself
-            to_[cells_.cells.size() + 1 + i] = stress.empty() || sizeof(real) > sizeof(double)
-                                                   ? real(schedule_.half_space[q]->at<Sum>(pressure, cell))
-                                                   : real(stress[number]);
+            if (!schedule_.half_space[q]) to = real(pressure[number]);
+            else if (!stress.empty() && sizeof(real) == sizeof(double)) to = real(stress[number]);
+            else to = real(schedule_.half_space[q]->at<Sum>(pressure, cell));
         }
     }
 
@@ -77,15 +83,23 @@ template <class K> class SiteStepper {
         const real C = point.curvature(strain_.data(), variant_.stencil, c.bend);
         if (q == Quantity::curvature) return C;
         const size_t here = deep ? deep : point.stencil.here;
-        const auto step = K::step_of(cell(k, here, nullptr), load_at(here, c));
-        return K::answer(int(q), K::signal(int(q), step.motion, step.integral), C, c);
+        const auto signal = [&](size_t i) {
+            const auto step = K::step_of(cell(k, i, nullptr), load_at(i, c));
+            return K::signal(int(q), step.motion, step.integral);
+        };
+        if (!schedule_.sums_modes(size_t(q))) return K::answer(int(q), signal(here), C, c);
+        real stress = 0;
+        for (size_t m = 0; m < schedule_.modes.size(); ++m) stress += real(schedule_.shares[m]) * signal(here + m);
+        return K::answer(int(q), stress, C, c);
     }
 
     void keep() { state_.swap(visible_); }
 
   private:
     SingleCell<K> cell(const LaneCoefficients* k, size_t i, typename K::Sum* after) const {
-        const int material = i < cells_.cells.size() ? cells_.material_of[i] : 0; // deep cells: a uniform skin's
+        const size_t n = cells_.cells.size(), material = i < n    ? size_t(cells_.material_of[i])
+                                                         : i == n ? 0
+                                                                  : deep_[i - n - 1].material;
         return {shape_, k + (1 + variant_.bent) * material, &state_[i * sums_], after};
     }
 

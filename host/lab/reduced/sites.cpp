@@ -13,7 +13,9 @@ class Sites : public plan::Stepper {
           const std::vector<int>& classes, bool gains, int threads, Sink sink)
         : skin_(skin), schedule_(schedule), gains_(gains), sink_(std::move(sink)),
           pool_(simd::useful_threads(8 * cells.cells.size(), threads)), deep_(skin, schedule, cells, classes),
-          stepper_(skin, schedule, cells, deep_.places), materials_(cells.materials), columns_(cells.points.size()) {
+          stepper_(skin, schedule, cells, deep_.places),
+          materials_(schedule.modes.empty() ? cells.materials : elements_of(skin, schedule)),
+          columns_(cells.points.size()) {
         const plan::PressedCells pressed = pressed_cells(schedule);
         for (size_t i = 0; i < columns_; ++i) {
             const Cell c = cells.points[i];
@@ -75,7 +77,7 @@ class Sites : public plan::Stepper {
     simd::Pool pool_;
     const plan::DeepCells deep_;
     plan::SiteStepper<f64> stepper_;
-    const std::vector<plan::Element>& materials_;
+    const std::vector<plan::Element> materials_;
     size_t columns_;            // of a sample: all points
     std::vector<Point> points_; // the points that are ever pressed
     std::vector<f64::Coefficients> table_;

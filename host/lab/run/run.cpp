@@ -172,9 +172,9 @@ class Run {
         const std::vector<plan::Element> modal =
             schedule_.modes.empty() ? std::vector<plan::Element>() : elements_of(skin_, schedule_);
         plan::Timeline timeline(schedule_,
-                                cells_          ? cells_->materials
-                                : modal.empty() ? skin_.materials
-                                                : modal,
+                                !modal.empty() ? modal
+                                : cells_       ? cells_->materials
+                                               : skin_.materials,
                                 skin_.rule, schedule_.method, threads_of(d_.device));
         plan::FrameFeed feed(schedule_, skin_.width());
         for (plan::Step step; timeline.next(step);) {
@@ -251,6 +251,7 @@ class Run {
         result_.greatest_curvature = std::max(estimate.curvature, most_curved_);
         result_.greatest_gain = std::abs(skin_.constants.curvature_length) * result_.greatest_curvature;
         if (schedule_.framed) return; // its pressure is only the first frame
+        result_.pressed_cells = 0;
         for (size_t i = 0; i < skin_.cells(); ++i) {
             bool pressed = false;
             for (size_t k = 0; k < schedule_.products(); ++k) pressed |= schedule_.product(k).pressure[i] != 0;

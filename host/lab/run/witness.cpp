@@ -59,11 +59,12 @@ std::vector<WitnessCell> witness_cells(const plan::PreparedSkin& skin, plan::Sch
 Witness::Witness(const plan::PreparedSkin& skin, const plan::Schedule& schedule, const std::vector<WitnessCell>& cells,
                  const planner::Peaks& scale, double stored)
     : whole_(schedule), schedule_(outputs_of(schedule)), cells_(skin, pressed_cells(whole_), places_of(cells)),
+      materials_(schedule.framed && !schedule.modes.empty() ? elements_of(skin, schedule) : cells_.materials),
       rule_(skin.rule), scale_(scale), stored_(stored),
       constants_(plan::constants_of<extended>(skin, schedule.pressed)),
       deep_(skin, schedule_, cells_, quantities_of(cells)), stepper_(skin, schedule_, cells_, deep_.places),
-      timeline_(schedule_, cells_.materials, rule_, Method::exact), references_(schedule_, cells_.materials, rule_),
-      lanes_(cells_.materials.size() * (1 + schedule.bent())) {
+      timeline_(schedule_, materials_, rule_, Method::exact), references_(schedule_, materials_, rule_),
+      lanes_(materials_.size() * (1 + schedule.bent())) {
     const plan::PressedCells pressed = pressed_cells(whole_);
     for (const WitnessCell& c : cells)
         points_.push_back({.of = c,
@@ -89,10 +90,10 @@ void Witness::press(const plan::Step& step) {
     std::array<extended::Coefficients, scene::most_in_series> k, past{};
     auto lanes = lanes_.begin();
     const size_t length = cells_.chain.length;
-    for (size_t i = 0; i < cells_.materials.size(); i += length) {
+    for (size_t i = 0; i < materials_.size(); i += length) {
         for (size_t e = 0; e < length; ++e)
             k[e] = measured ? references_.coefficients(i + e, past[e])
-                            : plan::rounded<extended>(step.coefficients_of(i + e, cells_.materials[i + e], rule_));
+                            : plan::rounded<extended>(step.coefficients_of(i + e, materials_[i + e], rule_));
         for (auto* joined : {&k, &past})
             plan::join_loads<extended>(joined->data(), length, cells_.chain.spring,
                                        measured ? references_.length() : (long double)step.length);
@@ -129,7 +130,8 @@ void Witness::press(const plan::Step& step) {
 // Under an envelope FA2 as a mean over a step is left out: steps here are longer, and far beyond the retardation time a
 // mean is the small difference of two large rates, in long double too.
 bool Witness::knows(Quantity q) const {
-    return q <= Quantity::curvature && !(q < Quantity::curvature && schedule_.follows[size_t(q)]) &&
+    return q <= Quantity::curvature &&
+           !(!schedule_.framed && q < Quantity::curvature && schedule_.follows[size_t(q)]) &&
            !(q == Quantity::fa2 && rule_.step_mean && !schedule_.framed);
 }
 

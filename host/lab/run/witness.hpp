@@ -62,6 +62,7 @@ class Witness {
     const plan::Schedule whole_;
     const plan::Schedule schedule_;
     const plan::SiteCells cells_;
+    const std::vector<plan::Element> materials_; // of the timeline
     const plan::ResponseRule rule_;
     const planner::Peaks scale_;
     const double stored_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Pressure maps: the three shapes of the published study, a given map, or the first frame of a sequence.
+// Pressure maps: the three shapes of the published study, a given map, a punch, or the first frame of a sequence.
 #include "host/lab/scenes/scene.hpp"
 
 #include <algorithm>
@@ -22,34 +22,6 @@ std::vector<double> point_map(int width, int height, Cell center, double sigma) 
     map.reserve(size_t(width) * height);
     for (double y : column)
         for (double x : row) map.push_back(y * x);
-    return map;
-}
-
-// The pressure under a flat round punch per metre of depth and Pa of E(t), 1/m (Sneddon 1965): the mean over each cell
-// of 1/(pi (1 - nu^2) sqrt(a^2 - r^2)), exact along x, by Gauss's rule of three points in 64 parts along y. Its sum is
-// that of the force, 2 a/(1 - nu^2).
-std::vector<double> punch_map(const Scene& s) {
-    constexpr int parts = 64;
-    constexpr double nodes[3] = {-0.7745966692414834, 0, 0.7745966692414834},
-                     weights[3] = {5.0 / 18, 4.0 / 9, 5.0 / 18};
-    const double a = *s.load.radius; // in cells
-    std::vector<double> map;
-    double sum = 0;
-    for (int y = 0; y < s.grid.height; ++y)
-        for (int x = 0; x < s.grid.width; ++x) {
-            double mean = 0;
-            for (int i = 0; i < 3 * parts; ++i) {
-                const double v = y - s.load.center->y - 0.5 + (i / 3 + 0.5 + nodes[i % 3] / 2) / parts;
-                if (std::abs(v) >= a) continue;
-                const double chord = std::sqrt(a * a - v * v);
-                const auto angle = [&](double u) { return std::asin(std::clamp(u / chord, -1.0, 1.0)); };
-                const double u = x - s.load.center->x;
-                mean += weights[i % 3] / parts * (angle(u + 0.5) - angle(u - 0.5));
-            }
-            sum += map.emplace_back(mean);
-        }
-    const double h = *s.grid.spacing, nu = *s.receptors.poisson;
-    for (double& v : map) v *= 2 * a / ((1 - nu * nu) * h * sum);
     return map;
 }
 
@@ -94,7 +66,10 @@ Map shape_of(const Scene& s) {
 Map pressure_map(const ValidatedScene& validated) {
     Map map;
     if (validated.frames) validated.frames->read(0, map.edit());
-    else map = validated.scene.load.grating ? grating_at_rest(validated.scene) : shape_of(validated.scene);
+    else {
+        map = validated.scene.load.grating ? grating_at_rest(validated.scene) : shape_of(validated.scene);
+        if (presses_cells(validated.scene.load)) to_strain(validated.scene, map.edit());
+    }
     const double intensity = validated.scene.load.intensity;
     if (intensity != 1)
         for (double& v : map.edit()) v *= intensity;

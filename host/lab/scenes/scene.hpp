@@ -110,7 +110,21 @@ Map sum_of_maps(const Scene&);
 // The shape of a load with a grating, at t = 0.
 Map grating_at_rest(const Scene&);
 // Whether the load is known by frames.
-inline bool is_framed(const Load& l) { return l.kind == Load::Kind::sequence || l.texture; }
+inline bool is_framed(const Load& l) {
+    return l.kind == Load::Kind::sequence || l.kind == Load::Kind::ball || l.texture;
+}
+// Whether the load is pressed into a half-space, to a depth.
+inline bool is_indenter(const Load& l) { return l.kind == Load::Kind::punch || l.kind == Load::Kind::ball; }
+// Whether the load is a depth of each cell, which knows no other cell.
+inline bool presses_cells(const Load& l) { return l.control == Control::depth && !is_indenter(l); }
+
+// The strains under a punch, and under a ball at each output and one more.
+std::vector<double> punch_map(const Scene&);
+std::shared_ptr<Frames> ball_frames(const Scene&);
+// Turns depths of each cell, to be multiplied by Load::intensity, into strains: over the thickness, and 0 where they
+// would pull.
+void to_strain(const Scene&, std::vector<double>& depths);
+std::shared_ptr<Frames> pressed_frames(const Scene&, std::shared_ptr<Frames> depths);
 
 // Returns a line that a Gaussian of `sigma` cells has smoothed. The Gaussian is cut off at `reach` standard deviations,
 // and the line reflected at both ends (d c b a | a b c d | d c b a).

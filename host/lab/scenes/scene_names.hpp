@@ -36,7 +36,8 @@ template <> struct Names<Load::Contact> {
 template <> struct Names<Load::Kind> {
     static constexpr Name<Load::Kind> table[] = {{Load::Kind::circular, "circular"}, {Load::Kind::point, "point"},
                                                  {Load::Kind::linear, "linear"},     {Load::Kind::map, "file"},
-                                                 {Load::Kind::sequence, "sequence"}, {Load::Kind::punch, "punch"}};
+                                                 {Load::Kind::sequence, "sequence"}, {Load::Kind::punch, "punch"},
+                                                 {Load::Kind::ball, "ball"}};
 };
 template <> struct Names<Hold> {
     static constexpr Name<Hold> table[] = {{Hold::linear, "linear"}, {Hold::parabolic, "parabolic"}};

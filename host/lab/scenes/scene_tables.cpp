@@ -208,6 +208,8 @@ void read_load(Section table, const Grid& grid, const PathBase& folder, Load& lo
     table.choice("hold", load.hold);
     table.cell("center", load.center);
     table.whole_number("radius", load.radius);
+    table.whole_number("radius_y", load.radius_y);
+    table.number("ball_radius", load.ball_radius);
     table.choice("control", load.control);
     read_intensity(table, load);
     table.choice("contact", load.contact);

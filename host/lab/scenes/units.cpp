@@ -15,7 +15,8 @@ struct KeyUnit {
 constexpr KeyUnit key_units[] = {
     {" modulus moduli equilibrium spring intensity ", "Pa", "20 kPa"},
     {" viscosity dashpot ", "Pa s", "3 kPa s"},
-    {" spacing ridge_period relief thickness curvature_length contact_length wavelength depth ", "m", "0.4 mm"},
+    {" spacing ridge_period relief thickness curvature_length contact_length wavelength ball_radius depth ", "m",
+     "0.4 mm"},
     {" step duration start rise until fall length period times interval sa2_adaptation at ", "s", "5 ms"},
     {" frequency ", "Hz", "0.25 kHz"},
     {" phase phases direction ", "rad", "0.5 rad"},

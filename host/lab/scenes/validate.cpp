@@ -2,6 +2,7 @@
 // The checks of time, load and output, and the order of all checks of a scene.
 #include "host/core/base/refusal.hpp"
 #include "host/lab/scenes/checks.hpp"
+#include "host/lab/scenes/scene_names.hpp"
 #include "host/lab/scenes/waveform.hpp"
 
 #include <algorithm>
@@ -21,29 +22,61 @@ void check_sequence(const Scene& s) {
     need(s.time.duration / *l.interval <= 1e8, "load.interval", *l.interval, "at most 1e8 frames within time.duration");
 }
 
-// Fills in the ratio of Poisson of a punch.
+// A ball that retreats is another problem, and so is one that goes in beyond its middle.
+void check_ball(const Load& l) {
+    if (!l.ball_radius) refuse("load.ball_radius", "(not given)", "a number of metres, required with a ball");
+    need_positive("load.ball_radius", *l.ball_radius);
+    const Envelope& e = l.envelope;
+    const bool table = e.kind == Envelope::Kind::table;
+    if (e.kind == Envelope::Kind::sine || e.kind == Envelope::Kind::pulse ||
+        (table && !std::ranges::is_sorted(e.values)))
+        refuse("load.envelope", std::string("\"") + text_of(e.kind) + "\"",
+               "\"step\", \"ramp\", or a \"table\" whose values do not fall: a ball only sinks");
+    const double deepest = l.intensity * (table ? e.values.back() : 1);
+    need(l.intensity >= 0 && deepest <= *l.ball_radius, "load.intensity", l.intensity,
+         ">= 0, and a depth of at most load.ball_radius = " + shortest(*l.ball_radius) + " m");
+}
+
+// Depths of cells by themselves. A map is cut off at 0 once, and times the envelope it has to stay there.
+void check_depths(const Scene& s) {
+    need_positive("material.thickness", *s.material.thickness);
+    const Envelope& e = s.load.envelope;
+    const bool sine = e.kind == Envelope::Kind::sine, table = e.kind == Envelope::Kind::table;
+    if ((sine && e.mean < std::abs(e.amplitude)) || (table && std::ranges::min(e.values) < 0))
+        refuse("load.envelope", std::string("\"") + text_of(e.kind) + "\" that falls below 0",
+               "one that does not, with load.control = \"depth\"; or a sequence of depths");
+}
+
+// Fills in the ratio of Poisson of what is pressed into a half-space.
 void check_control(Scene& s) {
     const Load& l = s.load;
     std::optional<double>& poisson = s.receptors.poisson;
-    const bool punch = l.kind == Load::Kind::punch, depth = l.control == Load::Control::depth;
-    if (punch != depth)
-        refuse("load.control", depth ? "\"depth\"" : "\"pressure\"",
-               punch ? "\"depth\" with load.kind = \"punch\"" : "\"depth\" only with load.kind = \"punch\"");
-    need(!poisson || depth || s.receptors.kernel == Receptors::Kernel::strain, "receptors.poisson", poisson.value_or(0),
-         "only with receptors.kernel = \"strain\" or load.kind = \"punch\"");
+    const bool indenter = is_indenter(l), depth = l.control == Control::depth;
+    if (indenter && !depth) refuse("load.control", "\"pressure\"", "\"depth\" with load.kind \"punch\" or \"ball\"");
+    if (indenter && l.texture) refuse("load.texture", "(given)", "none with load.kind \"punch\" or \"ball\"");
+    need(!poisson || indenter || s.receptors.kernel == Receptors::Kernel::strain, "receptors.poisson",
+         poisson.value_or(0), "only with receptors.kernel = \"strain\", or load.kind \"punch\" or \"ball\"");
     const bool follows = follows_stress(s.receptors);
     for (auto [asked, key, value] :
-         {std::tuple{depth, "load.kind", "\"punch\""}, {follows, "receptors.follow", "\"stress\""}}) {
+         {std::tuple{depth, "load.control", "\"depth\""}, {follows, "receptors.follow", "\"stress\""}}) {
         if (!asked) continue;
         if (s.method != Method::exact)
             refuse("method", std::string("\"") + name(s.method) + "\"",
                    std::string("\"exact\" with ") + key + " = " + value);
         if (!is_uniform(s.material)) refuse(key, value, "none where the material differs from cell to cell");
-        if (is_framed(l)) refuse(key, value, "none where the load is known by frames");
     }
+    if (follows && is_framed(l) && !depth)
+        refuse("receptors.follow", "\"stress\"", "\"strain\" where a pressure is known by frames");
     if (!depth) return;
     need(s.grid.spacing.has_value(), "load.intensity", l.intensity, "only with grid.spacing where it is a depth in m");
-    if (l.contact == Load::Contact::crests) refuse("load.contact", "\"crests\"", "\"even\" with load.kind = \"punch\"");
+    if (l.contact == Load::Contact::crests)
+        refuse("load.contact", "\"crests\"", "\"even\" with load.control = \"depth\"");
+    if (l.hold != Hold::linear) refuse("load.hold", "\"parabolic\"", "\"linear\" with load.control = \"depth\"");
+    if (l.kind == Load::Kind::ball) {
+        check_ball(l);
+        s.load.interval = s.time.step;
+    }
+    if (!indenter) return check_depths(s);
     poisson = poisson.value_or(0.4);
     need(*poisson >= 0 && *poisson <= 0.5, "receptors.poisson", *poisson, "0..0.5");
 }
@@ -112,11 +145,12 @@ void check_grating(const Scene& s) {
 
 void check_load(Scene& s) {
     Load& l = s.load;
-    const bool sequence = l.kind == Load::Kind::sequence, shaped = l.kind != Load::Kind::map && !sequence;
+    const bool sequence = l.kind == Load::Kind::sequence, shaped = l.kind != Load::Kind::map && !sequence,
+               ball = l.kind == Load::Kind::ball, punch = l.kind == Load::Kind::punch;
     if (!shaped && l.center)
         refuse("load.center", text_of(*l.center),
-               "only with load.kind \"circular\", \"point\", \"linear\" or \"punch\"");
-    need(shaped || !l.radius, "load.radius", l.radius.value_or(0),
+               "only with load.kind \"circular\", \"point\", \"linear\", \"punch\" or \"ball\"");
+    need((shaped && !ball) || !l.radius, "load.radius", l.radius.value_or(0),
          "only with load.kind \"circular\", \"point\", \"linear\" or \"punch\"");
     need(sequence || !l.interval, "load.interval", l.interval.value_or(0), "only with load.kind = \"sequence\"");
     if (!is_framed(l) && l.hold != Hold::linear)
@@ -125,6 +159,10 @@ void check_load(Scene& s) {
     need_inside("load.center", *l.center, s.grid);
     if (!l.radius) l.radius = std::max(1, std::min(s.grid.width, s.grid.height) / 4);
     need(*l.radius >= 1 && *l.radius <= 65536, "load.radius", *l.radius, "whole cells, 1..65536");
+    need(punch || !l.radius_y, "load.radius_y", l.radius_y.value_or(0), "only with load.kind = \"punch\"");
+    if (!l.radius_y) l.radius_y = l.radius;
+    need(*l.radius_y >= 1 && *l.radius_y <= 65536, "load.radius_y", *l.radius_y, "whole cells, 1..65536");
+    need(ball || !l.ball_radius, "load.ball_radius", l.ball_radius.value_or(0), "only with load.kind = \"ball\"");
     need_finite("load.intensity", l.intensity);
     check_contact(s);
     check_envelope(l.envelope, s.time);
@@ -206,11 +244,14 @@ void check_output(const Scene& s) {
     }
 }
 
-// Opens the file of a sequence, or makes a texture's frames; null with any other load.
+// Opens the file of a sequence, or makes the frames of a texture or a ball; null with any other load.
 std::shared_ptr<Frames> open_frames(const Scene& s) {
-    if (s.load.texture) return texture_frames(s);
-    if (s.load.kind != Load::Kind::sequence) return nullptr;
-    return std::make_shared<NpyFile>(s.load.path, s.grid.width, s.grid.height, true, "load.path");
+    if (!is_framed(s.load)) return nullptr;
+    if (s.load.kind == Load::Kind::ball) return ball_frames(s);
+    std::shared_ptr<Frames> frames;
+    if (s.load.texture) frames = texture_frames(s);
+    else frames = std::make_shared<NpyFile>(s.load.path, s.grid.width, s.grid.height, true, "load.path");
+    return presses_cells(s.load) ? pressed_frames(s, std::move(frames)) : frames;
 }
 
 } // namespace

@@ -17,6 +17,9 @@ double stability_limit(Method m) {
 // Refuses FA2 of a sequence where it is not defined: without viscosity, and as the mean over a step of frames that do
 // not fall on output times.
 void check_fa2_of_sequence(const Scene& s, const MaterialSurvey& material) {
+    if (s.load.control == Control::depth) // the strain jumps in its rate at each frame, as that of a spring does
+        refuse("load.control", "\"depth\"",
+               "\"pressure\" for FA2 where the load is known by frames; or leave fa2 out of [output] and [sites]");
     if (material.elastic)
         refuse("material.viscosity", "0" + where_in(s, *material.elastic),
                "> 0 for FA2 of a sequence; with viscosity 0 leave fa2 out of [output]");

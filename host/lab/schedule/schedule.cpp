@@ -285,8 +285,10 @@ std::string why_not(const PreparedSkin& skin, const Schedule& schedule, Model mo
     const Output& o = schedule.output;
     if (!schedule.others.empty() && model == Model::march)
         return "the load is a sum of products with envelopes of their own; a march takes one";
-    if (!schedule.modes.empty() && (model == Model::march || !why_not_separable(skin, schedule).empty()))
-        return "receptors.follow: only a map times an envelope has a stress of its own";
+    const bool framed_sites = schedule.framed && model == Model::sites;
+    if (!schedule.modes.empty() && !framed_sites &&
+        (model == Model::march || !why_not_separable(skin, schedule).empty()))
+        return "receptors.follow: only a map times an envelope has a stress of its own, and sites under frames";
     if (model == Model::march)
         return schedule.spreads() ? "receptors.depth: a cell that is stepped knows no other cell's pressure" : "";
     if (model == Model::sites) {

@@ -51,6 +51,8 @@ struct Schedule {
     const Map& map_of(size_t q) const { return stress[q].empty() ? pressure : stress[q]; }
     size_t products() const { return 1 + others.size(); }
     const Schedule& product(size_t i) const { return i == 0 ? *this : others[i - 1]; }
+    // Whether a quantity is the sum of modes in a cell of its own, which under frames is no map times a function.
+    bool sums_modes(size_t q) const { return framed && q < follows.size() && follows[q]; }
     // Whether some quantity answers to the pressure on all cells.
     bool spreads() const {
         return std::ranges::any_of(half_space, [](const auto& space) { return space != nullptr; });

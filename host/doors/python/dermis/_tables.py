@@ -69,7 +69,7 @@ class Load:
     """The pressure: a map, times intensity in Pa, times an envelope over time in s.
 
     path: pressures of shape (height, width), with kind "file"; or the .npy file of a "sequence". center: [x, y].
-    control: "pressure", or with kind "punch" "depth": intensity is then in m.
+    control: "pressure", or "depth": intensity and maps are then in m. radius_y: cells, of an elliptic punch. ball_radius: m.
     texture: what slides over the skin, as in {"path": "texture.npy", "spacing": 5e-5, "velocity": [0.04, 0]}.
     window: what multiplies a step or a sine, as in {"start": 0, "rise": "10 ms", "until": 1, "fall": "10 ms"}.
     grating: waves that move, as in {"wavelength": "1 mm", "velocity": "40 mm/s", "amplitudes": [0.5]}.
@@ -80,6 +80,8 @@ class Load:
     path: MapOrFile | None = None
     center: Sequence[int] | None = None
     radius: int | None = None
+    radius_y: int | None = None
+    ball_radius: NumberWithUnit | None = None
     intensity: NumberWithUnit | None = None
     interval: NumberWithUnit | None = None
     hold: str | None = None
