@@ -79,7 +79,7 @@ def build(name, compiler, options, source, work):
 
 def of_library(name):
     """Whether a result is in double and needs functions of the C library: it has the bits of these."""
-    return name in ("sites", "moments", "maps") or (name.endswith("_f64") and not name.startswith("given"))
+    return name in ("sites", "moments", "maps", "below") or (name.endswith("_f64") and not name.startswith("given"))
 
 
 class Table:

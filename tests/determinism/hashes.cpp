@@ -148,6 +148,29 @@ Scene product(Model model) {
     return s;
 }
 
+// Makes a scene of a fingertip over whose crests a texture slides, its pressure along parabolas between frames.
+Scene touch() {
+    Scene s = fingertip();
+    s.grid = {.width = width, .height = height, .spacing = 5e-5};
+    s.load.intensity = 1e4;
+    s.load.contact = Load::Contact::crests;
+    s.load.hold = Hold::parabolic;
+    s.load.texture = Texture{.map = noise(11 * 8, 4, 1), .width = 11, .height = 8, .velocity = {0.05, 0.02}};
+    s.model = Model::march;
+    s.time = {0.0013, 0.1};
+    return s;
+}
+
+// The same for receptors below it.
+Scene touch_below() {
+    Scene s = touch();
+    s.receptors.depth = {.sa1 = 3e-4, .sa2 = 1e-3, .fa1 = 3e-4, .fa2 = 2e-3};
+    s.sites = population(s.grid, {}, 7);
+    s.output.traces.clear();
+    s.model = Model::sites;
+    return s;
+}
+
 // Pads that are pressed frame by frame.
 struct Presses {
     std::string name;
@@ -211,7 +234,7 @@ int main(int argc, char** argv) {
     // Made before the environment is changed: a scene's numbers are the caller's.
     const Scene same = given(), different = varied(), ramp = study(Surface::Kind::wave, Envelope::Kind::ramp),
                 sine = study(Surface::Kind::spiral, Envelope::Kind::sine), elements = chain(), sites = receptors(),
-                moments = product(Model::moments), maps = product(Model::maps);
+                moments = product(Model::moments), maps = product(Model::maps), crests = touch(), below = touch_below();
     const std::vector<Presses> skins = presses();
     set_floats(argument(argc, argv, "early"));
     const std::string name = argument(argc, argv, "device");
@@ -223,10 +246,12 @@ int main(int argc, char** argv) {
     hash_each("ramp", ramp, device);
     hash_each("sine", sine, device);
     hash_each("chain", elements, device);
+    hash_each("touch", crests, device);
     for (const Presses& p : skins) hash(p, device);
     if (device.info().vulkan) return 0;
     hash("sites", sites, {}, device);
     hash("moments", moments, {}, device);
     hash("maps", maps, {}, device);
+    hash("below", below, {}, device);
     return 0;
 }

@@ -156,16 +156,21 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("dermis devices lists, dermis check compares every kernel") {
+// A change that means to change bits changes these hashes, and says so in CHANGELOG.md.
+TEST_CASE("dermis devices lists, dermis check compares every kernel and a run of touch, and prints these hashes") {
     const Folder folder;
     const Outcome devices = command(folder, "devices");
     CHECK(devices.status == 0);
     CHECK(devices.out.find("cpu: ") == 0);
     CHECK(devices.out.find(Device::list()[0].name) != std::string::npos);
-    const Outcome check = command(folder, "check");
-    CHECK(check.status == 0);
-    for (const char* kernel : {"press ", "fields ", "reduce ", " exact\n"})
-        CHECK(check.out.find(kernel) != std::string::npos);
+    for (const char* device : {"check", "check --device cpu"}) {
+        const Outcome check = command(folder, device);
+        CHECK(check.status == 0);
+        for (const char* part :
+             {": press fca1611852f2a7c9 0 of ", "; fields 0bab610635678476 0 of ", "; reduce 99cd65547d3e12e8 0 of ",
+              "; sites 0111ea184e96e0b7 0 of ", "; touch 170eb93f5238f415 0 of ", " differ; exact\n"})
+            CHECK_MESSAGE(check.out.find(part) != std::string::npos, check.out);
+    }
 }
 
 TEST_CASE("the program needs no Vulkan loader to start, and the CPU path loads none") {

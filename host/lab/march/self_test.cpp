@@ -11,13 +11,6 @@
 namespace dermis {
 namespace {
 
-void compare(SelfTest::Kernel& kernel, double device, double cpu) {
-    const auto bits = std::bit_cast<uint64_t>(device);
-    for (int i = 0; i < 8; ++i) kernel.hash = fnv1a(kernel.hash, static_cast<unsigned char>(bits >> (8 * i)));
-    ++kernel.values;
-    kernel.different += bits != std::bit_cast<uint64_t>(cpu);
-}
-
 struct TestVariant {
     Stencil stencil = Stencil::five_point;
     Edges edges = Edges::mirror;
@@ -44,9 +37,9 @@ plan::PreparedRun sample_run(const TestVariant& v) {
 void compare_samples(SelfTest::Kernel& kernel, const std::vector<plan::Sample>& a, const std::vector<plan::Sample>& b) {
     for (size_t i = 0; i < b.size(); ++i)
         for (size_t q = 0; q < REDUCED_MAPS; ++q) {
-            compare(kernel, a[i].totals[q].mean, b[i].totals[q].mean);
-            compare(kernel, a[i].totals[q].min, b[i].totals[q].min);
-            compare(kernel, a[i].totals[q].max, b[i].totals[q].max);
+            kernel.compare(a[i].totals[q].mean, b[i].totals[q].mean);
+            kernel.compare(a[i].totals[q].min, b[i].totals[q].min);
+            kernel.compare(a[i].totals[q].max, b[i].totals[q].max);
         }
 }
 
@@ -70,7 +63,7 @@ void compare_runs(SelfTest& test, plan::Backend& backend, plan::Backend& plain, 
             one->read(*quantities, a);
             two->read(*quantities, b);
             for (size_t q = 0; q < a.size(); ++q)
-                for (size_t i = 0; i < a[q].size(); ++i) compare(test.kernels[kernel], a[q][i], b[q][i]);
+                for (size_t i = 0; i < a[q].size(); ++i) test.kernels[kernel].compare(a[q][i], b[q][i]);
         }
     }
     one->finish();
@@ -97,12 +90,19 @@ void compare_sites(SelfTest::Kernel& kernel, plan::Backend& backend, const TestV
         for (int q = QUANTITY_SA1; q < REDUCED_MAPS; ++q) {
             const plan::ResponseLayout::Range& r = sample.layout().of[size_t(q)];
             const float* response = stream->response(Quantity(q));
-            for (size_t k = 0; k < r.count; ++k) compare(kernel, double(response[k]), double(expected[i][r.first + k]));
+            for (size_t k = 0; k < r.count; ++k) kernel.compare(double(response[k]), double(expected[i][r.first + k]));
         }
     }
 }
 
 } // namespace
+
+void SelfTest::Kernel::compare(double device, double cpu) {
+    const auto bits = std::bit_cast<uint64_t>(device);
+    for (int i = 0; i < 8; ++i) hash = fnv1a(hash, static_cast<unsigned char>(bits >> (8 * i)));
+    ++values;
+    different += bits != std::bit_cast<uint64_t>(cpu);
+}
 
 SelfTest self_test(plan::Backend& backend, bool every_variant) {
     const DefaultFloats guard;

@@ -17,6 +17,7 @@ struct SelfTest {
         const char* name;
         uint64_t hash = fnv1a_64; // FNV-1a of the backend's values
         long long values = 0, different = 0;
+        void compare(double device, double cpu); // takes a value and what the CPU path has in its place
     };
     enum { press, fields, reduce, sites };
     Kernel kernels[4] = {{"press"}, {"fields"}, {"reduce"}, {"sites"}};

@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: MIT
+"""What the keys of touch are for: keys.py dermis
+
+Prints the table of host/lab/scenes/README.md, "What the keys of touch change". For each key: the scene that needs it;
+the greatest difference of a response with and without the key, over the greatest value with it; how long a run takes
+with it, over without it (whole processes in turn, medians of ROUNDS).
+"""
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+import evidence
+
+EXAMPLES = Path(__file__).parent.parent / "host/examples"
+ROUNDS = 5
+VIBRATION, HELD, BAR = "fingerprint_vibration.toml", "held_depth.toml", "bar"
+LATER = lambda r: r[r.shape[0] * 100 // 277:]  # from 0.1 s on: the jump at the start is over
+FROM_HOLD = lambda r: r[65:] / r[65]  # of the value when the punch stands still, after 65 rows
+EVERYTHING = lambda r: r
+STRAIN = ["receptors.kernel=strain"]
+
+# key and its value, scene, settings with it, settings without it and what that is, what is compared
+KEYS = [
+    ("receptors.depth", VIBRATION, [], ["receptors.depth={}"], "each receptor answers to its cell", LATER),
+    ("receptors.kernel = \"strain\"", BAR, STRAIN, [], "the stress at 0.3 mm", EVERYTHING),
+    ("receptors.poisson = 0.4", BAR, STRAIN, STRAIN + ["receptors.poisson=0.5"], "0.5 in its place", EVERYTHING),
+    ("receptors.follow", HELD, [], ["receptors.follow={}"], "SA1 follows the strain", EVERYTHING),
+    ("load.control = \"depth\"", HELD, [],
+     ["load.control=pressure", "load.kind=circular", "load.intensity=10e3", "receptors.follow={}"],
+     "a pressure is held; both over SA1 at the end of the ramp", FROM_HOLD),
+    ("load.contact = \"crests\"", VIBRATION, [], ["load.contact=even"], "an even contact", LATER),
+    ("load.contact_share = 0.5", VIBRATION, [], ["load.contact_share=1"], "all cells touch", LATER),
+    ("load.contact_length", VIBRATION, [], ["load.contact_length=0.92e-3"],
+     "twice as long on even ridges; a surface from a file, as in bench/vibration.py, is refused without it", LATER),
+    ("load.texture", VIBRATION, [], None, "the pressure is held", LATER),
+]
+
+
+def files_of(scene, folder):
+    """Writes a scene into a folder; its text without [load.texture] stands in a second file."""
+    if scene == BAR:
+        width, height, spacing = 200, 800, 5e-5
+        np.save(folder / "pressure.npy", evidence.rigid_bar(width, height, spacing, 1.5e-3))
+        text = evidence.HALF_SPACE.format(width=width, height=height, spacing=spacing, kernel="stress", poisson="")
+        text = text.replace("[receptors]", "[receptors]\ndepth = { sa1 = 3e-4 }")
+    else:
+        text = (EXAMPLES / scene).read_text().replace('"texture.npy"', f'"{EXAMPLES.resolve()}/texture.npy"')
+    (folder / scene).write_text(text)
+    before, _, after = text.partition("[load.texture]")
+    (folder / "without.toml").write_text(before + after[after.find("[time]"):])
+
+
+def run(dermis, scene, folder, settings):
+    """A run's responses, a row for each time, and its time in s."""
+    start = time.perf_counter()
+    subprocess.run([dermis, "run", scene, "--out", "out", *(["--set", *settings] if settings else [])], cwd=folder,
+                   check=True, capture_output=True)
+    took = time.perf_counter() - start
+    if (folder / "out/responses.npy").exists():
+        return np.load(folder / "out/responses.npy"), took
+    if (folder / "out/sa1_t0.1.npy").exists():
+        return np.load(folder / "out/sa1_t0.1.npy"), took
+    return np.genfromtxt(folder / "out/traces.csv", delimiter=",", names=True)["sa1_probe0"], took
+
+
+def difference(a, b):
+    return np.abs(a - b).max() / np.abs(a).max()
+
+
+def row_of(dermis, key, scene, with_it, without_it, instead, compared):
+    with tempfile.TemporaryDirectory() as folder:
+        folder = Path(folder)
+        files_of(scene, folder)
+        runs, times = {}, ([], [])
+        for _ in range(ROUNDS):
+            for i, settings in enumerate((with_it, without_it)):
+                file = "without.toml" if settings is None else scene
+                runs[i], took = run(dermis, file, folder, settings or [])
+                times[i].append(took)
+    error = difference(compared(runs[0]), compared(runs[1]))
+    cost = np.median(times[0]) / np.median(times[1])
+    where = f"[{scene}](../../examples/{scene})"
+    if scene == BAR:
+        where = "row 5 of [EVIDENCE.md](../../../bench/EVIDENCE.md)"
+    return f"| `{key}` | {where} | {instead}: {error:.2g} | {cost:.1f} |"
+
+
+def hold_row(dermis):
+    """FA1 along lines and along parabolas between frames, beside lines between frames eight times as often."""
+    common = ["receptors.depth={fa1=2e-3}", "sites.density={fa1=25}"]
+    with tempfile.TemporaryDirectory() as folder:
+        folder = Path(folder)
+        files_of(VIBRATION, folder)
+        often = run(dermis, VIBRATION, folder, [*common, "time.step=3.125e-5"])[0][::8]
+        found, times = {}, {"parabolic": [], "linear": []}
+        for _ in range(ROUNDS):
+            for hold in times:
+                found[hold], took = run(dermis, VIBRATION, folder, [*common, f"load.hold={hold}"])
+                times[hold].append(took)
+    lines, parabolas = (difference(LATER(often), LATER(found[hold])) for hold in ("linear", "parabolic"))
+    cost = np.median(times["parabolic"]) / np.median(times["linear"])
+    return (f"| `load.hold = \"parabolic\"` | [{VIBRATION}](../../examples/{VIBRATION}), FA1 | lines between frames: "
+            f"{lines:.2g}, where parabolas have {parabolas:.2g} | {cost:.1f} |")
+
+
+def main():
+    dermis = str(Path(sys.argv[1]).resolve())
+    print("| key | scene that needs it | error without it | time with it, over without |\n|---|---|---|---|")
+    for key in KEYS:
+        print(row_of(dermis, *key), flush=True)
+    print(hold_row(dermis))
+
+
+if __name__ == "__main__":
+    main()
