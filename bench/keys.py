@@ -17,7 +17,7 @@ import evidence
 
 EXAMPLES = Path(__file__).parent.parent / "host/examples"
 ROUNDS = 5
-VIBRATION, HELD, BAR = "fingerprint_vibration.toml", "held_depth.toml", "bar"
+VIBRATION, HELD, GRATING, BAR = "fingerprint_vibration.toml", "held_depth.toml", "grating.toml", "bar"
 LATER = lambda r: r[r.shape[0] * 100 // 277:]  # from 0.1 s on: the jump at the start is over
 FROM_HOLD = lambda r: r[65:] / r[65]  # of the value when the punch stands still, after 65 rows
 EVERYTHING = lambda r: r
@@ -37,6 +37,9 @@ KEYS = [
     ("load.contact_length", VIBRATION, [], ["load.contact_length=0.92e-3"],
      "twice as long on even ridges; a surface from a file, as in bench/vibration.py, is refused without it", LATER),
     ("load.texture", VIBRATION, [], None, "the pressure is held", LATER),
+    ("[[load]]", GRATING, [], ["load[1].intensity=0"], "the probe alone", EVERYTHING),
+    ("load.grating", GRATING, [], ["load[1].grating.velocity=0"], "it stands still", EVERYTHING),
+    ("load.window", GRATING, [], ["load[1].window={}"], "the grating begins at once and stays", EVERYTHING),
 ]
 
 

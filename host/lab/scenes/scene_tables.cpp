@@ -313,10 +313,10 @@ Scene read_all(Section top, const PathBase& folder) {
     top.choice("precision", scene.precision);
     top.number("tolerance", scene.tolerance);
     top.boolean("allow_unstable", scene.allow_unstable);
-    Section grid = top.section("grid"), surface = top.section("surface"), material = top.section("material"),
-            time = top.section("time"), curvature = top.section("curvature"), receptors = top.section("receptors"),
-            sites = top.section("sites"), output = top.section("output");
+    Section grid = top.section("grid"), surface = top.section("surface"), material = top.section("material");
     std::vector<Section> loads = top.sections("load");
+    Section time = top.section("time"), curvature = top.section("curvature"), receptors = top.section("receptors"),
+            sites = top.section("sites"), output = top.section("output");
     top.finish(); // first of all: a misspelt table is then reported, and not the keys that it should have held
     read_grid(grid, scene.grid);
     read_surface(surface, scene.grid, folder, scene.surface);
