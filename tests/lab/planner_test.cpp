@@ -454,10 +454,9 @@ TEST_CASE("what is nowhere above the least that is stored, or rectified to nothi
 
 TEST_CASE("FA2 that stays below what is stored, the small difference of two large terms, is exact where one cell is "
           "stepped for all") {
-    for (unsigned seed : {813u, 1689u, 2279u, 2801u, 21053u, 21936u}) { // moments, and once sites
-        CAPTURE(seed);
-        oracle::Family family(seed);
-        accepted(family.next());
+    for (int i = 1; i <= 6; ++i) { // moments, and once sites
+        CAPTURE(i);
+        accepted(oracle::read_case(DERMIS_FOUND "/fa2_below_what_is_stored_" + std::to_string(i) + "/scene.toml"));
     }
     Scene s = square(10, 1e-9, {Quantity::strain, Quantity::fa1, Quantity::fa2});
     s.material = {1e6, 1, {}, {}, {}, {}}; // dt is 10^4 retardation times
