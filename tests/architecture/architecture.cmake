@@ -7,7 +7,7 @@ set(code "c|comp|cpp|glsl|h|hpp|inl") # endings
 set(broken "")
 
 # Lines of code at most. Only an issue that names its lines raises a number; the commit says which issue and point.
-set(most_core 9850)
+set(most_core 9895) # issue 31, point 4: a Skin that is pressed by depth, 45 lines
 set(most_lab 13939) # issue 31, point 4: balls, ellipses and depths of cells, 250 lines
 
 # Members of Coefficients are named in kernels and in these files. Those with one letter are not looked for: b and f are
