@@ -25,6 +25,12 @@ bool crowded(const Scene& s) {
     return false;
 }
 
+bool is_mapped(const Material& m) {
+    return !m.modulus_map.empty() || std::any_of(m.elements.begin(), m.elements.end(), [](const KelvinVoigt& e) {
+        return !e.modulus_map.empty() || !e.viscosity_map.empty();
+    });
+}
+
 } // namespace
 
 bool undecided(const Scene& s) {
@@ -68,6 +74,7 @@ Case Family::next() {
         }
     }
     if (one_in(3)) take_depths(c.scene);
+    if (one_in(10)) take_control(c.scene);
     return c;
 }
 
@@ -323,13 +330,10 @@ void Family::take_late(Scene& s) {
 // Receptors of some classes at a depth, where the scene may have them.
 void Family::take_depths(Scene& s) {
     const Precision precision = s.precision.value_or(Precision::f64);
-    const auto is_mapped = [](const KelvinVoigt& e) { return !e.modulus_map.empty() || !e.viscosity_map.empty(); };
-    const std::vector<KelvinVoigt>& elements = s.material.elements;
     const bool sites_alone = !s.sites.empty() && s.output.traces.empty() && s.output.fields.empty();
     const bool product = s.load.kind != Load::Kind::sequence && s.receptors.fa2_gains[0] == -s.receptors.fa2_gains[1];
     if (!s.grid.spacing || s.edges == Edges::periodic || s.method == Method::published || s.model == Model::march ||
-        precision != Precision::f64 || !s.material.modulus_map.empty() ||
-        std::any_of(elements.begin(), elements.end(), is_mapped) || !(sites_alone || product))
+        precision != Precision::f64 || is_mapped(s.material) || !(sites_alone || product))
         return;
     kind_ = "depth";
     s.tolerance = std::max(*s.tolerance, 1e-10); // the bound of a transform's roundings is no better
@@ -338,6 +342,24 @@ void Family::take_depths(Scene& s) {
     if (strain && one_in(2)) s.receptors.poisson = real(0, 0.5);
     for (std::optional<double> Depths::*depth : {&Depths::sa1, &Depths::sa2, &Depths::fa1, &Depths::fa2})
         if (!one_in(3)) s.receptors.depth.*depth = *s.grid.spacing * decades(-0.5, 1.5);
+}
+
+// Depths of each cell in place of pressures, where the scene may have them. Frames then have no FA2.
+void Family::take_control(Scene& s) {
+    if (!s.grid.spacing || is_mapped(s.material) || s.method != Method::exact || s.load.hold != Hold::linear) return;
+    kind_ = "depth of cells";
+    s.load.control = Control::depth;
+    s.receptors.fa2 = Fa2::step_mean;
+    Envelope& e = s.load.envelope;
+    e.mean = std::max(e.mean, std::abs(e.amplitude));
+    for (double& v : e.values) v = std::abs(v);
+    if (s.load.kind != Load::Kind::sequence) return;
+    std::erase_if(s.sites, [](const Site& site) { return site.type == Quantity::fa2; });
+    std::erase(s.output.traces, Quantity::fa2);
+    for (FieldRequest& f : s.output.fields) std::replace(f.what.begin(), f.what.end(), Quantity::fa2, Quantity::sa1);
+    if (!s.output.traces.empty() || !s.sites.empty()) return;
+    s.output.traces = {Quantity::sa1};
+    s.receptors.depth = {}; // of frames, sites alone have it
 }
 
 // Whether a chain may be served by a model of which every one is exact: the strain is a product of a map and a function

@@ -41,6 +41,7 @@ class Family : private Draw {
     void take_sites(dermis::Scene&);
     void take_late(dermis::Scene&);
     void take_depths(dermis::Scene&);
+    void take_control(dermis::Scene&);
     void take_baseline(dermis::Scene&);
     bool may_be_chain(const dermis::Scene&) const;
     void take_chain(dermis::Scene&);
