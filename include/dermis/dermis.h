@@ -183,6 +183,11 @@ enum {
 typedef int32_t dermis_hold;
 enum { DERMIS_LINEAR = 0, DERMIS_PARABOLIC = 1 };
 
+// What a skin is pressed by: the pressure of each cell, Pa, or its depth, m. Its strain is then depth/thickness, and 0
+// where a depth would pull; no cell knows another one's. own_materials and dermis_skin_set_material are refused then.
+typedef int32_t dermis_control;
+enum { DERMIS_PRESSURE = 0, DERMIS_DEPTH = 1 };
+
 typedef struct dermis_skin_options {
     size_t size;                // sizeof(dermis_skin_options)
     int32_t count;              // pads that are pressed together, 1..1048576; count*width*height at most 2147483647
@@ -190,6 +195,7 @@ typedef struct dermis_skin_options {
     dermis_precision precision; // one of the three above
     int32_t own_materials;      // 1: a material for each pad, at first the scene's, without maps; 0: one for all
     dermis_hold hold;           // one of the two above; a size of 24 has no such member: the pressure runs linearly
+    dermis_control control;     // one of the two above; a size of 24 has no such member: a pressure
 } dermis_skin_options;
 
 // The pads of a skin that a call is about: their numbers, from 0 on, in any order, each at most once. Pressures, steps
@@ -205,7 +211,8 @@ typedef struct dermis_pads {
 // options may be NULL: one pad with all four responses.
 DERMIS_API dermis_status dermis_skin_create(const dermis_device* device, const dermis_scene* scene,
                                             const dermis_skin_options* options, dermis_skin** skin);
-// pressure: cells = width*height finite floats for each pad that is pressed, Pa, row 0 first; positive pressure pushes.
+// pressure: cells = width*height finite floats for each pad that is pressed, Pa, row 0 first; positive pressure pushes
+// (under DERMIS_DEPTH depths, m).
 // It is copied. It is the pressure at the end of a step of dt seconds; over the step the pressure runs linearly from
 // the pad's previous press, or from 0. The other pads stay as they are. dt: finite, >= 0; 0 is a pause. steps: the
 // number of dt, 1 for all pads that are pressed or one for each. pressure and dt may be NULL if the list of pads is

@@ -24,6 +24,11 @@ struct SkinOptions {
     // one more number for each cell, the pressure of the frame before, and a step depends on the length of the one
     // before.
     Hold hold = Hold::linear;
+    // depth: where a press is given pressures it takes the depth of each cell, m (without Grid::spacing in units of the
+    // thickness), from which the strain follows whatever the material: depth/thickness, and 0 where a depth would pull.
+    // No cell knows another one's depth. Needs a thickness > 0; refuses `materials` and set_material(). A SkinProgram
+    // takes pressure alone.
+    Control control = Control::pressure;
 };
 
 // The pads of a Skin that a call is about: their numbers, from 0 on, in any order, each at most once. Pressures, steps
@@ -51,7 +56,8 @@ class DERMIS_API Skin {
 
     int count() const; // number of pads
 
-    // pressure: width*height finite floats for each pad that is pressed, Pa, row 0 first; positive pressure pushes. It
+    // pressure: width*height finite floats for each pad that is pressed, Pa (or m: SkinOptions::control), row 0 first;
+    // positive pressure pushes. It
     // is copied. It is the pressure at the end of a step of dt seconds; over the step the pressure runs linearly, or as
     // SkinOptions::hold says, from the pad's previous press, or from 0 on a skin at rest. Pads that are not pressed
     // stay as they are. dt: s, >= 0, finite. dt = 0 is a pause: strain is kept, and the next step starts from this

@@ -141,6 +141,25 @@ TEST_CASE("a press in C has the bits of C++, allocates nothing, and takes at mos
     CHECK(c - cpp < 1e-6);
 }
 
+TEST_CASE("a skin in C that is pressed by depth has the bits of one in C++") {
+    const Scene scene = Scene::from_string(pad);
+    dermis_skin_options options{};
+    options.size = sizeof options;
+    options.count = 1;
+    options.control = DERMIS_DEPTH;
+    Skin skin(Device::cpu(1), scene, {.control = Control::depth});
+    const auto in_c =
+        made<dermis_skin>([&](auto s) { return dermis_skin_create(nullptr, c_scene().get(), &options, s); });
+    const double dt = 0.01;
+    for (int n = 0; n < 3; ++n) {
+        const std::vector<float> depths = frame(scene, n);
+        CHECK(dermis_skin_press(in_c.get(), depths.data(), depths.size(), &dt, 1, nullptr) == DERMIS_OK);
+        skin.press(depths, dt);
+        for (Quantity q : all_responses) CHECK(same_response(in_c.get(), skin, q));
+    }
+    CHECK(dermis_skin_set_material(in_c.get(), c_scene().get(), nullptr) != DERMIS_OK);
+}
+
 TEST_CASE("a batch in C has the bits of one in C++: some pads, a step for each, own materials, states and reports") {
     Scene scene = Scene::from_string(pad);
     dermis_skin_options options{};

@@ -336,6 +336,7 @@ class Evaluation {
   private:
     // Elements in series, each modulus and viscosity a number or a map.
     std::vector<std::pair<double, double>> chain_in(size_t cell) const {
+        if (s_.load.control == Control::depth) return {{1, 0}}; // the load is the strain
         const Material& m = s_.material;
         const auto at = [cell](const Map& map, double otherwise) { return map.empty() ? otherwise : map[cell]; };
         if (m.elements.empty())
@@ -374,7 +375,11 @@ class Evaluation {
 
     void take_load(const Pressure& pressure, const std::vector<double>& map, double intensity) {
         Numbers p(map.begin(), map.end());
-        for (long double& v : p) v *= intensity;
+        for (long double& v : p) {
+            if (s_.load.control == Control::depth) // the strain is a map of doubles
+                v = v * intensity > 0 ? double(v) / s_.material.thickness.value_or(1) : 0;
+            v *= intensity;
+        }
         maps_.push_back(p);
         take_depths(p);
         const PreparedPressure prepared(pressure, instants_);

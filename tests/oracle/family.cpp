@@ -35,6 +35,12 @@ bool crowded(const Scene& s) {
     return std::ranges::any_of(envelopes_of(s), [&](const Envelope& e) { return crowded(e, s.time.step); });
 }
 
+bool is_mapped(const Material& m) {
+    return !m.modulus_map.empty() || std::any_of(m.elements.begin(), m.elements.end(), [](const KelvinVoigt& e) {
+        return !e.modulus_map.empty() || !e.viscosity_map.empty();
+    });
+}
+
 } // namespace
 
 bool undecided(const Scene& s) {
@@ -84,6 +90,7 @@ Case Family::next() {
     }
     if (one_in(3)) take_depths(c.scene);
     if (one_in(4)) take_more_loads(c);
+    if (c.scene.more_loads.empty() && one_in(10)) take_control(c.scene);
     return c;
 }
 
@@ -342,13 +349,10 @@ void Family::take_late(Scene& s) {
 // Receptors of some classes at a depth, where the scene may have them.
 void Family::take_depths(Scene& s) {
     const Precision precision = s.precision.value_or(Precision::f64);
-    const auto is_mapped = [](const KelvinVoigt& e) { return !e.modulus_map.empty() || !e.viscosity_map.empty(); };
-    const std::vector<KelvinVoigt>& elements = s.material.elements;
     const bool sites_alone = !s.sites.empty() && s.output.traces.empty() && s.output.fields.empty();
     const bool product = s.load.kind != Load::Kind::sequence && s.receptors.fa2_gains[0] == -s.receptors.fa2_gains[1];
     if (!s.grid.spacing || s.edges == Edges::periodic || s.method == Method::published || s.model == Model::march ||
-        precision != Precision::f64 || !s.material.modulus_map.empty() ||
-        std::any_of(elements.begin(), elements.end(), is_mapped) || !(sites_alone || product))
+        precision != Precision::f64 || is_mapped(s.material) || !(sites_alone || product))
         return;
     kind_ = "depth";
     s.tolerance = std::max(*s.tolerance, 1e-10); // the bound of a transform's roundings is no better
@@ -377,10 +381,9 @@ void Family::take_window(Scene& s) {
 void Family::take_more_loads(Case& c) {
     const Scene before = c.scene;
     Scene& s = c.scene;
-    const auto is_mapped = [](const KelvinVoigt& e) { return !e.modulus_map.empty() || !e.viscosity_map.empty(); };
     if (!c.frames.empty() || s.load.kind != Load::Kind::map || s.method != Method::exact || s.model == Model::march ||
-        s.precision.value_or(Precision::f64) != Precision::f64 || !s.material.modulus_map.empty() ||
-        std::ranges::any_of(s.material.elements, is_mapped) || s.receptors.fa2_gains[0] != -s.receptors.fa2_gains[1])
+        s.precision.value_or(Precision::f64) != Precision::f64 || is_mapped(s.material) ||
+        s.receptors.fa2_gains[0] != -s.receptors.fa2_gains[1])
         return;
     do {
         s = before;
@@ -396,6 +399,24 @@ void Family::take_more_loads(Case& c) {
         if (one_in(3)) take_window(s);
     } while (undecided(s) || crowded(s));
     kind_ = "sum";
+}
+
+// Depths of each cell in place of pressures, where the scene may have them. Frames then have no FA2.
+void Family::take_control(Scene& s) {
+    if (!s.grid.spacing || is_mapped(s.material) || s.method != Method::exact || s.load.hold != Hold::linear) return;
+    kind_ = "depth of cells";
+    s.load.control = Control::depth;
+    s.receptors.fa2 = Fa2::step_mean;
+    Envelope& e = s.load.envelope;
+    e.mean = std::max(e.mean, std::abs(e.amplitude));
+    for (double& v : e.values) v = std::abs(v);
+    if (s.load.kind != Load::Kind::sequence) return;
+    std::erase_if(s.sites, [](const Site& site) { return site.type == Quantity::fa2; });
+    std::erase(s.output.traces, Quantity::fa2);
+    for (FieldRequest& f : s.output.fields) std::replace(f.what.begin(), f.what.end(), Quantity::fa2, Quantity::sa1);
+    if (!s.output.traces.empty() || !s.sites.empty()) return;
+    s.output.traces = {Quantity::sa1};
+    s.receptors.depth = {}; // of frames, sites alone have it
 }
 
 // Whether a chain may be served by a model of which every one is exact: the strain is a product of a map and a function

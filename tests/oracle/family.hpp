@@ -43,6 +43,7 @@ class Family : private Draw {
     void take_depths(dermis::Scene&);
     void take_window(dermis::Scene&);
     void take_more_loads(Case&);
+    void take_control(dermis::Scene&);
     void take_baseline(dermis::Scene&);
     bool may_be_chain(const dermis::Scene&) const;
     void take_chain(dermis::Scene&);

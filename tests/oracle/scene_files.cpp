@@ -118,6 +118,7 @@ class Writer {
         const bool framed = s_.load.kind == Load::Kind::sequence;
         word("kind", framed ? "sequence" : "file");
         key("intensity", s_.load.intensity);
+        if (s_.load.control == Control::depth) word("control", "depth");
         if (framed) {
             word("path", "frames.npy");
             key("interval", *s_.load.interval);

@@ -65,6 +65,18 @@ void check_pads(const SkinDescription& description, const SkinOptions& options) 
                       "none, or one for each of count = " + std::to_string(options.count) + " pads");
 }
 
+// Gives a skin that is pressed by depth a spring of 1 Pa in place of its material: under a strain as its pressure, the
+// strain is that pressure. A spring alone has no state for FA2; behind an element that never moves it has.
+void press_by_depth(SkinDescription& s, const SkinOptions& options, const std::vector<Quantity>& asked) {
+    scene::need_positive("material.thickness", *s.material.thickness);
+    if (!options.materials.empty())
+        scene::refuse("materials", "(given)", "none with control = depth, where the strain follows from the depth");
+    scene::drop_maps(s.material);
+    std::vector<KelvinVoigt> chain = {{.modulus = 1, .viscosity = 0}};
+    if (std::count(asked.begin(), asked.end(), Quantity::fa2)) chain.push_back({.modulus = 1, .viscosity = HUGE_VAL});
+    scene::take_chain(s.material, chain);
+}
+
 } // namespace
 
 Variant StreamedSkin::variant() const {
@@ -91,7 +103,8 @@ StreamedSkin streamed_skin(const SkinDescription& description, const SkinOptions
     StreamedSkin s;
     SkinDescription own = description;
     if (!options.materials.empty()) scene::take_elements(own.material, options.materials.front());
-    const SkinDescription validated = scene::validate_skin(own, asked);
+    SkinDescription validated = scene::validate_skin(own, asked);
+    if (options.control == Control::depth) press_by_depth(validated, options, asked);
     for (Quantity q : asked) s.wanted[size_t(q)] = true;
     s.skin = prepare_skin(validated, threads, options.count > 1 ? PRESS_CELLS : PITCH_CELLS);
     const bool grows = s.wanted[QUANTITY_SA2] && !validated.receptors.sa2_adaptation;

@@ -24,7 +24,8 @@ struct Skin::Impl {
           chain(skin.skin.chain), state_layout(state_layout_of(skin)), saved_state(skin), felt(skin),
           needs(scene::needs_of(skin.skin.description, options)), threads(backend.threads()),
           tau(tau_range(skin.skin.materials)), description(skin.skin.description), materials(options.materials),
-          bent(skin.hold == Hold::parabolic), last_steps(count), pressed(count), stream(backend.stream(skin)) {
+          bent(skin.hold == Hold::parabolic), depth(options.control == Control::depth), last_steps(count),
+          pressed(count), strains(depth ? count * cells() : 0), stream(backend.stream(skin)) {
         for (const Site& site : description.sites) ++sites_of[size_t(site.type)];
         if (!fields) read = plan::SiteCells(skin.skin, {skin.skin.whole()}, plan::cells_of(description.sites)).cells;
         if (description.surface.kind == Surface::Kind::map) {
@@ -90,9 +91,11 @@ struct Skin::Impl {
     std::vector<float> rest_curvature;           // width*height, once it is needed; kept of a surface that is a map
     std::array<std::vector<float>, 3> told;      // strain, indentation and curvature, once they are asked for
     const bool bent;                             // under parabolic hold
+    const bool depth;                            // presses take depths
     std::vector<double> last_steps;              // of each pad, s; 0: none, or not known
     std::vector<uint64_t> pressed;               // of each pad: the number of the last list that names it
     uint64_t lists = 0;
+    std::vector<float> strains; // of a frame of depths
     std::unique_ptr<plan::Stream> stream;
 
     size_t cells() const { return width * height; }
@@ -104,6 +107,9 @@ struct Skin::Impl {
     // Throws Error::bad_input for a step, or a number of pressures, that no press takes.
     void need_press(size_t numbers, const plan::StepLengths&, const plan::PadList&, size_t cells_of_pad) const;
     void press(const float* pressure, size_t numbers, const plan::StepLengths&, const plan::PadList&);
+    const float* to_take(const float* numbers, size_t count);
+    const double* press_frames(const plan::PadList&, const float*, size_t count, size_t numbers,
+                               const plan::StepLengths&);
     std::vector<float> strain_of(int pad) const;
     const std::vector<float>& tell(Quantity);
     // cells: the cells whose pressures are given; empty where the pressures of all cells are given.
@@ -146,9 +152,31 @@ void Skin::Impl::need_press(size_t numbers, const plan::StepLengths& dt, const p
 
 void Skin::Impl::press(const float* pressure, size_t numbers, const plan::StepLengths& dt, const plan::PadList& pads) {
     need_press(numbers, dt, pads, cells());
-    if (!stream->take(pads, pressure)) refuse_pressure(pressure, pads);
+    if (!stream->take(pads, to_take(pressure, numbers))) refuse_pressure(pressure, pads);
     if (const double* refused = stream->press(pads, dt)) refuse_step(*refused);
     dt.taken(pads);
+}
+
+// Returns what the stream takes: the numbers, or the strains of depths. What is not finite stays so.
+const float* Skin::Impl::to_take(const float* numbers, size_t n) {
+    if (!depth) return numbers;
+    const DefaultFloats guard;
+    const float thickness = float(*description.material.thickness);
+    for (size_t i = 0; i < n; ++i)
+        strains[i] = numbers[i] < 0 && finite(double(numbers[i])) ? 0.0f : numbers[i] / thickness;
+    return strains.data();
+}
+
+// As Stream::press_frames; of depths, one frame's strains after another's.
+const double* Skin::Impl::press_frames(const plan::PadList& pads, const float* frames, size_t n, size_t numbers,
+                                       const plan::StepLengths& dt) {
+    if (!depth) return stream->press_frames(pads, frames, n, numbers, dt);
+    for (size_t i = 0; i < n; ++i) {
+        stream->take(pads, to_take(frames + i * numbers, numbers));
+        if (const double* refused = stream->press(pads, dt, i + 1 == n)) return refused;
+        dt.taken(pads);
+    }
+    return nullptr;
 }
 
 // Throws Error::bad_input naming the first cell that is not finite, or none if another thread has changed it since.
@@ -240,7 +268,7 @@ void Skin::press_frames(const float* frames, size_t count, size_t numbers, doubl
     s.need_press(numbers, steps, list, s.cells());
     scene::need(count > 0, "count", count, "at least 1 frame");
     if (!s.stream->finite(frames, count * numbers)) s.refuse_pressure(frames, list, count);
-    if (s.stream->press_frames(list, frames, count, numbers, steps)) refuse_step(dt);
+    if (s.press_frames(list, frames, count, numbers, steps)) refuse_step(dt);
     steps.taken(list);
 }
 OR_OUT_OF_MEMORY(impl_->needs)
@@ -260,7 +288,8 @@ void Skin::press_cells(const float* pressure, size_t numbers, double dt, const P
     const plan::StepLengths steps = s.steps(&dt);
     if (s.fields) return s.press(pressure, numbers, steps, list);
     s.need_press(numbers, steps, list, s.read.size());
-    if (!s.stream->take_cells(list, pressure, s.read, s.cells())) s.refuse_pressure(pressure, list, 1, s.read);
+    if (!s.stream->take_cells(list, s.to_take(pressure, numbers), s.read, s.cells()))
+        s.refuse_pressure(pressure, list, 1, s.read);
     if (s.stream->press(list, steps)) refuse_step(dt);
     steps.taken(list);
 }
@@ -302,6 +331,8 @@ void Skin::set_material(const Material& material, const Pads& pads) try {
     const DefaultFloats guard;
     Impl& s = *impl_;
     const plan::PadList list = s.list_of(pads);
+    if (s.depth)
+        scene::refuse("material", "(given)", "none with control = depth, where the strain follows from the depth");
     plan::need_new_material(s.uniform, !s.materials.empty(), list.count, s.count);
     const std::vector<plan::Element> elements =
         plan::elements_of_pad(s.description, material, s.chain, s.wanted, "material");

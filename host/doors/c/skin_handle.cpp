@@ -47,6 +47,9 @@ dermis::SkinOptions options_of(const dermis_skin_options* given, const dermis::M
         if (given->hold != DERMIS_LINEAR && given->hold != DERMIS_PARABOLIC)
             refuse("options->hold", std::to_string(given->hold), "DERMIS_LINEAR (0), DERMIS_PARABOLIC (1)");
         options.hold = given->hold == DERMIS_PARABOLIC ? dermis::Hold::parabolic : dermis::Hold::linear;
+        if (given->control != DERMIS_PRESSURE && given->control != DERMIS_DEPTH)
+            refuse("options->control", std::to_string(given->control), "DERMIS_PRESSURE (0), DERMIS_DEPTH (1)");
+        options.control = given->control == DERMIS_DEPTH ? dermis::Control::depth : dermis::Control::pressure;
     }
     return options;
 }

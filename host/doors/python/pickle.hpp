@@ -38,7 +38,7 @@ template <class Archive> void members(Archive& each, Scene& s) { // has a base, 
     each(s.grid, s.surface, s.material, s.stencil, s.edges, s.receptors, s.sites);
     each(s.model, s.precision, s.tolerance, s.method, s.allow_unstable, s.load, s.time, s.output, s.more_loads);
 }
-DERMIS_MEMBERS(SkinOptions, responses, precision, count, materials, hold)
+DERMIS_MEMBERS(SkinOptions, responses, precision, count, materials, hold, control)
 DERMIS_MEMBERS(Trace, quantity, mean, min, max, probes)
 DERMIS_MEMBERS(Impulse, time, quantity, mean, min, max, probes)
 DERMIS_MEMBERS(Field, at, quantity, values)

@@ -352,7 +352,7 @@ std::vector<int> axes_of(nb::handle n) {
 
 void make_skin(SkinWithShapes* self, const Scene& scene, nb::handle n, nb::handle device,
                const std::optional<Sequence<nb::str>>& responses, const std::optional<string_view>& precision,
-               const Sequence<Scene>& materials, string_view hold) {
+               const Sequence<Scene>& materials, string_view hold, string_view control) {
     const std::vector<int> leading = axes_of(n);
     SkinOptions options;
     long long count = 1; // of which the library refuses what is too much
@@ -369,6 +369,9 @@ void make_skin(SkinWithShapes* self, const Scene& scene, nb::handle n, nb::handl
     if (hold != "linear" && hold != "parabolic")
         scene::refuse("hold", '"' + std::string(hold) + '"', "\"linear\", \"parabolic\"");
     options.hold = hold == "parabolic" ? Hold::parabolic : Hold::linear;
+    if (control != "pressure" && control != "depth")
+        scene::refuse("control", '"' + std::string(control) + '"', "\"pressure\", \"depth\"");
+    options.control = control == "depth" ? Control::depth : Control::pressure;
     make_on(self, device_of(device), leading, scene, options);
 }
 
@@ -405,12 +408,14 @@ void bind_skin(nb::module_& m) {
     nb::class_<SkinWithShapes>(m, "Skin", "A skin, or a batch of them, pressed frame by frame.")
         .def(Pickled())
         .def("__init__", make_skin, nb::arg("scene"), nb::arg("n").none(), nb::arg("device").none(),
-             nb::arg("responses").none(), nb::arg("precision").none(), nb::arg("materials"), nb::arg("hold"))
+             nb::arg("responses").none(), nb::arg("precision").none(), nb::arg("materials"), nb::arg("hold"),
+             nb::arg("control"))
         .def(
             "press", press, nb::arg("pressure").none(), nb::arg("dt"), nb::arg("pads").none() = nb::none(),
             nb::arg("out").none() = nb::none(),
             "Press the skin: the pressure runs linearly from the last press to this one, over a step of dt seconds.\n\n"
-            "pressure: float32 in C order, Pa, of shape (height, width), or (n, height, width) with n; anything\n"
+            "pressure: float32 in C order, Pa (or m, with control \"depth\"), of shape (height, width), or (n, height, "
+            "width) with n; anything\n"
             "with DLPack or a buffer. Other types are refused, not converted. It is copied.\n"
             "dt: s, >= 0, or one for each pad that is pressed. 0 is a pause.\n"
             "pads: None is all; else numbers or a mask of n bools, and pressure has a map for each of them.\n"

@@ -117,5 +117,8 @@ int main(void) {
     SIZE(dermis_skin_options);
     OFFSET(dermis_report, vibration);
     SIZE(dermis_report);
+    NUMBER(DERMIS_PRESSURE);
+    NUMBER(DERMIS_DEPTH);
+    OFFSET(dermis_skin_options, control);
     return 0;
 }

@@ -321,6 +321,9 @@ static void options(void) {
     o.own_materials = 0;
     o.hold = 2;
     REFUSED(dermis_skin_create(on, scene, &o, &skin), "options->hold = 2; allowed: DERMIS_LINEAR (0), DERMIS_PARABOLIC (1)");
+    o.hold = DERMIS_LINEAR;
+    o.control = 2;
+    REFUSED(dermis_skin_create(on, scene, &o, &skin), "options->control = 2; allowed: DERMIS_PRESSURE (0), DERMIS_DEPTH (1)");
     o.size = 0;
     REFUSED(dermis_skin_create(on, scene, &o, &skin), "options->size = 0; allowed: ");
     CHECK(skin == NULL);

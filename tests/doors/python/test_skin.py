@@ -342,6 +342,20 @@ def test_strain_indentation_and_curvature_are_read_when_they_are_asked_for():
     assert skin_of(dermis.Scene(GRID, sites=[("sa1", 1, 2), ("fa1", 3, 4)]))["strain"].shape == (2,)
 
 
+def test_a_skin_takes_depths_and_keeps_doing_so_when_pickled():
+    skin = skin_of(GRID, control="depth")
+    depths = pressures(2, 25, 20)
+    skin.press(depths[0], 0.01)
+    np.testing.assert_allclose(skin["strain"], np.maximum(depths[0], 0), rtol=1e-6)  # of a thickness of 1
+    copied = pickle.loads(pickle.dumps(skin))
+    for one in (skin, copied):
+        one.press(-depths[1], 0.01)
+    assert np.array_equal(skin["fa2"], copied["fa2"])
+    np.testing.assert_allclose(copied["strain"], np.maximum(-depths[1], 0), rtol=1e-6)
+    assert 'control = "force"; allowed: "pressure", "depth"' in str(refused(skin_of, GRID, control="force"))
+    assert "material = (given)" in str(refused(skin.set_material, {"modulus": 2.0, "viscosity": 1.0}))
+
+
 def test_parabolic_hold_leads_on_from_the_press_before_and_is_pickled():
     line, bow = skin_of(GRID), skin_of(GRID, hold="parabolic")
     frames = pressures(3, 25, 20)

@@ -124,6 +124,8 @@ class Skin(_core.Skin):
     materials: one for each pad in place of the scene's, without thickness and curvature_length, which are the scene's.
     hold: how the pressure runs from one press to the next, "linear" or "parabolic": along the parabola through the last
     three pressures. That is four to seven times closer to a smooth load, and worse after a jump.
+    control: "pressure", or "depth": each cell is then pressed to a depth in m, and its strain is depth over thickness,
+    whatever the material, and 0 where a depth would pull. No cell knows another one's. Takes no materials.
 
     copy.copy and pickle make another skin with the same state; its responses are 0 until it is pressed.
     """
@@ -131,10 +133,10 @@ class Skin(_core.Skin):
     @answered
     def __init__(self, scene: AnyScene, n: int | Sequence[int] | None = None, *, device: Device | str | None = None,
                  responses: str | Iterable[str] | None = None, precision: str | None = None,
-                 materials: Iterable[AnyMaterial] = (), hold: str = "linear") -> None:
+                 materials: Iterable[AnyMaterial] = (), hold: str = "linear", control: str = "pressure") -> None:
         names = [responses] if isinstance(responses, str) else None if responses is None else list(responses)
         super().__init__(_scene_of(scene), n, device, names, precision,
-                         [_scene_with(m, f"materials[{i}]") for i, m in enumerate(materials)], hold)
+                         [_scene_with(m, f"materials[{i}]") for i, m in enumerate(materials)], hold, control)
 
     def __getitem__(self, response: str) -> Response:
         return super().__getitem__(response).view(Response)

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: MIT
+// labels: device threads
+// A Skin whose cells are pressed by depth.
+#include "tests/support.hpp"
+
+#include <cstring>
+
+using namespace test;
+
+namespace {
+
+// Ridges of a fingertip 1 mm thick, on a grid with spacing.
+SkinDescription fingertip_of(int width, int height) {
+    SkinDescription d = fingertip();
+    d.grid = {.width = width, .height = height, .spacing = 5e-5};
+    return d;
+}
+
+const SkinOptions by_depth{.control = Control::depth};
+
+// Depths of up to 0.4 mm, some of which pull.
+std::vector<float> depths(size_t cells, int n) {
+    std::vector<float> all;
+    for (size_t i = 0; i < cells; ++i) all.push_back(3e-4f * std::sin(0.3f * float(i) + float(n)) + 1e-4f);
+    return all;
+}
+
+std::vector<float> response_of(const Skin& skin, Quantity q) {
+    const Skin::Response r = skin.response(q);
+    return {r.begin(), r.end()};
+}
+
+bool equal_bits(const std::vector<float>& a, const std::vector<float>& b) {
+    return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
+}
+
+} // namespace
+
+TEST_CASE("a skin that is pressed by depth is strained by depth over thickness, and no cell pulls") {
+    SkinDescription d = fingertip_of(6, 1);
+    d.material.curvature_length = 0;
+    Skin skin(Device::cpu(1), d, by_depth);
+    const std::vector<float> at[] = {{1e-4f, 2e-4f, -1e-4f, 0, 5e-4f, -0.0f},
+                                     {3e-4f, 1e-4f, 1e-4f, -2e-4f, 5e-4f, 1e-4f}};
+    std::vector<double> before(6), sum(6), rates(6);
+    for (const auto& [n, dt] : {std::pair{0, 0.01}, {1, 0.02}, {0, 0.5}, {0, 0.1}}) {
+        skin.press(at[n], dt);
+        for (size_t i = 0; i < 6; ++i) {
+            const double strain = std::max(0.0, double(at[n][i])) / 1e-3, rate = (strain - before[i]) / dt;
+            sum[i] += dt * (strain + before[i]) / 2;
+            CHECK(skin.response(Quantity::sa1)[i] == relative(strain, 1e-6));
+            CHECK(skin.response(Quantity::sa2)[i] == relative(sum[i], 1e-6));
+            CHECK(skin.response(Quantity::fa1)[i] == absolute(rate, 1e-6 * 0.5 / dt));
+            CHECK(skin.response(Quantity::fa2)[i] == absolute((rate - rates[i]) / dt, 1e-6 * 50 / dt));
+            CHECK(skin.response(Quantity::indentation)[i] == relative(1e-3 * strain, 1e-6));
+            before[i] = strain;
+            rates[i] = rate;
+        }
+    }
+    const Report report = skin.report();
+    CHECK(report.strain.value == relative(0.5, 1e-6));
+    CHECK(report.retardation_times.empty());
+}
+
+TEST_CASE("pressed by depth, a skin has the bits of a spring of 1 Pa that is pressed by the strains") {
+    SkinDescription d = fingertip_of(67, 23), spring = d;
+    spring.material = {.modulus = 1, .viscosity = 0, .thickness = 1e-3, .curvature_length = 1e-5};
+    SkinOptions options = by_depth;
+    options.responses = {Quantity::sa1, Quantity::sa2, Quantity::fa1};
+    Skin skin(Device::cpu(1), d, options);
+    options.control = Control::pressure;
+    Skin other(Device::cpu(1), spring, options);
+    for (int n = 0; n < 3; ++n) {
+        std::vector<float> strains = depths(67 * 23, n);
+        skin.press(strains, 0.01);
+        for (float& x : strains) x = x > 0 ? x / 1e-3f : 0.0f;
+        other.press(strains, 0.01);
+        for (Quantity q : options.responses) CHECK(equal_bits(response_of(skin, q), response_of(other, q)));
+    }
+}
+
+TEST_CASE("depths in frames, of pads, of cells that sites read, and on Vulkan have the same bits") {
+    const Validated vulkan;
+    for (int pads : {1, 3})
+        for (bool sites : {false, true}) {
+            SkinDescription d = fingertip_of(40, 30);
+            for (int i = 0; sites && i < 9; ++i) d.sites.push_back({Quantity(1 + i % 4), {i * 7 % 40, i * 5 % 30}});
+            SkinOptions options = by_depth;
+            options.count = pads;
+            const size_t cells = size_t(40 * 30 * pads);
+            Skin one(Device::cpu(1), d, options), two(Device::cpu(2), d, options), three(vulkan.device(), d, options),
+                frames(vulkan.device(), d, options), listed(Device::cpu(1), d, options);
+            std::vector<float> all;
+            for (int n = 0; n < 5; ++n) {
+                const std::vector<float> frame = depths(cells, n);
+                all.insert(all.end(), frame.begin(), frame.end());
+                for (Skin* skin : {&one, &two, &three}) skin->press(frame, 0.01);
+                std::vector<float> read;
+                for (int pad = 0; pad < pads; ++pad)
+                    for (int cell : listed.cells()) read.push_back(frame[size_t(pad * 40 * 30 + cell)]);
+                listed.press_cells(read.data(), read.size(), 0.01);
+            }
+            frames.press_frames(all.data(), 5, cells, 0.01);
+            for (Skin* skin : {&two, &three, &frames, &listed})
+                for (Quantity q : all_responses) CHECK(equal_bits(response_of(*skin, q), response_of(one, q)));
+        }
+}
+
+TEST_CASE("a skin that is pressed by depth refuses materials and depths that have no meaning") {
+    const SkinDescription d = fingertip_of(4, 3);
+    const auto refused = [&](auto call, const char* says) {
+        const std::string why = refusal(Error::Code::bad_input, call);
+        CHECK_MESSAGE(why.find(says) != std::string::npos, why);
+    };
+    Skin skin(Device::cpu(1), d, by_depth);
+    refused([&] { skin.set_material(d.material); }, "none with control = depth");
+    refused([&] { skin.press(std::vector<float>(12, -INFINITY), 0.01); }, "pressure = -inf in cell [0, 0]");
+    refused([&] { skin.press(std::vector<float>(12, NAN), 0.01); }, "pressure = nan in cell [0, 0]");
+    refused(
+        [&] {
+            Skin(Device::cpu(1), d, {.count = 2, .materials = {d.material, d.material}, .control = Control::depth});
+        },
+        "materials = (given)");
+    SkinDescription thin = d;
+    thin.material.thickness = 0;
+    refused([&] { Skin(Device::cpu(1), thin, by_depth); }, "material.thickness = 0");
+    thin.material.thickness = 1e-3;
+    thin.receptors.follow.sa1 = Signal::stress;
+    refused([&] { Skin(Device::cpu(1), thin, by_depth); }, "receptors.follow");
+}
