@@ -414,9 +414,10 @@ void bind_skin(nb::module_& m) {
             "press", press, nb::arg("pressure").none(), nb::arg("dt"), nb::arg("pads").none() = nb::none(),
             nb::arg("out").none() = nb::none(),
             "Press the skin: the pressure runs linearly from the last press to this one, over a step of dt seconds.\n\n"
-            "pressure: float32 in C order, Pa (or m, with control \"depth\"), of shape (height, width), or (n, height, "
-            "width) with n; anything\n"
-            "with DLPack or a buffer. Other types are refused, not converted. It is copied.\n"
+            "pressure: float32 in C order, Pa, of shape (height, width), or (n, height, width) with n; anything\n"
+            "with DLPack or a buffer. Other types are refused, not converted. It is copied. With control \"depth\" it "
+            "is\n"
+            "in m.\n"
             "dt: s, >= 0, or one for each pad that is pressed. 0 is a pause.\n"
             "pads: None is all; else numbers or a mask of n bools, and pressure has a map for each of them.\n"
             "out: float32 arrays by response, as in {\"sa1\": array} of the shape of skin[\"sa1\"], to be filled.\n"

@@ -2,6 +2,7 @@
 """Scenes from tables, objects, texts and files."""
 import dataclasses
 import os
+import pickle
 import re
 
 import dermis
@@ -172,3 +173,17 @@ def test_a_number_may_have_its_unit():
     assert np.array_equal(plain, traces("20 kPa", "100 ms", "30 kPa", "1 kPa s", "1 ms"))
     with pytest.raises(dermis.Error, match="time.step.*a number in s, or with its unit"):
         dermis.fingertip(time={"step": "1 mm"})
+
+
+def test_loads_in_a_list_are_added_up_and_may_be_maps_in_memory():
+    half = np.full((10, 12), 0.5)
+    tables = {"grid": {"width": 12, "height": 10}, "time": {"step": 0.05, "duration": 0.5}}
+    whole = dermis.run(dermis.Scene(tables, load={"path": 2 * half, "envelope": "ramp", "rise": 0.2}))
+    sine = dermis.Load(path=half, envelope="ramp", rise=0.2, window=None)
+    both = dermis.Scene(tables, load=[sine, {"path": half, "envelope": "ramp", "rise": "200 ms"}])
+    for scene in (both, pickle.loads(pickle.dumps(both))):
+        np.testing.assert_allclose(dermis.run(scene)["sa1"].max, whole["sa1"].max, rtol=1e-13)
+    moving = dermis.Scene(tables, load={"grating": {"wavelength": 4, "velocity": 20, "amplitudes": [0.5]}})
+    assert np.ptp(dermis.run(pickle.loads(pickle.dumps(moving)))["fa1"].mean) > 0
+    with pytest.raises(dermis.Error, match=r"load\[1\]\.radius = 0"):
+        dermis.Scene(tables, load=[{}, {"radius": 0}])
