@@ -91,15 +91,6 @@ class Separable : public plan::Stepper {
     // Index of a term's first element.
     size_t first_element(size_t term) const { return is_sum() ? 0 : term * skin_.chain.length; }
     bool is_sum() const { return !schedule_.others.empty(); }
-    // The product that a term is of.
-    size_t product_of(size_t term) const { return is_sum() ? term : 0; }
-    // The terms that act on a cell: of its part, or all.
-    std::pair<size_t, size_t> terms_at(size_t cell) const {
-        if (is_sum()) return {0, visible_.size()};
-        const size_t part = skin_.material_at(cell);
-        return {part, part + 1};
-    }
-
     // Steps the cell of a term, whose coefficients are in table_.
     void press_term(size_t term, const plan::Step& step, const f64::Load& load, const plan::Schedule& of) {
         plan::ProductCell<f64>& cell = cells_[term];
@@ -127,41 +118,45 @@ class Separable : public plan::Stepper {
 
     std::vector<double> strains() const {
         std::vector<double> eps(skin_.cells());
-        for (size_t i = 0; i < eps.size(); ++i)
-            for (auto [term, last] = terms_at(i); term < last; ++term)
-                eps[i] += schedule_.product(product_of(term)).pressure[i] * strain(term);
+        for (size_t product = 0; product < schedule_.products(); ++product)
+            for (size_t i = 0; i < eps.size(); ++i)
+                eps[i] += schedule_.product(product).pressure[i] * strain(is_sum() ? product : skin_.material_at(i));
         return eps;
     }
 
     // at: the row's first cell.
     void read_row(Quantity q, size_t at, const std::vector<double>& rest, const std::vector<std::vector<double>>& L,
                   double* out) const {
-        std::vector<double> b(L.size());
+        for (size_t i = 0; i < schedule_.products() && q != Quantity::curvature; ++i)
+            add_product(q, i, at, rest, L, out);
         for (size_t x = 0; x < rest.size(); ++x) {
-            if (q == Quantity::curvature) {
-                out[x] = rest[x];
-                for (size_t m = 0; m < b.size(); ++m) out[x] -= skin_.constants.bend * L[m][x] * strain(m);
-                continue;
-            }
-            for (size_t m = 0; m < b.size(); ++m)
-                b[m] = skin_.constants.curvature_length * (skin_.constants.bend * L[m][x]);
-            auto [term, last] = terms_at(at + x);
-            out[x] = value_at(q, term, at + x, rest[x], b);
-            while (++term < last) out[x] += value_at(q, term, at + x, rest[x], b);
             if (q == Quantity::deformation) out[x] = skin_.heights[at + x] * skin_.relief - out[x];
+            if (q != Quantity::curvature) continue;
+            out[x] = rest[x];
+            for (size_t m = 0; m < L.size(); ++m) out[x] -= skin_.constants.bend * L[m][x] * strain(m);
         }
     }
 
-    // What a term adds to a quantity in a cell: of a deformation its indentation, of a response by the curvature at
-    // rest and that under each term's pressure, times a length.
-    double value_at(Quantity q, size_t term, size_t cell, double rest, const std::vector<double>& bent) const {
-        const plan::Schedule& of = schedule_.product(product_of(term));
-        if (q == Quantity::strain) return of.pressure[cell] * strain(term);
-        if (q == Quantity::deformation) return skin_.constants.thickness * of.pressure[cell] * strain(term);
-        const double p = of.map_of(size_t(q))[cell];
-        double a = p * (1 + skin_.constants.curvature_length * rest);
-        for (size_t m = 0; m < bent.size(); ++m) a -= strain(m) * (p * bent[m]);
-        return visible_[term][size_t(q)] * a;
+    // Writes what the first product makes of a row, or adds what another one adds; of a deformation, the indentation.
+    void add_product(Quantity q, size_t product, size_t at, const std::vector<double>& rest,
+                     const std::vector<std::vector<double>>& L, double* out) const {
+        const f64::Constants& c = skin_.constants;
+        const plan::Schedule& of = schedule_.product(product);
+        const Map& map = int(q) < REDUCED_MAPS ? of.map_of(size_t(q)) : of.pressure;
+        std::vector<double> b(L.size());
+        const bool sum = is_sum(), first = product == 0;
+        for (size_t x = 0; x < rest.size(); ++x) {
+            const size_t term = sum ? product : skin_.material_at(at + x);
+            const double p = map[at + x];
+            double v;
+            if (q == Quantity::strain) v = p * strain(term);
+            else if (q == Quantity::deformation) v = c.thickness * p * strain(term);
+            else {
+                for (size_t m = 0; m < b.size(); ++m) b[m] = p * (c.curvature_length * (c.bend * L[m][x]));
+                v = visible_[term][size_t(q)] * gained(p * (1 + c.curvature_length * rest[x]), b);
+            }
+            out[x] = first ? v : out[x] + v;
+        }
     }
 
     // a - sum of g_m*b_m.

@@ -251,12 +251,12 @@ class Run {
         result_.greatest_curvature = std::max(estimate.curvature, most_curved_);
         result_.greatest_gain = std::abs(skin_.constants.curvature_length) * result_.greatest_curvature;
         if (schedule_.framed) return; // its pressure is only the first frame
-        result_.pressed_cells = 0;
-        for (size_t i = 0; i < skin_.cells(); ++i) {
-            bool pressed = false;
-            for (size_t k = 0; k < schedule_.products(); ++k) pressed |= schedule_.product(k).pressure[i] != 0;
-            result_.pressed_cells += pressed;
-        }
+        std::vector<const double*> maps;
+        for (size_t k = 0; k < schedule_.products(); ++k) maps.push_back(schedule_.product(k).pressure.data());
+        long long count = 0;
+        for (size_t i = 0; i < skin_.cells(); ++i)
+            count += std::ranges::any_of(maps, [i](const double* map) { return map[i] != 0; });
+        result_.pressed_cells = count;
     }
 
     const Realised& d_;
