@@ -127,24 +127,28 @@ class Separable : public plan::Stepper {
     // at: the row's first cell.
     void read_row(Quantity q, size_t at, const std::vector<double>& rest, const std::vector<std::vector<double>>& L,
                   double* out) const {
-        for (size_t i = 0; i < schedule_.products() && q != Quantity::curvature; ++i)
-            add_product(q, i, at, rest, L, out);
-        for (size_t x = 0; x < rest.size(); ++x) {
-            if (q == Quantity::deformation) out[x] = skin_.heights[at + x] * skin_.relief - out[x];
-            if (q != Quantity::curvature) continue;
-            out[x] = rest[x];
-            for (size_t m = 0; m < L.size(); ++m) out[x] -= skin_.constants.bend * L[m][x] * strain(m);
+        if (q == Quantity::curvature) {
+            for (size_t x = 0; x < rest.size(); ++x) {
+                out[x] = rest[x];
+                for (size_t m = 0; m < L.size(); ++m) out[x] -= skin_.constants.bend * L[m][x] * strain(m);
+            }
+            return;
         }
+        add_product<true>(q, 0, at, rest, L, out);
+        for (size_t i = 1; i < schedule_.products(); ++i) add_product<false>(q, i, at, rest, L, out);
+        if (q != Quantity::deformation) return;
+        for (size_t x = 0; x < rest.size(); ++x) out[x] = skin_.heights[at + x] * skin_.relief - out[x];
     }
 
     // Writes what the first product makes of a row, or adds what another one adds; of a deformation, the indentation.
+    template <bool first>
     void add_product(Quantity q, size_t product, size_t at, const std::vector<double>& rest,
                      const std::vector<std::vector<double>>& L, double* out) const {
         const f64::Constants& c = skin_.constants;
         const plan::Schedule& of = schedule_.product(product);
         const Map& map = int(q) < REDUCED_MAPS ? of.map_of(size_t(q)) : of.pressure;
         std::vector<double> b(L.size());
-        const bool sum = is_sum(), first = product == 0;
+        const bool sum = is_sum();
         for (size_t x = 0; x < rest.size(); ++x) {
             const size_t term = sum ? product : skin_.material_at(at + x);
             const double p = map[at + x];
