@@ -170,3 +170,41 @@ struct ReduceConstants {
     int probes;                      // number of cells whose values are copied out
     int slot;                        // index of the results in their ring
 };
+
+#define FIBRES_X 64
+#define FIBRE_OUTPUTS 3 // derivatives of the filter's output that drive the membrane: y, its first and its second
+#define COURSE_DEGREE 8 // of the Taylor polynomials inside a substep
+#define COURSE_DERIVATIVES (COURSE_DEGREE + FIBRE_OUTPUTS)
+
+// Constants of one substep of fibres of one kind (kernels/afferent.h), computed on the host in double
+// (host/core/model/fibres.cpp). y0, y1, y2 are the filter's output and its derivatives, in seconds, so that a state
+// outlives a change of dt; in shares of a substep derivative j is yj times step^j. Matrices have rows of five: the factors
+// of y0, y1, y2, of the drive w at the substep's start, and of what the drive gains.
+struct FibreConstants {
+    scalar filter_step[15];   // y0, y1, y2 at the end
+    scalar membrane_step[15]; // what V gains by each of y0, y1, y2 with a gain of 1
+    scalar start[15];         // derivatives 0, 1, 2 at the start by the filter's equation, in shares
+    scalar slopes[15];        // derivatives 1, 2, 3 at the start, in shares
+    scalar back[3];           // derivative i = driven - back[2]*(i-1) - back[1]*(i-2) - back[0]*(i-3), in shares, with
+    scalar driven[3];         // driven[0]*w + driven[1]*gained for i = 3, driven[2]*gained for i = 4, 0 beyond
+    scalar gain[6];           // factor of y0 where it is positive, and where it is negative, then of y1 and of y2
+    scalar scale[3];          // step^j
+    scalar per_scale[3];
+    scalar per_factorial[COURSE_DEGREE + 1]; // 1/i!
+    scalar per_next[COURSE_DEGREE];          // 1/(i + 1)
+    scalar after_keep[2];     // of the currents after a spike over a substep
+    scalar after_loss[2];     // substep over time
+    scalar after_gain[2];     // what V gains by them
+    scalar amplitude[2];
+    scalar keep, loss;        // of V over a substep; substep over membrane time
+    scalar value, rate;       // w = value*q + rate*(what q gains in a substep)
+    scalar step, per_step;    // s, 1/s
+    scalar per_substeps;
+    scalar refractory;        // in substeps, at least 1
+    scalar reset;
+    int substeps;             // of a press
+    int bisections;           // of each search within a substep
+    int events;               // that are followed in a substep
+    int outputs;              // a bit for each derivative that has gains
+    int after;                // 1: a spike starts currents
+};

@@ -2,6 +2,7 @@
 // Skins pressed frame by frame, one or many at once. Part of dermis.hpp.
 #pragma once
 
+#include <dermis/afferents.hpp>
 #include <dermis/device.hpp>
 
 namespace dermis {
@@ -29,6 +30,8 @@ struct SkinOptions {
     // No cell knows another one's depth. Needs a thickness > 0; refuses `materials` and set_material(). A SkinProgram
     // takes pressure alone.
     Control control = Control::pressure;
+    // The nerve fibres of each pad. Under control = depth they follow the strain. A SkinProgram has none.
+    std::vector<Afferents> afferents;
 };
 
 // The pads of a Skin that a call is about: their numbers, from 0 on, in any order, each at most once. Pressures, steps
@@ -103,6 +106,20 @@ class DERMIS_API Skin {
     // can always be asked for. This call computes them from the state: for every cell, or for every site in the order
     // given. The strain of a spring follows from the last pressure.
     Response response(Quantity) const;
+
+    // The spikes of the last call that pressed, pad by pad in the order pressed, then by fibre, then by time; of
+    // press_frames() frame by frame. Empty without SkinOptions::afferents, and before the first press. The same memory
+    // until the next call that presses. A step may have as many spikes of a fibre as its refractory time fits into it.
+    // A press whose step is longer than all before it may allocate. dt: at most 65536 refractory times, or shortest
+    // time constants, of each fibre.
+    struct Spikes {
+        const Spike* data;
+        size_t size;
+        const Spike* begin() const { return data; }
+        const Spike* end() const { return data + size; }
+        const Spike& operator[](size_t i) const { return data[i]; }
+    };
+    Spikes spikes() const;
 
     void reset(const Pads& = {}); // back to skins at rest
 

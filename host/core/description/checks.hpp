@@ -2,6 +2,7 @@
 // Parts of the checks of skins and scenes that more than one file needs. All throw Error::bad_input.
 #pragma once
 
+#include "dermis/afferents.hpp"
 #include "host/core/description/description.hpp"
 
 namespace dermis::scene {
@@ -15,6 +16,8 @@ void check_grid(const Grid&);
 void check_surface(SkinDescription&);
 void check_lengths(SkinDescription&);
 void check_sites(const SkinDescription&);
+// Returns nerve fibres with their models and cells.
+std::vector<Afferents> validated_afferents(const SkinDescription&, std::vector<Afferents>);
 
 // Refuses a map that has another size than the grid or holds a number that is not finite.
 void need_map(const char* parameter, const Map&, const Grid&);

@@ -21,18 +21,19 @@ Felt::Felt(const StreamedSkin& s)
 
 std::vector<float> Felt::strain(const float* planes, const float* pressure,
                                 const std::vector<Element>& elements) const {
-    const size_t n = chain_.elements();
     std::vector<float> strain(layout_.cells);
-    for (size_t i = 0; i < strain.size(); ++i) {
-        strain[i] = planes[i];
-        for (size_t e = 1; e < n; ++e)
-            strain[i] =
-                f32::in_series(strain[i], planes[size_t(STATE_SUM(int(e), int(compensated_), 0)) * layout_.cells + i]);
-        if (!chain_.spring) continue;
-        const float modulus = float(springs_.empty() ? elements.back().modulus : springs_[i]);
-        strain[i] = f32::in_series(strain[i], f32::flush(pressure[read_.empty() ? i : read_[i]] / modulus));
-    }
+    const double spring = elements.empty() ? 0 : elements.back().modulus;
+    for (size_t i = 0; i < strain.size(); ++i) strain[i] = strain_at(i, planes, pressure, spring);
     return strain;
+}
+
+float Felt::strain_at(size_t i, const float* planes, const float* pressure, double spring) const {
+    float strain = planes[i];
+    for (size_t e = 1; e < chain_.elements(); ++e)
+        strain = f32::in_series(strain, planes[size_t(STATE_SUM(int(e), int(compensated_), 0)) * layout_.cells + i]);
+    if (!chain_.spring) return strain;
+    const float modulus = float(springs_.empty() ? spring : springs_[i]);
+    return f32::in_series(strain, f32::flush(pressure[read_.empty() ? i : read_[i]] / modulus));
 }
 
 void Felt::read(Quantity q, const std::vector<float>& strain, const float* rest_curvature, float* out) const {

@@ -3,6 +3,7 @@
 
 #include "host/core/base/finite.hpp"
 #include "host/core/base/refusal.hpp"
+#include "host/core/description/checks.hpp"
 #include "host/core/model/laplacian.hpp"
 #include "host/core/model/site_cells.hpp"
 
@@ -77,6 +78,17 @@ void press_by_depth(SkinDescription& s, const SkinOptions& options, const std::v
     scene::take_chain(s.material, chain);
 }
 
+// Refuses fibres that follow a stress where no cell, or no single material, comes to rest.
+void check_followed(const SkinDescription& d, const SkinOptions& options, bool uniform) {
+    const std::vector<Element> chain = scene::chain_of(d.material);
+    const bool rests = uniform && options.control == Control::pressure &&
+                       std::ranges::none_of(chain, [](const Element& e) { return scene::is_viscous(e); });
+    for (size_t i = 0; i < options.afferents.size(); ++i)
+        if (options.afferents[i].follow == Signal::stress && !rests)
+            scene::refuse("afferents[" + std::to_string(i) + "].follow", "\"stress\"",
+                          "\"strain\", unless the skin is pressed by pressure and has one material that comes to rest");
+}
+
 } // namespace
 
 Variant StreamedSkin::variant() const {
@@ -111,6 +123,8 @@ StreamedSkin streamed_skin(const SkinDescription& description, const SkinOptions
     s.precision = options.precision.value_or(grows ? Precision::f32_compensated : Precision::f32);
     check_elements(s.skin.materials, s.skin.chain, s.wanted);
     check_float(s.skin);
+    s.afferents = scene::validated_afferents(validated, options.afferents);
+    check_followed(validated, options, s.skin.uniform());
     s.hold = options.hold;
     s.pads = options.count;
     for (size_t i = 0; i < options.materials.size(); ++i) {

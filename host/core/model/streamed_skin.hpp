@@ -2,6 +2,7 @@
 // A skin that is pressed frame by frame, by dermis::Skin or in a host's command buffer.
 #pragma once
 
+#include "dermis/skin.hpp"
 #include "host/core/model/skin.hpp"
 
 #include <span>
@@ -15,6 +16,7 @@ struct StreamedSkin {
     Hold hold = Hold::linear;
     int pads = 1;                         // the number of skins of this description that are pressed together
     std::vector<Element> elements_of_pad; // the elements in series of each pad; empty: all have the elements of `skin`
+    std::vector<Afferents> afferents;     // of each pad
     Variant variant() const;
 };
 // Throws Error::bad_input. threads: as for Device::cpu.
@@ -120,7 +122,8 @@ struct StateLayout {
 template <class Byte> struct StateMemory {
     Byte *strains, *pressure;
     size_t strains_step = 0, pressure_step = 0;
-    Byte* steps = nullptr; // the last step of each pad, a double; null: not under parabolic hold
+    Byte* steps = nullptr;  // the last step of each pad, a double; null: not under parabolic hold
+    Byte* fibres = nullptr; // the states of each pad's nerve fibres, pad by pad; null: there are none
     Byte* strains_of(size_t i) const { return strains + i * strains_step; }
     Byte* pressure_of(size_t i) const { return pressure + i * pressure_step; }
 };

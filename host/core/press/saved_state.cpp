@@ -22,7 +22,7 @@ struct PartHeader {
     char name[8]; // zeros behind it
     uint64_t bytes;
 };
-constexpr const char* part_names[] = {"shape", "steps", "strains", "pressure"};
+constexpr const char* part_names[] = {"shape", "steps", "strains", "pressure", "fibres"};
 
 // FNV-1a of the sites that read cells.
 uint32_t hash_of(const std::vector<Site>& sites) {
@@ -58,7 +58,7 @@ void need_finite(const char* floats, size_t bytes) {
 
 } // namespace
 
-SavedState::SavedState(const plan::StreamedSkin& skin) {
+SavedState::SavedState(const plan::StreamedSkin& skin, size_t fibres) : fibres_(fibres) {
     const plan::StateLayout layout = state_layout_of(skin);
     const plan::StateShape state = skin.variant().state();
     shape_ = {.width = uint32_t(skin.skin.width()),
@@ -76,7 +76,7 @@ SavedState::SavedState(const plan::StreamedSkin& skin) {
 }
 
 size_t SavedState::bytes_of(Part part, size_t pads) const {
-    const size_t of_pad[] = {0, steps_, strains_, pressure_};
+    const size_t of_pad[] = {0, steps_, strains_, pressure_, fibres_};
     return part == shape_part ? sizeof shape_ : pads * of_pad[part];
 }
 
@@ -108,7 +108,8 @@ plan::StateMemory<char> SavedState::write(void* state, size_t given, size_t pads
             .pressure = parts[pressure_part],
             .strains_step = strains_,
             .pressure_step = pressure_,
-            .steps = parts[steps_part]};
+            .steps = parts[steps_part],
+            .fibres = parts[fibres_part]};
 }
 
 // Throws Error::bad_input naming the first thing in which the shape of a saved state differs from the skin's.
@@ -135,7 +136,8 @@ bool SavedState::find_parts(const char* at, size_t left, size_t pads, const char
         if (known == part_count || parts[known])
             scene::refuse("state", "(part \"" + name + "\")",
                           std::string("the parts shape, ") + (has(steps_part) ? "steps, " : "") +
-                              "strains and pressure, each once");
+                              (has(fibres_part) ? "strains, pressure and fibres" : "strains and pressure") +
+                              ", each once");
         if (known == steps_part || known == strains_part)
             need_same("parabolic hold", parts[steps_part] || known == steps_part, has(steps_part));
         at += sizeof head;
@@ -147,7 +149,8 @@ bool SavedState::find_parts(const char* at, size_t left, size_t pads, const char
                           std::to_string(bytes_of(Part(known), pads)) + " bytes");
         at += head.bytes;
     }
-    return at == end && std::ranges::count(parts, nullptr) == !has(steps_part);
+    if (at == end && !parts[fibres_part]) need_same("nerve fibres", 0, has(fibres_part));
+    return at == end && std::ranges::count(parts, nullptr) == !has(steps_part) + !has(fibres_part);
 }
 
 plan::StateMemory<const char> SavedState::read(const void* state, size_t given, size_t pads) const {
@@ -164,6 +167,7 @@ plan::StateMemory<const char> SavedState::read(const void* state, size_t given, 
         constexpr size_t before = sizeof(Header) + sizeof(Shape);
         if (given >= before) check(copied<Shape>(from + sizeof(Header)));
         need_same("parabolic hold", false, has(steps_part));
+        need_same("nerve fibres", false, has(fibres_part));
         if (given != before + numbers) refuse_bytes(state, given, before + numbers);
         need_finite(from + before, numbers);
         return {.strains = from + before,
@@ -178,11 +182,13 @@ plan::StateMemory<const char> SavedState::read(const void* state, size_t given, 
             scene::refuse("state", "(a step of " + std::to_string(step) + " s)", "finite numbers >= 0");
     need_finite(parts[strains_part], pads * strains_);
     need_finite(parts[pressure_part], pads * pressure_);
+    if (has(fibres_part)) need_finite(parts[fibres_part], pads * fibres_);
     return {.strains = parts[strains_part],
             .pressure = parts[pressure_part],
             .strains_step = strains_,
             .pressure_step = pressure_,
-            .steps = parts[steps_part]};
+            .steps = parts[steps_part],
+            .fibres = parts[fibres_part]};
 }
 
 } // namespace dermis

@@ -9,7 +9,8 @@ namespace dermis {
 
 class SavedState {
   public:
-    explicit SavedState(const plan::StreamedSkin&);
+    // fibres: bytes of the state of a pad's nerve fibres.
+    SavedState(const plan::StreamedSkin&, size_t fibres);
 
     // The bytes of so many pads.
     size_t bytes(size_t pads) const;
@@ -25,17 +26,17 @@ class SavedState {
     struct Shape {
         uint32_t width, height, cells, elements, spring, compensated, integral, rate, sites;
     };
-    // steps: the last step of each pad, s, a double each; only under parabolic hold.
-    enum Part { shape_part, steps_part, strains_part, pressure_part, part_count };
+    // steps: the last step of each pad, s, a double each; only under parabolic hold. fibres: only where there are any.
+    enum Part { shape_part, steps_part, strains_part, pressure_part, fibres_part, part_count };
 
     size_t bytes_of(Part, size_t pads) const;
     bool find_parts(const char* at, size_t left, size_t pads, const char* (&parts)[part_count]) const;
     void check(const Shape&) const;
 
-    bool has(int part) const { return part != steps_part || steps_ > 0; }
+    bool has(int part) const { return part == steps_part ? steps_ > 0 : part == fibres_part ? fibres_ > 0 : true; }
 
     Shape shape_;
-    size_t steps_, strains_, pressure_; // bytes of a pad
+    size_t steps_, strains_, pressure_, fibres_; // bytes of a pad
 };
 
 } // namespace dermis

@@ -8,6 +8,7 @@
 #include "host/core/press/device.hpp"
 #include "host/core/press/report.hpp"
 #include "host/core/press/saved_state.hpp"
+#include "host/core/press/spiking.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -21,11 +22,11 @@ struct Skin::Impl {
     Impl(const plan::StreamedSkin& skin, const SkinOptions& options, plan::Backend& backend)
         : width(size_t(skin.skin.width())), height(size_t(skin.skin.height())), count(size_t(skin.pads)),
           fields(skin.skin.description.sites.empty()), uniform(skin.skin.uniform()), wanted(skin.wanted),
-          chain(skin.skin.chain), state_layout(state_layout_of(skin)), saved_state(skin), felt(skin),
-          needs(scene::needs_of(skin.skin.description, options)), threads(backend.threads()),
-          tau(tau_range(skin.skin.materials)), description(skin.skin.description), materials(options.materials),
-          bent(skin.hold == Hold::parabolic), depth(options.control == Control::depth), last_steps(count),
-          pressed(count), strains(depth ? count * cells() : 0), stream(backend.stream(skin)) {
+          chain(skin.skin.chain), state_layout(state_layout_of(skin)), felt(skin), spiking(skin, backend.threads()),
+          saved_state(skin, spiking.state_bytes()), needs(scene::needs_of(skin.skin.description, options)),
+          threads(backend.threads()), tau(tau_range(skin.skin.materials)), description(skin.skin.description),
+          materials(options.materials), bent(skin.hold == Hold::parabolic), depth(options.control == Control::depth),
+          last_steps(count), pressed(count), strains(depth ? count * cells() : 0), stream(backend.stream(skin)) {
         for (const Site& site : description.sites) ++sites_of[size_t(site.type)];
         if (!fields) read = plan::SiteCells(skin.skin, {skin.skin.whole()}, plan::cells_of(description.sites)).cells;
         if (description.surface.kind == Surface::Kind::map) {
@@ -79,8 +80,9 @@ struct Skin::Impl {
     const plan::Wanted wanted;
     const plan::Chain chain;
     const plan::StateLayout state_layout; // of one pad
-    const SavedState saved_state;
     const plan::Felt felt;
+    Spiking spiking;
+    const SavedState saved_state;
     const std::string needs; // words for the message if memory runs out
     const int threads;
     const scene::TauRange tau;                   // of all cells, where they differ
@@ -108,8 +110,8 @@ struct Skin::Impl {
     void need_press(size_t numbers, const plan::StepLengths&, const plan::PadList&, size_t cells_of_pad) const;
     void press(const float* pressure, size_t numbers, const plan::StepLengths&, const plan::PadList&);
     const float* to_take(const float* numbers, size_t count);
-    const double* press_frames(const plan::PadList&, const float*, size_t count, size_t numbers,
-                               const plan::StepLengths&);
+    void step(const plan::PadList&, const plan::StepLengths&, size_t frame = 0, bool last = true);
+    void press_frames(const plan::PadList&, const float*, size_t count, size_t numbers, const plan::StepLengths&);
     std::vector<float> strain_of(int pad) const;
     const std::vector<float>& tell(Quantity);
     // cells: the cells whose pressures are given; empty where the pressures of all cells are given.
@@ -122,6 +124,12 @@ struct Skin::Impl {
 
 [[noreturn]] void refuse_step(double dt) {
     scene::refuse("dt", shortest(dt), "seconds over which the coefficients of a step stay below 3.4e38");
+}
+
+[[noreturn]] void refuse_step_of_fibres(double dt) {
+    scene::refuse("dt", shortest(dt),
+                  "at most 65536 refractory times or shortest time constants of the nerve fibres, and coefficients of "
+                  "their steps below 3.4e38");
 }
 
 // Throws Error::bad_input if a number is no pad's or occurs twice.
@@ -153,7 +161,14 @@ void Skin::Impl::need_press(size_t numbers, const plan::StepLengths& dt, const p
 void Skin::Impl::press(const float* pressure, size_t numbers, const plan::StepLengths& dt, const plan::PadList& pads) {
     need_press(numbers, dt, pads, cells());
     if (!stream->take(pads, to_take(pressure, numbers))) refuse_pressure(pressure, pads);
-    if (const double* refused = stream->press(pads, dt)) refuse_step(*refused);
+    step(pads, dt);
+}
+
+// Steps pads whose pressures have been taken. frame: of a call, from 0 on; `last` of them answers.
+void Skin::Impl::step(const plan::PadList& pads, const plan::StepLengths& dt, size_t frame, bool last) {
+    if (const double* refused = spiking.refused(pads, dt)) refuse_step_of_fibres(*refused);
+    if (const double* refused = stream->press(pads, dt, last)) refuse_step(*refused);
+    spiking.press(pads, dt, *stream, frame);
     dt.taken(pads);
 }
 
@@ -167,16 +182,17 @@ const float* Skin::Impl::to_take(const float* numbers, size_t n) {
     return strains.data();
 }
 
-// As Stream::press_frames; of depths, one frame's strains after another's.
-const double* Skin::Impl::press_frames(const plan::PadList& pads, const float* frames, size_t n, size_t numbers,
-                                       const plan::StepLengths& dt) {
-    if (!depth) return stream->press_frames(pads, frames, n, numbers, dt);
+// As Stream::press_frames; of depths, or with nerve fibres, one frame after another.
+void Skin::Impl::press_frames(const plan::PadList& pads, const float* frames, size_t n, size_t numbers,
+                              const plan::StepLengths& dt) {
+    if (!depth && !spiking.any()) {
+        if (const double* refused = stream->press_frames(pads, frames, n, numbers, dt)) refuse_step(*refused);
+        return dt.taken(pads);
+    }
     for (size_t i = 0; i < n; ++i) {
         stream->take(pads, to_take(frames + i * numbers, numbers));
-        if (const double* refused = stream->press(pads, dt, i + 1 == n)) return refused;
-        dt.taken(pads);
+        step(pads, dt, i, spiking.any() || i + 1 == n); // fibres read the state after each step
     }
-    return nullptr;
 }
 
 // Throws Error::bad_input naming the first cell that is not finite, or none if another thread has changed it since.
@@ -268,8 +284,7 @@ void Skin::press_frames(const float* frames, size_t count, size_t numbers, doubl
     s.need_press(numbers, steps, list, s.cells());
     scene::need(count > 0, "count", count, "at least 1 frame");
     if (!s.stream->finite(frames, count * numbers)) s.refuse_pressure(frames, list, count);
-    if (s.press_frames(list, frames, count, numbers, steps)) refuse_step(dt);
-    steps.taken(list);
+    s.press_frames(list, frames, count, numbers, steps);
 }
 OR_OUT_OF_MEMORY(impl_->needs)
 
@@ -290,14 +305,19 @@ void Skin::press_cells(const float* pressure, size_t numbers, double dt, const P
     s.need_press(numbers, steps, list, s.read.size());
     if (!s.stream->take_cells(list, s.to_take(pressure, numbers), s.read, s.cells()))
         s.refuse_pressure(pressure, list, 1, s.read);
-    if (s.stream->press(list, steps)) refuse_step(dt);
-    steps.taken(list);
+    s.step(list, steps);
 }
 OR_OUT_OF_MEMORY(impl_->needs)
+
+Skin::Spikes Skin::spikes() const {
+    const std::vector<Spike>& all = impl_->spiking.spikes();
+    return {all.data(), all.size()};
+}
 
 void Skin::reset(const Pads& pads) try {
     const plan::PadList list = impl_->list_of(pads);
     impl_->stream->reset(list);
+    impl_->spiking.reset(list);
     for (size_t i = 0; i < list.count; ++i) impl_->last_steps[size_t(list[i])] = 0;
 }
 OR_OUT_OF_MEMORY(impl_->needs)
@@ -312,6 +332,8 @@ void Skin::save(void* state, size_t bytes, const Pads& pads) const try {
     s.stream->save(list, to);
     for (size_t i = 0; to.steps && i < list.count; ++i)
         std::memcpy(to.steps + i * sizeof(double), &s.last_steps[size_t(list[i])], sizeof(double));
+    for (size_t i = 0; to.fibres && i < list.count; ++i)
+        s.spiking.save(list[i], to.fibres + i * s.spiking.state_bytes());
 }
 OR_OUT_OF_MEMORY(impl_->needs)
 
@@ -323,6 +345,7 @@ void Skin::load(const void* state, size_t bytes, const Pads& pads) try {
     for (size_t i = 0; i < list.count; ++i) {
         double& step = s.last_steps[size_t(list[i])] = 0;
         if (from.steps) std::memcpy(&step, from.steps + i * sizeof step, sizeof step);
+        if (from.fibres) s.spiking.load(list[i], from.fibres + i * s.spiking.state_bytes());
     }
 }
 OR_OUT_OF_MEMORY(impl_->needs)
@@ -340,6 +363,7 @@ void Skin::set_material(const Material& material, const Pads& pads) try {
     scene::take_elements(taken, material);
     std::vector<Material> copies(s.materials.empty() ? 0 : list.count, material);
     s.stream->set_elements(list, elements);
+    s.spiking.set_elements(list, elements);
     if (copies.empty()) s.description.material = std::move(taken);
     for (size_t i = 0; i < copies.size(); ++i) s.materials[size_t(list[i])] = std::move(copies[i]);
 }

@@ -142,6 +142,37 @@ template <class K> struct JoinedTiles {
     typename K::real low, high;
 };
 
+// A fibre's state, in planes; fibre_input: its input at the end of the last press.
+enum FibrePlane {
+    fibre_y0,
+    fibre_y1,
+    fibre_y2,
+    fibre_membrane,
+    fibre_rest,
+    fibre_after0,
+    fibre_after1,
+    fibre_input,
+    fibre_planes
+};
+
+// A spike: its fibre, and the share of the press at which it fires.
+template <class real> struct FibreSpike {
+    int fibre;
+    real share;
+};
+
+// Arguments of a press of fibres first .. last - 1 of one kind. Both are multiples of a cache line of numbers, at whose
+// beginnings planes and inputs start.
+template <class K> struct FibreArguments {
+    using real = typename K::real;
+    const typename K::FibreConstants* constants;
+    int first, last;
+    real* state;
+    size_t plane;             // numbers from plane to plane
+    const real* input;        // of each fibre at the end of the press
+    FibreSpike<real>* spikes; // room for one in each substep of each fibre
+};
+
 template <class K> struct Loops {
     using real = typename K::real;
     void (*laplacian)(const RowNeighbours<real>&, int first, int last, real* L);
@@ -153,6 +184,8 @@ template <class K> struct Loops {
     // material and with no sums asked for, both are one loop. That loop may read each row up to its pitch, writes rows
     // of states and signals up to their pitch, and returns all bits.
     int (*step_rows)(const RowSteps<K>&, const typename K::Constants&);
+    // Presses fibres. Returns the number of spikes, which come in the order of their fibres, then of time.
+    int (*press_fibres)(const FibreArguments<K>&);
 };
 
 // One instruction set.

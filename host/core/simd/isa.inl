@@ -67,6 +67,8 @@ inline real abs(real x) { return __builtin_fabsf(x); }
 
 #include "host/core/simd/blocks.inl"
 
+#include "host/core/simd/fibres.inl"
+
 #include "host/core/simd/pads.inl"
 } // namespace loops_f32
 
@@ -77,6 +79,8 @@ inline real abs(real x) { return __builtin_fabs(x); }
 #include "host/core/simd/rows.inl"
 
 #include "host/core/simd/blocks.inl"
+
+#include "host/core/simd/fibres.inl"
 } // namespace loops_f64
 
 // Adds to a column's sum.
@@ -162,12 +166,14 @@ const Isa DERMIS_ISA = {
                .advance = loops_f32::advance,
                .respond = loops_f32::respond,
                .join_tiles = loops_f32::join_tiles,
-               .step_rows = loops_f32::step_rows},
+               .step_rows = loops_f32::step_rows,
+               .press_fibres = loops_f32::fibres::press},
     .in_f64 = {.laplacian = loops_f64::laplacian,
                .advance = loops_f64::advance,
                .respond = loops_f64::respond,
                .join_tiles = loops_f64::join_tiles,
-               .step_rows = loops_f64::step_rows},
+               .step_rows = loops_f64::step_rows,
+               .press_fibres = loops_f64::fibres::press},
     .respond_pads = loops_f32::respond_pads,
     .moments = moments,
     .means = means,

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: MIT
+// The checks of nerve fibres.
+#include "host/core/base/refusal.hpp"
+#include "host/core/description/checks.hpp"
+
+#include <algorithm>
+
+namespace dermis::scene {
+namespace {
+
+void check_filter(const std::string& at, const AfferentModel& m) {
+    const std::string times = at + ".time_constants", frequency = at + ".frequency", quality = at + ".quality";
+    for (double time : m.time_constants) need_positive(times.c_str(), time);
+    if (m.frequency) need_positive(frequency.c_str(), *m.frequency);
+    if (m.quality) need_positive(quality.c_str(), *m.quality);
+    if (m.frequency.has_value() != m.quality.has_value())
+        refuse(m.frequency ? quality : frequency, "(not given)", "a number > 0: frequency and quality belong together");
+    const size_t poles = m.time_constants.size() + (m.frequency ? 2 : 0);
+    if (poles < 1 || poles > 3)
+        refuse(times, std::to_string(m.time_constants.size()) + " numbers",
+               "1 to 3 poles: one for each time constant, two for a frequency");
+    for (size_t j = poles; j < m.gains.size(); ++j)
+        for (double gain : m.gains[j])
+            need(gain == 0, (at + ".gains[" + std::to_string(j) + "]").c_str(), gain,
+                 "0: a filter of " + std::to_string(poles) + " poles has a continuous derivative of order " +
+                     std::to_string(poles - 1) + " at most");
+}
+
+void check_model(const std::string& at, const AfferentModel& m) {
+    check_filter(at, m);
+    need_finite((at + ".value").c_str(), m.value);
+    need_finite((at + ".rate").c_str(), m.rate);
+    for (const auto& pair : m.gains)
+        for (double gain : pair) need_finite((at + ".gains").c_str(), gain);
+    need_positive((at + ".membrane_time").c_str(), m.membrane_time);
+    need_positive((at + ".refractory_time").c_str(), m.refractory_time);
+    need(finite(m.reset) && m.reset < 1, (at + ".reset").c_str(), m.reset, "a finite number < 1");
+    for (const AfterCurrent& a : m.after) {
+        need_finite((at + ".after.amplitude").c_str(), a.amplitude);
+        need_positive((at + ".after.time").c_str(), a.time);
+    }
+}
+
+// Fills in the cells of the class's sites, or checks those given.
+void take_cells(const std::string& at, const SkinDescription& d, Afferents& a) {
+    const auto index = [&](Cell c) { return size_t(c.y) * size_t(d.grid.width) + size_t(c.x); };
+    std::vector<size_t> held;
+    for (const Site& s : d.sites) held.push_back(index(s.cell));
+    std::ranges::sort(held);
+    for (size_t i = 0; i < a.cells.size(); ++i) {
+        const std::string cell = at + ".cells[" + std::to_string(i) + "]";
+        need_inside(cell, a.cells[i], d.grid);
+        if (!d.sites.empty() && !std::ranges::binary_search(held, index(a.cells[i])))
+            refuse(cell, text_of(a.cells[i]), "cells of the description's sites");
+    }
+    if (!a.cells.empty()) return;
+    for (const Site& s : d.sites)
+        if (s.type == a.type) a.cells.push_back(s.cell);
+    if (a.cells.empty())
+        refuse(at + ".cells", "(none)", std::string("some cells, or sites of ") + name(a.type) + " in the description");
+}
+
+} // namespace
+
+std::vector<Afferents> validated_afferents(const SkinDescription& d, std::vector<Afferents> all) {
+    for (size_t i = 0; i < all.size(); ++i) {
+        Afferents& a = all[i];
+        const std::string at = "afferents[" + std::to_string(i) + "]";
+        if (!is_receptor_class(a.type))
+            refuse(at + ".class", std::string("\"") + name(a.type) + "\"", receptor_class_names());
+        if (!a.model) a.model = afferent_model(a.type);
+        check_model(at, *a.model);
+        take_cells(at, d, a);
+    }
+    return all;
+}
+
+} // namespace dermis::scene
+
+namespace dermis {
+
+AfferentModel afferent_model(Quantity type) {
+    AfferentModel m;
+    m.value = 0;
+    m.rate = 1;
+    switch (type) {
+    case Quantity::sa1:
+        m.time_constants = {2.25e-3, 1.8e-3};
+        m.value = 15.3;
+        m.gains[0] = {68, 5.4};
+        m.membrane_time = 0.0237;
+        m.refractory_time = 0.94e-3;
+        return m;
+    case Quantity::fa1:
+        m.time_constants = {0.54e-3, 0.66e-3};
+        m.gains[0] = {120, 2.4};
+        m.membrane_time = 0.0065;
+        m.refractory_time = 1.9e-3;
+        return m;
+    case Quantity::fa2:
+        m.time_constants = {0.54e-3, 0.47e-3};
+        m.gains = {{{0, 0}, {8.6, 0}, {0, 0}}};
+        m.membrane_time = 0.05;
+        m.refractory_time = 2.7e-3;
+        return m;
+    default:
+        scene::refuse("afferents.class", std::string("\"") + name(type) + "\"",
+                      "sa1, fa1, fa2, which have parameters; give a model for sa2");
+    }
+}
+
+} // namespace dermis

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: MIT
+#include "host/core/press/spiking.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace dermis {
+namespace {
+
+std::vector<cpu::FibreKind> kinds_of(const std::vector<Afferents>& all) {
+    std::vector<cpu::FibreKind> kinds;
+    for (const Afferents& a : all) kinds.push_back({.model = *a.model, .count = a.cells.size()});
+    return kinds;
+}
+
+// The modulus at which elements in series come to rest; 0 with a dashpot.
+double modulus_at_rest(const std::vector<plan::Element>& elements) {
+    double compliance = 0;
+    for (const plan::Element& e : elements) compliance += scene::final_strain(e, 1);
+    return 1 / compliance;
+}
+
+} // namespace
+
+Spiking::Spiking(const plan::StreamedSkin& s, int threads)
+    : felt_(s), layout_(state_layout_of(s)),
+      fibres_(kinds_of(s.afferents), size_t(s.pads), std::max(threads, 1), simd::best()) {
+    if (!any()) return;
+    const std::vector<Site>& sites = s.skin.description.sites;
+    std::vector<size_t> held;
+    if (!sites.empty()) held = plan::SiteCells(s.skin, {s.skin.whole()}, plan::cells_of(sites)).cells;
+    for (const Afferents& a : s.afferents)
+        for (const Cell c : a.cells) {
+            const size_t cell = size_t(c.y) * size_t(s.skin.width()) + size_t(c.x);
+            const size_t among = size_t(std::ranges::lower_bound(held, cell) - held.begin());
+            sources_.push_back(
+                {.cell = cell, .held = sites.empty() ? cell : among, .stress = a.follow == Signal::stress});
+        }
+    springs_.resize(size_t(s.pads));
+    moduli_.resize(size_t(s.pads));
+    planes_.resize(layout_.cells * layout_.planes);
+    pressure_.resize(layout_.pressure);
+    inputs_.resize(sources_.size());
+    state_.resize(fibres_.state_size());
+    if (!s.skin.uniform()) return;
+    std::vector<plan::Element> elements = s.elements_of_pad;
+    if (elements.empty())
+        for (int i = 0; i < s.pads; ++i)
+            elements.insert(elements.end(), s.skin.materials.begin(), s.skin.materials.end());
+    set_elements({.count = size_t(s.pads)}, elements);
+}
+
+void Spiking::set_elements(const plan::PadList& pads, const std::vector<plan::Element>& elements) {
+    if (!any()) return;
+    const size_t length = elements.size() / pads.count;
+    for (size_t i = 0; i < pads.count; ++i) {
+        const auto first = elements.begin() + std::ptrdiff_t(i * length);
+        const std::vector<plan::Element> own(first, first + std::ptrdiff_t(length));
+        springs_[size_t(pads[i])] = scene::is_elastic(own.back()) && length > 1 ? own.back().modulus : 0;
+        moduli_[size_t(pads[i])] = modulus_at_rest(own);
+    }
+}
+
+const double* Spiking::refused(const plan::PadList& pads, const plan::StepLengths& dt) {
+    for (size_t i = 0; any() && i < (dt.each ? pads.count : 1); ++i)
+        if (!fibres_.prepare(dt[i])) return &dt[i];
+    return nullptr;
+}
+
+// Each pad's inputs: of its strain as its state holds it, or of the pressure of the last press.
+void Spiking::read_inputs(int pad, plan::Stream& stream) {
+    stream.save({.ids = &pad, .count = 1}, {.strains = reinterpret_cast<char*>(planes_.data()),
+                                            .pressure = reinterpret_cast<char*>(pressure_.data())});
+    const float modulus = float(moduli_[size_t(pad)]);
+    for (size_t i = 0; i < sources_.size(); ++i) {
+        const Source& s = sources_[i];
+        inputs_[i] = s.stress ? pressure_[s.cell] / modulus
+                              : felt_.strain_at(s.held, planes_.data(), pressure_.data(), springs_[size_t(pad)]);
+    }
+    fibres_.set_input(size_t(pad), inputs_.data());
+}
+
+void Spiking::press(const plan::PadList& pads, const plan::StepLengths& dt, plan::Stream& stream, size_t frame) {
+    if (!any()) return;
+    if (frame == 0) spikes_.clear();
+    fibres_.forget_spikes();
+    for (size_t i = 0; i < pads.count; ++i) read_inputs(pads[i], stream);
+    for (size_t i = 0; i < pads.count; ++i) {
+        (void)fibres_.prepare(dt[i]); // true: it was asked before the press
+        fibres_.press(size_t(pads[i]), 1);
+    }
+    spikes_.reserve(fibres_.most_spikes());
+    for (const auto& s : fibres_.spikes())
+        spikes_.push_back({.pad = s.pad, .afferent = s.fibre, .frame = int(frame), .share = s.share});
+}
+
+void Spiking::reset(const plan::PadList& pads) {
+    for (size_t i = 0; any() && i < pads.count; ++i) fibres_.reset(size_t(pads[i]));
+}
+
+void Spiking::save(int pad, char* state) const {
+    fibres_.save(size_t(pad), state_.data());
+    std::copy_n(reinterpret_cast<const char*>(state_.data()), state_bytes(), state);
+}
+
+void Spiking::load(int pad, const char* state) {
+    std::copy_n(state, state_bytes(), reinterpret_cast<char*>(state_.data()));
+    fibres_.load(size_t(pad), state_.data());
+}
+
+} // namespace dermis

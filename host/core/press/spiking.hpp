@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: MIT
+// The nerve fibres of a skin that is pressed frame by frame: their inputs from the skin's state, their presses, their
+// spikes.
+#pragma once
+
+#include "host/core/cpu/fibres.hpp"
+#include "host/core/model/felt.hpp"
+#include "host/core/model/stream.hpp"
+
+namespace dermis {
+
+class Spiking {
+  public:
+    // threads: as for Device::cpu; 0 on a device.
+    Spiking(const plan::StreamedSkin&, int threads);
+
+    bool any() const { return fibres_.count() > 0; }
+    // Returns null, or a pointer to a step that fibres cannot take. Changes nothing.
+    const double* refused(const plan::PadList&, const plan::StepLengths&);
+    // Takes the pressures that were pressed last as the inputs at the end of the step, and steps the fibres of these
+    // pads. frame: counts the frames of a call; the first one forgets the spikes of the call before.
+    void press(const plan::PadList&, const plan::StepLengths&, plan::Stream&, size_t frame = 0);
+    const std::vector<Spike>& spikes() const { return spikes_; }
+
+    void reset(const plan::PadList&);
+    // Gives pads other elements in series.
+    void set_elements(const plan::PadList&, const std::vector<plan::Element>&);
+
+    size_t state_bytes() const { return fibres_.state_size() * sizeof(float); } // of a pad
+    void save(int pad, char* state) const;
+    void load(int pad, const char* state);
+
+  private:
+    void read_inputs(int pad, plan::Stream&);
+
+    struct Source {
+        size_t cell, held; // its number in the grid, and among the cells whose strain a state holds
+        bool stress;
+    };
+    plan::Felt felt_;
+    plan::StateLayout layout_;
+    std::vector<Source> sources_; // of each fibre of a pad
+    std::vector<double> springs_; // the modulus of each pad's spring in series, Pa; 0: none
+    std::vector<double> moduli_;  // at which each pad's material comes to rest, Pa
+    cpu::Fibres<f32> fibres_;
+    std::vector<float> planes_, pressure_, inputs_; // of a pad
+    mutable std::vector<float> state_;
+    std::vector<Spike> spikes_;
+};
+
+} // namespace dermis

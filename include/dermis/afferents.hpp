@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: MIT
+// Afferents: nerve fibres that turn what acts at a receptor into spikes. Part of dermis.hpp.
+//
+//     w = value*q + rate*q'                 q: the strain at the receptor, or the stress over the modulus at rest
+//     y = F(w)                              F: a low-pass of 1 to 3 poles, whose gain is 1 at frequency 0
+//     I = sum over j = 0, 1, 2 of  gains[j][0]*max(y_j, 0) + gains[j][1]*max(-y_j, 0)       y_j: the j-th derivative
+//     membrane_time*V' = -V + I + after     V = 1: a spike; then V = reset for refractory_time
+//
+// Between frames q runs along a straight line. For such a q the filter is exact at the end of each step, and a spike's
+// time is the time at which V of this continuous model reaches 1, to the tolerance.
+#pragma once
+
+#include <dermis/description.hpp>
+
+namespace dermis {
+
+// A current that a spike starts: amplitude*exp(-t/time), t seconds after the spike. The next spike starts it anew.
+struct AfterCurrent {
+    double amplitude = 0; // any finite number; negative: what follows a spike is harder to reach
+    double time = 1;      // s, > 0
+};
+
+// How fibres of one kind turn q into spikes. The filter F has a real pole for each time constant, 1/(1 + s*time), and,
+// if a frequency f is given, the pair 1/(1 + s/(Q*w) + (s/w)^2) with w = 2*pi*f and Q = quality: 1 to 3 poles in all.
+struct AfferentModel {
+    std::vector<double> time_constants; // s, > 0
+    std::optional<double> frequency;    // Hz, > 0
+    std::optional<double> quality;      // > 0; only with a frequency, which needs it
+    double value = 1;                   // of q; any finite number
+    double rate = 0;                    // of q', s; any finite number
+    // Gains of y (a number), y' (s) and y'' (s2), each for positive and for negative values; finite. A derivative whose
+    // order is the number of poles or greater has gains of 0.
+    std::array<std::array<double, 2>, 3> gains = {{{1, 0}, {0, 0}, {0, 0}}};
+    double membrane_time = 0;   // s, > 0
+    double refractory_time = 0; // s, > 0
+    double reset = 0;           // < 1
+    std::array<AfterCurrent, 2> after;
+};
+
+// The parameters of a class, fitted to published thresholds and rates (bench/evidence/afferents.csv): sa1, fa1 (called
+// RA in monkeys) and fa2 (PC). Throws Error::bad_input for any other quantity.
+DERMIS_API AfferentModel afferent_model(Quantity);
+
+// Fibres of one class, one for each receptor. Fibres are numbered in the order given, from 0 on, through all entries of
+// a list.
+struct Afferents {
+    Quantity type = Quantity::sa1;      // sa1, sa2, fa1 or fa2
+    std::optional<AfferentModel> model; // default: afferent_model(type); SA2 has none
+    // The cells of the receptors, inside the grid; where the description has sites, cells of these sites. Empty: the
+    // description's sites of this class, of which there is one at least.
+    std::vector<Cell> cells;
+    // What q is: the strain of the cell, or its pressure over the modulus at which the cell comes to rest, which needs
+    // a material without a dashpot in series that is the same in every cell.
+    Signal follow = Signal::strain;
+};
+
+// A spike of a press: fibre `afferent` of a pad fires at `share` of the step, 0 < share <= 1, that is (1 - share)*dt
+// seconds before the step ends. frame: of press_frames(), from 0 on; of one frame 0.
+struct Spike {
+    int pad;
+    int afferent;
+    int frame;
+    float share;
+};
+
+} // namespace dermis

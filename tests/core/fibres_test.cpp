@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: MIT
+// Nerve fibres against closed forms, and against a search for their events in 48 digits.
+#include "host/core/cpu/fibres.hpp"
+#include "tests/oracle/afferent.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <doctest/doctest.h>
+
+namespace {
+
+using namespace dermis;
+
+AfferentModel held_model() {
+    AfferentModel m;
+    m.time_constants = {1e-3};
+    m.membrane_time = 0.02;
+    m.refractory_time = 0.002;
+    return m;
+}
+
+// The times, s, at which one fibre fires under inputs at the ends of steps of dt seconds.
+template <class K>
+std::vector<double> times_of(const AfferentModel& m, const std::vector<double>& q, double dt,
+                             const simd::Isa& isa = simd::best()) {
+    cpu::Fibres<K> fibres({{.model = m, .count = 1}}, 1, 1, isa);
+    REQUIRE(fibres.prepare(dt));
+    std::vector<double> times;
+    for (size_t i = 0; i < q.size(); ++i) {
+        const typename K::real input = typename K::real(q[i]);
+        fibres.set_input(0, &input);
+        fibres.forget_spikes();
+        fibres.press(0, 1);
+        for (const auto& s : fibres.spikes()) times.push_back((double(i) + double(s.share)) * dt);
+    }
+    return times;
+}
+
+// The input of a case at the ends of steps of dt seconds, and the case with straight lines between them.
+std::vector<double> sampled(oracle::AfferentCase& c, double dt) {
+    const oracle::AfferentInput in = c.input;
+    std::vector<double> q;
+    c.input = {};
+    for (size_t i = 1; double(i) * dt <= c.seconds; ++i) {
+        const double t = double(i) * dt;
+        double value = in.amplitude * (std::sin(6.283185307179586 * in.frequency * t + in.phase) - std::sin(in.phase));
+        double t0 = 0, q0 = 0;
+        for (size_t k = 0; k < in.times.size(); ++k) {
+            if (t <= in.times[k]) {
+                value += q0 + (in.values[k] - q0) * (t - t0) / (in.times[k] - t0);
+                break;
+            }
+            t0 = in.times[k];
+            q0 = in.values[k];
+            if (k + 1 == in.times.size()) value += q0;
+        }
+        q.push_back(value);
+        c.input.times.push_back(t);
+        c.input.values.push_back(value);
+    }
+    c.seconds = double(q.size()) * dt;
+    return q;
+}
+
+// Compares two lists of times. A spike that stands in only one of them counts as lost or invented, unless the membrane
+// only grazed its threshold there: then both lists part, and the rest is not compared.
+struct Difference {
+    double greatest = 0;
+    size_t compared = 0, parted = 0;
+};
+Difference difference(const std::vector<double>& a, const std::vector<double>& b, double most) {
+    Difference d;
+    for (size_t i = 0; i < std::max(a.size(), b.size()); ++i) {
+        if (i >= a.size() || i >= b.size() || std::abs(a[i] - b[i]) > most) {
+            d.parted = std::max(a.size(), b.size()) - i;
+            break;
+        }
+        d.greatest = std::max(d.greatest, std::abs(a[i] - b[i]));
+        ++d.compared;
+    }
+    return d;
+}
+
+std::vector<double> exact_times(const oracle::AfferentCase& c) {
+    std::vector<double> times;
+    for (const oracle::Real& t : oracle::spikes(c.model, c.input, c.seconds)) times.push_back(double(t.rounded()));
+    return times;
+}
+
+TEST_CASE("under a held input a fibre fires at intervals of t_ref + tau ln(I/(I - 1))") {
+    const AfferentModel m = held_model();
+    for (const double I : {1.0001, 1.1, 2.0, 10.0, 200.0})
+        for (const double dt : {1e-4, 1e-3, 0.01}) {
+            const double T = m.refractory_time + m.membrane_time * std::log(I / (I - 1));
+            const std::vector<double> q(size_t(12 * T / dt) + 200, I);
+            const std::vector<double> exact = times_of<f64>(m, q, dt), single = times_of<f32>(m, q, dt);
+            CAPTURE(I);
+            CAPTURE(dt);
+            REQUIRE(exact.size() > 8);
+            CHECK(exact.size() == single.size());
+            for (size_t i = 0; i + 1 < exact.size(); ++i)
+                if (exact[i] > 0.06) // the filter has come to rest
+                    CHECK(std::abs((exact[i + 1] - exact[i]) / T - 1) < 1e-9);
+        }
+}
+
+TEST_CASE("every spike of random fibres under random inputs is there, within the tolerance") {
+    const bool night = std::getenv("DERMIS_NIGHT") != nullptr;
+    size_t spikes = 0, late = 0;
+    double greatest64 = 0, greatest32 = 0;
+    for (unsigned seed = 0; seed < (night ? 10000u : 200u); ++seed) {
+        oracle::AfferentCase c = oracle::afferent_case(seed);
+        const double dt = seed % 3 == 0 ? 1e-3 : seed % 3 == 1 ? 2.5e-4 : 5e-3;
+        const std::vector<double> q = sampled(c, dt);
+        const std::vector<double> exact = exact_times(c);
+        const Difference in64 = difference(times_of<f64>(c.model, q, dt), exact, 1e-5);
+        const Difference in32 = difference(times_of<f32>(c.model, q, dt), exact, 1e-4);
+        CAPTURE(seed);
+        CHECK(in64.parted == 0);
+        CHECK(in64.greatest < 1e-9);
+        CHECK(in32.parted == 0);
+        CHECK(in32.greatest < 5e-6); // float's rounding, where the membrane hardly rises as it reaches its threshold
+        late += in32.greatest > 1e-6;
+        spikes += exact.size();
+        greatest64 = std::max(greatest64, in64.greatest);
+        greatest32 = std::max(greatest32, in32.greatest);
+    }
+    MESSAGE(spikes << " spikes, greatest error " << greatest64 << " s in double, " << greatest32 << " s in float, "
+                   << late << " fibres beyond 1 us in float");
+    CHECK(spikes > 1000);
+    CHECK(late * 50 < (night ? 10000 : 200));
+}
+
+} // namespace

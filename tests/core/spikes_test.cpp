@@ -1,0 +1,235 @@
+// SPDX-License-Identifier: MIT
+// labels: device threads
+// The spikes of a Skin's nerve fibres.
+#include "host/core/cpu/fibres.hpp"
+#include "tests/support.hpp"
+
+#include <cstring>
+
+using namespace test;
+
+namespace {
+
+constexpr int side = 12;
+
+// Fibres of three classes on cells of a small skin that is pressed by depth, so that its strains are known.
+SkinDescription finger() {
+    SkinDescription d = fingertip();
+    d.grid = {.width = side, .height = side, .spacing = 5e-4};
+    return d;
+}
+std::vector<Afferents> three_classes() {
+    std::vector<Afferents> all(3);
+    all[0].type = Quantity::sa1;
+    all[1].type = Quantity::fa1;
+    all[2].type = Quantity::fa2;
+    for (int i = 0; i < 20; ++i) all[size_t(i % 3)].cells.push_back({i % side, (5 * i) % side});
+    return all;
+}
+SkinOptions spiking(Control control = Control::depth) {
+    SkinOptions options{.responses = {Quantity::sa1}, .control = control};
+    options.afferents = three_classes();
+    return options;
+}
+
+// A vibration that grows, whose depths differ from cell to cell, m.
+std::vector<float> depths(int frame, double dt, int pad = 0) {
+    std::vector<float> all;
+    for (int i = 0; i < side * side; ++i)
+        all.push_back(float(2e-4 * (1 + 0.01 * i + 0.1 * pad) * (1 + std::sin(2 * 3.14159265 * 40 * dt * frame))));
+    return all;
+}
+
+std::vector<Device> spiking_devices(const Validated& vulkan) {
+    return {Device::cpu(1), Device::cpu(2), vulkan.device()};
+}
+
+std::vector<Spike> spikes_of(const Skin& skin) {
+    const Skin::Spikes s = skin.spikes();
+    return {s.begin(), s.end()};
+}
+void append(std::vector<Spike>& to, const Skin& skin, int frame) {
+    for (Spike s : spikes_of(skin)) {
+        s.frame += frame;
+        to.push_back(s);
+    }
+}
+bool same(const std::vector<Spike>& a, const std::vector<Spike>& b) {
+    return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(Spike)) == 0);
+}
+
+} // namespace
+
+TEST_CASE("fibres of a skin fire as the same fibres under the strains of their cells") {
+    const Validated vulkan;
+    for (const Device& device : spiking_devices(vulkan)) {
+        const SkinDescription d = finger();
+        Skin skin(device, d, spiking());
+        std::vector<cpu::FibreKind> kinds;
+        for (const Afferents& a : three_classes())
+            kinds.push_back({.model = afferent_model(a.type), .count = a.cells.size()});
+        cpu::Fibres<f32> alone(kinds, 1, 1, simd::best());
+        size_t fired = 0;
+        for (int n = 0; n < 200; ++n) {
+            const double dt = n % 50 < 40 ? 0.001 : 0.004;
+            const std::vector<float> depth = depths(n, 0.001);
+            skin.press(depth, dt);
+            std::vector<float> inputs;
+            for (const Afferents& a : three_classes())
+                for (const Cell c : a.cells)
+                    inputs.push_back(depth[size_t(c.y * side + c.x)] / float(*d.material.thickness));
+            REQUIRE(alone.prepare(dt));
+            alone.set_input(0, inputs.data());
+            alone.forget_spikes();
+            alone.press(0, 1);
+            const std::vector<Spike> spikes = spikes_of(skin);
+            REQUIRE(spikes.size() == alone.spikes().size());
+            for (size_t i = 0; i < spikes.size(); ++i) {
+                CHECK(spikes[i].pad == 0);
+                CHECK(spikes[i].frame == 0);
+                CHECK(spikes[i].afferent == alone.spikes()[i].fibre);
+                CHECK(spikes[i].share == alone.spikes()[i].share);
+                CHECK(spikes[i].share > 0);
+                CHECK(spikes[i].share <= 1);
+            }
+            fired += spikes.size();
+        }
+        CHECK(fired > 100);
+    }
+}
+
+TEST_CASE("a pad's spikes are those of a skin of its own, with a step for each pad") {
+    const Validated vulkan;
+    for (const Device& device : spiking_devices(vulkan)) {
+        SkinOptions many = spiking(), one = spiking();
+        many.count = 3;
+        Skin batch(device, finger(), many);
+        std::vector<Skin> alone;
+        for (int pad = 0; pad < 3; ++pad) alone.emplace_back(device, finger(), one);
+        size_t fired = 0;
+        for (int n = 0; n < 80; ++n) {
+            std::vector<float> all;
+            const std::vector<double> steps = {0.001, 0.002, n < 40 ? 0.001 : 0.0015};
+            std::vector<Spike> expected;
+            for (int pad = 0; pad < 3; ++pad) {
+                const std::vector<float> depth = depths(n, 0.001, pad);
+                all.insert(all.end(), depth.begin(), depth.end());
+                alone[size_t(pad)].press(depth, steps[size_t(pad)]);
+                for (Spike s : spikes_of(alone[size_t(pad)])) {
+                    s.pad = pad;
+                    expected.push_back(s);
+                }
+            }
+            batch.press(all, steps);
+            CHECK(same(spikes_of(batch), expected));
+            fired += expected.size();
+        }
+        CHECK(fired > 100);
+    }
+}
+
+TEST_CASE("saved, loaded and cut at any step, and pressed by frames, a skin has the same spikes") {
+    const Validated vulkan;
+    for (const Device& device : spiking_devices(vulkan))
+        for (const Control control : {Control::depth, Control::pressure}) {
+            SkinOptions options = spiking(control);
+            if (control == Control::pressure) options.afferents[1].follow = Signal::stress;
+            const double scale = control == Control::pressure ? 1e8 : 1;
+            const auto frame = [&](int n) {
+                std::vector<float> f = depths(n, 0.001);
+                for (float& x : f) x *= float(scale);
+                return f;
+            };
+            std::vector<Spike> straight, cut, framed;
+            Skin skin(device, finger(), options);
+            for (int n = 0; n < 60; ++n) {
+                skin.press(frame(n), 0.001);
+                append(straight, skin, n);
+            }
+            CHECK(straight.size() > 30);
+            Skin first(device, finger(), options), second(device, finger(), options);
+            for (int n = 0; n < 60; ++n) {
+                Skin& now = n % 2 ? second : first;
+                Skin& other = n % 2 ? first : second;
+                now.press(frame(n), 0.001);
+                append(cut, now, n);
+                std::vector<char> state(now.state_bytes());
+                now.save(state.data(), state.size());
+                other.reset();
+                other.load(state.data(), state.size());
+            }
+            CHECK(same(straight, cut));
+            Skin by_frames(device, finger(), options);
+            for (int n = 0; n < 60; n += 20) {
+                std::vector<float> frames;
+                for (int i = n; i < n + 20; ++i) {
+                    const std::vector<float> f = frame(i);
+                    frames.insert(frames.end(), f.begin(), f.end());
+                }
+                by_frames.press_frames(frames.data(), 20, side * side, 0.001);
+                append(framed, by_frames, n);
+            }
+            CHECK(same(straight, framed));
+            by_frames.reset();
+            by_frames.press(frame(0), 0.001);
+            skin.reset();
+            skin.press(frame(0), 0.001);
+            CHECK(same(spikes_of(skin), spikes_of(by_frames)));
+        }
+}
+
+TEST_CASE("fibres on sites fire as fibres on the same cells of a field") {
+    const Validated vulkan;
+    for (const Device& device : spiking_devices(vulkan)) {
+        SkinDescription d = finger();
+        Skin field(device, d, spiking());
+        for (const Afferents& a : three_classes())
+            for (const Cell c : a.cells) d.sites.push_back({.type = a.type, .cell = c});
+        SkinOptions options = spiking();
+        for (Afferents& a : options.afferents) a.cells.clear(); // the sites of the class
+        Skin sites(device, d, options);
+        size_t fired = 0;
+        for (int n = 0; n < 60; ++n) {
+            field.press(depths(n, 0.001), 0.001);
+            sites.press(depths(n, 0.001), 0.001);
+            CHECK(same(spikes_of(field), spikes_of(sites)));
+            fired += spikes_of(field).size();
+        }
+        CHECK(fired > 30);
+    }
+}
+
+TEST_CASE("fibres that cannot be are refused by name, and a step that is too long for them changes nothing") {
+    const Device cpu = Device::cpu(1);
+    const auto refused = [&](auto change) {
+        SkinOptions options = spiking();
+        change(options.afferents[0]);
+        return refusal(Error::Code::bad_input, [&] { Skin(cpu, finger(), options); });
+    };
+    AfferentModel m = afferent_model(Quantity::sa1);
+    CHECK(refused([](Afferents& a) { a.type = Quantity::sa2; }) ==
+          "afferents.class = \"sa2\"; allowed: sa1, fa1, fa2, which have parameters; give a model for sa2");
+    CHECK(refused([&](Afferents& a) { a.model = m, a.model->membrane_time = 0; }) ==
+          "afferents[0].membrane_time = 0; allowed: a finite number > 0");
+    CHECK(refused([&](Afferents& a) { a.model = m, a.model->gains[2][0] = 1; }) ==
+          "afferents[0].gains[2] = 1; allowed: 0: a filter of 2 poles has a continuous derivative of order 1 at most");
+    CHECK(refused([&](Afferents& a) { a.model = m, a.model->frequency = 100; }) ==
+          "afferents[0].quality = (not given); allowed: a number > 0: frequency and quality belong together");
+    CHECK(refused([&](Afferents& a) { a.model = m, a.model->reset = 1; }) ==
+          "afferents[0].reset = 1; allowed: a finite number < 1");
+    CHECK(refused([](Afferents& a) {
+              a.cells[1] = {side, 0};
+          }) == "afferents[0].cells[1] = [12, 0]; allowed: [x, y] with x in 0..11, y in 0..11");
+    CHECK(refused([](Afferents& a) { a.cells.clear(); }) ==
+          "afferents[0].cells = (none); allowed: some cells, or sites of sa1 in the description");
+    CHECK(refused([](Afferents& a) { a.follow = Signal::stress; }) ==
+          "afferents[0].follow = \"stress\"; allowed: \"strain\", unless the skin is pressed by pressure and has one "
+          "material that comes to rest");
+    Skin skin(cpu, finger(), spiking()), other(cpu, finger(), spiking());
+    for (int n = 0; n < 40; ++n) {
+        if (n % 10 == 5) CHECK_THROWS_AS(skin.press(depths(n, 0.001), 1e4), Error);
+        skin.press(depths(n, 0.001), 0.001);
+        other.press(depths(n, 0.001), 0.001);
+        CHECK(same(spikes_of(skin), spikes_of(other)));
+    }
+}
