@@ -5,7 +5,7 @@
 // to event, and bisection finds when each event is. Times inside a substep are shares of it, from 0 to 1. The includer
 // declares
 //   mask                                   what lessThan() returns
-//   mask both(mask, mask), either(mask, mask), negated(mask)
+//   mask both(mask, mask), either(mask, mask), differ(mask, mask), negated(mask)
 //   bool some(mask)                        whether it holds in some lane
 
 // A fibre: the filter's output and its derivatives (s-1, s-2), the membrane, the refractory time that is left (s), and
@@ -30,20 +30,40 @@ inline Drive drive_of(real from, real change, int part, FibreConstants k) {
     return d;
 }
 
-// Row `row` of a matrix of three rows, applied to the filter's state and the drive.
-#define FIBRE_ROW(matrix, row, f, d)                                                                                   \
-    (real(k.matrix[5 * (row)]) * f.y0 + real(k.matrix[5 * (row) + 1]) * f.y1 + real(k.matrix[5 * (row) + 2]) * f.y2 +  \
-     real(k.matrix[5 * (row) + 3]) * d.w + real(k.matrix[5 * (row) + 4]) * d.gained)
+// What q gains in a substep of a press from q = from to q = to; and the share of the press at a share of a substep.
+inline real change_of(real from, real to, FibreConstants k) {
+    precise real change = (to - from) * real(k.per_substeps);
+    return change;
+}
+inline real share_of(real share, int part, FibreConstants k) {
+    precise real of_press = (real(part) + share) * real(k.per_substeps);
+    return of_press;
+}
+
+// Row `row` of a matrix, applied to the drive and the filter's state.
+#define FIBRE_ROW(matrix, row, f, d) row_of(k.matrix[5 * (row)], k.matrix[5 * (row) + 1], k.matrix[5 * (row) + 2], \
+    k.matrix[5 * (row) + 3], k.matrix[5 * (row) + 4], f, d, k.poles)
+inline real row_of(scalar w, scalar gained, scalar y0, scalar y1, scalar y2, Fibre f, Drive d, int poles) {
+    precise real sum = real(w) * d.w + real(gained) * d.gained + real(y0) * f.y0;
+    if (poles > 1) sum = sum + real(y1) * f.y1;
+    if (poles > 2) sum = sum + real(y2) * f.y2;
+    return sum;
+}
 
 // The filter at a substep's end; everything else as it was.
 inline Fibre filtered(Fibre f, Drive d, FibreConstants k) {
     precise real y0 = FIBRE_ROW(filter_step, 0, f, d);
-    precise real y1 = FIBRE_ROW(filter_step, 1, f, d);
-    precise real y2 = FIBRE_ROW(filter_step, 2, f, d);
-    f.y0 = flush(y0);
-    f.y1 = flush(y1);
-    f.y2 = flush(y2);
-    return f;
+    Fibre end = f;
+    end.y0 = flush(y0);
+    if (k.poles > 1) {
+        precise real y1 = FIBRE_ROW(filter_step, 1, f, d);
+        end.y1 = flush(y1);
+    }
+    if (k.poles > 2) {
+        precise real y2 = FIBRE_ROW(filter_step, 2, f, d);
+        end.y2 = flush(y2);
+    }
+    return end;
 }
 
 // Derivatives 0 to COURSE_DERIVATIVES - 1 of the filter's output, in shares of a substep.
@@ -71,14 +91,18 @@ inline Derivatives derivatives_of(Fibre f, Drive d, FibreConstants k) {
     return y;
 }
 
-// A polynomial in the share of a substep.
+// A polynomial in the share of a substep, of degree COURSE_DEGREE = 8. Its terms are added in pairs, so that few
+// additions wait for each other.
 struct Course {
     real c[COURSE_DEGREE + 1];
 };
 
 inline real course_at(Course p, real s) {
-    precise real sum = p.c[COURSE_DEGREE];
-    for (int i = COURSE_DEGREE - 1; i >= 0; --i) sum = sum * s + p.c[i];
+    precise real s2 = s * s;
+    precise real s4 = s2 * s2;
+    precise real low = (p.c[0] + p.c[1] * s) + (p.c[2] + p.c[3] * s) * s2;
+    precise real high = (p.c[4] + p.c[5] * s) + ((p.c[6] + p.c[7] * s) + p.c[8] * s2) * s2;
+    precise real sum = low + high * s4;
     return sum;
 }
 
@@ -110,19 +134,19 @@ struct Fall {
 };
 
 // Halves the share from 0 to `to` until the course has fallen below 0 in the second of its halves alone.
-inline real fall_between(Course p, real to, FibreConstants k) {
+inline real fall_between(Course p, real to, int bisections) {
     precise real from = real(0.0);
-    precise real half = to;
-    for (int i = 0; i < k.bisections; ++i) {
-        half = half * real(0.5);
-        precise real middle = from + half;
+    precise real width = to;
+    for (int i = 0; i < bisections; ++i) {
+        width = width * real(0.5);
+        precise real middle = from + width;
         from = mix(middle, from, lessThan(course_at(p, middle), real(0.0)));
     }
-    precise real found = from + half * real(0.5);
+    precise real found = from + width * real(0.5);
     return found;
 }
 
-inline Fall first_fall(Course p, real to, FibreConstants k) {
+inline Fall first_fall(Course p, real to, int bisections) {
     Fall fall;
     Course slope = slope_of(p);
     fall.found = lessThan(course_at(p, to), real(0.0));
@@ -133,13 +157,13 @@ inline Fall first_fall(Course p, real to, FibreConstants k) {
             precise real c = -slope.c[i];
             slope.c[i] = c;
         }
-        real lowest = fall_between(slope, to, k);
+        real lowest = fall_between(slope, to, bisections);
         mask reaches = both(both(dips, negated(fall.found)), lessThan(course_at(p, lowest), real(0.0)));
         before = mix(before, lowest, reaches);
         fall.found = either(fall.found, reaches);
     }
     fall.at = to;
-    if (some(fall.found)) fall.at = mix(to, fall_between(p, before, k), fall.found);
+    if (some(fall.found)) fall.at = mix(to, fall_between(p, before, bisections), fall.found);
     return fall;
 }
 
@@ -188,11 +212,15 @@ inline Course decay_course(real current, scalar loss, FibreConstants k) {
 // The state of the filter at share s of a substep, from its derivatives.
 inline Fibre filter_at(Fibre f, Derivatives y, real s, FibreConstants k) {
     precise real y0 = course_at(course_of(y, 0, real(1.0), k), s);
-    precise real y1 = course_at(course_of(y, 1, real(k.per_scale[1]), k), s);
-    precise real y2 = course_at(course_of(y, 2, real(k.per_scale[2]), k), s);
     f.y0 = y0;
-    f.y1 = y1;
-    f.y2 = y2;
+    if (k.poles > 1) {
+        precise real y1 = course_at(course_of(y, 1, real(k.per_scale[1]), k), s);
+        f.y1 = y1;
+    }
+    if (k.poles > 2) {
+        precise real y2 = course_at(course_of(y, 2, real(k.per_scale[2]), k), s);
+        f.y2 = y2;
+    }
     return f;
 }
 
@@ -231,7 +259,7 @@ inline Fired through_events(Fibre begin, Drive d, FibreConstants k) {
         for (int j = 0; j < FIBRE_OUTPUTS; ++j) {
             turned[j] = side[j];
             if ((k.outputs & (1 << j)) == 0) continue;
-            Fall change = first_fall(course_of(y, j, side[j], k), to, k);
+            Fall change = first_fall(course_of(y, j, side[j], k), to, k.turn_bisections);
             to = change.at;
             last = both(last, negated(change.found));
             for (int i = 0; i < j; ++i) turned[i] = mix(turned[i], side[i], change.found);
@@ -248,7 +276,7 @@ inline Fired through_events(Fibre begin, Drive d, FibreConstants k) {
         }
         precise real first = real(1.0) - v.c[0];
         below.c[0] = first;
-        Fall crossing = first_fall(below, to, k);
+        Fall crossing = first_fall(below, to, k.bisections);
         mask fires = both(both(crossing.found, going), negated(quiet));
         real s = mix(to, crossing.at, fires);
         Fibre next = filter_at(f, y, s, k);
@@ -286,45 +314,50 @@ struct Straight {
     mask eventful;
 };
 
-// Whether a derivative with the values `now` and `then` at a substep's ends, and these slopes there, may be 0 between
-// them.
-inline mask may_change_sign(real now, real then, real slope_now, real slope_then, real side) {
-    precise real from = side * now;
-    precise real to = side * then;
-    precise real falls = side * slope_now;
-    precise real rises = side * slope_then;
-    precise real lowest = from + real(2.0) * falls;
-    mask dips = both(both(lessThan(falls, real(0.0)), lessThan(real(0.0), rises)), lessThan(lowest, real(0.0)));
-    return either(lessThan(to, real(0.0)), dips);
+// Whether a derivative may be 0 within a substep: where its ends have other signs, or where it comes near 0 and leaves
+// again.
+inline mask may_change_sign(real now, real later, real slope, real slope_later) {
+    precise real falls = now * slope;
+    precise real rises = later * slope_later;
+    precise real reach = real(2.0) * abs(slope);
+    mask dips = both(both(lessThan(falls, real(0.0)), lessThan(real(0.0), rises)), lessThan(abs(now), reach));
+    return either(dips, differ(lessThan(now, real(0.0)), lessThan(later, real(0.0))));
+}
+
+// Derivative j of the filter's output, and what it changes by in a substep if it goes on as it does at a substep's start.
+inline real derivative_of(Fibre f, int j) { return j == 0 ? f.y0 : (j == 1 ? f.y1 : f.y2); }
+inline real slope_at(Fibre f, Drive d, int j, FibreConstants k) {
+    if (j + 1 < k.poles) {
+        precise real slope = real(k.step) * derivative_of(f, j + 1);
+        return slope;
+    }
+    precise real of_equation = FIBRE_ROW(highest, 0, f, d);
+    return of_equation;
 }
 
 inline Straight straight_step(Fibre f, Drive d, FibreConstants k) {
     Straight s;
     s.fibre = filtered(f, d, k);
+    Fibre end = s.fibre;
     Drive then;
     precise real w = d.w + d.gained;
     then.w = w;
     then.gained = d.gained;
-    Fibre end = s.fibre;
     s.eventful = lessThan(real(1.0), real(0.0));
-    precise real gained = real(0.0);     // by the membrane
-    precise real current = real(0.0);    // at the start
-    precise real current_then = real(0.0);
+    precise real gained = real(0.0); // by the membrane
+    precise real current = real(0.0);
+    precise real current_later = real(0.0);
     for (int j = 0; j < FIBRE_OUTPUTS; ++j) {
         if ((k.outputs & (1 << j)) == 0) continue;
-        real now = j == 0 ? f.y0 : (j == 1 ? f.y1 : f.y2);
-        real later = j == 0 ? end.y0 : (j == 1 ? end.y1 : end.y2);
-        real side = side_of(now, later);
-        precise real scaled = now * real(k.scale[j]);
-        precise real scaled_later = later * real(k.scale[j]);
-        precise real slope = FIBRE_ROW(slopes, j, f, d);
-        precise real slope_later = FIBRE_ROW(slopes, j, end, then);
-        s.eventful = either(s.eventful, may_change_sign(scaled, scaled_later, slope, slope_later, side));
-        real gain = gain_of(j, side, k);
+        real now = derivative_of(f, j);
+        real later = derivative_of(end, j);
+        mask turns = may_change_sign(now, later, slope_at(f, d, j, k), slope_at(end, then, j, k));
+        s.eventful = either(s.eventful, turns);
+        real gain = mix(real(k.gain[2 * j]), real(k.gain[2 * j + 1]), lessThan(now, real(0.0)));
         precise real through = FIBRE_ROW(membrane_step, j, f, d);
         gained = gained + gain * through;
         current = current + gain * now;
-        current_then = current_then + gain * later;
+        current_later = current_later + gain * later;
     }
     if (k.after != 0) {
         gained = gained + real(k.after_gain[0]) * f.after0 + real(k.after_gain[1]) * f.after1;
@@ -333,21 +366,18 @@ inline Straight straight_step(Fibre f, Drive d, FibreConstants k) {
         s.fibre.after0 = flush(after0);
         s.fibre.after1 = flush(after1);
         current = current + f.after0 + f.after1;
-        current_then = current_then + after0 + after1;
+        current_later = current_later + after0 + after1;
     }
     precise real v = real(k.keep) * f.membrane + gained;
     precise real rises = real(k.loss) * (current - f.membrane);
-    precise real rises_then = real(k.loss) * (current_then - v);
-    real steeper = greater(abs(rises), abs(rises_then));
-    precise real highest = greater(f.membrane, v) + real(2.0) * steeper;
-    mask turns = both(both(lessThan(real(0.0), rises), lessThan(rises_then, real(0.0))),
-                      lessThan(real(1.0), highest));
+    precise real falls = real(k.loss) * (v - current_later);
+    precise real highest = greater(f.membrane, v) + real(2.0) * greater(rises, falls);
+    mask peaks = both(both(lessThan(real(0.0), rises), lessThan(real(0.0), falls)), lessThan(real(1.0), highest));
     mask resting = lessThan(real(0.0), f.rest);
     mask throughout = negated(lessThan(f.rest, real(k.step)));
-    mask fires = either(lessThan(real(1.0), v), turns);
-    s.eventful = both(either(either(s.eventful, fires), resting), negated(throughout));
+    s.eventful = both(either(either(s.eventful, resting), either(lessThan(real(1.0), v), peaks)), negated(throughout));
     precise real remains = f.rest - real(k.step);
     s.fibre.membrane = mix(flush(v), real(k.reset), throughout);
-    s.fibre.rest = mix(real(0.0), flush(remains), throughout);
+    s.fibre.rest = mix(real(0.0), remains, throughout);
     return s;
 }

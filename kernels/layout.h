@@ -172,6 +172,21 @@ struct ReduceConstants {
 };
 
 #define FIBRES_X 64
+#define FIBRES_CONSTANTS 0
+#define FIBRES_STATE 1
+#define FIBRES_INPUT 2
+#define FIBRES_SPIKES 3
+#define FIBRES_BINDINGS 4
+// Planes of a fibre's state: Fibre in kernels/afferent.h, and its input at the end of the last press.
+#define FIBRE_Y0 0
+#define FIBRE_Y1 1
+#define FIBRE_Y2 2
+#define FIBRE_MEMBRANE 3
+#define FIBRE_REST 4
+#define FIBRE_AFTER0 5
+#define FIBRE_AFTER1 6
+#define FIBRE_INPUT 7
+#define FIBRE_PLANES 8
 #define FIBRE_OUTPUTS 3 // derivatives of the filter's output that drive the membrane: y, its first and its second
 #define COURSE_DEGREE 8 // of the Taylor polynomials inside a substep
 #define COURSE_DERIVATIVES (COURSE_DEGREE + FIBRE_OUTPUTS)
@@ -179,17 +194,16 @@ struct ReduceConstants {
 // Constants of one substep of fibres of one kind (kernels/afferent.h), computed on the host in double
 // (host/core/model/fibres.cpp). y0, y1, y2 are the filter's output and its derivatives, in seconds, so that a state
 // outlives a change of dt; in shares of a substep derivative j is yj times step^j. Matrices have rows of five: the factors
-// of y0, y1, y2, of the drive w at the substep's start, and of what the drive gains.
+// of the drive w at the substep's start, of what the drive gains, and of y0, y1, y2.
 struct FibreConstants {
     scalar filter_step[15];   // y0, y1, y2 at the end
     scalar membrane_step[15]; // what V gains by each of y0, y1, y2 with a gain of 1
     scalar start[15];         // derivatives 0, 1, 2 at the start by the filter's equation, in shares
-    scalar slopes[15];        // derivatives 1, 2, 3 at the start, in shares
+    scalar highest[5];        // what the highest derivative of the state changes by in a substep, as at its start
     scalar back[3];           // derivative i = driven - back[2]*(i-1) - back[1]*(i-2) - back[0]*(i-3), in shares, with
     scalar driven[3];         // driven[0]*w + driven[1]*gained for i = 3, driven[2]*gained for i = 4, 0 beyond
     scalar gain[6];           // factor of y0 where it is positive, and where it is negative, then of y1 and of y2
-    scalar scale[3];          // step^j
-    scalar per_scale[3];
+    scalar per_scale[3];      // 1/step^j
     scalar per_factorial[COURSE_DEGREE + 1]; // 1/i!
     scalar per_next[COURSE_DEGREE];          // 1/(i + 1)
     scalar after_keep[2];     // of the currents after a spike over a substep
@@ -202,9 +216,22 @@ struct FibreConstants {
     scalar per_substeps;
     scalar refractory;        // in substeps, at least 1
     scalar reset;
+    int poles;                // of the filter
     int substeps;             // of a press
-    int bisections;           // of each search within a substep
+    int bisections;           // of the search for a spike within a substep
+    int turn_bisections;      // of the search for a change of sign, whose place counts by its square
     int events;               // that are followed in a substep
     int outputs;              // a bit for each derivative that has gains
     int after;                // 1: a spike starts currents
+};
+
+// The fibres of one kind in neighbouring pads, of_pad of them in each, `pad` numbers apart in a plane from `first` on.
+struct FibreDispatch {
+    int fibres, first, of_pad, pad;
+    int plane; // numbers from plane to plane
+    int kind;  // of the constants
+};
+struct FibreEntry {
+    int fibre; // index in a plane
+    scalar share;
 };

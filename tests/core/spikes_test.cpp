@@ -65,7 +65,7 @@ TEST_CASE("fibres of a skin fire as the same fibres under the strains of their c
     for (const Device& device : spiking_devices(vulkan)) {
         const SkinDescription d = finger();
         Skin skin(device, d, spiking());
-        std::vector<cpu::FibreKind> kinds;
+        std::vector<plan::FibreKind> kinds;
         for (const Afferents& a : three_classes())
             kinds.push_back({.model = afferent_model(a.type), .count = a.cells.size()});
         cpu::Fibres<f32> alone(kinds, 1, 1, simd::best());

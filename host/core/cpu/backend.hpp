@@ -2,6 +2,7 @@
 #pragma once
 
 #include "host/core/base/cores.hpp"
+#include "host/core/cpu/fibres.hpp"
 #include "host/core/cpu/stream.hpp"
 
 namespace dermis::cpu {
@@ -15,6 +16,10 @@ class CpuBackend : public plan::Backend {
     int threads() const override { return threads_ ? threads_ : simd::cores(); }
     std::unique_ptr<plan::Stream> stream(const plan::StreamedSkin& skin) override {
         return cpu::stream(skin, threads_, isa_);
+    }
+    std::unique_ptr<plan::FibrePopulation<f32>> fibres(const std::vector<plan::FibreKind>& kinds,
+                                                       size_t pads) override {
+        return std::make_unique<Fibres<f32>>(kinds, pads, threads_, isa_);
     }
     const simd::Isa& isa() const { return isa_; }
 

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "host/core/embedding/fibres_check.hpp"
 #include "host/core/embedding/runner.hpp"
+#include "host/core/vulkan/fibres_kernel.hpp"
 
 namespace dermis::vulkan {
 
@@ -14,6 +16,12 @@ class VulkanBackend : public plan::Backend {
     std::unique_ptr<plan::Stream> stream(const plan::StreamedSkin& skin) override {
         context_->need_working();
         return std::make_unique<SkinRunner>(context_, skin);
+    }
+    std::unique_ptr<plan::FibrePopulation<f32>> fibres(const std::vector<plan::FibreKind>& kinds,
+                                                       size_t pads) override {
+        context_->need_working();
+        need_exact_fibres(context_);
+        return std::make_unique<Fibres>(context_, kinds, pads);
     }
     const std::shared_ptr<Context>& context() const { return context_; }
 

@@ -99,17 +99,17 @@ Matrix motion_of(const Filter& f, double h, double loss) {
     return m;
 }
 
-// Derivatives 0 to rows of y at a substep's start, in shares, as factors of y, y', y'', w and what w gains.
+// Derivatives 0 to rows of y at a substep's start, in shares, as factors of w, what w gains, y, y' and y''.
 std::array<std::array<double, columns>, rows + 1> derivatives_of(const Filter& f, double h) {
     std::array<std::array<double, columns>, rows + 1> all{};
     for (int i = 0; i <= rows; ++i) {
         auto& row = all[size_t(i)];
         if (i < f.poles) {
-            row[size_t(i)] = std::pow(h, i);
+            row[size_t(i) + 2] = std::pow(h, i);
             continue;
         }
         const double drive = f.back[0] * std::pow(h, f.poles);
-        if (i - f.poles < 2) row[size_t(rows + i - f.poles)] = drive;
+        if (i - f.poles < 2) row[size_t(i - f.poles)] = drive;
         for (int j = 0; j < f.poles; ++j)
             for (int c = 0; c < columns; ++c)
                 row[size_t(c)] -=
@@ -129,13 +129,15 @@ template <class Constants> void fill_matrices(const Filter& f, double h, double 
     const auto derivatives = derivatives_of(f, h);
     for (int i = 0; i < rows; ++i)
         for (int c = 0; c < columns; ++c) {
-            const size_t at = size_t(columns * i + c), from = size_t(c < rows ? c : drive_w + c - rows);
-            const double in_seconds = std::pow(h, (c < rows ? c : 0) - i);
+            const int j = c - 2; // of y
+            const size_t at = size_t(columns * i + c), from = size_t(j < 0 ? drive_w + c : j);
+            const double in_seconds = std::pow(h, std::max(j, 0) - i);
             k.filter_step[at] = scalar(i < f.poles ? step[size_t(i)][from] * in_seconds : 0);
             k.membrane_step[at] = scalar(i < f.poles ? step[size_t(gained_by_first + i)][from] * in_seconds : 0);
             k.start[at] = scalar(derivatives[size_t(i)][size_t(c)]);
-            k.slopes[at] = scalar(derivatives[size_t(i) + 1][size_t(c)]);
         }
+    for (size_t c = 0; c < columns; ++c) // in shares it is the next derivative
+        k.highest[c] = scalar(derivatives[size_t(f.poles)][c] * std::pow(h, 1 - f.poles));
     for (int j = 0; j < f.poles; ++j) k.back[rows - f.poles + j] = scalar(f.back[size_t(j)] * std::pow(h, f.poles - j));
     const double drive = f.back[0] * std::pow(h, f.poles);
     k.driven[0] = scalar(f.poles == 3 ? drive : 0);
@@ -157,7 +159,7 @@ template <class Constants> void fill_currents(const AfferentModel& m, double h, 
 
 template <class Constants> bool all_finite(const Constants& k) {
     using scalar = std::remove_reference_t<decltype(k.keep)>;
-    constexpr size_t scalars = offsetof(Constants, substeps) / sizeof(scalar);
+    constexpr size_t scalars = offsetof(Constants, poles) / sizeof(scalar);
     const auto* from = reinterpret_cast<const scalar*>(&k);
     return std::all_of(from, from + scalars, [](scalar x) { return finite(double(x)); });
 }
@@ -180,6 +182,7 @@ template <class K> bool fill_fibre_constants(const AfferentModel& m, double dt, 
     k.substeps = fibre_substeps(m, dt, fibre_accuracy<K>);
     if (k.substeps == 0) return false;
     const Filter f = filter_of(m);
+    k.poles = f.poles;
     const double h = dt / k.substeps, loss = h / m.membrane_time;
     fill_matrices(f, h, loss, k);
     fill_currents(m, h, loss, k);
@@ -188,7 +191,6 @@ template <class K> bool fill_fibre_constants(const AfferentModel& m, double dt, 
     for (int i = 0; i < COURSE_DEGREE; ++i) k.per_next[i] = scalar(1.0 / (i + 1));
     int outputs = 0;
     for (int j = 0; j < rows; ++j) {
-        k.scale[j] = scalar(std::pow(h, j));
         k.per_scale[j] = scalar(std::pow(h, -j));
         k.gain[2 * j] = scalar(m.gains[size_t(j)][0]);
         k.gain[2 * j + 1] = scalar(-m.gains[size_t(j)][1]);
@@ -207,6 +209,7 @@ template <class K> bool fill_fibre_constants(const AfferentModel& m, double dt, 
     k.reset = scalar(m.reset);
     const double halvings = std::ceil(std::log2(h / fibre_accuracy<K>.tolerance));
     k.bisections = std::max(int(halvings), least_bisections);
+    k.turn_bisections = k.bisections / 2 + 2;
     k.events = 3 + 2 * outputs;
     return all_finite(k);
 }

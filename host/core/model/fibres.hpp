@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: MIT
-// Nerve fibres of one kind: the constants of their steps.
+// Nerve fibres of several kinds in each of several pads: the constants of their steps, and the interface of what steps
+// them.
 #pragma once
 
 #include "dermis/afferents.hpp"
 #include "host/core/simd/model.hpp"
+
+#include <span>
 
 namespace dermis::plan {
 
@@ -15,11 +18,78 @@ struct FibreAccuracy {
 template <class K> constexpr FibreAccuracy fibre_accuracy = {.tolerance = 1e-6, .resolution = 1};
 template <> inline constexpr FibreAccuracy fibre_accuracy<f64> = {.tolerance = 1e-12, .resolution = 0.25};
 
-// Substeps of a step of dt seconds: a power of two, so that a refractory time lasts for a substep at least; 0: more
-// than a step may have.
-int fibre_substeps(const AfferentModel&, double dt, const FibreAccuracy&);
-// Fills in the constants of a step of dt seconds. Returns false where a substep is one too many, or where a constant
-// does not fit a number of K.
+// Fills in the constants of a step of dt seconds. Returns false where it has more than 65536 substeps, or where a
+// constant does not fit a number of K.
 template <class K> bool fill_fibre_constants(const AfferentModel&, double dt, typename K::FibreConstants&);
+
+// Fibres of one model, numbered from the fibres of the kinds before on.
+struct FibreKind {
+    AfferentModel model;
+    size_t count;
+};
+
+// A spike of a press; fibre: its number in its pad; share: of the press.
+template <class real> struct FibreFires {
+    int pad, fibre;
+    real share;
+};
+
+// Fibres that are pressed step by step. K: f32 or f64, the numbers of states and times.
+template <class K> class FibrePopulation {
+  public:
+    using real = typename K::real;
+
+    // line: numbers in a plane at whose multiples a kind's fibres begin.
+    FibrePopulation(const std::vector<FibreKind>&, size_t pads, size_t line);
+    virtual ~FibrePopulation() = default;
+    FibrePopulation(const FibrePopulation&) = delete;
+
+    size_t count() const { return count_; } // fibres of a pad
+    // The input of each fibre of a pad at the end of its next press. It is kept until it is changed.
+    void set_input(size_t pad, const real* inputs);
+    // Makes the constants of steps of dt seconds. Returns false where fill_fibre_constants() does, and nothing has
+    // changed then. Allocates where a step of this length may have more spikes than those before.
+    bool prepare(double dt);
+    // Presses neighbouring pads over a step of the dt that was prepared last, and appends to spikes(). A dt of 0 takes
+    // the inputs alone.
+    void press(size_t first_pad, size_t pads);
+    void forget_spikes() { fired_ = 0; }
+    // The spikes of presses since forget_spikes(): by press, by pad, by fibre, then by time.
+    std::span<const FibreFires<real>> spikes() const { return {spikes_.data(), fired_}; }
+    size_t most_spikes() const { return spikes_.size(); } // of a press of all pads
+
+    void reset(size_t pad);
+    // The numbers of a pad's state, fibre by fibre.
+    size_t state_size() const { return count_ * FIBRE_PLANES; }
+    void save(size_t pad, real* state) const;
+    void load(size_t pad, const real* state);
+
+  protected:
+    struct Kind {
+        AfferentModel model;
+        size_t count, padded, first, offset; // first: fibre of a pad; offset: of its fibres in a plane of a pad
+        typename K::FibreConstants constants;
+    };
+    size_t at(size_t pad, const Kind& k, size_t fibre) const { return pad * padded_ + k.offset + fibre; }
+    void fire(size_t pad, const Kind& k, size_t fibre, real share) {
+        spikes_[fired_++] = {int(pad), int(k.first + fibre), share};
+    }
+    // Makes room for so many spikes of each number in a plane; takes new constants; steps the fibres of pads.
+    virtual void grow(size_t most) = 0;
+    virtual void take_constants() {}
+    virtual void step(size_t first_pad, size_t pads) = 0;
+
+    std::vector<Kind> kinds_;
+    size_t count_ = 0, padded_ = 0, pads_, plane_ = 0; // fibres of a pad, their room in a plane, pads, a plane
+    size_t most_substeps_ = 0;
+    real *state_ = nullptr, *input_ = nullptr; // the planes, and one more; of those who step them
+
+  private:
+    template <class One> void each_number(size_t pad, One one) const;
+
+    double dt_ = 0;
+    std::vector<FibreFires<real>> spikes_;
+    size_t fired_ = 0;
+};
 
 } // namespace dermis::plan

@@ -2,6 +2,7 @@
 // The interface of a backend: the CPU path, or a Vulkan device.
 #pragma once
 
+#include "host/core/model/fibres.hpp"
 #include "host/core/model/streamed_skin.hpp"
 
 #include <memory>
@@ -65,6 +66,9 @@ class Backend {
     virtual std::string name() const = 0;
     virtual int threads() const = 0; // host threads that share the work; 0: none
     virtual std::unique_ptr<Stream> stream(const StreamedSkin&) = 0;
+    // Nerve fibres in each of so many pads. Throws Error::device, and Error::no_device where they have other bits than
+    // on the CPU path.
+    virtual std::unique_ptr<FibrePopulation<f32>> fibres(const std::vector<FibreKind>&, size_t pads) = 0;
 };
 
 } // namespace dermis::plan

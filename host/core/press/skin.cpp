@@ -22,7 +22,7 @@ struct Skin::Impl {
     Impl(const plan::StreamedSkin& skin, const SkinOptions& options, plan::Backend& backend)
         : width(size_t(skin.skin.width())), height(size_t(skin.skin.height())), count(size_t(skin.pads)),
           fields(skin.skin.description.sites.empty()), uniform(skin.skin.uniform()), wanted(skin.wanted),
-          chain(skin.skin.chain), state_layout(state_layout_of(skin)), felt(skin), spiking(skin, backend.threads()),
+          chain(skin.skin.chain), state_layout(state_layout_of(skin)), felt(skin), spiking(skin, backend),
           saved_state(skin, spiking.state_bytes()), needs(scene::needs_of(skin.skin.description, options)),
           threads(backend.threads()), tau(tau_range(skin.skin.materials)), description(skin.skin.description),
           materials(options.materials), bent(skin.hold == Hold::parabolic), depth(options.control == Control::depth),

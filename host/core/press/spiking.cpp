@@ -7,8 +7,8 @@
 namespace dermis {
 namespace {
 
-std::vector<cpu::FibreKind> kinds_of(const std::vector<Afferents>& all) {
-    std::vector<cpu::FibreKind> kinds;
+std::vector<plan::FibreKind> kinds_of(const std::vector<Afferents>& all) {
+    std::vector<plan::FibreKind> kinds;
     for (const Afferents& a : all) kinds.push_back({.model = *a.model, .count = a.cells.size()});
     return kinds;
 }
@@ -22,10 +22,9 @@ double modulus_at_rest(const std::vector<plan::Element>& elements) {
 
 } // namespace
 
-Spiking::Spiking(const plan::StreamedSkin& s, int threads)
-    : felt_(s), layout_(state_layout_of(s)),
-      fibres_(kinds_of(s.afferents), size_t(s.pads), std::max(threads, 1), simd::best()) {
-    if (!any()) return;
+Spiking::Spiking(const plan::StreamedSkin& s, plan::Backend& backend) : felt_(s), layout_(state_layout_of(s)) {
+    if (s.afferents.empty()) return;
+    fibres_ = backend.fibres(kinds_of(s.afferents), size_t(s.pads));
     const std::vector<Site>& sites = s.skin.description.sites;
     std::vector<size_t> held;
     if (!sites.empty()) held = plan::SiteCells(s.skin, {s.skin.whole()}, plan::cells_of(sites)).cells;
@@ -41,7 +40,7 @@ Spiking::Spiking(const plan::StreamedSkin& s, int threads)
     planes_.resize(layout_.cells * layout_.planes);
     pressure_.resize(layout_.pressure);
     inputs_.resize(sources_.size());
-    state_.resize(fibres_.state_size());
+    state_.resize(fibres_->state_size());
     if (!s.skin.uniform()) return;
     std::vector<plan::Element> elements = s.elements_of_pad;
     if (elements.empty())
@@ -63,7 +62,7 @@ void Spiking::set_elements(const plan::PadList& pads, const std::vector<plan::El
 
 const double* Spiking::refused(const plan::PadList& pads, const plan::StepLengths& dt) {
     for (size_t i = 0; any() && i < (dt.each ? pads.count : 1); ++i)
-        if (!fibres_.prepare(dt[i])) return &dt[i];
+        if (!fibres_->prepare(dt[i])) return &dt[i];
     return nullptr;
 }
 
@@ -77,35 +76,36 @@ void Spiking::read_inputs(int pad, plan::Stream& stream) {
         inputs_[i] = s.stress ? pressure_[s.cell] / modulus
                               : felt_.strain_at(s.held, planes_.data(), pressure_.data(), springs_[size_t(pad)]);
     }
-    fibres_.set_input(size_t(pad), inputs_.data());
+    fibres_->set_input(size_t(pad), inputs_.data());
 }
 
 void Spiking::press(const plan::PadList& pads, const plan::StepLengths& dt, plan::Stream& stream, size_t frame) {
     if (!any()) return;
     if (frame == 0) spikes_.clear();
-    fibres_.forget_spikes();
+    fibres_->forget_spikes();
     for (size_t i = 0; i < pads.count; ++i) read_inputs(pads[i], stream);
-    for (size_t i = 0; i < pads.count; ++i) {
-        (void)fibres_.prepare(dt[i]); // true: it was asked before the press
-        fibres_.press(size_t(pads[i]), 1);
+    for (size_t i = 0, n; i < pads.count; i += n) { // neighbours with the same step at once
+        for (n = 1; i + n < pads.count && pads[i + n] == pads[i] + int(n) && dt[i + n] == dt[i];) ++n;
+        (void)fibres_->prepare(dt[i]); // true: it was asked before the press
+        fibres_->press(size_t(pads[i]), n);
     }
-    spikes_.reserve(fibres_.most_spikes());
-    for (const auto& s : fibres_.spikes())
+    spikes_.reserve(fibres_->most_spikes());
+    for (const auto& s : fibres_->spikes())
         spikes_.push_back({.pad = s.pad, .afferent = s.fibre, .frame = int(frame), .share = s.share});
 }
 
 void Spiking::reset(const plan::PadList& pads) {
-    for (size_t i = 0; any() && i < pads.count; ++i) fibres_.reset(size_t(pads[i]));
+    for (size_t i = 0; any() && i < pads.count; ++i) fibres_->reset(size_t(pads[i]));
 }
 
 void Spiking::save(int pad, char* state) const {
-    fibres_.save(size_t(pad), state_.data());
+    fibres_->save(size_t(pad), state_.data());
     std::copy_n(reinterpret_cast<const char*>(state_.data()), state_bytes(), state);
 }
 
 void Spiking::load(int pad, const char* state) {
     std::copy_n(state, state_bytes(), reinterpret_cast<char*>(state_.data()));
-    fibres_.load(size_t(pad), state_.data());
+    fibres_->load(size_t(pad), state_.data());
 }
 
 } // namespace dermis

@@ -3,7 +3,6 @@
 // spikes.
 #pragma once
 
-#include "host/core/cpu/fibres.hpp"
 #include "host/core/model/felt.hpp"
 #include "host/core/model/stream.hpp"
 
@@ -11,10 +10,9 @@ namespace dermis {
 
 class Spiking {
   public:
-    // threads: as for Device::cpu; 0 on a device.
-    Spiking(const plan::StreamedSkin&, int threads);
+    Spiking(const plan::StreamedSkin&, plan::Backend&);
 
-    bool any() const { return fibres_.count() > 0; }
+    bool any() const { return fibres_ != nullptr; }
     // Returns null, or a pointer to a step that fibres cannot take. Changes nothing.
     const double* refused(const plan::PadList&, const plan::StepLengths&);
     // Takes the pressures that were pressed last as the inputs at the end of the step, and steps the fibres of these
@@ -26,7 +24,7 @@ class Spiking {
     // Gives pads other elements in series.
     void set_elements(const plan::PadList&, const std::vector<plan::Element>&);
 
-    size_t state_bytes() const { return fibres_.state_size() * sizeof(float); } // of a pad
+    size_t state_bytes() const { return any() ? fibres_->state_size() * sizeof(float) : 0; } // of a pad
     void save(int pad, char* state) const;
     void load(int pad, const char* state);
 
@@ -39,11 +37,11 @@ class Spiking {
     };
     plan::Felt felt_;
     plan::StateLayout layout_;
-    std::vector<Source> sources_; // of each fibre of a pad
-    std::vector<double> springs_; // the modulus of each pad's spring in series, Pa; 0: none
-    std::vector<double> moduli_;  // at which each pad's material comes to rest, Pa
-    cpu::Fibres<f32> fibres_;
-    std::vector<float> planes_, pressure_, inputs_; // of a pad
+    std::vector<Source> sources_;                        // of each fibre of a pad
+    std::vector<double> springs_;                        // the modulus of each pad's spring in series, Pa; 0: none
+    std::vector<double> moduli_;                         // at which each pad's material comes to rest, Pa
+    std::unique_ptr<plan::FibrePopulation<f32>> fibres_; // null: there are none
+    std::vector<float> planes_, pressure_, inputs_;      // of a pad
     mutable std::vector<float> state_;
     std::vector<Spike> spikes_;
 };

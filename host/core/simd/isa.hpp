@@ -142,24 +142,6 @@ template <class K> struct JoinedTiles {
     typename K::real low, high;
 };
 
-// A fibre's state, in planes; fibre_input: its input at the end of the last press.
-enum FibrePlane {
-    fibre_y0,
-    fibre_y1,
-    fibre_y2,
-    fibre_membrane,
-    fibre_rest,
-    fibre_after0,
-    fibre_after1,
-    fibre_input,
-    fibre_planes
-};
-
-// A spike: its fibre, and the share of the press at which it fires.
-template <class real> struct FibreSpike {
-    int fibre;
-    real share;
-};
 
 // Arguments of a press of fibres first .. last - 1 of one kind. Both are multiples of a cache line of numbers, at whose
 // beginnings planes and inputs start.
@@ -167,10 +149,10 @@ template <class K> struct FibreArguments {
     using real = typename K::real;
     const typename K::FibreConstants* constants;
     int first, last;
-    real* state;
-    size_t plane;             // numbers from plane to plane
-    const real* input;        // of each fibre at the end of the press
-    FibreSpike<real>* spikes; // room for one in each substep of each fibre
+    real* state;       // FIBRE_PLANES planes
+    size_t plane;      // numbers from plane to plane
+    const real* input; // of each fibre at the end of the press
+    typename K::FibreEntry* spikes; // room for one in each substep of each fibre
 };
 
 template <class K> struct Loops {

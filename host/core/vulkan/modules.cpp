@@ -3,6 +3,8 @@
 
 #include "host/core/simd/model.hpp"
 
+#include "fibres_rte_spv.h"
+#include "fibres_spv.h"
 #include "fields_rte_spv.h"
 #include "fields_spv.h"
 #include "press_rte_spv.h"
@@ -28,6 +30,7 @@ template <size_t n, size_t m> Module one_of(bool rounds, const uint32_t (&rte)[n
 Module press_module(bool rounds) { return one_of(rounds, press_rte_spv, press_spv); }
 Module fields_module(bool rounds) { return one_of(rounds, fields_rte_spv, fields_spv); }
 Module reduce_module(bool rounds) { return one_of(rounds, reduce_rte_spv, reduce_spv); }
+Module fibres_module(bool rounds) { return one_of(rounds, fibres_rte_spv, fibres_spv); }
 Module sites_module(bool rounds) { return one_of(rounds, sites_rte_spv, sites_spv); }
 
 Module press_texels_module(bool rounds) {

@@ -18,6 +18,7 @@ Module press_module(bool rounds);
 Module fields_module(bool rounds);
 Module reduce_module(bool rounds);
 Module sites_module(bool rounds);
+Module fibres_module(bool rounds);
 // The same kernels, which read their maps as texel buffers.
 Module press_texels_module(bool rounds);
 Module reduce_texels_module(bool rounds);

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: MIT
+#include "host/core/model/fibres.hpp"
+
+#include <algorithm>
+
+namespace dermis::plan {
+
+template <class K>
+FibrePopulation<K>::FibrePopulation(const std::vector<FibreKind>& kinds, size_t pads, size_t line) : pads_(pads) {
+    for (const FibreKind& k : kinds) {
+        const size_t padded = (k.count + line - 1) / line * line;
+        kinds_.push_back({.model = k.model,
+                          .count = k.count,
+                          .padded = padded,
+                          .first = count_,
+                          .offset = padded_,
+                          .constants = {}});
+        count_ += k.count;
+        padded_ += padded;
+    }
+    plane_ = pads_ * padded_;
+}
+
+template <class K> void FibrePopulation<K>::set_input(size_t pad, const real* inputs) {
+    for (const Kind& k : kinds_) std::copy_n(inputs + k.first, k.count, input_ + at(pad, k, 0));
+}
+
+template <class K> bool FibrePopulation<K>::prepare(double dt) {
+    if (dt == dt_) return true;
+    std::vector<typename K::FibreConstants> all(kinds_.size());
+    size_t most = most_substeps_;
+    for (size_t k = 0; dt > 0 && k < kinds_.size(); ++k) {
+        if (!fill_fibre_constants<K>(kinds_[k].model, dt, all[k])) return false;
+        most = std::max(most, size_t(all[k].substeps));
+    }
+    if (most > most_substeps_) {
+        spikes_.resize(pads_ * count_ * most);
+        grow(most);
+        most_substeps_ = most;
+    }
+    for (size_t k = 0; k < kinds_.size(); ++k) kinds_[k].constants = all[k];
+    dt_ = dt;
+    if (dt > 0) take_constants();
+    return true;
+}
+
+template <class K> void FibrePopulation<K>::press(size_t first_pad, size_t pads) {
+    const size_t first = first_pad * padded_;
+    if (dt_ == 0) std::copy_n(input_ + first, pads * padded_, state_ + FIBRE_INPUT * plane_ + first);
+    else step(first_pad, pads);
+}
+
+template <class K> template <class One> void FibrePopulation<K>::each_number(size_t pad, One one) const {
+    size_t n = 0;
+    for (const Kind& k : kinds_)
+        for (size_t i = 0; i < k.count; ++i)
+            for (size_t p = 0; p < FIBRE_PLANES; ++p, ++n) one(n, p * plane_ + at(pad, k, i));
+}
+
+template <class K> void FibrePopulation<K>::save(size_t pad, real* state) const {
+    each_number(pad, [&](size_t n, size_t i) { state[n] = state_[i]; });
+}
+
+template <class K> void FibrePopulation<K>::load(size_t pad, const real* state) {
+    each_number(pad, [&](size_t n, size_t i) { state_[i] = state[n]; });
+}
+
+template <class K> void FibrePopulation<K>::reset(size_t pad) {
+    for (size_t p = 0; p < FIBRE_PLANES; ++p) std::fill_n(state_ + p * plane_ + pad * padded_, padded_, real(0));
+}
+
+template class FibrePopulation<f32>;
+template class FibrePopulation<f64>;
+
+} // namespace dermis::plan

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+// Nerve fibres on the library's own device. States and inputs lie where the host reads and writes them.
+#pragma once
+
+#include "host/core/model/fibres.hpp"
+#include "host/core/vulkan/recording.hpp"
+
+#include <optional>
+
+namespace dermis::vulkan {
+
+class Fibres : public plan::FibrePopulation<f32> {
+  public:
+    // Throws Error::device.
+    Fibres(std::shared_ptr<Context>, const std::vector<plan::FibreKind>&, size_t pads);
+
+  private:
+    void grow(size_t most) override;
+    void take_constants() override;
+    void step(size_t first_pad, size_t pads) override;
+
+    std::shared_ptr<Context> context_;
+    Kernel kernel_;
+    Buffer constants_, memory_;    // planes, then inputs
+    std::optional<Buffer> spikes_; // their number, then entries
+    std::vector<f32::FibreEntry> sorted_;
+    Recording recording_;
+};
+
+} // namespace dermis::vulkan
