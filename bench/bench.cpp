@@ -168,6 +168,7 @@ constexpr Workload workloads[] = {{"limits", limits},
                                   {"materials", materials},
                                   {"accuracy", accuracy},
                                   {"stiff", stiff},
+                                  {"spikes", spikes},
                                   {"construction", construction},
                                   {"processes", processes}};
 // It takes minutes on a software device, so it runs only when it is named.

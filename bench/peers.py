@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 """The peers in Python. dermis-bench asks them over pipes, so that they run in the same rounds as the library (peers.hpp).
 
-It sends lines. `prepare frames N`, `prepare study STEPS` and `prepare creep FREQUENCY` are answered by a line for each
-peer, `peer NAME METHOD VERSION THREADS STEPS ERROR ..` or `missing NAME`, and `ready`. Errors are the greatest ones by
+It sends lines. `prepare frames N`, `prepare study STEPS`, `prepare creep FREQUENCY` and `prepare spikes FIBRES` are
+answered by a line for each peer, `peer NAME METHOD VERSION THREADS STEPS ERROR ..` or `missing NAME`, and `ready`. Errors are the greatest ones by
 the greatest value, against the same model in double or a closed form. `run NAME METHOD COUNT` is answered by seconds.
 """
 
@@ -13,6 +13,7 @@ import numpy as np
 
 try:
     import numba
+    import numba_spikes
     from numba_frame import advance, respond, rolling
 except ImportError:  # a row says so
     numba = None
@@ -311,12 +312,63 @@ def prepare_creep(frequency):
         tell("lsoda", method, scipy.__version__, 1, solution.nfev, errors)
 
 
+def spike_inputs(n):
+    """A period of 32 frames, each fibre with an amplitude and a phase of its own."""
+    i, k = np.arange(n), np.arange(32)[:, None]
+    return np.float32(3e-3 * (0.618034 * i % 1) * (1 + np.sin(2 * np.pi * (k / 32 + 0.7548777 * i))))
+
+
+def prepare_spikes(n):
+    """Ways of others on as many fibres; what they lose is in bench/spikes.png. Ouyang's steps as he has them: NumPy,
+    a backward Euler step of the filter and a forward one of the membrane, in a millisecond."""
+    n = int(n)
+    inputs = spike_inputs(n)
+    y1, y2, voltage, rest, before, fired_voltage, now, recursed = np.zeros((8, n), np.float32)
+
+    def ouyang(count):
+        nonlocal y1, y2, before
+        for k in range(count):
+            rate, before = (inputs[k % 32] - before) * 1e3, inputs[k % 32]
+            y1 = (y1 + rate) / 2
+            y2 = (y2 + y1) / 2
+            voltage[:] += (np.maximum(y2, 0) + 0.1 * np.maximum(-y2, 0) - voltage) / 8
+            voltage[rest > 0] = 0
+            rest[:] = np.maximum(rest - 1, 0)
+            fired = np.flatnonzero(voltage >= 1)
+            voltage[fired], rest[fired] = 0, 2
+
+    WORK["numpy", "ouyang"] = ouyang
+    tell("numpy", "ouyang", np.__version__, 1, 1, [])
+    if not numba:
+        print("missing numba")
+        return
+    spikes = np.zeros(n, np.uint8)
+    held, waits = numba_spikes.zeros(5, n), np.zeros((2, n), np.int32)
+    b, a = np.float32([0.000219, 0.000657, 0.000657, 0.000219]), np.float32([1, -2.7488, 2.5282, -0.7776])
+    gains = np.float32([2, 1, 50, 20, 10, 10])
+
+    def fire(count):
+        for k in range(count):
+            numba_spikes.integrate_and_fire(inputs[k % 32], fired_voltage, waits[0], spikes, np.float32(600), np.float32(0.125), 2)
+
+    def touchsim(count):
+        for k in range(count):
+            numba_spikes.recursion(
+                inputs[k % 32], now, held, recursed, waits[1], spikes, b, a, gains, np.float32(0.025), 5
+            )
+
+    for method, work in (("integrate-and-fire", fire), ("touchsim", touchsim)):
+        work(2)
+        WORK["numba", method] = work
+        tell("numba", method, numba.__version__, numba.get_num_threads(), 1, [])
+
+
 def tell(name, method, version, threads, steps, errors):
     print("peer", name, method, version or "-", threads, steps, *(f"{e:.6g}" for e in errors))
 
 
 WORK = {}
-PREPARE = {"frames": prepare_frames, "study": prepare_study, "creep": prepare_creep}
+PREPARE = {"frames": prepare_frames, "study": prepare_study, "creep": prepare_creep, "spikes": prepare_spikes}
 
 
 def main():

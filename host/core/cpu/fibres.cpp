@@ -16,7 +16,7 @@ constexpr size_t share = 4096; // fibres that a thread takes at a time
 int threads_for(const std::vector<plan::FibreKind>& kinds, size_t pads, int threads) {
     size_t all = 0;
     for (const plan::FibreKind& k : kinds) all += k.count;
-    return simd::useful_threads(2 * pads * all, threads); // a fibre's step takes longer than a cell's
+    return simd::useful_threads(4 * pads * all, threads); // a fibre's step takes longer than a cell's
 }
 
 } // namespace

@@ -79,29 +79,32 @@ std::vector<Afferents> validated_afferents(const SkinDescription& d, std::vector
 
 namespace dermis {
 
+// From bench/evidence/afferents.csv, which has their standard errors.
 AfferentModel afferent_model(Quantity type) {
     AfferentModel m;
     m.value = 0;
     m.rate = 1;
     switch (type) {
     case Quantity::sa1:
-        m.time_constants = {2.25e-3, 1.8e-3};
-        m.value = 15.3;
-        m.gains[0] = {68, 5.4};
-        m.membrane_time = 0.0237;
-        m.refractory_time = 0.94e-3;
+        m.time_constants = {9.996e-3, 3.325e-4};
+        m.value = 5.4;
+        m.gains[0] = {0.1875, 0.004173};
+        m.membrane_time = 8.231e-3;
+        m.refractory_time = 8.588e-3;
         return m;
     case Quantity::fa1:
-        m.time_constants = {0.54e-3, 0.66e-3};
-        m.gains[0] = {120, 2.4};
-        m.membrane_time = 0.0065;
-        m.refractory_time = 1.9e-3;
+        m.time_constants = {1.127e-3, 3.423e-4};
+        m.gains[0] = {0.2183, 0.002216};
+        m.membrane_time = 8.445e-3;
+        m.refractory_time = 2.559e-3;
         return m;
     case Quantity::fa2:
-        m.time_constants = {0.54e-3, 0.47e-3};
-        m.gains = {{{0, 0}, {8.6, 0}, {0, 0}}};
-        m.membrane_time = 0.05;
-        m.refractory_time = 2.7e-3;
+        m.time_constants = {4.574e-4};
+        m.frequency = 295.5;
+        m.quality = 1.082;
+        m.gains = {{{0, 0}, {5.356e-3, 1.644e-5}, {0, 0}}};
+        m.membrane_time = 1.733e-3;
+        m.refractory_time = 3.143e-3;
         return m;
     default:
         scene::refuse("afferents.class", std::string("\"") + name(type) + "\"",
