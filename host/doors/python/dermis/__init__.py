@@ -134,7 +134,7 @@ class Skin(_core.Skin):
     control: "pressure", or "depth": each cell is then pressed to a depth in m, and its strain is depth over thickness,
     whatever the material, and 0 where a depth would pull. No cell knows another one's. Takes no materials.
     afferents: a list of Afferents, the nerve fibres of each pad; None: the scene's. With control "depth" they follow
-    the strain.
+    the strain. A step is then at most 65536 refractory times, or shortest time constants, of each fibre.
 
     copy.copy and pickle make another skin with the same state; its responses are 0, and it has no spikes, until it is
     pressed.
@@ -157,9 +157,9 @@ class Skin(_core.Skin):
         """Return the spikes of the last call that pressed, as an array of its own of shape (spikes,).
 
         Fields: pad, of several axes of pads counted on from row to row; afferent, the number of the fibre, from 0 on;
-        frame, of press_frames, else 0 (int32); and share (float32): the fibre fired at this share of the step, 0 < share
-        <= 1, which is (1 - share)*dt seconds before the step ended. Sorted by frame, by pad in the order pressed, by
-        fibre, by time. Empty without afferents and before the first press.
+        frame, of press_frames, else 0 (int32); and share (float32), 0 < share <= 1: the fibre fired at this share of
+        the step, which is (1 - share)*dt seconds before the step ended. Sorted by frame, by pad in the order pressed,
+        by fibre, by time. Empty without afferents and before the first press.
         """
         return np.frombuffer(self.spike_bytes(), SPIKE)
 
@@ -273,8 +273,8 @@ def _summary_of(self: Result) -> str:
             f"{self.responses.shape[1]} sites; {self.model} in {self.precision}, {self.device.name}>")
 
 
-for _kind in (AfferentModel, Afferents, Candidate, Explanation, Fit, Impulse, KelvinVoigt, Relaxation, Report, Trace, contact.Contact,
-              contact.Pose, contact.Report, contact.WorldContact):
+for _kind in (AfferentModel, Afferents, Candidate, Explanation, Fit, Impulse, KelvinVoigt, Relaxation, Report, Trace,
+              contact.Contact, contact.Pose, contact.Report, contact.WorldContact):
     setattr(_kind, "__repr__", _members_of)
 setattr(Result, "__repr__", _summary_of)
 setattr(_core.Scene, "__repr__", Scene.__repr__)

@@ -42,7 +42,8 @@ _TYPES: dict[str, tuple[str, Test]] = {  # in words, and whether a value is of t
     "PathLike": ("a path", lambda v: isinstance(v, os.PathLike)),
     "object": ("", lambda v: v is not None),
 }
-_ITEMS = {"float": "numbers", "str": "texts", "AnyMaterial": "materials", "Sequence[float]": "pairs", "Sequence[int]": "cells"}
+_ITEMS = {"float": "numbers", "str": "texts", "AnyMaterial": "materials", "Sequence[float]": "pairs",
+          "Sequence[int]": "cells"}
 
 
 def _fit(value: object, annotation: str) -> tuple[bool, str]:

@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-SPIKE = np.dtype([("pad", np.int32), ("afferent", np.int32), ("frame", np.int32), ("share", np.float32)])  # dermis::Spike
+# dermis::Spike
+SPIKE = np.dtype([("pad", np.int32), ("afferent", np.int32), ("frame", np.int32), ("share", np.float32)])
 
 
 class Response(np.ndarray[Any, np.dtype[np.float32]]):
