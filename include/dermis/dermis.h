@@ -206,9 +206,9 @@ typedef struct dermis_pads {
     size_t count;
 } dermis_pads;
 
-// Makes a skin at rest with a scene's grid, surface, material, curvature, receptors and sites: one pad, or a batch of
-// pads. Each pad has its own edges and its own state, and its bits are the bits of a skin alone. device may be NULL.
-// options may be NULL: one pad with all four responses.
+// Makes a skin at rest with a scene's grid, surface, material, curvature, receptors, sites and nerve fibres: one pad,
+// or a batch of pads. Each pad has its own edges and its own state, and its bits are the bits of a skin alone. device
+// may be NULL. options may be NULL: one pad with all four responses.
 DERMIS_API dermis_status dermis_skin_create(const dermis_device* device, const dermis_scene* scene,
                                             const dermis_skin_options* options, dermis_skin** skin);
 // pressure: cells = width*height finite floats for each pad that is pressed, Pa, row 0 first; positive pressure pushes
@@ -237,12 +237,25 @@ DERMIS_API dermis_status dermis_skin_press_cells(dermis_skin* skin, const float*
 // every cell or every site. The memory stays the same until the skin is destroyed.
 DERMIS_API dermis_status dermis_skin_get_response(const dermis_skin* skin, dermis_quantity quantity,
                                                   const float** values, size_t* count);
+// A spike of a press: fibre `afferent` of a pad fires at `share` of the step, 0 < share <= 1, that is (1 - share)*dt
+// seconds before the step ends.
+typedef struct dermis_spike {
+    int32_t pad;
+    int32_t afferent; // fibres are numbered in the order of the scene, from 0 on
+    int32_t frame;    // of dermis_skin_press_frames, from 0 on; of one frame 0
+    float share;
+} dermis_spike;
+// The spikes of the last call that pressed, by frame, then pad by pad in the order pressed, then by fibre, then by
+// time. count: 0 where the scene has no afferents, and before the first press; *spikes may then be NULL. The memory is
+// valid until the next call that presses, or until the skin is destroyed. With afferents a press whose step is longer
+// than all before it may allocate, and dt is at most 65536 refractory times, or shortest time constants, of each fibre.
+DERMIS_API dermis_status dermis_skin_spikes(const dermis_skin* skin, const dermis_spike** spikes, size_t* count);
 DERMIS_API dermis_status dermis_skin_reset(dermis_skin* skin, const dermis_pads* pads); // back to skins at rest
 
-// The state as bytes, the same on every device. Any skin can load it that has the same grid, sites, number of elements
-// and precision, and gives SA2 and FA2 exactly where the saved one did, into the same number of pads. bytes: what
-// dermis_skin_get_state_size gives for this number of pads; for dermis_skin_load also the bytes of a
-// state of version 2, which builds before 0.2.0 saved.
+// The state as bytes, the same on every device. Any skin can load it that has the same grid, sites, number of elements,
+// number of fibres and precision, and gives SA2 and FA2 exactly where the saved one did, into the same number of pads.
+// bytes: what dermis_skin_get_state_size gives for this number of pads; for dermis_skin_load also the bytes of a state
+// of version 2, which builds before 0.2.0 saved.
 DERMIS_API dermis_status dermis_skin_get_state_size(const dermis_skin* skin, size_t* bytes, const dermis_pads* pads);
 DERMIS_API dermis_status dermis_skin_save(const dermis_skin* skin, void* state, size_t bytes, const dermis_pads* pads);
 DERMIS_API dermis_status dermis_skin_load(dermis_skin* skin, const void* state, size_t bytes, const dermis_pads* pads);

@@ -2,7 +2,7 @@
 // A scene: a skin, the load on it over time, and what is asked for.
 #pragma once
 
-#include <dermis/description.hpp>
+#include <dermis/afferents.hpp>
 
 namespace dermis {
 
@@ -144,6 +144,7 @@ struct Scene : SkinDescription {
     // and an envelope, as with these and with a grating, the material is uniform, the method exact, FA2 linear, the
     // model none that marches, and no load is known by frames or presses to a depth.
     std::vector<Load> more_loads;
+    std::vector<Afferents> afferents; // Nerve fibres; see afferents.hpp.
 
     // Reads a TOML file (host/lab/scenes/README.md lists the keys). Relative paths in it start from its folder. Each of
     // `overrides` is "key=value" and replaces a key. The file is a regular file of at most 64 MiB. Throws

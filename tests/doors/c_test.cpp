@@ -160,6 +160,42 @@ TEST_CASE("a skin in C that is pressed by depth has the bits of one in C++") {
     CHECK(dermis_skin_set_material(in_c.get(), c_scene().get(), nullptr) != DERMIS_OK);
 }
 
+TEST_CASE("a skin in C has the spikes of one in C++, of the scene's nerve fibres") {
+    const Owned<dermis_scene> scene = c_scene();
+    std::vector<Afferents>& fibres = scene->scene.afferents;
+    fibres.resize(2);
+    fibres[1].type = Quantity::fa1;
+    for (Afferents& a : fibres) a.cells = {{3, 4}, {20, 11}};
+    dermis_skin_options options{};
+    options.size = sizeof options;
+    options.count = 2;
+    SkinOptions same{.count = 2};
+    same.afferents = fibres;
+    Skin skin(Device::cpu(1), scene->scene, same);
+    const auto in_c = made<dermis_skin>([&](auto s) { return dermis_skin_create(nullptr, scene.get(), &options, s); });
+    size_t fired = 0;
+    for (int n = 0; n < 3; ++n) {
+        std::vector<float> pressure = frame(scene->scene, n);
+        const std::vector<float> second = frame(scene->scene, n + 1);
+        pressure.insert(pressure.end(), second.begin(), second.end());
+        CHECK(dermis_skin_press_frames(in_c.get(), pressure.data(), 1, pressure.size(), 0.01, nullptr) == DERMIS_OK);
+        skin.press(pressure, 0.01);
+        const Skin::Spikes expected = skin.spikes();
+        const dermis_spike* spikes = nullptr;
+        size_t count = 0;
+        CHECK(dermis_skin_spikes(in_c.get(), &spikes, &count) == DERMIS_OK);
+        REQUIRE(count == expected.size);
+        for (size_t i = 0; i < count; ++i) {
+            CHECK(spikes[i].pad == expected[i].pad);
+            CHECK(spikes[i].afferent == expected[i].afferent);
+            CHECK(spikes[i].frame == expected[i].frame);
+            CHECK(spikes[i].share == expected[i].share);
+        }
+        fired += count;
+    }
+    CHECK(fired > 10);
+}
+
 TEST_CASE("a batch in C has the bits of one in C++: some pads, a step for each, own materials, states and reports") {
     Scene scene = Scene::from_string(pad);
     dermis_skin_options options{};

@@ -9,6 +9,11 @@ using dermis::scene::refuse;
 
 // Pads::numbers are int.
 static_assert(std::is_same_v<int32_t, int>);
+static_assert(sizeof(dermis_spike) == sizeof(dermis::Spike));
+static_assert(offsetof(dermis_spike, pad) == offsetof(dermis::Spike, pad));
+static_assert(offsetof(dermis_spike, afferent) == offsetof(dermis::Spike, afferent));
+static_assert(offsetof(dermis_spike, frame) == offsetof(dermis::Spike, frame));
+static_assert(offsetof(dermis_spike, share) == offsetof(dermis::Spike, share));
 
 // The options of a skin of this material.
 dermis::SkinOptions options_of(const dermis_skin_options* given, const dermis::Material& material) {
@@ -68,7 +73,8 @@ dermis_status dermis_skin_create(const dermis_device* device, const dermis_scene
     return guarded([&] {
         need_output(skin, "skin");
         need_pointer(scene, "scene");
-        const dermis::SkinOptions wanted = options_of(options, scene->scene.material);
+        dermis::SkinOptions wanted = options_of(options, scene->scene.material);
+        wanted.afferents = scene->scene.afferents;
         *skin = new dermis_skin{dermis::Skin(device_of(device), scene->scene, wanted)};
     });
 }
@@ -122,6 +128,17 @@ dermis_status dermis_skin_get_response(const dermis_skin* skin, dermis_quantity 
         const dermis::Skin::Response response = skin->skin.response(quantity_of(quantity));
         *values = response.data;
         *count = response.size;
+    });
+}
+
+dermis_status dermis_skin_spikes(const dermis_skin* skin, const dermis_spike** spikes, size_t* count) {
+    return guarded([&] {
+        need_output(spikes, "spikes");
+        need_output(count, "count");
+        need_pointer(skin, "skin");
+        const dermis::Skin::Spikes last = skin->skin.spikes();
+        *spikes = reinterpret_cast<const dermis_spike*>(last.data);
+        *count = last.size;
     });
 }
 

@@ -208,6 +208,7 @@ NB_MODULE(_core, m) {
     nanobind::register_exception_translator(translate);
     bind_device(m);
     bind_report(m);
+    bind_afferents(m);
     bind_scene(m);
     bind_result(m);
     bind_skin(m);

@@ -41,6 +41,7 @@ struct Numbers : nb::object {
                       is_row)
 };
 
+void bind_afferents(nb::module_&);
 void bind_contact(nb::module_&);
 void bind_device(nb::module_&);
 void bind_fit(nb::module_&);
@@ -134,6 +135,11 @@ template <class Item> std::vector<Item> items_of(nb::handle sequence, const char
         items.push_back(std::move(value));
     }
     return items;
+}
+inline std::vector<Afferents> afferents_in(const Sequence<Afferents>& given) {
+    std::vector<Afferents> all;
+    for (const Afferents* a : items_of<const Afferents*>(given, "afferents", "a list of Afferents")) all.push_back(*a);
+    return all;
 }
 inline std::vector<double> numbers_in(const Numbers& numbers, const char* parameter) {
     return items_of<double>(numbers, parameter, "numbers");

@@ -25,6 +25,10 @@ DERMIS_MEMBERS(Depths, sa1, sa2, fa1, fa2)
 DERMIS_MEMBERS(Follow, sa1, sa2)
 DERMIS_MEMBERS(Receptors, sa2_adaptation, fa2, fa2_gains, depth, kernel, poisson, follow)
 DERMIS_MEMBERS(Site, type, cell)
+DERMIS_MEMBERS(AfterCurrent, amplitude, time)
+DERMIS_MEMBERS(AfferentModel, time_constants, frequency, quality, value, rate, gains, membrane_time, refractory_time,
+               reset, after)
+DERMIS_MEMBERS(Afferents, type, model, cells, follow)
 DERMIS_MEMBERS(Envelope::Window, start, rise, until, fall)
 DERMIS_MEMBERS(Envelope, kind, start, rise, frequency, phase, mean, amplitude, length, period, times, values, window)
 DERMIS_MEMBERS(Grating, wavelength, direction, velocity, amplitudes, phases)
@@ -36,9 +40,10 @@ DERMIS_MEMBERS(FieldRequest, at, what)
 DERMIS_MEMBERS(Output, traces, probes, fields, extremes)
 template <class Archive> void members(Archive& each, Scene& s) { // has a base, which no binding can name
     each(s.grid, s.surface, s.material, s.stencil, s.edges, s.receptors, s.sites);
-    each(s.model, s.precision, s.tolerance, s.method, s.allow_unstable, s.load, s.time, s.output, s.more_loads);
+    each(s.model, s.precision, s.tolerance, s.method, s.allow_unstable, s.load, s.time, s.output, s.more_loads,
+         s.afferents);
 }
-DERMIS_MEMBERS(SkinOptions, responses, precision, count, materials, hold, control)
+DERMIS_MEMBERS(SkinOptions, responses, precision, count, materials, hold, control, afferents)
 DERMIS_MEMBERS(Trace, quantity, mean, min, max, probes)
 DERMIS_MEMBERS(Impulse, time, quantity, mean, min, max, probes)
 DERMIS_MEMBERS(Field, at, quantity, values)

@@ -3,6 +3,7 @@
 find_package(Python 3.10 REQUIRED COMPONENTS Interpreter Development.Module ${SKBUILD_SABI_COMPONENT})
 find_package(nanobind 3.1 CONFIG REQUIRED)
 nanobind_add_module(dermis_python STABLE_ABI NB_STATIC
+    host/doors/python/afferents.cpp
     host/doors/python/contact.cpp
     host/doors/python/devices.cpp
     host/doors/python/fit.cpp

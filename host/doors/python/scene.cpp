@@ -11,6 +11,7 @@ using MapArrays = std::map<std::string, MapArray>;
 using NamedSite = std::tuple<const char*, int, int>; // type, x, y
 using NamedMaps = nb::typed<nb::dict, nb::str, MapArray>;
 using NamedSites = Sequence<nb::typed<nb::tuple, nb::str, int, int>>;
+using Fibres = Sequence<Afferents>;
 
 // A map may have the grid's number of cells and still another shape, such as (width, height).
 void check_shapes(const MapArrays& maps, const Grid& grid) {
@@ -37,16 +38,16 @@ MapArrays arrays_of(const NamedMaps& named) {
 
 // The text is one that the package made: its lines mean nothing to a user.
 Scene scene_of(string_view text, const NamedMaps& named, const std::optional<NamedSites>& sites,
-               const std::vector<std::string>& overrides) {
+               const std::optional<Fibres>& fibres, const std::vector<std::string>& overrides) {
     const MapArrays arrays = arrays_of(named);
     scene::NamedMaps maps;
     for (const auto& [name, map] : arrays) maps.emplace(name, std::vector<double>(map.data(), map.data() + map.size()));
     try {
         Scene scene = scene::read_scene(scene::text_of_string(std::string(text), ""), overrides, maps).scene;
         check_shapes(arrays, scene.grid);
-        if (!sites) return scene;
-        scene.sites = sites_named(*sites);
-        scene::validate(scene);
+        if (sites) scene.sites = sites_named(*sites);
+        if (fibres) scene.afferents = afferents_in(*fibres);
+        if (sites || fibres) scene::validate(scene);
         return scene;
     } catch (const Error& e) {
         const std::string what = e.what(), place = what.substr(0, what.find(": "));
@@ -109,10 +110,11 @@ void bind_scene(nb::module_& m) {
         .def(
             "__init__",
             [](Scene* self, string_view text, const NamedMaps& maps, const std::optional<NamedSites>& sites,
-               const Sequence<nb::str>& overrides) {
-                new (self) Scene(movable(scene_of(text, maps, sites, texts_in(overrides))));
+               const std::optional<Fibres>& afferents, const Sequence<nb::str>& overrides) {
+                new (self) Scene(movable(scene_of(text, maps, sites, afferents, texts_in(overrides))));
             },
-            nb::arg("text"), nb::arg("maps"), nb::arg("sites").none(), nb::arg("overrides"))
+            nb::arg("text"), nb::arg("maps"), nb::arg("sites").none(), nb::arg("afferents").none(),
+            nb::arg("overrides"))
         .def(
             "__init__",
             [](Scene* self, const nb::bytes& path, const Sequence<nb::str>& overrides) {
@@ -126,7 +128,9 @@ void bind_scene(nb::module_& m) {
         .def_prop_ro(
             "spacing", [](const Scene& s) { return s.grid.spacing; },
             "Metres between cells; None in a scene without dimensions.")
-        .def_prop_ro("sites", sites_of, "The receptors as (type, x, y), in the order of their responses.");
+        .def_prop_ro("sites", sites_of, "The receptors as (type, x, y), in the order of their responses.")
+        .def_prop_ro(
+            "afferents", [](const Scene& s) { return s.afferents; }, "The nerve fibres, a list of Afferents.");
     m.def("maps", maps_of, nb::arg("scene"),
           "Return the maps that a scene is made of, float64 of shape (height, width) each: \"surface\" (m with a\n"
           "spacing), \"rest_curvature\" (1/m) and \"pressure\" (Pa, where the envelope is 1).");

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <climits>
+#include <cstddef>
 
 namespace dermis::python {
 namespace {
@@ -233,6 +234,19 @@ View<float> response(nb::handle_t<SkinWithShapes> self, nb::handle named) {
     return view(response.data, shape_of(s, response), self);
 }
 
+// A copy, because a press may move the skin's own spikes. Its bytes are rows of _arrays.SPIKE.
+nb::bytearray spikes_of(const SkinWithShapes& s) {
+    static_assert(sizeof(Spike) == 16 && offsetof(Spike, pad) == 0 && offsetof(Spike, afferent) == 4 &&
+                  offsetof(Spike, frame) == 8 && offsetof(Spike, share) == 12);
+    std::vector<Spike> spikes;
+    {
+        const Computing computing(s.in_use.get());
+        const Skin::Spikes last = s.skin->spikes();
+        spikes.assign(last.begin(), last.end());
+    }
+    return nb::bytearray(spikes.data(), spikes.size() * sizeof(Spike));
+}
+
 nb::bytes save(const SkinWithShapes& s, nb::handle pads) {
     const PadNumbers numbers(pads, s.skin->count());
     size_t size = 0;
@@ -352,7 +366,8 @@ std::vector<int> axes_of(nb::handle n) {
 
 void make_skin(SkinWithShapes* self, const Scene& scene, nb::handle n, nb::handle device,
                const std::optional<Sequence<nb::str>>& responses, const std::optional<string_view>& precision,
-               const Sequence<Scene>& materials, string_view hold, string_view control) {
+               const Sequence<Scene>& materials, string_view hold, string_view control,
+               const std::optional<Sequence<Afferents>>& afferents) {
     const std::vector<int> leading = axes_of(n);
     SkinOptions options;
     long long count = 1; // of which the library refuses what is too much
@@ -372,6 +387,7 @@ void make_skin(SkinWithShapes* self, const Scene& scene, nb::handle n, nb::handl
     if (control != "pressure" && control != "depth")
         scene::refuse("control", '"' + std::string(control) + '"', "\"pressure\", \"depth\"");
     options.control = control == "depth" ? Control::depth : Control::pressure;
+    options.afferents = afferents ? afferents_in(*afferents) : scene.afferents;
     make_on(self, device_of(device), leading, scene, options);
 }
 
@@ -409,7 +425,7 @@ void bind_skin(nb::module_& m) {
         .def(Pickled())
         .def("__init__", make_skin, nb::arg("scene"), nb::arg("n").none(), nb::arg("device").none(),
              nb::arg("responses").none(), nb::arg("precision").none(), nb::arg("materials"), nb::arg("hold"),
-             nb::arg("control"))
+             nb::arg("control"), nb::arg("afferents").none())
         .def(
             "press", press, nb::arg("pressure").none(), nb::arg("dt"), nb::arg("pads").none() = nb::none(),
             nb::arg("out").none() = nb::none(),
@@ -441,6 +457,7 @@ void bind_skin(nb::module_& m) {
              "axis is missing. The memory stays the same: after each press it holds the new values. \"strain\",\n"
              "\"indentation\" (m) and \"curvature\" (1/m) are read from the state each time they are asked for, with\n"
              "sites of all sites in the order given.")
+        .def("spike_bytes", spikes_of, "As spikes, in bytes.")
         .def("reset", reset, nb::arg("pads").none() = nb::none(), "Bring pads back to rest. pads: as in press.")
         .def("save", save, nb::arg("pads").none() = nb::none(),
              "Return the state of pads as bytes, the same on every device. pads: as in press.")

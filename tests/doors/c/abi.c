@@ -120,5 +120,10 @@ int main(void) {
     NUMBER(DERMIS_PRESSURE);
     NUMBER(DERMIS_DEPTH);
     OFFSET(dermis_skin_options, control);
+    SIZE(dermis_spike);
+    OFFSET(dermis_spike, pad);
+    OFFSET(dermis_spike, afferent);
+    OFFSET(dermis_spike, frame);
+    OFFSET(dermis_spike, share);
     return 0;
 }

@@ -332,6 +332,26 @@ static void options(void) {
     dermis_scene_destroy(scene);
 }
 
+static void spikes(void) {
+    dermis_skin* skin = skin_of(pad);
+    const float pressure[CELLS] = {1};
+    const dermis_spike one = {0, 0, 0, 1}, *fired = &one;
+    size_t count = 1;
+    CHECK(dermis_skin_spikes(skin, &fired, &count) == DERMIS_OK && count == 0);
+    count = 1;
+    CHECK(press(skin, pressure, CELLS, 0.01) == DERMIS_OK);
+    CHECK(dermis_skin_spikes(skin, &fired, &count) == DERMIS_OK && count == 0); /* the scene has no afferents */
+    REFUSED(dermis_skin_spikes(skin, NULL, &count), "spikes = (null)");
+    fired = &one;
+    REFUSED(dermis_skin_spikes(skin, &fired, NULL), "count = (null)");
+    CHECK(fired == NULL);
+    fired = &one;
+    count = 1;
+    REFUSED(dermis_skin_spikes(NULL, &fired, &count), "skin = (null)");
+    CHECK(fired == NULL && count == 0);
+    dermis_skin_destroy(skin);
+}
+
 /* Three pads with materials of their own. */
 static dermis_skin* batch(void) {
     dermis_scene* scene = scene_of(pad);
@@ -459,6 +479,7 @@ int main(void) {
         presses();
         materials();
         options();
+        spikes();
         batches(device);
         own_materials();
     }

@@ -24,9 +24,10 @@ import numpy as np
 
 from ._answers import answered  # before what it answers for is imported
 from . import _core, contact
-from ._arrays import Response
-from ._core import (Candidate, Device, DeviceInfo, Explanation, Figure, Fit, Impulse, KelvinVoigt, Relaxation, Report,
-                    Result, Trace, chain_of, commit, fit_creep, fit_relaxation, refuse, relaxation_of)
+from ._arrays import SPIKE, Response
+from ._core import (AfferentModel, Afferents, Candidate, Device, DeviceInfo, Explanation, Figure, Fit, Impulse,
+                    KelvinVoigt, Relaxation, Report, Result, Trace, afferent_model, chain_of, commit, fit_creep,
+                    fit_relaxation, refuse, relaxation_of)
 from ._error import Error
 from ._tables import Curvature, Grid, Load, Material, Output, Receptors, Sites, Surface, Time
 from ._toml import overrides_of, pairs_of, text_of, without_rows
@@ -34,10 +35,11 @@ from ._toml import overrides_of, pairs_of, text_of, without_rows
 __version__ = _core.version
 
 __all__ = [
-    "Candidate", "Curvature", "Device", "DeviceInfo", "Error", "Explanation", "Figure", "Fit", "Grid", "Impulse",
-    "KelvinVoigt", "Load", "Material", "Output", "Receptors", "Relaxation", "Report", "Result", "Scene", "Sites",
-    "Skin", "Surface", "Time", "Trace", "__version__", "chain_of", "commit", "contact", "explain", "fingertip",
-    "fit_creep", "fit_relaxation", "maps", "relaxation_of", "run", "run_materials", "sweep",
+    "AfferentModel", "Afferents", "Candidate", "Curvature", "Device", "DeviceInfo", "Error", "Explanation", "Figure",
+    "Fit", "Grid", "Impulse", "KelvinVoigt", "Load", "Material", "Output", "Receptors", "Relaxation", "Report",
+    "Result", "Scene", "Sites", "Skin", "Surface", "Time", "Trace", "__version__", "afferent_model", "chain_of",
+    "commit", "contact", "explain", "fingertip", "fit_creep", "fit_relaxation", "maps", "relaxation_of", "run",
+    "run_materials", "sweep",
 ]
 
 
@@ -49,7 +51,7 @@ class Scene(_core.Scene):
         Scene.from_file("pad.toml", {"material.modulus": 1e5})
 
     In tables an array of float32 or float64 of shape (height, width) may stand in place of the file of a map, and
-    sites may be a list of (type, x, y), as in [("sa1", 12, 40)].
+    sites may be a list of (type, x, y), as in [("sa1", 12, 40)], and afferents a list of Afferents.
     """
 
     @answered
@@ -58,7 +60,12 @@ class Scene(_core.Scene):
 
     def _read(self, given: dict[str, Any], overrides: Mapping[str, Any]) -> None:
         listed = given.pop("sites") if isinstance(given.get("sites"), (list, tuple)) else None
-        super().__init__(*text_of(given), sites=listed, overrides=overrides_of(overrides))
+        fibres = given.get("afferents")
+        if isinstance(fibres, (list, tuple)) and any(isinstance(f, Afferents) for f in fibres):
+            del given["afferents"]
+        else:
+            fibres = None  # a text, or tables that a text can have
+        super().__init__(*text_of(given), sites=listed, afferents=fibres, overrides=overrides_of(overrides))
 
     @classmethod
     @answered
@@ -126,20 +133,35 @@ class Skin(_core.Skin):
     three pressures. That is four to seven times closer to a smooth load, and worse after a jump.
     control: "pressure", or "depth": each cell is then pressed to a depth in m, and its strain is depth over thickness,
     whatever the material, and 0 where a depth would pull. No cell knows another one's. Takes no materials.
+    afferents: a list of Afferents, the nerve fibres of each pad; None: the scene's. With control "depth" they follow
+    the strain. A step is then at most 65536 refractory times, or shortest time constants, of each fibre.
 
-    copy.copy and pickle make another skin with the same state; its responses are 0 until it is pressed.
+    copy.copy and pickle make another skin with the same state; its responses are 0, and it has no spikes, until it is
+    pressed.
     """
 
     @answered
     def __init__(self, scene: AnyScene, n: int | Sequence[int] | None = None, *, device: Device | str | None = None,
                  responses: str | Iterable[str] | None = None, precision: str | None = None,
-                 materials: Iterable[AnyMaterial] = (), hold: str = "linear", control: str = "pressure") -> None:
+                 materials: Iterable[AnyMaterial] = (), hold: str = "linear", control: str = "pressure",
+                 afferents: Iterable[Afferents] | None = None) -> None:
         names = [responses] if isinstance(responses, str) else None if responses is None else list(responses)
         super().__init__(_scene_of(scene), n, device, names, precision,
-                         [_scene_with(m, f"materials[{i}]") for i, m in enumerate(materials)], hold, control)
+                         [_scene_with(m, f"materials[{i}]") for i, m in enumerate(materials)], hold, control,
+                         None if afferents is None else list(afferents))
 
     def __getitem__(self, response: str) -> Response:
         return super().__getitem__(response).view(Response)
+
+    def spikes(self) -> np.ndarray[Any, np.dtype[np.void]]:
+        """Return the spikes of the last call that pressed, as an array of its own of shape (spikes,).
+
+        Fields: pad, of several axes of pads counted on from row to row; afferent, the number of the fibre, from 0 on;
+        frame, of press_frames, else 0 (int32); and share (float32), 0 < share <= 1: the fibre fired at this share of
+        the step, which is (1 - share)*dt seconds before the step ended. Sorted by frame, by pad in the order pressed,
+        by fibre, by time. Empty without afferents and before the first press.
+        """
+        return np.frombuffer(self.spike_bytes(), SPIKE)
 
     @property
     def sites(self) -> dict[str, np.ndarray[Any, np.dtype[np.int32]]]:
@@ -251,8 +273,8 @@ def _summary_of(self: Result) -> str:
             f"{self.responses.shape[1]} sites; {self.model} in {self.precision}, {self.device.name}>")
 
 
-for _kind in (Candidate, Explanation, Fit, Impulse, KelvinVoigt, Relaxation, Report, Trace, contact.Contact,
-              contact.Pose, contact.Report, contact.WorldContact):
+for _kind in (AfferentModel, Afferents, Candidate, Explanation, Fit, Impulse, KelvinVoigt, Relaxation, Report, Trace,
+              contact.Contact, contact.Pose, contact.Report, contact.WorldContact):
     setattr(_kind, "__repr__", _members_of)
 setattr(Result, "__repr__", _summary_of)
 setattr(_core.Scene, "__repr__", Scene.__repr__)

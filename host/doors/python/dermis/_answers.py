@@ -42,7 +42,8 @@ _TYPES: dict[str, tuple[str, Test]] = {  # in words, and whether a value is of t
     "PathLike": ("a path", lambda v: isinstance(v, os.PathLike)),
     "object": ("", lambda v: v is not None),
 }
-_ITEMS = {"float": "numbers", "str": "texts", "AnyMaterial": "materials"}
+_ITEMS = {"float": "numbers", "str": "texts", "AnyMaterial": "materials", "Sequence[float]": "pairs",
+          "Sequence[int]": "cells"}
 
 
 def _fit(value: object, annotation: str) -> tuple[bool, str]:
@@ -52,7 +53,7 @@ def _fit(value: object, annotation: str) -> tuple[bool, str]:
         kind: Any = getattr(_core, name, None)
         word, test = _TYPES.get(name, ("", lambda v: True))
         if isinstance(kind, type):
-            word, test = f"a {name}", lambda v: isinstance(v, kind)
+            word, test = f"{'an' if name[0] in 'AEIO' else 'a'} {name}", lambda v: isinstance(v, kind)
         words.append(f"{word} of {_ITEMS.get(items, items)}" if word == "a list" else word)
         try:
             fits = fits or test(value)

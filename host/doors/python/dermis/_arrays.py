@@ -1,10 +1,13 @@
 # SPDX-License-Identifier: MIT
-"""Views of responses, for every reader of DLPack."""
+"""Views of responses, for every reader of DLPack, and the type of spikes."""
 from __future__ import annotations
 
 from typing import Any
 
 import numpy as np
+
+# dermis::Spike
+SPIKE = np.dtype([("pad", np.int32), ("afferent", np.int32), ("frame", np.int32), ("share", np.float32)])
 
 
 class Response(np.ndarray[Any, np.dtype[np.float32]]):
