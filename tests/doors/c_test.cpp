@@ -165,7 +165,11 @@ TEST_CASE("a skin in C has the spikes of one in C++, of the scene's nerve fibres
     std::vector<Afferents>& fibres = scene->scene.afferents;
     fibres.resize(2);
     fibres[1].type = Quantity::fa1;
-    for (Afferents& a : fibres) a.cells = {{3, 4}, {20, 11}};
+    for (Afferents& a : fibres) {
+        a.cells = {{3, 4}, {20, 11}};
+        a.model = afferent_model(a.type);
+        a.model->gains[0][0] *= 1000; // the skin is hardly strained
+    }
     dermis_skin_options options{};
     options.size = sizeof options;
     options.count = 2;

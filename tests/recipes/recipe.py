@@ -15,12 +15,16 @@ EDITS = {
     "include/dermis/description.hpp": [
         ("fa1, fa2, curvature", "fa1, fa2, sa3, curvature"),
         ("fa2 = 25;", "fa2 = 25, sa3 = 0;"),
+        ("std::optional<double> sa1, sa2, fa1, fa2;", "std::optional<double> sa1, sa2, fa1, fa2, sa3;"),
     ],
     "host/core/description/names.hpp": [
         ('{Quantity::fa2, "fa2"},', '{Quantity::fa2, "fa2"}, {Quantity::sa3, "sa3"},'),
     ],
     "host/core/description/description.hpp": [
-        ("{Quantity::fa2, &Density::fa2},", "{Quantity::fa2, &Density::fa2}, {Quantity::sa3, &Density::sa3},"),
+        (
+            "{Quantity::fa2, &Density::fa2, &Depths::fa2},",
+            "{Quantity::fa2, &Density::fa2, &Depths::fa2}, {Quantity::sa3, &Density::sa3, &Depths::sa3},",
+        ),
     ],
     "kernels/layout.h": [
         ("#define QUANTITY_FA2 4\n", "#define QUANTITY_FA2 4\n#define QUANTITY_SA3 5\n"),

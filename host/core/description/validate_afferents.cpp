@@ -99,12 +99,12 @@ AfferentModel afferent_model(Quantity type) {
         m.refractory_time = 2.559e-3;
         return m;
     case Quantity::fa2:
-        m.time_constants = {4.574e-4};
-        m.frequency = 295.5;
-        m.quality = 1.082;
-        m.gains = {{{0, 0}, {5.356e-3, 1.644e-5}, {0, 0}}};
-        m.membrane_time = 1.733e-3;
-        m.refractory_time = 3.143e-3;
+        m.time_constants = {3.371e-4};
+        m.frequency = 264.6;
+        m.quality = 1.157;
+        m.gains = {{{0, 0}, {4.341e-3, 5.5e-7}, {0, 0}}};
+        m.membrane_time = 1.241e-3;
+        m.refractory_time = 3.16e-3;
         return m;
     default:
         scene::refuse("afferents.class", std::string("\"") + name(type) + "\"",

@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: MIT
 """Nerve fibres of skins, and the spikes by which they answer."""
 import copy
+import csv
 import functools
 import pickle
+import re
+from pathlib import Path
 
 import dermis
 import numpy as np
@@ -146,7 +149,7 @@ def test_a_scene_has_fibres_that_a_skin_takes_unless_it_is_given_others():
 
 def test_models_and_fibres_say_what_they_are():
     model = dermis.afferent_model("sa1")
-    assert model.time_constants == (2.25e-3, 1.8e-3) and model.frequency is None and len(model.after) == 2
+    assert len(model.time_constants) == 2 and model.frequency is None and len(model.after) == 2
     model.frequency, model.quality, model.after = 100.0, 0.7, [(-3.0, 0.02)]
     model.gains = np.array([[2, 1], [0, 0], [0, 0]])
     assert (model.frequency, model.after[0], model.gains[0]) == (100.0, (-3.0, 0.02), (2.0, 1.0))
@@ -157,7 +160,7 @@ def test_models_and_fibres_say_what_they_are():
     assert fibres.model.reset == 0.25 and model.reset == 0 and dermis.Afferents(cells=CELLS).model is None
     for thing in (model, fibres):
         assert repr(pickle.loads(pickle.dumps(thing))) == repr(copy.deepcopy(thing)) == repr(thing)
-    assert "membrane_time=0.0237" in repr(fibres) and "cells=((3, 4), (0, 24))" in repr(fibres)
+    assert f"membrane_time={model.membrane_time!r}" in repr(fibres) and "cells=((3, 4), (0, 24))" in repr(fibres)
 
 
 def model_with(**keys):
@@ -206,3 +209,18 @@ ANSWERS = [
 @pytest.mark.parametrize("call, words", ANSWERS, ids=[words for _, words in ANSWERS])
 def test_a_mistake_is_answered_by_parameter_value_and_what_is_allowed(call, words):
     assert words in str(refused(call))
+
+
+def test_the_parameters_of_a_class_are_those_that_were_fitted():
+    lines = (Path(__file__).parents[3] / "bench/evidence/afferents.csv").read_text().splitlines()
+    rows = list(csv.DictReader(line for line in lines if not line.startswith("#")))
+    assert len(rows) > 20
+    for row in rows:
+        model, name = dermis.afferent_model({"ra": "fa1", "pc": "fa2"}.get(row["class"], row["class"])), row["parameter"]
+        if name.startswith(("spread", "threshold")):
+            continue  # of populations
+        member, *places = re.findall(r"\w+", name)
+        found = getattr(model, member)
+        for place in places:
+            found = found[int(place)]
+        assert found == float(row["value"]), row

@@ -1,0 +1,296 @@
+# SPDX-License-Identifier: MIT
+"""Spike times of afferents under a sine from rest against the step, by dermis and as others take them, beside a reference
+without steps: afferents.py dermis picture.png
+
+The functions of other methods take an afferent model as a dictionary, whose keys are the members of AfferentModel, and
+q's amplitude, frequency (Hz) and duration (s): q = amplitude*sin(2*pi*hz*t). Each returns spike times in s.
+"""
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import matplotlib
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+import numpy as np
+from PIL import Image  # matplotlib's own requirement
+from scipy import signal
+from scipy.linalg import expm
+
+COARSE, HALVINGS = 2.0**-15, 32  # s: the reference's longest step, and how often it is halved: to 7e-15 s
+
+
+def low_pass(model):
+    """Coefficients of F's denominator in s, the highest power first."""
+    factors = [np.array([time, 1]) for time in model["time_constants"]]
+    if model.get("frequency") is not None:
+        w = 2 * np.pi * model["frequency"]
+        factors.append(np.array([1 / w**2, 1 / (model["quality"] * w), 1]))
+    result = np.ones(1)
+    for factor in factors:
+        result = np.polymul(result, factor)
+    return result
+
+
+def companion(model):
+    """A and b of x' = A*x + b*w, where x holds y and its derivatives."""
+    coefficients = low_pass(model)
+    matrix = np.eye(len(coefficients) - 1, k=1)
+    matrix[-1] = -coefficients[:0:-1] / coefficients[0]
+    column = np.zeros(len(matrix))
+    column[-1] = 1 / coefficients[0]
+    return matrix, column
+
+
+def current(model, y):
+    """I of y and its derivatives, which may be arrays."""
+    return sum(gains[0] * np.maximum(x, 0) + gains[1] * np.maximum(-x, 0) for gains, x in zip(model["gains"], y))
+
+
+def input_at(model, amplitude, hz, time):
+    w = 2 * np.pi * hz
+    return amplitude * (model["value"] * np.sin(w * time) + model["rate"] * w * np.cos(w * time))
+
+
+def membrane(model, driven, dt, leak):
+    """Spikes of V <- V + leak*(I + after - V) on a grid, for the currents I of the steps that end at dt, 2*dt, ..."""
+    wait = round(model["refractory_time"] / dt)
+    spikes, voltage, since = [], 0.0, None
+    for i, now in enumerate(driven):
+        if since is not None:
+            since += 1
+            if since <= wait:
+                continue
+            now += sum(a * np.exp(-(since - 1) * dt / time) for a, time in model["after"] if a)
+        voltage += leak * (now - voltage)
+        if voltage >= 1:
+            spikes.append((i + 1) * dt)
+            voltage, since = model["reset"], 0
+    return np.array(spikes)
+
+
+def euler(model, amplitude, hz, seconds, dt):
+    """Forward Euler for the filter and the membrane."""
+    matrix, column = companion(model)
+    x, driven = np.zeros(len(matrix)), []
+    with np.errstate(over="ignore", invalid="ignore"):  # a step too long for the filter grows without bound
+        for i in range(round(seconds / dt)):
+            driven.append(current(model, x))
+            x = x + dt * (matrix @ x + column * input_at(model, amplitude, hz, i * dt))
+        return membrane(model, driven, dt, dt / model["membrane_time"])
+
+
+def backward_euler(model, amplitude, hz, seconds, dt):
+    """Backward Euler for the filter and forward Euler for the membrane, as Ouyang et al. (2021) take them."""
+    matrix, column = companion(model)
+    solve = np.linalg.inv(np.eye(len(matrix)) - dt * matrix)
+    x, driven = np.zeros(len(matrix)), []
+    for i in range(round(seconds / dt)):
+        x = solve @ (x + dt * column * input_at(model, amplitude, hz, (i + 1) * dt))
+        driven.append(current(model, x))
+    return membrane(model, driven, dt, dt / model["membrane_time"])
+
+
+def touchsim_recursion(model, amplitude, hz, seconds, dt):
+    """TouchSim's method (Saal et al. 2017): a bilinear filter of the input and of its central difference, a forward
+    difference for y'', and V <- V - V/n + I, whose n gives the membrane's decay in a step exactly.
+
+    A spike's time is that of the sample that shows it. TouchSim itself reports it one step later.
+    """
+    w = input_at(model, amplitude, hz, np.arange(round(seconds / dt) + 2) * dt)
+    speed = np.append(w[1:], 0) - np.append(0, w[:-1])
+    warped = 1 / dt  # so that the filter is exact at the frequency of its pair
+    if model.get("frequency") is not None:
+        warped = np.pi * model["frequency"] / np.tan(np.pi * model["frequency"] * dt)
+    filtered = signal.bilinear([1], low_pass(model), warped)
+    rate = signal.lfilter(*filtered, speed / (2 * dt))[:-1]
+    y = signal.lfilter(*filtered, w)[:-2], rate[:-1], np.diff(rate) / dt
+    driven = current(model, y)[1:]  # that of the first sample acts before the start
+    return membrane(model, driven, dt, -np.expm1(-dt / model["membrane_time"]))
+
+
+def reference(model, amplitude, hz, seconds, longest=COARSE):
+    """Matrix exponentials of the filter, the sine, V and the after-currents; steps end where V or a sign turns.
+
+    State: x, amplitude*sin, amplitude*cos, the two after-currents, V. A step that V or a sign of x does not survive is
+    halved. What turns and returns within the longest step is not seen.
+    """
+    matrix, column = companion(model)
+    n, w = len(matrix), 2 * np.pi * hz
+    flow = np.zeros((n + 5, n + 5))
+    flow[:n, :n] = matrix
+    flow[:n, n] = column * model["value"]
+    flow[:n, n + 1] = column * model["rate"] * w
+    flow[n, n + 1], flow[n + 1, n] = w, -w
+    for i, (_, time) in enumerate(model["after"]):
+        flow[n + 2 + i, n + 2 + i] = -1 / time
+    steps = [longest * 0.5**i for i in range(HALVINGS + 1)]
+    held = [expm(flow * h) for h in steps]  # V at rest: what it does not act on
+    refractory = expm(flow * model["refractory_time"])
+    free = {}
+
+    def advance(signs, level):
+        if (signs, level) not in free:
+            row = np.zeros(n + 5)
+            row[:n] = [gains[0] if s > 0 else -gains[1] for gains, s in zip(model["gains"], signs)]
+            row[n + 2:] = 1, 1, -1
+            moved = flow.copy()
+            moved[-1] = row / model["membrane_time"]
+            free[signs, level] = expm(moved * steps[level])
+        return free[signs, level]
+
+    state, time, spikes = np.zeros(n + 5), 0.0, []
+    state[n + 1] = amplitude
+    while time < seconds:
+        for level in range(HALVINGS + 1):
+            end = held[level][:n] @ state
+            turned = np.any(state[:n] * end < 0)
+            if turned and level < HALVINGS:
+                continue
+            after = advance(tuple(np.where(end != 0, end, state[:n]) > 0), level) @ state
+            if after[-1] < 1 or level == HALVINGS:
+                break
+        state, time = after, time + steps[level]
+        if state[-1] >= 1:
+            spikes.append(time)
+            state[-1] = model["reset"]
+            state[n + 2:-1] = [a for a, _ in model["after"]]
+            state, time = refractory @ state, time + model["refractory_time"]
+    return np.array([s for s in spikes if s <= seconds])
+
+
+def match(spikes, wanted, within):
+    """Errors (s) of the spikes that have a wanted one within `within` seconds, each the other's nearest; the number of
+    wanted spikes that are lost, and of spikes that are invented."""
+    if len(spikes) == 0 or len(wanted) == 0:
+        return np.zeros(0), len(wanted), len(spikes)
+    apart = spikes[None, :] - wanted[:, None]
+    nearest = np.argmin(np.abs(apart), axis=1)
+    mutual = np.argmin(np.abs(apart), axis=0)[nearest] == np.arange(len(wanted))
+    errors = apart[np.arange(len(wanted)), nearest]
+    errors = errors[mutual & (np.abs(errors) <= within)]
+    return errors, len(wanted) - len(errors), len(spikes) - len(errors)
+
+
+# The parameters of the classes (bench/evidence/afferents.csv); a frequency and an amplitude at which each fires well.
+PARAMETERS = {"after": [(0, 1), (0, 1)], "reset": 0.0}
+CASES = {
+    "SA1, 10 Hz": (10, 3.0, PARAMETERS | {
+        "time_constants": [9.996e-3, 3.325e-4], "value": 5.4, "rate": 1.0, "gains": [(0.1875, 0.004173), (0, 0), (0, 0)],
+        "membrane_time": 8.231e-3, "refractory_time": 8.588e-3}),
+    "FA1 (RA), 50 Hz": (50, 0.25, PARAMETERS | {
+        "time_constants": [1.127e-3, 3.423e-4], "value": 0.0, "rate": 1.0, "gains": [(0.2183, 0.002216), (0, 0), (0, 0)],
+        "membrane_time": 8.445e-3, "refractory_time": 2.559e-3}),
+    "FA2 (PC), 250 Hz": (250, 2.5e-4, PARAMETERS | {
+        "time_constants": [3.371e-4], "frequency": 264.6, "quality": 1.157, "value": 0.0, "rate": 1.0,
+        "gains": [(0, 0), (4.341e-3, 5.5e-7), (0, 0)], "membrane_time": 1.241e-3, "refractory_time": 3.16e-3}),
+}
+STEPS = (1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2e-5)
+SECONDS = 1.0
+SCENE = """
+[grid]
+width = 1
+height = 1
+spacing = 1e-3
+[surface]
+kind = "flat"
+relief = 1e-5
+[material]
+modulus = 1 # Pa: the strain is the pressure
+viscosity = 0
+thickness = 1e-3
+curvature_length = 0
+[load]
+{load}
+[[afferents]]
+cells = [[0, 0]]
+{model}
+[time]
+step = {step!r}
+duration = {seconds!r}
+[output]
+traces = []
+"""
+METHODS = {"forward Euler": (euler, "#D55E00", "o"),
+           "backward Euler filter (Ouyang et al. 2021)": (backward_euler, "#E69F00", "s"),
+           "TouchSim's recursion (Saal et al. 2017)": (touchsim_recursion, "#009E73", "^")}
+
+
+def dermis(program, model, load, step, folder):
+    """Spike times of a run."""
+    keys = {"class": "sa1", **model, "gains": [list(pair) for pair in model["gains"]]}
+    keys["after"] = []
+    text = "\n".join(f"{key} = {value!r}".replace("'", '"') for key, value in keys.items())
+    Path(folder, "scene.toml").write_text(SCENE.format(model=text, load=load, step=step, seconds=SECONDS))
+    subprocess.run([program, "run", f"{folder}/scene.toml", "--out", f"{folder}/out"], check=True, capture_output=True)
+    return np.load(f"{folder}/out/spikes.npy")["time"]
+
+
+def frames(program, model, amplitude, hz, step, folder):
+    """dermis with the sine known by frames, straight lines between them."""
+    values = amplitude * np.sin(2 * np.pi * hz * step * np.arange(round(SECONDS / step) + 1))
+    np.save(f"{folder}/frames.npy", values.reshape(-1, 1, 1))
+    load = f'kind = "sequence"\npath = "frames.npy"\ninterval = {step!r}'
+    return dermis(program, model, load, step, folder)
+
+
+def sine(program, model, amplitude, hz, step, folder):
+    """dermis with the sine itself."""
+    load = f'radius = 1\nintensity = {amplitude!r}\nenvelope = "sine"\nmean = 0\nfrequency = {hz!r}'
+    return dermis(program, model, load, step, folder)
+
+
+def measured(program):
+    """For each case its number of spikes, and for each method the median error (s), lost and invented at each step."""
+    found = {}
+    with tempfile.TemporaryDirectory() as folder:
+        for title, (hz, amplitude, model) in CASES.items():
+            wanted = reference(model, amplitude, hz, SECONDS)
+            within = np.diff(wanted).min() / 2
+            ways = {method: lambda step, f=f: f(model, amplitude, hz, SECONDS, step)
+                    for method, (f, _, _) in METHODS.items()}
+            ways["dermis, frames at the step"] = lambda step: frames(program, model, amplitude, hz, step, folder)
+            ways["dermis, the load a sine"] = lambda step: sine(program, model, amplitude, hz, step, folder)
+            rows = {}
+            for method, spikes_of in ways.items():
+                rows[method] = []
+                for step in STEPS:
+                    errors, lost, invented = match(spikes_of(step), wanted, within)
+                    median = np.median(np.abs(errors)) if len(errors) else np.nan
+                    rows[method].append((median, lost, invented))
+                    print(f"{title:18} {method:44} {step * 1e3:5g} ms: {len(wanted)} spikes, median error "
+                          f"{median * 1e3:.2g} ms, {lost} lost, {invented} invented", flush=True)
+            found[title] = len(wanted), rows
+    return found
+
+
+def draw(found, picture):
+    style = {**{m: (c, k) for m, (_, c, k) in METHODS.items()}, "dermis, frames at the step": ("#0072B2", "D"),
+             "dermis, the load a sine": ("#000000", "*")}
+    figure, axes = plt.subplots(2, 3, figsize=(10, 5.6), sharex=True, constrained_layout=True)
+    steps = np.array(STEPS) * 1e3
+    for column, (title, (count, rows)) in enumerate(found.items()):
+        top, below = axes[:, column]
+        for method, values in rows.items():
+            colour, mark = style[method]
+            errors, lost, invented = np.array(values).T
+            top.loglog(steps, errors * 1e3, marker=mark, color=colour, label=method, markersize=5)
+            below.semilogx(steps, 100 * (lost + invented) / count, marker=mark, color=colour, markersize=5)
+        top.set_title(f"{title}: {count} spikes", fontsize=9)
+        below.set_yscale("symlog", linthresh=1)
+        below.set_xlabel("step (ms)", fontsize=9)
+    axes[0, 0].set_ylabel("median error of a spike's time (ms)", fontsize=9)
+    axes[1, 0].set_ylabel("spikes lost and invented (%)", fontsize=9)
+    for axis in axes.flat:
+        axis.tick_params(labelsize=8)
+        axis.grid(alpha=0.3)
+    figure.get_layout_engine().set(rect=(0, 0, 1, 0.91))
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="upper center", ncol=3, fontsize=8, frameon=False)
+    figure.canvas.draw()
+    image = Image.fromarray(np.asarray(figure.canvas.buffer_rgba())[..., :3])
+    image.quantize(256, Image.Quantize.MAXCOVERAGE).save(picture, optimize=True)
+
+
+if __name__ == "__main__":
+    draw(measured(str(Path(sys.argv[1]).resolve())), sys.argv[2])

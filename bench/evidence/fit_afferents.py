@@ -1,0 +1,415 @@
+# SPDX-License-Identifier: MIT
+"""Fits the parameters of the afferents SA1, RA and PC to published thresholds, rates and shares of fibres that fire.
+
+    fit_afferents.py DATA OUT [--quick]
+
+DATA: the folder Data of github.com/ouyangqq/model_tactile_pop_response, of which text files are read. OUT: a folder, in
+which afferents.csv is written. --quick: a short search, to see that everything runs; its values are no result. Needs
+NumPy, SciPy and Numba.
+
+Stimulus: the displacement d of a flat cylinder of 1 mm diameter, a sine whose amplitude is the greatest displacement
+from its mean, as in stim_sine.m of TouchSim (github.com/BensmaiaLab/touchSim) and in the code of Ouyang et al. 2021.
+Input q: the strain on the axis of the cylinder at the depth of the receptor,
+d/(pi a (1 - nu^2)) (1 + 3 s^2)/(1 + s^2)^2, where a is the radius of the cylinder and s the depth over a; q is 0 at the
+mean of the sine.
+
+Threshold: the amplitude at which V of a fibre just reaches 1 once the response to the sine is periodic. A rate is the
+mean of seven fibres whose gains have a log-normal distribution with the median 1; a share is that of the distribution
+whose threshold is below the amplitude. The fibres of the thresholds may be more sensitive than the median fibre, by one
+factor per class.
+"""
+import csv
+import pathlib
+import sys
+import time
+
+import numba
+import numpy as np
+from scipy.optimize import differential_evolution, least_squares
+from scipy.special import ndtr, ndtri
+
+RADIUS = 0.5e-3  # m, of the probe
+POISSON = 0.4
+STEP = 50e-6  # s, the longest step
+SINES = (20.0, 50.0, 100.0, 300.0, 600.0)  # Hz
+PAIRS = ((10.0, 50.0), (10.0, 100.0), (50.0, 250.0), (50.0, 500.0), (100.0, 1000.0))  # Hz, of two sines at once
+BANDS = ((10.0, 25.0), (5.0, 100.0), (25.0, 250.0), (25.0, 500.0), (50.0, 500.0))  # Hz, of the noise
+# The logarithms of the gains of the seven fibres, of equal weight, over the spread: the middles of sevenths of a normal
+# distribution, scaled to a variance of 1.
+NODES = ndtri((np.arange(7) + 0.5) / 7)
+NODES /= NODES.std()
+# Weights: what counts as an error of 1, of a threshold (dB), of a share of the fibres, and of a rate as a part of the
+# greatest rate of the class. Digitized rates and shares are means of few fibres; thresholds are of several papers.
+THRESHOLD_ERROR, SHARE_ERROR, RATE_ERROR = 1.5, 0.15, 0.05
+MEMBRANE = ("membrane_time", "s", 1e-4, 50e-3)
+REFRACTORY = ("refractory_time", "s", 0.9e-3, 20e-3)
+SHARED = (("spread", "1", 0.03, 3.0), ("threshold_gain", "1", 0.1, 100.0))
+NEGATIVE = "gain_negative/gain_positive"
+
+
+class Model:
+    """A class of fibres: its parameters, each with a name, a unit and bounds, and its linear part.
+
+    group: its place in the files. order: 0 if the gains are of y, 1 if they are of y'. poles: an r for each real pole,
+    a p for a pair that has a frequency and a quality. value: whether q drives the filter beside its rate.
+    """
+
+    def __init__(self, name, *, group, depth, order, poles, value=False):
+        self.name, self.group, self.order, self.poles = name, group, order, poles
+        s = depth / RADIUS
+        self.strain = (1 + 3 * s * s) / (1 + s * s) ** 2 / (np.pi * RADIUS * (1 - POISSON**2))  # of q, per m of d
+        gain_unit = "s" if order else "1"
+        rows = [("gain_positive", gain_unit, 1e-4, 100.0), (NEGATIVE, "1", 0.0, 1.0), MEMBRANE, REFRACTORY, *SHARED]
+        rows += [(f"time_constant_{j + 1}", "s", 2e-5, 0.3) for j in range(poles.count("r"))]
+        rows += [("frequency", "Hz", 30.0, 1500.0), ("quality", "1", 0.3, 10.0)] if "p" in poles else []
+        rows += [("value", "1", 0.01, 1000.0)] if value else []
+        self.names, self.units = [r[0] for r in rows], dict(r[:2] for r in rows)
+        # All parameters but the ratio of the gains, which may be 0, are fitted as decimal logarithms.
+        self.log = np.array([n != NEGATIVE for n in self.names])
+        self.bounds = np.array([[np.log10(x) if n != NEGATIVE else x for x in r[2:]] for n, r in zip(self.names, rows)])
+
+    def values(self, x):
+        return dict(zip(self.names, np.where(self.log, 10.0 ** np.array(x), x)))
+
+    def transfer(self, v, f):
+        """The drive y or y' per displacement in m of a sine of f Hz, as a complex number. The rate is 1 s."""
+        s = 2j * np.pi * np.asarray(f, float)
+        h = (v.get("value", 0.0) + s) * s**self.order * self.strain
+        for j in range(self.poles.count("r")):
+            h = h / (1 + s * v[f"time_constant_{j + 1}"])
+        if "p" in self.poles:
+            p = s / (2 * np.pi * v["frequency"])
+            h = h / (1 + p / v["quality"] + p * p)
+        return h
+
+
+MODELS = (
+    Model("SA1", group=2, depth=0.3e-3, order=0, poles="rr", value=True),
+    Model("RA", group=1, depth=0.5e-3, order=0, poles="rr"),
+    Model("PC", group=0, depth=2e-3, order=1, poles="rp"),
+)
+
+
+@numba.njit
+def peak(wave, step, membrane):
+    """The greatest V without spikes once V is periodic. wave: the current over one period, linear between samples."""
+    x = step / membrane
+    e = np.exp(-x)
+    p = -np.expm1(-x) / x
+    n = len(wave)
+    v = 0.0
+    for k in range(n):
+        v = e * v + (p - e) * wave[k] + (1 - p) * wave[(k + 1) % n]
+    v /= -np.expm1(-n * x)
+    top = v
+    for k in range(n):
+        v = e * v + (p - e) * wave[k] + (1 - p) * wave[(k + 1) % n]
+        top = max(top, v)
+    return top
+
+
+@numba.njit
+def count(wave, scale, step, membrane, refractory, steps):
+    """The spikes within a number of steps. wave: the current over one period, linear between its samples."""
+    x = step / membrane
+    e = np.exp(-x)
+    p = -np.expm1(-x) / x
+    a = scale * (p - e)
+    b = scale * (1 - p)
+    n = len(wave)
+    spikes = 0
+    v = 0.0
+    k = 0
+    while k < steps:
+        j = k % n
+        now = e * v + a * wave[j] + b * wave[(j + 1) % n]
+        start = 0.0
+        while now >= 1 and k < steps:  # from the spike to the end of the step in which the refractory time ends
+            spikes += 1
+            r = k + start + (1 - start) * (1 - v) / (now - v) + refractory / step
+            k = int(r)
+            start = r - k
+            j = k % n
+            first = wave[j] + (wave[(j + 1) % n] - wave[j]) * start
+            y = (1 - start) * x
+            q = -np.expm1(-y) / y if y > 1e-12 else 1.0
+            v = 0.0
+            now = scale * ((q - np.exp(-y)) * first + (1 - q) * wave[(j + 1) % n])
+        v = now
+        k += 1
+    return spikes
+
+
+def rectified(v, drive):
+    return v["gain_positive"] * (np.maximum(drive, 0) + v[NEGATIVE] * np.maximum(-drive, 0))
+
+
+def sine_current(model, v, f, step):
+    """The current over one period of a sine of 1 m amplitude, and the step of its samples in s."""
+    n = 2 * int(np.ceil(0.5 / f / step))
+    drive = abs(model.transfer(v, f)) * np.sin(2 * np.pi * np.arange(n) / n)
+    return rectified(v, drive), 1 / f / n
+
+
+def thresholds(model, v, f, step=STEP):
+    """The amplitudes (m) of sines at which a fibre of median gain just fires."""
+    return np.array([1 / peak(*sine_current(model, v, g, step), v["membrane_time"]) for g in f])
+
+
+def mean_rate(v, wave, step, amplitude, seconds):
+    """The mean rate (Hz) of the seven fibres."""
+    least = 1 / peak(wave, step, v["membrane_time"])
+    scales = amplitude * np.exp(v["spread"] * NODES)
+    steps = int(round(seconds / step))
+    times = v["membrane_time"], v["refractory_time"]
+    spikes = sum(count(wave, s, step, *times, steps) for s in scales if s >= least)
+    return spikes / len(NODES) / (steps * step)
+
+
+def sine_rates(model, v, data, seconds=1.0, step=STEP):
+    currents = {f: sine_current(model, v, f, step) for f in np.unique(data[:, 0])}
+    return np.array([mean_rate(v, *currents[f], a, seconds) for f, a, _ in data])
+
+
+def blocks(path):
+    """The blocks of rows of two numbers that blank lines separate."""
+    rows = [row.split() for row in path.read_text().splitlines()]
+    ends = [-1, *(i for i, row in enumerate(rows) if not row), len(rows)]
+    return [np.array(rows[i + 1 : j], float) for i, j in zip(ends, ends[1:]) if j > i + 1]
+
+
+def read(path, stimuli, group, scale):
+    """Rows of stimulus, amplitude (m) and value for a class.
+
+    The files hold points of a figure with a panel per class, from below PC, RA and SA1: values of RA and SA1 have an
+    offset, which is their first value, and a scale. So read, the rates are those of ob_vibro_firing_rate.npy,
+    which has other amplitudes for SA1 and RA, by a factor of up to 2.2 for sines.
+    """
+    part = blocks(path)[5 * group : 5 * group + 5]
+    first = part[0][0, 1] if group else 0.0
+    return np.array([(s, a * 1e-6, max((y - first) / scale, 0.0)) for s, p in zip(stimuli, part) for a, y in p])
+
+
+def load(folder, model):
+    scale = (1.0, 1.5, 6.0)[model.group]
+    name = "RA1" if model.name == "RA" else model.name
+    data = {"threshold": np.loadtxt(folder / f"fitting_NTH_{name}.txt") * (1, 1e-6)}
+    data["threshold"] = data["threshold"][np.argsort(data["threshold"][:, 0])]
+    data["sine"] = read(folder / "ob_sine_vibro_firing_rate.txt", SINES, model.group, scale)
+    data["fraction"] = read(folder / "ob_sine_vibro_prob.txt", SINES, model.group, 1.0)
+    data["pair"] = read(folder / "ob_di_vibro_firing_rate.txt", range(5), model.group, scale)
+    data["noise"] = read(folder / "ob_noise_vibro_firing_rate.txt", range(5), model.group, scale)
+    return data
+
+
+def errors(model, x, data, seconds=1.0, step=STEP):
+    """Errors of the thresholds in dB, of the shares of fibres that fire, and of the rates in Hz."""
+    v = model.values(x)
+    f, a = data["threshold"].T
+    db = 20 * np.log10(thresholds(model, v, f, step) / v["threshold_gain"] / a)
+    share = fractions(model, v, data["fraction"], step) - data["fraction"][:, 2]
+    return db, share, sine_rates(model, v, data["sine"], seconds, step) - data["sine"][:, 2]
+
+
+def residuals(model, x, data, seconds=1.0):
+    db, share, hz = errors(model, x, data, seconds)
+    scaled = db / THRESHOLD_ERROR, share / SHARE_ERROR, hz / (RATE_ERROR * data["sine"][:, 2].max())
+    return np.concatenate(scaled)
+
+
+def jacobian(model, x, data):
+    """Central differences with a step of 0.02 (5 % of most parameters), since rates change in small jumps."""
+    columns = []
+    for j in range(len(x)):
+        low, high = np.array(x), np.array(x)
+        low[j] = max(x[j] - 0.02, model.bounds[j, 0])
+        high[j] = min(x[j] + 0.02, model.bounds[j, 1])
+        columns.append((residuals(model, high, data) - residuals(model, low, data)) / (high[j] - low[j]))
+    return np.array(columns).T
+
+
+def fit(model, data, quick):
+    def cost(x):
+        return (residuals(model, x, data, 0.5) ** 2).sum()
+
+    effort = {"popsize": 4, "maxiter": 3} if quick else {"popsize": 12, "maxiter": 120}
+    search = differential_evolution(cost, model.bounds, seed=1, tol=1e-5, polish=False, **effort)
+    inside = np.clip(search.x, *(model.bounds.T + [[1e-9], [-1e-9]]))
+    return least_squares(
+        lambda x: residuals(model, x, data),
+        inside,
+        lambda x: jacobian(model, x, data),
+        bounds=model.bounds.T,
+        xtol=1e-6,
+        ftol=1e-6,
+        max_nfev=3 if quick else 40,
+    ).x
+
+
+def uncertainty(model, x, data):
+    """Standard errors of the values, and for each parameter what the data leave open."""
+    at_bound = np.abs(np.array(x)[:, None] - model.bounds).min(1) < 1e-3
+    free = np.flatnonzero(~at_bound)
+    jac = jacobian(model, x, data)[:, free]
+    r = residuals(model, x, data)
+    covariance = np.linalg.pinv(jac.T @ jac) * (r @ r) / (len(r) - len(free))
+    sigma = np.sqrt(np.diag(covariance))
+    v = model.values(x)
+    error, note = dict.fromkeys([*model.names, "negative"]), {n: [] for n in model.names}
+    for i, j in enumerate(free):
+        name = model.names[j]
+        error[name] = sigma[i] * (np.log(10) * v[name] if model.log[j] else 1)
+        if error[name] > 0.5 * v[name]:
+            note[name].append("standard error above half the value")
+        for i2, j2 in enumerate(free):
+            c = covariance[i, i2] / sigma[i] / sigma[i2]
+            if i2 != i and abs(c) > 0.95:
+                note[name].append(f"correlation {c:.2f} with {model.names[j2]}")
+    for j in np.flatnonzero(at_bound):
+        note[model.names[j]].append("at a bound")
+    pair = [model.names.index("gain_positive"), model.names.index(NEGATIVE)]
+    if not at_bound[pair].any():  # the error of the product of both
+        slope = v["gain_positive"] * np.array([np.log(10) * v[NEGATIVE], 1.0])
+        at = np.searchsorted(free, pair)
+        error["negative"] = np.sqrt(slope @ covariance[np.ix_(at, at)] @ slope)
+    return error, {n: "; ".join(t) for n, t in note.items()}
+
+
+def r2(predicted, observed):
+    return 1 - ((predicted - observed) ** 2).sum() / ((observed - observed.mean()) ** 2).sum()
+
+
+def rms(x):
+    return np.sqrt(np.mean(np.square(x)))
+
+
+def pair_rates(model, v, data, ratio):
+    """Rates for two sines of the amplitudes a and ratio(low, high)*a, both 0 at the start.
+
+    The files have one amplitude for both sines; the code they belong to takes the ratio as 1.
+    """
+    out, step = [], STEP / 2
+    t = np.arange(int(round(1 / step))) * step
+    for s, a, _ in data:
+        low, high = PAIRS[int(s)]
+        parts = ((1.0, low), (ratio(low, high), high))
+        drive = sum(c * np.imag(model.transfer(v, f) * np.exp(2j * np.pi * f * t)) for c, f in parts)
+        out.append(mean_rate(v, rectified(v, drive), step, a, 1.0))
+    return np.array(out)
+
+
+def noise_rates(model, v, data):
+    """Rates for Gaussian noise with a flat spectrum within the band, whose root mean square is the amplitude."""
+    out, n = [], int(round(1 / STEP))
+    f = np.fft.rfftfreq(n, STEP)
+    h = model.transfer(v, f)
+    rng = np.random.default_rng(1)
+    for s, a, _ in data:
+        low, high = BANDS[int(s)]
+        spectrum = np.where((f >= low) & (f <= high), rng.normal(size=len(f)) + 1j * rng.normal(size=len(f)), 0)
+        spectrum /= rms(np.fft.irfft(spectrum, n))
+        out.append(mean_rate(v, rectified(v, np.fft.irfft(spectrum * h, n)), STEP, a, 1.0))
+    return np.array(out)
+
+
+def fractions(model, v, data, step=STEP):
+    """The share of fibres that fire."""
+    least = dict(zip(SINES, thresholds(model, v, SINES, step)))
+    return np.array([ndtr(np.log(a / least[f]) / v["spread"]) for f, a, _ in data])
+
+
+def entrained(model, v, f):
+    """The range of amplitudes (m) in which a fibre of median gain fires one spike per cycle, and its threshold (m)."""
+    wave, step = sine_current(model, v, f, STEP / 4)
+    cycles, least = 200, 1 / peak(wave, step, v["membrane_time"])
+    times = v["membrane_time"], v["refractory_time"]
+    amplitudes = least * np.geomspace(1, 1000, 2000)
+    spikes = np.array([count(wave, a, step, *times, len(wave) * cycles) for a in amplitudes])
+    one = amplitudes[np.abs(spikes - cycles) <= 1]
+    return (one.min(), one.max(), least) if len(one) else (np.nan, np.nan, least)
+
+
+def report(model, x, data):
+    v = model.values(x)
+    db, share, hz = errors(model, x, data)
+    observed = data["sine"][:, 2]
+    print(f"{model.name}: rates R2 {r2(hz + observed, observed):.3f}, rms {rms(hz):.2f} Hz")
+    chosen = {f: data["sine"][:, 0] == f for f in SINES}
+    print("  rms by frequency (Hz): " + ", ".join(f"{f:.0f}: {rms(hz[c]):.2f}" for f, c in chosen.items()))
+    half = errors(model, x, data, step=STEP / 2)
+    print(f"  rms of the changes at half the step: {rms(half[2] - hz):.3f} Hz and {rms(half[0] - db):.4f} dB")
+    p = data["fraction"][:, 2]
+    print(f"  shares of fibres that fire: R2 {r2(share + p, p):.3f}, rms {rms(share):.3f}")
+    print(f"  thresholds: rms {rms(db):.2f} dB; errors by frequency " + " ".join(f"{e:.1f}" for e in db))
+    readings = {"equal amplitudes": lambda low, high: 1.0, "equal peak velocities": lambda low, high: low / high}
+    for label, ratio in readings.items():
+        y, z = pair_rates(model, v, data["pair"], ratio), data["pair"][:, 2]
+        print(f"  held out, two sines, {label}: R2 {r2(y, z):.3f}, rms {rms(y - z):.2f} Hz; first two pairs alone: "
+              f"R2 {r2(y[:10], z[:10]):.3f}, rms {rms((y - z)[:10]):.2f} Hz")
+    y, z = noise_rates(model, v, data["noise"]), data["noise"][:, 2]
+    print(f"  held out, noise: R2 {r2(y, z):.3f}, rms {rms(y - z):.2f} Hz, mean {np.mean(y - z):.2f} Hz")
+    for f in (40.0, 200.0):
+        low, high, least = (a * 1e6 for a in entrained(model, v, f))
+        print(f"  one spike per cycle at {f:.0f} Hz: {low:.4g} to {high:.4g} um; threshold {least:.4g} um")
+
+
+HEADER = """\
+# Parameters of afferents, fitted by bench/evidence/fit_afferents.py to points that Data/txtdata of
+# github.com/ouyangqq/model_tactile_pop_response (commit e9c3672), the code of Ouyang et al. 2021, has digitized: rates
+# and shares of fibres that fire of Muniak et al. 2007, and thresholds after recordings such as those of Freeman and
+# Johnson 1982. Input: the strain below a flat cylinder of 1 mm diameter, at 0.3 mm (sa1), 0.5 mm (ra) and 2 mm (pc).
+# The values are those of the median fibre; no standard error: not fitted, or at a bound. spread: of the natural
+# logarithm of the gains among fibres. threshold_gain: the factor by which the fibres of the thresholds are more
+# sensitive than the median fibre.
+"""
+
+
+def table(model, x, data):
+    """The rows of the file for a class: the members of AfferentModel, then what describes the population."""
+    v = model.values(x)
+    error, note = uncertainty(model, x, data)
+    positive, negative = f"gains[{model.order}][0]", f"gains[{model.order}][1]"
+    times = sorted((n for n in model.names if n.startswith("time_constant")), key=lambda n: -v[n])
+    labels = {NEGATIVE: f"{negative}/{positive}", "gain_positive": positive}
+    labels.update((n, f"time_constants[{j}]") for j, n in enumerate(times))
+
+    def row(member, name):
+        text = note[name]
+        for old, new in labels.items():
+            text = text.replace(old, new)
+        return member, v[name], model.units[name], error[name], text
+
+    rows = [row(labels[n], n) for n in times] + [row(n, n) for n in ("frequency", "quality") if n in v]
+    rows.append(row("value", "value") if "value" in v else ("value", 0.0, "1", None, "set"))
+    rows += [("rate", 1.0, "s", None, "set"), row(positive, "gain_positive")]
+    product = v["gain_positive"] * v[NEGATIVE]
+    rows.append((negative, product, model.units["gain_positive"], error["negative"], row("", NEGATIVE)[-1]))
+    rows += [row("membrane_time", "membrane_time"), row("refractory_time", "refractory_time")]
+    return rows + [("reset", 0.0, "1", None, "set"), row("spread", "spread"), row("threshold_gain", "threshold_gain")]
+
+
+def main(folder, out, quick):
+    data_folder = pathlib.Path(folder) / "txtdata"
+    start, lines = time.time(), []
+    for model in MODELS:
+        data = load(data_folder, model)
+        x = fit(model, data, quick)
+        rows = table(model, x, data)
+        for name, value, unit, error, note in rows:
+            spread = f"{error:.2g}" if error else ""
+            print(f"{model.name:4} {name:18} {value:9.4g} {unit:3} {spread and '+- ' + spread:12} {note}")
+            lines.append((model.name.lower(), name, f"{value:.4g}", unit, spread, note))
+        report(model, x, data)
+        print(f"  {time.time() - start:.0f} s since the start", flush=True)
+    with open(pathlib.Path(out) / "afferents.csv", "w", newline="") as file:
+        file.write(HEADER)
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(("class", "parameter", "value", "unit", "standard_error", "note"))
+        writer.writerows(lines)
+
+
+if __name__ == "__main__":
+    arguments = [a for a in sys.argv[1:] if a != "--quick"]
+    if len(arguments) != 2 or not all(pathlib.Path(a).is_dir() for a in arguments):
+        sys.exit(f"usage: fit_afferents.py DATA OUT [--quick], where DATA and OUT are folders, not {arguments}")
+    main(*arguments, "--quick" in sys.argv)
