@@ -91,7 +91,7 @@ inline Derivatives derivatives_of(Fibre f, Drive d, FibreConstants k) {
     return y;
 }
 
-// A polynomial in the share of a substep, of degree COURSE_DEGREE = 8. Its terms are added in pairs, so that few
+// A polynomial in the share of a substep, of degree COURSE_DEGREE = 10. Its terms are added in pairs, so that few
 // additions wait for each other.
 struct Course {
     real c[COURSE_DEGREE + 1];
@@ -101,8 +101,9 @@ inline real course_at(Course p, real s) {
     precise real s2 = s * s;
     precise real s4 = s2 * s2;
     precise real low = (p.c[0] + p.c[1] * s) + (p.c[2] + p.c[3] * s) * s2;
-    precise real high = (p.c[4] + p.c[5] * s) + ((p.c[6] + p.c[7] * s) + p.c[8] * s2) * s2;
-    precise real sum = low + high * s4;
+    precise real middle = (p.c[4] + p.c[5] * s) + (p.c[6] + p.c[7] * s) * s2;
+    precise real high = (p.c[8] + p.c[9] * s) + p.c[10] * s2;
+    precise real sum = low + (middle + high * s4) * s4;
     return sum;
 }
 

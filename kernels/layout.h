@@ -188,7 +188,7 @@ struct ReduceConstants {
 #define FIBRE_INPUT 7
 #define FIBRE_PLANES 8
 #define FIBRE_OUTPUTS 3 // derivatives of the filter's output that drive the membrane: y, its first and its second
-#define COURSE_DEGREE 8 // of the Taylor polynomials inside a substep
+#define COURSE_DEGREE 10 // of the Taylor polynomials inside a substep
 #define COURSE_DERIVATIVES (COURSE_DEGREE + FIBRE_OUTPUTS)
 
 // Constants of one substep of fibres of one kind (kernels/afferent.h), computed on the host in double

@@ -105,11 +105,25 @@ TEST_CASE("under a held input a fibre fires at intervals of t_ref + tau ln(I/(I 
         }
 }
 
+// Whether float may miss times by as much: rounding does no more than gains that are changed by some roundings of
+// float.
+bool as_sensitive(const oracle::AfferentCase& c, const std::vector<double>& q, double dt, const Difference& missed) {
+    const std::vector<double> exact = times_of<f64>(c.model, q, dt);
+    for (const double change : {1e-5, -1e-5}) {
+        AfferentModel m = c.model;
+        for (auto& pair : m.gains)
+            for (double& gain : pair) gain *= 1 + change;
+        const Difference d = difference(times_of<f64>(m, q, dt), exact, 1e-4);
+        if (d.parted > 0 || (missed.parted == 0 && d.greatest > missed.greatest)) return true;
+    }
+    return false;
+}
+
 TEST_CASE("every spike of random fibres under random inputs is there, within the tolerance") {
-    const bool night = std::getenv("DERMIS_NIGHT") != nullptr;
+    const unsigned fibres = std::getenv("DERMIS_NIGHT") ? 10000 : 200;
     size_t spikes = 0, late = 0;
     double greatest64 = 0, greatest32 = 0;
-    for (unsigned seed = 0; seed < (night ? 10000u : 200u); ++seed) {
+    for (unsigned seed = 0; seed < fibres; ++seed) {
         oracle::AfferentCase c = oracle::afferent_case(seed);
         const double dt = seed % 3 == 0 ? 1e-3 : seed % 3 == 1 ? 2.5e-4 : 5e-3;
         const std::vector<double> q = sampled(c, dt);
@@ -119,17 +133,42 @@ TEST_CASE("every spike of random fibres under random inputs is there, within the
         CAPTURE(seed);
         CHECK(in64.parted == 0);
         CHECK(in64.greatest < 1e-9);
-        CHECK(in32.parted == 0);
-        CHECK(in32.greatest < 5e-6); // float's rounding, where the membrane hardly rises as it reaches its threshold
-        late += in32.greatest > 1e-6;
+        if (in32.parted > 0 || in32.greatest > 1e-6) {
+            ++late;
+            CHECK(
+                as_sensitive(c, q, dt, in32)); // the membrane hardly rises where it reaches its threshold, or grazes it
+        }
         spikes += exact.size();
         greatest64 = std::max(greatest64, in64.greatest);
         greatest32 = std::max(greatest32, in32.greatest);
     }
     MESSAGE(spikes << " spikes, greatest error " << greatest64 << " s in double, " << greatest32 << " s in float, "
-                   << late << " fibres beyond 1 us in float");
+                   << late << " fibres with a spike beyond 1 us in float");
     CHECK(spikes > 1000);
-    CHECK(late * 50 < (night ? 10000 : 200));
+    CHECK(late * 50 < fibres);
+}
+
+TEST_CASE("a membrane that grazes its threshold fires just where its peak exceeds it") {
+    // One pole and a pulse of the input: the peak of V is proportional to the gain.
+    AfferentModel m = held_model();
+    std::vector<double> q(40, 0.0);
+    q[3] = q[4] = 1;
+    m.gains[0][0] = 1;
+    double low = 0, high = 1000; // gains without a spike, and with one
+    for (int i = 0; i < 200; ++i) {
+        m.gains[0][0] = (low + high) / 2;
+        (times_of<f64>(m, q, 1e-3).empty() ? low : high) = m.gains[0][0];
+    }
+    oracle::AfferentCase c{.model = m, .input = {}, .seconds = 0.04};
+    for (size_t i = 0; i < q.size(); ++i) {
+        c.input.times.push_back(1e-3 * double(i + 1));
+        c.input.values.push_back(q[i]);
+    }
+    for (const double change : {-1e-12, 1e-12}) {
+        c.model.gains[0][0] = high * (1 + change);
+        CHECK(oracle::spikes(c.model, c.input, c.seconds).size() == (change > 0));
+        CHECK(times_of<f64>(c.model, q, 1e-3).size() == (change > 0));
+    }
 }
 
 } // namespace

@@ -11,7 +11,7 @@ namespace dermis::vulkan {
 namespace {
 
 constexpr size_t fibres_of_kind = 48;
-constexpr int presses = 24;
+constexpr int fibre_presses = 24;
 
 // Fibres of every number of poles, with all that a fibre can have.
 std::vector<plan::FibreKind> kinds_of_check() {
@@ -35,7 +35,7 @@ std::vector<plan::FibreKind> kinds_of_check() {
 // The spikes and the state of a population after some presses.
 std::vector<float> pressed(plan::FibrePopulation<f32>& fibres) {
     std::vector<float> all, inputs(fibres.count()), state(fibres.state_size());
-    for (int n = 0; n < presses; ++n) {
+    for (int n = 0; n < fibre_presses; ++n) {
         // no sine: the numbers are the same on every machine
         for (size_t i = 0; i < inputs.size(); ++i)
             inputs[i] = float((n * (3 + int(i) % 7)) % 16) * 1e-4f * float(i % 9);
