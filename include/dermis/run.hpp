@@ -33,6 +33,12 @@ struct Field {
     std::vector<double> values; // width*height
 };
 
+// A spike of a nerve fibre, numbered as in Scene::afferents.
+struct FiredSpike {
+    double time = 0; // s
+    int afferent = 0;
+};
+
 struct Result {
     std::vector<double> time; // s
     std::vector<Trace> traces;
@@ -63,6 +69,8 @@ struct Result {
     long long pressed_cells = -1;             // cells that the load's map presses; -1 for a sequence
     // Counted with RunOptions::check. Any NaN counts as equal to any other, whatever its sign and payload.
     long long cells_compared = 0, cells_different = 0;
+    // Of Scene::afferents, until Time::duration; by time, then by fibre.
+    std::vector<FiredSpike> spikes;
 
     DERMIS_API const Trace& trace(Quantity) const; // throws Error::bad_input if it was not asked for
 };

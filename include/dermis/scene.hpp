@@ -144,7 +144,10 @@ struct Scene : SkinDescription {
     // and an envelope, as with these and with a grating, the material is uniform, the method exact, FA2 linear, the
     // model none that marches, and no load is known by frames or presses to a depth.
     std::vector<Load> more_loads;
-    std::vector<Afferents> afferents; // Nerve fibres; see afferents.hpp.
+    // Nerve fibres, numbered from 0 on through all entries; with Method::exact. Their cells need not be sites' cells.
+    // They answer to what acts at the depth of their class, before the gain (1 + l*C), whatever the model of the run;
+    // a class that Receptors::follow gives the stress has it here too.
+    std::vector<Afferents> afferents;
 
     // Reads a TOML file (host/lab/scenes/README.md lists the keys). Relative paths in it start from its folder. Each of
     // `overrides` is "key=value" and replaces a key. The file is a regular file of at most 64 MiB. Throws

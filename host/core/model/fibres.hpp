@@ -12,10 +12,10 @@ namespace dermis::plan {
 
 // How closely a step of fibres follows the continuous model.
 struct FibreAccuracy {
-    double tolerance;  // s: of the time of a spike
+    double tolerance;  // s: of the place of a spike in a substep; the next spikes inherit the errors of those before
     double resolution; // most that a substep may be of the shortest time constant
 };
-template <class K> constexpr FibreAccuracy fibre_accuracy = {.tolerance = 1e-6, .resolution = 1.1};
+template <class K> constexpr FibreAccuracy fibre_accuracy = {.tolerance = 2e-8, .resolution = 1.1};
 template <> inline constexpr FibreAccuracy fibre_accuracy<f64> = {.tolerance = 1e-12, .resolution = 0.25};
 
 // Fills in the constants of a step of dt seconds. Returns false where it has more than 65536 substeps, or where a

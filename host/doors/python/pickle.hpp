@@ -48,9 +48,10 @@ DERMIS_MEMBERS(Trace, quantity, mean, min, max, probes)
 DERMIS_MEMBERS(Impulse, time, quantity, mean, min, max, probes)
 DERMIS_MEMBERS(Field, at, quantity, values)
 DERMIS_MEMBERS(DeviceInfo, name, kind, driver, vulkan, exact, refused)
+DERMIS_MEMBERS(FiredSpike, time, afferent)
 DERMIS_MEMBERS(Result, time, traces, responses, impulses, fields, device, model, precision, steps, left_out, dispatches,
                seconds, tau_min, tau_max, predicted_error, measured_error, reduced, cells_per_ridge, stencil_estimate,
-               greatest_curvature, greatest_gain, kinks, pressed_cells, cells_compared, cells_different)
+               greatest_curvature, greatest_gain, kinks, pressed_cells, cells_compared, cells_different, spikes)
 DERMIS_MEMBERS(Figure, value, least, greatest)
 DERMIS_MEMBERS(Report, strain, indentation, gain, cells_per_ridge, retardation_times, sign_changed, vibration)
 DERMIS_MEMBERS(Relaxation, moduli, times, equilibrium)

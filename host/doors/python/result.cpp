@@ -112,6 +112,17 @@ void bind_parts(nb::module_& m) {
         .def_ro("probes", &Impulse::probes);
 }
 
+// Rows of _arrays.FIRED.
+nb::object spikes_of_run(const RunOfScene& r) {
+    std::string rows;
+    for (const FiredSpike& s : r.result.spikes) {
+        rows.append(reinterpret_cast<const char*>(&s.time), sizeof s.time);
+        rows.append(reinterpret_cast<const char*>(&s.afferent), sizeof s.afferent);
+    }
+    return nb::module_::import_("numpy").attr("frombuffer")(nb::bytearray(rows.data(), rows.size()),
+                                                            nb::module_::import_("dermis._arrays").attr("FIRED"));
+}
+
 // The result's numbers beside its arrays.
 void add_figures(nb::class_<RunOfScene>& type) {
     const auto add = [&]<class Number>(const char* name, Number Result::*member, const char* doc) {
@@ -119,6 +130,9 @@ void add_figures(nb::class_<RunOfScene>& type) {
             name, [member](const RunOfScene& r) { return r.result.*member; }, doc);
     };
     add("impulses", &Result::impulses, "The impulses of the load's jumps.");
+    type.def_prop_ro("spikes", spikes_of_run,
+                     "The spikes of the scene's afferents, as an array of its own of shape (spikes,) with the fields\n"
+                     "time (float64, s) and afferent (int32, the number of the fibre); by time, then by fibre.");
     add("device", &Result::device, "The device that computed.");
     add("steps", &Result::steps, "Steps of the whole skin.");
     add("seconds", &Result::seconds, "Time of stepping in s, without set-up.");

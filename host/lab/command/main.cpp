@@ -12,6 +12,7 @@
 #include "host/lab/march/self_test.hpp"
 #include "host/lab/output/earlier.hpp"
 #include "host/lab/output/greatest.hpp"
+#include "host/lab/output/spikes.hpp"
 #include "host/lab/output/warnings.hpp"
 #include "host/lab/scenes/nearest.hpp"
 #include "host/lab/scenes/scene.hpp"
@@ -214,6 +215,7 @@ int run_scene(const Arguments& a) {
     if (!std::isnan(r.predicted_error)) fmt::print("\n");
     if (a.check) fmt::print("{} cells compared, {} different\n", r.cells_compared, r.cells_different);
     for (const std::string& line : output::greatest_responses(scene, r)) fmt::print("{}\n", line);
+    if (!scene.afferents.empty()) fmt::print("{}\n", output::spikes_line(scene, r));
     const char* first = r.traces.empty() && !r.responses.empty() ? "receptors.csv" : "traces.csv";
     fmt::print("open first: {}\n", (out / first).string());
     const bool wrong = r.measured_error > r.predicted_error;

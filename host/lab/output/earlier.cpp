@@ -19,7 +19,8 @@ namespace fs = std::filesystem;
 
 // Whether a run has files of this name: the fixed ones, and {quantity}_t{time}.npy.
 bool is_ours(const std::string& name) {
-    for (const char* fixed : {"traces.csv", "impulses.csv", "receptors.csv", "responses.npy", "summary.json"})
+    for (const char* fixed : {"traces.csv", "impulses.csv", "receptors.csv", "responses.npy", "spikes.npy",
+                              "afferents.csv", "psth.csv", "summary.json"})
         if (name == fixed) return true;
     const size_t time = name.find("_t");
     if (time == name.npos || !name.ends_with(".npy")) return false;

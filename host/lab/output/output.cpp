@@ -5,6 +5,7 @@
 #include "host/lab/output/earlier.hpp"
 #include "host/lab/output/json.hpp"
 #include "host/lab/output/origin.hpp"
+#include "host/lab/output/spikes.hpp"
 #include "host/lab/output/warnings.hpp"
 
 #include <iterator>
@@ -117,7 +118,7 @@ std::string summary_json(const Scene& s, const Result& r, const std::string& beg
   "steps": {}, "left_out": {}, "outputs": {}, "dispatches": {}, "seconds": {},
   "cross_check": {},
   "tau_min": {}, "tau_max": {}, "z_min": {}, "z_max": {}, "greatest_gain": {}, "greatest_curvature": {}, "stencil_estimate": {},
-  "kinks": {}, "pressed_cells": {},
+  "kinks": {}, "pressed_cells": {}, "spikes": {},
   "report": {},
   "warnings": [{}])",
                                       json_text(r.device.name), json_text(r.device.kind), json_text(r.device.driver),
@@ -128,19 +129,24 @@ std::string summary_json(const Scene& s, const Result& r, const std::string& beg
                                       json_number(s.time.step / r.tau_max), json_number(s.time.step / r.tau_min),
                                       json_number(r.greatest_gain), json_number(r.greatest_curvature),
                                       json_number(r.stencil_estimate), count(r.kinks), count(r.pressed_cells),
+                                      s.afferents.empty() ? "null" : std::to_string(r.spikes.size()),
                                       json_of(report(s, r)), fmt::join(sentences, ",")));
 }
 
 } // namespace
 
-std::string npy_of(const std::vector<double>& map, int width, int height) {
-    std::string header = fmt::format("{{'descr': '<f8', 'fortran_order': False, 'shape': ({}, {}), }}", height, width);
+std::string npy_header(const std::string& descr, const std::string& shape) {
+    std::string header = fmt::format("{{'descr': {}, 'fortran_order': False, 'shape': {}, }}", descr, shape);
     header.resize((10 + header.size() + 1 + 63) / 64 * 64 - 10 - 1, ' ');
     header += '\n';
     std::string content("\x93NUMPY\x01\x00", 8);
     content += char(header.size() & 255);
     content += char(header.size() >> 8);
-    content += header;
+    return content + header;
+}
+
+std::string npy_of(const std::vector<double>& map, int width, int height) {
+    std::string content = npy_header("'<f8'", fmt::format("({}, {})", height, width));
     content.append(reinterpret_cast<const char*>(map.data()), map.size() * sizeof(double));
     return content;
 }
@@ -150,6 +156,7 @@ std::vector<std::string> result_files(const Scene& scene) {
     for (const FieldRequest& f : scene.output.fields)
         for (Quantity quantity : f.what) names.push_back(field_name(quantity, f.at));
     if (!scene.sites.empty()) names.insert(names.end(), {"receptors.csv", "responses.npy"});
+    if (!scene.afferents.empty()) names.insert(names.end(), {"spikes.npy", "afferents.csv", "psth.csv"});
     names.push_back("summary.json");
     return names;
 }
@@ -174,6 +181,11 @@ void write_result(const Folder& folder, const Scene& scene, const Result& result
     if (!scene.sites.empty()) {
         add("receptors.csv", receptors_csv(scene));
         add("responses.npy", npy_of(result.responses, int(scene.sites.size()), int(result.time.size())));
+    }
+    if (!scene.afferents.empty()) {
+        add("spikes.npy", spikes_npy(result));
+        add("afferents.csv", afferents_csv(scene, result));
+        add("psth.csv", psth_csv(scene, result));
     }
     add("summary.json", summary_json(scene, result, origin + files_text(files)));
     // A kill from here on leaves files of two runs, and the summary that says so.

@@ -12,13 +12,16 @@
 
 namespace dermis::output {
 
+// Returns what a .npy file begins with. descr, shape: as Python writes them.
+std::string npy_header(const std::string& descr, const std::string& shape);
 // Returns a .npy file of float64, shape (height, width).
 std::string npy_of(const std::vector<double>& map, int width, int height);
 // The names of the files that write_result writes.
 std::vector<std::string> result_files(const Scene&);
-// Writes traces.csv, impulses.csv, summary.json, the fields, and with sites receptors.csv and responses.npy; all of
-// them or, where one cannot be written, none. What an earlier run left there is removed (see earlier.hpp). scene: as it
-// was run. origin: the first lines of summary.json, from text_of(const Origin&).
+// Writes traces.csv, impulses.csv, summary.json, the fields, and with sites receptors.csv and responses.npy, with
+// afferents spikes.npy, afferents.csv and psth.csv; all of them or, where one cannot be written, none. What an earlier
+// run left there is removed (see earlier.hpp). scene: as it was run. origin: the first lines of summary.json, from
+// text_of(const Origin&).
 void write_result(const Folder&, const Scene& scene, const Result&, const std::string& origin);
 
 // A line on the terminal that shows the share of the work done, once a second has passed; nothing where stderr is no

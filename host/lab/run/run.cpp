@@ -12,6 +12,7 @@
 #include "host/lab/reduced/moments.hpp"
 #include "host/lab/reduced/sites.hpp"
 #include "host/lab/run/collector.hpp"
+#include "host/lab/run/fibre_run.hpp"
 #include "host/lab/run/witness.hpp"
 
 #include <algorithm>
@@ -343,7 +344,10 @@ Result run(const Scene& scene, const Device& device, const RunOptions& options) 
     Prepared p = prepared(scene, device, options.check);
     const Decision d = decided(p, device, options);
     const Realised r = realised(std::move(p), d);
-    return Run(r, options).take(nullptr);
+    std::vector<FiredSpike> spikes = spikes_of(scene, r.scene.afferents, threads_of(r.device));
+    Result result = Run(r, options).take(nullptr);
+    result.spikes = std::move(spikes);
+    return result;
 }
 OR_OUT_OF_MEMORY(needs_of(scene))
 
@@ -367,7 +371,9 @@ std::vector<Result> run(const Scene& scene, const std::vector<Material>& materia
         last.emplace(realised(std::move(p), d));
         // The figures of the skin at the end are the first run's where both come from the same moments.
         const bool like_first = shared && last->moments && !results.empty() && !options.describe_each;
+        std::vector<FiredSpike> spikes = spikes_of(with, last->scene.afferents, threads_of(last->device));
         results.push_back(Run(*last, options).take(like_first ? &results.front() : nullptr));
+        results.back().spikes = std::move(spikes);
     }
     return results;
 }

@@ -279,6 +279,60 @@ std::vector<Site> sites_in(Section table, const Grid& grid, const PathBase& fold
     return by_density ? population(grid, density, static_cast<unsigned long long>(seed)) : listed;
 }
 
+std::array<double, 2> pair_in(const toml::node& node, const std::string& parameter) {
+    const toml::array* pair = node.as_array();
+    if (!pair || pair->size() != 2) refuse(parameter, node, "a pair, [for positive values, for negative values]");
+    return {number_in((*pair)[0], parameter), number_in((*pair)[1], parameter)};
+}
+
+AfterCurrent after_current_in(const toml::node& node, const std::string& parameter) {
+    if (!node.is_table()) refuse(parameter, node, "tables { amplitude = a number, time = seconds }");
+    Section table(node.as_table(), parameter + ".");
+    AfterCurrent current;
+    table.number("amplitude", current.amplitude);
+    table.number("time", current.time);
+    table.finish();
+    return current;
+}
+
+// Replaces the first entries by those of a list, and the others by `rest`.
+template <class T, size_t n, class ReadItem>
+void read_up_to(Section& table, const char* key, std::array<T, n>& values, const T& rest, ReadItem&& read_item) {
+    std::vector<T> given;
+    table.list(key, given, read_item);
+    if (given.size() > n)
+        refuse(table.parameter(key), std::to_string(given.size()) + " items", "at most " + std::to_string(n));
+    if (!table.has(key)) return;
+    values.fill(rest);
+    std::ranges::copy(given, values.begin());
+}
+
+// Keys of the model replace the numbers of the class.
+Afferents afferents_in(Section table) {
+    Afferents a;
+    table.choice("class", a.type);
+    table.list("cells", a.cells, cell_in);
+    table.choice("follow", a.follow);
+    AfferentModel m;
+    if (a.type == Quantity::sa1 || a.type == Quantity::fa1 || a.type == Quantity::fa2) m = afferent_model(a.type);
+    table.list("time_constants", m.time_constants, number_in);
+    for (auto [key, value] : {std::pair{"frequency", &m.frequency}, {"quality", &m.quality}}) table.number(key, *value);
+    for (auto [key, value] : {std::pair{"value", &m.value},
+                              {"rate", &m.rate},
+                              {"membrane_time", &m.membrane_time},
+                              {"refractory_time", &m.refractory_time},
+                              {"reset", &m.reset}})
+        table.number(key, *value);
+    read_up_to(table, "gains", m.gains, {0, 0}, pair_in);
+    read_up_to(table, "after", m.after, AfterCurrent(), after_current_in);
+    table.finish();
+    const bool given = std::ranges::any_of(std::array{"time_constants", "frequency", "quality", "value", "rate",
+                                                      "membrane_time", "refractory_time", "reset", "gains", "after"},
+                                           [&](const char* key) { return table.has(key); });
+    if (given) a.model = m;
+    return a;
+}
+
 FieldRequest field_in(const toml::node& node, const std::string& parameter) {
     if (!node.is_table()) refuse(parameter, node, "tables { at = seconds, what = [...] }");
     Section table(node.as_table(), parameter + ".");
@@ -317,6 +371,8 @@ Scene read_all(Section top, const PathBase& folder) {
     std::vector<Section> loads = top.sections("load");
     Section time = top.section("time"), curvature = top.section("curvature"), receptors = top.section("receptors"),
             sites = top.section("sites"), output = top.section("output");
+    const bool fibres = top.has("afferents");
+    std::vector<Section> afferents = top.sections("afferents");
     top.finish(); // first of all: a misspelt table is then reported, and not the keys that it should have held
     read_grid(grid, scene.grid);
     read_surface(surface, scene.grid, folder, scene.surface);
@@ -328,6 +384,8 @@ Scene read_all(Section top, const PathBase& folder) {
     read_receptors(receptors, scene.receptors);
     scene.sites = sites_in(sites, scene.grid, folder);
     read_output(output, scene.output);
+    for (Section& table : afferents) scene.afferents.push_back(afferents_in(std::move(table)));
+    if (!fibres) scene.afferents.clear(); // of no table
     return scene;
 }
 

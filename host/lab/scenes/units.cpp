@@ -17,7 +17,9 @@ constexpr KeyUnit key_units[] = {
     {" viscosity dashpot ", "Pa s", "3 kPa s"},
     {" spacing ridge_period relief thickness curvature_length contact_length wavelength ball_radius depth ", "m",
      "0.4 mm"},
-    {" step duration start rise until fall length period times interval sa2_adaptation at ", "s", "5 ms"},
+    {" step duration start rise until fall length period times interval sa2_adaptation at time_constants rate "
+     "membrane_time refractory_time time ",
+     "s", "5 ms"},
     {" frequency ", "Hz", "0.25 kHz"},
     {" phase phases direction ", "rad", "0.5 rad"},
     {" velocity ", "m/s", "40 mm/s"},

@@ -244,6 +244,26 @@ void check_output(const Scene& s) {
     }
 }
 
+// Fills in models and cells of nerve fibres. Their cells need not be those of sites.
+void check_afferents(Scene& s) {
+    if (s.afferents.empty()) return;
+    if (s.method != Method::exact)
+        refuse("method", std::string("\"") + name(s.method) + "\"", "\"exact\" with afferents");
+    for (Afferents& a : s.afferents)
+        for (size_t i = 0, own = a.cells.size(); own == 0 && i < s.sites.size(); ++i)
+            if (s.sites[i].type == a.type) a.cells.push_back(s.sites[i].cell);
+    SkinDescription without_sites;
+    without_sites.grid = s.grid;
+    s.afferents = validated_afferents(without_sites, std::move(s.afferents));
+    const bool rests = is_uniform(s.material) && modulus_at_rest(s.material) > 0 &&
+                       (s.load.control == Control::pressure || has_spring(s.material));
+    for (size_t i = 0; !rests && i < s.afferents.size(); ++i)
+        if (follows_stress(s.receptors, s.afferents[i]))
+            refuse("afferents[" + std::to_string(i) + "].follow", "\"stress\"",
+                   "\"strain\", unless all cells have one material that comes to rest, and a spring in series with "
+                   "load.control = \"depth\"");
+}
+
 // Opens the file of a sequence, or makes the frames of a texture or a ball; null with any other load.
 std::shared_ptr<Frames> open_frames(const Scene& s) {
     if (!is_framed(s.load)) return nullptr;
@@ -255,6 +275,17 @@ std::shared_ptr<Frames> open_frames(const Scene& s) {
 }
 
 } // namespace
+
+bool follows_stress(const Receptors& r, const Afferents& a) {
+    return a.follow == Signal::stress || (a.type == Quantity::sa1 && r.follow.sa1 == Signal::stress) ||
+           (a.type == Quantity::sa2 && r.follow.sa2 == Signal::stress);
+}
+
+double modulus_at_rest(const Material& m) {
+    double compliance = 0;
+    for (const Element& e : chain_of(m)) compliance += final_strain(e, 1);
+    return 1 / compliance;
+}
 
 bool wants(const Scene& s, Quantity q) {
     const Output& o = s.output;
@@ -283,6 +314,7 @@ ValidatedScene validate(const Scene& scene) {
     std::shared_ptr<Frames> frames = open_frames(s);
     check_method(s);
     check_output(s);
+    check_afferents(s);
     return {std::move(s), std::move(frames)};
 }
 

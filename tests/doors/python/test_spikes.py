@@ -224,3 +224,14 @@ def test_the_parameters_of_a_class_are_those_that_were_fitted():
         for place in places:
             found = found[int(place)]
         assert found == float(row["value"]), row
+
+
+def test_a_run_has_the_spikes_of_its_scene():
+    scene = {"grid": {"width": 20, "height": 25}, "load": {"intensity": 5.0}, "time": {"step": 0.001, "duration": 0.3},
+             "afferents": [{"class": "fa1", "cells": [[10, 12], [9, 12]], "gains": [[20, 0]]}]}
+    result = dermis.run(scene)
+    spikes = result.spikes
+    assert spikes.dtype.names == ("time", "afferent") and len(spikes) > 2 and set(spikes["afferent"]) == {0, 1}
+    assert (np.diff(spikes["time"]) >= 0).all() and 0 < spikes["time"][0] and spikes["time"][-1] <= 0.3
+    assert pickle.loads(pickle.dumps(result)).spikes.tobytes() == spikes.tobytes()
+    assert len(dermis.run({"grid": {"width": 20, "height": 25}}).spikes) == 0

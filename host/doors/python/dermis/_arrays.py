@@ -8,6 +8,8 @@ import numpy as np
 
 # dermis::Spike
 SPIKE = np.dtype([("pad", np.int32), ("afferent", np.int32), ("frame", np.int32), ("share", np.float32)])
+# dermis::FiredSpike
+FIRED = np.dtype([("time", np.float64), ("afferent", np.int32)])
 
 
 class Response(np.ndarray[Any, np.dtype[np.float32]]):

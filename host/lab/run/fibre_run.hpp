@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: MIT
+// The nerve fibres of a run. Their inputs are computed apart from the run's outputs: by the exact method in double, in
+// the cells of the fibres alone, at stops so close that lines between them miss little of the load and of what the
+// material makes of it. So neither the model of the run nor Time::step changes a spike.
+#pragma once
+
+#include "dermis/run.hpp"
+
+namespace dermis {
+
+// Returns the spikes of a scene by time, then by fibre. afferents: the scene's, validated. threads: as for Device::cpu.
+std::vector<FiredSpike> spikes_of(const Scene&, const std::vector<Afferents>& afferents, int threads);
+
+} // namespace dermis
