@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: MIT
+"""What the nerve fibres of a fingertip fire while a grating touches it, slides and lifts: raster.py dermis picture.png"""
+import csv
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import matplotlib
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+import numpy as np
+from PIL import Image  # matplotlib's own requirement
+
+WIDTH, HEIGHT, SPACING, INTERVAL = 80, 80, 1e-4, 1e-3  # cells; m; s
+PERIOD, SPEED, PRESSURE = 1.5e-3, 0.04, 1.2e4  # of the grating, m; m/s; Pa
+TOUCH, SLIDE, STOP, LIFT, END = 0.1, 0.3, 0.8, 1.0, 1.2  # s
+CLASSES = {"sa1": ("SA1", "#0072B2"), "fa1": ("FA1", "#D55E00"), "fa2": ("FA2", "#009E73")}
+SCENE = f"""
+[grid]
+width = {WIDTH}
+height = {HEIGHT}
+spacing = {SPACING}
+[surface]
+kind = "flat"
+relief = 1e-5
+[material]
+modulus = "50 kPa" # as soft as TouchSim's skin
+viscosity = 500
+thickness = "2 mm"
+curvature_length = 0
+[load]
+kind = "sequence"
+path = "frames.npy"
+interval = {INTERVAL}
+[receptors.depth]
+sa1 = "0.3 mm"
+fa1 = "0.5 mm"
+fa2 = "2 mm"
+[sites]
+density = {{ sa1 = 70, fa1 = 140, fa2 = 25 }}
+[[afferents]] # sensitive fibres: bench/evidence/afferents.csv
+class = "sa1"
+gains = [[2.48, 0.055]]
+[[afferents]]
+class = "fa1"
+gains = [[0.309, 0.003]]
+[[afferents]]
+class = "fa2"
+gains = [[0, 0], [0.1, 0]]
+[time]
+step = {INTERVAL}
+duration = {END}
+[output]
+traces = []
+"""
+
+
+def frames():
+    """A dome of pressure, over which the crests of a grating slide, and the mean pressure at each time."""
+    time = np.arange(round(END / INTERVAL) + 1) * INTERVAL
+    held = np.clip((time - TOUCH) / 0.05, 0, 1) * np.clip((LIFT + 0.05 - time) / 0.05, 0, 1)
+    place = SPEED * np.clip(time - SLIDE, 0, STOP - SLIDE)
+    y, x = np.mgrid[0:HEIGHT, 0:WIDTH] * SPACING
+    dome = np.clip(1 - np.hypot(x - x.mean(), y - y.mean()) ** 2 / 3e-3**2, 0, None)
+    crests = 1 + np.cos(2 * np.pi * (x[None] - place[:, None, None]) / PERIOD)
+    pressed = PRESSURE * held[:, None, None] * dome * crests
+    return time, pressed, pressed.mean(axis=(1, 2))
+
+
+def main(dermis, picture):
+    time, pressed, mean = frames()
+    with tempfile.TemporaryDirectory() as folder:
+        np.save(f"{folder}/frames.npy", pressed)
+        Path(folder, "scene.toml").write_text(SCENE)
+        subprocess.run([dermis, "run", f"{folder}/scene.toml", "--out", f"{folder}/out"], check=True, capture_output=True)
+        spikes = np.load(f"{folder}/out/spikes.npy")
+        with open(f"{folder}/out/afferents.csv", newline="") as file:
+            fibres = list(csv.DictReader(file))
+    figure, axes = plt.subplots(3, 1, figsize=(8, 6), sharex=True, height_ratios=(1.2, 4, 2), constrained_layout=True)
+    axes[0].plot(time, mean / 1e3, color="black", linewidth=1)
+    axes[0].set_ylabel("pressure\n(kPa, mean)", fontsize=9)
+    for label, at in (("touch", TOUCH), ("slide", SLIDE), ("stop", STOP), ("lift", LIFT)):
+        axes[0].annotate(label, (at, mean.max() / 2e3), fontsize=8, ha="right" if label == "touch" else "left")
+    edges = np.arange(0, END + 0.005, 0.01)
+    for name, (label, colour) in CLASSES.items():
+        numbers = [int(f["number"]) for f in fibres if f["class"] == name]
+        of_class = spikes[np.isin(spikes["afferent"], numbers)]
+        axes[1].scatter(of_class["time"], of_class["afferent"], s=1.5, color=colour, linewidths=0,
+                        label=f"{label}: {len(np.unique(of_class['afferent']))} of {len(numbers)} fire")
+        axes[2].stairs(np.histogram(of_class["time"], edges)[0] / len(numbers) / 0.01, edges, color=colour)
+    axes[1].set_ylabel("fibre", fontsize=9)
+    axes[1].legend(fontsize=8, frameon=False, loc="upper right", markerscale=4)
+    axes[2].set_ylabel("mean rate (Hz)", fontsize=9)
+    axes[2].set_xlabel("time (s)", fontsize=9)
+    for axis in axes:
+        axis.tick_params(labelsize=8)
+        axis.grid(alpha=0.3)
+    figure.canvas.draw()
+    image = Image.fromarray(np.asarray(figure.canvas.buffer_rgba())[..., :3])
+    image.quantize(256, Image.Quantize.MAXCOVERAGE).save(picture, optimize=True)
+
+
+main(str(Path(sys.argv[1]).resolve()), sys.argv[2])
