@@ -225,6 +225,92 @@ inline Fibre filter_at(Fibre f, Derivatives y, real s, FibreConstants k) {
     return f;
 }
 
+// a in lanes that are not `second`, b in those that are.
+inline Fibre either_fibre(Fibre a, Fibre b, mask second) {
+    a.y0 = mix(a.y0, b.y0, second);
+    a.y1 = mix(a.y1, b.y1, second);
+    a.y2 = mix(a.y2, b.y2, second);
+    a.membrane = mix(a.membrane, b.membrane, second);
+    a.after0 = mix(a.after0, b.after0, second);
+    a.after1 = mix(a.after1, b.after1, second);
+    return a;
+}
+
+// A fibre within a substep, at the share `at`: the refractory time that is left, in substeps; the signs of its
+// derivatives; and the share at which it fired, negative if it has not.
+struct Within {
+    Fibre fibre;
+    real at, rest, share;
+    real side[FIBRE_OUTPUTS];
+};
+
+// The end of the refractory time, or the first change of a sign, whichever comes first, as a share from `at` on; the
+// substep's end where neither comes. side: the signs after it.
+struct Turn {
+    real at;
+    mask found;
+    real side[FIBRE_OUTPUTS];
+};
+
+inline Turn first_turn(Within f, Derivatives y, FibreConstants k) {
+    Turn turn;
+    precise real left = real(1.0) - f.at;
+    turn.found = both(lessThan(real(0.0), f.rest), lessThan(f.rest, left));
+    turn.at = mix(left, f.rest, turn.found);
+    for (int j = 0; j < FIBRE_OUTPUTS; ++j) {
+        turn.side[j] = f.side[j];
+        if ((k.outputs & (1 << j)) == 0) continue;
+        Fall change = first_fall(course_of(y, j, f.side[j], k), turn.at, k.turn_bisections);
+        turn.at = change.at;
+        turn.found = either(turn.found, change.found);
+        for (int i = 0; i < j; ++i) turn.side[i] = mix(turn.side[i], f.side[i], change.found); // these come later
+        precise real other = -f.side[j];
+        turn.side[j] = mix(f.side[j], other, change.found);
+    }
+    return turn;
+}
+
+// 1 - V.
+inline Course below_threshold(Course v) {
+    precise real first = real(1.0) - v.c[0];
+    v.c[0] = first;
+    for (int i = 1; i <= COURSE_DEGREE; ++i) {
+        precise real c = -v.c[i];
+        v.c[i] = c;
+    }
+    return v;
+}
+
+// The fibre at its next event, or at the substep's end. d: the drive of the substep.
+inline Within at_next_event(Within f, Drive d, FibreConstants k) {
+    mask going = lessThan(f.at, real(1.0));
+    mask quiet = lessThan(real(0.0), f.rest);
+    Drive here = d;
+    precise real w = d.w + d.gained * f.at;
+    here.w = w;
+    Derivatives y = derivatives_of(f.fibre, here, k);
+    Turn turn = first_turn(f, y, k);
+    Course after0 = decay_course(f.fibre.after0, k.after_loss[0], k);
+    Course after1 = decay_course(f.fibre.after1, k.after_loss[1], k);
+    Course v = membrane_course(f.fibre.membrane, y, f.side, after0, after1, k);
+    Fall crossing = first_fall(below_threshold(v), turn.at, k.bisections);
+    mask fires = both(both(crossing.found, going), negated(quiet));
+    real s = mix(turn.at, crossing.at, fires);
+    Fibre next = filter_at(f.fibre, y, s, k);
+    next.membrane = mix(mix(course_at(v, s), real(k.reset), quiet), real(k.reset), fires);
+    next.after0 = mix(course_at(after0, s), real(k.amplitude[0]), fires);
+    next.after1 = mix(course_at(after1, s), real(k.amplitude[1]), fires);
+    precise real when = f.at + s;
+    precise real remains = f.rest - s;
+    real rest = mix(mix(real(0.0), remains, lessThan(real(0.0), remains)), real(k.refractory), fires);
+    f.share = mix(f.share, when, fires);
+    f.rest = mix(f.rest, rest, going);
+    for (int j = 0; j < FIBRE_OUTPUTS; ++j) f.side[j] = mix(f.side[j], turn.side[j], both(going, negated(fires)));
+    f.fibre = either_fibre(f.fibre, next, going);
+    f.at = mix(f.at, mix(real(1.0), when, either(turn.found, fires)), going);
+    return f;
+}
+
 // A fibre at a substep's end, and the share at which it fired: negative if it did not.
 struct Fired {
     Fibre fibre;
@@ -234,75 +320,24 @@ struct Fired {
 // One substep, from event to event.
 inline Fired through_events(Fibre begin, Drive d, FibreConstants k) {
     Fibre end = filtered(begin, d, k);
-    Fibre f = begin;
-    Fired fired;
-    fired.share = real(-1.0);
-    real side[FIBRE_OUTPUTS];
-    side[0] = side_of(f.y0, end.y0);
-    side[1] = side_of(f.y1, end.y1);
-    side[2] = side_of(f.y2, end.y2);
-    precise real rest = f.rest * real(k.per_step);
-    precise real at = real(0.0);
-    for (int event = 0; event < k.events; ++event) {
-        mask going = lessThan(at, real(1.0));
-        if (!some(going)) break;
-        precise real left = real(1.0) - at;
-        Drive here;
-        precise real w = d.w + d.gained * at;
-        here.w = w;
-        here.gained = d.gained;
-        Derivatives y = derivatives_of(f, here, k);
-        // The next event: the refractory time ends, or a derivative changes its sign.
-        mask quiet = lessThan(real(0.0), rest);
-        real to = mix(left, rest, both(quiet, lessThan(rest, left)));
-        mask last = negated(both(quiet, lessThan(rest, left)));
-        real turned[FIBRE_OUTPUTS];
-        for (int j = 0; j < FIBRE_OUTPUTS; ++j) {
-            turned[j] = side[j];
-            if ((k.outputs & (1 << j)) == 0) continue;
-            Fall change = first_fall(course_of(y, j, side[j], k), to, k.turn_bisections);
-            to = change.at;
-            last = both(last, negated(change.found));
-            for (int i = 0; i < j; ++i) turned[i] = mix(turned[i], side[i], change.found);
-            precise real other = -side[j];
-            turned[j] = mix(side[j], other, change.found);
-        }
-        Course after0 = decay_course(f.after0, k.after_loss[0], k);
-        Course after1 = decay_course(f.after1, k.after_loss[1], k);
-        Course v = membrane_course(f.membrane, y, side, after0, after1, k);
-        Course below = v; // 1 - V
-        for (int i = 1; i <= COURSE_DEGREE; ++i) {
-            precise real c = -v.c[i];
-            below.c[i] = c;
-        }
-        precise real first = real(1.0) - v.c[0];
-        below.c[0] = first;
-        Fall crossing = first_fall(below, to, k.bisections);
-        mask fires = both(both(crossing.found, going), negated(quiet));
-        real s = mix(to, crossing.at, fires);
-        Fibre next = filter_at(f, y, s, k);
-        precise real when = at + s;
-        fired.share = mix(fired.share, when, fires);
-        next.membrane = mix(mix(course_at(v, s), real(k.reset), quiet), real(k.reset), fires);
-        next.after0 = mix(course_at(after0, s), real(k.amplitude[0]), fires);
-        next.after1 = mix(course_at(after1, s), real(k.amplitude[1]), fires);
-        precise real remains = rest - s;
-        rest = mix(rest, mix(mix(real(0.0), remains, lessThan(real(0.0), remains)), real(k.refractory), fires), going);
-        for (int j = 0; j < FIBRE_OUTPUTS; ++j) side[j] = mix(side[j], mix(turned[j], side[j], fires), going);
-        f.y0 = mix(f.y0, next.y0, going);
-        f.y1 = mix(f.y1, next.y1, going);
-        f.y2 = mix(f.y2, next.y2, going);
-        f.membrane = mix(f.membrane, next.membrane, going);
-        f.after0 = mix(f.after0, next.after0, going);
-        f.after1 = mix(f.after1, next.after1, going);
-        at = mix(at, mix(when, real(1.0), both(last, negated(fires))), going);
-    }
-    precise real seconds = rest * real(k.step);
-    end.membrane = flush(f.membrane);
+    Within f;
+    f.fibre = begin;
+    f.at = real(0.0);
+    precise real rest = begin.rest * real(k.per_step);
+    f.rest = rest;
+    f.share = real(-1.0);
+    f.side[0] = side_of(begin.y0, end.y0);
+    f.side[1] = side_of(begin.y1, end.y1);
+    f.side[2] = side_of(begin.y2, end.y2);
+    for (int event = 0; event < k.events && some(lessThan(f.at, real(1.0))); ++event) f = at_next_event(f, d, k);
+    precise real seconds = f.rest * real(k.step);
+    end.membrane = flush(f.fibre.membrane); // the filter's state is that of one linear step
     end.rest = flush(seconds);
-    end.after0 = flush(f.after0);
-    end.after1 = flush(f.after1);
+    end.after0 = flush(f.fibre.after0);
+    end.after1 = flush(f.fibre.after1);
+    Fired fired;
     fired.fibre = end;
+    fired.share = f.share;
     return fired;
 }
 

@@ -29,13 +29,13 @@ def run(*command):
 
 
 def operations(text):
-    """The number of float operations of a disassembled module, after a check that no others than these can round."""
+    """The results of float operations of a disassembled module, after a check that no others than these can round."""
     capabilities = set(re.findall(r"OpCapability (\w+)", text))
     functions = set(re.findall(r"OpExtInst %\w+ %\w+ (\w+)", text))
     for found, allowed in ((capabilities, CAPABILITIES), (functions, FUNCTIONS)):
         if not found <= allowed:
             sys.exit(f"a kernel uses {', '.join(found - allowed)}; allowed: {', '.join(sorted(allowed))}")
-    return len(re.findall(r"= OpF(?:Add|Sub|Mul) ", text)), len(re.findall(r"= OpFNegate ", text))
+    return re.findall(r"(%\w+) = OpF(?:Add|Sub|Mul) ", text)
 
 
 def main(cross, disassembler, modules):
@@ -43,8 +43,8 @@ def main(cross, disassembler, modules):
     print(f"{'kernel':<20} {'+ - *':>6} {'decorated':>10}" + "".join(f" {name:>8}" for name in LANGUAGES))
     for module in modules:
         text = run(disassembler, "--raw-id", module)
-        count, negations = operations(text)
-        decorated = len(re.findall(r"OpDecorate %\w+ NoContraction", text)) - negations
+        found = operations(text)
+        count, decorated = len(found), len(set(found) & set(re.findall(r"OpDecorate (%\w+) NoContraction", text)))
         guarded = [len(re.findall(guard, run(cross, *options, module))) for options, guard in LANGUAGES.values()]
         name = module.rsplit("/", 1)[-1].removesuffix(".spv")
         print(f"{name:<20} {count:>6} {decorated:>10}" + "".join(f" {n:>8}" for n in guarded))

@@ -71,9 +71,11 @@ void Spiking::read_inputs(int pad, plan::Stream& stream) {
     stream.save({.ids = &pad, .count = 1}, {.strains = reinterpret_cast<char*>(planes_.data()),
                                             .pressure = reinterpret_cast<char*>(pressure_.data())});
     const float modulus = float(moduli_[size_t(pad)]);
+    const bool plane = felt_.is_plane();
     for (size_t i = 0; i < sources_.size(); ++i) {
         const Source& s = sources_[i];
         inputs_[i] = s.stress ? pressure_[s.cell] / modulus
+                     : plane  ? planes_[s.held]
                               : felt_.strain_at(s.held, planes_.data(), pressure_.data(), springs_[size_t(pad)]);
     }
     fibres_->set_input(size_t(pad), inputs_.data());
