@@ -262,6 +262,40 @@ TEST_CASE("a sequence fires the fibres of a skin that is pressed with the same f
     CHECK(apart(run(s).spikes, spikes) < 1e-6);
 }
 
+TEST_CASE("the gain by curvature does not change a spike") {
+    Scene s = vibrating_skin();
+    const std::vector<FiredSpike> spikes = run(s).spikes;
+    s.surface = {.kind = Surface::Kind::wave, .relief = 5e-5};
+    s.material.curvature_length = 2e-4;
+    CHECK(apart(run(s).spikes, spikes) == 0);
+}
+
+TEST_CASE("frames further apart than the material takes to follow fire as the same load in closer frames") {
+    constexpr int frames = 30, closer = 8, cells = 20 * 16;
+    const Folder folder;
+    const auto written = [&](const std::string& name, int parts) {
+        const int count = (frames - 1) * parts + 1;
+        std::string file = npy_header("<f8", "(" + std::to_string(count) + ", 16, 20)");
+        const auto height = [](int k) { return k == 0 ? 0 : 300 * (1 + 0.3 * std::sin(1.3 * k)); };
+        for (int n = 0; n < count; ++n) {
+            const double share = double(n % parts) / parts,
+                         pressure = height(n / parts) * (1 - share) + height(n / parts + 1) * share;
+            for (int i = 0; i < cells; ++i) file.append(reinterpret_cast<const char*>(&pressure), sizeof pressure);
+        }
+        return folder.write(name, file);
+    };
+    Scene s = pressed_skin();
+    s.load = {.kind = Load::Kind::sequence};
+    s.time.duration = 0.2; // held after the last frame
+    s.load.path = written("frames.npy", 1);
+    s.load.interval = 5e-3;
+    const std::vector<FiredSpike> spikes = run(s).spikes;
+    CHECK(spikes.size() > 100);
+    s.load.path = written("closer.npy", closer);
+    s.load.interval = 5e-3 / closer;
+    CHECK(apart(run(s).spikes, spikes) < 1e-5);
+}
+
 TEST_CASE("a bad table of fibres is refused by key, value and what is allowed") {
     const auto why = [](const std::string& text) {
         return refusal(Error::Code::bad_input, [&] { (void)explain(Scene::from_string("[[afferents]]\n" + text)); });
