@@ -30,7 +30,9 @@ struct SkinOptions {
     // No cell knows another one's depth. Needs a thickness > 0; refuses `materials` and set_material(). A SkinProgram
     // takes pressure alone.
     Control control = Control::pressure;
-    // The nerve fibres of each pad. Under control = depth they follow the strain. A SkinProgram has none.
+    // The nerve fibres of each pad. Under control = depth they follow the strain. A SkinProgram has none. They read the
+    // state after each press: on a Vulkan device a press then waits and downloads it, and there, and where a skin with
+    // many sites is pressed, it allocates.
     std::vector<Afferents> afferents;
 };
 
