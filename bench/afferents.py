@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""Spike times of afferents under a sine from rest against the step, by dermis and as others take them, beside a reference
-without steps: afferents.py dermis picture.png
+"""Spike times of afferents under a sine from rest against the step, by dermis and as others take them, beside a
+reference without steps: afferents.py dermis picture.png
 
 The functions of other methods take an afferent model as a dictionary, whose keys are the members of AfferentModel, and
 q's amplitude, frequency (Hz) and duration (s): q = amplitude*sin(2*pi*hz*t). Each returns spike times in s.

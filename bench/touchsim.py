@@ -1,20 +1,24 @@
 # SPDX-License-Identifier: MIT
-"""TouchSim's SA1 and near-linear RA units as afferent models, and how well the spikes of both agree.
+"""TouchSim's SA1 and near-linear RA units as afferents of dermis, and how well the spikes of both agree.
 
-    touchsim.py
+    touchsim.py dermis
 
 TouchSim (Saal, Delhaye, Rayhaun and Bensmaia, Proc. Natl. Acad. Sci. 114 (2017) E5693-E5702) moves each unit by a
 recursion of 0.2 ms. units() says which continuous model that recursion stands for, recursion() is TouchSim's method,
-written anew, and the script prints for ramps and sines of one probe how far the spikes of the two lie apart.
+written anew, and the script prints for ramps and sines of one probe how far its spikes lie from those of the command.
 """
+import sys
+from pathlib import Path
+
 import numpy as np
-from scipy import signal
+
+import evidence_row
 
 STEP = 2e-4  # s, TouchSim's
 MODULUS, POISSON = 0.05, 0.4  # TouchSim's skin, in N/mm2; its lengths are mm
 DEPTH = {"SA1": 0.3, "RA": 1.6}  # mm
 RADIUS = 5e-4  # m, of the probe
-FINE = STEP / 20  # s, at which the model is simulated
+FINE = STEP / 20  # s, at which TouchSim's method is refined
 BASIS = 190  # samples after a spike in which TouchSim's post-spike current is not zero
 FIRST = 5e-3  # s after a spike: post-spike currents are fitted from here on, near the shortest intervals of the stimuli
 RATIO = 1.25  # of the times of the two after-currents
@@ -43,10 +47,14 @@ TABLE = {
 }
 
 
-def strain_per_depth(name, radius):
-    """1/m: the strain (Sneddon 1946: stress over modulus) at the receptor below a probe, over the probe's depth."""
-    ratio = DEPTH[name[0]] / (radius * 1e3)
+def strain_below(depth, radius):
+    """1/m: the strain (Sneddon 1946: stress over modulus) at a depth (m) below a flat probe, over the probe's depth."""
+    ratio = depth / radius
     return (1 + 3 * ratio**2) / (1 + ratio**2)**2 / (np.pi * radius * (1 - POISSON**2))
+
+
+def strain_per_depth(name, radius):
+    return strain_below(DEPTH[name[0]] * 1e-3, radius)
 
 
 def rate_per_strain(name, radius):
@@ -64,6 +72,14 @@ def membrane_time(steps):
     return -STEP / np.log1p(-1 / steps)
 
 
+def butterworth(values, corner, step):
+    """Samples after a low-pass of three poles, made discrete by the bilinear transform that keeps its corner (Hz)."""
+    points, cosine = 2 * len(values), 1 / np.tan(np.pi * corner * step)
+    back = np.exp(-2j * np.pi * np.arange(points // 2 + 1) / points)  # a delay of one sample
+    s = cosine * (1 - back) / (1 + back + 1e-300)  # the frequency over the corner's
+    return np.fft.irfft(np.fft.rfft(values, points) / ((s + 1) * (s * s + s + 1)), points)[:len(values)]
+
+
 def per_part(y, gains):
     return gains[0] * np.maximum(y, 0) + gains[1] * np.maximum(-y, 0)
 
@@ -77,9 +93,8 @@ def recursion(name, depth, radius=RADIUS, step=STEP):
     finer, strain = STEP / step, strain_per_depth(name, radius) * depth
     rate = np.gradient(strain, step)
     rate[0], rate[-1] = rate[1], rate[-2]
-    low_pass = signal.butter(3, 10 * corner, fs=1 / step)
-    stress = signal.lfilter(*low_pass, MODULUS * strain)
-    rate = signal.lfilter(*low_pass, rate_per_strain(name, radius) * rate)
+    stress = butterworth(MODULUS * strain, 10 * corner, step)
+    rate = butterworth(rate_per_strain(name, radius) * rate, 10 * corner, step)
     change = np.append(np.diff(rate), 0) * finer
     current = per_part(stress, gains[0:2]) + per_part(rate, gains[2:4]) + per_part(change, gains[4:6])
     if saturation:
@@ -119,7 +134,7 @@ def fit_after(name, way):
     *_, leak_steps, first, second, _ = TABLE[name]
     membrane, steps = membrane_time(leak_steps), np.arange(2 * BASIS)
     current = first * basis(steps, 5) + second * basis(steps, 45)
-    wanted = signal.lfilter([1], [1, 1 / leak_steps - 1], current)
+    wanted = np.convolve(current, (1 - 1 / leak_steps)**steps)[:len(steps)]
     start, time = 1e-3 if way == "1 ms" else STEP / 2, (steps + 1.5) * STEP
     time, wanted = time[time > FIRST], wanted[time > FIRST]
     weight = 1 / (1 - wanted)
@@ -161,39 +176,6 @@ def units(way="free", radius=RADIUS):
     return result
 
 
-def simulate(model, strain, dt):
-    """Spike times (s) of the continuous model, for a strain that is linear between samples dt (s) apart."""
-    pair = 2 * np.pi * model["frequency"]
-    low_pass = np.polymul([model["time_constants"][0], 1], [1 / pair**2, 1 / (pair * model["quality"]), 1])
-    matrix = np.eye(3, k=1)
-    matrix[2] = -low_pass[:0:-1] / low_pass[0]
-    column = np.array([[0], [0], [1 / low_pass[0]]])
-    top, bottom = signal.ss2tf(*signal.cont2discrete((matrix, column, np.eye(3), np.zeros((3, 1))), dt, "foh")[:4])
-    current = sum(per_part(signal.lfilter(top[j], bottom, strain), model["gains"][j]) for j in range(3))
-    membrane, wait = model["membrane_time"], model["refractory_time"]
-    keep = np.exp(-dt / membrane)
-    mean = membrane / dt * (1 - keep)
-    driven = signal.lfilter([1 - mean, mean - keep], [1, -keep], current)  # V without spikes
-    time, window = np.arange(len(strain)) * dt, int(0.02 / dt)
-    spikes, i, before = [], 0, 0.0
-    while i < len(strain):
-        part = slice(i, i + window)
-        voltage = driven[part]
-        if spikes:
-            since = time[part] - spikes[-1]
-            voltage = voltage + answer(since, wait, membrane, model["reset"] - at_start, model["after"])
-        crossed = np.flatnonzero(voltage >= 1)
-        if len(crossed) == 0:
-            i, before = i + window, voltage[-1]
-            continue
-        k = crossed[0]
-        before = voltage[k - 1] if k else before
-        spikes.append(time[i + k] - dt * (voltage[k] - 1) / (voltage[k] - before))
-        i = int(np.ceil((spikes[-1] + wait) / dt))
-        at_start, before = np.interp(spikes[-1] + wait, time, driven), model["reset"]
-    return np.array(spikes)
-
-
 STIMULI = [("ramp", 0, a) for a in (0.5, 1.0)] + [
     ("sine", hz, a) for hz, amplitudes in ((10, (0.1, 0.25, 0.5)), (30, (0.05, 0.1, 0.25)), (50, (0.05, 0.1, 0.2)),
                                            (100, (0.02, 0.05, 0.1))) for a in amplitudes]  # Hz, mm
@@ -211,37 +193,75 @@ def within(spikes, others, tolerance=0.25e-3):
     return sum(np.min(np.abs(others - s), initial=1) <= tolerance for s in spikes)
 
 
-def rows(name, model, published):
-    """For each stimulus: spikes of TouchSim, of the model, within 0.25 ms; ms by which the model's first is later."""
-    for stimulus in STIMULI:
-        spikes = simulate(model, strain_per_depth(name, RADIUS) * probe(*stimulus, FINE), FINE)
-        wanted = published[name, stimulus]
-        late = spikes[0] - wanted[0] if len(spikes) and len(wanted) else np.nan
-        yield len(wanted), len(spikes), within(wanted, spikes), late * 1e3
+def published(step=STEP):
+    """The spikes of TouchSim's method for each unit and stimulus: it reports one a step after the sample that shows it,
+    and that step is taken off."""
+    return {(name, s): recursion(name, probe(*s, step), step=step) - step for name in TABLE for s in STIMULI}
 
 
-def summary(kind, table):
-    wanted, spikes, close, late = np.concatenate([numbers for name, numbers in table.items() if name[0] == kind]).T
-    away, late = np.abs(spikes - wanted), late[np.isfinite(late)]
-    return (f"{kind}: {close.sum() / wanted.sum():.0%} of {wanted.sum():.0f} spikes and "
-            f"{np.sum(np.abs(late) <= 0.25)} of {len(late)} first spikes within 0.25 ms, "
-            f"{np.sum(away <= 1)} of {len(away)} rates within 1 Hz, greatest difference {away.max():.0f} Hz")
+def keys(model):
+    """A model as the text of a table of [[afferents]]."""
+    after = ", ".join(f"{{ amplitude = {float(a)!r}, time = {float(t)!r} }}" for a, t in model["after"] if a)
+    numbers = {key: np.array(value, float).tolist() for key, value in model.items() if key != "after"}
+    return "\n".join([*(f"{key} = {value!r}" for key, value in numbers.items()), f"after = [{after}]"])
 
 
-def main():
-    # TouchSim reports a spike one step after the sample that shows it; that step is taken off.
-    published = {(name, s): recursion(name, probe(*s, STEP)) - STEP for name in TABLE for s in STIMULI}
+def spikes(dermis, models):
+    """The spikes of dermis for each unit and stimulus: a run for each kind and frequency, a cell for each strain."""
+    found = {}
+    for kind, hz in dict.fromkeys((kind, hz) for kind, hz, _ in STIMULI):
+        amplitudes = [a for k, f, a in STIMULI if (k, f) == (kind, hz)]
+        strains = [strain_per_depth((c, 0), RADIUS) * a * 1e-3 for c in DEPTH for a in amplitudes]
+        first = {c: i * len(amplitudes) for i, c in enumerate(DEPTH)}
+        tables = [(keys(m), np.arange(len(amplitudes)) + first[name[0]]) for name, m in models.items()]
+        load = 'envelope = "table"\ntimes = [0.05, 0.1, 1, 1.05]\nvalues = [0, 1, 1, 0]'
+        if kind == "sine":
+            load = (f'envelope = "sine"\nmean = 0\nfrequency = {hz}\nphase = {-2 * np.pi * hz * 0.05!r}\n'
+                    "window = { start = 0.05, until = 1.05 }")
+        times = evidence_row.fire(dermis, strains, load, 1.1, tables)
+        found |= zip([(name, (kind, hz, a)) for name in models for a in amplitudes], times)
+    return found
+
+
+def compared(wanted, found):
+    """For each unit and stimulus: spikes of TouchSim, of dermis, within 0.25 ms; ms by which the first is later."""
+    for key, times in wanted.items():
+        late = found[key][0] - times[0] if len(found[key]) and len(times) else np.nan
+        yield len(times), len(found[key]), within(times, found[key]), late * 1e3
+
+
+def totals(wanted, found, kind):
+    """Of a class: the share of TouchSim's spikes that are within 0.25 ms, how many first spikes are, of how many; the
+    stimuli whose rates differ by up to 1 Hz, of how many; the greatest difference (Hz). A stimulus takes 1 s."""
+    of_kind = {key: times for key, times in wanted.items() if key[0][0] == kind}
+    counts, ours, close, late = np.array(list(compared(of_kind, found))).T
+    away, late = np.abs(ours - counts), late[np.isfinite(late)]
+    return (close.sum() / counts.sum(), int((np.abs(late) <= 0.25).sum()), len(late), int((away <= 1).sum()), len(away),
+            int(away.max()))
+
+
+def summary(title, wanted, found):
+    print(title)
+    for kind in DEPTH:
+        share, first, of_first, rates, of_rates, away = totals(wanted, found, kind)
+        print(f"    {kind}: {share:.0%} of the spikes and {first} of {of_first} first spikes within 0.25 ms, "
+              f"{rates} of {of_rates} rates within 1 Hz, greatest difference {away} Hz")
+
+
+def main(dermis):
+    wanted = published()
     for way in ("reset", "1 ms", "difference", "free"):
-        table = {name: np.array(list(rows(name, unit["model"], published))) for name, unit in units(way).items()}
-        print(f"way {way}:", summary("SA1", table), summary("RA", table), sep="\n    ")
-    print("unit   stimulus            TouchSim  model  within 0.25 ms   first late by  TouchSim, 10 us  within 0.25 ms")
-    for name in TABLE:
-        for (kind, hz, amplitude), (wanted, spikes, close, late) in zip(STIMULI, table[name]):
-            refined = recursion(name, probe(kind, hz, amplitude, FINE), step=FINE) - FINE
-            same = within(published[name, (kind, hz, amplitude)], refined)
-            print(f"{name[0]:>3s} {name[1]}  {kind} {hz:3d} Hz {amplitude:4.2f} mm {wanted:8.0f} {spikes:6.0f} "
-                  f"{close:15.0f} {late:12.3f} ms {len(refined):16d} {same:15d}")
+        found = spikes(dermis, {name: unit["model"] for name, unit in units(way).items()})
+        summary(f"dermis, after-currents by the way {way}", wanted, found)
+    refined = published(step=FINE)
+    summary("TouchSim's own method at 10 us", wanted, refined)
+    print("unit   stimulus            TouchSim  dermis  within 0.25 ms  first late by  TouchSim, 10 us  within 0.25 ms")
+    for (name, (kind, hz, amplitude)), (count, ours, close, late) in zip(wanted, compared(wanted, found)):
+        key = name, (kind, hz, amplitude)
+        same = within(wanted[key], refined[key])
+        print(f"{name[0]:>3s} {name[1]}  {kind} {hz:3d} Hz {amplitude:4.2f} mm {count:8d} {ours:7d} {close:15d} "
+              f"{late:11.3f} ms {len(refined[key]):16d} {same:15d}")
 
 
 if __name__ == "__main__":
-    main()
+    main(str(Path(sys.argv[1]).resolve()))
