@@ -37,8 +37,8 @@ Spiking::Spiking(const plan::StreamedSkin& s, plan::Backend& backend) : felt_(s)
         }
     springs_.resize(size_t(s.pads));
     moduli_.resize(size_t(s.pads));
-    planes_.resize(layout_.cells * layout_.planes);
-    pressure_.resize(layout_.pressure);
+    strains_.resize(size_t(s.pads) * layout_.cells * layout_.planes);
+    pressures_.resize(size_t(s.pads) * layout_.pressure);
     inputs_.resize(sources_.size());
     state_.resize(fibres_->state_size());
     if (!s.skin.uniform()) return;
@@ -66,26 +66,33 @@ const double* Spiking::refused(const plan::PadList& pads, const plan::StepLength
     return nullptr;
 }
 
-// Each pad's inputs: of its strain as its state holds it, or of the pressure of the last press.
-void Spiking::read_inputs(int pad, plan::Stream& stream) {
-    stream.save({.ids = &pad, .count = 1}, {.strains = reinterpret_cast<char*>(planes_.data()),
-                                            .pressure = reinterpret_cast<char*>(pressure_.data())});
-    const float modulus = float(moduli_[size_t(pad)]);
+// The inputs of these pads: of the strain as a state holds it, or of the pressure of the last press.
+void Spiking::read_inputs(const plan::PadList& pads, plan::Stream& stream) {
+    const size_t strains = layout_.cells * layout_.planes;
+    stream.save(pads, {.strains = reinterpret_cast<char*>(strains_.data()),
+                       .pressure = reinterpret_cast<char*>(pressures_.data()),
+                       .strains_step = strains * sizeof(float),
+                       .pressure_step = layout_.pressure * sizeof(float)});
     const bool plane = felt_.is_plane();
-    for (size_t i = 0; i < sources_.size(); ++i) {
-        const Source& s = sources_[i];
-        inputs_[i] = s.stress ? pressure_[s.cell] / modulus
-                     : plane  ? planes_[s.held]
-                              : felt_.strain_at(s.held, planes_.data(), pressure_.data(), springs_[size_t(pad)]);
+    for (size_t p = 0; p < pads.count; ++p) {
+        const size_t pad = size_t(pads[p]);
+        const float *planes = strains_.data() + p * strains, *pressure = pressures_.data() + p * layout_.pressure;
+        const float modulus = float(moduli_[pad]);
+        for (size_t i = 0; i < sources_.size(); ++i) {
+            const Source& s = sources_[i];
+            inputs_[i] = s.stress ? pressure[s.cell] / modulus
+                         : plane  ? planes[s.held]
+                                  : felt_.strain_at(s.held, planes, pressure, springs_[pad]);
+        }
+        fibres_->set_input(pad, inputs_.data());
     }
-    fibres_->set_input(size_t(pad), inputs_.data());
 }
 
 void Spiking::press(const plan::PadList& pads, const plan::StepLengths& dt, plan::Stream& stream, size_t frame) {
     if (!any()) return;
     if (frame == 0) spikes_.clear();
     fibres_->forget_spikes();
-    for (size_t i = 0; i < pads.count; ++i) read_inputs(pads[i], stream);
+    read_inputs(pads, stream);
     for (size_t i = 0, n; i < pads.count; i += n) { // neighbours with the same step at once
         for (n = 1; i + n < pads.count && pads[i + n] == pads[i] + int(n) && dt[i + n] == dt[i];) ++n;
         (void)fibres_->prepare(dt[i]); // true: it was asked before the press

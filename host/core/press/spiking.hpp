@@ -29,7 +29,7 @@ class Spiking {
     void load(int pad, const char* state);
 
   private:
-    void read_inputs(int pad, plan::Stream&);
+    void read_inputs(const plan::PadList&, plan::Stream&);
 
     struct Source {
         size_t cell, held; // its number in the grid, and among the cells whose strain a state holds
@@ -41,7 +41,8 @@ class Spiking {
     std::vector<double> springs_;                        // the modulus of each pad's spring in series, Pa; 0: none
     std::vector<double> moduli_;                         // at which each pad's material comes to rest, Pa
     std::unique_ptr<plan::FibrePopulation<f32>> fibres_; // null: there are none
-    std::vector<float> planes_, pressure_, inputs_;      // of a pad
+    std::vector<float> strains_, pressures_;             // of the states of all pads
+    std::vector<float> inputs_;                          // of a pad
     mutable std::vector<float> state_;
     std::vector<Spike> spikes_;
 };
