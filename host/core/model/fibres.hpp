@@ -45,8 +45,9 @@ template <class K> class FibrePopulation {
     FibrePopulation(const FibrePopulation&) = delete;
 
     size_t count() const { return count_; } // fibres of a pad
-    // The input of each fibre of a pad at the end of its next press. It is kept until it is changed.
-    void set_input(size_t pad, const real* inputs);
+    // The inputs of a kind's fibres in a pad at the end of its next press. They are kept until they are changed.
+    real* inputs(size_t pad, size_t kind) { return input_ + at(pad, kinds_[kind], 0); }
+    void set_input(size_t pad, const real* inputs); // of all kinds
     // Makes the constants of steps of dt seconds. Returns false where fill_fibre_constants() does, and nothing has
     // changed then. Allocates where a step of this length may have more spikes than those before.
     bool prepare(double dt);

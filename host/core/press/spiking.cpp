@@ -28,18 +28,18 @@ Spiking::Spiking(const plan::StreamedSkin& s, plan::Backend& backend) : felt_(s)
     const std::vector<Site>& sites = s.skin.description.sites;
     std::vector<size_t> held;
     if (!sites.empty()) held = plan::SiteCells(s.skin, {s.skin.whole()}, plan::cells_of(sites)).cells;
-    for (const Afferents& a : s.afferents)
+    for (const Afferents& a : s.afferents) {
+        Source& source = sources_.emplace_back(Source{.stress = a.follow == Signal::stress, .cells = {}});
         for (const Cell c : a.cells) {
             const size_t cell = size_t(c.y) * size_t(s.skin.width()) + size_t(c.x);
             const size_t among = size_t(std::ranges::lower_bound(held, cell) - held.begin());
-            sources_.push_back(
-                {.cell = cell, .held = sites.empty() ? cell : among, .stress = a.follow == Signal::stress});
+            source.cells.push_back(uint32_t(source.stress || sites.empty() ? cell : among));
         }
+    }
     springs_.resize(size_t(s.pads));
     moduli_.resize(size_t(s.pads));
     strains_.resize(size_t(s.pads) * layout_.cells * layout_.planes);
     pressures_.resize(size_t(s.pads) * layout_.pressure);
-    inputs_.resize(sources_.size());
     state_.resize(fibres_->state_size());
     if (!s.skin.uniform()) return;
     std::vector<plan::Element> elements = s.elements_of_pad;
@@ -78,13 +78,13 @@ void Spiking::read_inputs(const plan::PadList& pads, plan::Stream& stream) {
         const size_t pad = size_t(pads[p]);
         const float *planes = strains_.data() + p * strains, *pressure = pressures_.data() + p * layout_.pressure;
         const float modulus = float(moduli_[pad]);
-        for (size_t i = 0; i < sources_.size(); ++i) {
-            const Source& s = sources_[i];
-            inputs_[i] = s.stress ? pressure[s.cell] / modulus
-                         : plane  ? planes[s.held]
-                                  : felt_.strain_at(s.held, planes, pressure, springs_[pad]);
+        for (size_t k = 0; k < sources_.size(); ++k) {
+            float* to = fibres_->inputs(pad, k);
+            for (const uint32_t cell : sources_[k].cells)
+                *to++ = sources_[k].stress ? pressure[cell] / modulus
+                        : plane            ? planes[cell]
+                                           : felt_.strain_at(cell, planes, pressure, springs_[pad]);
         }
-        fibres_->set_input(pad, inputs_.data());
     }
 }
 

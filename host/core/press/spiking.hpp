@@ -31,18 +31,18 @@ class Spiking {
   private:
     void read_inputs(const plan::PadList&, plan::Stream&);
 
+    // What fibres of one kind read: the pressure of cells of the grid, or the strain of cells that a state holds.
     struct Source {
-        size_t cell, held; // its number in the grid, and among the cells whose strain a state holds
         bool stress;
+        std::vector<uint32_t> cells;
     };
     plan::Felt felt_;
     plan::StateLayout layout_;
-    std::vector<Source> sources_;                        // of each fibre of a pad
+    std::vector<Source> sources_;                        // of each kind
     std::vector<double> springs_;                        // the modulus of each pad's spring in series, Pa; 0: none
     std::vector<double> moduli_;                         // at which each pad's material comes to rest, Pa
     std::unique_ptr<plan::FibrePopulation<f32>> fibres_; // null: there are none
     std::vector<float> strains_, pressures_;             // of the states of all pads
-    std::vector<float> inputs_;                          // of a pad
     mutable std::vector<float> state_;
     std::vector<Spike> spikes_;
 };
