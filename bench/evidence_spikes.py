@@ -185,8 +185,8 @@ def touchsim_row(dermis):
                "All rates, all first spikes and 90 % of the spikes are asked for. A spike moves those that follow, and "
                "TouchSim's own method, at steps of 10 us in place of its 0.2 ms, has 18 % (SA1) and 57 % (RA) of the "
                "spikes there. Filter and gains are TouchSim's; a reset and two after-currents are fitted to what "
-               "follows a spike", "[touchsim.py](touchsim.py) writes it and prints all numbers", "Saal et al. 2017, "
-               "whose method is written anew in [touchsim.py](touchsim.py).", numbers)
+               "follows a spike", "`bench/touchsim.py` writes it and prints all numbers", "Saal et al. 2017, "
+               "whose method is written anew in `bench/touchsim.py`.", numbers)
 
 
 def pressed(dermis, pressure, load, duration, places, tables, texture=None):
