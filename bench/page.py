@@ -628,7 +628,7 @@ def spikes(rows):
         here = driver(found) if on_vulkan(r) else here
         step = r["least"] / number(r["steps"]) * 1e3
         what = f"mean rate {r['method'][6:-2]} Hz" if r["model"] == "located" else names.get(r["method"], r["method"])
-        who = "dermis" if r["model"] == "located" else r["backend"].capitalize()
+        who = {"numpy": "NumPy", "numba": "Numba"}.get(r["backend"], "dermis")
         lines.append([f"{who}: {what}", r["receptors"], here, num(step), num(step * 1e6 / number(r["receptors"]))])
     return f"""
 ## Spikes

@@ -164,6 +164,14 @@ DERMIS_API dermis_status dermis_result_get_field(const dermis_result* result, de
 // The responses of the scene's sites: values[time*sites + site]. Without sites *sites is 0 and *values NULL.
 DERMIS_API dermis_status dermis_result_get_responses(const dermis_result* result, const double** values, size_t* times,
                                                      size_t* sites);
+// A spike of a run: the fibre with this number, of the scene's afferents from 0 on, fires at a time, s.
+typedef struct dermis_fired_spike {
+    double time;
+    int32_t afferent;
+} dermis_fired_spike;
+// The spikes of the scene's afferents by time, then by fibre. count: 0 where there are none; *spikes may then be NULL.
+DERMIS_API dermis_status dermis_result_get_spikes(const dermis_result* result, const dermis_fired_spike** spikes,
+                                                  size_t* count);
 DERMIS_API dermis_status dermis_result_get_report(const dermis_result* result, dermis_report* report);
 DERMIS_API void dermis_result_destroy(dermis_result* result); // NULL: nothing happens
 
@@ -249,7 +257,7 @@ typedef struct dermis_spike {
 // time. count: 0 where the scene has no afferents, and before the first press; *spikes may then be NULL. The memory is
 // valid until the next call that presses, or until the skin is destroyed. With afferents a press whose step is longer
 // than all before it may allocate, and dt is at most 65536 refractory times, or shortest time constants, of each fibre.
-DERMIS_API dermis_status dermis_skin_spikes(const dermis_skin* skin, const dermis_spike** spikes, size_t* count);
+DERMIS_API dermis_status dermis_skin_get_spikes(const dermis_skin* skin, const dermis_spike** spikes, size_t* count);
 DERMIS_API dermis_status dermis_skin_reset(dermis_skin* skin, const dermis_pads* pads); // back to skins at rest
 
 // The state as bytes, the same on every device. Any skin can load it that has the same grid, sites, number of elements,

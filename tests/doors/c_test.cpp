@@ -187,7 +187,7 @@ TEST_CASE("a skin in C has the spikes of one in C++, of the scene's nerve fibres
         const Skin::Spikes expected = skin.spikes();
         const dermis_spike* spikes = nullptr;
         size_t count = 0;
-        CHECK(dermis_skin_spikes(in_c.get(), &spikes, &count) == DERMIS_OK);
+        CHECK(dermis_skin_get_spikes(in_c.get(), &spikes, &count) == DERMIS_OK);
         REQUIRE(count == expected.size);
         for (size_t i = 0; i < count; ++i) {
             CHECK(spikes[i].pad == expected[i].pad);

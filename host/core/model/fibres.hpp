@@ -15,7 +15,7 @@ struct FibreAccuracy {
     double tolerance;  // s: of the place of a spike in a substep; the next spikes inherit the errors of those before
     double resolution; // most that a substep may be of the shortest time constant
 };
-template <class K> constexpr FibreAccuracy fibre_accuracy = {.tolerance = 2e-8, .resolution = 1.1};
+template <class K> constexpr FibreAccuracy fibre_accuracy = {.tolerance = 2e-8, .resolution = 1.6};
 template <> inline constexpr FibreAccuracy fibre_accuracy<f64> = {.tolerance = 1e-12, .resolution = 0.25};
 
 // Fills in the constants of a step of dt seconds. Returns false where it has more than 65536 substeps, or where a

@@ -1,11 +1,17 @@
 // SPDX-License-Identifier: MIT
 #include "host/doors/c/handles.hpp"
 
+#include <cstddef>
+
 using namespace dermis::c;
 
 namespace {
 
 using dermis::scene::refuse;
+
+static_assert(sizeof(dermis_fired_spike) == sizeof(dermis::FiredSpike));
+static_assert(offsetof(dermis_fired_spike, time) == offsetof(dermis::FiredSpike, time));
+static_assert(offsetof(dermis_fired_spike, afferent) == offsetof(dermis::FiredSpike, afferent));
 
 void give(const std::vector<double>& numbers, const double** values, size_t* count) {
     *values = numbers.data();
@@ -33,6 +39,16 @@ dermis_status dermis_result_get_times(const dermis_result* result, const double*
     return guarded([&] {
         begin(result, times, count);
         give(result->result.time, times, count);
+    });
+}
+
+dermis_status dermis_result_get_spikes(const dermis_result* result, const dermis_fired_spike** spikes, size_t* count) {
+    return guarded([&] {
+        need_output(spikes, "spikes");
+        need_output(count, "count");
+        need_pointer(result, "result");
+        *spikes = reinterpret_cast<const dermis_fired_spike*>(result->result.spikes.data());
+        *count = result->result.spikes.size();
     });
 }
 

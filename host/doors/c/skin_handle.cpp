@@ -131,7 +131,7 @@ dermis_status dermis_skin_get_response(const dermis_skin* skin, dermis_quantity 
     });
 }
 
-dermis_status dermis_skin_spikes(const dermis_skin* skin, const dermis_spike** spikes, size_t* count) {
+dermis_status dermis_skin_get_spikes(const dermis_skin* skin, const dermis_spike** spikes, size_t* count) {
     return guarded([&] {
         need_output(spikes, "spikes");
         need_output(count, "count");

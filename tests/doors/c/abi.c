@@ -125,5 +125,8 @@ int main(void) {
     OFFSET(dermis_spike, afferent);
     OFFSET(dermis_spike, frame);
     OFFSET(dermis_spike, share);
+    SIZE(dermis_fired_spike);
+    OFFSET(dermis_fired_spike, time);
+    OFFSET(dermis_fired_spike, afferent);
     return 0;
 }

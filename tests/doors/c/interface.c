@@ -332,22 +332,41 @@ static void options(void) {
     dermis_scene_destroy(scene);
 }
 
+static void spikes_of_a_run(void) {
+    dermis_scene* scene = scene_of("[[afferents]]\nclass = \"fa1\"\ncells = [[75, 75], [70, 75]]\ngains = [[20, 0]]\n"
+                                   "[load]\nintensity = 5\n[time]\nstep = 0.001\nduration = 0.2\n");
+    dermis_result* result = NULL;
+    const dermis_fired_spike* fired = NULL;
+    size_t count = 0;
+    CHECK(dermis_run(scene, NULL, &result) == DERMIS_OK);
+    dermis_scene_destroy(scene);
+    CHECK(dermis_result_get_spikes(result, &fired, &count) == DERMIS_OK && count > 1);
+    for (size_t i = 0; i < count; ++i) {
+        CHECK(fired[i].time > 0 && fired[i].time <= 0.2 && fired[i].afferent >= 0 && fired[i].afferent < 2);
+        CHECK(i == 0 || fired[i].time >= fired[i - 1].time);
+    }
+    REFUSED(dermis_result_get_spikes(result, NULL, &count), "spikes = (null)");
+    REFUSED(dermis_result_get_spikes(result, &fired, NULL), "count = (null)");
+    REFUSED(dermis_result_get_spikes(NULL, &fired, &count), "result = (null)");
+    dermis_result_destroy(result);
+}
+
 static void spikes(void) {
     dermis_skin* skin = skin_of(pad);
     const float pressure[CELLS] = {1};
     const dermis_spike one = {0, 0, 0, 1}, *fired = &one;
     size_t count = 1;
-    CHECK(dermis_skin_spikes(skin, &fired, &count) == DERMIS_OK && count == 0);
+    CHECK(dermis_skin_get_spikes(skin, &fired, &count) == DERMIS_OK && count == 0);
     count = 1;
     CHECK(press(skin, pressure, CELLS, 0.01) == DERMIS_OK);
-    CHECK(dermis_skin_spikes(skin, &fired, &count) == DERMIS_OK && count == 0); /* the scene has no afferents */
-    REFUSED(dermis_skin_spikes(skin, NULL, &count), "spikes = (null)");
+    CHECK(dermis_skin_get_spikes(skin, &fired, &count) == DERMIS_OK && count == 0); /* the scene has no afferents */
+    REFUSED(dermis_skin_get_spikes(skin, NULL, &count), "spikes = (null)");
     fired = &one;
-    REFUSED(dermis_skin_spikes(skin, &fired, NULL), "count = (null)");
+    REFUSED(dermis_skin_get_spikes(skin, &fired, NULL), "count = (null)");
     CHECK(fired == NULL);
     fired = &one;
     count = 1;
-    REFUSED(dermis_skin_spikes(NULL, &fired, &count), "skin = (null)");
+    REFUSED(dermis_skin_get_spikes(NULL, &fired, &count), "skin = (null)");
     CHECK(fired == NULL && count == 0);
     dermis_skin_destroy(skin);
 }
@@ -480,6 +499,7 @@ int main(void) {
         materials();
         options();
         spikes();
+        spikes_of_a_run();
         batches(device);
         own_materials();
     }
