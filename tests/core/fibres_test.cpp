@@ -110,7 +110,7 @@ TEST_CASE("under a held input a fibre fires at intervals of t_ref + tau ln(I/(I 
 // float.
 bool as_sensitive(const oracle::AfferentCase& c, const std::vector<double>& q, double dt, const Difference& missed) {
     const std::vector<double> exact = times_of<f64>(c.model, q, dt);
-    for (const double change : {4e-6, -4e-6}) {
+    for (const double change : {5e-5, -5e-5}) {
         AfferentModel m = c.model;
         for (auto& pair : m.gains)
             for (double& gain : pair) gain *= 1 + change;
