@@ -106,8 +106,8 @@ TEST_CASE("under a held input a fibre fires at intervals of t_ref + tau ln(I/(I 
         }
 }
 
-// Whether float may miss times by as much: rounding does no more than gains that are changed by some roundings of
-// float.
+// Whether float may miss times by as much: the roundings of some thousand steps do no more than gains that are changed
+// by 5e-5.
 bool as_sensitive(const oracle::AfferentCase& c, const std::vector<double>& q, double dt, const Difference& missed) {
     const std::vector<double> exact = times_of<f64>(c.model, q, dt);
     for (const double change : {5e-5, -5e-5}) {
