@@ -389,7 +389,7 @@ inline Straight straight_step(Fibre f, Drive d, FibreConstants k) {
         real later = derivative_of(end, j);
         mask turns = may_change_sign(now, later, slope_at(f, d, j, k), slope_at(end, then, j, k));
         s.eventful = either(s.eventful, turns);
-        real gain = mix(real(k.gain[2 * j]), real(k.gain[2 * j + 1]), lessThan(now, real(0.0)));
+        real gain = gain_of(j, now, k);
         precise real through = FIBRE_ROW(membrane_step, j, f, d);
         gained = gained + gain * through;
         current = current + gain * now;

@@ -83,7 +83,7 @@ Matrix exponential(Matrix m) {
     return sum;
 }
 
-// What a substep of h seconds does to the filter's derivatives in shares, and to V, which leaks by `loss`.
+// How fast the filter's derivatives and V change, per substep of h seconds. loss: h over the membrane time.
 Matrix motion_of(const Filter& f, double h, double loss) {
     Matrix m{};
     const double scale = std::pow(h, f.poles);

@@ -39,7 +39,7 @@ template <class K> class FibrePopulation {
   public:
     using real = typename K::real;
 
-    // line: numbers in a plane at whose multiples a kind's fibres begin.
+    // line: the first fibre of each kind stands in a plane at a multiple of this.
     FibrePopulation(const std::vector<FibreKind>&, size_t pads, size_t line);
     virtual ~FibrePopulation() = default;
     FibrePopulation(const FibrePopulation&) = delete;

@@ -164,7 +164,7 @@ void Skin::Impl::press(const float* pressure, size_t numbers, const plan::StepLe
     step(pads, dt);
 }
 
-// Steps pads whose pressures have been taken. frame: of a call, from 0 on; `last` of them answers.
+// Steps pads whose pressures have been taken, and their fibres. frame: its number in the call. last: whether it answers.
 void Skin::Impl::step(const plan::PadList& pads, const plan::StepLengths& dt, size_t frame, bool last) {
     if (const double* refused = spiking.refused(pads, dt)) refuse_step_of_fibres(*refused);
     if (const double* refused = stream->press(pads, dt, last)) refuse_step(*refused);
@@ -182,7 +182,7 @@ const float* Skin::Impl::to_take(const float* numbers, size_t n) {
     return strains.data();
 }
 
-// As Stream::press_frames; of depths, or with nerve fibres, one frame after another.
+// Does what Stream::press_frames does. Depths, and skins with nerve fibres, are pressed one frame after another.
 void Skin::Impl::press_frames(const plan::PadList& pads, const float* frames, size_t n, size_t numbers,
                               const plan::StepLengths& dt) {
     if (!depth && !spiking.any()) {

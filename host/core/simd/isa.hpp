@@ -142,16 +142,15 @@ template <class K> struct JoinedTiles {
     typename K::real low, high;
 };
 
-
 // Arguments of a press of fibres first .. last - 1 of one kind. Both are multiples of a cache line of numbers, at whose
 // beginnings planes and inputs start.
 template <class K> struct FibreArguments {
     using real = typename K::real;
     const typename K::FibreConstants* constants;
     int first, last;
-    real* state;       // FIBRE_PLANES planes
-    size_t plane;      // numbers from plane to plane
-    const real* input; // of each fibre at the end of the press
+    real* state;                    // FIBRE_PLANES planes
+    size_t plane;                   // numbers from plane to plane
+    const real* input;              // of each fibre at the end of the press
     typename K::FibreEntry* spikes; // room for one in each substep of each fibre
 };
 
