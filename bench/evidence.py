@@ -164,8 +164,8 @@ def threshold_rows(dermis, folder):
             {"ra_fa1_db": rms[ra], "ra_fa1_tau_ms": tau[ra]}, "evidence_thresholds.png"),
         Row("PC afferents: thresholds", "14 points from 20 to 822 Hz, 6 to 0.05 µm",
             f"FA2: {rms[pc]:.1f} dB rms, after one fitted gain and one fitted retardation time of {tau[pc]:.1f} ms",
-            rms[pc] < 2, "FA2 grows with frequency as far as the data go; a corpuscle is most sensitive at some 250 "
-            "Hz. An afferent's poles and membrane do that: row 12", scene, source,
+            rms[pc] < 2, "FA2 grows with frequency up to the highest in the data, whereas a corpuscle is most "
+            "sensitive at some 250 Hz. The poles and the membrane of an afferent give such a maximum: row 12", scene, source,
             {"pc_fa2_db": rms[pc], "pc_fa2_tau_ms": tau[pc]}),
         Row("SA1 afferents: thresholds", "nine points from 0.5 to 134 Hz, 90 to 6 µm",
             f"SA1: {rms[sa1]:.1f} dB rms; the rate (FA1) of the same strain: {rms[rate]:.1f} dB",
@@ -274,7 +274,8 @@ def single_ridge_row(dermis):
                "without `receptors.depth` a receptor is one cell, and all of a pattern of 0.46 mm is left; at 0.4 mm "
                f"{100 * left:.1f} %",
                False, "Cells that do not couple resolve any pattern, which is no finding about skin; a half-space "
-               "resolves none so fine. A fibre with several endings below ridges is missing",
+               "resolves none so fine. `[[afferents]]` may have several endings, but no scene here lays them below "
+               "ridges",
                "[receptors.toml](../host/examples/receptors.toml)", "Jarocka et al. 2021.",
                {"ridge_left_percent": 100 * left})
 

@@ -113,9 +113,9 @@ def rates_row(dermis, folder):
     save(figure, folder / "evidence_rates.png")
     return Row("Mean rates by amplitude", "rates of SA1, RA and PC afferents at five frequencies and 15 amplitudes",
                "; ".join(texts), all(numbers[f"rates_{kind}_r2"] > 0.9 for kind in CLASSES),
-               "Up to nine numbers of a class are fitted to these 75 points, to shares of fibres that fire and to "
-               "thresholds, so that this is no prediction. The mean of seven fibres, whose gains are spread as the "
-               "fit has it; [afferents.csv](#data) has the numbers",
+               "This is a fit and no prediction: up to nine numbers of each class are fitted to these 75 points, to "
+               "thresholds and to shares of fibres that fire ([afferents.csv](#data)). A rate is the mean over seven "
+               "fibres with the fitted spread of gains",
                "one cell and `[[afferents]]` with a class alone, the load a sine", source, numbers,
                "evidence_rates.png")
 
@@ -140,10 +140,11 @@ def fitted_thresholds_row(dermis):
     factors = ", ".join(f"{fitted()[kind]['threshold_gain']:.2g}" for kind in CLASSES)
     return Row("Thresholds of the fitted afferents", "the points of rows 1 to 3",
                f"dB rms: {', '.join(texts)}, after one factor per class", all(n < 2 for n in numbers.values()),
-               f"The factors by which these fibres are more sensitive than the preset's are {factors}. PC gains by a "
-               "pair of poles and a membrane what row 2 misses, SA1 by following strain and rate some of what row 3 "
-               "misses. RA is further off than in row 1, because one filter must also give the rates of row 9; the "
-               "highest frequencies of SA1 and RA are off most", "as row 9", source, numbers)
+               f"The fibres of the thresholds are more sensitive than the preset's, by factors of {factors}. The pair of "
+               "poles and the membrane give PC the fall at high frequencies that row 2 lacks, and SA1 is closer than in "
+               "row 3, because it follows strain and rate. RA is further off than in row 1, because the same filter "
+               "must give the rates of row 9. SA1 and RA are off most at the highest frequencies", "as row 9", source,
+               numbers)
 
 
 def entrained(dermis, kind, hz):
@@ -182,10 +183,10 @@ def touchsim_row(dermis):
         agrees &= rates == of_rates and first == of_first and share > 0.9
     return Row("Spikes of TouchSim's units", "the units SA1 0 to 3 and RA 0, 1, 4 and 6, without noise, below a probe "
                "of 1 mm: two presses and 12 sines", "; ".join(texts), agrees,
-               "All rates, all first spikes and 90 % of the spikes are asked for. A spike moves those that follow, and "
-               "TouchSim's own method, at steps of 10 us in place of its 0.2 ms, has 18 % (SA1) and 57 % (RA) of the "
-               "spikes there. Filter and gains are TouchSim's; a reset and two after-currents are fitted to what "
-               "follows a spike", "`bench/touchsim.py` writes it and prints all numbers", "Saal et al. 2017, "
+               "All rates, all first spikes and 90 % of the spikes are asked for. Each spike moves the spikes that "
+               "follow it, so that the step of TouchSim's own method matters too: at 10 us in place of 0.2 ms it has "
+               "18 % (SA1) and 57 % (RA) of its spikes where they were. Filter and gains are TouchSim's; a reset and "
+               "two currents after a spike are fitted in place of its post-spike current", "`bench/touchsim.py` writes it and prints all numbers", "Saal et al. 2017, "
                "whose method is written anew in `bench/touchsim.py`.", numbers)
 
 
@@ -222,14 +223,16 @@ def fire_in_press(dermis, pressure, places):
     return found
 
 
-def edge_pass(dermis, force):
+def edge_pass(dermis, force, endings):
     """Spikes (s) of a preset and of a sensitive FA1 fibre while an edge of 6 mm by 0.5 mm, pressed with a force (N),
-    slides over the ending at 30 mm/s."""
+    slides at 30 mm/s over their endings, which lie 1 mm apart along its way."""
     edge = np.zeros((60, 240))  # it repeats itself after 24 mm, which take 0.8 s
     edge[:, 180:186] = np.array([0.5, 1, 1, 1, 1, 0.5]) * force / (6e-3 * 0.5e-3)
-    tables = [f"{preset('ra')}\n{gains('ra', factor)}" for factor in (1, fitted()["ra"]["threshold_gain"])]
+    tables = [f"{preset('ra')}\nendings = {endings}\n{gains('ra', factor)}"
+              for factor in (1, fitted()["ra"]["threshold_gain"])]
+    columns = [60 + 10 * n - 5 * (endings - 1) for n in range(endings)]
     load = '[load.texture]\npath = "texture.npy"\nvelocity = [0.03, 0]'
-    return pressed(dermis, np.ones((60, 120)), load, 0.8, {"ra": ([30], [60])}, tables, edge)
+    return pressed(dermis, np.ones((60, 120)), load, 0.8, {"ra": ([30] * endings, columns)}, tables, edge)
 
 
 def edge_pass_row(dermis):
@@ -239,8 +242,9 @@ def edge_pass_row(dermis):
     forces = [float(row["force"]) for row in rows]
     least, most = published.min(0), published.max(0)
     told = [f"{m:.0f} ({a:.0f} to {b:.0f})" for a, m, b in zip(least, np.median(published, 0), most)]
-    force, numbers, texts, agrees = 0.3, {}, [], True
-    for name, times in zip(("preset", "sensitive"), edge_pass(dermis, force)):
+    force, endings, numbers, texts, agrees = 0.05, 5, {}, [], True
+    one = [len(times) for times in edge_pass(dermis, force, 1)]
+    for name, times in zip(("preset", "sensitive"), edge_pass(dermis, force, endings)):
         apart = np.diff(times) * 1e3
         ours = np.array([len(times), np.median(apart), 1e3 / apart.min(), (times[-1] - times[0]) * 1e3])
         agrees &= bool(np.all((ours >= least) & (ours <= most)))
@@ -250,12 +254,12 @@ def edge_pass_row(dermis):
     return Row("15 human FA1 fibres under sliding edges", f"in a pass of an edge at 30 mm/s, {told[0]} spikes, "
                f"{told[1]} ms apart, up to {told[2]} Hz, within {told[3]} ms: the median of the fibres, the least and "
                "the greatest",
-               f"an edge of 6 mm by 0.5 mm, {force} N: " +
+               f"an edge of 6 mm by 0.5 mm, {force} N, and fibres with {endings} endings, 1 mm apart: " +
                "; ".join(texts), agrees,
-               "All are asked to be in the fibres' range. An edge reaches one ending for a millimetre: it fires one "
-               "burst, at a rate as of the fastest fibres, and is silent. A fibre has several endings, over 2 to 6 mm, "
-               "which are missing here; spikes are not compared one by one. The force on the edge is a guess: the "
-               f"file's contact forces, {min(forces):.1f} to {max(forces):.1f}, which must be N, are of the whole "
-               "fingertip",
-               "flat skin of 50 kPa, a texture of one edge, the stress at 0.5 mm, `[[afferents]]` of class `fa1`",
-               source, numbers)
+               "All four numbers are asked to be in the fibres' range. The edge reaches one ending for a millimetre, so "
+               f"that a fibre with a single ending fires {one[0]} or {one[1]} times and is silent before and after. The "
+               "force is chosen for the number of spikes, and the endings' distance for the duration, so that intervals "
+               f"and rates are compared; the contact forces in the data, {min(forces):.1f} to {max(forces):.1f}, which "
+               "must be N, are of a whole fingertip. Spikes are not compared one by one",
+               f"flat skin of 50 kPa, a texture of one edge, the stress at 0.5 mm, `[[afferents]]` of class `fa1` with "
+               f"`endings = {endings}`", source, numbers)

@@ -177,7 +177,7 @@ struct ReduceConstants {
 #define FIBRES_INPUT 2
 #define FIBRES_SPIKES 3
 #define FIBRES_BINDINGS 4
-// Planes of a fibre's state: Fibre in kernels/afferent.h, and its input at the end of the last press.
+// Planes of the state of each ending: Fibre in kernels/afferent.h, and its input at the end of the last press.
 #define FIBRE_Y0 0
 #define FIBRE_Y1 1
 #define FIBRE_Y2 2
@@ -226,12 +226,14 @@ struct FibreConstants {
 };
 
 // The fibres of one kind in neighbouring pads, of_pad of them in each, `pad` numbers apart in a plane from `first` on.
+// The next endings of a pad's fibres follow of_pad numbers behind.
 struct FibreDispatch {
     int fibres, first, of_pad, pad;
+    int endings; // of each fibre
     int plane; // numbers from plane to plane
     int kind;  // of the constants
 };
 struct FibreEntry {
-    int fibre; // index in a plane
+    int fibre; // index of its first ending in a plane
     scalar share;
 };

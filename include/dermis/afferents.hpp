@@ -6,6 +6,9 @@
 //     I = sum over j = 0, 1, 2 of  gains[j][0]*max(y_j, 0) + gains[j][1]*max(-y_j, 0)       y_j: the j-th derivative
 //     membrane_time*V' = -V + I + after     V = 1: a spike; then V = reset for refractory_time
 //
+// A fibre with several endings has such a q, y and V for each of them. It fires when the first V reaches 1, and a spike
+// sets the V of all endings back.
+//
 // Between frames q runs along a straight line. For such a q the filter is exact at the end of each step, and a spike's
 // time is the time at which V of this continuous model reaches 1, to the tolerance.
 #pragma once
@@ -41,8 +44,8 @@ struct AfferentModel {
 // RA in monkeys) and fa2 (PC). Throws Error::bad_input for any other quantity.
 DERMIS_API AfferentModel afferent_model(Quantity);
 
-// Fibres of one class, one for each receptor. Fibres are numbered in the order given, from 0 on, through all entries of
-// a list.
+// Fibres of one class, one for each receptor or for some receptors that follow each other. Fibres are numbered in the
+// order given, from 0 on, through all entries of a list.
 struct Afferents {
     Quantity type = Quantity::sa1;      // sa1, sa2, fa1 or fa2
     std::optional<AfferentModel> model; // default: afferent_model(type); SA2 has none
@@ -52,6 +55,9 @@ struct Afferents {
     // What q is: the strain of the cell, or its pressure over the modulus at which the cell comes to rest, which needs
     // a material without a dashpot in series that is the same in every cell.
     Signal follow = Signal::strain;
+    // Receptors of a fibre, 1 to 64, of which the number of receptors is a multiple: fibre n has those from n*endings
+    // on. A fibre with fewer endings than others names one of its cells again, which changes nothing.
+    int endings = 1;
 };
 
 // A spike of a press: fibre `afferent` of a pad fires at `share` of the step, 0 < share <= 1, that is (1 - share)*dt

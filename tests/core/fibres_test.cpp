@@ -20,21 +20,25 @@ AfferentModel held_model() {
     return m;
 }
 
-// The times, s, at which one fibre fires under inputs at the ends of steps of dt seconds.
+// The times, s, at which a fibre fires, with an ending for each list of inputs at the ends of steps of dt seconds.
 template <class K>
-std::vector<double> times_of(const AfferentModel& m, const std::vector<double>& q, double dt,
-                             const simd::Isa& isa = simd::best()) {
-    cpu::Fibres<K> fibres({{.model = m, .count = 1}}, 1, 1, isa);
+std::vector<double> times_of(const AfferentModel& m, const std::vector<std::vector<double>>& q, double dt) {
+    cpu::Fibres<K> fibres({{.model = m, .count = 1, .endings = q.size()}}, 1, 1, simd::best());
     REQUIRE(fibres.prepare(dt));
     std::vector<double> times;
-    for (size_t i = 0; i < q.size(); ++i) {
-        const typename K::real input = typename K::real(q[i]);
-        fibres.set_input(0, &input);
+    for (size_t i = 0; i < q[0].size(); ++i) {
+        std::vector<typename K::real> inputs;
+        for (const std::vector<double>& of_ending : q) inputs.push_back(typename K::real(of_ending[i]));
+        fibres.set_input(0, inputs.data());
         fibres.forget_spikes();
         fibres.press(0, 1);
         for (const auto& s : fibres.spikes()) times.push_back((double(i) + double(s.share)) * dt);
     }
     return times;
+}
+
+template <class K> std::vector<double> times_of(const AfferentModel& m, const std::vector<double>& q, double dt) {
+    return times_of<K>(m, std::vector<std::vector<double>>{q}, dt);
 }
 
 // The input of a case at the ends of steps of dt seconds, and the case with straight lines between them.
@@ -147,6 +151,81 @@ TEST_CASE("every spike of random fibres under random inputs is there, within the
                    << late << " fibres with a spike beyond 1 us in float");
     CHECK(spikes > 1000);
     CHECK(late * 50 < fibres);
+}
+
+TEST_CASE("a fibre with several endings fires where the first of them reaches its threshold, which sets all back") {
+    const unsigned fibres = std::getenv("DERMIS_NIGHT") ? 1000 : 40;
+    size_t spikes = 0, of_one = 0, late = 0;
+    double greatest = 0;
+    for (unsigned seed = 0; seed < fibres; ++seed) {
+        oracle::AfferentCase c = oracle::afferent_case(seed);
+        const double dt = seed % 2 ? 1e-3 : 2.5e-4;
+        std::vector<std::vector<double>> q = {sampled(c, dt)};
+        std::vector<oracle::AfferentInput> inputs = {c.input};
+        for (unsigned ending = 1; ending < 2 + seed % 3; ++ending) { // feels it weaker or stronger, and later
+            const size_t later = (seed / 3 + 7 * ending) % (q[0].size() / 2);
+            std::vector<double>& own = q.emplace_back(q[0].size());
+            for (size_t i = later; i < own.size(); ++i)
+                own[i] = double(float((0.7 + 0.1 * ((seed + 3 * ending) % 7)) * q[0][i - later]));
+            inputs.push_back(c.input);
+            inputs.back().values = own;
+        }
+        std::vector<double> exact;
+        for (const oracle::Real& t : oracle::spikes(c.model, inputs, c.seconds)) exact.push_back(double(t.rounded()));
+        const Difference in64 = difference(times_of<f64>(c.model, q, dt), exact, 1e-5);
+        const Difference in32 = difference(times_of<f32>(c.model, q, dt), exact, 1e-4);
+        CAPTURE(seed);
+        CHECK(in64.parted == 0);
+        CHECK(in64.greatest < 1e-9);
+        late += in32.parted > 0 || in32.greatest > 1e-6;
+        spikes += exact.size();
+        of_one += oracle::spikes(c.model, inputs[0], c.seconds).size();
+        greatest = std::max(greatest, in64.greatest);
+    }
+    MESSAGE(spikes << " spikes, " << of_one << " of the first endings alone, greatest error " << greatest << " s, "
+                   << late << " fibres with a spike beyond 1 us in float");
+    CHECK(spikes > of_one);
+    CHECK(late * 20 < fibres);
+}
+
+TEST_CASE("a fibre of which one ending is driven, or all equally, is one of a single ending to the last bit") {
+    const AfferentModel m = held_model();
+    const std::vector<double> driven(300, 3.0), still(300, 0.0), weaker(300, 2.5);
+    const std::vector<double> alone = times_of<f32>(m, driven, 1e-3);
+    CHECK(alone.size() > 10);
+    CHECK(times_of<f32>(m, std::vector{driven, still, weaker}, 1e-3) == alone);
+    CHECK(times_of<f32>(m, std::vector{weaker, driven, driven}, 1e-3) == alone);
+}
+
+TEST_CASE("fibres of a large population, shared by threads, fire as each of them alone") {
+    const AfferentModel m = held_model();
+    constexpr size_t count = 3001;
+    for (const size_t endings : {1, 5, 64}) {
+        cpu::Fibres<f32> all({{.model = m, .count = 7}, {.model = m, .count = count, .endings = endings}}, 1, 2,
+                             simd::best());
+        const auto input = [&](size_t fibre, size_t ending, int step) {
+            return float((fibre * 31 + ending * 17 + size_t(step) * 5) % 97) * 0.05f;
+        };
+        REQUIRE(all.prepare(1e-3));
+        std::vector<std::vector<double>> times(count);
+        for (int step = 0; step < 50; ++step) {
+            std::vector<float> inputs(7, 0);
+            for (size_t f = 0; f < count; ++f)
+                for (size_t e = 0; e < endings; ++e) inputs.push_back(input(f, e, step));
+            all.set_input(0, inputs.data());
+            all.forget_spikes();
+            all.press(0, 1);
+            for (const auto& s : all.spikes())
+                times[size_t(s.fibre) - 7].push_back((double(step) + double(s.share)) * 1e-3);
+        }
+        for (size_t f = 0; f < count; f += 100) {
+            std::vector<std::vector<double>> q(endings);
+            for (size_t e = 0; e < endings; ++e)
+                for (int step = 0; step < 50; ++step) q[e].push_back(input(f, e, step));
+            CHECK(times_of<f32>(m, q, 1e-3) == times[f]);
+            CHECK(!times[f].empty());
+        }
+    }
 }
 
 TEST_CASE("a membrane that grazes its threshold fires just where its peak exceeds it") {

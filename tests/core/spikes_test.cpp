@@ -13,7 +13,8 @@ namespace {
 
 constexpr int side = 12;
 
-// Fibres of three classes on cells of a small skin that is pressed by depth, so that its strains are known.
+// Fibres of three classes, some with several endings, on cells of a small skin that is pressed by depth, so that its
+// strains are known.
 SkinDescription finger() {
     SkinDescription d = fingertip();
     d.grid = {.width = side, .height = side, .spacing = 5e-4};
@@ -25,6 +26,8 @@ std::vector<Afferents> three_classes() {
     all[1].type = Quantity::fa1;
     all[2].type = Quantity::fa2;
     for (int i = 0; i < 20; ++i) all[size_t(i % 3)].cells.push_back({i % side, (5 * i) % side});
+    all.push_back({.type = Quantity::fa1, .model = {}, .cells = {}, .endings = 4}); // two fibres, of four endings each
+    for (int i = 0; i < 8; ++i) all[3].cells.push_back({(7 * i) % side, i});
     return all;
 }
 SkinOptions spiking(Control control = Control::depth) {
@@ -68,7 +71,9 @@ TEST_CASE("fibres of a skin fire as the same fibres under the strains of their c
         Skin skin(device, d, spiking());
         std::vector<plan::FibreKind> kinds;
         for (const Afferents& a : three_classes())
-            kinds.push_back({.model = afferent_model(a.type), .count = a.cells.size()});
+            kinds.push_back({.model = afferent_model(a.type),
+                             .count = a.cells.size() / size_t(a.endings),
+                             .endings = size_t(a.endings)});
         cpu::Fibres<f32> alone(kinds, 1, 1, simd::best());
         size_t fired = 0;
         for (int n = 0; n < 200; ++n) {
@@ -183,10 +188,12 @@ TEST_CASE("fibres on sites fire as fibres on the same cells of a field") {
     const Validated vulkan;
     for (const Device& device : spiking_devices(vulkan)) {
         SkinDescription d = finger();
-        Skin field(device, d, spiking());
-        for (const Afferents& a : three_classes())
-            for (const Cell c : a.cells) d.sites.push_back({.type = a.type, .cell = c});
         SkinOptions options = spiking();
+        options.afferents.pop_back(); // a class has its sites once
+        options.afferents[2].endings = 2;
+        Skin field(device, d, options);
+        for (const Afferents& a : options.afferents)
+            for (const Cell c : a.cells) d.sites.push_back({.type = a.type, .cell = c});
         for (Afferents& a : options.afferents) a.cells.clear(); // the sites of the class
         Skin sites(device, d, options);
         size_t fired = 0;
@@ -248,6 +255,10 @@ TEST_CASE("fibres that cannot be are refused by name, and a step that is too lon
           }) == "afferents[0].cells[1] = [12, 0]; allowed: [x, y] with x in 0..11, y in 0..11");
     CHECK(refused([](Afferents& a) { a.cells.clear(); }) ==
           "afferents[0].cells = (none); allowed: some cells, or sites of sa1 in the description");
+    CHECK(refused([](Afferents& a) { a.endings = 0; }) == "afferents[0].endings = 0; allowed: 1 to 64");
+    CHECK(refused([](Afferents& a) { a.endings = 65; }) == "afferents[0].endings = 65; allowed: 1 to 64");
+    CHECK(refused([](Afferents& a) { a.endings = 3; }) ==
+          "afferents[0].endings = 3; allowed: a divisor of the number of receptors, 7");
     CHECK(refused([](Afferents& a) { a.follow = Signal::stress; }) ==
           "afferents[0].follow = \"stress\"; allowed: \"strain\", unless the skin is pressed by pressure and has one "
           "material that comes to rest");

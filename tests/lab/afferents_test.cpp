@@ -194,6 +194,22 @@ TEST_CASE("fibres fire as if they were stepped through the responses of the run 
         }
 }
 
+TEST_CASE("of several endings the most strained one fires a fibre, and fibres are counted, not endings") {
+    for (Scene s : {pressed_skin(), vibrating_skin()}) {
+        const std::vector<FiredSpike> alone = first_fibre(s);
+        CHECK(alone.size() > 5);
+        s.afferents = {fibres(Quantity::sa1, {{0, 0}, {10, 8}, {5, 7}, {3, 3}, {10, 8}, {11, 1}}),
+                       fibres(Quantity::sa1, {{10, 8}})};
+        s.afferents[0].endings = 3;
+        std::vector<std::vector<double>> times(3);
+        for (const FiredSpike& spike : run(s).spikes) times.at(size_t(spike.afferent)).push_back(spike.time);
+        for (const std::vector<double>& of_fibre : times) {
+            REQUIRE(of_fibre.size() == alone.size());
+            for (size_t i = 0; i < alone.size(); ++i) CHECK(of_fibre[i] == alone[i].time);
+        }
+    }
+}
+
 TEST_CASE("a depth and the stress are those of the fibre's class") {
     Scene s = pressed_skin();
     const std::vector<FiredSpike> strain = first_fibre(s);
@@ -340,7 +356,7 @@ TEST_CASE("a bad table of fibres is refused by key, value and what is allowed") 
 
 TEST_CASE("a scene file has fibres in its sites, and keys that replace the class's numbers") {
     const Scene s =
-        Scene::from_string("[sites]\n[[afferents]]\nclass = \"fa1\"\ncells = [[3, 4], [5, 6]]\n"
+        Scene::from_string("[sites]\n[[afferents]]\nclass = \"fa1\"\ncells = [[3, 4], [5, 6]]\nendings = 2\n"
                            "[[afferents]]\nclass = \"sa2\"\ncells = [[1, 1]]\nfollow = \"stress\"\n"
                            "time_constants = [\"2 ms\"]\nfrequency = \"0.1 kHz\"\nquality = 0.7\nvalue = 3\n"
                            "rate = \"5 ms\"\ngains = [[1, 2], [3, 4]]\nmembrane_time = \"20 ms\"\n"
@@ -348,6 +364,8 @@ TEST_CASE("a scene file has fibres in its sites, and keys that replace the class
     REQUIRE(s.afferents.size() == 2);
     CHECK(!s.afferents[0].model);
     CHECK(s.afferents[0].cells[1].y == 6);
+    CHECK(s.afferents[0].endings == 2);
+    CHECK(s.afferents[1].endings == 1);
     const Afferents& a = s.afferents[1];
     CHECK(a.type == Quantity::sa2);
     CHECK(a.follow == Signal::stress);
@@ -369,6 +387,7 @@ TEST_CASE("a scene file has fibres in its sites, and keys that replace the class
 TEST_CASE("a run writes spikes, fibres and rates, and removes them with the next run") {
     Scene s = vibrating_skin();
     s.sites = {{Quantity::fa2, {10, 8}}, {Quantity::sa1, {3, 3}}, {Quantity::fa2, {11, 8}}};
+    s.afferents[1].endings = 2;
     s.afferents[2].cells.clear(); // those of the sites
     const Result r = run(s);
     const Folder folder;
@@ -392,14 +411,15 @@ TEST_CASE("a run writes spikes, fibres and rates, and removes them with the next
     std::ifstream list(out / "afferents.csv");
     std::vector<std::string> lines;
     for (std::string line; std::getline(list, line);) lines.push_back(line);
-    REQUIRE(lines.size() == 7);
+    REQUIRE(lines.size() == 6);
     CHECK(lines[0] == "number,class,x,y,spikes,rate");
-    CHECK(lines[6].starts_with("5,fa2,11,8,"));
+    CHECK(lines[3].starts_with("2,fa1,8.5,7.5,"));
+    CHECK(lines[5].starts_with("4,fa2,11,8,"));
     const Columns rates = read_csv((out / "psth.csv").string());
     REQUIRE(rates.size() == 4);
     REQUIRE(rates.at("time").size() == 300);
     double fired = 0;
-    for (const auto& [column, fibres] : {std::pair{"sa1_0", 2}, {"fa1_1", 2}, {"fa2_2", 2}})
+    for (const auto& [column, fibres] : {std::pair{"sa1_0", 2}, {"fa1_1", 1}, {"fa2_2", 2}})
         for (double rate : rates.at(column)) fired += rate * fibres * 1e-3;
     CHECK(fired == doctest::Approx(double(r.spikes.size())));
     CHECK(slurp(out / "summary.json").find("\"spikes\": " + std::to_string(r.spikes.size()) + ",") !=

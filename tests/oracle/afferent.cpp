@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <numbers>
 #include <stdexcept>
 #include <string>
@@ -239,44 +240,41 @@ void Filter::advance(const Real& u) {
     else time_ += u * steps_[0];
 }
 
-// A fibre, from event to event.
-class Fibre {
+// An ending of a fibre, from event to event.
+class Ending {
   public:
-    Fibre(const AfferentModel& model, const AfferentInput& input, double seconds, double cell)
-        : model_(model), filter_(model, input, cell), seconds_(seconds) {}
-    std::vector<Real> spikes();
+    Ending(const AfferentModel& model, const AfferentInput& input, double cell)
+        : model_(model), filter_(model, input, cell) {}
+    // Moves on to the next time at which V reaches 1 and returns true, or to `until` and returns false.
+    bool reaches_threshold(const Real& until);
+    const Real& time() const { return filter_.time(); }
+    void fire();
 
   private:
     bool is_fed_by(size_t order) const;
     Series membrane() const;
-    void move();
-    void fire();
+    void move(const Real& until);
 
     const AfferentModel& model_;
     Filter filter_;
-    Real seconds_, ready_, V_;    // ready_: when the refractory time ends
+    Real ready_, V_;              // ready_: when the refractory time ends
     std::array<Real, 2> after_;   // the currents after a spike
     std::array<Series, 2> decay_; // the same over the cell
-    std::vector<Real> spikes_;
 };
 
-std::vector<Real> Fibre::spikes() {
-    for (;;) {
-        if (!(V_ < Real(1))) fire();
-        if (!(filter_.time() < seconds_)) return spikes_;
-        move();
-    }
+bool Ending::reaches_threshold(const Real& until) {
+    while (V_ < Real(1) && filter_.time() < until) move(until);
+    return !(V_ < Real(1));
 }
 
-void Fibre::fire() {
-    spikes_.push_back(filter_.time());
+void Ending::fire() {
     V_ = model_.reset;
     ready_ = filter_.time() + model_.refractory_time;
     for (size_t i = 0; i < 2; ++i) after_[i] = model_.after[i].amplitude;
 }
 
 // Whether a sign of y_j matters: it has a gain, and does not vanish among the rounding errors of V.
-bool Fibre::is_fed_by(size_t order) const {
+bool Ending::is_fed_by(size_t order) const {
     const double gain = std::max(std::abs(model_.gains[order][0]), std::abs(model_.gains[order][1]));
     if (gain == 0) return false;
     long double most = 0;
@@ -285,7 +283,7 @@ bool Fibre::is_fed_by(size_t order) const {
 }
 
 // V over the cell, as long as no y_j changes its sign.
-Series Fibre::membrane() const {
+Series Ending::membrane() const {
     const Real zero;
     const size_t terms = filter_.terms(), orders = std::min(filter_.y().size(), model_.gains.size());
     std::vector<Real> gains;
@@ -309,10 +307,10 @@ Series Fibre::membrane() const {
     return V;
 }
 
-// Moves on to the next event, or to the end of a cell.
-void Fibre::move() {
+// Moves on to the next event, to the end of a cell or to `until`.
+void Ending::move(const Real& until) {
     const bool resting = filter_.time() < ready_;
-    filter_.expand(resting && ready_ < seconds_ ? ready_ : seconds_);
+    filter_.expand(resting && ready_ < until ? ready_ : until);
     for (size_t i = 0; i < 2; ++i) {
         decay_[i] = {after_[i]};
         const Real per_time = Real(-1) / model_.after[i].time;
@@ -321,7 +319,7 @@ void Fibre::move() {
     }
     Real u = 1;
     std::optional<size_t> turned; // the y_j that changes its sign
-    bool fires = false;
+    bool reaches = false;
     if (!resting) {
         for (size_t j = 0; j < std::min(filter_.y().size(), model_.gains.size()); ++j)
             if (is_fed_by(j))
@@ -333,14 +331,14 @@ void Fibre::move() {
         V[0] += Real(-1);
         if (const auto root = first_root(V); root && *root <= u) {
             u = *root;
-            fires = true;
+            reaches = true;
         }
         V_ = at(V, u) + 1;
+        if (reaches) V_ = 1;
     }
     for (size_t i = 0; i < 2; ++i) after_[i] = at(decay_[i], u);
     filter_.advance(u);
-    if (fires) fire();
-    else if (turned) filter_.set_zero(*turned);
+    if (!reaches && turned) filter_.set_zero(*turned);
 }
 
 void check(const AfferentModel& model, const AfferentInput& input) {
@@ -363,11 +361,37 @@ void check(const AfferentModel& model, const AfferentInput& input) {
 
 std::vector<Real> spikes(const AfferentModel& model, const AfferentInput& input, double seconds, long bits,
                          double cell) {
-    check(model, input);
+    return spikes(model, std::vector<AfferentInput>{input}, seconds, bits, cell);
+}
+
+// Each ending goes on alone to find out which one fires first; then all go on to this time and are set back.
+std::vector<Real> spikes(const AfferentModel& model, const std::vector<AfferentInput>& inputs, double seconds,
+                         long bits, double cell) {
+    for (const AfferentInput& input : inputs) check(model, input);
     if (!(cell > 0 && cell <= 1))
         throw std::invalid_argument("a cell of " + std::to_string(cell) + "; allowed: above 0, up to 1");
     Real::bits = bits;
-    return Fibre(model, input, seconds, cell).spikes();
+    std::vector<std::unique_ptr<Ending>> endings;
+    for (const AfferentInput& input : inputs) endings.push_back(std::make_unique<Ending>(model, input, cell));
+    std::vector<Real> times;
+    for (Real until = seconds;; until = seconds) {
+        std::unique_ptr<Ending> fires;
+        size_t number = 0;
+        for (size_t e = 0; e < endings.size(); ++e) {
+            auto ahead = std::make_unique<Ending>(*endings[e]);
+            if (!ahead->reaches_threshold(until)) continue;
+            until = ahead->time();
+            fires = std::move(ahead);
+            number = e;
+        }
+        if (!fires) return times;
+        times.push_back(until);
+        endings[number] = std::move(fires);
+        for (const auto& e : endings) {
+            (void)e->reaches_threshold(until);
+            e->fire();
+        }
+    }
 }
 
 namespace {

@@ -30,6 +30,9 @@ struct AfferentInput {
 // at `bits`.
 std::vector<Real> spikes(const dermis::AfferentModel&, const AfferentInput&, double seconds, long bits = 160,
                          double cell = 1);
+// The same of a fibre with an ending for each input.
+std::vector<Real> spikes(const dermis::AfferentModel&, const std::vector<AfferentInput>&, double seconds,
+                         long bits = 160, double cell = 1);
 
 struct AfferentCase {
     dermis::AfferentModel model;

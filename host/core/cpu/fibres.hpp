@@ -11,6 +11,7 @@ namespace dermis::cpu {
 template <class K> class Fibres : public plan::FibrePopulation<K> {
   public:
     using real = typename K::real;
+    static constexpr size_t line = 64 / sizeof(real); // numbers of a cache line
 
     Fibres(const std::vector<plan::FibreKind>&, size_t pads, int threads, const simd::Isa&);
 
@@ -19,6 +20,11 @@ template <class K> class Fibres : public plan::FibrePopulation<K> {
         size_t pad, kind, first, last; // fibres of the kind
         int fired;
     };
+    // Where the spikes of a task begin: their room is that of its endings.
+    size_t raw_at(const Task& t) const {
+        const auto& kind = this->kinds_[t.kind];
+        return (this->at(t.pad, kind, 0) + t.first * kind.endings) * room_;
+    }
     void grow(size_t most) override { raw_.resize(this->plane_ * most), room_ = most; }
     void step(size_t first_pad, size_t pads) override;
 

@@ -41,7 +41,7 @@ void check_model(const std::string& at, const AfferentModel& m) {
     }
 }
 
-// Fills in the cells of the class's sites, or checks those given.
+// Fills in the cells of the class's sites, or checks the cells given.
 void take_cells(const std::string& at, const SkinDescription& d, Afferents& a) {
     const auto index = [&](Cell c) { return size_t(c.y) * size_t(d.grid.width) + size_t(c.x); };
     std::vector<size_t> held;
@@ -71,6 +71,10 @@ std::vector<Afferents> validated_afferents(const SkinDescription& d, std::vector
         if (!a.model) a.model = afferent_model(a.type);
         check_model(at, *a.model);
         take_cells(at, d, a);
+        const std::string endings = at + ".endings";
+        need(a.endings >= 1 && a.endings <= 64, endings.c_str(), a.endings, "1 to 64");
+        need(a.cells.size() % size_t(a.endings) == 0, endings.c_str(), a.endings,
+             "a divisor of the number of receptors, " + std::to_string(a.cells.size()));
     }
     return all;
 }

@@ -29,12 +29,13 @@ std::vector<plan::FibreKind> kinds_of_check() {
     single.gains = {{{2000, 500}, {0, 0}, {0, 0}}};
     return {{.model = resonant, .count = fibres_of_kind},
             {.model = single, .count = fibres_of_kind},
-            {.model = afferent_model(Quantity::fa1), .count = fibres_of_kind}};
+            {.model = afferent_model(Quantity::fa1), .count = fibres_of_kind},
+            {.model = resonant, .count = fibres_of_kind, .endings = 3}};
 }
 
 // The spikes and the state of a population after some presses.
 std::vector<float> pressed(plan::FibrePopulation<f32>& fibres) {
-    std::vector<float> all, inputs(fibres.count()), state(fibres.state_size());
+    std::vector<float> all, inputs(fibres.state_size() / FIBRE_PLANES), state(fibres.state_size());
     for (int n = 0; n < fibre_presses; ++n) {
         // no sine: the numbers are the same on every machine
         for (size_t i = 0; i < inputs.size(); ++i)

@@ -5,24 +5,31 @@
 
 namespace dermis::plan {
 
+FibreKind kind_of(const Afferents& a) {
+    const size_t endings = size_t(a.endings);
+    return {.model = *a.model, .count = a.cells.size() / endings, .endings = endings};
+}
+
 template <class K>
 FibrePopulation<K>::FibrePopulation(const std::vector<FibreKind>& kinds, size_t pads, size_t line) : pads_(pads) {
     for (const FibreKind& k : kinds) {
         const size_t padded = (k.count + line - 1) / line * line;
         kinds_.push_back({.model = k.model,
                           .count = k.count,
+                          .endings = k.endings,
                           .padded = padded,
                           .first = count_,
                           .offset = padded_,
                           .constants = {}});
         count_ += k.count;
-        padded_ += padded;
+        endings_ += k.count * k.endings;
+        padded_ += padded * k.endings;
     }
     plane_ = pads_ * padded_;
 }
 
 template <class K> void FibrePopulation<K>::set_input(size_t pad, const real* inputs) {
-    for (const Kind& k : kinds_) std::copy_n(inputs + k.first, k.count, input_ + at(pad, k, 0));
+    each_ending(pad, [&](size_t n, size_t i) { input_[i] = inputs[n]; });
 }
 
 template <class K> bool FibrePopulation<K>::prepare(double dt) {
@@ -50,19 +57,24 @@ template <class K> void FibrePopulation<K>::press(size_t first_pad, size_t pads)
     else step(first_pad, pads);
 }
 
-template <class K> template <class One> void FibrePopulation<K>::each_number(size_t pad, One one) const {
+// Calls one(number among the pad's endings, index in a plane) for each ending.
+template <class K> template <class One> void FibrePopulation<K>::each_ending(size_t pad, One one) const {
     size_t n = 0;
     for (const Kind& k : kinds_)
         for (size_t i = 0; i < k.count; ++i)
-            for (size_t p = 0; p < FIBRE_PLANES; ++p, ++n) one(n, p * plane_ + at(pad, k, i));
+            for (size_t e = 0; e < k.endings; ++e) one(n++, at(pad, k, i, e));
 }
 
 template <class K> void FibrePopulation<K>::save(size_t pad, real* state) const {
-    each_number(pad, [&](size_t n, size_t i) { state[n] = state_[i]; });
+    each_ending(pad, [&](size_t n, size_t i) {
+        for (size_t p = 0; p < FIBRE_PLANES; ++p) state[n * FIBRE_PLANES + p] = state_[p * plane_ + i];
+    });
 }
 
 template <class K> void FibrePopulation<K>::load(size_t pad, const real* state) {
-    each_number(pad, [&](size_t n, size_t i) { state_[i] = state[n]; });
+    each_ending(pad, [&](size_t n, size_t i) {
+        for (size_t p = 0; p < FIBRE_PLANES; ++p) state_[p * plane_ + i] = state[n * FIBRE_PLANES + p];
+    });
 }
 
 template <class K> void FibrePopulation<K>::reset(size_t pad) {

@@ -26,7 +26,9 @@ template <class K> bool fill_fibre_constants(const AfferentModel&, double dt, ty
 struct FibreKind {
     AfferentModel model;
     size_t count;
+    size_t endings = 1; // of each
 };
+FibreKind kind_of(const Afferents&); // that were validated
 
 // A spike of a press; fibre: its number in its pad; share: of the press.
 template <class real> struct FibreFires {
@@ -45,9 +47,10 @@ template <class K> class FibrePopulation {
     FibrePopulation(const FibrePopulation&) = delete;
 
     size_t count() const { return count_; } // fibres of a pad
-    // The inputs of a kind's fibres in a pad at the end of its next press. They are kept until they are changed.
-    real* inputs(size_t pad, size_t kind) { return input_ + at(pad, kinds_[kind], 0); }
-    void set_input(size_t pad, const real* inputs); // of all kinds
+    // The inputs of a kind's fibres in a pad at the end of its next press, at one of their endings. They are kept until
+    // they are changed.
+    real* inputs(size_t pad, size_t kind, size_t ending = 0) { return input_ + at(pad, kinds_[kind], 0, ending); }
+    void set_input(size_t pad, const real* inputs); // of all endings, fibre by fibre
     // Makes the constants of steps of dt seconds. Returns false where fill_fibre_constants() does, and nothing has
     // changed then. Allocates where a step of this length may have more spikes than those before.
     bool prepare(double dt);
@@ -60,18 +63,21 @@ template <class K> class FibrePopulation {
     size_t most_spikes() const { return spikes_.size(); } // of a press of all pads
 
     void reset(size_t pad);
-    // The numbers of a pad's state, fibre by fibre.
-    size_t state_size() const { return count_ * FIBRE_PLANES; }
+    // The numbers of a pad's state, fibre by fibre and ending by ending.
+    size_t state_size() const { return endings_ * FIBRE_PLANES; }
     void save(size_t pad, real* state) const;
     void load(size_t pad, const real* state);
 
   protected:
     struct Kind {
         AfferentModel model;
-        size_t count, padded, first, offset; // first: fibre of a pad; offset: of its fibres in a plane of a pad
+        size_t count, endings, padded, first; // padded: numbers from ending to ending; first: fibre of a pad
+        size_t offset;                        // of its fibres in a plane of a pad
         typename K::FibreConstants constants;
     };
-    size_t at(size_t pad, const Kind& k, size_t fibre) const { return pad * padded_ + k.offset + fibre; }
+    size_t at(size_t pad, const Kind& k, size_t fibre, size_t ending = 0) const {
+        return pad * padded_ + k.offset + ending * k.padded + fibre;
+    }
     void fire(size_t pad, const Kind& k, size_t fibre, real share) {
         spikes_[fired_++] = {int(pad), int(k.first + fibre), share};
     }
@@ -81,12 +87,13 @@ template <class K> class FibrePopulation {
     virtual void step(size_t first_pad, size_t pads) = 0;
 
     std::vector<Kind> kinds_;
-    size_t count_ = 0, padded_ = 0, pads_, plane_ = 0; // fibres of a pad, their room in a plane, pads, a plane
+    size_t count_ = 0, endings_ = 0, padded_ = 0; // fibres of a pad, their endings, and the room of these in a plane
+    size_t pads_, plane_ = 0;
     size_t most_substeps_ = 0;
     real *state_ = nullptr, *input_ = nullptr; // the planes, and one more; of those who step them
 
   private:
-    template <class One> void each_number(size_t pad, One one) const;
+    template <class One> void each_ending(size_t pad, One one) const;
 
     double dt_ = 0;
     std::vector<FibreFires<real>> spikes_;

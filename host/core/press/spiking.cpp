@@ -7,12 +7,6 @@
 namespace dermis {
 namespace {
 
-std::vector<plan::FibreKind> kinds_of(const std::vector<Afferents>& all) {
-    std::vector<plan::FibreKind> kinds;
-    for (const Afferents& a : all) kinds.push_back({.model = *a.model, .count = a.cells.size()});
-    return kinds;
-}
-
 // The modulus at which elements in series come to rest; 0 with a dashpot.
 double modulus_at_rest(const std::vector<plan::Element>& elements) {
     double compliance = 0;
@@ -24,18 +18,23 @@ double modulus_at_rest(const std::vector<plan::Element>& elements) {
 
 Spiking::Spiking(const plan::StreamedSkin& s, plan::Backend& backend) : felt_(s), layout_(state_layout_of(s)) {
     if (s.afferents.empty()) return;
-    fibres_ = backend.fibres(kinds_of(s.afferents), size_t(s.pads));
+    std::vector<plan::FibreKind> kinds;
+    std::ranges::transform(s.afferents, std::back_inserter(kinds), plan::kind_of);
+    fibres_ = backend.fibres(kinds, size_t(s.pads));
     const std::vector<Site>& sites = s.skin.description.sites;
     std::vector<size_t> held;
     if (!sites.empty()) held = plan::SiteCells(s.skin, {s.skin.whole()}, plan::cells_of(sites)).cells;
-    for (const Afferents& a : s.afferents) {
-        Source& source = sources_.emplace_back(Source{.stress = a.follow == Signal::stress, .cells = {}});
-        for (const Cell c : a.cells) {
-            const size_t cell = size_t(c.y) * size_t(s.skin.width()) + size_t(c.x);
-            const size_t among = size_t(std::ranges::lower_bound(held, cell) - held.begin());
-            source.cells.push_back(uint32_t(source.stress || sites.empty() ? cell : among));
+    for (size_t kind = 0; kind < kinds.size(); ++kind)
+        for (size_t ending = 0; ending < kinds[kind].endings; ++ending) {
+            const Afferents& a = s.afferents[kind];
+            Source& source = sources_.emplace_back(
+                Source{.kind = kind, .ending = ending, .stress = a.follow == Signal::stress, .cells = {}});
+            for (size_t i = ending; i < a.cells.size(); i += kinds[kind].endings) {
+                const size_t cell = size_t(a.cells[i].y) * size_t(s.skin.width()) + size_t(a.cells[i].x);
+                const size_t among = size_t(std::ranges::lower_bound(held, cell) - held.begin());
+                source.cells.push_back(uint32_t(source.stress || sites.empty() ? cell : among));
+            }
         }
-    }
     springs_.resize(size_t(s.pads));
     moduli_.resize(size_t(s.pads));
     strains_.resize(size_t(s.pads) * layout_.cells * layout_.planes);
@@ -78,12 +77,12 @@ void Spiking::read_inputs(const plan::PadList& pads, plan::Stream& stream) {
         const size_t pad = size_t(pads[p]);
         const float *planes = strains_.data() + p * strains, *pressure = pressures_.data() + p * layout_.pressure;
         const float modulus = float(moduli_[pad]);
-        for (size_t k = 0; k < sources_.size(); ++k) {
-            float* to = fibres_->inputs(pad, k);
-            for (const uint32_t cell : sources_[k].cells)
-                *to++ = sources_[k].stress ? pressure[cell] / modulus
-                        : plane            ? planes[cell]
-                                           : felt_.strain_at(cell, planes, pressure, springs_[pad]);
+        for (const Source& s : sources_) {
+            float* to = fibres_->inputs(pad, s.kind, s.ending);
+            for (const uint32_t cell : s.cells)
+                *to++ = s.stress ? pressure[cell] / modulus
+                        : plane  ? planes[cell]
+                                 : felt_.strain_at(cell, planes, pressure, springs_[pad]);
         }
     }
 }

@@ -31,14 +31,16 @@ class Spiking {
   private:
     void read_inputs(const plan::PadList&, plan::Stream&);
 
-    // What fibres of one kind read: the pressure of cells of the grid, or the strain of cells that a state holds.
+    // What fibres of one kind read at one of their endings: the pressure of cells of the grid, or the strain of cells
+    // that a state holds.
     struct Source {
+        size_t kind, ending;
         bool stress;
         std::vector<uint32_t> cells;
     };
     plan::Felt felt_;
     plan::StateLayout layout_;
-    std::vector<Source> sources_;                        // of each kind
+    std::vector<Source> sources_;
     std::vector<double> springs_;                        // the modulus of each pad's spring in series, Pa; 0: none
     std::vector<double> moduli_;                         // at which each pad's material comes to rest, Pa
     std::unique_ptr<plan::FibrePopulation<f32>> fibres_; // null: there are none

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // A press of nerve fibres, in registers of neighbouring fibres. blocks.inl precedes this in its namespace. Each substep
-// is taken twice: all fibres in a straight step, and those to which something may happen again, gathered into full
+// is taken twice: all endings in a straight step, and the endings to which something may happen again, gathered into full
 // registers, from event to event.
 
 namespace fibres {
@@ -23,7 +23,7 @@ inline bool some(mask a) { return blocks::any<lanes>(a); }
 #undef OF_ANY_CELL
 #undef FIBRE_ROW
 
-constexpr int together = 1024; // fibres whose planes stay in the first-level cache
+constexpr int together = 1024; // endings whose planes stay in the first-level cache
 using Arguments = FibreArguments<Kernels>;
 
 // A bit for each lane that is set.
@@ -61,7 +61,7 @@ inline Fibre fibre_at_rest() {
     return f;
 }
 
-// Steps fibres begin .. begin + count - 1 in straight steps, but those to which something may happen. Returns their
+// Steps endings begin .. begin + count - 1 in straight steps, but those to which something may happen. Returns their
 // number, and the list of them.
 inline int step_straight(const Arguments& a, int begin, int count, const scalar* change, int part, int* list) {
     const FibreConstants& k = *a.constants;
@@ -84,7 +84,7 @@ inline int step_straight(const Arguments& a, int begin, int count, const scalar*
     return listed;
 }
 
-// Steps listed fibres from event to event and appends their spikes. Returns the number of spikes.
+// Steps listed endings from event to event and appends their spikes. Returns the number of spikes.
 inline int step_listed(const Arguments& a, const int* list, int listed, int begin, const scalar* change, int part,
                        FibreEntry* spikes) {
     const FibreConstants& k = *a.constants;
@@ -113,6 +113,27 @@ inline int step_listed(const Arguments& a, const int* list, int listed, int begi
     return fired;
 }
 
+// Leaves of the spikes of endings in a substep the first one of each fibre, which sets the fibre's other endings back.
+// begin: the first fibre. Returns the number of spikes that are left.
+inline int first_of_fibres(const Arguments& a, int begin, FibreEntry* spikes, int count) {
+    int kept = 0, known[together]; // the spike of each fibre
+    for (int n = 0; n < count; ++n) known[spikes[n].fibre % a.of_pad - begin] = -1;
+    for (int n = 0; n < count; ++n) {
+        int& earlier = known[spikes[n].fibre % a.of_pad - begin];
+        if (earlier >= 0 && !(spikes[n].share < spikes[earlier].share)) continue;
+        if (earlier < 0) earlier = kept++;
+        spikes[earlier] = spikes[n];
+    }
+    for (int n = 0; n < kept; ++n) {
+        const int fires = spikes[n].fibre, fibre = fires % a.of_pad;
+        for (int e = 0; e < a.endings; ++e)
+            for (int p = FIBRE_MEMBRANE; p <= FIBRE_AFTER1; ++p)
+                plane(a, p)[fibre + e * a.of_pad] = plane(a, p)[fires];
+        spikes[n].fibre = fibre;
+    }
+    return kept;
+}
+
 // Brings spikes into the order of their fibres, and of each fibre in that of time, in which they come.
 inline void order(FibreEntry* spikes, int count) {
     for (int i = 1; i < count; ++i) {
@@ -123,24 +144,37 @@ inline void order(FibreEntry* spikes, int count) {
     }
 }
 
-int press(const Arguments& a) {
-    int fired = 0;
-    for (int begin = a.first; begin < a.last; begin += together) {
-        const int count = min(together, a.last - begin);
-        scalar change[together];
-        int list[together + lanes], of_these = 0;
-        scalar* input = plane(a, FIBRE_INPUT);
-        for (int i = 0; i < count; i += lanes)
-            blocks::store(change + i, change_of(blocks::loaded(input + begin + i), blocks::loaded(a.input + begin + i),
-                                                *a.constants));
-        for (int part = 0; part < a.constants->substeps; ++part) {
-            const int listed = step_straight(a, begin, count, change, part, list);
-            of_these += step_listed(a, list, listed, begin, change, part, a.spikes + fired + of_these);
+// Presses fibres begin .. begin + count - 1, of at most `together` endings. Returns the number of spikes.
+inline int press_some(const Arguments& a, int begin, int count, FibreEntry* spikes) {
+    scalar change[together];
+    int list[together + lanes], fired = 0;
+    for (int e = 0; e < a.endings; ++e)
+        for (int i = 0; i < count; i += lanes) {
+            const int at = begin + e * a.of_pad + i;
+            blocks::store(change + e * count + i, change_of(blocks::loaded(plane(a, FIBRE_INPUT) + at),
+                                                            blocks::loaded(a.input + at), *a.constants));
         }
-        for (int i = 0; i < count; ++i) input[begin + i] = a.input[begin + i];
-        order(a.spikes + fired, of_these);
-        fired += of_these;
+    for (int part = 0; part < a.constants->substeps; ++part) {
+        int now = 0; // spikes of the substep
+        for (int e = 0; e < a.endings; ++e) {
+            const int first = begin + e * a.of_pad;
+            const int listed = step_straight(a, first, count, change + e * count, part, list);
+            now += step_listed(a, list, listed, first, change + e * count, part, spikes + fired + now);
+        }
+        fired += a.endings > 1 ? first_of_fibres(a, begin, spikes + fired, now) : now;
     }
+    for (int e = 0; e < a.endings; ++e)
+        for (int i = begin + e * a.of_pad; i < begin + e * a.of_pad + count; ++i)
+            plane(a, FIBRE_INPUT)[i] = a.input[i];
+    order(spikes, fired);
+    return fired;
+}
+
+int press(const Arguments& a) {
+    const int at_once = together / a.endings / lanes * lanes;
+    int fired = 0;
+    for (int begin = a.first; begin < a.last; begin += at_once)
+        fired += press_some(a, begin, min(at_once, a.last - begin), a.spikes + fired);
     end_vector_code();
     return fired;
 }

@@ -148,10 +148,11 @@ template <class K> struct FibreArguments {
     using real = typename K::real;
     const typename K::FibreConstants* constants;
     int first, last;
+    int endings, of_pad;            // of each fibre; numbers from an ending of a fibre to its next
     real* state;                    // FIBRE_PLANES planes
     size_t plane;                   // numbers from plane to plane
-    const real* input;              // of each fibre at the end of the press
-    typename K::FibreEntry* spikes; // room for one in each substep of each fibre
+    const real* input;              // of each ending at the end of the press
+    typename K::FibreEntry* spikes; // room for one in each substep of each ending
 };
 
 template <class K> struct Loops {

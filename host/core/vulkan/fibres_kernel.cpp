@@ -57,6 +57,7 @@ void Fibres::step(size_t first_pad, size_t pads) {
                                           .first = int(at(first_pad, kinds_[k], 0)),
                                           .of_pad = int(kinds_[k].padded),
                                           .pad = int(padded_),
+                                          .endings = int(kinds_[k].endings),
                                           .plane = int(plane_),
                                           .kind = int(k)};
         const uint32_t groups = uint32_t(dispatch.fibres + FIBRES_X - 1) / FIBRES_X, x = std::min(groups, most_groups);

@@ -108,17 +108,18 @@ void bind_model(nb::module_& m) {
 void bind_afferents(nb::module_& m) {
     bind_model(m);
     nb::class_<Afferents>(m, "Afferents",
-                          "Nerve fibres of one class, one for each receptor.\n\n"
+                          "Nerve fibres of one class, one for each receptor, or for each `endings` of them.\n\n"
                           "Skin and Scene take a list of them: fibres are numbered from 0 on, through all its entries.")
         .def(Pickled())
         .def(
             "__init__",
-            [](Afferents* self, string_view type, const AfferentModel* model, const CellRows& cells,
-               string_view follow) {
+            [](Afferents* self, string_view type, const AfferentModel* model, const CellRows& cells, string_view follow,
+               int endings) {
                 Afferents made{.type = value_named<Quantity>("type", type),
                                .model = {},
                                .cells = {},
-                               .follow = value_named<Signal>("follow", follow)};
+                               .follow = value_named<Signal>("follow", follow),
+                               .endings = endings};
                 if (model) made.model = *model;
                 for (const auto& [x, y] :
                      items_of<std::tuple<int, int>>(cells, "cells", "a list of cells, as in [(12, 40)]"))
@@ -126,7 +127,7 @@ void bind_afferents(nb::module_& m) {
                 new (self) Afferents(std::move(made));
             },
             nb::kw_only(), nb::arg("type") = "sa1", nb::arg("model").none() = nb::none(),
-            nb::arg("cells") = nb::tuple(), nb::arg("follow") = "strain")
+            nb::arg("cells") = nb::tuple(), nb::arg("follow") = "strain", nb::arg("endings") = 1)
         .def_prop_ro(
             "type", [](const Afferents& a) { return name(a.type); }, "The class, \"sa1\", \"sa2\", \"fa1\" or \"fa2\".")
         .def_prop_ro(
@@ -145,7 +146,9 @@ void bind_afferents(nb::module_& m) {
         .def_prop_ro(
             "follow", [](const Afferents& a) { return scene::text_of(a.follow); },
             "What q is: \"strain\" of the cell, or \"stress\": its pressure over the modulus at which it comes to "
-            "rest.");
+            "rest.")
+        .def_ro("endings", &Afferents::endings,
+                "Receptors of a fibre, 1 to 64, taken in their order: the first one whose V reaches 1 fires it.");
     m.def(
         "afferent_model", [](string_view type) { return afferent_model(value_named<Quantity>("type", type)); },
         nb::arg("type"),

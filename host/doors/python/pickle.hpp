@@ -28,7 +28,7 @@ DERMIS_MEMBERS(Site, type, cell)
 DERMIS_MEMBERS(AfterCurrent, amplitude, time)
 DERMIS_MEMBERS(AfferentModel, time_constants, frequency, quality, value, rate, gains, membrane_time, refractory_time,
                reset, after)
-DERMIS_MEMBERS(Afferents, type, model, cells, follow)
+DERMIS_MEMBERS(Afferents, type, model, cells, follow, endings)
 DERMIS_MEMBERS(Envelope::Window, start, rise, until, fall)
 DERMIS_MEMBERS(Envelope, kind, start, rise, frequency, phase, mean, amplitude, length, period, times, values, window)
 DERMIS_MEMBERS(Grating, wavelength, direction, velocity, amplitudes, phases)

@@ -18,7 +18,7 @@ namespace {
 struct Fibre {
     size_t entry; // of Scene::afferents
     Quantity type;
-    Cell cell;
+    double x, y; // cells: the mean of its endings
     long long spikes;
 };
 
@@ -26,9 +26,14 @@ std::vector<Fibre> fibres_of(const Scene& s, const Result& r) {
     std::vector<Fibre> fibres;
     for (size_t i = 0; i < s.afferents.size(); ++i) {
         const Afferents& a = s.afferents[i];
-        for (const Cell c : a.cells) fibres.push_back({i, a.type, c, 0});
+        std::vector<Cell> cells = a.cells;
         for (const Site& site : s.sites)
-            if (a.cells.empty() && site.type == a.type) fibres.push_back({i, a.type, site.cell, 0});
+            if (a.cells.empty() && site.type == a.type) cells.push_back(site.cell);
+        for (size_t n = 0; n < cells.size(); ++n) {
+            if (n % size_t(a.endings) == 0) fibres.push_back({i, a.type, 0, 0, 0});
+            fibres.back().x += double(cells[n].x) / a.endings;
+            fibres.back().y += double(cells[n].y) / a.endings;
+        }
     }
     for (const FiredSpike& spike : r.spikes) ++fibres[size_t(spike.afferent)].spikes;
     return fibres;
@@ -52,8 +57,8 @@ std::string afferents_csv(const Scene& s, const Result& r) {
     std::string out = "number,class,x,y,spikes,rate\n";
     size_t number = 0;
     for (const Fibre& f : fibres_of(s, r))
-        fmt::format_to(std::back_inserter(out), "{},{},{},{},{},{}\n", number++, name(f.type), f.cell.x, f.cell.y,
-                       f.spikes, shortest(double(f.spikes) / s.time.duration));
+        fmt::format_to(std::back_inserter(out), "{},{},{},{},{},{}\n", number++, name(f.type), shortest(f.x),
+                       shortest(f.y), f.spikes, shortest(double(f.spikes) / s.time.duration));
     return out;
 }
 
@@ -83,9 +88,9 @@ std::string spikes_line(const Scene& s, const Result& r) {
     const std::vector<Fibre> fibres = fibres_of(s, r);
     if (fibres.empty()) return "";
     const auto most = std::ranges::max_element(fibres, {}, &Fibre::spikes);
-    return fmt::format("{} spikes of {} nerve fibres, at most {:.4g} Hz of number {}, {} in cell [{}, {}]",
+    return fmt::format("{} spikes of {} nerve fibres, at most {:.4g} Hz of number {}, {} at cell [{}, {}]",
                        r.spikes.size(), fibres.size(), double(most->spikes) / s.time.duration, most - fibres.begin(),
-                       name(most->type), most->cell.x, most->cell.y);
+                       name(most->type), shortest(most->x), shortest(most->y));
 }
 
 } // namespace dermis::output

@@ -150,15 +150,19 @@ class FibreSteps {
                std::vector<FiredSpike>& spikes)
         : regular_(regular), spikes_(spikes), fibres_(kinds_of(group, all), 1, std::max(threads, 1), simd::best()) {
         int first = 0;
-        for (size_t i = 0; i < all.size(); first += int(all[i++].cells.size()))
-            if (std::ranges::count(group.entries, i))
-                for (size_t k = 0; k < all[i].cells.size(); ++k) numbers_.push_back(first + int(k));
+        for (size_t i = 0; i < all.size(); ++i) {
+            const int count = int(plan::kind_of(all[i]).count);
+            const bool of_group = std::ranges::count(group.entries, i) > 0;
+            for (int k = 0; k < count && of_group; ++k) numbers_.push_back(first + k);
+            if (of_group) endings_ += all[i].cells.size();
+            first += count;
+        }
     }
 
     void operator()(const plan::Step& step, const plan::Sample& sample) {
         if (step.impulse >= 0 || !(step.time > time_)) return; // nothing lasts
-        const double* inputs = sample.points.data() + size_t(QUANTITY_SA1) * numbers_.size();
-        if (!std::all_of(inputs, inputs + numbers_.size(), [](double q) { return std::isfinite(q); }))
+        const double* inputs = sample.points.data() + size_t(QUANTITY_SA1) * endings_;
+        if (!std::all_of(inputs, inputs + endings_, [](double q) { return std::isfinite(q); }))
             throw Error(Error::Code::bad_input, "",
                         "the input of a nerve fibre overflows at t = " + shortest(step.time) +
                             " s; allowed: loads and materials whose strains stay below 1.8e308");
@@ -179,7 +183,7 @@ class FibreSteps {
   private:
     static std::vector<plan::FibreKind> kinds_of(const Group& group, const std::vector<Afferents>& all) {
         std::vector<plan::FibreKind> kinds;
-        for (size_t i : group.entries) kinds.push_back({.model = *all[i].model, .count = all[i].cells.size()});
+        for (size_t i : group.entries) kinds.push_back(plan::kind_of(all[i]));
         return kinds;
     }
 
@@ -187,6 +191,7 @@ class FibreSteps {
     std::vector<FiredSpike>& spikes_;
     cpu::Fibres<f64> fibres_;
     std::vector<int> numbers_; // in the list, of each fibre of the group
+    size_t endings_ = 0;       // of all fibres of the group
     double time_ = 0;
 };
 

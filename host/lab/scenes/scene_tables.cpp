@@ -313,6 +313,7 @@ Afferents afferents_in(Section table) {
     table.choice("class", a.type);
     table.list("cells", a.cells, cell_in);
     table.choice("follow", a.follow);
+    table.whole_number("endings", a.endings);
     AfferentModel m;
     if (a.type == Quantity::sa1 || a.type == Quantity::fa1 || a.type == Quantity::fa2) m = afferent_model(a.type);
     table.list("time_constants", m.time_constants, number_in);

@@ -157,6 +157,7 @@ def test_models_and_fibres_say_what_they_are():
     fibres = dermis.Afferents(type="sa1", model=model, cells=np.array(CELLS))
     assert fibres.cells == tuple(CELLS) and fibres.follow == "strain" and fibres.type == "sa1"
     fibres.model.reset = 0.25
+    assert fibres.endings == 1 and dermis.Afferents(cells=CELLS, endings=2).endings == 2
     assert fibres.model.reset == 0.25 and model.reset == 0 and dermis.Afferents(cells=CELLS).model is None
     for thing in (model, fibres):
         assert repr(pickle.loads(pickle.dumps(thing))) == repr(copy.deepcopy(thing)) == repr(thing)
@@ -198,6 +199,7 @@ ANSWERS = [
     (lambda: skin_of(afferents=[dermis.Afferents(type="sa2", cells=CELLS)]), '"sa2"; allowed: sa1, fa1, fa2'),
     (lambda: skin_of(afferents=[dermis.Afferents(type="strain", cells=CELLS)]), 'afferents[0].class = "strain"'),
     (lambda: skin_of(afferents=[dermis.Afferents()]), "afferents[0].cells = (none); allowed: some cells, or sites"),
+    (lambda: skin_of(afferents=[dermis.Afferents(cells=CELLS, endings=65)]), "afferents[0].endings = 65; allowed: 1 to 64"),
     (lambda: skin_of(afferents=[dermis.Afferents(cells=[(0, 25)])]), "afferents[0].cells[0] = [0, 25]"),
     (lambda: skin_of(afferents=[{"cells": CELLS}]), "afferents = {'cells': [(3, 4), (0, 24)]}; allowed: a list of"),
     (lambda: skin_of(afferents=5), "afferents = 5; allowed: a list of Afferents or None"),
