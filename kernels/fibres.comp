@@ -24,8 +24,8 @@ layout(std430, binding = FIBRES_SPIKES) restrict buffer Spikes {
     FibreEntry spikes[];
 };
 
-// Takes the ending with index i in a plane through a substep. Returns the share at which it fires, or less than 0.
-float step_ending(int i, int part, FibreConstants k) {
+// The ending with index i in a plane.
+Fibre ending_at(int i) {
     Fibre f;
     f.y0 = state[FIBRE_Y0 * dispatch.plane + i];
     f.y1 = state[FIBRE_Y1 * dispatch.plane + i];
@@ -34,21 +34,17 @@ float step_ending(int i, int part, FibreConstants k) {
     f.rest = state[FIBRE_REST * dispatch.plane + i];
     f.after0 = state[FIBRE_AFTER0 * dispatch.plane + i];
     f.after1 = state[FIBRE_AFTER1 * dispatch.plane + i];
-    float from = state[FIBRE_INPUT * dispatch.plane + i];
-    Drive d = drive_of(from, change_of(from, inputs[i], k), part, k);
-    Straight s = straight_step(f, d, k);
-    Fired end;
-    end.fibre = s.fibre;
-    end.share = -1.0;
-    if (s.eventful) end = through_events(f, d, k);
-    state[FIBRE_Y0 * dispatch.plane + i] = end.fibre.y0;
-    state[FIBRE_Y1 * dispatch.plane + i] = end.fibre.y1;
-    state[FIBRE_Y2 * dispatch.plane + i] = end.fibre.y2;
-    state[FIBRE_MEMBRANE * dispatch.plane + i] = end.fibre.membrane;
-    state[FIBRE_REST * dispatch.plane + i] = end.fibre.rest;
-    state[FIBRE_AFTER0 * dispatch.plane + i] = end.fibre.after0;
-    state[FIBRE_AFTER1 * dispatch.plane + i] = end.fibre.after1;
-    return end.share;
+    return f;
+}
+
+void put_ending(int i, Fibre f) {
+    state[FIBRE_Y0 * dispatch.plane + i] = f.y0;
+    state[FIBRE_Y1 * dispatch.plane + i] = f.y1;
+    state[FIBRE_Y2 * dispatch.plane + i] = f.y2;
+    state[FIBRE_MEMBRANE * dispatch.plane + i] = f.membrane;
+    state[FIBRE_REST * dispatch.plane + i] = f.rest;
+    state[FIBRE_AFTER0 * dispatch.plane + i] = f.after0;
+    state[FIBRE_AFTER1 * dispatch.plane + i] = f.after1;
 }
 
 // Gives ending i what a spike of another ending of its fibre leaves behind.
@@ -63,22 +59,38 @@ void main() {
     // Padded fibres between pads are stepped too; they never fire.
     int i = dispatch.first + int(number) / dispatch.of_pad * dispatch.pad + int(number) % dispatch.of_pad;
     FibreConstants k = constants[dispatch.kind];
-    for (int part = 0; part < k.substeps; ++part) {
-        float first = 2.0; // share of the substep at which an ending fires first
-        int fires = -1;
-        for (int e = 0; e < dispatch.endings; ++e) {
-            float share = step_ending(i + e * dispatch.of_pad, part, k);
-            if (share < 0.0 || !(share < first)) continue;
-            first = share;
-            fires = e;
+    Fibre f = ending_at(i); // a single ending stays in registers
+    bool single = dispatch.endings == 1;
+    float first = 2.0; // share of the substep at which an ending fires first
+    int fires = i;
+    for (int n = 0; n < k.substeps * dispatch.endings; ++n) {
+        int part = n / dispatch.endings;
+        int e = n - part * dispatch.endings;
+        int j = i + e * dispatch.of_pad;
+        if (!single) f = ending_at(j);
+        float from = state[FIBRE_INPUT * dispatch.plane + j];
+        Drive d = drive_of(from, change_of(from, inputs[j], k), part, k);
+        Straight s = straight_step(f, d, k);
+        if (s.eventful) {
+            Fired end = through_events(f, d, k);
+            f = end.fibre;
+            if (end.share >= 0.0 && end.share < first) {
+                first = end.share;
+                fires = j;
+            }
+        } else {
+            f = s.fibre;
         }
-        if (fires < 0) continue;
-        for (int e = 0; e < dispatch.endings; ++e)
-            if (e != fires) follow_ending(i + e * dispatch.of_pad, i + fires * dispatch.of_pad);
+        if (!single) put_ending(j, f);
+        if (e + 1 < dispatch.endings || first > 1.0) continue;
+        for (int other = i; other <= j; other += dispatch.of_pad)
+            if (other != fires) follow_ending(other, fires);
         uint at = atomicAdd(fired, 1u);
         spikes[at].fibre = i;
         spikes[at].share = share_of(first, part, k);
+        first = 2.0;
     }
+    if (single) put_ending(i, f);
     for (int e = 0; e < dispatch.endings; ++e) {
         int j = i + e * dispatch.of_pad;
         state[FIBRE_INPUT * dispatch.plane + j] = inputs[j];
