@@ -11,7 +11,9 @@
 //
 // The pad's frame is right-handed. Its origin is the outer corner of cell (0, 0), x runs along a row, y from row to
 // row, z out of the skin; seen from outside y is a quarter turn counter-clockwise from x. Cells are squares: the centre
-// of cell (x, y) is ((x + 0.5)*spacing, (y + 0.5)*spacing), so that mirror edges mirror at the pad's border.
+// of cell (x, y) is ((x + 0.5)*spacing, (y + 0.5)*spacing), so that mirror edges mirror at the pad's border. A pad on a
+// round body, as a fingertip is, has radii: then x and y are lengths along its surface, and the frame is that of the
+// flat pad which touches the surface at the middle.
 //
 // Pressure is added to what the buffer holds: fill it with 0 before a frame. The pressures added, summed up and times
 // spacing^2, are Report::placed, to 1e-6 of the force that the buffer then holds; only pressures below 1e-38 Pa may be
@@ -42,6 +44,11 @@ struct Pad {
     std::size_t pitch = 0;     // floats from row to row, >= width; 0: width
     bool tiled = false;        // whether pads lie side by side and share patches: the part of a patch beyond the border
                                // then belongs to the neighbours, and counts in no member of this pad's report
+    // m, the radii of the surface along x and along y at the pad's middle; 0: straight in that direction. At least
+    // width*spacing/(2*pi) and height*spacing/(2*pi), with which the pad goes once round the body; at most 1e6. Equal
+    // radii are a ball of which the lines through the middle keep their lengths. Otherwise an arc of radius_x is turned
+    // about an axis along x that lies radius_y below the middle. Only contacts in the world ask for them.
+    double radius_x = 0, radius_y = 0;
 };
 
 // What became of the forces. asked = placed + outside + sideways, up to rounding of less than 1e-6 of the force that
@@ -56,12 +63,12 @@ struct Report {
     int cells = 0;       // cells that are pressed now and held 0 before
     int below_cell = 0;  // patches that press a single cell; its pressure is force/spacing^2, whatever the radius
     int beside = 0;      // contacts and taxels with a force that are wholly beside the pad
-    int too_far = 0;     // contacts with a force farther from the pad's plane than `reach`
+    int too_far = 0;     // contacts with a force farther from the pad's surface than `reach`
     int turned_away = 0; // contacts whose force does not push into the pad
     double level = 0;    // m: add_depths with a stiffness; see there
 
     // Whether at least half of the force asked is placed, at most a tenth is outside, and at most 0.001 is lost to
-    // rounding beside what the buffer held. Force is lost, for example, where a round body touches beyond a flat pad,
+    // rounding beside what the buffer held. Force is lost, for example, where a round body has a pad without radii,
     // where a position is in mm or a sign is wrong, and in a buffer that was not filled with 0.
     bool keeps_force() const;
     // Whether the force is kept, no patch is below one cell, and no pressure above doubtful_pressure.
@@ -108,7 +115,8 @@ struct Pose {
 };
 
 // A contact in the world. direction: where the force pushes the pad; its length is ignored, and 0 means straight into
-// the pad. Of a force at an angle to the pad only the component along the pad's -z presses. A contact on a rim of the
+// the pad. Of a force at an angle to the pad only the component against the surface's normal presses, which is the
+// pad's z, and on a round pad that of the place. A contact on a rim of the
 // pad's body, or a normal with the wrong sign, has no such component: it presses nothing and counts in
 // Report::turned_away.
 struct WorldContact {
@@ -118,8 +126,8 @@ struct WorldContact {
     std::array<double, 3> direction = {0, 0, 0}; // -1e6..1e6
 };
 
-// Adds contacts in the world. Each is projected onto the pad's plane along its normal, if it is at most `reach` metres
-// from the plane, on either side. reach: m, >= 0.
+// Adds contacts in the world. Each is projected onto the pad's surface along its normal, if it is at most `reach`
+// metres from the surface, on either side. reach: m, >= 0, below the pad's radii.
 Report add_contacts(const Pad&, const Pose&, double reach, const WorldContact* contacts, std::size_t count);
 Report add_contacts(const Pad&, const Pose&, double reach, const std::vector<WorldContact>& contacts);
 

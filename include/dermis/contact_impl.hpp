@@ -63,6 +63,13 @@ inline void check(const Pad& pad) {
     need_within("pad.spacing", pad.spacing, 1e-9, greatest_length);
     need_memory("pad.pressure", pad.pressure);
     need_pitch("pad.pitch", pad.pitch, pad.width);
+    const auto need_radius = [&](const char* name, double radius, int cells) {
+        const double least = cells * pad.spacing / (2 * pi);
+        if (radius != 0 && !(finite(radius) && radius >= least && radius <= greatest_length))
+            refuse(name, text(radius), "0, or " + text(least) + "..1e6");
+    };
+    need_radius("pad.radius_x", pad.radius_x, pad.width);
+    need_radius("pad.radius_y", pad.radius_y, pad.height);
 }
 
 // Refuses a force which would, all on one cell, be more than a float can hold.
@@ -155,6 +162,35 @@ inline std::array<double, 3> turned(const Pose& pose, const std::array<double, 3
             r[2] * v[0] + r[5] * v[1] + r[8] * v[2]};
 }
 
+// The place of a pad's surface that is nearest to a point, as x and y of a Contact; how far the point is above it; and
+// the surface's normal there.
+struct Foot {
+    double x, y, above;
+    std::array<double, 3> normal;
+};
+
+// p: the point in the pad's frame.
+inline Foot foot_of(const Pad& pad, const std::array<double, 3>& p) {
+    const double rx = pad.radius_x, ry = pad.radius_y;
+    if (rx == 0 && ry == 0) return {p[0], p[1], p[2], {0, 0, 1}};
+    const double middle_x = 0.5 * pad.width * pad.spacing, middle_y = 0.5 * pad.height * pad.spacing;
+    const double x = p[0] - middle_x, y = p[1] - middle_y;
+    if (rx == ry) { // a ball
+        const double z = p[2] + rx, off = std::hypot(x, y), far = std::hypot(off, z);
+        const double arc = rx * std::atan2(off, z);
+        const double of_x = off == 0 ? 1 : x / off, of_y = off == 0 ? 0 : y / off; // the opposite pole lies along x
+        return {middle_x + arc * of_x, middle_y + arc * of_y, far - rx, {x / far, y / far, z / far}};
+    }
+    // First about the axis along x, then along the arc.
+    const double about = ry == 0 ? 0 : std::atan2(y, p[2] + ry);
+    const double up = ry == 0 ? p[2] : std::hypot(y, p[2] + ry) - ry;
+    const double along = rx == 0 ? 0 : std::atan2(x, up + rx);
+    return {middle_x + (rx == 0 ? x : rx * along),
+            middle_y + (ry == 0 ? y : ry * about),
+            rx == 0 ? up : std::hypot(x, up + rx) - rx,
+            {std::sin(along), std::cos(along) * std::sin(about), std::cos(along) * std::cos(about)}};
+}
+
 // Adds a contact in the world with a force > 0.
 template <class Press>
 void add(const Pad& pad, const Pose& pose, double reach, const WorldContact& c, const Tile& tile, const Press& press,
@@ -162,10 +198,12 @@ void add(const Pad& pad, const Pose& pose, double reach, const WorldContact& c, 
     std::array<double, 3> place;
     for (std::size_t k = 0; k < 3; ++k) place[k] = c.position[k] - pose.position[k];
     place = turned(pose, place);
-    const std::array<double, 3>& d = c.direction;
-    const double length = std::hypot(d[0], d[1], d[2]);
-    const double inward = length == 0 ? 1 : std::min(1.0, -turned(pose, d)[2] / length);
-    const bool distant = std::abs(place[2]) > reach, away = inward <= 0;
+    const Foot foot = foot_of(pad, place);
+    const double length = std::hypot(c.direction[0], c.direction[1], c.direction[2]);
+    const std::array<double, 3> d = turned(pose, c.direction), &n = foot.normal;
+    const double against = -(d[0] * n[0] + d[1] * n[1] + d[2] * n[2]);
+    const double inward = length == 0 ? 1 : std::min(1.0, against / length);
+    const bool distant = std::abs(foot.above) > reach, away = inward <= 0;
     if (distant || away) {
         report.too_far += distant;
         report.turned_away += !distant && away;
@@ -174,7 +212,7 @@ void add(const Pad& pad, const Pose& pose, double reach, const WorldContact& c, 
         return;
     }
     Contact local;
-    local.x = place[0], local.y = place[1];
+    local.x = foot.x, local.y = foot.y;
     local.force = c.force * inward;
     local.radius = c.radius, local.area = c.area;
     add(pad, local, c.force, tile, press, report);
@@ -185,6 +223,8 @@ template <class ContactAt>
 Report add_each(const Pad& pad, const Pose& pose, double reach, std::size_t count, const ContactAt& contact_at) {
     check(pose);
     need_at_least_0("reach", reach);
+    for (double radius : {pad.radius_x, pad.radius_y})
+        if (radius != 0 && reach >= radius) refuse("reach", text(reach), "below the pad's radius of " + text(radius));
     double asked = 0;
     for (std::size_t i = 0; i < count; ++i) {
         const WorldContact& c = contact_at(i);

@@ -186,8 +186,8 @@ enum {
 };
 
 // How the pressure runs over the step from one frame to the next: along a line, or along the parabola through these two
-// frames and the frame before them. The parabola is four to seven times closer to a smooth load, and worse after a jump,
-// where it overshoots by an eighth of the jump. A first step, from rest or after a pause, is linear.
+// frames and the frame before them. The parabola is four to seven times closer to a smooth load, and worse after a
+// jump, where it overshoots by an eighth of the jump. A first step, from rest or after a pause, is linear.
 typedef int32_t dermis_hold;
 enum { DERMIS_LINEAR = 0, DERMIS_PARABOLIC = 1 };
 
@@ -293,7 +293,9 @@ typedef struct dermis_contact_pad {
     size_t pitch;          // floats from row to row, >= width; 0: width
     int32_t tiled;         // 1: pads lie side by side and share patches: the part of a patch beyond the border then
                            // belongs to the neighbours, and counts in no member of this pad's report. Else 0, also for
-                           // a program that gives a size without this member
+                           // a program that gives a size without this member and the next ones
+    double radius_x, radius_y; // m, of the surface along x and y at the pad's middle; 0: straight. At least
+                               // width*spacing/(2*pi) and height*spacing/(2*pi), at most 1e6
 } dermis_contact_pad;
 
 // What became of the forces. asked = placed + outside + sideways, up to rounding of less than 1e-6 of the force that

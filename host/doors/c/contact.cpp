@@ -22,15 +22,20 @@ template <class Call> void refusing(Call&& call) {
 
 contact::Pad pad_of(const dermis_contact_pad* pad) {
     constexpr size_t first_version = offsetof(dermis_contact_pad, tiled);
-    need_size(pad, "pad", first_version);
-    const int32_t tiled = pad->size == first_version ? 0 : pad->tiled;
+    constexpr size_t second_version = offsetof(dermis_contact_pad, radius_x);
+    need_pointer(pad, "pad");
+    if (pad->size != second_version) need_size(pad, "pad", first_version);
+    const int32_t tiled = pad->size < second_version ? 0 : pad->tiled;
+    const bool has_radii = pad->size > second_version;
     if (tiled != 0 && tiled != 1) dermis::scene::refuse("pad->tiled", std::to_string(tiled), "0, 1");
     const contact::Pad made{.width = pad->width,
                             .height = pad->height,
                             .spacing = pad->spacing,
                             .pressure = pad->pressure,
                             .pitch = pad->pitch,
-                            .tiled = tiled == 1};
+                            .tiled = tiled == 1,
+                            .radius_x = has_radii ? pad->radius_x : 0,
+                            .radius_y = has_radii ? pad->radius_y : 0};
     contact::detail::check(made);
     return made;
 }

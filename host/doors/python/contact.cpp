@@ -17,13 +17,16 @@ struct PadOnArray {
     nb::ndarray<float, nb::ndim<2>, nb::device::cpu> pressure;
     double spacing;
     bool tiled;
+    double radius_x, radius_y;
     Pad pad() const {
         return {.width = int(pressure.shape(1)),
                 .height = int(pressure.shape(0)),
                 .spacing = spacing,
                 .pressure = pressure.data(),
                 .pitch = size_t(pressure.stride(0)),
-                .tiled = tiled};
+                .tiled = tiled,
+                .radius_x = radius_x,
+                .radius_y = radius_y};
     }
 };
 
@@ -34,8 +37,8 @@ template <class Array> bool has_rows(const Array& array) {
            (array.shape(0) == 1 || array.stride(0) >= int64_t(array.shape(1)));
 }
 
-void make_pad(PadOnArray* self, nb::handle pressure, double spacing, bool tiled) {
-    PadOnArray made{{}, spacing, tiled};
+void make_pad(PadOnArray* self, nb::handle pressure, double spacing, bool tiled, double radius_x, double radius_y) {
+    PadOnArray made{.pressure = {}, .spacing = spacing, .tiled = tiled, .radius_x = radius_x, .radius_y = radius_y};
     if (!nb::try_cast(readable(pressure), made.pressure, false) || !has_rows(made.pressure))
         scene::refuse("pressure", description_of(pressure),
                       "float32 array of shape (height, width) in Pa that can be written, its rows one after another");
@@ -164,8 +167,10 @@ void bind_pad(nb::module_& m) {
             })
         .def(
             "__init__", make_pad, nb::arg("pressure"), nb::arg("spacing"), nb::arg("tiled") = false,
+            nb::arg("radius_x") = 0.0, nb::arg("radius_y") = 0.0,
             "pressure: float32 of shape (height, width), Pa, which is added to in place. spacing: m between cells.\n"
-            "tiled: whether pads side by side share patches; what lies beyond the border is then the neighbours' own.");
+            "tiled: whether pads side by side share patches; what lies beyond the border is then the neighbours' own.\n"
+            "radius_x, radius_y: m, of the surface along x and y at the pad's middle; 0: straight in that direction.");
     nb::class_<Pose>(m, "Pose", "Where a pad is: world = position + rotation*local.")
         .def(Pickled())
         .def("__init__", make_pose, nb::arg("position") = nb::make_tuple(0.0, 0.0, 0.0),

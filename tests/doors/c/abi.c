@@ -8,6 +8,8 @@
 #define SIZE(type) printf("sizeof " #type " %d\n", (int)sizeof(type))
 /* The size of a struct's first version, up to its last member. */
 #define FIRST_SIZE(type, last) printf("sizeof " #type " %d\n", (int)(offsetof(type, last) + sizeof((type*)0)->last))
+/* The size of a struct's version before it got the member `next`. */
+#define EARLIER_SIZE(type, next) printf("sizeof " #type " %d\n", (int)offsetof(type, next))
 #define OFFSET(type, member) printf("offsetof " #type " " #member " %d\n", (int)offsetof(type, member))
 
 int main(void) {
@@ -110,7 +112,7 @@ int main(void) {
     OFFSET(dermis_taxels, column_step);
     OFFSET(dermis_taxels, row_step);
     OFFSET(dermis_contact_pad, tiled);
-    SIZE(dermis_contact_pad);
+    EARLIER_SIZE(dermis_contact_pad, radius_x);
     NUMBER(DERMIS_LINEAR);
     NUMBER(DERMIS_PARABOLIC);
     OFFSET(dermis_skin_options, hold);
@@ -128,5 +130,8 @@ int main(void) {
     SIZE(dermis_fired_spike);
     OFFSET(dermis_fired_spike, time);
     OFFSET(dermis_fired_spike, afferent);
+    OFFSET(dermis_contact_pad, radius_x);
+    OFFSET(dermis_contact_pad, radius_y);
+    SIZE(dermis_contact_pad);
     return 0;
 }

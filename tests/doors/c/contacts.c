@@ -74,6 +74,29 @@ static void tiled_pads(void) {
     REFUSED(dermis_add_contacts(&on, &shared, 1, &second), "pad->tiled = 2; allowed: 0, 1");
 }
 
+/* A contact on the side of a ball presses the pad that has the ball's radii. A program of the second version knows none. */
+static void round_pads(void) {
+    float pressure[1600] = {0};
+    dermis_contact_pad on = {.size = sizeof on, .width = 40, .height = 40, .spacing = 5e-4, .pressure = pressure};
+    const dermis_pose pose = {.rotation = {1, 0, 0, 0, 1, 0, 0, 0, 1}};
+    dermis_contact_report report = {.size = sizeof report};
+    /* at 60 degrees of a ball of 8 mm */
+    const dermis_world_contact side = {.position = {10e-3 + 8e-3 * 0.8660254037844386, 10e-3, -4e-3},
+                                       .force = 1,
+                                       .radius = 1e-3,
+                                       .direction = {-0.8660254037844386, 0, -0.5}};
+    on.radius_x = on.radius_y = 8e-3;
+    CHECK(dermis_add_world_contacts(&on, &pose, 1e-3, &side, 1, &report) == DERMIS_OK);
+    CHECK(near(report.placed, 1) && report.plausible == 1);
+    REFUSED(dermis_add_world_contacts(&on, &pose, 8e-3, &side, 1, &report), "reach = 0.008; allowed: below the pad's");
+    on.radius_y = 1e-3;
+    REFUSED(dermis_add_world_contacts(&on, &pose, 1e-3, &side, 1, &report), "pad.radius_y = 0.001; allowed: 0, or 0.003");
+    on.size = offsetof(dermis_contact_pad, radius_x);
+    CHECK(dermis_add_world_contacts(&on, &pose, 1e-3, &side, 1, &report) == DERMIS_OK && report.too_far == 1);
+    on.size = sizeof on;
+    CHECK(near(report.outside, 1));
+}
+
 static void contacts_of_the_world(void) {
     float pressure[CELLS] = {0}, local[CELLS] = {0};
     const dermis_contact_pad on = {.size = sizeof on, .width = 4, .height = 3, .spacing = 1e-3, .pressure = pressure};
@@ -163,6 +186,7 @@ static void depths_and_taxels(void) {
 int main(void) {
     contacts();
     tiled_pads();
+    round_pads();
     contacts_of_the_world();
     depths_and_taxels();
     puts("passed");

@@ -129,6 +129,19 @@ def test_a_contact_in_millimetres_is_doubted():
     assert not report.plausible and report.placed == 0 and "1.00 is outside: 1 beside. Are lengths in m" in report.doubts
 
 
+def test_a_round_fingertip_is_pressed_where_it_is_touched():
+    radius, angle = 8e-3, np.radians(60)
+    place = np.array([80 * SPACING / 2 + radius * np.sin(angle), 80 * SPACING / 2, radius * (np.cos(angle) - 1)])
+    touch = contact.WorldContact(position=place, force=1.0, radius=1e-3, direction=(-np.sin(angle), 0, -np.cos(angle)))
+    flat, ball = np.zeros((80, 80), np.float32), np.zeros((80, 80), np.float32)
+    assert not contact.add_contacts(contact.Pad(flat, SPACING), contact.Pose(), 5e-3, [touch]).plausible
+    pad = contact.Pad(ball, SPACING, radius_x=radius, radius_y=radius)
+    report = contact.add_contacts(pad, contact.Pose(), 1e-3, [touch])
+    assert report.plausible and report.placed == pytest.approx(1, rel=1e-6)
+    x = (np.arange(80) + 0.5 - 40) * SPACING
+    assert (ball.sum(0) * x).sum() / ball.sum() == pytest.approx(radius * angle, abs=0.1 * SPACING)
+
+
 def test_tiled_pads_share_a_patch():
     left, right = (contact.Pad(np.zeros((64, 40), np.float32), SPACING, tiled=True) for _ in range(2))
     reports = [contact.add_contacts(pad, [contact.Contact(x=x, y=0.008, force=0.5, radius=3e-3)])

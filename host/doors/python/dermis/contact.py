@@ -9,7 +9,9 @@
     skin.press(pressure, dt)
 
 The pad's frame is right-handed: its origin is the outer corner of cell [0, 0], x runs along a row, y from row to row,
-z out of the skin. Pressure is added: fill the array with 0 before a frame. A report is not plausible where force is lost:
+z out of the skin. A pad on a round body, as a fingertip is, has radii: contacts in the world are then projected onto
+this surface, x and y are lengths along it, and the frame is that of the flat pad which touches it at the middle.
+Pressure is added: fill the array with 0 before a frame. A report is not plausible where force is lost:
 less than half of it placed, more than a tenth outside, or more than 0.001 lost to rounding.
 """
 from ._core import Contact, Pad, Pose, WorldContact, add_contacts, add_depths, add_taxels, hertz_radius
