@@ -45,18 +45,30 @@ inline CellSpan within(double low, double high, CellSpan all) {
             int(std::floor(std::clamp(high, double(all.first) - 1, double(all.last))))};
 }
 
-// A patch in units of cells: the centre of cell (x, y) is (x, y).
+// A patch in units of cells: the centre of cell (x, y) is (x, y). A cell has the mean of Hertz's profile over parts x
+// parts places in it. reach: from the patch's centre to the farthest centre of a cell that may have some.
 struct Disc {
-    double x, y, radius;
+    double x, y, radius, reach;
+    int parts;
 };
+
+// As a small patch moves within a cell, the width and the middle that are seen by centres alone jump. Several places in
+// each cell see them move. They add 1/6 to the mean square radius of a patch, which is 0.4 radius^2, and so the radius
+// gives way.
+inline Disc disc_of(double x, double y, double radius) {
+    constexpr double corner = 0.54; // from the centre of a cell to the farthest of its places, and more
+    if (radius < 1.5 || radius >= 8) return {x, y, radius, radius, 1};
+    const double own = std::sqrt(radius * radius - 1.0 / 6 / 0.4);
+    return {x, y, own, own + corner, radius < 4 ? 4 : 2};
+}
 
 // A part of a pad that is pressed in one pass. first: whether it is the pad's first one, where the report is counted.
 struct Tile {
     CellSpan columns, rows;
     bool first;
     bool meets(const Disc& disc) const {
-        return disc.x + disc.radius > columns.first - 1 && disc.x - disc.radius < columns.last + 1 &&
-               disc.y + disc.radius > rows.first - 1 && disc.y - disc.radius < rows.last + 1;
+        return disc.x + disc.reach > columns.first - 1 && disc.x - disc.reach < columns.last + 1 &&
+               disc.y + disc.reach > rows.first - 1 && disc.y - disc.reach < rows.last + 1;
     }
 };
 
@@ -91,26 +103,24 @@ template <class Pass> Report press_cells(const Pad& pad, double most, const Pass
     return report;
 }
 
-// Neighbouring cells in one row of a disc: `count` cells from (x, y) on. rest: 1 - dy^2/radius^2, where dy is the
-// distance of the row from the disc's centre.
+// Neighbouring cells in one row of a disc: `count` cells from (x, y) on.
 struct Piece {
     static constexpr int longest = 256;
     int x, y, count;
-    double rest;
 };
 
-// Calls each(piece) for the cells in `columns` and `rows` that have their centre inside the disc, row by row.
+// Calls each(piece) for the cells in `columns` and `rows` that have their centre within the disc's reach, row by row.
 template <class Each> void each_piece(const Disc& disc, CellSpan columns, CellSpan rows, Each each) {
     if (disc.radius < 1e-6) return; // At most the nearest centre is inside; press_nearest() presses that.
-    const double scale = 1 / disc.radius;
-    rows = within(disc.y - disc.radius, disc.y + disc.radius, rows);
+    const double scale = 1 / disc.reach;
+    rows = within(disc.y - disc.reach, disc.y + disc.reach, rows);
     for (int y = rows.first; y <= rows.last; ++y) {
         const double dy = (y - disc.y) * scale, rest = 1 - dy * dy;
         if (rest <= 0) continue;
-        const double half = disc.radius * std::sqrt(rest);
+        const double half = disc.reach * std::sqrt(rest);
         const CellSpan covered = within(disc.x - half, disc.x + half, columns);
         for (int x = covered.first; x <= covered.last; x += Piece::longest)
-            each(Piece{x, y, std::min(Piece::longest, covered.last + 1 - x), rest});
+            each(Piece{x, y, std::min(Piece::longest, covered.last + 1 - x)});
     }
 }
 
@@ -141,15 +151,36 @@ class Weights {
         const bool fits = before + piece.count <= room, made = before < used_;
         float* weights = fits ? kept_ + before : kept_ + room;
         if (fits && made) return weights;
-        const double scale = 1 / disc.radius;
-        for (int i = 0; i < piece.count; ++i) {
-            const double dx = (piece.x + i - disc.x) * scale, square = piece.rest - dx * dx;
-            weights[i] = std::sqrt(std::max(float(square), 0.0f));
-        }
+        if (disc.parts == 1) fill<1>(disc, piece, weights);
+        else if (disc.parts == 2) fill<2>(disc, piece, weights);
+        else fill<4>(disc, piece, weights);
         return weights;
     }
 
   private:
+    // Sums up the profile over parts x parts places in each cell of a piece.
+    template <std::size_t parts> static void fill(const Disc& disc, const Piece& piece, float* weights) {
+        const double scale = 1 / disc.radius;
+        double off[parts], rest[parts];
+        for (std::size_t k = 0; k < parts; ++k) {
+            off[k] = (double(k) + 0.5) / double(parts) - 0.5;
+            const double dy = (piece.y - disc.y + off[k]) * scale;
+            rest[k] = 1 - dy * dy;
+        }
+        for (int i = 0; i < piece.count; ++i) {
+            float sums[parts] = {};
+            double squares[parts];
+            for (std::size_t k = 0; k < parts; ++k) {
+                const double dx = (piece.x + i - disc.x + off[k]) * scale;
+                squares[k] = dx * dx;
+            }
+            for (double r : rest)
+                for (std::size_t k = 0; k < parts; ++k) sums[k] += std::sqrt(std::max(float(r - squares[k]), 0.0f));
+            weights[i] = sums[0];
+            for (std::size_t k = 1; k < parts; ++k) weights[i] += sums[k];
+        }
+    }
+
     static constexpr int room = 2048;
     int used_ = 0;
     float kept_[room + Piece::longest];
@@ -158,7 +189,7 @@ class Weights {
 // Adds the weights of a disc's cells beyond the pad's border to `sum`, and their number to `cells`.
 inline void add_beyond(const Disc& disc, CellSpan columns, CellSpan rows, double& sum, int& cells) {
     if (disc.radius > 128) { // the integral, which differs from the sum by less than 1e-4 of it
-        sum = std::max(sum, 2 * pi / 3 * disc.radius * disc.radius);
+        sum = std::max(sum, 2 * pi / 3 * disc.radius * disc.radius); // such a disc has one part
         ++cells;
         return;
     }
@@ -202,8 +233,8 @@ double spread(const Pad& pad, const Disc& disc, double pressure, const Tile& til
 
     double whole = weights.sum;
     int cells = weights.cells;
-    const bool inside = disc.x - disc.radius > -1 && disc.x + disc.radius < pad.width && disc.y - disc.radius > -1 &&
-                        disc.y + disc.radius < pad.height;
+    const bool inside = disc.x - disc.reach > -1 && disc.x + disc.reach < pad.width && disc.y - disc.reach > -1 &&
+                        disc.y + disc.reach < pad.height;
     if (!inside) add_beyond(disc, columns, rows, whole, cells);
     report.below_cell += cells == 1;
     const double peak = pressure / whole;

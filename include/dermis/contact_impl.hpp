@@ -103,7 +103,7 @@ inline void check_length(const char* member, double value, std::size_t i) {
 template <class Press>
 void add(const Pad& pad, const Contact& c, double whole, const Tile& tile, const Press& press, Report& report) {
     const double radius = c.area > 0 ? std::sqrt(c.area / pi) : c.radius;
-    const Disc disc{c.x / pad.spacing - 0.5, c.y / pad.spacing - 0.5, radius / pad.spacing};
+    const Disc disc = disc_of(c.x / pad.spacing - 0.5, c.y / pad.spacing - 0.5, radius / pad.spacing);
     const double share = spread(pad, disc, c.force / (pad.spacing * pad.spacing), tile, press, report);
     const double own = pad.tiled ? share : 1; // the rest is asked of the neighbours
     report.asked += own * whole;

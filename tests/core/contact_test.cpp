@@ -108,6 +108,26 @@ TEST_CASE("a patch has Hertz's profile at the centres of cells, and his peak whe
         }
 }
 
+TEST_CASE(
+    "from two cells on a patch has its middle to 0.02 cell and its second moment to 3 %, wherever in a cell it is") {
+    for (double radius : {2.0, 2.5, 3.0, 5.0, 7.9, 8.0, 12.0})
+        for (int trial = 0; trial < 12 * 12; ++trial) {
+            const double x = 20 + trial % 12 / 12.0, y = 20 + trial / 12 / 12.0;
+            Buffer b(40, 40);
+            add_contacts(b.pad, {at(x * quarter, y * quarter, 1, radius * quarter)});
+            double sum = 0, along_x = 0, along_y = 0, square = 0;
+            for (int j = 0; j < 40; ++j)
+                for (int i = 0; i < 40; ++i) {
+                    const double dx = i + 0.5 - x, dy = j + 0.5 - y, p = b.of(i, j);
+                    sum += p, along_x += p * dx, along_y += p * dy, square += p * (dx * dx + dy * dy);
+                }
+            CAPTURE(radius);
+            CAPTURE(trial);
+            CHECK(std::hypot(along_x, along_y) / sum < 0.02);
+            CHECK(square / sum == relative(0.4 * radius * radius, 0.03)); // that of Hertz's profile
+        }
+}
+
 TEST_CASE("an area is a radius, and Hertz's radius of a ball gives Hertz's peak") {
     Buffer by_radius(60, 60), by_area(60, 60);
     Contact c = at(0.0071, 0.0069, 0.3, 0.004);

@@ -24,6 +24,7 @@ inline bool some(mask a) { return blocks::any<lanes>(a); }
 #undef FIBRE_ROW
 
 constexpr int together = 1024; // endings whose planes stay in the first-level cache
+static_assert(together >= 64 * lanes, "a fibre has up to 64 endings");
 using Arguments = FibreArguments<Kernels>;
 
 // A bit for each lane that is set.

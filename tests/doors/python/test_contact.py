@@ -130,7 +130,7 @@ def test_a_contact_in_millimetres_is_doubted():
 
 
 def test_a_round_fingertip_is_pressed_where_it_is_touched():
-    radius, angle = 8e-3, np.radians(60)
+    radius, angle = 8e-3, np.radians(62)
     place = np.array([80 * SPACING / 2 + radius * np.sin(angle), 80 * SPACING / 2, radius * (np.cos(angle) - 1)])
     touch = contact.WorldContact(position=place, force=1.0, radius=1e-3, direction=(-np.sin(angle), 0, -np.cos(angle)))
     flat, ball = np.zeros((80, 80), np.float32), np.zeros((80, 80), np.float32)
