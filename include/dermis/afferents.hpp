@@ -55,8 +55,9 @@ struct Afferents {
     // What q is: the strain of the cell, or its pressure over the modulus at which the cell comes to rest, which needs
     // a material without a dashpot in series that is the same in every cell.
     Signal follow = Signal::strain;
-    // Receptors of a fibre, 1 to 64, of which the number of receptors is a multiple: fibre n has those from n*endings
-    // on. A fibre with fewer endings than others names one of its cells again, which changes nothing.
+    // Receptors of each fibre, 1 to 64. The number of receptors is a multiple of it: fibre n has the receptors
+    // n*endings to n*endings + endings - 1. A fibre with fewer endings than others names one of its cells again; a cell
+    // that is named twice fires the fibre as one that is named once.
     int endings = 1;
 };
 

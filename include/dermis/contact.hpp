@@ -12,8 +12,8 @@
 // The pad's frame is right-handed. Its origin is the outer corner of cell (0, 0), x runs along a row, y from row to
 // row, z out of the skin; seen from outside y is a quarter turn counter-clockwise from x. Cells are squares: the centre
 // of cell (x, y) is ((x + 0.5)*spacing, (y + 0.5)*spacing), so that mirror edges mirror at the pad's border. A pad on a
-// round body, as a fingertip is, has radii: then x and y are lengths along its surface, and the frame is that of the
-// flat pad which touches the surface at the middle.
+// round body such as a fingertip has radii: then x and y are lengths along the body's surface. The frame stays flat:
+// its plane z = 0 touches the surface at the pad's middle.
 //
 // Pressure is added to what the buffer holds: fill it with 0 before a frame. The pressures added, summed up and times
 // spacing^2, are Report::placed, to 1e-6 of the force that the buffer then holds; only pressures below 1e-38 Pa may be
@@ -45,10 +45,10 @@ struct Pad {
     bool tiled = false;        // whether pads lie side by side and share patches: the part of a patch beyond the border
                                // then belongs to the neighbours, and counts in no member of this pad's report
     // m, the radii of the surface along x and along y at the pad's middle; 0: straight in that direction. At least
-    // width*spacing/(2*pi) and height*spacing/(2*pi), with which the pad goes once round the body; at most 1e6. Equal
-    // radii are those of a ball: a place lies at its distance and bearing from the middle, along the surface. Other
-    // radii are an arc of radius_x that is turned about an axis along x, radius_y below the middle. Only contacts in
-    // the world depend on radii.
+    // width*spacing/(2*pi) and height*spacing/(2*pi), with which the pad goes once round the body; at most 1e6. With
+    // equal radii the body is a ball, and a place has the length and the bearing of the shortest way to it from the
+    // middle. With other radii it is the surface that an arc of radius_x sweeps about an axis along x, radius_y below
+    // the middle. Only contacts in the world depend on radii.
     double radius_x = 0, radius_y = 0;
 };
 

@@ -52,9 +52,9 @@ struct Disc {
     int parts;
 };
 
-// As a small patch moves within a cell, the width and the middle that are seen by centres alone jump. Several places in
-// each cell see them move. They add 1/6 to the mean square radius of a patch, which is 0.4 radius^2, and so the radius
-// gives way.
+// The profile at the centres of cells alone makes the middle and the width of a small patch jump while the patch moves
+// within a cell. The mean over several places in each cell does not, but it widens the patch: it adds 1/6 to the mean
+// square radius, which is 0.4*radius^2. The radius is made smaller by as much.
 inline Disc disc_of(double x, double y, double radius) {
     constexpr double corner = 0.54; // from the centre of a cell to the farthest of its places, and more
     if (radius < 1.5 || radius >= 8) return {x, y, radius, radius, 1};

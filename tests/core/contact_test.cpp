@@ -124,7 +124,7 @@ TEST_CASE(
             CAPTURE(radius);
             CAPTURE(trial);
             CHECK(std::hypot(along_x, along_y) / sum < 0.02);
-            CHECK(square / sum == relative(0.4 * radius * radius, 0.03)); // that of Hertz's profile
+            CHECK(square / sum == relative(0.4 * radius * radius, 0.03)); // of Hertz's profile
         }
 }
 

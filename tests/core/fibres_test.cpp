@@ -188,7 +188,8 @@ TEST_CASE("a fibre with several endings fires where the first of them reaches it
     CHECK(late * 20 < fibres);
 }
 
-TEST_CASE("a fibre of which one ending is driven, or all equally, is one of a single ending to the last bit") {
+TEST_CASE("a fibre fires as one with a single ending, to the last bit, where one of its endings is driven most, or all "
+          "alike") {
     const AfferentModel m = held_model();
     const std::vector<double> driven(300, 3.0), still(300, 0.0), weaker(300, 2.5);
     const std::vector<double> alone = times_of<f32>(m, driven, 1e-3);

@@ -20,7 +20,7 @@ template <class K> class Fibres : public plan::FibrePopulation<K> {
         size_t pad, kind, first, last; // fibres of the kind
         int fired;
     };
-    // Where the spikes of a task begin: their room is that of its endings.
+    // Where the spikes of a task begin in raw_, which has room for the spikes of every ending.
     size_t raw_at(const Task& t) const {
         const auto& kind = this->kinds_[t.kind];
         return (this->at(t.pad, kind, 0) + t.first * kind.endings) * room_;

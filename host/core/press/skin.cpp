@@ -164,7 +164,7 @@ void Skin::Impl::press(const float* pressure, size_t numbers, const plan::StepLe
     step(pads, dt);
 }
 
-// Steps pads whose pressures have been taken, and their fibres. frame: its number in the call. last: whether it answers.
+// Steps pads to the pressures that they have taken, and their fibres. frame: counts the call's. last: also responses.
 void Skin::Impl::step(const plan::PadList& pads, const plan::StepLengths& dt, size_t frame, bool last) {
     if (const double* refused = spiking.refused(pads, dt)) refuse_step_of_fibres(*refused);
     if (const double* refused = stream->press(pads, dt, last)) refuse_step(*refused);

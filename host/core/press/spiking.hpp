@@ -31,8 +31,8 @@ class Spiking {
   private:
     void read_inputs(const plan::PadList&, plan::Stream&);
 
-    // What fibres of one kind read at one of their endings: the pressure of cells of the grid, or the strain of cells
-    // that a state holds.
+    // The cells of one ending of each fibre of a kind. For the stress cells are numbers in the grid; for the strain
+    // they are numbers among the cells of a saved state.
     struct Source {
         size_t kind, ending;
         bool stress;

@@ -23,7 +23,7 @@ inline bool some(mask a) { return blocks::any<lanes>(a); }
 #undef OF_ANY_CELL
 #undef FIBRE_ROW
 
-constexpr int together = 1024; // endings whose planes stay in the first-level cache
+constexpr int together = 1024; // endings that are stepped at once: their numbers fit the first-level cache
 static_assert(together >= 64 * lanes, "a fibre has up to 64 endings");
 using Arguments = FibreArguments<Kernels>;
 

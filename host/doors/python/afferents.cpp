@@ -148,7 +148,8 @@ void bind_afferents(nb::module_& m) {
             "What q is: \"strain\" of the cell, or \"stress\": its pressure over the modulus at which it comes to "
             "rest.")
         .def_ro("endings", &Afferents::endings,
-                "Receptors of a fibre, 1 to 64, taken in their order: the first one whose V reaches 1 fires it.");
+                "Receptors of each fibre, 1 to 64, taken in their order. The first ending whose V reaches 1 fires the "
+                "fibre.");
     m.def(
         "afferent_model", [](string_view type) { return afferent_model(value_named<Quantity>("type", type)); },
         nb::arg("type"),

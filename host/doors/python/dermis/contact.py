@@ -9,8 +9,8 @@
     skin.press(pressure, dt)
 
 The pad's frame is right-handed: its origin is the outer corner of cell [0, 0], x runs along a row, y from row to row,
-z out of the skin. A pad on a round body, as a fingertip is, has radii: contacts in the world are then projected onto
-this surface, x and y are lengths along it, and the frame is that of the flat pad which touches it at the middle.
+z out of the skin. A pad on a round body such as a fingertip has radii: contacts in the world are then projected onto
+the body's surface, and x and y are lengths along it. The plane z = 0 touches the surface at the pad's middle.
 Pressure is added: fill the array with 0 before a frame. A report is not plausible where force is lost:
 less than half of it placed, more than a tenth outside, or more than 0.001 lost to rounding.
 """
