@@ -50,6 +50,9 @@ struct Pad {
     // middle. With other radii it is the surface that an arc of radius_x sweeps about an axis along x, radius_y below
     // the middle. Only contacts in the world depend on radii.
     double radius_x = 0, radius_y = 0;
+    // Pa, finite, laid out as the pressure: the tractions along x and along y, to which contacts in the world add the
+    // part of their force along the surface. Null: that part is reported alone.
+    float *shear_x = nullptr, *shear_y = nullptr;
 };
 
 // What became of the forces. asked = placed + outside + sideways, up to rounding of less than 1e-6 of the force that
@@ -59,7 +62,10 @@ struct Report {
     double placed = 0;   // N: the part that presses cells, measured by what the buffer's floats gained
     double outside = 0;  // N: the part that presses no cell: beside the pad, too far from it, turned away, or given by
                          // depths that nowhere exceed 0
-    double sideways = 0; // N: of forces at an angle to the pad, the force less its component into the pad
+    double sideways = 0; // N: of forces at an angle to the pad, the force less its component into the pad, F*(1 - cos).
+                         // It completes the sum above; the force along the surface, F*sin, is `shear`
+    std::array<double, 2> shear = {0, 0}; // N: of contacts in the world that press the pad, the sum of their forces
+                                          // along its x and y
     double greatest = 0; // Pa: greatest pressure of the cells that were pressed, with what they held before
     int cells = 0;       // cells that are pressed now and held 0 before
     int below_cell = 0;  // patches that press a single cell; its pressure is force/spacing^2, whatever the radius

@@ -9,15 +9,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 namespace dermis::contact::detail {
 
 inline constexpr int greatest_count = 16384;
 inline constexpr double pi = 3.14159265358979323846;
 
-inline float* row_of(const Pad& pad, int y) {
-    return pad.pressure + std::size_t(y) * (pad.pitch ? pad.pitch : std::size_t(pad.width));
+inline std::size_t row_at(const Pad& pad, int y) {
+    return std::size_t(y) * (pad.pitch ? pad.pitch : std::size_t(pad.width));
 }
+inline float* row_of(const Pad& pad, int y) { return pad.pressure + row_at(pad, y); }
 
 // Adds `pressure`, Pa, to a cell of the caller's buffer, and what the float has gained by it to report.placed.
 inline void press(float& cell, double pressure, Report& report) {
@@ -72,32 +74,70 @@ struct Tile {
     }
 };
 
+// The rounding errors of the floats of a tile, whose first cell is (left, top).
+struct TileRests {
+    static constexpr int width = 128, height = 64;
+    using Plane = float[height][width];
+    int left, top;
+    Plane pressure = {}, shear_x, shear_y;
+
+    TileRests(const Pad& pad, int x, int y) : left(x), top(y) {
+        if (pad.shear_x) std::memset(shear_x, 0, sizeof shear_x);
+        if (pad.shear_y) std::memset(shear_y, 0, sizeof shear_y);
+    }
+};
+
+// Adds pressures to the cells of a pad, and tractions to its maps of shear, where it has them. rests: where the
+// rounding error of each float is kept; null: nowhere.
+struct CellPress {
+    const Pad& pad;
+    Report& report;
+    TileRests* rests = nullptr;
+    double along_x = 0, along_y = 0; // traction for each Pa of pressure
+
+    CellPress dragging(double x, double y) const { return {pad, report, rests, x, y}; }
+    void operator()(int x, int y, double pressure) const {
+        float& cell = row_of(pad, y)[x];
+        if (rests) {
+            float& rest = rest_of(rests->pressure, x, y);
+            const double missing = double(rest) + pressure, sum = double(cell) + missing;
+            press(cell, missing, report);
+            rest = float(sum - double(cell));
+        } else press(cell, pressure, report);
+        if (pad.shear_x && along_x != 0) drag(pad.shear_x, rests ? &rests->shear_x : nullptr, x, y, along_x * pressure);
+        if (pad.shear_y && along_y != 0) drag(pad.shear_y, rests ? &rests->shear_y : nullptr, x, y, along_y * pressure);
+    }
+
+  private:
+    float& rest_of(TileRests::Plane& plane, int x, int y) const { return plane[y - rests->top][x - rests->left]; }
+    void drag(float* map, TileRests::Plane* kept, int x, int y, double traction) const {
+        float& cell = map[row_at(pad, y) + std::size_t(x)];
+        const double sum = double(cell) + (kept ? double(rest_of(*kept, x, y)) : 0) + traction;
+        cell = float(sum);
+        if (kept) rest_of(*kept, x, y) = float(sum - double(cell));
+    }
+};
+
 // Calls pass(tile, press, report), where press(x, y, pressure) adds to a cell of the tile, until each cell of the pad
-// has been in one tile. most: the greatest number of pressures that a cell gets. Sixteen additions of floats are off by
-// at most 1e-6 of what the cell then holds. Where there are more, the pad is cut into tiles, and beside each float of a
-// tile its rounding error is kept, so that no number of pressures loses force.
+// has been in one tile; press.dragging(x, y) adds so many Pa of traction for each Pa as well. most: the greatest number
+// of pressures that a cell gets. Sixteen additions of floats are off by at most 1e-6 of what the cell then holds. Where
+// there are more, the pad is cut into tiles, and beside each float of a tile its rounding error is kept, so that no
+// number of pressures loses force.
 template <class Pass> Report press_cells(const Pad& pad, double most, const Pass& pass) {
     Report report;
     if (most <= 16) {
-        const auto press_once = [&](int x, int y, double pressure) { press(row_of(pad, y)[x], pressure, report); };
-        pass(Tile{{0, pad.width - 1}, {0, pad.height - 1}, true}, press_once, report);
+        pass(Tile{{0, pad.width - 1}, {0, pad.height - 1}, true}, CellPress{pad, report}, report);
         finish(pad, report);
         return report;
     }
-    constexpr int width = 128, height = 64;
+    constexpr int width = TileRests::width, height = TileRests::height;
     Report counted_before;
     for (int top = 0; top < pad.height; top += height)
         for (int left = 0; left < pad.width; left += width) {
             const Tile tile{common({0, pad.width - 1}, {left, left + width - 1}),
                             common({0, pad.height - 1}, {top, top + height - 1}), top == 0 && left == 0};
-            float rests[height][width] = {};
-            const auto press_and_keep = [&](int x, int y, double pressure) {
-                float &cell = row_of(pad, y)[x], &rest = rests[y - top][x - left];
-                const double missing = double(rest) + pressure, sum = double(cell) + missing;
-                press(cell, missing, report);
-                rest = float(sum - double(cell));
-            };
-            pass(tile, press_and_keep, tile.first ? report : counted_before);
+            TileRests rests(pad, left, top);
+            pass(tile, CellPress{pad, report, &rests}, tile.first ? report : counted_before);
         }
     finish(pad, report);
     return report;

@@ -99,16 +99,31 @@ inline void check_length(const char* member, double value, std::size_t i) {
     if (!finite(value) || std::abs(value) > greatest_length) refuse(of_contact(i, member), text(value), "-1e6..1e6");
 }
 
-// Adds a contact with a force > 0. c.force: the component into the pad; whole: the whole force, N.
-template <class Press>
-void add(const Pad& pad, const Contact& c, double whole, const Tile& tile, const Press& press, Report& report) {
+// Where a contact meets a pad: its patch, whose force is the component into the pad; and the force's components along x
+// and y of the pad, N, 0 of a contact that is no contact in the world.
+struct Landing {
+    Contact patch;
+    double along_x = 0, along_y = 0;
+};
+
+// The patch of a contact, in units of cells.
+inline Disc disc_of(const Pad& pad, const Contact& c) {
     const double radius = c.area > 0 ? std::sqrt(c.area / pi) : c.radius;
-    const Disc disc = disc_of(c.x / pad.spacing - 0.5, c.y / pad.spacing - 0.5, radius / pad.spacing);
-    const double share = spread(pad, disc, c.force / (pad.spacing * pad.spacing), tile, press, report);
+    return disc_of(c.x / pad.spacing - 0.5, c.y / pad.spacing - 0.5, radius / pad.spacing);
+}
+
+// Adds a contact with a force > 0. whole: the whole force, N.
+template <class Press>
+void add(const Pad& pad, const Landing& l, double whole, const Tile& tile, const Press& press, Report& report) {
+    const Contact& c = l.patch;
+    const double share = spread(pad, disc_of(pad, c), c.force / (pad.spacing * pad.spacing), tile,
+                                press.dragging(l.along_x / c.force, l.along_y / c.force), report);
     const double own = pad.tiled ? share : 1; // the rest is asked of the neighbours
     report.asked += own * whole;
     report.outside += (own - share) * c.force;
     report.sideways += own * (whole - c.force);
+    report.shear[0] += share * l.along_x;
+    report.shear[1] += share * l.along_y;
 }
 
 // Checks all contacts, then adds them. The pad has been checked. contact_at(i) returns contact i.
@@ -125,7 +140,7 @@ template <class ContactAt> Report add_each(const Pad& pad, std::size_t count, co
     return press_cells(pad, double(count), [&](const Tile& tile, const auto& press, Report& report) {
         for (std::size_t i = 0; i < count; ++i) {
             const Contact& c = contact_at(i);
-            if (c.force > 0) add(pad, c, c.force, tile, press, report);
+            if (c.force > 0) add(pad, Landing{c}, c.force, tile, press, report);
         }
     });
 }
@@ -163,68 +178,84 @@ inline std::array<double, 3> turned(const Pose& pose, const std::array<double, 3
 }
 
 // The place of a pad's surface that is nearest to a point, as x and y of a Contact; how far the point is above it; and
-// the surface's normal there.
+// the surface's axes there: along x and y of the pad, and outwards.
 struct Foot {
     double x, y, above;
-    std::array<double, 3> normal;
+    std::array<double, 3> along_x, along_y, normal;
 };
 
 // p: the point in the pad's frame.
 inline Foot foot_of(const Pad& pad, const std::array<double, 3>& p) {
     const double rx = pad.radius_x, ry = pad.radius_y;
-    if (rx == 0 && ry == 0) return {p[0], p[1], p[2], {0, 0, 1}};
+    if (rx == 0 && ry == 0) return {p[0], p[1], p[2], {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     const double middle_x = 0.5 * pad.width * pad.spacing, middle_y = 0.5 * pad.height * pad.spacing;
     const double x = p[0] - middle_x, y = p[1] - middle_y;
     if (rx == ry) { // a ball
         const double z = p[2] + rx, off = std::hypot(x, y), far = std::hypot(off, z);
         const double arc = rx * std::atan2(off, z);
-        const double of_x = off == 0 ? 1 : x / off, of_y = off == 0 ? 0 : y / off; // the opposite pole lies along x
-        return {middle_x + arc * of_x, middle_y + arc * of_y, far - rx, {x / far, y / far, z / far}};
+        const double u = off == 0 ? 1 : x / off, v = off == 0 ? 0 : y / off; // the opposite pole lies along x
+        const double cosine = z / far, sine = off / far;
+        const double bent = cosine - 1; // an axis leans by it towards the bearing (u, v)
+        return {middle_x + arc * u,
+                middle_y + arc * v,
+                far - rx,
+                {1 + u * u * bent, u * v * bent, -u * sine},
+                {u * v * bent, 1 + v * v * bent, -v * sine},
+                {u * sine, v * sine, cosine}};
     }
     // First about the axis along x, then along the arc.
     const double about = ry == 0 ? 0 : std::atan2(y, p[2] + ry);
     const double up = ry == 0 ? p[2] : std::hypot(y, p[2] + ry) - ry;
     const double along = rx == 0 ? 0 : std::atan2(x, up + rx);
+    const double sa = std::sin(along), ca = std::cos(along), sb = std::sin(about), cb = std::cos(about);
     return {middle_x + (rx == 0 ? x : rx * along),
             middle_y + (ry == 0 ? y : ry * about),
             rx == 0 ? up : std::hypot(x, up + rx) - rx,
-            {std::sin(along), std::cos(along) * std::sin(about), std::cos(along) * std::cos(about)}};
+            {ca, -sa * sb, -sa * cb},
+            {0, cb, -sb},
+            {sa, ca * sb, ca * cb}};
 }
 
-// Adds a contact in the world with a force > 0.
-template <class Press>
-void add(const Pad& pad, const Pose& pose, double reach, const WorldContact& c, const Tile& tile, const Press& press,
-         Report& report) {
+inline double dot(const std::array<double, 3>& a, const std::array<double, 3>& b) {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+// Finds where a contact in the world with a force > 0 lands. Returns false, and counts its force as outside, where it
+// is too far from the pad or pushes away from it.
+inline bool land(const Pad& pad, const Pose& pose, double reach, const WorldContact& c, Landing& to, Report& report) {
     std::array<double, 3> place;
     for (std::size_t k = 0; k < 3; ++k) place[k] = c.position[k] - pose.position[k];
-    place = turned(pose, place);
-    const Foot foot = foot_of(pad, place);
+    const Foot foot = foot_of(pad, turned(pose, place));
     const double length = std::hypot(c.direction[0], c.direction[1], c.direction[2]);
-    const std::array<double, 3> d = turned(pose, c.direction), &n = foot.normal;
-    const double against = -(d[0] * n[0] + d[1] * n[1] + d[2] * n[2]);
-    const double inward = length == 0 ? 1 : std::min(1.0, against / length);
+    const std::array<double, 3> d = turned(pose, c.direction);
+    const double inward = length == 0 ? 1 : std::min(1.0, -dot(d, foot.normal) / length);
     const bool distant = std::abs(foot.above) > reach, away = inward <= 0;
     if (distant || away) {
         report.too_far += distant;
         report.turned_away += !distant && away;
         report.asked += c.force;
         report.outside += c.force;
-        return;
+        return false;
     }
-    Contact local;
-    local.x = foot.x, local.y = foot.y;
-    local.force = c.force * inward;
-    local.radius = c.radius, local.area = c.area;
-    add(pad, local, c.force, tile, press, report);
+    to.patch.x = foot.x, to.patch.y = foot.y;
+    to.patch.force = c.force * inward;
+    to.patch.radius = c.radius, to.patch.area = c.area;
+    const double size = length == 0 ? 0 : c.force / length;
+    to.along_x = size * dot(d, foot.along_x), to.along_y = size * dot(d, foot.along_y);
+    return true;
+}
+
+inline void check_reach(const Pad& pad, double reach) {
+    need_at_least_0("reach", reach);
+    for (double radius : {pad.radius_x, pad.radius_y})
+        if (radius != 0 && reach >= radius) refuse("reach", text(reach), "below the pad's radius of " + text(radius));
 }
 
 // The same for contacts in the world.
 template <class ContactAt>
 Report add_each(const Pad& pad, const Pose& pose, double reach, std::size_t count, const ContactAt& contact_at) {
     check(pose);
-    need_at_least_0("reach", reach);
-    for (double radius : {pad.radius_x, pad.radius_y})
-        if (radius != 0 && reach >= radius) refuse("reach", text(reach), "below the pad's radius of " + text(radius));
+    check_reach(pad, reach);
     double asked = 0;
     for (std::size_t i = 0; i < count; ++i) {
         const WorldContact& c = contact_at(i);
@@ -235,7 +266,9 @@ Report add_each(const Pad& pad, const Pose& pose, double reach, std::size_t coun
     return press_cells(pad, double(count), [&](const Tile& tile, const auto& press, Report& report) {
         for (std::size_t i = 0; i < count; ++i) {
             const WorldContact& c = contact_at(i);
-            if (c.force > 0) add(pad, pose, reach, c, tile, press, report);
+            Landing landing;
+            if (c.force > 0 && land(pad, pose, reach, c, landing, report))
+                add(pad, landing, c.force, tile, press, report);
         }
     });
 }

@@ -296,6 +296,8 @@ typedef struct dermis_contact_pad {
                            // a program that gives a size without this member and the next ones
     double radius_x, radius_y; // m, of the surface along x and y at the pad's middle; 0: straight. At least
                                // width*spacing/(2*pi) and height*spacing/(2*pi), at most 1e6
+    float *shear_x, *shear_y; // Pa, finite, laid out as the pressure: the tractions along x and y, to which contacts in
+                              // the world add the part of their force along the surface. NULL: none
 } dermis_contact_pad;
 
 // What became of the forces. asked = placed + outside + sideways, up to rounding of less than 1e-6 of the force that
@@ -315,6 +317,8 @@ typedef struct dermis_contact_report {
     double sideways;     // N: of forces at an angle to the pad, the force less its component into the pad
     int32_t too_far;     // contacts in the world with a force farther from the pad's plane than reach
     int32_t turned_away; // contacts in the world whose force does not push into the pad
+    double shear_x, shear_y; // N: of contacts in the world that press the pad, the sum of their forces along its x and
+                             // y. A program that gives the size without these two gets the others
 } dermis_contact_report;
 // Writes the sentences that say why a report is not plausible, or "". text: size bytes, 400 are enough for all.
 DERMIS_API dermis_status dermis_contact_report_get_doubts(const dermis_contact_report* report, char* text, size_t size);
@@ -380,6 +384,45 @@ typedef struct dermis_taxels {
 } dermis_taxels;
 DERMIS_API dermis_status dermis_add_taxels(const dermis_contact_pad* pad, const dermis_taxels* taxels,
                                            dermis_contact_report* report);
+
+// ---- The contacts of a whole batch of pads in one call, from arrays that are read in place. touch.hpp says more.
+
+typedef struct dermis_touch dermis_touch;
+
+// shape: of each pad; its pressure, shear_x and shear_y are NULL and its pitch 0, because a touch has memory of its
+// own. count: pads, 1..1048576. reach: m, >= 0, below the pads' radii. shear: 1: tractions are kept too, else 0.
+DERMIS_API dermis_status dermis_touch_create(const dermis_contact_pad* shape, int32_t count, double reach,
+                                             int32_t shear, dermis_touch** touch);
+// Where pads are: the numbers of pad i begin i*step doubles behind the first ones.
+typedef struct dermis_poses {
+    const double* position; // m, -1e6..1e6: three numbers, the middle of the pad
+    const double* rotation; // nine numbers, row-major, right to 1e-3; columns are the pad's axes in the world
+    size_t position_step, rotation_step; // usually 3 and 9
+} dermis_poses;
+// Forces on pads: the numbers of contact i begin i*step behind the first ones; with a step of 0 one number holds for
+// all contacts.
+typedef struct dermis_contacts {
+    size_t size;            // sizeof(dermis_contacts)
+    size_t count;           // the other members are ignored where it is 0
+    const int32_t* pad;     // which pad the force presses, in any order
+    const double* position; // m, in the world, -1e6..1e6: three numbers
+    const double* force;    // N, in the world, -1e12..1e12: three numbers, the force on the pad; 0 is no contact
+    const double* radius;   // m, of the patch, 0..1e6. NULL: Hertz's, by ball and modulus, at least two cells
+    const double* ball;     // m, > 0: 1/(1/R1 + 1/R2) of radii R1 and R2. NULL beside radius
+    double modulus;         // Pa, > 0; 0 beside radius
+    size_t pad_step, position_step, force_step, radius_step, ball_step; // usually 1, 3, 3, 1, 1
+} dermis_contacts;
+// Takes away what the last call added, and adds contacts. report: of all pads: sums, and the greatest pressure.
+DERMIS_API dermis_status dermis_touch_add(dermis_touch* touch, const dermis_poses* poses,
+                                          const dermis_contacts* contacts, dermis_contact_report* report);
+// The report of one pad of the last call. pad: 0..count-1.
+DERMIS_API dermis_status dermis_touch_get_report(const dermis_touch* touch, int32_t pad, dermis_contact_report* report);
+// Pa: width*height pressures of each pad, row 0 first; numbers: how many. The memory stays the same.
+DERMIS_API dermis_status dermis_touch_get_pressure(const dermis_touch* touch, const float** pressure, size_t* numbers);
+// Presses all pads of a skin with the pressures of a touch, in no time for a pad that is at rest and not touched. The
+// touch has as many pads, of as many cells, and of the same spacing if the scene gives one in metres.
+DERMIS_API dermis_status dermis_skin_press_touch(dermis_skin* skin, const dermis_touch* touch, double dt);
+DERMIS_API void dermis_touch_destroy(dermis_touch* touch); // NULL: nothing happens
 
 #ifdef __cplusplus
 }

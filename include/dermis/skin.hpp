@@ -7,6 +7,10 @@
 
 namespace dermis {
 
+namespace contact {
+class Touch; // touch.hpp
+}
+
 // Options of a Skin.
 struct SkinOptions {
     // The responses that each cell gives: sa1, sa2, fa1, fa2, each at most once. Ignored if the description has sites:
@@ -85,6 +89,10 @@ class DERMIS_API Skin {
     // after another, each of `cells` numbers as press() takes them. All frames are checked before any of them is
     // pressed.
     void press_frames(const float* frames, size_t count, size_t cells, double dt, const Pads& = {});
+    // The same as press() of all pads with the pressures of a Touch, to the bit, but takes no time for a pad that is at
+    // rest and not touched. The Touch has as many pads, of as many cells, and of the same spacing if the description
+    // gives one in metres. Refuses SkinOptions::control = depth.
+    void press(const contact::Touch&, double dt);
     // The cells of a pad whose pressure the skin needs, as y*width + x, ascending. If the description has sites, they
     // are the cells that the stencils of the sites read; otherwise they are all cells.
     std::vector<int> cells() const;

@@ -122,3 +122,79 @@ TEST_CASE(
     CHECK(refused(radius, 0, radius) == "reach = 0.008; allowed: below the pad's radius of 0.008");
     CHECK(refused(radius, radius, 0.999 * radius) == "accepted");
 }
+
+TEST_CASE(
+    "The force along the surface presses as tractions on the same patch, in the directions of the pad's own axes") {
+    for (int degrees = -70; degrees <= 70; degrees += 10) {
+        CAPTURE(degrees);
+        const double angle = degrees * pi / 180;
+        // 1 N into the ball, and 0.3 N uphill and 0.2 N across, where the ball is tilted about y.
+        WorldContact c = on_ball(angle, 0);
+        const double uphill[3] = {std::cos(angle), 0, -std::sin(angle)};
+        for (size_t k = 0; k < 3; ++k) c.direction[k] += 0.3 * uphill[k];
+        c.direction[1] += 0.2;
+        c.force = std::sqrt(1 + 0.09 + 0.04);
+        Buffer b(side, side), along_x(side, side), along_y(side, side);
+        Pad pad = round(b.pad, radius, radius);
+        pad.shear_x = along_x.pressure.data(), pad.shear_y = along_y.pressure.data();
+        const Report r = add_contacts(pad, Pose(), 1e-3, {c});
+        CHECK(r.placed == relative(1, 1e-6));
+        CHECK(r.shear[0] == relative(0.3, 1e-9));
+        CHECK(r.shear[1] == relative(0.2, 1e-9));
+        CHECK(r.sideways == relative(c.force - 1, 1e-9));
+        CHECK(along_x.force() == relative(0.3, 1e-6));
+        CHECK(along_y.force() == relative(0.2, 1e-6));
+        CHECK(difference(along_x.pressure, b.pressure) == absolute(0.7, 1e-6)); // 0.3 of it everywhere
+    }
+}
+
+TEST_CASE("On a ball the axes of a pad turn with the shortest way from its middle, and on an arc with the arc") {
+    const auto shear_of = [](double rx, double ry, double x, double y, const std::array<double, 3>& along) {
+        Buffer b(side, side);
+        WorldContact c = on_ball(x, y);
+        for (size_t k = 0; k < 3; ++k) c.direction[k] += along[k];
+        c.force = std::sqrt(c.direction[0] * c.direction[0] + c.direction[1] * c.direction[1] +
+                            c.direction[2] * c.direction[2]);
+        return add_contacts(round(b.pad, rx, ry), Pose(), 2e-3, {c}).shear;
+    };
+    // Across the way to the place: the axis across it is the world's.
+    for (double bearing : {0.3, 1.1, 2.5, -2.0}) {
+        CAPTURE(bearing);
+        const double u = std::cos(bearing), v = std::sin(bearing);
+        const auto across = shear_of(radius, radius, 0.9 * u, 0.9 * v, {-v, u, 0});
+        CHECK(across[0] == absolute(-v, 1e-9));
+        CHECK(across[1] == absolute(u, 1e-9));
+        const auto on =
+            shear_of(radius, radius, 0.9 * u, 0.9 * v, {std::cos(0.9) * u, std::cos(0.9) * v, -std::sin(0.9)});
+        CHECK(on[0] == absolute(u, 1e-9));
+        CHECK(on[1] == absolute(v, 1e-9));
+    }
+    // A cylinder along y, and one along x: the axis along it stays the world's.
+    CHECK(shear_of(radius, 0, 0.5, 0, {0, 1, 0})[1] == relative(1, 1e-9));
+    CHECK(shear_of(radius, 0, 0.5, 0, {std::cos(0.5), 0, -std::sin(0.5)})[0] == relative(1, 1e-9));
+    CHECK(shear_of(0, radius, 0, 0.5, {1, 0, 0})[0] == relative(1, 1e-9));
+    CHECK(shear_of(0, radius, 0, 0.5, {0, std::cos(0.5), -std::sin(0.5)})[1] == relative(1, 1e-9));
+}
+
+TEST_CASE("Many contacts in one place keep their tractions, and a force straight into the pad has none") {
+    Buffer b(side, side), along_x(side, side);
+    Pad pad = b.pad;
+    pad.shear_x = along_x.pressure.data();
+    std::vector<WorldContact> many(4000);
+    for (size_t i = 0; i < many.size(); ++i) {
+        WorldContact& c = many[i];
+        c.position = {middle, middle, 0}, c.direction = {i % 2 ? 1.0 : -0.999, 0, -1}, c.force = 1e-3, c.radius = 3e-3;
+    }
+    const Report r = add_contacts(pad, Pose(), 1e-3, many);
+    double whole = 0;
+    for (float t : along_x.pressure) whole += std::abs(double(t));
+    CHECK(r.shear[0] == relative(2 * (std::sqrt(0.5) - 0.999 / std::hypot(0.999, 1)), 1e-9));
+    CHECK(along_x.force() == relative(r.shear[0], 1e-4)); // what is left of 2,800 times as much, to 1e-6 of that
+    CHECK(whole * quarter * quarter == relative(r.shear[0], 1e-4));
+    Buffer straight(side, side), none(side, side);
+    pad = straight.pad, pad.shear_x = none.pressure.data();
+    WorldContact c = many[0];
+    c.direction = {0, 0, 0};
+    CHECK(add_contacts(pad, Pose(), 1e-3, {c}).shear[0] == 0);
+    CHECK(none.pressed() == 0);
+}

@@ -26,13 +26,21 @@ class PadStream : public plan::Stream {
         for (size_t r = 0; r < RESPONSE_MAPS; ++r) response_[r] = simd::map_of(pad_.size() * counts_[r], 0.0f);
     }
 
-    bool take(const plan::PadList& pads, const float* pressures) override {
+    bool take(const plan::PadList& pads, const float* pressures, bool by_number) override {
         std::atomic<bool> finite = true;
         run(pads, [&](int, size_t first, size_t last) {
-            for (size_t i = first; i < last; i += take_some(pads, i, last, pressures + i * frame_, finite)) {
+            for (size_t i = first; i < last;) {
+                const size_t place = by_number ? size_t(pads[i]) : i;
+                i += take_some(pads, i, last, pressures + place * frame_, finite);
             }
         });
         return finite;
+    }
+
+    void list_moving(const std::vector<unsigned char>& touched, std::vector<int>& list) const override {
+        list.clear();
+        for (size_t pad = 0; pad < pad_.size(); ++pad)
+            if (touched[pad] || !pad_[pad].rests) list.push_back(int(pad));
     }
 
     bool take_cells(const plan::PadList& pads, const float* pressures, const std::vector<size_t>& cells,

@@ -104,9 +104,11 @@ class SkinStream : public plan::Stream {
             }
     }
 
-    bool take(const plan::PadList& pads, const float* pressure) override {
+    bool take(const plan::PadList& pads, const float* pressure, bool) override {
         return pads.count == 0 || press_.take(pressure, pressure_[1 - from_].data());
     }
+
+    void list_moving(const std::vector<unsigned char>&, std::vector<int>& list) const override { list.assign(1, 0); }
 
     bool finite(const float* numbers, size_t count) override { return press_.finite(numbers, count); }
 

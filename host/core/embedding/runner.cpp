@@ -106,16 +106,17 @@ bool SkinRunner::passes_check() {
     return program_.check_passed(back.data(), back.bytes());
 }
 
-bool SkinRunner::take(const plan::PadList& pads, const float* pressures) {
+bool SkinRunner::take(const plan::PadList& pads, const float* pressures, bool by_number) {
     recording().wait(); // it reads the upload
     float* const upload = static_cast<float*>(upload_[slot_].data()) + recorded_ * frame_bytes() / sizeof(float);
     const size_t rows = size_t(height_), cells = rows * width_;
     bool finite = true;
-    for (size_t i = 0; i < pads.count; ++i, pressures += cells) {
+    for (size_t i = 0; i < pads.count; ++i) {
+        const float* const own = pressures + (by_number ? size_t(pads[i]) : i) * cells;
         Pad& pad = pad_[size_t(pads[i])];
-        pad.stays_at_rest = pad.rests && pads_ > 1 && plan::all_bits_zero(pressures, cells);
+        pad.stays_at_rest = pad.rests && pads_ > 1 && plan::all_bits_zero(own, cells);
         if (pad.stays_at_rest) continue;
-        finite &= plan::copy_rows({.from = pressures,
+        finite &= plan::copy_rows({.from = own,
                                    .stride = width_,
                                    .width = width_,
                                    .to = upload + size_t(pads[i]) * rows * pitch_,
@@ -123,6 +124,12 @@ bool SkinRunner::take(const plan::PadList& pads, const float* pressures) {
                                   0, height_);
     }
     return finite;
+}
+
+void SkinRunner::list_moving(const std::vector<unsigned char>& touched, std::vector<int>& list) const {
+    list.clear();
+    for (size_t pad = 0; pad < pads_; ++pad)
+        if (pads_ == 1 || touched[pad] || !pad_[pad].rests) list.push_back(int(pad));
 }
 
 // Lists the pads to press in ascending order, without pads that stay at rest.

@@ -13,7 +13,8 @@ class SkinRunner : public plan::Stream {
   public:
     SkinRunner(std::shared_ptr<Context>, const plan::StreamedSkin&);
     // All functions throw Error::device if the device is lost.
-    bool take(const plan::PadList&, const float* pressures) override;
+    bool take(const plan::PadList&, const float* pressures, bool by_number) override;
+    void list_moving(const std::vector<unsigned char>& touched, std::vector<int>& list) const override;
     // A press that does not answer is recorded, and submitted with a later one.
     const double* press(const plan::PadList&, const plan::StepLengths&, bool answers) override;
     const float* response(Quantity) override;

@@ -9,6 +9,7 @@
 #include "host/core/press/report.hpp"
 #include "host/core/press/saved_state.hpp"
 #include "host/core/press/spiking.hpp"
+#include "host/core/press/touch.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -27,6 +28,7 @@ struct Skin::Impl {
           threads(backend.threads()), tau(tau_range(skin.skin.materials)), description(skin.skin.description),
           materials(options.materials), bent(skin.hold == Hold::parabolic), depth(options.control == Control::depth),
           last_steps(count), pressed(count), strains(depth ? count * cells() : 0), stream(backend.stream(skin)) {
+        moving.reserve(count);
         for (const Site& site : description.sites) ++sites_of[size_t(site.type)];
         if (!fields) read = plan::SiteCells(skin.skin, {skin.skin.whole()}, plan::cells_of(description.sites)).cells;
         if (description.surface.kind == Surface::Kind::map) {
@@ -98,6 +100,7 @@ struct Skin::Impl {
     std::vector<uint64_t> pressed;               // of each pad: the number of the last list that names it
     uint64_t lists = 0;
     std::vector<float> strains; // of a frame of depths
+    std::vector<int> moving;    // the pads that a Touch moves
     std::unique_ptr<plan::Stream> stream;
 
     size_t cells() const { return width * height; }
@@ -109,6 +112,8 @@ struct Skin::Impl {
     // Throws Error::bad_input for a step, or a number of pressures, that no press takes.
     void need_press(size_t numbers, const plan::StepLengths&, const plan::PadList&, size_t cells_of_pad) const;
     void press(const float* pressure, size_t numbers, const plan::StepLengths&, const plan::PadList&);
+    void need_touch(const contact::Touch::Impl&) const;
+    void press(const contact::Touch::Impl&, const plan::StepLengths&);
     const float* to_take(const float* numbers, size_t count);
     void step(const plan::PadList&, const plan::StepLengths&, size_t frame = 0, bool last = true);
     void press_frames(const plan::PadList&, const float*, size_t count, size_t numbers, const plan::StepLengths&);
@@ -162,6 +167,33 @@ void Skin::Impl::press(const float* pressure, size_t numbers, const plan::StepLe
     need_press(numbers, dt, pads, cells());
     if (!stream->take(pads, to_take(pressure, numbers))) refuse_pressure(pressure, pads);
     step(pads, dt);
+}
+
+// Throws Error::bad_input for a Touch of other pads.
+void Skin::Impl::need_touch(const contact::Touch::Impl& touch) const {
+    if (depth) scene::refuse("touch", "pressures", "none with control = depth, where a press takes depths");
+    const contact::Pad& pad = touch.shape;
+    const auto shape = [](size_t pads, size_t w, size_t h) {
+        return std::to_string(pads) + " pads of " + std::to_string(w) + " x " + std::to_string(h) + " cells";
+    };
+    if (size_t(touch.count) != count || size_t(pad.width) != width || size_t(pad.height) != height)
+        scene::refuse("touch", shape(size_t(touch.count), size_t(pad.width), size_t(pad.height)),
+                      shape(count, width, height));
+    const std::optional<double> spacing = description.grid.spacing;
+    if (spacing && std::abs(*spacing - pad.spacing) > 1e-6 * pad.spacing)
+        scene::refuse("touch.spacing", shortest(pad.spacing), shortest(*spacing) + " m, as the skin has it");
+}
+
+// Presses the pads that a Touch moves; fibres step in all pads.
+void Skin::Impl::press(const contact::Touch::Impl& touch, const plan::StepLengths& dt) {
+    const plan::PadList all{.count = count};
+    need_press(count * cells(), dt, all, cells());
+    if (spiking.any()) return press(touch.pressure.data(), count * cells(), dt, all);
+    stream->list_moving(touch.touches, moving);
+    const plan::PadList pads{.ids = moving.data(), .count = moving.size()};
+    (void)stream->take(pads, touch.pressure.data(), true); // true: a Touch has finite pressures
+    step(pads, dt);
+    dt.taken(all);
 }
 
 // Steps pads to the pressures that they have taken, and their fibres. frame: counts the call's. last: also responses.
@@ -257,6 +289,12 @@ void Skin::press(const float* pressure, size_t cells, const double* dt, size_t s
     if (steps != list.count)
         scene::refuse("dt", std::to_string(steps) + " steps", std::to_string(list.count) + ", one for each pad");
     impl_->press(pressure, cells, impl_->steps(dt, true), list);
+}
+OR_OUT_OF_MEMORY(impl_->needs)
+
+void Skin::press(const contact::Touch& touch, double dt) try {
+    impl_->need_touch(touch.impl());
+    impl_->press(touch.impl(), impl_->steps(&dt));
 }
 OR_OUT_OF_MEMORY(impl_->needs)
 

@@ -20,14 +20,16 @@ template <class Call> void refusing(Call&& call) {
     }
 }
 
-contact::Pad pad_of(const dermis_contact_pad* pad) {
-    constexpr size_t first_version = offsetof(dermis_contact_pad, tiled);
-    constexpr size_t second_version = offsetof(dermis_contact_pad, radius_x);
-    need_pointer(pad, "pad");
-    if (pad->size != second_version) need_size(pad, "pad", first_version);
-    const int32_t tiled = pad->size < second_version ? 0 : pad->tiled;
-    const bool has_radii = pad->size > second_version;
-    if (tiled != 0 && tiled != 1) dermis::scene::refuse("pad->tiled", std::to_string(tiled), "0, 1");
+} // namespace
+
+contact::Pad dermis::c::pad_of(const dermis_contact_pad* pad, const char* argument) {
+    const size_t versions[] = {offsetof(dermis_contact_pad, tiled), offsetof(dermis_contact_pad, radius_x),
+                               offsetof(dermis_contact_pad, shear_x)};
+    need_pointer(pad, argument);
+    if (pad->size != versions[1] && pad->size != versions[2]) need_size(pad, argument, versions[0]);
+    const int32_t tiled = pad->size < versions[1] ? 0 : pad->tiled;
+    const bool has_radii = pad->size > versions[1], has_shear = pad->size > versions[2];
+    if (tiled != 0 && tiled != 1) dermis::scene::refuse(std::string(argument) + "->tiled", std::to_string(tiled), "0, 1");
     const contact::Pad made{.width = pad->width,
                             .height = pad->height,
                             .spacing = pad->spacing,
@@ -35,10 +37,37 @@ contact::Pad pad_of(const dermis_contact_pad* pad) {
                             .pitch = pad->pitch,
                             .tiled = tiled == 1,
                             .radius_x = has_radii ? pad->radius_x : 0,
-                            .radius_y = has_radii ? pad->radius_y : 0};
-    contact::detail::check(made);
+                            .radius_y = has_radii ? pad->radius_y : 0,
+                            .shear_x = has_shear ? pad->shear_x : nullptr,
+                            .shear_y = has_shear ? pad->shear_y : nullptr};
     return made;
 }
+
+void dermis::c::need_report(const dermis_contact_report* report) {
+    need_size(report, "report", offsetof(dermis_contact_report, shear_x));
+}
+
+void dermis::c::fill(dermis_contact_report* to, const contact::Report& r) {
+    const size_t size = to->size;
+    const dermis_contact_report whole = {.size = size,
+                                         .asked = r.asked,
+                                         .placed = r.placed,
+                                         .outside = r.outside,
+                                         .greatest = r.greatest,
+                                         .level = r.level,
+                                         .cells = r.cells,
+                                         .below_cell = r.below_cell,
+                                         .beside = r.beside,
+                                         .plausible = r.plausible(),
+                                         .sideways = r.sideways,
+                                         .too_far = r.too_far,
+                                         .turned_away = r.turned_away,
+                                         .shear_x = r.shear[0],
+                                         .shear_y = r.shear[1]};
+    std::memcpy(to, &whole, size);
+}
+
+namespace {
 
 contact::Pose pose_of(const dermis_pose* pose) {
     need_pointer(pose, "pose");
@@ -50,25 +79,16 @@ void fill(dermis_pose* to, const contact::Pose& pose) {
     std::copy(pose.rotation.begin(), pose.rotation.end(), to->rotation);
 }
 
+contact::Pad checked_pad(const dermis_contact_pad* pad) {
+    const contact::Pad made = pad_of(pad, "pad");
+    contact::detail::check(made);
+    return made;
+}
+
 // Adds to a pad, and fills the caller's report.
 template <class Add> void add(const dermis_contact_pad* pad, dermis_contact_report* report, Add&& add) {
-    need_size(report, "report");
-    refusing([&] {
-        const contact::Report r = add(pad_of(pad));
-        *report = {.size = sizeof *report,
-                   .asked = r.asked,
-                   .placed = r.placed,
-                   .outside = r.outside,
-                   .greatest = r.greatest,
-                   .level = r.level,
-                   .cells = r.cells,
-                   .below_cell = r.below_cell,
-                   .beside = r.beside,
-                   .plausible = r.plausible(),
-                   .sideways = r.sideways,
-                   .too_far = r.too_far,
-                   .turned_away = r.turned_away};
-    });
+    need_report(report);
+    refusing([&] { dermis::c::fill(report, add(checked_pad(pad))); });
 }
 
 } // namespace
@@ -76,7 +96,7 @@ template <class Add> void add(const dermis_contact_pad* pad, dermis_contact_repo
 dermis_status dermis_contact_report_get_doubts(const dermis_contact_report* report, char* text, size_t size) {
     return guarded([&] {
         need_pointer(text, "text");
-        need_size(report, "report");
+        need_report(report);
         contact::Report own;
         own.asked = report->asked, own.placed = report->placed;
         own.outside = report->outside, own.sideways = report->sideways;
@@ -113,7 +133,7 @@ dermis_status dermis_pose_from_quaternion(const double* position, const double* 
 }
 
 dermis_status dermis_pose_move_from_middle(dermis_pose* pose, const dermis_contact_pad* pad) {
-    return guarded([&] { refusing([&] { fill(pose, pose_of(pose).from_middle(pad_of(pad))); }); });
+    return guarded([&] { refusing([&] { fill(pose, pose_of(pose).from_middle(checked_pad(pad))); }); });
 }
 
 dermis_status dermis_add_world_contacts(const dermis_contact_pad* pad, const dermis_pose* pose, double reach,

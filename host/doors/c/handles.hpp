@@ -4,6 +4,7 @@
 
 #include "dermis/dermis.h"
 #include "dermis/dermis.hpp"
+#include "dermis/touch.hpp"
 #include "host/core/base/refusal.hpp"
 #include "host/lab/scenes/scene.hpp"
 
@@ -22,6 +23,10 @@ struct dermis_scene {
 struct dermis_result {
     dermis::Scene scene;
     dermis::Result result;
+};
+
+struct dermis_touch {
+    dermis::contact::Touch touch;
 };
 
 struct dermis_skin {
@@ -70,5 +75,10 @@ Device device_of(const dermis_device*);
 
 // Fills the caller's report, whose size is checked.
 void fill(dermis_report* to, const Report&);
+
+// The pad of an argument, whose numbers are not checked yet.
+contact::Pad pad_of(const dermis_contact_pad*, const char* argument);
+void need_report(const dermis_contact_report*); // throws Error::bad_input for a size of no version
+void fill(dermis_contact_report* to, const contact::Report&);
 
 } // namespace dermis::c

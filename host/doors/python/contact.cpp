@@ -200,6 +200,8 @@ void bind_contact_report(nb::module_& m) {
                 "N: the part beside the pad, too far, turned away, or of depths that nowhere exceed 0.")
         .def_ro("sideways", &contact::Report::sideways,
                 "N: of forces at an angle to the pad, the force less its component into it.")
+        .def_ro("shear", &contact::Report::shear,
+                "N: of contacts in the world that press the pad, their forces along its x and y.")
         .def_ro("greatest", &contact::Report::greatest, "Greatest pressure of the cells pressed, Pa.")
         .def_ro("cells", &contact::Report::cells, "Cells that are pressed now and were not before.")
         .def_ro("below_cell", &contact::Report::below_cell, "Patches that press a single cell.")

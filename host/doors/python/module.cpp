@@ -214,6 +214,7 @@ NB_MODULE(_core, m) {
     bind_skin(m);
     bind_fit(m);
     bind_contact(m);
+    bind_touch(m);
     m.def("memory_at_hand", memory_at_hand, nb::arg("root"));
     m.def("answer", answer, nb::arg("scope"), nb::arg("signature"), nb::arg("doc"), nb::arg("is_method"),
           nb::arg("refuse"));

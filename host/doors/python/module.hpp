@@ -49,6 +49,7 @@ void bind_report(nb::module_&);
 void bind_result(nb::module_&);
 void bind_scene(nb::module_&);
 void bind_skin(nb::module_&);
+void bind_touch(nb::module_&);
 
 // A device, which one thread at a time may use if it is a Vulkan device, with all its skins and runs.
 struct OpenDevice {

@@ -11,7 +11,8 @@ nanobind_add_module(dermis_python STABLE_ABI NB_STATIC
     host/doors/python/module.cpp
     host/doors/python/result.cpp
     host/doors/python/scene.cpp
-    host/doors/python/skin.cpp)
+    host/doors/python/skin.cpp
+    host/doors/python/touch.cpp)
 set_target_properties(dermis_python PROPERTIES OUTPUT_NAME _core)
 target_link_libraries(dermis_python PRIVATE ${dermis_objects} dermis_options)
 nanobind_add_stub(dermis_python_stub

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Skins pressed frame by frame: arrays in, views out.
+#include "dermis/touch.hpp"
 #include "host/core/description/element.hpp"
 #include "host/doors/python/pickle.hpp"
 
@@ -192,7 +193,19 @@ Outputs outputs_in(const SkinWithShapes& s, nb::handle out) {
     return outputs;
 }
 
+void press_touch(SkinWithShapes& s, const contact::Touch& touch, nb::handle dt, nb::handle pads, nb::handle out) {
+    double step = 0;
+    if (!pads.is_none()) scene::refuse("pads", description_of(pads), "None: a Touch presses the pads that it touches");
+    if (!nb::try_cast(dt, step)) scene::refuse("dt", description_of(dt), "seconds, one number for all pads of a Touch");
+    const Outputs outputs = outputs_in(s, out);
+    const Computing computing(s.in_use.get());
+    s.skin->press(touch, step);
+    for (const auto& [response, to] : outputs) std::copy_n(response.data, response.size, to.data());
+}
+
 void press(SkinWithShapes& s, nb::handle pressure, nb::handle dt, nb::handle pads, nb::handle out) {
+    if (const contact::Touch* touch = nullptr; nb::try_cast(pressure, touch) && touch)
+        return press_touch(s, *touch, dt, pads, out);
     const PadNumbers numbers(pads, s.skin->count());
     const AnyArray array = pressure_in(s, pressure, numbers);
     const auto* data = static_cast<const float*>(array.data());
@@ -433,7 +446,7 @@ void bind_skin(nb::module_& m) {
             "pressure: float32 in C order, Pa, of shape (height, width), or (n, height, width) with n; anything\n"
             "with DLPack or a buffer. Other types are refused, not converted. It is copied. With control \"depth\" it "
             "is\n"
-            "in m.\n"
+            "in m. A contact.Touch gives the pressures of all its pads; pads at rest then take no time.\n"
             "dt: s, >= 0, or one for each pad that is pressed. 0 is a pause.\n"
             "pads: None is all; else numbers or a mask of n bools, and pressure has a map for each of them.\n"
             "out: float32 arrays by response, as in {\"sa1\": array} of the shape of skin[\"sa1\"], to be filled.\n"

@@ -97,6 +97,58 @@ static void round_pads(void) {
     CHECK(near(report.outside, 1));
 }
 
+/* Contacts of two pads from one table press the skin as its pressures do, and a table that is wrong is refused. */
+static void contacts_of_a_batch(void) {
+    const dermis_contact_pad shape = {.size = sizeof shape, .width = 24, .height = 24, .spacing = 5e-4, .radius_x = 8e-3, .radius_y = 8e-3};
+    const double middles[6] = {0, 0, 0, 0.1, 0, 0};
+    const double axes[18] = {1, 0, 0, 0, 1, 0, 0, 0, 1, 1, 0, 0, 0, 1, 0, 0, 0, 1};
+    const dermis_poses poses = {.position = middles, .rotation = axes, .position_step = 3, .rotation_step = 9};
+    /* the place of a contact, its force and the radius of its patch */
+    double table[2][7] = {{0.1, 0, 0, 0.05, 0, -0.2, 1e-3}, {0, 0, 0, 0, 0, 0, 1e-3}};
+    const int32_t pads[2] = {1, 0};
+    dermis_contacts contacts = {.size = sizeof contacts, .count = 2, .pad = pads, .position = table[0], .force = table[0] + 3,
+                                .radius = table[0] + 6, .pad_step = 1, .position_step = 7, .force_step = 7, .radius_step = 7};
+    dermis_contact_report report = {.size = sizeof report}, old = {.size = offsetof(dermis_contact_report, shear_x)};
+    dermis_touch* touch = NULL;
+    const float* pressure = NULL;
+    size_t numbers = 0;
+    REFUSED(dermis_touch_create(&shape, 0, 1e-3, 0, &touch), "count = 0; allowed: 1..1048576");
+    REFUSED(dermis_touch_create(&shape, 2, 1e-3, 2, &touch), "shear = 2; allowed: 0, 1");
+    REFUSED(dermis_touch_create(NULL, 2, 1e-3, 0, &touch), "shape = (null)");
+    CHECK(dermis_touch_create(&shape, 2, 1e-3, 0, &touch) == DERMIS_OK);
+    CHECK(dermis_touch_get_pressure(touch, &pressure, &numbers) == DERMIS_OK && numbers == 1152);
+    CHECK(dermis_touch_add(touch, &poses, &contacts, &report) == DERMIS_OK);
+    CHECK(near(report.placed, 0.2) && near(report.shear_x, 0.05) && report.plausible == 1);
+    CHECK(pressure[12 * 24 + 12] == 0 && pressure[576 + 12 * 24 + 12] > 0);
+    old.shear_x = 7;
+    CHECK(dermis_touch_get_report(touch, 1, &old) == DERMIS_OK && near(old.placed, 0.2) && old.shear_x == 7);
+    REFUSED(dermis_touch_get_report(touch, 2, &report), "pad = 2; allowed: 0..1");
+    contacts.radius = NULL;
+    REFUSED(dermis_touch_add(touch, &poses, &contacts, &report), "contacts.ball = null; allowed: an address");
+    REFUSED(dermis_touch_add(touch, NULL, &contacts, &report), "poses = (null)");
+
+    dermis_scene* scene = NULL;
+    dermis_skin *by_touch = NULL, *by_pressure = NULL;
+    const dermis_skin_options options = {.size = sizeof options, .count = 2};
+    const double dt = 1e-3;
+    const float *a = NULL, *b = NULL;
+    size_t count = 0;
+    CHECK(dermis_scene_from_string("[grid]\nwidth = 24\nheight = 24\n[surface]\nkind = \"flat\"\n", ".", &scene) == DERMIS_OK);
+    CHECK(dermis_skin_create(NULL, scene, &options, &by_touch) == DERMIS_OK);
+    CHECK(dermis_skin_create(NULL, scene, &options, &by_pressure) == DERMIS_OK);
+    CHECK(dermis_skin_press_touch(by_touch, touch, dt) == DERMIS_OK);
+    CHECK(dermis_skin_press(by_pressure, pressure, numbers, &dt, 1, NULL) == DERMIS_OK);
+    CHECK(dermis_skin_get_response(by_touch, DERMIS_SA1, &a, &count) == DERMIS_OK);
+    CHECK(dermis_skin_get_response(by_pressure, DERMIS_SA1, &b, &count) == DERMIS_OK);
+    CHECK(count == 1152 && memcmp(a, b, count * sizeof *a) == 0 && a[576 + 12 * 24 + 12] != 0);
+    REFUSED(dermis_skin_press_touch(by_touch, NULL, dt), "touch = (null)");
+    REFUSED(dermis_skin_press_touch(by_touch, touch, -1), "dt = -1");
+    dermis_skin_destroy(by_touch), dermis_skin_destroy(by_pressure);
+    dermis_scene_destroy(scene);
+    dermis_touch_destroy(touch);
+    dermis_touch_destroy(NULL);
+}
+
 static void contacts_of_the_world(void) {
     float pressure[CELLS] = {0}, local[CELLS] = {0};
     const dermis_contact_pad on = {.size = sizeof on, .width = 4, .height = 3, .spacing = 1e-3, .pressure = pressure};
@@ -187,6 +239,7 @@ int main(void) {
     contacts();
     tiled_pads();
     round_pads();
+    contacts_of_a_batch();
     contacts_of_the_world();
     depths_and_taxels();
     puts("passed");

@@ -14,8 +14,33 @@ the body's surface, and x and y are lengths along it. The plane z = 0 touches th
 Pressure is added: fill the array with 0 before a frame. A report is not plausible where force is lost:
 less than half of it placed, more than a tenth outside, or more than 0.001 lost to rounding.
 """
+from __future__ import annotations
+
+from . import _core
+from ._answers import answered
 from ._core import Contact, Pad, Pose, WorldContact, add_contacts, add_depths, add_taxels, hertz_radius
 from ._core import ContactReport as Report
 
-__all__ = ["Contact", "Pad", "Pose", "Report", "WorldContact", "add_contacts", "add_depths", "add_taxels",
+__all__ = ["Contact", "Pad", "Pose", "Report", "Touch", "WorldContact", "add_contacts", "add_depths", "add_taxels",
            "hertz_radius"]
+
+
+class Touch(_core.Touch):
+    """The contacts of all pads of a skin, in one call from arrays.
+
+        touch = contact.Touch(skin, reach=1e-3, radius_x=8e-3, radius_y=8e-3)     # five round fingertips
+        report = touch.add(data.site_xpos[sites], data.site_xmat[sites], pad, position, force, radius=2e-3)
+        skin.press(touch, dt)
+
+    skin: its grid, in metres, and its number of pads are taken. reach: m, as in add_contacts.
+    radius_x, radius_y: m, of the surface along x and y at each pad's middle; 0: straight in that direction.
+    tiled: as in Pad. shear: whether it keeps tractions too, for a skin that was made with shear.
+    """
+
+    @answered
+    def __init__(self, skin: _core.Skin, reach: float, *, radius_x: float = 0.0, radius_y: float = 0.0,
+                 tiled: bool = False, shear: bool = False) -> None:
+        scene = skin.scene
+        if scene.spacing is None:
+            _core.refuse("skin", skin, "a skin whose scene gives grid.spacing in metres")
+        super().__init__(scene.width, scene.height, scene.spacing, skin.count, reach, radius_x, radius_y, tiled, shear)

@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: MIT
+#include "host/core/press/touch.hpp"
+
+#include "host/core/base/float_environment.hpp"
+#include "host/core/base/memory.hpp"
+#include "host/core/base/refusal.hpp"
+
+#include <climits>
+
+namespace dermis::contact {
+namespace {
+
+// Calls, and turns a refusal of contact.hpp into an Error that has its parameter.
+template <class Call> auto refusing(Call&& call) {
+    try {
+        return call();
+    } catch (const std::invalid_argument& refused) {
+        const std::string what = refused.what();
+        throw Error(Error::Code::bad_input, what.substr(0, what.find(" = ")), what);
+    }
+}
+
+// The three or nine numbers of pad or contact i.
+const double* numbers_of(const double* first, size_t step, size_t i) { return first + i * step; }
+
+Pose pose_of(const Poses& p, size_t pad) {
+    return Pose::from_matrix(numbers_of(p.position, p.position_step, pad),
+                             numbers_of(p.rotation, p.rotation_step, pad));
+}
+
+bool has_force(const Contacts& c, size_t i) {
+    const double* force = numbers_of(c.force, c.force_step, i);
+    return force[0] != 0 || force[1] != 0 || force[2] != 0;
+}
+
+WorldContact contact_of(const Contacts& c, size_t i) {
+    const double *place = numbers_of(c.position, c.position_step, i), *force = numbers_of(c.force, c.force_step, i);
+    WorldContact made;
+    std::copy_n(place, 3, made.position.begin());
+    std::copy_n(force, 3, made.direction.begin());
+    made.force = std::sqrt(force[0] * force[0] + force[1] * force[1] + force[2] * force[2]);
+    if (c.radius) made.radius = c.radius[i * c.radius_step];
+    return made;
+}
+
+void sum_up(Report& all, const Report& r) {
+    all.asked += r.asked, all.placed += r.placed, all.outside += r.outside, all.sideways += r.sideways;
+    for (size_t k = 0; k < 2; ++k) all.shear[k] += r.shear[k];
+    all.greatest = std::max(all.greatest, r.greatest);
+    all.cells += r.cells, all.below_cell += r.below_cell;
+    all.beside += r.beside, all.too_far += r.too_far, all.turned_away += r.turned_away;
+}
+
+bool is_within(const double* numbers, size_t count, double limit) {
+    for (size_t k = 0; k < count; ++k)
+        if (!(numbers[k] >= -limit && numbers[k] <= limit)) return false;
+    return true;
+}
+
+[[noreturn]] void refuse_contact(size_t i, const char* member, const double* numbers, size_t count,
+                                 const char* allowed) {
+    std::string value;
+    for (size_t k = 0; k < count; ++k) value += (k ? ", " : "") + detail::text(numbers[k]);
+    scene::refuse("contacts." + std::string(member) + "[" + std::to_string(i) + "]", value, allowed);
+}
+
+Pad checked(Pad shape) {
+    scene::need(shape.pressure == nullptr && !shape.shear_x && !shape.shear_y, "shape.pressure", 1,
+                "null: a Touch has memory of its own");
+    scene::need(shape.pitch == 0, "shape.pitch", double(shape.pitch), "0");
+    float none = 0;
+    shape.pressure = &none;
+    refusing([&] { detail::check(shape); });
+    shape.pressure = nullptr;
+    return shape;
+}
+
+// Throws Error::bad_input where add() cannot take an array.
+void need_arrays(const Poses& poses, const Contacts& c) {
+    const auto need_memory = [](const void* memory, const char* name) {
+        if (!memory) scene::refuse(name, "null", "an address");
+    };
+    scene::need(c.count <= size_t(INT_MAX), "contacts.count", double(c.count), "at most 2147483647");
+    need_memory(c.pad, "contacts.pad");
+    need_memory(c.position, "contacts.position");
+    need_memory(c.force, "contacts.force");
+    need_memory(poses.position, "poses.position");
+    need_memory(poses.rotation, "poses.rotation");
+    if (c.radius && c.ball) scene::refuse("contacts.ball", "(given)", "null beside contacts.radius");
+    if (c.radius) return scene::need(c.modulus == 0, "contacts.modulus", c.modulus, "0 beside contacts.radius");
+    need_memory(c.ball, "contacts.ball");
+    scene::need_positive("contacts.modulus", c.modulus);
+}
+
+// Throws Error::bad_input where a number of contact i is not allowed.
+void need_contact(const Contacts& c, size_t i, int pads) {
+    const int pad = c.pad[i * c.pad_step];
+    const double *place = numbers_of(c.position, c.position_step, i), *force = numbers_of(c.force, c.force_step, i);
+    if (pad < 0 || pad >= pads)
+        scene::refuse("contacts.pad[" + std::to_string(i) + "]", std::to_string(pad), "0.." + std::to_string(pads - 1));
+    if (!is_within(place, 3, detail::greatest_length)) refuse_contact(i, "position", place, 3, "-1e6..1e6");
+    if (!is_within(force, 3, 1e12)) refuse_contact(i, "force", force, 3, "-1e12..1e12");
+    const double* size = c.radius ? c.radius + i * c.radius_step : c.ball + i * c.ball_step;
+    if (!(*size >= 0 && *size <= detail::greatest_length && (c.radius || *size > 0)))
+        refuse_contact(i, c.radius ? "radius" : "ball", size, 1, c.radius ? "0..1e6" : "above 0, at most 1e6");
+}
+
+} // namespace
+
+void Touch::Impl::Block::grow(const detail::CellSpan& x, const detail::CellSpan& y) {
+    const bool empty = rows.first > rows.last;
+    columns = empty ? x : detail::CellSpan{std::min(columns.first, x.first), std::max(columns.last, x.last)};
+    rows = empty ? y : detail::CellSpan{std::min(rows.first, y.first), std::max(rows.last, y.last)};
+}
+
+Touch::Impl::Impl(const Pad& given, int n, double r, bool shear)
+    : shape(checked(given)), count(n), reach(r), cells(size_t(shape.width) * size_t(shape.height)),
+      pressure(size_t(n) * cells), traction(shear ? 2 * size_t(n) * cells : 0), reports(size_t(n)), pressed(size_t(n)),
+      touches(size_t(n)), first(size_t(n), -1), last(size_t(n)) {
+    touched.reserve(size_t(n));
+}
+
+// Throws Error::bad_input where add() cannot take something.
+void Touch::Impl::need(const Poses& poses, const Contacts& c) const {
+    if (c.count == 0) return;
+    need_arrays(poses, c);
+    double asked = 0;
+    int posed = -1; // the pad whose pose was checked last
+    for (size_t i = 0; i < c.count; ++i) {
+        need_contact(c, i, count);
+        if (!has_force(c, i)) continue;
+        const double* force = numbers_of(c.force, c.force_step, i);
+        asked += std::abs(force[0]) + std::abs(force[1]) + std::abs(force[2]);
+        if (const int pad = c.pad[i * c.pad_step]; pad != posed) {
+            refusing([&] { detail::check(pose_of(poses, size_t(pad))); });
+            posed = pad;
+        }
+    }
+    refusing([&] { detail::need_float_pressure(shape, asked); });
+}
+
+// Takes the pressures and reports of the last call away.
+void Touch::Impl::clear() {
+    for (const int number : touched) {
+        Block& b = pressed[size_t(number)];
+        const Pad own = pad(number);
+        for (float* map : {own.pressure, own.shear_x, own.shear_y})
+            for (int y = b.rows.first; map && y <= b.rows.last; ++y)
+                std::fill_n(map + detail::row_at(own, y) + b.columns.first, b.columns.last + 1 - b.columns.first, 0.0f);
+        b = {};
+        reports[size_t(number)] = {};
+        touches[size_t(number)] = 0;
+    }
+    touched.clear();
+    all = {};
+}
+
+// Lists the contacts of each pad in their order.
+void Touch::Impl::list(const Contacts& c) {
+    for (int i = 0; i < int(c.count); ++i) {
+        if (!has_force(c, size_t(i))) continue;
+        const auto pad = size_t(c.pad[size_t(i) * c.pad_step]);
+        if (touches[pad]) next[size_t(last[pad])] = i;
+        else first[pad] = i, touches[pad] = 1, touched.push_back(int(pad));
+        last[pad] = i;
+        next[size_t(i)] = -1;
+    }
+    if (!std::ranges::is_sorted(touched)) std::ranges::sort(touched);
+}
+
+Pad Touch::Impl::pad(int number) {
+    Pad own = shape;
+    own.pressure = pressure.data() + size_t(number) * cells;
+    if (!traction.empty()) {
+        own.shear_x = traction.data() + size_t(number) * cells;
+        own.shear_y = own.shear_x + size_t(count) * cells;
+    }
+    return own;
+}
+
+// Presses one pad by its contacts.
+Report Touch::Impl::pressed_by(int number, const Poses& poses, const Contacts& c) {
+    const Pad own = pad(number);
+    const Pose pose = pose_of(poses, size_t(number)).from_middle(own);
+    Block& block = pressed[size_t(number)];
+    double most = 0;
+    for (int i = first[size_t(number)]; i >= 0; i = next[size_t(i)]) ++most;
+    return detail::press_cells(own, most, [&](const detail::Tile& tile, const auto& press, Report& report) {
+        for (int i = first[size_t(number)]; i >= 0; i = next[size_t(i)]) {
+            const WorldContact contact = contact_of(c, size_t(i));
+            detail::Landing landing;
+            if (!detail::land(own, pose, reach, contact, landing, report)) continue;
+            Contact& patch = landing.patch;
+            if (c.ball) {
+                const double hertz = std::cbrt(0.75 * patch.force * c.ball[size_t(i) * c.ball_step] / c.modulus);
+                patch.radius = std::max(hertz, 2 * own.spacing);
+            }
+            const detail::Disc disc = detail::disc_of(own, patch);
+            const double half = std::max(disc.reach, 1.0); // a patch below a cell presses the nearest one
+            block.grow(detail::within(disc.x - half, disc.x + half, {0, own.width - 1}),
+                       detail::within(disc.y - half, disc.y + half, {0, own.height - 1}));
+            detail::add(own, landing, contact.force, tile, press, report);
+        }
+    });
+}
+
+void Touch::Impl::press(const Poses& poses, const Contacts& c) {
+    for (const int number : touched) {
+        reports[size_t(number)] = pressed_by(number, poses, c);
+        sum_up(all, reports[size_t(number)]);
+    }
+}
+
+Touch::Touch(const Pad& shape, int count, double reach, bool shear) try {
+    scene::need(count >= 1 && count <= 1048576, "count", count, "1..1048576");
+    scene::need(double(count) * shape.width * shape.height <= 2147483647, "count*width*height",
+                double(count) * shape.width * shape.height, "at most 2147483647");
+    refusing([&] { detail::check_reach(shape, reach); });
+    impl_ = std::make_unique<Impl>(shape, count, reach, shear);
+}
+OR_OUT_OF_MEMORY("the pressures of " + std::to_string(count) + " pads of " + std::to_string(shape.width) + " x " +
+                 std::to_string(shape.height) + " cells")
+
+Touch::~Touch() = default;
+Touch::Touch(Touch&&) noexcept = default;
+Touch& Touch::operator=(Touch&&) noexcept = default;
+
+int Touch::count() const { return impl_->count; }
+const Pad& Touch::shape() const { return impl_->shape; }
+const float* Touch::traction() const { return impl_->traction.empty() ? nullptr : impl_->traction.data(); }
+const float* Touch::pressure() const { return impl_->pressure.data(); }
+
+const Report& Touch::add(const Poses& poses, const Contacts& contacts) try {
+    const DefaultFloats guard;
+    Impl& s = *impl_;
+    s.need(poses, contacts);
+    if (s.next.size() < contacts.count) s.next.resize(contacts.count);
+    s.clear();
+    s.list(contacts);
+    s.press(poses, contacts);
+    return s.all;
+}
+OR_OUT_OF_MEMORY("the list of " + std::to_string(contacts.count) + " contacts")
+
+const Report& Touch::report(int pad) const {
+    scene::need(pad >= 0 && pad < impl_->count, "pad", pad, "0.." + std::to_string(impl_->count - 1));
+    return impl_->reports[size_t(pad)];
+}
+
+} // namespace dermis::contact

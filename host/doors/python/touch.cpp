@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: MIT
+// Contacts of a whole batch, from arrays that are read in place.
+#include "dermis/touch.hpp"
+#include "host/doors/python/module.hpp"
+
+#include <climits>
+
+namespace dermis::python {
+namespace {
+
+using contact::Contacts, contact::Pad, contact::Poses, contact::Touch;
+
+// Numbers of pads or contacts: `count` groups, `step` numbers apart.
+template <class Number> struct Column {
+    std::optional<AnyArray> array; // keeps the numbers
+    std::vector<Number> own;       // those that are no array of this type
+    const Number* data = nullptr;
+    size_t count = 0, step = 0;
+};
+
+// Whether an array's last axes have these lengths, their numbers one after another, and its other axes are as one.
+bool has_groups(const AnyArray& array, const std::vector<size_t>& group) {
+    const size_t inner = group.size(), outer = array.ndim() - std::min(array.ndim(), inner);
+    if (array.ndim() < inner) return false;
+    int64_t next = 1;
+    for (size_t axis = array.ndim(); axis-- > outer; next *= int64_t(array.shape(axis)))
+        if (array.shape(axis) != group[axis - outer] || (array.size() && array.stride(axis) != next)) return false;
+    for (size_t axis = 0; array.size() && axis + 1 < outer; ++axis)
+        if (array.stride(axis) != array.stride(axis + 1) * int64_t(array.shape(axis + 1))) return false;
+    return array.size() == 0 || outer == 0 || array.stride(outer - 1) >= 0;
+}
+
+// A column of groups of numbers. groups: the shapes that a group may have.
+Column<double> column_in(nb::handle argument, const char* parameter, const std::vector<std::vector<size_t>>& groups) {
+    Column<double> column{.array = array_in(argument)};
+    std::string allowed;
+    for (const std::vector<size_t>& group : groups) {
+        if (const auto& a = column.array; a && a->dtype() == nb::dtype<double>() && has_groups(*a, group)) {
+            const size_t outer = a->ndim() - group.size();
+            size_t numbers = 1;
+            for (size_t n : group) numbers *= n;
+            column.count = a->size() / numbers;
+            column.step = outer == 0 ? numbers : size_t(a->stride(outer - 1));
+            column.data = static_cast<const double*>(a->data());
+            return column;
+        }
+        std::string text = "(...";
+        for (size_t n : group) text += ", " + std::to_string(n);
+        allowed += (allowed.empty() ? "" : " or ") + text + ")";
+    }
+    scene::refuse(parameter, description_of(argument), "float64 array of shape " + allowed);
+}
+
+// One number for all contacts, or a column of them; nothing for None.
+Column<double> sizes_in(nb::handle argument, const char* parameter) {
+    Column<double> column;
+    if (argument.is_none()) return column;
+    double one = 0;
+    if (!nb::try_cast(argument, one)) return column_in(argument, parameter, {{}});
+    column.own = {one};
+    column.data = column.own.data();
+    return column;
+}
+
+// The numbers of pads, as NumPy makes them: of 32 or of 64 bits.
+Column<int32_t> pads_in(nb::handle argument) {
+    Column<int32_t> column{.array = array_in(argument)};
+    const auto& a = column.array;
+    const bool whole = a && (a->dtype() == nb::dtype<int64_t>() || a->dtype() == nb::dtype<int32_t>());
+    if (!whole || !has_groups(*a, {})) scene::refuse("pad", description_of(argument), "array of int32 or int64");
+    column.count = a->size();
+    column.step = a->ndim() == 0 ? 1 : size_t(a->stride(a->ndim() - 1));
+    if (a->dtype() == nb::dtype<int32_t>()) {
+        column.data = static_cast<const int32_t*>(a->data());
+        return column;
+    }
+    column.own.reserve(column.count);
+    for (size_t i = 0; i < column.count; ++i) {
+        const int64_t pad = static_cast<const int64_t*>(a->data())[i * column.step];
+        column.own.push_back(int32_t(std::clamp<int64_t>(pad, INT_MIN, INT_MAX))); // what is no pad's is refused
+    }
+    column.data = column.own.data(), column.step = 1;
+    return column;
+}
+
+contact::Report add(Touch& touch, nb::handle middle, nb::handle rotation, nb::handle pad, nb::handle position,
+                    nb::handle force, nb::handle radius, nb::handle ball, double modulus) {
+    const Column<double> middles = column_in(middle, "middle", {{3}});
+    const Column<double> axes = column_in(rotation, "rotation", {{3, 3}, {9}});
+    const Column<int32_t> pads = pads_in(pad);
+    const Column<double> places = column_in(position, "position", {{3}}), forces = column_in(force, "force", {{3}});
+    const Column<double> radii = sizes_in(radius, "radius"), balls = sizes_in(ball, "ball");
+    const auto need_count = [](const char* parameter, size_t given, size_t needed) {
+        if (given != needed)
+            scene::refuse(
+                parameter, std::to_string(given) + " of them",
+                std::to_string(needed) + ", one for each " +
+                    (std::string(parameter) == "middle" || std::string(parameter) == "rotation" ? "pad" : "contact"));
+    };
+    need_count("middle", middles.count, size_t(touch.count()));
+    need_count("rotation", axes.count, size_t(touch.count()));
+    need_count("position", places.count, pads.count);
+    need_count("force", forces.count, pads.count);
+    if (radii.step) need_count("radius", radii.count, pads.count);
+    if (balls.step) need_count("ball", balls.count, pads.count);
+    const Poses poses{middles.data, axes.data, middles.step, axes.step};
+    return touch.add(poses, {.count = pads.count,
+                             .pad = pads.data,
+                             .position = places.data,
+                             .force = forces.data,
+                             .radius = radii.data,
+                             .ball = balls.data,
+                             .modulus = modulus,
+                             .pad_step = pads.step,
+                             .position_step = places.step,
+                             .force_step = forces.step,
+                             .radius_step = radii.step,
+                             .ball_step = balls.step});
+}
+
+void make(Touch* self, int width, int height, double spacing, int n, double reach, double radius_x, double radius_y,
+          bool tiled, bool shear) {
+    const Pad shape{.width = width,
+                    .height = height,
+                    .spacing = spacing,
+                    .tiled = tiled,
+                    .radius_x = radius_x,
+                    .radius_y = radius_y};
+    new (self) Touch(shape, n, reach, shear);
+}
+
+std::vector<size_t> shape_of(const Touch& t) {
+    return {size_t(t.count()), size_t(t.shape().height), size_t(t.shape().width)};
+}
+
+} // namespace
+
+void bind_touch(nb::module_& m) {
+    nb::class_<Touch>(m, "Touch", "The pressures of a batch of pads, from contacts of all of them.")
+        .def("__init__", make, nb::arg("width"), nb::arg("height"), nb::arg("spacing"), nb::arg("n"), nb::arg("reach"),
+             nb::arg("radius_x"), nb::arg("radius_y"), nb::arg("tiled"), nb::arg("shear"))
+        .def(
+            "add", add, nb::arg("middle").none(), nb::arg("rotation").none(), nb::arg("pad").none(),
+            nb::arg("position").none(), nb::arg("force").none(), nb::arg("radius").none() = nb::none(),
+            nb::arg("ball").none() = nb::none(), nb::arg("modulus") = 0.0,
+            "Take away what the last call added, add contacts, and return the report of all pads.\n\n"
+            "Arrays are float64 and read in place; columns of a table are fine.\n"
+            "middle: m, the middle of each pad in the world, of shape (n, 3). rotation: its axes as columns, of shape\n"
+            "(n, 3, 3) or (n, 9), as MuJoCo's site_xmat.\n"
+            "pad: the number of the pad that each contact presses, integers. position: m, in the world, (contacts, "
+            "3).\n"
+            "force: N, in the world, (contacts, 3): the force on the pad; a force of 0 is no contact.\n"
+            "radius: m, of the patch, for each contact or one for all. None: Hertz's, by ball and modulus, but at\n"
+            "least two cells. ball: m, 1/(1/R1 + 1/R2) of radii R1 and R2. modulus: Pa, as hertz_radius takes it.")
+        .def("report", &Touch::report, nb::arg("pad"), "Return the report of one pad of the last add.")
+        .def_prop_ro(
+            "pressure",
+            [](nb::handle_t<Touch> self) {
+                const Touch& t = nb::cast<const Touch&>(self);
+                return view(t.pressure(), shape_of(t), self);
+            },
+            "Pa: float32 of shape (n, height, width), always the same memory.")
+        .def_prop_ro(
+            "traction",
+            [](nb::handle_t<Touch> self) {
+                const Touch& t = nb::cast<const Touch&>(self);
+                std::vector<size_t> shape = shape_of(t);
+                shape.insert(shape.begin(), t.traction() ? 2 : 0);
+                return view(t.traction(), shape, self);
+            },
+            "Pa: along x and y, float32 of shape (2, n, height, width); of shape (0, ..) without shear.")
+        .def_prop_ro("count", &Touch::count, "Pads.")
+        .def("__repr__", [](const Touch& t) {
+            return "<Touch " + std::to_string(t.count()) + " pads of " + std::to_string(t.shape().width) + " x " +
+                   std::to_string(t.shape().height) + " cells>";
+        });
+}
+
+} // namespace dermis::python

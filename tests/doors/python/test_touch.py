@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: MIT
+"""Contacts of a whole batch in one call, from NumPy's arrays."""
+import numpy as np
+import pytest
+
+import dermis
+from dermis import contact
+
+N, SIDE, CELL, RADIUS = 5, 48, 2.5e-4, 8e-3
+
+
+def skin(**options):
+    scene = dermis.fingertip(grid={"width": SIDE, "height": SIDE, "spacing": CELL}, surface={"kind": "flat"})
+    return dermis.Skin(scene, n=N, **options)
+
+
+@pytest.fixture
+def hand():
+    """A skin of five pads, and a table of contacts with unused rows, as a sensor gives it."""
+    rng = np.random.default_rng(1)
+    table = np.zeros((2 * N, 10))  # a flag, force, position, and what else a sensor has
+    xy = rng.uniform(-2e-3, 2e-3, (2 * N, 2))
+    z = np.sqrt(RADIUS**2 - (xy**2).sum(1)) - RADIUS
+    table[:, 4:7] = np.c_[xy, z] + np.repeat(np.c_[np.arange(N) / 10, np.zeros((N, 2))], 2, 0)
+    table[::2, 1:4] = [0.02, 0, -0.1]
+    made = skin()
+    touch = contact.Touch(made, reach=1e-3, radius_x=RADIUS, radius_y=RADIUS)
+    middles = np.c_[np.arange(N) / 10, np.zeros((N, 2))]
+    return made, touch, middles, np.tile(np.eye(3), (N, 1, 1)), np.repeat(np.arange(N), 2), table
+
+
+def test_a_table_in_one_call_presses_as_contact_by_contact(hand):
+    made, touch, middles, axes, pad, table = hand
+    report = touch.add(middles, axes, pad, table[:, 4:7], table[:, 1:4], radius=2 * CELL)
+    assert report.plausible, report.doubts
+    alone = np.zeros((N, SIDE, SIDE), np.float32)
+    placed, shear = 0, 0
+    for i in range(0, 2 * N, 2):
+        own = contact.Pad(alone[pad[i]], CELL, radius_x=RADIUS, radius_y=RADIUS)
+        pose = contact.Pose(middles[pad[i]], axes[pad[i]]).from_middle(own)
+        force = table[i, 1:4]
+        one = contact.add_contacts(own, pose, 1e-3, [contact.WorldContact(
+            position=table[i, 4:7], force=np.linalg.norm(force), radius=2 * CELL, direction=force)])
+        placed, shear = placed + one.placed, shear + one.shear[0]
+    np.testing.assert_allclose(touch.pressure, alone, rtol=1e-6)
+    assert report.placed == pytest.approx(placed, rel=1e-9) and report.shear[0] == pytest.approx(shear, rel=1e-9)
+    assert touch.report(3).asked == pytest.approx(np.linalg.norm(table[6, 1:4]))
+    made.press(touch, 1e-3)
+    other = skin()
+    other.press(touch.pressure, 1e-3)
+    assert (made["sa1"] == other["sa1"]).all() and made["sa1"].any()
+
+
+def test_an_empty_call_takes_all_away_and_views_stay_valid(hand):
+    _, touch, middles, axes, pad, table = hand
+    pressure = touch.pressure
+    touch.add(middles, axes.reshape(N, 9), pad.astype(np.int32), table[:, 4:7], table[:, 1:4], ball=RADIUS, modulus=1e5)
+    assert pressure.any()
+    none = np.zeros((0, 3))
+    assert touch.add(middles, axes, np.zeros(0, int), none, none, radius=1e-3).asked == 0
+    assert not pressure.any()
+
+
+def test_axes_of_pads_and_of_contacts_may_be_several(hand):
+    made, touch, middles, axes, pad, table = hand
+    once = touch.add(middles, axes, pad, table[:, 4:7], table[:, 1:4], radius=np.full(2 * N, 1e-3))
+    grouped = table.reshape(N, 2, 10)
+    again = touch.add(middles, axes, pad.reshape(N, 2), grouped[..., 4:7], grouped[..., 1:4], radius=1e-3)
+    assert once.placed == again.placed
+
+
+@pytest.mark.parametrize("change, words", [
+    ({"pad": np.zeros(10)}, "pad = float64 array of shape (10,); allowed: array of int32 or int64"),
+    ({"pad": np.full(10, 5)}, "contacts.pad[0] = 5; allowed: 0..4"),
+    ({"position": np.zeros((10, 2))}, "position = float64 array of shape (10, 2); allowed: float64 array of shape (..., 3)"),
+    ({"force": np.zeros((9, 3))}, "force = 9 of them; allowed: 10, one for each contact"),
+    ({"middle": np.zeros((4, 3))}, "middle = 4 of them; allowed: 5, one for each pad"),
+    ({"rotation": np.zeros((5, 3, 2))}, "rotation = float64 array of shape (5, 3, 2); allowed: float64 array of shape"),
+    ({"force": np.zeros((10, 3), np.float32)}, "force = float32 array"),
+    ({"radius": None}, "contacts.ball = null"),
+    ({"radius": -1.0}, "contacts.radius[0] = -1; allowed: 0..1e6"),
+    ({"radius": np.ones(3)}, "radius = 3 of them; allowed: 10, one for each contact"),
+    ({"position": None}, "position = None"),
+])
+def test_what_no_touch_takes_is_refused_by_name(hand, change, words):
+    _, touch, middles, axes, pad, table = hand
+    call = dict(middle=middles, rotation=axes, pad=pad, position=table[:, 4:7], force=table[:, 1:4], radius=1e-3)
+    with pytest.raises(dermis.Error) as refused:
+        touch.add(**{**call, **change})
+    assert str(refused.value).startswith(words), refused.value
+
+
+def test_a_skin_takes_no_touch_of_other_pads_and_no_list_beside_it(hand):
+    made, touch, *_ = hand
+    for call, words in [(lambda: made.press(touch, 1e-3, pads=[0]), "pads = [0]"),
+                        (lambda: made.press(touch, [1e-3] * 5), "dt = [0.001"),
+                        (lambda: dermis.Skin({}).press(touch, 1e-3), "touch = 5 pads"),
+                        (lambda: contact.Touch(dermis.Skin({}), 1e-3), "skin = <Skin"),
+                        (lambda: contact.Touch(made, 9e-3, radius_x=8e-3), "reach = 0.009")]:
+        with pytest.raises(dermis.Error) as refused:
+            call()
+        assert str(refused.value).startswith(words), refused.value
