@@ -58,7 +58,10 @@ enum {
     DERMIS_FA2 = 4,
     DERMIS_CURVATURE = 5,
     DERMIS_DEFORMATION = 6,
-    DERMIS_INDENTATION = 7 // only a skin gives it
+    DERMIS_INDENTATION = 7, // only a skin gives it, and of the next three only one with shear
+    DERMIS_SHEAR_X = 8,
+    DERMIS_SHEAR_Y = 9,
+    DERMIS_STRETCH = 10
 };
 // A set of quantities is the bitwise or of their bits: DERMIS_BIT(DERMIS_SA1) | DERMIS_BIT(DERMIS_FA1).
 #define DERMIS_BIT(quantity) ((uint32_t)1 << (quantity))
@@ -204,6 +207,9 @@ typedef struct dermis_skin_options {
     int32_t own_materials;      // 1: a material for each pad, at first the scene's, without maps; 0: one for all
     dermis_hold hold;           // one of the two above; a size of 24 has no such member: the pressure runs linearly
     dermis_control control;     // one of the two above; a size of 24 has no such member: a pressure
+    int32_t shear;              // 1: presses take tractions too, by dermis_skin_press_shear or a touch; 0: they do not.
+                                // A size of 24 or 32 has no such member: 0. 1 is refused with sites, materials of maps,
+                                // DERMIS_DEPTH and published edges
 } dermis_skin_options;
 
 // The pads of a skin that a call is about: their numbers, from 0 on, in any order, each at most once. Pressures, steps
@@ -227,6 +233,10 @@ DERMIS_API dermis_status dermis_skin_create(const dermis_device* device, const d
 // empty.
 DERMIS_API dermis_status dermis_skin_press(dermis_skin* skin, const float* pressure, size_t cells, const double* dt,
                                            size_t steps, const dermis_pads* pads);
+// The same for a skin with shear, with one step for all pads. traction: Pa, as many numbers along x as there are
+// pressures, and in their order, then as many along y.
+DERMIS_API dermis_status dermis_skin_press_shear(dermis_skin* skin, const float* pressure, const float* traction,
+                                                 size_t cells, double dt, const dermis_pads* pads);
 // The same as `count` presses of dt seconds each, to the bit; the responses of the last frame alone are computed.
 // frames: one after another, each of `cells` numbers as above. count: >= 1. All frames are checked before one is
 // pressed.
@@ -417,8 +427,10 @@ DERMIS_API dermis_status dermis_touch_add(dermis_touch* touch, const dermis_pose
                                           const dermis_contacts* contacts, dermis_contact_report* report);
 // The report of one pad of the last call. pad: 0..count-1.
 DERMIS_API dermis_status dermis_touch_get_report(const dermis_touch* touch, int32_t pad, dermis_contact_report* report);
-// Pa: width*height pressures of each pad, row 0 first; numbers: how many. The memory stays the same.
-DERMIS_API dermis_status dermis_touch_get_pressure(const dermis_touch* touch, const float** pressure, size_t* numbers);
+// Pa: width*height pressures of each pad, row 0 first; numbers: how many. traction may be NULL; it becomes as many
+// tractions along x and then along y, or NULL without shear. The memory stays the same.
+DERMIS_API dermis_status dermis_touch_get_pressure(const dermis_touch* touch, const float** pressure,
+                                                   const float** traction, size_t* numbers);
 // Presses all pads of a skin with the pressures of a touch, in no time for a pad that is at rest and not touched. The
 // touch has as many pads, of as many cells, and of the same spacing if the scene gives one in metres.
 DERMIS_API dermis_status dermis_skin_press_touch(dermis_skin* skin, const dermis_touch* touch, double dt);

@@ -53,8 +53,9 @@ class DERMIS_API Error : public std::runtime_error {
     std::string parameter_;
 };
 
-// deformation: S - h*eps. indentation: h*eps; only a Skin gives it.
-enum class Quantity { strain, sa1, sa2, fa1, fa2, curvature, deformation, indentation };
+// deformation: S - h*eps. Only a Skin gives indentation, h*eps, and, where it has shear, the shear strains along x and
+// y and the stretch of the surface.
+enum class Quantity { strain, sa1, sa2, fa1, fa2, curvature, deformation, indentation, shear_x, shear_y, stretch };
 DERMIS_API const char* name(Quantity) noexcept;
 
 // f32_compensated carries the rounding error of each sum, for long runs and small steps. f64 runs on the CPU only.

@@ -38,6 +38,10 @@ struct SkinOptions {
     // state after each press: on a Vulkan device a press then waits and downloads it, and there, and where a skin with
     // many sites is pressed, it allocates.
     std::vector<Afferents> afferents;
+    // Whether presses take tractions beside pressures. They strain the same chain of elements with a third of its
+    // moduli and viscosities, because the skin's volume stays the same; no pressure changes a shear, and no shear a
+    // response. Refuses sites, materials of maps, control = depth and edges = published. A SkinProgram has no shear.
+    bool shear = false;
 };
 
 // The pads of a Skin that a call is about: their numbers, from 0 on, in any order, each at most once. Pressures, steps
@@ -84,6 +88,10 @@ class DERMIS_API Skin {
     void press(const std::vector<float>& pressure, const std::vector<double>& dt, const Pads& pads = {}) {
         press(pressure.data(), pressure.size(), dt.data(), dt.size(), pads);
     }
+    // The same with tractions, Pa: of a skin with SkinOptions::shear, which takes no press without them. traction: as
+    // many numbers along x as there are pressures, and in their order, then as many along y. A positive traction moves
+    // the surface towards greater x or y.
+    void press(const float* pressure, const float* traction, size_t cells, double dt, const Pads& = {});
     // Does the same as `count` presses of dt seconds each, to the bit, but computes only the responses after the last
     // frame: for a simulator that steps several times before it reads a response. frames: `count` >= 1 frames, one
     // after another, each of `cells` numbers as press() takes them. All frames are checked before any of them is
@@ -115,6 +123,9 @@ class DERMIS_API Skin {
     // Strain, indentation (thickness*strain, m) and curvature (1/m) of the deformed surface, the C of the gain 1 + l*C,
     // can always be asked for. This call computes them from the state: for every cell, or for every site in the order
     // given. The strain of a spring follows from the last pressure.
+    //
+    // With SkinOptions::shear there are also shear_x and shear_y, the shear strains gamma of every cell, and stretch,
+    // du_x/dx + du_y/dy of the displacement u = thickness*gamma, by central differences under the edges' rule.
     Response response(Quantity) const;
 
     // The spikes of the last call that pressed, pad by pad in the order pressed, then by fibre, then by time; of

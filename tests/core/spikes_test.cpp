@@ -184,6 +184,34 @@ TEST_CASE("saved, loaded and cut at any step, and pressed by frames, a skin has 
         }
 }
 
+TEST_CASE("a material given to several pads at once is the one that their fibres read") {
+    SkinDescription d = finger();
+    d.material = fingertip().material;
+    SkinOptions options = spiking(Control::pressure);
+    for (Afferents& a : options.afferents) a.follow = Signal::stress;
+    Skin alone(Device::cpu(1), d, options);
+    options.count = 3;
+    Skin batch(Device::cpu(1), d, options);
+    Material softer = d.material;
+    softer.thickness.reset(), softer.curvature_length.reset();
+    for (KelvinVoigt& e : softer.elements) e.modulus /= 3, e.viscosity /= 3;
+    alone.set_material(softer);
+    batch.set_material(softer);
+    size_t fired = 0;
+    for (int frame = 1; frame < 60; ++frame) {
+        std::vector<float> one(side * side), all;
+        for (float& p : one) p = float(3e3 * (1 + std::sin(0.5 * frame)));
+        for (int pad = 0; pad < 3; ++pad) all.insert(all.end(), one.begin(), one.end());
+        alone.press(one, 1e-3);
+        batch.press(all, 1e-3);
+        const std::vector<Spike> expected = spikes_of(alone), got = spikes_of(batch);
+        REQUIRE(got.size() == 3 * expected.size());
+        for (size_t k = 0; k < got.size(); ++k) CHECK(got[k].share == expected[k % expected.size()].share);
+        fired += expected.size();
+    }
+    CHECK(fired > 0);
+}
+
 TEST_CASE("fibres on sites fire as fibres on the same cells of a field") {
     const Validated vulkan;
     for (const Device& device : spiking_devices(vulkan)) {

@@ -24,7 +24,10 @@ template <> struct Names<Quantity> {
                                                {Quantity::fa2, "fa2"},
                                                {Quantity::curvature, "curvature"},
                                                {Quantity::deformation, "deformation"},
-                                               {Quantity::indentation, "indentation"}};
+                                               {Quantity::indentation, "indentation"},
+                                               {Quantity::shear_x, "shear_x"},
+                                               {Quantity::shear_y, "shear_y"},
+                                               {Quantity::stretch, "stretch"}};
 };
 template <> struct Names<Precision> {
     static constexpr Name<Precision> table[] = {

@@ -57,4 +57,18 @@ void Felt::read(Quantity q, const std::vector<float>& strain, const float* rest_
     }
 }
 
+void stretch_of(const ShearMaps& m, float* out) {
+    const auto width = size_t(m.width);
+    for (int y = 0; y < m.height; ++y) {
+        const float* const above = m.along_y + size_t(f32::wrapped(y - 1, m.height, m.edges)) * width;
+        const float* const below = m.along_y + size_t(f32::wrapped(y + 1, m.height, m.edges)) * width;
+        const float* const here = m.along_x + size_t(y) * width;
+        for (int x = 0; x < m.width; ++x) {
+            const float left = here[f32::wrapped(x - 1, m.width, m.edges)],
+                        right = here[f32::wrapped(x + 1, m.width, m.edges)];
+            *out++ = f32::flush(m.slope * ((right - left) + (below[x] - above[x])));
+        }
+    }
+}
+
 } // namespace dermis::plan

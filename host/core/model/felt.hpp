@@ -37,4 +37,13 @@ class Felt {
     std::vector<double> springs_;       // in series in the cells that a state holds, where they differ
 };
 
+// The shear strains of a pad's cells along both axes.
+struct ShearMaps {
+    const float *along_x, *along_y;
+    int width, height, edges;
+    float slope; // thickness over twice the spacing: of the displacement, which is thickness*shear
+};
+// Writes the stretch of each cell, du_x/dx + du_y/dy, by central differences.
+void stretch_of(const ShearMaps&, float* out);
+
 } // namespace dermis::plan

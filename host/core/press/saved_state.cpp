@@ -22,7 +22,7 @@ struct PartHeader {
     char name[8]; // zeros behind it
     uint64_t bytes;
 };
-constexpr const char* part_names[] = {"shape", "steps", "strains", "pressure", "fibres"};
+constexpr const char* part_names[] = {"shape", "steps", "strains", "pressure", "fibres", "shear"};
 
 // FNV-1a of the sites that read cells.
 uint32_t hash_of(const std::vector<Site>& sites) {
@@ -58,7 +58,7 @@ void need_finite(const char* floats, size_t bytes) {
 
 } // namespace
 
-SavedState::SavedState(const plan::StreamedSkin& skin, size_t fibres) : fibres_(fibres) {
+SavedState::SavedState(const plan::StreamedSkin& skin, size_t fibres, size_t shear) {
     const plan::StateLayout layout = state_layout_of(skin);
     const plan::StateShape state = skin.variant().state();
     shape_ = {.width = uint32_t(skin.skin.width()),
@@ -70,14 +70,15 @@ SavedState::SavedState(const plan::StreamedSkin& skin, size_t fibres) : fibres_(
               .integral = state.integral,
               .rate = state.rate,
               .sites = hash_of(skin.skin.description.sites)};
-    steps_ = skin.hold == Hold::parabolic ? sizeof(double) : 0;
-    strains_ = layout.cells * layout.planes * sizeof(float);
-    pressure_ = layout.pressure * sizeof(float);
+    of_pad_[steps_part] = skin.hold == Hold::parabolic ? sizeof(double) : 0;
+    of_pad_[strains_part] = layout.cells * layout.planes * sizeof(float);
+    of_pad_[pressure_part] = layout.pressure * sizeof(float);
+    of_pad_[fibres_part] = fibres;
+    of_pad_[shear_part] = shear;
 }
 
 size_t SavedState::bytes_of(Part part, size_t pads) const {
-    const size_t of_pad[] = {0, steps_, strains_, pressure_, fibres_};
-    return part == shape_part ? sizeof shape_ : pads * of_pad[part];
+    return part == shape_part ? sizeof shape_ : pads * of_pad_[part];
 }
 
 size_t SavedState::bytes(size_t pads) const {
@@ -106,10 +107,11 @@ plan::StateMemory<char> SavedState::write(void* state, size_t given, size_t pads
     std::memcpy(parts[shape_part], &shape_, sizeof shape_);
     return {.strains = parts[strains_part],
             .pressure = parts[pressure_part],
-            .strains_step = strains_,
-            .pressure_step = pressure_,
+            .strains_step = of_pad_[strains_part],
+            .pressure_step = of_pad_[pressure_part],
             .steps = parts[steps_part],
-            .fibres = parts[fibres_part]};
+            .fibres = parts[fibres_part],
+            .shear = parts[shear_part]};
 }
 
 // Throws Error::bad_input naming the first thing in which the shape of a saved state differs from the skin's.
@@ -125,6 +127,16 @@ void SavedState::check(const Shape& saved) const {
     need_same("rate of a spring for fa2", saved.rate, shape_.rate);
 }
 
+// The names of the parts that the skin's states have: "shape, strains and pressure".
+std::string SavedState::part_list() const {
+    std::vector<std::string> names;
+    for (int part = 0; part < part_count; ++part)
+        if (has(part)) names.push_back(part_names[part]);
+    std::string text = names.front();
+    for (size_t i = 1; i < names.size(); ++i) text += (i + 1 == names.size() ? " and " : ", ") + names[i];
+    return text;
+}
+
 // Finds the parts in `left` bytes of version 3, and checks the shape. Returns whether every part is there, and whole,
 // and nothing behind them.
 bool SavedState::find_parts(const char* at, size_t left, size_t pads, const char* (&parts)[part_count]) const {
@@ -133,11 +145,8 @@ bool SavedState::find_parts(const char* at, size_t left, size_t pads, const char
         const auto head = copied<PartHeader>(at);
         const std::string name(head.name, strnlen(head.name, sizeof head.name));
         const auto known = std::ranges::find(part_names, name) - std::begin(part_names);
-        if (known == part_count || parts[known])
-            scene::refuse("state", "(part \"" + name + "\")",
-                          std::string("the parts shape, ") + (has(steps_part) ? "steps, " : "") +
-                              (has(fibres_part) ? "strains, pressure and fibres" : "strains and pressure") +
-                              ", each once");
+        if (known == part_count || parts[known] || (known > pressure_part && !has(int(known))))
+            scene::refuse("state", "(part \"" + name + "\")", "the parts " + part_list() + ", each once");
         if (known == steps_part || known == strains_part)
             need_same("parabolic hold", parts[steps_part] || known == steps_part, has(steps_part));
         at += sizeof head;
@@ -150,7 +159,10 @@ bool SavedState::find_parts(const char* at, size_t left, size_t pads, const char
         at += head.bytes;
     }
     if (at == end && !parts[fibres_part]) need_same("nerve fibres", 0, has(fibres_part));
-    return at == end && std::ranges::count(parts, nullptr) == !has(steps_part) + !has(fibres_part);
+    if (at == end && !parts[shear_part]) need_same("shear", 0, has(shear_part));
+    for (int part = 0; part < part_count; ++part)
+        if (has(part) != (parts[part] != nullptr)) return false;
+    return at == end;
 }
 
 plan::StateMemory<const char> SavedState::read(const void* state, size_t given, size_t pads) const {
@@ -162,33 +174,35 @@ plan::StateMemory<const char> SavedState::read(const void* state, size_t given, 
     if (header.version != version && header.version != version_without_parts)
         scene::refuse("state", "(version " + std::to_string(header.version) + ")", "version 2 or 3");
     need_same("number of pads", header.pads, uint32_t(pads));
-    const size_t numbers = pads * (strains_ + pressure_);
+    const size_t strains = of_pad_[strains_part], pressure = of_pad_[pressure_part];
+    const size_t numbers = pads * (strains + pressure);
     if (header.version == version_without_parts) { // the header, the shape, and pad by pad strains and pressure
         constexpr size_t before = sizeof(Header) + sizeof(Shape);
         if (given >= before) check(copied<Shape>(from + sizeof(Header)));
         need_same("parabolic hold", false, has(steps_part));
         need_same("nerve fibres", false, has(fibres_part));
+        need_same("shear", false, has(shear_part));
         if (given != before + numbers) refuse_bytes(state, given, before + numbers);
         need_finite(from + before, numbers);
         return {.strains = from + before,
-                .pressure = from + before + strains_,
-                .strains_step = strains_ + pressure_,
-                .pressure_step = strains_ + pressure_};
+                .pressure = from + before + strains,
+                .strains_step = strains + pressure,
+                .pressure_step = strains + pressure};
     }
     const char* parts[part_count]{};
     if (!find_parts(from + sizeof header, given - sizeof header, pads, parts)) refuse_bytes(state, given, bytes(pads));
     for (size_t i = 0; has(steps_part) && i < pads; ++i)
         if (const double step = copied<double>(parts[steps_part] + i * sizeof(double)); !(step >= 0 && finite(step)))
             scene::refuse("state", "(a step of " + std::to_string(step) + " s)", "finite numbers >= 0");
-    need_finite(parts[strains_part], pads * strains_);
-    need_finite(parts[pressure_part], pads * pressure_);
-    if (has(fibres_part)) need_finite(parts[fibres_part], pads * fibres_);
+    for (const Part part : {strains_part, pressure_part, fibres_part, shear_part})
+        if (has(part)) need_finite(parts[part], bytes_of(part, pads));
     return {.strains = parts[strains_part],
             .pressure = parts[pressure_part],
-            .strains_step = strains_,
-            .pressure_step = pressure_,
+            .strains_step = of_pad_[strains_part],
+            .pressure_step = of_pad_[pressure_part],
             .steps = parts[steps_part],
-            .fibres = parts[fibres_part]};
+            .fibres = parts[fibres_part],
+            .shear = parts[shear_part]};
 }
 
 } // namespace dermis

@@ -9,8 +9,8 @@ namespace dermis {
 
 class SavedState {
   public:
-    // fibres: bytes of the state of a pad's nerve fibres.
-    SavedState(const plan::StreamedSkin&, size_t fibres);
+    // fibres, shear: bytes of the state of a pad's nerve fibres, and of its shear; 0: it has none.
+    SavedState(const plan::StreamedSkin&, size_t fibres, size_t shear);
 
     // The bytes of so many pads.
     size_t bytes(size_t pads) const;
@@ -26,17 +26,19 @@ class SavedState {
     struct Shape {
         uint32_t width, height, cells, elements, spring, compensated, integral, rate, sites;
     };
-    // steps: the last step of each pad, s, a double each; only under parabolic hold. fibres: only where there are any.
-    enum Part { shape_part, steps_part, strains_part, pressure_part, fibres_part, part_count };
+    // steps: the last step of each pad, s, a double each; only under parabolic hold. fibres, shear: only where there
+    // are any.
+    enum Part { shape_part, steps_part, strains_part, pressure_part, fibres_part, shear_part, part_count };
 
     size_t bytes_of(Part, size_t pads) const;
     bool find_parts(const char* at, size_t left, size_t pads, const char* (&parts)[part_count]) const;
+    std::string part_list() const;
     void check(const Shape&) const;
 
-    bool has(int part) const { return part == steps_part ? steps_ > 0 : part == fibres_part ? fibres_ > 0 : true; }
+    bool has(int part) const { return part == shape_part || of_pad_[part] > 0; }
 
     Shape shape_;
-    size_t steps_, strains_, pressure_, fibres_; // bytes of a pad
+    size_t of_pad_[part_count]{}; // bytes of a pad in each part but the shape
 };
 
 } // namespace dermis

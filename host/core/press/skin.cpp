@@ -8,6 +8,7 @@
 #include "host/core/press/device.hpp"
 #include "host/core/press/report.hpp"
 #include "host/core/press/saved_state.hpp"
+#include "host/core/press/shear.hpp"
 #include "host/core/press/spiking.hpp"
 #include "host/core/press/touch.hpp"
 
@@ -24,10 +25,11 @@ struct Skin::Impl {
         : width(size_t(skin.skin.width())), height(size_t(skin.skin.height())), count(size_t(skin.pads)),
           fields(skin.skin.description.sites.empty()), uniform(skin.skin.uniform()), wanted(skin.wanted),
           chain(skin.skin.chain), state_layout(state_layout_of(skin)), felt(skin), spiking(skin, backend),
-          saved_state(skin, spiking.state_bytes()), needs(scene::needs_of(skin.skin.description, options)),
-          threads(backend.threads()), tau(tau_range(skin.skin.materials)), description(skin.skin.description),
-          materials(options.materials), bent(skin.hold == Hold::parabolic), depth(options.control == Control::depth),
-          last_steps(count), pressed(count), strains(depth ? count * cells() : 0), stream(backend.stream(skin)) {
+          shear(skin, options, backend), saved_state(skin, spiking.state_bytes(), shear.state_bytes()),
+          needs(scene::needs_of(skin.skin.description, options)), threads(backend.threads()),
+          tau(tau_range(skin.skin.materials)), description(skin.skin.description), materials(options.materials),
+          bent(skin.hold == Hold::parabolic), depth(options.control == Control::depth), last_steps(count),
+          pressed(count), strains(depth ? count * cells() : 0), stream(backend.stream(skin)) {
         moving.reserve(count);
         for (const Site& site : description.sites) ++sites_of[size_t(site.type)];
         if (!fields) read = plan::SiteCells(skin.skin, {skin.skin.whole()}, plan::cells_of(description.sites)).cells;
@@ -84,6 +86,7 @@ struct Skin::Impl {
     const plan::StateLayout state_layout; // of one pad
     const plan::Felt felt;
     Spiking spiking;
+    Shear shear;
     const SavedState saved_state;
     const std::string needs; // words for the message if memory runs out
     const int threads;
@@ -100,6 +103,7 @@ struct Skin::Impl {
     std::vector<uint64_t> pressed;               // of each pad: the number of the last list that names it
     uint64_t lists = 0;
     std::vector<float> strains; // of a frame of depths
+    std::vector<float> stretch; // of all pads, once it is asked for
     std::vector<int> moving;    // the pads that a Touch moves
     std::unique_ptr<plan::Stream> stream;
 
@@ -111,7 +115,9 @@ struct Skin::Impl {
     }
     // Throws Error::bad_input for a step, or a number of pressures, that no press takes.
     void need_press(size_t numbers, const plan::StepLengths&, const plan::PadList&, size_t cells_of_pad) const;
-    void press(const float* pressure, size_t numbers, const plan::StepLengths&, const plan::PadList&);
+    void press(const float* pressure, size_t numbers, const plan::StepLengths&, const plan::PadList&,
+               const float* traction = nullptr);
+    void need_shear(bool given) const;
     void need_touch(const contact::Touch::Impl&) const;
     void press(const contact::Touch::Impl&, const plan::StepLengths&);
     const float* to_take(const float* numbers, size_t count);
@@ -121,7 +127,7 @@ struct Skin::Impl {
     const std::vector<float>& tell(Quantity);
     // cells: the cells whose pressures are given; empty where the pressures of all cells are given.
     [[noreturn]] void refuse_pressure(const float* pressure, const plan::PadList&, size_t frames = 1,
-                                      const std::vector<size_t>& cells = {}) const;
+                                      const std::vector<size_t>& cells = {}, const char* argument = "pressure") const;
     const Material& material_of(int pad) const {
         return materials.empty() ? description.material : materials[size_t(pad)];
     }
@@ -163,9 +169,19 @@ void Skin::Impl::need_press(size_t numbers, const plan::StepLengths& dt, const p
                                                    : std::to_string(cells_of_pad) + ", as cells() lists them"));
 }
 
-void Skin::Impl::press(const float* pressure, size_t numbers, const plan::StepLengths& dt, const plan::PadList& pads) {
+// Throws Error::bad_input where a press has tractions and the skin no shear, or the other way round.
+void Skin::Impl::need_shear(bool given) const {
+    if (given != shear.any())
+        scene::refuse("traction", given ? "(given)" : "(not given)",
+                      given ? "none: the skin was made without shear" : "tractions: the skin was made with shear");
+}
+
+void Skin::Impl::press(const float* pressure, size_t numbers, const plan::StepLengths& dt, const plan::PadList& pads,
+                       const float* traction) {
+    need_shear(traction);
     need_press(numbers, dt, pads, cells());
     if (!stream->take(pads, to_take(pressure, numbers))) refuse_pressure(pressure, pads);
+    if (traction && !shear.take(pads, traction)) refuse_pressure(traction, pads, 2, {}, "traction");
     step(pads, dt);
 }
 
@@ -179,6 +195,7 @@ void Skin::Impl::need_touch(const contact::Touch::Impl& touch) const {
     if (size_t(touch.count) != count || size_t(pad.width) != width || size_t(pad.height) != height)
         scene::refuse("touch", shape(size_t(touch.count), size_t(pad.width), size_t(pad.height)),
                       shape(count, width, height));
+    need_shear(!touch.traction.empty());
     const std::optional<double> spacing = description.grid.spacing;
     if (spacing && std::abs(*spacing - pad.spacing) > 1e-6 * pad.spacing)
         scene::refuse("touch.spacing", shortest(pad.spacing), shortest(*spacing) + " m, as the skin has it");
@@ -188,10 +205,11 @@ void Skin::Impl::need_touch(const contact::Touch::Impl& touch) const {
 void Skin::Impl::press(const contact::Touch::Impl& touch, const plan::StepLengths& dt) {
     const plan::PadList all{.count = count};
     need_press(count * cells(), dt, all, cells());
-    if (spiking.any()) return press(touch.pressure.data(), count * cells(), dt, all);
-    stream->list_moving(touch.touches, moving);
+    if (spiking.any()) moving.resize(count), std::iota(moving.begin(), moving.end(), 0);
+    else stream->list_moving(touch.touches, moving);
     const plan::PadList pads{.ids = moving.data(), .count = moving.size()};
     (void)stream->take(pads, touch.pressure.data(), true); // true: a Touch has finite pressures
+    if (shear.any()) (void)shear.take(pads, touch.traction.data(), true);
     step(pads, dt);
     dt.taken(all);
 }
@@ -199,6 +217,9 @@ void Skin::Impl::press(const contact::Touch::Impl& touch, const plan::StepLength
 // Steps pads to the pressures that they have taken, and their fibres. frame: counts the call's. last: also responses.
 void Skin::Impl::step(const plan::PadList& pads, const plan::StepLengths& dt, size_t frame, bool last) {
     if (const double* refused = spiking.refused(pads, dt)) refuse_step_of_fibres(*refused);
+    // Shear has the greater coefficients: it refuses each step that the pressure refuses.
+    if (shear.any())
+        if (const double* refused = shear.press(pads, dt)) refuse_step(*refused);
     if (const double* refused = stream->press(pads, dt, last)) refuse_step(*refused);
     spiking.press(pads, dt, *stream, frame);
     dt.taken(pads);
@@ -229,17 +250,18 @@ void Skin::Impl::press_frames(const plan::PadList& pads, const float* frames, si
 
 // Throws Error::bad_input naming the first cell that is not finite, or none if another thread has changed it since.
 void Skin::Impl::refuse_pressure(const float* pressure, const plan::PadList& pads, size_t frames,
-                                 const std::vector<size_t>& listed) const {
+                                 const std::vector<size_t>& listed, const char* argument) const {
+    const std::string of = argument == std::string_view("traction") ? " of axis " : " of frame ";
     for (size_t k = 0; k < frames * pads.count; ++k)
         for (size_t i = 0, n = listed.empty() ? cells() : listed.size(); i < n; ++i, ++pressure)
             if (!finite(double(*pressure)))
-                scene::refuse("pressure",
+                scene::refuse(argument,
                               shortest(double(*pressure)) + " in cell " +
                                   scene::cell_text(listed.empty() ? i : listed[i], int(width)) +
                                   (count > 1 ? " of pad " + std::to_string(pads[k % pads.count]) : "") +
-                                  (frames > 1 ? " of frame " + std::to_string(k / pads.count) : ""),
+                                  (frames > 1 ? of + std::to_string(k / pads.count) : ""),
                               "finite numbers");
-    scene::refuse("pressure", "(a number that was not finite)", "finite numbers");
+    scene::refuse(argument, "(a number that was not finite)", "finite numbers");
 }
 
 // The strain of each cell that a pad's state holds.
@@ -292,6 +314,12 @@ void Skin::press(const float* pressure, size_t cells, const double* dt, size_t s
 }
 OR_OUT_OF_MEMORY(impl_->needs)
 
+void Skin::press(const float* pressure, const float* traction, size_t cells, double dt, const Pads& pads) try {
+    if (!traction) scene::refuse("traction", "(null)", "a pointer");
+    impl_->press(pressure, cells, impl_->steps(&dt), impl_->list_of(pads), traction);
+}
+OR_OUT_OF_MEMORY(impl_->needs)
+
 void Skin::press(const contact::Touch& touch, double dt) try {
     impl_->need_touch(touch.impl());
     impl_->press(touch.impl(), impl_->steps(&dt));
@@ -305,11 +333,16 @@ Skin::Response Skin::response(Quantity q) const try {
         const std::vector<float>& all = s.tell(q);
         return {all.data(), all.size()};
     }
+    if (s.shear.any() && q >= Quantity::shear_x) {
+        if (q == Quantity::stretch) s.shear.read_stretch(s.stretch);
+        const size_t all = s.count * s.cells();
+        return {q == Quantity::stretch ? s.stretch.data() : s.shear.strain() + (q == Quantity::shear_y ? all : 0), all};
+    }
     if (!scene::is_receptor_class(q) || !s.wanted[size_t(q)])
         scene::refuse("response", std::string("\"") + name(q) + "\"",
                       std::string(s.fields ? "the responses that the skin was made with"
                                            : "the classes of the description's sites") +
-                          ", strain, indentation, curvature");
+                          ", strain, indentation, curvature" + (s.shear.any() ? ", shear_x, shear_y, stretch" : ""));
     const float* data = s.stream->response(q); // throws if the device is lost
     return {data, s.count * (s.fields ? s.cells() : s.sites_of[size_t(q)])};
 }
@@ -320,6 +353,7 @@ void Skin::press_frames(const float* frames, size_t count, size_t numbers, doubl
     const plan::PadList list = s.list_of(pads);
     const plan::StepLengths steps = s.steps(&dt);
     s.need_press(numbers, steps, list, s.cells());
+    s.need_shear(false);
     scene::need(count > 0, "count", count, "at least 1 frame");
     if (!s.stream->finite(frames, count * numbers)) s.refuse_pressure(frames, list, count);
     s.press_frames(list, frames, count, numbers, steps);
@@ -356,6 +390,7 @@ void Skin::reset(const Pads& pads) try {
     const plan::PadList list = impl_->list_of(pads);
     impl_->stream->reset(list);
     impl_->spiking.reset(list);
+    impl_->shear.reset(list);
     for (size_t i = 0; i < list.count; ++i) impl_->last_steps[size_t(list[i])] = 0;
 }
 OR_OUT_OF_MEMORY(impl_->needs)
@@ -372,6 +407,7 @@ void Skin::save(void* state, size_t bytes, const Pads& pads) const try {
         std::memcpy(to.steps + i * sizeof(double), &s.last_steps[size_t(list[i])], sizeof(double));
     for (size_t i = 0; to.fibres && i < list.count; ++i)
         s.spiking.save(list[i], to.fibres + i * s.spiking.state_bytes());
+    if (to.shear) s.shear.save(list, to.shear);
 }
 OR_OUT_OF_MEMORY(impl_->needs)
 
@@ -380,6 +416,7 @@ void Skin::load(const void* state, size_t bytes, const Pads& pads) try {
     const plan::PadList list = s.list_of(pads);
     const plan::StateMemory<const char> from = s.saved_state.read(state, bytes, list.count);
     s.stream->load(list, from);
+    if (from.shear) s.shear.load(list, from.shear);
     for (size_t i = 0; i < list.count; ++i) {
         double& step = s.last_steps[size_t(list[i])] = 0;
         if (from.steps) std::memcpy(&step, from.steps + i * sizeof step, sizeof step);
@@ -402,6 +439,7 @@ void Skin::set_material(const Material& material, const Pads& pads) try {
     std::vector<Material> copies(s.materials.empty() ? 0 : list.count, material);
     s.stream->set_elements(list, elements);
     s.spiking.set_elements(list, elements);
+    s.shear.set_elements(list, elements);
     if (copies.empty()) s.description.material = std::move(taken);
     for (size_t i = 0; i < copies.size(); ++i) s.materials[size_t(list[i])] = std::move(copies[i]);
 }

@@ -41,21 +41,19 @@ Spiking::Spiking(const plan::StreamedSkin& s, plan::Backend& backend) : felt_(s)
     pressures_.resize(size_t(s.pads) * layout_.pressure);
     state_.resize(fibres_->state_size());
     if (!s.skin.uniform()) return;
-    std::vector<plan::Element> elements = s.elements_of_pad;
-    if (elements.empty())
-        for (int i = 0; i < s.pads; ++i)
-            elements.insert(elements.end(), s.skin.materials.begin(), s.skin.materials.end());
-    set_elements({.count = size_t(s.pads)}, elements);
+    if (s.elements_of_pad.empty()) set_elements({.count = size_t(s.pads)}, s.skin.materials);
+    for (int pad = 0; !s.elements_of_pad.empty() && pad < s.pads; ++pad) {
+        const auto first = s.elements_of_pad.begin() + std::ptrdiff_t(size_t(pad) * s.skin.chain.length);
+        set_elements({.ids = &pad, .count = 1}, {first, first + std::ptrdiff_t(s.skin.chain.length)});
+    }
 }
 
 void Spiking::set_elements(const plan::PadList& pads, const std::vector<plan::Element>& elements) {
     if (!any()) return;
-    const size_t length = elements.size() / pads.count;
+    const bool spring = scene::is_elastic(elements.back()) && elements.size() > 1;
     for (size_t i = 0; i < pads.count; ++i) {
-        const auto first = elements.begin() + std::ptrdiff_t(i * length);
-        const std::vector<plan::Element> own(first, first + std::ptrdiff_t(length));
-        springs_[size_t(pads[i])] = scene::is_elastic(own.back()) && length > 1 ? own.back().modulus : 0;
-        moduli_[size_t(pads[i])] = modulus_at_rest(own);
+        springs_[size_t(pads[i])] = spring ? elements.back().modulus : 0;
+        moduli_[size_t(pads[i])] = modulus_at_rest(elements);
     }
 }
 

@@ -21,7 +21,7 @@ class Spiking {
     const std::vector<Spike>& spikes() const { return spikes_; }
 
     void reset(const plan::PadList&);
-    // Gives pads other elements in series.
+    // Gives pads other elements in series, all of them the same.
     void set_elements(const plan::PadList&, const std::vector<plan::Element>&);
 
     size_t state_bytes() const { return any() ? fibres_->state_size() * sizeof(float) : 0; } // of a pad

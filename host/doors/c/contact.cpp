@@ -29,7 +29,8 @@ contact::Pad dermis::c::pad_of(const dermis_contact_pad* pad, const char* argume
     if (pad->size != versions[1] && pad->size != versions[2]) need_size(pad, argument, versions[0]);
     const int32_t tiled = pad->size < versions[1] ? 0 : pad->tiled;
     const bool has_radii = pad->size > versions[1], has_shear = pad->size > versions[2];
-    if (tiled != 0 && tiled != 1) dermis::scene::refuse(std::string(argument) + "->tiled", std::to_string(tiled), "0, 1");
+    if (tiled != 0 && tiled != 1)
+        dermis::scene::refuse(std::string(argument) + "->tiled", std::to_string(tiled), "0, 1");
     const contact::Pad made{.width = pad->width,
                             .height = pad->height,
                             .spacing = pad->spacing,

@@ -19,7 +19,8 @@ static_assert(offsetof(dermis_spike, share) == offsetof(dermis::Spike, share));
 dermis::SkinOptions options_of(const dermis_skin_options* given, const dermis::Material& material) {
     dermis::SkinOptions options;
     if (!given) return options;
-    need_size(given, "options", offsetof(dermis_skin_options, hold));
+    if (given->size != offsetof(dermis_skin_options, shear))
+        need_size(given, "options", offsetof(dermis_skin_options, hold));
     if (given->count < 1 || given->count > 1048576) // before a material is made for each
         refuse("options->count", std::to_string(given->count), "1..1048576 pads");
     options.count = given->count;
@@ -48,13 +49,17 @@ dermis::SkinOptions options_of(const dermis_skin_options* given, const dermis::M
         refuse("options->precision", std::to_string(given->precision),
                "DERMIS_DEFAULT_PRECISION (0) .. DERMIS_F32_COMPENSATED (2)");
     }
-    if (given->size == sizeof *given) {
+    if (given->size >= offsetof(dermis_skin_options, shear)) {
         if (given->hold != DERMIS_LINEAR && given->hold != DERMIS_PARABOLIC)
             refuse("options->hold", std::to_string(given->hold), "DERMIS_LINEAR (0), DERMIS_PARABOLIC (1)");
         options.hold = given->hold == DERMIS_PARABOLIC ? dermis::Hold::parabolic : dermis::Hold::linear;
         if (given->control != DERMIS_PRESSURE && given->control != DERMIS_DEPTH)
             refuse("options->control", std::to_string(given->control), "DERMIS_PRESSURE (0), DERMIS_DEPTH (1)");
         options.control = given->control == DERMIS_DEPTH ? dermis::Control::depth : dermis::Control::pressure;
+    }
+    if (given->size == sizeof *given) {
+        if (given->shear != 0 && given->shear != 1) refuse("options->shear", std::to_string(given->shear), "0, 1");
+        options.shear = given->shear == 1;
     }
     return options;
 }
@@ -87,6 +92,16 @@ dermis_status dermis_skin_press(dermis_skin* skin, const float* pressure, size_t
         if (steps > 0) need_pointer(dt, "dt");
         if (steps == 1) skin->skin.press(pressure, cells, *dt, pads_of(pads));
         else skin->skin.press(pressure, cells, dt, steps, pads_of(pads));
+    });
+}
+
+dermis_status dermis_skin_press_shear(dermis_skin* skin, const float* pressure, const float* traction, size_t cells,
+                                      double dt, const dermis_pads* pads) {
+    return guarded([&] {
+        need_pointer(skin, "skin");
+        if (cells > 0) need_pointer(pressure, "pressure");
+        need_pointer(traction, "traction");
+        skin->skin.press(pressure, traction, cells, dt, pads_of(pads));
     });
 }
 

@@ -52,14 +52,15 @@ dermis_status status_of_exception() noexcept {
 }
 
 // The quantities by their numbers in C, which never change.
-constexpr Quantity quantities[] = {Quantity::strain, Quantity::sa1,       Quantity::sa2,         Quantity::fa1,
-                                   Quantity::fa2,    Quantity::curvature, Quantity::deformation, Quantity::indentation};
+constexpr Quantity quantities[] = {Quantity::strain,  Quantity::sa1,       Quantity::sa2,         Quantity::fa1,
+                                   Quantity::fa2,     Quantity::curvature, Quantity::deformation, Quantity::indentation,
+                                   Quantity::shear_x, Quantity::shear_y,   Quantity::stretch};
 static_assert(quantities[DERMIS_STRAIN] == Quantity::strain && quantities[DERMIS_FA2] == Quantity::fa2 &&
-              quantities[DERMIS_INDENTATION] == Quantity::indentation);
+              quantities[DERMIS_STRETCH] == Quantity::stretch);
 
 Quantity quantity_of(dermis_quantity q) {
-    if (q < DERMIS_STRAIN || q > DERMIS_INDENTATION)
-        scene::refuse("quantity", std::to_string(q), "DERMIS_STRAIN (0) .. DERMIS_INDENTATION (7)");
+    if (q < DERMIS_STRAIN || q > DERMIS_STRETCH)
+        scene::refuse("quantity", std::to_string(q), "DERMIS_STRAIN (0) .. DERMIS_STRETCH (10)");
     return quantities[q];
 }
 

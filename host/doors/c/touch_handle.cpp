@@ -48,13 +48,15 @@ dermis_status dermis_touch_get_report(const dermis_touch* touch, int32_t pad, de
     });
 }
 
-dermis_status dermis_touch_get_pressure(const dermis_touch* touch, const float** pressure, size_t* numbers) {
+dermis_status dermis_touch_get_pressure(const dermis_touch* touch, const float** pressure, const float** traction,
+                                        size_t* numbers) {
     return guarded([&] {
         need_output(pressure, "pressure");
         need_output(numbers, "numbers");
         need_pointer(touch, "touch");
         const contact::Pad& pad = touch->touch.shape();
         *pressure = touch->touch.pressure();
+        if (traction) *traction = touch->touch.traction();
         *numbers = size_t(touch->touch.count()) * size_t(pad.width) * size_t(pad.height);
     });
 }

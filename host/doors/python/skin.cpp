@@ -203,12 +203,36 @@ void press_touch(SkinWithShapes& s, const contact::Touch& touch, nb::handle dt, 
     for (const auto& [response, to] : outputs) std::copy_n(response.data, response.size, to.data());
 }
 
-void press(SkinWithShapes& s, nb::handle pressure, nb::handle dt, nb::handle pads, nb::handle out) {
-    if (const contact::Touch* touch = nullptr; nb::try_cast(pressure, touch) && touch)
+// Tractions along x and y: two pressures.
+AnyArray traction_in(const SkinWithShapes& s, nb::handle argument, const PadNumbers& pads) {
+    std::vector<size_t> shape = shape_of(s, pads);
+    shape.insert(shape.begin(), 2);
+    std::optional<AnyArray> array = array_in(argument);
+    if (!array || array->dtype() != nb::dtype<float>() || !is_dense(*array) || !has_shape(*array, shape))
+        scene::refuse("traction", description_of(argument),
+                      "float32 array in C order, of shape " + shape_text(shape) + " in Pa");
+    return std::move(*array);
+}
+
+void press(SkinWithShapes& s, nb::handle pressure, nb::handle dt, nb::handle pads, nb::handle out,
+           nb::handle traction) {
+    if (const contact::Touch* touch = nullptr; nb::try_cast(pressure, touch) && touch) {
+        if (!traction.is_none()) scene::refuse("traction", description_of(traction), "None: a Touch has its own");
         return press_touch(s, *touch, dt, pads, out);
+    }
     const PadNumbers numbers(pads, s.skin->count());
     const AnyArray array = pressure_in(s, pressure, numbers);
     const auto* data = static_cast<const float*>(array.data());
+    if (!traction.is_none()) {
+        double step = 0;
+        if (!nb::try_cast(dt, step)) scene::refuse("dt", description_of(dt), "seconds, one number beside tractions");
+        const AnyArray tractions = traction_in(s, traction, numbers);
+        const Outputs outputs = outputs_in(s, out);
+        const Computing computing(s.in_use.get());
+        s.skin->press(data, static_cast<const float*>(tractions.data()), array.size(), step, numbers.pads());
+        for (const auto& [response, to] : outputs) std::copy_n(response.data, response.size, to.data());
+        return;
+    }
     const Outputs outputs = outputs_in(s, out);
     std::vector<double> steps(1);
     const bool one = nb::try_cast(dt, steps[0]);
@@ -243,6 +267,7 @@ View<float> response(nb::handle_t<SkinWithShapes> self, nb::handle named) {
     const SkinWithShapes& s = nb::cast<const SkinWithShapes&>(self);
     std::vector<Quantity> these = responses_of(s);
     these.insert(these.end(), {Quantity::strain, Quantity::indentation, Quantity::curvature});
+    if (s.options.shear) these.insert(these.end(), {Quantity::shear_x, Quantity::shear_y, Quantity::stretch});
     const Skin::Response response = response_of(s, named, these);
     return view(response.data, shape_of(s, response), self);
 }
@@ -380,7 +405,7 @@ std::vector<int> axes_of(nb::handle n) {
 void make_skin(SkinWithShapes* self, const Scene& scene, nb::handle n, nb::handle device,
                const std::optional<Sequence<nb::str>>& responses, const std::optional<string_view>& precision,
                const Sequence<Scene>& materials, string_view hold, string_view control,
-               const std::optional<Sequence<Afferents>>& afferents) {
+               const std::optional<Sequence<Afferents>>& afferents, bool shear) {
     const std::vector<int> leading = axes_of(n);
     SkinOptions options;
     long long count = 1; // of which the library refuses what is too much
@@ -401,6 +426,7 @@ void make_skin(SkinWithShapes* self, const Scene& scene, nb::handle n, nb::handl
         scene::refuse("control", '"' + std::string(control) + '"', "\"pressure\", \"depth\"");
     options.control = control == "depth" ? Control::depth : Control::pressure;
     options.afferents = afferents ? afferents_in(*afferents) : scene.afferents;
+    options.shear = shear;
     make_on(self, device_of(device), leading, scene, options);
 }
 
@@ -438,10 +464,10 @@ void bind_skin(nb::module_& m) {
         .def(Pickled())
         .def("__init__", make_skin, nb::arg("scene"), nb::arg("n").none(), nb::arg("device").none(),
              nb::arg("responses").none(), nb::arg("precision").none(), nb::arg("materials"), nb::arg("hold"),
-             nb::arg("control"), nb::arg("afferents").none())
+             nb::arg("control"), nb::arg("afferents").none(), nb::arg("shear"))
         .def(
             "press", press, nb::arg("pressure").none(), nb::arg("dt"), nb::arg("pads").none() = nb::none(),
-            nb::arg("out").none() = nb::none(),
+            nb::arg("out").none() = nb::none(), nb::arg("traction").none() = nb::none(),
             "Press the skin: the pressure runs linearly from the last press to this one, over a step of dt seconds.\n\n"
             "pressure: float32 in C order, Pa, of shape (height, width), or (n, height, width) with n; anything\n"
             "with DLPack or a buffer. Other types are refused, not converted. It is copied. With control \"depth\" it "
@@ -450,6 +476,7 @@ void bind_skin(nb::module_& m) {
             "dt: s, >= 0, or one for each pad that is pressed. 0 is a pause.\n"
             "pads: None is all; else numbers or a mask of n bools, and pressure has a map for each of them.\n"
             "out: float32 arrays by response, as in {\"sa1\": array} of the shape of skin[\"sa1\"], to be filled.\n"
+            "traction: Pa, of a skin with shear: pressures along x and along y, of shape (2, n, height, width).\n"
             "Other Python threads run meanwhile. Arrays of responses show the new values at once.")
         .def("press_frames", press_frames, nb::arg("pressure").none(), nb::arg("dt"),
              nb::arg("pads").none() = nb::none(), nb::arg("out").none() = nb::none(),
@@ -469,7 +496,7 @@ void bind_skin(nb::module_& m) {
              "A view, float32 of shape (n, height, width), with sites (n, sites of that class); without n the first\n"
              "axis is missing. The memory stays the same: after each press it holds the new values. \"strain\",\n"
              "\"indentation\" (m) and \"curvature\" (1/m) are read from the state each time they are asked for, with\n"
-             "sites of all sites in the order given.")
+             "sites of all sites in the order given. So are, with shear, \"shear_x\", \"shear_y\" and \"stretch\".")
         .def("spike_bytes", spikes_of, "As spikes, in bytes.")
         .def("reset", reset, nb::arg("pads").none() = nb::none(), "Bring pads back to rest. pads: as in press.")
         .def("save", save, nb::arg("pads").none() = nb::none(),

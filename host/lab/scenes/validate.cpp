@@ -230,10 +230,11 @@ void check_output(const Scene& s) {
             refuse("output.traces", std::string("\"") + name(q) + "\"",
                    "strain, " + receptor_class_names() + "; curvature and deformation as fields");
     for (const FieldRequest& f : s.output.fields) {
-        if (std::count(f.what.begin(), f.what.end(), Quantity::indentation))
-            refuse("output.fields.what", "\"indentation\"",
-                   "strain, " + receptor_class_names() +
-                       ", curvature, deformation; indentation is thickness*strain, and a Skin's response");
+        for (Quantity q : f.what)
+            if (q >= Quantity::indentation)
+                refuse("output.fields.what", std::string("\"") + name(q) + "\"",
+                       "strain, " + receptor_class_names() +
+                           ", curvature, deformation; indentation is thickness*strain, and a Skin's response");
         need(finite(f.at) && f.at >= 0 && f.at <= s.time.duration, "output.fields.at", f.at,
              "0.." + shortest(s.time.duration) + ", within time.duration");
         const double n = std::round(f.at / s.time.step);

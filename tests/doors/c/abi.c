@@ -116,7 +116,7 @@ int main(void) {
     NUMBER(DERMIS_LINEAR);
     NUMBER(DERMIS_PARABOLIC);
     OFFSET(dermis_skin_options, hold);
-    SIZE(dermis_skin_options);
+    EARLIER_SIZE(dermis_skin_options, shear);
     OFFSET(dermis_report, vibration);
     SIZE(dermis_report);
     NUMBER(DERMIS_PRESSURE);
@@ -139,6 +139,11 @@ int main(void) {
     OFFSET(dermis_contact_report, shear_x);
     OFFSET(dermis_contact_report, shear_y);
     SIZE(dermis_contact_report);
+    OFFSET(dermis_skin_options, shear);
+    SIZE(dermis_skin_options);
+    NUMBER(DERMIS_SHEAR_X);
+    NUMBER(DERMIS_SHEAR_Y);
+    NUMBER(DERMIS_STRETCH);
     SIZE(dermis_poses);
     OFFSET(dermis_poses, position);
     OFFSET(dermis_poses, rotation);

@@ -116,7 +116,7 @@ static void contacts_of_a_batch(void) {
     REFUSED(dermis_touch_create(&shape, 2, 1e-3, 2, &touch), "shear = 2; allowed: 0, 1");
     REFUSED(dermis_touch_create(NULL, 2, 1e-3, 0, &touch), "shape = (null)");
     CHECK(dermis_touch_create(&shape, 2, 1e-3, 0, &touch) == DERMIS_OK);
-    CHECK(dermis_touch_get_pressure(touch, &pressure, &numbers) == DERMIS_OK && numbers == 1152);
+    CHECK(dermis_touch_get_pressure(touch, &pressure, NULL, &numbers) == DERMIS_OK && numbers == 1152);
     CHECK(dermis_touch_add(touch, &poses, &contacts, &report) == DERMIS_OK);
     CHECK(near(report.placed, 0.2) && near(report.shear_x, 0.05) && report.plausible == 1);
     CHECK(pressure[12 * 24 + 12] == 0 && pressure[576 + 12 * 24 + 12] > 0);
@@ -147,6 +147,47 @@ static void contacts_of_a_batch(void) {
     dermis_scene_destroy(scene);
     dermis_touch_destroy(touch);
     dermis_touch_destroy(NULL);
+}
+
+/* A skin with shear takes tractions beside pressures, or the ones of a touch. */
+static void shear(void) {
+    const dermis_contact_pad shape = {.size = sizeof shape, .width = 8, .height = 6, .spacing = 1e-3};
+    const double middle[3] = {0, 0, 0}, axes[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+    const dermis_poses poses = {.position = middle, .rotation = axes};
+    const double place[3] = {0, 0, 0}, force[3] = {0.1, -0.05, -0.3}, radius = 2e-3;
+    const int32_t pad = 0;
+    const dermis_contacts contacts = {.size = sizeof contacts, .count = 1, .pad = &pad, .position = place, .force = force, .radius = &radius};
+    dermis_contact_report report = {.size = sizeof report};
+    dermis_touch* touch = NULL;
+    dermis_scene* scene = NULL;
+    dermis_skin *by_touch = NULL, *by_maps = NULL;
+    dermis_skin_options options = {.size = sizeof options, .count = 1, .shear = 2};
+    const float *pressure = NULL, *traction = NULL, *a = NULL, *b = NULL;
+    size_t numbers = 0, count = 0;
+    CHECK(dermis_touch_create(&shape, 1, 1e-3, 1, &touch) == DERMIS_OK);
+    CHECK(dermis_touch_add(touch, &poses, &contacts, &report) == DERMIS_OK && near(report.shear_y, -0.05));
+    CHECK(dermis_touch_get_pressure(touch, &pressure, &traction, &numbers) == DERMIS_OK && numbers == 48 && traction);
+    CHECK(dermis_scene_from_string("[grid]\nwidth = 8\nheight = 6\n[surface]\nkind = \"flat\"\n", ".", &scene) == DERMIS_OK);
+    REFUSED(dermis_skin_create(NULL, scene, &options, &by_touch), "options->shear = 2; allowed: 0, 1");
+    options.shear = 1;
+    CHECK(dermis_skin_create(NULL, scene, &options, &by_touch) == DERMIS_OK);
+    CHECK(dermis_skin_create(NULL, scene, &options, &by_maps) == DERMIS_OK);
+    CHECK(dermis_skin_press_touch(by_touch, touch, 0.1) == DERMIS_OK);
+    CHECK(dermis_skin_press_shear(by_maps, pressure, traction, numbers, 0.1, NULL) == DERMIS_OK);
+    REFUSED(dermis_skin_press_shear(by_maps, pressure, NULL, numbers, 0.1, NULL), "traction = (null)");
+    CHECK(dermis_skin_get_response(by_touch, DERMIS_SHEAR_X, &a, &count) == DERMIS_OK);
+    CHECK(dermis_skin_get_response(by_maps, DERMIS_SHEAR_X, &b, &count) == DERMIS_OK);
+    CHECK(count == 48 && memcmp(a, b, count * sizeof *a) == 0 && a[2 * 8 + 4] > 0);
+    CHECK(dermis_skin_get_response(by_maps, DERMIS_SHEAR_Y, &b, &count) == DERMIS_OK && b[2 * 8 + 4] < 0);
+    CHECK(dermis_skin_get_response(by_maps, DERMIS_STRETCH, &b, &count) == DERMIS_OK && count == 48);
+    REFUSED(dermis_skin_get_response(by_maps, 11, &b, &count), "quantity = 11");
+    dermis_skin_destroy(by_touch), dermis_skin_destroy(by_maps);
+    options.size = offsetof(dermis_skin_options, shear);
+    CHECK(dermis_skin_create(NULL, scene, &options, &by_touch) == DERMIS_OK);
+    REFUSED(dermis_skin_get_response(by_touch, DERMIS_SHEAR_X, &a, &count), "response = \"shear_x\"");
+    dermis_skin_destroy(by_touch);
+    dermis_scene_destroy(scene);
+    dermis_touch_destroy(touch);
 }
 
 static void contacts_of_the_world(void) {
@@ -240,6 +281,7 @@ int main(void) {
     tiled_pads();
     round_pads();
     contacts_of_a_batch();
+    shear();
     contacts_of_the_world();
     depths_and_taxels();
     puts("passed");

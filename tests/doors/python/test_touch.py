@@ -100,3 +100,28 @@ def test_a_skin_takes_no_touch_of_other_pads_and_no_list_beside_it(hand):
         with pytest.raises(dermis.Error) as refused:
             call()
         assert str(refused.value).startswith(words), refused.value
+
+
+def test_a_skin_with_shear_takes_tractions_or_a_touch_with_its_own(hand):
+    _, _, middles, axes, pad, table = hand
+    made, other = skin(shear=True), skin(shear=True)
+    touch = contact.Touch(made, reach=1e-3, radius_x=RADIUS, radius_y=RADIUS, shear=True)
+    report = touch.add(middles, axes, pad, table[:, 4:7], table[:, 1:4], radius=1e-3)
+    assert touch.traction.shape == (2, N, SIDE, SIDE)
+    assert touch.traction[0].sum(dtype=float) * CELL**2 == pytest.approx(report.shear[0], rel=1e-6)
+    made.press(touch, 1e-3)
+    other.press(touch.pressure, 1e-3, traction=touch.traction)
+    assert (made["shear_x"] == other["shear_x"]).all() and made["shear_x"].max() > 0
+    assert made["stretch"].shape == (N, SIDE, SIDE) and made["stretch"].any()
+    again = dermis.Skin(made.scene, n=N, shear=True)
+    again.load(made.save())
+    again.press(touch, 1e-3), made.press(touch, 1e-3)
+    assert (again["shear_y"] == made["shear_y"]).all()
+    for call, words in [(lambda: made.press(touch.pressure, 1e-3), "traction = (not given)"),
+                        (lambda: made.press(touch.pressure, 1e-3, traction=touch.pressure), "traction = float32 array"),
+                        (lambda: made.press(touch, 1e-3, traction=touch.traction), "traction = float32 array"),
+                        (lambda: skin().press(touch, 1e-3), "traction = (given)"),
+                        (lambda: skin()["shear_x"], "response = 'shear_x'")]:
+        with pytest.raises(dermis.Error) as refused:
+            call()
+        assert str(refused.value).startswith(words), refused.value

@@ -135,6 +135,8 @@ class Skin(_core.Skin):
     whatever the material, and 0 where a depth would pull. No cell knows another one's. Takes no materials.
     afferents: a list of Afferents, the nerve fibres of each pad; None: the scene's. With control "depth" they follow
     the strain. A step is then at most 65536 refractory times, or shortest time constants, of each fibre.
+    shear: whether presses take tractions along the surface beside pressures, which strain the material in shear. Takes
+    neither sites nor materials of maps.
 
     copy.copy and pickle make another skin with the same state; its responses are 0, and it has no spikes, until it is
     pressed.
@@ -144,11 +146,11 @@ class Skin(_core.Skin):
     def __init__(self, scene: AnyScene, n: int | Sequence[int] | None = None, *, device: Device | str | None = None,
                  responses: str | Iterable[str] | None = None, precision: str | None = None,
                  materials: Iterable[AnyMaterial] = (), hold: str = "linear", control: str = "pressure",
-                 afferents: Iterable[Afferents] | None = None) -> None:
+                 afferents: Iterable[Afferents] | None = None, shear: bool = False) -> None:
         names = [responses] if isinstance(responses, str) else None if responses is None else list(responses)
         super().__init__(_scene_of(scene), n, device, names, precision,
                          [_scene_with(m, f"materials[{i}]") for i, m in enumerate(materials)], hold, control,
-                         None if afferents is None else list(afferents))
+                         None if afferents is None else list(afferents), shear)
 
     def __getitem__(self, response: str) -> Response:
         return super().__getitem__(response).view(Response)

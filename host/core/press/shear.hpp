@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+// The shear of a skin that is pressed frame by frame: tractions along x and y strain the skin's material, whose shear
+// modulus is a third of its modulus, because its volume stays the same. The pads of a stream of their own: first the
+// shear along x of each pad, then along y.
+#pragma once
+
+#include "host/core/model/stream.hpp"
+
+namespace dermis {
+
+class Shear {
+  public:
+    // Throws Error::bad_input where SkinOptions::shear is asked of a skin that has none.
+    Shear(const plan::StreamedSkin&, const SkinOptions&, plan::Backend&);
+
+    bool any() const { return stream_ != nullptr; }
+    // What Stream::take() does with the tractions of pads along x, then along y.
+    bool take(const plan::PadList&, const float* tractions, bool by_number = false);
+    // What Stream::press() does, after take() of the same pads.
+    const double* press(const plan::PadList&, const plan::StepLengths&);
+    // The shear strain along x of all pads, then along y, after each pad's last press.
+    const float* strain() { return stream_->response(Quantity::sa1); }
+    // Writes how much the surface of all pads is stretched, du_x/dx + du_y/dy.
+    void read_stretch(std::vector<float>& out);
+
+    void reset(const plan::PadList&);
+    // Gives pads other elements in series, those of the pressure.
+    void set_elements(const plan::PadList&, std::vector<plan::Element>);
+    size_t state_bytes() const { return any() ? 2 * state_of_axis() : 0; } // of a pad
+    void save(const plan::PadList&, char* states);
+    void load(const plan::PadList&, const char* states);
+
+  private:
+    plan::PadList both(const plan::PadList&);
+    size_t state_of_axis() const { return (layout_.cells * layout_.planes + layout_.pressure) * sizeof(float); }
+    template <class Byte> plan::StateMemory<Byte> memory(Byte* states) const;
+
+    size_t pads_ = 0, width_ = 0, height_ = 0;
+    int edges_ = 0;
+    float slope_ = 0; // thickness over twice the spacing
+    plan::StateLayout layout_;
+    std::unique_ptr<plan::Stream> stream_; // null: no shear
+    std::vector<int> both_;                // a list of pads along x, then along y
+    std::vector<double> steps_, before_;   // of each pad along both axes, s
+};
+
+} // namespace dermis

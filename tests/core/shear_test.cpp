@@ -1,0 +1,290 @@
+// SPDX-License-Identifier: MIT
+// labels: device
+// The shear of a skin: tractions strain the material's chain with a third of its moduli, on each backend alike.
+#include "dermis/touch.hpp"
+#include "host/core/press/device.hpp"
+#include "tests/allocations.hpp"
+#include "tests/contacts.hpp"
+#include "tests/expected.hpp"
+#include "tests/support.hpp"
+
+#include <cstring>
+
+using namespace test;
+
+namespace {
+
+constexpr int rows = 20, columns = 24, cells_of_pad = rows * columns;
+
+// Two retardation times and a spring, in metres.
+SkinDescription sheared_skin() {
+    SkinDescription d;
+    d.grid = {columns, rows, 5e-4};
+    d.surface.kind = Surface::Kind::flat;
+    d.surface.relief = 5e-5;
+    d.material.thickness = 1e-3;
+    d.material.curvature_length = 1e-5;
+    d.material.elements = {{.modulus = 6e4, .viscosity = 3e3}, {.modulus = 2e5, .viscosity = 8e2}};
+    d.material.spring = 9e5;
+    d.receptors.fa2 = Fa2::step_mean;
+    return d;
+}
+
+SkinOptions with_shear(int count = 1) {
+    SkinOptions o;
+    o.count = count;
+    o.shear = true;
+    return o;
+}
+
+// A smooth patch of `peak` Pa around the middle of each of n maps.
+std::vector<float> patch(double peak, int n = 1) {
+    std::vector<float> map;
+    for (int k = 0; k < n; ++k)
+        for (int y = 0; y < rows; ++y)
+            for (int x = 0; x < columns; ++x) {
+                const double dx = (x - 11.5) / 6, dy = (y - 9.5) / 5, in = 1 - dx * dx - dy * dy;
+                map.push_back(float(in > 0 ? (k + 1) * peak * std::sqrt(in) : 0));
+            }
+    return map;
+}
+
+std::vector<float> joined(std::vector<float> a, const std::vector<float>& b) {
+    a.insert(a.end(), b.begin(), b.end());
+    return a;
+}
+
+std::vector<float> read(const Skin& s, Quantity q) {
+    const Skin::Response r = s.response(q);
+    return {r.begin(), r.end()};
+}
+
+// The strain of the material's elements under a stress that is held since t = 0, of which a ramp of dt seconds came
+// first; the shear moduli are a third of the moduli.
+double strain_after(double stress, double t, double dt) {
+    double strain = stress / (9e5 / 3);
+    for (const auto& [modulus, viscosity] : {std::pair{6e4, 3e3}, std::pair{2e5, 8e2}}) {
+        const double tau = viscosity / modulus;
+        // the ramp is the integral of steps
+        strain += stress / (modulus / 3) * (1 - tau / dt * (std::exp(-(t - dt) / tau) - std::exp(-t / tau)));
+    }
+    return strain;
+}
+
+} // namespace
+
+TEST_CASE(
+    "Under a traction that is held the shear strain creeps as the chain of a third of the moduli, on each backend") {
+    const Validated vulkan;
+    const double dt = 2e-3;
+    const std::vector<float> none(cells_of_pad), along_x = patch(2e3), along_y = patch(-7e2);
+    for (const Device& device : {Device::cpu(1), Device::cpu(3), vulkan.device()}) {
+        CAPTURE(device.info().name);
+        Skin skin(device, sheared_skin(), with_shear());
+        for (int n = 1; n <= 30; ++n) {
+            skin.press(none.data(), joined(along_x, along_y).data(), cells_of_pad, dt);
+            const std::vector<float> x = read(skin, Quantity::shear_x), y = read(skin, Quantity::shear_y);
+            double sum_x = 0, sum_y = 0, stress_x = 0, stress_y = 0;
+            for (size_t i = 0; i < cells_of_pad; ++i)
+                sum_x += x[i], sum_y += y[i], stress_x += along_x[i], stress_y += along_y[i];
+            CHECK(sum_x == relative(strain_after(stress_x, n * dt, dt), 1e-5));
+            CHECK(sum_y == relative(strain_after(stress_y, n * dt, dt), 1e-5));
+        }
+        for (Quantity q : all_responses) CHECK(read(skin, q) == none); // no shear changes a response
+    }
+}
+
+TEST_CASE(
+    "Tractions leave the bits of strain and responses, and the planes of shear swap with the axes, on each backend") {
+    const Validated vulkan;
+    const std::vector<float> pressure = patch(1e4), none(cells_of_pad), a = patch(2e3), b = patch(5e2);
+    std::vector<float> first;
+    for (const Device& device : {Device::cpu(1), Device::cpu(3), vulkan.device()}) {
+        CAPTURE(device.info().name);
+        Skin plain(device, sheared_skin()), skin(device, sheared_skin(), with_shear()),
+            turned(device, sheared_skin(), with_shear());
+        for (int n = 0; n < 5; ++n) {
+            plain.press(pressure, 1e-3);
+            skin.press(pressure.data(), joined(a, b).data(), cells_of_pad, 1e-3);
+            turned.press(none.data(), joined(b, a).data(), cells_of_pad, 1e-3);
+        }
+        for (Quantity q : all_responses) CHECK(read(skin, q) == read(plain, q));
+        CHECK(read(skin, Quantity::strain) == read(plain, Quantity::strain));
+        const std::vector<float> x = read(skin, Quantity::shear_x), y = read(skin, Quantity::shear_y);
+        CHECK(read(turned, Quantity::shear_x) == y);
+        CHECK(read(turned, Quantity::shear_y) == x);
+        if (first.empty()) first = x;
+        CHECK(x == first); // the same bits on all
+    }
+}
+
+TEST_CASE(
+    "A force turned by 90 degrees turns the shear of a square pad with it, and stretch is that of the displacement") {
+    SkinDescription d = sheared_skin();
+    d.grid = {columns, columns, 5e-4};
+    Skin along_x(Device::cpu(1), d, with_shear()), along_y(Device::cpu(1), d, with_shear());
+    constexpr size_t all = size_t(columns) * columns;
+    std::vector<float> map(all), transposed(all);
+    for (size_t y = 0; y < columns; ++y)
+        for (size_t x = 0; x < columns; ++x) {
+            const double dx = (double(x) - 9) / 6, dy = (double(y) - 13) / 4, in = 1 - dx * dx - dy * dy;
+            map[y * columns + x] = transposed[x * columns + y] = float(in > 0 ? 3e3 * in : 0);
+        }
+    const std::vector<float> none(all);
+    along_x.press(none.data(), joined(map, none).data(), all, 1e-2);
+    along_y.press(none.data(), joined(none, transposed).data(), all, 1e-2);
+    const std::vector<float> x = read(along_x, Quantity::shear_x), y = read(along_y, Quantity::shear_y),
+                             stretch = read(along_x, Quantity::stretch);
+    double sum = 0, greatest = 0;
+    for (size_t i = 0; i < columns; ++i)
+        for (size_t k = 0; k < columns; ++k) {
+            REQUIRE(x[i * columns + k] == y[k * columns + i]);
+            const size_t left = k == 0 ? 0 : k - 1, right = std::min<size_t>(k + 1, columns - 1);
+            const double expected = 1e-3 * (double(x[i * columns + right]) - double(x[i * columns + left])) / 1e-3;
+            REQUIRE(stretch[i * columns + k] == absolute(expected, 1e-7 * std::abs(x[13 * columns + 9])));
+            sum += stretch[i * columns + k];
+            greatest = std::max(greatest, std::abs(double(stretch[i * columns + k])));
+        }
+    CHECK(greatest > 0);
+    CHECK(sum == absolute(0, 1e-5 * greatest)); // skin is drawn together before the patch and apart behind it
+    CHECK(stretch[13 * columns + 3] > 0);
+    CHECK(stretch[13 * columns + 15] < 0);
+    CHECK(read(along_y, Quantity::stretch)[3 * columns + 13] == stretch[13 * columns + 3]);
+}
+
+TEST_CASE("Pads with shear have the bits of a skin alone, one by one, with steps of their own, saved and loaded") {
+    const Validated vulkan;
+    for (const Device& device : {Device::cpu(1), Device::cpu(3), vulkan.device()})
+        for (const Hold hold : {Hold::linear, Hold::parabolic}) {
+            CAPTURE(device.info().name);
+            CAPTURE(int(hold));
+            SkinOptions options = with_shear(3), single = with_shear();
+            options.hold = single.hold = hold;
+            Skin batch(device, sheared_skin(), options), alone(Device::cpu(1), sheared_skin(), single);
+            const auto tractions = [](int n, int pads) {
+                return joined(patch(100.0 * (n % 5), pads), patch(-70.0 * (n % 3), pads));
+            };
+            std::vector<char> kept;
+            std::vector<float> then;
+            for (int n = 0; n < 12; ++n) {
+                const double dt = n % 4 == 3 ? 2e-3 : 1e-3;
+                const std::vector<float> own = joined(patch(100.0 * (n % 5)), patch(-70.0 * (n % 3)));
+                alone.press(patch(1e3 * n).data(), own.data(), cells_of_pad, dt);
+                if (n % 2) batch.press(patch(1e3 * n, 3).data(), tractions(n, 3).data(), 3 * cells_of_pad, dt);
+                else { // pad 0 and the others apart
+                    batch.press(patch(1e3 * n).data(), own.data(), cells_of_pad, dt, std::vector<int>{0});
+                    batch.press(patch(1e3 * n, 2).data(), tractions(n, 2).data(), 2 * cells_of_pad, dt,
+                                std::vector<int>{1, 2});
+                }
+                const std::vector<float> x = read(batch, Quantity::shear_x), y = read(batch, Quantity::shear_y);
+                CHECK(std::equal(x.begin(), x.begin() + cells_of_pad, read(alone, Quantity::shear_x).begin()));
+                CHECK(std::equal(y.begin(), y.begin() + cells_of_pad, read(alone, Quantity::shear_y).begin()));
+                if (n == 6) {
+                    kept.resize(batch.state_bytes());
+                    batch.save(kept.data(), kept.size());
+                }
+                if (n == 7) then = x;
+            }
+            batch.load(kept.data(), kept.size());
+            batch.press(patch(7e3, 3).data(), tractions(7, 3).data(), 3 * cells_of_pad, 2e-3);
+            CHECK(read(batch, Quantity::shear_x) == then);
+            batch.reset();
+            CHECK(read(batch, Quantity::shear_x) == std::vector<float>(3 * cells_of_pad));
+        }
+}
+
+TEST_CASE("A Touch with shear presses tractions whose sum over the modulus is the force along the surface to 1e-6") {
+    contact::Pad shape;
+    shape.width = columns, shape.height = rows, shape.spacing = 5e-4;
+    SkinDescription d = sheared_skin();
+    d.material.elements = {{.modulus = 6e4, .viscosity = 6}}; // comes to rest within 1 ms
+    d.material.spring.reset();
+    Skin skin(Device::cpu(2), d, with_shear(4));
+    contact::Touch touch(shape, 4, 1e-3, true);
+    const std::vector<double> middles(12), axes = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+    const int32_t pad[] = {2, 2};
+    const double position[] = {0, 0, 0, 1e-3, -1e-3, 0}, force[] = {0.03, 0.04, -0.2, 0.01, -0.05, -0.1}, size = 2e-3;
+    const contact::Poses poses{.position = middles.data(), .rotation = axes.data(), .rotation_step = 0};
+    const contact::Contacts contacts{
+        .count = 2, .pad = pad, .position = position, .force = force, .radius = &size, .radius_step = 0};
+    const contact::Report& report = touch.add(poses, contacts);
+    CHECK(report.shear[0] == relative(0.04, 1e-9));
+    CHECK(report.shear[1] == relative(-0.01, 1e-9));
+    for (int n = 0; n < 40; ++n) skin.press(touch, 1e-3);
+    const double cell = 5e-4 * 5e-4;
+    double x = 0, y = 0;
+    const std::vector<float> gamma_x = read(skin, Quantity::shear_x), gamma_y = read(skin, Quantity::shear_y);
+    for (size_t i = 0; i < gamma_x.size(); ++i) x += gamma_x[i], y += gamma_y[i];
+    CHECK(x * 2e4 * cell == relative(0.04, 1e-6));
+    CHECK(y * 2e4 * cell == relative(-0.01, 1e-6));
+    CHECK(std::all_of(gamma_x.begin(), gamma_x.begin() + 2 * cells_of_pad, [](float g) { return g == 0; }));
+
+    Skin same(Device::cpu(1), d, with_shear(4));
+    for (int n = 0; n < 40; ++n) same.press(touch.pressure(), touch.traction(), 4 * cells_of_pad, 1e-3);
+    CHECK(read(same, Quantity::shear_x) == gamma_x);
+    CHECK(read(same, Quantity::sa1) == read(skin, Quantity::sa1));
+    touch.add(poses, {});
+    CHECK(std::all_of(touch.traction(), touch.traction() + 8 * cells_of_pad, [](float t) { return t == 0; }));
+}
+
+TEST_CASE("A new material is that of the shear too, and presses with shear allocate nothing") {
+    Skin skin(Device::cpu(1), sheared_skin(), with_shear()), other(Device::cpu(1), sheared_skin(), with_shear());
+    Material softer = sheared_skin().material;
+    softer.elements[0].modulus = 3e4;
+    SkinDescription soft = sheared_skin();
+    soft.material = softer;
+    softer.thickness.reset(), softer.curvature_length.reset();
+    skin.set_material(softer);
+    Skin made(Device::cpu(1), soft, with_shear());
+    const std::vector<float> pressure = patch(1e4), both = joined(patch(2e3), patch(5e2));
+    skin.press(pressure.data(), both.data(), cells_of_pad, 1e-3);
+    const size_t before = allocations();
+    skin.press(pressure.data(), both.data(), cells_of_pad, 1e-3);
+    CHECK(allocations() == before);
+    for (int n = 0; n < 2; ++n) made.press(pressure.data(), both.data(), cells_of_pad, 1e-3);
+    CHECK(read(skin, Quantity::shear_x) == read(made, Quantity::shear_x));
+    CHECK(read(skin, Quantity::shear_x) != read(other, Quantity::shear_x));
+}
+
+TEST_CASE("What no shear can be asked of is refused by name, and nothing is changed") {
+    const auto message = [](auto call) { return refusal(Error::Code::bad_input, call); };
+    const auto refused = [&](auto change) {
+        SkinDescription d = sheared_skin();
+        SkinOptions o = with_shear();
+        change(d, o);
+        return message([&] { Skin(Device::cpu(1), d, o); });
+    };
+    CHECK(refused([](SkinDescription& d, SkinOptions&) {
+              d.sites = {{Quantity::sa1, {3, 4}}};
+          }) == "shear = true; allowed: false in a skin with sites");
+    CHECK(refused([](SkinDescription&, SkinOptions& o) { o.control = Control::depth; }) ==
+          "shear = true; allowed: false with control = depth");
+    CHECK(refused([](SkinDescription& d, SkinOptions&) {
+              d.material.elements[0].modulus_map = Map(std::vector<double>(cells_of_pad, 1e5));
+          }) == "shear = true; allowed: false in a skin whose material has maps");
+    CHECK(refused([](SkinDescription& d, SkinOptions&) {
+              d.edges = Edges::published, d.stencil = Stencil::published;
+          }) == "shear = true; allowed: false with curvature.edges = published");
+
+    Skin skin(Device::cpu(1), sheared_skin(), with_shear()), plain(Device::cpu(1), sheared_skin());
+    const std::vector<float> pressure = patch(1e4);
+    std::vector<float> both = joined(patch(2e3), patch(5e2));
+    CHECK(message([&] { skin.press(pressure, 1e-3); }) ==
+          "traction = (not given); allowed: tractions: the skin was made with shear");
+    CHECK(message([&] { plain.press(pressure.data(), both.data(), cells_of_pad, 1e-3); }) ==
+          "traction = (given); allowed: none: the skin was made without shear");
+    CHECK(message([&] { skin.press_frames(pressure.data(), 1, cells_of_pad, 1e-3); }).find("traction = (not") == 0);
+    CHECK(message([&] { skin.press_cells(pressure.data(), cells_of_pad, 1e-3); }).find("traction = (not") == 0);
+    both[cells_of_pad + columns + 2] = INFINITY;
+    CHECK(message([&] { skin.press(pressure.data(), both.data(), cells_of_pad, 1e-3); }) ==
+          "traction = inf in cell [2, 1] of axis 1; allowed: finite numbers");
+    CHECK(message([&] { skin.press(pressure.data(), nullptr, cells_of_pad, 1e-3); }) ==
+          "traction = (null); allowed: a pointer");
+    CHECK(message([&] { plain.response(Quantity::shear_x); }).find("response = \"shear_x\"") == 0);
+    std::vector<char> state(skin.state_bytes()), other(plain.state_bytes());
+    skin.save(state.data(), state.size());
+    plain.save(other.data(), other.size());
+    CHECK(message([&] { plain.load(state.data(), state.size()); }).find("state = (part \"shear\")") == 0);
+    CHECK(message([&] { skin.load(other.data(), other.size()); }) ==
+          "state = (shear 0); allowed: shear 1, as the skin has");
+}
