@@ -140,6 +140,25 @@ struct WorldContact {
 Report add_contacts(const Pad&, const Pose&, double reach, const WorldContact* contacts, std::size_t count);
 Report add_contacts(const Pad&, const Pose&, double reach, const std::vector<WorldContact>& contacts);
 
+// A rigid body in the world, as physics engines have it.
+struct Body {
+    // sphere: size[0] is its radius. capsule: a cylinder along z between two half balls; radius and half its length.
+    // box: half its length along x, y and z. plane: all below z = 0 of its frame; no sizes.
+    enum class Kind { sphere, capsule, box, plane } kind = Kind::sphere;
+    std::array<double, 3> size = {0, 0, 0}; // m, above 0, at most 1e6; numbers that a kind does not use are 0
+    Pose pose;                              // of the body's middle; of a plane any point of it
+};
+
+// Writes to each cell how deep a body reaches below the pad's surface, along the surface's normal there, m: what
+// Depths::depth takes. A gap is negative; where the body is neither above nor below a cell the depth is -1e6. What is
+// deeper than a radius of the pad is on its other side, and counts as if it were not there. depth: the caller's array,
+// depth[y*pitch + x]. pitch: floats from row to row, >= width; 0: width. The pad's pressure is not touched.
+void fill_depths(const Pad&, const Pose&, const Body&, float* depth, std::size_t pitch = 0);
+
+// The stiffness, Pa per m, of an elastic foundation on which a ball presses a patch with the radius of Hertz's:
+// 16*modulus/(3*pi*radius). Arguments as in hertz_radius(); force > 0.
+double foundation_stiffness(double force, double ball, double modulus);
+
 // How deep something sinks into each cell, and the force with which it does: an elastic foundation. A negative depth is
 // a gap.
 struct Depths {
@@ -171,3 +190,5 @@ Report add_taxels(const Pad&, const Taxels&);
 } // namespace dermis::contact
 
 #include <dermis/contact_impl.hpp>
+
+#include <dermis/contact_body.hpp>

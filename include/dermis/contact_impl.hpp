@@ -444,6 +444,11 @@ inline double hertz_radius(double force, double ball, double modulus) {
     return std::cbrt(0.75 * force * ball / modulus);
 }
 
+inline double foundation_stiffness(double force, double ball, double modulus) {
+    detail::need_positive("force", force);
+    return 16 * modulus / (3 * detail::pi * hertz_radius(force, ball, modulus));
+}
+
 inline Pose Pose::from_matrix(const double position[3], const double rotation[9]) {
     detail::need_memory("position", position);
     detail::need_memory("rotation", rotation);

@@ -368,6 +368,22 @@ DERMIS_API dermis_status dermis_add_world_contacts(const dermis_contact_pad* pad
                                                    const dermis_world_contact* contacts, size_t count,
                                                    dermis_contact_report* report);
 
+typedef int32_t dermis_body_kind;
+enum { DERMIS_SPHERE = 0, DERMIS_CAPSULE = 1, DERMIS_BOX = 2, DERMIS_PLANE = 3 };
+// A rigid body in the world. sphere: extent[0] is its radius. capsule: a cylinder along z between two half balls;
+// radius and half its length. box: half its length along x, y and z. plane: all below z = 0 of its frame.
+typedef struct dermis_body {
+    size_t size;           // sizeof(dermis_body)
+    dermis_body_kind kind; // one of the four above
+    double extent[3];      // m, above 0, at most 1e6; numbers that a kind does not use are 0
+    dermis_pose pose;      // of the body's middle; of a plane any point of it
+} dermis_body;
+// Writes to each cell how deep a body reaches below the pad's surface, along its normal there, m, as dermis_depths
+// takes it. A gap is negative, and -1e6 where no part of the body is above or below the cell. depth: the caller's
+// array, depth[y*pitch + x]. pitch: floats from row to row, >= width; 0: width. The pad's pressure is not touched.
+DERMIS_API dermis_status dermis_fill_depths(const dermis_contact_pad* pad, const dermis_pose* pose,
+                                            const dermis_body* body, float* depth, size_t pitch);
+
 // How deep something sinks into each cell, and the force with which it does. A negative depth is a gap.
 typedef struct dermis_depths {
     size_t size;        // sizeof(dermis_depths)

@@ -155,6 +155,19 @@ dermis_status dermis_add_world_contacts(const dermis_contact_pad* pad, const der
     });
 }
 
+dermis_status dermis_fill_depths(const dermis_contact_pad* pad, const dermis_pose* pose, const dermis_body* body,
+                                 float* depth, size_t pitch) {
+    return guarded([&] {
+        need_size(body, "body");
+        if (body->kind < DERMIS_SPHERE || body->kind > DERMIS_PLANE)
+            dermis::scene::refuse("body->kind", std::to_string(body->kind), "DERMIS_SPHERE (0) .. DERMIS_PLANE (3)");
+        const contact::Body made{.kind = contact::Body::Kind(body->kind),
+                                 .size = {body->extent[0], body->extent[1], body->extent[2]},
+                                 .pose = pose_of(&body->pose)};
+        refusing([&] { contact::fill_depths(checked_pad(pad), pose_of(pose), made, depth, pitch); });
+    });
+}
+
 dermis_status dermis_add_depths(const dermis_contact_pad* pad, const dermis_depths* depths,
                                 dermis_contact_report* report) {
     return guarded([&] {

@@ -108,6 +108,33 @@ contact::Report add_depths_of(const PadOnArray& pad, nb::handle depth, double fo
     return refusing([&] { return contact::add_depths(pad.pad(), depths); });
 }
 
+void make_body(contact::Body* self, string_view kind, const Numbers& size, const Numbers& position,
+               const Numbers& rotation) {
+    constexpr string_view kinds[] = {"sphere", "capsule", "box", "plane"};
+    const auto named = std::ranges::find(kinds, kind);
+    if (named == std::end(kinds))
+        scene::refuse("kind", "\"" + std::string(kind) + "\"", "\"sphere\", \"capsule\", \"box\", \"plane\"");
+    contact::Body body{.kind = contact::Body::Kind(named - std::begin(kinds))};
+    const std::vector<double> sizes = numbers_in(size, "size");
+    if (sizes.size() > 3) scene::refuse("size", std::to_string(sizes.size()) + " numbers", "at most three numbers");
+    std::ranges::copy(sizes, body.size.begin());
+    make_pose(&body.pose, position, rotation);
+    new (self) contact::Body(body);
+}
+
+// Fills an array of the pad's shape.
+nb::object depths_of(const PadOnArray& pad, const Pose& pose, const contact::Body& body) {
+    const size_t height = pad.pressure.shape(0), width = pad.pressure.shape(1);
+    auto* depth = new float[height * width];
+    const nb::capsule owner(depth, [](void* p) noexcept { delete[] static_cast<float*>(p); });
+    refusing([&] {
+        contact::fill_depths(pad.pad(), pose, body, depth);
+        return 0;
+    });
+    const size_t shape[] = {height, width};
+    return nb::cast(nb::ndarray<nb::numpy, float>(depth, 2, shape, owner));
+}
+
 // Taxels may lie in memory in any order, as a transposed array does, but forward.
 contact::Report add_taxels_of(const PadOnArray& pad, nb::handle values, double width, double height, double x, double y,
                               string_view unit) {
@@ -224,6 +251,16 @@ void bind_contact(nb::module_& m) {
           "Add forces on round patches to the pad's pressure, in the pad's frame.");
     m.def("add_contacts", add_in_world, nb::arg("pad"), nb::arg("pose"), nb::arg("reach"), nb::arg("contacts"),
           "The same in the world, of contacts at most reach metres from the pad's plane.");
+    nb::class_<contact::Body>(m, "Body", "A rigid body in the world.")
+        .def("__init__", make_body, nb::arg("kind"), nb::arg("size") = nb::make_tuple(),
+             nb::arg("position") = nb::make_tuple(0.0, 0.0, 0.0),
+             nb::arg("rotation") = nb::make_tuple(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0),
+             "kind: \"sphere\", \"capsule\", along z, \"box\" or \"plane\", which is all below z = 0 of its frame.\n"
+             "size: m: the radius; radius and half the length; half the length along x, y and z; none.\n"
+             "position: m, its middle; of a plane any point of it. rotation: its axes as columns, as of a Pose.");
+    m.def("depths_of", depths_of, nb::arg("pad"), nb::arg("pose"), nb::arg("body"),
+          "Return how deep a body reaches below each cell, along the surface's normal: float32 of the pad's shape, m.\n"
+          "A gap is negative, and -1e6 where no part of the body is above or below the cell.");
     m.def("add_depths", add_depths_of, nb::arg("pad"), nb::arg("depth").none(), nb::arg("force"),
           nb::arg("stiffness") = 0.0,
           "Add a force where depth > 0, in proportion to it. depth: float32 of the pad's shape, m.\n"
@@ -235,6 +272,13 @@ void bind_contact(nb::module_& m) {
           "readings\n"
           "that stand column by column are values.T. width, height: m, of one taxel. x, y: m, outer corner of the "
           "first.");
+    m.def(
+        "foundation_stiffness",
+        [](double force, double ball, double modulus) {
+            return refusing([&] { return contact::foundation_stiffness(force, ball, modulus); });
+        },
+        nb::arg("force"), nb::arg("ball"), nb::arg("modulus"),
+        "Return the stiffness, Pa per m, with which add_depths presses a ball's patch with the radius of Hertz's.");
     m.def(
         "hertz_radius",
         [](double force, double ball, double modulus) {

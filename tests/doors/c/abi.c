@@ -144,6 +144,14 @@ int main(void) {
     NUMBER(DERMIS_SHEAR_X);
     NUMBER(DERMIS_SHEAR_Y);
     NUMBER(DERMIS_STRETCH);
+    NUMBER(DERMIS_SPHERE);
+    NUMBER(DERMIS_CAPSULE);
+    NUMBER(DERMIS_BOX);
+    NUMBER(DERMIS_PLANE);
+    SIZE(dermis_body);
+    OFFSET(dermis_body, kind);
+    OFFSET(dermis_body, extent);
+    OFFSET(dermis_body, pose);
     SIZE(dermis_poses);
     OFFSET(dermis_poses, position);
     OFFSET(dermis_poses, rotation);

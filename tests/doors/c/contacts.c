@@ -239,6 +239,24 @@ static void contacts_of_the_world(void) {
     REFUSED(dermis_pose_move_from_middle(&pose, NULL), "pad = (null)");
 }
 
+/* A ball above the middle of a pad is as deep there as it was put, and a body that is none is refused. */
+static void bodies(void) {
+    float pressure[12] = {0}, depth[12];
+    const dermis_contact_pad on = {.size = sizeof on, .width = 4, .height = 3, .spacing = 1e-3, .pressure = pressure};
+    dermis_pose pose = {.rotation = {1, 0, 0, 0, 1, 0, 0, 0, 1}};
+    dermis_body ball = {.size = sizeof ball, .kind = DERMIS_SPHERE, .extent = {5e-3}, .pose = pose};
+    ball.pose.position[2] = 4.9e-3;
+    ball.pose.position[0] = 0.5e-3;
+    CHECK(dermis_pose_move_from_middle(&pose, &on) == DERMIS_OK);
+    CHECK(dermis_fill_depths(&on, &pose, &ball, depth, 0) == DERMIS_OK && fabs(depth[1 * 4 + 2] - 1e-4) < 1e-9);
+    ball.kind = DERMIS_BOX;
+    REFUSED(dermis_fill_depths(&on, &pose, &ball, depth, 0), "body.size[1] = 0; allowed: above 0");
+    ball.kind = 4;
+    REFUSED(dermis_fill_depths(&on, &pose, &ball, depth, 0), "body->kind = 4; allowed: DERMIS_SPHERE (0) .. DERMIS_PLANE");
+    REFUSED(dermis_fill_depths(&on, &pose, NULL, depth, 0), "body = (null)");
+    REFUSED(dermis_fill_depths(&on, NULL, &ball, depth, 0), "body->kind = 4");
+}
+
 static void depths_and_taxels(void) {
     float pressure[CELLS] = {0}, depth[CELLS] = {0}, values[] = {0.1f, 0, 0, 0.3f};
     const dermis_contact_pad on = {.size = sizeof on, .width = 4, .height = 3, .spacing = 1e-3, .pressure = pressure};
@@ -283,6 +301,7 @@ int main(void) {
     contacts_of_a_batch();
     shear();
     contacts_of_the_world();
+    bodies();
     depths_and_taxels();
     puts("passed");
     return 0;

@@ -18,11 +18,12 @@ from __future__ import annotations
 
 from . import _core
 from ._answers import answered
-from ._core import Contact, Pad, Pose, WorldContact, add_contacts, add_depths, add_taxels, hertz_radius
+from ._core import (Body, Contact, Pad, Pose, WorldContact, add_contacts, add_depths, add_taxels, depths_of,
+                    foundation_stiffness, hertz_radius)
 from ._core import ContactReport as Report
 
-__all__ = ["Contact", "Pad", "Pose", "Report", "Touch", "WorldContact", "add_contacts", "add_depths", "add_taxels",
-           "hertz_radius"]
+__all__ = ["Body", "Contact", "Pad", "Pose", "Report", "Touch", "WorldContact", "add_contacts", "add_depths",
+           "add_taxels", "depths_of", "foundation_stiffness", "hertz_radius"]
 
 
 class Touch(_core.Touch):

@@ -1,0 +1,241 @@
+// SPDX-License-Identifier: MIT
+// How deep a body is below each cell of a pad. contact.hpp, which includes this header, has what users need to know.
+//
+// contact.hpp comes first even where a file includes this header alone. It includes this one, so the guard is below.
+#include <dermis/contact.hpp>
+
+#ifndef DERMIS_CONTACT_BODY_HPP
+#define DERMIS_CONTACT_BODY_HPP
+
+#include <cfloat>
+#include <cmath>
+
+namespace dermis::contact {
+
+namespace detail {
+
+using Vector = std::array<double, 3>;
+
+// The places point + t*direction of a line that are in a body: near <= t <= far; none if near > far.
+struct Stretch {
+    double near, far;
+    bool empty() const { return near > far; }
+};
+inline constexpr Stretch nowhere{1, -1};
+
+// Where a*t^2 + 2*b*t + c <= 0, of a > 0.
+inline Stretch within_quadric(double a, double b, double c) {
+    const double under = b * b - a * c;
+    if (!(under >= 0)) return nowhere;
+    const double half = std::sqrt(under);
+    return {(-b - half) / a, (-b + half) / a};
+}
+
+// In a ball of this radius around a place at the distance `from` of the line's point. The direction has length 1.
+inline Stretch within_ball(const Vector& from, const Vector& direction, double radius) {
+    return within_quadric(1, dot(from, direction), dot(from, from) - radius * radius);
+}
+
+// In a capsule along z: a cylinder between two balls.
+inline Stretch within_capsule(const Vector& from, const Vector& direction, double radius, double half_length) {
+    Stretch found = nowhere;
+    const auto add = [&](const Stretch& s) {
+        if (s.empty()) return;
+        found = found.empty() ? s : Stretch{std::min(found.near, s.near), std::max(found.far, s.far)};
+    };
+    for (const double end : {-half_length, half_length})
+        add(within_ball({from[0], from[1], from[2] - end}, direction, radius));
+    const double a = direction[0] * direction[0] + direction[1] * direction[1];
+    if (a < 1e-12) return found; // along the capsule: the balls have it all
+    const Stretch around = within_quadric(a, from[0] * direction[0] + from[1] * direction[1],
+                                          from[0] * from[0] + from[1] * from[1] - radius * radius);
+    if (around.empty()) return found;
+    for (const double t : {around.near, around.far})
+        if (std::abs(from[2] + t * direction[2]) <= half_length) add({t, t});
+    return found;
+}
+
+inline Stretch within_box(const Vector& from, const Vector& direction, const Vector& half) {
+    Stretch found{-DBL_MAX, DBL_MAX};
+    for (std::size_t k = 0; k < 3; ++k) {
+        if (std::abs(direction[k]) < 1e-12) { // along a face
+            if (std::abs(from[k]) > half[k]) return nowhere;
+            continue;
+        }
+        const double one = (-half[k] - from[k]) / direction[k], other = (half[k] - from[k]) / direction[k];
+        found = {std::max(found.near, std::min(one, other)), std::min(found.far, std::max(one, other))};
+    }
+    return found;
+}
+
+// Below the plane z = 0. A line along the plane is in no part of it that has an end.
+inline Stretch within_plane(const Vector& from, const Vector& direction) {
+    if (!(direction[2] > 1e-12)) return nowhere;
+    return {-DBL_MAX, -from[2] / direction[2]};
+}
+
+// The places of a line in a body; both in the body's frame.
+inline Stretch within(const Body& body, const Vector& from, const Vector& direction) {
+    switch (body.kind) {
+    case Body::Kind::sphere: return within_ball(from, direction, body.size[0]);
+    case Body::Kind::capsule: return within_capsule(from, direction, body.size[0], body.size[1]);
+    case Body::Kind::box: return within_box(from, direction, body.size);
+    case Body::Kind::plane: break;
+    }
+    return within_plane(from, direction);
+}
+
+// sin(a)/a and cos(a) of an angle whose square is q.
+struct Angle {
+    double sine_over_angle, cosine;
+
+    explicit Angle(double q) : sine_over_angle(1), cosine(1) {
+        if (q == 0) return;
+        if (q > 3) { // the sums below would be too short
+            const double a = std::sqrt(q);
+            sine_over_angle = std::sin(a) / a, cosine = std::cos(a);
+            return;
+        }
+        // 1/n! of odd and of even n, with their signs: to 1e-13.
+        constexpr double of_sine[] = {1.0 / 121645100408832000,
+                                      -1.0 / 355687428096000,
+                                      1.0 / 1307674368000,
+                                      -1.0 / 6227020800,
+                                      1.0 / 39916800,
+                                      -1.0 / 362880,
+                                      1.0 / 5040,
+                                      -1.0 / 120,
+                                      1.0 / 6},
+                         of_cosine[] = {1.0 / 6402373705728000,
+                                        -1.0 / 20922789888000,
+                                        1.0 / 87178291200,
+                                        -1.0 / 479001600,
+                                        1.0 / 3628800,
+                                        -1.0 / 40320,
+                                        1.0 / 720,
+                                        -1.0 / 24,
+                                        1.0 / 2};
+        double sine = 0, cos = 0;
+        for (int n = 0; n < 9; ++n) sine = of_sine[n] + q * sine, cos = of_cosine[n] + q * cos;
+        sine = 1 - q * sine, cos = 1 - q * cos;
+        sine_over_angle = sine, cosine = cos;
+    }
+};
+
+// Places and outward normals of a pad's surface by cells, in the frame of its middle.
+class Surface {
+  public:
+    explicit Surface(const Pad& pad)
+        : pad_(pad), ball_(pad.radius_x != 0 && pad.radius_x == pad.radius_y),
+          bend_x_(pad.radius_x == 0 ? 0 : 1 / pad.radius_x), bend_y_(pad.radius_y == 0 ? 0 : 1 / pad.radius_y) {}
+
+    // Prepares a row of cells.
+    void row(int y) {
+        arc_y_ = (y + 0.5 - 0.5 * pad_.height) * pad_.spacing;
+        const double angle = arc_y_ * bend_y_;
+        const Angle about(angle * angle);
+        sine_y_ = angle * about.sine_over_angle, cosine_y_ = about.cosine;
+    }
+    // The place and the normal of cell x of the row.
+    void at(int x, Vector& place, Vector& normal) const {
+        const double arc_x = (x + 0.5 - 0.5 * pad_.width) * pad_.spacing, angle_x = arc_x * bend_x_;
+        const double rx = pad_.radius_x, ry = pad_.radius_y;
+        if (ball_) {
+            const double angle_y = arc_y_ * bend_y_;
+            const Angle off(angle_x * angle_x + angle_y * angle_y);
+            normal = {off.sine_over_angle * angle_x, off.sine_over_angle * angle_y, off.cosine};
+            place = {rx * normal[0], rx * normal[1], rx * (normal[2] - 1)};
+            return;
+        }
+        const Angle along(angle_x * angle_x);
+        const double sine_x = angle_x * along.sine_over_angle;
+        normal = {sine_x, along.cosine * sine_y_, along.cosine * cosine_y_};
+        // The arc is by so much nearer to the axis along x, which is ry below the pad's middle, than there.
+        const double up = rx * (along.cosine - 1);
+        place = {rx == 0 ? arc_x : rx * sine_x, ry == 0 ? arc_y_ : (ry + up) * sine_y_,
+                 ry == 0 ? up : (ry + up) * cosine_y_ - ry};
+    }
+
+  private:
+    const Pad& pad_;
+    const bool ball_;
+    const double bend_x_, bend_y_; // 1/m
+    double arc_y_ = 0, sine_y_ = 0, cosine_y_ = 1;
+};
+
+// Turns places and vectors in the frame of a pad's middle into the frame of a body.
+class Turn {
+  public:
+    Turn(const Pad& pad, const Pose& from, const Pose& to) {
+        for (std::size_t i = 0; i < 3; ++i)
+            for (std::size_t j = 0; j < 3; ++j)
+                for (std::size_t k = 0; k < 3; ++k)
+                    matrix_[3 * i + j] += to.rotation[3 * k + i] * from.rotation[3 * k + j];
+        const Vector middle = {0.5 * pad.width * pad.spacing, 0.5 * pad.height * pad.spacing, 0};
+        const Vector between = {from.position[0] - to.position[0], from.position[1] - to.position[1],
+                                from.position[2] - to.position[2]};
+        const Vector own = turned(to, between), moved = vector(middle);
+        for (std::size_t i = 0; i < 3; ++i) offset_[i] = own[i] + moved[i];
+    }
+    Vector vector(const Vector& v) const {
+        const std::array<double, 9>& m = matrix_;
+        return {m[0] * v[0] + m[1] * v[1] + m[2] * v[2], m[3] * v[0] + m[4] * v[1] + m[5] * v[2],
+                m[6] * v[0] + m[7] * v[1] + m[8] * v[2]};
+    }
+    Vector place(const Vector& p) const {
+        const Vector v = vector(p);
+        return {offset_[0] + v[0], offset_[1] + v[1], offset_[2] + v[2]};
+    }
+
+  private:
+    std::array<double, 9> matrix_{};
+    Vector offset_{};
+};
+
+inline void check(const Body& body) {
+    check(body.pose);
+    const auto need_size = [&](std::size_t k, bool asked) {
+        const double size = body.size[k];
+        if (asked ? !finite(size) || !(size > 0) || size > greatest_length : size != 0)
+            refuse("body.size[" + std::to_string(k) + "]", text(size), asked ? "above 0, at most 1e6" : "0");
+    };
+    const std::size_t used = body.kind == Body::Kind::sphere    ? 1
+                             : body.kind == Body::Kind::capsule ? 2
+                             : body.kind == Body::Kind::box     ? 3
+                                                                : 0;
+    for (std::size_t k = 0; k < 3; ++k) need_size(k, k < used);
+}
+
+// The depth of a cell that no body is below.
+inline constexpr double not_below = -1e6; // m
+
+} // namespace detail
+
+inline void fill_depths(const Pad& pad, const Pose& pose, const Body& body, float* depth, std::size_t pitch) {
+    detail::check(pad);
+    detail::check(pose);
+    detail::check(body);
+    detail::need_memory("depth", depth);
+    detail::need_pitch("pitch", pitch, pad.width);
+    // Lines into a round pad cross at its middle: what is deeper is on its other side.
+    double deepest = detail::greatest_length;
+    for (double radius : {pad.radius_x, pad.radius_y})
+        if (radius != 0) deepest = std::min(deepest, radius);
+    const detail::Turn turn(pad, pose, body.pose);
+    detail::Surface surface(pad);
+    for (int y = 0; y < pad.height; ++y) {
+        surface.row(y);
+        float* row = depth + std::size_t(y) * (pitch ? pitch : std::size_t(pad.width));
+        for (int x = 0; x < pad.width; ++x) {
+            detail::Vector place, outwards;
+            surface.at(x, place, outwards);
+            const detail::Vector normal = turn.vector(outwards), inwards = {-normal[0], -normal[1], -normal[2]};
+            const detail::Stretch in = detail::within(body, turn.place(place), inwards);
+            row[x] = float(in.empty() || in.far > deepest ? detail::not_below : in.far);
+        }
+    }
+}
+
+} // namespace dermis::contact
+
+#endif
