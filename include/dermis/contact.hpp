@@ -190,5 +190,3 @@ Report add_taxels(const Pad&, const Taxels&);
 } // namespace dermis::contact
 
 #include <dermis/contact_impl.hpp>
-
-#include <dermis/contact_body.hpp>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// How deep a body is below each cell of a pad. contact.hpp, which includes this header, has what users need to know.
+// How deep a body is below each cell of a pad. contact.hpp has what users need to know; its end includes this header.
 //
 // contact.hpp comes first even where a file includes this header alone. It includes this one, so the guard is below.
 #include <dermis/contact.hpp>

@@ -573,3 +573,5 @@ inline Report add_taxels(const Pad& pad, const Taxels& t) {
 }
 
 } // namespace dermis::contact
+
+#include <dermis/contact_body.hpp>
