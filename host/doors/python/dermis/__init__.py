@@ -17,6 +17,7 @@ from __future__ import annotations
 import functools
 import itertools
 import os
+import pathlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Union
 
@@ -38,8 +39,8 @@ __all__ = [
     "AfferentModel", "Afferents", "Candidate", "Curvature", "Device", "DeviceInfo", "Error", "Explanation", "Figure",
     "Fit", "Grid", "Impulse", "KelvinVoigt", "Load", "Material", "Output", "Receptors", "Relaxation", "Report",
     "Result", "Scene", "Sites", "Skin", "Surface", "Time", "Trace", "__version__", "afferent_model", "chain_of",
-    "commit", "contact", "explain", "fingertip", "fit_creep", "fit_relaxation", "maps", "relaxation_of", "run",
-    "run_materials", "sweep",
+    "commit", "contact", "explain", "fingertip", "fit_creep", "fit_relaxation", "maps", "mujoco_plugin",
+    "relaxation_of", "run", "run_materials", "sweep",
 ]
 
 
@@ -280,3 +281,14 @@ for _kind in (AfferentModel, Afferents, Candidate, Explanation, Fit, Impulse, Ke
     setattr(_kind, "__repr__", _members_of)
 setattr(Result, "__repr__", _summary_of)
 setattr(_core.Scene, "__repr__", Scene.__repr__)
+
+
+def mujoco_plugin() -> str:
+    """Return the path of the plugin "dermis.skin", for mujoco.mj_loadPluginLibrary: skin on the sites of a model.
+
+    Its file's name ends with the version of MuJoCo for which it was built, and no other one can load it.
+    """
+    found = sorted(pathlib.Path(__file__).parent.glob("dermis_mujoco-*.so"))
+    if not found:
+        refuse("mujoco_plugin", None, "a package that was built with DERMIS_MUJOCO, the folder of MuJoCo")
+    return str(found[0])
