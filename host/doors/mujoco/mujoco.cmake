@@ -12,6 +12,9 @@ target_link_libraries(dermis_mujoco PRIVATE ${dermis_objects} dermis_options ${m
 # Whoever loads the plugin has loaded that library, and the linker finds it by its name.
 set_target_properties(dermis_mujoco PROPERTIES PREFIX "" OUTPUT_NAME dermis_mujoco-${mujoco_version}
     CXX_VISIBILITY_PRESET hidden SKIP_BUILD_RPATH ON UNITY_BUILD OFF)
+if(TARGET dermis_python)
+    add_dependencies(dermis_python dermis_mujoco) # a wheel is made of what dermis_python needs
+endif()
 install(TARGETS dermis_mujoco LIBRARY DESTINATION dermis COMPONENT python EXCLUDE_FROM_ALL)
 if(DERMIS_INSTALL)
     include(GNUInstallDirs)
