@@ -4,6 +4,7 @@ import importlib.util
 import pathlib
 import re
 import sys
+import types
 
 import dermis
 import numpy as np
@@ -103,6 +104,33 @@ def test_fa2_has_its_power_at_overtones_of_the_ridges_that_a_sensor_reads(finger
     holds(finger.fa2_has_the_rate_of_ridges(sensed, overtones=11))
 
 
+@pytest.fixture(scope="module")
+def hand(finger):
+    return module("hand")
+
+
+def test_the_pads_of_a_grasping_hand_take_all_of_the_force_and_carry_the_ball(hand):
+    sums = np.zeros(2)
+    weights = []
+
+    def frame(n, data, skin, report):
+        if n >= 350:
+            sums[:] += report.asked - report.sideways, report.placed
+            assert report.plausible, report.doubts
+        if n > 850 and n % 50 == 0:
+            weights.append(hand.force_on_skin(data, skin))
+
+    data, skin = hand.grasp(hand.load(), frame, radius=1.2e-3)
+    assert data.qpos[2] > 0.06 and sums[1] > 0.999 * sums[0] > 0
+    # Pressures and tractions of all five pads, turned into the world, are the weight of 50 g.
+    np.testing.assert_allclose(weights, [[0, 0, -0.05 * 9.81]] * len(weights), atol=0.01)
+
+
+def test_the_page_shows_the_hand_as_it_is_tested():
+    code = (SAMPLES / "hand.py").read_text().partition("# begin\n")[2].partition("# end\n")[0]
+    assert len(code.splitlines()) <= 30 and f"```python\n{code}```" in PAGE.read_text()
+
+
 def run_blocks(text, names):
     exec("\n".join(re.findall(r"^```python\n(.*?)^```$", text, re.M | re.S)), names)
 
@@ -111,9 +139,25 @@ def test_the_page_for_any_simulator_runs_as_it_stands():
     def simulated(hand):
         return (0, 0, 0), (1, 0, 0, 0, -1, 0, 0, 0, -1), 0.3, np.full((60, 80), 1e-4, np.float32)
 
-    names = {"simulated": simulated}
+    names = {"simulated": simulated, "TIPS": 5, "SIDE": 80, "SPACING": 2.5e-4, "RADIUS": 8e-3, "STEP": 1e-3}
     run_blocks(PAGE.read_text().partition(SENSORS)[0], names)
     assert (names["observed"] > 0).all()
+
+    def vector(*numbers):
+        return types.SimpleNamespace(**dict(zip("xyz", numbers)))
+
+    def wrench(*force):
+        return types.SimpleNamespace(force=vector(*force))
+
+    contacts = [types.SimpleNamespace(
+        collision1=types.SimpleNamespace(name="tip"), collision2=types.SimpleNamespace(name="table"),
+        positions=[vector(1, 2, 3), vector(4, 5, 6)],
+        wrenches=[types.SimpleNamespace(body_1_wrench=wrench(0, 0, f), body_2_wrench=wrench(0, 0, -f)) for f in (7, 8)])]
+    found = names["contacts_of"](types.SimpleNamespace(contacts=contacts), {"tip": 4})
+    assert found["pad"].tolist() == [4, 4] and found["force"].tolist() == [[0, 0, 7], [0, 0, 8]]
+    assert found["position"].tolist() == [[1, 2, 3], [4, 5, 6]]
+    empty = names["contacts_of"](types.SimpleNamespace(contacts=[]), {})
+    assert empty["force"].shape == (0, 3) and empty["pad"].dtype == int
 
 
 def test_what_the_page_says_of_sensors_runs_as_it_stands(finger, sensors):

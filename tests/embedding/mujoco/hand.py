@@ -15,35 +15,36 @@ TIPS, SIDE, SPACING, RADIUS, STEP = 5, 80, 2.5e-4, 8e-3, 1e-3  # pads of 20 mm x
 
 
 # begin
-class Skin:
-    """The skin of the five pads, and what presses it."""
+class HandSkin:
+    """The skin of five fingertips: `feel` presses it with the contacts of a step."""
 
     def __init__(self, model):
         scene = dermis.fingertip(grid={"width": SIDE, "height": SIDE, "spacing": SPACING}, surface={"kind": "flat"})
         self.skin = dermis.Skin(scene, n=TIPS, shear=True)
         self.touch = contact.Touch(self.skin, reach=1e-3, radius_x=RADIUS, radius_y=RADIUS, shear=True)
-        self.sites = [model.site(f"skin{k}").id for k in range(TIPS)]
-        self.pad = np.full(model.ngeom, -1)  # of each geom
+        self.sites = [model.site(f"skin{k}").id for k in range(TIPS)]  # the pads' middles, z out of the skin
+        self.pad = np.full(model.ngeom, -1)  # the pad of each geom; -1: it has none
         self.pad[[model.geom(f"tip{k}").id for k in range(TIPS)]] = range(TIPS)
-        self.patch = {"ball": 6e-3, "modulus": 1e5}  # the ball's radius and the tip's together, m; Pa
+        self.patch = {"ball": 6e-3, "modulus": 1e5}  # Hertz: the radii of ball and tip together, m; Pa
 
     def feel(self, data):
         found = data.contact
         solved = found.efc_address >= 0
         force = data.efc_force[found.efc_address[solved, None] + range(3)]  # of an elliptic cone: normal, two tangents
         force = (force[:, None] @ found.frame[solved].reshape(-1, 3, 3))[:, 0]  # in the world, on the second geom
-        place, pad = found.pos[solved], self.pad[found.geom[solved].T]  # of both geoms
-        first, second = pad[0] >= 0, pad[1] >= 0
-        report = self.touch.add(
-            data.site_xpos[self.sites], data.site_xmat[self.sites], np.r_[pad[0, first], pad[1, second]],
-            np.r_[place[first], place[second]], np.r_[-force[first], force[second]], **self.patch)
+        place, pad = found.pos[solved], self.pad[found.geom[solved].T]
+        first, second = pad >= 0
+        report = self.touch.add(data.site_xpos[self.sites], data.site_xmat[self.sites],
+                                pad=np.r_[pad[0, first], pad[1, second]], position=np.r_[place[first], place[second]],
+                                force=np.r_[-force[first], force[second]], **self.patch)
         self.skin.press(self.touch, STEP)
         return report
+# end
 
 
 def grasp(model, frame=lambda *_: None, frames=1000, **patch):
     """Close the hand, lift the ball by 40 mm and hold it. Calls frame(n, data, skin, report) after each step."""
-    data, skin = mujoco.MjData(model), Skin(model)
+    data, skin = mujoco.MjData(model), HandSkin(model)
     skin.patch = patch or skin.patch
     for n in range(frames):
         data.ctrl[0] = np.interp(n * STEP, [0.5, 0.8], [0, 0.04])
@@ -51,7 +52,6 @@ def grasp(model, frame=lambda *_: None, frames=1000, **patch):
         mujoco.mj_step(model, data)
         frame(n, data, skin, skin.feel(data))
     return data, skin
-# end
 
 
 def load():
@@ -142,6 +142,6 @@ if __name__ == "__main__":
     def count(n, data, skin, report):
         if n >= 350:
             sums[:] += report.asked - report.sideways, report.placed, 1
-    data, skin = grasp(load(), count, radius=2 * SPACING)
+    data, skin = grasp(load(), count, radius=1.2e-3)
     print(f"{sums[0] / sums[2]:.2f} N into the pads, of which {sums[1] / sums[0]:.1%} press them; the ball, of 0.49 N, "
           f"hangs at {data.qpos[2] * 1e3:.0f} mm and pulls the skin down with {-force_on_skin(data, skin)[2]:.3f} N")
