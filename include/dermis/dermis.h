@@ -58,10 +58,12 @@ enum {
     DERMIS_FA2 = 4,
     DERMIS_CURVATURE = 5,
     DERMIS_DEFORMATION = 6,
-    DERMIS_INDENTATION = 7, // only a skin gives it, and of the next three only one with shear
+    DERMIS_INDENTATION = 7, // only a skin gives it, and the next five only one with shear
     DERMIS_SHEAR_X = 8,
     DERMIS_SHEAR_Y = 9,
-    DERMIS_STRETCH = 10
+    DERMIS_STRETCH_X = 10,
+    DERMIS_STRETCH_Y = 11,
+    DERMIS_STRETCH_XY = 12
 };
 // A set of quantities is the bitwise or of their bits: DERMIS_BIT(DERMIS_SA1) | DERMIS_BIT(DERMIS_FA1).
 #define DERMIS_BIT(quantity) ((uint32_t)1 << (quantity))

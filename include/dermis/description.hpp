@@ -54,8 +54,22 @@ class DERMIS_API Error : public std::runtime_error {
 };
 
 // deformation: S - h*eps. Only a Skin gives indentation, h*eps, and, where it has shear, the shear strains along x and
-// y and the stretch of the surface.
-enum class Quantity { strain, sa1, sa2, fa1, fa2, curvature, deformation, indentation, shear_x, shear_y, stretch };
+// y and the three components of the strain of its surface.
+enum class Quantity {
+    strain,
+    sa1,
+    sa2,
+    fa1,
+    fa2,
+    curvature,
+    deformation,
+    indentation,
+    shear_x,
+    shear_y,
+    stretch_x,
+    stretch_y,
+    stretch_xy
+};
 DERMIS_API const char* name(Quantity) noexcept;
 
 // f32_compensated carries the rounding error of each sum, for long runs and small steps. f64 runs on the CPU only.

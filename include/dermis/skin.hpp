@@ -124,8 +124,10 @@ class DERMIS_API Skin {
     // can always be asked for. This call computes them from the state: for every cell, or for every site in the order
     // given. The strain of a spring follows from the last pressure.
     //
-    // With SkinOptions::shear there are also shear_x and shear_y, the shear strains gamma of every cell, and stretch,
-    // du_x/dx + du_y/dy of the displacement u = thickness*gamma, by central differences under the edges' rule.
+    // With SkinOptions::shear there are also shear_x and shear_y, the shear strains gamma of every cell, with the
+    // displacement u = thickness*gamma; and the strain of the surface, by central differences under the edges' rule:
+    // stretch_x = du_x/dx, stretch_y = du_y/dy, stretch_xy = (du_x/dy + du_y/dx)/2. Along a direction (n_x, n_y) skin
+    // is stretched by n_x^2*stretch_x + n_y^2*stretch_y + 2*n_x*n_y*stretch_xy.
     Response response(Quantity) const;
 
     // The spikes of the last call that pressed, pad by pad in the order pressed, then by fibre, then by time; of

@@ -65,6 +65,15 @@ class DERMIS_API Touch {
     const Report& add(const Poses&, const Contacts&);
     const Report& report(int pad) const; // of the last add(). Throws Error::bad_input
 
+    // The pads that the last add() had contacts for, ascending.
+    const std::vector<int>& touched() const;
+    // Cells (x, y) .. (x + width - 1, y + height - 1) of a pad, outside of which its pressures are 0. Throws
+    // Error::bad_input.
+    struct Block {
+        int x = 0, y = 0, width = 0, height = 0;
+    };
+    Block block(int pad) const;
+
     struct DERMIS_HIDDEN Impl;
     const Impl& impl() const { return *impl_; }
 

@@ -172,6 +172,15 @@ class DERMIS_API SkinProgram {
     [[nodiscard]] Recorded record_press(VkCommandBuffer, Binding, const Pads&, const double* dt, size_t steps,
                                         const Timestamps& = {}, Answers = Answers::all) const noexcept;
 
+    // Records the pressures of a Touch into pressure_to, the range that a press recorded behind it reads: zeros, and
+    // the cells of Touch::block() of the pads touched, which travel in the command buffer itself. So a list of contacts
+    // takes the place of 4 bytes for each cell; a press has the bits of a press of Touch::pressure(). The Touch may be
+    // used again at once. The buffer has VK_BUFFER_USAGE_TRANSFER_DST_BIT. Barriers are those of a copy of the host's
+    // own: all accesses are transfer writes. Refuses, and records nothing, if the Touch has other pads than the
+    // program, or the range does not hold memory().pressure.bytes.
+    [[nodiscard]] Recorded record_touch(VkCommandBuffer, const VkDescriptorBufferInfo& pressure_to,
+                                        const contact::Touch&) const noexcept;
+
     // As Skin::set_material, for the presses that are recorded from now on.
     void set_material(const Material&, const Pads& = {});
 

@@ -133,23 +133,31 @@ TEST_CASE(
     const std::vector<float> none(all);
     along_x.press(none.data(), joined(map, none).data(), all, 1e-2);
     along_y.press(none.data(), joined(none, transposed).data(), all, 1e-2);
-    const std::vector<float> x = read(along_x, Quantity::shear_x), y = read(along_y, Quantity::shear_y),
-                             stretch = read(along_x, Quantity::stretch);
+    const std::vector<float> x = read(along_x, Quantity::shear_x), y = read(along_y, Quantity::shear_y);
+    const std::vector<float> ex = read(along_x, Quantity::stretch_x), exy = read(along_x, Quantity::stretch_xy);
+    const std::vector<float> ey = read(along_y, Quantity::stretch_y), eyx = read(along_y, Quantity::stretch_xy);
+    const auto at = [](int row, int column) { // mirrored at the edges
+        return size_t(std::clamp(row, 0, columns - 1)) * columns + size_t(std::clamp(column, 0, columns - 1));
+    };
     double sum = 0, greatest = 0;
-    for (size_t i = 0; i < columns; ++i)
-        for (size_t k = 0; k < columns; ++k) {
-            REQUIRE(x[i * columns + k] == y[k * columns + i]);
-            const size_t left = k == 0 ? 0 : k - 1, right = std::min<size_t>(k + 1, columns - 1);
-            const double expected = 1e-3 * (double(x[i * columns + right]) - double(x[i * columns + left])) / 1e-3;
-            REQUIRE(stretch[i * columns + k] == absolute(expected, 1e-7 * std::abs(x[13 * columns + 9])));
-            sum += stretch[i * columns + k];
-            greatest = std::max(greatest, std::abs(double(stretch[i * columns + k])));
+    for (int i = 0; i < columns; ++i)
+        for (int k = 0; k < columns; ++k) {
+            REQUIRE(x[at(i, k)] == y[at(k, i)]);
+            // u = 1 mm * gamma, over two cells of 0.5 mm
+            const double by_x = double(x[at(i, k + 1)]) - double(x[at(i, k - 1)]),
+                         by_y = double(x[at(i + 1, k)]) - double(x[at(i - 1, k)]), least = 1e-7 * x[at(13, 9)];
+            REQUIRE(ex[at(i, k)] == absolute(by_x, least));
+            REQUIRE(exy[at(i, k)] == absolute(by_y / 2, least));
+            REQUIRE(ey[at(k, i)] == ex[at(i, k)]);
+            REQUIRE(eyx[at(k, i)] == exy[at(i, k)]);
+            sum += ex[at(i, k)];
+            greatest = std::max(greatest, std::abs(double(ex[at(i, k)])));
         }
     CHECK(greatest > 0);
-    CHECK(sum == absolute(0, 1e-5 * greatest)); // skin is drawn together before the patch and apart behind it
-    CHECK(stretch[13 * columns + 3] > 0);
-    CHECK(stretch[13 * columns + 15] < 0);
-    CHECK(read(along_y, Quantity::stretch)[3 * columns + 13] == stretch[13 * columns + 3]);
+    CHECK(sum == absolute(0, 1e-5 * greatest)); // skin is drawn apart behind the patch and together before it
+    CHECK(ex[at(13, 3)] > 0);
+    CHECK(ex[at(13, 15)] < 0);
+    for (float e : read(along_x, Quantity::stretch_y)) REQUIRE(e == 0);
 }
 
 TEST_CASE("Pads with shear have the bits of a skin alone, one by one, with steps of their own, saved and loaded") {

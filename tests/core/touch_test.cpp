@@ -2,11 +2,12 @@
 // labels: device
 // Contacts of a whole batch in one call, and skins pressed by them.
 #include "dermis/touch.hpp"
+#include "host/core/embedding/backend.hpp"
 #include "host/core/press/device.hpp"
 #include "tests/allocations.hpp"
 #include "tests/contacts.hpp"
+#include "tests/embedding_host.hpp"
 #include "tests/expected.hpp"
-#include "tests/support.hpp"
 
 #include <cstring>
 
@@ -195,6 +196,59 @@ TEST_CASE("A press by a Touch allocates nothing, and a single skin takes a Touch
     Skin plain(Device::cpu(1), skin_of_pads());
     plain.press(pressure_of(one, 0), 1e-3);
     CHECK(same_bits(single, plain, Quantity::sa1));
+}
+
+TEST_CASE(
+    "Recorded into a command buffer, a Touch presses with the bits of its pressures, and in the bytes of its blocks") {
+    const Validated vulkan;
+    Context& context = *vulkan::context_of(*vulkan.device().impl().backend);
+    SkinDescription d = skin_of_pads();
+    SkinOptions options;
+    options.count = pads;
+    constexpr int frames = 6;
+    Host host(context, d, frames, options);
+    Skin skin(Device::cpu(1), d, options);
+    Touch touch(tip(), pads, 1e-3);
+    const auto barrier = [&](vulkan::Access from, vulkan::Access to, VkCommandBuffer commands) {
+        const VkMemoryBarrier b{
+            .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER, .srcAccessMask = from.access, .dstAccessMask = to.access};
+        context.calls().vkCmdPipelineBarrier(commands, from.stages, to.stages, 0, 1, &b, 0, nullptr, 0, nullptr);
+    };
+    const vulkan::Access transfer{VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT};
+    vulkan::Recording recording(context);
+    const VkCommandBuffer commands = recording.commands();
+    size_t cells = 0;
+    std::vector<std::vector<float>> expected;
+    for (int i = 1; i <= frames; ++i) {
+        const Table t = table_of(i);
+        touch.add(t.poses(), t.contacts());
+        for (const int pad : touch.touched()) cells += size_t(touch.block(pad).width) * size_t(touch.block(pad).height);
+        skin.press(touch, 1e-3);
+        const Skin::Response r = skin.response(Quantity::fa1);
+        expected.emplace_back(r.begin(), r.end());
+        std::memset(host.pressures[size_t(i)]->data(), 0x7f,
+                    host.program.memory().pressure.bytes); // of an earlier frame
+        REQUIRE(host.program.record_touch(commands, host.pressures[size_t(i)]->info, touch));
+        barrier(transfer, host.program.first_access(), commands);
+        REQUIRE(host.program.record_press(commands, host.bindings[size_t(i - 1)], 1e-3));
+        barrier(host.program.last_access(), host.program.first_access(), commands);
+        barrier(host.program.last_access(), transfer, commands);
+    }
+    const Table none;
+    touch.add(none.poses(), none.contacts()); // what was recorded stays
+    recording.submit();
+    for (int i = 1; i <= frames; ++i) CHECK(host.response(i, Quantity::fa1) == expected[size_t(i - 1)]);
+    CHECK(cells > 0);
+    CHECK(cells < size_t(frames) * pads * side * side / 4);
+
+    const auto refusal_of = [&](const Touch& other) {
+        return std::string(host.program.record_touch(commands, host.pressures[1]->info, other).refused);
+    };
+    CHECK(refusal_of(Touch(tip(), 2, 1e-3)) == "touch: other pads than the program's");
+    VkDescriptorBufferInfo small = host.pressures[1]->info;
+    small.range = 16;
+    CHECK(std::string(host.program.record_touch(commands, small, touch).refused) ==
+          "pressure_to: fewer than memory().pressure.bytes");
 }
 
 TEST_CASE("Without radii a patch has Hertz's, and at least two cells") {

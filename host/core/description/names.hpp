@@ -27,7 +27,9 @@ template <> struct Names<Quantity> {
                                                {Quantity::indentation, "indentation"},
                                                {Quantity::shear_x, "shear_x"},
                                                {Quantity::shear_y, "shear_y"},
-                                               {Quantity::stretch, "stretch"}};
+                                               {Quantity::stretch_x, "stretch_x"},
+                                               {Quantity::stretch_y, "stretch_y"},
+                                               {Quantity::stretch_xy, "stretch_xy"}};
 };
 template <> struct Names<Precision> {
     static constexpr Name<Precision> table[] = {

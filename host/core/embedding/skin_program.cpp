@@ -2,6 +2,7 @@
 // dermis::vulkan::SkinProgram: presses recorded into a host's command buffer, and the check of its device.
 #include "host/core/embedding/skin_program.hpp"
 
+#include "dermis/touch.hpp"
 #include "host/core/base/float_environment.hpp"
 #include "host/core/base/memory.hpp"
 #include "host/core/base/refusal.hpp"
@@ -353,6 +354,36 @@ Recorded SkinProgram::record_press(VkCommandBuffer commands, Binding binding, co
                         {.dt = dt, .each = steps != 1},
                         answers == Answers::all},
                        stamps);
+}
+
+Recorded SkinProgram::record_touch(VkCommandBuffer commands, const VkDescriptorBufferInfo& range,
+                                   const contact::Touch& touch) const noexcept {
+    const plan::StreamedSkin& skin = impl_->recorder.skin();
+    const contact::Pad& pad = touch.shape();
+    if (touch.count() != skin.pads || pad.width != skin.skin.width() || pad.height != skin.skin.height())
+        return {"touch: other pads than the program's"};
+    if (const std::optional<double> spacing = skin.skin.description.grid.spacing;
+        spacing && std::abs(*spacing - pad.spacing) > 1e-6 * pad.spacing)
+        return {"touch: pads of another spacing than the program's"};
+    const VkDeviceSize bytes = impl_->needs.pressure.bytes, pitch = VkDeviceSize(skin.skin.pitch);
+    if (range.range != VK_WHOLE_SIZE && range.range < bytes) return {"pressure_to: fewer than memory().pressure.bytes"};
+    const VolkDeviceTable& vk = impl_->device.calls;
+    vk.vkCmdFillBuffer(commands, range.buffer, range.offset, bytes, 0);
+    const VkMemoryBarrier filled{.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
+                                 .srcAccessMask = VK_ACCESS_TRANSFER_WRITE_BIT,
+                                 .dstAccessMask = VK_ACCESS_TRANSFER_WRITE_BIT};
+    vk.vkCmdPipelineBarrier(commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_PIPELINE_STAGE_TRANSFER_BIT, 0, 1, &filled, 0,
+                            nullptr, 0, nullptr);
+    for (const int number : touch.touched()) {
+        const contact::Touch::Block b = touch.block(number);
+        for (int y = b.y; y < b.y + b.height; ++y) {
+            const auto row = size_t(number) * size_t(pad.height) + size_t(y);
+            const VkDeviceSize at = (row * pitch + VkDeviceSize(b.x)) * sizeof(float);
+            vk.vkCmdUpdateBuffer(commands, range.buffer, range.offset + at, VkDeviceSize(b.width) * sizeof(float),
+                                 touch.pressure() + row * size_t(pad.width) + size_t(b.x));
+        }
+    }
+    return {};
 }
 
 void SkinProgram::set_material(const Material& material, const Pads& pads) try {

@@ -57,18 +57,23 @@ void Felt::read(Quantity q, const std::vector<float>& strain, const float* rest_
     }
 }
 
-void stretch_of(const ShearMaps& m, float* out) {
-    const auto width = size_t(m.width);
-    for (int y = 0; y < m.height; ++y) {
-        const float* const above = m.along_y + size_t(f32::wrapped(y - 1, m.height, m.edges)) * width;
-        const float* const below = m.along_y + size_t(f32::wrapped(y + 1, m.height, m.edges)) * width;
-        const float* const here = m.along_x + size_t(y) * width;
+void stretch_of(Quantity q, const ShearMaps& m, float* out) {
+    const auto row = [&](const float* map, int y) {
+        return map + size_t(f32::wrapped(y, m.height, m.edges)) * size_t(m.width);
+    };
+    const auto across = [&](const float* here, int x) { // the difference of the two neighbours in a row
+        return here[f32::wrapped(x + 1, m.width, m.edges)] - here[f32::wrapped(x - 1, m.width, m.edges)];
+    };
+    for (int y = 0; y < m.height; ++y)
         for (int x = 0; x < m.width; ++x) {
-            const float left = here[f32::wrapped(x - 1, m.width, m.edges)],
-                        right = here[f32::wrapped(x + 1, m.width, m.edges)];
-            *out++ = f32::flush(m.slope * ((right - left) + (below[x] - above[x])));
+            const float x_by_x = across(row(m.along_x, y), x), y_by_x = across(row(m.along_y, y), x);
+            const float x_by_y = row(m.along_x, y + 1)[x] - row(m.along_x, y - 1)[x],
+                        y_by_y = row(m.along_y, y + 1)[x] - row(m.along_y, y - 1)[x];
+            const float difference = q == Quantity::stretch_x   ? x_by_x
+                                     : q == Quantity::stretch_y ? y_by_y
+                                                                : 0.5f * (x_by_y + y_by_x);
+            *out++ = f32::flush(m.slope * difference);
         }
-    }
 }
 
 } // namespace dermis::plan

@@ -43,7 +43,8 @@ struct ShearMaps {
     int width, height, edges;
     float slope; // thickness over twice the spacing: of the displacement, which is thickness*shear
 };
-// Writes the stretch of each cell, du_x/dx + du_y/dy, by central differences.
-void stretch_of(const ShearMaps&, float* out);
+// Writes stretch_x, stretch_y or stretch_xy of each cell: du_x/dx, du_y/dy or (du_x/dy + du_y/dx)/2 of the displacement
+// u, by central differences.
+void stretch_of(Quantity, const ShearMaps&, float* out);
 
 } // namespace dermis::plan

@@ -93,11 +93,12 @@ const double* Shear::press(const plan::PadList& pads, const plan::StepLengths& d
     return refused && dt.each ? &dt[size_t(refused - steps_.data()) % pads.count] : refused;
 }
 
-void Shear::read_stretch(std::vector<float>& out) {
+void Shear::read_stretch(Quantity q, std::vector<float>& out) {
     const size_t cells = width_ * height_;
     out.resize(pads_ * cells);
     for (size_t pad = 0; pad < pads_; ++pad)
-        plan::stretch_of({.along_x = strain() + pad * cells,
+        plan::stretch_of(q,
+                         {.along_x = strain() + pad * cells,
                           .along_y = strain() + (pads_ + pad) * cells,
                           .width = int(width_),
                           .height = int(height_),

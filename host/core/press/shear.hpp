@@ -20,8 +20,8 @@ class Shear {
     const double* press(const plan::PadList&, const plan::StepLengths&);
     // The shear strain along x of all pads, then along y, after each pad's last press.
     const float* strain() { return stream_->response(Quantity::sa1); }
-    // Writes how much the surface of all pads is stretched, du_x/dx + du_y/dy.
-    void read_stretch(std::vector<float>& out);
+    // Writes stretch_x, stretch_y or stretch_xy of all pads.
+    void read_stretch(Quantity, std::vector<float>& out);
 
     void reset(const plan::PadList&);
     // Gives pads other elements in series, those of the pressure.

@@ -102,9 +102,9 @@ struct Skin::Impl {
     std::vector<double> last_steps;              // of each pad, s; 0: none, or not known
     std::vector<uint64_t> pressed;               // of each pad: the number of the last list that names it
     uint64_t lists = 0;
-    std::vector<float> strains; // of a frame of depths
-    std::vector<float> stretch; // of all pads, once it is asked for
-    std::vector<int> moving;    // the pads that a Touch moves
+    std::vector<float> strains;                // of a frame of depths
+    std::array<std::vector<float>, 3> stretch; // its components, of all pads, once they are asked for
+    std::vector<int> moving;                   // the pads that a Touch moves
     std::unique_ptr<plan::Stream> stream;
 
     size_t cells() const { return width * height; }
@@ -334,15 +334,18 @@ Skin::Response Skin::response(Quantity q) const try {
         return {all.data(), all.size()};
     }
     if (s.shear.any() && q >= Quantity::shear_x) {
-        if (q == Quantity::stretch) s.shear.read_stretch(s.stretch);
         const size_t all = s.count * s.cells();
-        return {q == Quantity::stretch ? s.stretch.data() : s.shear.strain() + (q == Quantity::shear_y ? all : 0), all};
+        if (q <= Quantity::shear_y) return {s.shear.strain() + (q == Quantity::shear_y ? all : 0), all};
+        std::vector<float>& own = s.stretch[size_t(q) - size_t(Quantity::stretch_x)];
+        s.shear.read_stretch(q, own);
+        return {own.data(), all};
     }
     if (!scene::is_receptor_class(q) || !s.wanted[size_t(q)])
         scene::refuse("response", std::string("\"") + name(q) + "\"",
                       std::string(s.fields ? "the responses that the skin was made with"
                                            : "the classes of the description's sites") +
-                          ", strain, indentation, curvature" + (s.shear.any() ? ", shear_x, shear_y, stretch" : ""));
+                          ", strain, indentation, curvature" +
+                          (s.shear.any() ? ", shear_x, shear_y, stretch_x, stretch_y, stretch_xy" : ""));
     const float* data = s.stream->response(q); // throws if the device is lost
     return {data, s.count * (s.fields ? s.cells() : s.sites_of[size_t(q)])};
 }

@@ -105,19 +105,27 @@ void need_contact(const Contacts& c, size_t i, int pads) {
         refuse_contact(i, c.radius ? "radius" : "ball", size, 1, c.radius ? "0..1e6" : "above 0, at most 1e6");
 }
 
-} // namespace
-
-void Touch::Impl::Block::grow(const detail::CellSpan& x, const detail::CellSpan& y) {
-    const bool empty = rows.first > rows.last;
-    columns = empty ? x : detail::CellSpan{std::min(columns.first, x.first), std::max(columns.last, x.last)};
-    rows = empty ? y : detail::CellSpan{std::min(rows.first, y.first), std::max(rows.last, y.last)};
+// Makes a block hold these cells too.
+void grow(Touch::Block& b, const detail::CellSpan& columns, const detail::CellSpan& rows) {
+    if (columns.first > columns.last || rows.first > rows.last) return;
+    const int x = b.height == 0 ? columns.first : std::min(b.x, columns.first),
+              y = b.height == 0 ? rows.first : std::min(b.y, rows.first);
+    const int right = std::max(b.x + b.width, columns.last + 1), below = std::max(b.y + b.height, rows.last + 1);
+    b = {x, y, right - x, below - y};
 }
+
+} // namespace
 
 Touch::Impl::Impl(const Pad& given, int n, double r, bool shear)
     : shape(checked(given)), count(n), reach(r), cells(size_t(shape.width) * size_t(shape.height)),
       pressure(size_t(n) * cells), traction(shear ? 2 * size_t(n) * cells : 0), reports(size_t(n)), pressed(size_t(n)),
       touches(size_t(n)), first(size_t(n), -1), last(size_t(n)) {
     touched.reserve(size_t(n));
+}
+
+size_t Touch::Impl::number_of(int pad) const {
+    scene::need(pad >= 0 && pad < count, "pad", pad, "0.." + std::to_string(count - 1));
+    return size_t(pad);
 }
 
 // Throws Error::bad_input where add() cannot take something.
@@ -145,8 +153,8 @@ void Touch::Impl::clear() {
         Block& b = pressed[size_t(number)];
         const Pad own = pad(number);
         for (float* map : {own.pressure, own.shear_x, own.shear_y})
-            for (int y = b.rows.first; map && y <= b.rows.last; ++y)
-                std::fill_n(map + detail::row_at(own, y) + b.columns.first, b.columns.last + 1 - b.columns.first, 0.0f);
+            for (int y = b.y; map && y < b.y + b.height; ++y)
+                std::fill_n(map + detail::row_at(own, y) + b.x, b.width, 0.0f);
         b = {};
         reports[size_t(number)] = {};
         touches[size_t(number)] = 0;
@@ -197,8 +205,8 @@ Report Touch::Impl::pressed_by(int number, const Poses& poses, const Contacts& c
             }
             const detail::Disc disc = detail::disc_of(own, patch);
             const double half = std::max(disc.reach, 1.0); // a patch below a cell presses the nearest one
-            block.grow(detail::within(disc.x - half, disc.x + half, {0, own.width - 1}),
-                       detail::within(disc.y - half, disc.y + half, {0, own.height - 1}));
+            grow(block, detail::within(disc.x - half, disc.x + half, {0, own.width - 1}),
+                 detail::within(disc.y - half, disc.y + half, {0, own.height - 1}));
             detail::add(own, landing, contact.force, tile, press, report);
         }
     });
@@ -242,9 +250,8 @@ const Report& Touch::add(const Poses& poses, const Contacts& contacts) try {
 }
 OR_OUT_OF_MEMORY("the list of " + std::to_string(contacts.count) + " contacts")
 
-const Report& Touch::report(int pad) const {
-    scene::need(pad >= 0 && pad < impl_->count, "pad", pad, "0.." + std::to_string(impl_->count - 1));
-    return impl_->reports[size_t(pad)];
-}
+const Report& Touch::report(int pad) const { return impl_->reports[impl_->number_of(pad)]; }
+const std::vector<int>& Touch::touched() const { return impl_->touched; }
+Touch::Block Touch::block(int pad) const { return impl_->pressed[impl_->number_of(pad)]; }
 
 } // namespace dermis::contact

@@ -9,12 +9,7 @@ namespace dermis::contact {
 struct Touch::Impl {
     Impl(const Pad& shape, int count, double reach, bool shear);
 
-    // Cells of a pad.
-    struct Block {
-        detail::CellSpan columns{0, -1}, rows{0, -1};
-        void grow(const detail::CellSpan& x, const detail::CellSpan& y);
-    };
-
+    size_t number_of(int pad) const; // throws Error::bad_input
     void need(const Poses&, const Contacts&) const;
     void clear();
     void list(const Contacts&);

@@ -52,15 +52,16 @@ dermis_status status_of_exception() noexcept {
 }
 
 // The quantities by their numbers in C, which never change.
-constexpr Quantity quantities[] = {Quantity::strain,  Quantity::sa1,       Quantity::sa2,         Quantity::fa1,
-                                   Quantity::fa2,     Quantity::curvature, Quantity::deformation, Quantity::indentation,
-                                   Quantity::shear_x, Quantity::shear_y,   Quantity::stretch};
+constexpr Quantity quantities[] = {
+    Quantity::strain,    Quantity::sa1,         Quantity::sa2,         Quantity::fa1,     Quantity::fa2,
+    Quantity::curvature, Quantity::deformation, Quantity::indentation, Quantity::shear_x, Quantity::shear_y,
+    Quantity::stretch_x, Quantity::stretch_y,   Quantity::stretch_xy};
 static_assert(quantities[DERMIS_STRAIN] == Quantity::strain && quantities[DERMIS_FA2] == Quantity::fa2 &&
-              quantities[DERMIS_STRETCH] == Quantity::stretch);
+              quantities[DERMIS_STRETCH_XY] == Quantity::stretch_xy);
 
 Quantity quantity_of(dermis_quantity q) {
-    if (q < DERMIS_STRAIN || q > DERMIS_STRETCH)
-        scene::refuse("quantity", std::to_string(q), "DERMIS_STRAIN (0) .. DERMIS_STRETCH (10)");
+    if (q < DERMIS_STRAIN || q > DERMIS_STRETCH_XY)
+        scene::refuse("quantity", std::to_string(q), "DERMIS_STRAIN (0) .. DERMIS_STRETCH_XY (12)");
     return quantities[q];
 }
 

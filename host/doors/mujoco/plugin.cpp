@@ -106,14 +106,15 @@ class Config {
         for (std::string named; names >> named;) {
             bool known = false;
             for (Quantity q : {Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2, Quantity::shear_x,
-                               Quantity::shear_y, Quantity::stretch}) {
+                               Quantity::shear_y, Quantity::stretch_x, Quantity::stretch_y, Quantity::stretch_xy}) {
                 if (named != dermis::name(q)) continue;
                 known = true;
                 read.push_back(q);
                 if (q >= Quantity::shear_x) options.shear = true;
                 else options.responses.push_back(q);
             }
-            if (!known) refuse("responses", named, "sa1, sa2, fa1, fa2, shear_x, shear_y, stretch");
+            if (!known)
+                refuse("responses", named, "sa1, sa2, fa1, fa2, shear_x, shear_y, stretch_x, stretch_y, stretch_xy");
         }
         if (read.empty()) refuse("responses", "(none)", "at least one");
         if (options.responses.empty()) options.responses = {Quantity::sa1};

@@ -267,7 +267,9 @@ View<float> response(nb::handle_t<SkinWithShapes> self, nb::handle named) {
     const SkinWithShapes& s = nb::cast<const SkinWithShapes&>(self);
     std::vector<Quantity> these = responses_of(s);
     these.insert(these.end(), {Quantity::strain, Quantity::indentation, Quantity::curvature});
-    if (s.options.shear) these.insert(these.end(), {Quantity::shear_x, Quantity::shear_y, Quantity::stretch});
+    if (s.options.shear)
+        these.insert(these.end(), {Quantity::shear_x, Quantity::shear_y, Quantity::stretch_x, Quantity::stretch_y,
+                                   Quantity::stretch_xy});
     const Skin::Response response = response_of(s, named, these);
     return view(response.data, shape_of(s, response), self);
 }
@@ -496,7 +498,8 @@ void bind_skin(nb::module_& m) {
              "A view, float32 of shape (n, height, width), with sites (n, sites of that class); without n the first\n"
              "axis is missing. The memory stays the same: after each press it holds the new values. \"strain\",\n"
              "\"indentation\" (m) and \"curvature\" (1/m) are read from the state each time they are asked for, with\n"
-             "sites of all sites in the order given. So are, with shear, \"shear_x\", \"shear_y\" and \"stretch\".")
+             "sites of all sites in the order given. So are, with shear, \"shear_x\", \"shear_y\",\n"
+             "\"stretch_x\", \"stretch_y\" and \"stretch_xy\", the strain of the surface.")
         .def("spike_bytes", spikes_of, "As spikes, in bytes.")
         .def("reset", reset, nb::arg("pads").none() = nb::none(), "Bring pads back to rest. pads: as in press.")
         .def("save", save, nb::arg("pads").none() = nb::none(),

@@ -179,8 +179,8 @@ static void shear(void) {
     CHECK(dermis_skin_get_response(by_maps, DERMIS_SHEAR_X, &b, &count) == DERMIS_OK);
     CHECK(count == 48 && memcmp(a, b, count * sizeof *a) == 0 && a[2 * 8 + 4] > 0);
     CHECK(dermis_skin_get_response(by_maps, DERMIS_SHEAR_Y, &b, &count) == DERMIS_OK && b[2 * 8 + 4] < 0);
-    CHECK(dermis_skin_get_response(by_maps, DERMIS_STRETCH, &b, &count) == DERMIS_OK && count == 48);
-    REFUSED(dermis_skin_get_response(by_maps, 11, &b, &count), "quantity = 11");
+    CHECK(dermis_skin_get_response(by_maps, DERMIS_STRETCH_XY, &b, &count) == DERMIS_OK && count == 48);
+    REFUSED(dermis_skin_get_response(by_maps, 13, &b, &count), "quantity = 13");
     dermis_skin_destroy(by_touch), dermis_skin_destroy(by_maps);
     options.size = offsetof(dermis_skin_options, shear);
     CHECK(dermis_skin_create(NULL, scene, &options, &by_touch) == DERMIS_OK);

@@ -157,7 +157,7 @@ static void runs(void) {
 
     REFUSED(dermis_result_get_trace(result, DERMIS_SA1, DERMIS_MEAN, &values, &count), "output.traces has no \"sa1\"");
     CHECK(values == NULL && count == 0);
-    REFUSED(dermis_result_get_trace(result, 11, DERMIS_MEAN, &values, &count), "quantity = 11; allowed: DERMIS_STRAIN");
+    REFUSED(dermis_result_get_trace(result, 13, DERMIS_MEAN, &values, &count), "quantity = 13; allowed: DERMIS_STRAIN");
     REFUSED(dermis_result_get_trace(result, DERMIS_INDENTATION, DERMIS_MEAN, &values, &count), "indentation");
     REFUSED(dermis_result_get_trace(result, -1, DERMIS_MEAN, &values, &count), "quantity = -1");
     REFUSED(dermis_result_get_trace(result, DERMIS_FA1, 3, &values, &count), "column = 3; allowed: DERMIS_MEAN (0)");

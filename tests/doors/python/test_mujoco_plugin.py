@@ -93,12 +93,12 @@ def test_batches_of_hands_have_the_values_of_one():
 
 
 def test_a_mean_is_that_of_the_field_and_a_scene_describes_the_skin(tmp_path):
-    fields, means = model(responses="fa1 stretch"), model(responses="fa1 stretch", output="mean")
+    fields, means = model(responses="fa1 stretch_x"), model(responses="fa1 stretch_x", output="mean")
     a, b = stepped(fields, mujoco.MjData(fields), 0, 330), stepped(means, mujoco.MjData(means), 0, 330)
     np.testing.assert_allclose(b.reshape(5, 2), a.reshape(5, 2, -1).mean(-1), rtol=1e-12)
     scene = tmp_path / "skin.toml"
     scene.write_text('preset = "fingertip"\n[grid]\nwidth = 80\nheight = 80\nspacing = 2.5e-4\n[surface]\nkind = "flat"\n')
-    by_scene = model(responses="fa1 stretch", output="mean", scene=scene, size="", spacing="")
+    by_scene = model(responses="fa1 stretch_x", output="mean", scene=scene, size="", spacing="")
     assert (stepped(by_scene, mujoco.MjData(by_scene), 0, 330) == b).all()
 
 
@@ -106,7 +106,7 @@ def test_a_mean_is_that_of_the_field_and_a_scene_describes_the_skin(tmp_path):
     ({"spacing": "wide"}, "spacing = wide; allowed: a number"),
     ({"size": "80"}, "size = 80; allowed: 2"),
     ({"size": "0 80"}, "grid.width = 0"),
-    ({"responses": "sa1 sa3"}, "responses = sa3; allowed: sa1, sa2, fa1, fa2, shear_x, shear_y, stretch"),
+    ({"responses": "sa1 sa3"}, "responses = sa3; allowed: sa1, sa2, fa1, fa2, shear_x, shear_y, stretch_x"),
     ({"output": "sum"}, "output = sum; allowed: field, mean"),
     ({"pads": "4"}, "pads = 4; allowed: 5, the sensors of this instance"),
     ({"reach": "9e-3"}, "reach = 0.009; allowed: below the pad's radius"),
