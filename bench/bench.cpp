@@ -169,6 +169,7 @@ constexpr Workload workloads[] = {{"limits", limits},
                                   {"accuracy", accuracy},
                                   {"stiff", stiff},
                                   {"spikes", spikes},
+                                  {"touch", touch},
                                   {"construction", construction},
                                   {"processes", processes}};
 // It takes minutes on a software device, so it runs only when it is named.

@@ -49,6 +49,7 @@ void pads(Bench&);                // batches of pads, sites beside fields, press
 void materials(Bench&);           // a hundred materials on one map
 void accuracy(Bench&);            // error against time
 void spikes(Bench&);              // nerve fibres
+void touch(Bench&);               // contacts of a whole batch, and shear
 void stiff(Bench&);               // error against step and time on a chain of elements
 void construction(Bench&);        // making a skin
 void processes(Bench&);           // the command from its start to its end

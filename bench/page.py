@@ -306,6 +306,36 @@ checks and copies its pressures as a `Skin` does, and has the same bits. ns per 
 {table(head, lines)}"""
 
 
+def touched(rows):
+    found = of(rows, "touch")
+    if not found:
+        return ""
+    names = {
+        "press-listed": "these pads alone, by their numbers",
+        "touch-add": "their contacts added to a `Touch`",
+        "press-all": "all pads, by their pressures",
+        "touch-shear": "by the `Touch`, with shear",
+    }
+    threads = threads_of(found)
+    columns = [(s, t) for s in sorted({shape(r)[2] for r in found}, reverse=True) for t in threads]
+    lines = [
+        [text]
+        + [
+            num(min((us(r) for r in of(found, "touch", model=m, threads=t) if shape(r)[2] == s), default=math.nan))
+            for s, t in columns
+        ]
+        for m, text in names.items()
+    ]
+    head = ["us"] + [f"{s} pads, {plural(t)}" for s, t in columns]
+    return f"""
+## Contacts of a whole batch
+
+Pads of 48 x 48 cells; of the greater number one pad in a hundred is touched, of the smaller number each one. A contact
+is a patch with a radius of 2.4 cells on a round pad, added on one thread.
+
+{table(head, lines)}"""
+
+
 def batches(rows):
     names = {
         "batch": "a batch",
@@ -841,6 +871,7 @@ def page(rows, step_of):
         options(rows),
         cells(rows),
         native_pads(rows),
+        touched(rows),
         batches(rows),
         press(rows),
         accuracy(rows),

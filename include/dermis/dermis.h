@@ -212,6 +212,8 @@ typedef struct dermis_skin_options {
     int32_t shear;              // 1: presses take tractions too, by dermis_skin_press_shear or a touch; 0: they do not.
                                 // A size of 24 or 32 has no such member: 0. 1 is refused with sites, materials of maps,
                                 // DERMIS_DEPTH and published edges
+    int32_t sa2_stretch; // 1: sa2 answers to the stretch of the surface in place of the strain; needs shear; or 0
+    double stretch_direction[2]; // of sa2_stretch, x and y; {0, 0}: all round
 } dermis_skin_options;
 
 // The pads of a skin that a call is about: their numbers, from 0 on, in any order, each at most once. Pressures, steps

@@ -42,6 +42,11 @@ struct SkinOptions {
     // moduli and viscosities, because the skin's volume stays the same; no pressure changes a shear, and no shear a
     // response. Refuses sites, materials of maps, control = depth and edges = published. A SkinProgram has no shear.
     bool shear = false;
+    // Given: SA2 answers to the stretch of the surface along this direction (x, y), of any length but 0, in place of
+    // the strain; (0, 0): to the sum of stretch_x and stretch_y. Receptors::sa2_adaptation holds for it, and between
+    // frames the stretch runs linearly. Needs shear, and sa2 among the responses. On a Vulkan device a press then waits
+    // and downloads the shear.
+    std::optional<std::array<double, 2>> sa2_stretch;
 };
 
 // The pads of a Skin that a call is about: their numbers, from 0 on, in any order, each at most once. Pressures, steps

@@ -235,6 +235,74 @@ TEST_CASE("A Touch with shear presses tractions whose sum over the modulus is th
     CHECK(std::all_of(touch.traction(), touch.traction() + 8 * cells_of_pad, [](float t) { return t == 0; }));
 }
 
+TEST_CASE(
+    "SA2 on request answers to the stretch, all round or along a direction, with its adaptation, on each backend") {
+    const Validated vulkan;
+    SkinDescription d = sheared_skin();
+    d.material.elements = {{.modulus = 6e4, .viscosity = 0.06}}; // comes to rest within a microsecond
+    d.material.spring.reset();
+    const double adaptation = 0.05, dt = 4e-3;
+    d.receptors.sa2_adaptation = adaptation;
+    const std::vector<float> none(cells_of_pad), both = joined(patch(2e3), patch(-7e2));
+    for (const Device& device : {Device::cpu(1), Device::cpu(3), vulkan.device()}) {
+        CAPTURE(device.info().name);
+        for (const std::array<double, 2>& n : {std::array{0.0, 0.0}, {3.0, 0.0}, {0.0, -2.0}, {1.0, 1.0}}) {
+            CAPTURE(n[0]);
+            CAPTURE(n[1]);
+            SkinOptions options = with_shear();
+            options.sa2_stretch = n;
+            Skin skin(device, d, options), plain(Device::cpu(1), d);
+            for (int step = 1; step <= 25; ++step) {
+                skin.press(none.data(), both.data(), cells_of_pad, dt);
+                plain.press(none, dt);
+            }
+            const std::vector<float> x = read(skin, Quantity::stretch_x), y = read(skin, Quantity::stretch_y),
+                                     xy = read(skin, Quantity::stretch_xy), sa2 = read(skin, Quantity::sa2);
+            // of a stretch that has risen over the first step
+            const double gain =
+                adaptation *
+                (1 - adaptation / dt * (std::exp(-24 * dt / adaptation) - std::exp(-25 * dt / adaptation)));
+            double greatest = 0;
+            for (size_t k = 0; k < cells_of_pad; ++k) greatest = std::max(greatest, std::abs(double(x[k])));
+            for (size_t k = 0; k < cells_of_pad; ++k) {
+                const double square = n[0] * n[0] + n[1] * n[1],
+                             along = n[0] * n[0] * x[k] + n[1] * n[1] * y[k] + 2 * n[0] * n[1] * xy[k],
+                             stretch = square > 0 ? along / square : double(x[k]) + double(y[k]);
+                REQUIRE(sa2[k] == absolute(gain * stretch, 1e-5 * gain * greatest));
+            }
+            CHECK(read(skin, Quantity::fa1) == read(plain, Quantity::fa1));
+        }
+    }
+}
+
+TEST_CASE("SA2 of the stretch is saved with the state, back to 0 at rest, and refused where it cannot be") {
+    SkinOptions options = with_shear(3);
+    options.sa2_stretch = {1, 0};
+    const Validated vulkan;
+    for (const Device& device : {Device::cpu(2), vulkan.device()}) {
+        Skin skin(device, sheared_skin(), options), other(Device::cpu(1), sheared_skin(), options);
+        const std::vector<float> pressure(3 * cells_of_pad), both = joined(patch(2e3, 3), patch(5e2, 3));
+        for (int n = 0; n < 4; ++n) skin.press(pressure.data(), both.data(), 3 * cells_of_pad, 1e-3 * (n + 1));
+        std::vector<char> state(skin.state_bytes());
+        skin.save(state.data(), state.size());
+        other.load(state.data(), state.size());
+        for (Skin* s : {&skin, &other}) s->press(pressure.data(), both.data(), 3 * cells_of_pad, 2e-3);
+        CHECK(read(skin, Quantity::sa2) == read(other, Quantity::sa2));
+        CHECK(read(skin, Quantity::sa2) != std::vector<float>(3 * cells_of_pad));
+        skin.reset();
+        CHECK(read(skin, Quantity::sa2) == std::vector<float>(3 * cells_of_pad));
+    }
+    const auto refused = [&](auto change) {
+        SkinOptions own = options;
+        change(own);
+        return refusal(Error::Code::bad_input, [&] { Skin(Device::cpu(1), sheared_skin(), own); });
+    };
+    CHECK(refused([](SkinOptions& o) { o.shear = false; }) == "sa2_stretch = (given); allowed: none without shear");
+    CHECK(refused([](SkinOptions& o) { o.responses = {Quantity::sa1}; }) ==
+          "sa2_stretch = (given); allowed: none where sa2 is not among the responses");
+    CHECK(refused([](SkinOptions& o) { o.sa2_stretch = {NAN, 0}; }).find("sa2_stretch = ") == 0);
+}
+
 TEST_CASE("A new material is that of the shear too, and presses with shear allocate nothing") {
     Skin skin(Device::cpu(1), sheared_skin(), with_shear()), other(Device::cpu(1), sheared_skin(), with_shear());
     Material softer = sheared_skin().material;

@@ -57,7 +57,7 @@ void Felt::read(Quantity q, const std::vector<float>& strain, const float* rest_
     }
 }
 
-void stretch_of(Quantity q, const ShearMaps& m, float* out) {
+void stretch_of(const StretchWeights& w, const ShearMaps& m, float* out) {
     const auto row = [&](const float* map, int y) {
         return map + size_t(f32::wrapped(y, m.height, m.edges)) * size_t(m.width);
     };
@@ -69,9 +69,7 @@ void stretch_of(Quantity q, const ShearMaps& m, float* out) {
             const float x_by_x = across(row(m.along_x, y), x), y_by_x = across(row(m.along_y, y), x);
             const float x_by_y = row(m.along_x, y + 1)[x] - row(m.along_x, y - 1)[x],
                         y_by_y = row(m.along_y, y + 1)[x] - row(m.along_y, y - 1)[x];
-            const float difference = q == Quantity::stretch_x   ? x_by_x
-                                     : q == Quantity::stretch_y ? y_by_y
-                                                                : 0.5f * (x_by_y + y_by_x);
+            const float difference = (w.x * x_by_x + w.y * y_by_y) + w.xy * (0.5f * (x_by_y + y_by_x));
             *out++ = f32::flush(m.slope * difference);
         }
 }

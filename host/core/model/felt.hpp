@@ -43,8 +43,11 @@ struct ShearMaps {
     int width, height, edges;
     float slope; // thickness over twice the spacing: of the displacement, which is thickness*shear
 };
-// Writes stretch_x, stretch_y or stretch_xy of each cell: du_x/dx, du_y/dy or (du_x/dy + du_y/dx)/2 of the displacement
-// u, by central differences.
-void stretch_of(Quantity, const ShearMaps&, float* out);
+// The weights of du_x/dx, of du_y/dy and of (du_x/dy + du_y/dx)/2 of the displacement u.
+struct StretchWeights {
+    float x, y, xy;
+};
+// Writes the stretch of each cell with these weights, by central differences.
+void stretch_of(const StretchWeights&, const ShearMaps&, float* out);
 
 } // namespace dermis::plan

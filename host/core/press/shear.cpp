@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "host/core/press/shear.hpp"
 
+#include "host/core/base/float_environment.hpp"
 #include "host/core/base/refusal.hpp"
 #include "host/core/description/element.hpp"
-#include "host/core/model/felt.hpp"
+
+#include <cmath>
+#include <cstring>
 
 namespace dermis {
 namespace {
@@ -54,6 +57,17 @@ void check(const plan::StreamedSkin& skin, const SkinOptions& options) {
 
 } // namespace
 
+SkinOptions without_stretch(SkinOptions options) {
+    if (!options.sa2_stretch) return options;
+    if (!options.shear) scene::refuse("sa2_stretch", "(given)", "none without shear");
+    const auto [x, y] = *options.sa2_stretch;
+    for (const double n : {x, y}) scene::need_finite("sa2_stretch", n);
+    if (std::erase(options.responses, Quantity::sa2) == 0)
+        scene::refuse("sa2_stretch", "(given)", "none where sa2 is not among the responses");
+    if (options.responses.empty()) options.responses = {Quantity::sa1};
+    return options;
+}
+
 Shear::Shear(const plan::StreamedSkin& skin, const SkinOptions& options, plan::Backend& backend) {
     if (!options.shear) return;
     check(skin, options);
@@ -67,6 +81,16 @@ Shear::Shear(const plan::StreamedSkin& skin, const SkinOptions& options, plan::B
     both_.reserve(2 * pads_);
     steps_.resize(2 * pads_);
     before_.resize(2 * pads_);
+    if (!options.sa2_stretch) return;
+    const auto [x, y] = *options.sa2_stretch;
+    const double square = x * x + y * y;
+    sa2_weights_ = square == 0
+                       ? plan::StretchWeights{1, 1, 0}
+                       : plan::StretchWeights{float(x * x / square), float(y * y / square), float(2 * x * y / square)};
+    adaptation_ = skin.skin.description.receptors.sa2_adaptation.value_or(0);
+    for (std::vector<float>* map : {&sa2_, &stretch_}) map->resize(pads_ * width_ * height_);
+    newest_.resize(width_ * height_);
+    (void)strain(); // a device downloads from now on what a press asks for
 }
 
 // The same pads along x, then along y. It is valid until the next call.
@@ -90,29 +114,65 @@ const double* Shear::press(const plan::PadList& pads, const plan::StepLengths& d
     const plan::StepLengths own{
         .dt = dt.each ? steps_.data() : dt.dt, .each = dt.each, .before = before_.data(), .bent = dt.bent};
     const double* refused = stream_->press(both(pads), own);
-    return refused && dt.each ? &dt[size_t(refused - steps_.data()) % pads.count] : refused;
+    if (refused) return dt.each ? &dt[size_t(refused - steps_.data()) % pads.count] : refused;
+    if (!sa2_.empty()) step_sa2(pads, dt);
+    return nullptr;
+}
+
+plan::ShearMaps Shear::maps(size_t pad) {
+    const float* const first = strain() + pad * width_ * height_;
+    return {.along_x = first,
+            .along_y = first + pads_ * width_ * height_,
+            .width = int(width_),
+            .height = int(height_),
+            .edges = edges_,
+            .slope = slope_};
 }
 
 void Shear::read_stretch(Quantity q, std::vector<float>& out) {
+    const DefaultFloats guard;
+    const plan::StretchWeights weights{.x = float(q == Quantity::stretch_x),
+                                       .y = float(q == Quantity::stretch_y),
+                                       .xy = float(q == Quantity::stretch_xy)};
+    out.resize(pads_ * width_ * height_);
+    for (size_t pad = 0; pad < pads_; ++pad) plan::stretch_of(weights, maps(pad), out.data() + pad * width_ * height_);
+}
+
+// Steps y' = stretch - y/adaptation, with the stretch along a line over the step.
+void Shear::step_sa2(const plan::PadList& pads, const plan::StepLengths& dt) {
+    const DefaultFloats guard;
     const size_t cells = width_ * height_;
-    out.resize(pads_ * cells);
-    for (size_t pad = 0; pad < pads_; ++pad)
-        plan::stretch_of(q,
-                         {.along_x = strain() + pad * cells,
-                          .along_y = strain() + (pads_ + pad) * cells,
-                          .width = int(width_),
-                          .height = int(height_),
-                          .edges = edges_,
-                          .slope = slope_},
-                         out.data() + pad * cells);
+    for (size_t i = 0; i < pads.count; ++i) {
+        const double z = adaptation_ > 0 ? dt[i] / adaptation_ : 0;
+        const double mean = z == 0 ? 1 : -std::expm1(-z) / z; // of exp(-z*t), t in 0..1
+        const double late = z < 1e-3 ? 0.5 - z / 6 + z * z / 24 : (1 - mean) / z;
+        const float kept = float(std::exp(-z)), before = float(dt[i] * (mean - late)), now = float(dt[i] * late);
+        float *y = sa2_.data() + size_t(pads[i]) * cells, *last = stretch_.data() + size_t(pads[i]) * cells;
+        plan::stretch_of(sa2_weights_, maps(size_t(pads[i])), newest_.data());
+        for (size_t k = 0; k < cells; ++k) {
+            y[k] = kept * y[k] + (before * last[k] + now * newest_[k]);
+            last[k] = newest_[k];
+        }
+    }
 }
 
 void Shear::reset(const plan::PadList& pads) {
-    if (any()) stream_->reset(both(pads));
+    if (!any()) return;
+    stream_->reset(both(pads));
+    for (size_t i = 0; !sa2_.empty() && i < pads.count; ++i)
+        for (std::vector<float>* map : {&sa2_, &stretch_})
+            std::fill_n(map->begin() + long(size_t(pads[i]) * width_ * height_), width_ * height_, 0.0f);
 }
 
 void Shear::set_elements(const plan::PadList& pads, std::vector<plan::Element> elements) {
     if (any()) stream_->set_elements(both(pads), sheared(std::move(elements)));
+}
+
+// Calls copy(numbers, bytes) for SA2 and for the stretch of each of these pads.
+template <class Copy> void Shear::copy_sa2(const plan::PadList& pads, Copy copy) {
+    for (size_t i = 0; !sa2_.empty() && i < pads.count; ++i)
+        for (std::vector<float>* map : {&sa2_, &stretch_})
+            copy(map->data() + size_t(pads[i]) * width_ * height_, width_ * height_ * sizeof(float));
 }
 
 template <class Byte> plan::StateMemory<Byte> Shear::memory(Byte* states) const {
@@ -122,8 +182,20 @@ template <class Byte> plan::StateMemory<Byte> Shear::memory(Byte* states) const 
             .pressure_step = state_of_axis()};
 }
 
-void Shear::save(const plan::PadList& pads, char* states) { stream_->save(both(pads), memory(states)); }
+void Shear::save(const plan::PadList& pads, char* states) {
+    stream_->save(both(pads), memory(states));
+    copy_sa2(pads, [at = states + 2 * pads.count * state_of_axis()](float* numbers, size_t bytes) mutable {
+        std::memcpy(at, numbers, bytes);
+        at += bytes;
+    });
+}
 
-void Shear::load(const plan::PadList& pads, const char* states) { stream_->load(both(pads), memory(states)); }
+void Shear::load(const plan::PadList& pads, const char* states) {
+    stream_->load(both(pads), memory(states));
+    copy_sa2(pads, [at = states + 2 * pads.count * state_of_axis()](float* numbers, size_t bytes) mutable {
+        std::memcpy(numbers, at, bytes);
+        at += bytes;
+    });
+}
 
 } // namespace dermis

@@ -4,9 +4,14 @@
 // shear along x of each pad, then along y.
 #pragma once
 
+#include "host/core/model/felt.hpp"
 #include "host/core/model/stream.hpp"
 
 namespace dermis {
+
+// The options by which the pressure is pressed: without SA2, where it answers to the stretch. Throws Error::bad_input
+// where it cannot.
+SkinOptions without_stretch(SkinOptions);
 
 class Shear {
   public:
@@ -22,18 +27,25 @@ class Shear {
     const float* strain() { return stream_->response(Quantity::sa1); }
     // Writes stretch_x, stretch_y or stretch_xy of all pads.
     void read_stretch(Quantity, std::vector<float>& out);
+    // SA2 of all pads after each pad's last press, where it answers to the stretch; else null.
+    const float* sa2() const { return sa2_.empty() ? nullptr : sa2_.data(); }
 
     void reset(const plan::PadList&);
     // Gives pads other elements in series, those of the pressure.
     void set_elements(const plan::PadList&, std::vector<plan::Element>);
-    size_t state_bytes() const { return any() ? 2 * state_of_axis() : 0; } // of a pad
+    // Of a pad: the states of both axes; behind those of all pads, of each pad SA2 and its stretch.
+    size_t state_bytes() const { return any() ? 2 * state_of_axis() + state_of_sa2() : 0; }
     void save(const plan::PadList&, char* states);
     void load(const plan::PadList&, const char* states);
 
   private:
     plan::PadList both(const plan::PadList&);
     size_t state_of_axis() const { return (layout_.cells * layout_.planes + layout_.pressure) * sizeof(float); }
+    size_t state_of_sa2() const { return sa2_.empty() ? 0 : 2 * width_ * height_ * sizeof(float); }
     template <class Byte> plan::StateMemory<Byte> memory(Byte* states) const;
+    template <class Copy> void copy_sa2(const plan::PadList&, Copy);
+    plan::ShearMaps maps(size_t pad);
+    void step_sa2(const plan::PadList&, const plan::StepLengths&);
 
     size_t pads_ = 0, width_ = 0, height_ = 0;
     int edges_ = 0;
@@ -42,6 +54,9 @@ class Shear {
     std::unique_ptr<plan::Stream> stream_; // null: no shear
     std::vector<int> both_;                // a list of pads along x, then along y
     std::vector<double> steps_, before_;   // of each pad along both axes, s
+    plan::StretchWeights sa2_weights_{};
+    double adaptation_ = 0;                     // s, of SA2; 0: none
+    std::vector<float> sa2_, stretch_, newest_; // of all pads, where SA2 answers to the stretch; of one pad
 };
 
 } // namespace dermis

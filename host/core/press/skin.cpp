@@ -288,8 +288,8 @@ const std::vector<float>& Skin::Impl::tell(Quantity q) {
 Skin::Skin(const Device& device, const SkinDescription& description, const SkinOptions& options) try {
     const DefaultFloats guard;
     Device::Impl& d = device.impl();
-    impl_ =
-        std::make_unique<Impl>(plan::streamed_skin(description, options, d.backend->threads()), options, *d.backend);
+    impl_ = std::make_unique<Impl>(plan::streamed_skin(description, without_stretch(options), d.backend->threads()),
+                                   options, *d.backend);
     if (!impl_->stream->exact()) d.info.exact = false; // written on Vulkan alone, where one thread uses the device
     d.need_exact();
 }
@@ -333,6 +333,7 @@ Skin::Response Skin::response(Quantity q) const try {
         const std::vector<float>& all = s.tell(q);
         return {all.data(), all.size()};
     }
+    if (q == Quantity::sa2 && s.shear.sa2()) return {s.shear.sa2(), s.count * s.cells()};
     if (s.shear.any() && q >= Quantity::shear_x) {
         const size_t all = s.count * s.cells();
         if (q <= Quantity::shear_y) return {s.shear.strain() + (q == Quantity::shear_y ? all : 0), all};

@@ -60,6 +60,9 @@ dermis::SkinOptions options_of(const dermis_skin_options* given, const dermis::M
     if (given->size == sizeof *given) {
         if (given->shear != 0 && given->shear != 1) refuse("options->shear", std::to_string(given->shear), "0, 1");
         options.shear = given->shear == 1;
+        if (given->sa2_stretch != 0 && given->sa2_stretch != 1)
+            refuse("options->sa2_stretch", std::to_string(given->sa2_stretch), "0, 1");
+        if (given->sa2_stretch == 1) options.sa2_stretch = {given->stretch_direction[0], given->stretch_direction[1]};
     }
     return options;
 }

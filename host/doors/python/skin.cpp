@@ -407,7 +407,8 @@ std::vector<int> axes_of(nb::handle n) {
 void make_skin(SkinWithShapes* self, const Scene& scene, nb::handle n, nb::handle device,
                const std::optional<Sequence<nb::str>>& responses, const std::optional<string_view>& precision,
                const Sequence<Scene>& materials, string_view hold, string_view control,
-               const std::optional<Sequence<Afferents>>& afferents, bool shear) {
+               const std::optional<Sequence<Afferents>>& afferents, bool shear,
+               const std::optional<Numbers>& sa2_stretch) {
     const std::vector<int> leading = axes_of(n);
     SkinOptions options;
     long long count = 1; // of which the library refuses what is too much
@@ -429,6 +430,11 @@ void make_skin(SkinWithShapes* self, const Scene& scene, nb::handle n, nb::handl
     options.control = control == "depth" ? Control::depth : Control::pressure;
     options.afferents = afferents ? afferents_in(*afferents) : scene.afferents;
     options.shear = shear;
+    if (sa2_stretch) {
+        const std::vector<double> n = numbers_in(*sa2_stretch, "sa2_stretch");
+        if (n.size() != 2) scene::refuse("sa2_stretch", std::to_string(n.size()) + " numbers", "two numbers, x and y");
+        options.sa2_stretch = {n[0], n[1]};
+    }
     make_on(self, device_of(device), leading, scene, options);
 }
 
@@ -466,7 +472,7 @@ void bind_skin(nb::module_& m) {
         .def(Pickled())
         .def("__init__", make_skin, nb::arg("scene"), nb::arg("n").none(), nb::arg("device").none(),
              nb::arg("responses").none(), nb::arg("precision").none(), nb::arg("materials"), nb::arg("hold"),
-             nb::arg("control"), nb::arg("afferents").none(), nb::arg("shear"))
+             nb::arg("control"), nb::arg("afferents").none(), nb::arg("shear"), nb::arg("sa2_stretch").none())
         .def(
             "press", press, nb::arg("pressure").none(), nb::arg("dt"), nb::arg("pads").none() = nb::none(),
             nb::arg("out").none() = nb::none(), nb::arg("traction").none() = nb::none(),

@@ -83,8 +83,8 @@ Column<int32_t> pads_in(nb::handle argument) {
     return column;
 }
 
-contact::Report add(Touch& touch, nb::handle middle, nb::handle rotation, nb::handle pad, nb::handle position,
-                    nb::handle force, nb::handle radius, nb::handle ball, double modulus) {
+contact::Report add_to_touch(Touch& touch, nb::handle middle, nb::handle rotation, nb::handle pad, nb::handle position,
+                             nb::handle force, nb::handle radius, nb::handle ball, double modulus) {
     const Column<double> middles = column_in(middle, "middle", {{3}});
     const Column<double> axes = column_in(rotation, "rotation", {{3, 3}, {9}});
     const Column<int32_t> pads = pads_in(pad);
@@ -118,8 +118,8 @@ contact::Report add(Touch& touch, nb::handle middle, nb::handle rotation, nb::ha
                              .ball_step = balls.step});
 }
 
-void make(Touch* self, int width, int height, double spacing, int n, double reach, double radius_x, double radius_y,
-          bool tiled, bool shear) {
+void make_touch(Touch* self, int width, int height, double spacing, int n, double reach, double radius_x,
+                double radius_y, bool tiled, bool shear) {
     const Pad shape{.width = width,
                     .height = height,
                     .spacing = spacing,
@@ -129,7 +129,7 @@ void make(Touch* self, int width, int height, double spacing, int n, double reac
     new (self) Touch(shape, n, reach, shear);
 }
 
-std::vector<size_t> shape_of(const Touch& t) {
+std::vector<size_t> shape_of_touch(const Touch& t) {
     return {size_t(t.count()), size_t(t.shape().height), size_t(t.shape().width)};
 }
 
@@ -137,10 +137,10 @@ std::vector<size_t> shape_of(const Touch& t) {
 
 void bind_touch(nb::module_& m) {
     nb::class_<Touch>(m, "Touch", "The pressures of a batch of pads, from contacts of all of them.")
-        .def("__init__", make, nb::arg("width"), nb::arg("height"), nb::arg("spacing"), nb::arg("n"), nb::arg("reach"),
-             nb::arg("radius_x"), nb::arg("radius_y"), nb::arg("tiled"), nb::arg("shear"))
+        .def("__init__", make_touch, nb::arg("width"), nb::arg("height"), nb::arg("spacing"), nb::arg("n"),
+             nb::arg("reach"), nb::arg("radius_x"), nb::arg("radius_y"), nb::arg("tiled"), nb::arg("shear"))
         .def(
-            "add", add, nb::arg("middle").none(), nb::arg("rotation").none(), nb::arg("pad").none(),
+            "add", add_to_touch, nb::arg("middle").none(), nb::arg("rotation").none(), nb::arg("pad").none(),
             nb::arg("position").none(), nb::arg("force").none(), nb::arg("radius").none() = nb::none(),
             nb::arg("ball").none() = nb::none(), nb::arg("modulus") = 0.0,
             "Take away what the last call added, add contacts, and return the report of all pads.\n\n"
@@ -157,14 +157,14 @@ void bind_touch(nb::module_& m) {
             "pressure",
             [](nb::handle_t<Touch> self) {
                 const Touch& t = nb::cast<const Touch&>(self);
-                return view(t.pressure(), shape_of(t), self);
+                return view(t.pressure(), shape_of_touch(t), self);
             },
             "Pa: float32 of shape (n, height, width), always the same memory.")
         .def_prop_ro(
             "traction",
             [](nb::handle_t<Touch> self) {
                 const Touch& t = nb::cast<const Touch&>(self);
-                std::vector<size_t> shape = shape_of(t);
+                std::vector<size_t> shape = shape_of_touch(t);
                 shape.insert(shape.begin(), t.traction() ? 2 : 0);
                 return view(t.traction(), shape, self);
             },

@@ -140,6 +140,8 @@ int main(void) {
     OFFSET(dermis_contact_report, shear_y);
     SIZE(dermis_contact_report);
     OFFSET(dermis_skin_options, shear);
+    OFFSET(dermis_skin_options, sa2_stretch);
+    OFFSET(dermis_skin_options, stretch_direction);
     SIZE(dermis_skin_options);
     NUMBER(DERMIS_SHEAR_X);
     NUMBER(DERMIS_SHEAR_Y);

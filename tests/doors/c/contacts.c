@@ -171,6 +171,9 @@ static void shear(void) {
     REFUSED(dermis_skin_create(NULL, scene, &options, &by_touch), "options->shear = 2; allowed: 0, 1");
     options.shear = 1;
     CHECK(dermis_skin_create(NULL, scene, &options, &by_touch) == DERMIS_OK);
+    options.sa2_stretch = 2;
+    REFUSED(dermis_skin_create(NULL, scene, &options, &by_maps), "options->sa2_stretch = 2; allowed: 0, 1");
+    options.sa2_stretch = 1;
     CHECK(dermis_skin_create(NULL, scene, &options, &by_maps) == DERMIS_OK);
     CHECK(dermis_skin_press_touch(by_touch, touch, 0.1) == DERMIS_OK);
     CHECK(dermis_skin_press_shear(by_maps, pressure, traction, numbers, 0.1, NULL) == DERMIS_OK);
@@ -180,6 +183,7 @@ static void shear(void) {
     CHECK(count == 48 && memcmp(a, b, count * sizeof *a) == 0 && a[2 * 8 + 4] > 0);
     CHECK(dermis_skin_get_response(by_maps, DERMIS_SHEAR_Y, &b, &count) == DERMIS_OK && b[2 * 8 + 4] < 0);
     CHECK(dermis_skin_get_response(by_maps, DERMIS_STRETCH_XY, &b, &count) == DERMIS_OK && count == 48);
+    CHECK(dermis_skin_get_response(by_maps, DERMIS_SA2, &b, &count) == DERMIS_OK && b[2 * 8 + 1] > 0);
     REFUSED(dermis_skin_get_response(by_maps, 13, &b, &count), "quantity = 13");
     dermis_skin_destroy(by_touch), dermis_skin_destroy(by_maps);
     options.size = offsetof(dermis_skin_options, shear);

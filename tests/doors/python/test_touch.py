@@ -113,6 +113,9 @@ def test_a_skin_with_shear_takes_tractions_or_a_touch_with_its_own(hand):
     other.press(touch.pressure, 1e-3, traction=touch.traction)
     assert (made["shear_x"] == other["shear_x"]).all() and made["shear_x"].max() > 0
     assert made["stretch_xy"].shape == (N, SIDE, SIDE) and made["stretch_x"].any()
+    ruffini = skin(shear=True, sa2_stretch=(1, 0))
+    ruffini.press(touch, 1e-3)
+    assert ruffini["sa2"].min() < 0 < ruffini["sa2"].max() and (ruffini["sa1"] == made["sa1"]).all()
     again = dermis.Skin(made.scene, n=N, shear=True)
     again.load(made.save())
     again.press(touch, 1e-3), made.press(touch, 1e-3)
@@ -121,6 +124,8 @@ def test_a_skin_with_shear_takes_tractions_or_a_touch_with_its_own(hand):
                         (lambda: made.press(touch.pressure, 1e-3, traction=touch.pressure), "traction = float32 array"),
                         (lambda: made.press(touch, 1e-3, traction=touch.traction), "traction = float32 array"),
                         (lambda: skin().press(touch, 1e-3), "traction = (given)"),
+                        (lambda: skin(shear=True, sa2_stretch=[1]), "sa2_stretch = 1 numbers"),
+                        (lambda: skin(sa2_stretch=(1, 0)), "sa2_stretch = (given)"),
                         (lambda: skin()["shear_x"], "response = 'shear_x'")]:
         with pytest.raises(dermis.Error) as refused:
             call()

@@ -138,6 +138,8 @@ class Skin(_core.Skin):
     the strain. A step is then at most 65536 refractory times, or shortest time constants, of each fibre.
     shear: whether presses take tractions along the surface beside pressures, which strain the material in shear. Takes
     neither sites nor materials of maps.
+    sa2_stretch: a direction (x, y) along whose stretch of the surface SA2 answers in place of the strain, with the
+    scene's sa2_adaptation; (0, 0): to the stretch all round. Needs shear.
 
     copy.copy and pickle make another skin with the same state; its responses are 0, and it has no spikes, until it is
     pressed.
@@ -147,11 +149,12 @@ class Skin(_core.Skin):
     def __init__(self, scene: AnyScene, n: int | Sequence[int] | None = None, *, device: Device | str | None = None,
                  responses: str | Iterable[str] | None = None, precision: str | None = None,
                  materials: Iterable[AnyMaterial] = (), hold: str = "linear", control: str = "pressure",
-                 afferents: Iterable[Afferents] | None = None, shear: bool = False) -> None:
+                 afferents: Iterable[Afferents] | None = None, shear: bool = False,
+                 sa2_stretch: Sequence[float] | None = None) -> None:
         names = [responses] if isinstance(responses, str) else None if responses is None else list(responses)
         super().__init__(_scene_of(scene), n, device, names, precision,
                          [_scene_with(m, f"materials[{i}]") for i, m in enumerate(materials)], hold, control,
-                         None if afferents is None else list(afferents), shear)
+                         None if afferents is None else list(afferents), shear, sa2_stretch)
 
     def __getitem__(self, response: str) -> Response:
         return super().__getitem__(response).view(Response)
