@@ -78,6 +78,13 @@ Shear::Shear(const plan::StreamedSkin& skin, const SkinOptions& options, plan::B
     slope_ = float(skin.skin.constants.thickness / (2 * skin.skin.spacing()));
     layout_ = state_layout_of(own);
     stream_ = backend.stream(own);
+    answers_ = backend.threads() == 0; // a device keeps presses back that need not answer
+    felt_.emplace(own);
+    springs_.resize(pads_);
+    for (int pad = 0; pad < options.count; ++pad) {
+        const Material& m = options.materials.empty() ? skin.skin.description.material : options.materials[size_t(pad)];
+        take_spring({.ids = &pad, .count = 1}, sheared(scene::chain_of(m)));
+    }
     both_.reserve(2 * pads_);
     steps_.resize(2 * pads_);
     before_.resize(2 * pads_);
@@ -90,7 +97,6 @@ Shear::Shear(const plan::StreamedSkin& skin, const SkinOptions& options, plan::B
     adaptation_ = skin.skin.description.receptors.sa2_adaptation.value_or(0);
     for (std::vector<float>* map : {&sa2_, &stretch_}) map->resize(pads_ * width_ * height_);
     newest_.resize(width_ * height_);
-    (void)strain(); // a device downloads from now on what a press asks for
 }
 
 // The same pads along x, then along y. It is valid until the next call.
@@ -113,10 +119,36 @@ const double* Shear::press(const plan::PadList& pads, const plan::StepLengths& d
     }
     const plan::StepLengths own{
         .dt = dt.each ? steps_.data() : dt.dt, .each = dt.each, .before = before_.data(), .bent = dt.bent};
-    const double* refused = stream_->press(both(pads), own);
+    is_read_ = false;
+    // Strains are read from the states: nothing is to be answered, which takes a third of the time.
+    const double* refused = stream_->press(both(pads), own, answers_);
     if (refused) return dt.each ? &dt[size_t(refused - steps_.data()) % pads.count] : refused;
     if (!sa2_.empty()) step_sa2(pads, dt);
     return nullptr;
+}
+
+void Shear::take_spring(const plan::PadList& pads, const std::vector<plan::Element>& chain) {
+    const bool spring = chain.size() > 1 && scene::is_elastic(chain.back());
+    for (size_t i = 0; i < pads.count; ++i) springs_[size_t(pads[i])] = spring ? chain.back().modulus : 0;
+}
+
+const float* Shear::strain() {
+    if (is_read_) return strains_.data();
+    const DefaultFloats guard;
+    const size_t cells = width_ * height_, of_state = layout_.cells * layout_.planes;
+    strains_.resize(2 * pads_ * cells);
+    planes_.resize(2 * pads_ * of_state);
+    pressures_.resize(2 * pads_ * cells);
+    stream_->save({.count = 2 * pads_}, {.strains = reinterpret_cast<char*>(planes_.data()),
+                                         .pressure = reinterpret_cast<char*>(pressures_.data()),
+                                         .strains_step = of_state * sizeof(float),
+                                         .pressure_step = cells * sizeof(float)});
+    for (size_t p = 0; p < 2 * pads_; ++p)
+        for (size_t i = 0; i < cells; ++i)
+            strains_[p * cells + i] =
+                felt_->strain_at(i, planes_.data() + p * of_state, pressures_.data() + p * cells, springs_[p % pads_]);
+    is_read_ = true;
+    return strains_.data();
 }
 
 plan::ShearMaps Shear::maps(size_t pad) {
@@ -158,6 +190,7 @@ void Shear::step_sa2(const plan::PadList& pads, const plan::StepLengths& dt) {
 
 void Shear::reset(const plan::PadList& pads) {
     if (!any()) return;
+    is_read_ = false;
     stream_->reset(both(pads));
     for (size_t i = 0; !sa2_.empty() && i < pads.count; ++i)
         for (std::vector<float>* map : {&sa2_, &stretch_})
@@ -165,7 +198,11 @@ void Shear::reset(const plan::PadList& pads) {
 }
 
 void Shear::set_elements(const plan::PadList& pads, std::vector<plan::Element> elements) {
-    if (any()) stream_->set_elements(both(pads), sheared(std::move(elements)));
+    if (!any()) return;
+    elements = sheared(std::move(elements));
+    stream_->set_elements(both(pads), elements);
+    take_spring(pads, elements);
+    is_read_ = false;
 }
 
 // Calls copy(numbers, bytes) for SA2 and for the stretch of each of these pads.
@@ -191,6 +228,7 @@ void Shear::save(const plan::PadList& pads, char* states) {
 }
 
 void Shear::load(const plan::PadList& pads, const char* states) {
+    is_read_ = false;
     stream_->load(both(pads), memory(states));
     copy_sa2(pads, [at = states + 2 * pads.count * state_of_axis()](float* numbers, size_t bytes) mutable {
         std::memcpy(numbers, at, bytes);

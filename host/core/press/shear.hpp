@@ -23,8 +23,8 @@ class Shear {
     bool take(const plan::PadList&, const float* tractions, bool by_number = false);
     // What Stream::press() does, after take() of the same pads.
     const double* press(const plan::PadList&, const plan::StepLengths&);
-    // The shear strain along x of all pads, then along y, after each pad's last press.
-    const float* strain() { return stream_->response(Quantity::sa1); }
+    // The shear strain along x of all pads, then along y, read from their states; the same memory.
+    const float* strain();
     // Writes stretch_x, stretch_y or stretch_xy of all pads.
     void read_stretch(Quantity, std::vector<float>& out);
     // SA2 of all pads after each pad's last press, where it answers to the stretch; else null.
@@ -40,6 +40,7 @@ class Shear {
 
   private:
     plan::PadList both(const plan::PadList&);
+    void take_spring(const plan::PadList&, const std::vector<plan::Element>&);
     size_t state_of_axis() const { return (layout_.cells * layout_.planes + layout_.pressure) * sizeof(float); }
     size_t state_of_sa2() const { return sa2_.empty() ? 0 : 2 * width_ * height_ * sizeof(float); }
     template <class Byte> plan::StateMemory<Byte> memory(Byte* states) const;
@@ -52,8 +53,13 @@ class Shear {
     float slope_ = 0; // thickness over twice the spacing
     plan::StateLayout layout_;
     std::unique_ptr<plan::Stream> stream_; // null: no shear
-    std::vector<int> both_;                // a list of pads along x, then along y
-    std::vector<double> steps_, before_;   // of each pad along both axes, s
+    bool answers_ = true;                  // whether presses answer: a device keeps back those that do not
+    std::optional<plan::Felt> felt_;
+    std::vector<double> springs_;                     // the modulus of each pad's spring in series, Pa; 0: none
+    bool is_read_ = false;                            // whether the strains are those of the states
+    std::vector<float> strains_, planes_, pressures_; // of all pads, once they are asked for
+    std::vector<int> both_;                           // a list of pads along x, then along y
+    std::vector<double> steps_, before_;              // of each pad along both axes, s
     plan::StretchWeights sa2_weights_{};
     double adaptation_ = 0;                     // s, of SA2; 0: none
     std::vector<float> sa2_, stretch_, newest_; // of all pads, where SA2 answers to the stretch; of one pad
