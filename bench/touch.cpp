@@ -62,6 +62,7 @@ void add_ways(Bench& bench, int pads, int threads,
         r.width = side;
         r.height = static_cast<long long>(side) * pads;
         r.steps = presses;
+        r.bytes_per_cell = 48;
         r.wall = timings[i];
         if (i > 0) r.relative_to(ways[0].first, timings[0], r.bytes());
         bench.add(r);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // labels: threads
 // Receptors below the surface: they answer to the stress, or to the strain, that all cells cause at their depth.
+#include "host/core/base/arc_tangent.hpp"
 #include "host/lab/planner/materials.hpp"
 #include "tests/oracle/exact.hpp"
 #include "tests/support.hpp"
@@ -8,6 +9,8 @@
 #include <filesystem>
 #include <fstream>
 #include <numbers>
+
+#include <mpfr.h>
 
 using namespace test;
 
@@ -318,4 +321,21 @@ TEST_CASE("where a depth would be wrong it is refused by name") {
              "receptors.depth.sa3");
     CHECK(*Scene::from_string("preset = \"fingertip\"\n[receptors]\ndepth = { sa1 = \"0.3 mm\" }\n")
                .receptors.depth.sa1 == 3e-4);
+}
+
+TEST_CASE("the arc tangent of which depths are made is right to four units of the last bit of 64") {
+    mpfr_t exact, of;
+    mpfr_init2(exact, 160), mpfr_init2(of, 160);
+    double worst = 0;
+    for (int i = -4000; i <= 4000; ++i) {
+        const long double t = i % 2 ? i / 997.0L : std::pow(10.0L, i / 400.0L) * (i % 4 ? 1 : -1);
+        mpfr_set_ld(exact, t, MPFR_RNDN);
+        mpfr_atan(exact, exact, MPFR_RNDN);
+        mpfr_set_ld(of, arc_tangent(t), MPFR_RNDN);
+        mpfr_sub(of, of, exact, MPFR_RNDN), mpfr_div(of, of, exact, MPFR_RNDN);
+        worst = std::max(worst, std::abs(mpfr_get_d(of, MPFR_RNDN)));
+    }
+    mpfr_clear(exact), mpfr_clear(of);
+    CHECK(worst <= 4 * 0x1p-64);
+    CHECK(arc_tangent(0) == 0);
 }

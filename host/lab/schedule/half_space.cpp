@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "host/lab/schedule/half_space.hpp"
 
+#include "host/core/base/arc_tangent.hpp"
+
 #include <cmath>
 #include <complex>
 #include <numbers>
@@ -17,7 +19,7 @@ using Complex = std::complex<double>;
 // in both. In long double, because four of them cancel.
 long double corner(long double a, long double b, const Depth& d) {
     const long double z = d.depth, nu = d.poisson, R = std::sqrt(a * a + b * b + z * z);
-    const long double A = std::atan2(a * b, z * R), B = a * b * z / R * (1 / (a * a + z * z) + 1 / (b * b + z * z));
+    const long double A = arc_tangent(a * b / (z * R)), B = a * b * z / R * (1 / (a * a + z * z) + 1 / (b * b + z * z));
     const long double sum = d.kernel == Receptors::Kernel::stress ? A + B : (1 + nu) * ((1 - 2 * nu) * A + B);
     return sum / (2 * std::numbers::pi_v<long double>);
 }
@@ -46,14 +48,8 @@ class Plane {
     std::vector<Complex>& values() { return values_; }
 
     // rows: only the first ones hold, or are read for, anything but 0; the others are left as they are.
-    void forward(size_t rows, simd::Pool& pool) {
-        along_x(false, rows, pool);
-        along_y(false, pool);
-    }
-    void backward(size_t rows, simd::Pool& pool) {
-        along_y(true, pool);
-        along_x(true, rows, pool);
-    }
+    void forward(size_t rows, simd::Pool& pool) { along_x(false, rows, pool), along_y(false, pool); }
+    void backward(size_t rows, simd::Pool& pool) { along_y(true, pool), along_x(true, rows, pool); }
 
     const size_t width, height;
 
