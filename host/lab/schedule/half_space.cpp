@@ -170,7 +170,7 @@ double error_of_stresses(const std::vector<double>& map, const Grid& grid, const
     constexpr double units = 32; // for each level of two transforms forward and one backward
     double squares = 0, most = 0;
     for (double p : map) most = std::max(most, std::abs(p));
-    if (is_small(grid)) return space.roundings<long double>() * space.norm() * most;
+    if (is_small(grid)) return (0x1p-53 + space.roundings<long double>()) * space.norm() * most; // 0x1p-53: of weights
     for (double p : map) squares += most == 0 ? 0 : (p / most) * (p / most);
     const auto& [depth, kernel, nu] = space.depth();
     const double both = 1.5 * (kernel == Receptors::Kernel::stress ? 1 : (1 + nu) * (3 - 2 * nu));
