@@ -146,17 +146,17 @@ class ErrorBounds {
             return whole ? bounds_of_cells(skin, schedule, as) : Bounds{};
         };
         const auto of_sites = [&](const Arithmetic& as) { return bounds_of_sites(skin, schedule, as); };
+        const Bounds cells = of_cells(kind), sites = of_sites(kind);
         Peaks sure = peaks();
-        if (kind.separable && schedule.method == Method::exact) { // peaks are of a march in double, with its errors
+        if ((kind.separable || !kind.single) && schedule.method == Method::exact) { // peaks are of a march in double
             const Arithmetic march = arithmetic_of(Precision::f64, false);
-            const Errors cells = of_cells(march).throughout, sites = of_sites(march).throughout;
-            for (size_t q = 0; q < cells.size(); ++q) {
-                sure.all[q] = std::max(sure.all[q] - 2 * cells[q], 0.0);
-                sure.sites[q] = std::max(sure.sites[q] - 2 * sites[q], 0.0);
+            const Bounds of = kind.separable ? of_cells(march) : cells, at = kind.separable ? of_sites(march) : sites;
+            for (size_t q = 0; q < sure.all.size(); ++q) {
+                sure.all[q] = std::max(sure.all[q] - 2 * of.throughout[q], 0.0);
+                sure.sites[q] = std::max(sure.sites[q] - 2 * at.throughout[q], 0.0);
             }
         }
-        return worst_asked(skin, schedule, widened(of_cells(kind), by.cells), widened(of_sites(kind), by.sites), sure,
-                           kind.stored);
+        return worst_asked(skin, schedule, widened(cells, by.cells), widened(sites, by.sites), sure, kind.stored);
     }
 
     const PreparedSkin& skin_;
