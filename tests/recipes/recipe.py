@@ -13,7 +13,7 @@ import sys
 
 EDITS = {
     "include/dermis/description.hpp": [
-        ("fa1, fa2, curvature", "fa1, fa2, sa3, curvature"),
+        ("    fa2,\n    curvature,", "    fa2,\n    sa3,\n    curvature,"),
         ("fa2 = 25;", "fa2 = 25, sa3 = 0;"),
         ("std::optional<double> sa1, sa2, fa1, fa2;", "std::optional<double> sa1, sa2, fa1, fa2, sa3;"),
     ],
