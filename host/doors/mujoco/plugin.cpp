@@ -8,6 +8,7 @@
 #include <mujoco/mujoco.h>
 
 #include <atomic>
+#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <sstream>
@@ -28,7 +29,7 @@ constexpr const char* keys[] = {"scene", "size", "spacing", "pads",   "radius", 
 class Config {
   public:
     Config(const mjModel* m, int instance) : m_(m), instance_(instance) {
-        options.count = int(numbers("pads", {1}, 1, 1)[0]);
+        options.count = whole("pads", numbers("pads", {1}, 1, 1)[0]);
         radii = numbers("radius", {0}, 1, 2);
         if (radii.size() == 1) radii.push_back(radii[0]);
         reach = numbers("reach", {1e-3}, 1, 1)[0];
@@ -81,6 +82,12 @@ class Config {
                    most == 1 ? "a number" : std::to_string(least) + " or " + std::to_string(most) + " numbers");
         return found;
     }
+    // What is no whole number, or beyond what a skin takes, is refused here.
+    static int whole(const char* key, double number) {
+        if (!(number >= 0 && number <= 1048576 && number == std::floor(number)))
+            refuse(key, dermis_text(number), "whole numbers up to 1048576");
+        return int(number);
+    }
     void read_scene() {
         const std::string path = text("scene", "");
         if (path.empty()) {
@@ -90,7 +97,7 @@ class Config {
             flat.kind = dermis::Surface::Kind::flat;
             flat.relief = scene.surface.relief;
             scene.surface = flat;
-            scene.grid = {int(size[0]), int(size[1]), numbers("spacing", {5e-4}, 1, 1)[0]};
+            scene.grid = {whole("size", size[0]), whole("size", size[1]), numbers("spacing", {5e-4}, 1, 1)[0]};
             return;
         }
         for (const char* key : {"size", "spacing"})

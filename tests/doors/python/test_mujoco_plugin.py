@@ -106,6 +106,8 @@ def test_a_mean_is_that_of_the_field_and_a_scene_describes_the_skin(tmp_path):
     ({"spacing": "wide"}, "spacing = wide; allowed: a number"),
     ({"size": "80"}, "size = 80; allowed: 2"),
     ({"size": "0 80"}, "grid.width = 0"),
+    ({"pads": "1e20"}, "pads = 1e+20; allowed: whole numbers up to 1048576"),
+    ({"size": "8.5 8"}, "size = 8.5; allowed: whole numbers"),
     ({"responses": "sa1 sa3"}, "responses = sa3; allowed: sa1, sa2, fa1, fa2, shear_x, shear_y, stretch_x"),
     ({"output": "sum"}, "output = sum; allowed: field, mean"),
     ({"pads": "4"}, "pads = 4; allowed: 5, the sensors of this instance"),
