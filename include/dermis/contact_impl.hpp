@@ -116,8 +116,10 @@ inline Disc disc_of(const Pad& pad, const Contact& c) {
 template <class Press>
 void add(const Pad& pad, const Landing& l, double whole, const Tile& tile, const Press& press, Report& report) {
     const Contact& c = l.patch;
+    // A component into the pad may be too small for a double.
+    const auto of_pressure = [&](double along) { return c.force > 0 ? along / c.force : 0; };
     const double share = spread(pad, disc_of(pad, c), c.force / (pad.spacing * pad.spacing), tile,
-                                press.dragging(l.along_x / c.force, l.along_y / c.force), report);
+                                press.dragging(of_pressure(l.along_x), of_pressure(l.along_y)), report);
     const double own = pad.tiled ? share : 1; // the rest is asked of the neighbours
     report.asked += own * whole;
     report.outside += (own - share) * c.force;

@@ -267,6 +267,17 @@ TEST_CASE("Without radii a patch has Hertz's, and at least two cells") {
     for (int i = 0; i < 2; ++i) CHECK(difference(pressure_of(touch, i), pressure_of(given, i)) < 1e-6);
 }
 
+TEST_CASE("A force too small for a product of doubles leaves finite pressures and tractions") {
+    Table t;
+    t.add(1, 0, 0, 1e-200), t.add(2, 0, 0, 1e-310), t.add(2, 1e-3, 0, 1e-20);
+    Touch touch(tip(), pads, 1e-3, true);
+    touch.add(t.poses(), t.contacts());
+    for (int i = 0; i < pads * side * side; ++i) {
+        REQUIRE(std::isfinite(touch.pressure()[i]));
+        REQUIRE(std::isfinite(touch.traction()[i]));
+    }
+}
+
 TEST_CASE("What a Touch cannot take is refused by name, and changes nothing") {
     Table t;
     t.add(2, 0, 0, 0.5);
