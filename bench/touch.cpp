@@ -42,7 +42,7 @@ class Contacts {
     const double axes_[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1}, radius_ = 6e-4;
 };
 
-// Times the three or four ways of a press in turn, the first of which is what the others are compared with.
+// Times some ways to press in turn. The others are compared with the first way.
 void add_ways(Bench& bench, int pads, int threads,
               const std::vector<std::pair<const char*, std::function<void()>>>& ways) {
     const int presses = bench.quick ? 5 : 40;

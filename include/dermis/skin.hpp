@@ -44,8 +44,8 @@ struct SkinOptions {
     bool shear = false;
     // Given: SA2 answers to the stretch of the surface along this direction (x, y), of any length but 0, in place of
     // the strain; (0, 0): to the sum of stretch_x and stretch_y. Receptors::sa2_adaptation holds for it, and between
-    // frames the stretch runs linearly. Needs shear, and sa2 among the responses. On a Vulkan device a press then waits
-    // and downloads the shear.
+    // frames the stretch runs linearly. Needs shear, and sa2 among the responses. The first press then allocates, and
+    // on a Vulkan device each press waits and downloads the shear.
     std::optional<std::array<double, 2>> sa2_stretch;
 };
 

@@ -42,8 +42,7 @@ bool is_in(const Body& b, const Vector& place) {
     return std::hypot(p[0], p[1], p[2]) <= b.size[0];
 }
 
-// The places of a pad's surface and its normals by the functions that contacts in the world are placed with: found by
-// bisection on the foot of a point, which they give.
+// A place of a pad's surface and the normal there, by sines and cosines of the arcs.
 struct Spot {
     Vector place, normal;
 };

@@ -322,6 +322,28 @@ TEST_CASE("A new material is that of the shear too, and presses with shear alloc
     CHECK(read(skin, Quantity::shear_x) != read(other, Quantity::shear_x));
 }
 
+TEST_CASE("A step that the pressure refuses leaves the shear as it was") {
+    Skin skin(Device::cpu(1), sheared_skin(), with_shear());
+    const std::vector<float> pressure = patch(1e4), both = joined(patch(2e3), patch(5e2));
+    skin.press(pressure.data(), both.data(), cells_of_pad, 1e-3);
+    std::vector<char> before(skin.state_bytes()), after(before);
+    int refused = 0;
+    for (double dt = 1e-60; dt < 1e60; dt *= 7) {
+        CAPTURE(dt);
+        skin.save(before.data(), before.size());
+        try {
+            skin.press(pressure.data(), both.data(), cells_of_pad, dt);
+            skin.load(before.data(), before.size());
+        } catch (const Error& e) {
+            CHECK(e.code() == Error::Code::bad_input);
+            skin.save(after.data(), after.size());
+            CHECK(before == after);
+            ++refused;
+        }
+    }
+    CHECK(refused > 0);
+}
+
 TEST_CASE("What no shear can be asked of is refused by name, and nothing is changed") {
     const auto message = [](auto call) { return refusal(Error::Code::bad_input, call); };
     const auto refused = [&](auto change) {

@@ -7,8 +7,9 @@
 
 namespace dermis {
 
-// Returns the arc tangent, to 4 units of the last bit: of the nearest eighth, and a series of what is left. std::atan
-// of long double is one instruction, whose last bits differ between processors; sums, products and quotients do not.
+// Returns the arc tangent, to 4 units of the last bit. It is the arc tangent of the nearest eighth, plus a series.
+// std::atan of long double is an instruction of the processor, and its last bits differ between processors. Sums,
+// products and quotients have the same bits on all of them.
 inline long double arc_tangent(long double t) {
     constexpr long double of_eighths[] = {
         0.000000000000000000000000L, 0.124354994546761435031355L, 0.244978663126864154172082L,

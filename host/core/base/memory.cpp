@@ -42,9 +42,9 @@ std::string grid_text(const Grid& grid) {
 
 double bytes_of(const SkinDescription& d, const SkinOptions& options) {
     // A cell has a pressure, and without sites what a site has: a strain of each element, and responses.
-    const double strains = std::max(1.0, double(d.material.elements.size())), sites = double(d.sites.size()),
-                 shear = options.shear ? 2 * (1 + strains + 1) : 0, // along x and y, with one response
-                 cell = sites ? 1 : 1 + strains + double(options.responses.size()) + shear;
+    const double strains = std::max(1.0, double(d.material.elements.size())), sites = double(d.sites.size());
+    const double shear = options.shear ? 2 * (1 + strains + 1) : 0; // along x and y, with one response
+    const double cell = sites ? 1 : 1 + strains + double(options.responses.size()) + shear;
     return sizeof(float) * options.count * (double(d.grid.width) * d.grid.height * cell + sites * (strains + 1));
 }
 

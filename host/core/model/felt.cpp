@@ -57,6 +57,10 @@ void Felt::read(Quantity q, const std::vector<float>& strain, const float* rest_
     }
 }
 
+double spring_behind(const std::vector<Element>& chain) {
+    return chain.size() > 1 && scene::is_elastic(chain.back()) ? chain.back().modulus : 0;
+}
+
 void stretch_of(const StretchWeights& w, const ShearMaps& m, float* out) {
     const auto row = [&](const float* map, int y) {
         return map + size_t(f32::wrapped(y, m.height, m.edges)) * size_t(m.width);

@@ -37,6 +37,9 @@ class Felt {
     std::vector<double> springs_;       // in series in the cells that a state holds, where they differ
 };
 
+// Returns the modulus of a spring in series behind other elements; 0: there is none.
+double spring_behind(const std::vector<Element>& chain);
+
 // The shear strains of a pad's cells along both axes.
 struct ShearMaps {
     const float *along_x, *along_y;

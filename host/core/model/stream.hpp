@@ -15,9 +15,9 @@ namespace dermis::plan {
 class Stream {
   public:
     virtual ~Stream() = default;
-    // Copies the next pressures of these pads, Pa, width*height numbers for each pad: of the listed pads in their order,
-    // or, by_number, of all pads from 0 on. Returns false if a number is not finite; other pressures must then be taken
-    // before the next press.
+    // Copies the next pressures of these pads, Pa, width*height numbers for each pad: of the listed pads in their
+    // order, or, by_number, of all pads from 0 on. Returns false if a number is not finite; other pressures must then
+    // be taken before the next press.
     virtual bool take(const PadList&, const float* pressures, bool by_number = false) = 0;
     // Lists the pads, ascending, that a press changes where all pads that are not `touched` have a pressure of 0.
     virtual void list_moving(const std::vector<unsigned char>& touched, std::vector<int>& list) const = 0;

@@ -16,15 +16,15 @@ std::vector<plan::Element> sheared(std::vector<plan::Element> chain) {
     return chain;
 }
 
-// The material of a pad's shear. Without a curvature length SA1 is the shear strain.
+// The material of a pad's shear.
 Material sheared(const Material& m) {
     Material own;
     scene::take_chain(own, scene::listed(sheared(scene::chain_of(m))));
     return own;
 }
 
-// A flat skin without sites whose SA1 is the shear strain, with twice as many pads. It is one in metres, because a skin
-// without metres has a curvature length.
+// Returns a flat skin with twice as many pads, whose strains are the shear strains. It has the rules of the pressed
+// skin for SA2 and FA2, and a third of its moduli and viscosities, so that its coefficients are the greater ones.
 plan::StreamedSkin skin_of(const plan::StreamedSkin& skin, const SkinOptions& options, int threads) {
     const SkinDescription& own = skin.skin.description;
     SkinDescription d;
@@ -34,6 +34,7 @@ plan::StreamedSkin skin_of(const plan::StreamedSkin& skin, const SkinOptions& op
     d.material = sheared(own.material);
     d.material.thickness = 1, d.material.curvature_length = 0;
     d.stencil = own.stencil, d.edges = own.edges;
+    d.receptors.fa2 = own.receptors.fa2, d.receptors.sa2_adaptation = own.receptors.sa2_adaptation;
     SkinOptions both;
     both.responses = {Quantity::sa1};
     both.precision = skin.precision;
@@ -128,8 +129,7 @@ const double* Shear::press(const plan::PadList& pads, const plan::StepLengths& d
 }
 
 void Shear::take_spring(const plan::PadList& pads, const std::vector<plan::Element>& chain) {
-    const bool spring = chain.size() > 1 && scene::is_elastic(chain.back());
-    for (size_t i = 0; i < pads.count; ++i) springs_[size_t(pads[i])] = spring ? chain.back().modulus : 0;
+    for (size_t i = 0; i < pads.count; ++i) springs_[size_t(pads[i])] = plan::spring_behind(chain);
 }
 
 const float* Shear::strain() {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The shear of a skin that is pressed frame by frame: tractions along x and y strain the skin's material, whose shear
-// modulus is a third of its modulus, because its volume stays the same. The pads of a stream of their own: first the
-// shear along x of each pad, then along y.
+// The shear of a skin that is pressed frame by frame. Tractions along x and y strain the skin's material. Its shear
+// modulus is a third of its modulus, because its volume stays the same. A stream of its own computes the shear: its
+// first pads are the skin's pads along x, the others are the skin's pads along y.
 #pragma once
 
 #include "host/core/model/felt.hpp"
@@ -9,8 +9,8 @@
 
 namespace dermis {
 
-// The options by which the pressure is pressed: without SA2, where it answers to the stretch. Throws Error::bad_input
-// where it cannot.
+// Returns the options of the stream that the pressure presses. They have no SA2 where SA2 answers to the stretch.
+// Throws Error::bad_input where SA2 cannot answer to it.
 SkinOptions without_stretch(SkinOptions);
 
 class Shear {
@@ -19,9 +19,9 @@ class Shear {
     Shear(const plan::StreamedSkin&, const SkinOptions&, plan::Backend&);
 
     bool any() const { return stream_ != nullptr; }
-    // What Stream::take() does with the tractions of pads along x, then along y.
+    // Copies the next tractions of pads, along x and then along y, as Stream::take() copies pressures.
     bool take(const plan::PadList&, const float* tractions, bool by_number = false);
-    // What Stream::press() does, after take() of the same pads.
+    // Steps pads to the tractions that take() has copied, as Stream::press() steps them to pressures.
     const double* press(const plan::PadList&, const plan::StepLengths&);
     // The shear strain along x of all pads, then along y, read from their states; the same memory.
     const float* strain();
@@ -31,9 +31,10 @@ class Shear {
     const float* sa2() const { return sa2_.empty() ? nullptr : sa2_.data(); }
 
     void reset(const plan::PadList&);
-    // Gives pads other elements in series, those of the pressure.
+    // Gives pads other elements in series. elements: as the pressure strains them, not as the shear does.
     void set_elements(const plan::PadList&, std::vector<plan::Element>);
-    // Of a pad: the states of both axes; behind those of all pads, of each pad SA2 and its stretch.
+    // The bytes of a pad's state: of the shear along both axes, and of SA2 with its stretch. In memory the shear of all
+    // pads comes first, then SA2 and the stretch of each pad.
     size_t state_bytes() const { return any() ? 2 * state_of_axis() + state_of_sa2() : 0; }
     void save(const plan::PadList&, char* states);
     void load(const plan::PadList&, const char* states);
@@ -53,10 +54,10 @@ class Shear {
     float slope_ = 0; // thickness over twice the spacing
     plan::StateLayout layout_;
     std::unique_ptr<plan::Stream> stream_; // null: no shear
-    bool answers_ = true;                  // whether presses answer: a device keeps back those that do not
+    bool answers_ = true;                  // whether a press computes responses: without, a device would delay it
     std::optional<plan::Felt> felt_;
     std::vector<double> springs_;                     // the modulus of each pad's spring in series, Pa; 0: none
-    bool is_read_ = false;                            // whether the strains are those of the states
+    bool is_read_ = false;                            // whether `strains_` belongs to the last press
     std::vector<float> strains_, planes_, pressures_; // of all pads, once they are asked for
     std::vector<int> both_;                           // a list of pads along x, then along y
     std::vector<double> steps_, before_;              // of each pad along both axes, s

@@ -50,9 +50,8 @@ Spiking::Spiking(const plan::StreamedSkin& s, plan::Backend& backend) : felt_(s)
 
 void Spiking::set_elements(const plan::PadList& pads, const std::vector<plan::Element>& elements) {
     if (!any()) return;
-    const bool spring = scene::is_elastic(elements.back()) && elements.size() > 1;
     for (size_t i = 0; i < pads.count; ++i) {
-        springs_[size_t(pads[i])] = spring ? elements.back().modulus : 0;
+        springs_[size_t(pads[i])] = plan::spring_behind(elements);
         moduli_[size_t(pads[i])] = modulus_at_rest(elements);
     }
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "host/core/press/touch.hpp"
 
+#include "host/core/base/contact_refusal.hpp"
 #include "host/core/base/float_environment.hpp"
 #include "host/core/base/memory.hpp"
 #include "host/core/base/refusal.hpp"
@@ -9,16 +10,6 @@
 
 namespace dermis::contact {
 namespace {
-
-// Calls, and turns a refusal of contact.hpp into an Error that has its parameter.
-template <class Call> auto refusing(Call&& call) {
-    try {
-        return call();
-    } catch (const std::invalid_argument& refused) {
-        const std::string what = refused.what();
-        throw Error(Error::Code::bad_input, what.substr(0, what.find(" = ")), what);
-    }
-}
 
 // The three or nine numbers of pad or contact i.
 const double* numbers_of(const double* first, size_t step, size_t i) { return first + i * step; }
@@ -133,7 +124,7 @@ void Touch::Impl::need(const Poses& poses, const Contacts& c) const {
     if (c.count == 0) return;
     need_arrays(poses, c);
     double asked = 0;
-    int posed = -1; // the pad whose pose was checked last
+    int posed = -1; // the number of the pad whose pose was checked last; -1: none was
     for (size_t i = 0; i < c.count; ++i) {
         need_contact(c, i, count);
         if (!has_force(c, i)) continue;

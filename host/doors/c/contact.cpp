@@ -2,25 +2,14 @@
 #include "host/doors/c/handles.hpp"
 
 #include "dermis/contact.hpp"
+#include "host/core/base/contact_refusal.hpp"
 
 #include <algorithm>
 #include <cstring>
 
 using namespace dermis::c;
 namespace contact = dermis::contact;
-
-namespace {
-
-// Calls `call`, and turns an exception of contact.hpp, which is a refusal, into an Error that has a status.
-template <class Call> void refusing(Call&& call) {
-    try {
-        call();
-    } catch (const std::invalid_argument& refused) {
-        throw dermis::Error(dermis::Error::Code::bad_input, "", refused.what());
-    }
-}
-
-} // namespace
+using dermis::refusing;
 
 contact::Pad dermis::c::pad_of(const dermis_contact_pad* pad, const char* argument) {
     const size_t versions[] = {offsetof(dermis_contact_pad, tiled), offsetof(dermis_contact_pad, radius_x),

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Contacts to pressure, on an array of the caller's.
 #include "dermis/contact.hpp"
+#include "host/core/base/contact_refusal.hpp"
 #include "host/doors/python/pickle.hpp"
 
 #include <climits>
@@ -45,26 +46,23 @@ void make_pad(PadOnArray* self, nb::handle pressure, double spacing, bool tiled,
     new (self) PadOnArray(std::move(made));
 }
 
-// Calls, and gives an exception of contact.hpp the code and the parameter that it names first.
-template <class Call> auto refusing(Call&& call) {
-    try {
+// Calls while other Python threads run, with refusals of contact.hpp as errors.
+template <class Call> auto refusing_unlocked(Call&& call) {
+    return refusing([&] {
         const Computing computing(nullptr);
         return call();
-    } catch (const std::invalid_argument& e) {
-        const std::string what = e.what();
-        throw Error(Error::Code::bad_input, what.substr(0, what.find(" = ")), what);
-    }
+    });
 }
 
 contact::Report add_local(const PadOnArray& pad, const Sequence<Contact>& contacts) {
     const auto local = items_of<Contact>(contacts, "contacts", "a list of contact.Contact");
-    return refusing([&] { return add_contacts(pad.pad(), local); });
+    return refusing_unlocked([&] { return add_contacts(pad.pad(), local); });
 }
 
 contact::Report add_in_world(const PadOnArray& pad, const Pose& pose, double reach,
                              const Sequence<WorldContact>& contacts) {
     const auto in_world = items_of<WorldContact>(contacts, "contacts", "a list of contact.WorldContact");
-    return refusing([&] { return add_contacts(pad.pad(), pose, reach, in_world); });
+    return refusing_unlocked([&] { return add_contacts(pad.pad(), pose, reach, in_world); });
 }
 
 template <class Array> Array array_of(const Numbers& numbers, const char* parameter, const char* allowed) {
@@ -105,7 +103,7 @@ contact::Report add_depths_of(const PadOnArray& pad, nb::handle depth, double fo
                       "float32 array of shape " + shape_text({height, width}) + " in m, its rows one after another");
     const Depths depths{
         .depth = array.data(), .force = force, .stiffness = stiffness, .pitch = size_t(array.stride(0))};
-    return refusing([&] { return contact::add_depths(pad.pad(), depths); });
+    return refusing_unlocked([&] { return contact::add_depths(pad.pad(), depths); });
 }
 
 void make_body(contact::Body* self, string_view kind, const Numbers& size, const Numbers& position,
@@ -127,7 +125,7 @@ nb::object depths_of(const PadOnArray& pad, const Pose& pose, const contact::Bod
     const size_t height = pad.pressure.shape(0), width = pad.pressure.shape(1);
     auto* depth = new float[height * width];
     const nb::capsule owner(depth, [](void* p) noexcept { delete[] static_cast<float*>(p); });
-    refusing([&] {
+    refusing_unlocked([&] {
         contact::fill_depths(pad.pad(), pose, body, depth);
         return 0;
     });
@@ -155,7 +153,7 @@ contact::Report add_taxels_of(const PadOnArray& pad, nb::handle values, double w
                         .y = y,
                         .column_step = size_t(array.stride(1)),
                         .row_step = size_t(array.stride(0))};
-    return refusing([&] { return contact::add_taxels(pad.pad(), taxels); });
+    return refusing_unlocked([&] { return contact::add_taxels(pad.pad(), taxels); });
 }
 
 template <class Struct> void bind_patch(nb::class_<Struct>& type) {
@@ -275,14 +273,14 @@ void bind_contact(nb::module_& m) {
     m.def(
         "foundation_stiffness",
         [](double force, double ball, double modulus) {
-            return refusing([&] { return contact::foundation_stiffness(force, ball, modulus); });
+            return refusing_unlocked([&] { return contact::foundation_stiffness(force, ball, modulus); });
         },
         nb::arg("force"), nb::arg("ball"), nb::arg("modulus"),
         "Return the stiffness, Pa per m, with which add_depths presses a ball's patch with the radius of Hertz's.");
     m.def(
         "hertz_radius",
         [](double force, double ball, double modulus) {
-            return refusing([&] { return contact::hertz_radius(force, ball, modulus); });
+            return refusing_unlocked([&] { return contact::hertz_radius(force, ball, modulus); });
         },
         nb::arg("force"), nb::arg("ball"), nb::arg("modulus"),
         "Return the radius in m of the patch of a rigid ball. force: N; ball: its radius, m; modulus: Pa.");

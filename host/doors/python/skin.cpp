@@ -193,6 +193,10 @@ Outputs outputs_in(const SkinWithShapes& s, nb::handle out) {
     return outputs;
 }
 
+void fill(const Outputs& outputs) {
+    for (const auto& [response, to] : outputs) std::copy_n(response.data, response.size, to.data());
+}
+
 void press_touch(SkinWithShapes& s, const contact::Touch& touch, nb::handle dt, nb::handle pads, nb::handle out) {
     double step = 0;
     if (!pads.is_none()) scene::refuse("pads", description_of(pads), "None: a Touch presses the pads that it touches");
@@ -200,7 +204,7 @@ void press_touch(SkinWithShapes& s, const contact::Touch& touch, nb::handle dt, 
     const Outputs outputs = outputs_in(s, out);
     const Computing computing(s.in_use.get());
     s.skin->press(touch, step);
-    for (const auto& [response, to] : outputs) std::copy_n(response.data, response.size, to.data());
+    fill(outputs);
 }
 
 // Tractions along x and y: two pressures.
@@ -230,7 +234,7 @@ void press(SkinWithShapes& s, nb::handle pressure, nb::handle dt, nb::handle pad
         const Outputs outputs = outputs_in(s, out);
         const Computing computing(s.in_use.get());
         s.skin->press(data, static_cast<const float*>(tractions.data()), array.size(), step, numbers.pads());
-        for (const auto& [response, to] : outputs) std::copy_n(response.data, response.size, to.data());
+        fill(outputs);
         return;
     }
     const Outputs outputs = outputs_in(s, out);
@@ -240,7 +244,7 @@ void press(SkinWithShapes& s, nb::handle pressure, nb::handle dt, nb::handle pad
     const Computing computing(s.in_use.get());
     if (one) s.skin->press(data, array.size(), steps[0], numbers.pads());
     else s.skin->press(data, array.size(), steps.data(), steps.size(), numbers.pads());
-    for (const auto& [response, to] : outputs) std::copy_n(response.data, response.size, to.data());
+    fill(outputs);
 }
 
 void press_frames(SkinWithShapes& s, nb::handle pressure, double dt, nb::handle pads, nb::handle out) {
@@ -251,7 +255,7 @@ void press_frames(SkinWithShapes& s, nb::handle pressure, double dt, nb::handle 
     const size_t frames = array.shape(0);
     s.skin->press_frames(static_cast<const float*>(array.data()), frames, frames ? array.size() / frames : 0, dt,
                          numbers.pads());
-    for (const auto& [response, to] : outputs) std::copy_n(response.data, response.size, to.data());
+    fill(outputs);
 }
 
 void press_cells(SkinWithShapes& s, nb::handle pressure, double dt, nb::handle pads) {
