@@ -75,6 +75,23 @@ struct Result {
     DERMIS_API const Trace& trace(Quantity) const; // throws Error::bad_input if it was not asked for
 };
 
+// The numbers of a trace, by the name of their column in traces.csv: strain_mean, strain_min, strain_max,
+// strain_probe0. values: of the result, one for each output time.
+struct TraceColumn {
+    std::string name;
+    const std::vector<double>* values;
+};
+DERMIS_API std::vector<TraceColumn> trace_columns(const Result&);
+
+// A trace in three numbers, named by its column: NAME_final, the value at the last output time; NAME_peak, the value
+// of greatest magnitude, with its sign; NAME_peak_time, the first time that has it, s.
+struct TraceOutcome {
+    std::string name;
+    double value = 0;
+};
+// Returns the outcomes of each column, in the order of trace_columns().
+DERMIS_API std::vector<TraceOutcome> outcomes(const Result&);
+
 // scene: the one that was run. A figure that the result does not hold, such as strain without its trace, is NaN.
 DERMIS_API Report report(const Scene&, const Result&);
 

@@ -5,11 +5,15 @@
 #include "tests/command.hpp"
 #include "tests/support.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <regex>
 #include <sstream>
 #include <thread>
+#include <utility>
 
 #include <sys/wait.h>
 #include <unistd.h>
@@ -78,7 +82,7 @@ TEST_CASE("bad input: one line that says what, exit status 2, no output left beh
         {"run " + good + " --tolerence 1e-3", "did you mean --set tolerance=VALUE?"},
         {"run " + good + " --material.modulus=2", "did you mean --set material.modulus=VALUE?"},
         {"--versoin", "\"--versoin\" is no option of dermis; allowed: --help, --version; did you mean --version?"},
-        {"walk", "\"walk\" is no subcommand; allowed: run, plan, bench, fit, study, devices, check\n"},
+        {"walk", "\"walk\" is no subcommand; allowed: run, plot, plan, bench, fit, study, devices, check\n"},
         {"rnu", "did you mean run?"},
         {"run " + good + " --set load.radius=3 --set load.radius=4", "--set load.radius=4; allowed: load.radius once"},
         {"run " + good + " --set load.radius=3 time.step=0.1 load.radius=4", "load.radius once"},
@@ -87,6 +91,8 @@ TEST_CASE("bad input: one line that says what, exit status 2, no output left beh
         {"run " + good + " --set 'output.probes=[[1,2]'", "brackets and quotes that are closed"},
         {"run " + good + " --set material.modulus=1:2:0.5", "first:last:count"},
         {"run " + good + " --set material.modulus=1:2", "first:last:count"},
+        {"run " + good + " --set material.modulus=0:2:3:log", "first:last:count:log with first and last > 0"},
+        {"run " + good + " --set material.modulus=2:log", "first:last:count"},
         {"run " + good + " --set material.modulus=1:2:1000 load.intensity=1:2:1000", "at most 100000 runs"},
         {"run " + good + " --set load.radius=2147483647",
          "load.radius = 2147483647; allowed: a whole number, -1e9..1e9"},
@@ -265,9 +271,9 @@ TEST_CASE("several values of a key make a sweep: a folder for each, and a table"
 std::vector<std::string> sets_of(const fs::path& table) {
     std::vector<std::string> sets;
     std::ifstream in(table);
-    for (std::string line; std::getline(in, line);) sets.push_back(line.substr(line.find('"') + 1));
-    sets.erase(sets.begin());
-    for (std::string& set : sets) set.pop_back();
+    static const std::regex last(",\"([a-z_.]+=.*)\"$");
+    for (std::string line; std::getline(in, line);)
+        if (std::smatch found; std::regex_search(line, found, last)) sets.push_back(found[1]);
     return sets;
 }
 
@@ -283,6 +289,9 @@ TEST_CASE("one --set takes several keys, ranges, lists and texts, before the sce
     CHECK(same(run("--set material.modulus=0.1:1:4 time.step=0.02 " + scene),
                {"material.modulus=0.1 time.step=0.02", "material.modulus=0.4 time.step=0.02",
                 "material.modulus=0.7 time.step=0.02", "material.modulus=1 time.step=0.02"}));
+    CHECK(same(run("--set material.modulus=0.1:1000:5:log " + scene),
+               {"material.modulus=0.1", "material.modulus=1", "material.modulus=10", "material.modulus=100",
+                "material.modulus=1000"}));
     CHECK(same(run(scene + " --set=load.radius=3:1:3 material.viscosity=1"),
                {"load.radius=3 material.viscosity=1", "load.radius=2 material.viscosity=1",
                 "load.radius=1 material.viscosity=1"}));
@@ -299,7 +308,7 @@ TEST_CASE("one --set takes several keys, ranges, lists and texts, before the sce
     CHECK(plans.out.find("material.modulus=1\n") == 0);
     CHECK(plans.out.find("\nmaterial.modulus=2\n") != std::string::npos);
     CHECK(command(folder, "").err ==
-          "dermis: a subcommand is required; allowed: run, plan, bench, fit, study, devices, check\n");
+          "dermis: a subcommand is required; allowed: run, plot, plan, bench, fit, study, devices, check\n");
 }
 
 TEST_CASE("a standard output that cannot be written is an error") {
@@ -342,6 +351,54 @@ TEST_CASE("a summary says what is not known, and how long a check took") {
     CHECK(has(checked.out, " s with the other backend and the comparison\n"));
 }
 
+TEST_CASE("a table of runs has a column for each key, and where each trace ends and peaks") {
+    const Folder folder;
+    const std::string scene = folder.write("scene.toml", small);
+    const std::string set = " --set 'surface.kind=\"wave\",flat' 'output.traces=[\"sa1\",\"fa2\"],[\"fa1\"]' "
+                            "'output.probes=[[3,4]]' precision=f64";
+    REQUIRE(command(folder, "run " + scene + " --device cpu --out " + (folder / "s").string() + set).status == 0);
+    const auto rows_of = [&](const std::string& file) {
+        std::vector<std::vector<std::string>> rows;
+        std::ifstream in(folder / file);
+        for (std::string line; std::getline(in, line);) {
+            rows.emplace_back();
+            bool quoted = false;
+            std::string cell;
+            for (const char c : line + ",")
+                if (c == ',' && !quoted) rows.back().push_back(std::exchange(cell, ""));
+                else if (c == '"') quoted = !quoted;
+                else cell += c;
+        }
+        return rows;
+    };
+    const auto table = rows_of("s/runs.csv");
+    REQUIRE(table.size() == 5);
+    const auto value = [&](size_t run, const std::string& column) {
+        const auto at = std::ranges::find(table[0], column);
+        REQUIRE_MESSAGE(at != table[0].end(), column);
+        return table[run].at(size_t(at - table[0].begin()));
+    };
+    CHECK(value(1, "surface.kind") == "wave");
+    CHECK(value(3, "surface.kind") == "flat");
+    CHECK(value(2, "output.traces") == "[fa1]"); // quotes are doubled in it
+    CHECK(std::ranges::count(table[0], "precision") == 1);
+    size_t compared = 0;
+    for (size_t run = 1; run < table.size(); ++run) {
+        const auto traces = rows_of("s/" + std::to_string(run) + "/traces.csv");
+        for (size_t c = 1; c < traces[0].size(); ++c) {
+            size_t peak = 1;
+            for (size_t n = 1; n < traces.size(); ++n)
+                if (std::abs(std::stod(traces[n][c])) > std::abs(std::stod(traces[peak][c]))) peak = n;
+            CHECK(value(run, traces[0][c] + "_final") == traces.back()[c]);
+            CHECK(value(run, traces[0][c] + "_peak") == traces[peak][c]);
+            CHECK(value(run, traces[0][c] + "_peak_time") == traces[peak][0]);
+            ++compared;
+        }
+    }
+    CHECK(compared == 2 * (2 + 1) * 4);
+    CHECK(value(1, "fa1_mean_peak").empty()); // of a trace that the run has not
+}
+
 TEST_CASE("a sweep prints the warnings of every run, and its table has their figures") {
     const Folder folder;
     const std::string scene = folder.write("scene.toml", small);
@@ -356,8 +413,8 @@ TEST_CASE("a sweep prints the warnings of every run, and its table has their fig
     CHECK(sweep("material.modulus=0.01,100 material.viscosity=0.01").status == 0);
     const std::string table = slurp(folder / "s/runs.csv");
     CHECK(table.find("run,model,precision,seconds,predicted_error,measured_error,greatest_gain,kinks,cells_compared,"
-                     "cells_different,"
-                     "set\n") == 0);
+                     "cells_different,material.modulus,material.viscosity,strain_mean_final,strain_mean_peak,"
+                     "strain_mean_peak_time,") == 0);
     std::vector<std::string> gains; // of each run by itself, also where the maps are read once
     for (size_t line = table.find('\n') + 1; line < table.size(); line = table.find('\n', line) + 1) {
         std::istringstream cells(table.substr(line));

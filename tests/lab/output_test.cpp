@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // labels: threads command
 // The files of a run and its warnings.
+#include "host/lab/output/earlier.hpp"
 #include "host/lab/output/greatest.hpp"
 #include "host/lab/output/warnings.hpp"
 #include "tests/command.hpp"
@@ -42,6 +43,51 @@ TEST_CASE("a folder used again holds the files of the last run or sweep alone, a
     std::ofstream(out / "summary.json") << "{}";
     std::ofstream(out / "sa1_t1.npy") << "mine";
     CHECK(run(none) == "impulses.csv notes.npy sa1_t1.npy sa1_table.npy summary.json traces.csv ");
+}
+
+TEST_CASE("plot draws a run and a sweep, and what comes into their folder next removes the pictures") {
+    const Folder folder;
+    const std::string scene = folder.write("scene.toml", small);
+    const fs::path out = folder / "out";
+    const std::string run = "run " + scene + " --device cpu --out " + out.string(), plot = "plot " + out.string();
+    const auto draw = [&] {
+        const Outcome o = command(folder, plot);
+        CHECK_MESSAGE(o.status == 0, o.err);
+        CHECK(o.out == "open first: " + (out / "report.html").string() + "\n");
+        const std::string page = slurp(out / "report.html");
+        CHECK(page.find("http") == page.npos);
+        CHECK(page.find("<img") != page.npos);
+    };
+    REQUIRE(command(folder, run).status == 0);
+    draw();
+    const std::string files = "curvature_t0.05.npy impulses.csv ", more = "sa1_t0.05.npy summary.json ";
+    CHECK(names_in(out) == files + "maps.png maps.svg report.html " + more + "traces.csv traces.png traces.svg ");
+    CHECK(command(folder, run + " --resume").out.find("done before") != std::string::npos);
+    REQUIRE(command(folder, run + " --set load.intensity=2").status == 0);
+    CHECK(names_in(out) == files + more + "traces.csv ");
+    draw();
+    REQUIRE(command(folder, run + " --set load.intensity=2,3").status == 0);
+    CHECK(names_in(out) == "1 2 runs.csv ");
+    draw();
+    CHECK(names_in(out) == "1 2 report.html runs.csv sweep.png sweep.svg ");
+    REQUIRE(command(folder, run).status == 0);
+    CHECK(names_in(out) == files + more + "traces.csv ");
+}
+
+TEST_CASE("plot refuses a folder that dermis did not write, and one of a run that was stopped") {
+    const Folder folder;
+    folder.write("summary.json", "{}");
+    const Outcome foreign = command(folder, "plot " + (folder / "").string());
+    CHECK(foreign.status == 2);
+    CHECK_MESSAGE(foreign.err.find("has neither summary.json nor runs.csv of dermis; allowed: the folder") !=
+                      std::string::npos,
+                  foreign.err);
+    folder.write("summary.json", output::made_by_dermis + "\n  \"unfinished\": true\n}\n");
+    const Outcome stopped = command(folder, "plot " + (folder / "").string());
+    CHECK(stopped.status == 1);
+    CHECK_MESSAGE(stopped.err.find("its files are those of a run that was stopped") != std::string::npos, stopped.err);
+    CHECK(command(folder, "plot").status == 2);
+    CHECK_FALSE(fs::exists(folder / "report.html"));
 }
 
 TEST_CASE("a run that would cost a scene its own input is refused before it removes or writes anything") {

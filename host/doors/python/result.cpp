@@ -82,6 +82,12 @@ View<double> responses_of(nb::handle_t<RunOfScene> self) {
     return view(r.result.responses.data(), {r.result.time.size(), r.scene.sites.size()}, self);
 }
 
+nb::typed<nb::dict, nb::str, double> outcomes_of(const RunOfScene& r) {
+    nb::typed<nb::dict, nb::str, double> all;
+    for (const TraceOutcome& outcome : outcomes(r.result)) all[outcome.name.c_str()] = outcome.value;
+    return all;
+}
+
 bool has_trace(const RunOfScene& r, string_view quantity) {
     for (const Trace& t : r.result.traces)
         if (quantity == name(t.quantity)) return true;
@@ -200,6 +206,12 @@ void bind_result(nb::module_& m) {
         .def_prop_ro("fields", fields_of,
                      "The fields of output.fields by (quantity, time in s), float64 of shape (height, width) each.")
         .def_prop_ro("responses", responses_of, "The receptors' responses, float64 of shape (times, sites).")
+        .def_prop_ro(
+            "scene", [](const RunOfScene& r) { return r.scene; }, "The scene that was run.")
+        .def_prop_ro("outcomes", outcomes_of,
+                     "Three numbers of each trace by name, the result columns of runs.csv: \"sa1_mean_final\", the\n"
+                     "value at the last output time; \"sa1_mean_peak\", the one of greatest magnitude;\n"
+                     "\"sa1_mean_peak_time\", the first time that has it, s. Likewise sa1_min, sa1_max, sa1_probe0, ..")
         .def_prop_ro(
             "model", [](const RunOfScene& r) { return name(r.result.model); }, "The model that computed.")
         .def_prop_ro(

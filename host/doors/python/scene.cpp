@@ -2,6 +2,7 @@
 // Scenes from texts, files, and maps and sites in memory.
 #include "host/lab/scenes/scene.hpp"
 #include "host/doors/python/pickle.hpp"
+#include "host/lab/scenes/units.hpp"
 
 namespace dermis::python {
 namespace {
@@ -131,6 +132,8 @@ void bind_scene(nb::module_& m) {
         .def_prop_ro("sites", sites_of, "The receptors as (type, x, y), in the order of their responses.")
         .def_prop_ro(
             "afferents", [](const Scene& s) { return s.afferents; }, "The nerve fibres, a list of Afferents.");
+    m.def(
+        "unit_of_key", [](string_view key) { return scene::unit_of_key(std::string(key)); }, nb::arg("key"));
     m.def("maps", maps_of, nb::arg("scene"),
           "Return the maps that a scene is made of, float64 of shape (height, width) each: \"surface\" (m with a\n"
           "spacing), \"rest_curvature\" (1/m) and \"pressure\" (Pa, where the envelope is 1).");

@@ -10,6 +10,7 @@
 #include "host/lab/command/sweep.hpp"
 #include "host/lab/command/touch.hpp"
 #include "host/lab/march/self_test.hpp"
+#include "host/lab/output/drawing.hpp"
 #include "host/lab/output/earlier.hpp"
 #include "host/lab/output/greatest.hpp"
 #include "host/lab/output/spikes.hpp"
@@ -17,7 +18,9 @@
 #include "host/lab/scenes/nearest.hpp"
 #include "host/lab/scenes/scene.hpp"
 #include "host/lab/scenes/scene_names.hpp"
+#include "host/lab/scenes/units.hpp"
 #include "host/lab/study/study.hpp"
+#include "plot_script.h"
 
 #include <algorithm>
 #include <cerrno>
@@ -59,7 +62,7 @@ struct Terminator {
 [[gnu::init_priority(101)]] Terminator terminator;
 
 struct Arguments {
-    std::string scene, out, device = "auto", precision;
+    std::string scene, out, folder, device = "auto", precision;
     std::string checked_device; // empty: every device
     std::vector<std::string> overrides;
     bool check = false, resume = false;
@@ -223,6 +226,27 @@ int run_scene(const Arguments& a) {
     return wrong || r.cells_different ? 1 : 0;
 }
 
+// Draws what a run or a sweep has left in a folder.
+int plot_folder(const std::string& folder) {
+    const output::Path in = folder;
+    if (!output::begins_with(in / "summary.json", output::made_by_dermis) &&
+        !output::begins_with(in / "runs.csv", output::runs_columns))
+        throw Error(
+            Error::Code::bad_input, "",
+            fmt::format("{}: has neither summary.json nor runs.csv of dermis; allowed: the folder of a run or a sweep",
+                        folder));
+    const output::Folder locked(in);
+    std::vector<std::string> units; // of keys
+    for (const std::string& key : scene::known_keys())
+        units.push_back(fmt::format("\"{}\": \"{}\"", key, scene::unit_of_key(key)));
+    if (!output::draw(plot_script, in, fmt::format("{{{}}}", fmt::join(units, ", "))))
+        throw Error(Error::Code::io, "",
+                    "pictures are drawn with matplotlib, which /usr/bin/python3 does not have; on Debian: apt install "
+                    "python3-matplotlib");
+    fmt::print("open first: {}\n", (in / "report.html").string());
+    return 0;
+}
+
 int list_devices() {
     fmt::print("cpu: the CPU path, {} threads\n", Device::cpu().impl().backend->threads());
     try {
@@ -274,11 +298,10 @@ void add_backend(CLI::App& command, Arguments& a) {
 
 void add_overrides(CLI::App& command, Arguments& a) {
     command
-        .add_option(
-            "--set", a.overrides,
-            "Override keys: time.step=0.001 load.radius=9. Several values, material.modulus=1,2 or a range\n"
-            "material.modulus=0.1:1:4 (first:last:count), make a sweep of all combinations. A list in brackets\n"
-            "and a text in quotes are one value: output.traces=[\"sa1\"],[\"sa2\"]")
+        .add_option("--set", a.overrides,
+                    "Override keys: time.step=0.001 load.radius=9. Several values, material.modulus=1,2, or a range,\n"
+                    "first:last:count as 0.1:1:4 or first:last:count:log, make a sweep of all combinations. A list in\n"
+                    "brackets and a text in quotes are one value: output.traces=[\"sa1\"],[\"sa2\"]")
         ->take_all()
         ->allow_extra_args(false)
         ->type_name("KEY=VALUE[,VALUE ..] ..");
@@ -311,12 +334,13 @@ void add_fit(CLI::App& command, FitArguments& a) {
 }
 
 struct Commands {
-    CLI::App *run, *plan, *bench, *fit, *study, *devices, *check;
+    CLI::App *run, *plot, *plan, *bench, *fit, *study, *devices, *check;
 };
 
 Commands add_commands(CLI::App& app, Arguments& a) {
     const Commands all{
         .run = app.add_subcommand("run", "Run a scene file"),
+        .plot = app.add_subcommand("plot", "Draw a run or a sweep: pictures, and report.html with all of them"),
         .plan = app.add_subcommand("plan", "Say how a scene would be run, why, and why not otherwise"),
         .bench = app.add_subcommand("bench", "Say how long a press of a scene's skin takes on this machine"),
         .fit = app.add_subcommand("fit", "Fit a material to measured creep or relaxation"),
@@ -329,6 +353,7 @@ Commands add_commands(CLI::App& app, Arguments& a) {
     all.run->add_flag("--check", a.check, "Also run the other backend and compare every cell's bits");
     add_resume(*all.run, a);
     add_overrides(*all.run, a);
+    all.plot->add_option("folder", a.folder, "The --out of a run")->required();
     add_scene(*all.plan, a);
     add_backend(*all.plan, a);
     add_overrides(*all.plan, a);
@@ -344,6 +369,7 @@ Commands add_commands(CLI::App& app, Arguments& a) {
 
 int execute(const Commands& commands, const Arguments& a) {
     if (*commands.run) return run_scene(a);
+    if (*commands.plot) return plot_folder(a.folder);
     if (*commands.plan) return explain_scene(a);
     if (*commands.bench) return bench_scene(a.scene, a.pads, a.device);
     if (*commands.fit) return fit_data(a.fit);

@@ -52,17 +52,23 @@ std::string number_text(double x) {
 
 // Appends the numbers of a range, or the value as it stands.
 void append_values(const std::string& override_, const std::string& value, std::vector<std::string>& values) {
-    const std::vector<std::string> parts = split(override_, value, ':');
+    std::vector<std::string> parts = split(override_, value, ':');
+    const bool logarithmic = parts.size() > 1 && parts.back() == "log";
+    if (logarithmic) parts.pop_back();
     std::vector<double> numbers(parts.size());
-    bool range = parts.size() > 1;
+    bool range = parts.size() > 1 || logarithmic;
     for (size_t i = 0; i < parts.size(); ++i) range = range && read_number(parts[i], numbers[i]);
     if (!range) return values.push_back(value);
     const double count = numbers.back();
     if (parts.size() != 3 || count != std::floor(count) || count < 2 || count > double(most_runs))
         refuse(override_, fmt::format("first:last:count as a range, with a whole count in 2..{}", most_runs));
     const double first = numbers[0], last = numbers[1], steps = count - 1;
-    for (double i = 0; i <= steps; ++i)
-        values.push_back(number_text(i == steps ? last : first + (last - first) * i / steps));
+    if (logarithmic && !(first > 0 && last > 0)) refuse(override_, "first:last:count:log with first and last > 0");
+    for (double i = 0; i <= steps; ++i) {
+        const double share = i / steps;
+        const double inside = logarithmic ? first * std::pow(last / first, share) : first + (last - first) * i / steps;
+        values.push_back(number_text(i == steps ? last : i == 0 ? first : inside));
+    }
 }
 
 } // namespace

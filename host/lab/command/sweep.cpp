@@ -20,28 +20,59 @@ using output::Path;
 
 constexpr size_t most_at_once = 16; // runs over one map that are computed together
 
-std::string in_csv(const std::string& text) {
+std::string in_quotes(const std::string& text) {
     std::string out = "\"";
     for (char c : text) out += c == '"' ? "\"\"" : std::string(1, c);
     return out + '"';
 }
 
+// Returns the key or the value of an override. A text has no quotes, unless a comma or a quote in it needs them.
+std::string key_of(const std::string& override_) { return override_.substr(0, override_.find('=')); }
+std::string value_of(const std::string& override_) {
+    std::string value = override_.substr(override_.find('=') + 1);
+    const bool text = value.size() > 1 && (value[0] == '"' || value[0] == '\'') && value.back() == value[0];
+    if (text) value = value.substr(1, value.size() - 2);
+    return value.find_first_of(",\"") == value.npos ? value : in_quotes(value);
+}
+
 Path folder_of(const Path& out, size_t run) { return out / std::to_string(run + 1); }
 
-// Returns runs.csv. What is not known is left empty, in all runs unless they are finished.
+constexpr const char* figure_columns =
+    "seconds,predicted_error,measured_error,greatest_gain,kinks,cells_compared,cells_different";
+
+// Returns the names of all outcomes, which differ between runs where their outputs do.
+std::vector<std::string> outcomes_of(const std::vector<output::Figures>& finished) {
+    std::vector<std::string> names;
+    std::set<std::string> known;
+    for (const output::Figures& f : finished)
+        for (const auto& [name, value] : f.outcomes)
+            if (known.insert(name).second) names.push_back(name);
+    return names;
+}
+
+// Returns the overrides that have a column of their own. A run has its model and its precision in other columns.
+std::vector<std::string> in_columns(std::vector<std::string> overrides) {
+    std::erase_if(overrides, [](const std::string& o) { return key_of(o) == "model" || key_of(o) == "precision"; });
+    return overrides;
+}
+
+// Returns runs.csv: the run and its figures, the keys that are set, the outcomes, and all settings in one text. Figures
+// and outcomes are empty unless all runs are finished.
 std::string table_of(const std::vector<PlannedRun>& runs, const std::vector<output::Figures>& finished) {
-    std::string table =
-        output::runs_columns +
-        "seconds,predicted_error,measured_error,greatest_gain,kinks,cells_compared,cells_different,set\n";
+    const std::vector<std::string> names = outcomes_of(finished);
+    std::string table = output::runs_columns + figure_columns;
+    for (const std::string& override_ : in_columns(runs[0].overrides)) table += "," + key_of(override_);
+    for (const std::string& name : names) table += "," + name;
+    table += ",set\n";
     for (size_t i = 0; i < runs.size(); ++i) {
-        table += fmt::format("{},", i + 1);
-        if (finished.empty()) table += ",,,,,,,,";
-        else {
-            const output::Figures& f = finished[i];
-            table += fmt::format("{},{},{},{},{},{},{},{},{}", f.model, f.precision, f.seconds, f.predicted_error,
-                                 f.measured_error, f.greatest_gain, f.kinks, f.compared, f.different);
-        }
-        table += "," + in_csv(fmt::format("{}", fmt::join(runs[i].overrides, " "))) + "\n";
+        const output::Figures f = finished.empty() ? output::Figures() : finished[i];
+        table += fmt::format("{},{},{},{},{},{},{},{},", i + 1, f.model, f.precision, f.seconds, f.predicted_error,
+                             f.measured_error, f.greatest_gain, f.kinks);
+        table += finished.empty() ? "," : fmt::format("{},{}", f.compared, f.different);
+        for (const std::string& override_ : in_columns(runs[i].overrides)) table += "," + value_of(override_);
+        const std::map<std::string, std::string> outcomes(f.outcomes.begin(), f.outcomes.end());
+        for (const std::string& name : names) table += "," + (outcomes.count(name) ? outcomes.at(name) : "");
+        table += "," + in_quotes(fmt::format("{}", fmt::join(runs[i].overrides, " "))) + "\n";
     }
     return table;
 }

@@ -5,15 +5,23 @@
 
 namespace dermis::output {
 
-bool draw(std::string_view script, const Path& folder) {
+namespace {
+
+std::string in_shell(const std::string& argument) {
+    std::string quoted = " '";
+    for (char c : argument) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    return quoted + "'";
+}
+
+} // namespace
+
+bool draw(std::string_view script, const Path& folder, const std::string& more) {
     // Debian's Python, which has Debian's matplotlib. Neither Python (-I) nor matplotlib, which looks for a
     // matplotlibrc in the working directory, takes anything from the folder that the command was called in.
     const std::string python = "cd / && /usr/bin/python3 -I";
     if (std::system((python + " -c 'import matplotlib' >/dev/null 2>&1").c_str()) != 0) return false;
-    std::string quoted = "'";
-    for (char c : std::filesystem::absolute(folder).string())
-        quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
-    FILE* pipe = ::popen((python + " - " + quoted + "'").c_str(), "w");
+    const std::string arguments = in_shell(std::filesystem::absolute(folder).string()) + in_shell(more);
+    FILE* pipe = ::popen((python + " -" + arguments).c_str(), "w");
     if (!pipe) return false;
     std::fwrite(script.data(), 1, script.size(), pipe);
     if (::pclose(pipe) != 0) throw Error(Error::Code::io, "", "drawing the figures failed; its message stands above");

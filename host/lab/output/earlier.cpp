@@ -17,11 +17,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Whether a run has files of this name: the fixed ones, and {quantity}_t{time}.npy.
+// Whether a run has files of this name: the fixed ones, pictures, and {quantity}_t{time}.npy.
 bool is_ours(const std::string& name) {
     for (const char* fixed : {"traces.csv", "impulses.csv", "receptors.csv", "responses.npy", "spikes.npy",
-                              "afferents.csv", "psth.csv", "summary.json"})
+                              "afferents.csv", "psth.csv", "summary.json", "report.html"})
         if (name == fixed) return true;
+    for (const std::string picture : {"traces", "maps", "surface", "receptors", "spikes"})
+        if (name == picture + ".png" || name == picture + ".svg") return true;
     const size_t time = name.find("_t");
     if (time == name.npos || !name.ends_with(".npy")) return false;
     const std::string number = name.substr(time + 2, name.size() - 4 - (time + 2));
@@ -124,6 +126,7 @@ void need_inputs_kept(const fs::path& folder, size_t runs, const std::vector<std
         for (const std::string& name : names) files.push_back(of_run / name);
         need_none(inputs, files);
     };
+    if (lines) need_none(inputs, {folder / "report.html", folder / "sweep.png", folder / "sweep.svg"});
     check(folder, runs ? std::vector<std::string>{"runs.csv"} : written);
     for (size_t run = 1; run < std::max(runs + 1, lines); ++run)
         check(folder / std::to_string(run), run <= runs ? written : std::vector<std::string>());
@@ -151,6 +154,8 @@ void remove_earlier_run(const fs::path& folder) {
 
 void remove_earlier_sweep(const fs::path& folder, size_t first) {
     const size_t lines = lines_of_sweep(folder);
+    for (const char* picture : {"report.html", "sweep.png", "sweep.svg"})
+        if (lines && fs::exists(folder / picture)) remove_file(folder / picture);
     for (size_t run = first; run < lines; ++run) {
         const fs::path of_run = folder / std::to_string(run);
         std::error_code none;

@@ -35,6 +35,23 @@ long long count_of(const Path& file, const std::string& text, const std::string&
     return count;
 }
 
+// Returns the numbers of an object by name, as they stand there; nothing for null.
+std::vector<std::pair<std::string, std::string>> numbers_in(const Path& file, const std::string& text,
+                                                            const std::string& key) {
+    const std::string start = "\"" + key + "\": {";
+    const size_t at = text.find(start), end = at == text.npos ? at : text.find('}', at);
+    if (end == text.npos) throw Error(Error::Code::io, "", fmt::format("{}: has no {}", file.string(), key));
+    std::vector<std::pair<std::string, std::string>> numbers;
+    for (size_t name = text.find('"', at + start.size()); name < end;) {
+        const size_t colon = text.find("\": ", name + 1), last = std::min(text.find(',', colon), end);
+        if (colon >= end) throw Error(Error::Code::io, "", fmt::format("{}: {} is damaged", file.string(), key));
+        const std::string number = text.substr(colon + 3, last - colon - 3);
+        numbers.emplace_back(text.substr(name + 1, colon - name - 1), number == "null" ? "" : number);
+        name = text.find('"', last);
+    }
+    return numbers;
+}
+
 std::string text_in(const Path& file) {
     std::ifstream in = opened(file);
     return {std::istreambuf_iterator<char>(in), {}};
@@ -118,6 +135,7 @@ Figures figures_of(const Path& folder) {
               .measured_error = value("measured_error"),
               .greatest_gain = value("greatest_gain"),
               .kinks = value("kinks")};
+    f.outcomes = numbers_in(file, text, "outcomes");
     if (value("cross_check").empty()) return f;
     f.compared = count_of(file, text, "cells");
     f.different = count_of(file, text, "different");

@@ -44,7 +44,8 @@ bool is_finished(const std::filesystem::path& folder, const Scene&, const std::s
 // The figures of a finished run for tables, as they stand in its summary.json; empty where that has null.
 struct Figures {
     std::string model, precision, seconds, predicted_error, measured_error, greatest_gain, kinks;
-    long long compared = 0, different = 0; // cells
+    long long compared = 0, different = 0;                     // cells
+    std::vector<std::pair<std::string, std::string>> outcomes; // by name, as outcomes() returns them
     // Whether cells differ, or the measured error is above the prediction.
     bool wrong() const;
 };

@@ -21,26 +21,15 @@ void append(std::string& line, double value) {
     append_shortest(line, value);
 }
 
-// Without Output::extremes there are no columns min and max.
 std::string traces_csv(const Result& r) {
     std::string out = "time";
-    std::vector<const double*> columns;
-    for (const Trace& t : r.traces)
-        for (auto [statistic, column] : {std::pair{"mean", &t.mean}, {"min", &t.min}, {"max", &t.max}}) {
-            if (column->empty()) continue;
-            out += fmt::format(",{}_{}", name(t.quantity), statistic);
-            columns.push_back(column->data());
-        }
-    for (const Trace& t : r.traces)
-        for (size_t p = 0; p < t.probes.size(); ++p) {
-            out += fmt::format(",{}_probe{}", name(t.quantity), p);
-            columns.push_back(t.probes[p].data());
-        }
+    const std::vector<TraceColumn> columns = trace_columns(r);
+    for (const TraceColumn& column : columns) out += "," + column.name;
     out += '\n';
     out.reserve(out.size() + r.time.size() * (columns.size() + 1) * 20); // bytes of most numbers
     for (size_t n = 0; n < r.time.size(); ++n) {
         append_shortest(out, r.time[n]);
-        for (const double* column : columns) append(out, column[n]);
+        for (const TraceColumn& column : columns) append(out, (*column.values)[n]);
         out += '\n';
     }
     return out;
@@ -65,10 +54,14 @@ std::string impulses_csv(const Result& r) {
 }
 
 std::string receptors_csv(const Scene& scene) {
-    std::string list = "id,type,x,y\n";
-    for (size_t i = 0; i < scene.sites.size(); ++i)
-        fmt::format_to(std::back_inserter(list), "{},{},{},{}\n", i, name(scene.sites[i].type), scene.sites[i].cell.x,
-                       scene.sites[i].cell.y);
+    std::string list = scene.grid.spacing ? "id,type,x,y,x_m,y_m\n" : "id,type,x,y\n";
+    for (size_t i = 0; i < scene.sites.size(); ++i) {
+        const Cell cell = scene.sites[i].cell;
+        fmt::format_to(std::back_inserter(list), "{},{},{},{}", i, name(scene.sites[i].type), cell.x, cell.y);
+        for (int at : {cell.x, cell.y}) // the middle of the cell
+            if (scene.grid.spacing) append(list, (at + 0.5) * *scene.grid.spacing);
+        list += '\n';
+    }
     return list;
 }
 
@@ -109,28 +102,33 @@ std::string summary_json(const Scene& s, const Result& r, const std::string& beg
         reduced += fmt::format("{}{{\"modulus\": {}, \"viscosity\": {}}}", reduced.empty() ? ", \"elements\": [" : ", ",
                                shortest(e.modulus), shortest(e.viscosity));
     if (!reduced.empty()) reduced += "]";
+    std::vector<std::string> outcome;
+    for (const auto& [name, value] : outcomes(r))
+        outcome.push_back(fmt::format("\"{}\": {}", name, json_number(value)));
     std::vector<std::string> sentences = warnings(s, r);
     for (std::string& sentence : sentences) sentence = "\n    " + json_text(sentence);
     return sealed(begin + fmt::format(R"(
   "device": {{"name": {}, "kind": {}, "driver": {}, "exact": {}}},
   "plan": {{"model": "{}", "method": "{}", "precision": "{}", "predicted_error": {}, "measured_error": {}{}}},
-  "grid": {{"width": {}, "height": {}}},
+  "grid": {{"width": {}, "height": {}, "spacing": {}}},
   "steps": {}, "left_out": {}, "outputs": {}, "dispatches": {}, "seconds": {},
   "cross_check": {},
   "tau_min": {}, "tau_max": {}, "z_min": {}, "z_max": {}, "greatest_gain": {}, "greatest_curvature": {}, "stencil_estimate": {},
   "kinks": {}, "pressed_cells": {}, "spikes": {},
+  "outcomes": {{{}}},
   "report": {},
   "warnings": [{}])",
                                       json_text(r.device.name), json_text(r.device.kind), json_text(r.device.driver),
                                       r.device.exact, name(r.model), name(s.method), name(r.precision),
                                       json_number(r.predicted_error), json_number(r.measured_error), reduced,
-                                      s.grid.width, s.grid.height, r.steps, r.left_out, r.time.size(), r.dispatches,
-                                      shortest(r.seconds), check, json_number(r.tau_min), json_number(r.tau_max),
+                                      s.grid.width, s.grid.height, s.grid.spacing ? shortest(*s.grid.spacing) : "null",
+                                      r.steps, r.left_out, r.time.size(), r.dispatches, shortest(r.seconds), check,
+                                      json_number(r.tau_min), json_number(r.tau_max),
                                       json_number(s.time.step / r.tau_max), json_number(s.time.step / r.tau_min),
                                       json_number(r.greatest_gain), json_number(r.greatest_curvature),
                                       json_number(r.stencil_estimate), count(r.kinks), count(r.pressed_cells),
                                       s.afferents.empty() ? "null" : std::to_string(r.spikes.size()),
-                                      json_of(report(s, r)), fmt::join(sentences, ",")));
+                                      fmt::join(outcome, ", "), json_of(report(s, r)), fmt::join(sentences, ",")));
 }
 
 } // namespace

@@ -86,6 +86,11 @@ std::optional<double> number_with_unit(const std::string& parameter, const std::
     return value;
 }
 
+std::string unit_of_key(const std::string& key) {
+    const KeyUnit* of = unit_of(key);
+    return std::string(of ? of->unit : "");
+}
+
 std::string allowed_number(const std::string& parameter) {
     const KeyUnit* key = unit_of(parameter);
     if (!key) return "a number";

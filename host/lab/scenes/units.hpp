@@ -20,5 +20,7 @@ bool begins_as_number(const std::string& text);
 std::optional<double> number_with_unit(const std::string& parameter, const std::string& text);
 // What a key of numbers takes, in words.
 std::string allowed_number(const std::string& parameter);
+// Returns the unit of a key, by its dotted name; empty where it has none. A length without a spacing has none either.
+std::string unit_of_key(const std::string& key);
 
 } // namespace dermis::scene

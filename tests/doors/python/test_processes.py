@@ -157,7 +157,7 @@ def test_a_sweep_runs_every_combination_wherever_it_is_mapped():
     assert [row["set"] for row in rows] == ["load.intensity=10000.0 time.step=0.02", "load.intensity=10000.0 time.step=0.04",
                                             'load.intensity="20 kPa" time.step=0.02', 'load.intensity="20 kPa" time.step=0.04']
     assert list(rows[0]) == ["run", "model", "precision", "seconds", "predicted_error", "measured_error", "greatest_gain",
-                             "kinks", "cells_compared", "cells_different", "set", "result"]
+                             "kinks", "cells_compared", "cells_different", *values, *rows[0]["result"].outcomes, "set", "result"]
     with concurrent.futures.ProcessPoolExecutor(2, multiprocessing.get_context("spawn")) as pool:
         mapped = dermis.sweep(TABLES, values, map=pool.map)
     assert [numbers(row["result"]) for row in mapped] == [numbers(row["result"]) for row in rows]

@@ -15,6 +15,7 @@ that is refused raises dermis.Error.
 from __future__ import annotations
 
 import functools
+import importlib
 import itertools
 import os
 import pathlib
@@ -39,7 +40,7 @@ __all__ = [
     "AfferentModel", "Afferents", "Candidate", "Curvature", "Device", "DeviceInfo", "Error", "Explanation", "Figure",
     "Fit", "Grid", "Impulse", "KelvinVoigt", "Load", "Material", "Output", "Receptors", "Relaxation", "Report",
     "Result", "Scene", "Sites", "Skin", "Surface", "Time", "Trace", "__version__", "afferent_model", "chain_of",
-    "commit", "contact", "explain", "fingertip", "fit_creep", "fit_relaxation", "maps", "mujoco_plugin",
+    "commit", "contact", "explain", "fingertip", "fit_creep", "fit_relaxation", "maps", "mujoco_plugin", "plot",
     "relaxation_of", "run", "run_materials", "sweep",
 ]
 
@@ -224,7 +225,8 @@ def sweep(scene: AnyScene, values: Mapping[str, Iterable[Any]], device: str | No
     scene: tables by name, or the path of a TOML file. values: by dotted name, as in {"load.frequency": [20, 50, 250]};
     the last name changes fastest. map: what calls a function for each scene, in order; that of an executor runs scenes
     side by side, as concurrent.futures.ProcessPoolExecutor().map does. device, a text, and the other arguments are as
-    in run. Each row is a dict with the columns of runs.csv; "result" is its Result.
+    in run. Each row is a dict with the columns of runs.csv: the figures of the run, its values, its outcomes, and
+    "set", which has all values in one text. "result" is its Result.
     """
     for name, some in values.items():
         if isinstance(some, (str, bytes)) or not isinstance(some, Iterable):
@@ -235,8 +237,41 @@ def sweep(scene: AnyScene, values: Mapping[str, Iterable[Any]], device: str | No
     columns = ("model", "precision", "seconds", "predicted_error", "measured_error", "greatest_gain", "kinks",
                "cells_compared", "cells_different")
     return [{"run": i, **{name: getattr(result, name) for name in columns},
+             **{key: value for key, value in setting.items() if key not in columns}, **result.outcomes,
              "set": " ".join(overrides_of(setting)), "result": result}
             for i, (setting, result) in enumerate(zip(settings, results, strict=True), 1)]
+
+
+@answered
+def plot(what: Result | Sequence[Mapping[str, Any]] | str | os.PathLike[str],
+         folder: str | os.PathLike[str] | None = None) -> dict[str, Any]:
+    """Draw a run or a sweep, and return figures of matplotlib by name, as the command `dermis plot` does.
+
+    what: a Result, the rows of sweep(), or the --out of the command. folder: where each figure goes as PNG and SVG,
+    and report.html with all of them; None: nowhere. The figures are "traces", "maps", "surface" (where a field is the
+    deformation), "receptors" and "spikes", where the run has what they show, and of rows "sweep".
+    """
+    try:
+        drawing = importlib.import_module("dermis._plot")
+    except ModuleNotFoundError as missing:
+        raise ModuleNotFoundError(f"plot needs {missing.name}: pip install dermis[plot]", name=missing.name) from None
+    if isinstance(what, Result):
+        source = drawing.run_of(what)
+    elif isinstance(what, (str, os.PathLike)):
+        try:
+            source = drawing.read(pathlib.Path(what), _core.unit_of_key)
+        except (OSError, ValueError) as unreadable:
+            raise Error("io", "what", f"what = {unreadable}") from None
+    elif not len(what):
+        refuse("what", what, "a Result, the rows of sweep(), or a folder of the command")
+    else:
+        rows = [{name: str(value) for name, value in row.items() if name != "result"} for row in what]
+        source = drawing.sweep_of(rows, _core.unit_of_key, what[0]["result"].scene.spacing)
+    figures: dict[str, Any] = drawing.figures_of(source)
+    if folder is not None:
+        pathlib.Path(folder).mkdir(parents=True, exist_ok=True)
+        drawing.write(pathlib.Path(folder), source, figures)
+    return figures
 
 
 @answered

@@ -1,0 +1,468 @@
+# SPDX-License-Identifier: MIT
+"""Pictures of a run or a sweep: traces, maps, the surface, receptors, spikes, and a page with all of them.
+
+`dermis plot DIR` runs this file with the folder and the units of all keys as arguments, and the Python package has it
+as dermis._plot. It needs NumPy and matplotlib.
+"""
+from __future__ import annotations
+
+import base64
+import csv
+import dataclasses
+import html
+import io
+import json
+import os
+import sys
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import LightSource
+from matplotlib.figure import Figure
+
+Array = np.ndarray[Any, np.dtype[Any]]
+BLUE, VERMILLION, GREEN, PURPLE = "#0072B2", "#D55E00", "#009E73", "#AA4499"
+CLASSES = {"sa1": BLUE, "sa2": GREEN, "fa1": VERMILLION, "fa2": PURPLE}
+# The name of a quantity, its unit, and the factor to this unit. Heights have metres only with a spacing.
+QUANTITIES = {"strain": ("strain", "1", 1.0), "sa1": ("SA1", "1", 1.0), "sa2": ("SA2", "s", 1.0),
+              "fa1": ("FA1", "1/s", 1.0), "fa2": ("FA2", "1/s²", 1.0)}
+IN_METRES = {"curvature": ("curvature", "1/mm", 1e-3), "deformation": ("height", "µm", 1e6)}
+IN_CELLS = {"curvature": ("curvature", "1", 1.0), "deformation": ("height", "1", 1.0)}
+MOST_MAPS = 6  # columns of maps; of more times some are chosen evenly
+MOST_LINES = 8  # lines of one panel that have a colour and a name
+
+
+@dataclasses.dataclass
+class Run:
+    """What a run has given, from its files or from a Result."""
+    title: str
+    width: int  # cells
+    height: int
+    spacing: float | None  # m between cells; None: there are no metres
+    time: Array  # s
+    columns: dict[str, Array]  # by their names in traces.csv
+    impulses: list[tuple[float, str, float]]  # time in s, quantity, mean weight in the quantity's unit times s
+    fields: dict[tuple[str, float], Array]  # by quantity and time in s
+    receptors: list[tuple[str, int, int]]  # class and cell
+    responses: Array  # of shape (times, receptors)
+    spikes: Array  # with the fields time, in s, and afferent
+    fibres: list[str]  # the class of each nerve fibre
+    facts: dict[str, str]
+    warnings: list[str] = dataclasses.field(default_factory=list)
+    scene: str = ""  # the text of the scene; empty: not known
+
+    def label(self, quantity: str) -> tuple[str, float]:
+        """Return what an axis of a quantity says, and the factor to its unit."""
+        both = QUANTITIES | (IN_METRES if self.spacing else IN_CELLS)
+        name, unit, factor = both[quantity]
+        return f"{name} ({unit})", factor
+
+    def length(self) -> tuple[str, float]:
+        """Return the unit of lengths along the skin, and how long a cell is."""
+        return ("mm", 1e3 * self.spacing) if self.spacing else ("cells", 1.0)
+
+
+def _table(path: Path) -> dict[str, Array]:
+    """Return the columns of numbers of a CSV file by name."""
+    with open(path) as file:
+        names = file.readline().strip().split(",")
+        rows = np.loadtxt(file, delimiter=",", ndmin=2)
+    return dict(zip(names, rows.T if rows.size else np.empty((len(names), 0))))
+
+
+def _rows(path: Path) -> list[dict[str, str]]:
+    with open(path, newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def run_in(folder: Path) -> Run:
+    """Read the files of a run."""
+    with open(folder / "summary.json") as file:
+        summary = json.load(file)
+    if "unfinished" in summary:
+        raise ValueError(f"{folder}: its files are those of a run that was stopped; run it again")
+    columns = _table(folder / "traces.csv")
+    fields = {}
+    for path in folder.glob("*_t*.npy"):
+        quantity, _, at = path.stem.partition("_t")
+        fields[quantity, float(at)] = np.load(path)
+    receptors, responses = [], np.empty((0, 0))
+    if (folder / "receptors.csv").exists():
+        receptors = [(row["type"], int(row["x"]), int(row["y"])) for row in _rows(folder / "receptors.csv")]
+        responses = np.load(folder / "responses.npy")
+    spikes, fibres = np.empty(0, [("time", "f8"), ("afferent", "u4")]), []
+    if (folder / "afferents.csv").exists():
+        spikes = np.load(folder / "spikes.npy")
+        fibres = [row["class"] for row in _rows(folder / "afferents.csv")]
+    plan, grid = summary["plan"], summary["grid"]
+    facts = {"grid": f"{grid['width']} x {grid['height']} cells", "steps": str(summary["steps"]),
+             "method": plan["method"], "model": plan["model"], "precision": plan["precision"],
+             "device": summary["device"]["name"]}
+    if plan["predicted_error"] is not None:
+        facts["error"] = f"at most {plan['predicted_error']:.2g}, as predicted"
+    facts["time of stepping"] = f"{summary['seconds']:.3g} s"
+    facts["version"] = f"{summary['version']}, commit {summary['commit']}"
+    facts |= {"set": " ".join(summary["set"])} if summary["set"] else {}
+    return Run(title=folder.name, width=grid["width"], height=grid["height"], spacing=grid["spacing"],
+               time=columns.pop("time"), columns=columns,
+               impulses=[(float(row["time"]), row["quantity"], float(row["mean"]))
+                         for row in _rows(folder / "impulses.csv")],
+               fields=fields, receptors=receptors, responses=responses, spikes=spikes, fibres=fibres, facts=facts,
+               warnings=summary["warnings"], scene=summary["scene"])
+
+
+def run_of(result: Any) -> Run:
+    """Take what a dermis.Result has."""
+    columns: dict[str, Array] = {}
+    for name in result:
+        trace = result[name]
+        some = {"mean": trace.mean, "min": trace.min, "max": trace.max}
+        columns |= {f"{name}_{of}": values for of, values in some.items() if len(values)}
+        columns |= {f"{name}_probe{i}": values for i, values in enumerate(trace.probes)}
+    scene = result.scene
+    fibres = []
+    for a in scene.afferents:
+        cells = len(a.cells) or sum(kind == a.type for kind, _, _ in scene.sites)
+        fibres += [a.type] * (cells // a.endings)
+    facts = {"grid": f"{scene.width} x {scene.height} cells", "steps": str(result.steps), "model": result.model,
+             "precision": result.precision, "device": result.device.name,
+             "time of stepping": f"{result.seconds:.3g} s"}
+    return Run(title="dermis", width=scene.width, height=scene.height, spacing=scene.spacing, time=result.time,
+               columns=columns,
+               impulses=[(i.time, i.quantity, i.mean) for i in result.impulses], fields=dict(result.fields),
+               receptors=scene.sites, responses=result.responses, spikes=result.spikes, fibres=fibres, facts=facts)
+
+
+def _figure(rows: int, columns: int, width: float, height: float, **options: Any) -> tuple[Figure, Any]:
+    figure = Figure(figsize=(width, height), layout="constrained")
+    return figure, figure.subplots(rows, columns, squeeze=False, **options)
+
+
+def _colour(i: int, count: int) -> tuple[float, float, float, float]:
+    """Return the colour of one of some lines, none of them as light as yellow."""
+    return matplotlib.colormaps["viridis"](0.9 * i / count)
+
+
+def _draw_impulses(panel: Axes, impulses: list[tuple[float, float]], unit: str) -> None:
+    """Draw an arrow for each impulse, as long as its weight is among the others, from 0 on."""
+    greatest = max(abs(weight) for _, weight in impulses) or 1.0
+    low, high = panel.get_ylim()
+    reach = 0.9 * max(high, -low)
+    for time, weight in impulses:
+        panel.annotate("", xy=(time, reach * weight / greatest), xytext=(time, 0),
+                       arrowprops={"arrowstyle": "->", "color": VERMILLION})
+        if len(impulses) <= MOST_LINES:
+            panel.annotate(f" {weight:.3g} {unit}", xy=(time, 0.9 * reach * weight / greatest), color=VERMILLION,
+                           fontsize=8, va="center")
+    panel.set_ylim(min(low, -reach * any(w < 0 for _, w in impulses) / 0.9), max(high, low))
+
+
+def traces(run: Run) -> Figure | None:
+    """Draw the mean of each quantity over time, the span of all cells, the probes, and impulses as arrows."""
+    names = [name for name in QUANTITIES if f"{name}_mean" in run.columns]
+    if not names or not len(run.time):
+        return None
+    figure, panels = _figure(len(names), 1, 7.5, 0.6 + 1.5 * len(names), sharex=True)
+    for name, panel in zip(names, panels[:, 0]):
+        if f"{name}_min" in run.columns:
+            panel.fill_between(run.time, run.columns[f"{name}_min"], run.columns[f"{name}_max"], color=BLUE, alpha=0.2,
+                               linewidth=0, label="all cells")
+        panel.plot(run.time, run.columns[f"{name}_mean"], color=BLUE, label="mean")
+        probes = [column for column in run.columns if column.startswith(f"{name}_probe")]
+        for i, probe in enumerate(probes):
+            panel.plot(run.time, run.columns[probe], linewidth=1, color=_colour(i, len(probes)),
+                       label=f"probe {i}" if i < MOST_LINES else None)
+        impulses = [(time, weight) for time, quantity, weight in run.impulses if quantity == name]
+        label, _ = run.label(name)
+        if impulses:
+            _draw_impulses(panel, impulses, {"fa1": "", "fa2": "1/s"}.get(name, ""))
+            label += "\narrows: impulses"
+        panel.axhline(0, color="grey", linewidth=0.5)
+        panel.set_ylabel(label)
+        panel.margins(x=0)
+    panels[0, 0].legend(fontsize=8, ncols=4, loc="best")
+    panels[-1, 0].set_xlabel("time (s)")
+    return figure
+
+
+def _chosen(times: list[float]) -> list[float]:
+    places = np.linspace(0, len(times) - 1, min(len(times), MOST_MAPS)).round().astype(int)
+    return [times[i] for i in places]
+
+
+def _extent(run: Run) -> tuple[float, float, float, float]:
+    _, cell = run.length()
+    return 0, cell * run.width, 0, cell * run.height
+
+
+def maps(run: Run) -> Figure | None:
+    """Draw each field at its times, with one range of colours for each quantity."""
+    if not run.fields:
+        return None
+    times = _chosen(sorted({t for _, t in run.fields}))
+    names = [name for name in (*QUANTITIES, *IN_METRES) if any((name, t) in run.fields for t in times)]
+    ratio = np.clip(run.height / run.width, 0.2, 5)
+    figure, panels = _figure(len(names), len(times), 1.4 + 2.4 * len(times), 0.3 + (0.5 + 2.2 * ratio) * len(names))
+    unit, _ = run.length()
+    for name, row in zip(names, panels):
+        label, factor = run.label(name)
+        fields = {t: factor * run.fields[name, t] for t in times if (name, t) in run.fields}
+        low, high = min(f.min() for f in fields.values()), max(f.max() for f in fields.values())
+        for panel, time in zip(row, times):
+            if time not in fields:
+                panel.set_axis_off()
+                continue
+            image = panel.imshow(fields[time], origin="lower", cmap="viridis", vmin=low, vmax=high, extent=_extent(run))
+            panel.set_title(f"{time:.4g} s", fontsize=9)
+            panel.set(xlabel=f"x ({unit})", ylabel=f"y ({unit})")
+        figure.colorbar(image, ax=list(row), label=label)
+    return figure
+
+
+def surface(run: Run) -> Figure | None:
+    """Draw the skin's surface as it is pressed, lit from the side, and a cut through its deepest row."""
+    times = _chosen(sorted(t for name, t in run.fields if name == "deformation"))
+    if not times:
+        return None
+    label, factor = run.label("deformation")
+    unit, cell = run.length()
+    heights = [factor * run.fields["deformation", t] for t in times]
+    deepest = int(np.unravel_index(np.argmin(heights[-1]), heights[-1].shape)[0])
+    figure, panels = _figure(1, 2, 9.5, 4)
+    lit, cut = panels[0]
+    last = heights[-1]
+    steep = 1 / max(np.hypot(*np.gradient(last)).max(), 1e-300)
+    shaded = LightSource(315, 45).shade(last, matplotlib.colormaps["viridis"], vert_exag=steep, blend_mode="soft")
+    lit.imshow(shaded, origin="lower", extent=_extent(run))
+    scale = matplotlib.cm.ScalarMappable(matplotlib.colors.Normalize(last.min(), last.max()), "viridis")
+    figure.colorbar(scale, ax=lit, label=label)
+    lit.axhline((deepest + 0.5) * cell, color="white", linewidth=0.8, linestyle="--")
+    lit.set(xlabel=f"x ({unit})", ylabel=f"y ({unit})", title=f"{times[-1]:.4g} s")
+    x = (np.arange(last.shape[1]) + 0.5) * cell
+    for i, (time, height) in enumerate(zip(times, heights)):
+        cut.plot(x, height[deepest], color=_colour(i, len(times)), label=f"{time:.4g} s")
+    cut.set(xlabel=f"x ({unit})", ylabel=label, title=f"along the dashed line, y = {(deepest + 0.5) * cell:.3g} {unit}")
+    cut.legend(fontsize=8)
+    return figure
+
+
+def receptors(run: Run) -> Figure | None:
+    """Draw the receptors of each class in their places, coloured by what they answer at their peak, and over time."""
+    kinds = [kind for kind in CLASSES if any(kind == of for of, _, _ in run.receptors)]
+    if not kinds or not len(run.time):
+        return None
+    figure, panels = _figure(len(kinds), 2, 9, 0.4 + 2.4 * len(kinds), width_ratios=[1, 1.7])
+    unit, cell = run.length()
+    for kind, (places, course) in zip(kinds, panels):
+        own = [i for i, receptor in enumerate(run.receptors) if receptor[0] == kind]
+        x, y = ((np.array([run.receptors[i][axis] for i in own]) + 0.5) * cell for axis in (1, 2))
+        values, label = run.responses[:, own], run.label(kind)[0]
+        peak = int(np.abs(values).max(axis=1).argmax())
+        shown = places.scatter(x, y, c=values[peak], s=14, cmap="viridis")
+        figure.colorbar(shown, ax=places)
+        places.set(xlabel=f"x ({unit})", ylabel=f"y ({unit})", aspect="equal", xlim=_extent(run)[:2],
+                   ylim=_extent(run)[2:])
+        places.set_title(f"{len(own)} {label} at {run.time[peak]:.4g} s", fontsize=9)
+        course.fill_between(run.time, *np.quantile(values, [0.1, 0.9], axis=1), color=CLASSES[kind], alpha=0.25,
+                            linewidth=0, label="80 % of the receptors")
+        course.plot(run.time, np.median(values, axis=1), color=CLASSES[kind], label="median")
+        greatest = int(np.abs(values).max(axis=0).argmax())
+        course.plot(run.time, values[:, greatest], color="black", linewidth=0.7, label=f"receptor {own[greatest]}")
+        course.axvline(run.time[peak], color="grey", linewidth=0.6, linestyle="--")
+        course.set(xlabel="time (s)", ylabel=label)
+        course.margins(x=0)
+        course.legend(fontsize=7)
+    return figure
+
+
+def spikes(run: Run) -> Figure | None:
+    """Draw each spike as a dot, the fibres of a class one above the other, and the rate of each class."""
+    kinds = [kind for kind in CLASSES if kind in run.fibres]
+    if not kinds:
+        return None
+    figure, panels = _figure(2, 1, 8, 5.5, sharex=True, height_ratios=[2, 1])
+    raster, rate = panels[:, 0]
+    order = np.argsort([kinds.index(kind) for kind in run.fibres], kind="stable")
+    row = np.argsort(order)
+    of_kind = np.array([kinds.index(kind) for kind in run.fibres])
+    times, numbers = run.spikes["time"], run.spikes["afferent"].astype(int)
+    end = max([*run.time[-1:], *times], default=1.0)
+    bins = np.linspace(0, end, 51)
+    for i, kind in enumerate(kinds):
+        own, count = of_kind[numbers] == i, int((of_kind == i).sum())
+        raster.plot(times[own], row[numbers[own]], "|", color=CLASSES[kind], markersize=4, rasterized=own.sum() > 5000,
+                    label=f"{kind.upper()}, {count} fibres, {own.sum()} spikes")
+        counts, _ = np.histogram(times[own], bins)
+        rate.stairs(counts / (count * np.diff(bins)), bins, color=CLASSES[kind])
+    raster.set(ylabel="nerve fibre", ylim=(-1, len(run.fibres)))
+    raster.legend(fontsize=8, loc="lower left", bbox_to_anchor=(0, 1), ncols=4)
+    rate.set(xlabel="time (s)", ylabel="rate of a fibre (1/s)", xlim=(0, end))
+    return figure
+
+
+@dataclasses.dataclass
+class Sweep:
+    """The rows of a sweep's runs.csv."""
+    rows: list[dict[str, str]]
+    keys: dict[str, str]  # keys of the scene that were set, with their units
+    outcomes: list[str]  # columns such as sa1_mean_peak
+
+
+def sweep_of(rows: list[dict[str, str]], unit_of: Callable[[str], str], spacing: float | None) -> Sweep:
+    """Take the rows of runs.csv. unit_of: the unit of a key. spacing: m between cells; None: lengths have no unit."""
+    names = list(rows[0])
+    outcomes = [name for name in names if name.endswith(("_final", "_peak", "_peak_time"))]
+    first = names.index("cells_different") + 1
+    end = names.index(outcomes[0]) if outcomes else names.index("set")
+    units = {key: unit_of(key) for key in names[first:end]}
+    return Sweep(rows, {key: "" if unit == "m" and not spacing else unit for key, unit in units.items()}, outcomes)
+
+
+def _number(text: str) -> float | None:
+    try:
+        return float(text)
+    except ValueError:
+        return None
+
+
+def _curves(sweep: Sweep) -> tuple[str, dict[str, list[dict[str, str]]]]:
+    """Return the key with the most values, which becomes the x axis, and the rows of each setting of the others."""
+    values = {key: {row[key] for row in sweep.rows} for key in sweep.keys}
+    along = max(sweep.keys, key=lambda key: len(values[key]))
+    curves: dict[str, list[dict[str, str]]] = {}
+    for row in sweep.rows:
+        name = ", ".join(f"{key} = {row[key]}" for key in sweep.keys if key != along and len(values[key]) > 1)
+        curves.setdefault(name, []).append(row)
+    return along, curves
+
+
+def sweep(of: Sweep) -> Figure | None:
+    """Draw the peak of each quantity over the key with the most values."""
+    shown = [name for name in QUANTITIES if f"{name}_mean_peak" in of.outcomes]
+    if not shown or not of.keys:
+        return None
+    columns: dict[str, tuple[str, ...]] = {"mean of all cells": ("mean",)}
+    columns |= {"cell that answers most": ("min", "max")} if f"{shown[0]}_max_peak" in of.outcomes else {}
+    along, curves = _curves(of)
+    texts = list(dict.fromkeys(row[along] for row in of.rows))
+    numbers = [number for text in texts if (number := _number(text)) is not None]
+    numeric = len(numbers) == len(texts)
+    places = dict(zip(texts, numbers if numeric else map(float, range(len(texts)))))
+    figure, panels = _figure(len(shown), len(columns), 1 + 3.8 * len(columns), 0.9 + 1.8 * len(shown), sharex=True)
+    for name, row in zip(shown, panels):
+        for (title, statistics), panel in zip(columns.items(), row):
+            for i, (label, rows) in enumerate(curves.items()):
+                peaks = [max((float(r[f"{name}_{s}_peak"]) for s in statistics), key=abs) for r in rows]
+                points = sorted(zip((places[r[along]] for r in rows), peaks))
+                panel.plot(*zip(*points), "o-", markersize=3, color=_colour(i, len(curves)),
+                           label=label if i < MOST_LINES else None)
+            panel.set_title(title if name == shown[0] else "", fontsize=9)
+        row[0].set_ylabel("peak of\n{} ({})".format(*QUANTITIES[name]))
+    for panel in panels[-1]:
+        panel.set_xlabel(f"{along} ({of.keys[along]})" if of.keys[along] and numeric else along)
+        if not numeric:
+            panel.set_xticks(range(len(texts)), texts)
+        elif min(places.values()) > 0 and max(places.values()) > 50 * min(places.values()):
+            panel.set_xscale("log")
+    if len(curves) > 1:
+        panels[0, 0].legend(fontsize=7, loc="lower left", bbox_to_anchor=(0, 1.2), ncols=2)
+    return figure
+
+
+RUN_FIGURES: tuple[Callable[[Run], Figure | None], ...] = (traces, maps, surface, receptors, spikes)
+CAPTIONS = {
+    "traces": "Mean of all cells, probes, and the span from the least cell to the greatest.",
+    "maps": "Fields of the scene.",
+    "surface": "The surface of the skin as it is pressed.",
+    "receptors": "Receptors in their places when one of their class answers most, and all of them over time.",
+    "spikes": "Spikes of the nerve fibres, and how often a fibre fires.",
+    "sweep": "How results change with the values that were set.",
+}
+
+
+STYLE = """body { font: 16px/1.5 system-ui, sans-serif; margin: 2em auto; max-width: 60em; padding: 0 1em; color: #222 }
+figure { margin: 2em 0 } figcaption { color: #555 } img { max-width: 100%; height: auto }
+td, th { padding: 0 1em 0 0; text-align: left; vertical-align: top }
+pre { overflow-x: auto; background: #f4f4f4; padding: 1em }"""
+
+
+def page_of(title: str, facts: Mapping[str, str], warnings: Iterable[str], scene: str,
+            pictures: Mapping[str, bytes]) -> str:
+    """Return a page of HTML that needs no other file. pictures: as SVG."""
+    text = html.escape
+    parts = ["<!DOCTYPE html>", f'<html lang="en"><meta charset="utf-8"><title>{text(title)}</title>',
+             f"<style>{STYLE}</style>", f"<h1>{text(title)}</h1>", "<table>"]
+    parts += [f"<tr><th>{text(name)}</th><td>{text(value)}</td></tr>" for name, value in facts.items()]
+    parts += ["</table>"]
+    parts += [f"<p><strong>Warning:</strong> {text(warning)}.</p>" for warning in warnings]
+    for name, svg in pictures.items():
+        source = "data:image/svg+xml;base64," + base64.b64encode(svg).decode()
+        caption = text(CAPTIONS[name])
+        parts.append(f'<figure><img alt="{caption}" src="{source}"><figcaption>{caption}</figcaption></figure>')
+    parts += [f"<details><summary>The scene</summary><pre>{text(scene)}</pre></details>"] if scene else []
+    return "\n".join(parts) + "</html>\n"
+
+
+def _drawn(figure: Figure, kind: str) -> bytes:
+    content = io.BytesIO()
+    with matplotlib.rc_context({"svg.hashsalt": "dermis"}):  # the same file from the same numbers
+        figure.savefig(content, format=kind, dpi=120, metadata={"Date": None} if kind == "svg" else None)
+    return content.getvalue()
+
+
+def _write(path: Path, content: bytes) -> None:
+    part = path.with_name(f"{path.name}.dermis-{os.getpid()}.part")
+    try:
+        with open(part, "xb") as file:
+            file.write(content)
+        part.rename(path)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def write(folder: Path, source: Run | Sweep, figures: Mapping[str, Figure]) -> None:
+    """Write each figure as PNG and SVG, and report.html with all of them."""
+    pictures = {name: _drawn(figure, "svg") for name, figure in figures.items()}
+    for name, figure in figures.items():
+        _write(folder / f"{name}.svg", pictures[name])
+        _write(folder / f"{name}.png", _drawn(figure, "png"))
+    if isinstance(source, Run):
+        page = page_of(source.title, source.facts, source.warnings, source.scene, pictures)
+    else:
+        page = page_of(folder.name, {"runs": str(len(source.rows)), "keys": ", ".join(source.keys)}, [], "", pictures)
+    _write(folder / "report.html", page.encode())
+
+
+def read(folder: Path, unit_of: Callable[[str], str]) -> Run | Sweep:
+    """Read a folder of `dermis run`: a run, or a sweep."""
+    if (folder / "runs.csv").exists():
+        rows = _rows(folder / "runs.csv")
+        return sweep_of(rows, unit_of, run_in(folder / rows[0]["run"]).spacing)
+    if (folder / "summary.json").exists():
+        return run_in(folder)
+    raise FileNotFoundError(f"{folder}: has neither summary.json nor runs.csv; allowed: a folder of `dermis run`")
+
+
+def figures_of(source: Run | Sweep) -> dict[str, Figure]:
+    """Draw what there is, by name."""
+    if isinstance(source, Run):
+        drawings = {draw.__name__: draw(source) for draw in RUN_FIGURES}
+    else:
+        drawings = {"sweep": sweep(source)}
+    return {name: figure for name, figure in drawings.items() if figure}
+
+
+def main(folder: Path, units: Mapping[str, str]) -> None:
+    source = read(folder, lambda key: units.get(key, ""))
+    write(folder, source, figures_of(source))
+
+
+if __name__ == "__main__":
+    try:
+        main(Path(sys.argv[1]), json.loads(sys.argv[2]))
+    except (OSError, ValueError) as error:
+        sys.exit(f"dermis: {error}")

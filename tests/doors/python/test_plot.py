@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: MIT
+"""Pictures of runs and sweeps, and the page that has them."""
+import base64
+import re
+import xml.etree.ElementTree as ElementTree
+
+import dermis
+import numpy as np
+import pytest
+
+GRID = {"width": 40, "height": 30, "spacing": 2e-4}
+SKIN = dict(preset="fingertip", grid=GRID, load={"intensity": 2e4, "radius": 10}, time={"step": 0.01, "duration": 0.2})
+TRACES = dict(SKIN, output={"probes": [[20, 15]], "fields": [{"at": at, "what": ["sa1", "deformation"]}
+                                                             for at in (0.05, 0.1)]})
+FIBRES = dict(SKIN, sites=[("sa1", 20, 15), ("sa1", 22, 15), ("fa1", 5, 5)], output={"traces": []},
+              afferents=[{"class": "sa1", "cells": [[20, 15], [22, 15]]}, {"class": "fa1", "cells": [[21, 15]]}])
+
+
+@pytest.fixture(scope="module")
+def runs():
+    return {"traces": dermis.run(TRACES), "fibres": dermis.run(FIBRES)}
+
+
+def labels_of(figure):
+    """The labels of all axes with data; panels that share an axis have its label once."""
+    return {label for axes in figure.axes if axes.has_data()
+            for label in (axes.get_xlabel(), axes.get_ylabel()) if label}
+
+
+def test_a_run_is_drawn_with_a_unit_on_every_axis(runs):
+    traces, fibres = dermis.plot(runs["traces"]), dermis.plot(runs["fibres"])
+    assert list(traces) == ["traces", "maps", "surface"] and list(fibres) == ["receptors", "spikes"]
+    labels = set().union(*map(labels_of, [*traces.values(), *fibres.values()]))
+    without = {label for label in labels if not re.search(r"\((1|s|1/s|1/s²|mm|µm)\)", label)}
+    assert without == {"nerve fibre"}
+    for figure in [*traces.values(), *fibres.values()]:
+        assert all(axes.get_xlabel() or axes.get_shared_x_axes().get_siblings(axes) != [axes]
+                   or axes.get_label() == "<colorbar>" for axes in figure.axes if axes.has_data())
+
+
+def test_lines_are_the_numbers_of_the_run(runs):
+    result = runs["traces"]
+    panel = dermis.plot(result)["traces"].axes[1]
+    lines = {line.get_label(): line.get_xydata().T for line in panel.lines}
+    np.testing.assert_array_equal(lines["mean"], [result.time, result["sa1"].mean])
+    np.testing.assert_array_equal(lines["probe 0"], [result.time, result["sa1"].probes[0]])
+
+
+def test_maps_have_millimetres_and_one_range_of_colours(runs):
+    figure = dermis.plot(runs["traces"])["maps"]
+    images = [axes.images[0] for axes in figure.axes if axes.images]
+    assert len(images) == 4 and all(image.get_extent() == pytest.approx([0, 8, 0, 6]) for image in images)
+    heights = [runs["traces"].fields["deformation", at] * 1e6 for at in (0.05, 0.1)]
+    assert {image.get_clim() for image in images[2:]} == {(min(map(np.min, heights)), max(map(np.max, heights)))}
+
+
+def test_an_impulse_is_an_arrow_with_its_weight(runs):
+    impulse = next(i for i in runs["traces"].impulses if i.quantity == "fa2")
+    texts = [text.get_text() for text in dermis.plot(runs["traces"])["traces"].axes[4].texts]
+    assert f" {impulse.mean:.3g} 1/s" in texts
+
+
+def test_each_spike_is_a_mark_in_the_row_of_its_fibre(runs):
+    raster = dermis.plot(runs["fibres"])["spikes"].axes[0]
+    marks = np.concatenate([line.get_xydata() for line in raster.lines])
+    spikes = runs["fibres"].spikes
+    assert len(spikes) > 1 and sorted(map(tuple, marks)) == sorted(zip(spikes["time"], spikes["afferent"]))
+
+
+def test_the_page_needs_no_other_file_and_the_same_run_makes_the_same_files(runs, tmp_path):
+    for folder in ("a", "b"):
+        dermis.plot(runs["traces"], tmp_path / folder)
+    names = {path.name for path in (tmp_path / "a").iterdir()}
+    assert names == {"report.html", *(f"{name}.{kind}" for name in ("traces", "maps", "surface")
+                                      for kind in ("png", "svg"))}
+    for name in names:
+        assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes()
+    page = (tmp_path / "a/report.html").read_text()
+    sources = re.findall(r'(?:src|href)="([^"]*)"', page)
+    assert len(sources) == 3 and all(source.startswith("data:image/svg+xml;base64,") for source in sources)
+    for source in sources:
+        svg = base64.b64decode(source.partition(",")[2])
+        assert ElementTree.fromstring(svg).tag.endswith("svg") and svg in [
+            (tmp_path / f"a/{name}.svg").read_bytes() for name in ("traces", "maps", "surface")]
+
+
+def test_a_sweep_is_drawn_over_the_key_with_the_most_values():
+    rows = dermis.sweep(dict(TRACES, output={}), {"load.intensity": [1e4, 2e4, 4e4], "surface.kind": ["wave", "flat"]})
+    figures = dermis.plot(rows)
+    assert list(figures) == ["sweep"]
+    axes = figures["sweep"].axes
+    assert axes[-1].get_xlabel() == "load.intensity (Pa)" and len(axes) == 10
+    lines = {line.get_label(): line.get_xydata() for line in axes[0].lines}
+    expected = [(row["load.intensity"], row["result"]["strain"].mean.max()) for row in rows
+                if row["surface.kind"] == "flat"]
+    np.testing.assert_allclose(lines["surface.kind = flat"], expected)
+    texts = dermis.plot(dermis.sweep(dict(TRACES, output={}), {"surface.kind": ["wave", "flat"]}))["sweep"]
+    assert [tick.get_text() for tick in texts.axes[-1].get_xticklabels()] == ["wave", "flat"]
+
+
+def test_rows_have_the_values_and_what_each_trace_comes_to():
+    rows = dermis.sweep(dict(TRACES, output={"probes": [[20, 15]]}), {"load.intensity": [1e4, 2e4]})
+    for row in rows:
+        fa1 = row["result"]["fa1"]
+        for name, values in {"fa1_mean": fa1.mean, "fa1_min": fa1.min, "fa1_probe0": fa1.probes[0]}.items():
+            peak = np.abs(values).argmax()
+            assert row[f"{name}_final"] == values[-1] and row[f"{name}_peak"] == values[peak]
+            assert row[f"{name}_peak_time"] == row["result"].time[peak]
+    assert [row["load.intensity"] for row in rows] == [1e4, 2e4] and rows[0]["set"] == "load.intensity=10000.0"
+
+
+def test_what_cannot_be_drawn_is_refused_by_name(tmp_path):
+    with pytest.raises(dermis.Error, match=r"what = \[\]; allowed: a Result, the rows of sweep\(\), or a folder"):
+        dermis.plot([])
+    with pytest.raises(dermis.Error, match=r"what = .*: has neither summary.json nor runs.csv; allowed: a folder of"):
+        dermis.plot(tmp_path)
