@@ -135,7 +135,12 @@ struct Surface {
     std::optional<double> noise_length; // cells; default 50, 40; > 0
     std::optional<double> relief;       // m per unit of height; > 0
     Map map;                            // Kind::map: width*height finite heights
-    std::optional<double> ridge_period; // m from crest to crest, > 0; in place of ridges, only with Grid::spacing
+    // Kind::map: the curvature L of these heights in each cell, in heights per m^2, where it is known better than by
+    // the stencil, from a finer grid; finite. Empty: by the stencil. Not with Stencil::published or Edges::published.
+    Map curvature;
+    // m from crest to crest, > 0, only with Grid::spacing. Of a wave or spiral it stands in place of `ridges`; of a map
+    // it only says what the ridges of its heights are.
+    std::optional<double> ridge_period;
 };
 
 // A spring beside a dashpot: modulus*strain + viscosity*rate = pressure. Pa and Pa s, >= 0, not both 0: viscosity 0 is

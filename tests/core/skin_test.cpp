@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // labels: device threads
 // dermis::Skin, frame by frame, on the CPU and on Vulkan.
+#include "host/core/model/laplacian.hpp"
 #include "host/core/press/device.hpp"
 #include "tests/allocations.hpp"
 #include "tests/shim.hpp"
@@ -184,6 +185,42 @@ TEST_CASE("one thread, two threads and Vulkan: the same bits, whatever the skin;
                         CHECK(equal);
                     }
                 }
+}
+
+TEST_CASE("a curvature that a surface gives takes the place of the stencil's, in cells and in sites") {
+    const Validated vulkan;
+    SkinDescription stencil = ridged(45, 21);
+    const size_t cells = 45 * 21;
+    stencil.surface = {.kind = Surface::Kind::map, .map = std::vector<double>(cells)};
+    for (size_t i = 0; i < cells; ++i)
+        stencil.surface.map.edit()[i] = std::sin(double(i % 45)) + double(i / 45 % 4) / 3;
+    SkinDescription given = stencil, other = stencil;
+    given.surface.curvature = plan::laplacian(stencil.surface.map, stencil.grid, STENCIL_FIVE_POINT, EDGES_MIRROR);
+    other.surface.curvature = std::vector<double>(cells, 0.25);
+    const std::vector<Quantity> what = {Quantity::sa1, Quantity::fa1};
+    SkinOptions options;
+    options.responses = what;
+    for (bool sites : {false, true}) {
+        if (sites) {
+            options.responses.clear();
+            for (SkinDescription* d : {&stencil, &given, &other})
+                d->sites = {{Quantity::sa1, {3, 4}}, {Quantity::fa1, {44, 20}}};
+        }
+        Skin skin(Device::cpu(1), stencil, options);
+        const auto expected = answers(skin, stencil, what);
+        for (const Device& device : {Device::cpu(1), Device::cpu(2), vulkan.device()}) {
+            Skin same(device, given, options), another(device, other, options);
+            CHECK(answers(same, given, what) == expected);
+            CHECK(answers(another, other, what) != expected);
+            if (!sites) CHECK(another.response(Quantity::curvature)[0] != same.response(Quantity::curvature)[0]);
+        }
+    }
+    given.surface.curvature.edit().pop_back();
+    CHECK(refusal(Error::Code::bad_input, [&] { Skin(Device::cpu(1), given); }) ==
+          "surface.curvature = 944; allowed: width*height = 945 cells, row 0 first");
+    other.surface.kind = Surface::Kind::flat;
+    CHECK(refusal(Error::Code::bad_input, [&] { Skin(Device::cpu(1), other); }) ==
+          "surface.curvature = 945; allowed: only with surface.kind \"file\"");
 }
 
 TEST_CASE("a skin large enough for two threads has the bits of one") {

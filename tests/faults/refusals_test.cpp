@@ -69,10 +69,10 @@ TEST_CASE("what a sequence, an envelope and a time cannot be is refused word for
          {two + "[load]\nkind = \"file\"\npath = \"map.npy\"\nradius = 2",
           "7: load.radius = 2; allowed: only with load.kind \"circular\", \"point\", \"linear\" or \"punch\""},
          {two + "[load]\nkind = \"file\"\npath = \"head.npy\"",
-          "6: load.path = \"{}head.npy\": has a damaged header; allowed: a .npy file of float32 or float64, C order, "
+          "6: load.path = \"{}head.npy\": has a damaged header; allowed: a .npy file of numbers, C order, "
           "shape (2, 2)"},
          {two + "[load]\nkind = \"file\"\npath = \"shape.npy\"",
-          "6: load.path = \"{}shape.npy\": has a damaged header; allowed: a .npy file of float32 or float64, C order, "
+          "6: load.path = \"{}shape.npy\": has a damaged header; allowed: a .npy file of numbers, C order, "
           "shape (2, 2)"},
          {sine + "phase = nan", "3: load.phase = nan" + any_finite},
          {sine + "mean = nan", "3: load.mean = nan" + any_finite},
@@ -206,5 +206,5 @@ TEST_CASE("a sequence that becomes shorter while it is read is refused word for 
     std::filesystem::resize_file(path, 100);
     CHECK(refusal(Error::Code::bad_input, [&] { file.read(2, values); }) ==
           "load.path = \"" + path +
-              "\": is cut short; allowed: a .npy file of float32 or float64, C order, shape (frames, 2, 2)");
+              "\": is cut short; allowed: a .npy file of numbers, C order, shape (frames, 2, 2)");
 }

@@ -196,7 +196,8 @@ TEST_CASE("ridges have the period asked for, on a grid of any size") {
         CHECK(holds(why(), "surface.ridge_period = "));
     }
     s.surface = {.relief = 5e-5, .ridge_period = 6e-4};
-    CHECK(holds(why(), "surface.ridge_period = 6e-04; allowed: only with surface.kind \"wave\" or \"spiral\""));
+    CHECK(holds(why(), "surface.ridge_period = 6e-04; allowed: only with surface.kind \"wave\", \"spiral\" or "
+                       "\"file\""));
 }
 
 TEST_CASE("FA2 is by default the mean over a step where a cell has a spring; a density asked for is refused") {

@@ -51,7 +51,7 @@ TEST_CASE("every bad scene file is refused with file, line, key, value and allow
     write("short.npy", npy("<f8", "(2, 2)", 31));
     write("long.npy", npy("<f8", "(2, 2)", 33));
     write("wide.npy", npy("<f8", "(2, 3)", 48));
-    write("ints.npy", npy("<i4", "(2, 2)", 16));
+    write("ints.npy", npy("<c8", "(2, 2)", 16));
     write("fortran.npy", npy("<f8", "(2, 2)", 32, "True"));
     write("text.npy", "hello");
     // contradictory headers: readers differ in which one they take
@@ -181,7 +181,7 @@ TEST_CASE("every bad scene file is refused with file, line, key, value and allow
                               {"short.npy", "cut short"},
                               {"long.npy", "goes on"},
                               {"wide.npy", "(2, 3)"},
-                              {"ints.npy", "<i4"},
+                              {"ints.npy", "<c8"},
                               {"fortran.npy", "Fortran"},
                               {"types.npy", "has the key 'descr' 2 times in its header"},
                               {"orders.npy", "has the key 'fortran_order' 2 times in its header"},

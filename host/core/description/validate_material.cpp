@@ -133,6 +133,8 @@ void check_curvature_and_receptors(SkinDescription& s) {
     if (!s.stencil) s.stencil = Stencil::five_point;
     if (!s.edges) s.edges = Edges::mirror;
     check_edges(s);
+    if (!s.surface.curvature.empty() && (*s.stencil == Stencil::published || *s.edges == Edges::published))
+        refuse("surface.curvature", "(given)", "none with the published stencil or edges");
     if (s.receptors.sa2_adaptation) need_positive("receptors.sa2_adaptation", *s.receptors.sa2_adaptation);
     for (double gain : s.receptors.fa2_gains) need_finite("receptors.fa2_gains", gain);
     check_depths(s);

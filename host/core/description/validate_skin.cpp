@@ -20,6 +20,7 @@ void take_ridge_period(SkinDescription& s) {
     need(s.grid.spacing.has_value(), "surface.ridge_period", period, "only with grid.spacing");
     need(!f.ridges, "surface.ridges", f.ridges.value_or(0), "not beside surface.ridge_period");
     need_positive("surface.ridge_period", period);
+    if (f.kind == Surface::Kind::map) return; // its ridges are in its heights
     const double periods = s.grid.width * *s.grid.spacing / period;
     f.ridges = f.kind == Surface::Kind::wave ? periods : 2 * std::numbers::pi * periods; // see cells_per_ridge()
     need(finite(*f.ridges), "surface.ridge_period", period, "a period whose ridges can be counted");
@@ -46,10 +47,12 @@ void check_surface(SkinDescription& s) {
     Surface& f = s.surface;
     const bool ridged = f.kind == Surface::Kind::wave || f.kind == Surface::Kind::spiral;
     for (auto [key, value] : {std::pair{"surface.ridges", &f.ridges},
-                              {"surface.ridge_period", &f.ridge_period},
                               {"surface.noise", &f.noise},
                               {"surface.noise_length", &f.noise_length}})
         need(ridged || !*value, key, value->value_or(0), "only with surface.kind \"wave\" or \"spiral\"");
+    const bool map = f.kind == Surface::Kind::map;
+    need(ridged || map || !f.ridge_period, "surface.ridge_period", f.ridge_period.value_or(0),
+         "only with surface.kind \"wave\", \"spiral\" or \"file\"");
     take_ridge_period(s);
     const bool wave = f.kind == Surface::Kind::wave;
     if (!f.ridges) f.ridges = wave ? 15 : 25;
@@ -58,7 +61,10 @@ void check_surface(SkinDescription& s) {
     need_finite("surface.ridges", *f.ridges);
     need_not_negative("surface.noise", *f.noise);
     need_positive("surface.noise_length", *f.noise_length);
-    if (f.kind == Surface::Kind::map) need_map("surface.path", f.map, s.grid);
+    if (map) need_map("surface.path", f.map, s.grid);
+    if (f.curvature.empty()) return;
+    need(map, "surface.curvature", double(f.curvature.size()), "only with surface.kind \"file\"");
+    need_map("surface.curvature", f.curvature, s.grid);
 }
 
 // A scene with grid.spacing has units, and its lengths are required; without it they are 1.

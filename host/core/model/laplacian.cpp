@@ -44,12 +44,16 @@ void surface_row(const PreparedSkin& skin, int y, double* S) {
 
 void rest_curvature_row(const PreparedSkin& skin, int y, int first, int last, double* L) {
     scene::look();
-    laplacian_row(skin.heights, y, first, last, skin.description.grid, skin.stencil, skin.edges, L);
+    const Map& given = skin.description.surface.curvature;
+    if (given.empty()) laplacian_row(skin.heights, y, first, last, skin.description.grid, skin.stencil, skin.edges, L);
+    else std::copy_n(given.data() + skin.number_of({first, y}), last - first, L);
     for (int x = 0; x < last - first; ++x) L[x] *= skin.relief;
 }
 
 double rest_curvature_at(const PreparedSkin& skin, Cell cell) {
-    return laplacian_at(skin.heights, cell, skin.description.grid, skin.stencil, skin.edges) * skin.relief;
+    double L = 0;
+    rest_curvature_row(skin, cell.y, cell.x, cell.x + 1, &L);
+    return L;
 }
 
 double greatest_rest_curvature(const PreparedSkin& skin) {

@@ -167,7 +167,7 @@ PreparedSkin with_material(PreparedSkin skin, const Material& material) {
 }
 
 void drop_maps(PreparedSkin& skin) {
-    skin.heights = skin.description.surface.map = {};
+    skin.heights = skin.description.surface.map = skin.description.surface.curvature = {};
     scene::drop_maps(skin.description.material);
 }
 

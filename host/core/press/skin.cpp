@@ -37,7 +37,8 @@ struct Skin::Impl {
             gain_at_rest = gain_of(skin.skin);
             if (fields) rest_curvature = rest_curvature_of(skin.skin);
         }
-        description.surface.map = {};
+        if (!description.surface.curvature.empty()) description.surface.ridge_period.reset(); // see cells_per_ridge()
+        description.surface.map = description.surface.curvature = {};
         scene::drop_maps(description.material);
         description.sites.clear();
     }

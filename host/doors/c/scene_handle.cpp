@@ -78,7 +78,9 @@ dermis_status dermis_scene_set_map(dermis_scene* scene, const char* key, const d
         NamedMaps maps = scene->maps;
         if (path) add_override(overrides, std::string(name.substr(0, name.find('.'))) + ".kind", "file");
         add_override(overrides, key, key); // The map's name is its key.
-        maps.insert_or_assign(key, std::vector<double>(values, values + count));
+        maps.insert_or_assign(key, dermis::scene::FileMap{.values = std::vector<double>(values, values + count),
+                                                          .width = scene->scene.grid.width,
+                                                          .height = scene->scene.grid.height});
         reread(*scene, std::move(overrides), std::move(maps));
     });
 }

@@ -18,7 +18,7 @@ namespace dermis::python {
     }
 DERMIS_MEMBERS(Cell, x, y)
 DERMIS_MEMBERS(Grid, width, height, spacing)
-DERMIS_MEMBERS(Surface, kind, ridges, noise, noise_length, relief, map, ridge_period)
+DERMIS_MEMBERS(Surface, kind, ridges, noise, noise_length, relief, map, curvature, ridge_period)
 DERMIS_MEMBERS(KelvinVoigt, modulus, viscosity, modulus_map, viscosity_map)
 DERMIS_MEMBERS(Material, modulus, viscosity, thickness, length, modulus_map, viscosity_map, elements, spring, dashpot)
 DERMIS_MEMBERS(Depths, sa1, sa2, fa1, fa2)

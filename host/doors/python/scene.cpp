@@ -14,15 +14,6 @@ using NamedMaps = nb::typed<nb::dict, nb::str, MapArray>;
 using NamedSites = Sequence<nb::typed<nb::tuple, nb::str, int, int>>;
 using Fibres = Sequence<Afferents>;
 
-// A map may have the grid's number of cells and still another shape, such as (width, height).
-void check_shapes(const MapArrays& maps, const Grid& grid) {
-    const std::vector<size_t> shape = {size_t(grid.height), size_t(grid.width)};
-    for (const auto& [name, map] : maps)
-        if (map.shape(0) != shape[0] || map.shape(1) != shape[1])
-            scene::refuse(name, "array of shape " + shape_text({map.shape(0), map.shape(1)}),
-                          "shape (height, width) = " + shape_text(shape));
-}
-
 std::vector<Site> sites_named(const NamedSites& named) {
     std::vector<Site> sites;
     const char* allowed = "a list of (type, x, y), as in [(\"sa1\", 12, 40)]";
@@ -42,10 +33,12 @@ Scene scene_of(string_view text, const NamedMaps& named, const std::optional<Nam
                const std::optional<Fibres>& fibres, const std::vector<std::string>& overrides) {
     const MapArrays arrays = arrays_of(named);
     scene::NamedMaps maps;
-    for (const auto& [name, map] : arrays) maps.emplace(name, std::vector<double>(map.data(), map.data() + map.size()));
+    for (const auto& [name, map] : arrays)
+        maps.emplace(name, scene::FileMap{.values = std::vector<double>(map.data(), map.data() + map.size()),
+                                          .width = int(map.shape(1)),
+                                          .height = int(map.shape(0))});
     try {
         Scene scene = scene::read_scene(scene::text_of_string(std::string(text), ""), overrides, maps).scene;
-        check_shapes(arrays, scene.grid);
         if (sites) scene.sites = sites_named(*sites);
         if (fibres) scene.afferents = afferents_in(*fibres);
         if (sites || fibres) scene::validate(scene);

@@ -20,8 +20,13 @@ struct CurvatureRows {
 
     void compute(int y, int stencil, int edges, std::vector<double>& rest, std::vector<double>& C) {
         const int width = skin.width();
-        laplacian_row(skin.heights, y, 0, width, unit, stencil, edges, rest.data());
-        for (double& v : rest) v *= skin.relief;
+        if (skin.description.surface.curvature.empty()) {
+            laplacian_row(skin.heights, y, 0, width, unit, stencil, edges, rest.data());
+            for (double& v : rest) v *= skin.relief;
+        } else { // of no stencil of this grid
+            rest_curvature_row(skin, y, 0, width, rest.data());
+            for (double& v : rest) v *= skin.spacing() * skin.spacing();
+        }
         laplacian_row(shape, y, 0, width, unit, stencil, edges, L.data());
         for (int x = 0; x < width; ++x) C[size_t(x)] = rest[size_t(x)] - bend * L[size_t(x)];
     }

@@ -51,7 +51,8 @@ double units_of_mean(const PreparedSkin& skin, const Schedule& schedule, const A
     return sum > 0 ? levels * std::min(1.0, mean / largest_of(schedule.pressure)) : levels;
 }
 
-// The error of the curvature at rest: of the Laplacian of the heights, four roundings in double, and two to float.
+// The error of the curvature at rest: of the Laplacian of the heights, four roundings in double, and two to float. A
+// curvature that is given has fewer.
 double error_at_rest(const PreparedSkin& skin, const Arithmetic& kind, double rest) {
     const double spacing = skin.description.grid.spacing.value_or(1), of_heights = roundings_of(skin, skin.heights);
     return (kind.single ? 2 * kind.unit() * rest : 0) +

@@ -5,13 +5,46 @@
 #include "host/lab/scenes/scene.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cerrno>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <string_view>
 
 namespace dermis::scene {
+
+// A type of numbers as a .npy file names it, without the order of its bytes.
+struct NumberType {
+    std::string_view name;
+    size_t bytes;
+    double (*number)(const char*); // from bytes in this machine's order
+};
+
 namespace {
+
+template <class T> double number_of(const char* bytes) {
+    T value;
+    std::memcpy(&value, bytes, sizeof value);
+    return double(value);
+}
+
+double half_of(const char* bytes) {
+    uint16_t bits;
+    std::memcpy(&bits, bytes, sizeof bits);
+    const int exponent = bits >> 10 & 31, fraction = bits & 1023;
+    const double size = exponent == 31  ? (fraction ? std::nan("") : HUGE_VAL)
+                        : exponent == 0 ? std::ldexp(fraction, -24)
+                                        : std::ldexp(fraction + 1024, exponent - 25);
+    return bits >> 15 ? -size : size;
+}
+
+constexpr NumberType number_types[] = {
+    {"f8", 8, number_of<double>},   {"f4", 4, number_of<float>},    {"f2", 2, half_of},
+    {"i1", 1, number_of<int8_t>},   {"i2", 2, number_of<int16_t>},  {"i4", 4, number_of<int32_t>},
+    {"i8", 8, number_of<int64_t>},  {"u1", 1, number_of<uint8_t>},  {"u2", 2, number_of<uint16_t>},
+    {"u4", 4, number_of<uint32_t>}, {"u8", 8, number_of<uint64_t>}, {"b1", 1, number_of<uint8_t>}};
+static_assert(std::endian::native == std::endian::little);
 
 void skip_spaces(std::string_view& text) { text.remove_prefix(std::min(text.find_first_not_of(' '), text.size())); }
 
@@ -75,8 +108,8 @@ NpyFile::NpyFile(const std::string& path, int width, int height, bool sequence, 
     : path_(path), parameter_(parameter), width_(width), cells_(size_t(width) * height), sequence_(sequence) {
     const bool any = width == 0;
     const std::string rows = any ? "1..16384" : std::to_string(height), columns = any ? rows : std::to_string(width);
-    allowed_ = "; allowed: a .npy file of float32 or float64, C order, shape (" +
-               std::string(sequence ? "frames, " : "") + rows + ", " + columns + ")";
+    allowed_ = "; allowed: a .npy file of numbers, C order, shape (" + std::string(sequence ? "frames, " : "") + rows +
+               ", " + columns + ")";
     if (const std::string why = why_no_file(path); !why.empty()) throw error(why + allowed_);
     errno = 0;
     in_.open(path, std::ios::binary);
@@ -90,9 +123,12 @@ NpyFile::NpyFile(const std::string& path, int width, int height, bool sequence, 
                         allowed_);
     const std::string type(value_in(header, "'descr':", '\'', '\'')), shape(value_in(header, "'shape':", '(', ')'));
     if (type.empty() || shape.empty()) throw error("has a damaged header" + allowed_);
-    f8_ = type == "'<f8'";
-    if ((!f8_ && type != "'<f4'") || header.find("'fortran_order': False") == std::string::npos)
+    for (const NumberType& known : number_types)
+        if (type.size() == 5 && known.name == type.substr(2, 2)) type_ = &known;
+    const bool ordered = type_ && std::string_view(type_->bytes == 1 ? "|<>" : "<>").find(type[1]) != std::string::npos;
+    if (!ordered || header.find("'fortran_order': False") == std::string::npos)
         throw error("holds " + type + ", or Fortran order" + allowed_);
+    swapped_ = type[1] == '>';
     std::string_view rest = shape;
     long long of_rows = 0, of_columns = 0;
     const bool fits = take(rest, "(") && (!sequence || (take_count(rest, maps_) && take(rest, ","))) &&
@@ -107,32 +143,30 @@ NpyFile::NpyFile(const std::string& path, int width, int height, bool sequence, 
     }
     first_ = in_.tellg();
     in_.seekg(0, std::ios::end);
-    const double bytes = double(in_.tellg() - first_), expected = double(maps_) * double(cells_) * (f8_ ? 8 : 4);
+    const double bytes = double(in_.tellg() - first_), expected = double(maps_) * double(cells_) * double(type_->bytes);
     if (bytes < expected) throw error("is cut short" + allowed_);
     if (bytes > expected) throw error("goes on after its last cell" + allowed_);
 }
 
 void NpyFile::read(long long map, std::vector<double>& values) {
-    const std::streamoff bytes = std::streamoff(cells_) * (f8_ ? 8 : 4);
+    const size_t each = type_->bytes;
     values.resize(cells_);
-    if (!f8_) raw_.resize(cells_);
-    in_.seekg(first_ + map * bytes);
-    if (!read_bytes(in_, reinterpret_cast<char*>(f8_ ? static_cast<void*>(values.data()) : raw_.data()), bytes))
-        throw error("is cut short" + allowed_);
-    if (!f8_) values.assign(raw_.begin(), raw_.end());
+    raw_.resize(cells_ * each);
+    in_.seekg(first_ + map * std::streamoff(raw_.size()));
+    if (!read_bytes(in_, raw_.data(), std::streamoff(raw_.size()))) throw error("is cut short" + allowed_);
+    for (size_t i = 0; swapped_ && i < raw_.size(); i += each)
+        std::reverse(raw_.begin() + long(i), raw_.begin() + long(i + each));
+    if (type_->name == "f8") std::memcpy(values.data(), raw_.data(), raw_.size());
+    else if (type_->name == "f4")
+        for (size_t i = 0; i < cells_; ++i) values[i] = number_of<float>(raw_.data() + i * each); // in registers
+    else
+        for (size_t i = 0; i < cells_; ++i) values[i] = type_->number(raw_.data() + i * each);
     uint64_t joined = 0;
     for (double v : values) joined |= not_finite(std::bit_cast<uint64_t>(v));
     for (size_t i = 0; any_not_finite(joined); ++i)
         if (!finite(values[i]))
             throw error((sequence_ ? "frame " + std::to_string(map) + ", " : "") + "cell " + cell_text(i, width_) +
                         " is " + shortest(values[i]) + "; allowed: finite numbers");
-}
-
-Texture read_texture(const std::string& path, const std::string& parameter) {
-    NpyFile file(path, 0, 0, false, parameter);
-    Texture texture{.map = {}, .width = file.width(), .height = file.height()};
-    file.read(0, texture.map.edit());
-    return texture;
 }
 
 std::vector<double> read_npy(const std::string& path, int width, int height, const std::string& parameter) {

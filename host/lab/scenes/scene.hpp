@@ -21,7 +21,8 @@ class Frames {
     virtual void read(long long map, std::vector<double>& values) = 0;
 };
 
-// Reads maps from a .npy file of float32 or float64, little-endian, C order.
+struct NumberType;
+// Reads maps from a .npy file of numbers, C order: integers and floats of any size, of either byte order, and bool.
 class NpyFile : public Frames {
   public:
     // The array's shape must be (height, width), or (any, height, width) if `sequence`; a width of 0 takes any two
@@ -40,17 +41,38 @@ class NpyFile : public Frames {
     std::string path_, parameter_, allowed_;
     int width_;
     size_t cells_;
-    bool sequence_, f8_ = false;
+    bool sequence_;
+    const NumberType* type_ = nullptr; // of the file's numbers
+    bool swapped_ = false;             // whether its bytes are in the other order
     long long maps_ = 1;
     std::ifstream in_;
     std::streamoff first_ = 0; // offset of the first map in bytes
-    std::vector<float> raw_;
+    std::string raw_;
 };
 
 std::vector<double> read_npy(const std::string& path, int width, int height, const std::string& parameter);
 
-// Reads the map of a texture, of any size.
-Texture read_texture(const std::string& path, const std::string& parameter);
+// A map of any size, up to 16384 x 16384.
+struct FileMap {
+    Map values;
+    int width = 0, height = 0;
+    bool picture = false; // of a PNG: grey from 0 (black) to 1 (white)
+};
+// Reads a .npy file of numbers, or a PNG of 8 or 16 bits, whose colours become grey. Row 0 of a picture is its top row.
+// width, height: what the map must have; 0: any. Throws Error::bad_input, naming `parameter`.
+FileMap read_map(const std::string& path, int width, int height, const std::string& parameter);
+
+// What a measured surface is in the cells of a grid.
+struct MeasuredSurface {
+    Map heights, curvature; // as Surface::map and Surface::curvature
+};
+// spacing: m from number to number of the map, whose corner is the grid's corner. The curvature is that of the map, by
+// fourth differences; both are read between numbers from a cubic spline. Throws Error::bad_input where the map does not
+// cover the grid.
+MeasuredSurface measured_surface(const FileMap&, double spacing, const Grid&);
+// The period of ridges, whatever way they run: at the most prominent peak of the spectrum, in steps of the map. Nothing
+// where there is no such peak, as of a rough surface.
+std::optional<double> ridge_period_of(const FileMap&);
 // The frames of a texture that slides over a validated scene, one at each output and one more. They are to be
 // multiplied by Load::intensity.
 std::shared_ptr<Frames> texture_frames(const Scene&);
@@ -74,9 +96,9 @@ struct SceneText {
 SceneText text_of_file(const std::string& path);
 SceneText text_of_string(const std::string& text, const std::string& folder);
 // Maps in memory, each under the name that a scene gives in place of a file.
-using NamedMaps = std::map<std::string, Map>;
-// Maps that have been read, by path, width and height.
-using FileMaps = std::map<std::tuple<std::string, int, int>, Map>;
+using NamedMaps = std::map<std::string, FileMap>;
+// Maps that have been read, by path.
+using FileMaps = std::map<std::string, FileMap>;
 // Returns the scene of a text, and the files that it names. read: maps that scenes share; null: this scene shares none.
 SceneWithFiles read_scene(const SceneText&, const std::vector<std::string>& overrides, const NamedMaps& = {},
                           FileMaps* read = nullptr);

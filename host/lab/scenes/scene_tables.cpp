@@ -19,13 +19,25 @@ struct PathBase {
     std::string file(const std::string& name) const {
         return maps.count(name) ? name : files.emplace_back((path / name).string());
     }
-    // Returns the map of such a path or name.
-    Map map(const std::string& file, const Grid& grid, const std::string& parameter) const {
-        const auto in_memory = maps.find(file);
-        if (in_memory != maps.end()) return in_memory->second;
-        Map& map = read[{file, grid.width, grid.height}];
-        if (map.empty()) map = read_npy(file, grid.width, grid.height, parameter);
-        return map;
+    // Returns the map of such a path or name. grid: what its shape must be; null: any.
+    FileMap map(const std::string& file, const Grid* grid, const std::string& parameter) const {
+        const auto fits = [grid](const FileMap& m) {
+            return !grid || (m.width == grid->width && m.height == grid->height);
+        };
+        if (const auto in_memory = maps.find(file); in_memory != maps.end()) {
+            const FileMap& found = in_memory->second;
+            if (!fits(found))
+                refuse(parameter, "array of shape " + shape_text(found.height, found.width),
+                       "shape (height, width) = " + shape_text(grid->height, grid->width));
+            return found;
+        }
+        FileMap& found = read[file];
+        if (found.values.empty() || !fits(found))
+            found = grid ? read_map(file, grid->width, grid->height, parameter) : read_map(file, 0, 0, parameter);
+        return found;
+    }
+    static std::string shape_text(int rows, int columns) {
+        return "(" + std::to_string(rows) + ", " + std::to_string(columns) + ")";
     }
 };
 
@@ -55,6 +67,36 @@ template <class Number> void read_length(Section& table, const char* key, const 
     table.number(key, value);
 }
 
+// Refuses heights in metres that would be multiplied by the relief of a preset.
+void need_relief_of_heights(const FileMap& file, const Section& table, const Surface& surface) {
+    if (file.picture || table.has("relief") || !surface.relief || *surface.relief >= 1e-3) return;
+    const auto [least, greatest] = std::minmax_element(file.values.begin(), file.values.end());
+    const double span = *greatest - *least;
+    if (span > 0 && span < 1e-3)
+        refuse(table.parameter("relief"), "(not given)",
+               "1 for heights in metres: these span " + shortest(span) + ", which the preset's relief of " +
+                   shortest(*surface.relief) + " m would multiply");
+}
+
+void take_map(const std::string& path, std::optional<double> spacing, const Grid& grid, const PathBase& folder,
+              const Section& table, Surface& surface) {
+    if (spacing && !(*spacing > 0 && finite(*spacing)))
+        refuse(table.parameter("spacing"), shortest(*spacing), "a finite number > 0");
+    const std::string parameter = table.parameter("path");
+    const FileMap file = folder.map(path, spacing ? nullptr : &grid, parameter);
+    need_relief_of_heights(file, table, surface);
+    if (grid.spacing)
+        if (const std::optional<double> period = ridge_period_of(file))
+            surface.ridge_period = *period * spacing.value_or(*grid.spacing);
+    if (!spacing) {
+        surface.map = file.values;
+        return;
+    }
+    MeasuredSurface measured = measured_surface(file, *spacing, grid);
+    surface.map = std::move(measured.heights);
+    surface.curvature = std::move(measured.curvature);
+}
+
 void read_surface(Section table, const Grid& grid, const PathBase& folder, Surface& surface) {
     table.choice("kind", surface.kind);
     const bool map = surface.kind == Surface::Kind::map;
@@ -62,7 +104,10 @@ void read_surface(Section table, const Grid& grid, const PathBase& folder, Surfa
         surface = {.kind = surface.kind, .relief = surface.relief};
     if (table.has("ridges")) surface.ridge_period.reset();
     const std::string path = path_in(table, map, "\"file\"", folder);
-    if (map) surface.map = folder.map(path, grid, table.parameter("path"));
+    std::optional<double> spacing; // of the file
+    table.permit("spacing", map && grid.spacing, "only with kind = \"file\" and grid.spacing");
+    table.number("spacing", spacing);
+    if (map) take_map(path, spacing, grid, folder, table, surface);
     table.number("ridges", surface.ridges);
     read_length(table, "ridge_period", grid, surface.ridge_period);
     table.number("noise", surface.noise);
@@ -79,7 +124,7 @@ struct NumberOrMap {
         if (!table.has_text(key)) return table.number(key, value);
         const std::string text = *table.text(key);
         if (begins_as_number(text) && !text.ends_with(".npy")) return table.number(key, value);
-        map = folder.map(folder.file(text), grid, table.parameter(key));
+        map = folder.map(folder.file(text), &grid, table.parameter(key)).values;
     }
 };
 
@@ -178,7 +223,10 @@ void read_texture(Section& table, bool given, const Grid& grid, const PathBase& 
     Texture t;
     const auto path = table.text("path");
     if (given && !path) refuse(table.parameter("path"), "(not given)", "a .npy file of two dimensions");
-    if (path) t = scene::read_texture(folder.file(*path), table.parameter("path"));
+    if (path) {
+        const FileMap file = folder.map(folder.file(*path), nullptr, table.parameter("path"));
+        t.map = file.values, t.width = file.width, t.height = file.height;
+    }
     read_length(table, "spacing", grid, t.spacing);
     std::vector<double> velocity = {t.velocity[0], t.velocity[1]};
     table.list("velocity", velocity, number_in);
@@ -203,7 +251,7 @@ void read_load(Section table, const Grid& grid, const PathBase& folder, Load& lo
     table.choice("kind", load.kind);
     const bool map = load.kind == Load::Kind::map, sequence = load.kind == Load::Kind::sequence;
     load.path = path_in(table, map || sequence, "\"file\" or \"sequence\"", folder);
-    if (map) load.map = folder.map(load.path, grid, table.parameter("path"));
+    if (map) load.map = folder.map(load.path, &grid, table.parameter("path")).values;
     table.number("interval", load.interval);
     table.choice("hold", load.hold);
     table.cell("center", load.center);

@@ -109,7 +109,8 @@ void check_contact(Scene& s) {
     need(crests || !l.contact_length, "load.contact_length", l.contact_length.value_or(0), only);
     if (!crests) return;
     need(l.contact_share > 0 && l.contact_share <= 1, "load.contact_share", l.contact_share, "> 0, at most 1");
-    const double spacing = s.grid.spacing.value_or(1), period = cells_per_ridge(s) * spacing;
+    const double spacing = s.grid.spacing.value_or(1),
+                 period = s.surface.ridge_period.value_or(cells_per_ridge(s) * spacing);
     if (!l.contact_length && !finite(period))
         refuse("load.contact_length", "(not given)", "a length, required where the surface has no ridge period");
     if (!l.contact_length) l.contact_length = period;

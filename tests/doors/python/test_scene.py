@@ -92,9 +92,9 @@ def test_elements_have_maps_too():
 
 
 def test_maps_of_another_type_or_shape_are_refused_by_name():
-    error = refused(dermis.Scene, TABLES, surface={"path": np.ones((9, 12), int)})
+    error = refused(dermis.Scene, TABLES, surface={"path": np.ones((9, 12), complex)})
     assert error.parameter == "surface.path"
-    assert str(error) == ("surface.path = int64 array of shape (9, 12); allowed: float32 or float64 array of shape "
+    assert str(error) == ("surface.path = complex128 array of shape (9, 12); allowed: array of numbers, of shape "
                           "(height, width)")
     error = refused(dermis.Scene, TABLES, load={"path": np.ones((12, 9))})
     assert str(error) == "load.path = array of shape (12, 9); allowed: shape (height, width) = (9, 12)"

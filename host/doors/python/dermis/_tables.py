@@ -35,11 +35,12 @@ class Grid:
 class Surface:
     """The ridges. path: heights of shape (height, width), with kind "file". relief, ridge_period: m.
 
-    noise_length: cells.
+    noise_length: cells. spacing: m between the numbers of path, which then has a shape of its own.
     """
 
     kind: str | None = None
     path: MapOrFile | None = None
+    spacing: NumberWithUnit | None = None
     ridges: float | None = None
     ridge_period: NumberWithUnit | None = None
     noise: float | None = None

@@ -24,8 +24,8 @@ def need_unmasked(value: object, name: str) -> None:
 
 
 def _map_named(name: str, array: np.ndarray[Any, Any], maps: Maps) -> str:
-    if array.dtype not in (np.float32, np.float64) or array.ndim != 2:
-        refuse(name, array, "float32 or float64 array of shape (height, width)")
+    if array.dtype.kind not in "fiub" or array.ndim != 2:
+        refuse(name, array, "array of numbers, of shape (height, width)")
     maps[name] = np.ascontiguousarray(array, np.float64)
     return name
 

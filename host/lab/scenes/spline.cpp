@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT
+#include "host/lab/scenes/spline.hpp"
+
+namespace dermis::scene {
+namespace {
+
+// The coefficients of a line that repeats itself; in place. It is a recursion forwards and one backwards (Unser 1999),
+// each of which starts as if it had run through the line for ever.
+void line_to_spline(std::vector<double>& line) {
+    const double z = std::sqrt(3.0) - 2, round = 1 - std::pow(z, double(line.size()));
+    const size_t n = line.size();
+    const auto start = [&](size_t first, size_t step) { // sum of z^k line[first + k step], over all rounds
+        double sum = 0, power = 1;
+        for (size_t k = 0; k < n && std::abs(power) > 1e-20; ++k, power *= z)
+            sum += power * line[(first + k * step) % n];
+        return sum / round;
+    };
+    double before = start(0, n - 1);
+    line[0] = before;
+    std::vector<double> forward(n);
+    forward[0] = before;
+    for (size_t i = 1; i < n; ++i) forward[i] = before = line[i] + z * before;
+    line = forward;
+    double after = -z * start(n - 1, 1);
+    line[n - 1] = 6 * after;
+    for (size_t i = n - 1; i-- > 0;) {
+        after = z * (after - forward[i]);
+        line[i] = 6 * after;
+    }
+}
+
+} // namespace
+
+void to_spline(std::vector<double>& map, int width, int height, Border border) {
+    std::vector<double> line;
+    const auto filter = [&](size_t first, size_t step, size_t count) {
+        line.resize(count);
+        for (size_t i = 0; i < count; ++i) line[i] = map[first + i * step];
+        if (border == Border::mirrored) // a line and its reflection repeat themselves
+            for (size_t i = count; i-- > 0;) line.push_back(line[i]);
+        line_to_spline(line);
+        for (size_t i = 0; i < count; ++i) map[first + i * step] = line[i];
+    };
+    const size_t across = size_t(width), down = size_t(height);
+    for (size_t y = 0; y < down; ++y) filter(y * across, 1, across);
+    for (size_t x = 0; x < across; ++x) filter(x, across, down);
+}
+
+} // namespace dermis::scene

@@ -1,0 +1,165 @@
+# SPDX-License-Identifier: MIT
+"""Measured surfaces: pictures and arrays with a spacing of their own."""
+import dermis
+import numpy as np
+import pytest
+from PIL import Image
+
+PERIOD, SIDE, RELIEF = 0.46e-3, 8e-3, 6e-5
+
+
+def ridges(x, y):
+    """Heights from 0 to 1 of curved ridges, x and y in m."""
+    return 0.5 + 0.5 * np.sin(2 * np.pi / PERIOD * np.hypot(x + 1e-3, y - 12e-3))
+
+
+def ridges_curvature(x, y):
+    """Their Laplacian, 1/m2, in closed form: f'' + f'/r of a function of the radius."""
+    r, k = np.hypot(x + 1e-3, y - 12e-3), 2 * np.pi / PERIOD
+    return 0.5 * (-k * k * np.sin(k * r) + k * np.cos(k * r) / r)
+
+
+def places(spacing, side=SIDE):
+    at = (np.arange(round(side / spacing)) + 0.5) * spacing
+    return np.meshgrid(at, at)
+
+
+def scene(cell, path, **surface):
+    cells = round(SIDE / cell)
+    return dermis.fingertip(grid={"width": cells, "height": cells, "spacing": cell},
+                            surface={"kind": "file", "path": path, "relief": RELIEF, **surface},
+                            load={"intensity": "20 kPa"}, time={"step": "10 ms", "duration": 0.05})
+
+
+def loss(map, truth):
+    """The share of the rms that is lost, a few cells from the border, where nobody knows how a surface goes on."""
+    inner = (slice(4, -4), slice(4, -4))
+    return 1 - np.sqrt(np.mean(map[inner] ** 2) / np.mean(truth[inner] ** 2))
+
+
+@pytest.mark.parametrize("spacing", [20e-6, 50e-6])  # 50 um is 508 dpi
+@pytest.mark.parametrize("cell", [50e-6, 100e-6, 200e-6])
+def test_a_surface_with_its_own_spacing_keeps_its_curvature_on_coarse_cells(spacing, cell):
+    maps = dermis.maps(scene(cell, ridges(*places(spacing, SIDE + 2e-4)), spacing=spacing))
+    truth = RELIEF * ridges_curvature(*places(cell))
+    assert abs(loss(maps["rest_curvature"], truth)) < 0.01
+    inner = (slice(4, -4), slice(4, -4))
+    difference = maps["surface"] - RELIEF * ridges(*places(cell))
+    assert np.abs(difference[inner]).max() < 0.01 * RELIEF
+    on_cells = dermis.maps(scene(cell, ridges(*places(cell))))["rest_curvature"]
+    assert loss(on_cells, truth) > {50e-6: 0.02, 100e-6: 0.09, 200e-6: 0.3}[cell]
+
+
+@pytest.mark.parametrize("bits", [8, 16])
+def test_a_picture_is_heights_from_black_to_white_with_its_top_row_first(tmp_path, bits):
+    most, kind = 2**bits - 1, {8: np.uint8, 16: np.uint16}[bits]
+    grey = np.arange(12 * 9).reshape(9, 12).astype(kind) * (most // 107)
+    grey[0, 0], grey[8, 11] = 0, most
+    Image.fromarray(grey).save(tmp_path / "print.png")
+    tables = {"grid": {"width": 12, "height": 9}}
+    maps = dermis.maps(dermis.Scene(tables, surface={"kind": "file", "path": tmp_path / "print.png"}))
+    np.testing.assert_array_equal(maps["surface"], grey / most)
+    by_hand = dermis.maps(dermis.Scene(tables, surface={"path": grey / most}))
+    np.testing.assert_array_equal(maps["rest_curvature"], by_hand["rest_curvature"])
+
+
+@pytest.mark.parametrize("kind", ["<f8", ">f8", "<f4", ">f4", "<f2", ">f2", "|i1", "<i2", ">i2", "<i4", "<i8", ">i8",
+                                  "|u1", "<u2", ">u2", ">u4", "<u8", "|b1"])
+def test_a_file_may_hold_numbers_of_any_type(tmp_path, kind):
+    numbers = np.random.default_rng(1).integers(0, 100, (9, 12)).astype(kind)
+    np.save(tmp_path / "map.npy", numbers)
+    tables = {"grid": {"width": 12, "height": 9}}
+    for path in (tmp_path / "map.npy", numbers):
+        maps = dermis.maps(dermis.Scene(tables, surface={"kind": "file", "path": path}))
+        np.testing.assert_array_equal(maps["surface"], numbers.astype(float))
+
+
+def test_half_floats_of_every_size_are_read(tmp_path):
+    numbers = np.arange(0, 0x7C00, 5, dtype=np.uint16)  # bit patterns of all that is finite and not negative
+    numbers = np.concatenate([numbers, numbers | 0x8000])[:124 * 102].view(np.float16).reshape(124, -1)
+    np.save(tmp_path / "map.npy", numbers)
+    tables = {"grid": {"width": numbers.shape[1], "height": 124}}
+    maps = dermis.maps(dermis.Scene(tables, surface={"kind": "file", "path": tmp_path / "map.npy"}))
+    np.testing.assert_array_equal(maps["surface"], numbers.astype(float))
+
+
+def test_heights_in_metres_beside_the_relief_of_a_preset_are_refused():
+    heights = RELIEF * ridges(*places(1e-4))
+    grid = {"width": 80, "height": 80, "spacing": 1e-4}
+    with pytest.raises(dermis.Error, match=r"surface.relief = \(not given\); allowed: 1 for heights in metres: these"):
+        dermis.fingertip(grid=grid, surface={"path": heights})
+    for relief in (1, 5e-5):
+        surface = dermis.maps(dermis.fingertip(grid=grid, surface={"path": heights, "relief": relief}))["surface"]
+        np.testing.assert_allclose(surface, relief * heights)
+    dermis.fingertip(grid=grid, surface={"path": heights / RELIEF})  # from 0 to 1
+
+
+def test_the_period_of_measured_ridges_is_known_and_coarse_cells_are_warned_of():
+    for cell, within in ((50e-6, True), (100e-6, False)):
+        figure = dermis.run(scene(cell, ridges(*places(cell)))).report().cells_per_ridge
+        assert figure.value * cell == pytest.approx(PERIOD, rel=0.02) and (figure.value >= figure.least) == within
+    fine = dermis.run(scene(100e-6, ridges(*places(20e-6)), spacing=20e-6)).report().cells_per_ridge
+    assert fine.value == np.inf  # the curvature is not computed on these cells
+    crests = dict(load={"kind": "circular", "contact": "crests", "intensity": "20 kPa"})
+    dermis.run(dermis.fingertip(grid={"width": 80, "height": 80, "spacing": 1e-4}, **crests,
+                                surface={"path": ridges(*places(20e-6)), "spacing": 20e-6}))  # knows contact_length
+
+
+def test_rough_surfaces_have_no_period():
+    random = np.random.default_rng(7)
+    frequency = np.hypot(*np.meshgrid(np.fft.fftfreq(80), np.fft.fftfreq(80)))
+    frequency[0, 0] = 1
+    for slope in [0, 1, 1.5, 2] * 5:
+        waves = np.fft.fft2(random.standard_normal((80, 80))) / frequency**slope
+        rough = np.fft.ifft2(waves).real
+        result = dermis.run(scene(1e-4, rough / np.ptp(rough)))
+        assert result.report().cells_per_ridge.value == np.inf
+
+
+def test_a_measured_surface_has_the_same_bits_on_vulkan():
+    measured = scene(1e-4, ridges(*places(50e-6)), spacing=50e-6)
+    result = dermis.run(measured, precision="f32", check=True)
+    assert result.model == "march" and result.cells_compared > 0 and result.cells_different == 0
+    pressure = np.random.default_rng(3).random((80, 80), np.float32) * 2e4
+    responses = []
+    for device in ("cpu", "vulkan"):
+        skin = dermis.Skin(measured, device=device)
+        for dt in (1e-3, 2e-3):
+            skin.press(pressure, dt)
+        responses.append([skin[name].tobytes() for name in ("sa1", "sa2", "fa1", "fa2", "curvature")])
+    assert responses[0] == responses[1]
+
+
+def test_a_skin_at_rest_has_the_measured_curvature():
+    measured = scene(2e-4, ridges(*places(20e-6)), spacing=20e-6)
+    skin = dermis.Skin(measured)
+    skin.press(np.zeros((40, 40), np.float32), 1e-3)
+    np.testing.assert_array_equal(skin["curvature"], dermis.maps(measured)["rest_curvature"].astype(np.float32))
+
+
+@pytest.mark.parametrize("surface, says", [
+    ({"spacing": 5e-5}, r"surface.spacing = 5e-05; allowed: a spacing with which the file covers the grid: it has 80 x "
+                        r"80 numbers, the grid 80 x 80 cells of 1e-04 m"),
+    ({"spacing": 0}, "surface.spacing = 0; allowed: a finite number > 0"),
+    ({"spacing": -1}, "surface.spacing = -1; allowed: a finite number > 0"),
+])
+def test_a_spacing_that_cannot_be_is_refused(surface, says):
+    with pytest.raises(dermis.Error, match=says):
+        scene(1e-4, np.zeros((80, 80)), **surface)
+
+
+def test_what_has_no_spacing_is_refused_by_name(tmp_path):
+    for tables in ({"surface": {"kind": "wave", "spacing": 1e-4}, "grid": {"spacing": 1e-4}},
+                   {"surface": {"path": np.zeros((150, 150)), "spacing": 1}}):
+        allowed = 'surface.spacing = .*; allowed: only with kind = "file" and grid.spacing'
+        with pytest.raises(dermis.Error, match=allowed):
+            dermis.Scene(tables)
+    with pytest.raises(dermis.Error, match="surface.curvature = .given.; allowed: none with the published stencil"):
+        dermis.fingertip(grid={"width": 80, "height": 80, "spacing": 1e-4}, curvature={"stencil": "published"},
+                         surface={"path": np.zeros((80, 80)), "spacing": 1e-4})
+    (tmp_path / "cut.png").write_bytes(b"\x89PNG\r\n\x1a\n and no more")
+    with pytest.raises(dermis.Error, match=r"surface.path = .*cut.png\": cannot be read \(.*\); allowed: a PNG of"):
+        scene(1e-4, tmp_path / "cut.png")
+    Image.fromarray(np.zeros((3, 4), np.uint8)).save(tmp_path / "small.png")
+    with pytest.raises(dermis.Error, match="small.png\": has 4 x 3 pixels; allowed: a PNG of 80 x 80 pixels"):
+        scene(1e-4, tmp_path / "small.png")
