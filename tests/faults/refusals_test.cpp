@@ -18,7 +18,9 @@ const std::string two = "[grid]\nwidth = 2\nheight = 2\n", units = "[grid]\nspac
 const std::string frames = two + "[load]\nkind = \"sequence\"\npath = \"frames.npy\"\n";
 const std::string chain = "[material]\nelements = [{ modulus = 1, viscosity = 1 }]\n";
 const std::string lengths = units + "[material]\nmodulus = 1\nviscosity = 1\n";
-const std::string list = "; allowed: a first line type,x,y, then lines such as sa1,12,40 (sa1, sa2, fa1, fa2; cells)";
+const std::string list =
+    "; allowed: a first line type,x,y, then lines such as sa1,12,40 (sa1, sa2, fa1, fa2; cells), or "
+    "with grid.spacing type,x_m,y_m and places in m";
 const std::string table = "[load]\nenvelope = \"table\"\n", sine = "[load]\nenvelope = \"sine\"\n";
 const std::string wave = "[surface]\nkind = \"wave\"\n", positive = "; allowed: a finite number > 0";
 const std::string any_finite = "; allowed: a finite number", least_0 = "; allowed: a finite number >= 0";
@@ -205,6 +207,5 @@ TEST_CASE("a sequence that becomes shorter while it is read is refused word for 
     CHECK(values == std::vector<double>(4, 0));
     std::filesystem::resize_file(path, 100);
     CHECK(refusal(Error::Code::bad_input, [&] { file.read(2, values); }) ==
-          "load.path = \"" + path +
-              "\": is cut short; allowed: a .npy file of numbers, C order, shape (frames, 2, 2)");
+          "load.path = \"" + path + "\": is cut short; allowed: a .npy file of numbers, C order, shape (frames, 2, 2)");
 }

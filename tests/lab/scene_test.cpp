@@ -162,7 +162,13 @@ TEST_CASE("every bad scene file is refused with file, line, key, value and allow
         {"[time]\nstep = \"- 5 ms\"", "time.step"},
         {"[time]\nstep = \"ms\"", "time.step"},
         {"[surface]\nkind = \"wave\"\nnoise = \"3 m\"", "surface.noise = '3 m'; allowed: a number"},
-        {"[load]\nradius = \"3 mm\"", "load.radius = '3 mm'; allowed: a whole number"},
+        {"[load]\nradius = \"3 mm\"", "load.radius = '3 mm'; allowed: whole cells: the grid has no spacing"},
+        {"[load]\nradius = \"3 kPa\"", "load.radius = '3 kPa'; allowed: whole cells, or a length with its unit, as"},
+        {"[load]\nradius = 3.5", "load.radius = 3.5; allowed: a whole number"},
+        {"[load]\ncenter = [\"1 mm\", 2]", "load.center = '1 mm'; allowed: whole cells: the grid has no spacing"},
+        {"[load]\ncenter = \"1 mm\"", "load.center = '1 mm'; allowed: [x, y] in whole cells, or as lengths"},
+        {"[output]\nprobes = [[\"1 s\", 2]]", "output.probes = '1 s'; allowed: whole cells, or a length"},
+        {"[grid]\nspacing = 1e-3\n[load]\nradius = \"1e30 m\"", "load.radius = '1e30 m'"},
         {"[material]\nthickness = \"2 mm\"",
          "material.thickness = '2 mm'; allowed: a number of cells: the grid has no spacing"},
         {"[surface]\nrelief = \"20 um\"", "surface.relief|the grid has no spacing"},
@@ -231,6 +237,42 @@ TEST_CASE(
         }
     }
     std::filesystem::remove_all(folder());
+}
+
+TEST_CASE(
+    "with a spacing a place may be a length: the cell that it lies in; and a radius, the nearest number of cells") {
+    const std::string top = "preset = \"fingertip\"\n[grid]\nwidth = 90\nheight = 70\nspacing = \"0.1 mm\"\n";
+    const Scene s = Scene::from_string(top + R"(
+[load]
+kind = "punch"
+control = "depth"
+intensity = "0.1 mm"
+center = ["3 mm", 20]
+radius = "0.74 mm"
+radius_y = "0.76 mm"
+[output]
+probes = [["0.3 mm", "0.69999 mm"], [4, "6.95 mm"], ["0 mm", "0.7 mm"]]
+[[afferents]]
+class = "fa1"
+cells = [["8.99 mm", "10 um"]]
+)");
+    CHECK(s.load.center->x == 30); // on the border of cells 29 and 30
+    CHECK(s.load.center->y == 20);
+    CHECK(*s.load.radius == 7);
+    CHECK(*s.load.radius_y == 8);
+    const std::vector<std::pair<int, int>> expected = {{3, 6}, {4, 69}, {0, 7}};
+    REQUIRE(s.output.probes.size() == expected.size());
+    for (size_t i = 0; i < expected.size(); ++i)
+        CHECK(std::pair(s.output.probes[i].x, s.output.probes[i].y) == expected[i]);
+    CHECK(s.afferents.at(0).cells.at(0).x == 89);
+    CHECK(s.afferents.at(0).cells.at(0).y == 0);
+    for (int cell = 0; cell < 90; ++cell) { // every border, whatever its decimal number is rounded to
+        const std::string place = "[[\"" + std::to_string(100 * cell) + " um\", 0]]";
+        CHECK(Scene::from_string(top, {"output.probes=" + place}).output.probes[0].x == cell);
+    }
+    CHECK(refusal(Error::Code::bad_input, [&] {
+              Scene::from_string(top + "[load]\ncenter = [\"9 mm\", 0]");
+          }).find("load.center = [90, 0]; allowed: [x, y] with x in 0..89") != std::string::npos);
 }
 
 TEST_CASE("a number may have a unit: it is the double nearest to the decimal number, as without the unit") {

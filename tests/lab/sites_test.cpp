@@ -147,6 +147,14 @@ TEST_CASE("a list of receptors is read from a file, and a bad one refused with i
         return (folder / "scene.toml").string();
     };
     const Scene s = Scene::from_file(scene("type,x,y\nsa1,3,4\r\nfa2,19,0\n"));
+    const Scene places = Scene::from_file(scene("type,x_m,y_m\nsa1,0.00035,4.5e-4\nfa2,1.9e-3,0\n"),
+                                          {"preset=\"fingertip\"", "grid.spacing=1e-4"});
+    REQUIRE(places.sites.size() == 2);
+    for (size_t i = 0; i < 2; ++i) {
+        CHECK(places.sites[i].type == s.sites[i].type);
+        CHECK(places.sites[i].cell.x == s.sites[i].cell.x);
+        CHECK(places.sites[i].cell.y == s.sites[i].cell.y);
+    }
     REQUIRE(s.sites.size() == 2);
     CHECK(int(s.sites[1].type) == int(Quantity::fa2));
     CHECK(s.sites[1].cell.x == 19);
@@ -155,6 +163,7 @@ TEST_CASE("a list of receptors is read from a file, and a bad one refused with i
                               {"type,x,y\nsa1,1,1\nsa3,3,4\n", "line 3 is sa3"},
                               {"type,x,y\nsa1,1,1,1\n", "line 2"},
                               {"type,x,y\n", "no receptor"},
+                              {"type,x_m,y_m\nsa1,1e-3,1e-3\n", "begins with type,x_m,y_m"}, // without a spacing
                               {"type,x,y\nsa1,20,1\n", "sites[0] = [20, 1]"}})
         CHECK(refusal(Error::Code::bad_input, [&] { Scene::from_file(scene(list)); }).find(says) != std::string::npos);
     CHECK(refusal(Error::Code::bad_input, [&] {

@@ -3,6 +3,7 @@
 #include "host/lab/scenes/scene.hpp"
 #include "host/doors/python/pickle.hpp"
 #include "host/lab/scenes/units.hpp"
+#include <nanobind/stl/variant.h>
 
 namespace dermis::python {
 namespace {
@@ -11,14 +12,26 @@ using MapArray = nb::ndarray<nb::ro, double, nb::ndim<2>, nb::c_contig, nb::devi
 using MapArrays = std::map<std::string, MapArray>;
 using NamedSite = std::tuple<const char*, int, int>; // type, x, y
 using NamedMaps = nb::typed<nb::dict, nb::str, MapArray>;
-using NamedSites = Sequence<nb::typed<nb::tuple, nb::str, int, int>>;
+using Place = std::variant<int, string_view>; // a cell, or a length with its unit
+using NamedSites = Sequence<nb::typed<nb::tuple, nb::str, Place, Place>>;
 using Fibres = Sequence<Afferents>;
 
-std::vector<Site> sites_named(const NamedSites& named) {
+int cell_of(const Place& place, const Grid& grid) {
+    if (const int* cell = std::get_if<int>(&place)) return *cell;
+    const std::string text(std::get<string_view>(place));
+    const std::optional<double> length = scene::length_with_unit(text);
+    const std::optional<int> cell = length && grid.spacing ? scene::cell_at(*length, grid) : std::nullopt;
+    if (!cell)
+        scene::refuse("sites", "\"" + text + "\"",
+                      length && !grid.spacing ? "whole cells: the grid has no spacing" : scene::whole_or_length);
+    return *cell;
+}
+
+std::vector<Site> sites_named(const NamedSites& named, const Grid& grid) {
     std::vector<Site> sites;
     const char* allowed = "a list of (type, x, y), as in [(\"sa1\", 12, 40)]";
-    for (const auto& [type, x, y] : items_of<std::tuple<string_view, int, int>>(named, "sites", allowed))
-        sites.push_back({value_named<Quantity>("sites", type), {x, y}});
+    for (const auto& [type, x, y] : items_of<std::tuple<string_view, Place, Place>>(named, "sites", allowed))
+        sites.push_back({value_named<Quantity>("sites", type), {cell_of(x, grid), cell_of(y, grid)}});
     return sites;
 }
 
@@ -39,7 +52,7 @@ Scene scene_of(string_view text, const NamedMaps& named, const std::optional<Nam
                                           .height = int(map.shape(0))});
     try {
         Scene scene = scene::read_scene(scene::text_of_string(std::string(text), ""), overrides, maps).scene;
-        if (sites) scene.sites = sites_named(*sites);
+        if (sites) scene.sites = sites_named(*sites, scene.grid);
         if (fibres) scene.afferents = afferents_in(*fibres);
         if (sites || fibres) scene::validate(scene);
         return scene;

@@ -77,8 +77,9 @@ std::optional<double> ridge_period_of(const FileMap&);
 // multiplied by Load::intensity.
 std::shared_ptr<Frames> texture_frames(const Scene&);
 
-// Reads a list of receptors: lines of type,x,y. Throws Error::bad_input.
-std::vector<Site> read_sites(const std::string& path);
+// Reads a list of receptors: lines of type,x,y, or where the grid has a spacing of type,x_m,y_m in m. Throws
+// Error::bad_input.
+std::vector<Site> read_sites(const std::string& path, const Grid&);
 
 // A scene with the files that it was read from: the scene file, then its maps, frames and list of receptors.
 struct SceneWithFiles {

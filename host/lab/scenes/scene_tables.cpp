@@ -254,9 +254,9 @@ void read_load(Section table, const Grid& grid, const PathBase& folder, Load& lo
     if (map) load.map = folder.map(load.path, &grid, table.parameter("path")).values;
     table.number("interval", load.interval);
     table.choice("hold", load.hold);
-    table.cell("center", load.center);
-    table.whole_number("radius", load.radius);
-    table.whole_number("radius_y", load.radius_y);
+    table.cell("center", grid, load.center);
+    table.cells("radius", grid, load.radius);
+    table.cells("radius_y", grid, load.radius_y);
     table.number("ball_radius", load.ball_radius);
     table.choice("control", load.control);
     read_intensity(table, load);
@@ -313,7 +313,7 @@ std::vector<Site> sites_in(Section table, const Grid& grid, const PathBase& fold
     std::vector<Site> listed;
     if (const auto path = table.text("path")) {
         table.permit("path", !by_density, "either path, or density and seed");
-        listed = read_sites(folder.file(*path));
+        listed = read_sites(folder.file(*path), grid);
     }
     Density density;
     Section densities = table.section("density");
@@ -356,10 +356,10 @@ void read_up_to(Section& table, const char* key, std::array<T, n>& values, const
 }
 
 // Keys of the model replace the numbers of the class.
-Afferents afferents_in(Section table) {
+Afferents afferents_in(Section table, const Grid& grid) {
     Afferents a;
     table.choice("class", a.type);
-    table.list("cells", a.cells, cell_in);
+    table.cells("cells", grid, a.cells);
     table.choice("follow", a.follow);
     table.whole_number("endings", a.endings);
     AfferentModel m;
@@ -393,10 +393,10 @@ FieldRequest field_in(const toml::node& node, const std::string& parameter) {
     return request;
 }
 
-void read_output(Section table, Output& output) {
+void read_output(Section table, const Grid& grid, Output& output) {
     table.list("traces", output.traces, choice_in<Quantity>);
     table.boolean("extremes", output.extremes);
-    table.list("probes", output.probes, cell_in);
+    table.cells("probes", grid, output.probes);
     table.list("fields", output.fields, field_in);
     table.finish();
 }
@@ -432,8 +432,8 @@ Scene read_all(Section top, const PathBase& folder) {
     read_curvature(curvature, scene);
     read_receptors(receptors, scene.receptors);
     scene.sites = sites_in(sites, scene.grid, folder);
-    read_output(output, scene.output);
-    for (Section& table : afferents) scene.afferents.push_back(afferents_in(std::move(table)));
+    read_output(output, scene.grid, scene.output);
+    for (Section& table : afferents) scene.afferents.push_back(afferents_in(std::move(table), scene.grid));
     if (!fibres) scene.afferents.clear(); // of no table
     return scene;
 }

@@ -57,10 +57,23 @@ inline int whole_number_in(const toml::node& node, const std::string& parameter)
     return int(**node.as_integer());
 }
 
-inline Cell cell_in(const toml::node& node, const std::string& parameter) {
+// Reads a number of cells, or a length with its unit, which becomes one by of_length(length, grid).
+template <class OfLength>
+int cells_in(const toml::node& node, const std::string& parameter, const Grid& grid, OfLength&& of_length) {
+    const auto* text = node.as_string();
+    if (!text) return whole_number_in(node, parameter);
+    const std::optional<double> length = length_with_unit(**text);
+    if (!length || !grid.spacing)
+        refuse(parameter, node, length ? "whole cells: the grid has no spacing" : whole_or_length);
+    const std::optional<int> cells = of_length(*length, grid);
+    if (!cells) refuse(parameter, node, whole_or_length);
+    return *cells;
+}
+
+inline Cell cell_in(const toml::node& node, const std::string& parameter, const Grid& grid) {
     const toml::array* xy = node.as_array();
-    if (!xy || xy->size() != 2) refuse(parameter, node, "[x, y] in whole cells");
-    return {whole_number_in((*xy)[0], parameter), whole_number_in((*xy)[1], parameter)};
+    if (!xy || xy->size() != 2) refuse(parameter, node, "[x, y] in whole cells, or as lengths with their unit");
+    return {cells_in((*xy)[0], parameter, grid, cell_at), cells_in((*xy)[1], parameter, grid, cell_at)};
 }
 
 template <class Enum> Enum choice_in(const toml::node& node, const std::string& parameter) {
@@ -99,8 +112,16 @@ class Section {
         if (!node->is_boolean()) refuse(parameter(key), *node, "true or false");
         value = **node->as_boolean();
     }
-    void cell(const char* key, std::optional<Cell>& value) {
-        if (const toml::node* node = find(key)) value = cell_in(*node, parameter(key));
+    void cell(const char* key, const Grid& grid, std::optional<Cell>& value) {
+        if (const toml::node* node = find(key)) value = cell_in(*node, parameter(key), grid);
+    }
+    // The cells whose middles lie at [x, y].
+    void cells(const char* key, const Grid& grid, std::vector<Cell>& values) {
+        list(key, values, [&](const toml::node& node, const std::string& name) { return cell_in(node, name, grid); });
+    }
+    // How many cells a length has.
+    void cells(const char* key, const Grid& grid, std::optional<int>& value) {
+        if (const toml::node* node = find(key)) value = cells_in(*node, parameter(key), grid, nearest_cells);
     }
     std::optional<std::string> text(const char* key) {
         const toml::node* node = find(key);

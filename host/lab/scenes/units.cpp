@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "host/lab/scenes/units.hpp"
 
+#include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <cstdlib>
 #include <string_view>
 
@@ -85,6 +87,23 @@ std::optional<double> number_with_unit(const std::string& parameter, const std::
     if (error != std::errc() || rest != end) return {};
     return value;
 }
+
+namespace {
+
+std::optional<int> whole(double cells) {
+    if (!(std::abs(cells) <= 1e9)) return {};
+    return int(cells);
+}
+
+} // namespace
+
+// The quotient is rounded: without this a border could fall into the cell before it.
+std::optional<int> cell_at(double place, const Grid& grid) {
+    const double cells = place / *grid.spacing;
+    return whole(std::floor(cells + 1e-9 * std::max(1.0, std::abs(cells))));
+}
+
+std::optional<int> nearest_cells(double length, const Grid& grid) { return whole(std::round(length / *grid.spacing)); }
 
 std::string unit_of_key(const std::string& key) {
     const KeyUnit* of = unit_of(key);

@@ -2,6 +2,8 @@
 // Words of scenes: numbers with a unit, as "20 kPa", in the places where a scene has numbers.
 #pragma once
 
+#include "dermis/description.hpp"
+
 #include <optional>
 #include <string>
 
@@ -20,6 +22,13 @@ bool begins_as_number(const std::string& text);
 std::optional<double> number_with_unit(const std::string& parameter, const std::string& text);
 // What a key of numbers takes, in words.
 std::string allowed_number(const std::string& parameter);
+constexpr char whole_or_length[] = "whole cells, or a length with its unit, as \"3 mm\"";
+// Returns a length in m; nothing if the text is something else.
+inline std::optional<double> length_with_unit(const std::string& text) { return number_with_unit("spacing", text); }
+// Returns the cell of a row or a column that has a place, m from its beginning; of a place between two cells, the one
+// behind it. nearest_cells: how many cells a length has, rounded. Nothing where that is no int. The grid has a spacing.
+std::optional<int> cell_at(double place, const Grid&);
+std::optional<int> nearest_cells(double length, const Grid&);
 // Returns the unit of a key, by its dotted name; empty where it has none. A length without a spacing has none either.
 std::string unit_of_key(const std::string& key);
 

@@ -53,7 +53,8 @@ class Scene(_core.Scene):
         Scene.from_file("pad.toml", {"material.modulus": 1e5})
 
     In tables an array of float32 or float64 of shape (height, width) may stand in place of the file of a map, and
-    sites may be a list of (type, x, y), as in [("sa1", 12, 40)], and afferents a list of Afferents.
+    sites may be a list of (type, x, y), as in [("sa1", 12, 40)] or [("sa1", "3 mm", "2 mm")], and afferents a list of
+    Afferents.
     """
 
     @answered

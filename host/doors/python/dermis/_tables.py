@@ -19,7 +19,8 @@ MapOrFile = Union[Array, str, "os.PathLike[str]"]
 NumberOrMap = Union[float, MapOrFile]
 NumberWithUnit = Union[float, str]  # a number, or a text with its unit, as "5 ms"
 Numbers = Union[Sequence[float], Array]
-Cells = Union[Sequence[Sequence[int]], Array]
+CellOrPlace = Union[int, str]  # a cell, or a length with its unit, as "3 mm", where the grid has a spacing
+Cells = Union[Sequence[Sequence[CellOrPlace]], Array]
 
 
 @dataclass(kw_only=True)
@@ -79,9 +80,9 @@ class Load:
 
     kind: str | None = None
     path: MapOrFile | None = None
-    center: Sequence[int] | None = None
-    radius: int | None = None
-    radius_y: int | None = None
+    center: Sequence[CellOrPlace] | None = None
+    radius: CellOrPlace | None = None
+    radius_y: CellOrPlace | None = None
     ball_radius: NumberWithUnit | None = None
     intensity: NumberWithUnit | None = None
     interval: NumberWithUnit | None = None
