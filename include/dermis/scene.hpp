@@ -63,6 +63,16 @@ struct Texture {
     std::array<double, 2> velocity = {0, 0}; // m/s along x and y, or cells/s; finite
 };
 
+// A recording of a sensor array: frames with a number for each taxel in place of one for each cell. Each taxel's
+// pressure times its area is the force that is spread over the cells, by a B-spline of one spacing (nearest), two
+// (linear) or four (cubic); what would lie beyond the grid is reflected at its border. All taxels lie on the grid.
+struct Taxels {
+    enum class Spread { nearest, linear, cubic } spread = Spread::linear;
+    double spacing = 0;                    // m from taxel to taxel, without Grid::spacing cells; > 0
+    std::array<double, 2> origin = {0, 0}; // m along x and y: where the outer corner of the first taxel lies
+    std::optional<int> columns;            // taxels in a row, 1..16384: Load::path is then a CSV file
+};
+
 // circular: 1 - r/radius. linear: 1 - |y - center.y|/radius. point: a unit impulse smoothed by a Gaussian of radius/4.
 // punch: a flat punch, round or elliptic. ball: a ball while it sinks. Both are pressed to a depth (see control).
 // sequence: frames of a continuous pressure, in place of map and envelope. Frame 0 acts on a skin at rest at t = 0, the
@@ -99,6 +109,7 @@ struct Load {
     Control control = Control::pressure;
     std::optional<int> radius_y;       // Kind::punch: cells along y, >= 1, where radius is along x; default: as radius
     std::optional<double> ball_radius; // Kind::ball: m, > 0, at least the greatest depth
+    std::optional<Taxels> taxels;      // Kind::sequence: what the numbers of the frames belong to; default: the cells
     // Multiplies the map. Only with a step from t = 0 on, which may have a window, and not of a sequence, a texture or
     // a depth.
     std::optional<Grating> grating;

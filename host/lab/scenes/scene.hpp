@@ -77,6 +77,9 @@ std::optional<double> ridge_period_of(const FileMap&);
 // multiplied by Load::intensity.
 std::shared_ptr<Frames> texture_frames(const Scene&);
 
+// The frames of a recording of taxels, whose file is then open. Throws Error::bad_input.
+std::shared_ptr<Frames> taxel_frames(const Scene&);
+
 // Reads a list of receptors: lines of type,x,y, or where the grid has a spacing of type,x_m,y_m in m. Throws
 // Error::bad_input.
 std::vector<Site> read_sites(const std::string& path, const Grid&);

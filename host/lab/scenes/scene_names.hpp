@@ -39,6 +39,10 @@ template <> struct Names<Load::Kind> {
                                                  {Load::Kind::sequence, "sequence"}, {Load::Kind::punch, "punch"},
                                                  {Load::Kind::ball, "ball"}};
 };
+template <> struct Names<Taxels::Spread> {
+    static constexpr Name<Taxels::Spread> table[] = {
+        {Taxels::Spread::nearest, "nearest"}, {Taxels::Spread::linear, "linear"}, {Taxels::Spread::cubic, "cubic"}};
+};
 template <> struct Names<Hold> {
     static constexpr Name<Hold> table[] = {{Hold::linear, "linear"}, {Hold::parabolic, "parabolic"}};
 };

@@ -237,6 +237,36 @@ void read_texture(Section& table, bool given, const Grid& grid, const PathBase& 
     if (given) texture = t;
 }
 
+std::array<double, 2> lengths_in(Section& table, const char* key, const Grid& grid,
+                                 const std::array<double, 2>& by_default) {
+    std::vector<double> pair(by_default.begin(), by_default.end());
+    table.list(key, pair, [&](const toml::node& node, const std::string& parameter) {
+        const auto* text = node.as_string();
+        const std::optional<double> length = text && grid.spacing ? length_with_unit(**text) : std::nullopt;
+        return length ? *length : number_in(node, parameter);
+    });
+    if (pair.size() != 2) refuse(table.parameter(key), std::to_string(pair.size()) + " numbers", "two, [x, y]");
+    return {pair[0], pair[1]};
+}
+
+void read_taxels(Section table, bool given, const Grid& grid, Load& load) {
+    Taxels t;
+    read_length(table, "spacing", grid, t.spacing);
+    t.origin = lengths_in(table, "origin", grid, t.origin);
+    table.choice("spread", t.spread);
+    table.whole_number("columns", t.columns);
+    std::optional<double> rate;
+    table.number("sampling_rate", rate);
+    table.permit("sampling_rate", !load.interval, "not beside load.interval");
+    table.finish();
+    if (!given) return;
+    if (!table.has("spacing")) refuse(table.parameter("spacing"), "(not given)", "a length > 0");
+    if (rate && !(*rate > 0 && finite(1 / *rate)))
+        refuse(table.parameter("sampling_rate"), shortest(*rate), "a finite number > 0");
+    if (rate) load.interval = 1 / *rate;
+    load.taxels = t;
+}
+
 // Reads the intensity, whose unit is that of a depth where the load gives one.
 void read_intensity(Section& table, Load& load) {
     if (load.control != Load::Control::depth || !table.has_text("intensity"))
@@ -264,6 +294,8 @@ void read_load(Section table, const Grid& grid, const PathBase& folder, Load& lo
     table.number("contact_share", load.contact_share);
     read_length(table, "contact_length", grid, load.contact_length);
     read_envelope(table, load.envelope);
+    const bool recorded = table.has("taxels");
+    read_taxels(table.section("taxels"), recorded, grid, load);
     const bool slides = table.has("texture");
     Section texture = table.section("texture");
     read_texture(texture, slides, grid, folder, load.texture);

@@ -22,7 +22,7 @@ constexpr KeyUnit key_units[] = {
     {" step duration start rise until fall length period times interval sa2_adaptation at time_constants rate "
      "membrane_time refractory_time time ",
      "s", "5 ms"},
-    {" frequency ", "Hz", "0.25 kHz"},
+    {" frequency sampling_rate ", "Hz", "0.25 kHz"},
     {" phase phases direction ", "rad", "0.5 rad"},
     {" velocity ", "m/s", "40 mm/s"},
 };

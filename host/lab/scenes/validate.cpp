@@ -22,6 +22,16 @@ void check_sequence(const Scene& s) {
     need(s.time.duration / *l.interval <= 1e8, "load.interval", *l.interval, "at most 1e8 frames within time.duration");
 }
 
+void check_taxels(const Scene& s) {
+    if (!s.load.taxels) return;
+    const Taxels& t = *s.load.taxels;
+    if (s.load.kind != Load::Kind::sequence) refuse("load.taxels", "(given)", "only with load.kind = \"sequence\"");
+    need_positive("load.taxels.spacing", t.spacing);
+    for (double at : t.origin) need_finite("load.taxels.origin", at);
+    const int columns = t.columns.value_or(1);
+    need(columns >= 1 && columns <= 16384, "load.taxels.columns", columns, "1..16384");
+}
+
 // A ball that retreats is another problem, and so is one that goes in beyond its middle.
 void check_ball(const Load& l) {
     if (!l.ball_radius) refuse("load.ball_radius", "(not given)", "a number of metres, required with a ball");
@@ -169,6 +179,7 @@ void check_load(Scene& s) {
     check_envelope(l.envelope, s.time);
     if (l.kind == Load::Kind::map) need_map("load.path", l.map, s.grid);
     if (sequence) check_sequence(s);
+    check_taxels(s);
     check_texture(s);
     check_control(s);
     check_grating(s);
@@ -272,6 +283,7 @@ std::shared_ptr<Frames> open_frames(const Scene& s) {
     if (s.load.kind == Load::Kind::ball) return ball_frames(s);
     std::shared_ptr<Frames> frames;
     if (s.load.texture) frames = texture_frames(s);
+    else if (s.load.taxels) frames = taxel_frames(s);
     else frames = std::make_shared<NpyFile>(s.load.path, s.grid.width, s.grid.height, true, "load.path");
     return presses_cells(s.load) ? pressed_frames(s, std::move(frames)) : frames;
 }

@@ -73,6 +73,8 @@ class Load:
     path: pressures of shape (height, width), with kind "file"; or the .npy file of a "sequence". center: [x, y].
     control: "pressure", or "depth": intensity and maps are then in m. radius_y: cells, of an elliptic punch. ball_radius: m.
     texture: what slides over the skin, as in {"path": "texture.npy", "spacing": 5e-5, "velocity": [0.04, 0]}.
+    taxels: what the numbers of a "sequence" belong to in place of cells, as in {"spacing": "4 mm", "spread": "cubic",
+    "sampling_rate": "100 Hz"}; path is then a .npy file of shape (frames, rows, columns), or with columns a CSV file.
     window: what multiplies a step or a sine, as in {"start": 0, "rise": "10 ms", "until": 1, "fall": "10 ms"}.
     grating: waves that move, as in {"wavelength": "1 mm", "velocity": "40 mm/s", "amplitudes": [0.5]}.
     contact: "even", or "crests" of the surface alone: a share of its cells, contact_length m from crest to crest.
@@ -88,6 +90,7 @@ class Load:
     interval: NumberWithUnit | None = None
     hold: str | None = None
     texture: Mapping[str, Any] | None = None
+    taxels: Mapping[str, Any] | None = None
     control: str | None = None
     window: Mapping[str, Any] | None = None
     grating: Mapping[str, Any] | None = None

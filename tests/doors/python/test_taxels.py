@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: MIT
+"""Recordings of a sensor array as a load."""
+import dermis
+import numpy as np
+import pytest
+
+CELL, TAXEL = 1e-4, 7.3e-4
+SPREADS = ["nearest", "linear", "cubic"]
+
+
+def spline(spread, u):
+    """A B-spline whose nodes are 1 apart, in closed form."""
+    u = np.abs(u)
+    if spread == "nearest":
+        return (u < 0.5).astype(float)
+    if spread == "linear":
+        return np.maximum(0, 1 - u)
+    return np.where(u < 1, 2 / 3 - u**2 + u**3 / 2, np.maximum(0, 2 - u) ** 3 / 6)
+
+
+def scene(path, spacing=TAXEL, origin=(0, 0), width=80, height=60, load={}, **taxels):
+    return dermis.fingertip(grid={"width": width, "height": height, "spacing": CELL},
+                            load={"kind": "sequence", "path": path, **({"interval": "10 ms"} | load),
+                                  "taxels": {"spacing": spacing, "origin": list(origin), **taxels}},
+                            time={"step": "5 ms", "duration": 0.1})
+
+
+def saved(folder, frames, name="recording.npy"):
+    np.save(folder / name, frames)
+    return folder / name
+
+
+@pytest.fixture
+def recording():
+    return np.random.default_rng(5).random((6, 8, 10)).astype(np.float32)
+
+
+@pytest.mark.parametrize("spread", SPREADS)
+@pytest.mark.parametrize("origin", [(0, 0), (3.1e-4, 0.7e-4), (7e-4, 1.6e-4)])
+def test_the_force_of_the_taxels_is_kept(tmp_path, recording, spread, origin):
+    pressure = dermis.maps(scene(saved(tmp_path, recording), origin=origin, spread=spread))["pressure"]
+    force = recording[0].astype(float).sum() * TAXEL**2
+    assert pressure.sum() * CELL**2 == pytest.approx(force, rel=1e-12)
+
+
+@pytest.mark.parametrize("spread", SPREADS)
+def test_an_even_pressure_stays_even(tmp_path, spread):
+    path = saved(tmp_path, np.ones((1, 8, 10)))
+    pressure = dermis.maps(scene(path, spacing=8e-4, height=64, spread=spread))["pressure"]
+    np.testing.assert_allclose(pressure, 1, rtol=1e-12)
+
+
+def test_taxels_of_whole_cells_are_repeated_by_nearest(tmp_path, recording):
+    pressure = dermis.maps(scene(saved(tmp_path, recording), spacing=7e-4, origin=(5e-4, 2e-4), spread="nearest"))
+    expected = np.zeros((60, 80))
+    expected[2:58, 5:75] = np.kron(recording[0], np.ones((7, 7)))
+    np.testing.assert_allclose(pressure["pressure"], expected, atol=1e-12)
+
+
+@pytest.mark.parametrize("spread", SPREADS)
+def test_a_taxel_is_spread_by_the_means_of_a_b_spline_over_cells(tmp_path, spread):
+    one = np.zeros((1, 8, 10))
+    one[0, 3, 6] = 2.5
+    pressure = dermis.maps(scene(saved(tmp_path, one), spread=spread))["pressure"]
+    within = (np.arange(200) + 0.5) / 200  # of a cell
+
+    def mean(cells, taxel):
+        place = (np.arange(cells)[:, None] + within) * CELL / TAXEL - (taxel + 0.5)
+        return spline(spread, place).mean(axis=1)
+    tolerance = 0.02 if spread == "nearest" else 1e-4  # of the means by 200 places in a cell
+    np.testing.assert_allclose(pressure, 2.5 * np.outer(mean(60, 3), mean(80, 6)), atol=tolerance)
+
+
+@pytest.mark.parametrize("spread", SPREADS)
+def test_a_run_has_the_bits_of_the_same_pressures_on_cells(tmp_path, recording, spread):
+    frames = []
+    for n in range(len(recording)):
+        frames.append(dermis.maps(scene(saved(tmp_path, recording[n:], f"{n}.npy"), spread=spread))["pressure"])
+    run = dermis.run(scene(saved(tmp_path, recording), spread=spread, load={"intensity": "20 kPa"}))
+    same = dermis.run(dermis.fingertip(
+        grid={"width": 80, "height": 60, "spacing": CELL}, time={"step": "5 ms", "duration": 0.1},
+        load={"kind": "sequence", "path": saved(tmp_path, np.array(frames), "cells.npy"), "interval": "10 ms",
+              "intensity": "20 kPa"}))
+    for name in same:
+        np.testing.assert_array_equal(run[name].mean, same[name].mean)
+        np.testing.assert_array_equal(run[name].max, same[name].max)
+
+
+@pytest.mark.parametrize("text", ["{}", "a,b,c\n{}", "{}\n\n"])
+@pytest.mark.parametrize("line", ["\n", "\r\n"])
+def test_a_csv_file_has_the_bits_of_an_array(tmp_path, recording, text, line):
+    rows = "\n".join(", ".join(repr(float(v)) for v in frame.ravel()) for frame in recording)
+    (tmp_path / "recording.csv").write_bytes(text.format(rows).replace("\n", line).encode())
+    by_csv = dermis.run(scene(tmp_path / "recording.csv", columns=10))
+    by_npy = dermis.run(scene(saved(tmp_path, recording)))
+    for name in by_npy:
+        np.testing.assert_array_equal(by_csv[name].mean, by_npy[name].mean)
+
+
+def test_a_sampling_rate_is_one_over_the_interval(tmp_path, recording):
+    path = saved(tmp_path, recording)
+    by_rate = dermis.run(scene(path, load={"interval": None}, sampling_rate="0.1 kHz"))
+    np.testing.assert_array_equal(by_rate["fa1"].mean, dermis.run(scene(path))["fa1"].mean)
+
+
+def test_what_a_recording_cannot_be_is_refused_by_name(tmp_path, recording):
+    path = saved(tmp_path, recording)
+    for keys, says in [
+            (dict(spacing=9e-4), "load.taxels.origin = 0; allowed: a place from which all taxels lie on the grid: 10 along "
+                                 "x are 0.009 long, the grid 0.008"),
+            (dict(origin=(-1e-4, 0)), "load.taxels.origin = -1e-04; allowed: a place"),
+            (dict(spacing=0), "load.taxels.spacing = 0; allowed: a finite number > 0"),
+            (dict(spread="round"), "load.taxels.spread = 'round'; allowed: \"cubic\", \"linear\", \"nearest\""),
+            (dict(sampling_rate=100), "load.taxels.sampling_rate = 100; allowed: not beside load.interval"),
+            (dict(columns=3), "is no finite number; allowed: a CSV file"),
+            (dict(load={"interval": None}), "load.interval = .not given.")]:
+        with pytest.raises(dermis.Error, match=says):
+            dermis.run(scene(path, **keys))
+    with pytest.raises(dermis.Error, match='load.taxels = .given.; allowed: only with load.kind = "sequence"'):
+        dermis.fingertip(load={"taxels": {"spacing": 1e-3}})
+    for text, says in [("1,2,3,4\n1,2,3\n", "frame 1 has 3 numbers, the first has 4"),
+                       ("1,2,x,4\n", "frame 0, number 2 is"),
+                       ("1,2,3\n", "has 3 numbers in its first line, no multiple of load.taxels.columns = 2"),
+                       ("1,2,nan,4\n", "frame 0, number 2 is no finite number"), ("x\n", "holds no line of numbers"),
+                       ("", "holds no line of numbers"), ("1,,3,4\n", "frame 0, number 1 is no finite number")]:
+        (tmp_path / "bad.csv").write_text(text)
+        with pytest.raises(dermis.Error, match=f"load.path = .*{says}"):
+            dermis.run(scene(tmp_path / "bad.csv", columns=2))
