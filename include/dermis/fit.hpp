@@ -46,21 +46,35 @@ struct Fit {
     std::vector<KelvinVoigt> errors;
     double residual = 0;       // root mean square of the residual
     std::vector<double> model; // the curve at the times of the data
+    std::string choice;        // of fits with n = 0: why there are so many elements, in a sentence; else empty
     // Sentences about what the data leave open: a curve that falls as no creep does, or rises as no relaxation does,
     // elements that they cannot tell apart or do not need, numbers that they fix to a factor of 2 or worse. Empty if
     // all is determined.
     std::vector<std::string> undetermined;
 };
 
-// Fits a chain of at most n elements, 1..8, to a measured curve: times in s, >= 0, in any order; compliances in 1/Pa or
-// moduli in Pa, > 0, or any finite numbers with Residual::absolute. At least 2*n + 1 points. The search covers
-// retardation or relaxation times from a tenth of the shortest time to ten times the longest. Elements that add
-// nothing, or less than 1e-7 of each value, are left out. With more than 10,000 points, points at times that agree to
-// 0.1 % are replaced by their mean for the fit, which changes a curve by less than 1e-7; residual and errors count all
-// points.
-DERMIS_API Fit fit_creep(const std::vector<double>& times, const std::vector<double>& compliances, int n,
+// Fits a chain to a measured curve. n: its elements at most, 1..8; 0: as few as describe the data, which are told from
+// noise by the Bayesian information criterion, at most 8. times in s, >= 0, in any order; compliances in 1/Pa or
+// moduli in Pa, > 0, or any finite numbers with Residual::absolute. At least 2*n + 1 points, and 3 with n = 0. Several
+// curves of one material may follow one another. The search covers retardation or relaxation times from a tenth of the
+// shortest time to ten times the longest. Elements that add nothing, or less than 1e-7 of each value, are left out.
+// With more than 10,000 points, points at times that agree to 0.1 % are replaced by their mean for the fit, which
+// changes a curve by less than 1e-7; residual and errors count all points.
+DERMIS_API Fit fit_creep(const std::vector<double>& times, const std::vector<double>& compliances, int n = 0,
                          Residual = Residual::relative);
-DERMIS_API Fit fit_relaxation(const std::vector<double>& times, const std::vector<double>& moduli, int n,
+DERMIS_API Fit fit_relaxation(const std::vector<double>& times, const std::vector<double>& moduli, int n = 0,
                               Residual = Residual::relative);
+
+// The stress that a strain of any course causes. times: s, in ascending order; two that are equal are a step of the
+// strain. strains: of the material at rest until the first time, and along lines from one time to the next. stresses:
+// Pa. All are finite, and equally many.
+struct History {
+    std::vector<double> times, strains, stresses;
+};
+// Fits a chain to one or several histories at once: the stress of each is the hereditary integral of its strain, in
+// closed form. The search covers relaxation times from a tenth of the shortest step in time to ten times the longest
+// history. n as above; at least 2*n + 1 points, and at most 20,000, in all histories. Fit::model is the stress, of one
+// history after another.
+DERMIS_API Fit fit_histories(const std::vector<History>&, int n = 0, Residual = Residual::absolute);
 
 } // namespace dermis

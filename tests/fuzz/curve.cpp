@@ -1,18 +1,20 @@
 // SPDX-License-Identifier: MIT
 // The data of `dermis fit`: a byte of options, then a CSV file.
-#include "host/lab/command/curve_file.hpp"
+#include "host/lab/scenes/curve_file.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 using namespace dermis;
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     if (!size) return 0;
-    cli::CurveOptions options;
-    if (data[0] & 1) options.test = data[0] & 2 ? fit::Test::creep : fit::Test::relaxation;
+    scene::CurveOptions options;
+    if (data[0] & 1) options.kind = data[0] & 2 ? scene::Curve::Kind::creep : scene::Curve::Kind::relaxation;
     if (data[0] & 4) options.stress = 2.0;
     if (data[0] & 8) options.residual = Residual::absolute;
-    cli::Curve curve;
-    if (!fuzz::taken([&] { curve = cli::read_curve(fuzz::file_of(data + 1, size - 1), options); })) return 0;
+    scene::Curve curve;
+    if (!fuzz::taken([&] { curve = scene::read_curve(fuzz::file_of(data + 1, size - 1), options); })) return 0;
     fuzz::need(!curve.times.empty() && curve.times.size() == curve.values.size(), "a curve without points");
+    const bool history = curve.kind == scene::Curve::Kind::history;
+    fuzz::need(curve.strains.size() == (history ? curve.times.size() : 0), "another number of strains");
     return 0;
 }

@@ -2,6 +2,7 @@
 // labels: command
 // Chains from relaxations, and from measured curves.
 #include "dermis/fit.hpp"
+#include "host/core/base/text.hpp"
 #include "host/lab/fit/problem.hpp"
 #include "tests/command.hpp"
 #include "tests/support.hpp"
@@ -296,8 +297,8 @@ TEST_CASE("fits refuse what is no curve") {
                             Residual residual = Residual::relative) {
         return refusal(Error::Code::bad_input, [&] { fit_relaxation(t, v, n, residual); });
     };
-    CHECK(refused(t, v, 0) == "n = 0; allowed: 1 to 8 elements");
-    CHECK(refused(t, v, 9) == "n = 9; allowed: 1 to 8 elements");
+    CHECK(refused(t, v, -1) == "n = -1; allowed: 1 to 8 elements, or 0: as few as describe the data");
+    CHECK(refused(t, v, 9) == "n = 9; allowed: 1 to 8 elements, or 0: as few as describe the data");
     CHECK(refused(t, v, 3) == "times = 5 numbers; allowed: at least 7 for 3 elements");
     CHECK(refused(t, {1, 2}, 2) == "moduli = 2 numbers; allowed: 5, one for each time");
     CHECK(refused({1, 2, -3, 4, 5}, v, 2) == "times[2] = -3; allowed: a finite number >= 0");
@@ -417,6 +418,37 @@ TEST_CASE("dermis fit refuses bad data with line, value and what is allowed") {
     const Outcome kept = command(folder, "fit " + own + " --elements 2 --out " + (folder / "").string());
     CHECK(kept.status == 2);
     CHECK_MESSAGE(kept.err.find("fit.csv") != std::string::npos, kept.err);
+}
+
+TEST_CASE("dermis fit takes several curves, of histories too, and says why it takes so many elements") {
+    const Folder folder;
+    std::string first = "time,strain,stress\n", second = first, creep = "time,compliance\n1,2\n2,3\n3,4\n";
+    for (int i = 1; i <= 60; ++i) { // a ramp, and a ramp of twice the rate, of E(t) = 1 + 2*e^(-t)
+        const double t = 0.1 * i, stress = t + 2 * (1 - std::exp(-t));
+        first += dermis::shortest(t) + "," + dermis::shortest(t) + "," + dermis::shortest(stress) + "\n";
+        second += dermis::shortest(t) + "," + dermis::shortest(2 * t) + "," + dermis::shortest(2 * stress) + "\n";
+    }
+    const std::string a = folder.write("a.csv", "time,strain,stress\n0,0,0\n" + first.substr(19)),
+                      b = folder.write("b.csv", "time,strain,stress\n0,0,0\n" + second.substr(19)),
+                      c = folder.write("c.csv", creep);
+    const Outcome o = command(folder, "fit " + a + " " + b + " --out " + (folder / "out").string());
+    CHECK_MESSAGE(o.status == 0, o.err);
+    for (const char* says :
+         {"122 points of a history; elements: 2; residual", "# 2 elements, because 1 leaves a residual of ",
+          "# relaxation E(t) = 1 + 2*e^(-t/1) Pa", "relative to the greatest value"})
+        CHECK_MESSAGE(o.out.find(says) != std::string::npos, o.out);
+    const std::string table = slurp(folder / "out/fit.csv");
+    CHECK(table.find("curve,time,strain,stress,model\n1,0,0,0,0\n1,0.1,") == 0);
+    CHECK(table.find("\n2,6,12,") != std::string::npos);
+    CHECK(fs::exists(folder / "out/fit.png"));
+    const Outcome mixed = command(folder, "fit " + a + " " + c);
+    CHECK(mixed.status == 2);
+    CHECK_MESSAGE(mixed.err.find("c.csv: is creep; allowed: curves of one kind, and ") != std::string::npos, mixed.err);
+    CHECK(command(folder, "fit " + a + " --kind creep").err.find("two columns with --stress or --kind") !=
+          std::string::npos);
+    folder.write("d.csv", "time,strain,stress\n0,0,0\n1,2\n");
+    CHECK(command(folder, "fit " + (folder / "d.csv").string())
+              .err.find("d.csv:3: line = \"1,2\"; allowed: three columns") != std::string::npos);
 }
 
 TEST_CASE("a picture of dermis fit that cannot be written is an error, and its table stays") {

@@ -14,12 +14,31 @@ Residual residual_named(string_view name) {
     scene::refuse("residual", "\"" + std::string(name) + "\"", "\"absolute\", \"relative\"");
 }
 
-template <FitFunction function> Fit fit(const Numbers& times, const Numbers& values, int n, string_view residual) {
+// None is 0 elements: as few as describe the data.
+int count_of(std::optional<int> n) {
+    if (n && *n == 0) scene::refuse("n", "0", "1 to 8 elements, or None: as few as describe the data");
+    return n.value_or(0);
+}
+
+template <FitFunction function>
+Fit fit(const Numbers& times, const Numbers& values, std::optional<int> n, string_view residual) {
     const Residual kind = residual_named(residual);
     const std::vector<double> at = numbers_in(times, "times"),
                               measured = numbers_in(values, function == fit_creep ? "compliances" : "moduli");
     const Computing computing(nullptr);
-    return function(at, measured, n, kind);
+    return function(at, measured, count_of(n), kind);
+}
+
+Fit fit_to_histories(const Sequence<nb::typed<nb::tuple, Numbers, Numbers, Numbers>>& histories, std::optional<int> n,
+                     string_view residual) {
+    const char* allowed = "a list of (times, strains, stresses)";
+    const Residual kind = residual_named(residual);
+    std::vector<History> all;
+    for (const auto& [times, strains, stresses] :
+         items_of<std::tuple<Numbers, Numbers, Numbers>>(histories, "histories", allowed))
+        all.push_back({numbers_in(times, "times"), numbers_in(strains, "strains"), numbers_in(stresses, "stresses")});
+    const Computing computing(nullptr);
+    return fit_histories(all, count_of(n), kind);
 }
 
 } // namespace
@@ -57,6 +76,7 @@ void bind_fit(nb::module_& m) {
         .def(Pickled())
         .def_ro("elements", &Fit::elements, "A spring, elements by ascending retardation time, a dashpot.")
         .def_ro("errors", &Fit::errors, "Standard error of the logarithm of each number of the elements.")
+        .def_ro("choice", &Fit::choice, "Why there are so many elements; empty where n was given.")
         .def_ro("residual", &Fit::residual, "Root mean square of the residual.")
         .def_prop_ro(
             "model", [](nb::handle_t<Fit> self) { return view(nb::cast<const Fit&>(self).model, self); },
@@ -70,14 +90,20 @@ void bind_fit(nb::module_& m) {
             return relaxation_of(items_of<KelvinVoigt>(elements, "elements", "KelvinVoigt"));
         },
         nb::arg("elements"), "Return the relaxation of a chain, times ascending.");
-    m.def("fit_creep", fit<fit_creep>, nb::arg("times"), nb::arg("compliances"), nb::arg("n"),
+    m.def("fit_creep", fit<fit_creep>, nb::arg("times"), nb::arg("compliances"), nb::arg("n").none() = nb::none(),
           nb::arg("residual") = "relative",
-          "Fit a chain of at most n elements, 1..8, to measured creep.\n\n"
+          "Fit a chain of at most n elements, 1..8, to measured creep; None: as few as describe the data.\n\n"
           "times: s, >= 0; compliances: 1/Pa; at least 2*n + 1 of each. residual: \"relative\" or \"absolute\".");
-    m.def("fit_relaxation", fit<fit_relaxation>, nb::arg("times"), nb::arg("moduli"), nb::arg("n"),
+    m.def("fit_relaxation", fit<fit_relaxation>, nb::arg("times"), nb::arg("moduli"), nb::arg("n").none() = nb::none(),
           nb::arg("residual") = "relative",
-          "Fit a chain of at most n elements, 1..8, to a measured relaxation.\n\n"
+          "Fit a chain of at most n elements, 1..8, to a measured relaxation; None: as few as describe the data.\n\n"
           "times: s, >= 0; moduli: Pa; at least 2*n + 1 of each. residual: \"relative\" or \"absolute\".");
+    m.def("fit_histories", fit_to_histories, nb::arg("histories"), nb::arg("n").none() = nb::none(),
+          nb::arg("residual") = "absolute",
+          "Fit a chain of at most n elements, 1..8, to the stress under strains of any course; None: as few as\n"
+          "describe the data.\n\n"
+          "histories: a list of (times, strains, stresses), s, ascending, and Pa, equally many; the strain is 0\n"
+          "before, and runs along lines. residual: \"relative\" or \"absolute\".");
 }
 
 } // namespace dermis::python

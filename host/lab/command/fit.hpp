@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: MIT
-// dermis fit: a chain of elements from a measured curve.
+// dermis fit: a chain of elements from measured curves.
 #pragma once
 
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace dermis::cli {
 
 struct FitArguments {
-    std::string data, kind, residual = "relative", out;
-    int elements = 0;
+    std::vector<std::string> data;
+    std::string kind, residual, out; // residual: empty: absolute of histories, else relative
+    int elements = 0;                // 0: as few as describe the data
     std::optional<double> stress;
 };
 

@@ -12,16 +12,25 @@ import matplotlib.pyplot as plt
 folder = Path(sys.argv[1])
 with open(folder / "fit.csv") as file:
     names, *rows = csv.reader(file)
-points = sorted(tuple(map(float, row)) for row in rows)
-time, data, model = zip(*(p for p in points if p[0] > 0))  # the axis is logarithmic
+rows = [dict(zip(names, map(float, row))) for row in rows]
+data, history = names[-2], "strain" in names
+if not history:  # the axis is logarithmic
+    rows = sorted((row for row in rows if row["time"] > 0), key=lambda row: (row.get("curve"), row["time"]))
+curves = {}
+for row in rows:
+    curves.setdefault(row.get("curve"), []).append(row)
+least, most = min(row[data] for row in rows), max(abs(row[data]) for row in rows)
+scale = most if least <= 0 else None
 
 figure, (curve, residual) = plt.subplots(2, 1, figsize=(6, 5), sharex=True, height_ratios=[3, 1], layout="constrained")
-curve.plot(time, data, ".", color="#0072B2", label="data")
-curve.plot(time, model, color="#D55E00", label="model")
-curve.set(xscale="log", ylabel={"modulus": "modulus (Pa)", "compliance": "compliance (1/Pa)"}[names[1]])
+label = {"modulus": "modulus (Pa)", "compliance": "compliance (1/Pa)", "stress": "stress (Pa)"}[data]
+for i, points in enumerate(curves.values()):
+    time, measured, model = ([row[name] for row in points] for name in ("time", data, "model"))
+    curve.plot(time, measured, ".", color="#0072B2", label="data" if i == 0 else None)
+    curve.plot(time, model, color="#D55E00", label="model" if i == 0 else None)
+    residual.plot(time, [100 * (m - d) / (scale or d) for d, m in zip(measured, model)], ".", color="#0072B2")
+curve.set(xscale="linear" if history else "log", ylabel=label)
 curve.legend()
-scale = max(map(abs, data)) if min(data) <= 0 else None
-residual.plot(time, [100 * (m - d) / (scale or d) for d, m in zip(data, model)], ".", color="#0072B2")
 residual.axhline(0, color="black", linewidth=0.8)
 residual.set(xlabel="time (s)", ylabel="% of the greatest" if scale else "model - data (%)")
 part = folder / f"fit.png.dermis-{os.getpid()}.part"

@@ -314,11 +314,14 @@ void add_resume(CLI::App& command, Arguments& a) {
 
 void add_fit(CLI::App& command, FitArguments& a) {
     command
-        .add_option("data", a.data,
-                    "A CSV file: a line of names, as time,modulus or time,compliance, then two numbers in each line")
+        .add_option(
+            "data", a.data,
+            "CSV files, each a curve: a line of names, as time,modulus or time,compliance or time,strain,stress,\n"
+            "then a number for each in each line")
         ->required();
-    command.add_option("--elements", a.elements, "Most elements of the chain, springs and dashpots included")
-        ->required()
+    command
+        .add_option("--elements", a.elements,
+                    "Most elements of the chain, springs and dashpots included; by default as few as describe the data")
         ->check(CLI::Range(1, 8));
     command
         .add_option(
@@ -327,9 +330,10 @@ void add_fit(CLI::App& command, FitArguments& a) {
             "if that is compliance, strain or modulus")
         ->check(CLI::IsMember({"creep", "relaxation"}));
     command.add_option("--stress", a.stress, "The stress in Pa, if the second column is the strain under it");
-    command.add_option("--residual", a.residual, "relative to each value, or absolute")
-        ->check(CLI::IsMember({"relative", "absolute"}))
-        ->capture_default_str();
+    command
+        .add_option("--residual", a.residual,
+                    "relative to each value, or absolute; by default relative, of histories absolute")
+        ->check(CLI::IsMember({"relative", "absolute"}));
     command.add_option("--out", a.out, "Folder for fit.csv and fit.png");
 }
 

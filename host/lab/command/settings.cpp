@@ -2,6 +2,7 @@
 #include "host/lab/command/settings.hpp"
 
 #include "dermis/dermis.hpp"
+#include "host/lab/scenes/units.hpp"
 
 #include <algorithm>
 #include <cctype>
@@ -57,7 +58,7 @@ void append_values(const std::string& override_, const std::string& value, std::
     if (logarithmic) parts.pop_back();
     std::vector<double> numbers(parts.size());
     bool range = parts.size() > 1 || logarithmic;
-    for (size_t i = 0; i < parts.size(); ++i) range = range && read_number(parts[i], numbers[i]);
+    for (size_t i = 0; i < parts.size(); ++i) range = range && scene::read_number(parts[i], numbers[i]);
     if (!range) return values.push_back(value);
     const double count = numbers.back();
     if (parts.size() != 3 || count != std::floor(count) || count < 2 || count > double(most_runs))
@@ -72,11 +73,6 @@ void append_values(const std::string& override_, const std::string& value, std::
 }
 
 } // namespace
-
-bool read_number(std::string_view text, double& value) {
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    return error == std::errc() && end == text.data() + text.size() && std::isfinite(value);
-}
 
 std::vector<std::string> with_each_set(const std::vector<std::string>& words) {
     std::vector<std::string> all;

@@ -11,9 +11,6 @@ namespace dermis::cli {
 // Repeats --set before each key=value that follows another one, so that one --set takes several keys.
 std::vector<std::string> with_each_set(const std::vector<std::string>& words);
 
-// Returns whether all of the text is a finite number.
-bool read_number(std::string_view text, double& value);
-
 struct Setting {
     std::string key;
     std::vector<std::string> values; // at least one

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <map>
 
 namespace dermis {
@@ -32,7 +31,7 @@ std::vector<double> curve_of(Test test, const std::vector<KelvinVoigt>& chain, c
 
 Problem condensed(Problem p) {
     constexpr double width = 1e-3; // of the logarithm of the time
-    if (p.points <= most_points) return p;
+    if (p.points <= most_points || p.test == Test::history) return p;
     // Sums over the points of an interval; weights are squared, values are taken from the first one's.
     struct Sums {
         double first, weight, time, value, time_time, time_value, value_value;
@@ -73,42 +72,99 @@ void need_moderate(const std::string& name, double x) {
                 "0, or between 1e-50 and 1e50; other units may help");
 }
 
+void need_count(int n, size_t points) {
+    if (n < 0 || n > 8) scene::refuse("n", std::to_string(n), "1 to 8 elements, or 0: as few as describe the data");
+    const size_t fewest = n ? size_t(2 * n + 1) : 3;
+    if (points < fewest)
+        scene::refuse("times", std::to_string(points) + " numbers",
+                      "at least " + std::to_string(fewest) + (n ? " for " + std::to_string(n) + " elements" : ""));
+}
+
+// Checks a number that is fitted. Returns its magnitude.
+double checked_value(const std::string& name, double value, Residual residual) {
+    if (residual == Residual::relative)
+        scene::need(finite(value) && value > 0, name.c_str(), value,
+                    "a finite number > 0; any finite number with an absolute residual");
+    scene::need_finite(name.c_str(), value);
+    need_moderate(name, value);
+    return std::abs(value);
+}
+
+void set_weights(Problem& p, double greatest, Residual residual) {
+    for (double value : p.values) p.weights.push_back(1 / (residual == Residual::relative ? value : greatest));
+}
+
 Problem checked(Test test, const std::vector<double>& times, const std::vector<double>& values, int n,
                 Residual residual) {
     const std::string name = test == Test::creep ? "compliances" : "moduli", points = std::to_string(times.size());
-    if (n < 1 || n > 8) scene::refuse("n", std::to_string(n), "1 to 8 elements");
     if (values.size() != times.size())
         scene::refuse(name, std::to_string(values.size()) + " numbers", points + ", one for each time");
-    if (times.size() < size_t(2 * n + 1))
-        scene::refuse("times", points + " numbers",
-                      "at least " + std::to_string(2 * n + 1) + " for " + std::to_string(n) + " elements");
+    need_count(n, times.size());
     double greatest = 0;
     for (size_t i = 0; i < times.size(); ++i) {
         const std::string time = "times[" + std::to_string(i) + "]";
         scene::need_not_negative(time.c_str(), times[i]);
         need_moderate(time, times[i]);
-        const std::string value = name + "[" + std::to_string(i) + "]";
-        if (residual == Residual::relative)
-            scene::need(finite(values[i]) && values[i] > 0, value.c_str(), values[i],
-                        "a finite number > 0; any finite number with an absolute residual");
-        scene::need_finite(value.c_str(), values[i]);
-        need_moderate(value, values[i]);
+        checked_value(name + "[" + std::to_string(i) + "]", values[i], residual);
         greatest = std::max(greatest, values[i]);
     }
     if (std::ranges::none_of(times, [](double t) { return t > 0; }))
         scene::refuse("times", "no time after 0", "at least one");
     if (greatest == 0) scene::refuse(name, "no number > 0", "at least one");
     Problem p{.test = test, .times = times, .values = values, .weights = {}, .points = times.size()};
-    for (double value : values) p.weights.push_back(1 / (residual == Residual::relative ? value : greatest));
+    set_weights(p, greatest, residual);
+    return p;
+}
+
+void append_history(Problem& p, const History& h, const std::string& name, Residual residual, double& greatest) {
+    const std::string points = std::to_string(h.times.size());
+    for (auto [member, numbers] : {std::pair{".strains", &h.strains}, {".stresses", &h.stresses}})
+        if (numbers->size() != h.times.size())
+            scene::refuse(name + member, std::to_string(numbers->size()) + " numbers", points + ", one for each time");
+    p.starts.push_back(p.times.size());
+    for (size_t i = 0; i < h.times.size(); ++i) {
+        const std::string at = "[" + std::to_string(i) + "]", time = name + ".times" + at,
+                          strain = name + ".strains" + at;
+        scene::need_finite(time.c_str(), h.times[i]);
+        need_moderate(time, h.times[i]);
+        scene::need(i == 0 || h.times[i] >= h.times[i - 1], time.c_str(), h.times[i],
+                    "no time before the one before it");
+        scene::need_finite(strain.c_str(), h.strains[i]);
+        need_moderate(strain, h.strains[i]);
+        greatest = std::max(greatest, checked_value(name + ".stresses" + at, h.stresses[i], residual));
+        p.times.push_back(h.times[i]);
+        p.strains.push_back(h.strains[i]);
+        p.values.push_back(h.stresses[i]);
+    }
+}
+
+Problem checked(const std::vector<History>& histories, int n, Residual residual) {
+    constexpr size_t most = 20000;
+    Problem p{.test = Test::history, .times = {}, .values = {}, .weights = {}, .points = 0};
+    double greatest = 0;
+    bool lasts = false;
+    for (size_t k = 0; k < histories.size(); ++k) {
+        const History& h = histories[k];
+        append_history(p, h, "histories[" + std::to_string(k) + "]", residual, greatest);
+        lasts |= !h.times.empty() && h.times.back() > h.times.front();
+    }
+    p.points = p.times.size();
+    need_count(n, p.points);
+    scene::need(p.points <= most, "histories", double(p.points), "at most 20000 points in all");
+    if (!lasts) scene::refuse("histories", "no time after the first one", "at least one");
+    if (greatest == 0) scene::refuse("histories", "no stress but 0", "at least one");
+    set_weights(p, greatest, residual);
     return p;
 }
 
 // Refuses a spectrum of no element: all of the data is noise, or on the wrong side of 0.
 std::vector<KelvinVoigt> chain_of_spectrum(const Problem& p, const Spectrum& s) {
     if (s.amplitudes.empty())
-        scene::refuse(p.test == Test::creep ? "compliances" : "moduli", "a curve that no chain comes near",
-                      "a curve that is positive on the whole");
-    if (p.test == Test::relaxation) {
+        scene::refuse(p.test == Test::creep     ? "compliances"
+                      : p.test == Test::history ? "histories"
+                                                : "moduli",
+                      "a curve that no chain comes near", "a curve that is positive on the whole");
+    if (p.test != Test::creep) {
         Relaxation r;
         if (s.constant) r.equilibrium = s.amplitudes[0];
         for (size_t k = 0; k < s.log_times.size(); ++k) {
@@ -135,23 +191,46 @@ double residual_of(const Problem& p, const std::vector<double>& model) {
 
 double residual_of(const Problem& p, const Spectrum& s) { return std::sqrt(s.squares / double(p.points)); }
 
-// Says so if a chain of fewer elements than `used` describes the data as well.
-void compare_with_fewer(const Problem& p, const std::vector<Spectrum>& spectra, const Spectrum& s, size_t used,
-                        Fit& fit) {
-    double least = information(p, s, s.parameters());
-    std::string sentence;
-    for (int n = int(used) - 1; n > 0; --n) {
-        const Spectrum& fewer = spectra[size_t(n) - 1];
-        const double score = information(p, fewer, fewer.parameters());
-        if (fewer.amplitudes.empty() || score > least) continue;
-        least = score;
-        char text[160];
-        std::snprintf(text, sizeof text,
-                      "a chain of %zu describes the data as well as one of %zu: residual %.3g and %.3g",
-                      chain_of_spectrum(p, fewer).size(), used, residual_of(p, fewer), residual_of(p, s));
-        sentence = text;
+// Returns the spectrum that the data need, of no more than the last one: of the least information criterion.
+const Spectrum& needed_of(const Problem& p, const std::vector<Spectrum>& spectra) {
+    const Spectrum* needed = &spectra.back();
+    for (size_t n = spectra.size() - 1; n-- > 0;) {
+        const Spectrum& fewer = spectra[n];
+        if (!fewer.amplitudes.empty() &&
+            information(p, fewer, fewer.parameters()) <= information(p, *needed, needed->parameters()))
+            needed = &fewer;
     }
-    if (!sentence.empty()) fit.undetermined.push_back(sentence);
+    return *needed;
+}
+
+// Says so if a chain of fewer elements than `used` describes the data as well.
+void compare_with_fewer(const Problem& p, const Spectrum& needed, const Spectrum& s, size_t used, Fit& fit) {
+    const size_t fewer = chain_of_spectrum(p, needed).size();
+    if (fewer >= used) return;
+    fit.undetermined.push_back("a chain of " + std::to_string(fewer) + " describes the data as well as one of " +
+                               std::to_string(used) + ": residual " + shown(residual_of(p, needed)) + " and " +
+                               shown(residual_of(p, s)));
+}
+
+// Says why a spectrum was chosen: what its neighbours leave of the data.
+std::string choice_of(const Problem& p, const std::vector<Spectrum>& spectra, const Spectrum& chosen) {
+    const size_t used = chain_of_spectrum(p, chosen).size();
+    std::string why = std::to_string(used) + (used == 1 ? " element" : " elements");
+    const auto size_of = [&](const Spectrum& s) { return s.amplitudes.empty() ? 0 : chain_of_spectrum(p, s).size(); };
+    for (size_t n = spectra.size(); n-- > 0;)
+        if (const size_t fewer = size_of(spectra[n]); fewer > 0 && fewer < used) {
+            why += ", because " + std::to_string(fewer) + (fewer == 1 ? " leaves" : " leave") + " a residual of " +
+                   shown(residual_of(p, spectra[n])) + " and " + std::to_string(used) + " one of " +
+                   shown(residual_of(p, chosen));
+            break;
+        }
+    for (const Spectrum& s : spectra)
+        if (const size_t more = size_of(s); more > used) {
+            why += "; " + std::to_string(more) + " would leave " + shown(residual_of(p, s)) +
+                   ", which is less by no more than chance would give";
+            break;
+        }
+    return why;
 }
 
 // Says so where the values run the wrong way in time, by more than three standard deviations of the count of pairs
@@ -171,30 +250,39 @@ void doubt_kind(const Problem& p, Fit& fit) {
         fit.undetermined.push_back("the moduli rise with time, as in no relaxation");
 }
 
-Fit fitted(Test test, const std::vector<double>& times, const std::vector<double>& values, int n,
-           Residual residual) try {
-    const DefaultFloats guard;
-    const Problem measured = checked(test, times, values, n, residual);
+Fit fitted(const Problem& measured, int n) {
     const Problem p = condensed(measured);
-    const std::vector<Spectrum> spectra = best_spectra(p, start_times_of(p), n);
-    const Spectrum& s = spectra.back();
+    const int most = n ? n : int(std::min<size_t>(8, (p.points - 1) / 2));
+    const std::vector<Spectrum> spectra = best_spectra(p, start_times_of(p), most);
+    const Spectrum &needed = needed_of(p, spectra), &s = n ? spectra.back() : needed;
     Fit fit;
     fit.elements = chain_of_spectrum(p, s);
-    fit.model = curve_of(p.test, fit.elements, measured.times);
+    fit.model = model_of(measured, fit.elements);
     fit.residual = residual_of(measured, fit.model);
-    doubt_kind(p, fit);
+    if (p.test != Test::history) doubt_kind(p, fit);
     const size_t used = fit.elements.size();
+    if (n == 0) fit.choice = choice_of(p, spectra, s);
     if (used < size_t(n))
         fit.undetermined.push_back("the data take " + std::to_string(used) + " of " + std::to_string(n) +
                                    " elements: the others would add nothing");
-    compare_with_fewer(p, spectra, s, used, fit);
+    compare_with_fewer(p, needed, s, used, fit);
     judge(p, fit);
     return fit;
+}
+
+// Runs a fit of `points` points.
+template <class Work> Fit within_memory(int n, size_t points, Work&& work) try {
+    const DefaultFloats guard;
+    return work();
 } catch (const std::bad_alloc&) {
     scene::out_of_memory([&] {
-        return "a fit of " + std::to_string(n) + " elements to " + std::to_string(times.size()) +
-               " points needs at least " + scene::bytes_text(double(times.size()) * 4 * sizeof(double));
+        return (n ? "a fit of " + std::to_string(n) + " elements to " : "a fit to ") + std::to_string(points) +
+               " points needs at least " + scene::bytes_text(double(points) * 4 * sizeof(double));
     });
+}
+
+Fit fitted(Test test, const std::vector<double>& times, const std::vector<double>& values, int n, Residual residual) {
+    return within_memory(n, times.size(), [&] { return fitted(checked(test, times, values, n, residual), n); });
 }
 
 } // namespace
@@ -206,6 +294,12 @@ Fit fit_creep(const std::vector<double>& times, const std::vector<double>& compl
 
 Fit fit_relaxation(const std::vector<double>& times, const std::vector<double>& moduli, int n, Residual residual) {
     return fit::fitted(fit::Test::relaxation, times, moduli, n, residual);
+}
+
+Fit fit_histories(const std::vector<History>& histories, int n, Residual residual) {
+    size_t points = 0;
+    for (const History& h : histories) points += h.times.size();
+    return fit::within_memory(n, points, [&] { return fit::fitted(fit::checked(histories, n, residual), n); });
 }
 
 } // namespace dermis

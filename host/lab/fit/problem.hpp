@@ -7,8 +7,8 @@
 
 namespace dermis::fit {
 
-// The two tests of a viscoelastic material: a step of stress, a step of strain.
-enum class Test { creep, relaxation };
+// The tests of a viscoelastic material: a step of stress, a step of strain, a strain of any course.
+enum class Test { creep, relaxation, history };
 
 // A measured curve; a residual is weight*(model - value).
 struct Problem {
@@ -16,6 +16,8 @@ struct Problem {
     std::vector<double> times, values, weights;
     size_t points;      // number of measured points; several may stand here as one
     double scatter = 0; // sum of the squared residuals of measured points around the point that replaces them
+    std::vector<double> strains = {}; // of histories: at the times
+    std::vector<size_t> starts = {};  // of histories: the point that begins each
 };
 
 // Returns a problem of more than `most_points` with fewer points: points at times that agree to 0.1 % become one, with
@@ -26,8 +28,17 @@ Problem condensed(Problem);
 // Relative residuals below this count as rounding of the data.
 constexpr double exact_data = 1e-7;
 
-// Returns the curve of a chain at these times.
+// Returns the curve of a chain at these times, after a step.
 std::vector<double> curve_of(Test, const std::vector<KelvinVoigt>&, const std::vector<double>& times);
+// Returns what a chain answers at the points of a problem.
+std::vector<double> model_of(const Problem&, const std::vector<KelvinVoigt>&);
+
+// What is left of the strains of histories in a relaxation of this time, and its derivative by the time's logarithm:
+// the integral of e^(-(t - s)/time) over each change of the strain until t.
+struct Hereditary {
+    std::vector<double> values, slopes;
+};
+Hereditary hereditary(const Problem&, double time);
 
 // The curve constant + ramp*t + sum of amplitude*(1 - e^(-t/time)), or in relaxation amplitude*e^(-t/time).
 struct Spectrum {
@@ -53,6 +64,9 @@ std::vector<Spectrum> best_spectra(const Problem&, const StartTimes&, int n);
 
 // Weighs the residual of a spectrum against its number of parameters (Bayesian information criterion); less is better.
 double information(const Problem&, const Spectrum&, size_t parameters);
+
+// A number with three digits, for sentences.
+std::string shown(double);
 
 // Student's quantile for 95 %: a normal deviate over an estimate of its standard deviation is within +- this in 95 of
 // 100 cases. freedom: the estimate's degrees of freedom, >= 1.

@@ -16,6 +16,17 @@ struct LogTimes {
 };
 LogTimes log_times_of(const Problem& p) {
     double least = HUGE_VAL, most = 0;
+    if (p.test == Test::history) { // the shortest step, and the longest history
+        for (size_t i = 1, start = 0; i < p.times.size(); ++i) {
+            if (std::ranges::binary_search(p.starts, i)) {
+                start = i;
+                continue;
+            }
+            if (p.times[i] > p.times[i - 1]) least = std::min(least, p.times[i] - p.times[i - 1]);
+            most = std::max(most, p.times[i] - p.times[start]);
+        }
+        return {std::log(least / 10), std::log(most * 10)};
+    }
     for (double t : p.times)
         if (t > 0) {
             least = std::min(least, t);
@@ -31,6 +42,10 @@ template <class Term> std::vector<double> weighted(const Problem& p, Term term) 
 }
 
 std::vector<double> exponential(const Problem& p, double log_time) {
+    if (p.test == Test::history) {
+        const Hereditary h = hereditary(p, std::exp(log_time));
+        return weighted(p, [&](size_t i) { return h.values[i]; });
+    }
     const double rate = std::exp(-log_time);
     return weighted(p, [&](size_t i) {
         const double z = p.times[i] * rate;
@@ -40,6 +55,10 @@ std::vector<double> exponential(const Problem& p, double log_time) {
 
 // The derivative of amplitude*exponential by the logarithm of the time.
 std::vector<double> slope_of_exponential(const Problem& p, double log_time, double amplitude) {
+    if (p.test == Test::history) {
+        const Hereditary h = hereditary(p, std::exp(log_time));
+        return weighted(p, [&](size_t i) { return amplitude * h.slopes[i]; });
+    }
     const double rate = std::exp(-log_time), factor = p.test == Test::creep ? -amplitude : amplitude;
     return weighted(p, [&](size_t i) { return factor * (p.times[i] * rate) * std::exp(-p.times[i] * rate); });
 }
@@ -47,7 +66,7 @@ std::vector<double> slope_of_exponential(const Problem& p, double log_time, doub
 // Columns for the terms that `s` has, in the order of its amplitudes.
 Matrix columns_of(const Problem& p, const Spectrum& s) {
     Matrix m{p.times.size(), {}};
-    if (s.constant) m.append(p.weights);
+    if (s.constant) m.append(p.test == Test::history ? weighted(p, [&](size_t i) { return p.strains[i]; }) : p.weights);
     if (s.ramp) m.append(weighted(p, [&](size_t i) { return p.times[i]; }));
     for (double time : s.log_times) m.append(exponential(p, time));
     return m;
@@ -277,7 +296,7 @@ Spectrum best_spectrum(const Problem& p, const StartTimes& starts, int n) {
         for (bool ramp : {false, true}) {
             // In creep a spring and a dashpot are elements of their own; in relaxation every spectrum has a spring.
             const int times = p.test == Test::creep ? n - constant - ramp : n - 1;
-            if (times < 0 || (p.test == Test::relaxation && (ramp || times + constant == 0))) continue;
+            if (times < 0 || (p.test != Test::creep && (ramp || times + constant == 0))) continue;
             Spectrum s = best_of_terms(p, starts, constant, ramp, size_t(times));
             // Every kind of spectrum is scored by all terms that it offers: noise must not make one look better that
             // uses fewer.

@@ -36,8 +36,8 @@ Matrix jacobian_of(const Problem& p, const std::vector<KelvinVoigt>& chain, cons
         std::vector<KelvinVoigt> more = chain, less = chain;
         more[parameter.element].*parameter.member *= std::exp(step);
         less[parameter.element].*parameter.member *= std::exp(-step);
-        std::vector<double> column = curve_of(p.test, more, p.times);
-        const std::vector<double> below = curve_of(p.test, less, p.times);
+        std::vector<double> column = model_of(p, more);
+        const std::vector<double> below = model_of(p, less);
         for (size_t i = 0; i < column.size(); ++i) column[i] = p.weights[i] * (column[i] - below[i]) / (2 * step);
         m.append(column);
     }
@@ -62,12 +62,6 @@ std::vector<std::vector<double>> inverse_rows(Matrix triangle) {
             rows[i][k] = rest / triangle(i, i);
         }
     return rows;
-}
-
-std::string shown(double x) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.3g", x);
-    return text;
 }
 
 std::string called(const std::vector<KelvinVoigt>& chain, size_t k) {
@@ -129,6 +123,12 @@ double share_within(double angle, size_t freedom) {
 }
 
 } // namespace
+
+std::string shown(double x) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.3g", x);
+    return text;
+}
 
 double students_quantile(size_t freedom) {
     freedom = std::min(freedom, size_t(10000)); // beyond, it changes by 1e-4

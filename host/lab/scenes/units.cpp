@@ -63,6 +63,11 @@ std::optional<int> exponent_of(const std::string& text, std::string_view unit) {
 
 } // namespace
 
+bool read_number(std::string_view text, double& value) {
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    return error == std::errc() && end == text.data() + text.size() && std::isfinite(value);
+}
+
 bool begins_as_number(const std::string& text) {
     const size_t first = text.find_first_not_of(' ');
     return first != text.npos && std::string_view("+-.0123456789").find(text[first]) != std::string_view::npos;

@@ -6,6 +6,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 
 namespace dermis::scene {
 
@@ -14,6 +15,9 @@ inline std::string trimmed(const std::string& text, const char* blanks = " ") {
     const size_t first = text.find_first_not_of(blanks);
     return first == text.npos ? "" : text.substr(first, text.find_last_not_of(blanks) + 1 - first);
 }
+
+// Reads a finite number, without blanks around it. Returns false where the text is something else.
+bool read_number(std::string_view text, double& value);
 
 // Whether a text begins as a number does.
 bool begins_as_number(const std::string& text);

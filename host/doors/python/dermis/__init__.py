@@ -29,7 +29,7 @@ from . import _core, contact
 from ._arrays import SPIKE, Response
 from ._core import (AfferentModel, Afferents, Candidate, Device, DeviceInfo, Explanation, Figure, Fit, Impulse,
                     KelvinVoigt, Relaxation, Report, Result, Trace, afferent_model, chain_of, commit, fit_creep,
-                    fit_relaxation, refuse, relaxation_of)
+                    fit_histories, fit_relaxation, refuse, relaxation_of)
 from ._error import Error
 from ._tables import Curvature, Grid, Load, Material, Output, Receptors, Sites, Surface, Time
 from ._toml import overrides_of, pairs_of, text_of, without_rows
@@ -40,8 +40,8 @@ __all__ = [
     "AfferentModel", "Afferents", "Candidate", "Curvature", "Device", "DeviceInfo", "Error", "Explanation", "Figure",
     "Fit", "Grid", "Impulse", "KelvinVoigt", "Load", "Material", "Output", "Receptors", "Relaxation", "Report",
     "Result", "Scene", "Sites", "Skin", "Surface", "Time", "Trace", "__version__", "afferent_model", "chain_of",
-    "commit", "contact", "explain", "fingertip", "fit_creep", "fit_relaxation", "maps", "mujoco_plugin", "plot",
-    "relaxation_of", "run", "run_materials", "sweep",
+    "commit", "contact", "explain", "fingertip", "fit_creep", "fit_histories", "fit_relaxation", "maps",
+    "mujoco_plugin", "plot", "relaxation_of", "run", "run_materials", "sweep",
 ]
 
 
