@@ -53,13 +53,14 @@ struct Fit {
     std::vector<std::string> undetermined;
 };
 
-// Fits a chain to a measured curve. n: its elements at most, 1..8; 0: as few as describe the data, which are told from
-// noise by the Bayesian information criterion, at most 8. times in s, >= 0, in any order; compliances in 1/Pa or
-// moduli in Pa, > 0, or any finite numbers with Residual::absolute. At least 2*n + 1 points, and 3 with n = 0. Several
-// curves of one material may follow one another. The search covers retardation or relaxation times from a tenth of the
-// shortest time to ten times the longest. Elements that add nothing, or less than 1e-7 of each value, are left out.
-// With more than 10,000 points, points at times that agree to 0.1 % are replaced by their mean for the fit, which
-// changes a curve by less than 1e-7; residual and errors count all points.
+// Fits a chain to a measured curve. n: its elements at most, 1..8; 0: as few as describe the data, at most 8: each must
+// lower the residual by more than noise would, by the Bayesian information criterion, and by more than a twentieth.
+// times in s, >= 0, in any order; compliances in 1/Pa or moduli in Pa, > 0, or any finite numbers with
+// Residual::absolute. At least 2*n + 1 points, and 3 with n = 0. Several curves of one material may follow one another.
+// The search covers retardation or relaxation times from a tenth of the shortest time to ten times the longest.
+// Elements that add nothing, or less than 1e-7 of each value, are left out. With more than 10,000 points, points at
+// times that agree to 0.1 % are replaced by their mean for the fit, which changes a curve by less than 1e-7; residual
+// and errors count all points.
 DERMIS_API Fit fit_creep(const std::vector<double>& times, const std::vector<double>& compliances, int n = 0,
                          Residual = Residual::relative);
 DERMIS_API Fit fit_relaxation(const std::vector<double>& times, const std::vector<double>& moduli, int n = 0,

@@ -203,6 +203,16 @@ const Spectrum& needed_of(const Problem& p, const std::vector<Spectrum>& spectra
     return *needed;
 }
 
+// Returns the spectrum that is chosen: of the needed elements without the ones that hardly lower the residual.
+const Spectrum& chosen_of(const Problem& p, const std::vector<Spectrum>& spectra) {
+    constexpr double hardly = 1.05;
+    const Spectrum& needed = needed_of(p, spectra);
+    const double most = hardly * hardly * needed.squares;
+    for (const Spectrum& s : spectra)
+        if (!s.amplitudes.empty() && s.squares <= most) return s;
+    return needed;
+}
+
 // Says so if a chain of fewer elements than `used` describes the data as well.
 void compare_with_fewer(const Problem& p, const Spectrum& needed, const Spectrum& s, size_t used, Fit& fit) {
     const size_t fewer = chain_of_spectrum(p, needed).size();
@@ -227,7 +237,7 @@ std::string choice_of(const Problem& p, const std::vector<Spectrum>& spectra, co
     for (const Spectrum& s : spectra)
         if (const size_t more = size_of(s); more > used) {
             why += "; " + std::to_string(more) + " would leave " + shown(residual_of(p, s)) +
-                   ", which is less by no more than chance would give";
+                   ", which is hardly less, or less by chance";
             break;
         }
     return why;
@@ -254,7 +264,7 @@ Fit fitted(const Problem& measured, int n) {
     const Problem p = condensed(measured);
     const int most = n ? n : int(std::min<size_t>(8, (p.points - 1) / 2));
     const std::vector<Spectrum> spectra = best_spectra(p, start_times_of(p), most);
-    const Spectrum &needed = needed_of(p, spectra), &s = n ? spectra.back() : needed;
+    const Spectrum& s = n ? spectra.back() : chosen_of(p, spectra);
     Fit fit;
     fit.elements = chain_of_spectrum(p, s);
     fit.model = model_of(measured, fit.elements);
@@ -265,7 +275,7 @@ Fit fitted(const Problem& measured, int n) {
     if (used < size_t(n))
         fit.undetermined.push_back("the data take " + std::to_string(used) + " of " + std::to_string(n) +
                                    " elements: the others would add nothing");
-    compare_with_fewer(p, needed, s, used, fit);
+    if (n) compare_with_fewer(p, needed_of(p, spectra), s, used, fit);
     judge(p, fit);
     return fit;
 }
