@@ -399,6 +399,39 @@ TEST_CASE("a table of runs has a column for each key, and where each trace ends 
     CHECK(value(1, "fa1_mean_peak").empty()); // of a trace that the run has not
 }
 
+TEST_CASE("--json is all that plan, devices, check and run then print, and says what they say in words") {
+    const Folder folder;
+    const std::string scene = folder.write("scene.toml", small), out = (folder / "o").string();
+    const auto answer = [&](const std::string& call) {
+        const Outcome o = command(folder, call + " --json");
+        CHECK_MESSAGE(o.status == 0, o.err);
+        CHECK(o.err.empty());
+        const std::string file = folder.write("answer.json", o.out);
+        const std::string read = "/usr/bin/python3 -c 'import json, sys; print(len(json.load(open(sys.argv[1]))))' ";
+        CHECK_MESSAGE(std::system((read + file + " >" + file + ".length").c_str()) == 0, o.out);
+        return std::pair(slurp(file + ".length"), o.out);
+    };
+    const auto has = [](const std::string& text, const std::string& part) { return text.find(part) != text.npos; };
+    const auto [devices, of_devices] = answer("devices");
+    CHECK(devices != "1\n");
+    CHECK(has(of_devices, "[\n{\"name\": \"cpu\", \"kind\": \"cpu path\", \"driver\": null, \"vulkan\": false,"));
+    const auto [plans, of_plans] = answer("plan --device cpu " + scene + " --set material.modulus=1,2");
+    CHECK(plans == "2\n");
+    CHECK(has(of_plans, "{\"set\": [\"material.modulus=2\"], \"width\": 20, \"height\": 12, \"method\": \"exact\","));
+    CHECK(has(of_plans, "\"{\"model\": \"maps\", \"precision\": \"f64\", \"device\": \"cpu\","));
+    const auto [checks, of_checks] = answer("check --device cpu");
+    CHECK(checks == "1\n");
+    CHECK(has(of_checks,
+              "{\"name\": \"cpu\", \"driver\": null, \"exact\": true, \"kernels\": [\n    {\"name\": \"press\", "));
+    const auto [one, of_one] = answer("run --device cpu " + scene + " --out " + out);
+    CHECK(one == "1\n");
+    CHECK(of_one == "[\n" + slurp(folder / "o/summary.json") + "]\n");
+    const auto [two, of_two] =
+        answer("run --resume --device cpu " + scene + " --out " + out + " --set load.radius=2,3");
+    CHECK(two == "2\n");
+    CHECK(has(of_two, "\"set\": [\"load.radius=3\"]"));
+}
+
 TEST_CASE("a sweep prints the warnings of every run, and its table has their figures") {
     const Folder folder;
     const std::string scene = folder.write("scene.toml", small);

@@ -6,6 +6,7 @@
 #include "host/core/press/report.hpp"
 #include "host/lab/command/bench.hpp"
 #include "host/lab/command/fit.hpp"
+#include "host/lab/command/json_answers.hpp"
 #include "host/lab/command/settings.hpp"
 #include "host/lab/command/sweep.hpp"
 #include "host/lab/command/touch.hpp"
@@ -65,7 +66,7 @@ struct Arguments {
     std::string scene, out, folder, device = "auto", precision;
     std::string checked_device; // empty: every device
     std::vector<std::string> overrides;
-    bool check = false, resume = false;
+    bool check = false, resume = false, json = false;
     int pads = 1;
     FitArguments fit;
 };
@@ -174,6 +175,15 @@ void explain_run(const Arguments& a, const std::vector<std::string>& overrides, 
 int explain_scene(const Arguments& a) {
     const auto runs = combinations(settings_of(a.overrides));
     const Device device = device_of(a);
+    if (a.json) {
+        std::vector<std::string> plans;
+        for (const auto& overrides : runs) {
+            const Scene scene = Scene::from_file(a.scene, overrides);
+            plans.push_back(json_of(scene, overrides, explain(scene, device, options_of(a))));
+        }
+        fmt::print("{}\n", json_list(plans));
+        return 0;
+    }
     for (const auto& overrides : runs) {
         if (runs.size() > 1) fmt::print("{}\n", fmt::join(overrides, " "));
         explain_run(a, overrides, device);
@@ -181,31 +191,9 @@ int explain_scene(const Arguments& a) {
     return 0;
 }
 
-int run_scene(const Arguments& a) {
-    const std::vector<Setting> settings = settings_of(a.overrides);
-    const output::Path out = a.out;
-    const output::Origin asked{.device = a.device, .precision = a.precision, .check = a.check};
-    const Plan plan = plan_of(a.scene, out, settings, asked); // a bad run is refused first
-    const Scene& scene = plan.runs[0].scene;
-    const Device device = device_of(a);
-    RunOptions options = options_of(a);
-    const output::Folder folder(out);
-    if (plan.runs.size() > 1) {
-        const bool same = sweep(folder, settings, plan, device, options, a.resume);
-        fmt::print("{}: {} runs\n{}\n", a.scene, plan.runs.size(), (out / "runs.csv").string());
-        return same ? 0 : 1;
-    }
-    if (a.resume && output::is_finished(out, scene, plan.origin(0))) {
-        output::remove_earlier_sweep(out, 1);
-        fmt::print("{}: done before\n{}\n", a.scene, (out / "traces.csv").string());
-        return output::figures_of(out).wrong() ? 1 : 0;
-    }
-    output::Progress progress(a.scene);
-    options.progress = std::ref(progress);
-    const Result r = run(scene, device, options);
+// Prints what a run took, what it means, and what to open first.
+void print_result(const Arguments& a, const Scene& scene, const Result& r) {
     print_refused(r);
-    output::write_result(folder, scene, r, plan.origin(0));
-    output::remove_earlier_sweep(out, 1);
     const double cells = double(scene.grid.width) * scene.grid.height;
     fmt::print("{}: {} x {} cells, {} steps, {}, {}, {} on {}: {:.3f} s", a.scene, scene.grid.width, scene.grid.height,
                r.steps, name(scene.method), name(r.model), name(r.precision), shown(r.device), r.seconds);
@@ -220,10 +208,46 @@ int run_scene(const Arguments& a) {
     for (const std::string& line : output::greatest_responses(scene, r)) fmt::print("{}\n", line);
     if (!scene.afferents.empty()) fmt::print("{}\n", output::spikes_line(scene, r));
     const char* first = r.traces.empty() && !r.responses.empty() ? "receptors.csv" : "traces.csv";
-    fmt::print("open first: {}\n", (out / first).string());
+    fmt::print("open first: {}\n", (output::Path(a.out) / first).string());
+}
+
+// Runs the one scene of a plan. Returns whether its result is right.
+bool run_alone(const Arguments& a, const output::Folder& folder, const Plan& plan, const Device& device,
+               RunOptions options) {
+    const output::Path& out = folder.path();
+    const Scene& scene = plan.runs[0].scene;
+    if (a.resume && output::is_finished(out, scene, plan.origin(0))) {
+        output::remove_earlier_sweep(out, 1);
+        if (!a.json) fmt::print("{}: done before\n{}\n", a.scene, (out / "traces.csv").string());
+        return !output::figures_of(out).wrong();
+    }
+    output::Progress progress(a.scene);
+    options.progress = std::ref(progress);
+    const Result r = run(scene, device, options);
+    output::write_result(folder, scene, r, plan.origin(0));
+    output::remove_earlier_sweep(out, 1);
+    if (!a.json) print_result(a, scene, r);
     const bool wrong = r.measured_error > r.predicted_error;
     if (wrong) fmt::print(stderr, "dermis: the measured error is above the prediction: these results are wrong\n");
-    return wrong || r.cells_different ? 1 : 0;
+    return !wrong && r.cells_different == 0;
+}
+
+int run_scene(const Arguments& a) {
+    const std::vector<Setting> settings = settings_of(a.overrides);
+    const output::Path out = a.out;
+    const output::Origin asked{.device = a.device, .precision = a.precision, .check = a.check};
+    const Plan plan = plan_of(a.scene, out, settings, asked); // a bad run is refused first
+    const size_t runs = plan.runs.size();
+    const Device device = device_of(a);
+    const output::Folder folder(out);
+    const bool right = runs > 1 ? sweep(folder, settings, plan, device, options_of(a), {a.resume, a.json})
+                                : run_alone(a, folder, plan, device, options_of(a));
+    std::vector<std::string> summaries;
+    for (size_t i = 0; a.json && i < runs; ++i)
+        summaries.push_back(output::summary_of(runs > 1 ? out / std::to_string(i + 1) : out));
+    if (a.json) fmt::print("{}\n", json_list(summaries));
+    else if (runs > 1) fmt::print("{}: {} runs\n{}\n", a.scene, runs, (out / "runs.csv").string());
+    return right ? 0 : 1;
 }
 
 // Draws what a run or a sweep has left in a folder.
@@ -247,7 +271,13 @@ int plot_folder(const std::string& folder) {
     return 0;
 }
 
-int list_devices() {
+int list_devices(bool json) {
+    if (json) {
+        std::vector<std::string> devices = {json_of(Device::cpu().info())};
+        for (const DeviceInfo& d : Device::list()) devices.push_back(json_of(d));
+        fmt::print("{}\n", json_list(devices));
+        return 0;
+    }
     fmt::print("cpu: the CPU path, {} threads\n", Device::cpu().impl().backend->threads());
     try {
         int row = 0;
@@ -261,28 +291,36 @@ int list_devices() {
     return 0;
 }
 
-int check_devices(const std::string& only) {
+int check_devices(const std::string& only, bool json) {
     std::vector<std::string> names(only.empty() ? Device::list().size() : 1, only);
     for (size_t i = 0; only.empty() && i < names.size(); ++i) names[i] = std::to_string(i);
     bool exact = true;
+    std::vector<std::string> answers;
     for (const std::string& name : names) {
         const Device device = Device::open(name);
         const SelfTest test = self_test(*device.impl().backend);
         std::vector<SelfTest::Kernel> kernels(std::begin(test.kernels), std::end(test.kernels));
         kernels.push_back(touch(device));
+        exact &= test.exact() && kernels.back().different == 0;
+        if (json) {
+            answers.push_back(json_of(device.info(), kernels));
+            continue;
+        }
         fmt::print("{}:", shown(device.info()));
         for (const SelfTest::Kernel& k : kernels)
             fmt::print(" {} {:016x} {} of {} differ;", k.name, k.hash, k.different, k.values);
         const bool same = test.exact() && kernels.back().different == 0;
         fmt::print(" {}\n", same ? "exact" : "NOT exact");
-        exact &= same;
     }
+    if (json) fmt::print("{}\n", json_list(answers));
     return exact ? 0 : 1;
 }
 
 void add_scene(CLI::App& command, Arguments& a) {
     command.add_option("scene", a.scene, "A scene file (TOML)")->required();
 }
+
+void add_json(CLI::App& command, Arguments& a, const char* what) { command.add_flag("--json", a.json, what); }
 
 CLI::Option* add_device(CLI::App& command, std::string& device) {
     return command.add_option("--device", device, "auto, cpu, vulkan, a row of `dermis devices`, or part of a name");
@@ -356,18 +394,22 @@ Commands add_commands(CLI::App& app, Arguments& a) {
     add_backend(*all.run, a);
     all.run->add_flag("--check", a.check, "Also run the other backend and compare every cell's bits");
     add_resume(*all.run, a);
+    add_json(*all.run, a, "Print the summary.json of each run, and nothing else");
     add_overrides(*all.run, a);
     all.plot->add_option("folder", a.folder, "The --out of a run")->required();
     add_scene(*all.plan, a);
     add_backend(*all.plan, a);
     add_overrides(*all.plan, a);
+    add_json(*all.plan, a, "Print the plans as JSON");
     add_scene(*all.bench, a);
     all.bench->add_option("--count", a.pads, "Pads, skins alike, that are pressed together")->capture_default_str();
     add_device(*all.bench, a.device)->capture_default_str();
     add_fit(*all.fit, a.fit);
     all.study->add_option("--out", a.out, "Folder for the results")->required();
     add_resume(*all.study, a);
+    add_json(*all.devices, a, "Print the devices as JSON");
     add_device(*all.check, a.checked_device);
+    add_json(*all.check, a, "Print the hashes as JSON");
     return all;
 }
 
@@ -378,8 +420,8 @@ int execute(const Commands& commands, const Arguments& a) {
     if (*commands.bench) return bench_scene(a.scene, a.pads, a.device);
     if (*commands.fit) return fit_data(a.fit);
     if (*commands.study) return study::reproduce(a.out, a.resume);
-    if (*commands.devices) return list_devices();
-    return check_devices(a.checked_device);
+    if (*commands.devices) return list_devices(a.json);
+    return check_devices(a.checked_device, a.json);
 }
 
 // Refuses what is no subcommand, and names the nearest one.

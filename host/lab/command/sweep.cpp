@@ -96,26 +96,28 @@ std::vector<Result> results_of(const std::vector<PlannedRun>& runs, const std::v
 // Writes runs as they are done, after what was there before has gone.
 class Sweep {
   public:
-    Sweep(const Path& out, const Plan& plan, bool resume) : out_(out), plan_(plan), resume_(resume) {
+    Sweep(const Path& out, const Plan& plan, const SweepOptions& options)
+        : out_(out), plan_(plan), resume_(options.resume), quiet_(options.quiet) {
         for (size_t i = 0; i < runs_.size(); ++i)
-            if (!resume || !output::is_finished(folder_of(out, i), runs_[i].scene, plan.origin(i))) open_.push_back(i);
+            if (!resume_ || !output::is_finished(folder_of(out, i), runs_[i].scene, plan.origin(i))) open_.push_back(i);
     }
 
     const std::vector<size_t>& open() const { return open_; } // runs that are not finished
 
     void write(size_t i, const Result& result) {
         clear();
-        if (!result.device.refused.empty() && !refusal_shown_) fmt::print("{}\n", result.device.refused);
+        if (!quiet_ && !result.device.refused.empty() && !refusal_shown_) fmt::print("{}\n", result.device.refused);
         refusal_shown_ |= !result.device.refused.empty();
         output::write_result(output::Folder(folder_of(out_, i)), runs_[i].scene, result, plan_.origin(i));
         for (const std::string& warning : output::warnings(runs_[i].scene, result))
-            fmt::print("run {}: warning: {}\n", i + 1, warning);
+            if (!quiet_) fmt::print("run {}: warning: {}\n", i + 1, warning);
     }
 
     // Writes the table. Returns whether no run is wrong.
     bool finish() {
         clear();
-        if (resume_) fmt::print("{} of {} runs were done before\n", runs_.size() - open_.size(), runs_.size());
+        if (resume_ && !quiet_)
+            fmt::print("{} of {} runs were done before\n", runs_.size() - open_.size(), runs_.size());
         std::vector<output::Figures> figures;
         for (size_t i = 0; i < runs_.size(); ++i) figures.push_back(output::figures_of(folder_of(out_, i)));
         output::write_file(out_ / "runs.csv", table_of(runs_, figures));
@@ -136,7 +138,7 @@ class Sweep {
     const Path& out_;
     const Plan& plan_;
     const std::vector<PlannedRun>& runs_ = plan_.runs;
-    bool resume_, cleared_ = false, refusal_shown_ = false;
+    bool resume_, quiet_, cleared_ = false, refusal_shown_ = false;
     std::vector<size_t> open_;
 };
 
@@ -173,8 +175,8 @@ Plan plan_of(const std::string& path, const Path& out, const std::vector<Setting
 }
 
 bool sweep(const output::Folder& folder, const std::vector<Setting>& settings, const Plan& plan, const Device& device,
-           const RunOptions& options, bool resume) {
-    Sweep sweep(folder.path(), plan, resume);
+           const RunOptions& options, const SweepOptions& more) {
+    Sweep sweep(folder.path(), plan, more);
     const size_t at_once = share_maps(settings) ? most_at_once : 1;
     for (auto next = sweep.open().begin(), end = sweep.open().end(); next != end;) {
         const auto last = next + std::ptrdiff_t(std::min(at_once, size_t(end - next)));

@@ -28,9 +28,13 @@ struct Plan {
 // asked: how they are to be run. Throws Error::bad_input.
 Plan plan_of(const std::string& path, const output::Path& out, const std::vector<Setting>&, output::Origin asked);
 
-// Writes OUT/1, OUT/2 .. and OUT/runs.csv, each run as soon as it is done. resume: finished runs stay. Returns whether
-// every run is right: no cell differs from the other backend, and no measured error is above its bound.
+struct SweepOptions {
+    bool resume = false; // finished runs stay
+    bool quiet = false;  // prints nothing
+};
+// Writes OUT/1, OUT/2 .. and OUT/runs.csv, each run as soon as it is done. Returns whether every run is right: no cell
+// differs from the other backend, and no measured error is above its bound.
 bool sweep(const output::Folder&, const std::vector<Setting>&, const Plan&, const Device&, const RunOptions&,
-           bool resume);
+           const SweepOptions&);
 
 } // namespace dermis::cli

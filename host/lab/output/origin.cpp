@@ -123,6 +123,11 @@ bool Figures::wrong() const {
     return different != 0 || (measured && std::stod(measured_error) > std::stod(predicted_error));
 }
 
+std::string summary_of(const Path& folder) {
+    std::string text = text_in(folder / "summary.json");
+    return text.substr(0, text.find_last_not_of('\n') + 1);
+}
+
 Figures figures_of(const Path& folder) {
     const Path file = folder / "summary.json";
     std::string text = text_in(file);

@@ -49,6 +49,8 @@ struct Figures {
     // Whether cells differ, or the measured error is above the prediction.
     bool wrong() const;
 };
+// Returns the summary.json of a finished run, without the end of its last line. Throws Error::io.
+std::string summary_of(const std::filesystem::path& folder);
 // Throws Error::io where the file does not have them.
 Figures figures_of(const std::filesystem::path& folder);
 
