@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <regex>
 #include <sstream>
 #include <thread>
@@ -76,7 +77,7 @@ TEST_CASE("bad input: one line that says what, exit status 2, no output left beh
         {"run " + good + " --precision f16", "f16"},
         {"run " + good + " --colour red", "--colour"},
         {"run " + good + " --devise cpu", "\"--devise\" is no option of run; allowed: --help, --out, --device, "
-                                          "--precision, --check, --resume, --set; did you mean "
+                                          "--precision, --check, --resume, --json, --set; did you mean "
                                           "--device?\n"},
         {"plan --precison=f32 " + good, "did you mean --precision?"},
         {"run " + good + " --tolerence 1e-3", "did you mean --set tolerance=VALUE?"},
@@ -399,6 +400,52 @@ TEST_CASE("a table of runs has a column for each key, and where each trace ends 
     CHECK(value(1, "fa1_mean_peak").empty()); // of a trace that the run has not
 }
 
+TEST_CASE("bench --errors runs every candidate below its bound, and the other methods with errors of their order") {
+    const Folder folder;
+    const std::string scene = folder.write("scene.toml", small), out = (folder / "e").string(),
+                      call = "bench " + scene + " --device cpu --errors --out " + out;
+    const Outcome o = command(folder, call);
+    CHECK_MESSAGE(o.status == 0, o.err);
+    CHECK(o.out.find("/errors.csv\n") != std::string::npos);
+    CHECK(names_in(folder / "e") == "errors.csv errors.png errors.svg ");
+    std::ifstream table(folder / "e/errors.csv");
+    std::string line;
+    std::getline(table, line);
+    CHECK(line == "method,model,precision,device,step,seconds,seconds_low,seconds_high,error,bound,bytes,hash,refused");
+    std::map<std::string, std::vector<double>> errors;
+    int bounds = 0;
+    while (std::getline(table, line)) {
+        std::istringstream in(line);
+        std::vector<std::string> cells;
+        for (std::string cell; std::getline(in, cell, ',');) cells.push_back(cell);
+        REQUIRE_MESSAGE(cells.size() == 13, line);
+        const double error = std::stod(cells[8]);
+        errors[cells[0]].push_back(error);
+        CHECK(std::stod(cells[6]) <= std::stod(cells[5]));
+        CHECK(std::stod(cells[5]) <= std::stod(cells[7]));
+        CHECK(cells[11].size() == 16);
+        if (cells[9].empty()) continue;
+        CHECK_MESSAGE(error <= std::stod(cells[9]), line);
+        ++bounds;
+    }
+    CHECK(bounds == 4); // maps, and three precisions of march
+    CHECK(errors.size() == 7);
+    const std::tuple<std::string, double, double> orders[] = {{"euler", 1.8, 2.3},  {"backward-euler", 1.8, 2.3},
+                                                              {"rk2", 3.6, 4.5},    {"crank-nicolson", 3.6, 4.5},
+                                                              {"sdirk2", 3.6, 4.5}, {"rk4", 14, 20}};
+    for (const auto& [method, least, most] : orders) {
+        CAPTURE(method);
+        const std::vector<double>& e = errors[method]; // at the step, a half and a quarter of it
+        REQUIRE(e.size() == 3);
+        for (size_t i = 0; i < 2; ++i) {
+            CHECK(e[i] / e[i + 1] > least);
+            CHECK(e[i] / e[i + 1] < most);
+        }
+    }
+    CHECK(command(folder, "bench " + scene + " --errors").status == 2);
+    CHECK(command(folder, "bench " + scene + " --out " + out).status == 2);
+}
+
 TEST_CASE("--json is all that plan, devices, check and run then print, and says what they say in words") {
     const Folder folder;
     const std::string scene = folder.write("scene.toml", small), out = (folder / "o").string();
@@ -418,7 +465,7 @@ TEST_CASE("--json is all that plan, devices, check and run then print, and says 
     const auto [plans, of_plans] = answer("plan --device cpu " + scene + " --set material.modulus=1,2");
     CHECK(plans == "2\n");
     CHECK(has(of_plans, "{\"set\": [\"material.modulus=2\"], \"width\": 20, \"height\": 12, \"method\": \"exact\","));
-    CHECK(has(of_plans, "\"{\"model\": \"maps\", \"precision\": \"f64\", \"device\": \"cpu\","));
+    CHECK(has(of_plans, "{\"model\": \"maps\", \"precision\": \"f64\", \"device\": \"cpu\","));
     const auto [checks, of_checks] = answer("check --device cpu");
     CHECK(checks == "1\n");
     CHECK(has(of_checks,

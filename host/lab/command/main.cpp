@@ -5,6 +5,7 @@
 #include "host/core/press/device.hpp"
 #include "host/core/press/report.hpp"
 #include "host/lab/command/bench.hpp"
+#include "host/lab/command/bench_errors.hpp"
 #include "host/lab/command/fit.hpp"
 #include "host/lab/command/json_answers.hpp"
 #include "host/lab/command/settings.hpp"
@@ -66,7 +67,7 @@ struct Arguments {
     std::string scene, out, folder, device = "auto", precision;
     std::string checked_device; // empty: every device
     std::vector<std::string> overrides;
-    bool check = false, resume = false, json = false;
+    bool check = false, resume = false, json = false, errors = false;
     int pads = 1;
     FitArguments fit;
 };
@@ -404,6 +405,10 @@ Commands add_commands(CLI::App& app, Arguments& a) {
     add_scene(*all.bench, a);
     all.bench->add_option("--count", a.pads, "Pads, skins alike, that are pressed together")->capture_default_str();
     add_device(*all.bench, a.device)->capture_default_str();
+    CLI::Option* const errors = all.bench->add_flag(
+        "--errors", a.errors, "Run the scene by every candidate of its plan and every other method: time and error");
+    errors->needs(
+        all.bench->add_option("--out", a.out, "Folder for errors.csv and its chart, with --errors")->needs(errors));
     add_fit(*all.fit, a.fit);
     all.study->add_option("--out", a.out, "Folder for the results")->required();
     add_resume(*all.study, a);
@@ -417,6 +422,7 @@ int execute(const Commands& commands, const Arguments& a) {
     if (*commands.run) return run_scene(a);
     if (*commands.plot) return plot_folder(a.folder);
     if (*commands.plan) return explain_scene(a);
+    if (*commands.bench && a.errors) return bench_errors(a.scene, a.out, a.device) ? 0 : 1;
     if (*commands.bench) return bench_scene(a.scene, a.pads, a.device);
     if (*commands.fit) return fit_data(a.fit);
     if (*commands.study) return study::reproduce(a.out, a.resume);

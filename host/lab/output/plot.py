@@ -373,6 +373,31 @@ def sweep(of: Sweep) -> Figure | None:
     return figure
 
 
+def errors(rows: list[dict[str, str]]) -> Figure | None:
+    """Draw the error of each way to compute a scene over the time that it takes, and a line up to its bound."""
+    figure, panels = _figure(1, 1, 7.5, 5)
+    panel = panels[0, 0]
+    taken = [row for row in rows if row["seconds"]]
+    least = 0.3 * min((float(row["error"]) for row in taken if float(row["error"]) > 0), default=1e-17)
+    names = list(dict.fromkeys(row["method"] for row in taken))
+    for i, name in enumerate(names):
+        own = [row for row in taken if row["method"] == name]
+        seconds = [float(row["seconds"]) for row in own]
+        spread = np.abs([[float(row[f"seconds_{end}"]) for row in own] for end in ("low", "high")] - np.array(seconds))
+        values = [max(float(row["error"]), least) for row in own]  # an error of 0 lies on the lower border
+        exact = name == "exact"
+        panel.errorbar(seconds, values, xerr=spread, fmt="o" if exact else "o-", markersize=4, linewidth=0.8,
+                       color=VERMILLION if exact else _colour(i, len(names)), label=name)
+        for row, x, y in zip(own, seconds, values):
+            if row["bound"]:
+                panel.plot([x, x], [y, max(float(row["bound"]), least)], color=VERMILLION, linewidth=0.6)
+            if exact:
+                panel.annotate(f" {row['model']} {row['precision']}", (x, y), fontsize=7, rotation=45, va="bottom")
+    panel.set(xscale="log", yscale="log", xlabel="time of a run (s)", ylabel="greatest error (1)")
+    panel.legend(fontsize=8, loc="best")
+    return figure
+
+
 RUN_FIGURES: tuple[Callable[[Run], Figure | None], ...] = (traces, maps, surface, receptors, spikes)
 CAPTIONS = {
     "traces": "Mean of all cells, probes, and the span from the least cell to the greatest.",
@@ -457,6 +482,11 @@ def figures_of(source: Run | Sweep) -> dict[str, Figure]:
 
 
 def main(folder: Path, units: Mapping[str, str]) -> None:
+    if (folder / "errors.csv").exists() and not units:  # of `dermis bench --errors`
+        figure = errors(_rows(folder / "errors.csv"))
+        for kind in ("png", "svg"):
+            _write(folder / f"errors.{kind}", _drawn(figure, kind))
+        return
     source = read(folder, lambda key: units.get(key, ""))
     write(folder, source, figures_of(source))
 
