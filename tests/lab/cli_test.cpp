@@ -2,6 +2,7 @@
 // labels: device threads command
 // The command as a user meets it: exit status, messages, files.
 #include "host/lab/output/output.hpp"
+#include "host/lab/scenes/scene.hpp"
 #include "tests/command.hpp"
 #include "tests/support.hpp"
 
@@ -83,7 +84,7 @@ TEST_CASE("bad input: one line that says what, exit status 2, no output left beh
         {"run " + good + " --tolerence 1e-3", "did you mean --set tolerance=VALUE?"},
         {"run " + good + " --material.modulus=2", "did you mean --set material.modulus=VALUE?"},
         {"--versoin", "\"--versoin\" is no option of dermis; allowed: --help, --version; did you mean --version?"},
-        {"walk", "\"walk\" is no subcommand; allowed: run, plot, plan, bench, fit, study, devices, check\n"},
+        {"walk", "\"walk\" is no subcommand; allowed: run, plot, plan, bench, fit, study, devices, check, man\n"},
         {"rnu", "did you mean run?"},
         {"run " + good + " --set load.radius=3 --set load.radius=4", "--set load.radius=4; allowed: load.radius once"},
         {"run " + good + " --set load.radius=3 time.step=0.1 load.radius=4", "load.radius once"},
@@ -309,7 +310,7 @@ TEST_CASE("one --set takes several keys, ranges, lists and texts, before the sce
     CHECK(plans.out.find("material.modulus=1\n") == 0);
     CHECK(plans.out.find("\nmaterial.modulus=2\n") != std::string::npos);
     CHECK(command(folder, "").err ==
-          "dermis: a subcommand is required; allowed: run, plot, plan, bench, fit, study, devices, check\n");
+          "dermis: a subcommand is required; allowed: run, plot, plan, bench, fit, study, devices, check, man\n");
 }
 
 TEST_CASE("a standard output that cannot be written is an error") {
@@ -398,6 +399,23 @@ TEST_CASE("a table of runs has a column for each key, and where each trace ends 
     }
     CHECK(compared == 2 * (2 + 1) * 4);
     CHECK(value(1, "fa1_mean_peak").empty()); // of a trace that the run has not
+}
+
+TEST_CASE("the manual page has every command, option and key, and a formatter finds nothing wrong with it") {
+    const Folder folder;
+    const Outcome o = command(folder, "man");
+    CHECK(o.status == 0);
+    for (const char* says :
+         {".TH DERMIS 1", ".SS \"dermis run scene \\-\\-out TEXT\"", "\\fB\\-\\-resume\\fR", "dermis fit data",
+          "\\fBload.intensity\\fR (Pa)", "\\fBsurface.kind\\fR\n", ".SH EXIT STATUS"})
+        CHECK_MESSAGE(o.out.find(says) != std::string::npos, says);
+    for (const std::string& key : scene::known_keys())
+        CHECK_MESSAGE(o.out.find("\\fB" + key + "\\fR") != std::string::npos, key);
+    const std::string page = folder.write("dermis.1", o.out);
+    if (std::system("command -v groff >/dev/null") == 0) {
+        CHECK(std::system(("groff -man -Tascii -ww -z " + page + " 2>" + page + ".said && test ! -s " + page + ".said")
+                              .c_str()) == 0);
+    }
 }
 
 TEST_CASE("bench --errors runs every candidate below its bound, and the other methods with errors of their order") {

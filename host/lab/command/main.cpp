@@ -8,6 +8,7 @@
 #include "host/lab/command/bench_errors.hpp"
 #include "host/lab/command/fit.hpp"
 #include "host/lab/command/json_answers.hpp"
+#include "host/lab/command/man_page.hpp"
 #include "host/lab/command/settings.hpp"
 #include "host/lab/command/sweep.hpp"
 #include "host/lab/command/touch.hpp"
@@ -377,7 +378,7 @@ void add_fit(CLI::App& command, FitArguments& a) {
 }
 
 struct Commands {
-    CLI::App *run, *plot, *plan, *bench, *fit, *study, *devices, *check;
+    CLI::App *run, *plot, *plan, *bench, *fit, *study, *devices, *check, *man;
 };
 
 Commands add_commands(CLI::App& app, Arguments& a) {
@@ -389,7 +390,8 @@ Commands add_commands(CLI::App& app, Arguments& a) {
         .fit = app.add_subcommand("fit", "Fit a material to measured creep or relaxation"),
         .study = app.add_subcommand("study", "Reproduce the published study, with figures and claims"),
         .devices = app.add_subcommand("devices", "List devices"),
-        .check = app.add_subcommand("check", "Compare every kernel's bits on every device with the CPU path")};
+        .check = app.add_subcommand("check", "Compare every kernel's bits on every device with the CPU path"),
+        .man = app.add_subcommand("man", "Print the manual page, for man -l")};
     add_scene(*all.run, a);
     all.run->add_option("--out", a.out, "Folder for the results")->required();
     add_backend(*all.run, a);
@@ -418,7 +420,11 @@ Commands add_commands(CLI::App& app, Arguments& a) {
     return all;
 }
 
-int execute(const Commands& commands, const Arguments& a) {
+int execute(const CLI::App& app, const Commands& commands, const Arguments& a) {
+    if (*commands.man) {
+        fmt::print("{}", man_page(app));
+        return 0;
+    }
     if (*commands.run) return run_scene(a);
     if (*commands.plot) return plot_folder(a.folder);
     if (*commands.plan) return explain_scene(a);
@@ -477,7 +483,7 @@ int command(const std::vector<std::string>& given) {
         if (e.get_exit_code() == 0) return app.exit(e); // --help and --version
         throw Error(Error::Code::bad_input, "", e.what());
     }
-    return execute(commands, arguments);
+    return execute(app, commands, arguments);
 }
 
 // Throws unless all that was printed has been written.
