@@ -61,6 +61,10 @@ elseif(claim STREQUAL "keys")
 elseif(claim STREQUAL "links")
     run(${python} ${CMAKE_CURRENT_LIST_DIR}/links.py ${source}/README.md)
 
+# Pictures that the command draws can be drawn by a reader.
+elseif(claim STREQUAL "gallery")
+    run(${python} ${CMAKE_CURRENT_LIST_DIR}/gallery.py ${dermis} ${source}/host/examples/GALLERY.md ${work})
+
 # The pages that name the version name this one.
 elseif(claim STREQUAL "version")
     file(STRINGS ${source}/CITATION.cff cited REGEX "^version: ${version}$")

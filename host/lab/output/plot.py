@@ -266,7 +266,7 @@ def receptors(run: Run) -> Figure | None:
         figure.colorbar(shown, ax=places)
         places.set(xlabel=f"x ({unit})", ylabel=f"y ({unit})", aspect="equal", xlim=_extent(run)[:2],
                    ylim=_extent(run)[2:])
-        places.set_title(f"{len(own)} {label} at {run.time[peak]:.4g} s", fontsize=9)
+        places.set_title(f"{len(own)} receptors, {label} at {run.time[peak]:.4g} s", fontsize=9)
         course.fill_between(run.time, *np.quantile(values, [0.1, 0.9], axis=1), color=CLASSES[kind], alpha=0.25,
                             linewidth=0, label="80 % of the receptors")
         course.plot(run.time, np.median(values, axis=1), color=CLASSES[kind], label="median")

@@ -115,7 +115,7 @@ static void maps(void) {
     REFUSED(dermis_scene_set_map(scene, "load.path", NULL, 2), "values = (null)");
     REFUSED(dermis_scene_set_map(scene, NULL, pressure, 2), "key = (null)");
     REFUSED(dermis_scene_set_map(NULL, "load.path", pressure, 2), "scene = (null)");
-    REFUSED(dermis_scene_set(scene, "grid.width", "3"), "= 2; allowed: width*height = 3");
+    REFUSED(dermis_scene_set(scene, "grid.width", "3"), "array of shape (1, 2); allowed: shape (height, width) = (1, 3)");
     CHECK(dermis_run(scene, NULL, &result) == DERMIS_OK);
     CHECK(dermis_result_get_probe(result, DERMIS_STRAIN, 0, &values, &count) == DERMIS_OK && count == 500);
     CHECK(dermis_result_get_probe(result, DERMIS_STRAIN, 1, &other, &count) == DERMIS_OK);
