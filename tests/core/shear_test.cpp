@@ -280,7 +280,7 @@ TEST_CASE("SA2 of the stretch is saved with the state, back to 0 at rest, and re
     options.sa2_stretch = {1, 0};
     const Validated vulkan;
     for (const Device& device : {Device::cpu(2), vulkan.device()}) {
-        Skin skin(device, sheared_skin(), options), other(Device::cpu(1), sheared_skin(), options);
+        Skin skin(device, sheared_skin(), options), other(device, sheared_skin(), options);
         const std::vector<float> pressure(3 * cells_of_pad), both = joined(patch(2e3, 3), patch(5e2, 3));
         for (int n = 0; n < 4; ++n) skin.press(pressure.data(), both.data(), 3 * cells_of_pad, 1e-3 * (n + 1));
         std::vector<char> state(skin.state_bytes());

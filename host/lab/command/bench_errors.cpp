@@ -181,7 +181,8 @@ bool bench_errors(const std::string& path, const std::string& out, const std::st
     output::write_file(folder.path() / "errors.csv", table_of(ways));
     fmt::print("{}\n", (folder.path() / "errors.csv").string());
     std::fflush(stdout);
-    if (output::draw(plot_script, folder.path(), "{}")) fmt::print("{}\n", (folder.path() / "errors.png").string());
+    if (output::draw(plot_script, folder.path(), {"errors"}))
+        fmt::print("{}\n", (folder.path() / "errors.png").string());
     return std::ranges::none_of(ways, &Way::broken);
 }
 

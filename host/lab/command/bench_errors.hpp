@@ -7,7 +7,7 @@
 namespace dermis::cli {
 
 // Runs the scene by every candidate of its plan, and by every other method at its step, a half and a quarter of it.
-// Writes errors.csv, errors.png and errors.svg into a folder. device: of the candidates on Vulkan, beside the CPU's;
+// Writes errors.csv and errors.png into a folder. device: of the candidates on Vulkan, beside the CPU's;
 // "cpu": none. Returns whether no error is above its bound.
 bool bench_errors(const std::string& scene, const std::string& out, const std::string& device);
 

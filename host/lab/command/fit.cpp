@@ -6,7 +6,7 @@
 #include "host/lab/output/folder.hpp"
 #include "host/lab/scenes/curve_file.hpp"
 
-#include "fit_figure_script.h"
+#include "plot_script.h"
 
 #include <cmath>
 
@@ -109,7 +109,7 @@ int fit_data(const FitArguments& a) {
     output::write_file(out / "fit.csv", fit_csv(curves, fit));
     fmt::print("# {}\n", (out / "fit.csv").string());
     std::fflush(stdout); // before a message of the script
-    if (output::draw(fit_figure_script, out)) fmt::print("# {}\n", (out / "fit.png").string());
+    if (output::draw(plot_script, out, {"fit"})) fmt::print("# {}\n", (out / "fit.png").string());
     else fmt::print("# no picture: /usr/bin/python3 has no matplotlib (on Debian: python3-matplotlib)\n");
     return 0;
 }

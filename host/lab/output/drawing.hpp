@@ -10,6 +10,6 @@ namespace dermis::output {
 
 // Runs a Python script that draws pictures of a folder's files. Its arguments are the folder and then `more`. Returns
 // false where there is no Python with matplotlib. Throws Error::io if the script fails.
-bool draw(std::string_view script, const Path& folder, const std::string& more = "");
+bool draw(std::string_view script, const Path& folder, const std::vector<std::string>& more = {});
 
 } // namespace dermis::output

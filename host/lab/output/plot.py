@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""Pictures of a run or a sweep: traces, maps, the surface, receptors, spikes, and a page with all of them.
+"""Pictures of what the command leaves in a folder: a run or a sweep, with a page; a fit; the errors of a bench.
 
-`dermis plot DIR` runs this file with the folder and the units of all keys as arguments, and the Python package has it
-as dermis._plot. It needs NumPy and matplotlib.
+The command runs this file with a folder, what to draw ("run", "fit" or "errors") and of a run the units of all keys.
+The Python package has it as dermis._plot. It needs NumPy and matplotlib.
 """
 from __future__ import annotations
 
@@ -373,7 +373,32 @@ def sweep(of: Sweep) -> Figure | None:
     return figure
 
 
-def errors(rows: list[dict[str, str]]) -> Figure | None:
+def fit(rows: list[dict[str, str]]) -> Figure:
+    """Draw measured curves, the model's, and their difference."""
+    points = [{name: float(value) for name, value in row.items()} for row in rows]
+    name, history = list(rows[0])[-2], "strain" in rows[0]
+    if not history:  # the axis is logarithmic
+        points = sorted((p for p in points if p["time"] > 0), key=lambda p: (p.get("curve", 0), p["time"]))
+    curves: dict[float, list[dict[str, float]]] = {}
+    for p in points:
+        curves.setdefault(p.get("curve", 0), []).append(p)
+    scale = max(abs(p[name]) for p in points) if min(p[name] for p in points) <= 0 else None
+    figure, panels = _figure(2, 1, 6, 5, sharex=True, height_ratios=[3, 1])
+    curve, residual = panels[:, 0]
+    for i, own in enumerate(curves.values()):
+        time, measured, model = (np.array([p[key] for p in own]) for key in ("time", name, "model"))
+        curve.plot(time, measured, ".", color=BLUE, label="data" if i == 0 else None)
+        curve.plot(time, model, color=VERMILLION, label="model" if i == 0 else None)
+        residual.plot(time, 100 * (model - measured) / (scale or measured), ".", color=BLUE)
+    units = {"modulus": "Pa", "compliance": "1/Pa", "stress": "Pa"}
+    curve.set(xscale="linear" if history else "log", ylabel=f"{name} ({units[name]})")
+    curve.legend()
+    residual.axhline(0, color="black", linewidth=0.8)
+    residual.set(xlabel="time (s)", ylabel="% of the greatest" if scale else "model - data (%)")
+    return figure
+
+
+def errors(rows: list[dict[str, str]]) -> Figure:
     """Draw the error of each way to compute a scene over the time that it takes, and a line up to its bound."""
     figure, panels = _figure(1, 1, 7.5, 5)
     panel = panels[0, 0]
@@ -481,18 +506,17 @@ def figures_of(source: Run | Sweep) -> dict[str, Figure]:
     return {name: figure for name, figure in drawings.items() if figure}
 
 
-def main(folder: Path, units: Mapping[str, str]) -> None:
-    if (folder / "errors.csv").exists() and not units:  # of `dermis bench --errors`
-        figure = errors(_rows(folder / "errors.csv"))
-        for kind in ("png", "svg"):
-            _write(folder / f"errors.{kind}", _drawn(figure, kind))
-        return
-    source = read(folder, lambda key: units.get(key, ""))
-    write(folder, source, figures_of(source))
+def main(folder: Path, what: str, units: str = "{}") -> None:
+    if what == "run":
+        source = read(folder, lambda key: json.loads(units).get(key, ""))
+        write(folder, source, figures_of(source))
+    else:
+        figure = {"fit": fit, "errors": errors}[what](_rows(folder / f"{what}.csv"))
+        _write(folder / f"{what}.png", _drawn(figure, "png"))
 
 
 if __name__ == "__main__":
     try:
-        main(Path(sys.argv[1]), json.loads(sys.argv[2]))
+        main(Path(sys.argv[1]), *sys.argv[2:])
     except (OSError, ValueError) as error:
         sys.exit(f"dermis: {error}")

@@ -122,6 +122,14 @@ template <class T> T HalfSpace::at(const std::vector<double>& map, Cell c) const
     return sum;
 }
 
+double HalfSpace::magnitudes_at(const std::vector<double>& map, Cell c) const {
+    double sum = 0;
+    for (int y = 0; y < height_; ++y)
+        for (int x = 0; x < width_; ++x)
+            sum += std::abs(weight(x - c.x, y - c.y) * map[size_t(y) * size_t(width_) + size_t(x)]);
+    return (1 + 1e-9) * sum;
+}
+
 template double HalfSpace::at(const std::vector<double>&, Cell) const;
 template long double HalfSpace::at(const std::vector<double>&, Cell) const;
 
@@ -170,7 +178,12 @@ double error_of_stresses(const std::vector<double>& map, const Grid& grid, const
     constexpr double units = 32; // for each level of two transforms forward and one backward
     double squares = 0, most = 0;
     for (double p : map) most = std::max(most, std::abs(p));
-    if (is_small(grid)) return (0x1p-53 + space.roundings<long double>()) * space.norm() * most; // 0x1p-53: of weights
+    if (is_small(grid)) {
+        double magnitudes = 0;
+        for (int y = 0; y < grid.height; ++y)
+            for (int x = 0; x < grid.width; ++x) magnitudes = std::max(magnitudes, space.magnitudes_at(map, {x, y}));
+        return (0x1p-53 + space.roundings<long double>()) * magnitudes; // 0x1p-53: of weights
+    }
     for (double p : map) squares += most == 0 ? 0 : (p / most) * (p / most);
     const auto& [depth, kernel, nu] = space.depth();
     const double both = 1.5 * (kernel == Receptors::Kernel::stress ? 1 : (1 + nu) * (3 - 2 * nu));

@@ -31,6 +31,8 @@ class HalfSpace {
     template <class T> double roundings() const {
         return double(std::numeric_limits<T>::epsilon()) / 2 * (0.25 * width_ + height_ + 4);
     }
+    // The sum of magnitudes that at() has at a cell, at most, with a part in 1e9 for its own rounding.
+    double magnitudes_at(const std::vector<double>& map, Cell) const;
     // The sum of all |weights|: no stress exceeds it times the greatest |pressure|.
     double norm() const { return norm_; }
 
