@@ -428,6 +428,7 @@ TEST_CASE("every Vulkan call fails: one error names it, nothing is left, and wha
     const Source source;
     const size_t objects = ledger.left().size();
     for (const auto work : {&run_scene, &press_skin, &press_batch}) {
+        if (work == &press_batch && !night()) continue;
         const Numbers right = work(Device::cpu(1));
         for (const Fault& kind : kinds()) strike_work(source, kind, right, work);
     }

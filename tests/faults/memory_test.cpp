@@ -65,9 +65,9 @@ bool judge(const std::exception_ptr& thrown, bool sticky) {
 }
 
 // Fails each allocation of a work in turn, until there is none left to fail. The work itself allocates nothing outside
-// the library: the numbers have room. stride: between those that fail, at night; three times as much otherwise.
+// the library: the numbers have room. stride: between those that fail, at night; five times as much otherwise.
 template <class Work> void starve(const char* name, Work&& work, long stride = 1) {
-    if (!night()) stride *= 3;
+    if (!night()) stride *= 5;
     Numbers right, got;
     got.reserve(100000);
     work(got);
