@@ -133,7 +133,7 @@ typedef struct dermis_report {
     dermis_figure strain;               // greatest |eps|: indentation over thickness
     dermis_figure indentation;          // m: thickness*strain
     dermis_figure gain;                 // greatest |l*C|, above 1 responses can change sign
-    dermis_figure cells_per_ridge;      // infinite where the surface has no ridges of its own
+    dermis_figure cells_per_ridge;      // infinite where the surface has no ridge period
     dermis_figure retardation_times[8]; // s: one per element in series, else the least and the greatest of all cells
     uint32_t retardation_time_count;    // 0..8
     uint32_t sign_changed;              // bits of responses with the wrong sign in some cell: 1 + l*C < 0 there

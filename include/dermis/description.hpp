@@ -233,7 +233,7 @@ struct Report {
     Figure strain;      // greatest |eps|, indentation over thickness, in the traces' extremes or a Skin's state; 0..1
     Figure indentation; // m: thickness*strain; 0..thickness
     Figure gain;        // greatest |l*C|; 0..1, above which responses can change sign
-    Figure cells_per_ridge; // infinite for a surface without ridges of its own; >= 8
+    Figure cells_per_ridge; // infinite without a ridge period, or with Surface::curvature; >= 8
     // s, 1e-4..20: one for each element in series; without elements in series the least and the greatest of all cells.
     // Springs and dashpots have none.
     std::vector<Figure> retardation_times;
