@@ -59,7 +59,7 @@ struct Result {
     // compiler, or dermis. NaN otherwise, with Method::published, and where a baseline takes frames.
     double measured_error = std::nan("");
     std::vector<KelvinVoigt> reduced;  // Candidate::reduced of this run
-    double cells_per_ridge = HUGE_VAL; // infinite where none matter; below 8 the curvature is coarse
+    double cells_per_ridge = HUGE_VAL; // infinite as Report::cells_per_ridge is; below 8 the curvature is coarse
     // The next five describe the whole skin. With Model::sites, which computes no other cells, they are not known: NaN
     // or -1.
     double stencil_estimate = std::nan("");   // 1/m: greatest |C5 - C4| at the end, the error of a five-point curvature

@@ -187,7 +187,8 @@ TEST_CASE("one thread, two threads and Vulkan: the same bits, whatever the skin;
                 }
 }
 
-TEST_CASE("a curvature that a surface gives takes the place of the stencil's, in cells and in sites") {
+TEST_CASE(
+    "a surface that gives its curvature has the bits of a stencil that computes the same, in cells and in sites") {
     const Validated vulkan;
     SkinDescription stencil = ridged(45, 21);
     const size_t cells = 45 * 21;

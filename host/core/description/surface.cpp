@@ -86,7 +86,7 @@ double cells_per_ridge(const SkinDescription& scene) {
     case Surface::Kind::wave: return std::abs(scene.grid.width / ridges);
     case Surface::Kind::spiral: return std::abs(2 * std::numbers::pi * scene.grid.width / ridges);
     case Surface::Kind::map:
-        // Of a curvature that is given the grid's cells do not matter.
+        // A curvature that is given is not computed on the cells of the grid, so that their number does not matter.
         if (scene.surface.ridge_period && scene.surface.curvature.empty())
             return *scene.surface.ridge_period / *scene.grid.spacing;
         [[fallthrough]];

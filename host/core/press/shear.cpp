@@ -23,8 +23,9 @@ Material sheared(const Material& m) {
     return own;
 }
 
-// Returns a flat skin with twice as many pads, whose strains are the shear strains. It has the rules of the pressed
-// skin for SA2 and FA2, and a third of its moduli and viscosities, so that its coefficients are the greater ones.
+// Returns the skin whose strains are the shear strains: it is flat, and has two pads for each pad of the pressed skin.
+// Its rules for SA2 and FA2 are the pressed skin's. Its moduli and viscosities are a third of the pressed skin's, so
+// that a step that is too long for the pressed skin is too long for this one.
 plan::StreamedSkin skin_of(const plan::StreamedSkin& skin, const SkinOptions& options, int threads) {
     const SkinDescription& own = skin.skin.description;
     SkinDescription d;

@@ -124,7 +124,7 @@ void Touch::Impl::need(const Poses& poses, const Contacts& c) const {
     if (c.count == 0) return;
     need_arrays(poses, c);
     double asked = 0;
-    int posed = -1; // the number of the pad whose pose was checked last; -1: none was
+    int posed = -1; // the pad whose pose was checked last; -1: no pose has been checked
     for (size_t i = 0; i < c.count; ++i) {
         need_contact(c, i, count);
         if (!has_force(c, i)) continue;

@@ -14,20 +14,17 @@ namespace {
 
 // Returns the median time of a press, in seconds. Presses are timed in groups of a millisecond or more.
 double seconds_of_press(const Device& device, const Scene& scene, int pads) {
-    const auto now = [] {
-        return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-    };
     SkinOptions options;
     options.precision = scene.precision;
     options.count = pads;
     Skin skin(device, scene, options);
     const std::vector<float> pressure(size_t(pads) * size_t(scene.grid.width) * size_t(scene.grid.height), 1.0f);
-    const double start = now();
+    const double start = seconds_now();
     std::vector<double> groups;
-    for (size_t presses = 1; groups.size() < 3 || now() - start < 0.25;) {
-        const double before = now();
+    for (size_t presses = 1; groups.size() < 3 || seconds_now() - start < 0.25;) {
+        const double before = seconds_now();
         for (size_t i = 0; i < presses; ++i) skin.press(pressure, scene.time.step);
-        const double seconds = now() - before;
+        const double seconds = seconds_now() - before;
         if (seconds < 1e-3) presses *= 2; // caches and clocks are not warm yet either
         else groups.push_back(seconds / double(presses));
     }
@@ -36,6 +33,10 @@ double seconds_of_press(const Device& device, const Scene& scene, int pads) {
 }
 
 } // namespace
+
+double seconds_now() {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
 
 int bench_scene(const std::string& path, int pads, const std::string& device) {
     const Scene scene = Scene::from_file(path);

@@ -11,4 +11,7 @@ namespace dermis::cli {
 // scene's step.
 int bench_scene(const std::string& path, int pads, const std::string& device);
 
+// The time of a clock that runs evenly, s.
+double seconds_now();
+
 } // namespace dermis::cli

@@ -3,13 +3,13 @@
 
 #include "dermis/dermis.hpp"
 #include "host/core/base/hash.hpp"
+#include "host/lab/command/bench.hpp"
 #include "host/lab/output/drawing.hpp"
 #include "host/lab/output/json.hpp"
 #include "host/lab/scenes/scene_names.hpp"
 #include "plot_script.h"
 
 #include <algorithm>
-#include <chrono>
 #include <map>
 
 namespace dermis::cli {
@@ -78,17 +78,14 @@ void compare(Way& way, const Truth& truth, const std::map<std::string, std::vect
     }
 }
 
-// Runs a scene for half a second, at least three times and at most nine.
+// Runs a scene again and again for half a second, at least three times and at most nine times.
 void measure(Way& way, const Scene& scene, const Device& device, const Truth& truth) {
-    const auto now = [] {
-        return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-    };
-    const double start = now();
+    const double start = seconds_now();
     try {
-        for (int runs = 0; runs < 3 || (runs < 9 && now() - start < 0.5); ++runs) {
-            const double before = now();
+        for (int runs = 0; runs < 3 || (runs < 9 && seconds_now() - start < 0.5); ++runs) {
+            const double before = seconds_now();
             const Result r = run(scene, device);
-            way.seconds.push_back(now() - before);
+            way.seconds.push_back(seconds_now() - before);
             if (runs > 0) continue;
             way.model = name(r.model);
             compare(way, truth, outputs_of(scene, r));
@@ -117,7 +114,8 @@ void add_candidates(std::vector<Way>& ways, Scene scene, const Device& cpu, cons
                             .device = c.device,
                             .step = scene.time.step,
                             .bytes = c.bytes});
-            ways.back().bound = explain(own, on).candidates[explain(own, on).chosen].error;
+            const Explanation plan = explain(own, on);
+            ways.back().bound = plan.candidates[plan.chosen].error; // of this candidate, even where it was not needed
             measure(ways.back(), own, on, truth);
         }
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the command answers as JSON, for programs.
+// The answers of the command as JSON. Programs read them.
 #pragma once
 
 #include "dermis/dermis.hpp"

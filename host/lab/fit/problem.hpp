@@ -33,8 +33,9 @@ std::vector<double> curve_of(Test, const std::vector<KelvinVoigt>&, const std::v
 // Returns what a chain answers at the points of a problem.
 std::vector<double> model_of(const Problem&, const std::vector<KelvinVoigt>&);
 
-// What is left of the strains of histories in a relaxation of this time, and its derivative by the time's logarithm:
-// the integral of e^(-(t - s)/time) over each change of the strain until t.
+// The stress of a spring and a dashpot in series, of modulus 1 and this relaxation time, under the strains of
+// histories: at the time t the integral of e^(-(t - s)/time) over the changes of the strain at all times s before t.
+// slopes: the derivative by the logarithm of the relaxation time.
 struct Hereditary {
     std::vector<double> values, slopes;
 };

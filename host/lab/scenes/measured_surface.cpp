@@ -100,7 +100,8 @@ std::optional<double> ridge_period_of(const FileMap& map) {
     const size_t n = std::min({most, size_t(map.width), size_t(map.height)}) / 2 * 2;
     if (n < fewest) return {};
     const std::vector<double> power = radial_power(faded(map, n), n);
-    // Of a rough surface, whose power is a power of the number of periods, this ratio is 1.
+    // Compares the power at k periods with the powers at half and at twice as many. The ratio is 1 where the power
+    // falls as k^-n, as it does on a rough surface.
     const auto prominence = [&](size_t k) {
         return power[k] / std::sqrt(power[k / 2] * power[std::min(2 * k, n / 2)]);
     };

@@ -58,26 +58,27 @@ struct FileMap {
     int width = 0, height = 0;
     bool picture = false; // of a PNG: grey from 0 (black) to 1 (white)
 };
-// Reads a .npy file of numbers, or a PNG of 8 or 16 bits, whose colours become grey. Row 0 of a picture is its top row.
-// width, height: what the map must have; 0: any. Throws Error::bad_input, naming `parameter`.
+// Reads a .npy file of numbers, or a PNG of 8 or 16 bits. Colours become grey. Row 0 of the map is the picture's top
+// row. width, height: what the map must have; 0: any. Throws Error::bad_input, naming `parameter`.
 FileMap read_map(const std::string& path, int width, int height, const std::string& parameter);
 
-// What a measured surface is in the cells of a grid.
+// A measured surface, read in the middle of each cell of a grid.
 struct MeasuredSurface {
     Map heights, curvature; // as Surface::map and Surface::curvature
 };
-// spacing: m from number to number of the map, whose corner is the grid's corner. The curvature is that of the map, by
-// fourth differences; both are read between numbers from a cubic spline. Throws Error::bad_input where the map does not
-// cover the grid.
+// Reads heights and curvature of a map in the cells of a grid, from cubic splines. The curvature is computed on the
+// map, by the stencil of fourth order. spacing: m from number to number of the map; the corners of map and grid lie on
+// each other. Throws Error::bad_input where the map does not cover the grid.
 MeasuredSurface measured_surface(const FileMap&, double spacing, const Grid&);
-// The period of ridges, whatever way they run: at the most prominent peak of the spectrum, in steps of the map. Nothing
-// where there is no such peak, as of a rough surface.
+// Returns the period of the ridges of a map, in numbers of the map: that of the strongest prominent peak of the
+// spectrum, in any direction. Returns nothing where there is no such peak, as on a rough surface.
 std::optional<double> ridge_period_of(const FileMap&);
+
 // The frames of a texture that slides over a validated scene, one at each output and one more. They are to be
 // multiplied by Load::intensity.
 std::shared_ptr<Frames> texture_frames(const Scene&);
 
-// The frames of a recording of taxels, whose file is then open. Throws Error::bad_input.
+// Opens a recording of taxels and returns its frames, as pressures of cells. Throws Error::bad_input.
 std::shared_ptr<Frames> taxel_frames(const Scene&);
 
 // Reads a list of receptors: lines of type,x,y, or where the grid has a spacing of type,x_m,y_m in m. Throws

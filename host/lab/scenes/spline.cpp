@@ -4,8 +4,8 @@
 namespace dermis::scene {
 namespace {
 
-// The coefficients of a line that repeats itself; in place. It is a recursion forwards and one backwards (Unser 1999),
-// each of which starts as if it had run through the line for ever.
+// Replaces the numbers of a line that repeats itself by the coefficients of its spline. One recursion runs forwards and
+// one backwards (Unser 1999). Each starts with the value that it would have after infinitely many rounds.
 void line_to_spline(std::vector<double>& line) {
     const double z = std::sqrt(3.0) - 2, round = 1 - std::pow(z, double(line.size()));
     const size_t n = line.size();

@@ -86,12 +86,13 @@ double integral(Taxels::Spread spread, double u) {
     return u <= -1 ? v * v * v * v / 24 : 0.5 + u * (2.0 / 3 - u * u * (1.0 / 3 + u / 8));
 }
 
-// What the taxels of an axis give each of its cells: the mean of their B-splines over the cell. What would lie beyond
-// the grid is reflected at its border, so that the force stays.
+// A taxel and its share in the pressure of a cell, along one axis: the mean of the taxel's B-spline over the cell.
 struct Weight {
     size_t taxel;
     double share;
 };
+// Returns the taxels of each cell of an axis. The part of a B-spline beyond the grid is reflected at its border, so
+// that the force stays the same.
 std::vector<std::vector<Weight>> weights_of(Taxels::Spread spread, int taxels, double spacing, double origin,
                                             int cells) {
     std::vector<std::vector<Weight>> all{size_t(cells)};
