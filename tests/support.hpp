@@ -2,7 +2,7 @@
 #pragma once
 
 #include "dermis/dermis.hpp"
-#include "host/core/vulkan/instance.hpp"
+#include "host/core/press/vulkan_device.hpp"
 #include "host/lab/schedule/schedule.hpp"
 #include "tests/expected.hpp"
 

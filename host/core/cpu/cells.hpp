@@ -57,8 +57,9 @@ class PointsOfRows {
     }
     size_t count() const { return points_.size(); }
     std::span<const Point> of(int y) const {
-        return {std::ranges::lower_bound(points_, y, {}, &Point::y),
-                std::ranges::upper_bound(points_, y, {}, &Point::y)};
+        const auto first = std::ranges::lower_bound(points_, y, {}, &Point::y);
+        const auto last = std::ranges::upper_bound(points_, y, {}, &Point::y);
+        return {points_.data() + (first - points_.begin()), size_t(last - first)};
     }
     // The first row from y on that has a point; `none` if no row has.
     int next(int y, int none) const {

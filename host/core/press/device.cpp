@@ -3,99 +3,8 @@
 
 #include "host/core/base/memory.hpp"
 #include "host/core/cpu/backend.hpp"
-#include "host/core/embedding/backend.hpp"
-#include "host/core/embedding/check.hpp"
-
-#include <algorithm>
-#include <cctype>
 
 namespace dermis {
-namespace {
-
-using vulkan::PhysicalDevice;
-
-std::string lower(std::string s) {
-    std::transform(s.begin(), s.end(), s.begin(), [](unsigned char c) { return char(std::tolower(c)); });
-    return s;
-}
-
-[[noreturn]] void no_device(const std::string& which, const std::string& why) {
-    throw Error(Error::Code::no_device, "device", "device = \"" + which + "\": " + why);
-}
-
-Device open_vulkan(const std::shared_ptr<const vulkan::Instance>& instance, const PhysicalDevice& physical) {
-    auto impl = std::make_shared<Device::Impl>();
-    impl->info = physical.info;
-    impl->backend = std::make_shared<vulkan::VulkanBackend>(std::make_shared<vulkan::Context>(instance, physical));
-    impl->info.exact = presses_exactly(*impl->backend);
-    return Device(impl);
-}
-
-// The first device that works and computes the CPU path's bits. Where there is none, `why` gives each one's reason.
-std::optional<Device> first_exact(const std::shared_ptr<const vulkan::Instance>& instance, bool hardware_only,
-                                  std::string& why) {
-    for (const PhysicalDevice& p : instance->devices()) {
-        std::string reason = p.info.refused;
-        if (reason.empty() && hardware_only && p.properties.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU)
-            reason = "a software driver, slower than the CPU path";
-        if (reason.empty()) {
-            try {
-                Device device = open_vulkan(instance, p);
-                if (device.info().exact) return device;
-                reason = "its bits differ from the CPU path's; ask for it by name to use it all the same";
-            } catch (const Error& e) {
-                if (e.code() == Error::Code::no_memory) throw;
-                reason = e.what();
-            }
-        }
-        why += (why.empty() ? "" : "; ") + p.info.name + ": " + reason;
-    }
-    return {};
-}
-
-const PhysicalDevice& named(const std::vector<PhysicalDevice>& devices, const std::string& which) {
-    std::string names;
-    const bool number = !which.empty() && which.size() < 6 &&
-                        std::all_of(which.begin(), which.end(), [](unsigned char c) { return std::isdigit(c); });
-    for (size_t i = 0; i < devices.size(); ++i) {
-        const std::string& name = devices[i].info.name;
-        if (number ? size_t(std::stoi(which)) == i : lower(name).find(lower(which)) != std::string::npos)
-            return devices[i];
-        names += ", " + std::to_string(i) + " or part of \"" + name + "\"";
-    }
-    throw Error(Error::Code::bad_input, "device",
-                "device = \"" + which + "\": no such device; allowed: auto, cpu, vulkan" + names);
-}
-
-} // namespace
-
-Device open_device(const std::string& which, const vulkan::Loader& loader, const vulkan::InstanceOptions& options) try {
-    std::string why;
-    try {
-        const auto instance = std::make_shared<const vulkan::Instance>(loader, options);
-        if (which == "auto" || which == "vulkan") {
-            if (auto device = first_exact(instance, which == "auto", why)) {
-                device->impl().asked = which == "vulkan";
-                return *device;
-            }
-        } else {
-            const PhysicalDevice& p = named(instance->devices(), which);
-            if (!p.info.refused.empty()) no_device(which, p.info.name + ": " + p.info.refused);
-            Device device = open_vulkan(instance, p);
-            device.impl().asked = device.impl().named = true;
-            return device;
-        }
-    } catch (const Error& e) {
-        if (e.code() == Error::Code::no_memory || (which != "auto" && e.parameter() == "device")) throw;
-        why = e.what();
-    }
-    if (which != "auto") no_device(which, why);
-    Device device = Device::cpu();
-    device.impl().info.refused = "no Vulkan device used: " + why;
-    return device;
-}
-OR_OUT_OF_MEMORY("device \"" + which + "\" and its test")
-
 void Device::Impl::need_exact() const {
     if (!info.exact && !named)
         throw Error(Error::Code::no_device, "device",
@@ -125,18 +34,6 @@ Device Device::cpu(int threads) try {
     return Device(impl);
 }
 OR_OUT_OF_MEMORY("device \"cpu\"")
-
-Device Device::open(const std::string& which) {
-    return which == "cpu" ? cpu() : open_device(which, vulkan::system_loader()); // nothing of Vulkan is loaded in vain
-}
-
-std::vector<DeviceInfo> Device::list() try {
-    const vulkan::Instance instance(vulkan::system_loader());
-    std::vector<DeviceInfo> list;
-    for (const PhysicalDevice& p : instance.devices()) list.push_back(p.info);
-    return list;
-}
-OR_OUT_OF_MEMORY("the list of devices")
 
 const DeviceInfo& Device::info() const noexcept { return impl_->info; }
 

@@ -3,7 +3,6 @@
 #pragma once
 
 #include "host/core/model/stream.hpp"
-#include "host/core/vulkan/instance.hpp"
 
 namespace dermis {
 
@@ -26,8 +25,5 @@ struct Device::Impl {
 // Stands for "auto", but opens no Vulkan device before a run marches in float: to open a loader and a driver takes
 // longer than a run of the other models.
 Device open_when_marching();
-
-// Device::open with a loader and instance options of the caller's choice. which: not "cpu", which needs no loader.
-Device open_device(const std::string& which, const vulkan::Loader&, const vulkan::InstanceOptions& = {});
 
 } // namespace dermis

@@ -3,11 +3,14 @@
 #include "host/lab/march/march.hpp"
 
 #include "host/core/cpu/backend.hpp"
-#include "host/core/embedding/backend.hpp"
 #include "host/lab/march/capabilities.hpp"
 #include "host/lab/march/cpu_march.hpp"
 #include "host/lab/march/self_test.hpp"
+
+#ifdef DERMIS_VULKAN
+#include "host/core/embedding/backend.hpp"
 #include "host/lab/march/vulkan_march.hpp"
+#endif
 
 namespace dermis {
 namespace plan {
@@ -16,24 +19,28 @@ Capabilities capabilities_of(const Backend& backend) {
     Capabilities c;
     c.name = backend.name();
     c.threads = backend.threads();
+#ifdef DERMIS_VULKAN
     if (const auto* vulkan = dynamic_cast<const vulkan::VulkanBackend*>(&backend)) {
         c.double_buffered = true;
         // Measured on lavapipe; for a GPU estimated from its memory bandwidth.
         c.cell_step = vulkan->context()->physical().info.kind == "software" ? 28e-9 : 3e-10;
         c.dispatch = 5e-6;
-    } else {
-        c.f64 = true;
-        c.cell_step = 1.8e-9 / c.threads; // measured on two cores of a server
+        return c;
     }
+#endif
+    c.f64 = true;
+    c.cell_step = 1.8e-9 / c.threads; // measured on two cores of a server
     return c;
 }
 
 std::unique_ptr<Stepper> march(Backend& backend, const PreparedSkin& skin, const Schedule& schedule,
                                Precision precision, Stepper::Sink sink) {
+#ifdef DERMIS_VULKAN
     if (const auto* vulkan = dynamic_cast<vulkan::VulkanBackend*>(&backend)) {
         vulkan->context()->need_working();
         return vulkan::stepper(skin, schedule, precision, vulkan->context(), std::move(sink));
     }
+#endif
     const auto& cpu = dynamic_cast<cpu::CpuBackend&>(backend);
     return cpu::stepper(skin, schedule, precision, cpu.threads(), std::move(sink), cpu.isa());
 }

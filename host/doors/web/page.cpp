@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: MIT
+// What page.js calls. Functions return nullptr, or why they refuse.
+#include "host/doors/web/session.hpp"
+
+#include <cstdio>
+#include <memory>
+#include <string>
+
+namespace {
+
+std::unique_ptr<dermis::web::Session> session;
+
+template <class Call> const char* refusal(Call call) {
+    static std::string message;
+    try {
+        call();
+        return nullptr;
+    } catch (const std::exception& e) {
+        message = e.what();
+        return message.c_str();
+    }
+}
+
+} // namespace
+
+extern "C" {
+
+// A skin at rest. Lengths in m, modulus in Pa.
+const char* page_begin(double ridge_period, double modulus, double ball, int one_element) {
+    return refusal([&] {
+        session = std::make_unique<dermis::web::Session>(dermis::web::Settings{
+            .ridge_period = ridge_period, .modulus = modulus, .ball = ball, .one_element = one_element != 0});
+    });
+}
+
+const char* page_step(double x, double y, double force) {
+    return refusal([&] { session->step(x, y, force); });
+}
+
+// number: of dermis::Quantity.
+const float* page_map(int number) { return session->map(dermis::Quantity(number)); }
+
+int page_fibres(int kind) { return session->fibres().at(size_t(kind)); }
+
+int page_spikes() { return int(session->spikes().size); }
+
+// Of the last step.
+int page_spike_fibre(int i) { return session->spikes()[size_t(i)].afferent; }
+// s, from the step's beginning.
+double page_spike_time(int i) {
+    const dermis::Spike& spike = session->spikes()[size_t(i)];
+    return (spike.frame + double(spike.share)) * dermis::web::Session::frame;
+}
+
+const char* page_hash() {
+    static char text[20];
+    std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(session->hash()));
+    return text;
+}
+}

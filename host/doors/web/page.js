@@ -1,0 +1,316 @@
+// SPDX-License-Identifier: MIT
+// The page in the browser: mouse and keys to a ball on the skin, strain and responses to pictures. The skin itself is
+// session.cpp, compiled to WebAssembly.
+'use strict';
+
+const width = 240, height = 320, cells = width * height;
+const spacing = 5e-5;           // m
+const stepTime = 1 / 60;        // s
+const shownTime = 4;            // s, of traces and spikes
+const longest = 600 / stepTime; // steps of a recording
+const quantities = [            // by number of dermis::Quantity
+  {name: 'strain', unit: ''}, {name: 'sa1', unit: ''}, {name: 'sa2', unit: 's'},
+  {name: 'fa1', unit: '1/s', signed: true}, {name: 'fa2', unit: '1/s²', signed: true}];
+const curvature = 5;
+const kinds = [{name: 'SA1', colour: '#3b528b'}, {name: 'FA1', colour: '#1f9e89'}, {name: 'FA2', colour: '#c2571a'}];
+const colours = ['#440154', '#3b528b', '#1f9e89', '#b8630f'];
+
+const skinColour = [1, 0.86, 0.78]; // red, green, blue
+
+const element = id => document.getElementById(id);
+
+// 256 colours between equally distant ones, as the 32-bit numbers of an ImageData.
+function palette(anchors) {
+  return Uint32Array.from({length: 256}, (_, i) => {
+    const at = i / 255 * (anchors.length - 1), low = Math.min(Math.floor(at), anchors.length - 2);
+    const [a, b] = [anchors[low], anchors[low + 1]].map(c => [16, 8, 0].map(shift => c >> shift & 255));
+    const [red, green, blue] = a.map((value, k) => Math.round(value + (at - low) * (b[k] - value)));
+    return 255 << 24 | blue << 16 | green << 8 | red;
+  });
+}
+const viridis = palette([0x440154, 0x472d7b, 0x3b528b, 0x2c728e, 0x21918c, 0x28ae80, 0x5ec962, 0xaddc30, 0xfde725]);
+const blueToRed = palette([0x053061, 0x4393c3, 0xf7f7f7, 0xd6604d, 0x67001f]);
+
+let wasm;
+let settings;
+let rows = [];   // of the recording
+let spikes = []; // {time, fibre} of the last seconds
+let fibres = [0, 0, 0];
+let relief;      // of each cell: brightness of the resting skin, 0..255 of 256
+const ball = {x: width * spacing / 2, y: height * spacing / 2, force: 0, pressed: false};
+
+function check(refusal) {
+  if (refusal) throw new Error(wasm.UTF8ToString(refusal));
+}
+
+function map(quantity) {
+  return new Float32Array(wasm.HEAPU8.buffer, wasm._page_map(quantity), cells);
+}
+
+function start() {
+  settings = {
+    ridge_period_m: element('surface').value === '1' ? element('ridges').valueAsNumber * 1e-3 : 0,
+    modulus_pa: element('modulus').valueAsNumber * 1e3,
+    ball_m: element('ball').valueAsNumber * 1e-3,
+    one_element: Number(element('material').value)};
+  check(wasm._page_begin(settings.ridge_period_m, settings.modulus_pa, settings.ball_m, settings.one_element));
+  rows = [];
+  spikes = [];
+  fibres = kinds.map((_, kind) => wasm._page_fibres(kind));
+  ball.force = 0;
+  for (const q of quantities) q.peak = q.greatest = 0;
+  const bend = map(curvature), sharpest = bend.reduce((most, c) => Math.max(most, Math.abs(c)), 1e-9);
+  relief = Uint8Array.from(bend, c => 205 - 50 * c / sharpest);
+}
+
+// Mean and greatest value of a map; its picture on a canvas of its own, on which `peak` is the end of the colours. It
+// follows a response that fades, as those of FA1 and FA2 do quickly, down to a hundredth.
+function paint(quantity, number) {
+  const values = map(number), {picture, context, signed} = quantity;
+  let sum = 0, most = 0;
+  for (let i = 0; i < cells; ++i) {
+    const size = Math.abs(values[i]);
+    sum += values[i];
+    if (size > most) most = size;
+  }
+  quantity.mean = sum / cells;
+  quantity.most = most;
+  quantity.greatest = Math.max(most, quantity.greatest);
+  quantity.peak = Math.max(most, (signed ? 0.9 : 0.99) * quantity.peak, 0.01 * quantity.greatest, 1e-12);
+  const pixels = picture.pixels, scale = (signed ? 127.5 : 255) / quantity.peak, zero = signed ? 127.5 : 0;
+  const colour = signed ? blueToRed : viridis;
+  for (let i = 0; i < cells; ++i) pixels[i] = colour[Math.max(0, zero + scale * values[i]) | 0];
+  if (number === 0) shade(values, picture, quantity.peak);
+  context.putImageData(picture.image, 0, 0);
+}
+
+// Lays the picture of the strain over the skin, whose valleys are dark and whose ridges light: skin shows where the
+// strain is below a fifth of its peak.
+function shade(values, {bytes}, peak) {
+  for (let i = 0; i < cells; ++i) {
+    const light = relief[i], cover = Math.min(5 * Math.abs(values[i]) / peak, 1);
+    for (let k = 0; k < 3; ++k)
+      bytes[4 * i + k] = cover * bytes[4 * i + k] * (0.2 + light / 256) + (1 - cover) * skinColour[k] * light;
+  }
+}
+
+function drawBall() {
+  const context = quantities[0].context;
+  const radius = Math.cbrt(3 * ball.force * settings.ball_m / (16 / 3 * settings.modulus_pa)) / spacing;
+  context.strokeStyle = ball.pressed ? '#ffffff' : '#1c1c22';
+  context.lineWidth = 1.2;
+  context.beginPath();
+  context.arc(ball.x / spacing, ball.y / spacing, Math.max(radius, 3), 0, 2 * Math.PI);
+  context.stroke();
+}
+
+function step() {
+  const asked = ball.pressed ? element('force').valueAsNumber : 0; // reached in 60 ms
+  const change = element('force').valueAsNumber * stepTime / 0.06;
+  ball.force = asked > ball.force ? Math.min(asked, ball.force + change) : Math.max(asked, ball.force - change);
+  check(wasm._page_step(ball.x, ball.y, ball.force));
+  const time = rows.length * stepTime, fired = [0, 0, 0];
+  for (let i = 0; i < wasm._page_spikes(); ++i) {
+    const fibre = wasm._page_spike_fibre(i);
+    spikes.push({time: time + wasm._page_spike_time(i), fibre});
+    ++fired[fibre < fibres[0] ? 0 : fibre < fibres[0] + fibres[1] ? 1 : 2];
+  }
+  quantities.forEach(paint);
+  rows.push([time + stepTime, ball.x, ball.y, ball.force, ...quantities.flatMap(q => [q.mean, q.most]), ...fired]);
+}
+
+// A canvas whose pixels are those of the screen, empty.
+function cleared(id) {
+  const canvas = element(id), context = canvas.getContext('2d'), ratio = window.devicePixelRatio || 1;
+  const wide = Math.round(canvas.clientWidth * ratio), high = Math.round(canvas.clientHeight * ratio);
+  if (canvas.width !== wide || canvas.height !== high) [canvas.width, canvas.height] = [wide, high];
+  context.setTransform(ratio, 0, 0, ratio, 0, 0);
+  context.clearRect(0, 0, canvas.clientWidth, canvas.clientHeight);
+  context.font = '12px system-ui, sans-serif';
+  return [context, canvas.clientWidth, canvas.clientHeight];
+}
+
+const left = 70; // pixels beside the plots, for their names
+
+function drawTraces() {
+  const [context, wide, high] = cleared('traces'), shown = rows.slice(-shownTime / stepTime);
+  quantities.slice(1).forEach((q, k) => {
+    const column = 4 + 2 * (k + 1), top = k * high / 4, room = high / 4 - 8;
+    let low = 0, most = 1e-12;
+    for (const row of shown) [low, most] = [Math.min(low, row[column]), Math.max(most, row[column])];
+    context.fillStyle = colours[k];
+    context.fillText(q.name.toUpperCase(), 4, top + 16);
+    context.fillStyle = '#4a4a52';
+    context.fillText(most > 1e-12 ? most.toPrecision(2) + ' ' + q.unit : '', 4, top + 31);
+    context.strokeStyle = '#c8c8d0';
+    context.beginPath();
+    const zero = top + 4 + room * most / (most - low);
+    context.moveTo(left, zero);
+    context.lineTo(wide, zero);
+    context.stroke();
+    context.strokeStyle = colours[k];
+    context.lineWidth = 1.5;
+    context.beginPath();
+    shown.forEach((row, i) => context.lineTo(wide - (shown.length - 1 - i) * (wide - left) * stepTime / shownTime,
+      top + 4 + room * (most - row[column]) / (most - low)));
+    context.stroke();
+  });
+}
+
+function drawRaster() {
+  const [context, wide, high] = cleared('raster'), now = rows.length * stepTime;
+  const total = fibres[0] + fibres[1] + fibres[2];
+  spikes = spikes.filter(spike => spike.time > now - shownTime);
+  let first = 0;
+  kinds.forEach((kind, k) => {
+    context.fillStyle = kind.colour;
+    const from = first, to = first + fibres[k];
+    for (const {time, fibre} of spikes)
+      if (fibre >= from && fibre < to)
+        context.fillRect(wide - (now - time) * (wide - left) / shownTime, fibre * high / total, 1.5, 1.5);
+    context.fillText(`${kind.name}, ${fibres[k]}`, 4, Math.min((from + 0.5 * fibres[k]) * high / total + 4, high - 3));
+    first = to;
+  });
+}
+
+function say() {
+  const place = `${(ball.x * 1e3).toFixed(1)}, ${(ball.y * 1e3).toFixed(1)} mm`;
+  element('status').textContent = ball.force > 0
+    ? `The ball presses with ${ball.force.toFixed(2)} N at ${place}; the greatest strain is ${quantities[0].most.toFixed(2)}.`
+    : `The ball is above ${place} and does not press.`;
+  element('steps').textContent = rows.length;
+  element('hash').textContent = wasm.UTF8ToString(wasm._page_hash());
+}
+
+let last = 0, waiting = 0, drawn = 0, paused = false;
+const speed = {from: 0, frames: 0, steps: 0, seconds: 0};
+
+function measure(now) {
+  ++speed.frames;
+  if (now - speed.from < 1000) return;
+  const each = speed.steps ? (1e3 * speed.seconds / speed.steps).toFixed(1) : '-';
+  element('speed').textContent = `${Math.round(1e3 * speed.frames / (now - speed.from))} pictures a second; `
+    + `a step with its pictures takes ${each} ms.`;
+  Object.assign(speed, {from: now, frames: 0, steps: 0, seconds: 0});
+}
+
+function frame(now) {
+  requestAnimationFrame(frame);
+  waiting = Math.min(waiting + (now - last) / 1e3, 2 * stepTime);
+  last = now;
+  measure(now);
+  if (paused) return;
+  try {
+    for (; waiting > 0.9 * stepTime && rows.length < longest; waiting -= stepTime) {
+      const begin = performance.now();
+      step();
+      speed.seconds += (performance.now() - begin) / 1e3;
+      ++speed.steps;
+    }
+    drawBall();
+    for (const q of quantities) q.caption.textContent = `${q.signed ? '±' : '0 to '}${q.peak.toPrecision(2)} ${q.unit}`;
+    ++drawn % 2 ? drawTraces() : drawRaster();
+    if (drawn % 30 === 0) say();
+    if (rows.length >= longest) throw new Error('The recording has ten minutes and is full. Start again to press on.');
+  } catch (error) {
+    element('error').textContent = error.message;
+    pause(true);
+  }
+}
+
+function pause(on) {
+  paused = on;
+  element('pause').setAttribute('aria-pressed', String(on));
+  say();
+}
+
+function recording() {
+  const names = ['time_s', 'x_m', 'y_m', 'force_n',
+    ...quantities.flatMap(({name}) => [`${name}_mean`, `${name}_greatest`]), ...kinds.map(k => `spikes_${k.name.toLowerCase()}`)];
+  const chosen = Object.entries(settings).map(([key, value]) => `${key}=${value}`);
+  return `# dermis page, ${chosen.join(', ')}\n${names.join(',')}\n${rows.map(row => row.join(',')).join('\n')}\n`;
+}
+
+function save() {
+  const link = document.createElement('a');
+  link.href = URL.createObjectURL(new Blob([recording()], {type: 'text/csv'}));
+  link.download = 'dermis-recording.csv';
+  link.click();
+  URL.revokeObjectURL(link.href);
+}
+
+function move(x, y) {
+  ball.x = Math.min(Math.max(x, 0), (width - 0.5) * spacing);
+  ball.y = Math.min(Math.max(y, 0), (height - 0.5) * spacing);
+}
+
+function listenToPointer(skin) {
+  const follow = event => move(event.offsetX / skin.clientWidth * width * spacing,
+    event.offsetY / skin.clientHeight * height * spacing);
+  skin.addEventListener('pointerdown', event => {
+    skin.setPointerCapture(event.pointerId);
+    ball.pressed = true;
+    follow(event);
+  });
+  skin.addEventListener('pointermove', follow);
+  for (const end of ['pointerup', 'pointercancel']) skin.addEventListener(end, () => { ball.pressed = false; });
+}
+
+function listenToKeys(skin) {
+  const ways = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1]};
+  skin.addEventListener('keydown', event => {
+    const way = ways[event.key], length = event.shiftKey ? spacing : 5 * spacing;
+    if (way) move(ball.x + way[0] * length, ball.y + way[1] * length);
+    else if (event.key === ' ') ball.pressed = true;
+    else return;
+    event.preventDefault();
+  });
+  skin.addEventListener('keyup', event => { if (event.key === ' ') ball.pressed = false; });
+  skin.addEventListener('blur', () => { ball.pressed = false; });
+}
+
+function showSettings() {
+  const shown = {force: ['N', 2], ball: ['mm', 1], ridges: ['mm', 2], modulus: ['kPa', 0]};
+  for (const [id, [unit, digits]] of Object.entries(shown))
+    element(`${id}-shown`).textContent = `${element(id).valueAsNumber.toFixed(digits)} ${unit}`;
+}
+
+function again() {
+  element('error').textContent = '';
+  try {
+    start();
+    pause(false);
+  } catch (error) {
+    element('error').textContent = error.message;
+  }
+}
+
+// The bytes of dermis.wasm, which wasm.js has as text: compressed, because it is a third of the size.
+async function bytesOfWasm() {
+  const compressed = Uint8Array.from(atob(dermisWasm), c => c.charCodeAt(0));
+  const stream = new Blob([compressed]).stream().pipeThrough(new DecompressionStream('gzip'));
+  return new Response(stream).arrayBuffer();
+}
+
+async function main() {
+  wasm = await loadDermis({wasmBinary: await bytesOfWasm()});
+  for (const q of quantities) {
+    const canvas = element(q.name === 'strain' ? 'skin' : q.name);
+    q.context = canvas.getContext('2d');
+    const image = q.context.createImageData(width, height);
+    q.picture = {image, bytes: image.data, pixels: new Uint32Array(image.data.buffer)};
+    q.caption = element(`scale-${q.name}`);
+  }
+  listenToPointer(element('skin'));
+  listenToKeys(element('skin'));
+  showSettings();
+  element('settings').addEventListener('input', showSettings);
+  element('settings').addEventListener('change', event => { if (event.target.id !== 'force') again(); });
+  element('restart').addEventListener('click', again);
+  element('pause').addEventListener('click', () => pause(!paused));
+  element('save').addEventListener('click', save);
+  start();
+  requestAnimationFrame(frame);
+}
+
+main().catch(error => { element('error').textContent = `This browser cannot run the page: ${error.message}`; });

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: MIT
+#include "host/doors/web/session.hpp"
+
+#include <dermis/contact.hpp>
+
+#include <algorithm>
+
+namespace dermis::web {
+namespace {
+
+constexpr std::uint64_t fnv_start = 14695981039346656037u;
+
+std::uint64_t fnv(const void* data, size_t bytes, std::uint64_t hash) {
+    const auto* byte = static_cast<const unsigned char*>(data);
+    for (size_t i = 0; i < bytes; ++i) hash = (hash ^ byte[i]) * 1099511628211u;
+    return hash;
+}
+
+SkinDescription description(const Settings& s) {
+    SkinDescription d = fingertip();
+    d.grid = {Session::width, Session::height, Session::spacing};
+    if (s.ridge_period > 0) d.surface.ridge_period = s.ridge_period;
+    else d.surface = {.kind = Surface::Kind::flat, .relief = d.surface.relief};
+    if (s.one_element) d.material.elements = {{.modulus = s.modulus, .viscosity = 0.07 * s.modulus}};
+    double compliance = 0; // of the elements in series, at rest
+    for (const KelvinVoigt& element : d.material.elements) compliance += 1 / element.modulus;
+    for (KelvinVoigt& element : d.material.elements) {
+        element.modulus *= compliance * s.modulus;
+        element.viscosity *= compliance * s.modulus;
+    }
+    d.receptors.sa2_adaptation = 2;
+    return d;
+}
+
+// The fibres of a fingertip. Those of SA1 and FA1 are as sensitive as the fibres whose thresholds were measured:
+// threshold_gain of bench/evidence/afferents.csv times the median fibre. Those of FA2 are the median fibre, because
+// they lie deeper, where less of a pressure acts than on the cells here.
+std::vector<Afferents> afferents(const Grid& grid) {
+    struct Kind {
+        Quantity type;
+        double gain;
+    };
+    std::vector<Afferents> all;
+    for (const Kind& kind : {Kind{Quantity::sa1, 13.22}, Kind{Quantity::fa1, 1.415}, Kind{Quantity::fa2, 1}}) {
+        all.push_back({.type = kind.type, .model = afferent_model(kind.type)});
+        for (auto& gains : all.back().model->gains)
+            for (double& gain : gains) gain *= kind.gain;
+        for (const Site& site : population(grid))
+            if (site.type == kind.type) all.back().cells.push_back(site.cell);
+    }
+    return all;
+}
+
+} // namespace
+
+Session::Session(const Settings& settings)
+    : skin_(Device::cpu(1), description(settings),
+            {.precision = Precision::f32, .afferents = afferents({width, height, spacing})}),
+      pressure_(frames * cells), settings_(settings), spikes_hash_(fnv_start) {
+    for (const Afferents& list : afferents({width, height, spacing})) fibres_.push_back(int(list.cells.size()));
+}
+
+void Session::step(double x, double y, double force) {
+    if (force_ == 0) x_ = x, y_ = y;
+    const double modulus = 4.0 / 3 * settings_.modulus; // in plane strain, where the volume stays the same
+    std::fill(pressure_.begin(), pressure_.end(), 0.0f);
+    for (int i = 0; i < frames; ++i) {
+        const double share = double(i + 1) / frames;
+        const contact::Pad pad{.width = width, .height = height, .spacing = spacing, .pressure = &pressure_[i * cells]};
+        contact::Contact ball{.x = x_ + share * (x - x_), .y = y_ + share * (y - y_)};
+        ball.force = force_ + share * (force - force_);
+        ball.radius = contact::hertz_radius(ball.force, settings_.ball, modulus);
+        if (ball.force > 0) contact::add_contacts(pad, &ball, 1);
+    }
+    skin_.press_frames(pressure_.data(), frames, cells, frame);
+    x_ = x, y_ = y, force_ = force;
+    ++steps_;
+    spikes_ += (long long)skin_.spikes().size;
+    for (const Spike& spike : skin_.spikes()) {
+        spikes_hash_ = fnv(&spike.afferent, sizeof spike.afferent, spikes_hash_);
+        spikes_hash_ = fnv(&spike.frame, sizeof spike.frame, spikes_hash_);
+        spikes_hash_ = fnv(&spike.share, sizeof spike.share, spikes_hash_);
+    }
+}
+
+std::uint64_t Session::hash() const {
+    std::uint64_t hash = spikes_hash_;
+    for (const Quantity q : {Quantity::strain, Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2})
+        hash = fnv(map(q), cells * sizeof(float), hash);
+    return hash;
+}
+
+} // namespace dermis::web

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: MIT
+// A fingertip that a ball presses: what the page in the browser shows, and what replays a recording of it. Both have
+// the same bits.
+#pragma once
+
+#include <dermis/dermis.hpp>
+
+#include <cstdint>
+#include <vector>
+
+namespace dermis::web {
+
+// What a user of the page chooses.
+struct Settings {
+    double ridge_period = 5e-4; // m; 0: no ridges
+    double modulus = 5e4;       // Pa, of the skin at rest; all elements of the material are scaled with it
+    double ball = 5e-3;         // m, radius
+    bool one_element = false;   // a single element with a retardation time of 70 ms; otherwise the preset's four
+};
+
+// The skin is 12 mm x 16 mm. A frame of the screen is four frames of the skin, between which ball and force move
+// linearly; responses are known after the last of them, spikes at their own times.
+class Session {
+  public:
+    static constexpr int width = 240, height = 320; // cells
+    static constexpr double spacing = 5e-5;         // m
+    static constexpr int frames = 4;                // of one step
+    static constexpr double frame = 1.0 / 240;      // s
+    static constexpr size_t cells = size_t(width) * height;
+
+    // Throws Error::bad_input.
+    explicit Session(const Settings&);
+
+    // Presses for frames*frame seconds, at the end of which the ball is at (x, y), m, with a force in N. Where the ball
+    // did not press before, it comes down at (x, y). Throws Error::bad_input and std::invalid_argument.
+    void step(double x, double y, double force);
+
+    // One number for each cell: strain or a response. The same memory after every step.
+    const float* map(Quantity quantity) const { return skin_.response(quantity).data; }
+    Skin::Spikes spikes() const { return skin_.spikes(); }
+    // How many fibres there are of sa1, fa1 and fa2, which are numbered in this order.
+    const std::vector<int>& fibres() const { return fibres_; }
+    int steps() const { return steps_; }
+    long long all_spikes() const { return spikes_; } // since the beginning
+    // FNV-1a of strain and responses after the last step, and of all spikes since the beginning.
+    std::uint64_t hash() const;
+
+  private:
+    Skin skin_;
+    std::vector<int> fibres_;
+    std::vector<float> pressure_; // `frames` frames
+    Settings settings_;
+    double x_ = 0, y_ = 0, force_ = 0;
+    int steps_ = 0;
+    long long spikes_ = 0;
+    std::uint64_t spikes_hash_;
+};
+
+} // namespace dermis::web

@@ -1,0 +1,174 @@
+# SPDX-License-Identifier: MIT
+"""Uses the page in Chromium as a visitor does: presses by mouse and by keys, changes the skin, saves a recording, and
+has the native program press it again: it must come to the same hash. Keeps a screenshot.
+
+    python3 page.py --page FOLDER --replay PROGRAM --out FOLDER
+"""
+import argparse
+import gzip
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import time
+
+from selenium import webdriver
+from selenium.webdriver.common.action_chains import ActionChains
+from selenium.webdriver.common.by import By
+from selenium.webdriver.common.keys import Keys
+
+COMPRESSED = 500_000  # bytes at most
+failed = []
+
+
+def claim(text, holds, shown=""):
+    print(f"{'ok    ' if holds else 'FAILED'} {text}{f': {shown}' if shown else ''}", flush=True)
+    if not holds:
+        failed.append(text)
+
+
+def browser_at(page, downloads):
+    options = webdriver.ChromeOptions()
+    for argument in ["--headless=new", "--window-size=1240,1260", "--hide-scrollbars", "--disable-dev-shm-usage"]:
+        options.add_argument(argument)
+    if os.geteuid() == 0:  # Chromium refuses its sandbox to root
+        options.add_argument("--no-sandbox")
+    options.add_experimental_option("prefs", {"download.default_directory": str(downloads)})
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
+    browser = webdriver.Chrome(options=options)
+    browser.get((page / "index.html").as_uri())
+    return browser
+
+
+class Page:
+    def __init__(self, browser, downloads):
+        self.browser, self.downloads = browser, downloads
+
+    def element(self, name):
+        return self.browser.find_element(By.ID, name)
+
+    def text(self, name):
+        return self.element(name).text
+
+    def wait_for(self, what, done, seconds=60):
+        end = time.monotonic() + seconds
+        while not done():
+            if time.monotonic() > end:
+                raise TimeoutError(f"{what} did not come in {seconds} s; the page says: {self.text('error')!r}")
+            time.sleep(0.05)
+
+    def steps(self):
+        return self.browser.execute_script("return rows.length")
+
+    def wait_steps(self, number):
+        until = self.steps() + number
+        self.wait_for(f"step {until}", lambda: self.steps() >= until)
+
+    def press_by_mouse(self, picture=None):
+        skin = self.element("skin")
+        mouse = ActionChains(self.browser, duration=100).move_to_element_with_offset(skin, -60, -80).click_and_hold()
+        for _ in range(8):
+            mouse.move_by_offset(12, 15)
+        mouse.perform()
+        if picture:
+            self.browser.save_screenshot(str(picture))
+        self.wait_steps(20)
+        ActionChains(self.browser).release().perform()
+        self.wait_steps(20)
+
+    def press_by_keys(self):
+        self.element("skin").send_keys("")  # focus
+        keys = ActionChains(self.browser).key_down(" ").pause(0.3)
+        for key in [Keys.ARROW_RIGHT, Keys.ARROW_RIGHT, Keys.ARROW_UP, Keys.ARROW_LEFT]:
+            keys.send_keys(key).pause(0.05)
+        keys.key_up(" ").perform()
+        self.wait_steps(10)
+
+    def choose(self, name, value):
+        self.browser.execute_script("const [field, value] = arguments; field.value = value;"
+                                    "for (const kind of ['input', 'change']) field.dispatchEvent(new Event(kind, {bubbles: true}));",
+                                    self.element(name), value)
+
+    def saved(self, name):
+        """Pauses, saves the recording, and returns it with the hash that the page shows."""
+        self.element("pause").click()
+        shown = self.text("hash")
+        for old in self.downloads.glob("*"):
+            old.unlink()
+        self.element("save").click()
+        file = self.downloads / "dermis-recording.csv"
+        self.wait_for("the recording", file.exists)
+        kept = self.downloads.parent / name
+        kept.write_bytes(file.read_bytes())
+        return kept, shown
+
+
+def check_same_bits(page, replay, name):
+    file, shown = page.saved(name)
+    answer = subprocess.run([replay, file], capture_output=True, text=True)
+    native = re.fullmatch(r"(\d+) steps, (\d+) spikes, hash ([0-9a-f]{16})\n", answer.stdout)
+    rows = file.read_text().splitlines()[2:]
+    claim(f"{name}: the native program comes to the hash that the page shows",
+          bool(native) and native[3] == shown and int(native[1]) == len(rows), answer.stdout.strip() + answer.stderr)
+    numbers = [row.split(",") for row in rows]
+    claim(f"{name}: the ball has pressed, and SA1 fibres have fired",
+          max(float(row[3]) for row in numbers) > 0.25 and sum(int(row[-3]) for row in numbers) > 0,
+          f"{sum(int(row[-3]) for row in numbers)} spikes of SA1, {sum(int(row[-2]) for row in numbers)} of FA1, "
+          f"{sum(int(row[-1]) for row in numbers)} of FA2")
+
+
+def check_keys_reach(page):
+    """Every control can be reached with the Tab key."""
+    page.browser.execute_script("document.activeElement.blur()")
+    reached = []
+    for _ in range(12):
+        ActionChains(page.browser).send_keys(Keys.TAB).perform()
+        reached.append(page.browser.execute_script("return document.activeElement.id"))
+    wanted = ["skin", "force", "ball", "ridges", "modulus", "material", "surface", "restart", "pause", "save"]
+    claim("the Tab key reaches the skin and every control", [r for r in reached if r in wanted] == wanted, " ".join(reached))
+
+
+def check_quiet(page):
+    errors = [entry["message"] for entry in page.browser.get_log("browser") if entry["level"] == "SEVERE"]
+    claim("the browser reports no error", not errors, "; ".join(errors))
+    asked = set(re.findall(r'"url":"([a-z]+:[^"]*)"', " ".join(e["message"] for e in page.browser.get_log("performance"))))
+    others = sorted(url for url in asked if not url.startswith(("file:", "data:", "blob:", "chrome:")))
+    claim("the page asks for no address but its own folder's", not others, " ".join(others))
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    for name in ["page", "replay", "out"]:
+        parser.add_argument(f"--{name}", type=lambda text: pathlib.Path(text).resolve(), required=True)
+    given = parser.parse_args()
+    downloads = given.out / "downloads"
+    downloads.mkdir(parents=True, exist_ok=True)
+    size = sum(len(gzip.compress(file.read_bytes(), 9, mtime=0)) for file in given.page.iterdir())
+    claim(f"the page has at most {COMPRESSED // 1000} KB, compressed", size <= COMPRESSED, f"{size / 1000:.0f} KB")
+    browser = browser_at(given.page, downloads)
+    try:
+        page = Page(browser, downloads)
+        page.wait_for("the first picture", lambda: page.text("hash"))
+        page.press_by_mouse()  # the browser compiles meanwhile
+        page.element("restart").click()
+        page.press_by_mouse(given.out / "page.png")
+        page.press_by_keys()
+        page.wait_steps(90)
+        print("      " + page.text("speed"))
+        check_same_bits(page, given.replay, "ridges.csv")
+        page.choose("material", "1")
+        page.choose("surface", "0")
+        page.choose("modulus", "80")
+        page.press_by_keys()
+        check_same_bits(page, given.replay, "flat.csv")
+        check_keys_reach(page)
+        check_quiet(page)
+        claim("the page shows no error", not page.text("error"), page.text("error"))
+    finally:
+        browser.quit()
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
