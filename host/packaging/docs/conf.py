@@ -7,13 +7,17 @@ import re
 
 import dermis
 
+# In the order of index.md.
+HEADERS = ["description.hpp", "device.hpp", "skin.hpp", "afferents.hpp", "contact.hpp", "touch.hpp", "vulkan.hpp", "scene.hpp",
+           "run.hpp", "fit.hpp", "dermis.h"]
+
 project = "dermis"
 author = "the dermis authors"
 extensions = ["myst_parser", "breathe", "sphinx.ext.autodoc"]
 html_theme = "furo"
 html_title = "dermis"
 html_copy_source = False
-exclude_patterns = ["tests/embedding", "out", "build"]
+exclude_patterns = ["host/packaging/docs"]
 myst_heading_anchors = 3
 myst_enable_extensions = ["dollarmath"]
 breathe_projects = {"dermis": "doxygen/xml"}
@@ -56,7 +60,14 @@ def page_of_python():
     return "\n".join(page)
 
 
-pathlib.Path("python.rst").write_text(page_of_python())
+def write_pages():
+    pathlib.Path("python.rst").write_text(page_of_python())
+    for name in HEADERS:
+        title = f"dermis/{name}"
+        pathlib.Path(f"{name}.rst").write_text(f"{title}\n{'=' * len(title)}\n\n.. doxygenfile:: {name}\n")
+
+
+write_pages()
 
 
 def setup(app):
