@@ -34,6 +34,7 @@ class DERMIS_API Device {
     //   "vulkan"      the best Vulkan device, software devices included
     //   a number      an index of list()
     //   other text    a part of a Vulkan device's name
+    // A build without Vulkan (-DDERMIS_VULKAN=OFF) has "auto" and "cpu" alone.
     // Throws Error::no_device. A device with other bits than the CPU path's in a self-test is refused, unless it was
     // asked for by number or name. Opening a device tests the basic kernels of presses. The first run by Model::march
     // tests the kernels of marches, and the first run with another stencil, edge rule or precision, with frames or with

@@ -63,7 +63,7 @@ elseif(claim STREQUAL "links")
 
 # Pictures that the command draws can be drawn by a reader.
 elseif(claim STREQUAL "gallery")
-    run(${python} ${CMAKE_CURRENT_LIST_DIR}/gallery.py ${dermis} ${source}/host/examples/GALLERY.md ${work})
+    run(${python} ${CMAKE_CURRENT_LIST_DIR}/gallery.py ${dermis} ${source}/host/examples/GALLERY.md ${work} ${bench})
 
 # The pages that name the version name this one.
 elseif(claim STREQUAL "version")

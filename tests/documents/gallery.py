@@ -1,5 +1,10 @@
 # SPDX-License-Identifier: MIT
-"""gallery.py DERMIS PAGE FOLDER: each command of the gallery that begins with dermis draws the picture above it."""
+"""Each command of the gallery draws the picture above it.
+
+    gallery.py DERMIS PAGE FOLDER           the commands that begin with dermis
+    gallery.py DERMIS PAGE FOLDER BENCH     the others too: `./run study` and `./run bench`, by the programs that they
+                                            start and quickly, and the scripts of the folder bench
+"""
 import pathlib
 import re
 import shlex
@@ -7,23 +12,61 @@ import shutil
 import subprocess
 import sys
 
-command, page, folder = sys.argv[1], pathlib.Path(sys.argv[2]), pathlib.Path(sys.argv[3])
-drawn = 0
-for picture, text in re.findall(r"^!\[[^]]*\]\(([^)]*)\)\n(.*?)(?=^!\[|\Z)", page.read_text(), re.M | re.S):
-    calls = re.findall(r"^    (dermis .*(?:\\\n.*)*)$", text, re.M)
-    if not calls:
-        continue
-    work = folder / pathlib.Path(picture).stem
+PYTHON = "/usr/bin/python3"  # has NumPy and Matplotlib
+ELSEWHERE = ("./run page", "python ../../tests/embedding/mujoco/hand.py")  # tests/doors/web and tests/doors/python
+
+
+def programs_of(call, dermis, bench, top):
+    """The programs that a command of the page starts."""
+    words = shlex.split(call.replace("\\\n", " "))
+    if words[0] == "dermis":
+        return [[dermis, *words[1:]]]
+    if call == "./run study":
+        return [[dermis, "study", "--out", "out/study"]]
+    if call == "./run bench":
+        drawn = [[PYTHON, top / f"bench/{name}.py", dermis, f"out/{name}.png"] for name in ("spectrum", "tolerance")]
+        return [[bench, "--quick", "--out", "results.csv"], [PYTHON, top / "bench/report.py", "results.csv", "out"], *drawn]
+    script = re.fullmatch(r"(?:/usr/bin/)?python3 (bench/\w+\.py) build/release/dermis (\w+\.png)", call)
+    if not script:
+        sys.exit(f"{call}: no such command is known")
+    return [[PYTHON, top / script[1], dermis, pathlib.Path("out", script[2])]]
+
+
+def run_call(call, work, page, programs):
+    """Runs a command of the page in a copy of its folder, unless another picture has."""
+    if work.exists():
+        return
     shutil.copytree(page.parent, work)
-    for call in calls:
-        words = shlex.split(call.replace("\\\n", " "))
-        done = subprocess.run([command, *words[1:]], cwd=work, capture_output=True, text=True)
+    (work / "out").mkdir()
+    for program in programs:
+        done = subprocess.run(program, cwd=work, capture_output=True, text=True)
         if done.returncode:
-            sys.exit(f"{call}: exit status {done.returncode}: {done.stderr}")
-    new = [path for path in work.rglob(pathlib.Path(picture).name) if path.parent != work]
-    if len(new) != 1 or new[0].read_bytes()[:4] != b"\x89PNG":
-        sys.exit(f"{picture}: not drawn by {calls}")
-    drawn += 1
-if drawn < 4:
-    sys.exit(f"{page}: only {drawn} pictures with a command of dermis")
-print(f"{drawn} pictures drawn")
+            sys.exit(f"{call}: {program[0]}: exit status {done.returncode}: {done.stdout[-2000:]}{done.stderr}")
+
+
+def main():
+    dermis, page, folder = sys.argv[1], pathlib.Path(sys.argv[2]).resolve(), pathlib.Path(sys.argv[3])
+    bench = sys.argv[4] if len(sys.argv) > 4 else None
+    drawn = 0
+    for picture, text in re.findall(r"^!\[[^]]*\]\(([^)]*)\)\n(.*?)(?=^!\[|\Z)", page.read_text(), re.M | re.S):
+        name = pathlib.Path(picture).name
+        calls = re.findall(r"^    ((?:dermis|\./run|python|/usr/bin/python).*(?:\\\n.*)*)$", text, re.M)
+        if not calls:
+            sys.exit(f"{picture}: the page has no command that draws it")
+        if calls[0].startswith(ELSEWHERE) or (not bench and not calls[0].startswith("dermis")):
+            continue
+        of_dermis = calls[0].startswith("dermis")
+        work = folder / (pathlib.Path(picture).stem if of_dermis else re.sub(r"\W+", "_", calls[0]))
+        run_call("\n".join(calls), work, page, [p for c in calls for p in programs_of(c, dermis, bench, page.parents[2])])
+        # A script, and a command that draws many, may call the picture by another name, which the text then has.
+        names = {name, *re.findall(r"\w+\.png", text)}
+        new = [path for path in work.rglob("*.png") if path.name in names and path.parent != work]
+        if not new or any(path.read_bytes()[:4] != b"\x89PNG" for path in new):
+            sys.exit(f"{picture}: not drawn by {calls}")
+        drawn += 1
+    if drawn < (19 if bench else 4):
+        sys.exit(f"{page}: only {drawn} pictures with a command that was run")
+    print(f"{drawn} pictures drawn")
+
+
+main()

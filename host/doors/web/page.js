@@ -15,8 +15,6 @@ const curvature = 5;
 const kinds = [{name: 'SA1', colour: '#3b528b'}, {name: 'FA1', colour: '#1f9e89'}, {name: 'FA2', colour: '#c2571a'}];
 const colours = ['#440154', '#3b528b', '#1f9e89', '#b8630f'];
 
-const skinColour = [1, 0.86, 0.78]; // red, green, blue
-
 const element = id => document.getElementById(id);
 
 // 256 colours between equally distant ones, as the 32-bit numbers of an ImageData.
@@ -36,7 +34,8 @@ let settings;
 let rows = [];   // of the recording
 let spikes = []; // {time, fibre} of the last seconds
 let fibres = [0, 0, 0];
-let relief;      // of each cell: brightness of the resting skin, 0..255 of 256
+let relief;      // of each cell: brightness of the resting skin, 155..255 of 256
+let skinPixels;  // of each cell: its colour at rest
 const ball = {x: width * spacing / 2, y: height * spacing / 2, force: 0, pressed: false};
 
 function check(refusal) {
@@ -61,12 +60,13 @@ function start() {
   for (const q of quantities) q.peak = q.greatest = 0;
   const bend = map(curvature), sharpest = bend.reduce((most, c) => Math.max(most, Math.abs(c)), 1e-9);
   relief = Uint8Array.from(bend, c => 205 - 50 * c / sharpest);
+  skinPixels = Uint32Array.from(relief, light => 255 << 24 | 0.78 * light << 16 | 0.86 * light << 8 | light);
 }
 
-// Mean and greatest value of a map; its picture on a canvas of its own, on which `peak` is the end of the colours. It
-// follows a response that fades, as those of FA1 and FA2 do quickly, down to a hundredth.
-function paint(quantity, number) {
-  const values = map(number), {picture, context, signed} = quantity;
+// Mean and greatest value of a map. `peak`, the end of its colours, follows a response that fades, as those of FA1 and
+// FA2 do quickly, down to a fiftieth.
+function summarize(quantity, number) {
+  const values = map(number);
   let sum = 0, most = 0;
   for (let i = 0; i < cells; ++i) {
     const size = Math.abs(values[i]);
@@ -76,21 +76,47 @@ function paint(quantity, number) {
   quantity.mean = sum / cells;
   quantity.most = most;
   quantity.greatest = Math.max(most, quantity.greatest);
-  quantity.peak = Math.max(most, (signed ? 0.9 : 0.99) * quantity.peak, 0.01 * quantity.greatest, 1e-12);
+  quantity.peak = Math.max(most, (quantity.signed ? 0.6 : 0.99) * quantity.peak, 0.02 * quantity.greatest, 1e-12);
+}
+
+function paint(number) {
+  const quantity = quantities[number], values = map(number), {picture, context, signed} = quantity;
   const pixels = picture.pixels, scale = (signed ? 127.5 : 255) / quantity.peak, zero = signed ? 127.5 : 0;
   const colour = signed ? blueToRed : viridis;
   for (let i = 0; i < cells; ++i) pixels[i] = colour[Math.max(0, zero + scale * values[i]) | 0];
   if (number === 0) shade(values, picture, quantity.peak);
   context.putImageData(picture.image, 0, 0);
+  quantity.caption.textContent = `${signed ? '±' : '0 to '}${quantity.peak.toPrecision(2)} ${quantity.unit}`;
+}
+
+// The strain in each picture, and by turns one half of all else, because many screens are drawn by a processor.
+function draw() {
+  paint(0);
+  drawBall();
+  if (++drawn % 2) {
+    paint(1);
+    paint(2);
+    drawTraces();
+  } else {
+    paint(3);
+    paint(4);
+    drawRaster();
+  }
+  if (drawn % 30 === 0) say();
 }
 
 // Lays the picture of the strain over the skin, whose valleys are dark and whose ridges light: skin shows where the
 // strain is below a fifth of its peak.
-function shade(values, {bytes}, peak) {
+function shade(values, {pixels}, peak) {
   for (let i = 0; i < cells; ++i) {
-    const light = relief[i], cover = Math.min(5 * Math.abs(values[i]) / peak, 1);
-    for (let k = 0; k < 3; ++k)
-      bytes[4 * i + k] = cover * bytes[4 * i + k] * (0.2 + light / 256) + (1 - cover) * skinColour[k] * light;
+    const cover = Math.min(5 * Math.abs(values[i]) / peak, 1), skin = skinPixels[i], colour = pixels[i];
+    if (cover < 1 / 256) {
+      pixels[i] = skin;
+      continue;
+    }
+    const over = cover * (0.2 + relief[i] / 320), under = 1 - cover;
+    pixels[i] = 255 << 24 | over * (colour >> 16 & 255) + under * (skin >> 16 & 255) << 16
+      | over * (colour >> 8 & 255) + under * (skin >> 8 & 255) << 8 | over * (colour & 255) + under * (skin & 255);
   }
 }
 
@@ -115,7 +141,7 @@ function step() {
     spikes.push({time: time + wasm._page_spike_time(i), fibre});
     ++fired[fibre < fibres[0] ? 0 : fibre < fibres[0] + fibres[1] ? 1 : 2];
   }
-  quantities.forEach(paint);
+  quantities.forEach(summarize);
   rows.push([time + stepTime, ball.x, ball.y, ball.force, ...quantities.flatMap(q => [q.mean, q.most]), ...fired]);
 }
 
@@ -163,11 +189,13 @@ function drawRaster() {
   spikes = spikes.filter(spike => spike.time > now - shownTime);
   let first = 0;
   kinds.forEach((kind, k) => {
-    context.fillStyle = kind.colour;
     const from = first, to = first + fibres[k];
+    context.fillStyle = kind.colour;
+    context.beginPath();
     for (const {time, fibre} of spikes)
       if (fibre >= from && fibre < to)
-        context.fillRect(wide - (now - time) * (wide - left) / shownTime, fibre * high / total, 1.5, 1.5);
+        context.rect(wide - (now - time) * (wide - left) / shownTime, fibre * high / total, 1.5, 1.5);
+    context.fill();
     context.fillText(`${kind.name}, ${fibres[k]}`, 4, Math.min((from + 0.5 * fibres[k]) * high / total + 4, high - 3));
     first = to;
   });
@@ -188,8 +216,8 @@ const speed = {from: 0, frames: 0, steps: 0, seconds: 0};
 function measure(now) {
   ++speed.frames;
   if (now - speed.from < 1000) return;
-  const each = speed.steps ? (1e3 * speed.seconds / speed.steps).toFixed(1) : '-';
-  element('speed').textContent = `${Math.round(1e3 * speed.frames / (now - speed.from))} pictures a second; `
+  const each = (1e3 * speed.seconds / speed.steps).toFixed(1);
+  if (speed.steps > 0) element('speed').textContent = `${Math.round(1e3 * speed.frames / (now - speed.from))} pictures a second; `
     + `a step with its pictures takes ${each} ms.`;
   Object.assign(speed, {from: now, frames: 0, steps: 0, seconds: 0});
 }
@@ -201,16 +229,13 @@ function frame(now) {
   measure(now);
   if (paused) return;
   try {
+    const begin = performance.now();
     for (; waiting > 0.9 * stepTime && rows.length < longest; waiting -= stepTime) {
-      const begin = performance.now();
       step();
-      speed.seconds += (performance.now() - begin) / 1e3;
       ++speed.steps;
     }
-    drawBall();
-    for (const q of quantities) q.caption.textContent = `${q.signed ? '±' : '0 to '}${q.peak.toPrecision(2)} ${q.unit}`;
-    ++drawn % 2 ? drawTraces() : drawRaster();
-    if (drawn % 30 === 0) say();
+    draw();
+    speed.seconds += (performance.now() - begin) / 1e3;
     if (rows.length >= longest) throw new Error('The recording has ten minutes and is full. Start again to press on.');
   } catch (error) {
     element('error').textContent = error.message;

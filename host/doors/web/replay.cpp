@@ -35,7 +35,7 @@ int replay(const char* path) {
                                         "\"; allowed: time, x, y, force and more");
         session.step(x, y, force);
     }
-    std::printf("%d steps, %lld spikes, hash %016llx\n", session.steps(), session.all_spikes(),
+    std::printf("%d steps, %zu spikes, hash %016llx\n", session.steps(), session.all_spikes(),
                 static_cast<unsigned long long>(session.hash()));
     return 0;
 }

@@ -75,7 +75,7 @@ void Session::step(double x, double y, double force) {
     skin_.press_frames(pressure_.data(), frames, cells, frame);
     x_ = x, y_ = y, force_ = force;
     ++steps_;
-    spikes_ += (long long)skin_.spikes().size;
+    spikes_ += skin_.spikes().size;
     for (const Spike& spike : skin_.spikes()) {
         spikes_hash_ = fnv(&spike.afferent, sizeof spike.afferent, spikes_hash_);
         spikes_hash_ = fnv(&spike.frame, sizeof spike.frame, spikes_hash_);

@@ -18,14 +18,14 @@ struct Settings {
     bool one_element = false;   // a single element with a retardation time of 70 ms; otherwise the preset's four
 };
 
-// The skin is 12 mm x 16 mm. A frame of the screen is four frames of the skin, between which ball and force move
-// linearly; responses are known after the last of them, spikes at their own times.
+// A skin of 12 mm x 16 mm. A step is two frames, between which ball and force move linearly; responses are known after
+// the second one, spikes at their own times.
 class Session {
   public:
     static constexpr int width = 240, height = 320; // cells
     static constexpr double spacing = 5e-5;         // m
-    static constexpr int frames = 4;                // of one step
-    static constexpr double frame = 1.0 / 240;      // s
+    static constexpr int frames = 2;                // of one step
+    static constexpr double frame = 1.0 / 120;      // s
     static constexpr size_t cells = size_t(width) * height;
 
     // Throws Error::bad_input.
@@ -41,7 +41,7 @@ class Session {
     // How many fibres there are of sa1, fa1 and fa2, which are numbered in this order.
     const std::vector<int>& fibres() const { return fibres_; }
     int steps() const { return steps_; }
-    long long all_spikes() const { return spikes_; } // since the beginning
+    size_t all_spikes() const { return spikes_; } // since the beginning
     // FNV-1a of strain and responses after the last step, and of all spikes since the beginning.
     std::uint64_t hash() const;
 
@@ -52,7 +52,7 @@ class Session {
     Settings settings_;
     double x_ = 0, y_ = 0, force_ = 0;
     int steps_ = 0;
-    long long spikes_ = 0;
+    size_t spikes_ = 0;
     std::uint64_t spikes_hash_;
 };
 

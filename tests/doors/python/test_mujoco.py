@@ -3,6 +3,7 @@
 import importlib.util
 import pathlib
 import re
+import subprocess
 import sys
 import types
 
@@ -124,6 +125,13 @@ def test_the_pads_of_a_grasping_hand_take_all_of_the_force_and_carry_the_ball(ha
     assert data.qpos[2] > 0.06 and sums[1] > 0.999 * sums[0] > 0
     # Pressures and tractions of all five pads, turned into the world, are the weight of 50 g.
     np.testing.assert_allclose(weights, [[0, 0, -0.05 * 9.81]] * len(weights), atol=0.01)
+
+
+def test_the_command_of_the_gallery_draws_the_hand(tmp_path):
+    command = [sys.executable, SAMPLES / "hand.py", "--picture", tmp_path / "hand.png"]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "hand.png").read_bytes()[:4] == b"\x89PNG"
 
 
 def test_the_page_shows_the_hand_as_it_is_tested():

@@ -67,12 +67,18 @@ class Page:
 
     def press_by_mouse(self, picture=None):
         skin = self.element("skin")
-        mouse = ActionChains(self.browser, duration=100).move_to_element_with_offset(skin, -60, -80).click_and_hold()
-        for _ in range(8):
-            mouse.move_by_offset(12, 15)
+        if picture:  # of a ball that moves
+            self.browser.execute_script("""
+                const last = rows.length + 45;
+                const watch = setInterval(() => { if (rows.length >= last) { clearInterval(watch); pause(true); } }, 1);""")
+        mouse = ActionChains(self.browser, duration=16).move_to_element_with_offset(skin, -80, -120).click_and_hold()
+        for _ in range(60):
+            mouse.move_by_offset(2, 3)
         mouse.perform()
         if picture:
+            self.wait_for("the pause", lambda: self.element("pause").get_attribute("aria-pressed") == "true")
             self.browser.save_screenshot(str(picture))
+            self.browser.execute_script("pause(false)")
         self.wait_steps(20)
         ActionChains(self.browser).release().perform()
         self.wait_steps(20)
