@@ -28,7 +28,7 @@ SkinDescription description(const Settings& s) {
         element.modulus *= compliance * s.modulus;
         element.viscosity *= compliance * s.modulus;
     }
-    d.receptors.sa2_adaptation = 2;
+    d.receptors.sa2_adaptation = 2; // s: a plain integral would grow for ever
     return d;
 }
 

@@ -7,10 +7,6 @@ import re
 
 import dermis
 
-# In the order of index.md.
-HEADERS = ["description.hpp", "device.hpp", "skin.hpp", "afferents.hpp", "contact.hpp", "touch.hpp", "vulkan.hpp", "scene.hpp",
-           "run.hpp", "fit.hpp", "dermis.h"]
-
 project = "dermis"
 author = "the dermis authors"
 extensions = ["myst_parser", "breathe", "sphinx.ext.autodoc"]
@@ -34,14 +30,16 @@ toc_object_entries_show_parents = "hide"
 
 def reference(lines):
     """Docstrings are plain text with code indented by four spaces: as reStructuredText."""
-    made = []
+    made, in_code = [], False
     for line in lines:
-        code = line.startswith("    ")
-        if code and not (made and made[-1].startswith("    ")) and not (len(made) > 1 and made[-1] == "" and made[-2].startswith("    ")):
-            made += ["", ".. code-block:: python", ""]
-        elif not code and line and made and made[-1].startswith("    "):
-            made.append("")
-        made.append(line if code else re.sub(r"([*|\\]|_\b)", r"\\\1", line.replace("`", "``")))
+        if line.strip():
+            code = line.startswith("    ")
+            if code and not in_code:
+                made += ["", ".. code-block:: python", ""]
+            elif in_code and not code:
+                made.append("")
+            in_code = code
+        made.append(line if in_code else re.sub(r"([*|\\]|_\b)", r"\\\1", line.replace("`", "``")))
     return made
 
 
@@ -62,7 +60,7 @@ def page_of_python():
 
 def write_pages():
     pathlib.Path("python.rst").write_text(page_of_python())
-    for name in HEADERS:
+    for name in re.findall(r"^\w+\.h(?:pp)?$", pathlib.Path("index.md").read_text(), re.M):
         title = f"dermis/{name}"
         pathlib.Path(f"{name}.rst").write_text(f"{title}\n{'=' * len(title)}\n\n.. doxygenfile:: {name}\n")
 
