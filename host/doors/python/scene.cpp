@@ -51,11 +51,12 @@ Scene scene_of(string_view text, const NamedMaps& named, const std::optional<Nam
                                           .width = int(map.shape(1)),
                                           .height = int(map.shape(0))});
     try {
-        Scene scene = scene::read_scene(scene::text_of_string(std::string(text), ""), overrides, maps).scene;
-        if (sites) scene.sites = sites_named(*sites, scene.grid);
-        if (fibres) scene.afferents = afferents_in(*fibres);
-        if (sites || fibres) scene::validate(scene);
-        return scene;
+        return scene::read_scene(scene::text_of_string(std::string(text), ""), overrides, maps, nullptr,
+                                 [&](Scene& scene) {
+                                     if (sites) scene.sites = sites_named(*sites, scene.grid);
+                                     if (fibres) scene.afferents = afferents_in(*fibres);
+                                 })
+            .scene;
     } catch (const Error& e) {
         const std::string what = e.what(), place = what.substr(0, what.find(": "));
         throw Error(e.code(), e.parameter(),

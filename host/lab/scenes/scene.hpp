@@ -7,6 +7,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <map>
 #include <tuple>
 
@@ -105,8 +106,9 @@ using NamedMaps = std::map<std::string, FileMap>;
 // Maps that have been read, by path.
 using FileMaps = std::map<std::string, FileMap>;
 // Returns the scene of a text, and the files that it names. read: maps that scenes share; null: this scene shares none.
+// complete: adds what the caller has in memory, before the scene is checked; empty: nothing.
 SceneWithFiles read_scene(const SceneText&, const std::vector<std::string>& overrides, const NamedMaps& = {},
-                          FileMaps* read = nullptr);
+                          FileMaps* read = nullptr, const std::function<void(Scene&)>& complete = {});
 // Returns the dotted name of every key that a scene file may have, as in "load.radius", except keys in lists.
 std::vector<std::string> known_keys();
 

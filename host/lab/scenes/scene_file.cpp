@@ -121,7 +121,8 @@ scene::SceneText scene::text_of_string(const std::string& text, const std::strin
 OR_OUT_OF_MEMORY("a scene of " + bytes_text(double(text.size())))
 
 scene::SceneWithFiles scene::read_scene(const SceneText& source, const std::vector<std::string>& overrides,
-                                        const NamedMaps& maps, FileMaps* shared) try {
+                                        const NamedMaps& maps, FileMaps* shared,
+                                        const std::function<void(Scene&)>& complete) try {
     const DefaultFloats guard; // the numbers of a text depend on it too
     const auto& [text, name, folder] = source;
     toml::table file;
@@ -141,6 +142,7 @@ scene::SceneWithFiles scene::read_scene(const SceneText& source, const std::vect
         SceneWithFiles read;
         FileMaps own;
         read.scene = read_tables(file, folder, maps, shared ? *shared : own, read.files);
+        if (complete) complete(read.scene);
         // The caller gets the scene without defaults: they depend on what it may still change.
         validate(read.scene);
         return read;

@@ -138,6 +138,7 @@ def test_fibres_of_a_class_lie_in_its_sites_and_follow_strain_or_stress():
 
 def test_a_scene_has_fibres_that_a_skin_takes_unless_it_is_given_others():
     scene = dermis.Scene(GRID, afferents=[dermis.Afferents(model=MODEL, cells=CELLS)])
+    assert len(dermis.Scene(GRID, sites=[("sa1", 1, 1)], afferents=[{"class": "sa1"}]).afferents) == 1  # of this site
     (fibres,) = pickle.loads(pickle.dumps(scene)).afferents
     assert repr(fibres) == repr(dermis.Afferents(model=MODEL, cells=CELLS)) and dermis.Scene(GRID).afferents == []
     given, of_scene, without = skin_of(), skin_of(scene=scene, afferents=None), skin_of(scene=scene, afferents=[])
