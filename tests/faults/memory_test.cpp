@@ -65,7 +65,8 @@ bool judge(const std::exception_ptr& thrown, bool sticky) {
 }
 
 // Fails each allocation of a work in turn, until there is none left to fail. The work itself allocates nothing outside
-// the library: the numbers have room. stride: between those that fail, at night; five times as much otherwise.
+// the library: the numbers have room. stride: one of so many allocations fails at night; by day one of five times as
+// many.
 template <class Work> void starve(const char* name, Work&& work, long stride = 1) {
     if (!night()) stride *= 5;
     Numbers right, got;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What the core uses of the C++20 library and emscripten 3.1.6, which Debian 12 has, lacks. The build of the page
-// includes this header before every file; a newer emscripten needs none of it.
+// The parts of the C++20 standard library that the core uses and that emscripten 3.1.6, the emscripten of Debian 12,
+// does not have. The build of the page includes this header before every file; a newer emscripten needs none of it.
 #pragma once
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What page.js calls. Functions return nullptr, or why they refuse.
+// The functions that page.js calls. page_begin and page_step return nullptr, or a message that says why they refuse.
 #include "host/doors/web/session.hpp"
 
 #include <cstdio>
@@ -37,16 +37,18 @@ const char* page_step(double x, double y, double force) {
     return refusal([&] { session->step(x, y, force); });
 }
 
-// number: of dermis::Quantity.
+// number: the number of a dermis::Quantity.
 const float* page_map(int number) { return session->map(dermis::Quantity(number)); }
 
+// How many fibres of a kind there are. kind: 0 for SA1, 1 for FA1, 2 for FA2.
 int page_fibres(int kind) { return session->fibres().at(size_t(kind)); }
 
+// How many spikes the last step had.
 int page_spikes() { return int(session->spikes().size); }
 
-// Of the last step.
+// The number of the fibre that fired spike i of the last step.
 int page_spike_fibre(int i) { return session->spikes()[size_t(i)].afferent; }
-// s, from the step's beginning.
+// The time of spike i of the last step, s after the step's beginning.
 double page_spike_time(int i) {
     const dermis::Spike& spike = session->spikes()[size_t(i)];
     return (spike.frame + double(spike.share)) * dermis::web::Session::frame;

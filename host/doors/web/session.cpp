@@ -32,9 +32,9 @@ SkinDescription description(const Settings& s) {
     return d;
 }
 
-// The fibres of a fingertip. Those of SA1 and FA1 are as sensitive as the fibres whose thresholds were measured:
-// threshold_gain of bench/evidence/afferents.csv times the median fibre. Those of FA2 are the median fibre, because
-// they lie deeper, where less of a pressure acts than on the cells here.
+// The nerve fibres of a fingertip. SA1 and FA1 fibres have the median fibre's gains times threshold_gain of
+// bench/evidence/afferents.csv, which makes them as sensitive as the fibres whose thresholds were measured. FA2 fibres
+// have the median fibre's gains: they lie deeper, where less of a pressure acts than on the cells here.
 std::vector<Afferents> afferents(const Grid& grid) {
     struct Kind {
         Quantity type;

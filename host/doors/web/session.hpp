@@ -10,7 +10,7 @@
 
 namespace dermis::web {
 
-// What a user of the page chooses.
+// The settings that a user of the page chooses.
 struct Settings {
     double ridge_period = 5e-4; // m; 0: no ridges
     double modulus = 5e4;       // Pa, of the skin at rest; all elements of the material are scaled with it
@@ -31,8 +31,8 @@ class Session {
     // Throws Error::bad_input.
     explicit Session(const Settings&);
 
-    // Presses for frames*frame seconds, at the end of which the ball is at (x, y), m, with a force in N. Where the ball
-    // did not press before, it comes down at (x, y). Throws Error::bad_input and std::invalid_argument.
+    // Presses for one step, frames*frame seconds. At its end the ball is at (x, y), in m, and presses with `force`, in
+    // N. A ball that did not press before comes down at (x, y). Throws Error::bad_input and std::invalid_argument.
     void step(double x, double y, double force);
 
     // One number for each cell: strain or a response. The same memory after every step.

@@ -71,8 +71,8 @@ struct MeasuredSurface {
 // map, by the stencil of fourth order. spacing: m from number to number of the map; the corners of map and grid lie on
 // each other. Throws Error::bad_input where the map does not cover the grid.
 MeasuredSurface measured_surface(const FileMap&, double spacing, const Grid&);
-// Returns the period of the ridges of a map, in numbers of the map: that of the strongest prominent peak of the
-// spectrum, in any direction. Returns nothing where there is no such peak, as on a rough surface.
+// Returns the period of the ridges of a map, in units of the distance between two of its numbers. It is the period of
+// the spectrum's strongest peak, in any direction. Returns nothing where no peak stands out, as on a rough surface.
 std::optional<double> ridge_period_of(const FileMap&);
 
 // The frames of a texture that slides over a validated scene, one at each output and one more. They are to be
