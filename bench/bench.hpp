@@ -39,6 +39,7 @@ void streamed_frames(Bench&); // one press of one skin, beside peers and the mem
 void streamed_frames_on_device(Bench&, int n);
 void by_cells(Bench&);            // skins of 4 x 4 to 4096 x 4096 cells, by threads and on every device
 void options(Bench&);             // what each option of a skin saves
+void kinds(Bench&);               // what each kind of skin costs: materials, widths, stencils, elements
 void constant_map(Bench&);        // means of a map whose strength alone changes
 void study(Bench&);               // the published study's nine scenes
 void population(Bench&);          // receptors of a hand, in a run

@@ -2,6 +2,7 @@
 // Frames of a skin of one element and of several in series, in the same rounds.
 #include "bench/bench.hpp"
 #include "bench/frames.hpp"
+#include "bench/skins.hpp"
 #include "host/core/cpu/stream.hpp"
 #include "host/core/embedding/backend.hpp"
 
@@ -12,15 +13,6 @@ namespace bench {
 using namespace dermis;
 
 namespace {
-
-// Retardation times from 4 ms on, each three times the one before.
-Material chain_of(int elements, bool spring) {
-    Material m;
-    if (elements == 1 && !spring) return m;
-    for (int e = 0; e < elements; ++e) m.elements.push_back({2e6 / (1 + e), 8e3 * std::pow(3, e) / (1 + e)});
-    if (spring) m.spring = 4e6;
-    return m;
-}
 
 // A skin's frames, and what steps them.
 struct Contender {

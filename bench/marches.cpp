@@ -2,18 +2,15 @@
 // Marches of traces by materials and precision, beside a native peer.
 #include "bench/bench.hpp"
 #include "bench/native.hpp"
+#include "bench/skins.hpp"
 
 #include <algorithm>
-#include <random>
 
 namespace bench {
 
 using namespace dermis;
 
 namespace {
-
-// How the materials of a march are spread over the grid.
-enum class Spread { uniform, patches, random, thousand, each };
 
 struct Contender {
     const char* workload;
@@ -32,19 +29,6 @@ constexpr Contender contenders[] = {
     {.workload = "march-each", .spread = Spread::each, .steps = 60}};
 
 double modulus_of(size_t material) { return 1.54 * (1 + 0.1 * double(material % 8) + 1e-3 * double(material)); }
-
-// The index of each cell's material; empty if there is one.
-std::vector<size_t> materials_of(Spread spread, size_t n) {
-    if (spread == Spread::uniform) return {};
-    std::vector<size_t> of(n * n);
-    std::mt19937 random(1);
-    for (size_t i = 0; i < of.size(); ++i)
-        of[i] = spread == Spread::patches    ? (i / n / (n / 4) + i % n / (n / 8)) % 4
-                : spread == Spread::random   ? random() % 4
-                : spread == Spread::thousand ? random() % 1000
-                                             : i;
-    return of;
-}
 
 // A load that rises for longer than any run: held loads have no new coefficients in any step.
 Scene scene_of(int n) {

@@ -272,6 +272,43 @@ rounds). {' '.join(sentences)}
 {table(['cells', *lines], body)}"""
 
 
+KINDS = (
+    ("uniform", "one material"),
+    ("patches-4", "four materials in patches"),
+    ("random-4", "four materials at random from cell to cell"),
+    ("random-1000", "a thousand materials at random from cell to cell"),
+    ("width", "rows of {width}"),
+    ("fourth-order", "the fourth-order stencil"),
+    ("published", "the published study's stencil"),
+    ("elements-1", "one element"),
+    ("elements-2", "two elements in series"),
+    ("elements-3", "three elements in series"),
+)
+
+
+def kinds(rows):
+    found = of(rows, "kinds")
+    lines, plain = [], {}
+    for model, text in KINDS:
+        for width in sorted({r["width"] for r in of(found, "kinds", model=model)}, key=number, reverse=True):
+            here = [r for r in found if r["model"] == model and r["width"] == width]
+            line = [text.format(width=width), f"{width} x {here[0]['height']}"]
+            for t in threads_of(found):
+                ns = one(here, "ns", threads=t)
+                first = plain.setdefault((here[0]["height"], t), ns)
+                line.append(f"{num(ns)} ({num(ns / first, 2)})")
+            lines.append(line)
+    if not found:
+        return ""
+    return f"""
+## What each kind of skin costs
+
+One skin in f32, from the caller's pressure to responses that can be read; ns per cell and press, in brackets the ratio
+to the first skin of as many rows.
+
+{table(["skin", "cells"] + [plural(t) for t in threads_of(found)], lines)}"""
+
+
 def native_pads(rows):
     found = of(rows, "pads", model="native-bits")
     if not found:
@@ -869,6 +906,7 @@ def page(rows, step_of):
     sections = (
         presses(rows),
         options(rows),
+        kinds(rows),
         cells(rows),
         native_pads(rows),
         touched(rows),

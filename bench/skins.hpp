@@ -4,6 +4,7 @@
 
 #include "bench/bench.hpp"
 
+#include <cmath>
 #include <cstring>
 #include <random>
 
@@ -43,6 +44,31 @@ inline std::vector<float> random_frames(size_t cells, size_t count) {
 
 inline bool same(const dermis::Skin::Response& a, const dermis::Skin::Response& b) {
     return a.size == b.size && std::memcmp(a.data, b.data, a.size * sizeof(float)) == 0;
+}
+
+// Retardation times from 4 ms on, each three times the one before.
+inline dermis::Material chain_of(int elements, bool spring) {
+    dermis::Material m;
+    if (elements == 1 && !spring) return m;
+    for (int e = 0; e < elements; ++e) m.elements.push_back({2e6 / (1 + e), 8e3 * std::pow(3, e) / (1 + e)});
+    if (spring) m.spring = 4e6;
+    return m;
+}
+
+// How materials are spread over a grid.
+enum class Spread { uniform, patches, random, thousand, each };
+
+// The index of each cell's material; empty if there is one.
+inline std::vector<size_t> materials_of(Spread spread, size_t n) {
+    if (spread == Spread::uniform) return {};
+    std::vector<size_t> of(n * n);
+    std::mt19937 random(1);
+    for (size_t i = 0; i < of.size(); ++i)
+        of[i] = spread == Spread::patches    ? (i / n / (n / 4) + i % n / (n / 8)) % 4
+                : spread == Spread::random   ? random() % 4
+                : spread == Spread::thousand ? random() % 1000
+                                             : i;
+    return of;
 }
 
 // The shape of a batch, in the column `method`.

@@ -202,8 +202,8 @@ void main() {
     if (c.respond == 0 || RESPONSES == 0) return;
 
     vec4 L = add(laplacian_along_x(x, y, m.strain), laplacian_along_y(x, y, m.strain));
-    vec4 C = curvature_of(FOUR(rest_curvature, of_all_pads(i)), L, c.bend);
-#define RESPONSE(quantity) answer(quantity, signal(quantity, m, step.integral), C, c)
+    vec4 gain = gain_at(curvature_of(FOUR(rest_curvature, of_all_pads(i)), L, c.bend), c);
+#define RESPONSE(quantity) answer(quantity, signal(quantity, m, step.integral), gain, c)
     if (asked(QUANTITY_SA1)) sa1[i] = RESPONSE(QUANTITY_SA1);
     if (asked(QUANTITY_SA2)) sa2[i] = RESPONSE(QUANTITY_SA2);
     if (asked(QUANTITY_FA1)) fa1[i] = RESPONSE(QUANTITY_FA1);

@@ -9,9 +9,13 @@ inline real signal(int quantity, Motion m, real integral) {
     return m.strain;
 }
 
-// The signal x scaled by curvature: x*(1 + l*C).
-inline real response(real x, real C, scalar l) {
-    precise real gain = real(1.0) + real(l) * C;
+// The gain of every receptor where the skin has the curvature C: 1 + l*C.
+inline real gain_at(real C, Constants c) {
+    precise real gain = real(1.0) + real(c.curvature_length) * C;
+    return gain;
+}
+
+inline real response(real x, real gain) {
     precise real scaled = x * gain;
     return flush(scaled);
 }
@@ -25,9 +29,9 @@ inline real rectified(real a, scalar gain_plus, scalar gain_minus) {
     return flush(passed);
 }
 
-// The response of a receptor to its signal x where the skin has the curvature C.
-inline real answer(int quantity, real x, real C, Constants c) {
-    real scaled = response(x, C, c.curvature_length);
+// The response of a receptor to its signal x. gain: gain_at() of its place.
+inline real answer(int quantity, real x, real gain, Constants c) {
+    real scaled = response(x, gain);
     if (quantity == QUANTITY_FA2) return rectified(scaled, c.gain_plus, c.gain_minus);
     return scaled;
 }

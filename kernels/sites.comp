@@ -80,7 +80,7 @@ void respond(SiteStencil site) {
                         axis(cell / s.c.pitch, s.c.height, STENCIL, EDGES)));
     float C = curvature_of(site.rest_curvature, L, s.c.bend);
     responses[site.response + pad * site.of_class] =
-        answer(site.quantity, signal(site.quantity, step.motion, step.integral), C, s.c);
+        answer(site.quantity, signal(site.quantity, step.motion, step.integral), gain_at(C, s.c), s.c);
 }
 
 void main() {

@@ -342,7 +342,8 @@ TEST_CASE("a skin tells strain, indentation and curvature: with them its respons
             CHECK(skin.response(Quantity::curvature).data == told); // the same memory
             const size_t sites = d.sites.size(), count = sites ? sites : 19 * 11;
             REQUIRE(strain.size() == 2 * count);
-            const float l = 0.5f;
+            f32::Constants c{};
+            c.curvature_length = 0.5f;
             size_t of_class = 0;
             bool same = true, bent = false;
             for (size_t pad = 0; pad < 2; ++pad)
@@ -351,7 +352,7 @@ TEST_CASE("a skin tells strain, indentation and curvature: with them its respons
                     CHECK(indentation[at] == 0.25f * strain[at]);
                     bent |= curvature[at] != 0;
                     if (sites && d.sites[i].type != Quantity::sa1) continue;
-                    same &= sa1[sites ? of_class : at] == f32::response(strain[at], curvature[at], l);
+                    same &= sa1[sites ? of_class : at] == f32::response(strain[at], f32::gain_at(curvature[at], c));
                     ++of_class;
                 }
             CHECK(same);

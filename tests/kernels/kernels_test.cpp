@@ -56,7 +56,7 @@ typename K::real press_one(typename K::real p, typename K::real eps, typename K:
     const real C = K::curvature_of(rest, K::difference(I, eps, after, plain, p, K::axis(1, 3, 1, 0), 1), r(0.5));
     typename K::Summary all = K::summary_of(plain + integral);
     for (int q = QUANTITY_SA1; q < REDUCED_MAPS; ++q)
-        all = K::join(all, K::summary_of(K::answer(q, K::signal(q, m, integral), C, c)));
+        all = K::join(all, K::summary_of(K::answer(q, K::signal(q, m, integral), K::gain_at(C, c), c)));
     const typename K::LongSum sum = K::joined(K::joined(K::long_sum(eps), K::long_sum(C)), K::long_sum(rest));
     return all.sum + sum.sum * r(0x1p28) + sum.rest + K::deformation_of(rest, eps, r(0.3));
 }

@@ -240,9 +240,16 @@ TEST_CASE("frames have the same bits on every instruction set, by any number of 
         Precision precision;
         Hold hold = Hold::linear;
         bool materials = false;
+        int elements = 1;
     };
     for (const Case& c : {Case{Precision::f32},
                           {Precision::f32_compensated},
+                          {Precision::f32, Hold::linear, true},
+                          {Precision::f32_compensated, Hold::linear, true},
+                          {Precision::f32, Hold::linear, false, 2},
+                          {Precision::f32_compensated, Hold::linear, false, 2},
+                          {Precision::f32, Hold::linear, false, 3},
+                          {Precision::f32_compensated, Hold::linear, false, 4},
                           {Precision::f32, Hold::parabolic},
                           {Precision::f32_compensated, Hold::parabolic},
                           {Precision::f32, Hold::parabolic, true}})
@@ -251,6 +258,8 @@ TEST_CASE("frames have the same bits on every instruction set, by any number of 
             skin.grid = {width, 400, {}};
             for (int i = 0; c.materials && i < width * 400; ++i)
                 skin.material.modulus_map.edit().push_back(1 + (i / 40 % 2 ? i % 5 : 0));
+            for (int e = 0; c.elements > 1 && e < c.elements; ++e)
+                skin.material.elements.push_back({1.0 + e, 0.05 + e});
             SkinOptions options;
             options.precision = c.precision;
             options.hold = c.hold;
@@ -282,6 +291,7 @@ TEST_CASE("frames have the same bits on every instruction set, by any number of 
                     CAPTURE(width);
                     CAPTURE(int(c.hold));
                     CAPTURE(c.materials);
+                    CAPTURE(c.elements);
                     CAPTURE(isa->name);
                     CAPTURE(threads);
                     CHECK(same(pressed(*isa, threads, 0), plain));

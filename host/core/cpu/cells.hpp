@@ -108,9 +108,10 @@ template <class K> class Cells {
     Cells(const plan::PreparedSkin& skin, const plan::Variant& variant, const plan::PressedBox& pressed, int threads,
           const simd::Isa& isa, const std::vector<Cell>& points = {})
         : height_(skin.height()), width_(skin.width()), pitch_(skin.pitch), tiles_(skin.tiles),
-          material_of_(skin.material_of), variant_(variant), pressed_(pressed), points_(points), pool_(threads),
-          isa_(isa), loops_(isa.of<K>()), barrier_(pool_.threads()), state_(resting_state()),
-          resting_row_(size_t(pitch_), 0), shares_(bands(pool_.threads())), workers_(size_t(pool_.threads())) {
+          material_of_(skin.material_of), line_material_(shared_in_lines(material_of_)), variant_(variant),
+          pressed_(pressed), points_(points), pool_(threads), isa_(isa), loops_(isa.of<K>()), barrier_(pool_.threads()),
+          state_(resting_state()), resting_row_(size_t(pitch_), 0), shares_(bands(pool_.threads())),
+          workers_(size_t(pool_.threads())) {
         for (Worker<K>& worker : workers_) {
             int place = signal_place(variant_.chain);
             worker.changed.resize(1);
@@ -314,7 +315,7 @@ template <class K> class Cells {
     int rows_alike(const Press& press, const Band<real>& band, int y) const {
         const int reach = K::reach(variant_.stencil), answered = y - reach;
         const int read = press.points ? points_.next(answered, height_) : height_;
-        if (press.fill_row || rolls() || read == answered || y < band.first + 2 * reach) return 1;
+        if (press.fill_row || read == answered || y < band.first + 2 * reach) return 1;
         return std::min(band.last - y, read - answered);
     }
 
@@ -326,10 +327,11 @@ template <class K> class Cells {
                             .pitch = size_t(pitch_),
                             .response_pitch = press.response_pitch,
                             .tiles = size_t(tiles_),
-                            .stepped = y % 3,
-                            .answered = (y - K::reach(variant_.stencil)) % 3};
+                            .stepped = y,
+                            .behind = K::reach(variant_.stencil)};
         for (size_t i = 0; i < STEP_SIGNALS; ++i)
             for (size_t row = 0; row < 3; ++row) s.signal[i][row] = worker.signals[i][row].data();
+        for (size_t row = 0; rolls() && row < 5; ++row) s.strain[row] = worker.strain[row].data();
         return s;
     }
 
@@ -367,6 +369,7 @@ template <class K> class Cells {
         a.pressure = press.pressure + row;
         a.pressure_to = press.pressure_to ? press.pressure_to + row : nullptr;
         a.material = material_of_.empty() ? nullptr : material_of_.data() + row;
+        a.line_material = material_of_.empty() ? nullptr : line_material_.data() + row / PITCH_CELLS;
         a.table = press.table;
         a.from = from;
         a.to = to;
@@ -383,6 +386,7 @@ template <class K> class Cells {
             (*press.fill_row)(y, worker.coefficients.data());
             a.table = &worker.coefficients[size_t(at) * variant_.chain.length * (1 + variant_.bent)];
             a.material = column_.data();
+            a.line_material = nullptr;
         }
         return a;
     }
@@ -418,6 +422,7 @@ template <class K> class Cells {
 
     const int height_, width_, pitch_, tiles_;
     const std::vector<int>& material_of_;
+    const std::vector<int> line_material_;
     const plan::Variant variant_;
     const plan::PressedBox pressed_;
     const PointsOfRows points_;

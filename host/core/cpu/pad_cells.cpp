@@ -43,6 +43,7 @@ PadCells::PadCells(const plan::StreamedSkin& s, int threads, const simd::Isa& is
     material.resize(material.empty() ? 0 : pitch_, 0);
     for (size_t i = 0; !material.empty() && i < together_; ++i)
         material_.insert(material_.end(), material.begin(), material.end());
+    line_material_ = shared_in_lines(material_);
     if (!of_cells_) find_neighbours(s.skin);
     state_ = {pitch_ * size_t(s.pads), variant_.state()};
     workers_.resize(size_t(threads));
@@ -105,6 +106,7 @@ void PadCells::press(int thread, const Press& p) {
                                   .pressure = p.from,
                                   .pressure_to = p.to,
                                   .material = material_.empty() ? nullptr : material_.data(),
+                                  .line_material = material_.empty() ? nullptr : line_material_.data(),
                                   .table = p.table,
                                   .from = row,
                                   .to = row,

@@ -65,6 +65,7 @@ class PadCells {
     std::vector<plan::Element> elements_;
     size_t cells_ = 0, pitch_ = 0, together_ = 1, guard_ = 0;
     std::vector<int> material_; // index of the first element of each cell of pads together; empty: the same in all
+    std::vector<int> line_material_;
     f32::Constants constants_;
     std::vector<float> rest_curvature_, weights_; // of a pad's cells; and the published stencil's weights
     std::vector<int> edge_;                       // see simd::PadResponses

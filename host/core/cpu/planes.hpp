@@ -10,8 +10,19 @@
 #include <array>
 #include <memory>
 #include <new>
+#include <vector>
 
 namespace dermis::cpu {
+
+// Of each PITCH_CELLS cells of a padded map the number that they share, or -1.
+inline std::vector<int> shared_in_lines(const std::vector<int>& map) {
+    std::vector<int> lines(map.size() / PITCH_CELLS);
+    for (size_t i = 0; i < lines.size(); ++i) {
+        const auto first = map.begin() + std::ptrdiff_t(i * PITCH_CELLS);
+        lines[i] = std::all_of(first, first + PITCH_CELLS, [&](int n) { return n == *first; }) ? *first : -1;
+    }
+    return lines;
+}
 
 // One number per cell. The plane and each of its rows begin at a cache line. A plane of more than a large page begins
 // at a large page, because at random small pages a step of 4096 x 4096 cells takes up to a quarter longer. Planes that

@@ -39,8 +39,8 @@ class SitesOfCells {
               const std::array<float*, RESPONSE_MAPS>& responses) const {
         for (size_t r = 0; r < RESPONSE_MAPS; ++r)
             std::ranges::transform(sites_[r], responses[r], [&](const plan::SitePlace<f32>& site) {
-                const float C = site.curvature(strain, stencil_, c.bend);
-                return f32::answer(int(r) + QUANTITY_SA1, signals[r][site.stencil.here], C, c);
+                const float gain = f32::gain_at(site.curvature(strain, stencil_, c.bend), c);
+                return f32::answer(int(r) + QUANTITY_SA1, signals[r][site.stencil.here], gain, c);
             });
     }
 

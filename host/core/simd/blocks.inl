@@ -120,16 +120,9 @@ struct Gathered {
     }
 };
 
-// Whether a cache line of cells has one material.
-inline bool alike(const int* material) {
-    constexpr int in_register = int(sizeof(Register) / sizeof(int)), ints = in_register < line ? in_register : line;
-    typedef int Ints __attribute__((vector_size(ints * sizeof(int))));
-    typedef Ints Unaligned __attribute__((aligned(alignof(int)), may_alias));
-    const Ints first = material[0] - Ints{};
-    Ints other{};
-#pragma GCC unroll 8
-    for (int i = 0; i < line; i += ints) other |= *reinterpret_cast<const Unaligned*>(material + i) ^ first;
-    return !any<ints>(other);
+// The material of the cache line of cells at i, or -1 if it has several.
+inline int material_of_line(const AdvanceArguments<Kernels>& a, int i) {
+    return a.line_material ? a.line_material[i / PITCH_CELLS] : -1;
 }
 
 inline bool is_chain(const AdvanceArguments<Kernels>& a) { return a.elements > 1 || a.spring; }
@@ -141,19 +134,22 @@ int advance_in(const AdvanceArguments<Kernels> a, const Constants c) {
     Bits changed[state_sums] = {};
     const bool apart = a.to.strain != a.to.value[sum_strain]; // the strains of chains, and of pads
     const auto step = [&](int i, auto coefficients) {
-        const real strain = step_at<path, compensated, chain>(
-            a, i, c, coefficients, [&](int sum, Sum before, Sum after) { changed[sum] |= differing(before, after); });
+        const real strain = step_at < path, compensated,
+                   chain ? 0 : 1 > (a, i, c, coefficients, [&](int sum, Sum before, Sum after) {
+                                   changed[sum] |= differing(before, after);
+                               });
         if (chain || apart) store(a.to.strain + i, strain);
     };
     int material = materials ? *a.material : 0;
     LaneCoefficients k = lanes_of(materials ? a.table[entries * material] : chain ? a.table[0] : c.coefficients);
     for (int begin = 0; begin < a.count; begin += line) {
-        if (materials && !alike(a.material + begin)) {
+        const int of_line = materials ? material_of_line(a, begin) : 0;
+        if (of_line < 0) {
             for (int i = begin; i < begin + line; i += lanes)
                 step(i, [&](int n) { return Gathered::of<entries>(a.table + n, a.material + i); });
             continue;
         }
-        if (materials && a.material[begin] != material) k = lanes_of(a.table[entries * (material = a.material[begin])]);
+        if (materials && of_line != material) k = lanes_of(a.table[entries * (material = of_line)]);
 #pragma GCC unroll 8
         for (int i = begin; i < begin + line; i += lanes)
             step(i, [&](int n) { return chain && n > 0 ? lanes_of(a.table[entries * material + n]) : k; });
@@ -174,18 +170,20 @@ template <Path path> int advance_for(const AdvanceArguments<Kernels>& a, const C
     });
 }
 
-// The curvature of a block at column x. along: its second difference along the row.
+// The gains of a block at column x. along: its second difference along the row.
 template <int stencil>
-__attribute__((always_inline)) inline real curvature_at(const RespondArguments<Kernels>& r, int x, real along,
-                                                        const Constants& c) {
-    return curvature_of(loaded(r.rest_curvature + x), add(along, difference_across<stencil>(r.strain, x)), c.bend);
+__attribute__((always_inline)) inline real gains_at(const RespondArguments<Kernels>& r, int x, real along,
+                                                    const Constants& c) {
+    const real L = add(along, difference_across<stencil>(r.strain, x));
+    return gain_at(curvature_of(loaded(r.rest_curvature + x), L, c.bend), c);
 }
 
-// The response i of a block at column x where the skin has the curvature C.
-template <bool passed>
-__attribute__((always_inline)) inline real response_at(const RespondArguments<Kernels>& r, int i, int x, real C,
-                                                       const Constants& c) {
-    return answer_of<passed>(QUANTITY_SA1 + i, loaded(r.signal[i] + x), C, c);
+// The response i of a block at column x. passed: passes(c).
+__attribute__((always_inline)) inline real response_at(const RespondArguments<Kernels>& r, int i, int x, real gain,
+                                                       bool passed, const Constants& c) {
+    const real signal = loaded(r.signal[i] + x);
+    return passed ? answer_of<true>(QUANTITY_SA1 + i, signal, gain, c)
+                  : answer_of<false>(QUANTITY_SA1 + i, signal, gain, c);
 }
 
 // Stores a register of responses.
@@ -196,28 +194,28 @@ template <bool streams> __attribute__((always_inline)) inline void store_respons
 
 // The responses of a cache line of columns whose stencils read no cell across an end of the row. A line of each
 // response is stored at once, because lines that reach memory in parts cost more.
-template <int stencil, bool passed, bool streams>
-__attribute__((always_inline)) inline void respond_line(const RespondArguments<Kernels>& r, int x, const Constants& c) {
-    real C[line / lanes];
+template <int stencil, bool streams>
+__attribute__((always_inline)) inline void respond_line(const RespondArguments<Kernels>& r, int x, bool passed,
+                                                        const Constants& c) {
+    real gain[line / lanes];
 #pragma GCC unroll 8
     for (int i = 0; i < line; i += lanes)
-        C[i / lanes] = curvature_at<stencil>(r, x + i, difference_along<stencil>(r.strain, x + i), c);
+        gain[i / lanes] = gains_at<stencil>(r, x + i, difference_along<stencil>(r.strain, x + i), c);
 #pragma GCC unroll 8
     for (int q = 0; q < RESPONSE_MAPS; ++q) {
         if (!r.response[q]) continue;
 #pragma GCC unroll 8
         for (int i = 0; i < line; i += lanes)
-            store_response<streams>(r.response[q] + x + i, response_at<passed>(r, q, x + i, C[i / lanes], c));
+            store_response<streams>(r.response[q] + x + i, response_at(r, q, x + i, gain[i / lanes], passed, c));
     }
 }
 
 // The responses of n <= lanes columns from x on.
-template <bool passed>
-__attribute__((always_inline)) inline void respond_block(const RespondArguments<Kernels>& r, int x, int n, real C,
-                                                         const Constants& c) {
+__attribute__((always_inline)) inline void respond_block(const RespondArguments<Kernels>& r, int x, int n, real gain,
+                                                         bool passed, const Constants& c) {
     for (int q = 0; q < RESPONSE_MAPS; ++q) {
         if (!r.response[q]) continue;
-        const real answered = response_at<passed>(r, q, x, C, c);
+        const real answered = response_at(r, q, x, gain, passed, c);
         if (n == lanes && r.streams) store_response<true>(r.response[q] + x, answered);
         else if (n == lanes) store(r.response[q] + x, answered);
         else
@@ -322,7 +320,7 @@ __attribute__((always_inline)) inline void store_summaries(const Summary (&of_bl
 template <int stencil, bool passed, bool inner>
 inline void respond_tile(const RespondArguments<Kernels>& r, const EndCells<stencil>& end_cells, int x,
                          const Constants& c) {
-    real values[blocks_of_tile], C[blocks_of_tile];
+    real values[blocks_of_tile], gain[blocks_of_tile];
     Summary all[REDUCED_MAPS]{};
     if (r.tiles[QUANTITY_STRAIN]) {
 #pragma GCC unroll 32
@@ -334,7 +332,7 @@ inline void respond_tile(const RespondArguments<Kernels>& r, const EndCells<sten
 #pragma GCC unroll 32
     for (int i = 0; i < blocks_of_tile; ++i) {
         const int at = x + i * lanes;
-        C[i] = curvature_at<stencil>(
+        gain[i] = gains_at<stencil>(
             r, at, inner ? difference_along<stencil>(r.strain, at) : loaded(ends.values + (i + 1) * lanes), c);
     }
 #pragma GCC unroll 8
@@ -342,7 +340,7 @@ inline void respond_tile(const RespondArguments<Kernels>& r, const EndCells<sten
         if (!r.tiles[QUANTITY_SA1 + q] && !r.response[q]) continue;
 #pragma GCC unroll 32
         for (int i = 0; i < blocks_of_tile; ++i) {
-            values[i] = response_at<passed>(r, q, x + i * lanes, C[i], c);
+            values[i] = response_at(r, q, x + i * lanes, gain[i], passed, c);
             if (r.response[q]) store(r.response[q] + x + i * lanes, values[i]);
         }
         if (r.tiles[QUANTITY_SA1 + q]) all[QUANTITY_SA1 + q] = summary_of_blocks(values);
@@ -365,17 +363,17 @@ bool sums(const RespondArguments<Kernels>& r) {
     return asked;
 }
 
-// Steps cell i between frames. k, more: the first coefficients of the first element, and all coefficients of all
-// elements in series.
-template <Path path, bool compensated, bool chain>
+// Steps cell i between frames. series: as a RowCell has it. k, more: the first coefficients of the first element, and
+// all coefficients of all elements in series.
+template <Path path, bool compensated, int series>
 __attribute__((always_inline)) inline void step_between(const AdvanceArguments<Kernels>& a, int i, const Constants& c,
                                                         const LaneCoefficients& k, const Coefficients* more) {
     const auto nothing = [](int, Sum, Sum) {};
-    if constexpr (chain)
-        store(a.to.strain + i, step_at<path, compensated, true>(
+    if constexpr (series != 1)
+        store(a.to.strain + i, step_at<path, compensated, series>(
                                    a, i, c, [&](int n) { return n > 0 ? lanes_of(more[n]) : k; }, nothing));
     else // by reference: a copy for each block would go through memory
-        step_at<path, compensated, false>(
+        step_at<path, compensated, series>(
             a, i, c, [&](int) -> const LaneCoefficients& { return k; }, nothing);
 }
 
@@ -388,23 +386,33 @@ __attribute__((always_inline)) inline void lead_on(RowSteps<Kernels>& s) {
                                &r.strain.high, &r.strain.far_high, &r.rest_curvature, &r.signal[0], &r.signal[1]})
         lead(*row, s.pitch);
     lead(a.material, s.pitch);
+    lead(a.line_material, s.pitch / PITCH_CELLS);
     for (StateRow<scalar>* state : {&a.from, &a.to})
         for (scalar** row : {&state->value[0], &state->value[1], &state->lost[0], &state->lost[1], &state->strain,
                              &state->rate, &state->previous})
             lead(*row, s.pitch);
     for (scalar*& row : r.response) lead(row, s.response_pitch);
     for (auto*& row : r.tiles) lead(row, s.tiles);
-    s.stepped = s.stepped == 2 ? 0 : s.stepped + 1;
-    s.answered = s.answered == 2 ? 0 : s.answered + 1;
+    const int stepped = ++s.stepped, answered = stepped - s.behind;
     for (int i = 0; i < STEP_SIGNALS; ++i) {
-        if (a.signal[i]) a.signal[i] = s.signal[i][s.stepped] + r.first;
-        r.signal[QUANTITY_FA1 - QUANTITY_SA1 + i] = s.signal[i][s.answered];
+        if (a.signal[i]) a.signal[i] = s.signal[i][stepped % 3] + r.first;
+        r.signal[QUANTITY_FA1 - QUANTITY_SA1 + i] = s.signal[i][answered % 3];
     }
+    if (!s.strain[0]) return;
+    const auto strain = [&](int row) { return s.strain[row % 5]; };
+    const int near = r.strain.stencil == STENCIL_PUBLISHED ? 0 : 1; // as difference_along() has it
+    a.to.strain = strain(stepped) + r.first;
+    r.strain.far_low = strain(answered - s.behind);
+    r.strain.low = strain(answered - near);
+    r.strain.here = strain(answered);
+    r.strain.high = strain(answered + near);
+    r.strain.far_high = strain(stepped);
+    r.signal[0] = r.strain.here; // SA1
 }
 
 // The fused loop of step_rows: it steps a row and answers another one, row after row. The arguments are copied and
 // their address is never passed on: the compiler then knows that no store changes them.
-template <int stencil, Path path, bool compensated, bool chain, bool passed>
+template <int stencil, Path path, bool compensated, int series, bool materials = false>
 void step_rows_in(const RowSteps<Kernels>& given, const Constants& constants) {
     RowSteps<Kernels> s = given;
     const Constants c = constants;
@@ -413,39 +421,71 @@ void step_rows_in(const RowSteps<Kernels>& given, const Constants& constants) {
     const int far = reach(stencil), begin = r.first < far ? min(r.first + line, r.last) : r.first,
               end = begin + max(min(r.last, r.strain.width - far) - begin, 0) / line * line;
     const EndCells<stencil> ends(r.strain);
-    const LaneCoefficients k = lanes_of(chain ? a.table[0] : c.coefficients);
+    const bool passed = passes(c);
+    constexpr bool chain = series != 1;
     constexpr int entries = entries_of(path);
+    const LaneCoefficients k = lanes_of(chain || materials ? a.table[0] : c.coefficients);
     // a copy, because the compiler cannot know that no store changes a.table
     Coefficients table[entries * most_in_series];
     for (int n = 0; chain && n < entries * (a.elements + a.spring); ++n) table[n] = a.table[n];
+    const auto of_skin = [&](int) -> const LaneCoefficients& { return k; };
+    const auto of_cells = [&](int i) { return Gathered::of<1>(a.table, a.material + i); };
+    // Steps n cells, in whole blocks. of(i): the coefficients of the block at i.
+    const auto step_cells = [&](int first, int n, const auto& of) __attribute__((always_inline)) {
+#pragma GCC unroll 8
+        for (int i = first; i < first + n; i += lanes) step_between<path, compensated, series>(a, i, c, of(i), table);
+    };
     for (int row = 0; row < s.rows; ++row, lead_on(s)) {
         EndDifferences low, high;
         low.fill<stencil>(r.strain.here, ends, r.first, begin);
         high.fill<stencil>(r.strain.here, ends, end, r.last);
-        const auto step_lines = [&](auto streams) __attribute__((always_inline)) {
-            for (int x = begin; x < end; x += line) {
-#pragma GCC unroll 8
-                for (int i = 0; i < line; i += lanes)
-                    step_between<path, compensated, chain>(a, x + i - r.first, c, k, table);
-                respond_line<stencil, passed, streams.number>(r, x, c);
+        const auto press_lines = [&](auto streams, int x, int to, const auto& of) __attribute__((always_inline)) {
+            // answers one line behind, because they would wait until the strain of their own line is stored
+            for (; x < to; x += line) {
+                step_cells(x - r.first, line, of);
+                if (x > begin) respond_line<stencil, streams.number>(r, x - line, passed, c);
             }
         };
-        with_bool(r.streams, step_lines);
-        for (int side = 0; side < 2; ++side) {
-            const scalar* along = (side ? high : low).values + lanes;
-            for (int x = side ? end : r.first, last = side ? r.last : begin; x < last; x += lanes, along += lanes) {
-                step_between<path, compensated, chain>(a, x - r.first, c, k, table);
-                respond_block<passed>(r, x, min(last - x, lanes), curvature_at<stencil>(r, x, loaded(along), c), c);
+        const auto press_inside = [&](auto streams) __attribute__((always_inline)) {
+            for (int x = begin, to = end; x < end; x = to) {
+                if constexpr (materials) { // lines of one material together
+                    const int material = material_of_line(a, x - r.first);
+                    for (to = x + line; to < end && material_of_line(a, to - r.first) == material;) to += line;
+                    if (material < 0) {
+                        press_lines(streams, x, to, of_cells);
+                        continue;
+                    }
+                    const LaneCoefficients one = lanes_of(a.table[material]);
+                    press_lines(streams, x, to, [&](int) -> const LaneCoefficients& { return one; });
+                } else press_lines(streams, x, to, of_skin);
             }
-        }
+            if (end > begin) respond_line<stencil, streams.number>(r, end - line, passed, c);
+        };
+        const auto step_end = [&](int x, int last, const scalar* along) __attribute__((always_inline)) {
+            for (; x < last; x += lanes, along += lanes) {
+                if constexpr (materials) step_cells(x - r.first, lanes, of_cells);
+                else step_cells(x - r.first, lanes, of_skin);
+                respond_block(r, x, min(last - x, lanes), gains_at<stencil>(r, x, loaded(along), c), passed, c);
+            }
+        };
+        step_end(r.first, begin, low.values + lanes);
+        with_bool(r.streams, press_inside);
+        step_end(end, r.last, high.values + lanes);
     }
 }
 
-template <bool compensated, bool passed> void step_rows_for(const RowSteps<Kernels>& s, const Constants& c) {
-    with_stencil(s.respond.strain.stencil, [&](auto stencil) {
-        if (s.advance.to.previous) step_rows_in<stencil.number, Path::bent, compensated, true, passed>(s, c);
-        else if (is_chain(s.advance)) step_rows_in<stencil.number, Path::linear, compensated, true, passed>(s, c);
-        else step_rows_in<stencil.number, Path::linear, compensated, false, passed>(s, c);
+template <bool compensated> void step_rows_for(const RowSteps<Kernels>& s, const Constants& c) {
+    const AdvanceArguments<Kernels>& a = s.advance;
+    with_stencil(s.respond.strain.stencil, [&](auto of_skin) {
+        constexpr int stencil = of_skin.number;
+        if (a.to.previous) return step_rows_in<stencil, Path::bent, compensated, 0>(s, c);
+        if (a.material) return step_rows_in<stencil, Path::linear, compensated, 1, true>(s, c);
+        if (!is_chain(a)) return step_rows_in<stencil, Path::linear, compensated, 1>(s, c);
+        if constexpr (stencil == STENCIL_FIVE_POINT) {
+            if (a.elements == 2 && !a.spring) return step_rows_in<stencil, Path::linear, compensated, 2>(s, c);
+            if (a.elements == 3 && !a.spring) return step_rows_in<stencil, Path::linear, compensated, 3>(s, c);
+        }
+        step_rows_in<stencil, Path::linear, compensated, 0>(s, c);
     });
 }
 
@@ -473,9 +513,9 @@ void respond(const RespondArguments<Kernels>& r, const Constants& c) {
     end_vector_code();
 }
 
-// Whether the fused loop serves: frames, a uniform material, and no sums.
+// Whether the fused loop serves: frames, no sums, and not several materials of chains or under parabolic hold.
 bool in_blocks(const AdvanceArguments<Kernels>& a, const RespondArguments<Kernels>& r) {
-    bool serves = a.pressure_to && !a.material && !blocks::sums(r);
+    bool serves = a.pressure_to && !(a.material && (blocks::is_chain(a) || a.to.previous)) && !blocks::sums(r);
     for (int i = 0; i < RESPONSE_MAPS; ++i) serves = serves && (!r.streams || is_aligned(r.response[i] + r.first));
     return serves;
 }
@@ -485,10 +525,8 @@ bool in_blocks(const AdvanceArguments<Kernels>& a, const RespondArguments<Kernel
 int step_rows(const RowSteps<Kernels>& given, const Constants& c) {
     if constexpr (std::is_same_v<scalar, float>)
         if (in_blocks(given.advance, given.respond)) {
-            with_bool(given.advance.from.lost[sum_strain], [&](auto compensated) {
-                with_bool(passes(c),
-                          [&](auto passed) { blocks::step_rows_for<compensated.number, passed.number>(given, c); });
-            });
+            with_bool(given.advance.from.lost[sum_strain],
+                      [&](auto compensated) { blocks::step_rows_for<compensated.number>(given, c); });
             end_vector_code();
             return (1 << state_sums) - 1;
         }

@@ -3,9 +3,9 @@
 // `real` that is one cell or several neighbouring cells, and loaded() and store(), which read and write such a real.
 
 // A cell, or neighbouring ones, for kernels/cell.h: those at `i` of a row. coefficients(n): Coefficients n of the
-// cell's elements, entries_of(path) of each. changed(sum, before, after) is called for every sum. chain: the cell may
-// have several elements.
-template <Path path, bool compensated, bool chain, class CoefficientsOf, class Changed> struct RowCell {
+// cell's elements, entries_of(path) of each. changed(sum, before, after) is called for every sum. series: how many
+// elements the cell has, without a spring behind them; 0: as the arguments say, with or without a spring.
+template <Path path, bool compensated, int series, class CoefficientsOf, class Changed> struct RowCell {
     const AdvanceArguments<Kernels>& a;
     int i;
     const CoefficientsOf& coefficients;
@@ -15,9 +15,9 @@ template <Path path, bool compensated, bool chain, class CoefficientsOf, class C
     int sum(int s) const { return s < elements_of(*this) ? sum_strain : sum_integral; }
     size_t at(int s) const { return (sum(s) == sum_strain ? size_t(s) * a.from.element : 0) + size_t(i); }
 
-    friend int elements_of(const RowCell& cell) { return chain ? cell.a.elements : 1; }
-    friend bool has_spring(const RowCell& cell) { return chain && cell.a.spring; }
-    friend bool has_rate(const RowCell& cell) { return path != Path::held && chain && cell.a.to.rate; }
+    friend int elements_of(const RowCell& cell) { return series ? series : cell.a.elements; }
+    friend bool has_spring(const RowCell& cell) { return series == 0 && cell.a.spring; }
+    friend bool has_rate(const RowCell& cell) { return path != Path::held && series == 0 && cell.a.to.rate; }
     friend bool has_integral(const RowCell& cell) { return cell.a.to.value[sum_integral]; }
     friend int is_compensated(const RowCell&) { return compensated; }
     friend bool has_past(const RowCell&) { return path == Path::bent; }
@@ -42,13 +42,13 @@ template <Path path, bool compensated, bool chain, class CoefficientsOf, class C
 
 // Steps cell i, stores its new state and signals, and returns its strain. It is always inlined: a call would load all
 // coefficients for each block.
-template <Path path, bool compensated, bool chain, class CoefficientsOf, class Changed>
+template <Path path, bool compensated, int series, class CoefficientsOf, class Changed>
 __attribute__((always_inline)) inline real step_at(const AdvanceArguments<Kernels>& a, int i, const Constants& c,
                                                    const CoefficientsOf& coefficients, const Changed& changed) {
     const Load load = path == Path::held ? load_of(loaded(a.pressure + i), c)
                                          : load_between(loaded(a.pressure + i), loaded(a.pressure_to + i), c);
     const CellStep step =
-        step_of(RowCell<path, compensated, chain, CoefficientsOf, Changed>{a, i, coefficients, changed}, load);
+        step_of(RowCell<path, compensated, series, CoefficientsOf, Changed>{a, i, coefficients, changed}, load);
 #pragma GCC unroll 8
     for (int s = 0; s < STEP_SIGNALS; ++s)
         if (a.signal[s]) store(a.signal[s] + i, signal(QUANTITY_FA1 + s, step.motion, step.integral));
@@ -79,6 +79,6 @@ template <int stencil> inline real difference_along(const RowNeighbours<scalar>&
 }
 
 // answer() of kernels/responses.h. passed: the gains of FA2 are 1 and -1, which leave it unchanged to the bit.
-template <bool passed> inline real answer_of(int quantity, real x, real C, const Constants& c) {
-    return passed ? response(x, C, c.curvature_length) : answer(quantity, x, C, c);
+template <bool passed> inline real answer_of(int quantity, real x, real gain, const Constants& c) {
+    return passed ? response(x, gain) : answer(quantity, x, gain, c);
 }

@@ -66,6 +66,7 @@ template <class K> struct AdvanceArguments {
     bool spring;                        // one more element, a spring, without a strain in the state
     const real *pressure, *pressure_to; // between frames the pressure runs from the first to the second
     const int* material;
+    const int* line_material; // of each PITCH_CELLS cells the one that they share, or -1; null: each cell has its own
     const typename K::Coefficients* table;
     StateRow<real> from, to;
     real* signal[STEP_SIGNALS]; // the signals that the state does not hold, at the step's end; null: not asked for
@@ -95,8 +96,9 @@ template <class K> struct RowSteps {
     RespondArguments<K> respond;
     int rows = 1;
     size_t pitch = 0, response_pitch = 0, tiles = 0; // cells of a map, cells of a response, and tiles from row to row
-    int stepped = 0, answered = 0;                   // y % 3 of the first row that is stepped, and answered
-    real* signal[STEP_SIGNALS][3] = {};              // the signals of row y, in [y % 3], from column 0 on
+    int stepped = 0, behind = 0;        // the first row that is stepped, and how far behind it rows are answered
+    real* signal[STEP_SIGNALS][3] = {}; // the signals of row y, in [y % 3], from column 0 on
+    real* strain[5] = {};               // the strain of row y, in [y % 5]; null where the state holds the strain
 };
 
 // Arguments of Isa::respond_pads. A pad is a small grid; its rows stand one after another without a gap, `cells`
@@ -162,9 +164,9 @@ template <class K> struct Loops {
     void (*respond)(const RespondArguments<K>&, const typename K::Constants&);
     // Joins 1 to tiles_joined tiles.
     void (*join_tiles)(const typename K::Summary* tiles, int count, JoinedTiles<K>&);
-    // Does advance() of each row, then respond() in the same columns of the row above. In f32, under frames, a uniform
-    // material and with no sums asked for, both are one loop. That loop may read each row up to its pitch, writes rows
-    // of states and signals up to their pitch, and returns all bits.
+    // Does advance() of each row, then respond() in the same columns of the row above. In f32, under frames and with no
+    // sums asked for, both are one loop, but for several materials of chains or under parabolic hold. That loop may
+    // read each row up to its pitch, writes rows of states and signals up to their pitch, and returns all bits.
     int (*step_rows)(const RowSteps<K>&, const typename K::Constants&);
     // Presses fibres. Returns the number of spikes, which come in the order of their fibres, then of time.
     int (*press_fibres)(const FibreArguments<K>&);

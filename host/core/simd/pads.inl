@@ -45,11 +45,11 @@ template <int stencil, bool passed, bool mirrored> void respond_pads_in(const Pa
             const Wide::Mask edge = (Wide::Mask)loaded(reinterpret_cast<const scalar*>(p.edge + i)).v;
             const real along = difference_of_pad<stencil, 0, mirrored>(p, i, here, edge),
                        across = difference_of_pad<stencil, 4, mirrored>(p, i, here, edge),
-                       C = curvature_of(loaded(p.rest_curvature + i), add(along, across), c.bend);
+                       gain = gain_at(curvature_of(loaded(p.rest_curvature + i), add(along, across), c.bend), c);
 #pragma GCC unroll 8
             for (int q = 0; q < RESPONSE_MAPS; ++q) {
                 if (!p.response[q]) continue;
-                const real answered = answer_of<passed>(QUANTITY_SA1 + q, loaded(p.signal[q] + i), C, c);
+                const real answered = answer_of<passed>(QUANTITY_SA1 + q, loaded(p.signal[q] + i), gain, c);
                 if (p.cells >= lanes) store(p.response[q] + i, answered);
                 else
                     for (int lane = 0; lane < p.cells; ++lane) p.response[q][lane] = answered.v[lane];

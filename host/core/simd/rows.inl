@@ -169,10 +169,10 @@ void respond_all(int n, const Constants c, const real* rest, const real* L, cons
                  real (*responses)[chunk]) {
 #pragma GCC ivdep
     for (int i = 0; i < n; ++i) {
-        const real C = curvature_of(rest[i], L[i], c.bend);
+        const real gain = gain_at(curvature_of(rest[i], L[i], c.bend), c);
 #pragma GCC unroll 8
         for (int r = 0; r < RESPONSE_MAPS; ++r)
-            responses[r][i] = answer_of<passed>(QUANTITY_SA1 + r, signals[r][i], C, c);
+            responses[r][i] = answer_of<passed>(QUANTITY_SA1 + r, signals[r][i], gain, c);
     }
 }
 
@@ -182,7 +182,7 @@ void respond_one(int quantity, int n, const Constants c, const real* rest, const
                  real* responses) {
 #pragma GCC ivdep
     for (int i = 0; i < n; ++i)
-        responses[i] = answer_of<passed>(quantity, x[i], curvature_of(rest[i], L[i], c.bend), c);
+        responses[i] = answer_of<passed>(quantity, x[i], gain_at(curvature_of(rest[i], L[i], c.bend), c), c);
 }
 
 template <bool passed> void respond_in(const RespondArguments<Kernels>& r, const Constants& c) {

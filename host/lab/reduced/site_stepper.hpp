@@ -87,10 +87,10 @@ template <class K> class SiteStepper {
             const auto step = K::step_of(cell(k, i, nullptr), load_at(i, c));
             return K::signal(int(q), step.motion, step.integral);
         };
-        if (!schedule_.sums_modes(size_t(q))) return K::answer(int(q), signal(here), C, c);
+        if (!schedule_.sums_modes(size_t(q))) return K::answer(int(q), signal(here), K::gain_at(C, c), c);
         real stress = 0;
         for (size_t m = 0; m < schedule_.modes.size(); ++m) stress += real(schedule_.shares[m]) * signal(here + m);
-        return K::answer(int(q), stress, C, c);
+        return K::answer(int(q), stress, K::gain_at(C, c), c);
     }
 
     void keep() { state_.swap(visible_); }
