@@ -175,12 +175,14 @@ template <class K> class Cells {
         return {size_t(pitch_), shape};
     }
 
-    // Whether responses are stored past the caches. Measured: one thread gains where the responses exceed 2 MiB,
-    // several threads where the maps of a press exceed a third of the cache that they share.
+    // Whether responses are stored past the caches. Measured: one thread gains where the responses exceed 2 MiB and
+    // each row begins at a half of a cache line, several threads where the maps of a press exceed a third of the cache
+    // that they share.
     bool streams(const Press& press) const {
         const size_t maps = press.response_pitch * size_t(height_) * sizeof(real), all = RESPONSE_MAPS + 5;
-        return press.response_pitch % PITCH_CELLS == 0 && maps * RESPONSE_MAPS > size_t(2) << 20 &&
-               (pool_.threads() == 1 || maps * all > simd::last_level_cache() / 3);
+        if (maps * RESPONSE_MAPS <= size_t(2) << 20) return false;
+        return pool_.threads() == 1 ? press.response_pitch % (PITCH_CELLS / 2) == 0
+                                    : maps * all > simd::last_level_cache() / 3;
     }
 
     // Calls f with each row of each plane that is saved.

@@ -125,6 +125,14 @@ inline int material_of_line(const AdvanceArguments<Kernels>& a, int i) {
     return a.line_material ? a.line_material[i / PITCH_CELLS] : -1;
 }
 
+// The end of the lines from i on whose material is that of the first of them.
+inline int end_of_material(const AdvanceArguments<Kernels>& a, int i, int end) {
+    const int material = material_of_line(a, i);
+    do i += line;
+    while (i < end && material_of_line(a, i) == material);
+    return i;
+}
+
 inline bool is_chain(const AdvanceArguments<Kernels>& a) { return a.elements > 1 || a.spring; }
 
 // Steps a row, a cache line of cells at a time.
@@ -186,6 +194,18 @@ __attribute__((always_inline)) inline real response_at(const RespondArguments<Ke
                   : answer_of<false>(QUANTITY_SA1 + i, signal, gain, c);
 }
 
+// By how many cells an address is beyond the beginning of a cache line; the same of the first response that is stored.
+inline int beyond_line(const scalar* address) {
+    return int(reinterpret_cast<size_t>(address) / sizeof(scalar)) & (line - 1);
+}
+inline int beyond_line(const RespondArguments<Kernels>& r) {
+    for (const scalar* response : r.response)
+        if (response) return beyond_line(response);
+    return 0;
+}
+// The first column at which the responses begin a cache line.
+inline int first_line(const RespondArguments<Kernels>& r) { return -beyond_line(r) & (line - 1); }
+
 // Stores a register of responses.
 template <bool streams> __attribute__((always_inline)) inline void store_response(scalar* to, real x) {
     if constexpr (streams) stream_register(to, (Register)x.v);
@@ -210,13 +230,13 @@ __attribute__((always_inline)) inline void respond_line(const RespondArguments<K
     }
 }
 
-// The responses of n <= lanes columns from x on.
+// The responses of n <= lanes columns from x on. streams: they go past the caches.
 __attribute__((always_inline)) inline void respond_block(const RespondArguments<Kernels>& r, int x, int n, real gain,
-                                                         bool passed, const Constants& c) {
+                                                         bool passed, bool streams, const Constants& c) {
     for (int q = 0; q < RESPONSE_MAPS; ++q) {
         if (!r.response[q]) continue;
         const real answered = response_at(r, q, x, gain, passed, c);
-        if (n == lanes && r.streams) store_response<true>(r.response[q] + x, answered);
+        if (n == lanes && streams) store_response<true>(r.response[q] + x, answered);
         else if (n == lanes) store(r.response[q] + x, answered);
         else
             for (int lane = 0; lane < n; ++lane) r.response[q][x + lane] = answered.v[lane];
@@ -410,6 +430,15 @@ __attribute__((always_inline)) inline void lead_on(RowSteps<Kernels>& s) {
     r.signal[0] = r.strain.here; // SA1
 }
 
+// The coefficients of a skin's elements in series, `entries` of each. It is a copy, because the compiler cannot know
+// that no store changes the table itself.
+struct SeriesTable {
+    Coefficients all[entries_of(Path::bent) * most_in_series];
+    SeriesTable(const AdvanceArguments<Kernels>& a, int entries) {
+        for (int n = 0; n < entries * (a.elements + a.spring); ++n) all[n] = a.table[n];
+    }
+};
+
 // The fused loop of step_rows: it steps a row and answers another one, row after row. The arguments are copied and
 // their address is never passed on: the compiler then knows that no store changes them.
 template <int stencil, Path path, bool compensated, int series, bool materials = false>
@@ -422,55 +451,54 @@ void step_rows_in(const RowSteps<Kernels>& given, const Constants& constants) {
               end = begin + max(min(r.last, r.strain.width - far) - begin, 0) / line * line;
     const EndCells<stencil> ends(r.strain);
     const bool passed = passes(c);
-    constexpr bool chain = series != 1;
-    constexpr int entries = entries_of(path);
-    const LaneCoefficients k = lanes_of(chain || materials ? a.table[0] : c.coefficients);
-    // a copy, because the compiler cannot know that no store changes a.table
-    Coefficients table[entries * most_in_series];
-    for (int n = 0; chain && n < entries * (a.elements + a.spring); ++n) table[n] = a.table[n];
-    const auto of_skin = [&](int) -> const LaneCoefficients& { return k; };
-    const auto of_cells = [&](int i) { return Gathered::of<1>(a.table, a.material + i); };
+    const LaneCoefficients k = lanes_of(series != 1 || materials ? a.table[0] : c.coefficients);
+    const SeriesTable table(a, series == 1 ? 0 : entries_of(path));
+    const auto of_block = [&](int i) -> decltype(auto) {
+        if constexpr (materials) return Gathered::of<1>(a.table, a.material + i);
+        else return (k);
+    };
     // Steps n cells, in whole blocks. of(i): the coefficients of the block at i.
     const auto step_cells = [&](int first, int n, const auto& of) __attribute__((always_inline)) {
 #pragma GCC unroll 8
-        for (int i = first; i < first + n; i += lanes) step_between<path, compensated, series>(a, i, c, of(i), table);
+        for (int i = first; i < first + n; i += lanes)
+            step_between<path, compensated, series>(a, i, c, of(i), table.all);
     };
     for (int row = 0; row < s.rows; ++row, lead_on(s)) {
+        // lines are answered from a column on where the responses begin a cache line
+        const int first = r.streams ? first_line(r) : 0, shift = end > begin ? first : 0, answered = begin + shift,
+                  rest = shift ? end - line + shift : end;
         EndDifferences low, high;
-        low.fill<stencil>(r.strain.here, ends, r.first, begin);
-        high.fill<stencil>(r.strain.here, ends, end, r.last);
+        low.fill<stencil>(r.strain.here, ends, r.first, answered);
+        high.fill<stencil>(r.strain.here, ends, rest, r.last);
         const auto press_lines = [&](auto streams, int x, int to, const auto& of) __attribute__((always_inline)) {
             // answers one line behind, because they would wait until the strain of their own line is stored
             for (; x < to; x += line) {
                 step_cells(x - r.first, line, of);
-                if (x > begin) respond_line<stencil, streams.number>(r, x - line, passed, c);
+                if (x > begin) respond_line<stencil, streams.number>(r, x - line + shift, passed, c);
             }
         };
         const auto press_inside = [&](auto streams) __attribute__((always_inline)) {
-            for (int x = begin, to = end; x < end; x = to) {
-                if constexpr (materials) { // lines of one material together
-                    const int material = material_of_line(a, x - r.first);
-                    for (to = x + line; to < end && material_of_line(a, to - r.first) == material;) to += line;
-                    if (material < 0) {
-                        press_lines(streams, x, to, of_cells);
-                        continue;
-                    }
-                    const LaneCoefficients one = lanes_of(a.table[material]);
-                    press_lines(streams, x, to, [&](int) -> const LaneCoefficients& { return one; });
-                } else press_lines(streams, x, to, of_skin);
+            for (int x = begin, to = end; x < end; x = to) { // lines of one material together
+                const int material = materials ? material_of_line(a, x - r.first) : -1;
+                if (materials) to = r.first + end_of_material(a, x - r.first, end - r.first);
+                const LaneCoefficients one = material < 0 ? k : lanes_of(a.table[material]);
+                if (material < 0) press_lines(streams, x, to, of_block);
+                else press_lines(streams, x, to, [&](int) -> const LaneCoefficients& { return one; });
             }
-            if (end > begin) respond_line<stencil, streams.number>(r, end - line, passed, c);
+            if (end > begin && shift == 0) respond_line<stencil, streams.number>(r, end - line, passed, c);
         };
-        const auto step_end = [&](int x, int last, const scalar* along) __attribute__((always_inline)) {
-            for (; x < last; x += lanes, along += lanes) {
-                if constexpr (materials) step_cells(x - r.first, lanes, of_cells);
-                else step_cells(x - r.first, lanes, of_skin);
-                respond_block(r, x, min(last - x, lanes), gains_at<stencil>(r, x, loaded(along), c), passed, c);
+        const auto answer_end = [&](int x, int last, const scalar* along) __attribute__((always_inline)) {
+            for (int n; x < last; x += n, along += n) { // to a multiple of a block's length, then block by block
+                n = min(last - x, lanes - x % lanes);
+                const real gain = gains_at<stencil>(r, x, loaded(along), c);
+                respond_block(r, x, n, gain, passed, r.streams && first == 0, c);
             }
         };
-        step_end(r.first, begin, low.values + lanes);
+        for (int x = r.first; x < begin; x += lanes) step_cells(x - r.first, lanes, of_block);
         with_bool(r.streams, press_inside);
-        step_end(end, r.last, high.values + lanes);
+        for (int x = end; x < r.last; x += lanes) step_cells(x - r.first, lanes, of_block);
+        answer_end(r.first, answered, low.values + lanes);
+        answer_end(rest, r.last, high.values + lanes);
     }
 }
 
@@ -516,7 +544,9 @@ void respond(const RespondArguments<Kernels>& r, const Constants& c) {
 // Whether the fused loop serves: frames, no sums, and not several materials of chains or under parabolic hold.
 bool in_blocks(const AdvanceArguments<Kernels>& a, const RespondArguments<Kernels>& r) {
     bool serves = a.pressure_to && !(a.material && (blocks::is_chain(a) || a.to.previous)) && !blocks::sums(r);
-    for (int i = 0; i < RESPONSE_MAPS; ++i) serves = serves && (!r.streams || is_aligned(r.response[i] + r.first));
+    for (int i = 0; i < RESPONSE_MAPS; ++i) // one shift serves all
+        serves =
+            serves && (!r.streams || !r.response[i] || blocks::beyond_line(r.response[i]) == blocks::beyond_line(r));
     return serves;
 }
 

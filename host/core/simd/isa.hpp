@@ -83,7 +83,7 @@ template <class K> struct RespondArguments {
     const real* signal[RESPONSE_MAPS]; // the signal of each response
     const real* rest_curvature;
     real* response[RESPONSE_MAPS]; // null: not stored
-    bool streams; // rows of responses begin at cache lines and are not read again soon: they go past the caches
+    bool streams; // responses are not read again soon: they go past the caches, where cache lines can be filled
     typename K::Summary* tiles[REDUCED_MAPS]; // null: not asked for
 };
 
