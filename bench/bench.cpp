@@ -154,25 +154,14 @@ struct Workload {
 };
 // These fork, so that they run before any device is opened.
 constexpr Workload forking[] = {{"growth", growth}, {"memory", memory}};
-constexpr Workload workloads[] = {{"limits", limits},
-                                  {"press", streamed_frames},
-                                  {"cells", by_cells},
-                                  {"options", options},
-                                  {"kinds", kinds},
-                                  {"held-map", constant_map},
-                                  {"study", study},
-                                  {"population", population},
-                                  {"population-frames", streamed_population},
-                                  {"march", marches},
-                                  {"chains", chains},
-                                  {"pads", pads},
-                                  {"materials", materials},
-                                  {"accuracy", accuracy},
-                                  {"stiff", stiff},
-                                  {"spikes", spikes},
-                                  {"touch", touch},
-                                  {"construction", construction},
-                                  {"processes", processes}};
+constexpr Workload workloads[] = {
+    {"limits", limits},       {"press", streamed_frames}, {"cells", by_cells},
+    {"options", options},     {"kinds", kinds},           {"held-map", constant_map},
+    {"study", study},         {"population", population}, {"population-frames", streamed_population},
+    {"march", marches},       {"chains", chains},         {"pads", pads},
+    {"materials", materials}, {"accuracy", accuracy},     {"stiff", stiff},
+    {"spikes", spikes},       {"touch", touch},           {"construction", construction},
+    {"processes", processes}};
 // It takes minutes on a software device, so it runs only when it is named.
 constexpr Workload on_request = {"device", device_growth};
 

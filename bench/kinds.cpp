@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// What each kind of skin costs beside a plain one of as many cells: several materials, rows that end within a cache
-// line, stencils, elements in series. All kinds of a group are pressed in the same rounds, in f32 on the CPU path.
+// How long a press of each kind of skin takes: skins of several materials, skins whose rows end within a cache line,
+// other stencils, elements in series. The first skin of each group is a plain one. The skins of a group are pressed in
+// the same rounds, in f32 on the CPU path.
 #include "bench/skins.hpp"
 
 namespace bench {

@@ -14,7 +14,7 @@
 
 namespace dermis::cpu {
 
-// Of each PITCH_CELLS cells of a padded map the number that they share, or -1.
+// For each line of PITCH_CELLS cells of a padded map: the number that all its cells have, or -1 if they differ.
 inline std::vector<int> shared_in_lines(const std::vector<int>& map) {
     std::vector<int> lines(map.size() / PITCH_CELLS);
     for (size_t i = 0; i < lines.size(); ++i) {

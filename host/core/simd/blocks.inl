@@ -125,7 +125,7 @@ inline int material_of_line(const AdvanceArguments<Kernels>& a, int i) {
     return a.line_material ? a.line_material[i / PITCH_CELLS] : -1;
 }
 
-// The end of the lines from i on whose material is that of the first of them.
+// The first cell behind the lines from i on that have the material of the line at i; at most `end`.
 inline int end_of_material(const AdvanceArguments<Kernels>& a, int i, int end) {
     const int material = material_of_line(a, i);
     do i += line;
@@ -194,10 +194,9 @@ __attribute__((always_inline)) inline real response_at(const RespondArguments<Ke
                   : answer_of<false>(QUANTITY_SA1 + i, signal, gain, c);
 }
 
-// By how many cells an address is beyond the beginning of a cache line; the same of the first response that is stored.
-inline int beyond_line(const scalar* address) {
-    return int(reinterpret_cast<size_t>(address) / sizeof(scalar)) & (line - 1);
-}
+// How many cells lie between the beginning of a cache line and an address in that line.
+inline int beyond_line(const scalar* address) { return int((size_t)address / sizeof(scalar)) & (line - 1); }
+// The same for the row of the first response that is stored; the rows of the others begin as far from a line.
 inline int beyond_line(const RespondArguments<Kernels>& r) {
     for (const scalar* response : r.response)
         if (response) return beyond_line(response);

@@ -66,7 +66,7 @@ template <class K> struct AdvanceArguments {
     bool spring;                        // one more element, a spring, without a strain in the state
     const real *pressure, *pressure_to; // between frames the pressure runs from the first to the second
     const int* material;
-    const int* line_material; // of each PITCH_CELLS cells the one that they share, or -1; null: each cell has its own
+    const int* line_material; // for each PITCH_CELLS cells their material, or -1 if they have several; null: all -1
     const typename K::Coefficients* table;
     StateRow<real> from, to;
     real* signal[STEP_SIGNALS]; // the signals that the state does not hold, at the step's end; null: not asked for
@@ -164,9 +164,10 @@ template <class K> struct Loops {
     void (*respond)(const RespondArguments<K>&, const typename K::Constants&);
     // Joins 1 to tiles_joined tiles.
     void (*join_tiles)(const typename K::Summary* tiles, int count, JoinedTiles<K>&);
-    // Does advance() of each row, then respond() in the same columns of the row above. In f32, under frames and with no
-    // sums asked for, both are one loop, but for several materials of chains or under parabolic hold. That loop may
-    // read each row up to its pitch, writes rows of states and signals up to their pitch, and returns all bits.
+    // Does advance() of each row, then respond() in the same columns of the row above. Both are one loop in f32, where
+    // the pressure comes in frames and no sums are asked for. Skins of several materials are an exception if their
+    // cells are chains or their hold is parabolic. The one loop may read each row up to its pitch, writes rows of
+    // states and signals up to their pitch, and returns all bits.
     int (*step_rows)(const RowSteps<K>&, const typename K::Constants&);
     // Presses fibres. Returns the number of spikes, which come in the order of their fibres, then of time.
     int (*press_fibres)(const FibreArguments<K>&);

@@ -32,9 +32,10 @@ SkinDescription description(const Settings& s) {
     return d;
 }
 
-// The nerve fibres of a fingertip. SA1 and FA1 fibres have the median fibre's gains times threshold_gain of
-// bench/evidence/afferents.csv, which makes them as sensitive as the fibres whose thresholds were measured. FA2 fibres
-// have the median fibre's gains: they lie deeper, where less of a pressure acts than on the cells here.
+// The nerve fibres of a fingertip. bench/evidence/afferents.csv has the gains of a median fibre of each class, and a
+// threshold_gain. The product of the two makes SA1 and FA1 fibres as sensitive as fibres whose thresholds were
+// measured. FA2 fibres have the median gains alone: they lie deeper, where less of a pressure acts than on the cells
+// here.
 std::vector<Afferents> afferents(const Grid& grid) {
     struct Kind {
         Quantity type;
