@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
-# Compiles GLSL to SPIR-V and to C arrays at build time. Each module is validated and checked for uncontracted arithmetic.
+# Compiles GLSL to SPIR-V and to C arrays at build time. Each module is optimised, because drivers take ten times as long to
+# compile what glslang writes; then it is validated, and checked for arithmetic that may be contracted.
 set(DERMIS_GENERATED ${PROJECT_BINARY_DIR}/generated)
 file(MAKE_DIRECTORY ${DERMIS_GENERATED})
 
@@ -19,10 +20,11 @@ function(dermis_kernel source kernel header)
     add_custom_command(
         OUTPUT ${module} ${made} # the depfile names the first
         COMMAND ${DERMIS_GLSLANG} -V --quiet --target-env vulkan1.1 -I${PROJECT_SOURCE_DIR}/kernels ${ARGN} --depfile ${module}.d -o ${module} ${source}
+        COMMAND ${DERMIS_SPIRV_OPT} -O ${module} -o ${module}
         COMMAND ${DERMIS_SPIRV_VAL} --target-env vulkan1.1 ${module}
-        COMMAND ${CMAKE_COMMAND} -DDISASSEMBLER=${DERMIS_SPIRV_DIS} -DMODULE=${module} -P ${PROJECT_SOURCE_DIR}/kernels/check_contraction.cmake
-        COMMAND ${DERMIS_GLSLANG} -V --quiet --target-env vulkan1.1 -I${PROJECT_SOURCE_DIR}/kernels ${ARGN} --vn ${kernel}_spv -o ${made} ${source}
-        DEPENDS ${source} ${PROJECT_SOURCE_DIR}/kernels/check_contraction.cmake
+        COMMAND ${CMAKE_COMMAND} -DDISASSEMBLER=${DERMIS_SPIRV_DIS} -DMODULE=${module} -DHEADER=${made} -DNAME=${kernel}_spv
+            -P ${PROJECT_SOURCE_DIR}/kernels/module.cmake
+        DEPENDS ${source} ${PROJECT_SOURCE_DIR}/kernels/module.cmake
         DEPFILE ${module}.d
         COMMENT "Kernel ${kernel}"
         VERBATIM)
@@ -34,18 +36,17 @@ if(DERMIS_BUNDLED)
     file(COPY ${DERMIS_KERNELS} DESTINATION ${DERMIS_GENERATED})
 elseif(DERMIS_VULKAN)
     dermis_tool(DERMIS_GLSLANG glslangValidator glslang-tools)
+    dermis_tool(DERMIS_SPIRV_OPT spirv-opt spirv-tools)
     dermis_tool(DERMIS_SPIRV_VAL spirv-val spirv-tools)
     dermis_tool(DERMIS_SPIRV_DIS spirv-dis spirv-tools)
     set(DERMIS_KERNELS)
     foreach(kernel press fields reduce sites fibres)
-        dermis_kernel(${PROJECT_SOURCE_DIR}/kernels/${kernel}.comp ${kernel} plain)
-        dermis_kernel(${PROJECT_SOURCE_DIR}/kernels/${kernel}.comp ${kernel}_rte rounds -DROUNDS)
-        list(APPEND DERMIS_KERNELS ${plain} ${rounds})
+        dermis_kernel(${PROJECT_SOURCE_DIR}/kernels/${kernel}.comp ${kernel} made)
+        list(APPEND DERMIS_KERNELS ${made})
     endforeach()
     foreach(kernel press reduce)
-        dermis_kernel(${PROJECT_SOURCE_DIR}/kernels/${kernel}.comp ${kernel}_texels plain -DTEXELS)
-        dermis_kernel(${PROJECT_SOURCE_DIR}/kernels/${kernel}.comp ${kernel}_texels_rte rounds -DTEXELS -DROUNDS)
-        list(APPEND DERMIS_KERNELS ${plain} ${rounds})
+        dermis_kernel(${PROJECT_SOURCE_DIR}/kernels/${kernel}.comp ${kernel}_texels made -DTEXELS)
+        list(APPEND DERMIS_KERNELS ${made})
     endforeach()
 endif()
 

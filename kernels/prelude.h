@@ -12,10 +12,6 @@
 #define OF_ANY_CELL template <class Cell> __attribute__((always_inline)) inline
 #else
 #define OF_ANY_CELL
-#ifdef ROUNDS // the variant for devices that can declare rounding to nearest even: RoundingModeRTE, width 32
-#extension GL_EXT_spirv_intrinsics : require
-spirv_execution_mode(extensions = ["SPV_KHR_float_controls"], capabilities = [4467], 4462, 32);
-#endif
 #define inline
 #define scalar float
 #ifndef real

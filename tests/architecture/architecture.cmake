@@ -7,7 +7,7 @@ set(code "c|comp|cpp|glsl|h|hpp|inl") # endings
 set(broken "")
 
 # Lines of code at most. Only an issue that names its lines raises a number; the commit says which issue and point.
-set(most_core 12159)
+set(most_core 12173)
 set(most_lab 16633)
 
 # Members of Coefficients are named in kernels and in these files. Those with one letter are not looked for: b and f are

@@ -12,11 +12,11 @@ import sys
 
 LANGUAGES = {
     "MSL": (["--msl", "--msl-version", "20100"], r"(?<!T )\bspvF(?:Add|Sub|Mul)\("),
-    "HLSL": (["--hlsl", "--shader-model", "60"], r"\bprecise float"),
-    "GLSL ES": (["--es", "--version", "320"], r"\bprecise (?:highp )?(?:float|vec)"),
+    "HLSL": (["--hlsl", "--shader-model", "60"], r"\bprecise float\d? \w+\b(?! = -\w+;)"),
+    "GLSL ES": (["--es", "--version", "320"], r"\bprecise (?:highp )?(?:float|vec\d) \w+\b(?! = -\w+;)"),
 }
 # Neither subgroups nor another precision than that of float: a device has no choice left.
-CAPABILITIES = {"Shader", "SampledBuffer", "RoundingModeRTE"}
+CAPABILITIES = {"Shader", "SampledBuffer"}
 # Functions that do no arithmetic: of the sign, and of integers.
 FUNCTIONS = {"FAbs", "SMin", "SMax"}
 

@@ -101,20 +101,32 @@ TEST_CASE("what is below 2^-64 is stored as +0, what is not is kept") {
 TEST_CASE("modules need no capability but Shader, and declare round-to-nearest-even where a device offers it") {
     constexpr uint32_t shader = 1, rounding_mode_rte = 4467, op_capability = 17, op_execution_mode = 16;
     constexpr uint32_t sampled_buffer = 46; // every device has it, but modules for hardware do without
+    // The order of a module's first instructions: capabilities, extensions, imports, memory model, entry points, modes.
+    const std::vector<uint32_t> order = {op_capability, 10, 11, 14, 15, op_execution_mode};
     namespace vulkan = dermis::vulkan;
     for (auto module : {vulkan::press_module, vulkan::fields_module, vulkan::reduce_module, vulkan::sites_module,
-                        vulkan::press_texels_module, vulkan::reduce_texels_module})
+                        vulkan::fibres_module, vulkan::press_texels_module, vulkan::reduce_texels_module})
         for (bool rounds : {false, true}) {
-            const vulkan::Module m = module(rounds);
+            const vulkan::Module m = module();
+            std::vector<uint32_t> words(m.code, m.code + m.bytes / 4);
+            if (rounds) words = vulkan::declare_rounding(m);
             int declared = 0, modes = 0;
-            for (size_t i = 5; i < m.bytes / 4; i += m.code[i] >> 16) {
-                if ((m.code[i] & 0xffff) == op_capability) {
-                    CHECK((m.code[i + 1] == shader || (rounds && m.code[i + 1] == rounding_mode_rte) ||
-                           (m.texels != 0 && m.code[i + 1] == sampled_buffer)));
-                    declared += m.code[i + 1] == rounding_mode_rte;
+            size_t i = 5, before = 0;
+            for (; i < words.size(); i += words[i] >> 16) {
+                const uint32_t op = words[i] & 0xffff;
+                if (op == op_capability) {
+                    CHECK((words[i + 1] == shader || (rounds && words[i + 1] == rounding_mode_rte) ||
+                           (m.texels != 0 && words[i + 1] == sampled_buffer)));
+                    declared += words[i + 1] == rounding_mode_rte;
                 }
-                modes += (m.code[i] & 0xffff) == op_execution_mode && m.code[i + 2] == 4462;
+                if (const auto found = std::find(order.begin(), order.end(), op); found != order.end()) {
+                    CHECK(before <= size_t(found - order.begin()));
+                    before = size_t(found - order.begin());
+                }
+                modes += op == op_execution_mode && words[i + 2] == 4462;
             }
+            CHECK(i == words.size());
+            CHECK(words.size() == m.bytes / 4 + (rounds ? 13 : 0));
             CHECK(declared == rounds);
             CHECK(modes == rounds);
         }

@@ -17,7 +17,7 @@ VkDeviceSize at_least_some(size_t bytes) { return std::max<VkDeviceSize>(bytes, 
 
 Fibres::Fibres(std::shared_ptr<Context> context, const std::vector<plan::FibreKind>& kinds, size_t pads)
     : plan::FibrePopulation<f32>(kinds, pads, line), context_(std::move(context)),
-      kernel_(context_->pipelines(), fibres_module(context_->pipelines().device().rounds),
+      kernel_(context_->pipelines(), fibres_module(),
               {.bindings = FIBRES_BINDINGS,
                .constants_bytes = sizeof(f32::FibreDispatch),
                .specialization = {},

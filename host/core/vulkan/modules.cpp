@@ -3,47 +3,56 @@
 
 #include "host/core/simd/model.hpp"
 
-#include "fibres_rte_spv.h"
 #include "fibres_spv.h"
-#include "fields_rte_spv.h"
 #include "fields_spv.h"
-#include "press_rte_spv.h"
 #include "press_spv.h"
-#include "press_texels_rte_spv.h"
 #include "press_texels_spv.h"
-#include "reduce_rte_spv.h"
 #include "reduce_spv.h"
-#include "reduce_texels_rte_spv.h"
 #include "reduce_texels_spv.h"
-#include "sites_rte_spv.h"
 #include "sites_spv.h"
 
+#include <span>
+#include <utility>
+
 namespace dermis::vulkan {
-namespace {
 
-template <size_t n, size_t m> Module one_of(bool rounds, const uint32_t (&rte)[n], const uint32_t (&plain)[m]) {
-    return rounds ? Module{.code = rte, .bytes = sizeof rte} : Module{.code = plain, .bytes = sizeof plain};
+Module press_module() { return {.code = press_spv, .bytes = sizeof press_spv}; }
+Module fields_module() { return {.code = fields_spv, .bytes = sizeof fields_spv}; }
+Module reduce_module() { return {.code = reduce_spv, .bytes = sizeof reduce_spv}; }
+Module fibres_module() { return {.code = fibres_spv, .bytes = sizeof fibres_spv}; }
+Module sites_module() { return {.code = sites_spv, .bytes = sizeof sites_spv}; }
+
+Module press_texels_module() {
+    return {.code = press_texels_spv,
+            .bytes = sizeof press_texels_spv,
+            .texels = 1u << PRESS_PRESSURE_FROM | 1u << PRESS_PRESSURE_TO | 1u << PRESS_REST_CURVATURE |
+                      1u << PRESS_STATE_FROM};
 }
 
-} // namespace
-
-Module press_module(bool rounds) { return one_of(rounds, press_rte_spv, press_spv); }
-Module fields_module(bool rounds) { return one_of(rounds, fields_rte_spv, fields_spv); }
-Module reduce_module(bool rounds) { return one_of(rounds, reduce_rte_spv, reduce_spv); }
-Module fibres_module(bool rounds) { return one_of(rounds, fibres_rte_spv, fibres_spv); }
-Module sites_module(bool rounds) { return one_of(rounds, sites_rte_spv, sites_spv); }
-
-Module press_texels_module(bool rounds) {
-    Module module = one_of(rounds, press_texels_rte_spv, press_texels_spv);
-    module.texels =
-        1u << PRESS_PRESSURE_FROM | 1u << PRESS_PRESSURE_TO | 1u << PRESS_REST_CURVATURE | 1u << PRESS_STATE_FROM;
-    return module;
+Module reduce_texels_module() {
+    return {.code = reduce_texels_spv, .bytes = sizeof reduce_texels_spv, .texels = 1u << REDUCE_MAP};
 }
 
-Module reduce_texels_module(bool rounds) {
-    Module module = one_of(rounds, reduce_texels_rte_spv, reduce_texels_spv);
-    module.texels = 1u << REDUCE_MAP;
-    return module;
+std::vector<uint32_t> declare_rounding(const Module& module) {
+    constexpr uint32_t header_words = 5, op_capability = 17, op_entry_point = 15;
+    constexpr uint32_t capability[] = {2 << 16 | op_capability, 4467}; // RoundingModeRTE
+    // OpExtension and its name, SPV_KHR_float_controls.
+    constexpr uint32_t extension[] = {0x7000a, 0x5f565053, 0x5f52484b, 0x616f6c66, 0x6f635f74, 0x6f72746e, 0x736c};
+    const std::span<const uint32_t> code(module.code, module.bytes / sizeof(uint32_t));
+    std::vector<uint32_t> words(code.begin(), code.begin() + header_words);
+    bool extended = false;
+    for (size_t at = header_words, length = 0; at < code.size(); at += length) {
+        const uint32_t op = code[at] & 0xffff;
+        length = code[at] >> 16;
+        if (op != op_capability && !std::exchange(extended, true)) {
+            words.insert(words.end(), std::begin(capability), std::end(capability));
+            words.insert(words.end(), std::begin(extension), std::end(extension));
+        }
+        words.insert(words.end(), &code[at], &code[at] + length);
+        if (op == op_entry_point) // OpExecutionMode of this entry point: RoundingModeRTE of 32 bits
+            words.insert(words.end(), {4 << 16 | 16, code[at + 2], 4462, 32});
+    }
+    return words;
 }
 
 } // namespace dermis::vulkan

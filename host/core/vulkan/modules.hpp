@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 namespace dermis::vulkan {
 
@@ -13,14 +14,17 @@ struct Module {
     uint32_t texels = 0; // a bit for each binding that is a texel buffer of four cells each; others are storage buffers
 };
 
-// rounds: the module declares round-to-nearest-even, which the device must offer (shaderRoundingModeRTEFloat32).
-Module press_module(bool rounds);
-Module fields_module(bool rounds);
-Module reduce_module(bool rounds);
-Module sites_module(bool rounds);
-Module fibres_module(bool rounds);
+Module press_module();
+Module fields_module();
+Module reduce_module();
+Module sites_module();
+Module fibres_module();
 // The same kernels, which read their maps as texel buffers.
-Module press_texels_module(bool rounds);
-Module reduce_texels_module(bool rounds);
+Module press_texels_module();
+Module reduce_texels_module();
+
+// The words of a module that also declares round-to-nearest-even, for devices that offer this
+// (shaderRoundingModeRTEFloat32).
+std::vector<uint32_t> declare_rounding(const Module& module);
 
 } // namespace dermis::vulkan

@@ -44,7 +44,7 @@ SitesKernel::SitesKernel(Pipelines& pipelines, const plan::StreamedSkin& streame
            .last = streamed.skin.height(),
            .planes = 1,
            .work = pads_ ? 0.0 : double(planes_ + 1)})), // a pad has one window: its cells are all cells of a dispatch
-      kernel_(pipelines, sites_module(pipelines.device().rounds),
+      kernel_(pipelines, sites_module(),
               {.bindings = SITES_BINDINGS,
                .constants_bytes = sizeof(f32::SiteConstants),
                .specialization = specialization(streamed.variant()),

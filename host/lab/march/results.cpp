@@ -34,7 +34,7 @@ void Results::allocate(Context& context, const plan::Variant& variant, const Mar
     Pipelines& pipelines = context.pipelines();
     const DeviceTable& device = pipelines.device();
     reduce_ = std::make_unique<Kernel>(
-        pipelines, device.texels ? reduce_texels_module(device.rounds) : reduce_module(device.rounds),
+        pipelines, device.texels ? reduce_texels_module() : reduce_module(),
         KernelOptions{.bindings = REDUCE_BINDINGS,
                       .constants_bytes = sizeof(f32::ReduceConstants),
                       .specialization = {},

@@ -35,7 +35,7 @@ class FieldsKernel {
         : windows_(
               row_windows(pipelines.device(), skin,
                           {.first = 0, .last = skin.height(), .planes = variant.state().planes(), .work = numbers})),
-          kernel_(pipelines, fields_module(pipelines.device().rounds),
+          kernel_(pipelines, fields_module(),
                   {.bindings = FIELDS_BINDINGS,
                    .constants_bytes = sizeof(f32::Constants),
                    .specialization = specialization(variant),
