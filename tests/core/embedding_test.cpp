@@ -152,16 +152,17 @@ TEST_CASE("a grid beyond what a device binds at once is pressed in bands of rows
     CHECK(says(message, "maxStorageBufferRange = 50000"));
 }
 
-TEST_CASE("8192 x 8192 with one response: no binding above 128 MiB, the CPU's bits") {
+TEST_CASE("a response of more than 128 MiB: no binding above 128 MiB, the CPU's bits") {
+    const int height = night() ? 8192 : 4160; // 256 or 130 MiB
     SkinDescription d;
-    d.grid = {8192, 8192, {}};
+    d.grid = {8192, height, {}};
     SkinOptions one;
     one.responses = {Quantity::fa1};
     const vulkan::Loader loader = shimmed();
     shim.range = 1 << 27;
     const Device vulkan = open_device("vulkan", loader);
     REQUIRE(vulkan::context_of(*vulkan.impl().backend)->limits().maxStorageBufferRange == 1 << 27);
-    std::vector<float> pressure(size_t(8192) * 8192);
+    std::vector<float> pressure(size_t(8192) * size_t(height));
     for (size_t i = 0; i < pressure.size(); ++i) pressure[i] = float(i % 8191) * 1e-4f + float(i % 127);
     Skin device(vulkan, d, one);
     device.press(pressure, 0.01);
@@ -170,7 +171,7 @@ TEST_CASE("8192 x 8192 with one response: no binding above 128 MiB, the CPU's bi
     const Skin::Response a = device.response(Quantity::fa1), b = cpu.response(Quantity::fa1);
     REQUIRE(a.size == pressure.size());
     CHECK(std::memcmp(a.data, b.data, a.size * sizeof(float)) == 0);
-    CHECK(a[5000 * 8192 + 77] != 0);
+    CHECK(a[4100 * 8192 + 77] != 0);
 }
 
 TEST_CASE("millions of receptors: no more than 65535 groups along an axis, and every one answers") {
