@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-# Compiles GLSL to SPIR-V and to C arrays at build time. Each module is optimised, because drivers take ten times as long to
-# compile what glslang writes; then it is validated, and checked for arithmetic that may be contracted.
+# Compiles GLSL to SPIR-V and to C arrays at build time. Each module is optimised, because lavapipe takes ten times as long
+# to compile what glslang writes; then it is validated, and checked for arithmetic that may be contracted.
 set(DERMIS_GENERATED ${PROJECT_BINARY_DIR}/generated)
 file(MAKE_DIRECTORY ${DERMIS_GENERATED})
 
