@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// How long a press of each kind of skin takes: skins of several materials, skins whose rows end within a cache line,
-// other stencils, elements in series. The first skin of each group is a plain one. The skins of a group are pressed in
+// Measures how long a press takes for each kind of skin: several materials, rows that end within a cache line, other
+// stencils, elements in series. The first skin of each group is a plain one. The skins of a group are pressed in
 // the same rounds, in f32 on the CPU path.
 #include "bench/skins.hpp"
 

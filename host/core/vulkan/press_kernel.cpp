@@ -21,9 +21,7 @@ std::vector<uint32_t> specialization_of(const plan::Variant& variant, int x, int
 
 } // namespace
 
-Module press_module_for(const DeviceTable& device) {
-    return device.texels ? press_texels_module() : press_module();
-}
+Module press_module_for(const DeviceTable& device) { return device.texels ? press_texels_module() : press_module(); }
 
 PressKernel::PressKernel(Pipelines& pipelines, const plan::PreparedSkin& skin, const plan::Variant& variant,
                          const plan::PressedBox& pressed, uint32_t max_bindings)

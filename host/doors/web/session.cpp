@@ -33,9 +33,9 @@ SkinDescription description(const Settings& s) {
 }
 
 // The nerve fibres of a fingertip. bench/evidence/afferents.csv has the gains of a median fibre of each class, and a
-// threshold_gain. The product of the two makes SA1 and FA1 fibres as sensitive as fibres whose thresholds were
-// measured. FA2 fibres have the median gains alone: they lie deeper, where less of a pressure acts than on the cells
-// here.
+// threshold_gain. A gain times the threshold_gain makes SA1 and FA1 fibres as sensitive as fibres whose thresholds
+// were measured. FA2 fibres have the median gains alone: they lie deeper, where less of a pressure acts than on the
+// cells here.
 std::vector<Afferents> afferents(const Grid& grid) {
     struct Kind {
         Quantity type;

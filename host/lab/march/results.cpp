@@ -33,12 +33,11 @@ void Results::allocate(Context& context, const plan::Variant& variant, const Mar
     }
     Pipelines& pipelines = context.pipelines();
     const DeviceTable& device = pipelines.device();
-    reduce_ = std::make_unique<Kernel>(
-        pipelines, device.texels ? reduce_texels_module() : reduce_module(),
-        KernelOptions{.bindings = REDUCE_BINDINGS,
-                      .constants_bytes = sizeof(f32::ReduceConstants),
-                      .specialization = {},
-                      .max_sets = maps * uint32_t(windows.size())});
+    reduce_ = std::make_unique<Kernel>(pipelines, device.texels ? reduce_texels_module() : reduce_module(),
+                                       KernelOptions{.bindings = REDUCE_BINDINGS,
+                                                     .constants_bytes = sizeof(f32::ReduceConstants),
+                                                     .specialization = {},
+                                                     .max_sets = maps * uint32_t(windows.size())});
     size_t set = 0;
     for (int map = state0; map < maps; ++map)
         for (const RowWindow& window : windows) {
