@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "host/doors/c/handles.hpp"
 
-#include <algorithm>
 #include <string_view>
 
 using namespace dermis::c;

@@ -6,7 +6,6 @@
 #include "host/lab/march/self_test.hpp"
 
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace dermis::cli {

@@ -98,7 +98,6 @@ class Written {
 struct AnalysedProduct {
     AnalysedProduct(const PreparedSkin& skin, const Schedule& schedule, const Arithmetic& kind, const Read& read)
         : unit(kind.separable ? plan::unit_of(schedule.pressure) : 1), materials(analysed(skin, schedule, kind, read)),
-          deep(deep_materials(skin, schedule, kind, read)),
           rough(roughness_of(
               skin, schedule,
               schedule.framed ? 1 : std::ranges::max(materials.pressed, {}, &PressedMaterial::around).around)),
@@ -106,7 +105,6 @@ struct AnalysedProduct {
 
     const double unit; // Pa: of the run's map
     const AnalysedMaterials materials;
-    const DeepMaterials deep;
     const Roughness rough;
     CountedRun run; // by the method
 };
@@ -159,7 +157,8 @@ class Analysis {
     };
     BoundedSum sum_of(const AnalysedProduct& product, size_t first, int q, bool around) const {
         BoundedSum s;
-        const DeepMaterial* deep = !around && product.deep[size_t(q)] ? &*product.deep[size_t(q)] : nullptr;
+        const DeepMaterial* deep =
+            !around && product.materials.deep[size_t(q)] ? &*product.materials.deep[size_t(q)] : nullptr;
         const PressedMaterial& m = deep ? deep->pressed : product.materials.pressed[first];
         const size_t length = product.materials.chain.length;
         const double peak = around ? m.around : m.peak, share = peak < m.around ? peak / m.around : 1;

@@ -71,26 +71,33 @@ void represent(AnalysedMaterials& m) {
 
 AnalysedMaterials analysed(const PreparedSkin& skin, const Schedule& schedule, const Arithmetic& kind,
                            const Read& read) {
-    AnalysedMaterials m{
-        .pressed = pressed_materials(skin, schedule, read), .counted = {}, .ends = {}, .chain = skin.chain};
+    AnalysedMaterials m{.pressed = pressed_materials(skin, schedule, read),
+                        .deep = deep_materials(skin, schedule, kind, read),
+                        .chain = skin.chain};
     take_gains(skin, schedule, read, kind.separable, m.pressed);
     if (too_many(m.pressed.size(), double(schedule.outputs))) represent(m);
     if (m.ends.empty()) m.ends = {m.pressed.size()};
-    const double least = schedule.framed ? 0 : least_of(schedule.pressure);
+    double least = schedule.framed ? 0 : least_of(schedule.pressure), below = 0, least_below = INFINITY;
+    for (const auto& deep : m.deep) // under a cell without pressure there may be stress
+        if (deep && deep->pressed.peak > 0) {
+            least = std::min(least, deep->least);
+            raise(below, deep->pressed.peak);
+            least_below = std::min(least_below, deep->pressed.peak);
+        }
     const double u = counted_unit(kind);
     for (const PressedMaterial& material : m.pressed) {
-        const double peak = material.around, read = material.peak > 0 ? material.peak : peak;
-        m.counted.push_back(
-            {.element = material.element,
-             .arithmetic = {.u = u,
-                            .peak = kind.separable ? 1 : peak,
-                            .single = kind.single,
-                            .bound = schedule.framed,
-                            .carried = kind.compensated ? 2 * u : 1,
-                            .flush = peak > 0 && !kind.separable ? 2 * kind.stored / read : 0,
-                            .denormal = kind.single && material.peak > 0 ? 0x1p-150 * peak / material.peak : 0,
-                            .least = peak > 0 ? least / read : 0},
-             .peak = peak});
+        const double peak = material.around > 0 ? material.around : below,
+                     read = std::min(material.peak > 0 ? material.peak : peak, least_below);
+        m.counted.push_back({.element = material.element,
+                             .arithmetic = {.u = u,
+                                            .peak = kind.separable ? 1 : peak,
+                                            .single = kind.single,
+                                            .bound = schedule.framed,
+                                            .carried = kind.compensated ? 2 * u : 1,
+                                            .flush = peak > 0 && !kind.separable ? 2 * kind.stored / read : 0,
+                                            .denormal = kind.single && peak > 0 ? 0x1p-150 * peak / read : 0,
+                                            .least = peak > 0 ? least / read : 0},
+                             .peak = peak});
     }
     for (size_t i = 0; kind.separable && i < skin.parts.size(); ++i)
         for (const Element& element : {skin.parts[i].low, skin.parts[i].high})
@@ -110,10 +117,10 @@ DeepMaterials deep_materials(const PreparedSkin& skin, const Schedule& schedule,
         for (double& peak : as.material_peaks) peak *= space.norm();
         std::vector<PressedMaterial> materials = pressed_materials(skin, as, read);
         take_gains(skin, as, read, kind.separable, materials);
-        DeepMaterial m{.pressed = materials.front()};
+        DeepMaterial m{
+            .pressed = materials.front(), .off = unit_of_double, .least = schedule.framed ? 0 : least_of(as.pressure)};
         const double peak = m.pressed.peak;
         m.pressed.around = 2 * peak; // its roundings are not those of the cell that is counted
-        m.off = unit_of_double;
         if (schedule.framed) m.off += space.roundings<double>();
         else if (peak > 0) m.off += error_of_stresses(schedule.pressure, skin.description.grid, space) / peak;
         deep[q] = m;

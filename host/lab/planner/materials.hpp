@@ -14,27 +14,28 @@ namespace dermis::planner {
 // The unit of the roundings that are counted: the reference's, where the run's own roundings are measured.
 inline double counted_unit(const Arithmetic& kind) { return kind.separable ? unit_of_reference : kind.unit(); }
 
+// The material of a uniform skin, pressed by what acts at the depth of a class.
+struct DeepMaterial {
+    PressedMaterial pressed;
+    double off = 0;   // the error of the pressure there, relative to its peak
+    double least = 0; // the least pressure there that is not 0, Pa; 0 between frames
+};
+
+// Of each class that has a half-space and is read.
+using DeepMaterials = std::array<std::optional<DeepMaterial>, REDUCED_MAPS>;
+DeepMaterials deep_materials(const plan::PreparedSkin&, const plan::Schedule&, const Arithmetic&, const Read&);
+
 // The materials of the skin, each with the arithmetic of its cell.
 struct AnalysedMaterials {
     std::vector<PressedMaterial> pressed;
-    std::vector<CountedMaterial> counted; // the same, each with the pressure around what is read as its peak
+    DeepMaterials deep;
+    std::vector<CountedMaterial> counted; // the same, each with a peak that is not 0 where any of what is read is not
     std::vector<size_t> ends;             // the end of all of them, or of the materials at each place of a series
     plan::Chain chain;
     std::vector<CountedMaterial> extremes; // of each part, its least and its greatest retardation time
 };
 
 AnalysedMaterials analysed(const plan::PreparedSkin&, const plan::Schedule&, const Arithmetic&, const Read&);
-
-// The material of a uniform skin, pressed by what acts at the depth of a class, and how far that is off, relative to
-// its greatest value.
-struct DeepMaterial {
-    PressedMaterial pressed;
-    double off = 0;
-};
-
-// Of each class that has a half-space and is read.
-using DeepMaterials = std::array<std::optional<DeepMaterial>, REDUCED_MAPS>;
-DeepMaterials deep_materials(const plan::PreparedSkin&, const plan::Schedule&, const Arithmetic&, const Read&);
 
 // The skin with the elements of Schedule::modes in series. A stress that classes follow is a sum of these elements,
 // some of them times a share below 0: stepped cell by cell, the series bounds what they are off together.

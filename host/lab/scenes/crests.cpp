@@ -4,7 +4,6 @@
 #include "host/lab/scenes/scene.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 namespace dermis::scene {
 namespace {

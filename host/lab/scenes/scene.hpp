@@ -9,7 +9,6 @@
 #include <fstream>
 #include <functional>
 #include <map>
-#include <tuple>
 
 namespace dermis::scene {
 

@@ -3,7 +3,6 @@
 #include "host/lab/schedule/extended.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 namespace dermis::plan {
 
