@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""Runs every suite with the label `threads` under ThreadSanitizer, and prints a table: cases, reports and seconds of each suite.
+"""Runs every suite with the label `threads` under ThreadSanitizer, two at a time, and prints a table: cases, reports and
+seconds of each suite.
 
 Arguments: --tests dermis-tests of the preset tsan, --work a folder for reports, --only SUITE.
 Fails where a case fails, nothing ran, or there is a report but for those of a driver that tests/main.cpp names.
@@ -12,6 +13,7 @@ import shutil
 import subprocess
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
@@ -61,10 +63,10 @@ def main():
     suites = [options.only] if options.only else labelled(options.tests.parents[1], "threads")
     print(f"{'suite':<14}{'cases':>8}{'reports':>11}{'seconds':>9}", flush=True)
     right, reports, start = True, 0, time.monotonic()
-    for name in suites:
-        row, count, passed = run_suite(options, name)
-        right, reports = right and passed, reports + count
-        print(row, flush=True)
+    with ThreadPoolExecutor(2) as pool:
+        for row, count, passed in pool.map(lambda name: run_suite(options, name), suites):
+            right, reports = right and passed, reports + count
+            print(row, flush=True)
     print(f"threads: {len(suites)} suites, {reports} reports, {time.monotonic() - start:.0f} s")
     sys.exit(not right)
 
