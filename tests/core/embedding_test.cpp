@@ -115,6 +115,7 @@ TEST_CASE("a grid beyond what a device binds at once is pressed in bands of rows
     for (const auto& [stencil, edges] : {std::pair{Stencil::five_point, Edges::mirror},
                                          {Stencil::fourth_order, Edges::mirror},
                                          {Stencil::published, Edges::published}}) {
+        if (!night() && stencil != Stencil::fourth_order) continue; // it reads most rows beyond a band
         shim.range = 1 << 27;
         const Validated vulkan(loader);
         shim.range = 50000; // 195 rows of a map of 64 cells, 48 of a state with all it can have

@@ -59,7 +59,10 @@ def common(all_hashes):
 def build(name, compiler, options, source, work):
     folder = work / name.replace(" ", "").replace("+", "p")
     flags = options
-    settings = ["-DCMAKE_BUILD_TYPE=None", f"-DCMAKE_CXX_COMPILER={compiler}", "-DCMAKE_UNITY_BUILD=ON",
+    # file by file once, because each file of the library includes all that it needs
+    unity = "OFF" if (compiler, options) == ("g++", "-O0") else "ON"
+    settings = ["-DCMAKE_BUILD_TYPE=None", f"-DCMAKE_CXX_COMPILER={compiler}",
+                f"-DCMAKE_UNITY_BUILD={unity}",
                 f"-DCMAKE_C_COMPILER={compiler.replace('clang++', 'clang').replace('g++', 'gcc')}"]
     if compiler == CROSS:
         # Headers that are the same for every processor are this system's.

@@ -12,7 +12,7 @@ using namespace test;
 namespace {
 
 constexpr unsigned first_seed = 1;
-const int scenes = night() ? 3000 : 600; // dermis-oracle N SEED takes others
+const int scenes = night() ? 3000 : 300; // dermis-oracle N SEED takes others
 
 // The random scenes that the claims below are about, run once.
 const oracle::Survey& surveyed() {
