@@ -3,10 +3,10 @@
 // Nerve fibres against closed forms, and against a search for their events in 48 digits.
 #include "host/core/cpu/fibres.hpp"
 #include "tests/oracle/afferent.hpp"
+#include "tests/support.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <doctest/doctest.h>
 
 namespace {
@@ -126,7 +126,7 @@ bool as_sensitive(const oracle::AfferentCase& c, const std::vector<double>& q, d
 }
 
 TEST_CASE("every spike of random fibres under random inputs is there, within the tolerance") {
-    const unsigned fibres = std::getenv("DERMIS_NIGHT") ? 1000 : 100;
+    const unsigned fibres = test::night() ? 1000 : 100;
     size_t spikes = 0, late = 0;
     double greatest64 = 0, greatest32 = 0;
     for (unsigned seed = 0; seed < fibres; ++seed) {
@@ -155,7 +155,7 @@ TEST_CASE("every spike of random fibres under random inputs is there, within the
 }
 
 TEST_CASE("a fibre with several endings fires where the first of them reaches its threshold, which sets all back") {
-    const unsigned fibres = std::getenv("DERMIS_NIGHT") ? 200 : 40;
+    const unsigned fibres = test::night() ? 200 : 40;
     size_t spikes = 0, of_one = 0, late = 0;
     double greatest = 0;
     for (unsigned seed = 0; seed < fibres; ++seed) {

@@ -21,7 +21,7 @@ struct DeepMaterial {
     double least = 0; // the least pressure there that is not 0, Pa; 0 between frames
 };
 
-// Of each class that has a half-space and is read.
+// One material for each class of receptors that lie at a depth and are read; empty for every other class.
 using DeepMaterials = std::array<std::optional<DeepMaterial>, REDUCED_MAPS>;
 DeepMaterials deep_materials(const plan::PreparedSkin&, const plan::Schedule&, const Arithmetic&, const Read&);
 
