@@ -155,7 +155,7 @@ TEST_CASE("every spike of random fibres under random inputs is there, within the
 }
 
 TEST_CASE("a fibre with several endings fires where the first of them reaches its threshold, which sets all back") {
-    const unsigned fibres = test::night() ? 200 : 40;
+    const unsigned fibres = test::night() ? 200 : 20;
     size_t spikes = 0, of_one = 0, late = 0;
     double greatest = 0;
     for (unsigned seed = 0; seed < fibres; ++seed) {

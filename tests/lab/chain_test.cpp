@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
-// labels: device threads
+// labels: device threads long
 // Elements in series, against numbers of their closed form in 50 digits and against superposition.
 #include "tests/oracle/exact.hpp"
 #include "tests/oracle/scene_files.hpp"
 #include "tests/support.hpp"
 
+#include <bit>
 #include <filesystem>
 #include <fstream>
 
@@ -223,6 +224,8 @@ TEST_CASE("a march of a chain has the same bits on CPU and Vulkan, for every ste
                                   {Stencil::fourth_order, Edges::periodic},
                                   {Stencil::published, Edges::published}})
         for (int variant = 0; variant < 8; ++variant) {
+            // by day half of them, in which each two of the choices meet in every way
+            if (!night() && (std::popcount(unsigned(variant)) + int(edges)) % 2) continue;
             CAPTURE(int(stencil));
             CAPTURE(variant);
             oracle::Case c;
