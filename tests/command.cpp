@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "tests/command.hpp"
 
+#include "tests/support.hpp"
+
 #include <algorithm>
 #include <cstdlib>
 #include <fstream>
@@ -28,7 +30,7 @@ std::string without_seconds(const fs::path& path) {
 
 } // namespace
 
-test::Folder::Folder() : path_(fs::temp_directory_path() / ("dermis_cli_test_" + std::to_string(getpid()))) {
+test::Folder::Folder() : path_(temporary("command")) {
     fs::remove_all(path_);
     fs::create_directories(path_);
 }

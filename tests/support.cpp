@@ -8,9 +8,15 @@
 #include <fstream>
 #include <sstream>
 
+#include <unistd.h>
+
 namespace test {
 
 bool night() { return std::getenv("DERMIS_NIGHT") != nullptr; }
+
+std::filesystem::path temporary(const std::string& name) {
+    return std::filesystem::temp_directory_path() / ("dermis_" + std::to_string(getpid()) + "_" + name);
+}
 
 std::string data(const std::string& name) { return std::string(DERMIS_TEST_DATA) + "/" + name; }
 

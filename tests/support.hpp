@@ -9,6 +9,7 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <filesystem>
 #include <map>
 #include <string>
 #include <vector>
@@ -20,6 +21,9 @@ using namespace dermis;
 // Whether this is the night, in which a suite does all it can: `./run night` sets DERMIS_NIGHT. A submission does a
 // part.
 bool night();
+
+// A file or folder for this process alone, below the system's folder for temporary ones; the test makes and removes it.
+std::filesystem::path temporary(const std::string& name);
 
 // tests/data/<name>
 std::string data(const std::string& name);

@@ -10,7 +10,6 @@
 #include <sstream>
 
 #include <sys/wait.h>
-#include <unistd.h>
 
 namespace {
 
@@ -191,7 +190,7 @@ TEST_CASE("a table that is empty, foreign, older or cut off is refused") {
 #ifdef DERMIS_BENCH_PROGRAM
 TEST_CASE("the program refuses a table that it cannot compare with before it measures: exit status 2 and a message") {
     namespace fs = std::filesystem;
-    const fs::path folder = fs::temp_directory_path() / ("dermis_bench_test_" + std::to_string(getpid()));
+    const fs::path folder = test::temporary("bench");
     fs::create_directories(folder);
     const std::string earlier = (folder / "old.csv").string(), messages = (folder / "messages").string();
     const auto refusal = [&](const std::string& options) {

@@ -44,7 +44,7 @@ double mean_of(const Result& r, Quantity q, size_t row) {
 }
 
 Scene read(const std::string& text) {
-    const std::string path = (std::filesystem::temp_directory_path() / "dermis_chain.toml").string();
+    const std::string path = temporary("chain.toml").string();
     std::ofstream(path) << text;
     const auto remove = [](const std::string* file) { std::filesystem::remove(*file); };
     const std::unique_ptr<const std::string, decltype(remove)> removed(&path, remove);
@@ -173,7 +173,7 @@ class Frames {
     ~Frames() { std::filesystem::remove(path_); }
 
   private:
-    const std::string path_ = (std::filesystem::temp_directory_path() / "dermis_chain_frames.npy").string();
+    const std::string path_ = temporary("chain_frames.npy").string();
 };
 
 } // namespace

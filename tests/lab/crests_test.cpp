@@ -72,7 +72,7 @@ TEST_CASE("the frames of a sequence are pressed on crests as the map of a produc
     Scene product = on_ridges();
     product.load.envelope = {.kind = Envelope::Kind::table, .times = {0, 0.05}, .values = {0, 1}};
     product.receptors.fa2 = Fa2::step_mean;
-    const auto path = std::filesystem::temp_directory_path() / ("dermis_crests_" + std::to_string(getpid()) + ".npy");
+    const auto path = temporary("crests.npy");
     {
         std::ofstream out(path, std::ios::binary);
         out << npy_header("<f8", "(2, 60, 120)");

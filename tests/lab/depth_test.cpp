@@ -213,8 +213,7 @@ TEST_CASE("means and extremes at a depth are those of the field") {
 
 // The same scene with four frames in a file in place of the map, each times a value of the table.
 struct AsFrames {
-    explicit AsFrames(Scene& product)
-        : path(std::filesystem::temp_directory_path() / ("dermis_depth_" + std::to_string(getpid()) + ".npy")) {
+    explicit AsFrames(Scene& product) : path(temporary("depth.npy")) {
         product.load.envelope = {
             .kind = Envelope::Kind::table, .times = {0, 0.1, 0.2, 0.3}, .values = {0, 1, 0.25, 0.5}};
         product.receptors.fa2 = Fa2::step_mean;

@@ -16,8 +16,7 @@ namespace {
 
 template <class T> std::string write_frames(const std::vector<std::vector<double>>& frames, int width, int height) {
     static int number = 0;
-    const auto path = std::filesystem::temp_directory_path() /
-                      ("dermis_frames_" + std::to_string(getpid()) + "_" + std::to_string(number++) + ".npy");
+    const auto path = temporary("frames_" + std::to_string(number++) + ".npy");
     std::ofstream out(path, std::ios::binary);
     out << npy_header(sizeof(T) == 8 ? "<f8" : "<f4", "(" + std::to_string(frames.size()) + ", " +
                                                           std::to_string(height) + ", " + std::to_string(width) + ")");

@@ -58,7 +58,7 @@ double response_of(const Result& r, const Scene& s, size_t site, size_t n) {
 double relaxed(double t) { return 1 + std::exp(-t / 0.004) + std::exp(-t / 0.07) + std::exp(-t / 1.4); }
 
 std::string depth_frames(const Grid& g, const std::vector<std::vector<double>>& frames) {
-    const auto path = std::filesystem::temp_directory_path() / ("dermis_depths" + std::to_string(getpid()) + ".npy");
+    const auto path = temporary("depths.npy");
     std::ofstream out(path, std::ios::binary);
     out << npy_header("<f8", "(" + std::to_string(frames.size()) + ", " + std::to_string(g.height) + ", " +
                                  std::to_string(g.width) + ")");

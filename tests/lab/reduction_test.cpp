@@ -137,7 +137,7 @@ TEST_CASE("frames drop what changes of their greatest pressures cannot show") {
         std::vector<double>& frame = frames.emplace_back();
         for (int i = 0; i < 72; ++i) frame.push_back(0.01 * (k + std::sin(0.3 * k)) * (1 + 0.5 * std::sin(0.7 * i)));
     }
-    const auto path = std::filesystem::temp_directory_path() / "dermis_reduction_frames.npy";
+    const auto path = temporary("reduction_frames.npy");
     oracle::write_frames(path, s.grid, frames);
     s.load = {};
     s.load.kind = Load::Kind::sequence;

@@ -13,7 +13,7 @@ using namespace test;
 namespace {
 
 std::filesystem::path folder() {
-    const auto path = std::filesystem::temp_directory_path() / ("dermis_scene_test_" + std::to_string(getpid()));
+    const auto path = temporary("scene");
     std::filesystem::create_directories(path);
     return path;
 }

@@ -63,7 +63,7 @@ TEST_CASE("a site has the bits of the field at its cell, in every model that can
 
 TEST_CASE("sites under a sequence see their frames") {
     Scene s = small_scene(16, 16);
-    const auto path = std::filesystem::temp_directory_path() / ("dermis_sites_" + std::to_string(getpid()) + ".npy");
+    const auto path = temporary("sites.npy");
     {
         std::ofstream out(path, std::ios::binary);
         out << npy_header("<f8", "(3, 16, 16)");
@@ -138,7 +138,7 @@ TEST_CASE("sites or the whole field: by the number of cells that sites and their
 }
 
 TEST_CASE("a list of receptors is read from a file, and a bad one refused with its line") {
-    const auto folder = std::filesystem::temp_directory_path() / ("dermis_sites_test_" + std::to_string(getpid()));
+    const auto folder = temporary("sites");
     std::filesystem::create_directories(folder);
     const auto scene = [&](const std::string& list, const std::string& more = "") {
         std::ofstream(folder / "list.csv") << list;

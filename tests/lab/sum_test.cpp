@@ -193,7 +193,7 @@ TEST_CASE("a grating is the limit of explicit frames, in any direction") {
     s.output.traces = {Quantity::strain, Quantity::sa1, Quantity::sa2, Quantity::fa1};
     const double interval = s.time.step / 64;
     const int frames = int(s.time.duration / interval) + 1;
-    const auto path = std::filesystem::temp_directory_path() / ("dermis_grating_" + std::to_string(getpid()) + ".npy");
+    const auto path = temporary("grating.npy");
     {
         std::ofstream out(path, std::ios::binary);
         out << npy_header("<f8", "(" + std::to_string(frames) + ", 8, 50)");

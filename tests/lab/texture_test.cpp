@@ -31,7 +31,7 @@ Scene grating(double step, double duration) {
 }
 
 std::string written(const std::string& name, const std::string& shape, const std::vector<double>& values) {
-    const auto path = std::filesystem::temp_directory_path() / ("dermis_" + name + std::to_string(getpid()) + ".npy");
+    const auto path = temporary(name + ".npy");
     std::ofstream out(path, std::ios::binary);
     out << npy_header("<f8", shape);
     out.write(reinterpret_cast<const char*>(values.data()), std::streamsize(values.size() * 8));
