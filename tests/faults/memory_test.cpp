@@ -64,11 +64,13 @@ bool judge(const std::exception_ptr& thrown, bool sticky) {
     return true;
 }
 
+// One of so many allocations fails; at_night: at night.
+long stride_of(long at_night) { return night() ? at_night : 5 * at_night; }
+
 // Fails each allocation of a work in turn, until there is none left to fail. The work itself allocates nothing outside
-// the library: the numbers have room. stride: one of so many allocations fails at night; by day one of five times as
-// many.
-template <class Work> void starve(const char* name, Work&& work, long stride = 1) {
-    if (!night()) stride *= 5;
+// the library: the numbers have room. at_night: as stride_of() has it.
+template <class Work> void starve(const char* name, Work&& work, long at_night = 1) {
+    const long stride = stride_of(at_night);
     Numbers right, got;
     got.reserve(100000);
     work(got);
@@ -315,7 +317,7 @@ TEST_CASE("an allocation that fails in the command: one line, status 1, and no f
         const long count = std::stol(slurp(folder / "count"));
         CAPTURE(arguments);
         CHECK(count > 50);
-        const long stride = at_night * (night() ? 1 : 5);
+        const long stride = stride_of(at_night);
         for (const char* sticky : {"", "+"})
             for (long before = 0; before < count; before += stride, ++runs) {
                 CAPTURE(before);

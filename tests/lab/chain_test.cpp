@@ -224,7 +224,7 @@ TEST_CASE("a march of a chain has the same bits on CPU and Vulkan, for every ste
                                   {Stencil::fourth_order, Edges::periodic},
                                   {Stencil::published, Edges::published}})
         for (int variant = 0; variant < 8; ++variant) {
-            // by day half of them, in which each two of the choices meet in every way
+            // By day half of the variants: any two of the three choices occur in all four ways.
             if (!night() && (std::popcount(unsigned(variant)) + int(edges)) % 2) continue;
             CAPTURE(int(stencil));
             CAPTURE(variant);

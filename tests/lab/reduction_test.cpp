@@ -239,7 +239,8 @@ TEST_CASE("the traces, probes and fields of every cell are within the bound of a
         CHECK(impulses_apart(whole, run) <= r.error + 1e-13);
         impulses += !run.impulses.empty();
     }
-    MESSAGE(shortened, " of ", scenes, " with fewer elements, of which ", impulses, " with impulses");
+    MESSAGE(shortened, " of ", scenes, " scenes have a shorter chain, and ", impulses,
+            " of these scenes have impulses");
     CHECK(shortened >= scenes * 3 / 5);
     CHECK(impulses >= scenes / 4);
 }
