@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: MIT
-"""What the keys of touch are for: keys.py dermis
+"""What the keys for contact and receptors are for: keys.py dermis
 
-Prints the table of host/lab/scenes/README.md, "What the keys of touch change". For each key: the scene that needs it;
-the greatest difference of a response with and without the key, over the greatest value with it; how long a run takes
-with it, over without it (whole processes in turn, medians of ROUNDS).
+Prints the table of host/lab/scenes/README.md, "What the keys for contact and receptors change". For each key: the scene that
+needs it; what stands in its place, and the greatest difference of a response with and without the key, divided by the
+greatest value with it; the time of a run with the key, divided by its time without (whole processes in turn, medians of
+ROUNDS).
 """
 import subprocess
 import sys
@@ -31,11 +32,11 @@ KEYS = [
     ("receptors.follow", HELD, [], ["receptors.follow={}"], "SA1 follows the strain", EVERYTHING),
     ("load.control = \"depth\"", HELD, [],
      ["load.control=pressure", "load.kind=circular", "load.intensity=10e3", "receptors.follow={}"],
-     "a pressure is held; both over SA1 at the end of the ramp", FROM_HOLD),
+     "a pressure is held; each SA1 divided by its value at the end of the ramp", FROM_HOLD),
     ("load.contact = \"crests\"", VIBRATION, [], ["load.contact=even"], "an even contact", LATER),
     ("load.contact_share = 0.5", VIBRATION, [], ["load.contact_share=1"], "all cells touch", LATER),
     ("load.contact_length", VIBRATION, [], ["load.contact_length=0.92e-3"],
-     "twice as long on even ridges; a surface from a file, as in bench/vibration.py, is refused without it", LATER),
+     "twice as long, on even ridges (a file in which no ridges are found is refused without it)", LATER),
     ("load.texture", VIBRATION, [], None, "the pressure is held", LATER),
     ("[[load]]", GRATING, [], ["load[1].intensity=0"], "the probe alone", EVERYTHING),
     ("load.grating", GRATING, [], ["load[1].grating.velocity=0"], "it stands still", EVERYTHING),
@@ -112,7 +113,7 @@ def hold_row(dermis):
 
 def main():
     dermis = str(Path(sys.argv[1]).resolve())
-    print("| key | scene that needs it | error without it | time with it, over without |\n|---|---|---|---|")
+    print("| key | scene that needs it | what stands in its place, and the error | time |\n|---|---|---|---|")
     for key in KEYS:
         print(row_of(dermis, *key), flush=True)
     print(hold_row(dermis))
