@@ -10,7 +10,8 @@
 // sets the V of all endings back.
 //
 // Between frames q runs along a straight line. For such a q the filter is exact at the end of each step, and a spike's
-// time is the time at which V of this continuous model reaches 1, to the tolerance.
+// time is the time at which V of this continuous model reaches 1: to some 1 us in a Skin, to 1e-10 s in a scene
+// (kernels/NUMERICS.md, "Spikes").
 #pragma once
 
 #include <dermis/description.hpp>
@@ -52,8 +53,8 @@ struct Afferents {
     // The cells of the receptors, inside the grid; where the description has sites, cells of these sites. Empty: the
     // description's sites of this class, of which there is one at least.
     std::vector<Cell> cells;
-    // What q is: the strain of the cell, or its pressure over the modulus at which the cell comes to rest, which needs
-    // a material without a dashpot in series that is the same in every cell.
+    // What q is: the strain of the cell, or its pressure divided by the modulus at which the material comes to rest.
+    // The latter needs a material without a dashpot in series that is the same in every cell.
     Signal follow = Signal::strain;
     // Receptors of each fibre, 1 to 64. The number of receptors is a multiple of it: fibre n has the receptors
     // n*endings to n*endings + endings - 1. A fibre with fewer endings than others names one of its cells again; a cell

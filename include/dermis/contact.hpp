@@ -15,8 +15,8 @@
 // round body such as a fingertip has radii: then x and y are lengths along the body's surface. The frame stays flat:
 // its plane z = 0 touches the surface at the pad's middle.
 //
-// Pressure is added to what the buffer holds: fill it with 0 before a frame. The pressures added, summed up and times
-// spacing^2, are Report::placed, to 1e-6 of the force that the buffer then holds; only pressures below 1e-38 Pa may be
+// Pressure is added to what the buffer holds: fill it with 0 before a frame. The sum of the pressures added, times
+// spacing^2, is Report::placed, to 1e-6 of the force that the buffer then holds; only pressures below 1e-38 Pa may be
 // lost. Your compiler and its flags decide the last bits of a pressure, but neither this guarantee nor which input is
 // refused.
 //
@@ -33,14 +33,14 @@
 namespace dermis::contact {
 
 // The pressure from which on a report is doubtful, Pa. Touch and grasp press skin with 1e3 to 1e5 Pa. More than 1 MPa
-// comes of a force on too few cells (1 N on one cell of 0.25 mm is 16 MPa) or of a wrong unit.
+// comes from a force on too few cells (1 N on one cell of 0.25 mm is 16 MPa) or of a wrong unit.
 inline constexpr double doubtful_pressure = 1e6;
 
 // A grid of cells, and the caller's pressures in Pa: pressure[y*pitch + x] is the pressure of cell (x, y).
 struct Pad {
     int width = 0, height = 0; // cells, 1..16384
     double spacing = 0;        // m between cells, 1e-9..1e6
-    float* pressure = nullptr; // finite
+    float* pressure = nullptr; // not null; the caller sees to it that the floats are finite
     std::size_t pitch = 0;     // floats from row to row, >= width; 0: width
     bool tiled = false;        // whether pads lie side by side and share patches: the part of a patch beyond the border
                                // then belongs to the neighbours, and counts in no member of this pad's report
@@ -61,9 +61,9 @@ struct Report {
     double asked = 0;    // N: sum of the forces given
     double placed = 0;   // N: the part that presses cells, measured by what the buffer's floats gained
     double outside = 0;  // N: the part that presses no cell: beside the pad, too far from it, turned away, or given by
-                         // depths that nowhere exceed 0
-    double sideways = 0; // N: of forces at an angle to the pad, the force less its component into the pad, F*(1 - cos).
-                         // It completes the sum above; the force along the surface, F*sin, is `shear`
+                         // depths that nowhere press
+    double sideways = 0; // N: of forces F at an angle to the surface's normal, the sum of F*(1 - cos), which is F less
+                         // its component into the pad. The force along the surface, F*sin, is `shear`
     std::array<double, 2> shear = {0, 0}; // N: of contacts in the world that press the pad, the sum of their forces
                                           // along its x and y
     double greatest = 0; // Pa: greatest pressure of the cells that were pressed, with what they held before
@@ -72,7 +72,7 @@ struct Report {
     int beside = 0;      // contacts and taxels with a force that are wholly beside the pad
     int too_far = 0;     // contacts with a force farther from the pad's surface than `reach`
     int turned_away = 0; // contacts whose force does not push into the pad
-    double level = 0;    // m: add_depths with a stiffness; see there
+    double level = 0;    // m: the depth from which add_depths() presses, with a stiffness; else 0
 
     // Whether at least half of the force asked is placed, at most a tenth is outside, and at most 0.001 is lost to
     // rounding beside what the buffer held. Force is lost, for example, where a round body has a pad without radii,
@@ -84,16 +84,16 @@ struct Report {
 };
 
 // A force on a round patch with the pressure of an elastic contact after Hertz, p0*sqrt(1 - r^2/radius^2) at the centre
-// of each cell; p0 is such that the cells of the whole patch carry the force. With a radius of 1.5 to 8 cells a cell
-// has the mean of the profile over 16 places in it (4 from 4 cells on) instead, and the radius is so much smaller that
-// the patch stays as wide: from two cells on its middle is right to 0.02 of a cell and its second moment to 3 %,
-// wherever in a cell it lies. A patch that covers no cell's centre presses the nearest cell: give a radius of two cells
-// or more.
+// of each cell; p0 is such that the cells of the whole patch carry the force. If the radius is 1.5 to 8 cells, a cell
+// has the mean of the profile at 16 places in the cell instead, from a radius of 4 cells on at 4 places. A mean widens
+// the patch, so that the profile's radius is smaller to make up for it. From a radius of two cells on, the patch's
+// middle is right to 0.02 of a cell and its second moment to 3 %, wherever in a cell the middle lies. A patch that
+// covers no cell's centre presses the nearest cell: give a radius of two cells or more.
 //
 // The pad's border does not change a patch's pressures. The part of a patch beyond it does not press this pad and
 // counts as Report::outside. Pads side by side, each with Pad::tiled set, share a patch between them. For a patch that
-// overhangs and has a radius of more than 128 cells the share is right to 1e-4.
-// A pad is [0, width*spacing) x [0, height*spacing).
+// overhangs and has a radius of more than 128 cells the share is right to 1e-4. A pad is [0, width*spacing) x
+// [0, height*spacing), so that a place on a common border belongs to one pad.
 struct Contact {
     double x = 0, y = 0; // m, in the pad's frame
     double force = 0;    // N, >= 0, into the pad
@@ -106,8 +106,8 @@ Report add_contacts(const Pad&, const Contact* contacts, std::size_t count);
 Report add_contacts(const Pad&, const std::vector<Contact>& contacts);
 
 // The radius in m of the patch of a rigid ball on an elastic plane, after Hertz: (3*force*ball/(4*modulus))^(1/3).
-// force: N, >= 0; ball: its radius, m, > 0; modulus: plane-strain modulus E/(1 - nu^2), Pa, > 0, which is 4/3 of E
-// where the volume stays the same.
+// force: N, >= 0; ball: its radius, m, > 0; modulus: plane-strain modulus E/(1 - nu^2), Pa, > 0; where the volume
+// stays the same, nu = 0.5, it is 4/3 of E.
 double hertz_radius(double force, double ball, double modulus);
 
 // Where a pad is: its frame in the world. rotation is row-major, and its columns are the axes of the pad in the world,
@@ -169,18 +169,20 @@ struct Depths {
 };
 
 // Adds a force. Without a stiffness, pressure is in proportion to depth, where depth > 0. With a stiffness it is
-// stiffness*(depth - level), where depth > level, at the level that makes the sum the force. The level is below 0 where
-// the body has to sink in deeper than the depths say; gaps that are smaller than that are then pressed too.
+// stiffness*(depth - level), where depth > level; the level is the one at which the pressures sum to the force. It is
+// negative where the body has to sink in deeper than the depths say; gaps smaller than -level are then pressed too.
 Report add_depths(const Pad&, const Depths&);
 
 // The readings of a sensor array: rectangles side by side, each under an even pressure.
 struct Taxels {
     enum class Unit { newton, pascal } unit = Unit::newton;
-    const float* values = nullptr;             // finite, >= 0; column i of row j is values[i*column_step + j*row_step]
-    int columns = 0, rows = 0;                 // 1..16384; columns follow each other along x, rows along y
-    double width = 0, height = 0;              // m, of one taxel along x and y, 1e-9..1e6
-    double x = 0, y = 0;                       // m, outer corner of the first taxel in the pad's frame
-    std::size_t column_step = 1, row_step = 0; // floats; row_step 0: columns. By columns: rows, 1
+    const float* values = nullptr; // finite, >= 0; column i of row j is values[i*column_step + j*row_step]
+    int columns = 0, rows = 0;     // 1..16384; columns follow each other along x, rows along y
+    double width = 0, height = 0;  // m, of one taxel along x and y, 1e-9..1e6
+    double x = 0, y = 0;           // m, outer corner of the first taxel in the pad's frame
+    // Floats from column to column, >= 1, and from row to row; row_step 0: columns. Values that are stored column by
+    // column have column_step = rows and row_step = 1.
+    std::size_t column_step = 1, row_step = 0;
 };
 
 // Adds each taxel's force to the cells below it in proportion to the area that cell and taxel share; either of the two

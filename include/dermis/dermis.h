@@ -42,7 +42,7 @@ typedef int32_t dermis_status;
 enum {
     DERMIS_OK = 0,
     DERMIS_BAD_INPUT = 1,     // an argument or a parameter of a scene is not allowed
-    DERMIS_NO_DEVICE = 2,     // there is no such device, or none that can compute
+    DERMIS_NO_DEVICE = 2,     // no device can be used: no loader, no driver, or a device that is refused
     DERMIS_DEVICE_FAILED = 3, // a device failed while working
     DERMIS_IO = 4,            // a file could not be written
     DERMIS_NO_MEMORY = 5,     // memory could not be allocated; what existed before is unchanged
@@ -96,7 +96,7 @@ typedef struct dermis_device_info {
     const char* driver;  // name and version; "" for the CPU path
     const char* refused; // the reason why no Vulkan device is used, if "auto" found none; else ""
     int32_t vulkan;      // 1 for a Vulkan device, 0 for the CPU path
-    int32_t exact;       // 1 if a self-test gave the bits of the CPU path, else 0
+    int32_t exact;       // 1 if a self-test gave the bits of the CPU path, and for the CPU path, else 0
 } dermis_device_info;
 // The texts are valid until the device is closed.
 DERMIS_API dermis_status dermis_device_get_info(const dermis_device* device, dermis_device_info* info);
@@ -157,13 +157,14 @@ enum {
     DERMIS_MIN = 1,  // min and max: with output.extremes, which is the default
     DERMIS_MAX = 2
 };
-// One number per output time of a quantity of output.traces.
+// One number per output time of a quantity of output.traces, in its unit. DERMIS_BAD_INPUT for a quantity or a probe
+// that the scene does not ask for, and for min and max without output.extremes.
 DERMIS_API dermis_status dermis_result_get_trace(const dermis_result* result, dermis_quantity quantity,
                                                  dermis_column column, const double** values, size_t* count);
 // The same in one cell. probe: its index in output.probes, from 0 on.
 DERMIS_API dermis_status dermis_result_get_probe(const dermis_result* result, dermis_quantity quantity, size_t probe,
                                                  const double** values, size_t* count);
-// A field of output.fields: width*height numbers. at: the time that the scene gives, s.
+// A field of output.fields: width*height numbers. at: the very time that the scene gives, s.
 DERMIS_API dermis_status dermis_result_get_field(const dermis_result* result, dermis_quantity quantity, double at,
                                                  const double** values, size_t* count);
 // The responses of the scene's sites: values[time*sites + site]. Without sites *sites is 0 and *values NULL.
@@ -180,8 +181,8 @@ DERMIS_API dermis_status dermis_result_get_spikes(const dermis_result* result, c
 DERMIS_API dermis_status dermis_result_get_report(const dermis_result* result, dermis_report* report);
 DERMIS_API void dermis_result_destroy(dermis_result* result); // NULL: nothing happens
 
-// ---- Skins, pressed frame by frame, one or many at once. Presses allocate nothing, except the first press of a batch
-// with one step for each pad.
+// ---- Skins, pressed frame by frame, one or many at once. Presses allocate nothing, except the first press with a step
+// for each pad, the first parabolic press of pads whose steps before differ, and presses with sa2_stretch or afferents.
 
 typedef int32_t dermis_precision;
 enum {
@@ -191,13 +192,14 @@ enum {
 };
 
 // How the pressure runs over the step from one frame to the next: along a line, or along the parabola through these two
-// frames and the frame before them. The parabola is four to seven times closer to a smooth load, and worse after a
-// jump, where it overshoots by an eighth of the jump. A first step, from rest or after a pause, is linear.
+// frames and the frame before them. A parabola is at least four times closer to a smooth load; after a jump it is
+// further off, and overshoots by an eighth of the jump. The first step from rest, or after a pause, is linear.
 typedef int32_t dermis_hold;
 enum { DERMIS_LINEAR = 0, DERMIS_PARABOLIC = 1 };
 
 // What a skin is pressed by: the pressure of each cell, Pa, or its depth, m. Its strain is then depth/thickness, and 0
-// where a depth would pull; no cell knows another one's. own_materials and dermis_skin_set_material are refused then.
+// where a depth would pull, whatever the depths of its neighbours. own_materials and dermis_skin_set_material are
+// refused then.
 typedef int32_t dermis_control;
 enum { DERMIS_PRESSURE = 0, DERMIS_DEPTH = 1 };
 
@@ -210,8 +212,8 @@ typedef struct dermis_skin_options {
     dermis_hold hold;           // one of the two above; a size of 24 has no such member: the pressure runs linearly
     dermis_control control;     // one of the two above; a size of 24 has no such member: a pressure
     int32_t shear;              // 1: presses take tractions too, by dermis_skin_press_shear or a touch; 0: they do not.
-                                // A size of 24 or 32 has no such member: 0. 1 is refused with sites, materials of maps,
-                                // DERMIS_DEPTH and published edges
+                                // A size of 24 or 32 has no such member: 0. 1 is refused with sites, maps of the
+                                // material, DERMIS_DEPTH and published edges
     int32_t sa2_stretch; // 1: sa2 answers to the stretch of the surface in place of the strain; needs shear; or 0
     double stretch_direction[2]; // of sa2_stretch, x and y; {0, 0}: all round
 } dermis_skin_options;
@@ -229,12 +231,11 @@ typedef struct dermis_pads {
 // may be NULL. options may be NULL: one pad with all four responses.
 DERMIS_API dermis_status dermis_skin_create(const dermis_device* device, const dermis_scene* scene,
                                             const dermis_skin_options* options, dermis_skin** skin);
-// pressure: cells = width*height finite floats for each pad that is pressed, Pa, row 0 first; positive pressure pushes
-// (under DERMIS_DEPTH depths, m).
-// It is copied. It is the pressure at the end of a step of dt seconds; over the step the pressure runs linearly from
-// the pad's previous press, or from 0. The other pads stay as they are. dt: finite, >= 0; 0 is a pause. steps: the
-// number of dt, 1 for all pads that are pressed or one for each. pressure and dt may be NULL if the list of pads is
-// empty.
+// pressure: cells = width*height finite floats for each pad that is pressed, Pa, row 0 first; positive pressure pushes.
+// Under DERMIS_DEPTH they are depths, m. The floats are copied. They are the pressure at the end of a step of dt
+// seconds; over the step the pressure runs from the pad's previous press, or from 0, as hold says. The other pads stay
+// as they are. dt: finite, >= 0; 0 is a pause. steps: the number of dt, 1 for all pads that are pressed or one for
+// each. pressure and dt may be NULL if the list of pads is empty.
 DERMIS_API dermis_status dermis_skin_press(dermis_skin* skin, const float* pressure, size_t cells, const double* dt,
                                            size_t steps, const dermis_pads* pads);
 // The same for a skin with shear, with one step for all pads. traction: Pa, as many numbers along x as there are
@@ -250,13 +251,15 @@ DERMIS_API dermis_status dermis_skin_press_frames(dermis_skin* skin, const float
 // cells that the stencils of the sites read; otherwise they are all cells. The memory stays the same until the skin is
 // destroyed.
 DERMIS_API dermis_status dermis_skin_get_cells(dermis_skin* skin, const int32_t** cells, size_t* count);
-// The same as dermis_skin_press, to the bit, with the pressures of these cells alone: `numbers` for all pads pressed.
+// The same as dermis_skin_press, to the bit, with the pressures of these cells alone. numbers: as many as there are
+// cells, times the pads pressed.
 DERMIS_API dermis_status dermis_skin_press_cells(dermis_skin* skin, const float* pressure, size_t numbers, double dt,
                                                  const dermis_pads* pads);
 // The response sa1, sa2, fa1 or fa2 at the end of each pad's last press, 0 before the first: pad by pad from 0 on,
 // width*height floats, row 0 first, or, if the scene has sites, one per site of that class in the order given. count:
 // the floats of all pads. Strain, indentation (m) and curvature (1/m) are computed from the state by this call, for
-// every cell or every site. The memory stays the same until the skin is destroyed.
+// every cell or every site. The memory stays the same until the skin is destroyed. DERMIS_BAD_INPUT for a response that
+// the skin was made without.
 DERMIS_API dermis_status dermis_skin_get_response(const dermis_skin* skin, dermis_quantity quantity,
                                                   const float** values, size_t* count);
 // A spike of a press: fibre `afferent` of a pad fires at `share` of the step, 0 < share <= 1, that is (1 - share)*dt
@@ -270,21 +273,22 @@ typedef struct dermis_spike {
 // The spikes of the last call that pressed, by frame, then pad by pad in the order pressed, then by fibre, then by
 // time. count: 0 where the scene has no afferents, and before the first press; *spikes may then be NULL. The memory is
 // valid until the next call that presses, or until the skin is destroyed. With afferents a press whose step is longer
-// than all before it may allocate, and dt is at most 65536 refractory times, or shortest time constants, of each fibre.
+// than all before it may allocate, and a dt above 65536 times a fibre's refractory time or its shortest time constant
+// is refused.
 DERMIS_API dermis_status dermis_skin_get_spikes(const dermis_skin* skin, const dermis_spike** spikes, size_t* count);
 DERMIS_API dermis_status dermis_skin_reset(dermis_skin* skin, const dermis_pads* pads); // back to skins at rest
 
-// The state as bytes, the same on every device. Any skin can load it that has the same grid, sites, number of elements,
-// number of fibres and precision, and gives SA2 and FA2 exactly where the saved one did, into the same number of pads.
-// bytes: what dermis_skin_get_state_size gives for this number of pads; for dermis_skin_load also the bytes of a state
-// of version 2, which builds before 0.2.0 saved.
+// The state as bytes, the same on every device. A skin can load it into the same number of pads if it has the grid,
+// sites, numbers of elements and springs, precision, hold, number of fibres and shear of the skin that saved it, and
+// gives SA2 and FA2 where that skin did. bytes: what dermis_skin_get_state_size gives for this number of pads; for
+// dermis_skin_load also the bytes of a state of the older version 2.
 DERMIS_API dermis_status dermis_skin_get_state_size(const dermis_skin* skin, size_t* bytes, const dermis_pads* pads);
 DERMIS_API dermis_status dermis_skin_save(const dermis_skin* skin, void* state, size_t bytes, const dermis_pads* pads);
 DERMIS_API dermis_status dermis_skin_load(dermis_skin* skin, const void* state, size_t bytes, const dermis_pads* pads);
 
 // Gives pads the moduli and viscosities of a scene's material from the next press on. The scene must have the same
 // number of elements, springs and dashpots as the skin, and no maps of them; everything else in it is ignored. Strains
-// are kept. A list of pads is allowed only with own_materials. A skin with a material of maps refuses this call: make a
+// are kept. A list of pads is allowed only with own_materials. A skin whose material has maps refuses this call: make a
 // new skin, and give it the state by dermis_skin_load.
 DERMIS_API dermis_status dermis_skin_set_material(dermis_skin* skin, const dermis_scene* scene,
                                                   const dermis_pads* pads);
@@ -329,7 +333,7 @@ typedef struct dermis_contact_report {
     int32_t plausible;   // 1 if below_cell is 0, greatest at most 1e6 Pa, at least 0.5 of asked is placed, at most 0.1
                          // of it is outside and 0.001 of it lost to rounding; else 0
     double sideways;     // N: of forces at an angle to the pad, the force less its component into the pad
-    int32_t too_far;     // contacts in the world with a force farther from the pad's plane than reach
+    int32_t too_far;     // contacts in the world with a force farther from the pad's surface than reach
     int32_t turned_away; // contacts in the world whose force does not push into the pad
     double shear_x, shear_y; // N: of contacts in the world that press the pad, the sum of their forces along its x and
                              // y. A program that gives the size without these two gets the others
@@ -359,15 +363,15 @@ DERMIS_API dermis_status dermis_pose_from_quaternion(const double* position, con
 // Moves a pose from the middle of the pad, where simulators have it, to the outer corner of cell (0, 0).
 DERMIS_API dermis_status dermis_pose_move_from_middle(dermis_pose* pose, const dermis_contact_pad* pad);
 
-// A contact in the world. Of a force at an angle to the pad only the component along the pad's -z presses.
+// A contact in the world. Of a force at an angle to the surface only the component against its normal presses.
 typedef struct dermis_world_contact {
     double position[3];  // m, -1e6..1e6
     double direction[3]; // -1e6..1e6: where the force pushes the pad; its length is ignored; 0: straight into the pad
     double force;        // N, finite, >= 0
     double radius, area; // as in dermis_contact
 } dermis_world_contact;
-// Projects each contact onto the pad's plane and adds it, if it is at most reach metres from the plane, on either side.
-// reach: m, >= 0. contacts: count of them, or NULL if count is 0.
+// Projects each contact onto the pad's surface and adds it, if it is at most reach metres from the surface, on either
+// side. reach: m, >= 0, below the pad's radii. contacts: count of them, or NULL if count is 0.
 DERMIS_API dermis_status dermis_add_world_contacts(const dermis_contact_pad* pad, const dermis_pose* pose, double reach,
                                                    const dermis_world_contact* contacts, size_t count,
                                                    dermis_contact_report* report);
@@ -442,7 +446,8 @@ typedef struct dermis_contacts {
     double modulus;         // Pa, > 0; 0 beside radius
     size_t pad_step, position_step, force_step, radius_step, ball_step; // usually 1, 3, 3, 1, 1
 } dermis_contacts;
-// Takes away what the last call added, and adds contacts. report: of all pads: sums, and the greatest pressure.
+// Takes away what the last call added, and adds contacts. poses: NULL is allowed if there is no contact. report: of all
+// pads: sums, and the greatest pressure.
 DERMIS_API dermis_status dermis_touch_add(dermis_touch* touch, const dermis_poses* poses,
                                           const dermis_contacts* contacts, dermis_contact_report* report);
 // The report of one pad of the last call. pad: 0..count-1.

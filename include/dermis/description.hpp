@@ -31,7 +31,7 @@ class DERMIS_API Error : public std::runtime_error {
   public:
     enum class Code {
         bad_input, // a parameter is not allowed; the message names it, its value and the allowed range
-        no_device, // there is no such device, or none that can compute; the message says what is missing
+        no_device, // no device can be used: no loader, no driver, or a device that is refused; the message says why
         device,    // a device failed while working; the message names the call (see Device)
         io,        // a file could not be written
         no_memory  // memory could not be allocated; the message says for what and how much, if there is memory for it
@@ -54,7 +54,8 @@ class DERMIS_API Error : public std::runtime_error {
 };
 
 // deformation: S - h*eps. Only a Skin gives indentation, h*eps, and, where it has shear, the shear strains along x and
-// y and the three components of the strain of its surface.
+// y and the three components of the strain of its surface. Units: SA2 in s, FA1 in 1/s, FA2 in 1/s^2, curvature in 1/m,
+// deformation and indentation in m; the others are strains. Without Grid::spacing lengths are in cells.
 enum class Quantity {
     strain,
     sa1,
@@ -72,18 +73,22 @@ enum class Quantity {
 };
 DERMIS_API const char* name(Quantity) noexcept;
 
-// f32_compensated carries the rounding error of each sum, for long runs and small steps. f64 runs on the CPU only.
+// f32_compensated adds the rounding error of each sum to the next one (Kahan), for long runs and small steps. f64 runs
+// on the CPU only.
 enum class Precision { f32, f32_compensated, f64 };
 DERMIS_API const char* name(Precision) noexcept;
 
+// The stencil of the Laplacian. five_point and published, which is the published study's, are of second order.
 enum class Stencil { five_point, fourth_order, published };
-enum class Edges { mirror, periodic, published }; // mirror is half-sample: cell -1 is cell 0, cell -2 is cell 1
-enum class Fa2 { point, step_mean };
+// The cell beyond an edge. mirror: cell -1 is cell 0, cell -2 is cell 1. periodic: cell -1 is the last cell. published:
+// as in the study, with Stencil::published alone, and from 2 x 2 cells on.
+enum class Edges { mirror, periodic, published };
+enum class Fa2 { point, step_mean }; // see Receptors::fa2
 
 // How a pressure that is known by frames runs over the step from one frame to the next. linear: along a line.
-// parabolic: along the parabola through these two frames and the frame before them. That is four to seven times closer
-// to a smooth load, and worse after a jump, where it overshoots by an eighth of the jump. A first step, from rest or
-// after a pause, is linear.
+// parabolic: along the parabola through these two frames and the frame before them. A parabola is at least four times
+// closer to a smooth load; after a jump it is further off, and overshoots by an eighth of the jump. The first step from
+// rest, or after a pause, is linear.
 enum class Hold { linear, parabolic };
 
 // What presses: a pressure, or a depth, from which the strain follows, whatever the material.
@@ -130,9 +135,9 @@ struct Grid {
 // wave and spiral are scaled to 0..1; then everything is multiplied by relief.
 struct Surface {
     enum class Kind { flat, wave, spiral, map } kind = Kind::flat;
-    std::optional<double> ridges;       // default 15 for a wave, 25 for a spiral; any finite number
-    std::optional<double> noise;        // amplitude of Perlin noise relative to the ridge; default 2, 0.5; >= 0
-    std::optional<double> noise_length; // cells; default 50, 40; > 0
+    std::optional<double> ridges; // default 15 for a wave, 25 for a spiral; any finite number
+    std::optional<double> noise;  // amplitude of Perlin noise relative to the ridge, >= 0; default 2, of a spiral 0.5
+    std::optional<double> noise_length; // cells, > 0; default 50, of a spiral 40
     std::optional<double> relief;       // m per unit of height; > 0
     Map map;                            // Kind::map: width*height finite heights
     // Kind::map: the curvature L of these heights in each cell, in heights per m^2, where it is known better than by
@@ -169,7 +174,8 @@ struct Depths {
     std::optional<double> sa1, sa2, fa1, fa2;
 };
 
-// What a class of receptors answers to: the strain, or the stress over the modulus at which it comes to rest.
+// What a class of receptors answers to: the strain, or the stress divided by the modulus at which the material comes to
+// rest.
 enum class Signal { strain, stress };
 // By class. FA1 and FA2 follow the strain.
 struct Follow {
@@ -182,18 +188,21 @@ struct Receptors {
     // over the step, jumps included. Default: point, but step_mean for a sequence of frames, for a Skin, and where a
     // cell has a spring (an element of viscosity 0).
     std::optional<Fa2> fa2;
-    std::array<double, 2> fa2_gains = {1, -1}; // k+, k-: k+*max(a, 0) + k-*max(-a, 0) of a = eps''(1 + l*C)
-    // m below the surface, >= 0: where the receptors of a class lie. The skin is then an even half-space, unloaded
-    // beyond the grid: the pressure on all cells presses there, and the class responds to the strain that this stress
-    // causes, not to its cell's. C remains the curvature of the surface. Not given: the cell alone. Only with
-    // Grid::spacing, in a uniform material, in scenes; a Skin refuses it.
+    // k+, k-, finite: FA2 is k+*max(a, 0) + k-*max(-a, 0) of a = eps''*(1 + l*C).
+    std::array<double, 2> fa2_gains = {1, -1};
+    // m below the surface, >= 0: where the receptors of a class lie. The skin is then a flat, uniform half-space, which
+    // the pressures of all cells load and nothing loads beyond the grid. The class responds to the strain that the
+    // stress at its depth causes. C remains the curvature of the surface. Not given, or 0: a receptor responds to the
+    // strain of its own cell. Only in scenes (a Skin refuses it), with Grid::spacing and a uniform material, and
+    // without Edges::periodic.
     Depths depth;
     // What acts at that depth: the vertical stress, or the vertical strain times the modulus, which needs a depth > 0.
     enum class Kernel { stress, strain } kernel = Kernel::stress;
     std::optional<double> poisson; // Poisson's ratio, 0..0.5, for Kernel::strain, a punch and a ball; default 0.4
     // Under a pressure that is held the strain creeps; under a depth that is held the stress relaxes, and receptors
-    // that follow it adapt. Only in a uniform material with a spring in series that comes to rest, in scenes whose load
-    // is a map times an envelope, or, of sites alone, in frames of a depth; a Skin refuses it.
+    // that follow it adapt. Only in scenes (a Skin refuses it), in a uniform material with a spring and no dashpot in
+    // series, and under a load that is a map times an envelope, or, where sites alone are asked for, under frames of
+    // depths or a ball.
     Follow follow;
 };
 
@@ -205,7 +214,7 @@ struct Site {
 
 // Receptors per cm2. Default: the human fingertip, after Johansson and Vallbo (1979); see host/lab/scenes/fingertip.md.
 struct Density {
-    double sa1 = 70, sa2 = 10, fa1 = 140, fa2 = 25; // >= 0
+    double sa1 = 70, sa2 = 10, fa1 = 140, fa2 = 25; // >= 0; at most 1e8 receptors of a class
 };
 // Draws round(density*area) receptors of each class, class by class, each from all cells with equal probability. A seed
 // gives the same sites on every machine. Grid::spacing is required. Throws Error::bad_input.
@@ -231,11 +240,11 @@ struct Figure {
 // Whether the numbers of a skin are plausible. In a scene without Grid::spacing strains and times have no range.
 struct Report {
     Figure strain;      // greatest |eps|, indentation over thickness, in the traces' extremes or a Skin's state; 0..1
-    Figure indentation; // m: thickness*strain; 0..thickness
+    Figure indentation; // m: thickness*strain; 0..thickness; NaN without Grid::spacing
     Figure gain;        // greatest |l*C|; 0..1, above which responses can change sign
     Figure cells_per_ridge; // infinite without a ridge period, or with Surface::curvature; >= 8
-    // s, 1e-4..20: one for each element in series; without elements in series the least and the greatest of all cells.
-    // Springs and dashpots have none.
+    // s, 1e-4..20, ascending, equal times once: of each element in series; where cells differ, the least and the
+    // greatest of all cells. Springs and dashpots have none.
     std::vector<Figure> retardation_times;
     // The responses that have the wrong sign in some cell, because 1 + l*C is negative there. A Result shows this only
     // by the extremes of its traces; values below 1e-4 of the response's greatest value do not count.

@@ -11,8 +11,8 @@ struct DeviceInfo {
     std::string kind;   // "cpu path", "discrete GPU", "integrated GPU", "virtual GPU", "software", "other"
     std::string driver; // name and version; empty for the CPU path
     bool vulkan = false;
-    bool exact = true;   // a self-test gave the bits of the CPU path
-    std::string refused; // the reason why the device cannot be used; empty if it can
+    bool exact = true;   // whether a self-test gave the bits of the CPU path; false in list(), which tests nothing
+    std::string refused; // why the device cannot be used; of a CPU path from "auto" why no Vulkan device is used
 };
 
 // Once work that was submitted to a Vulkan device fails, the device is lost: every later use of the Device, of its
@@ -35,10 +35,12 @@ class DERMIS_API Device {
     //   a number      an index of list()
     //   other text    a part of a Vulkan device's name
     // A build without Vulkan (-DDERMIS_VULKAN=OFF) has "auto" and "cpu" alone.
-    // Throws Error::no_device. A device with other bits than the CPU path's in a self-test is refused, unless it was
-    // asked for by number or name. Opening a device tests the basic kernels of presses. The first run by Model::march
-    // tests the kernels of marches, and the first run with another stencil, edge rule or precision, with frames or with
-    // several materials tests every variant; a device that has other bits there is refused then.
+    // Throws Error::bad_input for a number or a name that no device of list() has; Error::no_device where there is no
+    // loader or driver, and where the device is refused. A device that gives other bits than the CPU path in a
+    // self-test is refused, unless it was asked for by number or name. Opening a device tests the basic kernels of
+    // presses. The first run by Model::march tests the kernels of marches, and the first run with another stencil, edge
+    // rule or precision, with frames or with several materials tests every variant; a device that has other bits there
+    // is refused then.
     static Device open(const std::string& which);
     // Lists every Vulkan device, usable or not. Throws Error::no_device if there is no loader or no driver.
     static std::vector<DeviceInfo> list();

@@ -2,8 +2,8 @@
 // Chains of Kelvin-Voigt elements from measured curves. This header is the manual.
 //
 //     E(t) = equilibrium + sum moduli_k*e^(-t/times_k)        relaxation: stress per strain after a step of strain
-//     J(t) = sum (1 - e^(-t*modulus_k/viscosity_k))/modulus_k   creep: strain per stress after a step of stress
-//            1/modulus_k of a spring, t/viscosity_k of a dashpot
+//     J(t) = sum (1 - e^(-t*modulus_k/viscosity_k))/modulus_k   creep: strain per stress after a step of stress;
+//            the term of a spring is 1/modulus_k, the term of a dashpot t/viscosity_k
 //
 // A relaxation and a chain describe the same material, but relaxation times are shorter than retardation times
 // viscosity_k/modulus_k. Functions throw Error::bad_input.
@@ -37,15 +37,17 @@ enum class Residual {
 };
 
 struct Fit {
-    std::vector<KelvinVoigt> elements; // a spring, elements by ascending retardation time, a dashpot; at most n
+    // At most n: a spring, elements by ascending retardation time, a dashpot; spring and dashpot where the data need
+    // them.
+    std::vector<KelvinVoigt> elements;
     // The error of the logarithm of each number of the elements; 0 where the number is 0. In some 95 of 100 data sets
     // the true number is within a factor of exp(2*error). With many points it is the standard error; with few points
-    // Student's quantile widens it, down to one point more than there are numbers. Few points with much noise rarely
-    // leave nothing undetermined, and among the data sets that do so by luck the share is smaller (85 of 100 with one
-    // point more and 1 % of noise). The data count as exact to 1e-7 at best.
+    // Student's quantile widens it, down to one point more than there are numbers. From few points with much noise
+    // `undetermined` is seldom empty; where it is, the factor holds less often (in 85 of 100 data sets with one point
+    // more than numbers and 1 % of noise). Data are taken to be exact to 1e-7 at best.
     std::vector<KelvinVoigt> errors;
-    double residual = 0;       // root mean square of the residual
-    std::vector<double> model; // the curve at the times of the data
+    double residual = 0;       // root mean square of the residual; 0.01 is 1 %
+    std::vector<double> model; // the curve at the times of the data, in their order, in the unit of the data
     std::string choice;        // of fits with n = 0: why there are so many elements, in a sentence; else empty
     // Sentences about what the data leave open: a curve that falls as no creep does, or rises as no relaxation does,
     // elements that they cannot tell apart or do not need, numbers that they fix to a factor of 2 or worse. Empty if

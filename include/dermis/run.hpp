@@ -10,25 +10,25 @@
 namespace dermis {
 
 // One quantity over time: over all cells, and in each probe. Means are summed with twice the digits of the run's
-// precision. min and max are empty without Output::extremes.
+// precision. Each list has one number for each output time. min and max are empty without Output::extremes.
 struct Trace {
     Quantity quantity = Quantity::strain;
     std::vector<double> mean, min, max;
     std::vector<std::vector<double>> probes; // [probe][time]
 };
 
-// A jump of the load at `time` makes an impulse in FA2, or in FA1 where the viscosity is 0. The numbers are the weights
-// of the impulses in the cells, with the curvature at that time and after fa2_gains. Only Method::exact lists impulses,
-// and only of responses that are asked for.
+// A jump of the load at `time` makes an impulse in FA2, or in FA1 where the viscosity is 0. mean, min, max and probes
+// are the weights of the impulses over all cells and in each probe, 1/s of FA2 and 1 of FA1, with the gain 1 + l*C at
+// that time and after fa2_gains. Only Method::exact lists impulses, and only of responses that are asked for.
 struct Impulse {
-    double time = 0;
+    double time = 0; // s
     Quantity quantity = Quantity::fa2;
     double mean = 0, min = 0, max = 0; // min and max are NaN without Output::extremes
     std::vector<double> probes;
 };
 
 struct Field {
-    double at = 0;
+    double at = 0; // s, as FieldRequest::at
     Quantity quantity = Quantity::strain;
     std::vector<double> values; // width*height
 };
@@ -40,10 +40,10 @@ struct FiredSpike {
 };
 
 struct Result {
-    std::vector<double> time; // s
-    std::vector<Trace> traces;
-    std::vector<double> responses; // [time][site of the scene]
-    std::vector<Impulse> impulses; // empty with Model::sites, which computes no other cells
+    std::vector<double> time;      // s
+    std::vector<Trace> traces;     // in the order of Output::traces
+    std::vector<double> responses; // [time][site of the scene], row by row; empty without sites
+    std::vector<Impulse> impulses; // empty with Model::sites, which computes the cells of receptors alone
     std::vector<Field> fields;
     DeviceInfo device; // the CPU path for all models except march
     Model model = Model::march;
@@ -54,18 +54,19 @@ struct Result {
     double seconds = 0;              // time of stepping, without set-up; with RunOptions::check also of the comparison
     double tau_min = 0, tau_max = 0; // s: range of viscosity/modulus of the materials; infinite if a modulus is 0
     double predicted_error = std::nan(""); // Candidate::error of this run; NaN if no error was needed to choose it
-    // Where Scene::tolerance is given: the greatest error in 4 to 32 cells, and in at most 32 sites, computed once
-    // more in long double, relative as predicted_error is. Above predicted_error something is wrong: a driver, a
-    // compiler, or dermis. NaN otherwise, with Method::published, and where a baseline takes frames.
+    // Where Scene::tolerance is given: the greatest error found in 4 to 32 cells and at most 32 sites, whose responses
+    // are computed once more in long double; relative, as predicted_error is. If it is above predicted_error, a driver,
+    // a compiler or dermis is at fault. NaN without a tolerance, with Method::published, with more_loads, and where
+    // another method than exact takes frames.
     double measured_error = std::nan("");
     std::vector<KelvinVoigt> reduced;  // Candidate::reduced of this run
     double cells_per_ridge = HUGE_VAL; // infinite as Report::cells_per_ridge is; below 8 the curvature is coarse
-    // The next five describe the whole skin. With Model::sites, which computes no other cells, they are not known: NaN
-    // or -1.
-    double stencil_estimate = std::nan("");   // 1/m: greatest |C5 - C4| at the end, the error of a five-point curvature
+    // The next five describe the whole skin; with Model::sites they are not known: NaN or -1. C5 and C4 are the
+    // curvature by the five-point and by the fourth-order stencil.
+    double stencil_estimate = std::nan("");   // 1/m: greatest |C5 - C4| at the end, the error of C5 on a smooth skin
     double greatest_curvature = std::nan(""); // 1/m: greatest |C|, at rest, at the end and at the greatest strain
     double greatest_gain = std::nan("");      // greatest |l*C|, at the same times; above 1 responses change sign
-    long long kinks = -1;                     // cells where |C5 - C4| exceeds |C|/2: curvature does not converge there
+    long long kinks = -1;                     // cells where |C5 - C4| > |C5|/2: the curvature does not converge there
     long long pressed_cells = -1;             // cells that the load's map presses; -1 for a sequence
     // Counted with RunOptions::check. Any NaN counts as equal to any other, whatever its sign and payload.
     long long cells_compared = 0, cells_different = 0;
@@ -79,12 +80,12 @@ struct Result {
 // strain_probe0. values: of the result, one for each output time.
 struct TraceColumn {
     std::string name;
-    const std::vector<double>* values;
+    const std::vector<double>* values; // not null, valid while the result is unchanged
 };
 DERMIS_API std::vector<TraceColumn> trace_columns(const Result&);
 
-// A trace in three numbers, named by its column: NAME_final, the value at the last output time; NAME_peak, the value
-// of greatest magnitude, with its sign; NAME_peak_time, the first time that has it, s.
+// One of the three numbers that sum up a column: NAME_final, the value at the last output time; NAME_peak, the value of
+// greatest magnitude, with its sign; NAME_peak_time, the first time that has this value, s.
 struct TraceOutcome {
     std::string name;
     double value = 0;
@@ -100,16 +101,17 @@ struct RunOptions {
     // Marches in f32 on the other backend too and compares the bits of every cell of every output: a Vulkan device with
     // the CPU path, the CPU path with the best Vulkan device.
     bool check = false;
-    // For runs with several materials: whether each Result describes the skin at the end of its own run, from
-    // Result::stencil_estimate on, at the cost of a pass over all cells. Otherwise all have the first material's
-    // figures.
+    // For runs with several materials: whether the members stencil_estimate to pressed_cells of each Result describe
+    // the skin at the end of its own run, at the cost of a pass over all cells. Otherwise results that share their maps
+    // have the first material's figures.
     bool describe_each = false;
     // Called some times a second on the thread that called, while the run is prepared and planned too, with the
     // fraction done, 0..1. What it throws ends the run. It may press skins and run scenes on any device, this one too.
     std::function<void(double)> progress;
 };
 
-// The maps that a scene is made of: the surface S, its curvature L(S) and the pressure, width*height each.
+// The maps that a scene is made of, width*height each: the surface S, m; its curvature L(S), 1/m; and the pressure, Pa,
+// with the intensity and without the envelope.
 struct SceneMaps {
     Map surface, rest_curvature, pressure;
 };
@@ -122,21 +124,21 @@ struct Candidate {
     std::string device;
     long long steps = 0, dispatches = 0;
     double bytes = 0;   // greatest memory in use
-    double traffic = 0; // bytes moved
+    double traffic = 0; // bytes moved by the whole run
     double flops = 0;
     double seconds = 0;          // an estimate from a table of rates, to choose by: no promise
     double error = std::nan(""); // upper bound of the error that Scene::tolerance limits; NaN: not needed to choose
     std::string refused;         // the reason why it is not chosen; empty if it is
-    // Elements in series, springs and dashpots among them, that stand for the material's where `error` allows it.
-    // Empty: the material's own.
+    // The fewer elements in series, with springs and dashpots, that are computed in place of the material's elements.
+    // Empty: the material's elements are computed.
     std::vector<KelvinVoigt> reduced;
 };
 
 struct Explanation {
     std::vector<Candidate> candidates; // cheapest first
-    size_t chosen = 0;
-    double stencil_estimate = 0;   // 1/m: greatest |C5 - C4| at rest; no part of the errors here
-    double greatest_curvature = 0; // 1/m: greatest |C| at rest, the scale of the estimate
+    size_t chosen = 0;                 // index into candidates
+    double stencil_estimate = 0;       // 1/m: greatest |C5 - C4| at rest; no part of the errors here
+    double greatest_curvature = 0;     // 1/m: greatest |C| at rest, the scale of the estimate
     // s: one for each map, where materials differ between cells and the strain is still a sum of a few maps, each times
     // a function of time; infinite where the modulus is 0. Empty otherwise.
     std::vector<double> retardation_times;
@@ -144,7 +146,7 @@ struct Explanation {
     // greatest pressure is stepped along lines and along parabolas between the frames (see Hold); these are the
     // greatest differences of strain and of rate (FA1) at the frames, divided by the greatest value. NaN otherwise.
     double strain_between_frames = std::nan(""), fa1_between_frames = std::nan("");
-    double tolerance = 0;
+    double tolerance = 0; // relative, as Scene::tolerance
     bool binding = false; // the tolerance is the scene's, not the default
 };
 
@@ -152,7 +154,9 @@ struct Explanation {
 DERMIS_API Explanation explain(const Scene&, const Device& = Device::cpu(), const RunOptions& = {});
 
 // Runs the scene, on the CPU path unless a device is given. Opening a GPU takes a loader, a driver and a self-test:
-// open one once, by Device::open("auto"), and pass it to each run.
+// open one once, by Device::open("auto"), and pass it to each run. Throws Error::bad_input for a scene that is not
+// valid, a tolerance that cannot be promised, and numbers beyond the range of the precision; Error::no_device if
+// RunOptions::check finds no other backend; Error::device; Error::no_memory.
 DERMIS_API Result run(const Scene&, const Device& = Device::cpu(), const RunOptions& = {});
 // Runs the scene with each of these materials in place of its own. All models except march read the maps once (see
 // RunOptions::describe_each).

@@ -6,17 +6,20 @@
 
 namespace dermis {
 
-// exact: the closed-form solution of each step, at any step length. euler .. sdirk2: one-step baselines for comparison,
-// which hold the load over a step and are constants of the same kernel. published: forward Euler with the published
-// study's stencil, edges, SA2 as a running sum and FA2 as a central difference.
+// exact: the closed-form solution of each step, at any step length. euler .. sdirk2: other one-step methods, to compare
+// with; they hold the load over a step and give the same kernels other constants. published: forward Euler with the
+// published study's stencil, edges, SA2 as a running sum and FA2 as a central difference.
 enum class Method { exact, euler, rk2, rk4, backward_euler, crank_nicolson, sdirk2, published };
 DERMIS_API const char* name(Method) noexcept;
 
 // The models by which a result is computed. Any two that can serve a scene agree on it.
-//   moments   all means, extremes and probes from three means and a hull   exact for one retardation time under map x
-//   maps      the same, and fields in one pass each                        envelope, and linear fa2_gains; in double
-//   sites     receptors with their stencil's cells alone, no traces        any material and load; in double
-//   march     every cell, from output to output                            any
+//   moments   means, extremes and probes, from three means and a convex hull; no fields
+//   maps      the same, and each field in one pass
+//   sites     receptors alone, from the cells that their stencils read; no traces, no fields
+//   march     every cell, from output to output
+// All but march compute in double. moments and maps need a load that is a map times an envelope, or a sum of such
+// products; gains k and -k of FA2; and a uniform material, or cells with one retardation time, or without extremes with
+// up to eight.
 enum class Model { moments, maps, sites, march };
 DERMIS_API const char* name(Model) noexcept;
 
@@ -29,7 +32,7 @@ struct Envelope {
     // 0 until start, up to 1 within rise, 1 until `until`, and down to 0 within fall.
     struct Window {
         double start = 0, rise = 0;  // s, >= 0; a rise of 0 is a jump
-        std::optional<double> until; // s, >= start + rise; empty: it does not fall
+        std::optional<double> until; // s, > start + rise; empty: the window does not fall
         double fall = 0;             // s, >= 0; 0 without `until`
     };
     enum class Kind { step, ramp, sine, pulse, table } kind = Kind::step;
@@ -37,8 +40,8 @@ struct Envelope {
     double rise = 1;                   // s, > 0
     double frequency = 1, phase = 0;   // Hz, > 0; rad
     double mean = 0, amplitude = 1;    // finite
-    double length = 0.5, period = 1;   // s, > 0; period > length
-    std::vector<double> times, values; // s, ascending, >= 0; finite
+    double length = 0.5, period = 1;   // s, > 0; period > length; at most 1e6 pulses within Time::duration
+    std::vector<double> times, values; // s, ascending, >= 0, each at most twice; finite; equally many, of a table >= 1
     std::optional<Window> window;      // of a step with start 0, and of a sine
 };
 
@@ -73,38 +76,43 @@ struct Taxels {
     std::optional<int> columns;            // taxels in a row, 1..16384: Load::path is then a CSV file
 };
 
-// circular: 1 - r/radius. linear: 1 - |y - center.y|/radius. point: a unit impulse smoothed by a Gaussian of radius/4.
+// circular: 1 - r/radius, at least 0, at r cells from the center. linear: 1 - |y - center.y|/radius, at least 0. point:
+// an impulse of sum 1 smoothed by a Gaussian of radius/4.
 // punch: a flat punch, round or elliptic. ball: a ball while it sinks. Both are pressed to a depth (see control).
 // sequence: frames of a continuous pressure, in place of map and envelope. Frame 0 acts on a skin at rest at t = 0, the
 // pressure runs linearly to frame 1, from there on as `hold` says, and the last frame is held. FA2 is then the mean
 // over a step unless Receptors::fa2 says otherwise.
 struct Load {
     enum class Kind { circular, point, linear, map, sequence, punch, ball } kind = Kind::circular;
-    std::optional<Cell> center; // default width/2, height/2; inside the grid
-    std::optional<int> radius;  // cells, >= 1; default min(width, height)/4, at least 1; not of a ball
-    double intensity = 1;       // Pa, or m of depth, any finite number; multiplies maps too
-    Map map;                    // Kind::map: width*height finite pressures
+    std::optional<Cell> center; // inside the grid; default width/2, height/2; not of a map or a sequence
+    // Cells, 1..65536; default min(width, height)/4, at least 1; not of a map, a sequence or a ball.
+    std::optional<int> radius;
+    double intensity = 1; // Pa, or m of depth, any finite number; multiplies maps and frames too
+    Map map;              // Kind::map: width*height finite numbers
     Envelope envelope;
-    std::string path;               // Kind::sequence: a .npy file of shape (frames, height, width), read frame by frame
-    std::optional<double> interval; // Kind::sequence: s between frames, > 0
+    // Kind::sequence: a .npy file of shape (frames, height, width), with taxels (frames, rows, columns), which is read
+    // frame by frame.
+    std::string path;
+    std::optional<double> interval; // Kind::sequence: s between frames, > 0; at most 1e8 frames within the duration
     Hold hold = Hold::linear;       // Kind::sequence and texture: how the pressure runs from frame to frame
     // A texture that slides over the skin: the map's pressure in each cell, times the texture's number over its centre,
-    // by cubic splines. The pressure is then made anew at each Time::step, and runs linearly between; FA2 is the mean
+    // by cubic splines. The pressure is then computed at each Time::step, and runs linearly between; FA2 is the mean
     // over a step unless Receptors::fa2 says otherwise. Only with the default envelope, and not of a sequence.
     std::optional<Texture> texture;
     // crests: the pressure acts on the crests of the surface alone, in proportion to how far they rise above the height
-    // that a share of the cells exceeds. Over contact_length, from crest to crest, its mean stays, and so does the
-    // force of the map, and of each frame of a sequence; of a texture that slides, the force of the map that it
-    // multiplies. Pressures are then >= 0.
+    // that contact_share of the cells exceed. The mean pressure over contact_length, from crest to crest, does not
+    // change. Nor does the force: of the map, of each frame of a sequence, or of the map that a texture multiplies.
+    // Pressures must then be >= 0.
     enum class Contact { even, crests } contact = Contact::even;
-    double contact_share = 0.5;           // 0..1, > 0
+    double contact_share = 0.5;           // share of the cells that are crests, > 0, at most 1
     std::optional<double> contact_length; // m, > 0, without spacing cells; default the surface's ridge period
     // What intensity and envelope give. depth: how deep a punch (Sneddon 1965) or a ball (Lee and Radok 1960) is
     // pressed into a half-space; its pressure then relaxes as the material does, and strain is that of a surface under
-    // this pressure, cell by cell. Of a ball it is made anew at each Time::step and runs linearly between; a depth that
-    // falls is refused. Kind::punch and ball need depth.
-    // Of every other kind the depth is that of each cell by itself: no cell knows another one's. The strain is then
-    // depth/thickness, and 0 where a depth would pull. Depths need Grid::spacing, a uniform material and Hold::linear.
+    // this pressure, cell by cell. The pressure of a ball is computed at each Time::step and runs linearly between; its
+    // depth must not fall. Kind::punch and ball need depth.
+    // With every other kind each cell is pressed to a depth of its own, whatever the depths of its neighbours. The
+    // strain is then depth/thickness, and 0 where a depth would pull. Depths need Grid::spacing, a uniform material and
+    // Hold::linear.
     using Control = dermis::Control;
     Control control = Control::pressure;
     std::optional<int> radius_y;       // Kind::punch: cells along y, >= 1, where radius is along x; default: as radius
@@ -115,18 +123,19 @@ struct Load {
     std::optional<Grating> grating;
 };
 
-// Outputs are at 0, step, 2 step ..; there are ceil(duration/step - 1e-9) of them.
+// Outputs are at 0, step, 2 step ..; there are ceil(duration/step - 1e-9) of them, at most 1e8.
 struct Time {
     double step = 0.01;   // s, > 0
     double duration = 10; // s, >= step
 };
 
 struct FieldRequest {
-    double at = 0; // s, 0..duration
-    std::vector<Quantity> what;
+    double at = 0;              // s, 0..duration; with another method than exact the time of an output
+    std::vector<Quantity> what; // strain, sa1, sa2, fa1, fa2, curvature, deformation
 };
 
 struct Output {
+    // strain, sa1, sa2, fa1, fa2; may be empty.
     std::vector<Quantity> traces = {Quantity::strain, Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2};
     std::vector<Cell> probes; // inside the grid
     std::vector<FieldRequest> fields;
@@ -139,21 +148,23 @@ struct Scene : SkinDescription {
     // Default: chosen with the model. RunOptions::precision overrides it.
     std::optional<Precision> precision;
     // The greatest error that is allowed, > 0, for each output that is asked for: the greatest |X - X_exact| over all
-    // numbers of the output, divided by the greatest |X_exact| over all cells and over all times of rows and of fields.
+    // numbers of the output, divided by the greatest |X_exact| over all cells and over all times of outputs and fields.
     // The sites of one class are an output of their own; its cells are the cells of these sites. FA2 is measured before
     // fa2_gains, times the greater |gain|. X_exact is computed on the grid, maps and load as given, without any error
-    // in time or arithmetic; only breakpoints, frames and fields within 4 ulp of a row's time are taken at that time.
-    // An output that is nowhere above 2^-64 in float, or 2^-340 in double, counts as 0. If given, the tolerance always
-    // binds: a run that cannot promise it is refused, naming what can be had. Default: 1e-4, for a free choice.
+    // in time or arithmetic, except that a breakpoint, frame or field within 4 ulp of an output's time is taken at that
+    // time. An output that is nowhere above 2^-64 in float, or 2^-340 in double, counts as 0. A tolerance that is given
+    // binds: a run that cannot promise it throws Error::bad_input, which names the error that can be reached. Not
+    // given: 1e-4, by which dermis chooses what is left to it; no run is refused for this.
     std::optional<double> tolerance;
     Method method = Method::exact;
     bool allow_unstable = false; // run an explicit method beyond its stability limit
     Load load;
     Time time;
     Output output;
-    // Up to 63 loads whose pressures are added to the pressure of `load`. Where there is more than one product of a map
-    // and an envelope, as with these and with a grating, the material is uniform, the method exact, FA2 linear, the
-    // model none that marches, and no load is known by frames or presses to a depth.
+    // Up to 63 loads whose pressures are added to the pressure of `load`. With more_loads, or with a grating that
+    // moves, a scene must have a uniform material, Method::exact, gains k and -k of FA2, the default of
+    // Receptors::follow, no Model::march, and no load by frames or of a depth. All loads together are at most 64
+    // products of a map and an envelope; a moving grating of n amplitudes counts 1 + 2*n.
     std::vector<Load> more_loads;
     // Nerve fibres, numbered from 0 on through all entries; with Method::exact. Their cells need not be sites' cells.
     // They answer to what acts at the depth of their class, before the gain (1 + l*C), whatever the model of the run;

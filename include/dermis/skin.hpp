@@ -21,9 +21,9 @@ struct SkinOptions {
     // The number of pads: skins of this description that are pressed together. Each pad has its own edges and its own
     // state, and its bits are the bits of a Skin with one pad. 1..1048576; count*width*height at most 2147483647.
     int count = 1;
-    // A material for each pad in place of the description's. Only moduli, viscosities, elements, spring and dashpot
-    // count, as numbers, not maps. Every pad must have the same number of elements, springs and dashpots. Empty: all
-    // pads have the description's material.
+    // A material for each pad, `count` of them, in place of the description's. Only moduli, viscosities, elements,
+    // spring and dashpot count, as numbers, not maps. Every pad must have the same number of elements, springs and
+    // dashpots. Empty: all pads have the description's material.
     std::vector<Material> materials;
     // How the pressure runs from frame to frame; a SkinProgram takes linear alone. Under parabolic hold a skin keeps
     // one more number for each cell, the pressure of the frame before, and a step depends on the length of the one
@@ -31,16 +31,17 @@ struct SkinOptions {
     Hold hold = Hold::linear;
     // depth: where a press is given pressures it takes the depth of each cell, m (without Grid::spacing in units of the
     // thickness), from which the strain follows whatever the material: depth/thickness, and 0 where a depth would pull.
-    // No cell knows another one's depth. Needs a thickness > 0; refuses `materials` and set_material(). A SkinProgram
-    // takes pressure alone.
+    // The depths of neighbours do not matter. Needs a thickness > 0; refuses `materials` and set_material(). A
+    // SkinProgram takes pressure alone.
     Control control = Control::pressure;
     // The nerve fibres of each pad. Under control = depth they follow the strain. A SkinProgram has none. They read the
-    // state after each press: on a Vulkan device a press then waits and downloads it, and there, and where a skin with
-    // many sites is pressed, it allocates.
+    // state after each press: on a Vulkan device a press then waits, downloads the state and allocates; a press of a
+    // skin with many sites allocates on the CPU too.
     std::vector<Afferents> afferents;
     // Whether presses take tractions beside pressures. They strain the same chain of elements with a third of its
-    // moduli and viscosities, because the skin's volume stays the same; no pressure changes a shear, and no shear a
-    // response. Refuses sites, materials of maps, control = depth and edges = published. A SkinProgram has no shear.
+    // moduli and viscosities, because the skin's volume stays the same. No pressure changes a shear, and no shear a
+    // response, except SA2 with sa2_stretch. Refuses sites, maps of the material, control = depth and edges =
+    // published. A SkinProgram has no shear.
     bool shear = false;
     // Given: SA2 answers to the stretch of the surface along this direction (x, y), of any length but 0, in place of
     // the strain; (0, 0): to the sum of stretch_x and stretch_y. Receptors::sa2_adaptation holds for it, and between
@@ -50,10 +51,12 @@ struct SkinOptions {
 };
 
 // The pads of a Skin that a call is about: their numbers, from 0 on, in any order, each at most once. Pressures, steps
-// and states stand in this order. By default all pads, from 0 on.
+// and states stand in this order. By default all pads, from 0 on. A number that the Skin has not, or that occurs twice,
+// throws Error::bad_input.
 struct Pads {
     Pads() = default;
-    explicit Pads(const int* list, size_t n) : numbers(list), count(n), all(false) {} // explicit: {0, 1} is no list
+    // Explicit, so that a braced {0, 1} is not taken for a pointer and a count.
+    explicit Pads(const int* list, size_t n) : numbers(list), count(n), all(false) {}
     Pads(const std::vector<int>& v) : Pads(v.data(), v.size()) {}
     const int* numbers = nullptr;
     size_t count = 0;
@@ -61,7 +64,9 @@ struct Pads {
 };
 
 // A skin pressed frame by frame, or a batch of pads: each press gives it the pressure at the end of a time step.
-// Presses allocate nothing. Only one thread at a time may use a skin; all skins on one Vulkan device count as one.
+// Presses allocate nothing, except the first press with a step for each pad, the first parabolic press of pads whose
+// steps before differ, and presses with SkinOptions::sa2_stretch or afferents (see there). Only one thread at a time
+// may use a skin; all skins on one Vulkan device count as one.
 class DERMIS_API Skin {
   public:
     // On Device::cpu(1) the calling thread works alone. The default of receptors.fa2 is step_mean. Throws
@@ -74,21 +79,20 @@ class DERMIS_API Skin {
 
     int count() const; // number of pads
 
-    // pressure: width*height finite floats for each pad that is pressed, Pa (or m: SkinOptions::control), row 0 first;
-    // positive pressure pushes. It
-    // is copied. It is the pressure at the end of a step of dt seconds; over the step the pressure runs linearly, or as
-    // SkinOptions::hold says, from the pad's previous press, or from 0 on a skin at rest. Pads that are not pressed
-    // stay as they are. dt: s, >= 0, finite. dt = 0 is a pause: strain is kept, and the next step starts from this
-    // pressure, linearly; the change of pressure during the pause appears in no response. The coefficients of the step
-    // must also fit a float: about 1e-38 .. 1e19 s at viscosities near 1 Pa s. A response beyond 3.4e38 is infinite,
-    // and then NaN until reset(). Throws Error::bad_input, which names dt, the size, the pad or the first cell that is
-    // not finite, and leaves the skin unchanged; Error::device.
+    // pressure: width*height finite floats for each pad that is pressed, Pa, row 0 first; positive pressure pushes.
+    // With SkinOptions::control = depth they are depths, m. The floats are copied. They are the pressure at the end of
+    // a step of dt seconds; over the step the pressure runs linearly, or as SkinOptions::hold says, from the pad's
+    // previous press, or from 0 on a skin at rest. Pads that are not pressed stay as they are. dt: s, >= 0, finite. dt
+    // = 0 is a pause: strain is kept, and the next step starts from this pressure, linearly; the change of pressure
+    // during the pause appears in no response. The coefficients of the step must also fit a float: about 1e-38 .. 1e19
+    // s at viscosities near 1 Pa s. A response beyond 3.4e38 is infinite, and then NaN until reset(). Throws
+    // Error::bad_input, which names dt, the size, the pad or the first cell that is not finite, and leaves the skin
+    // unchanged; Error::device.
     void press(const float* pressure, size_t cells, double dt, const Pads& = {});
     void press(const std::vector<float>& pressure, double dt, const Pads& pads = {}) {
         press(pressure.data(), pressure.size(), dt, pads);
     }
-    // The same, with one step for each pad that is pressed. The first such press of a batch allocates, and so does,
-    // under parabolic hold, the first press of pads whose steps before differ.
+    // The same, with one step for each pad that is pressed: `steps` of them, in the order of the pads.
     void press(const float* pressure, size_t cells, const double* dt, size_t steps, const Pads& = {});
     void press(const std::vector<float>& pressure, const std::vector<double>& dt, const Pads& pads = {}) {
         press(pressure.data(), pressure.size(), dt.data(), dt.size(), pads);
@@ -103,8 +107,8 @@ class DERMIS_API Skin {
     // pressed.
     void press_frames(const float* frames, size_t count, size_t cells, double dt, const Pads& = {});
     // The same as press() of all pads with the pressures of a Touch, to the bit, but takes no time for a pad that is at
-    // rest and not touched. The Touch has as many pads, of as many cells, and of the same spacing if the description
-    // gives one in metres. Refuses SkinOptions::control = depth.
+    // rest and not touched. The Touch has as many pads, of as many cells, of the same spacing if the description gives
+    // one in metres, and tractions where the skin has shear. Refuses SkinOptions::control = depth.
     void press(const contact::Touch&, double dt);
     // The cells of a pad whose pressure the skin needs, as y*width + x, ascending. If the description has sites, they
     // are the cells that the stencils of the sites read; otherwise they are all cells.
@@ -115,9 +119,9 @@ class DERMIS_API Skin {
 
     // The response sa1, sa2, fa1 or fa2 at the end of each pad's last press; 0 before the first. data, pad by pad from
     // 0 on: width*height floats, row 0 first, or, if the description has sites, one per site of that class in the order
-    // given; the same memory after every press. On Vulkan a press downloads what has been asked for once, and otherwise
-    // does not wait for the device: what fails in it is then thrown by a later call. Throws Error::bad_input if the
-    // skin was made without the response; Error::device if the device is lost.
+    // given; the same memory after every press. On Vulkan a press waits for and downloads the responses that this call
+    // has returned before; where there is none it does not wait, and a later call throws what fails in it. Throws
+    // Error::bad_input if the skin was made without the response; Error::device if the device is lost.
     struct Response {
         const float* data;
         size_t size; // of all pads
@@ -126,8 +130,9 @@ class DERMIS_API Skin {
         float operator[](size_t i) const { return data[i]; }
     };
     // Strain, indentation (thickness*strain, m) and curvature (1/m) of the deformed surface, the C of the gain 1 + l*C,
-    // can always be asked for. This call computes them from the state: for every cell, or for every site in the order
-    // given. The strain of a spring follows from the last pressure.
+    // can always be asked for. This call computes them from the present state, so that they are asked for again after a
+    // press: for every cell, or for every site in the order given. The strain of a spring follows from the last
+    // pressure.
     //
     // With SkinOptions::shear there are also shear_x and shear_y, the shear strains gamma of every cell, with the
     // displacement u = thickness*gamma; and the strain of the surface, by central differences under the edges' rule:
@@ -137,9 +142,9 @@ class DERMIS_API Skin {
 
     // The spikes of the last call that pressed, pad by pad in the order pressed, then by fibre, then by time; of
     // press_frames() frame by frame. Empty without SkinOptions::afferents, and before the first press. The same memory
-    // until the next call that presses. A step may have as many spikes of a fibre as its refractory time fits into it.
-    // A press whose step is longer than all before it may allocate. dt: at most 65536 refractory times, or shortest
-    // time constants, of each fibre.
+    // until the next call that presses. Spikes of a fibre are at least its refractory time apart. A press whose step is
+    // longer than all before it may allocate. press() refuses a dt above 65536 times a fibre's refractory time or its
+    // shortest time constant.
     struct Spikes {
         const Spike* data;
         size_t size;
@@ -152,12 +157,13 @@ class DERMIS_API Skin {
     void reset(const Pads& = {}); // back to skins at rest
 
     // The state: strains, integrals and the pressure from which the next press starts, in native byte order; under
-    // parabolic hold also the pressure and the step before. The bytes are the same on the CPU and on Vulkan. Any skin
-    // can load them that has the same grid, sites, number of elements, precision and hold, and gives SA2 and FA2
-    // exactly where the saved one did, into the same number of pads; its next presses then give the same bits. load()
-    // also takes states of version 2, which builds before 0.2.0 saved. Until the next press, responses stay what they
-    // were. save() and load() throw Error::bad_input, which names the first difference, and change nothing;
-    // Error::device.
+    // parabolic hold also the pressure and the step before. The bytes are the same on the CPU and on Vulkan. A skin
+    // can load them into the same number of pads if it has the grid, sites, numbers of elements and springs, precision,
+    // hold, number of fibres and shear of the skin that saved them, and gives SA2 and FA2 where that skin did; its next
+    // presses then give the same bits. load() also takes states of the older version 2, for skins without parabolic
+    // hold, fibres and shear. Until the next press, responses stay what they were. bytes: state_bytes(). save() and
+    // load() throw Error::bad_input, which names the first difference, or a number that is not finite, and change
+    // nothing; Error::device.
     size_t state_bytes(const Pads& = {}) const;
     void save(void* state, size_t bytes, const Pads& = {}) const;
     void load(const void* state, size_t bytes, const Pads& = {});
@@ -170,7 +176,7 @@ class DERMIS_API Skin {
     // Returns what is known of a pad. From its state: the greatest strain and indentation (with sites, of the cells
     // that sites read). From the description: retardation times, cells per ridge and the gain at rest. Without sites,
     // and unless the surface is a map, also the gain now and which of the last responses have changed sign. Takes up to
-    // as long as making the skin.
+    // as long as making the skin. pad: 0..count() - 1; Error::bad_input otherwise.
     Report report(int pad = 0) const;
 
     struct DERMIS_HIDDEN Impl;

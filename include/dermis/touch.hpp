@@ -3,8 +3,7 @@
 // the same bits everywhere, whatever your compiler does with contact.hpp.
 //
 //     dermis::contact::Touch touch({.width = 80, .height = 80, .spacing = 2.5e-4, .radius_x = 8e-3, .radius_y = 8e-3},
-//                                  5, 1e-3);                        // five round fingertips, contacts to 1 mm from
-//                                  them
+//                                  5, 1e-3);      // five round fingertips; contacts at most 1 mm off their surface
 //     const dermis::contact::Report& report = touch.add(
 //         {.position = middles, .rotation = axes},                  // where the pads are
 //         {.count = n, .pad = pad, .position = place, .force = force, .radius = &radius, .radius_step = 0});
@@ -19,7 +18,8 @@
 
 namespace dermis::contact {
 
-// Where pads are in the world. The numbers of pad i begin i*step doubles behind the first ones.
+// Where pads are in the world. The numbers of pad i begin i*step doubles behind the first ones. Null is allowed where
+// there is no contact.
 struct Poses {
     const double* position = nullptr; // m, -1e6..1e6: three numbers, the middle of the pad
     const double* rotation = nullptr; // nine numbers, row-major, right to 1e-3; columns are the pad's axes in the world
@@ -29,7 +29,7 @@ struct Poses {
 // Forces on pads. The numbers of contact i begin i*step behind the first ones, so that a table is read in place; with a
 // step of 0 one number holds for all contacts.
 struct Contacts {
-    std::size_t count = 0;
+    std::size_t count = 0;             // at most 2147483647; the other members are ignored where it is 0
     const std::int32_t* pad = nullptr; // which pad the force presses, 0 .. Touch::count() - 1, in any order
     const double* position = nullptr;  // m, in the world, -1e6..1e6: three numbers
     const double* force = nullptr;  // N, in the world, -1e12..1e12: three numbers, the force on the pad. A force of 0
@@ -44,9 +44,10 @@ struct Contacts {
 // The pressures of a batch of pads that have one shape. Only one thread at a time may use it.
 class DERMIS_API Touch {
   public:
-    // shape: of each pad; its pressure is null and its pitch 0, because a Touch has memory of its own. count: of pads,
-    // 1..1048576; count*width*height at most 2147483647. reach: as in add_contacts(). shear: whether it keeps
-    // tractions too, which a Skin with SkinOptions::shear takes. Throws Error::bad_input; Error::no_memory.
+    // shape: of each pad; its pressure, shear_x and shear_y are null and its pitch 0, because a Touch has memory of its
+    // own. count: of pads, 1..1048576; count*width*height at most 2147483647. reach: as in add_contacts(). shear:
+    // whether it keeps tractions too, which a Skin with SkinOptions::shear takes. Throws Error::bad_input;
+    // Error::no_memory.
     Touch(const Pad& shape, int count, double reach, bool shear = false);
     ~Touch();
     Touch(Touch&&) noexcept;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The version. These three numbers are its only source: CMake reads them too. Before 1.0 a minor version may break.
+// The version. These three numbers are its only source: CMake reads them too. Before 1.0 a new minor version may break
+// programs.
 #pragma once
 
 #include <dermis/export.hpp>
@@ -21,8 +22,8 @@ namespace dermis {
 DERMIS_API const char* version() noexcept;
 
 // The commit that the library was built from, followed by "-dirty" if files had been changed since; "unknown" if the
-// sources were not a git checkout of their own. In both cases "-" and twelve digits of a hash of the sources follow, so
-// that equal commits mean equal sources.
+// sources were not a git checkout of their own. After "-dirty" and after "unknown" follow "-" and twelve digits of a
+// hash of the sources, so that equal texts mean equal sources.
 DERMIS_API const char* commit() noexcept;
 
 } // namespace dermis

@@ -44,23 +44,24 @@ namespace dermis::vulkan {
 // What a press needs of a device, to be merged with the needs of the rest of the program. No feature is required, and
 // no limit beyond the minimum that Vulkan 1.1 guarantees, except for storage buffers.
 struct Requirements {
-    uint32_t api_version = VK_API_VERSION_1_1;    // least version of instance and device
-    uint32_t storage_buffers = 0;                 // least maxPerStageDescriptorStorageBuffers (Vulkan's least is 4)
+    uint32_t api_version = VK_API_VERSION_1_1; // least version of instance and device
+    uint32_t storage_buffers = 0; // maxPerStageDescriptorStorageBuffers must be at least this (Vulkan guarantees 4)
     std::vector<const char*> required_if_offered; // device extensions to be enabled where the device has them
-    // Optional device extensions: with them kernels declare rounding to nearest even, as they do on Vulkan 1.2 without
-    // them.
+    // Optional device extensions: where they are enabled, kernels declare rounding to nearest even. On Vulkan 1.2
+    // kernels do so without them.
     std::vector<const char*> used_if_enabled;
     std::vector<const char*> used_if_enabled_instance; // optional instance extensions: labels in the command buffer
 };
 DERMIS_API Requirements requirements();
 
-// The host's objects. They must outlive the program, except for the extensions, which are copied.
+// The host's objects, none null except allocator and cache. They must outlive the program, except for the extensions,
+// which are copied.
 struct Handles {
     VkInstance instance = VK_NULL_HANDLE;
     VkPhysicalDevice physical = VK_NULL_HANDLE;
     VkDevice device = VK_NULL_HANDLE;
     PFN_vkGetInstanceProcAddr get_instance_proc_addr = nullptr;
-    uint32_t api_version = VK_API_VERSION_1_1; // VkApplicationInfo::apiVersion
+    uint32_t api_version = VK_API_VERSION_1_1; // VkApplicationInfo::apiVersion, at least Requirements::api_version
     std::vector<std::string> extensions;       // the extensions enabled on instance and device
     const VkAllocationCallbacks* allocator = nullptr;
     VkPipelineCache cache = VK_NULL_HANDLE;
@@ -71,7 +72,7 @@ struct Memory {
     VkDeviceSize bytes = 0;             // least size of the range
     VkDeviceSize alignment = 0;         // alignment of its offset in the buffer: minStorageBufferOffsetAlignment
     VkBufferUsageFlags usage = 0;       // least usage; add the flags of copies that fill or read the range
-    std::vector<unsigned char> initial; // initial content; empty: zeros, needed only where it is read before written
+    std::vector<unsigned char> initial; // first content; empty: zeros, needed only where a press reads before it writes
 };
 
 struct MemoryNeeds {
@@ -172,12 +173,12 @@ class DERMIS_API SkinProgram {
     [[nodiscard]] Recorded record_press(VkCommandBuffer, Binding, const Pads&, const double* dt, size_t steps,
                                         const Timestamps& = {}, Answers = Answers::all) const noexcept;
 
-    // Records the pressures of a Touch into pressure_to, the range that a press recorded behind it reads: zeros, and
-    // the cells of Touch::block() of the pads touched, which travel in the command buffer itself. So a list of contacts
-    // takes the place of 4 bytes for each cell; a press has the bits of a press of Touch::pressure(). The Touch may be
-    // used again at once. The buffer has VK_BUFFER_USAGE_TRANSFER_DST_BIT. Barriers are those of a copy of the host's
-    // own: all accesses are transfer writes. Refuses, and records nothing, if the Touch has other pads than the
-    // program, or the range does not hold memory().pressure.bytes.
+    // Records the pressures of a Touch into pressure_to, the range that a press recorded after it reads: zeros, and
+    // the cells of Touch::block() of the pads touched, which travel in the command buffer itself, so that the host
+    // uploads nothing. The press has the bits of a press of Touch::pressure(). The Touch may be used again at once. The
+    // buffer needs VK_BUFFER_USAGE_TRANSFER_DST_BIT. The host sets barriers as for a copy of its own: all accesses are
+    // transfer writes. Refuses, and records nothing, if number, size or spacing of the Touch's pads are not the
+    // program's, or the range does not hold memory().pressure.bytes.
     [[nodiscard]] Recorded record_touch(VkCommandBuffer, const VkDescriptorBufferInfo& pressure_to,
                                         const contact::Touch&) const noexcept;
 
@@ -186,7 +187,8 @@ class DERMIS_API SkinProgram {
 
     // The check tells whether this device gives the CPU's bits, by two presses of a small skin with these very
     // pipelines. Nothing is known before it has passed. bind_check takes a range of memory().check that holds its
-    // initial bytes, preferably host-visible.
+    // initial bytes, preferably host-visible; it is called once. Throws Error::bad_input for a second call, or a range
+    // that is too small, misaligned or outside its buffer.
     void bind_check(const VkDescriptorBufferInfo&);
     // Records the check. Returns false, and records nothing, if no range is bound.
     [[nodiscard]] bool record_check(VkCommandBuffer) const noexcept;
@@ -216,7 +218,8 @@ class DERMIS_API Trial {
     Trial(const Trial&) = delete;
     Trial& operator=(const Trial&) = delete;
 
-    // The pressure at the end of press 1 or 2: width*height floats for each pad, row 0 first.
+    // The pressure at the end of press 1 or 2: width*height floats for each pad, row 0 first. Throws Error::bad_input
+    // for another press.
     const std::vector<float>& pressure(int press) const;
     // Says what is wrong after press 1 or 2; empty if the responses have the CPU path's bits. It recognizes rows of
     // pressure that were written width numbers apart instead of pitch(), constants that were never uploaded, and states

@@ -133,7 +133,7 @@ class Skin(_core.Skin):
     precision: "f32" or "f32-compensated"; None: compensated if SA2 is a plain integral that is asked for.
     materials: one for each pad in place of the scene's, without thickness and curvature_length, which are the scene's.
     hold: how the pressure runs from one press to the next, "linear" or "parabolic": along the parabola through the last
-    three pressures. That is four to seven times closer to a smooth load, and worse after a jump.
+    three pressures. A parabola is at least four times closer to a smooth load, and worse after a jump.
     control: "pressure", or "depth": each cell is then pressed to a depth in m, and its strain is depth over thickness,
     whatever the material, and 0 where a depth would pull. No cell knows another one's. Takes no materials.
     afferents: a list of Afferents, the nerve fibres of each pad; None: the scene's. With control "depth" they follow
