@@ -10,6 +10,7 @@
 #include "tests/expected.hpp"
 
 #include <cstring>
+#include <utility>
 
 using namespace test;
 using dermis::contact::Contacts, dermis::contact::Poses, dermis::contact::Touch;
@@ -305,6 +306,13 @@ TEST_CASE("What a Touch cannot take is refused by name, and changes nothing") {
     refused("contacts.ball = (given); allowed: null beside contacts.radius",
             [](Table&, Contacts& c, Poses&) { c.ball = c.radius; });
     refused("contacts.modulus = 1; allowed: 0", [](Table&, Contacts& c, Poses&) { c.modulus = 1; });
+    refused("contacts.modulus = 0; allowed: a finite number > 0",
+            [](Table&, Contacts& c, Poses&) { c.ball = std::exchange(c.radius, nullptr); });
+    refused("contacts.pad = null", [](Table&, Contacts& c, Poses&) { c.pad = nullptr; });
+    refused("contacts.position = null", [](Table&, Contacts& c, Poses&) { c.position = nullptr; });
+    refused("contacts.count = 2147483648; allowed: at most 2147483647",
+            [](Table&, Contacts& c, Poses&) { c.count = size_t(1) << 31; });
+    refused("poses.position = null", [](Table&, Contacts&, Poses& p) { p.position = nullptr; });
     refused("poses.rotation = null", [](Table&, Contacts&, Poses& p) { p.rotation = nullptr; });
     refused("pose.rotation = ", [](Table& o, Contacts&, Poses&) { o.axes[18] = 0.5; });
     refused("pose.position = ", [](Table& o, Contacts&, Poses&) { o.middles[6] = 1e7; });
@@ -331,6 +339,12 @@ TEST_CASE("A Touch of other pads than the skin's is refused, and so is a shape w
     shape.pressure = &memory;
     CHECK(message([&] { Touch(shape, 1, 1e-3); }).find("shape.pressure = ") == 0);
     CHECK(message([&] { Touch(tip(), 0, 1e-3); }) == "count = 0; allowed: 1..1048576");
+    CHECK(message([&] {
+              Touch({.width = 16384, .height = 16384, .spacing = 1}, 9, 0);
+          }).find("count*width*height = 2415919104; allowed: ") == 0);
+    CHECK(message([&] { Touch({.width = 0, .height = 1, .spacing = 1}, 1, 0); }).find("pad.width = 0") == 0);
+    CHECK(message([&] { Touch({.width = 1, .height = 1, .spacing = 1, .pitch = 1}, 1, 0); }).find("shape.pitch = 1") ==
+          0);
     CHECK(message([&] { Touch(tip(), 1, 8e-3); }).find("reach = 0.008; allowed: below the pad's radius") == 0);
     CHECK(message([&] { Touch(tip(), 1, 1e-3).report(1); }) == "pad = 1; allowed: 0..0");
 }

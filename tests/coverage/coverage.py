@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""Runs test suites of a build with --coverage, and prints what of host/ they reached: lines and branches of each room, and
+"""Runs the test suites of a build with --coverage, and prints what of host/ they reached: lines and branches of each room, and
 every error branch that was compiled and never taken.
 
-Arguments: --build the build's folder, --all for every suite in place of those that CI runs, --keep to count what ran before.
+Arguments: --build the build's folder, --keep to count what ran before.
 Branches are those of conditions as gcov counts them; the exceptional way out of each call is none of them. Error branches
 are statements that throw, calls of functions that only throw, checks (need.., check..) that never failed, and handlers;
 which of them were taken is told by the stacks of all exceptions that were thrown (throws.cpp).
@@ -23,31 +23,22 @@ from pathlib import Path
 from sites import never_return, sites_of
 
 ROOT = Path(__file__).resolve().parents[2]
-# The suites that reach most for their time, with the cases that are run of them: all, but those behind ~, or only some.
-QUICK = {"scene": "", "refusals": "", "cli": "", "c": "", "output": "", "report": "", "state": "", "trial": "", "skin": "",
-         "preset": "", "resume": "",
-         "faults": "", "memory": "~an allocation that fails in the command*", "files": "~300 runs*,a study*",
-         "fit": "*refuse*,dermis fit refuses*,a picture*", "models": "a model that*,requests*",
-         "embedding": "what a host*,a binding that*,nothing of sites*,the recorded check*",
-         "pads": "a press of pads that*,another material*"}
-# Claims about speed and memory, which do not hold for a build with counters.
-NOT_CLAIMED = "a press in C has the bits*,a march of a material in each cell under a sine takes at most*"
-LONG = ("memory", "faults", "skin")
+# Suites that compute for minutes without optimisation and refuse nothing that others do not.
+COMPUTING = ("backends", "bounds", "closed_form", "fibres", "intervals", "loops", "planner", "reduction", "search", "stability")
+# Cases that compute as long; a claim about memory, which does not hold for a build with counters; and allocations that
+# fail where throws.cpp itself allocates.
+LEFT_OUT = ("millions of receptors*", "a march of a material in each cell under a sine takes at most*",
+            "an allocation that fails in the command*")
 
 
-def jobs_of(build, everything):
-    """The programs to run, the longest first: the suites, and what C does wrong."""
+def jobs_of(build):
+    """The programs to run: the suites, the long ones first, and what C does wrong."""
     tests = build / "tests"
-    suites = QUICK
-    if everything:
-        files = [path for path in (ROOT / "tests").glob("*/*_test.cpp") if path.parent.name != "shims"]
-        suites = {path.name.removesuffix("_test.cpp"): "" for path in files}
-    for name in sorted(suites, key=lambda name: name not in LONG):
-        cases = suites[name]
-        left_out = [NOT_CLAIMED, cases[1:]] if cases.startswith("~") else [NOT_CLAIMED]
-        only = [f"--test-case={cases}"] if cases and not cases.startswith("~") else []
-        yield [tests / "dermis-tests", f"--source-file=*/{name}_test.cpp", "--no-skip",
-               f"--test-case-exclude={','.join(left_out)}", *only]
+    suites = {path: " long" in path.read_text().splitlines()[1] for path in sorted((ROOT / "tests").glob("*/*_test.cpp"))}
+    for path in sorted(suites, key=lambda path: not suites[path]):
+        if path.parent.name != "shims" and path.name.removesuffix("_test.cpp") not in COMPUTING:
+            yield [tests / "dermis-tests", f"--source-file=*/{path.name}", "--no-skip",
+                   f"--test-case-exclude={','.join(LEFT_OUT)}"]
     yield [tests / "doors/c/c_interface_static"]
     yield [tests / "doors/c/c_contacts_static"]
 
@@ -63,7 +54,7 @@ def run_job(job, variables):
     return right
 
 
-def run_suites(build, everything, throws):
+def run_suites(build, throws):
     """Runs suites with every exception written down. Returns whether all passed."""
     for counts in build.rglob("*.gcda"):
         counts.unlink()
@@ -76,10 +67,8 @@ def run_suites(build, everything, throws):
     for program in (build / "dermis", build / "tests/dermis-tests"):
         subprocess.run([program, "--version"], check=True, capture_output=True)
     variables = {**os.environ, "LD_PRELOAD": str(preloaded), "DERMIS_THROWS": str(throws)}
-    if everything:
-        variables["DERMIS_NIGHT"] = "1"
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        return all(list(pool.map(lambda job: run_job(job, variables), jobs_of(build, everything))))
+        return all(list(pool.map(lambda job: run_job(job, variables), jobs_of(build))))
 
 
 def counted(build):
@@ -213,13 +202,12 @@ def report(lines, branches, every, missed):
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--build", type=Path, required=True)
-    parser.add_argument("--all", action="store_true")
     parser.add_argument("--keep", action="store_true")
     options = parser.parse_args()
     build = options.build.resolve()
     throws = build / "throws"
     start = time.monotonic()
-    passed = options.keep or run_suites(build, options.all, throws)
+    passed = options.keep or run_suites(build, throws)
     print(f"coverage: suites took {time.monotonic() - start:.0f} s", flush=True)
     lines, branches = counted(build)
     report(lines, branches, *error_branches(lines, stacks(build, throws)))

@@ -209,3 +209,77 @@ TEST_CASE("a sequence that becomes shorter while it is read is refused word for 
     CHECK(refusal(Error::Code::bad_input, [&] { file.read(2, values); }) ==
           "load.path = \"" + path + "\": is cut short; allowed: a .npy file of numbers, C order, shape (frames, 2, 2)");
 }
+
+TEST_CASE("what gratings, windows, taxels and textures cannot be is refused word for word") {
+    const Folder folder;
+    write_files(folder);
+    const std::string grating = "[load.grating]\n", window = sine + "[load.window]\n",
+                      waves = grating + "wavelength = 9\n", taxels = frames + "interval = 0.1\n[load.taxels]\n",
+                      texture = two + "[load.texture]\npath = \"map.npy\"\n";
+    check(
+        folder,
+        {{grating + "direction = 1", "1: load.grating.wavelength = (not given); allowed: a length > 0"},
+         {grating + "wavelength = 0", "2: load.grating.wavelength = 0" + positive},
+         {waves + "direction = nan", "3: load.grating.direction = nan" + any_finite},
+         {waves + "velocity = inf", "3: load.grating.velocity = inf" + any_finite},
+         {waves + "amplitudes = []", "3: load.grating.amplitudes = 0; allowed: 1 to 16 numbers, one for each harmonic"},
+         {waves + "amplitudes = [nan]", "3: load.grating.amplitudes = nan" + any_finite},
+         {waves + "phases = [1, 2]",
+          "3: load.grating.phases = 2; allowed: as many numbers as load.grating.amplitudes, or none"},
+         {waves + "phases = [inf]", "3: load.grating.phases = inf" + any_finite},
+         {sine + waves, "2: load.envelope = (given); allowed: a step from t = 0 on with load.grating, which may have a "
+                        "window"},
+         {frames + "interval = 0.1\n" + waves,
+          "8: load.grating = (given); allowed: none with load.kind = \"sequence\", load.texture or load.control = "
+          "\"depth\""},
+         {"[load]\nenvelope = \"ramp\"\n[load.window]\nstart = 1",
+          "3: load.window = (given); allowed: only with load.envelope = \"sine\" or a step from t = 0 on"},
+         {window + "start = -1", "4: load.window.start = -1" + least_0},
+         {window + "rise = -1", "4: load.window.rise = -1" + least_0},
+         {window + "fall = -1", "4: load.window.fall = -1" + least_0},
+         {window + "fall = 1", "4: load.window.fall = 1; allowed: only with load.window.until"},
+         {"[load.taxels]\nspacing = 1", "1: load.taxels = (given); allowed: only with load.kind = \"sequence\""},
+         {taxels, "8: load.taxels.spacing = (not given); allowed: a length > 0"},
+         {taxels + "spacing = 0", "9: load.taxels.spacing = 0" + positive},
+         {taxels + "spacing = 1\norigin = [nan, 0]", "10: load.taxels.origin = nan" + any_finite},
+         {taxels + "spacing = 1\ncolumns = 0", "10: load.taxels.columns = 0; allowed: 1..16384"},
+         {taxels + "spacing = 1\nsampling_rate = 10",
+          "10: load.taxels.sampling_rate = 10; allowed: not beside load.interval"},
+         {frames + "interval = 0.1\n[load.texture]\npath = \"map.npy\"",
+          "8: load.texture = (given); allowed: none with load.kind = \"sequence\""},
+         {texture + "spacing = 0", "6: load.texture.spacing = 0" + positive},
+         {texture + "velocity = [0, inf]", "6: load.texture.velocity = inf" + any_finite}});
+}
+
+TEST_CASE("what crests, indenters, several loads and nerve fibres cannot be is refused word for word") {
+    const Folder folder;
+    write_files(folder);
+    const std::string other = "[[load]]\n[[load]]\n", fibre = "[afferents]\ncells = [[1, 1]]\n",
+                      pressed = lengths + "thickness = 1\ncurvature_length = 0\n[surface]\nrelief = 1\n[load]\n";
+    check(
+        folder,
+        {{"[load]\ncontact_share = 0.2", "2: load.contact_share = 0.2; allowed: only with load.contact = \"crests\""},
+         {wave + "[load]\ncontact = \"crests\"\ncontact_length = 1000",
+          "5: load.contact_length = 1000; allowed: at most the longer side of the grid"},
+         {pressed + "kind = \"punch\"\ncontrol = \"depth\"\nradius_y = 0",
+          "13: load.radius_y = 0; allowed: whole cells, 1..65536"},
+         {"[load]\ncontrol = \"depth\"",
+          "1: load.intensity = 1; allowed: only with grid.spacing where it is a depth in m"},
+         {other + "[receptors]\nfollow = { sa1 = \"stress\" }\n" + chain + "spring = 1",
+          "4: receptors.follow = \"stress\"; allowed: \"strain\" with several loads"},
+         {other + "envelope = \"ramp\"\nrise = 0", "1: load[1].rise = 0" + positive},
+         {two + "[[load]]\n[[load]]\nkind = \"sequence\"\npath = \"frames.npy\"\ninterval = 0.1",
+          "4: load[1].kind = (frames); allowed: a map times an envelope with several loads"},
+         {fibre + "time_constants = [0]", "1: afferents[0].time_constants = 0" + positive},
+         {fibre + "frequency = 0\nquality = 1", "1: afferents[0].frequency = 0" + positive},
+         {fibre + "frequency = 1\nquality = 0", "1: afferents[0].quality = 0" + positive},
+         {fibre + "time_constants = [1, 1, 1, 1]",
+          "1: afferents[0].time_constants = 4 numbers; allowed: 1 to 3 poles: one for each time constant, two for a "
+          "frequency"},
+         {fibre + "value = nan", "1: afferents[0].value = nan" + any_finite},
+         {fibre + "rate = inf", "1: afferents[0].rate = inf" + any_finite},
+         {fibre + "gains = [[nan, 0]]", "1: afferents[0].gains = nan" + any_finite},
+         {fibre + "refractory_time = 0", "1: afferents[0].refractory_time = 0" + positive},
+         {fibre + "after = [{ amplitude = inf, time = 1 }]", "1: afferents[0].after.amplitude = inf" + any_finite},
+         {fibre + "after = [1]", "3: afferents.after = 1; allowed: tables { amplitude = a number, time = seconds }"}});
+}

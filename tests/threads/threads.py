@@ -19,9 +19,9 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from suites import labelled
 
-# Claims about speed and memory, which do not hold for this build, and grids of whose memory the sanitizer would need several
+# A claim about memory, which does not hold for this build, and grids of whose memory the sanitizer would need several
 # times as much.
-EXCLUDED = ("--test-case-exclude=a press in C has the bits*,a march of a material in each cell under a sine takes at most*,"
+EXCLUDED = ("--test-case-exclude=a march of a material in each cell under a sine takes at most*,"
             "a response of more than 128 MiB*,millions of receptors*")
 # Address-space randomisation may leave no room for the sanitizer's shadow.
 FIXED_ADDRESSES = ["setarch", "-R"]
