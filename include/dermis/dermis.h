@@ -182,7 +182,8 @@ DERMIS_API dermis_status dermis_result_get_report(const dermis_result* result, d
 DERMIS_API void dermis_result_destroy(dermis_result* result); // NULL: nothing happens
 
 // ---- Skins, pressed frame by frame, one or many at once. Presses allocate nothing, except the first press with a step
-// for each pad, the first parabolic press of pads whose steps before differ, and presses with sa2_stretch or afferents.
+// for each pad, the first parabolic press of pads whose previous steps had different lengths, and presses with
+// sa2_stretch or afferents.
 
 typedef int32_t dermis_precision;
 enum {
@@ -288,8 +289,8 @@ DERMIS_API dermis_status dermis_skin_load(dermis_skin* skin, const void* state, 
 
 // Gives pads the moduli and viscosities of a scene's material from the next press on. The scene must have the same
 // number of elements, springs and dashpots as the skin, and no maps of them; everything else in it is ignored. Strains
-// are kept. A list of pads is allowed only with own_materials. A skin whose material has maps refuses this call: make a
-// new skin, and give it the state by dermis_skin_load.
+// are kept. A list of pads is allowed only with own_materials. A skin with maps of the material refuses this call: make
+// a new skin, and give it the state by dermis_skin_load.
 DERMIS_API dermis_status dermis_skin_set_material(dermis_skin* skin, const dermis_scene* scene,
                                                   const dermis_pads* pads);
 

@@ -174,8 +174,8 @@ struct Depths {
     std::optional<double> sa1, sa2, fa1, fa2;
 };
 
-// What a class of receptors answers to: the strain, or the stress divided by the modulus at which the material comes to
-// rest.
+// What the receptors of a class answer to: the strain, or the stress. The stress is divided by the modulus at which the
+// material comes to rest.
 enum class Signal { strain, stress };
 // By class. FA1 and FA2 follow the strain.
 struct Follow {

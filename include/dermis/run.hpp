@@ -54,10 +54,10 @@ struct Result {
     double seconds = 0;              // time of stepping, without set-up; with RunOptions::check also of the comparison
     double tau_min = 0, tau_max = 0; // s: range of viscosity/modulus of the materials; infinite if a modulus is 0
     double predicted_error = std::nan(""); // Candidate::error of this run; NaN if no error was needed to choose it
-    // Where Scene::tolerance is given: the greatest error found in 4 to 32 cells and at most 32 sites, whose responses
-    // are computed once more in long double; relative, as predicted_error is. If it is above predicted_error, a driver,
-    // a compiler or dermis is at fault. NaN without a tolerance, with Method::published, with more_loads, and where
-    // another method than exact takes frames.
+    // Where Scene::tolerance is given: the greatest error found in 4 to 32 cells and at most 32 sites, by computing
+    // these cells and sites once more in long double. Relative, as predicted_error is. If it is above predicted_error,
+    // a driver, a compiler or dermis is at fault. NaN without a tolerance, with Method::published, with more_loads, and
+    // where another method than exact takes frames.
     double measured_error = std::nan("");
     std::vector<KelvinVoigt> reduced;  // Candidate::reduced of this run
     double cells_per_ridge = HUGE_VAL; // infinite as Report::cells_per_ridge is; below 8 the curvature is coarse

@@ -65,8 +65,8 @@ struct Pads {
 
 // A skin pressed frame by frame, or a batch of pads: each press gives it the pressure at the end of a time step.
 // Presses allocate nothing, except the first press with a step for each pad, the first parabolic press of pads whose
-// steps before differ, and presses with SkinOptions::sa2_stretch or afferents (see there). Only one thread at a time
-// may use a skin; all skins on one Vulkan device count as one.
+// previous steps had different lengths, and presses with SkinOptions::sa2_stretch or afferents (see there). Only one
+// thread at a time may use a skin; all skins on one Vulkan device count as one.
 class DERMIS_API Skin {
   public:
     // On Device::cpu(1) the calling thread works alone. The default of receptors.fa2 is step_mean. Throws

@@ -22,8 +22,11 @@ from pathlib import Path
 
 from sites import never_return, sites_of
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from suites import labelled
+
 ROOT = Path(__file__).resolve().parents[2]
-# Suites that compute for minutes without optimisation and refuse nothing that others do not.
+# Suites that mostly compute, for minutes without optimisation.
 COMPUTING = ("backends", "bounds", "closed_form", "fibres", "intervals", "loops", "planner", "reduction", "search", "stability")
 # Cases that compute as long; a claim about memory, which does not hold for a build with counters; and allocations that
 # fail where throws.cpp itself allocates.
@@ -34,11 +37,11 @@ LEFT_OUT = ("millions of receptors*", "a march of a material in each cell under 
 def jobs_of(build):
     """The programs to run: the suites, the long ones first, and what C does wrong."""
     tests = build / "tests"
-    suites = {path: " long" in path.read_text().splitlines()[1] for path in sorted((ROOT / "tests").glob("*/*_test.cpp"))}
-    for path in sorted(suites, key=lambda path: not suites[path]):
-        if path.parent.name != "shims" and path.name.removesuffix("_test.cpp") not in COMPUTING:
-            yield [tests / "dermis-tests", f"--source-file=*/{path.name}", "--no-skip",
-                   f"--test-case-exclude={','.join(LEFT_OUT)}"]
+    names = {path.name.removesuffix("_test.cpp") for path in (ROOT / "tests").glob("*/*_test.cpp")} - {*COMPUTING, "shims"}
+    long = labelled(build, "long")
+    for name in sorted(names, key=lambda name: (name not in long, name)):
+        yield [tests / "dermis-tests", f"--source-file=*/{name}_test.cpp", "--no-skip",
+               f"--test-case-exclude={','.join(LEFT_OUT)}"]
     yield [tests / "doors/c/c_interface_static"]
     yield [tests / "doors/c/c_contacts_static"]
 
