@@ -407,6 +407,11 @@ TEST_CASE("what the parser does not expect is refused before it is parsed, and q
     for (const char* text : {"x\"\u00e9\" = 1", "'a''\u00e9' = 1", "x = 'a' \"\"\"\u00e9\"\"\""})
         refused(std::string("\n") + text,
                 "scene.toml:2: a quote where no text begins; allowed: behind =, [, {, a comma");
+    for (const char* text : {"\"\"\"\\\n\u00e9\"\"\"", "\"\"\"\n\\ \n\"\"\"", "\"\"\"\\\u00e9\"\"\"", "\"\\\u00a0\""})
+        refused(std::string("\nx = ") + text, "scene.toml:2: a backslash in a text stands before a space");
+    // no escape, or an escaped backslash
+    for (const char* text : {"'''\\\n\u00e9'''", "\"\\\\\u00e9\\n\"", "\"\"\"\\\\\n\u00e9\"\"\""})
+        refused(std::string("\nx = ") + text, "no such key here");
     refused("\nx = [1, }", "scene.toml:2: } closes another bracket");
     refused("\nx = { y = [] ]", "scene.toml:2: ] closes another bracket");
     for (const char* word : {"1979-05-27T07:32:00", "07:32:00", "0x1p3", "0b12", "1__0", "2'2\u00e9'", "0[\"\u00e9\"",

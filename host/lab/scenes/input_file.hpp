@@ -2,6 +2,7 @@
 // Reads files, but only regular ones: a device, a pipe or a socket may never end.
 #pragma once
 
+#include <cstdint>
 #include <istream>
 #include <string>
 

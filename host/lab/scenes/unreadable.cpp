@@ -12,15 +12,17 @@ constexpr size_t longest_word = 100;
 
 bool is_in(std::string_view all, char c) { return all.find(c) != all.npos; }
 
-// Returns the place behind a string that begins at text[at], or the place of the line's end that cuts the string short.
+// Returns the place behind a string that begins at text[at], or the place of the line's end that cuts the string short;
+// npos if a backslash in it stands before a space, the line's end or a character that is not ASCII.
 size_t after_string(const std::string& text, size_t at) {
     const char quote = text[at];
     const bool basic = quote == '"'; // has escapes
     const std::string three(3, quote);
     const bool lines = text.compare(at, 3, three) == 0;
     for (size_t i = at + (lines ? 3 : 1); i < text.size(); ++i) {
-        if (basic && text[i] == '\\') ++i;
-        else if (lines ? text.compare(i, 3, three) == 0 : text[i] == quote) {
+        if (basic && text[i] == '\\') {
+            if (++i < text.size() && (text[i] <= ' ' || text[i] > '~')) return text.npos; // char may be signed
+        } else if (lines ? text.compare(i, 3, three) == 0 : text[i] == quote) {
             if (!lines) return i + 1;
             for (i += 3; i < text.size() && text[i] == quote;) ++i; // up to two more are in the string
             return i;
@@ -82,6 +84,9 @@ Unreadable unreadable(const std::string& text) {
                 return {line, "a quote where no text begins; allowed: behind =, [, {, a comma or a dot, and in a text"};
             last = c;
             const size_t behind = after_string(text, i);
+            if (behind == text.npos)
+                return {line, "a backslash in a text stands before a space, the line's end or a character that is not "
+                              "ASCII; allowed: before a letter, a quote or a backslash"};
             line += int(std::count(text.begin() + std::ptrdiff_t(i), text.begin() + std::ptrdiff_t(behind), '\n'));
             i = behind - 1;
             begins = value = false;

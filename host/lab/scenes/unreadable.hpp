@@ -19,8 +19,8 @@ struct Unreadable {
 // Finds the first line with something that a scene never has and that the parser does not survive. The parser recurses,
 // and exhausts the stack if brackets, or the parts of a dotted key, are too deep. Its behaviour is undefined for a
 // table without a name and for a bracket that another kind of bracket closes; and, outside of quotes and comments, for
-// some values that are no number and for characters that are not ASCII. A quote where no text begins would hide all
-// this.
+// some values that are no number and for characters that are not ASCII, which a backslash at a line's end brings into a
+// text too. A quote where no text begins would hide all this.
 Unreadable unreadable(const std::string& text);
 
 } // namespace dermis::scene
