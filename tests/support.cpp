@@ -69,6 +69,12 @@ std::vector<float> frame(const SkinDescription& d, int n) {
     return map;
 }
 
+Bytes saved(const Skin& skin) {
+    Bytes state(skin.state_bytes());
+    skin.save(state.data(), state.size());
+    return state;
+}
+
 Validated::Validated() : Validated(vulkan::system_loader()) {}
 
 Validated::Validated(const vulkan::Loader& loader, vulkan::InstanceOptions options)

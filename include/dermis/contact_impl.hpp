@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstring>
+#include <functional>
 #include <stdexcept>
 
 namespace dermis::contact {
@@ -275,6 +276,16 @@ Report add_each(const Pad& pad, const Pose& pose, double reach, std::size_t coun
     });
 }
 
+// Refuses floats that stand in the pad's memory, because they are read while that is written. count: floats from the
+// first to the last one that is read.
+inline void need_apart(const char* parameter, const Pad& pad, const float* first, std::size_t count) {
+    const std::size_t all = row_at(pad, pad.height - 1) + std::size_t(pad.width);
+    const std::less<const float*> before;
+    for (const float* map : {pad.pressure, pad.shear_x, pad.shear_y})
+        if (map && before(first, map + all) && before(map, first + count))
+            refuse(parameter, "memory of the pad", "memory beside the pad's pressure, shear_x and shear_y");
+}
+
 // The depths above a level. Depths are relative to a reference.
 struct Excess {
     double sum = 0;         // m: of these depths
@@ -500,6 +511,8 @@ inline Report add_depths(const Pad& pad, const Depths& d) {
     detail::check(pad);
     detail::need_memory("depths.depth", d.depth);
     detail::need_pitch("depths.pitch", d.pitch, pad.width);
+    detail::need_apart("depths.depth", pad, d.depth,
+                       std::size_t(detail::row_of(pad, d, pad.height - 1) - d.depth) + std::size_t(pad.width));
     detail::need_at_least_0("depths.force", d.force);
     if (d.stiffness != 0) detail::need_within("depths.stiffness", d.stiffness, 1e-6, 1e30);
     detail::need_float_pressure(pad, d.force);
@@ -537,6 +550,7 @@ inline Report add_depths(const Pad& pad, const Depths& d) {
 inline Report add_taxels(const Pad& pad, const Taxels& t) {
     detail::check(pad);
     detail::check(t);
+    detail::need_apart("taxels.values", pad, t.values, detail::place_of(t, t.columns - 1, t.rows - 1) + 1);
     const double to_force = t.unit == Taxels::Unit::newton ? 1 : t.width * t.height;
     double asked = 0;
     for (int j = 0; j < t.rows; ++j)

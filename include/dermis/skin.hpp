@@ -35,8 +35,7 @@ struct SkinOptions {
     // SkinProgram takes pressure alone.
     Control control = Control::pressure;
     // The nerve fibres of each pad. Under control = depth they follow the strain. A SkinProgram has none. They read the
-    // state after each press: on a Vulkan device a press then waits, downloads the state and allocates; a press of a
-    // skin with many sites allocates on the CPU too.
+    // state after each press: on a Vulkan device a press then waits and downloads the state.
     std::vector<Afferents> afferents;
     // Whether presses take tractions beside pressures. They strain the same chain of elements with a third of its
     // moduli and viscosities, because the skin's volume stays the same. No pressure changes a shear, and no shear a
@@ -45,8 +44,8 @@ struct SkinOptions {
     bool shear = false;
     // Given: SA2 answers to the stretch of the surface along this direction (x, y), of any length but 0, in place of
     // the strain; (0, 0): to the sum of stretch_x and stretch_y. Receptors::sa2_adaptation holds for it, and between
-    // frames the stretch runs linearly. Needs shear, and sa2 among the responses. The first press then allocates, and
-    // on a Vulkan device each press waits and downloads the shear.
+    // frames the stretch runs linearly. Needs shear, and sa2 among the responses. On a Vulkan device each press then
+    // waits and downloads the shear.
     std::optional<std::array<double, 2>> sa2_stretch;
 };
 
@@ -65,7 +64,8 @@ struct Pads {
 
 // A skin pressed frame by frame, or a batch of pads: each press gives it the pressure at the end of a time step.
 // Presses allocate nothing, except the first press with a step for each pad, the first parabolic press of pads whose
-// previous steps had different lengths, and presses with SkinOptions::sa2_stretch or afferents (see there). Only one
+// previous steps had different lengths, press_frames() of more frames than before, and presses of nerve fibres over a
+// longer time than before. A press that throws Error::bad_input or Error::no_memory leaves the skin unchanged. Only one
 // thread at a time may use a skin; all skins on one Vulkan device count as one.
 class DERMIS_API Skin {
   public:
@@ -103,8 +103,8 @@ class DERMIS_API Skin {
     void press(const float* pressure, const float* traction, size_t cells, double dt, const Pads& = {});
     // Does the same as `count` presses of dt seconds each, to the bit, but computes only the responses after the last
     // frame: for a simulator that steps several times before it reads a response. frames: `count` >= 1 frames, one
-    // after another, each of `cells` numbers as press() takes them. All frames are checked before any of them is
-    // pressed.
+    // after another, each of `cells` numbers as press() takes them. All frames are copied and checked before any of
+    // them is pressed; the skin keeps the memory of the copy.
     void press_frames(const float* frames, size_t count, size_t cells, double dt, const Pads& = {});
     // The same as press() of all pads with the pressures of a Touch, to the bit, but takes no time for a pad that is at
     // rest and not touched. The Touch has as many pads, of as many cells, of the same spacing if the description gives
@@ -157,13 +157,13 @@ class DERMIS_API Skin {
     void reset(const Pads& = {}); // back to skins at rest
 
     // The state: strains, integrals and the pressure from which the next press starts, in native byte order; under
-    // parabolic hold also the pressure and the step before. The bytes are the same on the CPU and on Vulkan. A skin
-    // can load them into the same number of pads if it has the grid, sites, numbers of elements and springs, precision,
-    // hold, number of fibres and shear of the skin that saved them, and gives SA2 and FA2 where that skin did; its next
-    // presses then give the same bits. load() also takes states of the older version 2, for skins without parabolic
-    // hold, fibres and shear. Until the next press, responses stay what they were. bytes: state_bytes(). save() and
-    // load() throw Error::bad_input, which names the first difference, or a number that is not finite, and change
-    // nothing; Error::device.
+    // parabolic hold also the pressure and the step before. Where there are sites, the pressures of cells that they do
+    // not read are 0. The bytes are the same on the CPU and on Vulkan. A skin can load them into the same number of
+    // pads if it has the grid, sites, numbers of elements and springs, precision, hold, number of fibres and shear of
+    // the skin that saved them, and gives SA2 and FA2 where that skin did; its next presses then give the same bits.
+    // load() also takes states of the older version 2, for skins without parabolic hold, fibres and shear. Until the
+    // next press, responses stay what they were. bytes: state_bytes(). save() and load() throw Error::bad_input, which
+    // names the first difference, or a number that is not finite, and change nothing; Error::device.
     size_t state_bytes(const Pads& = {}) const;
     void save(void* state, size_t bytes, const Pads& = {}) const;
     void load(const void* state, size_t bytes, const Pads& = {});

@@ -469,6 +469,14 @@ TEST_CASE("a bad argument is refused with its name, value and range, and nothing
     depth[8 * 5 + 3] = nan;
     CHECK(refusal(b, [&] { add_depths(b.pad, depths_of(depth, 1)); }) ==
           "depths.depth[3, 5] = nan; allowed: a finite number");
+    // The pad's memory is written while depths and taxels are read.
+    const char* apart = " = memory of the pad; allowed: memory beside the pad's pressure, shear_x and shear_y";
+    CHECK(refusal(b, [&] { add_depths(b.pad, {.depth = b.pad.pressure, .force = 1}); }) ==
+          "depths.depth" + std::string(apart));
+    CHECK(refusal(b, [&] {
+              add_taxels(b.pad,
+                         {.values = b.pad.pressure + 63, .columns = 1, .rows = 1, .width = 1e-3, .height = 1e-3});
+          }) == "taxels.values" + std::string(apart));
 
     std::vector<float> values(6, 1.0f);
     const auto taxels_with = [&](auto change) {

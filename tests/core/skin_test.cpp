@@ -330,6 +330,10 @@ TEST_CASE("the pressures of the cells that sites read give the bits of whole fra
                 whole.press(frames, 0.01, some);
                 listed.press_cells(pressures.data(), pressures.size(), 0.01, some);
                 for (Quantity q : all_responses) CHECK(same(copy(listed.response(q)), copy(whole.response(q))));
+                CHECK(saved(listed) == saved(whole));
+                frames.back() = NAN; // of a cell that no site may read
+                CHECK(refusal(Error::Code::bad_input, [&] { listed.press(frames, 0.01, some); }) != "");
+                CHECK(saved(listed) == saved(whole));
                 pressures.back() = NAN;
                 const int last = cells.back();
                 const std::string cell = std::to_string(last % width) + ", " + std::to_string(last / width);
@@ -342,6 +346,7 @@ TEST_CASE("the pressures of the cells that sites read give the bits of whole fra
             }
         }
     Skin fields(Device::cpu(1), ridged(5, 4));
+    fields.press_frames(nullptr, size_t(1) << 60, 0, 0.01, std::vector<int>{}); // of no pad: it ends at once
     CHECK(fields.cells().size() == 20);
     fields.press_cells(frame(ridged(5, 4), 1).data(), 20, 0.01);
     CHECK(fields.response(Quantity::sa1)[7] != 0);

@@ -10,14 +10,6 @@ using namespace test;
 
 namespace {
 
-using Bytes = std::vector<unsigned char>;
-
-Bytes saved(const Skin& skin) {
-    Bytes bytes(skin.state_bytes());
-    skin.save(bytes.data(), bytes.size());
-    return bytes;
-}
-
 // All responses after some more presses.
 std::vector<float> answers(Skin& skin, const SkinDescription& d, int first, int last) {
     std::vector<float> all;

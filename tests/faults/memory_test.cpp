@@ -4,6 +4,7 @@
 // std::bad_alloc, and what comes next is as if nothing had happened.
 #include "dermis/dermis.h"
 #include "dermis/fit.hpp"
+#include "dermis/touch.hpp"
 #include "host/core/base/pool.hpp"
 #include "host/core/embedding/backend.hpp"
 #include "host/core/press/device.hpp"
@@ -250,6 +251,103 @@ TEST_CASE("an allocation that fails in the library: an error says what needed ho
         const Fit fit = fit_relaxation(times, values, 2);
         all.push_back(relaxation_of(fit.elements).moduli[0]);
     });
+}
+
+namespace {
+
+// Skins of three pads with every set of options, and every call that changes a state. Each starts from pads with steps
+// of different lengths.
+struct Starving {
+    bool shear, parabolic, fibres, stretch;
+    SkinDescription description;
+    SkinOptions options;
+    static constexpr size_t pad = 12 * 8;
+    std::vector<float> pressure = std::vector<float>(6 * pad, 0.7f), traction = std::vector<float>(12 * pad, 0.2f);
+    contact::Touch touch;
+    Material softer;
+
+    explicit Starving(int bits)
+        : shear(bits & 1), parabolic(bits & 2), fibres(bits & 4), stretch(bits & 8),
+          touch({.width = 12, .height = 8, .spacing = 5e-4}, 3, 1e-3, shear) {
+        description = fingertip();
+        description.grid = {12, 8, 5e-4};
+        description.receptors.sa2_adaptation = 0.5;
+        softer = description.material;
+        for (auto& e : softer.elements) e.modulus /= 2;
+        options.count = 3;
+        options.shear = shear;
+        if (parabolic) options.hold = Hold::parabolic;
+        if (stretch) options.sa2_stretch = {1, 0};
+        if (fibres) options.afferents = {{.type = Quantity::fa1, .cells = {{1, 1}, {4, 4}}}};
+        const double place[3] = {3e-3, 2e-3, 0}, force[3] = {1e-6, 0, -1e-5}, radius = 1e-3;
+        const double origin[3] = {}, axes[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+        const int32_t second = 1;
+        touch.add({.position = origin, .rotation = axes, .position_step = 0, .rotation_step = 0},
+                  {.count = 1, .pad = &second, .position = place, .force = force, .radius = &radius});
+    }
+    // The first pads. Nothing here allocates outside the library.
+    void press(Skin& skin, double dt, size_t count = 3) const {
+        constexpr int numbers[] = {0, 1, 2};
+        const Pads list(numbers, count);
+        if (shear) skin.press(pressure.data(), traction.data(), count * pad, dt, list);
+        else skin.press(pressure.data(), count * pad, dt, list);
+    }
+    Skin made() const {
+        Skin skin(Device::cpu(1), description, options);
+        press(skin, 1e-3);
+        press(skin, 2e-3, 1);
+        return skin;
+    }
+    void call(int which, Skin& skin) const {
+        constexpr double steps[] = {1e-3, 3e-2, 5e-3};
+        if (which == 0) press(skin, 2e-2);
+        if (which == 1) skin.press(touch, 4e-3);
+        if (which == 2) skin.set_material(softer);
+        if (which == 3) skin.reset();
+        if (which == 4) (void)skin.response(shear ? Quantity::stretch_x : Quantity::curvature);
+        if (which == 5 && !shear) skin.press(pressure.data(), 3 * pad, steps, 3);
+        if (which == 6 && !shear) skin.press_frames(pressure.data(), 2, 3 * pad, 4e-2);
+        if (which == 7 && !shear) skin.press_cells(pressure.data(), 3 * pad, 3e-2);
+    }
+    static constexpr int calls = 8;
+};
+
+} // namespace
+
+TEST_CASE("a call that runs out of memory leaves every byte of a skin's state, and the same call then gives its bits") {
+    if (!allocations_fail()) return;
+    int failed = 0;
+    for (int bits = 0; bits < 16; ++bits) {
+        const Starving starving(bits);
+        if (starving.stretch && !starving.shear) continue;
+        for (int which = 0; which < Starving::calls; ++which) {
+            Skin right = starving.made();
+            const Bytes before = saved(right);
+            starving.call(which, right);
+            const Bytes after = saved(right);
+            for (long k = 0;; ++k) {
+                Skin skin = starving.made();
+                std::exception_ptr thrown;
+                bool struck = false;
+                {
+                    FailingAllocation failing(k, false);
+                    thrown = thrown_by([&] { starving.call(which, skin); });
+                    struck = failing.struck();
+                }
+                CAPTURE(bits);
+                CAPTURE(which);
+                CAPTURE(k);
+                if (!struck) break;
+                if (!thrown) continue;
+                ++failed;
+                CHECK(message_of(thrown).find("out of memory: ") == 0);
+                CHECK(saved(skin) == before);
+                starving.call(which, skin);
+                CHECK(saved(skin) == after);
+            }
+        }
+    }
+    CHECK(failed > 100);
 }
 
 TEST_CASE("an allocation that fails beside a Vulkan driver's own: the same, and the device works on") {

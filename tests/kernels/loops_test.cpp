@@ -175,7 +175,10 @@ class SingleSkins {
     void press(int pad, const float* pressure) {
         auto& maps = maps_[size_t(pad)];
         std::swap(maps[0], maps[1]);
-        press_[size_t(pad)]->take(pressure, maps[1].data());
+        const size_t width = size_t(streamed_.skin.width()), pitch = size_t(streamed_.skin.pitch);
+        REQUIRE(press_[size_t(pad)]->copy(
+            {.from = pressure, .stride = width, .width = width, .to = maps[1].data(), .pitch = pitch},
+            streamed_.skin.height()));
         float* responses[RESPONSE_MAPS];
         for (size_t r = 0; r < RESPONSE_MAPS; ++r)
             responses[r] = streamed_.wanted[QUANTITY_SA1 + r] ? maps[2 + r].data() : nullptr;
@@ -349,7 +352,8 @@ TEST_CASE("pads of every shape have the bits of single skins whose rows are step
                             single.press(list[i], pressure.data() + i * single.cells());
                         for (auto& batch : batches) {
                             REQUIRE(batch->take(some, pressure.data()));
-                            REQUIRE(batch->press(some, {&dt}) == nullptr);
+                            REQUIRE(batch->prepare(some, {&dt}) == nullptr);
+                            batch->press(some, {&dt});
                             CHECK(single.same(*batch));
                         }
                     }

@@ -164,6 +164,9 @@ template <class K> class Cells {
         });
     }
 
+    // Calls f with the first number of each plane that is saved.
+    template <class F> void each_plane(F f) const { state_.each_plane(f); }
+
     simd::Pool& pool() { return pool_; }
 
   private:

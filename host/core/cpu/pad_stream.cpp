@@ -21,8 +21,6 @@ class PadStream : public plan::Stream {
         : pool_(threads), pads_(s, threads, isa), frame_(s.skin.cells()), counts_(plan::response_counts(s)),
           tables_(s, pads_.elements()), pad_(size_t(s.pads)) {
         for (std::vector<float>& p : pressure_) p = simd::map_of(pad_.size() * pads_.pitch(), 0.0f);
-        if (lists())
-            for (std::vector<float>& f : whole_) f = simd::map_of(pad_.size() * frame_, 0.0f);
         for (size_t r = 0; r < RESPONSE_MAPS; ++r) response_[r] = simd::map_of(pad_.size() * counts_[r], 0.0f);
     }
 
@@ -37,30 +35,33 @@ class PadStream : public plan::Stream {
         return finite;
     }
 
-    void list_moving(const std::vector<unsigned char>& touched, std::vector<int>& list) const override {
-        list.clear();
-        for (size_t pad = 0; pad < pad_.size(); ++pad)
-            if (touched[pad] || !pad_[pad].rests) list.push_back(int(pad));
-    }
+    bool rests(int pad) const override { return pad_[size_t(pad)].rests; }
 
     bool take_cells(const plan::PadList& pads, const float* pressures, const std::vector<size_t>& cells,
                     size_t frame) override {
         if (!lists()) return Stream::take_cells(pads, pressures, cells, frame);
         std::atomic<bool> finite = true;
         run(pads, [&](int, size_t first, size_t last) {
-            for (size_t i = first; i < last; ++i) take_listed(pads[i], pressures + i * cells.size(), finite);
+            for (size_t i = first; i < last; ++i) {
+                const float* own = pressures + i * cells.size();
+                if (!plan::all_finite(own, cells.size())) finite = false;
+                take_listed(pads[i], [&own](size_t) { return *own++; });
+            }
         });
         return finite;
     }
 
-    const double* press(const plan::PadList& pads, const plan::StepLengths& dt, bool answers) override {
+    const double* prepare(const plan::PadList& pads, const plan::StepLengths& dt) override {
         const DefaultFloats guard;
-        if (const double* refused = tables_.fill(pads, dt)) return refused;
+        return tables_.fill(pads, dt);
+    }
+
+    void press(const plan::PadList& pads, const plan::StepLengths&, bool answers) override {
+        const DefaultFloats guard;
         run(pads, [&](int thread, size_t first, size_t last) {
             for (size_t i = first; i < last; i += press_some(pads, i, last, thread, answers)) {
             }
         });
-        return nullptr;
     }
 
     const float* response(Quantity q) override { return response_[size_t(q) - QUANTITY_SA1].data(); }
@@ -71,8 +72,6 @@ class PadStream : public plan::Stream {
             pad_[pad] = {};
             pads_.rest(pads[i]);
             for (auto* p : {&pressure_[0], &pressure_[1]}) clear(*p, pad, pads_.pitch());
-            if (lists())
-                for (auto* p : {&whole_[0], &whole_[1]}) clear(*p, pad, frame_);
             for (size_t r = 0; r < RESPONSE_MAPS; ++r) clear(response_[r], pad, counts_[r]);
         }
     }
@@ -132,31 +131,27 @@ class PadStream : public plan::Stream {
     }
 
     bool lists() const { return !pads_.read_cells().empty(); }
-    // A pad's pressure of width*height on one side.
-    float* frame_of(int pad, int side) {
-        return lists() ? whole_[side].data() + size_t(pad) * frame_ : pressure_of(pad, side);
-    }
     float* pressure_of(int pad, int side) { return pressure_[side].data() + size_t(pad) * pads_.pitch(); }
 
-    // Copies the pressures of listed cells from a pad's frame.
-    void list(int pad, int side) {
-        if (!lists()) return;
-        const float* frame = frame_of(pad, side);
-        std::ranges::transform(pads_.read_cells(), pressure_of(pad, side),
-                               [frame](size_t cell) { return frame[cell]; });
+    // Calls f(number of the cell in a frame, its pressure) for each cell of a pad that is stepped.
+    template <class F> void each_listed(float* pressure, F f) {
+        for (const size_t cell : pads_.read_cells()) f(cell, *pressure++);
     }
 
     void save_one(int pad, char* strains, char* pressure) {
         pads_.save(pad, strains);
-        std::memcpy(pressure, frame_of(pad, pad_[size_t(pad)].from), frame_ * sizeof(float));
+        float* const own = pressure_of(pad, pad_[size_t(pad)].from);
+        if (!lists()) std::memcpy(pressure, own, frame_ * sizeof(float));
+        each_listed(own, [&](size_t cell, const float& p) { std::memcpy(pressure + cell * sizeof p, &p, sizeof p); });
     }
 
     void load_one(int pad, const char* strains, const char* pressure) {
         const int side = pad_[size_t(pad)].from;
         pad_[size_t(pad)] = {.from = side, .rests = false, .stays_at_rest = false};
         pads_.load(pad, strains);
-        std::memcpy(frame_of(pad, side), pressure, frame_ * sizeof(float));
-        list(pad, side);
+        float* const own = pressure_of(pad, side);
+        if (!lists()) std::memcpy(own, pressure, frame_ * sizeof(float));
+        each_listed(own, [&](size_t cell, float& p) { std::memcpy(&p, pressure + cell * sizeof p, sizeof p); });
     }
 
     // Takes the pressures of pads of a list, from place i on. Returns how many.
@@ -164,30 +159,31 @@ class PadStream : public plan::Stream {
                      std::atomic<bool>& finite) {
         const int pad = pads[i];
         Pad& p = pad_[size_t(pad)];
+        if (lists()) {
+            if (!plan::all_finite(pressure, frame_)) finite = false;
+            take_listed(pad, [pressure](size_t cell) { return pressure[cell]; });
+            return 1;
+        }
         p.stays_at_rest = p.rests && plan::all_bits_zero(pressure, frame_);
         if (p.stays_at_rest) return 1;
         const size_t n = alike(pads, i, last, &Pad::rests);
         if (!plan::copy_rows({.from = pressure,
                               .stride = frame_,
                               .width = frame_,
-                              .to = frame_of(pad, 1 - p.from),
-                              .pitch = lists() ? frame_ : pads_.pitch()},
+                              .to = pressure_of(pad, 1 - p.from),
+                              .pitch = pads_.pitch()},
                              0, int(n)))
             finite = false;
-        for (int k = 0; k < int(n); ++k) list(pad + k, 1 - p.from);
         return n;
     }
 
-    // Takes the pressures of a pad's listed cells.
-    void take_listed(int pad, const float* pressure, std::atomic<bool>& finite) {
-        const std::vector<size_t>& cells = pads_.read_cells();
+    // Takes the pressures of the cells of a pad that are stepped, where these are not all. of(cell): of a cell of a
+    // frame, asked for once and in ascending order.
+    template <class Of> void take_listed(int pad, Of of) {
         Pad& p = pad_[size_t(pad)];
-        p.stays_at_rest = p.rests && plan::all_bits_zero(pressure, cells.size());
-        if (p.stays_at_rest) return;
-        if (!plan::all_finite(pressure, cells.size())) finite = false;
-        std::copy_n(pressure, cells.size(), pressure_of(pad, 1 - p.from));
-        float* whole = frame_of(pad, 1 - p.from); // a saved state has whole frames
-        for (size_t k = 0; k < cells.size(); ++k) whole[cells[k]] = pressure[k];
+        float* const to = pressure_of(pad, 1 - p.from);
+        each_listed(to, [&](size_t cell, float& number) { number = of(cell); });
+        p.stays_at_rest = p.rests && plan::all_bits_zero(to, pads_.read_cells().size());
     }
 
     // Presses pads of a list, from place i on. Returns how many.
@@ -222,7 +218,7 @@ class PadStream : public plan::Stream {
     const std::array<size_t, RESPONSE_MAPS> counts_;
     plan::StepTables tables_;
     std::vector<Pad> pad_;
-    std::vector<float> pressure_[2], whole_[2]; // of the cells that are stepped; of whole frames, with sites
+    std::vector<float> pressure_[2]; // of the cells that are stepped
     std::array<std::vector<float>, RESPONSE_MAPS> response_;
 };
 

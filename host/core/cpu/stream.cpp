@@ -25,13 +25,12 @@ FramePress::FramePress(StreamedSkin s, int threads, const simd::Isa& isa)
 
 bool FramePress::press_frames(const plan::FrameStep& step, const float* from, const float* frames, size_t count,
                               bool answers, float* const (&response)[RESPONSE_MAPS], size_t response_pitch) {
-    const DefaultFloats guard;
     if (count > 1 && step.before && *step.before != step.dt) // the first frame has coefficients of its own
         return press_frames(step, from, frames, 1, false, response, response_pitch) &&
                press_frames({step.dt, step.dt}, frames, frames + streamed_.skin.padded_cells(), count - 1, answers,
                             response, response_pitch);
-    double before = step.before.value_or(0);
-    if (tables_.fill({}, {.dt = &step.dt, .before = &before, .bent = step.before.has_value()})) return false;
+    if (!prepare(step)) return false;
+    const DefaultFloats guard;
     const f32::Constants constants = plan::frame_constants(streamed_.skin, *tables_.of(0));
     f32::Constants silent = constants;
     silent.respond = 0;
@@ -55,23 +54,18 @@ bool FramePress::press_frames(const plan::FrameStep& step, const float* from, co
     return true;
 }
 
-bool FramePress::take(const float* numbers, float* to) {
-    const size_t width = size_t(streamed_.skin.width()), pitch = size_t(streamed_.skin.pitch);
-    std::atomic<bool> all = true;
-    const auto some = [&](int first, int last) {
-        if (!plan::copy_rows({.from = numbers, .stride = width, .width = width, .to = to, .pitch = pitch}, first, last))
-            all = false;
-    };
-    cells_.pool().share(streamed_.skin.height(), std::ref(some)); // a reference: nothing is allocated
-    return all;
+bool FramePress::prepare(const plan::FrameStep& step) {
+    const DefaultFloats guard;
+    double before = step.before.value_or(0);
+    return !tables_.fill({}, {.dt = &step.dt, .before = &before, .bent = step.before.has_value()});
 }
 
-bool FramePress::finite(const float* numbers, size_t count) {
+bool FramePress::copy(const plan::PressureCopy& copy, int rows) {
     std::atomic<bool> all = true;
-    const auto some = [&](long long first, long long last) {
-        if (!plan::all_finite(numbers + first, size_t(last - first))) all = false;
+    const auto some = [&](int first, int last) {
+        if (!plan::copy_rows(copy, first, last)) all = false;
     };
-    cells_.pool().share((long long)count, std::ref(some));
+    cells_.pool().share(rows, std::ref(some)); // a reference: nothing is allocated
     return all;
 }
 
@@ -84,7 +78,7 @@ class SkinStream : public plan::Stream {
   public:
     SkinStream(const StreamedSkin& skin, int threads, const simd::Isa& isa)
         : press_(skin, threads, isa), width_(size_t(skin.skin.width())), pitch_(size_t(skin.skin.pitch)),
-          cells_(skin.skin.cells()), planes_(state_layout_of(skin).planes) {
+          cells_(skin.skin.cells()) {
         const bool sites = !skin.skin.description.sites.empty();
         if (sites) {
             sites_.emplace(skin.skin.description.sites, width_);
@@ -105,30 +99,35 @@ class SkinStream : public plan::Stream {
     }
 
     bool take(const plan::PadList& pads, const float* pressure, bool) override {
-        return pads.count == 0 || press_.take(pressure, pressure_[1 - from_].data());
+        return pads.count == 0 || take(pressure, pressure_[1 - from_].data());
     }
 
-    void list_moving(const std::vector<unsigned char>&, std::vector<int>& list) const override { list.assign(1, 0); }
+    bool rests(int) const override { return false; }
 
-    bool finite(const float* numbers, size_t count) override { return press_.finite(numbers, count); }
+    bool copy(const float* numbers, size_t count, float* to) override { // count: whole frames
+        return press_.copy({.from = numbers, .stride = width_, .width = width_, .to = to, .pitch = width_},
+                           int(count / width_));
+    }
 
-    const double* press(const plan::PadList& pads, const plan::StepLengths& dt, bool answers) override {
-        if (pads.count == 0) return nullptr;
-        if (!press_.press_frames(dt.of(pads, 0), pressure(), pressure_[1 - from_].data(), 1, answers, field_, width_))
-            return &dt[0];
+    const double* prepare(const plan::PadList& pads, const plan::StepLengths& dt) override {
+        return pads.count == 0 || press_.prepare(dt.of(pads, 0)) ? nullptr : &dt[0];
+    }
+
+    void press(const plan::PadList& pads, const plan::StepLengths& dt, bool answers) override {
+        if (pads.count == 0) return;
+        (void)press_.press_frames(dt.of(pads, 0), pressure(), pressure_[1 - from_].data(), 1, answers, field_, width_);
         from_ = 1 - from_;
         if (sites_ && answers) sites_->read(std::to_array(field_), response_);
-        return nullptr;
     }
 
-    const double* press_frames(const plan::PadList& pads, const float* frames, size_t count, size_t numbers,
-                               const plan::StepLengths& dt) override {
-        // rows are read from the caller's memory, and up to the pitch
+    void press_frames(const plan::PadList& pads, const float* frames, size_t count, size_t numbers,
+                      const plan::StepLengths& dt) override {
+        // rows are read where they stand, and up to the pitch
         if (pads.count == 0 || width_ != pitch_) return Stream::press_frames(pads, frames, count, numbers, dt);
-        if (!press_.press_frames(dt.of(pads, 0), pressure(), frames, count, true, field_, width_)) return &dt[0];
-        press_.take(frames + (count - 1) * numbers, pressure());
+        (void)press_.press_frames(dt.of(pads, 0), pressure(), frames, count, true, field_, width_);
+        take(frames + (count - 1) * numbers, pressure());
+        dt.taken(pads);
         if (sites_) sites_->read(std::to_array(field_), response_);
-        return nullptr;
     }
 
     const float* response(Quantity q) override { return response_[size_t(q) - QUANTITY_SA1]; }
@@ -144,12 +143,10 @@ class SkinStream : public plan::Stream {
     void save(const plan::PadList& pads, const plan::StateMemory<char>& to) override {
         if (pads.count == 0) return;
         if (held_.empty()) press_.save(to.strains);
-        else {
-            std::vector<char> all(planes_ * cells_ * sizeof(float));
-            press_.save(all.data());
-            each_held(
-                [&](size_t there, size_t here) { std::memcpy(to.strains + there, all.data() + here, sizeof(float)); });
-        }
+        else
+            each_held([at = to.strains](const float* number) mutable {
+                std::memcpy(std::exchange(at, at + sizeof(float)), number, sizeof(float));
+            });
         const size_t row = width_ * sizeof(float);
         for (size_t y = 0; y < cells_ / width_; ++y) std::memcpy(to.pressure + y * row, pressure() + y * pitch_, row);
     }
@@ -157,13 +154,10 @@ class SkinStream : public plan::Stream {
     void load(const plan::PadList& pads, const plan::StateMemory<const char>& from) override {
         if (pads.count == 0) return;
         if (held_.empty()) press_.load(from.strains);
-        else {
-            std::vector<char> all(planes_ * cells_ * sizeof(float)); // nobody reads the other cells
-            each_held([&](size_t there, size_t here) {
-                std::memcpy(all.data() + here, from.strains + there, sizeof(float));
+        else
+            each_held([at = from.strains](float* number) mutable {
+                std::memcpy(number, std::exchange(at, at + sizeof(float)), sizeof(float));
             });
-            press_.load(all.data());
-        }
         const size_t row = width_ * sizeof(float);
         for (size_t y = 0; y < cells_ / width_; ++y) std::memcpy(pressure() + y * pitch_, from.pressure + y * row, row);
     }
@@ -175,18 +169,22 @@ class SkinStream : public plan::Stream {
   private:
     float* pressure() const { return pressure_[from_].data(); } // that the next press starts from
 
-    // Calls f(place in a saved state, place in planes of all cells), in bytes, of each number that a state holds.
+    bool take(const float* frame, float* to) {
+        return press_.copy({.from = frame, .stride = width_, .width = width_, .to = to, .pitch = pitch_},
+                           int(cells_ / width_));
+    }
+    // Calls f with each number that a saved state holds, in its order.
     template <class F> void each_held(F f) const {
-        for (size_t p = 0; p < planes_; ++p)
-            for (size_t i = 0; i < held_.size(); ++i)
-                f((p * held_.size() + i) * sizeof(float), (p * cells_ + held_[i]) * sizeof(float));
+        press_.each_plane([&](float* plane) {
+            for (const size_t cell : held_) f(plane + cell / width_ * pitch_ + cell % width_);
+        });
     }
 
     FramePress press_;
     Plane<float> pressure_[2];
     int from_ = 0;                                          // the side of the pressure that the next press starts from
     std::array<Plane<float>, RESPONSE_MAPS> fields_, felt_; // of cells, and of sites
-    const size_t width_, pitch_, cells_, planes_;
+    const size_t width_, pitch_, cells_;
     std::optional<SitesOfFields> sites_;
     std::vector<size_t> held_; // the cells that sites read; a saved state holds them alone; empty without sites
     float* field_[RESPONSE_MAPS]{};

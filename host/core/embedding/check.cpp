@@ -129,7 +129,8 @@ std::vector<std::vector<float>> SampleStream::expected(const std::vector<std::ve
     for (size_t i = 1; i < pressures.size(); ++i) { // the first pressure is that at rest
         const plan::PadList pads{.count = size_t(streamed_.pads)};
         (void)stream->take(pads, frame(pressures[i]).data());
-        (void)stream->press(pads, steps);
+        (void)stream->prepare(pads, steps); // null: a sample's coefficients fit float
+        stream->press(pads, steps);
         steps.taken(pads);
         std::vector<float>& out = all.emplace_back(layout_.all);
         for (int q = QUANTITY_SA1; q < REDUCED_MAPS; ++q) {

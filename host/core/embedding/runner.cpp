@@ -126,12 +126,6 @@ bool SkinRunner::take(const plan::PadList& pads, const float* pressures, bool by
     return finite;
 }
 
-void SkinRunner::list_moving(const std::vector<unsigned char>& touched, std::vector<int>& list) const {
-    list.clear();
-    for (size_t pad = 0; pad < pads_; ++pad)
-        if (pads_ == 1 || touched[pad] || !pad_[pad].rests) list.push_back(int(pad));
-}
-
 // Lists the pads to press in ascending order, without pads that stay at rest.
 void SkinRunner::sort(const plan::PadList& pads, const plan::StepLengths& dt) {
     listed_.clear();
@@ -150,13 +144,16 @@ template <class F> void SkinRunner::each_part(const plan::PadList& pads, VkDevic
     }
 }
 
-const double* SkinRunner::press(const plan::PadList& all, const plan::StepLengths& dt, bool answers) {
+const double* SkinRunner::prepare(const plan::PadList& pads, const plan::StepLengths& dt) {
+    const DefaultFloats guard;
+    return tables_.fill(pads, dt);
+}
+
+void SkinRunner::press(const plan::PadList& all, const plan::StepLengths& dt, bool answers) {
     const DefaultFloats guard; // a software driver's threads inherit the floating-point environment
-    if (pads_ > 1)
-        if (const double* refused = tables_.fill(all, dt)) return refused;
     sort(all, dt);
     const plan::PadList pads{.ids = numbers_.data(), .count = listed_.size()};
-    if (pads.count == 0) return nullptr;
+    if (pads.count == 0) return;
     const VolkDeviceTable& vk = context_->calls();
     size_t n = std::exchange(recorded_, 0); // if something fails, begin() drops what is recorded
     const int from = (from_ + int(n)) % 2;
@@ -167,10 +164,13 @@ const double* SkinRunner::press(const plan::PadList& all, const plan::StepLength
     });
     recording().barrier();
     const plan::StepLengths steps{.dt = steps_.data(), .each = dt.each, .before = dt.before, .bent = dt.bent};
-    if (!record_press(program_, recording(), bindings_[from], pads, steps, answers)) return &dt[0];
+    (void)record_press(program_, recording(), bindings_[from], pads, steps, answers); // true: prepare() has checked it
     recording().barrier();
     for (size_t i = 0; i < pads.count; ++i) pad_[size_t(pads[i])].rests = false;
-    if (++n < together_ && !answers) return recorded_ = n, nullptr;
+    if (++n < together_ && !answers) {
+        recorded_ = n;
+        return;
+    }
     const bool reads = answers && read_ != plan::Wanted{};
     if (reads) download(commands, pads, read_);
     recording().start();
@@ -180,7 +180,6 @@ const double* SkinRunner::press(const plan::PadList& all, const plan::StepLength
         spread(pads, read_);
     }
     slot_ = 1 - slot_;
-    return nullptr;
 }
 
 template <class F> void SkinRunner::each_response(const plan::PadList& pads, const plan::Wanted& which, F f) const {
@@ -252,7 +251,9 @@ template <class Byte> void SkinRunner::transfer(const plan::PadList& pads, const
     constexpr bool saves = !std::is_const_v<Byte>;
     context_->need_working();
     const VkDeviceSize of_state = program_.memory().state.bytes / pads_, of_pressure = frame_bytes() / pads_;
-    const Buffer staging = on_host(pads.count * (of_state + of_pressure));
+    std::optional<Buffer> own;
+    if (!staging_) own.emplace(on_host(state_bytes(pads.count)));
+    const Buffer& staging = staging_ ? *staging_ : *own;
     const auto move = [&] { // between the staging buffer and the caller's memory
         auto *state = static_cast<float*>(staging.data()), *pressure = state + pads.count * of_state / sizeof(float);
         const auto copy = [](Byte* here, float* there, size_t n) {

@@ -14,13 +14,15 @@ class SkinRunner : public plan::Stream {
     SkinRunner(std::shared_ptr<Context>, const plan::StreamedSkin&);
     // All functions throw Error::device if the device is lost.
     bool take(const plan::PadList&, const float* pressures, bool by_number) override;
-    void list_moving(const std::vector<unsigned char>& touched, std::vector<int>& list) const override;
+    bool rests(int pad) const override { return pads_ > 1 && pad_[size_t(pad)].rests; }
+    const double* prepare(const plan::PadList& pads, const plan::StepLengths& dt) override;
     // A press that does not answer is recorded, and submitted with a later one.
-    const double* press(const plan::PadList&, const plan::StepLengths&, bool answers) override;
+    void press(const plan::PadList&, const plan::StepLengths&, bool answers) override;
     const float* response(Quantity) override;
     void reset(const plan::PadList&) override;
     void save(const plan::PadList&, const plan::StateMemory<char>&) override;
     void load(const plan::PadList&, const plan::StateMemory<const char>&) override;
+    void reserve_states() override { staging_.emplace(on_host(state_bytes(pads_))); }
     void set_elements(const plan::PadList&, const std::vector<plan::Element>&) override;
     bool exact() override;
 
@@ -30,6 +32,9 @@ class SkinRunner : public plan::Stream {
     VkDeviceSize frame_bytes() const { return program_.memory().pressure.bytes; }
     Buffer on_device(const Memory&);
     Buffer on_host(VkDeviceSize bytes); // zeros
+    VkDeviceSize state_bytes(size_t pads) const { // of their states on the device, with the pressures
+        return pads * ((program_.memory().state.bytes + frame_bytes()) / pads_);
+    }
     void fill(Buffer&, const Memory&);
     // Copies states to the caller's memory or, where that is const, from there.
     template <class Byte> void transfer(const plan::PadList&, const plan::StateMemory<Byte>&);
@@ -57,6 +62,7 @@ class SkinRunner : public plan::Stream {
     // A press whose responses nobody reads is not waited for: the next one takes the other upload and recording. They
     // end before what they use.
     Recording recordings_[2];
+    std::optional<Buffer> staging_; // for the states of all pads, if it is kept
     int slot_ = 0;                                        // the upload and the recording that come next
     size_t recorded_ = 0;                                 // the frames of the upload whose presses are recorded
     std::array<std::vector<float>, RESPONSE_MAPS> dense_; // fields of width*height, where the pitch is greater

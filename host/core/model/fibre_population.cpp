@@ -2,6 +2,7 @@
 #include "host/core/model/fibres.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace dermis::plan {
 
@@ -34,7 +35,8 @@ template <class K> void FibrePopulation<K>::set_input(size_t pad, const real* in
 
 template <class K> bool FibrePopulation<K>::prepare(double dt) {
     if (dt == dt_) return true;
-    std::vector<typename K::FibreConstants> all(kinds_.size());
+    std::vector<typename K::FibreConstants>& all = next_;
+    all.resize(kinds_.size());
     size_t most = most_substeps_;
     for (size_t k = 0; dt > 0 && k < kinds_.size(); ++k) {
         if (!fill_fibre_constants<K>(kinds_[k].model, dt, all[k])) return false;
@@ -49,6 +51,15 @@ template <class K> bool FibrePopulation<K>::prepare(double dt) {
     dt_ = dt;
     if (dt > 0) take_constants();
     return true;
+}
+
+template <class K> size_t FibrePopulation<K>::most_spikes(double dt, size_t presses) const {
+    double all = 0;
+    for (const Kind& k : kinds_) { // the spikes of a fibre are at least its refractory time apart
+        const double apart = std::floor(1.01 * dt * double(presses) / k.model.refractory_time) + 1;
+        all += double(k.count) * std::min(apart, double(presses) * double(most_substeps_));
+    }
+    return size_t(std::min(double(pads_) * all, 0x1p62));
 }
 
 template <class K> void FibrePopulation<K>::press(size_t first_pad, size_t pads) {

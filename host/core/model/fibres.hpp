@@ -60,7 +60,8 @@ template <class K> class FibrePopulation {
     void forget_spikes() { fired_ = 0; }
     // The spikes of presses since forget_spikes(): by press, by pad, by fibre, then by time.
     std::span<const FibreFires<real>> spikes() const { return {spikes_.data(), fired_}; }
-    size_t most_spikes() const { return spikes_.size(); } // of a press of all pads
+    // The number of spikes of so many presses of all pads, of at most dt seconds each, is not above this.
+    size_t most_spikes(double dt, size_t presses) const;
 
     void reset(size_t pad);
     // The numbers of a pad's state, fibre by fibre and ending by ending.
@@ -96,6 +97,7 @@ template <class K> class FibrePopulation {
     template <class One> void each_ending(size_t pad, One one) const;
 
     double dt_ = 0;
+    std::vector<typename K::FibreConstants> next_; // of each kind, while prepare() makes them
     std::vector<FibreFires<real>> spikes_;
     size_t fired_ = 0;
 };

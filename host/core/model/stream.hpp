@@ -10,8 +10,9 @@
 
 namespace dermis::plan {
 
-// A batch of pads, skins of one description, that is pressed frame by frame; a single skin is a batch of one. Presses
-// allocate nothing, except where StepTables::fill() says so.
+// A batch of pads, skins of one description, that is pressed frame by frame; a single skin is a batch of one. A press
+// is take() or take_cells(), then prepare(), then press(). The first two change no state; press() refuses and allocates
+// nothing.
 class Stream {
   public:
     virtual ~Stream() = default;
@@ -19,8 +20,6 @@ class Stream {
     // order, or, by_number, of all pads from 0 on. Returns false if a number is not finite; other pressures must then
     // be taken before the next press.
     virtual bool take(const PadList&, const float* pressures, bool by_number = false) = 0;
-    // Lists the pads, ascending, that a press changes where all pads that are not `touched` have a pressure of 0.
-    virtual void list_moving(const std::vector<unsigned char>& touched, std::vector<int>& list) const = 0;
     // The same with the pressures of some cells alone, which are all that the sites read. cells: of a frame of so many
     // cells, ascending.
     virtual bool take_cells(const PadList& pads, const float* pressures, const std::vector<size_t>& cells,
@@ -30,30 +29,39 @@ class Stream {
             for (size_t cell : cells) frames_[i * frame + cell] = *pressures++;
         return take(pads, frames_.data());
     }
-    // Steps the same pads. Pressures run from the pressures of the previous press to the pressures that were taken.
-    // Returns null. If a coefficient of a step does not fit a float, it changes nothing and returns a pointer to
-    // that step. answers: otherwise others follow; its responses need not be computed, and it may wait for them.
-    virtual const double* press(const PadList&, const StepLengths&, bool answers = true) = 0;
-    // Whether all numbers are finite.
-    virtual bool finite(const float* numbers, size_t count) { return all_finite(numbers, count); }
-    // Does take() and press() with each of `count` frames. Only the last press answers. frames: one after another, each
-    // of `numbers` finite numbers.
-    virtual const double* press_frames(const PadList& pads, const float* frames, size_t count, size_t numbers,
-                                       const StepLengths& dt) {
+    // Whether a press of pressures that are all 0 leaves a pad as it is.
+    virtual bool rests(int pad) const = 0;
+    // Makes the coefficients of these pads' steps. Returns null, or a pointer to a step for which a coefficient does
+    // not fit a float.
+    virtual const double* prepare(const PadList&, const StepLengths&) = 0;
+    // Steps the same pads by the same steps. Pressures run from the pressures of the previous press to the pressures
+    // that were taken. answers: otherwise others follow; its responses need not be computed, and it may wait for them.
+    virtual void press(const PadList&, const StepLengths&, bool answers = true) = 0;
+    // Copies numbers. Returns whether all of them are finite.
+    virtual bool copy(const float* numbers, size_t count, float* to) {
+        return copy_rows({.from = numbers, .stride = count, .width = count, .to = to, .pitch = count}, 0, 1);
+    }
+    // Does take(), prepare() and press() with each of `count` frames, whose first step is prepared. Only the last press
+    // answers. frames: the library's memory, one after another, each of `numbers` finite numbers.
+    virtual void press_frames(const PadList& pads, const float* frames, size_t count, size_t numbers,
+                              const StepLengths& dt) {
         for (size_t i = 0; i < count; ++i) {
             take(pads, frames + i * numbers);
-            if (const double* refused = press(pads, dt, i + 1 == count)) return refused;
+            (void)prepare(pads, dt); // null: the steps behind the first one were checked with it
+            press(pads, dt, i + 1 == count);
             dt.taken(pads);
         }
-        return nullptr;
     }
     // The responses of the last press of each pad, fields of width*height or sites in the order given, pad by pad; the
     // same memory, which every press fills again once a response has been asked for.
     virtual const float* response(Quantity) = 0;
     virtual void reset(const PadList&) = 0; // back to skins at rest
-    // Copies the states of pads, laid out by StateLayout, to and from memory of the caller's.
+    // Copies the states of pads, laid out by StateLayout, to and from memory of the caller's. Where there are sites,
+    // the pressure of a cell that no site reads may be any number.
     virtual void save(const PadList&, const StateMemory<char>&) = 0;
     virtual void load(const PadList&, const StateMemory<const char>&) = 0;
+    // Keeps memory in which the states of all pads are copied, so that save() and load() allocate nothing.
+    virtual void reserve_states() {}
     // Gives pads other elements in series, the same number as before; strains are kept.
     virtual void set_elements(const PadList&, const std::vector<Element>&) = 0;
     // Returns whether a test of these very kernels gives the CPU path's bits.

@@ -80,6 +80,7 @@ Shear::Shear(const plan::StreamedSkin& skin, const SkinOptions& options, plan::B
     slope_ = float(skin.skin.constants.thickness / (2 * skin.skin.spacing()));
     layout_ = state_layout_of(own);
     stream_ = backend.stream(own);
+    stream_->reserve_states();
     answers_ = backend.threads() == 0; // a device keeps presses back that need not answer
     felt_.emplace(own);
     springs_.resize(pads_);
@@ -99,6 +100,7 @@ Shear::Shear(const plan::StreamedSkin& skin, const SkinOptions& options, plan::B
     adaptation_ = skin.skin.description.receptors.sa2_adaptation.value_or(0);
     for (std::vector<float>* map : {&sa2_, &stretch_}) map->resize(pads_ * width_ * height_);
     newest_.resize(width_ * height_);
+    make_room_to_read();
 }
 
 // The same pads along x, then along y. It is valid until the next call.
@@ -113,33 +115,45 @@ bool Shear::take(const plan::PadList& pads, const float* tractions, bool by_numb
     return stream_->take(both(pads), tractions, by_number);
 }
 
-const double* Shear::press(const plan::PadList& pads, const plan::StepLengths& dt) {
+// The steps of both(pads). They are valid until the next call.
+plan::StepLengths Shear::both(const plan::PadList& pads, const plan::StepLengths& dt) {
     for (size_t i = 0; dt.each && i < 2 * pads.count; ++i) steps_[i] = dt[i % pads.count];
     for (size_t i = 0; i < pads.count; ++i) {
         const auto pad = size_t(pads[i]);
         before_[pad] = before_[pads_ + pad] = dt.before[pad];
     }
-    const plan::StepLengths own{
-        .dt = dt.each ? steps_.data() : dt.dt, .each = dt.each, .before = before_.data(), .bent = dt.bent};
+    return {.dt = dt.each ? steps_.data() : dt.dt, .each = dt.each, .before = before_.data(), .bent = dt.bent};
+}
+
+const double* Shear::prepare(const plan::PadList& pads, const plan::StepLengths& dt) {
+    if (!any()) return nullptr;
+    const double* refused = stream_->prepare(both(pads), both(pads, dt));
+    return refused && dt.each ? &dt[size_t(refused - steps_.data()) % pads.count] : refused;
+}
+
+void Shear::press(const plan::PadList& pads, const plan::StepLengths& dt) {
+    if (!any()) return;
     is_read_ = false;
     // Strains are read from the states: nothing is to be answered, which takes a third of the time.
-    const double* refused = stream_->press(both(pads), own, answers_);
-    if (refused) return dt.each ? &dt[size_t(refused - steps_.data()) % pads.count] : refused;
+    stream_->press(both(pads), both(pads, dt), answers_);
     if (!sa2_.empty()) step_sa2(pads, dt);
-    return nullptr;
 }
 
 void Shear::take_spring(const plan::PadList& pads, const std::vector<plan::Element>& chain) {
     for (size_t i = 0; i < pads.count; ++i) springs_[size_t(pads[i])] = plan::spring_behind(chain);
 }
 
+void Shear::make_room_to_read() {
+    strains_.resize(2 * pads_ * width_ * height_);
+    planes_.resize(2 * pads_ * layout_.cells * layout_.planes);
+    pressures_.resize(2 * pads_ * width_ * height_);
+}
+
 const float* Shear::strain() {
     if (is_read_) return strains_.data();
     const DefaultFloats guard;
     const size_t cells = width_ * height_, of_state = layout_.cells * layout_.planes;
-    strains_.resize(2 * pads_ * cells);
-    planes_.resize(2 * pads_ * of_state);
-    pressures_.resize(2 * pads_ * cells);
+    make_room_to_read();
     stream_->save({.count = 2 * pads_}, {.strains = reinterpret_cast<char*>(planes_.data()),
                                          .pressure = reinterpret_cast<char*>(pressures_.data()),
                                          .strains_step = of_state * sizeof(float),

@@ -21,8 +21,11 @@ class Shear {
     bool any() const { return stream_ != nullptr; }
     // Copies the next tractions of pads, along x and then along y, as Stream::take() copies pressures.
     bool take(const plan::PadList&, const float* tractions, bool by_number = false);
+    bool rests(int pad) const { return !any() || (stream_->rests(pad) && stream_->rests(int(pads_) + pad)); }
+    // Makes the coefficients of steps, as Stream::prepare() does.
+    const double* prepare(const plan::PadList&, const plan::StepLengths&);
     // Steps pads to the tractions that take() has copied, as Stream::press() steps them to pressures.
-    const double* press(const plan::PadList&, const plan::StepLengths&);
+    void press(const plan::PadList&, const plan::StepLengths&);
     // The shear strain along x of all pads, then along y, read from their states; the same memory.
     const float* strain();
     // Writes stretch_x, stretch_y or stretch_xy of all pads.
@@ -41,6 +44,8 @@ class Shear {
 
   private:
     plan::PadList both(const plan::PadList&);
+    plan::StepLengths both(const plan::PadList&, const plan::StepLengths&);
+    void make_room_to_read();
     void take_spring(const plan::PadList&, const std::vector<plan::Element>&);
     size_t state_of_axis() const { return (layout_.cells * layout_.planes + layout_.pressure) * sizeof(float); }
     size_t state_of_sa2() const { return sa2_.empty() ? 0 : 2 * width_ * height_ * sizeof(float); }

@@ -31,6 +31,7 @@ struct Skin::Impl {
           bent(skin.hold == Hold::parabolic), depth(options.control == Control::depth), last_steps(count),
           pressed(count), strains(depth ? count * cells() : 0), stream(backend.stream(skin)) {
         moving.reserve(count);
+        if (spiking.any() || shear.any()) stream->reserve_states();
         for (const Site& site : description.sites) ++sites_of[size_t(site.type)];
         if (!fields) read = plan::SiteCells(skin.skin, {skin.skin.whole()}, plan::cells_of(description.sites)).cells;
         if (description.surface.kind == Surface::Kind::map) {
@@ -100,6 +101,7 @@ struct Skin::Impl {
     std::array<std::vector<float>, 3> told;      // strain, indentation and curvature, once they are asked for
     const bool bent;                             // under parabolic hold
     const bool depth;                            // presses take depths
+    std::vector<float> taken;                    // copies of the frames of a call
     std::vector<double> last_steps;              // of each pad, s; 0: none, or not known
     std::vector<uint64_t> pressed;               // of each pad: the number of the last list that names it
     uint64_t lists = 0;
@@ -122,8 +124,10 @@ struct Skin::Impl {
     void need_touch(const contact::Touch::Impl&) const;
     void press(const contact::Touch::Impl&, const plan::StepLengths&);
     const float* to_take(const float* numbers, size_t count);
+    void prepare(const plan::PadList&, const plan::StepLengths&, size_t frames = 1);
     void step(const plan::PadList&, const plan::StepLengths&, size_t frame = 0, bool last = true);
     void press_frames(const plan::PadList&, const float*, size_t count, size_t numbers, const plan::StepLengths&);
+    void clear_unread(char* pressure) const;
     std::vector<float> strain_of(int pad) const;
     const std::vector<float>& tell(Quantity);
     // cells: the cells whose pressures are given; empty where the pressures of all cells are given.
@@ -207,7 +211,11 @@ void Skin::Impl::press(const contact::Touch::Impl& touch, const plan::StepLength
     const plan::PadList all{.count = count};
     need_press(count * cells(), dt, all, cells());
     if (spiking.any()) moving.resize(count), std::iota(moving.begin(), moving.end(), 0);
-    else stream->list_moving(touch.touches, moving);
+    else {
+        moving.clear();
+        for (size_t pad = 0; pad < count; ++pad)
+            if (touch.touches[pad] || !stream->rests(int(pad)) || !shear.rests(int(pad))) moving.push_back(int(pad));
+    }
     const plan::PadList pads{.ids = moving.data(), .count = moving.size()};
     (void)stream->take(pads, touch.pressure.data(), true); // true: a Touch has finite pressures
     if (shear.any()) (void)shear.take(pads, touch.traction.data(), true);
@@ -215,13 +223,20 @@ void Skin::Impl::press(const contact::Touch::Impl& touch, const plan::StepLength
     dt.taken(all);
 }
 
+// Does all of a press of so many frames that can fail, before a state changes. Throws Error::bad_input for a step that
+// no press takes.
+void Skin::Impl::prepare(const plan::PadList& pads, const plan::StepLengths& dt, size_t frames) {
+    if (const double* refused = spiking.prepare(pads, dt, frames)) refuse_step_of_fibres(*refused);
+    // Shear has the greater coefficients: it refuses each step that the pressure refuses.
+    if (const double* refused = shear.prepare(pads, dt)) refuse_step(*refused);
+    if (const double* refused = stream->prepare(pads, dt)) refuse_step(*refused);
+}
+
 // Steps pads to the pressures that they have taken, and their fibres. frame: counts the call's. last: also responses.
 void Skin::Impl::step(const plan::PadList& pads, const plan::StepLengths& dt, size_t frame, bool last) {
-    if (const double* refused = spiking.refused(pads, dt)) refuse_step_of_fibres(*refused);
-    // Shear has the greater coefficients: it refuses each step that the pressure refuses.
-    if (shear.any())
-        if (const double* refused = shear.press(pads, dt)) refuse_step(*refused);
-    if (const double* refused = stream->press(pads, dt, last)) refuse_step(*refused);
+    prepare(pads, dt);
+    shear.press(pads, dt);
+    stream->press(pads, dt, last);
     spiking.press(pads, dt, *stream, frame);
     dt.taken(pads);
 }
@@ -236,15 +251,18 @@ const float* Skin::Impl::to_take(const float* numbers, size_t n) {
     return strains.data();
 }
 
-// Does what Stream::press_frames does. Depths, and skins with nerve fibres, are pressed one frame after another.
+// Does what Stream::press_frames does, with a copy of the frames. Depths, and skins with nerve fibres, are pressed one
+// frame after another.
 void Skin::Impl::press_frames(const plan::PadList& pads, const float* frames, size_t n, size_t numbers,
                               const plan::StepLengths& dt) {
-    if (!depth && !spiking.any()) {
-        if (const double* refused = stream->press_frames(pads, frames, n, numbers, dt)) refuse_step(*refused);
-        return dt.taken(pads);
-    }
+    if (numbers == 0) return step(pads, dt); // of no pad
+    scene::need(n <= taken.max_size() / numbers, "count", double(n), "as many frames as memory holds");
+    if (taken.size() < n * numbers) taken = simd::map_of(n * numbers, 0.0f);
+    if (!stream->copy(frames, n * numbers, taken.data())) refuse_pressure(frames, pads, n);
+    prepare(pads, dt, n);
+    if (!depth && !spiking.any()) return stream->press_frames(pads, taken.data(), n, numbers, dt);
     for (size_t i = 0; i < n; ++i) {
-        stream->take(pads, to_take(frames + i * numbers, numbers));
+        stream->take(pads, to_take(taken.data() + i * numbers, numbers));
         step(pads, dt, i, spiking.any() || i + 1 == n); // fibres read the state after each step
     }
 }
@@ -263,6 +281,17 @@ void Skin::Impl::refuse_pressure(const float* pressure, const plan::PadList& pad
                                   (frames > 1 ? of + std::to_string(k / pads.count) : ""),
                               "finite numbers");
     scene::refuse(argument, "(a number that was not finite)", "finite numbers");
+}
+
+// Sets the pressures of the cells that no site reads to 0, so that equal skins have equal states, whatever pressed
+// them.
+void Skin::Impl::clear_unread(char* pressure) const {
+    size_t next = 0;
+    for (const size_t cell : read) {
+        std::memset(pressure + next * sizeof(float), 0, (cell - next) * sizeof(float));
+        next = cell + 1;
+    }
+    std::memset(pressure + next * sizeof(float), 0, (cells() - next) * sizeof(float));
 }
 
 // The strain of each cell that a pad's state holds.
@@ -360,7 +389,6 @@ void Skin::press_frames(const float* frames, size_t count, size_t numbers, doubl
     s.need_press(numbers, steps, list, s.cells());
     s.need_shear(false);
     scene::need(count > 0, "count", count, "at least 1 frame");
-    if (!s.stream->finite(frames, count * numbers)) s.refuse_pressure(frames, list, count);
     s.press_frames(list, frames, count, numbers, steps);
 }
 OR_OUT_OF_MEMORY(impl_->needs)
@@ -408,6 +436,7 @@ void Skin::save(void* state, size_t bytes, const Pads& pads) const try {
     const plan::PadList list = s.list_of(pads);
     const plan::StateMemory<char> to = s.saved_state.write(state, bytes, list.count);
     s.stream->save(list, to);
+    for (size_t i = 0; !s.fields && i < list.count; ++i) s.clear_unread(to.pressure_of(i));
     for (size_t i = 0; to.steps && i < list.count; ++i)
         std::memcpy(to.steps + i * sizeof(double), &s.last_steps[size_t(list[i])], sizeof(double));
     for (size_t i = 0; to.fibres && i < list.count; ++i)
@@ -419,7 +448,9 @@ OR_OUT_OF_MEMORY(impl_->needs)
 void Skin::load(const void* state, size_t bytes, const Pads& pads) try {
     Impl& s = *impl_;
     const plan::PadList list = s.list_of(pads);
-    const plan::StateMemory<const char> from = s.saved_state.read(state, bytes, list.count);
+    const char* const given = static_cast<const char*>(state);
+    const std::vector<char> own(given, given + (given ? bytes : 0)); // the caller's memory may change
+    const plan::StateMemory<const char> from = s.saved_state.read(given ? own.data() : nullptr, bytes, list.count);
     s.stream->load(list, from);
     if (from.shear) s.shear.load(list, from.shear);
     for (size_t i = 0; i < list.count; ++i) {
@@ -442,9 +473,9 @@ void Skin::set_material(const Material& material, const Pads& pads) try {
     Material taken = s.description.material; // Copies come first: they allocate, and the rest does not.
     scene::take_elements(taken, material);
     std::vector<Material> copies(s.materials.empty() ? 0 : list.count, material);
+    s.shear.set_elements(list, elements); // first: it copies them
     s.stream->set_elements(list, elements);
     s.spiking.set_elements(list, elements);
-    s.shear.set_elements(list, elements);
     if (copies.empty()) s.description.material = std::move(taken);
     for (size_t i = 0; i < copies.size(); ++i) s.materials[size_t(list[i])] = std::move(copies[i]);
 }

@@ -56,9 +56,14 @@ void Spiking::set_elements(const plan::PadList& pads, const std::vector<plan::El
     }
 }
 
-const double* Spiking::refused(const plan::PadList& pads, const plan::StepLengths& dt) {
-    for (size_t i = 0; any() && i < (dt.each ? pads.count : 1); ++i)
+const double* Spiking::prepare(const plan::PadList& pads, const plan::StepLengths& dt, size_t presses) {
+    if (!any()) return nullptr;
+    double longest = 0;
+    for (size_t i = 0; i < (dt.each ? pads.count : 1); ++i) {
         if (!fibres_->prepare(dt[i])) return &dt[i];
+        longest = std::max(longest, dt[i]);
+    }
+    spikes_.reserve(fibres_->most_spikes(longest, presses));
     return nullptr;
 }
 
@@ -91,10 +96,9 @@ void Spiking::press(const plan::PadList& pads, const plan::StepLengths& dt, plan
     read_inputs(pads, stream);
     for (size_t i = 0, n; i < pads.count; i += n) { // neighbours with the same step at once
         for (n = 1; i + n < pads.count && pads[i + n] == pads[i] + int(n) && dt[i + n] == dt[i];) ++n;
-        (void)fibres_->prepare(dt[i]); // true: it was asked before the press
+        (void)fibres_->prepare(dt[i]); // true: it was asked before, and has made room
         fibres_->press(size_t(pads[i]), n);
     }
-    spikes_.reserve(fibres_->most_spikes());
     for (const auto& s : fibres_->spikes())
         spikes_.push_back({.pad = s.pad, .afferent = s.fibre, .frame = int(frame), .share = s.share});
 }

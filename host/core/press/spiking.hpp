@@ -13,8 +13,9 @@ class Spiking {
     Spiking(const plan::StreamedSkin&, plan::Backend&);
 
     bool any() const { return fibres_ != nullptr; }
-    // Returns null, or a pointer to a step that fibres cannot take. Changes nothing.
-    const double* refused(const plan::PadList&, const plan::StepLengths&);
+    // Makes room for the spikes of so many presses of these steps. Returns null, or a pointer to a step that fibres
+    // cannot take. Changes no state.
+    const double* prepare(const plan::PadList&, const plan::StepLengths&, size_t presses = 1);
     // Takes the pressures that were pressed last as the inputs at the end of the step, and steps the fibres of these
     // pads. frame: counts the frames of a call; the first one forgets the spikes of the call before.
     void press(const plan::PadList&, const plan::StepLengths&, plan::Stream&, size_t frame = 0);

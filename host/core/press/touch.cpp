@@ -19,18 +19,16 @@ Pose pose_of(const Poses& p, size_t pad) {
                              numbers_of(p.rotation, p.rotation_step, pad));
 }
 
-bool has_force(const Contacts& c, size_t i) {
-    const double* force = numbers_of(c.force, c.force_step, i);
-    return force[0] != 0 || force[1] != 0 || force[2] != 0;
-}
-
-WorldContact contact_of(const Contacts& c, size_t i) {
+// Copies the numbers of contact i.
+Listed copied(const Contacts& c, size_t i) {
     const double *place = numbers_of(c.position, c.position_step, i), *force = numbers_of(c.force, c.force_step, i);
-    WorldContact made;
-    std::copy_n(place, 3, made.position.begin());
-    std::copy_n(force, 3, made.direction.begin());
-    made.force = std::sqrt(force[0] * force[0] + force[1] * force[1] + force[2] * force[2]);
-    if (c.radius) made.radius = c.radius[i * c.radius_step];
+    Listed made{.pad = c.pad[i * c.pad_step], .next = -1, .ball = 0, .contact = {}};
+    std::copy_n(place, 3, made.contact.position.begin());
+    std::copy_n(force, 3, made.contact.direction.begin());
+    const auto [x, y, z] = made.contact.direction;
+    made.contact.force = std::sqrt(x * x + y * y + z * z);
+    if (c.radius) made.contact.radius = c.radius[i * c.radius_step];
+    else made.ball = c.ball[i * c.ball_step];
     return made;
 }
 
@@ -42,10 +40,8 @@ void sum_up(Report& all, const Report& r) {
     all.beside += r.beside, all.too_far += r.too_far, all.turned_away += r.turned_away;
 }
 
-bool is_within(const double* numbers, size_t count, double limit) {
-    for (size_t k = 0; k < count; ++k)
-        if (!(numbers[k] >= -limit && numbers[k] <= limit)) return false;
-    return true;
+bool is_within(const std::array<double, 3>& numbers, double limit) {
+    return std::ranges::all_of(numbers, [limit](double n) { return n >= -limit && n <= limit; });
 }
 
 [[noreturn]] void refuse_contact(size_t i, const char* member, const double* numbers, size_t count,
@@ -84,16 +80,16 @@ void need_arrays(const Poses& poses, const Contacts& c) {
 }
 
 // Throws Error::bad_input where a number of contact i is not allowed.
-void need_contact(const Contacts& c, size_t i, int pads) {
-    const int pad = c.pad[i * c.pad_step];
-    const double *place = numbers_of(c.position, c.position_step, i), *force = numbers_of(c.force, c.force_step, i);
-    if (pad < 0 || pad >= pads)
-        scene::refuse("contacts.pad[" + std::to_string(i) + "]", std::to_string(pad), "0.." + std::to_string(pads - 1));
-    if (!is_within(place, 3, detail::greatest_length)) refuse_contact(i, "position", place, 3, "-1e6..1e6");
-    if (!is_within(force, 3, 1e12)) refuse_contact(i, "force", force, 3, "-1e12..1e12");
-    const double* size = c.radius ? c.radius + i * c.radius_step : c.ball + i * c.ball_step;
-    if (!(*size >= 0 && *size <= detail::greatest_length && (c.radius || *size > 0)))
-        refuse_contact(i, c.radius ? "radius" : "ball", size, 1, c.radius ? "0..1e6" : "above 0, at most 1e6");
+void need_contact(const Listed& c, size_t i, int pads, bool has_radius) {
+    if (c.pad < 0 || c.pad >= pads)
+        scene::refuse("contacts.pad[" + std::to_string(i) + "]", std::to_string(c.pad),
+                      "0.." + std::to_string(pads - 1));
+    const auto &place = c.contact.position, &force = c.contact.direction;
+    if (!is_within(place, detail::greatest_length)) refuse_contact(i, "position", place.data(), 3, "-1e6..1e6");
+    if (!is_within(force, 1e12)) refuse_contact(i, "force", force.data(), 3, "-1e12..1e12");
+    const double& size = has_radius ? c.contact.radius : c.ball;
+    if (!(size >= 0 && size <= detail::greatest_length && (has_radius || size > 0)))
+        refuse_contact(i, has_radius ? "radius" : "ball", &size, 1, has_radius ? "0..1e6" : "above 0, at most 1e6");
 }
 
 // Makes a block hold these cells too.
@@ -110,7 +106,7 @@ void grow(Touch::Block& b, const detail::CellSpan& columns, const detail::CellSp
 Touch::Impl::Impl(const Pad& given, int n, double r, bool shear)
     : shape(checked(given)), count(n), reach(r), cells(size_t(shape.width) * size_t(shape.height)),
       pressure(size_t(n) * cells), traction(shear ? 2 * size_t(n) * cells : 0), reports(size_t(n)), pressed(size_t(n)),
-      touches(size_t(n)), first(size_t(n), -1), last(size_t(n)) {
+      touches(size_t(n)), poses(size_t(n)), first(size_t(n), -1), last(size_t(n)) {
     touched.reserve(size_t(n));
 }
 
@@ -119,21 +115,26 @@ size_t Touch::Impl::number_of(int pad) const {
     return size_t(pad);
 }
 
-// Throws Error::bad_input where add() cannot take something.
-void Touch::Impl::need(const Poses& poses, const Contacts& c) const {
+// Copies the contacts that have a force, and the poses of their pads, and checks the copies, because the caller's
+// memory may change. Throws Error::bad_input where add() cannot take something; no pressure has changed then.
+void Touch::Impl::take(const Poses& given, const Contacts& c) {
+    contacts.clear();
     if (c.count == 0) return;
-    need_arrays(poses, c);
+    need_arrays(given, c);
+    contacts.reserve(c.count);
     double asked = 0;
-    int posed = -1; // the pad whose pose was checked last; -1: no pose has been checked
+    int posed = -1; // the pad with the pose that was checked last; -1: no pose has been checked
     for (size_t i = 0; i < c.count; ++i) {
-        need_contact(c, i, count);
-        if (!has_force(c, i)) continue;
-        const double* force = numbers_of(c.force, c.force_step, i);
-        asked += std::abs(force[0]) + std::abs(force[1]) + std::abs(force[2]);
-        if (const int pad = c.pad[i * c.pad_step]; pad != posed) {
-            refusing([&] { detail::check(pose_of(poses, size_t(pad))); });
-            posed = pad;
-        }
+        const Listed own = copied(c, i);
+        need_contact(own, i, count, c.radius);
+        const auto [x, y, z] = own.contact.direction;
+        if (x == 0 && y == 0 && z == 0) continue;
+        contacts.push_back(own);
+        asked += std::abs(x) + std::abs(y) + std::abs(z);
+        if (own.pad == posed) continue;
+        posed = own.pad;
+        Pose& pose = poses[size_t(posed)] = pose_of(given, size_t(posed));
+        refusing([&] { detail::check(pose); });
     }
     refusing([&] { detail::need_float_pressure(shape, asked); });
 }
@@ -155,14 +156,12 @@ void Touch::Impl::clear() {
 }
 
 // Lists the contacts of each pad in their order.
-void Touch::Impl::list(const Contacts& c) {
-    for (int i = 0; i < int(c.count); ++i) {
-        if (!has_force(c, size_t(i))) continue;
-        const auto pad = size_t(c.pad[size_t(i) * c.pad_step]);
-        if (touches[pad]) next[size_t(last[pad])] = i;
+void Touch::Impl::list() {
+    for (int i = 0; i < int(contacts.size()); ++i) {
+        const auto pad = size_t(contacts[size_t(i)].pad);
+        if (touches[pad]) contacts[size_t(last[pad])].next = i;
         else first[pad] = i, touches[pad] = 1, touched.push_back(int(pad));
         last[pad] = i;
-        next[size_t(i)] = -1;
     }
     if (!std::ranges::is_sorted(touched)) std::ranges::sort(touched);
 }
@@ -177,21 +176,21 @@ Pad Touch::Impl::pad(int number) {
     return own;
 }
 
-// Presses one pad by its contacts.
-Report Touch::Impl::pressed_by(int number, const Poses& poses, const Contacts& c) {
+// Presses one pad by its contacts. modulus: Pa, for contacts that have a ball; 0: each contact has a radius.
+Report Touch::Impl::pressed_by(int number, double modulus) {
     const Pad own = pad(number);
-    const Pose pose = pose_of(poses, size_t(number)).from_middle(own);
+    const Pose pose = poses[size_t(number)].from_middle(own);
     Block& block = pressed[size_t(number)];
     double most = 0;
-    for (int i = first[size_t(number)]; i >= 0; i = next[size_t(i)]) ++most;
+    for (int i = first[size_t(number)]; i >= 0; i = contacts[size_t(i)].next) ++most;
     return detail::press_cells(own, most, [&](const detail::Tile& tile, const auto& press, Report& report) {
-        for (int i = first[size_t(number)]; i >= 0; i = next[size_t(i)]) {
-            const WorldContact contact = contact_of(c, size_t(i));
+        for (int i = first[size_t(number)]; i >= 0; i = contacts[size_t(i)].next) {
+            const auto& [pad_number, next, ball, contact] = contacts[size_t(i)];
             detail::Landing landing;
             if (!detail::land(own, pose, reach, contact, landing, report)) continue;
             Contact& patch = landing.patch;
-            if (c.ball) {
-                const double hertz = std::cbrt(0.75 * patch.force * c.ball[size_t(i) * c.ball_step] / c.modulus);
+            if (modulus > 0) {
+                const double hertz = std::cbrt(0.75 * patch.force * ball / modulus);
                 patch.radius = std::max(hertz, 2 * own.spacing);
             }
             const detail::Disc disc = detail::disc_of(own, patch);
@@ -201,13 +200,6 @@ Report Touch::Impl::pressed_by(int number, const Poses& poses, const Contacts& c
             detail::add(own, landing, contact.force, tile, press, report);
         }
     });
-}
-
-void Touch::Impl::press(const Poses& poses, const Contacts& c) {
-    for (const int number : touched) {
-        reports[size_t(number)] = pressed_by(number, poses, c);
-        sum_up(all, reports[size_t(number)]);
-    }
 }
 
 Touch::Touch(const Pad& shape, int count, double reach, bool shear) try {
@@ -232,11 +224,13 @@ const float* Touch::pressure() const { return impl_->pressure.data(); }
 const Report& Touch::add(const Poses& poses, const Contacts& contacts) try {
     const DefaultFloats guard;
     Impl& s = *impl_;
-    s.need(poses, contacts);
-    if (s.next.size() < contacts.count) s.next.resize(contacts.count);
+    s.take(poses, contacts);
     s.clear();
-    s.list(contacts);
-    s.press(poses, contacts);
+    s.list();
+    for (const int number : s.touched) {
+        s.reports[size_t(number)] = s.pressed_by(number, contacts.modulus);
+        sum_up(s.all, s.reports[size_t(number)]);
+    }
     return s.all;
 }
 OR_OUT_OF_MEMORY("the list of " + std::to_string(contacts.count) + " contacts")

@@ -6,15 +6,22 @@
 
 namespace dermis::contact {
 
+// A contact that was copied: its number of a pad, the next contact of the pad, -1: none, and the radius of its ball, m,
+// 0 where it has a radius.
+struct Listed {
+    int pad, next;
+    double ball;
+    WorldContact contact;
+};
+
 struct Touch::Impl {
     Impl(const Pad& shape, int count, double reach, bool shear);
 
     size_t number_of(int pad) const; // throws Error::bad_input
-    void need(const Poses&, const Contacts&) const;
+    void take(const Poses&, const Contacts&);
     void clear();
-    void list(const Contacts&);
-    void press(const Poses&, const Contacts&);
-    Report pressed_by(int number, const Poses&, const Contacts&);
+    void list();
+    Report pressed_by(int number, double modulus);
     Pad pad(int number);
 
     const Pad shape;
@@ -27,7 +34,9 @@ struct Touch::Impl {
     std::vector<Block> pressed;         // of each pad, the cells that may hold a pressure
     std::vector<int> touched;           // pads with contacts, ascending
     std::vector<unsigned char> touches; // whether a pad is one of them
-    std::vector<int> first, last, next; // the first and the last contact of a pad, -1: none; the pad's next contact
+    std::vector<Pose> poses;            // of each pad with contacts
+    std::vector<Listed> contacts;       // of the last call
+    std::vector<int> first, last;       // the first and the last contact of a pad, where it has some
 };
 
 } // namespace dermis::contact

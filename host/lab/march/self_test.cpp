@@ -86,7 +86,8 @@ void compare_sites(SelfTest::Kernel& kernel, plan::Backend& backend, const TestV
     const std::vector<std::vector<float>> expected = sample.expected(pressures);
     for (size_t i = 0; i < SampleStream::presses; ++i) {
         (void)stream->take({}, sample.frame(pressures[i + 1]).data()); // true: noise is finite
-        (void)stream->press({}, {&SampleStream::dt});                  // true: a sample's coefficients fit float
+        (void)stream->prepare({}, {&SampleStream::dt});                // null: a sample's coefficients fit float
+        stream->press({}, {&SampleStream::dt});
         for (int q = QUANTITY_SA1; q < REDUCED_MAPS; ++q) {
             const plan::ResponseLayout::Range& r = sample.layout().of[size_t(q)];
             const float* response = stream->response(Quantity(q));
