@@ -38,7 +38,9 @@ Columns read_csv(const std::string& path) {
     return columns;
 }
 
-std::vector<double> read_map(const std::string& name) { return scene::read_npy(data(name), 150, 150, name); }
+std::vector<double> read_map(const std::string& name) {
+    return scene::read_map(data(name), 150, 150, name).values.values();
+}
 
 std::string npy_header(const std::string& descr, const std::string& shape, const std::string& order) {
     std::string header = "{'descr': '" + descr + "', 'fortran_order': " + order + ", 'shape': " + shape + ", }";

@@ -66,14 +66,24 @@ struct Texture {
     std::array<double, 2> velocity = {0, 0}; // m/s along x and y, or cells/s; finite
 };
 
-// A recording of a sensor array: frames with a number for each taxel in place of one for each cell. Each taxel's
-// pressure times its area is the force that is spread over the cells, by a B-spline of one spacing (nearest), two
-// (linear) or four (cubic); what would lie beyond the grid is reflected at its border. All taxels lie on the grid.
+// A recording of a sensor array: frames with a number for each taxel in place of one for each cell. The pressure of a
+// taxel is (number - offset)*unit. Times its area it is the force that is spread over the cells, by a B-spline of one
+// spacing (nearest), two (linear) or four (cubic); what would lie beyond the grid is reflected at its border. All
+// taxels lie on the grid.
 struct Taxels {
     enum class Spread { nearest, linear, cubic } spread = Spread::linear;
     double spacing = 0;                    // m from taxel to taxel, without Grid::spacing cells; > 0
     std::array<double, 2> origin = {0, 0}; // m along x and y: where the outer corner of the first taxel lies
-    std::optional<int> columns;            // taxels in a row, 1..16384: Load::path is then a CSV file
+    // Taxels in a row and in a column, 1..16384, both or neither: Load::path is then a CSV file, with a line for each
+    // frame, row by row, and maybe a first line of names. It has `skip` other columns, 0..16384, before the taxels.
+    std::optional<int> columns, rows;
+    int skip = 0;
+    std::optional<double>
+        unit; // Pa, or m of depth, of 1 in the file; required; finite, not 0; Load::intensity is then 1
+    // The number of a taxel at rest, finite; or, if the recording begins at rest, each taxel's in the first frame. One
+    // of them is required unless the first frame is 0 everywhere.
+    std::optional<double> offset;
+    bool first_at_rest = false;
 };
 
 // circular: 1 - r/radius, at least 0, at r cells from the center. linear: 1 - |y - center.y|/radius, at least 0. point:

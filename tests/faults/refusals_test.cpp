@@ -18,9 +18,6 @@ const std::string two = "[grid]\nwidth = 2\nheight = 2\n", units = "[grid]\nspac
 const std::string frames = two + "[load]\nkind = \"sequence\"\npath = \"frames.npy\"\n";
 const std::string chain = "[material]\nelements = [{ modulus = 1, viscosity = 1 }]\n";
 const std::string lengths = units + "[material]\nmodulus = 1\nviscosity = 1\n";
-const std::string list =
-    "; allowed: a first line type,x,y, then lines such as sa1,12,40 (sa1, sa2, fa1, fa2; cells), or "
-    "with grid.spacing type,x_m,y_m and places in m";
 const std::string table = "[load]\nenvelope = \"table\"\n", sine = "[load]\nenvelope = \"sine\"\n";
 const std::string wave = "[surface]\nkind = \"wave\"\n", positive = "; allowed: a finite number > 0";
 const std::string any_finite = "; allowed: a finite number", least_0 = "; allowed: a finite number >= 0";
@@ -32,7 +29,7 @@ void write_files(const Folder& folder) {
     folder.write("head.npy", std::string("\x93NUMPY\1\0\xff\xff", 10));
     folder.write("shape.npy", npy_header("<f8", "2, 2"));
     folder.write("outside.csv", "type,x,y\nsa1,1,1\nfa2,2,0\n");
-    folder.write("head.csv", "x,y,type\n");
+    folder.write("head.csv", "x,y,kind\n");
     folder.write("line.csv", "type,x,y\nsa1,1\n");
     folder.write("none.csv", "type,x,y\n");
 }
@@ -71,10 +68,10 @@ TEST_CASE("what a sequence, an envelope and a time cannot be is refused word for
          {two + "[load]\nkind = \"file\"\npath = \"map.npy\"\nradius = 2",
           "7: load.radius = 2; allowed: only with load.kind \"circular\", \"point\", \"linear\" or \"punch\""},
          {two + "[load]\nkind = \"file\"\npath = \"head.npy\"",
-          "6: load.path = \"{}head.npy\": has a damaged header; allowed: a .npy file of numbers, C order, "
+          "6: load.path = \"{}head.npy\": has a damaged header; allowed: a .npy file of numbers, "
           "shape (2, 2)"},
          {two + "[load]\nkind = \"file\"\npath = \"shape.npy\"",
-          "6: load.path = \"{}shape.npy\": has a damaged header; allowed: a .npy file of numbers, C order, "
+          "6: load.path = \"{}shape.npy\": has a damaged header; allowed: a .npy file of numbers, "
           "shape (2, 2)"},
          {sine + "phase = nan", "3: load.phase = nan" + any_finite},
          {sine + "mean = nan", "3: load.mean = nan" + any_finite},
@@ -147,9 +144,14 @@ TEST_CASE("what receptors and outputs cannot be, and values of another kind, are
     check(
         folder,
         {{sites + "\"outside.csv\"", "4: sites[1] = [2, 0]; allowed: [x, y] with x in 0..1, y in 0..1"},
-         {sites + "\"head.csv\"", "5: sites.path = \"{}head.csv\": begins with x,y,type" + list},
-         {sites + "\"line.csv\"", "5: sites.path = \"{}line.csv\": line 2 is sa1,1" + list},
-         {sites + "\"none.csv\"", "5: sites.path = \"{}none.csv\": holds no receptor" + list},
+         {sites + "\"head.csv\"",
+          "5: sites.path = \"{}head.csv\":1: line = \"x,y,kind\"; allowed: names of columns, type,x,y, or with "
+          "grid.spacing type,x_m,y_m, and id beside them"},
+         {sites + "\"line.csv\"",
+          "5: sites.path = \"{}line.csv\":2: line = \"sa1,1\"; allowed: 3 columns with commas between them, and "
+          "decimals with a point"},
+         {sites + "\"none.csv\"",
+          "5: sites.path = \"{}none.csv\": holds no receptor; allowed: lines such as sa1,12,40 below the names"},
          {units + "[sites.density]\nsa1 = -1", "4: sites.density.sa1 = -1" + least_0},
          {"[grid]\nspacing = 1\n[sites.density]\nsa1 = 1e9",
           "4: sites.density.sa1 = 1e+09; allowed: at most 1e8 receptors of a class"},
@@ -207,7 +209,7 @@ TEST_CASE("a sequence that becomes shorter while it is read is refused word for 
     CHECK(values == std::vector<double>(4, 0));
     std::filesystem::resize_file(path, 100);
     CHECK(refusal(Error::Code::bad_input, [&] { file.read(2, values); }) ==
-          "load.path = \"" + path + "\": is cut short; allowed: a .npy file of numbers, C order, shape (frames, 2, 2)");
+          "load.path = \"" + path + "\": is cut short; allowed: a .npy file of numbers, shape (frames, 2, 2)");
 }
 
 TEST_CASE("what gratings, windows, taxels and textures cannot be is refused word for word") {
@@ -215,18 +217,23 @@ TEST_CASE("what gratings, windows, taxels and textures cannot be is refused word
     write_files(folder);
     const std::string grating = "[load.grating]\n", window = sine + "[load.window]\n",
                       waves = grating + "wavelength = 9\n", taxels = frames + "interval = 0.1\n[load.taxels]\n",
-                      texture = two + "[load.texture]\npath = \"map.npy\"\n";
+                      texture = two + "[load.texture]\npath = \"map.npy\"\n",
+                      unit =
+                          "; allowed: what 1 in the file is, as unit = \"kPa\", \"12 Pa\" for counts of 12 Pa, \"-12 "
+                          "Pa\" for counts that fall with pressure, \"mN\" for the forces of taxels in a grid with "
+                          "spacing; with load.control = \"depth\" as \"mm\"";
     check(
         folder,
         {{grating + "direction = 1", "1: load.grating.wavelength = (not given); allowed: a length > 0"},
          {grating + "wavelength = 0", "2: load.grating.wavelength = 0" + positive},
-         {waves + "direction = nan", "3: load.grating.direction = nan" + any_finite},
-         {waves + "velocity = inf", "3: load.grating.velocity = inf" + any_finite},
+         {waves + "direction = nan", "3: load.grating.direction = nan; allowed: -1e9..1e9"},
+         {waves + "velocity = inf",
+          "3: load.grating.velocity = inf; allowed: at most 1e9 times load.grating.wavelength within time.duration"},
          {waves + "amplitudes = []", "3: load.grating.amplitudes = 0; allowed: 1 to 16 numbers, one for each harmonic"},
          {waves + "amplitudes = [nan]", "3: load.grating.amplitudes = nan" + any_finite},
          {waves + "phases = [1, 2]",
           "3: load.grating.phases = 2; allowed: as many numbers as load.grating.amplitudes, or none"},
-         {waves + "phases = [inf]", "3: load.grating.phases = inf" + any_finite},
+         {waves + "phases = [1e17]", "3: load.grating.phases = 1e+17; allowed: -1e9..1e9"},
          {sine + waves, "2: load.envelope = (given); allowed: a step from t = 0 on with load.grating, which may have a "
                         "window"},
          {frames + "interval = 0.1\n" + waves,
@@ -247,8 +254,28 @@ TEST_CASE("what gratings, windows, taxels and textures cannot be is refused word
           "10: load.taxels.sampling_rate = 10; allowed: not beside load.interval"},
          {frames + "interval = 0.1\n[load.texture]\npath = \"map.npy\"",
           "8: load.texture = (given); allowed: none with load.kind = \"sequence\""},
+         {taxels + "spacing = 1\nrows = 2", "8: load.taxels.columns = (not given); allowed: a number of taxels, as "
+                                            "rows = 4 and columns = 4, required with "
+                                            "a CSV file"},
+         {taxels + "spacing = 1\nskip = 2",
+          "10: load.taxels.skip = 2; allowed: columns before the taxels of a CSV file, 0..16384"},
+         {taxels + "spacing = 1", "8: load.taxels.unit = (not given)" + unit},
+         {taxels + "spacing = 1\nunit = \"kg\"", "10: load.taxels.unit = \"kg\"" + unit},
+         {taxels + "spacing = 1\nunit = \"mN\"", "10: load.taxels.unit = \"mN\"" + unit}, // per area of nothing
+         {taxels + "spacing = 1\nunit = 0", "10: load.taxels.unit = 0; allowed: a finite number other than 0"},
+         {taxels + "spacing = 1\nunit = 1\noffset = \"rest\"",
+          "11: load.taxels.offset = \"rest\"; allowed: a number, or \"first\""},
+         {taxels + "spacing = 1\nunit = 1\noffset = nan",
+          "11: load.taxels.offset = nan; allowed: a finite number, and none beside first_at_rest"},
+         {frames + "interval = 0.1\nintensity = 2\n[load.taxels]\nspacing = 1\nunit = 1",
+          "8: load.intensity = 2; allowed: 1, or not given, beside load.taxels.unit"},
          {texture + "spacing = 0", "6: load.texture.spacing = 0" + positive},
-         {texture + "velocity = [0, inf]", "6: load.texture.velocity = inf" + any_finite}});
+         {texture + "spacing = 1e-9", "6: load.texture.spacing = 1e-09; allowed: at least 9.765625e-04, the spacing of "
+                                      "the grid over 1024"},
+         {texture + "velocity = [1e300, 0]", "6: load.texture.velocity = 1e+300; allowed: at most 1e9 times "
+                                             "load.texture.spacing within time.duration"},
+         {texture + "velocity = [0, inf]", "6: load.texture.velocity = inf; allowed: at most 1e9 times "
+                                           "load.texture.spacing within time.duration"}});
 }
 
 TEST_CASE("what crests, indenters, several loads and nerve fibres cannot be is refused word for word") {

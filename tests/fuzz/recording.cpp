@@ -11,7 +11,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     Scene s;
     s.grid = {.width = 8, .height = 8, .spacing = {}};
     s.load.path = fuzz::file_of(data, size);
-    s.load.taxels = Taxels{.spacing = 2, .columns = 2};
+    s.load.taxels =
+        Taxels{.spacing = 2, .columns = 2, .rows = 2, .skip = size % 2 ? 1 : 0, .unit = -0.5, .first_at_rest = true};
     fuzz::taken([&] {
         const auto frames = scene::taxel_frames(s);
         std::vector<double> map;

@@ -347,10 +347,11 @@ TEST_CASE("dermis fit refuses bad data with line, value and what is allowed") {
         {"time,modulus\n1,2\n2,0\n", "",
          "bad.csv:3: modulus = 0; allowed: a finite number > 0; any finite number with"},
         {"time,modulus\n1,2\n2,inf\n", "--residual absolute",
-         "bad.csv:3: modulus = \"inf\"; allowed: a finite number\n"},
+         "bad.csv:3: modulus = inf; allowed: a finite number; the line: \"2,inf\"\n"},
         {"time,modulus\n1,2\n-2,1\n", "", "bad.csv:3: time = -2; allowed: a finite number >= 0"},
-        {"time,modulus\n1,2,3\n", "", "bad.csv:2: line = \"1,2,3\"; allowed: two columns with one comma"},
-        {"1,2\n2,1\n", "", "bad.csv:1: first column = \"1\"; allowed: a line of names that begins with time"},
+        {"time,modulus\n1,2,3\n", "",
+         "bad.csv:2: line = \"1,2,3\"; allowed: 2 columns with commas between them, and decimals with a point\n"},
+        {"1,2\n2,1\n", "", "bad.csv:1: first column = 1; allowed: a line of names that begins with time"},
         {"time,force\n1,2\n", "", "bad.csv:1: second column = \"force\"; allowed: modulus (relaxation), compliance or"},
         {"time,modulus\n1,2\n", "--kind creep",
          "second column = \"modulus\"; allowed: compliance or strain with --kind"},
@@ -359,6 +360,9 @@ TEST_CASE("dermis fit refuses bad data with line, value and what is allowed") {
         {"time,strain\n1,2\n", "--stress -1", "--stress = -1; allowed: a finite number > 0"},
         {"time,modulus\n", "", "bad.csv: holds no numbers; allowed: a line of names"},
         {"time,modulus\n1,2\n2,1\n", "", "times = 2 numbers; allowed: at least 5 for 2 elements"},
+        {"time,modulus\n(s),(Pa)\n1,2\n", "",
+         "bad.csv:2: time = \"(s)\"; allowed: a finite number >= 0; names take one line, and units none; the line: "},
+        {"time;modulus\n1,5;2,0\n", "", "bad.csv:1: line = \"time;modulus\"; allowed: 2 columns with commas between"},
         {"time,modulus\n1,2\n", "--elements 9", "--elements"},
         {"time,modulus\n1,2\n", "--kind flow", "--kind"},
     };
@@ -406,8 +410,9 @@ TEST_CASE("dermis fit takes several curves, of histories too, and says why it ta
     CHECK(command(folder, "fit " + a + " --kind creep").err.find("two columns with --stress or --kind") !=
           std::string::npos);
     folder.write("d.csv", "time,strain,stress\n0,0,0\n1,2\n");
-    CHECK(command(folder, "fit " + (folder / "d.csv").string())
-              .err.find("d.csv:3: line = \"1,2\"; allowed: three columns") != std::string::npos);
+    CHECK(
+        command(folder, "fit " + (folder / "d.csv").string()).err.find("d.csv:3: line = \"1,2\"; allowed: 3 columns") !=
+        std::string::npos);
 }
 
 TEST_CASE("a picture of dermis fit that cannot be written is an error, and its table stays") {

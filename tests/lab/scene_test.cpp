@@ -52,7 +52,8 @@ TEST_CASE("every bad scene file is refused with file, line, key, value and allow
     write("long.npy", npy("<f8", "(2, 2)", 33));
     write("wide.npy", npy("<f8", "(2, 3)", 48));
     write("ints.npy", npy("<c8", "(2, 2)", 16));
-    write("fortran.npy", npy("<f8", "(2, 2)", 32, "True"));
+    std::string fields = npy("X", "(2, 2)", 32);
+    write("fields.npy", fields.replace(fields.find("'X'"), 3, "[('p', '<f8')]"));
     write("text.npy", "hello");
     // contradictory headers: readers differ in which one they take
     write("types.npy", npy("<f8', 'descr': '<f4", "(2, 2)", 32));
@@ -188,7 +189,7 @@ TEST_CASE("every bad scene file is refused with file, line, key, value and allow
                               {"long.npy", "goes on"},
                               {"wide.npy", "(2, 3)"},
                               {"ints.npy", "<c8"},
-                              {"fortran.npy", "Fortran"},
+                              {"fields.npy", "holds a structured array; save one of its fields"},
                               {"types.npy", "has the key 'descr' 2 times in its header"},
                               {"orders.npy", "has the key 'fortran_order' 2 times in its header"},
                               {"shapes.npy", "has the key 'shape' 2 times in its header"},
@@ -351,6 +352,42 @@ TEST_CASE("a scene in a string is that of a file, with the same overrides and a 
     CHECK(refusal(Error::Code::bad_input, [&] { Scene::from_string(text); }).find("scene:6: load.path = ") == 0);
     const auto huge = [] { Scene::from_string(std::string((64 << 20) + 1, '\n')); };
     CHECK(refusal(Error::Code::bad_input, huge) == "scene: has 67108865 bytes; allowed: at most 64 MiB");
+    std::filesystem::remove_all(folder());
+}
+
+TEST_CASE("what the parser refuses is told with its key, its line and what helps") {
+    for (auto [toml, says] :
+         {std::pair{
+              "[grid]\nwidth = 4\n[load]\nintensity = 100000000000000000000 # Pa\n",
+              "scene.toml:4:|: load.intensity: |100000000000000000000|; the line: intensity = "
+              "100000000000000000000 # Pa; a number beyond 64 bits needs a decimal point or an exponent, as 1e20"},
+          {"method = \"exact\"\r\n[load]\r\nkind = \"file\"\r\n  path = \"C:\\Users\\x\\map.npy\"\r\n",
+           "scene.toml:4:|: load.path: |; the line: path = \"C:\\Users\\x\\map.npy\"; a backslash in \" \" begins an "
+           "escape: use single quotes, as 'C:\\data', or two backslashes"},
+          {"tolerance = 1e-4x", "scene.toml:1|1e-4x without quotes"},
+          {"[[load]]\nradius = 4\n[[load]]\nradius = 5\nradius = 6",
+           "scene.toml:5:|: load.radius: |; the line: radius = 6"},
+          {"tolerance = \"1\n", "scene.toml:1:|: tolerance: |; the line: tolerance = \"1"},
+          {"[grid\nwidth = 4", "scene.toml:1:|; the line: [grid"}}) {
+        const std::string message = why_refused(toml);
+        std::istringstream parts(says);
+        for (std::string part; std::getline(parts, part, '|');)
+            CHECK_MESSAGE(message.find(part) != std::string::npos, message);
+    }
+    for (const std::string& bytes :
+         {std::string("\xff\xfe[\0g\0", 6), std::string("\xfe\xff\0[\0g", 6), std::string("[\0g\0", 4)}) {
+        const std::string file = write("wide.toml", bytes);
+        CHECK(refusal(Error::Code::bad_input, [&] { Scene::from_file(file); }) ==
+              file + ": is text in UTF-16; allowed: UTF-8, so save it as UTF-8");
+    }
+    std::filesystem::remove_all(folder());
+}
+
+TEST_CASE("too many loads are counted before any of them is checked") {
+    std::string loads = "[[load]]\n[[load]]\nradius = -1\n";
+    for (int i = 0; i < 63; ++i) loads += "[[load]]\n";
+    CHECK(why_refused(loads).find("load = 65; allowed: at most 64 products of a map and an envelope in all") !=
+          std::string::npos);
     std::filesystem::remove_all(folder());
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// labels: device threads
+// labels: device threads command
 // Receptor populations: drawn, read, and answering what the field has in their cells.
+#include "tests/command.hpp"
 #include "tests/support.hpp"
 
 #include <filesystem>
@@ -137,6 +138,31 @@ TEST_CASE("sites or the whole field: by the number of cells that sites and their
           std::string::npos);
 }
 
+TEST_CASE("the receptors of a run are a list of receptors, whatever program has written it again") {
+    const Folder folder;
+    const std::string scene =
+        folder.write("scene.toml",
+                     "preset = \"fingertip\"\n[grid]\nwidth = 40\nheight = 30\nspacing = \"0.25 mm\"\n[time]\nduration "
+                     "= 0.02\n[sites]\ndensity = {}\n[output]\ntraces = []\n");
+    const Outcome o = command(folder, "run " + scene + " --out " + (folder / "out").string());
+    REQUIRE_MESSAGE(o.status == 0, o.err);
+    const Scene s = Scene::from_file(scene);
+    const std::string list = slurp(folder / "out/receptors.csv");
+    const auto same = [&](const std::string& text, const Grid& grid) {
+        const std::vector<Site> read = dermis::scene::read_sites(folder.write("list.csv", text), grid);
+        REQUIRE(read.size() == s.sites.size());
+        for (size_t i = 0; i < read.size(); ++i) {
+            CHECK(int(read[i].type) == int(s.sites[i].type));
+            CHECK(read[i].cell.x == s.sites[i].cell.x);
+            CHECK(read[i].cell.y == s.sites[i].cell.y);
+        }
+    };
+    same(list, s.grid);
+    same(list + "\n\r\n", s.grid);
+    same("\xef\xbb\xbf# from a spreadsheet\r\n" + list, s.grid);
+    same(list, {.width = 40, .height = 30, .spacing = {}}); // its cells
+}
+
 TEST_CASE("a list of receptors is read from a file, and a bad one refused with its line") {
     const auto folder = temporary("sites");
     std::filesystem::create_directories(folder);
@@ -158,13 +184,19 @@ TEST_CASE("a list of receptors is read from a file, and a bad one refused with i
     REQUIRE(s.sites.size() == 2);
     CHECK(int(s.sites[1].type) == int(Quantity::fa2));
     CHECK(s.sites[1].cell.x == 19);
-    for (auto [list, says] : {std::pair{"sa1,3,4\n", "begins with sa1"},
-                              {"type,x,y\nsa1,3\n", "line 2 is sa1,3"},
-                              {"type,x,y\nsa1,1,1\nsa3,3,4\n", "line 3 is sa3"},
-                              {"type,x,y\nsa1,1,1,1\n", "line 2"},
-                              {"type,x,y\n", "no receptor"},
-                              {"type,x_m,y_m\nsa1,1e-3,1e-3\n", "begins with type,x_m,y_m"}, // without a spacing
-                              {"type,x,y\nsa1,20,1\n", "sites[0] = [20, 1]"}})
+    for (auto [list, says] :
+         {std::pair{"sa1,3,4\n", "list.csv\":1: line = \"sa1,3,4\"; allowed: names of columns, type,x,y, or with"},
+          {"type,x,y\nsa1,3\n", "list.csv\":2: line = \"sa1,3\"; allowed: 3 columns with commas"},
+          {"type,x,y\nsa1,1,1\nsa3,3,4\n", ":3: type = \"sa3\"; allowed: sa1, sa2, fa1, fa2; the line: \"sa3,3,4\""},
+          {"type,x,y\nsa1,1,1,1\n", ":2: line = \"sa1,1,1,1\"; allowed: 3 columns"},
+          {"type,x,y\nsa1,1.5,1\n", ":2: x = 1.5; allowed: a cell, a whole number below 1e9"},
+          {"type,x,y\nsa1,1,1e99\n", ":2: y = 1e99; allowed: a cell"},
+          {"type,x,y\nsa1,1,\n", ":2: y = \"\"; allowed: a finite number"},
+          {"type,x,y\n", "no receptor"},
+          {"", "is empty; allowed: names of columns"},
+          {"type,x,y,depth\nsa1,1,1,1\n", ":1: line = \"type,x,y,depth\""},
+          {"type,x_m,y_m\nsa1,1e-3,1e-3\n", ":1: line = \"type,x_m,y_m\""}, // without a spacing
+          {"type,x,y\nsa1,20,1\n", "sites[0] = [20, 1]"}})
         CHECK(refusal(Error::Code::bad_input, [&] { Scene::from_file(scene(list)); }).find(says) != std::string::npos);
     CHECK(refusal(Error::Code::bad_input, [&] {
               Scene::from_file(scene("type,x,y\nsa1,1,1\n", "seed = 3\n"));

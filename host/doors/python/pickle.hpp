@@ -33,7 +33,7 @@ DERMIS_MEMBERS(Envelope::Window, start, rise, until, fall)
 DERMIS_MEMBERS(Envelope, kind, start, rise, frequency, phase, mean, amplitude, length, period, times, values, window)
 DERMIS_MEMBERS(Grating, wavelength, direction, velocity, amplitudes, phases)
 DERMIS_MEMBERS(Texture, map, width, height, spacing, velocity)
-DERMIS_MEMBERS(Taxels, spread, spacing, origin, columns)
+DERMIS_MEMBERS(Taxels, spread, spacing, origin, columns, rows, skip, unit, offset, first_at_rest)
 DERMIS_MEMBERS(Load, kind, center, radius, intensity, map, envelope, path, interval, hold, texture, contact, share,
                length, control, radius_y, ball_radius, taxels, grating)
 DERMIS_MEMBERS(Time, step, duration)

@@ -30,11 +30,15 @@ std::vector<double> smoothed_map(const std::vector<double>& map, const Grid& gri
 
 Map crest_factors(const Scene& s, const std::vector<double>& heights) {
     std::vector<double> sorted = heights, over = heights;
-    const size_t level = size_t((1 - s.load.contact_share) * double(sorted.size() - 1));
-    std::ranges::nth_element(sorted, sorted.begin() + long(level));
-    for (double& v : over) v = std::max(0.0, v - sorted[level]);
-    if (std::ranges::max(over) == 0)
-        refuse("load.contact", "\"crests\"", "\"even\" on a surface of which no cell rises above the others");
+    const auto at = sorted.begin() + long((1 - s.load.contact_share) * double(sorted.size() - 1));
+    std::ranges::nth_element(sorted, at);
+    double level = *at;
+    const double top = std::ranges::max(heights);
+    if (level == top) // more cells share the greatest height: all of them are crests
+        for (level = std::ranges::min(heights); double h : heights)
+            if (h < top) level = std::max(level, h);
+    if (level == top) refuse("load.contact", "\"crests\"", "\"even\" on a flat surface");
+    for (double& v : over) v = std::max(0.0, v - level);
     const std::vector<double> mean = smoothed_map(over, s.grid, *s.load.contact_length / s.grid.spacing.value_or(1));
     for (size_t i = 0; i < over.size(); ++i)
         if (over[i] > 0) over[i] /= mean[i];

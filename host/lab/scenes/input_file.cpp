@@ -3,9 +3,7 @@
 
 #include <cerrno>
 #include <cstring>
-#include <fcntl.h>
 #include <filesystem>
-#include <unistd.h>
 
 namespace dermis::scene {
 
@@ -23,23 +21,24 @@ std::string why_no_file(const std::string& path, uintmax_t most_bytes) {
 }
 
 std::string read_file(const std::string& path, std::string& content, uintmax_t most_bytes) {
-    content.clear();
-    if (std::string why = why_no_file(path, most_bytes); !why.empty()) return why;
-    const auto why_not = [] { return std::string("cannot be read (") + std::strerror(errno) + ")"; };
-    const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-    if (file < 0) return why_not();
-    char part[1 << 14];
-    ssize_t n = 0;
+    std::ifstream in;
+    if (std::string why = open_file(path, in, most_bytes); !why.empty()) return why;
     try {
-        while ((n = ::read(file, part, sizeof part)) > 0 || (n < 0 && errno == EINTR))
-            if (n > 0) content.append(part, size_t(n));
-    } catch (...) {
-        ::close(file);
-        throw;
+        content.assign(std::istreambuf_iterator<char>(in), {});
+    } catch (const std::ios::failure& e) {
+        return std::string("cannot be read (") + e.what() + ")";
     }
-    const std::string why = n == 0 ? "" : why_not();
-    ::close(file);
-    return why;
+    return "";
+}
+
+std::string open_file(const std::string& path, std::ifstream& in, uintmax_t most_bytes) {
+    if (std::string why = why_no_file(path, most_bytes); !why.empty()) return why;
+    errno = 0;
+    in.open(path, std::ios::binary);
+    if (!in && errno == ENOMEM) throw std::bad_alloc();
+    if (!in) return std::string("cannot be read (") + std::strerror(errno) + ")";
+    in.exceptions(std::ios::badbit);
+    return "";
 }
 
 bool read_bytes(std::istream& in, char* to, std::streamsize bytes) {

@@ -3,7 +3,8 @@
 #pragma once
 
 #include <cstdint>
-#include <istream>
+#include <cstdint>
+#include <fstream>
 #include <string>
 
 namespace dermis::scene {
@@ -14,6 +15,9 @@ std::string why_no_file(const std::string& path, uintmax_t most_bytes = UINTMAX_
 
 // Reads a whole regular file of at most `most_bytes`. Returns the reason where that fails, and nothing otherwise.
 std::string read_file(const std::string& path, std::string& content, uintmax_t most_bytes = UINTMAX_MAX);
+
+// Opens a regular file of at most `most_bytes` in a stream that throws. Returns the reason where that fails.
+std::string open_file(const std::string& path, std::ifstream& in, uintmax_t most_bytes = UINTMAX_MAX);
 
 // A stream hides a std::bad_alloc: its data then seem to end. The stream that this returns throws it on.
 template <class Stream> Stream throwing(Stream stream) {

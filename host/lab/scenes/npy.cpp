@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <cerrno>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -108,26 +107,24 @@ NpyFile::NpyFile(const std::string& path, int width, int height, bool sequence, 
     : path_(path), parameter_(parameter), width_(width), cells_(size_t(width) * height), sequence_(sequence) {
     const bool any = width == 0;
     const std::string rows = any ? "1..16384" : std::to_string(height), columns = any ? rows : std::to_string(width);
-    allowed_ = "; allowed: a .npy file of numbers, C order, shape (" + std::string(sequence ? "frames, " : "") + rows +
-               ", " + columns + ")";
-    if (const std::string why = why_no_file(path); !why.empty()) throw error(why + allowed_);
-    errno = 0;
-    in_.open(path, std::ios::binary);
-    if (!in_ && errno == ENOMEM) throw std::bad_alloc();
-    if (in_) in_.exceptions(std::ios::badbit);
-    else throw error(std::string("cannot be read (") + std::strerror(errno) + ")" + allowed_);
+    allowed_ = "; allowed: a .npy file of numbers, shape (" + std::string(sequence ? "frames, " : "") + rows + ", " +
+               columns + ")";
+    if (const std::string why = open_file(path, in_); !why.empty()) throw error(why + allowed_);
     const std::string header = read_header();
     for (const char* key : {"descr", "fortran_order", "shape"})
         if (const int count = count_of(header, key); count > 1)
             throw error("has the key '" + std::string(key) + "' " + std::to_string(count) + " times in its header" +
                         allowed_);
+    if (!value_in(header, "'descr':", '[', ']').empty())
+        throw error("holds a structured array; save one of its fields, as np.save(path, array['p'])" + allowed_);
     const std::string type(value_in(header, "'descr':", '\'', '\'')), shape(value_in(header, "'shape':", '(', ')'));
-    if (type.empty() || shape.empty()) throw error("has a damaged header" + allowed_);
+    by_columns_ = header.find("'fortran_order': True") != std::string::npos;
+    if (type.empty() || shape.empty() || (!by_columns_ && header.find("'fortran_order': False") == std::string::npos))
+        throw error("has a damaged header" + allowed_);
     for (const NumberType& known : number_types)
         if (type.size() == 5 && known.name == type.substr(2, 2)) type_ = &known;
     const bool ordered = type_ && std::string_view(type_->bytes == 1 ? "|<>" : "<>").find(type[1]) != std::string::npos;
-    if (!ordered || header.find("'fortran_order': False") == std::string::npos)
-        throw error("holds " + type + ", or Fortran order" + allowed_);
+    if (!ordered) throw error("holds " + type + allowed_);
     swapped_ = type[1] == '>';
     std::string_view rest = shape;
     long long of_rows = 0, of_columns = 0;
@@ -148,15 +145,28 @@ NpyFile::NpyFile(const std::string& path, int width, int height, bool sequence, 
     if (bytes > expected) throw error("goes on after its last cell" + allowed_);
 }
 
-void NpyFile::read(long long map, std::vector<double>& values) {
-    const size_t each = type_->bytes;
-    values.resize(cells_);
-    raw_.resize(cells_ * each);
-    in_.seekg(first_ + map * std::streamoff(raw_.size()));
-    if (!read_bytes(in_, raw_.data(), std::streamoff(raw_.size()))) throw error("is cut short" + allowed_);
-    for (size_t i = 0; swapped_ && i < raw_.size(); i += each)
+// Reads the bytes of a map, or once those of all maps in the order of Fortran, in which each map is all over the file.
+void NpyFile::read_bytes_of(long long map) {
+    const size_t each = type_->bytes, bytes = cells_ * each * (by_columns_ ? size_t(maps_) : 1);
+    if (by_columns_ && raw_.size() == bytes) return;
+    raw_.resize(bytes);
+    in_.seekg(first_ + (by_columns_ ? 0 : map * std::streamoff(bytes)));
+    if (!read_bytes(in_, raw_.data(), std::streamoff(bytes))) {
+        raw_.clear();
+        throw error("is cut short" + allowed_);
+    }
+    for (size_t i = 0; swapped_ && i < bytes; i += each)
         std::reverse(raw_.begin() + long(i), raw_.begin() + long(i + each));
-    if (type_->name == "f8") std::memcpy(values.data(), raw_.data(), raw_.size());
+}
+
+void NpyFile::read(long long map, std::vector<double>& values) {
+    const size_t each = type_->bytes, width = size_t(width_), rows = cells_ / width, maps = size_t(maps_);
+    read_bytes_of(map);
+    values.resize(cells_);
+    if (by_columns_)
+        for (size_t i = 0; i < cells_; ++i)
+            values[i] = type_->number(raw_.data() + (size_t(map) + maps * (i / width + rows * (i % width))) * each);
+    else if (type_->name == "f8") std::memcpy(values.data(), raw_.data(), raw_.size());
     else if (type_->name == "f4")
         for (size_t i = 0; i < cells_; ++i) values[i] = number_of<float>(raw_.data() + i * each); // in registers
     else
@@ -167,12 +177,6 @@ void NpyFile::read(long long map, std::vector<double>& values) {
         if (!finite(values[i]))
             throw error((sequence_ ? "frame " + std::to_string(map) + ", " : "") + "cell " + cell_text(i, width_) +
                         " is " + shortest(values[i]) + "; allowed: finite numbers");
-}
-
-std::vector<double> read_npy(const std::string& path, int width, int height, const std::string& parameter) {
-    std::vector<double> map;
-    NpyFile(path, width, height, false, parameter).read(0, map);
-    return map;
 }
 
 } // namespace dermis::scene

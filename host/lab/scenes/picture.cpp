@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Maps of any size, from .npy files and pictures.
+#include "host/core/base/memory.hpp"
 #include "host/core/base/refusal.hpp"
 #include "host/lab/scenes/input_file.hpp"
 #include "host/lab/scenes/scene.hpp"
@@ -13,14 +14,34 @@
 namespace dermis::scene {
 namespace {
 
-constexpr int most_pixels = 16384; // along a side
-constexpr std::string_view png = "\x89PNG";
+constexpr int most_pixels = 16384;                                       // along a side
+constexpr double most_bytes = double(most_pixels) * double(most_pixels); // of all pixels: one for each
 
-bool is_picture(const std::string& path) {
-    if (!why_no_file(path).empty()) return false;
-    std::ifstream in(path, std::ios::binary);
-    char start[png.size()] = {};
-    return in.read(start, sizeof start) && std::string_view(start, sizeof start) == png;
+// Returns the kind of a picture by the first bytes of its file, as "PNG"; empty: no picture.
+std::string kind_of(const std::string& path) {
+    char start[4] = {};
+    if (!why_no_file(path).empty() || !std::ifstream(path, std::ios::binary).read(start, sizeof start)) return "";
+    using Bytes = std::string_view;
+    for (auto [bytes, kind] : {std::pair{Bytes("\x89PNG"), "PNG"},
+                               {Bytes("BM"), "BMP"},
+                               {Bytes("\xff\xd8\xff"), "JPEG"},
+                               {Bytes("II*\0", 4), "TIFF"},
+                               {Bytes("MM\0*", 4), "TIFF"},
+                               {Bytes("GIF8"), "GIF"}})
+        if (Bytes(start, sizeof start).starts_with(bytes)) return kind;
+    return "";
+}
+
+// Writes the grey values of pixels with their channels: grey or colours, and the opacity behind them where there are
+// two or four. Returns the first pixel that is not opaque, or how many there are.
+template <class Number> size_t to_grey(const Number* pixel, int channels, std::vector<double>& values) {
+    constexpr auto most = std::numeric_limits<Number>::max();
+    for (size_t i = 0; i < values.size(); ++i, pixel += channels) {
+        if (channels % 2 == 0 && pixel[channels - 1] != most) return i;
+        values[i] = channels < 3 ? pixel[0] : (77 * pixel[0] + 150 * pixel[1] + 29 * pixel[2]) >> 8;
+        values[i] /= most;
+    }
+    return values.size();
 }
 
 FileMap read_picture(const std::string& path, int asked_width, int asked_height, const std::string& parameter) {
@@ -28,7 +49,8 @@ FileMap read_picture(const std::string& path, int asked_width, int asked_height,
     const auto fail = [&](const std::string& what) {
         return Error(Error::Code::bad_input, parameter,
                      parameter + " = \"" + path + "\": " + what + "; allowed: a PNG of " +
-                         (asked_width ? size_text(asked_width, asked_height) : "up to 16384 x 16384") + " pixels");
+                         (asked_width ? size_text(asked_width, asked_height) : "up to 16384 x 16384") +
+                         " opaque pixels of at most " + bytes_text(most_bytes) + " in all");
     };
     std::string content;
     if (const std::string why = read_file(path, content, INT_MAX); !why.empty()) throw fail(why);
@@ -40,22 +62,34 @@ FileMap read_picture(const std::string& path, int asked_width, int asked_height,
     const bool fits =
         asked_width ? width == asked_width && height == asked_height : std::max(width, height) <= most_pixels;
     if (!fits) throw fail("has " + size_text(width, height) + " pixels");
-    const std::unique_ptr<stbi_us, void (*)(void*)> grey(
-        stbi_load_16_from_memory(bytes, size, &width, &height, &channels, 1), stbi_image_free);
-    if (!grey && std::string_view(stbi_failure_reason()) == "outofmem") throw std::bad_alloc();
-    if (!grey) throw fail(std::string("cannot be read (") + stbi_failure_reason() + ")");
+    const bool deep = stbi_is_16_bit_from_memory(bytes, size);
+    const double in_memory = double(width) * height * channels * (deep ? 2 : 1);
+    if (in_memory > most_bytes)
+        throw fail("has " + size_text(width, height) + " pixels of " + bytes_text(in_memory) + " in all");
+    const std::unique_ptr<void, void (*)(void*)> pixels(
+        deep ? static_cast<void*>(stbi_load_16_from_memory(bytes, size, &width, &height, &channels, 0))
+             : stbi_load_from_memory(bytes, size, &width, &height, &channels, 0),
+        stbi_image_free);
+    if (!pixels && std::string_view(stbi_failure_reason()) == "outofmem") throw std::bad_alloc();
+    if (!pixels) throw fail(std::string("cannot be read (") + stbi_failure_reason() + ")");
     FileMap map{.values = {}, .width = width, .height = height, .picture = true};
     std::vector<double>& values = map.values.edit();
     values.resize(size_t(width) * size_t(height));
-    // 8 bits are repeated in 16, so that 255 is 65535.
-    for (size_t i = 0; i < values.size(); ++i) values[i] = grey.get()[i] / 65535.0;
+    const size_t opaque = deep ? to_grey(static_cast<const stbi_us*>(pixels.get()), channels, values)
+                               : to_grey(static_cast<const stbi_uc*>(pixels.get()), channels, values);
+    if (opaque < values.size()) throw fail("is transparent at pixel " + cell_text(opaque, width));
     return map;
 }
 
 } // namespace
 
 FileMap read_map(const std::string& path, int width, int height, const std::string& parameter) {
-    if (is_picture(path)) return read_picture(path, width, height, parameter);
+    const std::string kind = kind_of(path);
+    if (kind == "PNG") return read_picture(path, width, height, parameter);
+    if (!kind.empty())
+        refuse(parameter, "\"" + path + "\", a " + kind,
+               "a .npy file of numbers, or a PNG: save the picture as one, as Pillow's Image.open(..).save(\"..png\") "
+               "does");
     NpyFile file(path, width, height, false, parameter);
     FileMap map{.values = {}, .width = file.width(), .height = file.height()};
     file.read(0, map.values.edit());

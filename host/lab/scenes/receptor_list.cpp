@@ -1,63 +1,43 @@
 // SPDX-License-Identifier: MIT
 // A list of receptors in a file.
-#include "host/lab/scenes/input_file.hpp"
 #include "host/lab/scenes/scene.hpp"
 #include "host/lab/scenes/scene_names.hpp"
+#include "host/lab/scenes/table_file.hpp"
 #include "host/lab/scenes/units.hpp"
 
-#include <sstream>
+#include <algorithm>
 
 namespace dermis::scene {
-namespace {
-
-// Reads the cell behind the class in a line.
-bool read_cell(std::istream& in, Cell& cell) {
-    char comma = 0;
-    return in >> cell.x >> comma >> cell.y && comma == ',';
-}
-bool read_place(std::istream& in, const Grid& grid, Cell& cell) {
-    double x = 0, y = 0;
-    char comma = 0;
-    if (!(in >> x >> comma >> y) || comma != ',') return false;
-    const std::optional<int> column = cell_at(x, grid), row = cell_at(y, grid);
-    if (column && row) cell = {*column, *row};
-    return column && row;
-}
-
-} // namespace
 
 std::vector<Site> read_sites(const std::string& path, const Grid& grid) {
-    const auto fail = [&](const std::string& what) -> Error {
-        return Error(Error::Code::bad_input, "sites.path",
-                     "sites.path = \"" + path + "\": " + what +
-                         "; allowed: a first line type,x,y, then lines such as sa1,12,40 (" + receptor_class_names() +
-                         "; cells), or with grid.spacing type,x_m,y_m and places in m");
+    TableFile file(path, "sites.path");
+    const std::string allowed = "names of columns, type,x,y, or with grid.spacing type,x_m,y_m, and id beside them";
+    if (!file.next()) file.refuse_file("is empty; allowed: " + allowed);
+    const std::vector<std::string> names(file.words().begin(), file.words().end());
+    const auto column = [&](std::string_view name) { return size_t(std::ranges::find(names, name) - names.begin()); };
+    const auto known = [](const std::string& name) {
+        return std::string_view(" id type x y x_m y_m ").find(" " + name + " ") != std::string::npos;
     };
-    std::string content;
-    if (const std::string why = read_file(path, content); !why.empty()) throw fail(why);
+    const bool places = grid.spacing && column("x_m") < names.size();
+    const size_t type = column("type"), columns[] = {column(places ? "x_m" : "x"), column(places ? "y_m" : "y")};
+    if (std::max({type, columns[0], columns[1]}) == names.size() || !std::ranges::all_of(names, known))
+        file.refuse_line(allowed);
     std::vector<Site> sites;
-    std::string line;
-    bool in_metres = false;
-    auto in = throwing(std::istringstream(content));
-    for (int number = 1; std::getline(in, line); ++number) {
-        if (!line.empty() && line.back() == '\r') line.pop_back();
-        if (number == 1) {
-            in_metres = line == "type,x_m,y_m" && grid.spacing;
-            if (line != "type,x,y" && !in_metres) throw fail("begins with " + line);
-            continue;
+    while (file.next()) {
+        file.need_columns(names.size());
+        const std::optional<Quantity> of = value_of<Quantity>(file.words()[type]);
+        if (!of || !is_receptor_class(*of)) file.refuse("type", file.words()[type], receptor_class_names());
+        int cell[2];
+        for (size_t axis = 0; axis < 2; ++axis) {
+            const double at = file.number(columns[axis], names[columns[axis]]);
+            const std::optional<int> found = cell_at(at, places ? grid : Grid{.spacing = 1});
+            if (!found || (!places && at != *found))
+                file.refuse(names[columns[axis]], file.words()[columns[axis]], "a cell, a whole number below 1e9");
+            cell[axis] = *found;
         }
-        auto parts = throwing(std::istringstream(line));
-        std::string type;
-        Site site;
-        std::getline(parts, type, ',');
-        const std::optional<Quantity> known = value_of<Quantity>(type);
-        const bool read = in_metres ? read_place(parts, grid, site.cell) : read_cell(parts, site.cell);
-        if (!known || !is_receptor_class(*known) || !read || parts.peek() != std::istringstream::traits_type::eof())
-            throw fail("line " + std::to_string(number) + " is " + line);
-        site.type = *known;
-        sites.push_back(site);
+        sites.push_back({*of, {cell[0], cell[1]}});
     }
-    if (sites.empty()) throw fail("holds no receptor");
+    if (sites.empty()) file.refuse_file("holds no receptor; allowed: lines such as sa1,12,40 below the names");
     return sites;
 }
 

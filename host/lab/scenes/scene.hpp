@@ -22,7 +22,8 @@ class Frames {
 };
 
 struct NumberType;
-// Reads maps from a .npy file of numbers, C order: integers and floats of any size, of either byte order, and bool.
+// Reads maps from a .npy file of numbers, in the order of C or of Fortran: integers and floats of any size, of either
+// byte order, and bool.
 class NpyFile : public Frames {
   public:
     // The array's shape must be (height, width), or (any, height, width) if `sequence`; a width of 0 takes any two
@@ -37,6 +38,7 @@ class NpyFile : public Frames {
   private:
     Error error(const std::string& what) const;
     std::string read_header();
+    void read_bytes_of(long long map);
 
     std::string path_, parameter_, allowed_;
     int width_;
@@ -44,13 +46,12 @@ class NpyFile : public Frames {
     bool sequence_;
     const NumberType* type_ = nullptr; // of the file's numbers
     bool swapped_ = false;             // whether its bytes are in the other order
+    bool by_columns_ = false;          // whether the array is in the order of Fortran
     long long maps_ = 1;
     std::ifstream in_;
     std::streamoff first_ = 0; // offset of the first map in bytes
     std::string raw_;
 };
-
-std::vector<double> read_npy(const std::string& path, int width, int height, const std::string& parameter);
 
 // A map of any size, up to 16384 x 16384.
 struct FileMap {
@@ -81,7 +82,8 @@ std::shared_ptr<Frames> texture_frames(const Scene&);
 // Opens a recording of taxels and returns its frames, as pressures of cells. Throws Error::bad_input.
 std::shared_ptr<Frames> taxel_frames(const Scene&);
 
-// Reads a list of receptors: lines of type,x,y, or where the grid has a spacing of type,x_m,y_m in m. Throws
+// Reads a list of receptors: a line of names, then for each receptor its type and its cell, x and y, or where the grid
+// has a spacing its place in m, x_m and y_m. Of both, as in receptors.csv, one has to lie in the other. Throws
 // Error::bad_input.
 std::vector<Site> read_sites(const std::string& path, const Grid&);
 

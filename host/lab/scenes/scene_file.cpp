@@ -70,6 +70,25 @@ std::string line_text(const toml::source_region& source) {
     return source.begin.line ? ":" + std::to_string(source.begin.line) : "";
 }
 
+// Returns what the parser said of a text, with the key and the line that it stopped at, and what helps if it is known.
+std::string parser_said(const std::string& text, const toml::parse_error& error) {
+    std::string line, table;
+    auto lines = scene::throwing(std::istringstream(text));
+    for (toml::source_index i = 0; i < error.source().begin.line && std::getline(lines, line); ++i)
+        if (const size_t end = line.find(']'); line.starts_with('[') && end != line.npos)
+            table = line.substr(line.find_first_not_of('['), end - line.find_first_not_of('[')) + ".";
+    line = scene::trimmed(line, " \t\r");
+    const std::string key = scene::trimmed(line.substr(0, line.find('=')));
+    const bool assigns = line.find('=') != line.npos,
+               number = error.description().find("representable") != std::string_view::npos;
+    return (assigns ? table + key + ": " : "") + std::string(error.description()) +
+           "; the line: " + beginning_of(line, 100) +
+           (number ? "; a number beyond 64 bits needs a decimal point or an exponent, as 1e20"
+            : line.find('\\') != line.npos
+                ? "; a backslash in \" \" begins an escape: use single quotes, as 'C:\\data', or two backslashes"
+                : "");
+}
+
 // Names the scene file in the same folder that is nearest to a missing one; returns nothing if none is near.
 std::string nearest_file(const fs::path& missing) {
     std::vector<std::string> files;
@@ -126,6 +145,8 @@ scene::SceneWithFiles scene::read_scene(const SceneText& source, const std::vect
     const DefaultFloats guard; // the numbers of a text depend on it too
     const auto& [text, name, folder] = source;
     toml::table file;
+    if (text.starts_with("\xff\xfe") || text.starts_with("\xfe\xff") || text.find('\0') < 4)
+        throw Error(Error::Code::bad_input, "", name + ": is text in UTF-16; allowed: UTF-8, so save it as UTF-8");
     if (const Unreadable found = unreadable(text); found.line)
         throw Error(Error::Code::bad_input, "", name + ":" + std::to_string(found.line) + ": " + found.why);
     // The parser is not told the name: it would copy it in functions from which no exception may escape.
@@ -134,7 +155,7 @@ scene::SceneWithFiles scene::read_scene(const SceneText& source, const std::vect
         const toml::source_region& at = parsed.error().source();
         throw Error(Error::Code::bad_input, "",
                     name + line_text(at) + ":" + std::to_string(at.begin.column) + ": " +
-                        std::string(parsed.error().description()));
+                        parser_said(text, parsed.error()));
     }
     file = std::move(parsed).table();
     try {

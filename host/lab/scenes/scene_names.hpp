@@ -43,6 +43,10 @@ template <> struct Names<Taxels::Spread> {
     static constexpr Name<Taxels::Spread> table[] = {
         {Taxels::Spread::nearest, "nearest"}, {Taxels::Spread::linear, "linear"}, {Taxels::Spread::cubic, "cubic"}};
 };
+enum class High { white, black }; // what is high in a picture
+template <> struct Names<High> {
+    static constexpr Name<High> table[] = {{High::white, "white"}, {High::black, "black"}};
+};
 template <> struct Names<Hold> {
     static constexpr Name<Hold> table[] = {{Hold::linear, "linear"}, {Hold::parabolic, "parabolic"}};
 };

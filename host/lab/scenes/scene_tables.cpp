@@ -3,54 +3,10 @@
 #include "dermis/fit.hpp"
 
 #include "host/lab/scenes/curve_file.hpp"
-#include "host/lab/scenes/scene.hpp"
-#include "host/lab/scenes/toml_section.hpp"
+#include "host/lab/scenes/named_maps.hpp"
 
 namespace dermis::scene {
 namespace {
-
-// The folder that paths in a scene file are relative to, maps in memory, maps that have been read, and the files that
-// have been named so far.
-struct PathBase {
-    std::filesystem::path path;
-    const NamedMaps& maps;
-    FileMaps& read;
-    std::vector<std::string>& files;
-    // Returns the path from the working directory, or the name of a map in memory.
-    std::string file(const std::string& name) const {
-        return maps.count(name) ? name : files.emplace_back((path / name).string());
-    }
-    // Returns the map of such a path or name. grid: what its shape must be; null: any.
-    FileMap map(const std::string& file, const Grid* grid, const std::string& parameter) const {
-        const auto fits = [grid](const FileMap& m) {
-            return !grid || (m.width == grid->width && m.height == grid->height);
-        };
-        if (const auto in_memory = maps.find(file); in_memory != maps.end()) {
-            const FileMap& found = in_memory->second;
-            if (!fits(found))
-                refuse(parameter, "array of shape " + shape_text(found.height, found.width),
-                       "shape (height, width) = " + shape_text(grid->height, grid->width));
-            return found;
-        }
-        FileMap& found = read[file];
-        if (found.values.empty() || !fits(found))
-            found = grid ? read_map(file, grid->width, grid->height, parameter) : read_map(file, 0, 0, parameter);
-        return found;
-    }
-    static std::string shape_text(int rows, int columns) {
-        return "(" + std::to_string(rows) + ", " + std::to_string(columns) + ")";
-    }
-};
-
-// Reads the key `path` of a table, which is required with the kinds named in `kinds` and refused with any other.
-// Returns the path from the working directory; empty where there is none.
-std::string path_in(Section& table, bool required, const std::string& kinds, const PathBase& folder) {
-    const auto path = table.text("path");
-    if (required != path.has_value())
-        refuse(table.parameter("path"), path ? "\"" + *path + "\"" : "(not given)",
-               "a .npy file, with " + table.parameter("kind") + " = " + kinds + " and only then");
-    return path ? folder.file(*path) : "";
-}
 
 void read_grid(Section table, Grid& grid) {
     table.whole_number("width", grid.width);
@@ -79,12 +35,8 @@ void need_relief_of_heights(const FileMap& file, const Section& table, const Sur
                    shortest(*surface.relief) + " m would multiply");
 }
 
-void take_map(const std::string& path, std::optional<double> spacing, const Grid& grid, const PathBase& folder,
-              const Section& table, Surface& surface) {
-    if (spacing && !(*spacing > 0 && finite(*spacing)))
-        refuse(table.parameter("spacing"), shortest(*spacing), "a finite number > 0");
-    const std::string parameter = table.parameter("path");
-    const FileMap file = folder.map(path, spacing ? nullptr : &grid, parameter);
+void take_map(const FileMap& file, std::optional<double> spacing, const Grid& grid, const Section& table,
+              Surface& surface) {
     need_relief_of_heights(file, table, surface);
     if (grid.spacing)
         if (const std::optional<double> period = ridge_period_of(file))
@@ -108,7 +60,10 @@ void read_surface(Section table, const Grid& grid, const PathBase& folder, Surfa
     std::optional<double> spacing; // of the file
     table.permit("spacing", map && grid.spacing, "only with kind = \"file\" and grid.spacing");
     table.number("spacing", spacing);
-    if (map) take_map(path, spacing, grid, folder, table, surface);
+    if (spacing && !(*spacing > 0 && finite(*spacing)))
+        refuse(table.parameter("spacing"), shortest(*spacing), "a finite number > 0");
+    const FileMap file = map_in(table, path, spacing ? nullptr : &grid, folder);
+    if (map) take_map(file, spacing, grid, table, surface);
     table.number("ridges", surface.ridges);
     read_length(table, "ridge_period", grid, surface.ridge_period);
     table.number("noise", surface.noise);
@@ -125,7 +80,9 @@ struct NumberOrMap {
         if (!table.has_text(key)) return table.number(key, value);
         const std::string text = *table.text(key);
         if (begins_as_number(text) && !text.ends_with(".npy")) return table.number(key, value);
-        map = folder.map(folder.file(text), &grid, table.parameter(key)).values;
+        const FileMap file = folder.map(folder.file(text), &grid, table.parameter(key));
+        if (file.picture) refuse(table.parameter(key), "\"" + text + "\"", "a number, or a .npy file of numbers");
+        map = file.values;
     }
 };
 
@@ -248,10 +205,8 @@ void read_texture(Section& table, bool given, const Grid& grid, const PathBase& 
     Texture t;
     const auto path = table.text("path");
     if (given && !path) refuse(table.parameter("path"), "(not given)", "a .npy file of two dimensions");
-    if (path) {
-        const FileMap file = folder.map(folder.file(*path), nullptr, table.parameter("path"));
-        t.map = file.values, t.width = file.width, t.height = file.height;
-    }
+    const FileMap file = map_in(table, path ? folder.file(*path) : "", nullptr, folder);
+    t.map = file.values, t.width = file.width, t.height = file.height;
     read_length(table, "spacing", grid, t.spacing);
     std::vector<double> velocity = {t.velocity[0], t.velocity[1]};
     table.list("velocity", velocity, number_in);
@@ -274,12 +229,34 @@ std::array<double, 2> lengths_in(Section& table, const char* key, const Grid& gr
     return {pair[0], pair[1]};
 }
 
+// Reads what 1 in a recording is: a unit, or a number with its unit, of pressure, force or depth.
+void read_unit(Section& table, const Grid& grid, const Load& load, Taxels& t) {
+    if (!table.has_text("unit")) return table.number("unit", t.unit);
+    const std::string text = *table.text("unit"), one = begins_as_number(text) ? text : "1 " + text;
+    const bool depth = load.control == Load::Control::depth;
+    t.unit = number_with_unit(depth ? "load.depth" : "load.intensity", one);
+    if (!t.unit && !depth && grid.spacing)
+        if (const auto force = number_with_unit("load.force", one)) t.unit = *force / (t.spacing * t.spacing);
+    if (!t.unit) refuse(table.parameter("unit"), "\"" + text + "\"", allowed_unit);
+}
+
+void read_offset(Section& table, Taxels& t) {
+    if (!table.has_text("offset")) return table.number("offset", t.offset);
+    const std::string text = *table.text("offset");
+    t.first_at_rest = text == "first";
+    if (!t.first_at_rest) refuse(table.parameter("offset"), "\"" + text + "\"", "a number, or \"first\"");
+}
+
 void read_taxels(Section table, bool given, const Grid& grid, Load& load) {
     Taxels t;
     read_length(table, "spacing", grid, t.spacing);
     t.origin = lengths_in(table, "origin", grid, t.origin);
     table.choice("spread", t.spread);
     table.whole_number("columns", t.columns);
+    table.whole_number("rows", t.rows);
+    table.whole_number("skip", t.skip);
+    read_unit(table, grid, load, t);
+    read_offset(table, t);
     std::optional<double> rate;
     table.number("sampling_rate", rate);
     table.permit("sampling_rate", !load.interval, "not beside load.interval");
@@ -306,7 +283,7 @@ void read_load(Section table, const Grid& grid, const PathBase& folder, Load& lo
     table.choice("kind", load.kind);
     const bool map = load.kind == Load::Kind::map, sequence = load.kind == Load::Kind::sequence;
     load.path = path_in(table, map || sequence, "\"file\" or \"sequence\"", folder);
-    if (map) load.map = folder.map(load.path, &grid, table.parameter("path")).values;
+    load.map = map_in(table, map ? load.path : "", &grid, folder).values;
     table.number("interval", load.interval);
     table.choice("hold", load.hold);
     table.cell("center", grid, load.center);

@@ -1,76 +1,47 @@
 // SPDX-License-Identifier: MIT
 // Recordings of a sensor array: frames with a number for each taxel, spread over the cells of the grid.
 #include "host/core/base/refusal.hpp"
-#include "host/lab/scenes/input_file.hpp"
 #include "host/lab/scenes/scene.hpp"
 #include "host/lab/scenes/spline.hpp"
+#include "host/lab/scenes/table_file.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
+#include <set>
 
 namespace dermis::scene {
 namespace {
 
-// Frames of a CSV file: a line of numbers for each, row by row of taxels. A first line without numbers is skipped.
+// Frames of a CSV file: a line for each, row by row of taxels. The first line may have names.
 class CsvFile : public Frames {
   public:
-    CsvFile(const std::string& path, int columns) : path_(path), columns_(columns) {
-        if (const std::string why = why_no_file(path); !why.empty()) throw error(why);
-        in_ = throwing(std::ifstream(path, std::ios::binary));
-        std::string line;
-        for (std::streamoff at = 0; std::getline(in_, line); at = in_.tellg()) {
-            const bool names = starts_.empty() && line.find_first_of("0123456789") == line.npos;
-            if (!names && !line.empty() && line != "\r") starts_.push_back(at);
-            if (in_.eof()) break;
+    CsvFile(const std::string& path, const Taxels& t) : taxels_(size_t(*t.rows) * size_t(*t.columns)) {
+        const size_t first = size_t(t.skip), end = first + taxels_;
+        const std::string hint = ": " + std::to_string(*t.rows) + " rows of " + std::to_string(*t.columns) +
+                                 " taxels, after load.taxels.skip = " + std::to_string(t.skip) + " others";
+        TableFile file(path, "load.path");
+        for (bool names = true; file.next(); names = false) {
+            file.need_columns(end, hint);
+            if (names && are_names({file.words().begin() + long(first), file.words().end()})) continue;
+            for (size_t i = first; i < end; ++i) numbers_.push_back(file.number(i));
         }
-        if (starts_.empty()) throw error("holds no line of numbers");
-        std::vector<double> first;
-        read_line(0, first);
-        if (first.size() % size_t(columns) != 0)
-            throw error("has " + std::to_string(first.size()) +
-                        " numbers in its first line, no multiple of load.taxels.columns = " + std::to_string(columns));
-        rows_ = int(first.size() / size_t(columns));
+        if (numbers_.empty()) file.refuse_file("holds no line of numbers; allowed: one for each frame");
     }
 
-    int rows() const { return rows_; }
-    long long maps() const override { return (long long)starts_.size(); }
+    long long maps() const override { return (long long)(numbers_.size() / taxels_); }
     void read(long long map, std::vector<double>& values) override {
-        read_line(size_t(map), values);
-        if (values.size() != size_t(rows_) * size_t(columns_))
-            throw error("frame " + std::to_string(map) + " has " + std::to_string(values.size()) +
-                        " numbers, the first has " + std::to_string(size_t(rows_) * size_t(columns_)));
+        const auto first = numbers_.begin() + long(map) * long(taxels_);
+        values.assign(first, first + long(taxels_));
     }
 
   private:
-    void read_line(size_t frame, std::vector<double>& values) {
-        std::string line;
-        in_.clear();
-        in_.seekg(starts_[frame]);
-        std::getline(in_, line);
-        values.clear();
-        for (const char *at = line.data(), *end = at + line.size(); at < end;) {
-            double value = 0;
-            const auto is_text = [](char c) { return c != ' ' && c != '\t' && c != '\r'; };
-            const auto [rest, failed] = std::from_chars(std::find_if(at, end, is_text), end, value);
-            const char* next = std::find_if(rest, end, is_text);
-            if (failed != std::errc() || !finite(value) || (next < end && *next != ','))
-                throw error("frame " + std::to_string(frame) + ", number " + std::to_string(values.size()) +
-                            " is no finite number");
-            values.push_back(value);
-            at = next + 1;
-        }
-    }
-    Error error(const std::string& what) const {
-        return Error(Error::Code::bad_input, "load.path",
-                     "load.path = \"" + path_ + "\": " + what +
-                         "; allowed: a CSV file with a line of numbers for each frame, row by row of taxels");
+    // Whether words are no numbers, and each is there once, as those of a line of units are not.
+    static bool are_names(const std::vector<std::string_view>& words) {
+        return std::ranges::none_of(words, is_number) && std::set(words.begin(), words.end()).size() == words.size();
     }
 
-    std::string path_;
-    int columns_, rows_ = 0;
-    std::ifstream in_;
-    std::vector<std::streamoff> starts_; // of each frame's line
+    size_t taxels_;
+    std::vector<double> numbers_;
 };
 
 // The integral of a B-spline of width 1, 2 or 4 from its beginning to u.
@@ -114,7 +85,8 @@ std::vector<std::vector<Weight>> weights_of(Taxels::Spread spread, int taxels, d
 class Spreading : public Frames {
   public:
     Spreading(const Scene& s, std::shared_ptr<Frames> recording, int columns, int rows)
-        : recording_(std::move(recording)), columns_(size_t(columns)), rows_(size_t(rows)) {
+        : recording_(std::move(recording)), columns_(size_t(columns)), rows_(size_t(rows)),
+          unit_(*s.load.taxels->unit) {
         const Taxels& t = *s.load.taxels;
         const double cell = s.grid.spacing.value_or(1), spacing = t.spacing / cell;
         for (auto [axis, taxels, cells] : {std::tuple{0, columns, s.grid.width}, {1, rows, s.grid.height}}) {
@@ -126,12 +98,21 @@ class Spreading : public Frames {
                            shortest(cells * cell));
             (axis ? down_ : along_) = weights_of(t.spread, taxels, spacing, origin, cells);
         }
+        recording_->read(0, offsets_);
+        for (size_t i = 0; i < offsets_.size() && !t.offset && !t.first_at_rest; ++i)
+            if (offsets_[i] != 0)
+                refuse("load.taxels.offset", "(not given)",
+                       "offset = \"first\" where the first frame is at rest, or offset = 0 or another number at rest: "
+                       "the first frame has " +
+                           shortest(offsets_[i]) + " at taxel " + cell_text(i, columns));
+        if (!t.first_at_rest) offsets_.assign(offsets_.size(), t.offset.value_or(0));
     }
 
     long long maps() const override { return recording_->maps(); }
 
     void read(long long map, std::vector<double>& values) override {
         recording_->read(map, taxels_);
+        for (size_t i = 0; i < taxels_.size(); ++i) taxels_[i] = (taxels_[i] - offsets_[i]) * unit_;
         lines_.assign(rows_ * along_.size(), 0);
         for (size_t r = 0; r < rows_; ++r)
             for (size_t x = 0; x < along_.size(); ++x)
@@ -147,6 +128,8 @@ class Spreading : public Frames {
   private:
     const std::shared_ptr<Frames> recording_;
     const size_t columns_, rows_;
+    const double unit_;
+    std::vector<double> offsets_; // the numbers at rest
     std::vector<std::vector<Weight>> along_, down_;
     std::vector<double> taxels_, lines_;
 };
@@ -154,12 +137,9 @@ class Spreading : public Frames {
 } // namespace
 
 std::shared_ptr<Frames> taxel_frames(const Scene& s) {
-    const std::optional<int>& columns = s.load.taxels->columns;
-    if (columns) {
-        auto file = std::make_shared<CsvFile>(s.load.path, *columns);
-        const int rows = file->rows();
-        return std::make_shared<Spreading>(s, std::move(file), *columns, rows);
-    }
+    const Taxels& t = *s.load.taxels;
+    if (t.columns)
+        return std::make_shared<Spreading>(s, std::make_shared<CsvFile>(s.load.path, t), *t.columns, *t.rows);
     auto file = std::make_shared<NpyFile>(s.load.path, 0, 0, true, "load.path");
     const int width = file->width(), height = file->height();
     return std::make_shared<Spreading>(s, std::move(file), width, height);

@@ -25,6 +25,7 @@ constexpr KeyUnit key_units[] = {
     {" frequency sampling_rate ", "Hz", "0.25 kHz"},
     {" phase phases direction ", "rad", "0.5 rad"},
     {" velocity ", "m/s", "40 mm/s"},
+    {" force ", "N", "5 mN"},
 };
 
 struct Prefix {

@@ -27,6 +27,9 @@ std::optional<double> number_with_unit(const std::string& parameter, const std::
 // What a key of numbers takes, in words.
 std::string allowed_number(const std::string& parameter);
 constexpr char whole_or_length[] = "whole cells, or a length with its unit, as \"3 mm\"";
+constexpr char allowed_unit[] = // of a recording
+    "what 1 in the file is, as unit = \"kPa\", \"12 Pa\" for counts of 12 Pa, \"-12 Pa\" for counts that fall with "
+    "pressure, \"mN\" for the forces of taxels in a grid with spacing; with load.control = \"depth\" as \"mm\"";
 // Returns a length in m; nothing if the text is something else.
 inline std::optional<double> length_with_unit(const std::string& text) { return number_with_unit("spacing", text); }
 // Returns the cell of a row or a column that has a place, m from its beginning; of a place between two cells, the one

@@ -3,6 +3,7 @@
 #include "host/core/base/refusal.hpp"
 #include "host/lab/scenes/checks.hpp"
 #include "host/lab/scenes/scene_names.hpp"
+#include "host/lab/scenes/units.hpp"
 #include "host/lab/scenes/waveform.hpp"
 
 #include <algorithm>
@@ -10,6 +11,8 @@
 
 namespace dermis::scene {
 namespace {
+
+constexpr double farthest = 1e9; // in numbers of a texture, waves or rad: what then is left has seven digits
 
 void check_sequence(const Scene& s) {
     const Load& l = s.load;
@@ -28,8 +31,18 @@ void check_taxels(const Scene& s) {
     if (s.load.kind != Load::Kind::sequence) refuse("load.taxels", "(given)", "only with load.kind = \"sequence\"");
     need_positive("load.taxels.spacing", t.spacing);
     for (double at : t.origin) need_finite("load.taxels.origin", at);
-    const int columns = t.columns.value_or(1);
-    need(columns >= 1 && columns <= 16384, "load.taxels.columns", columns, "1..16384");
+    for (auto [key, n] : {std::pair{"load.taxels.columns", t.columns}, {"load.taxels.rows", t.rows}}) {
+        need(!n || (*n >= 1 && *n <= 16384), key, n.value_or(0), "1..16384");
+        if (!n && (t.columns || t.rows || s.load.path.ends_with(".csv")))
+            refuse(key, "(not given)", "a number of taxels, as rows = 4 and columns = 4, required with a CSV file");
+    }
+    need(t.skip >= 0 && t.skip <= 16384 && (t.columns || !t.skip), "load.taxels.skip", t.skip,
+         "columns before the taxels of a CSV file, 0..16384");
+    if (!t.unit) refuse("load.taxels.unit", "(not given)", allowed_unit);
+    need(finite(*t.unit) && *t.unit != 0, "load.taxels.unit", *t.unit, "a finite number other than 0");
+    need(s.load.intensity == 1, "load.intensity", s.load.intensity, "1, or not given, beside load.taxels.unit");
+    need(!t.offset || (finite(*t.offset) && !t.first_at_rest), "load.taxels.offset", t.offset.value_or(0),
+         "a finite number, and none beside first_at_rest");
 }
 
 // A ball that retreats is another problem, and so is one that goes in beyond its middle.
@@ -106,7 +119,12 @@ void check_texture(Scene& s) {
     need_map("load.texture.path", t.map, {t.width, t.height, {}});
     if (!t.spacing) t.spacing = s.grid.spacing.value_or(1);
     need_positive("load.texture.spacing", *t.spacing);
-    for (double v : t.velocity) need_finite("load.texture.velocity", v);
+    const double least = s.grid.spacing.value_or(1) / 1024;
+    need(*t.spacing >= least, "load.texture.spacing", *t.spacing,
+         "at least " + shortest(least) + ", the spacing of the grid over 1024");
+    for (double v : t.velocity)
+        need(std::abs(v) * s.time.duration <= farthest * *t.spacing, "load.texture.velocity", v,
+             "at most 1e9 times load.texture.spacing within time.duration");
     s.load.interval = s.time.step;
 }
 
@@ -140,14 +158,15 @@ void check_grating(const Scene& s) {
     if (l.envelope.kind != Envelope::Kind::step || l.envelope.start != 0)
         refuse("load.envelope", "(given)", "a step from t = 0 on with load.grating, which may have a window");
     need_positive("load.grating.wavelength", g.wavelength);
-    need_finite("load.grating.direction", g.direction);
-    need_finite("load.grating.velocity", g.velocity);
     need(!g.amplitudes.empty() && g.amplitudes.size() <= 16, "load.grating.amplitudes", double(g.amplitudes.size()),
          "1 to 16 numbers, one for each harmonic");
     need(g.phases.empty() || g.phases.size() == g.amplitudes.size(), "load.grating.phases", double(g.phases.size()),
          "as many numbers as load.grating.amplitudes, or none");
     for (double a : g.amplitudes) need_finite("load.grating.amplitudes", a);
-    for (double phase : g.phases) need_finite("load.grating.phases", phase);
+    for (double phase : g.phases) need(std::abs(phase) <= farthest, "load.grating.phases", phase, "-1e9..1e9");
+    need(std::abs(g.velocity) * s.time.duration <= farthest * g.wavelength, "load.grating.velocity", g.velocity,
+         "at most 1e9 times load.grating.wavelength within time.duration");
+    need(std::abs(g.direction) <= farthest, "load.grating.direction", g.direction, "-1e9..1e9");
     const double steepest = std::max(std::abs(std::cos(g.direction)), std::abs(std::sin(g.direction))),
                  least = 2 * double(g.amplitudes.size()) * steepest * s.grid.spacing.value_or(1);
     need(g.wavelength >= (1 - 1e-12) * least, "load.grating.wavelength", g.wavelength,
@@ -205,7 +224,9 @@ void check_other(Scene s, size_t i, Load& load) try {
 void check_sum(Scene& s) {
     constexpr size_t most_products = 64;
     if (!is_sum(s)) return;
-    const std::string with = s.more_loads.empty() ? " with a grating that moves" : " with several loads";
+    const std::string with = s.more_loads.empty() ? " with a grating that moves" : " with several loads",
+                      allowed = "at most 64 products of a map and an envelope in all";
+    need(s.more_loads.size() < most_products, "load", double(1 + s.more_loads.size()), allowed);
     size_t products = 0;
     for (size_t i = 0; i <= s.more_loads.size(); ++i) {
         if (i > 0) check_other(s, i, s.more_loads[i - 1]);
@@ -214,7 +235,7 @@ void check_sum(Scene& s) {
         if (l.control == Load::Control::depth) refuse(in_list("load.control", i), "\"depth\"", "\"pressure\"" + with);
         products += l.grating && l.grating->velocity != 0 ? 1 + 2 * l.grating->amplitudes.size() : 1;
     }
-    need(products <= most_products, "load", double(products), "at most 64 products of a map and an envelope in all");
+    need(products <= most_products, "load", double(products), allowed);
     if (s.method != Method::exact) refuse("method", std::string("\"") + name(s.method) + "\"", "\"exact\"" + with);
     if (!is_uniform(s.material)) refuse("material", "(a map)", "one for all cells" + with);
     if (follows_stress(s.receptors)) refuse("receptors.follow", "\"stress\"", "\"strain\"" + with);

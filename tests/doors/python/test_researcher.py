@@ -11,7 +11,8 @@ from PIL import Image
 def a_measured_print_with_200_receptors(folder):
     scene = dermis.fingertip(
         grid={"width": 100, "height": 100, "spacing": "0.1 mm"},
-        surface={"kind": "file", "path": folder / "print.png", "spacing": 25.4e-3 / 500, "relief": "60 um"},
+        surface={"kind": "file", "path": folder / "print.png", "high": "white", "spacing": 25.4e-3 / 500,
+                 "relief": "60 um"},
         load={"intensity": "20 kPa", "center": ["5 mm", "5 mm"], "radius": "3 mm"}, time={"duration": 0.2},
         sites={"density": {"sa1": 70, "fa1": 105, "fa2": 25}}, output={"traces": []})
     return dermis.plot(dermis.run(scene), folder / "out")

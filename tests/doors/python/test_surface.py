@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Measured surfaces: pictures and arrays with a spacing of their own."""
+import struct
+import zlib
+
 import dermis
 import numpy as np
 import pytest
@@ -57,8 +60,10 @@ def test_a_picture_is_heights_from_black_to_white_with_its_top_row_first(tmp_pat
     grey[0, 0], grey[8, 11] = 0, most
     Image.fromarray(grey).save(tmp_path / "print.png")
     tables = {"grid": {"width": 12, "height": 9}}
-    maps = dermis.maps(dermis.Scene(tables, surface={"kind": "file", "path": tmp_path / "print.png"}))
+    maps = dermis.maps(dermis.Scene(tables, surface={"kind": "file", "path": tmp_path / "print.png", "high": "white"}))
     np.testing.assert_array_equal(maps["surface"], grey / most)
+    dark = dermis.maps(dermis.Scene(tables, surface={"kind": "file", "path": tmp_path / "print.png", "high": "black"}))
+    np.testing.assert_array_equal(dark["surface"], 1 - grey / most)
     by_hand = dermis.maps(dermis.Scene(tables, surface={"path": grey / most}))
     np.testing.assert_array_equal(maps["rest_curvature"], by_hand["rest_curvature"])
 
@@ -161,5 +166,105 @@ def test_what_has_no_spacing_is_refused_by_name(tmp_path):
     with pytest.raises(dermis.Error, match=r"surface.path = .*cut.png\": cannot be read \(.*\); allowed: a PNG of"):
         scene(1e-4, tmp_path / "cut.png")
     Image.fromarray(np.zeros((3, 4), np.uint8)).save(tmp_path / "small.png")
-    with pytest.raises(dermis.Error, match="small.png\": has 4 x 3 pixels; allowed: a PNG of 80 x 80 pixels"):
+    with pytest.raises(dermis.Error, match="small.png\": has 4 x 3 pixels; allowed: a PNG of 80 x 80 opaque pixels"):
         scene(1e-4, tmp_path / "small.png")
+
+
+def flat(path, **keys):
+    return dermis.maps(dermis.Scene(grid={"width": 5, "height": 4}, surface={"kind": "file", "path": path, **keys}))
+
+
+GREY = np.arange(20, dtype=np.uint8).reshape(4, 5) * 12
+
+
+@pytest.mark.parametrize("table, path", [("surface", "surface"), ("load", "load"), ("load", "load.texture")])
+def test_which_grey_of_a_picture_is_high_is_asked_for(tmp_path, table, path):
+    Image.fromarray(GREY).save(tmp_path / "print.png")
+    np.save(tmp_path / "print.npy", GREY)
+    def read(name, **high):
+        inner = {"path": tmp_path / name, **high}
+        keys = {"texture": inner} if path.endswith("texture") else {"kind": "file", **inner}
+        return dermis.maps(dermis.Scene(grid={"width": 5, "height": 4}, **{table: keys}))
+    with pytest.raises(dermis.Error, match=rf'{path}.high = \(not given\); allowed: high = "white" or high = "black"'):
+        read("print.png")
+    with pytest.raises(dermis.Error, match=f'{path}.high = .grey.; allowed: "black", "white"'):
+        read("print.png", high="grey")
+    with pytest.raises(dermis.Error, match=f"{path}.high = .white.; allowed: only where path is a picture, a PNG"):
+        read("print.npy", high="white")
+    if path == "load":
+        white, black = (read("print.png", high=high)["pressure"] for high in ("white", "black"))
+        np.testing.assert_array_equal(white, GREY / 255)
+        np.testing.assert_array_equal(black, 1 - GREY / 255)
+
+
+def test_the_picture_of_a_material_is_refused(tmp_path):
+    Image.fromarray(GREY).save(tmp_path / "map.png")
+    with pytest.raises(dermis.Error, match="material.modulus = .*map.png.; allowed: a number, or a .npy file of numbers"):
+        dermis.Scene(grid={"width": 5, "height": 4}, material={"modulus": str(tmp_path / "map.png"), "viscosity": 1})
+
+
+@pytest.mark.parametrize("mode", ["LA", "RGBA", "RGB", "1", "P"])
+def test_opaque_pictures_of_any_kind_are_read(tmp_path, mode):
+    grey = (GREY > 100) * np.uint8(255) if mode == "1" else GREY
+    Image.fromarray(grey).convert(mode).save(tmp_path / "print.png")
+    np.testing.assert_array_equal(flat(tmp_path / "print.png", high="white")["surface"], grey / 255)
+
+
+def test_colours_have_the_weights_of_stb(tmp_path):
+    colours = np.random.default_rng(4).integers(0, 256, (4, 5, 3), np.uint8)
+    Image.fromarray(colours).save(tmp_path / "print.png")
+    grey = (colours.astype(int) @ [77, 150, 29]) >> 8
+    np.testing.assert_array_equal(flat(tmp_path / "print.png", high="white")["surface"], grey / 255)
+
+
+@pytest.mark.parametrize("mode", ["LA", "RGBA", "L", "RGB", "P"])
+def test_a_transparent_pixel_is_refused_by_its_place(tmp_path, mode):
+    picture = Image.fromarray(GREY).convert(mode)
+    if mode.endswith("A"):
+        picture.putpixel((3, 2), (7,) * (len(mode) - 1) + (254,))
+        picture.save(tmp_path / "print.png")
+    else:  # a colour that counts as transparent
+        clear = picture.getpixel((3, 2))
+        picture.save(tmp_path / "print.png", transparency=clear)
+    with pytest.raises(dermis.Error, match=r"print.png\": is transparent at pixel \[3, 2\]; allowed: .* opaque pixels"):
+        flat(tmp_path / "print.png", high="white")
+
+
+@pytest.mark.parametrize("kind", ["BMP", "TIFF", "JPEG", "GIF"])
+def test_pictures_of_other_kinds_are_named_and_a_png_is_asked_for(tmp_path, kind):
+    Image.fromarray(GREY).save(tmp_path / "print", format=kind)
+    with pytest.raises(dermis.Error, match=f'surface.path = .*print", a {kind}; allowed: a .npy file of numbers, or a PNG:'):
+        flat(tmp_path / "print", high="white")
+
+
+def chunk(name, data):
+    return len(data).to_bytes(4, "big") + name + data + zlib.crc32(name + data).to_bytes(4, "big")
+
+
+def test_a_picture_of_more_than_268_mb_is_refused_by_its_header(tmp_path):
+    header = struct.pack(">IIBBBBB", 8192, 8192, 16, 6, 0, 0, 0)
+    (tmp_path / "bomb.png").write_bytes(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", b"nothing"))
+    says = r"bomb.png\": has 8192 x 8192 pixels of 537 MB in all; allowed: a PNG of up to 16384 x 16384 opaque pixels of"
+    with pytest.raises(dermis.Error, match=says):  # and not: cannot be read
+        dermis.Scene(load={"texture": {"path": tmp_path / "bomb.png", "high": "white"}})
+
+
+@pytest.mark.parametrize("white", [0.3, 0.7])  # share of the ridges
+def test_all_of_a_flat_crest_touches(white):
+    ridges = (np.arange(80) % 10 < 10 * white) * np.ones((80, 1))
+    maps = dermis.maps(dermis.fingertip(grid={"width": 80, "height": 80, "spacing": 1e-4}, surface={"path": ridges},
+                                        load={"kind": "file", "path": np.ones((80, 80)), "contact": "crests",
+                                              "contact_length": 1e-3}))
+    pressure = maps["pressure"]
+    assert (pressure[ridges == 0] == 0).all() and (pressure[ridges == 1] > 0.5 / white).all()
+    assert pressure.sum() == pytest.approx(6400)
+    with pytest.raises(dermis.Error, match='load.contact = "crests"; allowed: "even" on a flat surface'):
+        dermis.maps(dermis.fingertip(surface={"kind": "flat"}, load={"contact": "crests", "contact_length": 1e-3}))
+
+
+def test_maps_in_the_order_of_fortran_are_read(tmp_path):
+    numbers = np.random.default_rng(2).random((4, 5))
+    for kind in ("<f8", ">f4", "<i2"):
+        stored = (100 * numbers).astype(kind)
+        np.save(tmp_path / "map.npy", np.asfortranarray(stored))
+        np.testing.assert_array_equal(flat(tmp_path / "map.npy")["surface"], stored.astype(float))

@@ -18,11 +18,11 @@ def spline(spread, u):
     return np.where(u < 1, 2 / 3 - u**2 + u**3 / 2, np.maximum(0, 2 - u) ** 3 / 6)
 
 
-def scene(path, spacing=TAXEL, origin=(0, 0), width=80, height=60, load={}, **taxels):
+def scene(path, spacing=TAXEL, origin=(0, 0), width=80, height=60, load={}, output={}, **taxels):
     return dermis.fingertip(grid={"width": width, "height": height, "spacing": CELL},
                             load={"kind": "sequence", "path": path, **({"interval": "10 ms"} | load),
-                                  "taxels": {"spacing": spacing, "origin": list(origin), **taxels}},
-                            time={"step": "5 ms", "duration": 0.1})
+                                  "taxels": {"spacing": spacing, "origin": list(origin), "unit": "Pa", "offset": 0} | taxels},
+                            time={"step": "5 ms", "duration": 0.1}, output=output)
 
 
 def saved(folder, frames, name="recording.npy"):
@@ -76,25 +76,80 @@ def test_a_run_has_the_bits_of_the_same_pressures_on_cells(tmp_path, recording, 
     frames = []
     for n in range(len(recording)):
         frames.append(dermis.maps(scene(saved(tmp_path, recording[n:], f"{n}.npy"), spread=spread))["pressure"])
-    run = dermis.run(scene(saved(tmp_path, recording), spread=spread, load={"intensity": "20 kPa"}))
+    run = dermis.run(scene(saved(tmp_path, recording), spread=spread))
     same = dermis.run(dermis.fingertip(
         grid={"width": 80, "height": 60, "spacing": CELL}, time={"step": "5 ms", "duration": 0.1},
-        load={"kind": "sequence", "path": saved(tmp_path, np.array(frames), "cells.npy"), "interval": "10 ms",
-              "intensity": "20 kPa"}))
+        load={"kind": "sequence", "path": saved(tmp_path, np.array(frames), "cells.npy"), "interval": "10 ms"}))
     for name in same:
         np.testing.assert_array_equal(run[name].mean, same[name].mean)
         np.testing.assert_array_equal(run[name].max, same[name].max)
 
 
-@pytest.mark.parametrize("text", ["{}", "a,b,c\n{}", "{}\n\n"])
+NAMES = ",".join(f"taxel_{i}" for i in range(80))
+
+
+QUOTED = '"' + NAMES.replace(",", '","') + '"'
+
+
+@pytest.mark.parametrize("text", ["{}", NAMES + "\n{}", "{}\n\n", "\ufeff{}", "# of 8 x 10\n" + QUOTED + "\n{}"])
 @pytest.mark.parametrize("line", ["\n", "\r\n"])
 def test_a_csv_file_has_the_bits_of_an_array(tmp_path, recording, text, line):
-    rows = "\n".join(", ".join(repr(float(v)) for v in frame.ravel()) for frame in recording)
+    rows = "\n".join(", ".join(f"{float(v):+}" for v in frame.ravel()) for frame in recording)
     (tmp_path / "recording.csv").write_bytes(text.format(rows).replace("\n", line).encode())
-    by_csv = dermis.run(scene(tmp_path / "recording.csv", columns=10))
+    by_csv = dermis.run(scene(tmp_path / "recording.csv", rows=8, columns=10))
     by_npy = dermis.run(scene(saved(tmp_path, recording)))
     for name in by_npy:
         np.testing.assert_array_equal(by_csv[name].mean, by_npy[name].mean)
+
+
+def test_other_columns_are_left_out_where_they_are_counted(tmp_path, recording):
+    rows = "\n".join(f"{i},2024-05-01 12:00:{i},25.1," + ",".join(map(repr, map(float, frame.ravel())))
+                     for i, frame in enumerate(recording))
+    (tmp_path / "recording.csv").write_text("frame,time,temperature," + NAMES + "\n" + rows)
+    of_csv = dermis.maps(scene(tmp_path / "recording.csv", rows=8, columns=10, skip=3))["pressure"]
+    np.testing.assert_array_equal(of_csv, dermis.maps(scene(saved(tmp_path, recording)))["pressure"])
+    for skip in (0, 2, 4):
+        with pytest.raises(dermis.Error, match=rf"recording.csv\":1: line = .*; allowed: {80 + skip} columns with commas "
+                                               rf"between them, .*: 8 rows of 10 taxels, after load.taxels.skip = {skip}"):
+            scene(tmp_path / "recording.csv", rows=8, columns=10, skip=skip)
+
+
+def test_an_array_in_the_order_of_fortran_has_the_same_bits(tmp_path, recording):
+    for kind in ("<f4", ">f8"):
+        by_c = dermis.run(scene(saved(tmp_path, recording.astype(kind))))
+        by_fortran = dermis.run(scene(saved(tmp_path, np.asfortranarray(recording.astype(kind)))))
+        for name in by_c:
+            np.testing.assert_array_equal(by_fortran[name].mean, by_c[name].mean)
+
+
+@pytest.mark.parametrize("unit, pascal", [("Pa", 1), ("kPa", 1e3), ("12 Pa", 12), ("-2.5 kPa", -2500), (3, 3),
+                                          ("mN", 1e-3 / TAXEL**2), ("-2 mN", -2e-3 / TAXEL**2)])
+def test_numbers_have_a_unit_and_begin_at_their_offset(tmp_path, recording, unit, pascal):
+    later = recording[1:].astype(float)
+    for offset, at_rest in ((0, 0), (0.25, 0.25), ("first", later[0])):
+        run = dermis.run(scene(saved(tmp_path, later), unit=unit, offset=offset))
+        same = dermis.run(scene(saved(tmp_path, pascal * (later - at_rest), "pascal.npy")))
+        for name in same:
+            np.testing.assert_allclose(run[name].mean, same[name].mean, rtol=1e-9, atol=1e-12 * abs(same[name].mean).max())
+
+
+def test_a_depth_of_taxels_is_in_metres(tmp_path, recording):
+    pressed = dict(load={"control": "depth"}, output={"traces": ["strain"]})
+    depth, same = (dermis.maps(scene(saved(tmp_path, recording), unit=unit, **pressed)) for unit in ("0.1 mm", 1e-4))
+    for name in same:
+        np.testing.assert_array_equal(depth[name], same[name])
+    for unit in ("kPa", "mN"):
+        with pytest.raises(dermis.Error, match=f'load.taxels.unit = "{unit}"; allowed: .* as "mm"'):
+            scene(saved(tmp_path, recording), unit=unit, **pressed)
+
+
+def test_a_first_frame_that_is_not_at_rest_asks_for_an_offset(tmp_path, recording):
+    recording[0] = 0
+    scene(saved(tmp_path, recording), offset=None)
+    recording[0, 3, 6] = 512
+    with pytest.raises(dermis.Error, match=r'offset = .not given.; allowed: offset = "first" where the first frame is at '
+                                           r'rest, or offset = 0 or another number at rest: .* has 512 at taxel \[6, 3\]'):
+        scene(saved(tmp_path, recording), offset=None)
 
 
 def test_a_sampling_rate_is_one_over_the_interval(tmp_path, recording):
@@ -112,17 +167,30 @@ def test_what_a_recording_cannot_be_is_refused_by_name(tmp_path, recording):
             (dict(spacing=0), "load.taxels.spacing = 0; allowed: a finite number > 0"),
             (dict(spread="round"), "load.taxels.spread = 'round'; allowed: \"cubic\", \"linear\", \"nearest\""),
             (dict(sampling_rate=100), "load.taxels.sampling_rate = 100; allowed: not beside load.interval"),
-            (dict(columns=3), "is no finite number; allowed: a CSV file"),
+            (dict(columns=3, rows=2), r"npy\":1: line = \".NUMPY.*; allowed: text in UTF-8: UTF-16 and binary files"),
+            (dict(columns=3), "load.taxels.rows = .not given.; allowed: a number of taxels, as rows = 4 and columns = 4"),
+            (dict(unit=None), "load.taxels.unit = .not given.; allowed: what 1 in the file is, as unit = \"kPa\", "),
+            (dict(unit="psi"), "load.taxels.unit = \"psi\"; allowed: what 1 in the file is"),
             (dict(load={"interval": None}), "load.interval = .not given.")]:
         with pytest.raises(dermis.Error, match=says):
             dermis.run(scene(path, **keys))
     with pytest.raises(dermis.Error, match='load.taxels = .given.; allowed: only with load.kind = "sequence"'):
         dermis.fingertip(load={"taxels": {"spacing": 1e-3}})
-    for text, says in [("1,2,3,4\n1,2,3\n", "frame 1 has 3 numbers, the first has 4"),
-                       ("1,2,x,4\n", "frame 0, number 2 is"),
-                       ("1,2,3\n", "has 3 numbers in its first line, no multiple of load.taxels.columns = 2"),
-                       ("1,2,nan,4\n", "frame 0, number 2 is no finite number"), ("x\n", "holds no line of numbers"),
-                       ("", "holds no line of numbers"), ("1,,3,4\n", "frame 0, number 1 is no finite number")]:
+    unnamed = "; names take one line, and units none"
+    for text, says in [("1,2,3,4\n1,2,3\n", ":2: line = \"1,2,3\"; allowed: 4 columns with commas between them, and decimals"),
+                       ("1,2,x,4\n", ":1: column 3 = \"x\"; allowed: a finite number; the line: \"1,2,x,4\""),
+                       ("1,2,nan,4\n", ":1: column 3 = nan; allowed: a finite number"),
+                       ("nan,nan,nan,nan\n1,2,3,4\n", ":1: column 1 = nan"),
+                       ("a,b,c,d\n(kPa),(kPa),(kPa),(kPa)\n1,2,3,4\n", f":2: column 1 = \".kPa.\"; .*{unnamed}"),
+                       ("(kPa),(kPa),(kPa),(kPa)\n1,2,3,4\n", f":1: column 1 = \".kPa.\"; .*{unnamed}"),
+                       ("a,b,c,d\ne,f,g,h\n1,2,3,4\n", f":2: column 1 = \"e\"; .*{unnamed}"),
+                       ("1,2,3,4\na,b,c,d\n", f":2: column 1 = \"a\"; .*{unnamed}"),
+                       ("1,5;2,5;3,5;4,5\n", ":1: line = \"1,5;2,5;3,5;4,5\"; allowed: 4 columns with commas between them"),
+                       ("1\t2\t3\t4\n", ":1: line = \"1.2.3.4\"; allowed: 4 columns with commas"),
+                       ("a,b,c,d\n", "holds no line of numbers"), ("", "holds no line of numbers"),
+                       ("1,,3,4\n", ":1: column 2 = \"\"; allowed: a finite number")]:
         (tmp_path / "bad.csv").write_text(text)
-        with pytest.raises(dermis.Error, match=f"load.path = .*{says}"):
-            dermis.run(scene(tmp_path / "bad.csv", columns=2))
+        with pytest.raises(dermis.Error, match=f"load.path = .*bad.csv\":? ?{says}"):
+            scene(tmp_path / "bad.csv", rows=2, columns=2)
+    with pytest.raises(dermis.Error, match="load.taxels.columns = .not given.; allowed: a number of taxels, as rows = 4"):
+        scene(tmp_path / "bad.csv")

@@ -36,11 +36,12 @@ class Grid:
 class Surface:
     """The ridges. path: heights of shape (height, width), with kind "file". relief, ridge_period: m.
 
-    noise_length: cells. spacing: m between the numbers of path, which then has a shape of its own.
+    high: which grey of a picture is high, "white" or "black"; required with a PNG. noise_length: cells. spacing: m between the numbers of path, which then has a shape of its own.
     """
 
     kind: str | None = None
     path: MapOrFile | None = None
+    high: str | None = None
     spacing: NumberWithUnit | None = None
     ridges: float | None = None
     ridge_period: NumberWithUnit | None = None
@@ -75,8 +76,10 @@ class Load:
     path: pressures of shape (height, width), with kind "file"; or the .npy file of a "sequence". center: [x, y].
     control: "pressure", or "depth": intensity and maps are then in m. radius_y: cells, of an elliptic punch. ball_radius: m.
     texture: what slides over the skin, as in {"path": "texture.npy", "spacing": 5e-5, "velocity": [0.04, 0]}.
-    taxels: what the numbers of a "sequence" belong to in place of cells, as in {"spacing": "4 mm", "spread": "cubic",
-    "sampling_rate": "100 Hz"}; path is then a .npy file of shape (frames, rows, columns), or with columns a CSV file.
+    high: which grey of a picture is 1, "white" or "black"; required with a PNG.
+    taxels: what the numbers of a "sequence" mean and belong to in place of cells, as in {"spacing": "4 mm", "unit": "kPa",
+    "offset": "first", "sampling_rate": "100 Hz"}; path is then a .npy file of shape (frames, rows, columns), or with rows
+    and columns a CSV file.
     window: what multiplies a step or a sine, as in {"start": 0, "rise": "10 ms", "until": 1, "fall": "10 ms"}.
     grating: waves that move, as in {"wavelength": "1 mm", "velocity": "40 mm/s", "amplitudes": [0.5]}.
     contact: "even", or "crests" of the surface alone: a share of its cells, contact_length m from crest to crest.
@@ -84,6 +87,7 @@ class Load:
 
     kind: str | None = None
     path: MapOrFile | None = None
+    high: str | None = None
     center: Sequence[CellOrPlace] | None = None
     radius: CellOrPlace | None = None
     radius_y: CellOrPlace | None = None
