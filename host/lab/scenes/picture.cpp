@@ -5,6 +5,9 @@
 #include "host/lab/scenes/input_file.hpp"
 #include "host/lab/scenes/scene.hpp"
 
+#include <limits>
+#include <memory>
+
 #define STBI_ONLY_PNG
 #define STBI_NO_STDIO
 #define STB_IMAGE_STATIC

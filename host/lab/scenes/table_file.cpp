@@ -6,6 +6,7 @@
 #include "host/lab/scenes/units.hpp"
 
 #include <algorithm>
+#include <charconv>
 
 namespace dermis::scene {
 namespace {
