@@ -1,22 +1,30 @@
 # SPDX-License-Identifier: MIT
-# The plugin of MuJoCo, with all of the library in it and nothing of MuJoCo. Structs differ between versions of MuJoCo, so
-# that the plugin's name says for which one it was built.
-file(GLOB mujoco_library ${DERMIS_MUJOCO}/libmujoco.so.* ${DERMIS_MUJOCO}/lib/libmujoco.so.*)
-if(NOT EXISTS ${DERMIS_MUJOCO}/include/mujoco/mjplugin.h OR NOT mujoco_library MATCHES "so\\.([0-9.]+)$")
-    message(FATAL_ERROR "DERMIS_MUJOCO = ${DERMIS_MUJOCO}; allowed: a folder with include/mujoco/mjplugin.h and libmujoco.so.<version>, as MuJoCo's Python package and its archives have them")
-endif()
-set(mujoco_version ${CMAKE_MATCH_1})
-add_library(dermis_mujoco MODULE host/doors/mujoco/plugin.cpp)
-target_include_directories(dermis_mujoco SYSTEM PRIVATE ${DERMIS_MUJOCO}/include)
-target_link_libraries(dermis_mujoco PRIVATE ${dermis_objects} dermis_options ${mujoco_library})
-# Whoever loads the plugin has loaded that library, and the linker finds it by its name.
-set_target_properties(dermis_mujoco PROPERTIES PREFIX "" OUTPUT_NAME dermis_mujoco-${mujoco_version}
-    CXX_VISIBILITY_PRESET hidden SKIP_BUILD_RPATH ON UNITY_BUILD OFF)
+# Plugins of MuJoCo, with nothing of MuJoCo in them. Structs differ between versions of MuJoCo, so that each has a plugin
+# whose name says for which one it was built. All of them load one library, which lies beside them.
+add_library(dermis_for_mujoco SHARED $<TARGET_OBJECTS:dermis_core_objects> $<TARGET_OBJECTS:dermis_lab_objects>)
+target_link_libraries(dermis_for_mujoco PRIVATE Threads::Threads ${CMAKE_DL_LIBS})
+target_link_options(dermis_for_mujoco PRIVATE LINKER:--version-script=${exports})
+set(plugins dermis_for_mujoco)
+foreach(folder IN LISTS DERMIS_MUJOCO)
+    file(GLOB mujoco_library ${folder}/libmujoco.so.* ${folder}/lib/libmujoco.so.*)
+    if(NOT EXISTS ${folder}/include/mujoco/mjplugin.h OR NOT mujoco_library MATCHES "so\\.([0-9.]+)$")
+        message(FATAL_ERROR "DERMIS_MUJOCO = ${folder}; allowed: folders with include/mujoco/mjplugin.h and libmujoco.so.<version>, as MuJoCo's Python package and its archives have them")
+    endif()
+    set(plugin dermis_mujoco-${CMAKE_MATCH_1})
+    add_library(${plugin} MODULE host/doors/mujoco/plugin.cpp)
+    target_include_directories(${plugin} PRIVATE include SYSTEM PRIVATE ${folder}/include)
+    # Whoever loads the plugin has loaded MuJoCo's library, and the linker finds it by its name.
+    target_link_libraries(${plugin} PRIVATE dermis_for_mujoco dermis_options ${mujoco_library})
+    set_target_properties(${plugin} PROPERTIES PREFIX "" CXX_VISIBILITY_PRESET hidden UNITY_BUILD OFF)
+    list(APPEND plugins ${plugin})
+endforeach()
+set_target_properties(${plugins} PROPERTIES BUILD_WITH_INSTALL_RPATH ON INSTALL_RPATH "$ORIGIN")
+add_custom_target(dermis_mujoco DEPENDS ${plugins})
 if(TARGET dermis_python)
     add_dependencies(dermis_python dermis_mujoco) # a wheel is made of what dermis_python needs
 endif()
-install(TARGETS dermis_mujoco LIBRARY DESTINATION dermis COMPONENT python EXCLUDE_FROM_ALL)
+install(TARGETS ${plugins} LIBRARY DESTINATION dermis COMPONENT python EXCLUDE_FROM_ALL)
 if(DERMIS_INSTALL)
     include(GNUInstallDirs)
-    install(TARGETS dermis_mujoco LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/dermis)
+    install(TARGETS ${plugins} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/dermis)
 endif()

@@ -2,184 +2,96 @@
 // Skin in a MuJoCo model, without code: a sensor plugin, "dermis.skin". The sites of all sensors that name one instance
 // are the pads of one dermis::Skin. Contacts of a site's body press its pad, at each step; the skin's state is in
 // mjData, so that a rollback by mj_setState is one of the skin too. host/examples/SIMULATOR.md lists the keys.
-#include "dermis/dermis.hpp"
-#include "dermis/touch.hpp"
+#include "host/doors/mujoco/config.hpp"
 
-#include <mujoco/mujoco.h>
+#include <cstring>
+#include <map>
+#include <memory>
+#include <mutex>
 
-#include <atomic>
-#include <cmath>
-#include <cstdio>
-#include <sstream>
-
+namespace dermis::mujoco {
 namespace {
-
-namespace contact = dermis::contact;
-using dermis::Quantity;
-
-constexpr const char* keys[] = {"scene", "size", "spacing", "pads",   "radius",   "reach",
-                                "patch", "ball", "modulus", "output", "responses"};
-
-[[noreturn]] void refuse(const std::string& key, const std::string& value, const std::string& allowed) {
-    throw std::invalid_argument(key + " = " + value + "; allowed: " + allowed);
-}
-
-// What an instance's keys say. A key that is not given, or empty, has its default.
-class Config {
-  public:
-    Config(const mjModel* m, int instance) : m_(m), instance_(instance) {
-        options.count = whole("pads", numbers("pads", {1}, 1, 1)[0]);
-        radii = numbers("radius", {0}, 1, 2);
-        if (radii.size() == 1) radii.push_back(radii[0]);
-        reach = numbers("reach", {1e-3}, 1, 1)[0];
-        patch = numbers("patch", {0}, 1, 1)[0];
-        ball = numbers("ball", {radii[0]}, 1, 1)[0];
-        modulus = numbers("modulus", {1e5}, 1, 1)[0];
-        if (patch == 0 && !(ball > 0)) refuse("ball", dermis_text(ball), "above 0 m where patch and radius are 0");
-        read_scene();
-        read_responses();
-        const std::string output = text("output", "field");
-        if (output != "field" && output != "mean") refuse("output", output, "field, mean");
-        fields = output == "field";
-    }
-
-    contact::Pad shape() const {
-        return {.width = scene.grid.width,
-                .height = scene.grid.height,
-                .spacing = *scene.grid.spacing,
-                .radius_x = radii[0],
-                .radius_y = radii[1]};
-    }
-    size_t cells() const { return size_t(scene.grid.width) * size_t(scene.grid.height); }
-    dermis::Skin skin() const { return {dermis::Device::cpu(1), scene, options}; }
-
-    dermis::SkinDescription scene;
-    dermis::SkinOptions options;
-    std::vector<Quantity> read; // what the sensors give, in this order
-    std::vector<double> radii;
-    double reach, patch, ball, modulus;
-    bool fields;
-
-  private:
-    static std::string dermis_text(double x) {
-        char digits[32];
-        std::snprintf(digits, sizeof digits, "%.9g", x);
-        return digits;
-    }
-    std::string text(const char* key, const char* otherwise) const {
-        const char* value = mj_getPluginConfig(m_, instance_, key);
-        return value && *value ? value : otherwise;
-    }
-    std::vector<double> numbers(const char* key, std::vector<double> otherwise, size_t least, size_t most) const {
-        const std::string value = text(key, "");
-        if (value.empty()) return otherwise;
-        std::istringstream words(value);
-        std::vector<double> found;
-        for (double x; words >> x;) found.push_back(x);
-        if (!words.eof() || found.size() < least || found.size() > most)
-            refuse(key, value,
-                   most == 1 ? "a number" : std::to_string(least) + " or " + std::to_string(most) + " numbers");
-        return found;
-    }
-    // What is no whole number, or beyond what a skin takes, is refused here.
-    static int whole(const char* key, double number) {
-        if (!(number >= 0 && number <= 1048576 && number == std::floor(number)))
-            refuse(key, dermis_text(number), "whole numbers up to 1048576");
-        return int(number);
-    }
-    void read_scene() {
-        const std::string path = text("scene", "");
-        if (path.empty()) {
-            const std::vector<double> size = numbers("size", {24, 24}, 2, 2);
-            static_cast<dermis::SkinDescription&>(scene) = dermis::fingertip();
-            dermis::Surface flat;
-            flat.kind = dermis::Surface::Kind::flat;
-            flat.relief = scene.surface.relief;
-            scene.surface = flat;
-            scene.grid = {whole("size", size[0]), whole("size", size[1]), numbers("spacing", {5e-4}, 1, 1)[0]};
-            return;
-        }
-        for (const char* key : {"size", "spacing"})
-            if (!text(key, "").empty()) refuse(key, text(key, ""), "none beside a scene, which has a grid");
-        const dermis::Scene whole = dermis::Scene::from_file(path);
-        if (!whole.grid.spacing) refuse("scene", path, "a scene with grid.spacing, in metres");
-        if (!whole.sites.empty()) refuse("scene", path, "a scene without sites");
-        scene = whole;
-    }
-    void read_responses() {
-        options.responses.clear();
-        std::istringstream names(text("responses", "sa1 fa1"));
-        for (std::string named; names >> named;) {
-            bool known = false;
-            for (Quantity q : {Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2, Quantity::shear_x,
-                               Quantity::shear_y, Quantity::stretch_x, Quantity::stretch_y, Quantity::stretch_xy}) {
-                if (named != dermis::name(q)) continue;
-                known = true;
-                read.push_back(q);
-                if (q >= Quantity::shear_x) options.shear = true;
-                else options.responses.push_back(q);
-            }
-            if (!known)
-                refuse("responses", named, "sa1, sa2, fa1, fa2, shear_x, shear_y, stretch_x, stretch_y, stretch_xy");
-        }
-        if (read.empty()) refuse("responses", "(none)", "at least one");
-        if (options.responses.empty()) options.responses = {Quantity::sa1};
-    }
-
-    const mjModel* m_;
-    int instance_;
-};
 
 // A sensor's pad.
 struct Pad {
     int site, body, out; // out: in mjData::sensordata
 };
 
-// The sensors of an instance, in the model's order.
-std::vector<Pad> pads_of(const mjModel* m, int instance) {
+std::string name_of(const mjModel* m, int type, int number) {
+    const char* name = mj_id2name(m, type, number);
+    return name && *name ? '"' + std::string(name) + '"' : "number " + std::to_string(number);
+}
+
+// The sensors of an instance, in the model's order. length: the numbers of each.
+std::vector<Pad> pads_of(const mjModel* m, int instance, int length) {
     std::vector<Pad> pads;
     for (int s = 0; s < m->nsensor; ++s) {
         if (m->sensor_type[s] != mjSENS_PLUGIN || m->sensor_plugin[s] != instance) continue;
         if (m->sensor_objtype[s] != mjOBJ_SITE) refuse("objtype", "(another)", "site: a pad is on a site");
+        const double first = m->sensor_adr[s];
+        if (m->sensor_dim[s] != length || first < 0 || first + length > double(m->nsensordata))
+            refuse("sensor", name_of(m, mjOBJ_SENSOR, s) + " with " + std::to_string(m->sensor_dim[s]) + " numbers",
+                   std::to_string(length) + " inside sensordata: the keys, or the scene, have changed");
         pads.push_back({m->sensor_objid[s], m->site_bodyid[m->sensor_objid[s]], m->sensor_adr[s]});
     }
     return pads;
 }
 
-// A state in mjData: the number of the step that wrote it, and the skin's state. 0 is a skin at rest.
-double next_number() {
-    static std::atomic<int64_t> last = 0;
-    return double(++last);
+// For each body the one with pads that its contacts press, which is itself or above it by bodies without joints; -1:
+// none.
+std::vector<int> homes_of(const mjModel* m, const std::vector<Pad>& pads) {
+    std::vector<int> home(size_t(m->nbody), -1);
+    for (const Pad& p : pads) home[size_t(p.body)] = p.body;
+    for (int b = 1; b < int(m->nbody); ++b)
+        if (home[size_t(b)] < 0 && m->body_jntnum[b] == 0 && m->body_mocapid[b] < 0)
+            home[size_t(b)] = home[size_t(m->body_parentid[b])];
+    for (const Pad& p : pads)
+        if (std::none_of(m->geom_bodyid, m->geom_bodyid + m->ngeom, [&](int b) { return home[size_t(b)] == p.body; }))
+            refuse("objname", name_of(m, mjOBJ_SITE, p.site),
+                   "a site on a body with a geom, or with a body without joints below it that has one");
+    return home;
+}
+
+// A body that sleeps has no contacts, so what touches a pad is kept from falling asleep, as if it still moved.
+void keep_awake([[maybe_unused]] const mjModel* m, [[maybe_unused]] mjData* d, [[maybe_unused]] int body) {
+#ifdef mjMINAWAKE // MuJoCo from 3.4 on has bodies that sleep
+    const int tree = m->body_treeid[body];
+    if (tree >= 0 && d->tree_asleep[tree] < 0) d->tree_asleep[tree] = -(1 + mjMINAWAKE);
+#endif
 }
 
 class Instance {
   public:
     Instance(const mjModel* m, int instance)
-        : config_(m, instance), pads_(pads_of(m, instance)), skin_(config_.skin()),
-          touch_(config_.shape(), config_.options.count, config_.reach, config_.options.shear) {
+        : config_(m, instance), pads_(pads_of(m, instance, config_.sensor_numbers())), home_(homes_of(m, pads_)),
+          skin_(config_.skin()), touch_(config_.shape(), config_.options.count, config_.reach, config_.options.shear),
+          held_(size_t(Config::state_numbers(skin_))), forces_(home_.size()) {
         if (pads_.size() != size_t(config_.options.count))
             refuse("pads", std::to_string(config_.options.count),
                    std::to_string(pads_.size()) + ", the sensors of this instance");
+        if (size_t(m->plugin_statenum[instance]) != held_.size())
+            refuse("scene", "(another one)", "the one that the model was read with: the skin's state has another size");
     }
 
-    void rest() {
-        skin_.reset();
-        holds_ = 0;
-    }
     // From the state in mjData, as often as the step is computed.
     void compute(const mjModel* m, mjData* d, const mjtNum* state) {
-        if (state[0] != holds_) {
+        const bool holds = !ahead_ && std::memcmp(held_.data(), state, held_.size() * sizeof(mjtNum)) == 0;
+        ahead_ = true;
+        if (!holds) {
             if (state[0] == 0) skin_.reset();
             else skin_.load(state + 1, skin_.state_bytes());
         }
-        holds_ = -1; // a step ahead of the state
         touch_.add(poses(d), contacts(m, d));
         skin_.press(touch_, m->opt.timestep);
         write(d);
+        warn(m, d);
     }
     void advance(mjtNum* state) {
+        if (!ahead_) return; // nothing has been computed: sensors are disabled
         skin_.save(state + 1, skin_.state_bytes());
-        state[0] = holds_ = next_number();
+        state[0] = 1;
+        std::copy_n(state, held_.size(), held_.data());
+        ahead_ = false;
     }
 
   private:
@@ -192,7 +104,7 @@ class Instance {
         }
         return {.position = places_.data(), .rotation = axes_.data()};
     }
-    contact::Contacts contacts(const mjModel* m, const mjData* d) {
+    contact::Contacts contacts(const mjModel* m, mjData* d) {
         pad_.clear();
         table_.clear();
         for (int k = 0; k < d->ncon; ++k)
@@ -210,32 +122,64 @@ class Instance {
                 .radius_step = 0,
                 .ball_step = 0};
     }
-    // A contact presses the pads on the body of one of its geoms.
-    void add_contact(const mjModel* m, const mjData* d, int k, int side) {
+    // A contact presses the pads on the body of one of its geoms. Its place is the middle between both surfaces.
+    void add_contact(const mjModel* m, mjData* d, int k, int side) {
         const mjContact& c = d->contact[k];
         if (c.geom[side] < 0) return;
-        for (size_t p = 0; p < pads_.size(); ++p) {
-            if (m->geom_bodyid[c.geom[side]] != pads_[p].body) continue;
-            mjtNum own[6], force[3];
+        const int home = home_[size_t(m->geom_bodyid[c.geom[side]])];
+        for (int s = 0; home >= 0 && s < 2; ++s)
+            if (c.geom[s] >= 0) keep_awake(m, d, m->geom_bodyid[c.geom[s]]);
+        for (size_t p = 0; home >= 0 && p < pads_.size(); ++p) {
+            if (pads_[p].body != home) continue;
+            mjtNum own[6], force[3], place[3];
             mj_contactForce(m, d, k, own);
             mju_mulMatTVec(force, c.frame, own, 3, 3);
-            if (side == 0) mju_scl3(force, force, -1); // it acts on the second geom
+            if (side == 0) mju_scl3(force, force, -1);                             // it acts on the second geom
+            mju_addScl3(place, c.pos, c.frame, (side == 0 ? -0.5 : 0.5) * c.dist); // on this geom's surface
             pad_.push_back(int32_t(p));
-            table_.insert(table_.end(), c.pos, c.pos + 3);
+            table_.insert(table_.end(), place, place + 3);
             table_.insert(table_.end(), force, force + 3);
         }
     }
-    // Writes what is read, each response of a pad behind the one before.
+    // Writes what is read, each output of a pad behind the one before.
     void write(mjData* d) const {
-        const size_t cells = config_.cells(), length = config_.fields ? cells : 1;
-        for (size_t r = 0; r < config_.read.size(); ++r) {
-            const dermis::Skin::Response all = skin_.response(config_.read[r]);
+        const size_t cells = config_.cells();
+        size_t first = 0;
+        for (const std::optional<Quantity>& output : config_.read) {
             for (size_t p = 0; p < pads_.size(); ++p) {
-                mjtNum* out = d->sensordata + size_t(pads_[p].out) + r * length;
-                const float* values = all.data + p * cells;
+                mjtNum* out = d->sensordata + size_t(pads_[p].out) + first;
+                if (!output) {
+                    const contact::Report& report = touch_.report(int(p));
+                    out[0] = report.placed, out[1] = report.outside;
+                    continue;
+                }
+                const float* values = skin_.response(*output).data + p * cells;
                 if (config_.fields) std::copy_n(values, cells, out);
                 else *out = mean(values, cells);
             }
+            first += config_.length(output);
+        }
+    }
+    // Says, once of each body, that more than a tenth of the force on it presses none of its pads.
+    void warn(const mjModel* m, const mjData* d) {
+        for (int p : touch_.touched()) {
+            Forces& f = forces_[size_t(pads_[size_t(p)].body)];
+            const contact::Report& r = touch_.report(p);
+            f.asked = r.asked, f.pressing += r.placed + r.sideways; // each pad was asked for all of it
+        }
+        for (int p : touch_.touched()) {
+            const int body = pads_[size_t(p)].body;
+            Forces& f = forces_[size_t(body)];
+            const double lost = f.asked - f.pressing;
+            if (!f.said && lost > 0.1 * f.asked) {
+                f.said = true;
+                mju_warning("dermis.skin: at %.6g s %.3g of %.3g N on the body %s press none of its pads. Site %s: %s "
+                            "This is said once; "
+                            "the output \"force\" has it at each step",
+                            d->time, lost, f.asked, name_of(m, mjOBJ_BODY, body).c_str(),
+                            name_of(m, mjOBJ_SITE, pads_[size_t(p)].site).c_str(), touch_.report(p).doubts().c_str());
+            }
+            f.asked = f.pressing = 0;
         }
     }
     // Four sums hide the latency of additions.
@@ -250,14 +194,44 @@ class Instance {
 
     const Config config_;
     const std::vector<Pad> pads_;
-    dermis::Skin skin_;
+    const std::vector<int> home_;
+    Skin skin_;
     contact::Touch touch_;
     std::vector<double> places_, axes_, table_; // table_: place and force of each contact
     std::vector<int32_t> pad_;
-    double holds_ = 0; // the number of the state that the skin has; -1: of none
+    std::vector<mjtNum> held_; // the state in mjData that the skin had last; all 0: a skin at rest
+    bool ahead_ = false;       // whether the skin is a step ahead of it
+    struct Forces {
+        double asked = 0, pressing = 0; // N
+        bool said = false;
+    };
+    std::vector<Forces> forces_; // of each body
 };
 
-Instance* instance_of(const mjData* d, int i) { return reinterpret_cast<Instance*>(d->plugin_data[i]); }
+// The instances of all mjData. A pointer in mjData may be that of another process, which has pickled it.
+class Living {
+  public:
+    void add(const mjData* d, int i, std::unique_ptr<Instance> made) {
+        const std::lock_guard lock(in_use_);
+        all_[{d, i}] = std::move(made);
+    }
+    Instance& of(const mjModel* m, const mjData* d, int i) {
+        const std::lock_guard lock(in_use_);
+        std::unique_ptr<Instance>& found = all_[{d, i}];
+        if (!found) found = std::make_unique<Instance>(m, i);
+        return *found;
+    }
+    void remove(const mjData* d, int i) {
+        const std::lock_guard lock(in_use_);
+        all_.erase({d, i});
+    }
+
+  private:
+    std::mutex in_use_;
+    std::map<std::pair<const mjData*, int>, std::unique_ptr<Instance>> all_;
+};
+// Never destroyed: a program may free mjData when it ends.
+Living& living = *new Living;
 
 // Calls; MuJoCo's C takes no exception, so a refusal is MuJoCo's error, once the exception is gone.
 template <class Call> int guarded(Call call) {
@@ -273,54 +247,45 @@ template <class Call> int guarded(Call call) {
 
 // MuJoCo asks before the model has its sensors, so that pads cannot be counted here.
 int nstate(const mjModel* m, int instance) {
-    return guarded([&] { return 1 + int((Config(m, instance).skin().state_bytes() + 7) / sizeof(mjtNum)); });
+    return guarded([&] { return Config::state_numbers(Config(m, instance).skin()); });
 }
 
 int nsensordata(const mjModel* m, int instance, int) {
-    return guarded([&] {
-        const Config c(m, instance);
-        return int(c.read.size() * (c.fields ? c.cells() : 1));
-    });
+    return guarded([&] { return Config(m, instance).sensor_numbers(); });
 }
 
 int init(const mjModel* m, mjData* d, int instance) {
     return guarded([&] {
-        d->plugin_data[instance] = reinterpret_cast<uintptr_t>(new Instance(m, instance));
-        d->plugin_state[m->plugin_stateadr[instance]] = 0;
+        living.add(d, instance, std::make_unique<Instance>(m, instance));
         return 0;
     });
 }
 
-void destroy(mjData* d, int instance) {
-    delete instance_of(d, instance);
-    d->plugin_data[instance] = 0;
-}
+void destroy(mjData* d, int instance) { living.remove(d, instance); }
 
-void reset(const mjModel* m, mjtNum* state, void* data, int instance) {
-    guarded([&] {
-        std::fill_n(state, m->plugin_statenum[instance], 0);
-        if (data) static_cast<Instance*>(data)->rest();
-        return 0;
-    });
+void reset(const mjModel* m, mjtNum* state, void*, int instance) {
+    std::fill_n(state, m->plugin_statenum[instance], 0);
 }
 
 void compute(const mjModel* m, mjData* d, int instance, int) {
     guarded([&] {
-        instance_of(d, instance)->compute(m, d, d->plugin_state + m->plugin_stateadr[instance]);
+        living.of(m, d, instance).compute(m, d, d->plugin_state + m->plugin_stateadr[instance]);
         return 0;
     });
 }
 
 void advance(const mjModel* m, mjData* d, int instance) {
     guarded([&] {
-        instance_of(d, instance)->advance(d->plugin_state + m->plugin_stateadr[instance]);
+        living.of(m, d, instance).advance(d->plugin_state + m->plugin_stateadr[instance]);
         return 0;
     });
 }
 
 } // namespace
+} // namespace dermis::mujoco
 
 __attribute__((constructor)) static void dermis_register() {
+    using namespace dermis::mujoco;
     if (mj_version() != mjVERSION_HEADER)
         mju_error("dermis.skin: the plugin was built for MuJoCo %d, and is loaded by %d", mjVERSION_HEADER,
                   mj_version());

@@ -325,9 +325,11 @@ setattr(_core.Scene, "__repr__", Scene.__repr__)
 def mujoco_plugin() -> str:
     """Return the path of the plugin "dermis.skin", for mujoco.mj_loadPluginLibrary: skin on the sites of a model.
 
-    Its file's name ends with the version of MuJoCo for which it was built, and no other one can load it.
+    It is the one that was built for the installed version of MuJoCo, because no other one can be loaded.
     """
-    found = sorted(pathlib.Path(__file__).parent.glob("dermis_mujoco-*.so"))
-    if not found:
-        refuse("mujoco_plugin", None, "a package that was built with DERMIS_MUJOCO, the folder of MuJoCo")
-    return str(found[0])
+    plugins = {path.stem.partition("-")[2]: path for path in pathlib.Path(__file__).parent.glob("dermis_mujoco-*.so")}
+    version = importlib.import_module("mujoco").mj_versionString()
+    if version not in plugins:
+        built = ", ".join(sorted(plugins)) or "none: the package was built without DERMIS_MUJOCO, the folders of MuJoCo"
+        refuse("mujoco", f"{version} (installed)", f"the versions that this package has a plugin for, {built}")
+    return str(plugins[version])

@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: MIT
+// What the keys of an instance of the plugin say. Each is checked here, when a model is read.
+#pragma once
+
+#include "dermis/dermis.hpp"
+#include "dermis/touch.hpp"
+
+#include <mujoco/mujoco.h>
+
+#include <algorithm>
+#include <climits>
+#include <cmath>
+#include <cstdio>
+#include <optional>
+#include <sstream>
+
+namespace dermis::mujoco {
+
+constexpr const char* keys[] = {"scene", "size", "spacing", "pads",   "radius",   "reach",
+                                "patch", "ball", "modulus", "output", "responses"};
+
+[[noreturn]] inline void refuse(const std::string& key, const std::string& value, const std::string& allowed) {
+    throw std::invalid_argument(key + " = " + value + "; allowed: " + allowed);
+}
+
+inline std::string text_of(double x) {
+    char digits[32];
+    std::snprintf(digits, sizeof digits, "%.9g", x);
+    return digits;
+}
+
+// MuJoCo counts in ints.
+inline int counted(const char* key, double count) {
+    if (count > INT_MAX) refuse(key, text_of(count) + " numbers of mjData", "at most 2147483647");
+    return int(count);
+}
+
+// A key that is not given, or empty, has its default.
+class Keys {
+  public:
+    Keys(const mjModel* m, int instance) : m_(m), instance_(instance) {}
+
+    std::string text(const char* key, const char* otherwise = "") const {
+        const char* value = mj_getPluginConfig(m_, instance_, key);
+        return value && *value ? value : otherwise;
+    }
+    // From `fewest` to as many numbers as `otherwise` has, each from `least` to `most`.
+    std::vector<double> numbers(const char* key, size_t fewest, const std::vector<double>& otherwise, double least,
+                                double most) const {
+        const std::string value = text(key);
+        if (value.empty()) return otherwise;
+        const std::string count = std::to_string(otherwise.size());
+        std::istringstream words(value);
+        std::vector<double> found;
+        for (double x; words >> x;) found.push_back(x);
+        if (!words.eof() || found.size() < fewest || found.size() > otherwise.size())
+            refuse(key, value,
+                   count == "1"                ? "a number"
+                   : fewest < otherwise.size() ? "1 or " + count + " numbers"
+                                               : count + " numbers");
+        for (double x : found)
+            if (!(x >= least && x <= most)) refuse(key, text_of(x), text_of(least) + ".." + text_of(most));
+        return found;
+    }
+    double number(const char* key, double otherwise, double least, double most) const {
+        return numbers(key, 1, {otherwise}, least, most)[0];
+    }
+    int whole(const char* key, double number) const {
+        if (number != std::floor(number)) refuse(key, text_of(number), "whole numbers");
+        return int(number);
+    }
+
+  private:
+    const mjModel* m_;
+    int instance_;
+};
+
+class Config {
+  public:
+    Config(const mjModel* m, int instance) {
+        const Keys given(m, instance);
+        constexpr double longest = 1e6; // m, as in contact.hpp
+        options.count = given.whole("pads", given.number("pads", 1, 1, 1048576));
+        radii = given.numbers("radius", 1, {0, 0}, 0, longest);
+        if (radii.size() == 1) radii.push_back(radii[0]);
+        reach = given.number("reach", 1e-3, 0, longest);
+        patch = given.number("patch", 0, 0, longest);
+        ball = given.number("ball", radii[0], 0, longest);
+        modulus = given.number("modulus", 1e5, 1e-6, 1e30);
+        if (patch == 0 && ball == 0) refuse("ball", "0", "above 0 m where patch and radius are 0");
+        read_scene(given);
+        read_responses(given);
+        const std::string output = given.text("output", "field");
+        if (output != "field" && output != "mean") refuse("output", output, "field, mean");
+        fields = output == "field";
+    }
+
+    contact::Pad shape() const {
+        return {.width = scene.grid.width,
+                .height = scene.grid.height,
+                .spacing = *scene.grid.spacing,
+                .radius_x = radii[0],
+                .radius_y = radii[1]};
+    }
+    Skin skin() const { return {Device::cpu(1), scene, options}; }
+    size_t cells() const { return size_t(scene.grid.width) * size_t(scene.grid.height); }
+    // The numbers of an output of a pad, and of all its outputs.
+    size_t length(std::optional<Quantity> output) const { return !output ? 2 : fields ? cells() : 1; }
+    int sensor_numbers() const {
+        double sum = 0;
+        for (const std::optional<Quantity>& output : read) sum += double(length(output));
+        return counted("responses", sum);
+    }
+    // The numbers of the state in mjData: whether the skin is not at rest, and its state.
+    static int state_numbers(const Skin& skin) {
+        return counted("pads", 1 + std::ceil(double(skin.state_bytes()) / sizeof(mjtNum)));
+    }
+
+    SkinDescription scene;
+    SkinOptions options;
+    std::vector<std::optional<Quantity>> read; // what the sensors give, in this order; empty: the force
+    std::vector<double> radii;
+    double reach, patch, ball, modulus;
+    bool fields;
+
+  private:
+    void read_scene(const Keys& given) {
+        const std::string path = given.text("scene");
+        if (path.empty()) {
+            const std::vector<double> size = given.numbers("size", 2, {24, 24}, 0, 1048576);
+            scene = fingertip();
+            Surface flat;
+            flat.kind = Surface::Kind::flat;
+            flat.relief = scene.surface.relief;
+            scene.surface = flat;
+            scene.grid = {given.whole("size", size[0]), given.whole("size", size[1]),
+                          given.number("spacing", 5e-4, 1e-9, 1e6)};
+            return;
+        }
+        for (const char* key : {"size", "spacing"})
+            if (!given.text(key).empty()) refuse(key, given.text(key), "none beside a scene, which has a grid");
+        const Scene whole = Scene::from_file(path);
+        if (!whole.grid.spacing) refuse("scene", path, "a scene with grid.spacing, in metres");
+        if (!whole.sites.empty()) refuse("scene", path, "a scene without sites");
+        scene = whole;
+    }
+    void read_responses(const Keys& given) {
+        options.responses.clear();
+        std::istringstream names(given.text("responses", "sa1 fa1"));
+        for (std::string named; names >> named;) {
+            const std::optional<Quantity> output = output_of(named);
+            if (std::ranges::count(read, output)) refuse("responses", named + " twice", "each one once");
+            read.push_back(output);
+            if (!output) continue;
+            if (*output >= Quantity::shear_x) options.shear = true;
+            else options.responses.push_back(*output);
+        }
+        if (read.empty()) refuse("responses", "(none)", "at least one");
+        if (options.responses.empty()) options.responses = {Quantity::sa1};
+    }
+    static std::optional<Quantity> output_of(const std::string& named) {
+        if (named == "force") return {};
+        std::string allowed;
+        for (Quantity q : {Quantity::sa1, Quantity::sa2, Quantity::fa1, Quantity::fa2, Quantity::shear_x,
+                           Quantity::shear_y, Quantity::stretch_x, Quantity::stretch_y, Quantity::stretch_xy}) {
+            if (named == name(q)) return q;
+            allowed += name(q) + std::string(", ");
+        }
+        refuse("responses", named, allowed + "force");
+    }
+};
+
+} // namespace dermis::mujoco
