@@ -23,15 +23,9 @@ constexpr const char* keys[] = {"scene", "size", "spacing", "pads",   "radius", 
     throw std::invalid_argument(key + " = " + value + "; allowed: " + allowed);
 }
 
-inline std::string text_of(double x) {
-    char digits[32];
-    std::snprintf(digits, sizeof digits, "%.9g", x);
-    return digits;
-}
-
 // MuJoCo counts in ints.
 inline int counted(const char* key, double count) {
-    if (count > INT_MAX) refuse(key, text_of(count) + " numbers of mjData", "at most 2147483647");
+    if (count > INT_MAX) refuse(key, contact::detail::text(count) + " numbers of mjData", "at most 2147483647");
     return int(count);
 }
 
@@ -49,24 +43,22 @@ class Keys {
                                 double most) const {
         const std::string value = text(key);
         if (value.empty()) return otherwise;
-        const std::string count = std::to_string(otherwise.size());
         std::istringstream words(value);
         std::vector<double> found;
         for (double x; words >> x;) found.push_back(x);
         if (!words.eof() || found.size() < fewest || found.size() > otherwise.size())
-            refuse(key, value,
-                   count == "1"                ? "a number"
-                   : fewest < otherwise.size() ? "1 or " + count + " numbers"
-                                               : count + " numbers");
+            refuse(key, value, otherwise.size() == 1 ? "a number" : fewest == 1 ? "1 or 2 numbers" : "2 numbers");
         for (double x : found)
-            if (!(x >= least && x <= most)) refuse(key, text_of(x), text_of(least) + ".." + text_of(most));
+            if (!(x >= least && x <= most))
+                refuse(key, contact::detail::text(x),
+                       contact::detail::text(least) + ".." + contact::detail::text(most));
         return found;
     }
     double number(const char* key, double otherwise, double least, double most) const {
         return numbers(key, 1, {otherwise}, least, most)[0];
     }
     int whole(const char* key, double number) const {
-        if (number != std::floor(number)) refuse(key, text_of(number), "whole numbers");
+        if (number != std::floor(number)) refuse(key, contact::detail::text(number), "whole numbers");
         return int(number);
     }
 
@@ -96,11 +88,9 @@ class Config {
     }
 
     contact::Pad shape() const {
-        return {.width = scene.grid.width,
-                .height = scene.grid.height,
-                .spacing = *scene.grid.spacing,
-                .radius_x = radii[0],
-                .radius_y = radii[1]};
+        contact::Pad pad{scene.grid.width, scene.grid.height, *scene.grid.spacing};
+        pad.radius_x = radii[0], pad.radius_y = radii[1];
+        return pad;
     }
     Skin skin() const { return {Device::cpu(1), scene, options}; }
     size_t cells() const { return size_t(scene.grid.width) * size_t(scene.grid.height); }
@@ -129,10 +119,7 @@ class Config {
         if (path.empty()) {
             const std::vector<double> size = given.numbers("size", 2, {24, 24}, 0, 1048576);
             scene = fingertip();
-            Surface flat;
-            flat.kind = Surface::Kind::flat;
-            flat.relief = scene.surface.relief;
-            scene.surface = flat;
+            scene.surface = {.kind = Surface::Kind::flat, .relief = scene.surface.relief};
             scene.grid = {given.whole("size", size[0]), given.whole("size", size[1]),
                           given.number("spacing", 5e-4, 1e-9, 1e6)};
             return;

@@ -8,6 +8,8 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <numeric>
+#include <set>
 
 namespace dermis::mujoco {
 namespace {
@@ -28,44 +30,26 @@ std::vector<Pad> pads_of(const mjModel* m, int instance, int length) {
     for (int s = 0; s < m->nsensor; ++s) {
         if (m->sensor_type[s] != mjSENS_PLUGIN || m->sensor_plugin[s] != instance) continue;
         if (m->sensor_objtype[s] != mjOBJ_SITE) refuse("objtype", "(another)", "site: a pad is on a site");
+        const int site = m->sensor_objid[s], body = m->site_bodyid[site];
+        if (m->body_geomnum[body] == 0)
+            refuse(
+                "objname", name_of(m, mjOBJ_SITE, site),
+                "a site on a body with a geom: contacts of other bodies, even of those fixed to it, do not press it");
         const double first = m->sensor_adr[s];
         if (m->sensor_dim[s] != length || first < 0 || first + length > double(m->nsensordata))
             refuse("sensor", name_of(m, mjOBJ_SENSOR, s) + " with " + std::to_string(m->sensor_dim[s]) + " numbers",
                    std::to_string(length) + " inside sensordata: the keys, or the scene, have changed");
-        pads.push_back({m->sensor_objid[s], m->site_bodyid[m->sensor_objid[s]], m->sensor_adr[s]});
+        pads.push_back({site, body, m->sensor_adr[s]});
     }
     return pads;
-}
-
-// For each body the one with pads that its contacts press, which is itself or above it by bodies without joints; -1:
-// none.
-std::vector<int> homes_of(const mjModel* m, const std::vector<Pad>& pads) {
-    std::vector<int> home(size_t(m->nbody), -1);
-    for (const Pad& p : pads) home[size_t(p.body)] = p.body;
-    for (int b = 1; b < int(m->nbody); ++b)
-        if (home[size_t(b)] < 0 && m->body_jntnum[b] == 0 && m->body_mocapid[b] < 0)
-            home[size_t(b)] = home[size_t(m->body_parentid[b])];
-    for (const Pad& p : pads)
-        if (std::none_of(m->geom_bodyid, m->geom_bodyid + m->ngeom, [&](int b) { return home[size_t(b)] == p.body; }))
-            refuse("objname", name_of(m, mjOBJ_SITE, p.site),
-                   "a site on a body with a geom, or with a body without joints below it that has one");
-    return home;
-}
-
-// A body that sleeps has no contacts, so what touches a pad is kept from falling asleep, as if it still moved.
-void keep_awake([[maybe_unused]] const mjModel* m, [[maybe_unused]] mjData* d, [[maybe_unused]] int body) {
-#ifdef mjMINAWAKE // MuJoCo from 3.4 on has bodies that sleep
-    const int tree = m->body_treeid[body];
-    if (tree >= 0 && d->tree_asleep[tree] < 0) d->tree_asleep[tree] = -(1 + mjMINAWAKE);
-#endif
 }
 
 class Instance {
   public:
     Instance(const mjModel* m, int instance)
-        : config_(m, instance), pads_(pads_of(m, instance, config_.sensor_numbers())), home_(homes_of(m, pads_)),
-          skin_(config_.skin()), touch_(config_.shape(), config_.options.count, config_.reach, config_.options.shear),
-          held_(size_t(Config::state_numbers(skin_))), forces_(home_.size()) {
+        : config_(m, instance), pads_(pads_of(m, instance, config_.sensor_numbers())), skin_(config_.skin()),
+          touch_(config_.shape(), config_.options.count, config_.reach, config_.options.shear),
+          held_(size_t(Config::state_numbers(skin_))) {
         if (pads_.size() != size_t(config_.options.count))
             refuse("pads", std::to_string(config_.options.count),
                    std::to_string(pads_.size()) + ", the sensors of this instance");
@@ -126,11 +110,10 @@ class Instance {
     void add_contact(const mjModel* m, mjData* d, int k, int side) {
         const mjContact& c = d->contact[k];
         if (c.geom[side] < 0) return;
-        const int home = home_[size_t(m->geom_bodyid[c.geom[side]])];
-        for (int s = 0; home >= 0 && s < 2; ++s)
-            if (c.geom[s] >= 0) keep_awake(m, d, m->geom_bodyid[c.geom[s]]);
-        for (size_t p = 0; home >= 0 && p < pads_.size(); ++p) {
-            if (pads_[p].body != home) continue;
+        for (size_t p = 0; p < pads_.size(); ++p) {
+            if (m->geom_bodyid[c.geom[side]] != pads_[p].body) continue;
+            for (int geom : c.geom)
+                if (geom >= 0) keep_awake(m, d, m->geom_bodyid[geom]);
             mjtNum own[6], force[3], place[3];
             mj_contactForce(m, d, k, own);
             mju_mulMatTVec(force, c.frame, own, 3, 3);
@@ -141,6 +124,19 @@ class Instance {
             table_.insert(table_.end(), force, force + 3);
         }
     }
+    // A body that sleeps has no contacts, so what touches a pad is kept from falling asleep, as if it still moved.
+    void keep_awake([[maybe_unused]] const mjModel* m, [[maybe_unused]] mjData* d, [[maybe_unused]] int body) {
+#ifdef mjMINAWAKE // MuJoCo from 3.4 on has bodies that sleep
+        const int tree = m->body_treeid[body], moving = -(1 + mjMINAWAKE);
+        if (tree < 0 || d->tree_asleep[tree] <= moving || d->tree_asleep[tree] >= 0) return;
+        d->tree_asleep[tree] = moving;
+        if (is_first("awake", body))
+            mju_warning("dermis.skin: the body %s does not fall asleep while it touches a pad. This is said once",
+                        name_of(m, mjOBJ_BODY, body).c_str());
+#endif
+    }
+    // Whether this is the first time for a body: MuJoCo too says what it warns of once in an mjData.
+    bool is_first(const char* what, int body) { return said_.insert({what, body}).second; }
     // Writes what is read, each output of a pad behind the one before.
     void write(mjData* d) const {
         const size_t cells = config_.cells();
@@ -155,66 +151,44 @@ class Instance {
                 }
                 const float* values = skin_.response(*output).data + p * cells;
                 if (config_.fields) std::copy_n(values, cells, out);
-                else *out = mean(values, cells);
+                else
+                    *out = std::transform_reduce(values, values + cells, 0.0, std::plus(), [](double x) { return x; }) /
+                           double(cells);
             }
             first += config_.length(output);
         }
     }
-    // Says, once of each body, that more than a tenth of the force on it presses none of its pads.
+    // Says that more than a tenth of the force on a body, of which each of its pads was asked for all, presses none.
     void warn(const mjModel* m, const mjData* d) {
         for (int p : touch_.touched()) {
-            Forces& f = forces_[size_t(pads_[size_t(p)].body)];
             const contact::Report& r = touch_.report(p);
-            f.asked = r.asked, f.pressing += r.placed + r.sideways; // each pad was asked for all of it
-        }
-        for (int p : touch_.touched()) {
             const int body = pads_[size_t(p)].body;
-            Forces& f = forces_[size_t(body)];
-            const double lost = f.asked - f.pressing;
-            if (!f.said && lost > 0.1 * f.asked) {
-                f.said = true;
-                mju_warning("dermis.skin: at %.6g s %.3g of %.3g N on the body %s press none of its pads. Site %s: %s "
-                            "This is said once; "
-                            "the output \"force\" has it at each step",
-                            d->time, lost, f.asked, name_of(m, mjOBJ_BODY, body).c_str(),
-                            name_of(m, mjOBJ_SITE, pads_[size_t(p)].site).c_str(), touch_.report(p).doubts().c_str());
-            }
-            f.asked = f.pressing = 0;
+            double lost = r.outside > 0.1 * r.asked ? r.asked : 0;
+            for (int q : touch_.touched())
+                if (lost > 0 && pads_[size_t(q)].body == body)
+                    lost -= touch_.report(q).placed + touch_.report(q).sideways;
+            if (lost > 0.1 * r.asked && is_first("lost", body))
+                mju_warning("dermis.skin: at %.6g s, %.3g of %.3g N on the body %s press none of its pads. At the site "
+                            "%s %s This is said once; the output \"force\" has it at each step",
+                            d->time, lost, r.asked, name_of(m, mjOBJ_BODY, body).c_str(),
+                            name_of(m, mjOBJ_SITE, pads_[size_t(p)].site).c_str(), r.doubts().c_str());
         }
-    }
-    // Four sums hide the latency of additions.
-    static double mean(const float* values, size_t count) {
-        double a = 0, b = 0, c = 0, e = 0;
-        size_t i = 0;
-        for (; i + 4 <= count; i += 4)
-            a += double(values[i]), b += double(values[i + 1]), c += double(values[i + 2]), e += double(values[i + 3]);
-        for (; i < count; ++i) a += double(values[i]);
-        return ((a + b) + (c + e)) / double(count);
     }
 
     const Config config_;
     const std::vector<Pad> pads_;
-    const std::vector<int> home_;
     Skin skin_;
     contact::Touch touch_;
     std::vector<double> places_, axes_, table_; // table_: place and force of each contact
     std::vector<int32_t> pad_;
     std::vector<mjtNum> held_; // the state in mjData that the skin had last; all 0: a skin at rest
     bool ahead_ = false;       // whether the skin is a step ahead of it
-    struct Forces {
-        double asked = 0, pressing = 0; // N
-        bool said = false;
-    };
-    std::vector<Forces> forces_; // of each body
+    std::set<std::pair<std::string, int>> said_;
 };
 
 // The instances of all mjData. A pointer in mjData may be that of another process, which has pickled it.
 class Living {
   public:
-    void add(const mjData* d, int i, std::unique_ptr<Instance> made) {
-        const std::lock_guard lock(in_use_);
-        all_[{d, i}] = std::move(made);
-    }
     Instance& of(const mjModel* m, const mjData* d, int i) {
         const std::lock_guard lock(in_use_);
         std::unique_ptr<Instance>& found = all_[{d, i}];
@@ -256,7 +230,8 @@ int nsensordata(const mjModel* m, int instance, int) {
 
 int init(const mjModel* m, mjData* d, int instance) {
     return guarded([&] {
-        living.add(d, instance, std::make_unique<Instance>(m, instance));
+        living.remove(d, instance); // of an mjData that had this address
+        living.of(m, d, instance);
         return 0;
     });
 }
