@@ -5,6 +5,7 @@ reference without steps: afferents.py dermis picture.png
 The functions of other methods take an afferent model as a dictionary, whose keys are the members of AfferentModel, and
 q's amplitude, frequency (Hz) and duration (s): q = amplitude*sin(2*pi*hz*t). Each returns spike times in s.
 """
+import json
 import subprocess
 import sys
 import tempfile
@@ -207,8 +208,8 @@ curvature_length = 0
 cells = [[0, 0]]
 {model}
 [time]
-step = {step!r}
-duration = {seconds!r}
+step = {step}
+duration = {seconds}
 [output]
 traces = []
 """
@@ -221,9 +222,9 @@ def dermis(program, model, load, step, folder):
     """Spike times of a run."""
     keys = {"class": "sa1", **model, "gains": [list(pair) for pair in model["gains"]]}
     keys["after"] = []
-    text = "\n".join(f"{key} = {value!r}".replace("'", '"') for key, value in keys.items())
+    text = "\n".join(f"{key} = {json.dumps(value)}" for key, value in keys.items())
     Path(folder, "scene.toml").write_text(SCENE.format(model=text, load=load, step=step, seconds=SECONDS))
-    subprocess.run([program, "run", f"{folder}/scene.toml", "--out", f"{folder}/out"], check=True, capture_output=True)
+    subprocess.run([program, "run", f"{folder}/scene.toml", "--out", f"{folder}/out"], check=True, stdout=subprocess.DEVNULL)
     return np.load(f"{folder}/out/spikes.npy")["time"]
 
 
@@ -231,13 +232,13 @@ def frames(program, model, amplitude, hz, step, folder):
     """dermis with the sine known by frames, straight lines between them."""
     values = amplitude * np.sin(2 * np.pi * hz * step * np.arange(round(SECONDS / step) + 1))
     np.save(f"{folder}/frames.npy", values.reshape(-1, 1, 1))
-    load = f'kind = "sequence"\npath = "frames.npy"\ninterval = {step!r}'
+    load = f'kind = "sequence"\npath = "frames.npy"\ninterval = {step}'
     return dermis(program, model, load, step, folder)
 
 
 def sine(program, model, amplitude, hz, step, folder):
     """dermis with the sine itself."""
-    load = f'radius = 1\nintensity = {amplitude!r}\nenvelope = "sine"\nmean = 0\nfrequency = {hz!r}'
+    load = f'radius = 1\nintensity = {amplitude}\nenvelope = "sine"\nmean = 0\nfrequency = {hz}'
     return dermis(program, model, load, step, folder)
 
 

@@ -67,7 +67,7 @@ path = "strains.npy"
 {afferents}
 [time]
 step = 0.01
-duration = {duration!r}
+duration = {duration}
 [output]
 traces = []
 """
@@ -104,7 +104,7 @@ def lines_of(name):
 def run(dermis, scene, folder, *settings):
     Path(folder, "scene.toml").write_text(scene)
     subprocess.run([dermis, "run", f"{folder}/scene.toml", "--out", f"{folder}/out", *settings], check=True,
-                   capture_output=True)
+                   stdout=subprocess.DEVNULL)
     return Path(folder, "out")
 
 

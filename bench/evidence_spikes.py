@@ -76,7 +76,7 @@ def strains(kind, um):
 
 def sine_spikes(dermis, kind, hz, um, seconds, wait=WAIT):
     """The number of spikes from `wait` on for so many seconds: of a preset fibre for each amplitude of a sine."""
-    load = f'envelope = "sine"\nmean = 0\nfrequency = {float(hz)!r}'
+    load = f'envelope = "sine"\nmean = 0\nfrequency = {float(hz)}'
     times = fire(dermis, strains(kind, um), load, wait + seconds, [(preset(kind), range(len(um)))])
     return np.array([(t >= wait).sum() for t in times])
 

@@ -73,7 +73,7 @@ def main(dermis, picture):
     with tempfile.TemporaryDirectory() as folder:
         np.save(f"{folder}/frames.npy", pressed)
         Path(folder, "scene.toml").write_text(SCENE)
-        subprocess.run([dermis, "run", f"{folder}/scene.toml", "--out", f"{folder}/out"], check=True, capture_output=True)
+        subprocess.run([dermis, "run", f"{folder}/scene.toml", "--out", f"{folder}/out"], check=True, stdout=subprocess.DEVNULL)
         spikes = np.load(f"{folder}/out/spikes.npy")
         with open(f"{folder}/out/afferents.csv", newline="") as file:
             fibres = list(csv.DictReader(file))

@@ -83,7 +83,7 @@ def exact(elements, knots, gains, asked, surface, pressure):
 
 
 def scene_text(elements, knots, gains, asked, tolerance):
-    material = ", ".join(f"{{ modulus = {E!r}, viscosity = {eta!r} }}" for E, eta in elements)
+    material = ", ".join(f"{{ modulus = {E}, viscosity = {eta} }}" for E, eta in elements)
     load = (f"kind = \"sequence\"\npath = \"frames.npy\"\ninterval = {knots[1][0]}" if knots is FRAMES else
             f"kind = \"file\"\npath = \"pressure.npy\"\nenvelope = \"table\"\ntimes = {[t for t, _ in knots]}\n"
             f"values = {[level for _, level in knots]}")

@@ -201,9 +201,9 @@ def published(step=STEP):
 
 def keys(model):
     """A model as the text of a table of [[afferents]]."""
-    after = ", ".join(f"{{ amplitude = {float(a)!r}, time = {float(t)!r} }}" for a, t in model["after"] if a)
+    after = ", ".join(f"{{ amplitude = {float(a)}, time = {float(t)} }}" for a, t in model["after"] if a)
     numbers = {key: np.array(value, float).tolist() for key, value in model.items() if key != "after"}
-    return "\n".join([*(f"{key} = {value!r}" for key, value in numbers.items()), f"after = [{after}]"])
+    return "\n".join([*(f"{key} = {value}" for key, value in numbers.items()), f"after = [{after}]"])
 
 
 def spikes(dermis, models):
@@ -216,7 +216,7 @@ def spikes(dermis, models):
         tables = [(keys(m), np.arange(len(amplitudes)) + first[name[0]]) for name, m in models.items()]
         load = 'envelope = "table"\ntimes = [0.05, 0.1, 1, 1.05]\nvalues = [0, 1, 1, 0]'
         if kind == "sine":
-            load = (f'envelope = "sine"\nmean = 0\nfrequency = {hz}\nphase = {-2 * np.pi * hz * 0.05!r}\n'
+            load = (f'envelope = "sine"\nmean = 0\nfrequency = {hz}\nphase = {-2 * np.pi * hz * 0.05}\n'
                     "window = { start = 0.05, until = 1.05 }")
         times = evidence_row.fire(dermis, strains, load, 1.1, tables)
         found |= zip([(name, (kind, hz, a)) for name in models for a in amplitudes], times)

@@ -45,8 +45,8 @@ path = "dome.npy"
 path = "texture.npy"
 velocity = [{speed}, 0]
 [time]
-step = {step!r}
-duration = {duration!r}
+step = {step}
+duration = {duration}
 [receptors]
 depth = {{ fa2 = 2e-3 }}
 [sites]
@@ -73,7 +73,7 @@ def dome():
 
 def run(dermis, folder, text):
     Path(folder, "scene.toml").write_text(text)
-    subprocess.run([dermis, "run", f"{folder}/scene.toml", "--out", f"{folder}/out"], check=True, capture_output=True)
+    subprocess.run([dermis, "run", f"{folder}/scene.toml", "--out", f"{folder}/out"], check=True, stdout=subprocess.DEVNULL)
 
 
 def power(dermis, way, period, speed, seed):

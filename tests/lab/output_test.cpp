@@ -212,14 +212,14 @@ TEST_CASE("units that cannot be meant are said in a sentence") {
     CHECK_FALSE(warned(""));
 }
 
-TEST_CASE("a picture takes nothing from the working directory: no module of Python, no matplotlibrc") {
+TEST_CASE("a picture takes nothing from the working directory, the user's matplotlibrc or an ignored SIGCHLD") {
     const Folder folder;
-    const auto drawn = [&](const std::string& name) {
+    const auto drawn = [&](const std::string& name, const std::string& surroundings = "") {
         const Outcome o = command(folder,
                                   "fit " DERMIS_TEST_DATA "/../../host/examples/fingerpad_relaxation.csv --elements 2 "
                                   "--out " +
                                       name,
-                                  "cd '" + (folder / "").string() + "' &&");
+                                  "cd '" + (folder / "").string() + "' && " + surroundings);
         CHECK_MESSAGE(o.status == 0, o.err);
         CHECK(o.out.find(name + "/fit.png") != std::string::npos);
         return slurp(folder / (name + "/fit.png"));
@@ -229,6 +229,9 @@ TEST_CASE("a picture takes nothing from the working directory: no module of Pyth
         folder.write(module, "open('" + (folder / "ran").string() + "', 'w')\n");
     folder.write("matplotlibrc", "axes.facecolor: red\n");
     CHECK(drawn("after") == before);
+    folder.write("user/matplotlibrc", "text.usetex: True\n"); // which wants LaTeX
+    CHECK(drawn("usetex", "MPLCONFIGDIR='" + (folder / "user").string() + "'") == before);
+    CHECK(drawn("ignored", "trap '' CHLD;") == before); // as a daemon's children inherit it
     CHECK_FALSE(fs::exists(folder / "ran"));
 }
 

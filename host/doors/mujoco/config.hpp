@@ -85,6 +85,9 @@ class Config {
         const std::string output = given.text("output", "field");
         if (output != "field" && output != "mean") refuse("output", output, "field, mean");
         fields = output == "field";
+        double sum = 0;
+        for (const std::optional<Quantity>& each : read) sum += double(length(each));
+        sensor_numbers = counted("responses", sum);
     }
 
     contact::Pad shape() const {
@@ -94,13 +97,8 @@ class Config {
     }
     Skin skin() const { return {Device::cpu(1), scene, options}; }
     size_t cells() const { return size_t(scene.grid.width) * size_t(scene.grid.height); }
-    // The numbers of an output of a pad, and of all its outputs.
+    // The numbers of an output of a pad.
     size_t length(std::optional<Quantity> output) const { return !output ? 2 : fields ? cells() : 1; }
-    int sensor_numbers() const {
-        double sum = 0;
-        for (const std::optional<Quantity>& output : read) sum += double(length(output));
-        return counted("responses", sum);
-    }
     // The numbers of the state in mjData: whether the skin is not at rest, and its state.
     static int state_numbers(const Skin& skin) {
         return counted("pads", 1 + std::ceil(double(skin.state_bytes()) / sizeof(mjtNum)));
@@ -112,6 +110,7 @@ class Config {
     std::vector<double> radii;
     double reach, patch, ball, modulus;
     bool fields;
+    int sensor_numbers; // of all outputs of a pad
 
   private:
     void read_scene(const Keys& given) {

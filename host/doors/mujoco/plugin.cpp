@@ -47,7 +47,7 @@ std::vector<Pad> pads_of(const mjModel* m, int instance, int length) {
 class Instance {
   public:
     Instance(const mjModel* m, int instance)
-        : config_(m, instance), pads_(pads_of(m, instance, config_.sensor_numbers())), skin_(config_.skin()),
+        : config_(m, instance), pads_(pads_of(m, instance, config_.sensor_numbers)), skin_(config_.skin()),
           touch_(config_.shape(), config_.options.count, config_.reach, config_.options.shear),
           held_(size_t(Config::state_numbers(skin_))) {
         if (pads_.size() != size_t(config_.options.count))
@@ -225,7 +225,7 @@ int nstate(const mjModel* m, int instance) {
 }
 
 int nsensordata(const mjModel* m, int instance, int) {
-    return guarded([&] { return Config(m, instance).sensor_numbers(); });
+    return guarded([&] { return Config(m, instance).sensor_numbers; });
 }
 
 int init(const mjModel* m, mjData* d, int instance) {

@@ -81,6 +81,15 @@ template <class... Arguments> nb::object result_of(const nb::object& method, Arg
     }
 }
 
+// What an object says why it gives no array, as a tensor of torch that requires a gradient does; empty: nothing.
+std::string reason_of(nb::handle argument) try {
+    if (nb::hasattr(argument, "__dlpack__")) argument.attr("__dlpack__")();
+    return {};
+} catch (const nb::python_error& e) {
+    if (!e.matches(PyExc_Exception)) throw;
+    return nb::str(e.value()).c_str();
+}
+
 // Returns what __dlpack__ gives, or None. Arrays older than DLPack 1 do not know the keyword, by which others say
 // whether they can be written to.
 nb::object capsule_of(nb::handle argument) {
@@ -186,6 +195,8 @@ std::string description_of(nb::handle argument) {
     if (is_masked(argument)) return "masked array (.filled(..) has no mask)";
     nb::ndarray<nb::ro> array;
     if (!nb::try_cast(readable(argument), array, false)) {
+        const std::string reason = reason_of(argument);
+        if (!reason.empty()) return nb::type_name(argument.type()).c_str() + (" that cannot be read: " + reason);
         const nb::str text = nb::repr(argument);
         const nb::object bytes = nb::steal(PyUnicode_AsEncodedString(text.ptr(), "utf-8", "backslashreplace"));
         if (!bytes.is_valid()) nb::raise_python_error();

@@ -4,6 +4,7 @@
 
 #include "dermis/dermis.hpp"
 #include "host/core/base/refusal.hpp"
+#include "host/core/description/description.hpp"
 #include "host/core/description/names.hpp"
 
 #include <functional>
@@ -121,10 +122,16 @@ std::optional<AnyArray> array_in(nb::handle);
 std::string description_of(nb::handle);
 std::string shape_text(const std::vector<size_t>& shape); // "(25, 20)"
 
-template <class Enum> Enum value_named(const char* parameter, string_view name) {
+// allowed: what the message says is allowed.
+template <class Enum>
+Enum value_named(const char* parameter, string_view name, const std::string& allowed = scene::quoted_names<Enum>()) {
     const std::optional<Enum> value = scene::value_of<Enum>(name);
-    if (!value) scene::refuse(parameter, "\"" + std::string(name) + "\"", scene::quoted_names<Enum>());
+    if (!value) scene::refuse(parameter, "\"" + std::string(name) + "\"", allowed);
     return *value;
+}
+
+inline Quantity class_named(const char* parameter, string_view name) {
+    return value_named<Quantity>(parameter, name, scene::receptor_class_names());
 }
 
 // The items of a sequence. Throws Error::bad_input if an item is no Item. allowed: what the message says is allowed.

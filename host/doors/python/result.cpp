@@ -194,7 +194,9 @@ void bind_result(nb::module_& m) {
         .def(
             "__getitem__",
             [](const RunOfScene& r, string_view quantity) -> const Trace& {
-                return r.result.trace(value_named<Quantity>("quantity", quantity));
+                std::string allowed;
+                for (const char* name : trace_names(r)) allowed += (allowed.empty() ? "" : ", ") + std::string(name);
+                return r.result.trace(value_named<Quantity>("quantity", quantity, allowed));
             },
             nb::rv_policy::reference_internal, nb::arg("quantity"),
             "The trace of a quantity of output.traces: \"strain\", \"sa1\", \"sa2\", \"fa1\", \"fa2\", ..")

@@ -179,7 +179,7 @@ bool bench_errors(const std::string& path, const std::string& out, const std::st
     output::write_file(folder.path() / "errors.csv", table_of(ways));
     fmt::print("{}\n", (folder.path() / "errors.csv").string());
     std::fflush(stdout);
-    if (output::draw(plot_script, folder.path(), {"errors"}))
+    if (output::draw(plot_script, folder.path(), {"errors"}).empty())
         fmt::print("{}\n", (folder.path() / "errors.png").string());
     return std::ranges::none_of(ways, &Way::broken);
 }

@@ -109,8 +109,9 @@ int fit_data(const FitArguments& a) {
     output::write_file(out / "fit.csv", fit_csv(curves, fit));
     fmt::print("# {}\n", (out / "fit.csv").string());
     std::fflush(stdout); // before a message of the script
-    if (output::draw(plot_script, out, {"fit"})) fmt::print("# {}\n", (out / "fit.png").string());
-    else fmt::print("# no picture: /usr/bin/python3 has no matplotlib (on Debian: python3-matplotlib)\n");
+    const std::string why_not = output::draw(plot_script, out, {"fit"});
+    if (why_not.empty()) fmt::print("# {}\n", (out / "fit.png").string());
+    else fmt::print("# no picture: {}\n", why_not);
     return 0;
 }
 

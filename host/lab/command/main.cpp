@@ -265,10 +265,8 @@ int plot_folder(const std::string& folder) {
     std::vector<std::string> units; // of keys
     for (const std::string& key : scene::known_keys())
         units.push_back(fmt::format("\"{}\": \"{}\"", key, scene::unit_of_key(key)));
-    if (!output::draw(plot_script, in, {"run", fmt::format("{{{}}}", fmt::join(units, ", "))}))
-        throw Error(Error::Code::io, "",
-                    "pictures are drawn with matplotlib, which /usr/bin/python3 does not have; on Debian: apt install "
-                    "python3-matplotlib");
+    const std::string why_not = output::draw(plot_script, in, {"run", fmt::format("{{{}}}", fmt::join(units, ", "))});
+    if (!why_not.empty()) throw Error(Error::Code::io, "", "no pictures: " + why_not);
     fmt::print("open first: {}\n", (in / "report.html").string());
     return 0;
 }

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "host/lab/output/drawing.hpp"
 
-#include <cstdlib>
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
 
 namespace dermis::output {
 
@@ -13,20 +16,39 @@ std::string in_shell(const std::string& argument) {
     return quoted + "'";
 }
 
+std::string last_line(std::string text) {
+    while (text.ends_with('\n')) text.pop_back();
+    return text.substr(text.rfind('\n') + 1);
+}
+
+// Lets this process wait for its children: one that was started with SIGCHLD ignored cannot.
+struct Awaiting {
+    Awaiting() : before(std::signal(SIGCHLD, SIG_DFL)) {}
+    ~Awaiting() { std::signal(SIGCHLD, before); }
+    void (*before)(int);
+};
+
 } // namespace
 
-bool draw(std::string_view script, const Path& folder, const std::vector<std::string>& more) {
+std::string draw(std::string_view script, const Path& folder, const std::vector<std::string>& more) {
+    const Awaiting awaiting;
     // Debian's Python, which has Debian's matplotlib. Neither Python (-I) nor matplotlib, which looks for a
-    // matplotlibrc in the working directory, takes anything from the folder that the command was called in.
-    const std::string python = "cd / && /usr/bin/python3 -I";
-    if (std::system((python + " -c 'import matplotlib' >/dev/null 2>&1").c_str()) != 0) return false;
+    // matplotlibrc in the working directory, takes anything from the folder that the command was called in, and none
+    // of the user's settings changes a picture.
+    const std::string python = "cd / && MATPLOTLIBRC=/dev/null /usr/bin/python3 -I";
+    if (FILE* pipe = ::popen((python + " -c 'import matplotlib, numpy' 2>&1").c_str(), "r")) {
+        std::string said;
+        for (int c; (c = std::fgetc(pipe)) != EOF;) said += char(c);
+        if (::pclose(pipe) != 0)
+            return "/usr/bin/python3 says: " + last_line(said) + " (on Debian, python3-matplotlib draws pictures)";
+    }
     std::string arguments = in_shell(std::filesystem::absolute(folder).string());
     for (const std::string& argument : more) arguments += in_shell(argument);
     FILE* pipe = ::popen((python + " -" + arguments).c_str(), "w");
-    if (!pipe) return false;
+    if (!pipe) return std::strerror(errno);
     std::fwrite(script.data(), 1, script.size(), pipe);
     if (::pclose(pipe) != 0) throw Error(Error::Code::io, "", "drawing the figures failed; its message stands above");
-    return true;
+    return {};
 }
 
 } // namespace dermis::output

@@ -9,7 +9,7 @@
 namespace dermis::output {
 
 // Runs a Python script that draws pictures of a folder's files. Its arguments are the folder and then `more`. Returns
-// false where there is no Python with matplotlib. Throws Error::io if the script fails.
-bool draw(std::string_view script, const Path& folder, const std::vector<std::string>& more = {});
+// why there can be no pictures, as Python says it; empty: they are drawn. Throws Error::io if the script fails.
+std::string draw(std::string_view script, const Path& folder, const std::vector<std::string>& more = {});
 
 } // namespace dermis::output

@@ -207,13 +207,13 @@ std::string chart_device(const Device* vulkan) {
                        vulkan->info().kind == "software" ? ", a software driver on the CPU's own cores" : "");
 }
 
-void print_places(const Path& out, bool drawn) {
+void print_places(const Path& out, const std::string& why_not) {
     const auto place = [&](const char* what, const char* where) {
         fmt::print("{:<16}{}\n", what, (out / where).string());
     };
     place("claims", "claims.md");
-    if (drawn) place("pictures", "figures");
-    else fmt::print("no pictures: /usr/bin/python3 has no matplotlib (Debian: python3-matplotlib)\n");
+    if (why_not.empty()) place("pictures", "figures");
+    else fmt::print("no pictures: {}\n", why_not);
     place("published runs", "published");
     place("exact runs", "exact");
     place("modulus sweep", "sweep_modulus");
@@ -245,7 +245,7 @@ int reproduce(const Path& out, bool resume) {
     const Devices devices = open_devices();
     const Device* vulkan = devices[0].get();
     Totals totals;
-    bool drawn = false;
+    std::string why_not;
     timed("scenes and sweeps", [&] { totals = run_scenes(out, devices, resume); });
     timed("claims", [&] { output::write_file(out / "claims.md", claims(totals.runs)); });
     timed("error against time", [&] {
@@ -259,9 +259,9 @@ int reproduce(const Path& out, bool resume) {
     timed("pictures", [&] {
         write_maps(out / "maps");
         const output::Folder figures(out / "figures");
-        drawn = output::draw(figures_script, out);
+        why_not = output::draw(figures_script, out);
     });
-    print_places(out, drawn);
+    print_places(out, why_not);
     return totals.different ? 1 : 0;
 }
 

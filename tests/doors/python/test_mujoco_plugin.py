@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Skin in a MuJoCo model without code: the plugin dermis.skin, on the hand of tests/embedding/mujoco/hand.xml."""
 import pathlib
+import pickle
+import re
 import subprocess
 import sys
 
@@ -21,6 +23,11 @@ def plugin():
         mujoco.mj_loadPluginLibrary(dermis.mujoco_plugin())
     except dermis.Error as none:
         pytest.skip(str(none))  # a package that was built without it
+
+
+@pytest.fixture(autouse=True)
+def where_mujoco_writes_its_log(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
 
 
 def model(tips=range(5), **keys):
@@ -106,7 +113,18 @@ def test_a_mean_is_that_of_the_field_and_a_scene_describes_the_skin(tmp_path):
     ({"spacing": "wide"}, "spacing = wide; allowed: a number"),
     ({"size": "80"}, "size = 80; allowed: 2"),
     ({"size": "0 80"}, "grid.width = 0"),
-    ({"pads": "1e20"}, "pads = 1e+20; allowed: whole numbers up to 1048576"),
+    ({"pads": "1e20"}, "pads = 1e+20; allowed: 1..1048576"),
+    ({"spacing": "-1"}, "spacing = -1; allowed: 1e-09..1000000"),
+    ({"radius": "-1"}, "radius = -1; allowed: 0..1000000"),
+    ({"reach": "1e300"}, "reach = 1e+300; allowed: 0..1000000"),
+    ({"patch": "-1"}, "patch = -1; allowed: 0..1000000"),
+    ({"ball": "-1"}, "ball = -1; allowed: 0..1000000"),
+    ({"modulus": "-5"}, "modulus = -5; allowed: 1e-06..1e+30"),
+    ({"modulus": "0"}, "modulus = 0; allowed: 1e-06..1e+30"),
+    ({"responses": "sa1 shear_x shear_x"}, "responses = shear_x twice; allowed: each one once"),
+    ({"responses": " ".join(["shear_x"] * 47722), "size": "300 300"}, "responses = shear_x twice"),
+    ({"responses": "shear_x shear_y stretch_x stretch_y stretch_xy sa1 sa2 fa1 fa2", "size": "16384 16384"},
+     "responses = 2.4159191e+09 numbers of mjData; allowed: at most 2147483647"),
     ({"size": "8.5 8"}, "size = 8.5; allowed: whole numbers"),
     ({"responses": "sa1 sa3"}, "responses = sa3; allowed: sa1, sa2, fa1, fa2, shear_x, shear_y, stretch_x"),
     ({"output": "sum"}, "output = sum; allowed: field, mean"),
@@ -116,11 +134,147 @@ def test_a_mean_is_that_of_the_field_and_a_scene_describes_the_skin(tmp_path):
     ({"scene": "none.toml", "size": "", "spacing": ""}, "none.toml"),
 ])
 def test_a_key_that_is_wrong_is_an_error_of_mujoco_that_names_it(keys, words):
-    # in a process of its own: MuJoCo's error leaves what it was doing
-    program = ("import sys, mujoco, dermis; sys.path.insert(0, sys.argv[1]); import test_mujoco_plugin as t\n"
-               "mujoco.mj_loadPluginLibrary(dermis.mujoco_plugin())\n"
-               f"try: mujoco.MjData(t.model(**{keys!r}))\n"
-               "except Exception as e: print('refused:', e)")
-    done = subprocess.run([sys.executable, "-c", program, str(pathlib.Path(__file__).parent)], capture_output=True,
-                          text=True, timeout=60)
-    assert done.returncode == 0 and "refused:" in done.stdout and words in done.stdout, done
+    with pytest.raises(ValueError, match=re.escape(words)):  # when the model is read
+        model(**keys)
+
+
+# A plate, and a ball of 50 g above it.
+PLATE = """<mujoco><option timestep=".001" cone="elliptic">{flag}</option><extension><plugin plugin="dermis.skin">
+<instance name="s"><config key="ball" value=".008"/><config key="output" value="{output}"/>
+<config key="responses" value="{responses}"/></instance></plugin></extension><default><geom {geom}/></default><worldbody>
+<body name="plate">{plate}</body><body name="ball" pos="{x} 0 .0079"><freejoint/><geom type="sphere" size=".008"
+mass=".05"/></body></worldbody><sensor><plugin name="touch" instance="s" objtype="site" objname="skin"/></sensor>
+</mujoco>"""
+BOX = '<geom type="box" size="{half} {half} .005" pos="0 0 -.005"/>'
+
+
+def plate(x=0, half=".01", flag="", geom="", responses="sa1 force", output="mean", on="{box}<site name='skin'/>"):
+    return mujoco.MjModel.from_xml_string(PLATE.format(
+        x=x, flag=flag, geom=geom, responses=responses, output=output, plate=on.format(box=BOX.format(half=half))))
+
+
+def rested(m, steps=1500):
+    data = mujoco.MjData(m)
+    mujoco.mj_step(m, data, steps)
+    return data
+
+
+def test_the_output_force_is_the_force_that_presses_and_the_force_that_does_not():
+    weight = 0.05 * 9.81
+    on, off = rested(plate()), rested(plate(x=5.9e-3, half=".02"))  # the pad's border is at 6 mm
+    np.testing.assert_allclose(on.sensordata[1:], [weight, 0], atol=1e-6 * weight)
+    assert off.sensordata[1:].sum() == pytest.approx(weight, rel=1e-6) and off.sensordata[2] > 0.3 * weight
+    fields = rested(plate(responses="force sa1", output="field")).sensordata
+    assert fields.size == 2 + 24 * 24 and (fields[:2] == on.sensordata[1:]).all()
+    assert fields[2:].mean() == pytest.approx(on.sensordata[0], rel=1e-12)
+
+
+@pytest.mark.parametrize("geom", ['solimp="0.3 0.6 0.01"', 'margin="0.002" gap="0.001"', 'solref="0.05 1"'])
+def test_a_contact_lies_on_the_surface_of_the_pad_however_deep_it_is(geom):
+    data = rested(plate(geom=geom), 3000)
+    assert abs(data.contact[0].dist) > 1e-4 and data.contact[0].pos[2] != 0
+    assert data.sensordata[1] == pytest.approx(0.05 * 9.81, rel=1e-5) and data.sensordata[2] == 0
+
+
+def test_force_that_presses_no_pad_is_said_once_with_how_much_and_where(capfd):
+    data = rested(plate(x=5.9e-3, half=".02"), 800)
+    said = capfd.readouterr()
+    told = (said.err + said.out).count("This is said once")
+    assert told == 1 and 'N on the body "plate" press none of its pads. At the site "skin" 0.' in said.err + said.out
+    assert re.search(r"at [0-9.]+ s, 0\.\d+ of 0\.\d+ N", said.err + said.out)
+    rested(plate(), 800)
+    assert "dermis.skin" not in "".join(capfd.readouterr())
+    assert data.sensordata[2] > 0
+
+
+@pytest.mark.skipif(not hasattr(mujoco.mjtEnableBit, "mjENBL_SLEEP"), reason="this MuJoCo has no bodies that sleep")
+def test_a_body_that_lies_on_a_pad_goes_on_pressing_where_bodies_may_sleep(capfd):
+    awake, may_sleep = rested(plate()), rested(plate(flag='<flag sleep="enable"/>'))
+    assert (may_sleep.sensordata == awake.sensordata).all() and awake.sensordata[0] > 0
+    assert "does not fall asleep while it touches a pad" in "".join(capfd.readouterr())
+    # A ball beside it, on a floor that is no pad, sleeps.
+    m = mujoco.MjModel.from_xml_string(PLATE.format(
+        x=0, flag='<flag sleep="enable"/>', geom="", responses="sa1 force", output="mean",
+        plate=BOX.format(half=".01") + '<site name="skin"/>').replace("</worldbody>", '<body name="floor"><geom '
+        'type="plane" size="1 1 .1" pos="0 0 -.1"/></body><body pos=".5 0 -.0901"><freejoint/><geom type="sphere" '
+        'size=".01" mass=".05"/></body></worldbody>'))
+    assert sorted(rested(m, 3000).tree_asleep >= 0) == [False, True]
+
+
+def test_a_site_on_a_body_without_geom_is_refused_when_the_model_is_read():
+    with pytest.raises(ValueError, match='objname = "skin"; allowed: a site on a body with a geom'):
+        plate(on="<site name='skin'/><body>{box}</body>")
+
+
+def state_of(m, data):
+    kind = mujoco.mjtState.mjSTATE_INTEGRATION
+    state = np.zeros(mujoco.mj_stateSize(m, kind))
+    mujoco.mj_getState(m, data, state, kind)
+    return state
+
+
+def pressed_from(state, steps):
+    """The sensors of an mjData that has stepped so often, after a step from this state."""
+    m = plate(responses="sa1 fa1 fa2")
+    data = rested(m, steps)
+    mujoco.mj_setState(m, data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
+    mujoco.mj_step(m, data)
+    return data.sensordata.copy()
+
+
+def in_another_process(call, given=b""):
+    program = (f"import pickle, sys, mujoco, dermis\nsys.path.insert(0, {str(pathlib.Path(__file__).parent)!r})\n"
+               "import test_mujoco_plugin as t\nmujoco.mj_loadPluginLibrary(dermis.mujoco_plugin())\n"
+               f"sys.stdout.buffer.write(pickle.dumps({call}))")
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, input=given, timeout=60)
+    assert done.returncode == 0, done
+    return pickle.loads(done.stdout)
+
+
+def test_a_state_of_another_process_is_loaded_whatever_this_one_has_stepped():
+    theirs = in_another_process("t.state_of(m := t.plate(responses='sa1 fa1 fa2'), t.rested(m, 41))")
+    after = [pressed_from(theirs, steps) for steps in (40, 41, 42)]
+    assert after[0].any() and all((one == after[0]).all() for one in after)
+
+
+@pytest.mark.parametrize("changed", [1, 100])
+def test_a_state_is_known_by_its_bytes(changed):
+    m = plate()
+    data = rested(m, 50)
+    before = data.plugin_state.copy()
+    data.plugin_state[changed] = np.nan
+    with pytest.raises(mujoco.FatalError, match="dermis.skin: state = .*; allowed: "):
+        mujoco.mj_step(m, data)
+    data.plugin_state[:] = before
+    mujoco.mj_step(m, data)
+    assert (data.sensordata == rested(m, 51).sensordata).all()
+
+
+def test_pickled_data_steps_in_another_process_and_here():
+    m = plate()
+    data = rested(m, 50)
+    here = pickle.loads(pickle.dumps(data))
+    theirs = in_another_process("(lambda d: (mujoco.mj_step(t.plate(), d, 10), d.sensordata.copy())[1])("
+                                "pickle.load(sys.stdin.buffer))", pickle.dumps(data))
+    for one in (data, here):
+        mujoco.mj_step(m, one, 10)
+        assert (one.sensordata == theirs).all()
+    del here
+    mujoco.mj_step(m, data)  # has not lost its skin with the other one
+
+
+def test_a_scene_that_has_changed_since_the_model_was_read_is_refused(tmp_path):
+    scene = tmp_path / "skin.toml"
+    text = 'preset = "fingertip"\n[grid]\nwidth = 80\nheight = {}\nspacing = 2.5e-4\n[surface]\nkind = "flat"\n'
+    scene.write_text(text.format(80))
+    m = model(scene=scene, size="", spacing="")
+    scene.write_text(text.format(90))
+    with pytest.raises(mujoco.FatalError, match='sensor = "touch0" with 12800 numbers; allowed: 14400'):
+        mujoco.MjData(m)
+
+
+def test_a_plugin_for_another_mujoco_is_named_with_both_versions(monkeypatch):
+    built = mujoco.mj_versionString()
+    monkeypatch.setattr(mujoco, "mj_versionString", lambda: "1.2.3")
+    with pytest.raises(dermis.Error, match=rf"mujoco = '1\.2\.3'; allowed: .*{re.escape(built)}"):
+        dermis.mujoco_plugin()

@@ -112,5 +112,9 @@ def test_rows_have_the_values_and_what_each_trace_comes_to():
 def test_what_cannot_be_drawn_is_refused_by_name(tmp_path):
     with pytest.raises(dermis.Error, match=r"what = \[\]; allowed: a Result, the rows of sweep\(\), or a folder"):
         dermis.plot([])
+    with pytest.raises(dermis.Error, match=r"what = float64 array of shape \(3,\); allowed: a Result, the rows of"):
+        dermis.plot(np.zeros(3))
+    with pytest.raises(dermis.Error, match=r"what = \[\{'a': 1\}\]; allowed: a Result, the rows of"):
+        dermis.plot([{"a": 1}])
     with pytest.raises(dermis.Error, match=r"what = .*: has neither summary.json nor runs.csv; allowed: a folder of"):
         dermis.plot(tmp_path)

@@ -410,3 +410,37 @@ def test_a_vulkan_device_has_the_bits_of_the_cpu():
     for name in CLASSES:
         assert skins[0][name].tobytes() == skins[1][name].tobytes()
     assert skins[0].save() == skins[1].save()
+
+
+class Tensor:
+    """What torch gives for a tensor that requires a gradient."""
+
+    def __dlpack__(self, **options):
+        raise BufferError("Can't export tensors that require gradient, use tensor.detach()")
+
+    def __dlpack_device__(self):
+        return 1, 0
+
+
+def test_an_array_that_is_not_given_is_refused_in_the_words_of_its_owner():
+    skin = dermis.Skin({"grid": {"width": 4, "height": 4}})
+    for call in (lambda: skin.press(Tensor(), 1e-3), lambda: skin.press_frames(Tensor(), 1e-3),
+                 lambda: skin.press(np.zeros((4, 4), np.float32), Tensor())):
+        with pytest.raises(dermis.Error, match="Tensor that cannot be read: Can't export tensors that require gradient"):
+            call()
+
+
+def test_what_is_said_to_be_allowed_is_allowed():
+    scene = {"grid": {"width": 4, "height": 4}, "time": {"duration": 0.02}}
+    result = dermis.run(scene)
+    for key, call in {"responses": lambda name: dermis.Skin(scene, responses=name),
+                      "precision": lambda name: dermis.Skin(scene, precision=name),
+                      "sites": lambda name: dermis.Scene(scene, sites=[(name, 1, 1)]),
+                      "type": lambda name: dermis.Afferents(type=name, cells=[(1, 1)]),
+                      "quantity": lambda name: result[name]}.items():
+        with pytest.raises(dermis.Error, match=f'{key} = "sa1,fa1"; allowed: ') as refused:
+            call("sa1,fa1")
+        allowed = str(refused.value).partition("allowed: ")[2].replace('"', "").split(", ")
+        assert len(allowed) >= 2
+        for name in allowed:
+            call(name)

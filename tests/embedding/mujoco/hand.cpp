@@ -40,12 +40,13 @@ struct Table {
             const mjContact& c = d->contact[i / 2];
             const int geom = i % 2 ? c.geom2 : c.geom1;
             if (pads[size_t(geom)] < 0) continue;
-            mjtNum own[6], force[3];
+            mjtNum own[6], force[3], place[3];
             mj_contactForce(m, d, i / 2, own);
             mju_mulMatTVec(force, c.frame, own, 3, 3); // in the world, on the second geom
             if (i % 2 == 0) mju_scl3(force, force, -1);
             pad.push_back(pads[size_t(geom)]);
-            rows.insert(rows.end(), c.pos, c.pos + 3);
+            mju_addScl3(place, c.pos, c.frame, (i % 2 == 0 ? -0.5 : 0.5) * c.dist); // on this geom's surface
+            rows.insert(rows.end(), place, place + 3);
             rows.insert(rows.end(), force, force + 3);
         }
     }

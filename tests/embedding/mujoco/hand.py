@@ -32,10 +32,12 @@ class HandSkin:
         solved = found.efc_address >= 0
         force = data.efc_force[found.efc_address[solved, None] + range(3)]  # of an elliptic cone: normal, two tangents
         force = (force[:, None] @ found.frame[solved].reshape(-1, 3, 3))[:, 0]  # in the world, on the second geom
-        place, pad = found.pos[solved], self.pad[found.geom[solved].T]
+        place, pad = found.pos[solved], self.pad[found.geom[solved].T]  # the middle between both surfaces
+        half = found.dist[solved, None] / 2 * found.frame[solved, :3]  # from there to the second geom's surface
         first, second = pad >= 0
+        place = np.r_[(place - half)[first], (place + half)[second]]
         report = self.touch.add(data.site_xpos[self.sites], data.site_xmat[self.sites],
-                                pad=np.r_[pad[0, first], pad[1, second]], position=np.r_[place[first], place[second]],
+                                pad=np.r_[pad[0, first], pad[1, second]], position=place,
                                 force=np.r_[-force[first], force[second]], **self.patch)
         self.skin.press(self.touch, STEP)
         return report

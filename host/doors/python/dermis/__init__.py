@@ -263,7 +263,8 @@ def plot(what: Result | Sequence[Mapping[str, Any]] | str | os.PathLike[str],
             source = drawing.read(pathlib.Path(what), _core.unit_of_key)
         except (OSError, ValueError) as unreadable:
             raise Error("io", "what", f"what = {unreadable}") from None
-    elif not len(what):
+    elif not (isinstance(what, Sequence) and what and
+              all(isinstance(row, Mapping) and "result" in row for row in what)):
         refuse("what", what, "a Result, the rows of sweep(), or a folder of the command")
     else:
         rows = [{name: str(value) for name, value in row.items() if name != "result"} for row in what]
@@ -330,6 +331,7 @@ def mujoco_plugin() -> str:
     plugins = {path.stem.partition("-")[2]: path for path in pathlib.Path(__file__).parent.glob("dermis_mujoco-*.so")}
     version = importlib.import_module("mujoco").mj_versionString()
     if version not in plugins:
-        built = ", ".join(sorted(plugins)) or "none: the package was built without DERMIS_MUJOCO, the folders of MuJoCo"
-        refuse("mujoco", f"{version} (installed)", f"the versions that this package has a plugin for, {built}")
+        built = ", ".join(sorted(plugins)) or "none"
+        refuse("mujoco", version, f"{built}: the versions for which this package has a plugin; install one of them, or "
+               "build dermis with DERMIS_MUJOCO, the folder of the installed one")
     return str(plugins[version])
