@@ -229,6 +229,7 @@ TEST_CASE("a picture takes nothing from the working directory, the user's matplo
         folder.write(module, "open('" + (folder / "ran").string() + "', 'w')\n");
     folder.write("matplotlibrc", "axes.facecolor: red\n");
     CHECK(drawn("after") == before);
+    fs::create_directory(folder / "user");
     folder.write("user/matplotlibrc", "text.usetex: True\n"); // which wants LaTeX
     CHECK(drawn("usetex", "MPLCONFIGDIR='" + (folder / "user").string() + "'") == before);
     CHECK(drawn("ignored", "trap '' CHLD;") == before); // as a daemon's children inherit it
