@@ -5,6 +5,7 @@
 #include "dermis/dermis.h"
 #include "dermis/dermis.hpp"
 #include "dermis/touch.hpp"
+#include "host/core/base/float_environment.hpp"
 #include "host/core/base/refusal.hpp"
 #include "host/lab/scenes/scene.hpp"
 
@@ -39,8 +40,9 @@ namespace dermis::c {
 // Returns the status of the exception that is being handled, and keeps its message for dermis_last_error.
 dermis_status status_of_exception() noexcept;
 
-// Calls `call`, and returns the status of what it throws.
+// Calls `call`, in the default rounding mode, and returns the status of what it throws.
 template <class Call> dermis_status guarded(Call&& call) noexcept {
+    const DefaultFloats floats;
     try {
         call();
         return DERMIS_OK;

@@ -207,10 +207,12 @@ void bind_pad(nb::module_& m) {
                 const auto q = array_of<std::array<double, 4>>(quaternion, "quaternion", "four numbers");
                 return Pose::from_quaternion(at.data(), q.data());
             },
-            nb::arg("position"), nb::arg("quaternion"), "position: m; quaternion: w, x, y, z.")
+            nb::arg("position"), nb::arg("quaternion"), nb::call_guard<DefaultFloats>(),
+            "position: m; quaternion: w, x, y, z.")
         .def(
             "from_middle", [](const Pose& pose, const PadOnArray& pad) { return pose.from_middle(pad.pad()); },
-            nb::arg("pad"), "Return this frame, moved from the middle of the pad to the outer corner of cell [0, 0].")
+            nb::arg("pad"), nb::call_guard<DefaultFloats>(),
+            "Return this frame, moved from the middle of the pad to the outer corner of cell [0, 0].")
         .def_rw("position", &Pose::position, "m, the outer corner of cell [0, 0]")
         .def_rw("rotation", &Pose::rotation, "Nine numbers, row by row; columns are the pad's axes in the world.");
 }
@@ -236,7 +238,8 @@ void bind_contact_report(nb::module_& m) {
         .def_ro("level", &contact::Report::level, "m: of add_depths with a stiffness.")
         .def_prop_ro("plausible", &contact::Report::plausible,
                      "Whether at least 0.5 of the force is placed, at most 0.1 outside, and no pressure is doubtful.")
-        .def_prop_ro("doubts", &contact::Report::doubts, "Sentences that say why not; empty if plausible.");
+        .def_prop_ro("doubts", &contact::Report::doubts, nb::call_guard<DefaultFloats>(),
+                     "Sentences that say why not; empty if plausible.");
 }
 
 } // namespace

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "dermis/dermis.hpp"
+#include "host/core/base/float_environment.hpp"
 #include "host/core/base/refusal.hpp"
 #include "host/core/description/description.hpp"
 #include "host/core/description/names.hpp"
@@ -78,9 +79,9 @@ double memory_at_hand(string_view root);
 // it will fit is not looked at.
 void need_memory(const Scene&, const SkinOptions&);
 
-// Releases the interpreter's lock while it lives, so that other Python threads run, and holds `in_use`, unless that is
-// null. It unlocks `in_use` before it takes the interpreter's lock again, so that two threads never wait for each
-// other.
+// Releases the interpreter's lock while it lives, so that other Python threads run, keeps the caller's rounding mode
+// from what is computed, and holds `in_use`, unless that is null. It unlocks `in_use` before it takes the interpreter's
+// lock again, so that two threads never wait for each other.
 class Computing {
   public:
     explicit Computing(std::mutex* in_use) : state_(PyEval_SaveThread()) {
@@ -97,6 +98,7 @@ class Computing {
   private:
     void come_back() noexcept;
 
+    DefaultFloats floats_;
     PyThreadState* state_;
     std::unique_lock<std::mutex> lock_;
 };

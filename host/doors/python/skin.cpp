@@ -42,20 +42,27 @@ template <class Array> bool has_shape(const Array& array, const std::vector<size
 }
 
 // The numbers of the pads that an argument names. None: all pads. A list or an array of integers: these numbers. An
-// array of bools, one for each pad: the pads where it is true. Pads of several axes count on from row to row.
+// array of bools, one for each pad: the pads where it is true. Pads of several axes are named by an index of these.
 class PadNumbers {
   public:
-    PadNumbers(nb::handle argument, int count) {
+    PadNumbers(nb::handle argument, const std::vector<int>& axes) : shape_(axes.begin(), axes.end()) {
         if (argument.is_none()) return;
         all_ = false;
-        const std::optional<AnyArray> array = array_in(argument);
-        if (array ? !take(*array, count) : !take(argument))
+        nb::object named = nb::borrow(argument);
+        if (axes.size() > 1) {
+            const nb::object places = nb::module_::import_("dermis._arrays").attr("places_of")(named, axes);
+            shape_ = nb::cast<std::vector<size_t>>(places.attr("shape"));
+            named = places.attr("ravel")();
+        }
+        const int count = axes.empty() ? 1 : axes[0];
+        const std::optional<AnyArray> array = array_in(named);
+        if (array ? !take(*array, count) : !take(named))
             scene::refuse("pads", description_of(argument),
                           "integers, or an array of " + std::to_string(count) + " bools, one for each pad");
+        if (axes.size() == 1) shape_ = {numbers_.size()};
     }
     Pads pads() const { return all_ ? Pads() : Pads(numbers_); }
-    bool all() const { return all_; }
-    size_t count() const { return numbers_.size(); } // where it is not all of them
+    const std::vector<size_t>& shape() const { return shape_; } // of an array with one item for each of these pads
 
   private:
     bool take(const AnyArray& array, int count) {
@@ -97,12 +104,12 @@ class PadNumbers {
 
     bool all_ = true;
     std::vector<int> numbers_;
+    std::vector<size_t> shape_;
 };
 
 // The shape of pressures and of the responses of cells.
-std::vector<size_t> shape_of(const SkinWithShapes& s, const PadNumbers& pads = {nb::none(), 0}) {
-    std::vector<size_t> shape(s.leading.begin(), s.leading.end());
-    if (!pads.all() && !shape.empty()) shape = {pads.count()};
+std::vector<size_t> shape_of(const SkinWithShapes& s, const PadNumbers& pads) {
+    std::vector<size_t> shape = pads.shape();
     shape.push_back(size_t(s.scene.grid.height));
     shape.push_back(size_t(s.scene.grid.width));
     return shape;
@@ -110,7 +117,7 @@ std::vector<size_t> shape_of(const SkinWithShapes& s, const PadNumbers& pads = {
 
 // The shape of a response's numbers.
 std::vector<size_t> shape_of(const SkinWithShapes& s, const Skin::Response& response) {
-    if (s.scene.sites.empty()) return shape_of(s);
+    if (s.scene.sites.empty()) return shape_of(s, {nb::none(), s.leading});
     std::vector<size_t> shape(s.leading.begin(), s.leading.end());
     shape.push_back(response.size / size_t(s.skin->count()));
     return shape;
@@ -130,21 +137,22 @@ std::vector<double> steps_in(const SkinWithShapes& s, nb::handle dt, const PadNu
     return items_of<double>(row, "dt", allowed.c_str());
 }
 
-// Returns the numbers as they stand in memory: nothing is converted. They may also be one row. frames: there are any
-// number of pressures, in the first axis.
-AnyArray pressure_in(const SkinWithShapes& s, nb::handle argument, const PadNumbers& pads, bool frames = false) {
+// Returns the numbers as they stand in memory: nothing is converted. Pressures may also be one row. first: what a
+// further axis before all counts, "frames", of any number, or "2", the directions of tractions.
+AnyArray pressure_in(const SkinWithShapes& s, nb::handle argument, const PadNumbers& pads,
+                     const char* parameter = "pressure", const std::string& first = "") {
     std::vector<size_t> shape = shape_of(s, pads);
     std::string allowed = shape_text(shape);
     size_t size = 1;
     for (size_t n : shape) size *= n;
     std::optional<AnyArray> array = array_in(argument);
     const bool floats = array && array->dtype() == nb::dtype<float>(), dense = array && is_dense(*array);
-    if (frames) {
-        shape.insert(shape.begin(), floats && array->ndim() > 0 ? array->shape(0) : 1);
-        allowed = "(frames, " + allowed.substr(1);
+    if (!first.empty()) {
+        shape.insert(shape.begin(), first == "2" ? 2 : floats && array->ndim() > 0 ? array->shape(0) : 1);
+        allowed = "(" + first + ", " + allowed.substr(1);
     }
-    if (!floats || !dense || !(has_shape(*array, shape) || (!frames && has_shape(*array, {size}))))
-        scene::refuse("pressure", (floats && !dense ? "strided " : "") + description_of(argument),
+    if (!floats || !dense || !(has_shape(*array, shape) || (first.empty() && has_shape(*array, {size}))))
+        scene::refuse(parameter, (floats && !dense ? "strided " : "") + description_of(argument),
                       "float32 array in C order, of shape " + allowed + " in Pa");
     return std::move(*array);
 }
@@ -207,49 +215,32 @@ void press_touch(SkinWithShapes& s, const contact::Touch& touch, nb::handle dt, 
     fill(outputs);
 }
 
-// Tractions along x and y: two pressures.
-AnyArray traction_in(const SkinWithShapes& s, nb::handle argument, const PadNumbers& pads) {
-    std::vector<size_t> shape = shape_of(s, pads);
-    shape.insert(shape.begin(), 2);
-    std::optional<AnyArray> array = array_in(argument);
-    if (!array || array->dtype() != nb::dtype<float>() || !is_dense(*array) || !has_shape(*array, shape))
-        scene::refuse("traction", description_of(argument),
-                      "float32 array in C order, of shape " + shape_text(shape) + " in Pa");
-    return std::move(*array);
-}
-
 void press(SkinWithShapes& s, nb::handle pressure, nb::handle dt, nb::handle pads, nb::handle out,
            nb::handle traction) {
     if (const contact::Touch* touch = nullptr; nb::try_cast(pressure, touch) && touch) {
         if (!traction.is_none()) scene::refuse("traction", description_of(traction), "None: a Touch has its own");
         return press_touch(s, *touch, dt, pads, out);
     }
-    const PadNumbers numbers(pads, s.skin->count());
+    const PadNumbers numbers(pads, s.leading);
     const AnyArray array = pressure_in(s, pressure, numbers);
     const auto* data = static_cast<const float*>(array.data());
-    if (!traction.is_none()) {
-        double step = 0;
-        if (!nb::try_cast(dt, step)) scene::refuse("dt", description_of(dt), "seconds, one number beside tractions");
-        const AnyArray tractions = traction_in(s, traction, numbers);
-        const Outputs outputs = outputs_in(s, out);
-        const Computing computing(s.in_use.get());
-        s.skin->press(data, static_cast<const float*>(tractions.data()), array.size(), step, numbers.pads());
-        fill(outputs);
-        return;
-    }
-    const Outputs outputs = outputs_in(s, out);
     std::vector<double> steps(1);
-    const bool one = nb::try_cast(dt, steps[0]);
+    const bool one = nb::try_cast(dt, steps[0]), sheared = !traction.is_none();
+    if (!one && sheared) scene::refuse("dt", description_of(dt), "seconds, one number beside tractions");
     if (!one) steps = steps_in(s, dt, numbers);
+    const AnyArray tractions = sheared ? pressure_in(s, traction, numbers, "traction", "2") : AnyArray();
+    const auto* along = static_cast<const float*>(sheared ? tractions.data() : nullptr);
+    const Outputs outputs = outputs_in(s, out);
     const Computing computing(s.in_use.get());
-    if (one) s.skin->press(data, array.size(), steps[0], numbers.pads());
+    if (sheared) s.skin->press(data, along, array.size(), steps[0], numbers.pads());
+    else if (one) s.skin->press(data, array.size(), steps[0], numbers.pads());
     else s.skin->press(data, array.size(), steps.data(), steps.size(), numbers.pads());
     fill(outputs);
 }
 
 void press_frames(SkinWithShapes& s, nb::handle pressure, double dt, nb::handle pads, nb::handle out) {
-    const PadNumbers numbers(pads, s.skin->count());
-    const AnyArray array = pressure_in(s, pressure, numbers, true);
+    const PadNumbers numbers(pads, s.leading);
+    const AnyArray array = pressure_in(s, pressure, numbers, "pressure", "frames");
     const Outputs outputs = outputs_in(s, out);
     const Computing computing(s.in_use.get());
     const size_t frames = array.shape(0);
@@ -259,7 +250,7 @@ void press_frames(SkinWithShapes& s, nb::handle pressure, double dt, nb::handle 
 }
 
 void press_cells(SkinWithShapes& s, nb::handle pressure, double dt, nb::handle pads) {
-    const PadNumbers numbers(pads, s.skin->count());
+    const PadNumbers numbers(pads, s.leading);
     const std::optional<AnyArray> array = array_in(pressure);
     if (!array || array->dtype() != nb::dtype<float>() || !is_dense(*array))
         scene::refuse("pressure", description_of(pressure), "float32 array in C order, a number for each of cells");
@@ -292,7 +283,7 @@ nb::bytearray spikes_of(const SkinWithShapes& s) {
 }
 
 nb::bytes save(const SkinWithShapes& s, nb::handle pads) {
-    const PadNumbers numbers(pads, s.skin->count());
+    const PadNumbers numbers(pads, s.leading);
     size_t size = 0;
     {
         const Computing computing(s.in_use.get());
@@ -306,7 +297,7 @@ nb::bytes save(const SkinWithShapes& s, nb::handle pads) {
 }
 
 void load(SkinWithShapes& s, nb::handle state, nb::handle pads) {
-    const PadNumbers numbers(pads, s.skin->count());
+    const PadNumbers numbers(pads, s.leading);
     const std::optional<AnyArray> bytes = array_in(state);
     if (!bytes || !is_dense(*bytes))
         scene::refuse("state", description_of(state), "bytes, as Skin.save has returned them");
@@ -315,7 +306,7 @@ void load(SkinWithShapes& s, nb::handle state, nb::handle pads) {
 }
 
 void reset(SkinWithShapes& s, nb::handle pads) {
-    const PadNumbers numbers(pads, s.skin->count());
+    const PadNumbers numbers(pads, s.leading);
     const Computing computing(s.in_use.get());
     s.skin->reset(numbers.pads());
 }
@@ -340,22 +331,23 @@ double& number_of(Material& material, const std::string& name) {
     return modulus ? element.modulus : element.viscosity;
 }
 
-using Row = nb::ndarray<nb::ro, double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using Row = nb::ndarray<nb::ro, double, nb::c_contig, nb::device::cpu>;
 
 // Gives pads the material of a scene, or each pad its own of the numbers in `rows`, by name; no pad where one is
 // refused.
 void set_material(SkinWithShapes& s, const Scene& scene, const nb::typed<nb::dict, nb::str, Row>& rows,
                   nb::handle pads) {
-    const PadNumbers numbers(pads, s.skin->count());
+    const PadNumbers numbers(pads, s.leading);
     const Pads named = numbers.pads();
     const size_t count = named.all ? size_t(s.skin->count()) : named.count;
+    const std::vector<size_t> shape = s.leading.empty() ? std::vector<size_t>{1} : numbers.shape();
     Material own = scene.material;
     std::vector<std::pair<double*, Row>> columns;
     for (const auto [name, row] : rows) {
         const auto text = nb::cast<std::string>(name);
         columns.emplace_back(&number_of(own, text), nb::cast<Row>(row));
-        if (columns.back().second.size() != count)
-            scene::refuse(text, description_of(row), "a number, or an array of shape " + shape_text({count}));
+        if (!has_shape(columns.back().second, shape))
+            scene::refuse(text, description_of(row), "a number, or an array of shape " + shape_text(shape));
     }
     const Computing computing(s.in_use.get());
     if (columns.empty()) return take(s, own, named);
@@ -381,9 +373,16 @@ void set_material(SkinWithShapes& s, const Scene& scene, const nb::typed<nb::dic
     }
 }
 
-Report report_of(const SkinWithShapes& s, int pad) {
+Report report_of(const SkinWithShapes& s, nb::handle pad) {
+    int number = 0;
+    if (s.leading.size() > 1 && !pad.is_none()) {
+        const PadNumbers named(pad, s.leading);
+        if (named.pads().count != 1) scene::refuse("pad", description_of(pad), "a tuple that names one pad");
+        number = named.pads().numbers[0];
+    } else if (!pad.is_none() && !nb::try_cast(pad, number))
+        scene::refuse("pad", description_of(pad), "a whole number");
     const Computing computing(s.in_use.get());
-    return s.skin->report(pad);
+    return s.skin->report(number);
 }
 
 void make_on(SkinWithShapes* self, const SharedDevice& on, const std::vector<int>& leading, const Scene& scene,
@@ -486,7 +485,11 @@ void bind_skin(nb::module_& m) {
             "is\n"
             "in m. A contact.Touch gives the pressures of all its pads; pads at rest then take no time.\n"
             "dt: s, >= 0, or one for each pad that is pressed. 0 is a pause.\n"
-            "pads: None is all; else numbers or a mask of n bools, and pressure has a map for each of them.\n"
+            "pads: None is all; else numbers or a mask of n bools, and pressure has a map for each of them. With\n"
+            "n = (E, P) they are named as an array a of shape n is indexed: (e, p) is one pad and e all of a[e]; a "
+            "list\n"
+            "of such tuples, an array with a row for each, or a mask of shape (E,) or (E, P) is some. Pressures, and\n"
+            "steps of their own, then have the shape of a[pads] and the axes of maps: (P, height, width) for e.\n"
             "out: float32 arrays by response, as in {\"sa1\": array} of the shape of skin[\"sa1\"], to be filled.\n"
             "traction: Pa, of a skin with shear: pressures along x and along y, of shape (2, n, height, width).\n"
             "Other Python threads run meanwhile. Arrays of responses show the new values at once.")
@@ -519,8 +522,10 @@ void bind_skin(nb::module_& m) {
              "pads: as in press.")
         .def("take_material", set_material, nb::arg("scene"), nb::arg("rows"), nb::arg("pads").none(),
              "As set_material, with the material of a scene, and a number for each pad by name.")
-        .def("report", report_of, nb::arg("pad") = 0,
-             "Return the figures of a pad, with the ranges in which they are plausible. Takes up to as long as Skin().")
+        .def(
+            "report", report_of, nb::arg("pad").none() = nb::none(),
+            "Return the figures of a pad, with the ranges in which they are plausible. Takes up to as long as Skin().\n"
+            "pad: its number, with n = (E, P) a tuple (e, p); None: the first.")
         .def_prop_ro(
             "count", [](const SkinWithShapes& s) { return s.skin->count(); }, "Pads.")
         .def_prop_ro(

@@ -2,6 +2,8 @@
 /* Contacts as a C program adds them to a pad's pressures: what they add up to, and every misuse that can be seen. */
 #include "check.h"
 
+#include <fenv.h>
+
 #define CELLS 12 /* of the pad, 4 x 3 */
 
 static void contacts(void) {
@@ -74,7 +76,8 @@ static void tiled_pads(void) {
     REFUSED(dermis_add_contacts(&on, &shared, 1, &second), "pad->tiled = 2; allowed: 0, 1");
 }
 
-/* A contact on the side of a ball presses the pad that has the ball's radii. A program of the second version knows none. */
+/* A contact on the side of a ball presses the pad that has the ball's radii. A program of the second version knows
+ * none. */
 static void round_pads(void) {
     float pressure[1600] = {0};
     dermis_contact_pad on = {.size = sizeof on, .width = 40, .height = 40, .spacing = 5e-4, .pressure = pressure};
@@ -90,7 +93,8 @@ static void round_pads(void) {
     CHECK(near(report.placed, 1) && report.plausible == 1);
     REFUSED(dermis_add_world_contacts(&on, &pose, 8e-3, &side, 1, &report), "reach = 0.008; allowed: below the pad's");
     on.radius_y = 1e-3;
-    REFUSED(dermis_add_world_contacts(&on, &pose, 1e-3, &side, 1, &report), "pad.radius_y = 0.001; allowed: 0, or 0.003");
+    REFUSED(dermis_add_world_contacts(&on, &pose, 1e-3, &side, 1, &report),
+            "pad.radius_y = 0.001; allowed: 0, or 0.003");
     on.size = offsetof(dermis_contact_pad, radius_x);
     CHECK(dermis_add_world_contacts(&on, &pose, 1e-3, &side, 1, &report) == DERMIS_OK && report.too_far == 1);
     on.size = sizeof on;
@@ -99,15 +103,24 @@ static void round_pads(void) {
 
 /* Contacts of two pads from one table press the skin as its pressures do, and a table that is wrong is refused. */
 static void contacts_of_a_batch(void) {
-    const dermis_contact_pad shape = {.size = sizeof shape, .width = 24, .height = 24, .spacing = 5e-4, .radius_x = 8e-3, .radius_y = 8e-3};
+    const dermis_contact_pad shape = {
+        .size = sizeof shape, .width = 24, .height = 24, .spacing = 5e-4, .radius_x = 8e-3, .radius_y = 8e-3};
     const double middles[6] = {0, 0, 0, 0.1, 0, 0};
     const double axes[18] = {1, 0, 0, 0, 1, 0, 0, 0, 1, 1, 0, 0, 0, 1, 0, 0, 0, 1};
     const dermis_poses poses = {.position = middles, .rotation = axes, .position_step = 3, .rotation_step = 9};
     /* the place of a contact, its force and the radius of its patch */
     double table[2][7] = {{0.1, 0, 0, 0.05, 0, -0.2, 1e-3}, {0, 0, 0, 0, 0, 0, 1e-3}};
     const int32_t pads[2] = {1, 0};
-    dermis_contacts contacts = {.size = sizeof contacts, .count = 2, .pad = pads, .position = table[0], .force = table[0] + 3,
-                                .radius = table[0] + 6, .pad_step = 1, .position_step = 7, .force_step = 7, .radius_step = 7};
+    dermis_contacts contacts = {.size = sizeof contacts,
+                                .count = 2,
+                                .pad = pads,
+                                .position = table[0],
+                                .force = table[0] + 3,
+                                .radius = table[0] + 6,
+                                .pad_step = 1,
+                                .position_step = 7,
+                                .force_step = 7,
+                                .radius_step = 7};
     dermis_contact_report report = {.size = sizeof report}, old = {.size = offsetof(dermis_contact_report, shear_x)};
     dermis_touch* touch = NULL;
     const float* pressure = NULL;
@@ -133,7 +146,8 @@ static void contacts_of_a_batch(void) {
     const double dt = 1e-3;
     const float *a = NULL, *b = NULL;
     size_t count = 0;
-    CHECK(dermis_scene_from_string("[grid]\nwidth = 24\nheight = 24\n[surface]\nkind = \"flat\"\n", ".", &scene) == DERMIS_OK);
+    CHECK(dermis_scene_from_string("[grid]\nwidth = 24\nheight = 24\n[surface]\nkind = \"flat\"\n", ".", &scene) ==
+          DERMIS_OK);
     CHECK(dermis_skin_create(NULL, scene, &options, &by_touch) == DERMIS_OK);
     CHECK(dermis_skin_create(NULL, scene, &options, &by_pressure) == DERMIS_OK);
     CHECK(dermis_skin_press_touch(by_touch, touch, dt) == DERMIS_OK);
@@ -156,7 +170,8 @@ static void shear(void) {
     const dermis_poses poses = {.position = middle, .rotation = axes};
     const double place[3] = {0, 0, 0}, force[3] = {0.1, -0.05, -0.3}, radius = 2e-3;
     const int32_t pad = 0;
-    const dermis_contacts contacts = {.size = sizeof contacts, .count = 1, .pad = &pad, .position = place, .force = force, .radius = &radius};
+    const dermis_contacts contacts = {
+        .size = sizeof contacts, .count = 1, .pad = &pad, .position = place, .force = force, .radius = &radius};
     dermis_contact_report report = {.size = sizeof report};
     dermis_touch* touch = NULL;
     dermis_scene* scene = NULL;
@@ -167,7 +182,8 @@ static void shear(void) {
     CHECK(dermis_touch_create(&shape, 1, 1e-3, 1, &touch) == DERMIS_OK);
     CHECK(dermis_touch_add(touch, &poses, &contacts, &report) == DERMIS_OK && near(report.shear_y, -0.05));
     CHECK(dermis_touch_get_pressure(touch, &pressure, &traction, &numbers) == DERMIS_OK && numbers == 48 && traction);
-    CHECK(dermis_scene_from_string("[grid]\nwidth = 8\nheight = 6\n[surface]\nkind = \"flat\"\n", ".", &scene) == DERMIS_OK);
+    CHECK(dermis_scene_from_string("[grid]\nwidth = 8\nheight = 6\n[surface]\nkind = \"flat\"\n", ".", &scene) ==
+          DERMIS_OK);
     REFUSED(dermis_skin_create(NULL, scene, &options, &by_touch), "options->shear = 2; allowed: 0, 1");
     options.shear = 1;
     CHECK(dermis_skin_create(NULL, scene, &options, &by_touch) == DERMIS_OK);
@@ -256,7 +272,8 @@ static void bodies(void) {
     ball.kind = DERMIS_BOX;
     REFUSED(dermis_fill_depths(&on, &pose, &ball, depth, 0), "body.size[1] = 0; allowed: above 0");
     ball.kind = 4;
-    REFUSED(dermis_fill_depths(&on, &pose, &ball, depth, 0), "body->kind = 4; allowed: DERMIS_SPHERE (0) .. DERMIS_PLANE");
+    REFUSED(dermis_fill_depths(&on, &pose, &ball, depth, 0),
+            "body->kind = 4; allowed: DERMIS_SPHERE (0) .. DERMIS_PLANE");
     REFUSED(dermis_fill_depths(&on, &pose, NULL, depth, 0), "body = (null)");
     REFUSED(dermis_fill_depths(&on, NULL, &ball, depth, 0), "body->kind = 4");
 }
@@ -298,8 +315,49 @@ static void depths_and_taxels(void) {
     REFUSED(dermis_add_taxels(&on, NULL, &report), "taxels = (null)");
 }
 
+/* All that contacts, bodies, depths and taxels add to a round pad, and a pose. */
+static void fill(float* pressure, dermis_pose* pose) {
+    const double position[] = {0.1, 0.2, 0.3}, quaternion[] = {0.5, 0.1, 0.7, 0.3};
+    float depth[CELLS], values[] = {0.1f, 0.3f};
+    dermis_contact_pad on = {.size = sizeof on, .width = 4, .height = 3, .spacing = 1e-3, .pressure = pressure};
+    dermis_contact_report report = {.size = sizeof report};
+    const dermis_contact one = {.x = 1.7e-3, .y = 1.1e-3, .force = 0.3, .radius = 1.9e-3};
+    dermis_body ball = {.size = sizeof ball, .kind = DERMIS_SPHERE, .extent = {7e-3, 0, 0}};
+    dermis_depths depths = {.size = sizeof depths, .depth = depth, .force = 0.7, .stiffness = 1e8};
+    const dermis_taxels taxels = {
+        .size = sizeof taxels, .values = values, .columns = 2, .rows = 1, .width = 1.7e-3, .height = 2.3e-3};
+    dermis_pose flat = {.rotation = {1, 0, 0, 0, 1, 0, 0, 0, 1}};
+    on.radius_x = on.radius_y = 9e-3;
+    ball.pose = flat;
+    ball.pose.position[0] = 2e-3, ball.pose.position[1] = 1.5e-3, ball.pose.position[2] = 6.3e-3;
+    CHECK(dermis_pose_from_quaternion(position, quaternion, pose) == DERMIS_OK);
+    CHECK(dermis_pose_move_from_middle(pose, &on) == DERMIS_OK &&
+          dermis_pose_move_from_middle(&flat, &on) == DERMIS_OK);
+    CHECK(dermis_add_contacts(&on, &one, 1, &report) == DERMIS_OK);
+    CHECK(dermis_fill_depths(&on, &flat, &ball, depth, 4) == DERMIS_OK);
+    CHECK(dermis_add_depths(&on, &depths, &report) == DERMIS_OK);
+    CHECK(dermis_add_taxels(&on, &taxels, &report) == DERMIS_OK);
+}
+
+static void rounding_modes_change_nothing(void) {
+    const int modes[] = {FE_UPWARD, FE_DOWNWARD, FE_TOWARDZERO};
+    float expected[CELLS] = {0};
+    dermis_pose pose;
+    fill(expected, &pose);
+    for (int i = 0; i < 3; ++i) {
+        float given[CELLS] = {0};
+        dermis_pose other;
+        fesetround(modes[i]);
+        fill(given, &other);
+        CHECK(fegetround() == modes[i]);
+        fesetround(FE_TONEAREST);
+        CHECK(memcmp(given, expected, sizeof given) == 0 && memcmp(&other, &pose, sizeof pose) == 0);
+    }
+}
+
 int main(void) {
     contacts();
+    rounding_modes_change_nothing();
     tiled_pads();
     round_pads();
     contacts_of_a_batch();

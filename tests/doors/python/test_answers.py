@@ -221,8 +221,65 @@ def test_a_skin_can_have_several_axes_of_pads():
     assert several["fa1"].shape == (2, 3, 12, 16) and several["fa1"].tobytes() == one["fa1"].tobytes()
     several.press(pressure[0, :2], 0.01, pads=np.array([[True, False, True], [False] * 3]))
     one.press(pressure[0, :2], 0.01, pads=[0, 2])
+    several.press(pressure[1, 1], 0.02, pads=(1, 2))
+    one.press(pressure[1, 1][None], 0.02, pads=[5])
+    several.press_frames(pressure[:, None], 0.01, pads=np.array([False, True]))
+    one.press_frames(pressure, 0.01, pads=[3, 4, 5])
+    several.press(pressure[0], [0.01, 0.02, 0.03], pads=1)
+    one.press(pressure[0], [0.01, 0.02, 0.03], pads=[3, 4, 5])
     assert several["sa1"].tobytes() == one["sa1"].tobytes() and several.count == 6
     assert repr(several) == "<Skin 2 x 3 pads of 16 x 12 cells, sa1 sa2 fa1 fa2, cpu>"
+
+
+# of pads of shape (2, 3): an index, and the pads that it names
+INDICES = [(1, [3, 4, 5]), (np.int64(0), [0, 1, 2]), ((1,), [3, 4, 5]), ((1, 0), [3]), ([(1, 2), (0, 1)], [5, 1]), ([(1,)], [3, 4, 5]),
+           (np.array([[0, 2], [1, 1]]), [2, 4]), (np.array([[1]], np.uint8), [3, 4, 5]), (np.eye(2, 3, dtype=bool), [0, 4]),
+           (np.array([False, True]), [3, 4, 5]), ([], []), (np.zeros(2, bool), []), (np.zeros((0, 2), int), [])]
+
+
+@pytest.mark.parametrize("index, named", INDICES)
+def test_pads_of_several_axes_are_named_as_an_array_is_indexed(index, named):
+    rows = [tuple(i) for i in index] if isinstance(index, list) else index.tolist() if np.ndim(index) == 2 else ()
+    key = tuple(np.array(rows).T) if rows and getattr(index, "dtype", None) != bool else index
+    shape = np.zeros((2, 3))[key].shape if len(named) else (0, 3) if getattr(index, "dtype", None) == bool else (0,)
+    made = skin((2, 3), materials=[{"modulus": 1.0, "viscosity": 1.0}] * 6)
+    made.press(np.ones((2, 3, 12, 16), np.float32), 1.0)
+    single = skin(materials=[{"modulus": 1.0, "viscosity": 1.0}])
+    single.press(ONES, 1.0)
+    kept, at_rest = single.save(), skin(materials=[{"modulus": 1.0, "viscosity": 1.0}]).save()
+
+    def changed():
+        return [i for i in range(6) if made.save(divmod(i, 3)) != kept]
+
+    state = made.save(index)
+    made.reset(index)
+    assert changed() == sorted(named)
+    assert all(made.save(divmod(i, 3)) == at_rest for i in named)
+    made.load(state, index)
+    assert changed() == []
+    made.press(np.zeros((*shape, 12, 16), np.float32), np.full(shape, 0.1) if len(named) > 1 else 0.1, index)
+    made.load(state, index)
+    made.press_cells(np.zeros((len(named), 192), np.float32), 0.1, index)
+    assert changed() == sorted(named)
+    made.load(state, index)
+    made.set_material({"modulus": np.full(shape, 2.0), "viscosity": 1.0} if len(named) > 1 else {"modulus": 2.0, "viscosity": 1.0}, index)
+    strain = [made.report(divmod(i, 3)).retardation_times[0].value for i in range(6)]
+    assert strain == [0.5 if i in named else 1.0 for i in range(6)]
+
+
+@pytest.mark.parametrize("index", [[1, 0], np.array([1, 0]), ((1, 0), (0, 0)), [[1, 0]], (2, 0), (0, -1), -1, 5, True, [True, False],
+                                   np.ones(6, bool), np.ones((3, 2), bool), slice(1), (1, 0, 0), (), [(0, 1), (1,)], [(1, 1), (1, 1)],
+                                   1.0, (1.0, 0), 2**70, "10", np.ma.array([[1, 0]])])
+def test_what_could_mean_other_pads_of_several_axes_is_refused(index):
+    made = skin((2, 3))
+    made.press(np.ones((2, 3, 12, 16), np.float32), 1.0)
+    before = made.save()
+    for call in (made.reset, made.save, lambda pads: made.load(before, pads), lambda pads: made.press(ONES, 0.1, pads)):
+        with pytest.raises(dermis.Error, match=r"^pads = .*\(2, 3\): \(e, p\); e, for all of a\[e\]; a list of such tuples"):
+            call(index)
+    assert made.save() == before
+    with pytest.raises(dermis.Error, match="pad"):
+        made.report(index)
 
 
 def test_a_press_fills_arrays_of_the_callers():
@@ -235,13 +292,39 @@ def test_a_press_fills_arrays_of_the_callers():
     assert np.isfinite(log).all() and log[0].max() > log[2].max() > 0
 
 
-def test_a_view_goes_to_readers_of_dlpack_that_know_no_read_only_array():
+class OldReader:
+    """What JAX and NumPy 1 ask for: an array that no version of DLPack calls read-only."""
+
+    def __init__(self, array, **options):
+        self.array, self.options = array, options
+
+    def __dlpack__(self, **_):
+        return self.array.__dlpack__(**self.options)
+
+    def __dlpack_device__(self):
+        return self.array.__dlpack_device__()
+
+
+@pytest.mark.parametrize("options", [{}, {"max_version": None}, {"max_version": (0, 8)}])
+def test_each_reader_of_dlpack_shares_the_memory_of_a_response(options):
+    one = skin((2, 3))
+    views = [one["fa1"], one["fa1"][1, ::2, 3:]]
+    shared = [np.from_dlpack(OldReader(view, **options)) for view in views]
+    one.press(np.ones((2, 3, 12, 16), np.float32), 0.01)
+    for view, old in zip(views, shared):
+        assert np.shares_memory(old, view) and np.array_equal(old, view) and view.any() and not view.flags.writeable
+    kept = one["fa1"].copy()
+    del one, views, view
+    assert np.array_equal(shared[0], kept)
+
+
+def test_a_view_goes_to_readers_of_dlpack():
     one = skin()
-    one.press(ONES, 0.01)
     view = one["fa1"]
-    assert "dltensor" in repr(view.__dlpack__())  # as JAX asks: a copy
-    knows_read_only = np.lib.NumpyVersion(np.__version__) >= "2.1.0"
-    assert np.shares_memory(np.from_dlpack(view), view) == knows_read_only and not view.flags.writeable
+    new = np.from_dlpack(view)
+    one.press(ONES, 0.01)
+    assert np.shares_memory(new, view) and new.any() and not view.flags.writeable
+    assert not new.flags.writeable or np.lib.NumpyVersion(np.__version__) < "2.1.0"
     assert type(view.__array_wrap__(np.array(1.0, np.float32))) is np.float32  # as NumPy 1 calls it
     assert type(2 * view) is np.ndarray and type(view.sum()) is np.float32 and type(view[3:]) is type(view)
 

@@ -1,5 +1,9 @@
 # SPDX-License-Identifier: MIT
 """Contacts to pressure, in an array of the caller's."""
+import ctypes
+import ctypes.util
+import platform
+
 import dermis
 import numpy as np
 import pytest
@@ -167,3 +171,40 @@ def test_arrays_without_numbers_add_nothing_or_are_refused_by_their_number(shape
     with pytest.raises(dermis.Error, match="pad.height = 0"):
         contact.add_contacts(contact.Pad(pressure[:0], SPACING), [])
     assert not pressure.any()
+
+
+ROUNDING = {"x86_64": (0x400, 0x800, 0xC00), "aarch64": (0x800000, 0x400000, 0xC00000)}  # down, up, towards 0
+
+
+def everything_of_contacts(taxels=np.full((3, 4), 0.01, np.float32)):  # which NumPy rounds in the mode of the call
+    """The bits of all that the functions of contact compute."""
+    bits, body = [], contact.Body("sphere", [25e-3], position=(0, 0, 24.9e-3))
+    for radius in (0.0, 8e-3):
+        pressure = np.zeros((60, 50), np.float32)
+        on = contact.Pad(pressure, 2.5e-4, radius_x=radius, radius_y=radius)
+        pose = contact.Pose.from_quaternion((0.1, 0.2, 0.3), (0.5, 0.1, 0.7, 0.3)).from_middle(on)
+        bits += [*pose.position, *pose.rotation]
+        report = contact.add_contacts(on, [contact.Contact(x=6e-3, y=7e-3, force=0.3, radius=2e-3)] * 3)
+        bits += [report.placed, report.outside, report.greatest, report.doubts]
+        world = contact.Pose().from_middle(on)
+        bits.append(contact.add_contacts(on, world, 1e-3, [contact.WorldContact((1e-3, 2e-3, 0), 0.7, 1e-3)]).placed)
+        depth = contact.depths_of(on, world, body)
+        bits += [depth.tobytes(), contact.add_depths(on, depth, 0.5).placed, contact.add_depths(on, depth, 0.5, 1e8).level]
+        bits += [pressure.tobytes()]
+    pressure = np.zeros((60, 50), np.float32)
+    contact.add_taxels(contact.Pad(pressure, 2.5e-4), taxels, width=2.4e-3, height=3.1e-3)
+    return [*bits, pressure.tobytes(), contact.hertz_radius(0.5, 8e-3, 1e5), contact.foundation_stiffness(0.5, 8e-3, 1e5)]
+
+
+@pytest.mark.skipif(platform.machine() not in ROUNDING, reason="knows the modes of other processors")
+def test_the_callers_rounding_mode_changes_no_bit_and_is_kept():
+    library = ctypes.CDLL(ctypes.util.find_library("m"))
+    expected = everything_of_contacts()
+    for mode in ROUNDING[platform.machine()]:
+        library.fesetround(mode)
+        try:
+            given = everything_of_contacts()
+            kept = library.fegetround()
+        finally:
+            library.fesetround(0)
+        assert given == expected and kept == mode

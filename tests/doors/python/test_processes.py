@@ -99,7 +99,7 @@ def test_a_copied_skin_is_a_branch_with_the_same_bits(device):
     skin = dermis.Skin(scene, (2, 3), device=device, responses=["fa1", "sa2"], precision="f32-compensated",
                        materials=[material] * 6)
     skin.press(pressure, 0.01)
-    skin.set_material({"modulus": np.linspace(1e4, 6e4, 6), "viscosity": 100.0})
+    skin.set_material({"modulus": np.linspace(1e4, 6e4, 6).reshape(2, 3), "viscosity": 100.0})
     for branch in (copy.deepcopy(skin), copy.copy(skin), again(skin)):
         assert repr(branch) == repr(skin) and not branch["fa1"].any()  # until it is pressed
         kept = skin.save()

@@ -94,7 +94,7 @@ def test_pads_have_the_spikes_of_skins_alone_and_are_counted_from_row_to_row():
     for n in range(20):
         pressed = [3, 0] if n % 2 else [0, 1, 2, 3]
         frame = depths(n, len(pressed))
-        batch.press(frame if n % 2 else frame.reshape(2, 2, 25, 20), 0.003, pressed if n % 2 else None)
+        batch.press(frame if n % 2 else frame.reshape(2, 2, 25, 20), 0.003, [(1, 1), (0, 0)] if n % 2 else None)
         expected = []
         for pad, own in zip(pressed, frame):
             singles[pad].press(own, 0.003)

@@ -126,7 +126,8 @@ class Skin(_core.Skin):
 
     scene: a Scene, tables by name, or a path; its load, time and output are not used.
     n: the number of pads that are pressed together, each with a state of its own; arrays then have a first axis of
-    pads. A tuple, as (64, 5), makes several axes. None: one pad, without that axis.
+    pads. A tuple, as (64, 5), makes several axes, by which pads are then named (see press). None: one pad, without
+    that axis.
     device: a Device, a text that Device.open takes, or None for the CPU path.
     responses: the responses of each cell, of "sa1", "sa2", "fa1", "fa2", or one of them; None is all. Ignored if the
     scene has sites.
@@ -164,7 +165,7 @@ class Skin(_core.Skin):
     def spikes(self) -> np.ndarray[Any, np.dtype[np.void]]:
         """Return the spikes of the last call that pressed, as an array of its own of shape (spikes,).
 
-        Fields: pad, of several axes of pads counted on from row to row; afferent, the number of the fibre, from 0 on;
+        Fields: pad, of n = (E, P) the number e*P + p, from which np.unravel_index makes (e, p); afferent, the number of the fibre, from 0 on;
         frame, of press_frames, else 0 (int32); and share (float32), 0 < share <= 1: the fibre fired at this share of
         the step, which is (1 - share)*dt seconds before the step ended. Sorted by frame, by pad in the order pressed,
         by fibre, by time. Empty without afferents and before the first press.

@@ -84,7 +84,7 @@ def without_rows(value: object, name: str, rows: Maps) -> Any:
             array = np.asarray(value)
         except ValueError:  # lists of several lengths
             array = np.empty(0, object)
-        if array.dtype.kind not in "fiu" or array.ndim != 1:
+        if array.dtype.kind not in "fiu" or not array.ndim:
             refuse(name, value, "a number, or an array of one for each pad")
         rows[name] = np.ascontiguousarray(array, np.float64)
         return 1.0
