@@ -79,33 +79,6 @@ TEST_CASE("pressed by depth, a skin has the bits of a spring of 1 Pa that is pre
     }
 }
 
-TEST_CASE("depths in frames, of pads, of cells that sites read, and on Vulkan have the same bits") {
-    const Validated vulkan;
-    for (int pads : {1, 3})
-        for (bool sites : {false, true}) {
-            SkinDescription d = fingertip_of(40, 30);
-            for (int i = 0; sites && i < 9; ++i) d.sites.push_back({Quantity(1 + i % 4), {i * 7 % 40, i * 5 % 30}});
-            SkinOptions options = by_depth;
-            options.count = pads;
-            const size_t cells = size_t(40 * 30 * pads);
-            Skin one(Device::cpu(1), d, options), two(Device::cpu(2), d, options), three(vulkan.device(), d, options),
-                frames(vulkan.device(), d, options), listed(Device::cpu(1), d, options);
-            std::vector<float> all;
-            for (int n = 0; n < 5; ++n) {
-                const std::vector<float> frame = depths(cells, n);
-                all.insert(all.end(), frame.begin(), frame.end());
-                for (Skin* skin : {&one, &two, &three}) skin->press(frame, 0.01);
-                std::vector<float> read;
-                for (int pad = 0; pad < pads; ++pad)
-                    for (int cell : listed.cells()) read.push_back(frame[size_t(pad * 40 * 30 + cell)]);
-                listed.press_cells(read.data(), read.size(), 0.01);
-            }
-            frames.press_frames(all.data(), 5, cells, 0.01);
-            for (Skin* skin : {&two, &three, &frames, &listed})
-                for (Quantity q : all_responses) CHECK(equal_bits(response_of(*skin, q), response_of(one, q)));
-        }
-}
-
 TEST_CASE("a skin that is pressed by depth refuses materials and depths that have no meaning") {
     const SkinDescription d = fingertip_of(4, 3);
     const auto refused = [&](auto call, const char* says) {

@@ -273,39 +273,6 @@ TEST_CASE("a step from rest, after a reset and after a pause is linear, bit for 
     }
 }
 
-TEST_CASE("pads whose steps before differ are pressed each as a skin alone") {
-    const Validated vulkan;
-    SkinDescription d = small_scene(9, 7);
-    d.receptors.fa2 = Fa2::step_mean;
-    SkinOptions options;
-    options.hold = Hold::parabolic;
-    for (bool own : {false, true})
-        for (const Device& device : {Device::cpu(2), vulkan.device()}) {
-            SkinOptions many = options;
-            many.count = 3;
-            if (own) many.materials.assign(3, d.material);
-            Skin batch(device, d, many);
-            std::vector<Skin> alone;
-            for (int pad = 0; pad < 3; ++pad) alone.emplace_back(Device::cpu(1), d, options);
-            for (int n = 0; n < 12; ++n) {
-                std::vector<int> pads; // different ones at different steps, so that their steps before differ
-                for (int pad = 0; pad < 3; ++pad)
-                    if (n % (pad + 1) == 0) pads.push_back(pad);
-                std::vector<float> all;
-                for (int pad : pads) {
-                    const std::vector<float> own_frame = frame(d, n + pad);
-                    all.insert(all.end(), own_frame.begin(), own_frame.end());
-                    alone[size_t(pad)].press(own_frame, 0.01 * (1 + n % 4));
-                }
-                batch.press(all, 0.01 * (1 + n % 4), pads);
-                for (int pad : pads)
-                    for (Quantity q : all_responses)
-                        CHECK(std::equal(alone[size_t(pad)].response(q).begin(), alone[size_t(pad)].response(q).end(),
-                                         batch.response(q).begin() + pad * 63));
-            }
-        }
-}
-
 TEST_CASE("a state says under which hold it was saved, and its steps are checked") {
     SkinDescription d = small_scene(9, 7);
     d.receptors.fa2 = Fa2::step_mean;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// labels: device threads long
-// Many pads pressed together, on the CPU and on Vulkan: each has the bits of a Skin alone.
+// labels: device threads
+// Many pads pressed together, on the CPU, on Vulkan and in a host's command buffer. That each has the bits of a Skin
+// alone is what the suite `ways` says.
 #include "host/core/embedding/backend.hpp"
 #include "host/core/press/device.hpp"
 #include "tests/allocations.hpp"
@@ -86,106 +87,7 @@ SkinDescription pad(int width, int height) {
 
 std::vector<Device> devices(const Validated& vulkan) { return {Device::cpu(1), Device::cpu(3), vulkan.device()}; }
 
-void press_in_turn(Both& both) {
-    both.press(every, 0, {0.01});
-    CHECK(both.same());
-    both.press({3, 1}, 5, {0.02});
-    CHECK(both.same());
-    both.press(every, 9, {0.01, 0.5, 0.0, 0.02, 3});
-    CHECK(both.same());
-    both.press({}, 9, {0.01});
-    both.press({4, 0, 2}, 11, {0.01, 0.07, 0.01});
-    CHECK(both.same());
-    both.press(every, 13, {0.01});
-    CHECK(both.same());
-}
-
 } // namespace
-
-TEST_CASE("each pad of a batch has the bits of a skin alone, whatever its stencil, edges, sizes and precision") {
-    const Validated vulkan;
-    for (const Device& device : devices(vulkan))
-        for (Stencil stencil : {Stencil::five_point, Stencil::fourth_order, Stencil::published})
-            for (Edges edges : {Edges::mirror, Edges::periodic, Edges::published})
-                for (auto [width, height] : {std::pair{20, 7}, {5, 3}, {2, 9}, {67, 4}}) {
-                    if (edges == Edges::published && stencil != Stencil::published) continue;
-                    if (!night() && (int(stencil) + int(edges) + height / 2) % 2) continue; // by day half of them
-                    SkinDescription d = pad(width, height);
-                    d.stencil = stencil;
-                    d.edges = edges;
-                    SkinOptions options;
-                    if (width != 20) options.precision = Precision::f32;
-                    CAPTURE(device.info().name);
-                    CAPTURE(int(stencil));
-                    CAPTURE(int(edges));
-                    CAPTURE(width);
-                    Both both(device, d, options);
-                    press_in_turn(both);
-                }
-}
-
-TEST_CASE("each pad of a batch has the bits of a skin alone, whatever its elements, materials and sites") {
-    const Validated vulkan;
-    for (const Device& device : devices(vulkan))
-        for (int variant = 0; variant < 32; ++variant) {
-            CAPTURE(device.info().name);
-            CAPTURE(variant);
-            SkinDescription d = pad(23, 11);
-            SkinOptions options;
-            std::vector<double> moduli;
-            for (int i = 0; i < 23 * 11; ++i) moduli.push_back(2 + i % 3);
-            if (variant & 1) {
-                d.material.modulus = d.material.viscosity = {};
-                d.material.elements = {{3, 0.05}, {2, 0.9}};
-                d.material.spring = 5;
-            }
-            if (variant & 2) (variant & 1 ? d.material.elements[1].modulus_map : d.material.modulus_map) = moduli;
-            else if (variant & 4)
-                for (int i = 0; i < pads; ++i) {
-                    Material m = d.material;
-                    if (variant & 1) m.elements[0].viscosity = 0.1 * (1 + i % 3);
-                    else m.viscosity = 0.2 * (1 + i);
-                    options.materials.push_back(m);
-                }
-            const int sites = variant & 8 ? variant & 16 ? 200 : 9 : 0;
-            for (int i = 0; i < sites; ++i) d.sites.push_back({all_responses[i % 4], {i * 7 % 23, i * 5 % 11}});
-            if (variant >= 16 && sites == 0)
-                options.responses = {Quantity::fa1, Quantity::sa1, Quantity::sa2, Quantity::fa2};
-            if (variant >= 16) options.hold = Hold::parabolic;
-            Both both(device, d, options);
-            press_in_turn(both);
-        }
-}
-
-TEST_CASE("pads are reset alone, and a state goes from pad to pad and to a skin alone") {
-    const Validated vulkan;
-    for (const Device& device : devices(vulkan)) {
-        CAPTURE(device.info().name);
-        const SkinDescription d = pad(20, 13);
-        Both both(device, d, {});
-        both.press(every, 0, {0.01});
-        both.press(every, 4, {0.03});
-        both.batch().reset(std::vector<int>{1, 4});
-        both.single(1).reset();
-        both.single(4).reset();
-        CHECK(both.same());
-        both.press({0, 1}, 7, {0.01});
-        std::vector<unsigned char> state(both.batch().state_bytes(std::vector<int>{0, 2}));
-        both.batch().save(state.data(), state.size(), std::vector<int>{0, 2});
-        both.batch().load(state.data(), state.size(), std::vector<int>{4, 3});
-        std::vector<unsigned char> one(both.single(0).state_bytes());
-        for (auto [from, to] : {std::pair{0, 4}, {2, 3}}) {
-            both.single(from).save(one.data(), one.size());
-            std::vector<unsigned char> own(both.batch().state_bytes(std::vector<int>{from}));
-            both.batch().save(own.data(), own.size(), std::vector<int>{from});
-            CHECK(own == one);
-            both.single(to).load(one.data(), one.size());
-        }
-        both.press(every, 8, {0.02});
-        CHECK(both.same());
-        CHECK(both.batch().report(3).strain.value == both.single(3).report().strain.value);
-    }
-}
 
 TEST_CASE("another material at run time keeps the strain") {
     const Validated vulkan;

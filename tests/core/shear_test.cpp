@@ -160,47 +160,6 @@ TEST_CASE(
     for (float e : read(along_x, Quantity::stretch_y)) REQUIRE(e == 0);
 }
 
-TEST_CASE("Pads with shear have the bits of a skin alone, one by one, with steps of their own, saved and loaded") {
-    const Validated vulkan;
-    for (const Device& device : {Device::cpu(1), Device::cpu(3), vulkan.device()})
-        for (const Hold hold : {Hold::linear, Hold::parabolic}) {
-            CAPTURE(device.info().name);
-            CAPTURE(int(hold));
-            SkinOptions options = with_shear(3), single = with_shear();
-            options.hold = single.hold = hold;
-            Skin batch(device, sheared_skin(), options), alone(Device::cpu(1), sheared_skin(), single);
-            const auto tractions = [](int n, int pads) {
-                return joined(patch(100.0 * (n % 5), pads), patch(-70.0 * (n % 3), pads));
-            };
-            std::vector<char> kept;
-            std::vector<float> then;
-            for (int n = 0; n < 12; ++n) {
-                const double dt = n % 4 == 3 ? 2e-3 : 1e-3;
-                const std::vector<float> own = joined(patch(100.0 * (n % 5)), patch(-70.0 * (n % 3)));
-                alone.press(patch(1e3 * n).data(), own.data(), cells_of_pad, dt);
-                if (n % 2) batch.press(patch(1e3 * n, 3).data(), tractions(n, 3).data(), 3 * cells_of_pad, dt);
-                else { // pad 0 and the others apart
-                    batch.press(patch(1e3 * n).data(), own.data(), cells_of_pad, dt, std::vector<int>{0});
-                    batch.press(patch(1e3 * n, 2).data(), tractions(n, 2).data(), 2 * cells_of_pad, dt,
-                                std::vector<int>{1, 2});
-                }
-                const std::vector<float> x = read(batch, Quantity::shear_x), y = read(batch, Quantity::shear_y);
-                CHECK(std::equal(x.begin(), x.begin() + cells_of_pad, read(alone, Quantity::shear_x).begin()));
-                CHECK(std::equal(y.begin(), y.begin() + cells_of_pad, read(alone, Quantity::shear_y).begin()));
-                if (n == 6) {
-                    kept.resize(batch.state_bytes());
-                    batch.save(kept.data(), kept.size());
-                }
-                if (n == 7) then = x;
-            }
-            batch.load(kept.data(), kept.size());
-            batch.press(patch(7e3, 3).data(), tractions(7, 3).data(), 3 * cells_of_pad, 2e-3);
-            CHECK(read(batch, Quantity::shear_x) == then);
-            batch.reset();
-            CHECK(read(batch, Quantity::shear_x) == std::vector<float>(3 * cells_of_pad));
-        }
-}
-
 TEST_CASE("A Touch with shear presses tractions whose sum over the modulus is the force along the surface to 1e-6") {
     contact::Pad shape;
     shape.width = columns, shape.height = rows, shape.spacing = 5e-4;

@@ -88,27 +88,6 @@ TEST_CASE(
     std::remove(path.c_str());
 }
 
-TEST_CASE("a skin's own response as its next pressure gives what a copy of that response gives, on any threads") {
-    const Validated vulkan;
-    const int width = 300, height = 256; // enough cells for several threads
-    for (const Device& device : {Device::cpu(1), Device::cpu(2), Device::cpu(4), vulkan.device()})
-        for (const Stencil stencil : {Stencil::five_point, Stencil::fourth_order}) {
-            SkinDescription d = ridged(width, height);
-            d.stencil = stencil;
-            Skin own(device, d), copied(device, d);
-            for (int n = 0; n < 5; ++n) {
-                const Quantity q = all_responses[size_t(n) % std::size(all_responses)];
-                CAPTURE(device.info().name);
-                CAPTURE(name(q));
-                const std::vector<float> pressure = n == 0 ? frame(d, 1) : copy(copied.response(q));
-                copied.press(pressure, 0.01);
-                if (n == 0) own.press(pressure, 0.01);
-                else own.press(own.response(q).data, size_t(width) * height, 0.01);
-                for (Quantity r : all_responses) CHECK(same(copy(own.response(r)), copy(copied.response(r))));
-            }
-        }
-}
-
 TEST_CASE("a skin of one cell answers the equation's solution under straight pressures, steps of any length") {
     const Validated vulkan;
     for (const Device& device : {Device::cpu(1), vulkan.device()}) {
@@ -237,67 +216,6 @@ TEST_CASE("a skin large enough for two threads has the bits of one") {
         CHECK(answers(two, d, what) == expected);
         CHECK(answers(four, d, what) == expected);
     }
-}
-
-TEST_CASE("several frames pressed at once give the bits of as many presses") {
-    struct Case {
-        int width, height, pads;
-        bool chain, sites;
-        Hold hold = Hold::linear;
-    };
-    const Validated vulkan;
-    for (const Case& c : {Case{20, 25, 1, false, false},
-                          {20, 25, 3, true, false},
-                          {20, 25, 3, true, false, Hold::parabolic},
-                          {16, 9, 3, false, true},
-                          {16, 9, 3, false, true, Hold::parabolic},
-                          {416, 400, 1, false, false},
-                          {416, 400, 1, false, false, Hold::parabolic},
-                          {416, 400, 1, true, false},
-                          {416, 400, 1, true, false, Hold::parabolic},
-                          {397, 401, 1, false, false, Hold::parabolic},
-                          {397, 401, 1, false, false}})
-        for (const Device& device : {Device::cpu(1), Device::cpu(3), vulkan.device()}) {
-            CAPTURE(c.width);
-            CAPTURE(c.pads);
-            CAPTURE(device.info().name);
-            if (device.info().vulkan && c.width > 100) continue; // the same path as small ones
-            SkinDescription d = ridged(c.width, c.height);
-            SkinOptions options;
-            options.count = c.pads;
-            options.hold = c.hold;
-            if (c.chain) {
-                d.material.modulus.reset();
-                d.material.elements = {{3, 0.05}, {2, 0.9}};
-            }
-            if (c.sites) d.sites = {{Quantity::sa1, {1, 1}}, {Quantity::fa1, {15, 8}}};
-            Skin one_by_one(device, d, options), at_once(device, d, options);
-            const std::vector<int> some = c.pads == 1 ? std::vector<int>{0} : std::vector<int>{2, 0};
-            int n = 0;
-            for (int frames : {1, 4, 11}) {
-                std::vector<float> all;
-                for (int i = 0; i < frames; ++i) {
-                    std::vector<float> pressed;
-                    for (size_t pad = 0; pad < some.size(); ++pad) {
-                        const std::vector<float> own = frame(d, ++n);
-                        pressed.insert(pressed.end(), own.begin(), own.end());
-                    }
-                    one_by_one.press(pressed, 0.01, some);
-                    all.insert(all.end(), pressed.begin(), pressed.end());
-                }
-                at_once.press_frames(all.data(), size_t(frames), all.size() / size_t(frames), 0.01, some);
-                for (Quantity q : all_responses) {
-                    if (c.sites && q != Quantity::sa1 && q != Quantity::fa1) continue;
-                    CHECK(same(copy(at_once.response(q)), copy(one_by_one.response(q))));
-                }
-            }
-            std::vector<char> states[2];
-            for (auto [skin, state] : {std::pair{&one_by_one, &states[0]}, {&at_once, &states[1]}}) {
-                state->resize(skin->state_bytes());
-                skin->save(state->data(), state->size());
-            }
-            CHECK(states[0] == states[1]);
-        }
 }
 
 TEST_CASE("the pressures of the cells that sites read give the bits of whole frames") {

@@ -149,33 +149,6 @@ TEST_CASE("Each call takes away what the one before pressed, and allocates nothi
     for (int i = 0; i < pads * side * side; ++i) REQUIRE(touch.pressure()[i] == 0);
 }
 
-TEST_CASE("A skin pressed by a Touch has the bits of presses with its pressures, on each backend") {
-    const Validated vulkan;
-    for (const Device& device : {Device::cpu(1), Device::cpu(3), vulkan.device()})
-        for (const int kind : {0, 1, 2}) {
-            CAPTURE(device.info().name);
-            CAPTURE(kind);
-            SkinOptions options;
-            options.count = pads;
-            if (kind == 1) options.hold = Hold::parabolic;
-            if (kind == 2) options.afferents = {{.type = Quantity::fa1, .cells = {{5, 6}, {12, 12}}}};
-            Skin by_touch(device, skin_of_pads(), options), by_pressure(device, skin_of_pads(), options);
-            Touch touch(tip(), pads, 1e-3);
-            for (int n = 0; n < 9; ++n) {
-                const Table t = table_of(n);
-                touch.add(t.poses(), t.contacts());
-                const double dt = n == 5 ? 2e-3 : 1e-3;
-                by_touch.press(touch, dt);
-                by_pressure.press(touch.pressure(), size_t(pads) * side * side, dt);
-                for (Quantity q : all_responses) CHECK(same_bits(by_touch, by_pressure, q));
-                CHECK(by_touch.spikes().size == by_pressure.spikes().size);
-            }
-            std::vector<char> a(by_touch.state_bytes()), b(by_pressure.state_bytes());
-            by_touch.save(a.data(), a.size()), by_pressure.save(b.data(), b.size());
-            CHECK(a == b);
-        }
-}
-
 TEST_CASE("A press by a Touch allocates nothing, and a single skin takes a Touch of one pad") {
     SkinOptions options;
     options.count = pads;
