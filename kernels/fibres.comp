@@ -1,7 +1,7 @@
 #version 450
 // SPDX-License-Identifier: MIT
-// A press of nerve fibres of one kind: an invocation takes the endings of one fibre through all substeps. Spikes are
-// appended to a list, in any order.
+// Some substeps of a press of nerve fibres of one kind: an invocation takes the endings of one fibre through them. Spikes
+// are appended to a list, in any order.
 #extension GL_GOOGLE_include_directive : require
 #define mask bool
 bool both(bool a, bool b) { return a && b; }
@@ -54,16 +54,20 @@ void follow_ending(int i, int fires) {
 }
 
 void main() {
-    uint number = gl_GlobalInvocationID.x + gl_GlobalInvocationID.y * gl_NumWorkGroups.x * FIBRES_X;
-    if (number >= uint(dispatch.fibres)) return;
+    int number = dispatch.from + int(gl_GlobalInvocationID.x + gl_GlobalInvocationID.y * gl_NumWorkGroups.x * FIBRES_X);
+    if (number >= dispatch.to) return;
     // Padded fibres between pads are stepped too; they never fire.
-    int i = dispatch.first + int(number) / dispatch.of_pad * dispatch.pad + int(number) % dispatch.of_pad;
+    int i = dispatch.first + number / dispatch.of_pad * dispatch.pad + number % dispatch.of_pad;
     FibreConstants k = constants[dispatch.kind];
     Fibre f = ending_at(i); // a single ending stays in registers
     bool single = dispatch.endings == 1;
     float first = 2.0; // share of the substep at which an ending fires first
-    int fires = i;
-    for (int n = 0; n < k.substeps * dispatch.endings; ++n) {
+    int fires = 0;
+    if (dispatch.begin % dispatch.endings != 0) {
+        first = state[FIBRE_FIRST * dispatch.plane + i];
+        fires = int(state[FIBRE_FIRES * dispatch.plane + i]);
+    }
+    for (int n = dispatch.begin; n < dispatch.end; ++n) {
         int part = n / dispatch.endings;
         int e = n - part * dispatch.endings;
         int j = i + e * dispatch.of_pad;
@@ -76,23 +80,21 @@ void main() {
             f = end.fibre;
             if (end.share >= 0.0 && end.share < first) {
                 first = end.share;
-                fires = j;
+                fires = e;
             }
         } else {
             f = s.fibre;
         }
         if (!single) put_ending(j, f);
         if (e + 1 < dispatch.endings || first > 1.0) continue;
-        for (int other = i; other <= j; other += dispatch.of_pad)
-            if (other != fires) follow_ending(other, fires);
+        for (int other = 0; other < dispatch.endings; ++other)
+            if (other != fires) follow_ending(i + other * dispatch.of_pad, i + fires * dispatch.of_pad);
         uint at = atomicAdd(fired, 1u);
         spikes[at].fibre = i;
         spikes[at].share = share_of(first, part, k);
         first = 2.0;
     }
     if (single) put_ending(i, f);
-    for (int e = 0; e < dispatch.endings; ++e) {
-        int j = i + e * dispatch.of_pad;
-        state[FIBRE_INPUT * dispatch.plane + j] = inputs[j];
-    }
+    state[FIBRE_FIRST * dispatch.plane + i] = first;
+    state[FIBRE_FIRES * dispatch.plane + i] = float(fires);
 }

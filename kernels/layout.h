@@ -187,6 +187,14 @@ struct ReduceConstants {
 #define FIBRE_AFTER1 6
 #define FIBRE_INPUT 7
 #define FIBRE_PLANES 8
+// Two more planes of dispatches that end between two endings of a substep: the share at which a fibre has fired first,
+// and by which ending.
+#define FIBRE_FIRST 8
+#define FIBRE_FIRES 9
+#define FIBRE_DISPATCH_PLANES 10
+// The most passes through all loops of an invocation; llvmpipe ends them in silence after twice as many. Other shaders
+// loop over a cell's elements alone, at most 10.
+#define FIBRE_PASSES 32768
 #define FIBRE_OUTPUTS 3 // derivatives of the filter's output that drive the membrane: y, its first and its second
 #define COURSE_DEGREE 10 // of the Taylor polynomials inside a substep
 #define COURSE_DERIVATIVES (COURSE_DEGREE + FIBRE_OUTPUTS)
@@ -228,10 +236,12 @@ struct FibreConstants {
 // The fibres of one kind in neighbouring pads, of_pad of them in each, `pad` numbers apart in a plane from `first` on.
 // The next endings of a pad's fibres follow of_pad numbers behind.
 struct FibreDispatch {
-    int fibres, first, of_pad, pad;
+    int from, to; // the fibres that are stepped, counted through all these pads
+    int first, of_pad, pad;
     int endings; // of each fibre
     int plane; // numbers from plane to plane
     int kind;  // of the constants
+    int begin, end; // substeps of single endings: number n is that of ending n % endings in substep n / endings
 };
 struct FibreEntry {
     int fibre; // index of its first ending in a plane

@@ -245,7 +245,7 @@ DERMIS_API dermis_status dermis_skin_press_shear(dermis_skin* skin, const float*
                                                  size_t cells, double dt, const dermis_pads* pads);
 // The same as `count` presses of dt seconds each, to the bit; the responses of the last frame alone are computed.
 // frames: one after another, each of `cells` numbers as above. count: >= 1. All frames are checked before one is
-// pressed.
+// pressed. Frames of no pad do what one does.
 DERMIS_API dermis_status dermis_skin_press_frames(dermis_skin* skin, const float* frames, size_t count, size_t cells,
                                                   double dt, const dermis_pads* pads);
 // The cells of a pad whose pressure the skin needs, as y*width + x, ascending. If the scene has sites, they are the
@@ -282,7 +282,8 @@ DERMIS_API dermis_status dermis_skin_reset(dermis_skin* skin, const dermis_pads*
 // The state as bytes, the same on every device. A skin can load it into the same number of pads if it has the grid,
 // sites, numbers of elements and springs, precision, hold, number of fibres and shear of the skin that saved it, and
 // gives SA2 and FA2 where that skin did. bytes: what dermis_skin_get_state_size gives for this number of pads; for
-// dermis_skin_load also the bytes of a state of the older version 2.
+// dermis_skin_load also the bytes of a state of the older version 2. dermis_skin_load refuses a number that is not
+// finite, and a number of a nerve fibre that no press makes.
 DERMIS_API dermis_status dermis_skin_get_state_size(const dermis_skin* skin, size_t* bytes, const dermis_pads* pads);
 DERMIS_API dermis_status dermis_skin_save(const dermis_skin* skin, void* state, size_t bytes, const dermis_pads* pads);
 DERMIS_API dermis_status dermis_skin_load(dermis_skin* skin, const void* state, size_t bytes, const dermis_pads* pads);

@@ -5,6 +5,8 @@
 #include <dermis/afferents.hpp>
 #include <dermis/device.hpp>
 
+#include <functional>
+
 namespace dermis {
 
 namespace contact {
@@ -47,6 +49,13 @@ struct SkinOptions {
     // frames the stretch runs linearly. Needs shear, and sa2 among the responses. On a Vulkan device each press then
     // waits and downloads the shear.
     std::optional<std::array<double, 2>> sa2_stretch;
+    // Called on the thread that presses, between frames and between blocks of steps of nerve fibres, each of which
+    // takes less than a second; with the fraction of the frames that is done, 0..1. A short press does not call it.
+    // What it throws ends the press: the pads then have the state after the last whole frame, spikes() has the spikes
+    // up to it, and responses are those of a frame only after the next press. Where fibres take several blocks, the
+    // press saves the state first, which allocates. It may press other skins; this one refuses to be pressed, changed
+    // or saved meanwhile.
+    std::function<void(double)> progress;
 };
 
 // The pads of a Skin that a call is about: their numbers, from 0 on, in any order, each at most once. Pressures, steps
@@ -104,7 +113,7 @@ class DERMIS_API Skin {
     // Does the same as `count` presses of dt seconds each, to the bit, but computes only the responses after the last
     // frame: for a simulator that steps several times before it reads a response. frames: `count` >= 1 frames, one
     // after another, each of `cells` numbers as press() takes them. All frames are copied and checked before any of
-    // them is pressed; the skin keeps the memory of the copy.
+    // them is pressed; the skin keeps the memory of the copy. Frames of no pad do what one does.
     void press_frames(const float* frames, size_t count, size_t cells, double dt, const Pads& = {});
     // The same as press() of all pads with the pressures of a Touch, to the bit, but takes no time for a pad that is at
     // rest and not touched. The Touch has as many pads, of as many cells, of the same spacing if the description gives
@@ -163,7 +172,8 @@ class DERMIS_API Skin {
     // the skin that saved them, and gives SA2 and FA2 where that skin did; its next presses then give the same bits.
     // load() also takes states of the older version 2, for skins without parabolic hold, fibres and shear. Until the
     // next press, responses stay what they were. bytes: state_bytes(). save() and load() throw Error::bad_input, which
-    // names the first difference, or a number that is not finite, and change nothing; Error::device.
+    // names the first difference, a number that is not finite, or a number of a nerve fibre that no press makes, with
+    // its range, and change nothing; Error::device.
     size_t state_bytes(const Pads& = {}) const;
     void save(void* state, size_t bytes, const Pads& = {}) const;
     void load(const void* state, size_t bytes, const Pads& = {});

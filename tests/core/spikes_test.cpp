@@ -5,6 +5,7 @@
 #include "tests/allocations.hpp"
 #include "tests/support.hpp"
 
+#include <algorithm>
 #include <cstring>
 
 using namespace test;
@@ -297,4 +298,58 @@ TEST_CASE("fibres that cannot be are refused by name, and a step that is too lon
         other.press(depths(n, 0.001), 0.001);
         CHECK(same(spikes_of(skin), spikes_of(other)));
     }
+}
+
+TEST_CASE("a state with a number of a fibre that no press makes is refused; what is loaded stays loadable") {
+    SkinOptions options = spiking();
+    AfferentModel m = afferent_model(Quantity::sa1);
+    m.after[0] = {.amplitude = -2, .time = 0.01};
+    options.afferents[0].model = m;
+    const Device cpu = Device::cpu(1);
+    Skin skin(cpu, finger(), options);
+    for (int n = 0; n < 40; ++n) skin.press(depths(n, 0.001), 0.001);
+    std::vector<char> state(skin.state_bytes());
+    skin.save(state.data(), state.size());
+    constexpr char part[] = "fibres\0";
+    const size_t at = size_t(std::search(state.begin(), state.end(), part, part + sizeof part) - state.begin()) + 16;
+    const auto with = [&](size_t number, float x) { // of the part
+        std::vector<char> changed = state;
+        std::memcpy(changed.data() + at + number * sizeof x, &x, sizeof x);
+        return changed;
+    };
+    const auto refused = [&](size_t fibre, size_t plane, float x) {
+        const std::vector<char> changed = with(fibre * FIBRE_PLANES + plane, x);
+        return refusal(Error::Code::bad_input, [&] { skin.load(changed.data(), changed.size()); });
+    };
+    CHECK(refused(0, FIBRE_Y1, 3e38f).find("state = (y' = ") == 0);
+    CHECK(refused(0, FIBRE_Y0, 1e25f).find(" of nerve fibre 0); allowed: -1e+24 .. 1e+24") != std::string::npos);
+    CHECK(refused(6, FIBRE_MEMBRANE, 1.5f).find("state = (V = 1.5 of nerve fibre 6); allowed: -1e+30 .. 1") == 0);
+    CHECK(refused(0, FIBRE_REST, -1e-6f).find("state = (refractory time = ") == 0);
+    CHECK(refused(0, FIBRE_REST, 0.01f).find("of nerve fibre 0); allowed: 0 .. 0.00858") != std::string::npos);
+    CHECK(refused(0, FIBRE_AFTER0, 0.1f).find("(after = ") != std::string::npos);
+    CHECK(refused(0, FIBRE_AFTER1, 0.1f).find("of nerve fibre 0); allowed: 0 .. 0") != std::string::npos);
+    CHECK(refused(21, FIBRE_INPUT, 1e13f).find("(q = 1e+13 of nerve fibre 20)") != std::string::npos); // an ending
+    CHECK(refused(27, FIBRE_INPUT, 1e13f).find("(q = 1e+13 of nerve fibre 21)") != std::string::npos);
+    std::vector<char> after(state.size());
+    skin.save(after.data(), after.size());
+    CHECK(after == state);
+    size_t taken = 0;
+    for (size_t number = 0; number < (state.size() - at) / sizeof(float); ++number)
+        for (const float x : {1e22f, -1e22f, 1e12f, -1e9f, 1.0f, -5.0f, 1e-45f, 1e-3f}) {
+            const std::vector<char> changed = with(number, x);
+            Skin wild(cpu, finger(), options);
+            try {
+                wild.load(changed.data(), changed.size());
+            } catch (const Error&) {
+                continue;
+            }
+            ++taken;
+            for (const double dt : {1e-3, 0.02, 1e-6}) {
+                wild.press(depths(3, 0.001), dt);
+                for (const Spike& s : spikes_of(wild)) CHECK((s.share > 0 && s.share <= 1));
+                wild.save(after.data(), after.size());
+                CHECK_NOTHROW(wild.load(after.data(), after.size()));
+            }
+        }
+    CHECK(taken > 500);
 }

@@ -20,15 +20,15 @@ void call() {
 
 } // namespace
 
-Watch::Watch(const Progress& progress) : outer_(now) {
+Watch::Watch(const Progress& progress, std::chrono::milliseconds pause) : outer_(now) {
     now = {};
-    if (progress) now = {.progress = &progress, .done = 0, .last = Clock::now()};
+    if (progress) now = {.progress = &progress, .done = 0, .last = Clock::now(), .pause = pause};
 }
 
 Watch::~Watch() { now = outer_; }
 
 void look() {
-    if (now.progress && Clock::now() - now.last >= std::chrono::milliseconds(100)) call();
+    if (now.progress && Clock::now() - now.last >= now.pause) call();
 }
 
 void reach(double done, bool tell) {

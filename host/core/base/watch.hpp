@@ -17,9 +17,11 @@ class Watch {
         const Progress* progress = nullptr;
         double done = 0; // the fraction of the run that is done
         std::chrono::steady_clock::time_point last{};
+        std::chrono::milliseconds pause{};
     };
 
-    explicit Watch(const Progress& progress);
+    // pause: between two calls of look() that call progress.
+    explicit Watch(const Progress& progress, std::chrono::milliseconds pause = std::chrono::milliseconds(100));
     ~Watch();
     Watch(const Watch&) = delete;
     Watch& operator=(const Watch&) = delete;
@@ -28,8 +30,8 @@ class Watch {
     const State outer_;
 };
 
-// Calls progress if a tenth of a second has passed since its last call. What it throws ends the run. For loops over
-// steps or rows, each of which takes less than that. On a thread without a Watch it does nothing.
+// Calls progress if the watch's pause has passed since its last call. What it throws ends the run. For loops over steps
+// or rows, each of which takes less than that. On a thread without a Watch it does nothing.
 void look();
 
 // Notes the fraction of the run that is done. tell: whether progress is called now.

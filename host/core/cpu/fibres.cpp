@@ -35,7 +35,7 @@ Fibres<K>::Fibres(const std::vector<plan::FibreKind>& kinds, size_t pads, int th
             }
 }
 
-template <class K> void Fibres<K>::step(size_t first_pad, size_t pads) {
+template <class K> void Fibres<K>::step(size_t first_pad, size_t pads, int part, int parts) {
     const size_t of_pad = tasks_.size() / this->pads_, begin = first_pad * of_pad, end = begin + pads * of_pad;
     std::atomic<size_t> next = begin;
     const auto work = [&](int) {
@@ -47,6 +47,8 @@ template <class K> void Fibres<K>::step(size_t first_pad, size_t pads) {
             task.fired = isa_.of<K>().press_fibres({.constants = &kind.constants,
                                                     .first = 0,
                                                     .last = int(task.last - task.first),
+                                                    .part = part,
+                                                    .end = std::min(part + parts, kind.constants.substeps),
                                                     .endings = int(kind.endings),
                                                     .of_pad = int(kind.padded),
                                                     .state = this->state_ + first,

@@ -26,7 +26,7 @@ template <class K> class Fibres : public plan::FibrePopulation<K> {
         return (this->at(t.pad, kind, 0) + t.first * kind.endings) * room_;
     }
     void grow(size_t most) override { raw_.resize(this->plane_ * most), room_ = most; }
-    void step(size_t first_pad, size_t pads) override;
+    void step(size_t first_pad, size_t pads, int part, int parts) override;
 
     const simd::Isa& isa_;
     simd::Pool pool_;

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "host/core/model/fibres.hpp"
 
+#include "host/core/base/watch.hpp"
+
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 namespace dermis::plan {
 
@@ -27,6 +30,8 @@ FibrePopulation<K>::FibrePopulation(const std::vector<FibreKind>& kinds, size_t 
         padded_ += padded * k.endings;
     }
     plane_ = pads_ * padded_;
+    constexpr size_t fewest = 4; // so that endings stay in a cache for some substeps
+    together_ = int(std::max(work_of_block / std::max(plane_, size_t(1)), fewest));
 }
 
 template <class K> void FibrePopulation<K>::set_input(size_t pad, const real* inputs) {
@@ -37,18 +42,19 @@ template <class K> bool FibrePopulation<K>::prepare(double dt) {
     if (dt == dt_) return true;
     std::vector<typename K::FibreConstants>& all = next_;
     all.resize(kinds_.size());
-    size_t most = most_substeps_;
+    size_t most = 0;
     for (size_t k = 0; dt > 0 && k < kinds_.size(); ++k) {
         if (!fill_fibre_constants<K>(kinds_[k].model, dt, all[k])) return false;
         most = std::max(most, size_t(all[k].substeps));
     }
     if (most > most_substeps_) {
         spikes_.resize(pads_ * count_ * most);
-        grow(most);
+        grow(std::min(most, size_t(together_)));
         most_substeps_ = most;
     }
     for (size_t k = 0; k < kinds_.size(); ++k) kinds_[k].constants = all[k];
     dt_ = dt;
+    substeps_ = int(most);
     if (dt > 0) take_constants();
     return true;
 }
@@ -63,9 +69,16 @@ template <class K> size_t FibrePopulation<K>::most_spikes(double dt, size_t pres
 }
 
 template <class K> void FibrePopulation<K>::press(size_t first_pad, size_t pads) {
-    const size_t first = first_pad * padded_;
-    if (dt_ == 0) std::copy_n(input_ + first, pads * padded_, state_ + FIBRE_INPUT * plane_ + first);
-    else step(first_pad, pads);
+    const size_t first = first_pad * padded_, before = fired_;
+    for (int part = 0; part < substeps_; part += together_) {
+        const size_t work = size_t(std::min(together_, substeps_ - part)) * pads * padded_;
+        if (work_ > 0 && work_ + work > work_of_block) scene::look(), work_ = 0;
+        work_ += work;
+        step(first_pad, pads, part, together_);
+    }
+    std::copy_n(input_ + first, pads * padded_, state_ + FIBRE_INPUT * plane_ + first);
+    const auto order = [](const FibreFires<real>& s) { return std::tuple(s.pad, s.fibre, s.share); };
+    std::ranges::sort(spikes_.begin() + std::ptrdiff_t(before), spikes_.begin() + std::ptrdiff_t(fired_), {}, order);
 }
 
 // Calls one(number among the pad's endings, index in a plane) for each ending.

@@ -6,6 +6,7 @@
 #include "dermis/afferents.hpp"
 #include "host/core/simd/model.hpp"
 
+#include <bit>
 #include <span>
 
 namespace dermis::plan {
@@ -21,6 +22,11 @@ template <> inline constexpr FibreAccuracy fibre_accuracy<f64> = {.tolerance = 1
 // Fills in the constants of a step of dt seconds. Returns false where it has more than 65536 substeps, or where a
 // constant does not fit a number of K.
 template <class K> bool fill_fibre_constants(const AfferentModel&, double dt, typename K::FibreConstants&);
+
+// The most passes through the loops of kernels/afferent.h that a substep of an ending takes.
+template <class Constants> int passes_of_substep(const Constants& k) {
+    return k.events * (140 + 2 * k.bisections + std::popcount(unsigned(k.outputs)) * (50 + 2 * k.turn_bisections)) + 10;
+}
 
 // Fibres of one model, numbered from the fibres of the kinds before on.
 struct FibreKind {
@@ -55,9 +61,12 @@ template <class K> class FibrePopulation {
     // changed then. Allocates where a step of this length may have more spikes than those before.
     bool prepare(double dt);
     // Presses neighbouring pads over a step of the dt that was prepared last, and appends to spikes(). A dt of 0 takes
-    // the inputs alone.
+    // the inputs alone. Calls look() between blocks of substeps; if that throws, the states of these pads are of no
+    // time, and the spikes are to be forgotten.
     void press(size_t first_pad, size_t pads);
-    void forget_spikes() { fired_ = 0; }
+    size_t work_of_pad() const { return size_t(substeps_) * padded_; } // of such a press: substeps of endings
+    static constexpr size_t work_of_block = 1 << 20;                   // some ms
+    void forget_spikes() { fired_ = work_ = 0; }
     // The spikes of presses since forget_spikes(): by press, by pad, by fibre, then by time.
     std::span<const FibreFires<real>> spikes() const { return {spikes_.data(), fired_}; }
     // The number of spikes of so many presses of all pads, of at most dt seconds each, is not above this.
@@ -82,15 +91,17 @@ template <class K> class FibrePopulation {
     void fire(size_t pad, const Kind& k, size_t fibre, real share) {
         spikes_[fired_++] = {int(pad), int(k.first + fibre), share};
     }
-    // Makes room for so many spikes of each number in a plane; takes new constants; steps the fibres of pads.
+    // Makes room for so many spikes of each number in a plane; takes new constants; steps the fibres of pads through
+    // substeps from `part` on, as many as these, or as are left. Spikes are fired in any order.
     virtual void grow(size_t most) = 0;
     virtual void take_constants() {}
-    virtual void step(size_t first_pad, size_t pads) = 0;
+    virtual void step(size_t first_pad, size_t pads, int part, int parts) = 0;
 
     std::vector<Kind> kinds_;
     size_t count_ = 0, endings_ = 0, padded_ = 0; // fibres of a pad, their endings, and the room of these in a plane
     size_t pads_, plane_ = 0;
     size_t most_substeps_ = 0;
+    int substeps_ = 0, together_ = 0;          // the most of a press, and those of a block
     real *state_ = nullptr, *input_ = nullptr; // the planes, and one more; of those who step them
 
   private:
@@ -99,7 +110,7 @@ template <class K> class FibrePopulation {
     double dt_ = 0;
     std::vector<typename K::FibreConstants> next_; // of each kind, while prepare() makes them
     std::vector<FibreFires<real>> spikes_;
-    size_t fired_ = 0;
+    size_t fired_ = 0, work_ = 0; // work_: since the last look()
 };
 
 } // namespace dermis::plan

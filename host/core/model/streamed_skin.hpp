@@ -125,6 +125,9 @@ template <class Byte> struct StateMemory {
     Byte* steps = nullptr;  // the last step of each pad, a double; null: not under parabolic hold
     Byte* fibres = nullptr; // the states of each pad's nerve fibres, pad by pad; null: there are none
     Byte* shear = nullptr;  // the states of the pads' shear along x, pad by pad, then along y; null: there is none
+    operator StateMemory<const Byte>() const {
+        return {strains, pressure, strains_step, pressure_step, steps, fibres, shear};
+    }
     Byte* strains_of(size_t i) const { return strains + i * strains_step; }
     Byte* pressure_of(size_t i) const { return pressure + i * pressure_step; }
 };

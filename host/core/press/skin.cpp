@@ -4,6 +4,7 @@
 #include "host/core/base/float_environment.hpp"
 #include "host/core/base/memory.hpp"
 #include "host/core/base/refusal.hpp"
+#include "host/core/base/watch.hpp"
 #include "host/core/model/felt.hpp"
 #include "host/core/press/device.hpp"
 #include "host/core/press/report.hpp"
@@ -29,7 +30,8 @@ struct Skin::Impl {
           needs(scene::needs_of(skin.skin.description, options)), threads(backend.threads()),
           tau(tau_range(skin.skin.materials)), description(skin.skin.description), materials(options.materials),
           bent(skin.hold == Hold::parabolic), depth(options.control == Control::depth), last_steps(count),
-          pressed(count), strains(depth ? count * cells() : 0), stream(backend.stream(skin)) {
+          pressed(count), strains(depth ? count * cells() : 0), stream(backend.stream(skin)),
+          progress(options.progress) {
         moving.reserve(count);
         if (spiking.any() || shear.any()) stream->reserve_states();
         for (const Site& site : description.sites) ++sites_of[size_t(site.type)];
@@ -109,7 +111,16 @@ struct Skin::Impl {
     std::array<std::vector<float>, 3> stretch; // its components, of all pads, once they are asked for
     std::vector<int> moving;                   // the pads that a Touch moves
     std::unique_ptr<plan::Stream> stream;
+    const scene::Watch::Progress progress; // SkinOptions::progress
+    bool pressing = false;
 
+    // A press, in which each look() calls progress.
+    struct Press {
+        explicit Press(Impl& s) : skin(s), watch(s.progress, {}) { skin.pressing = true; }
+        ~Press() { skin.pressing = false; }
+        Impl& skin;
+        const scene::Watch watch;
+    };
     size_t cells() const { return width * height; }
     plan::PadList list_of(const Pads&);
     // The steps of a press, with those before them.
@@ -124,8 +135,10 @@ struct Skin::Impl {
     void need_touch(const contact::Touch::Impl&) const;
     void press(const contact::Touch::Impl&, const plan::StepLengths&);
     const float* to_take(const float* numbers, size_t count);
-    void prepare(const plan::PadList&, const plan::StepLengths&, size_t frames = 1);
+    bool prepare(const plan::PadList&, const plan::StepLengths&, size_t frames = 1);
     void step(const plan::PadList&, const plan::StepLengths&, size_t frame = 0, bool last = true);
+    void save(const plan::PadList&, const plan::StateMemory<char>&);
+    void load(const plan::PadList&, const plan::StateMemory<const char>&);
     void press_frames(const plan::PadList&, const float*, size_t count, size_t numbers, const plan::StepLengths&);
     void clear_unread(char* pressure) const;
     std::vector<float> strain_of(int pad) const;
@@ -148,8 +161,9 @@ struct Skin::Impl {
                   "their steps below 3.4e38");
 }
 
-// Throws Error::bad_input if a number is no pad's or occurs twice.
+// Throws Error::bad_input if a number is no pad's or occurs twice, or where progress calls in a press.
 plan::PadList Skin::Impl::list_of(const Pads& pads) {
+    if (pressing) scene::refuse("skin", "(in a press, which calls progress)", "another skin");
     if (pads.all) return {.count = count};
     ++lists;
     for (size_t i = 0; i < pads.count; ++i) {
@@ -187,6 +201,7 @@ void Skin::Impl::press(const float* pressure, size_t numbers, const plan::StepLe
     need_press(numbers, dt, pads, cells());
     if (!stream->take(pads, to_take(pressure, numbers))) refuse_pressure(pressure, pads);
     if (traction && !shear.take(pads, traction)) refuse_pressure(traction, pads, 2, {}, "traction");
+    const Press pressed(*this);
     step(pads, dt);
 }
 
@@ -219,25 +234,38 @@ void Skin::Impl::press(const contact::Touch::Impl& touch, const plan::StepLength
     const plan::PadList pads{.ids = moving.data(), .count = moving.size()};
     (void)stream->take(pads, touch.pressure.data(), true); // true: a Touch has finite pressures
     if (shear.any()) (void)shear.take(pads, touch.traction.data(), true);
+    const Press pressed(*this);
     step(pads, dt);
     dt.taken(all);
 }
 
-// Does all of a press of so many frames that can fail, before a state changes. Throws Error::bad_input for a step that
-// no press takes.
-void Skin::Impl::prepare(const plan::PadList& pads, const plan::StepLengths& dt, size_t frames) {
-    if (const double* refused = spiking.prepare(pads, dt, frames)) refuse_step_of_fibres(*refused);
+// Does all of a press of so many frames that can fail, before a state changes. Returns whether fibres take several
+// blocks of substeps in a frame. Throws Error::bad_input for a step that no press takes.
+bool Skin::Impl::prepare(const plan::PadList& pads, const plan::StepLengths& dt, size_t frames) {
+    const double* refused_by_fibres = nullptr;
+    const bool in_blocks = spiking.prepare(pads, dt, frames, &refused_by_fibres);
+    if (refused_by_fibres) refuse_step_of_fibres(*refused_by_fibres);
     // Shear has the greater coefficients: it refuses each step that the pressure refuses.
     if (const double* refused = shear.prepare(pads, dt)) refuse_step(*refused);
     if (const double* refused = stream->prepare(pads, dt)) refuse_step(*refused);
+    return in_blocks;
 }
 
 // Steps pads to the pressures that they have taken, and their fibres. frame: counts the call's. last: also responses.
+// What progress ends leaves the state that was before.
 void Skin::Impl::step(const plan::PadList& pads, const plan::StepLengths& dt, size_t frame, bool last) {
-    prepare(pads, dt);
+    const bool in_blocks = prepare(pads, dt) && progress;
+    std::vector<char> before(in_blocks ? saved_state.bytes(pads.count) : 0);
+    plan::StateMemory<char> undo{};
+    if (in_blocks) save(pads, undo = saved_state.write(before.data(), before.size(), pads.count));
     shear.press(pads, dt);
     stream->press(pads, dt, last);
-    spiking.press(pads, dt, *stream, frame);
+    try {
+        spiking.press(pads, dt, *stream, frame);
+    } catch (...) {
+        if (in_blocks) load(pads, undo);
+        throw;
+    }
     dt.taken(pads);
 }
 
@@ -260,10 +288,41 @@ void Skin::Impl::press_frames(const plan::PadList& pads, const float* frames, si
     if (taken.size() < n * numbers) taken = simd::map_of(n * numbers, 0.0f);
     if (!stream->copy(frames, n * numbers, taken.data())) refuse_pressure(frames, pads, n);
     prepare(pads, dt, n);
-    if (!depth && !spiking.any()) return stream->press_frames(pads, taken.data(), n, numbers, dt);
-    for (size_t i = 0; i < n; ++i) {
-        stream->take(pads, to_take(taken.data() + i * numbers, numbers));
-        step(pads, dt, i, spiking.any() || i + 1 == n); // fibres read the state after each step
+    constexpr size_t most_numbers = 1 << 26, most_frames = 1024; // about 100 ms
+    const bool alone = depth || spiking.any();
+    const size_t together = alone ? 1 : progress ? std::clamp(most_numbers / numbers, size_t(1), most_frames) : n;
+    const Press pressed(*this);
+    const float* at = taken.data();
+    for (size_t i = 0; i < n; i += together, at += together * numbers) {
+        if (i > 0) scene::reach(double(i) / double(n), true);
+        if (alone) {
+            stream->take(pads, to_take(at, numbers));
+            step(pads, dt, i, spiking.any() || i + 1 == n); // fibres read the state after each step
+        } else {
+            (void)stream->prepare(pads, dt); // null: the steps behind the first one were checked with it
+            stream->press_frames(pads, at, std::min(together, n - i), numbers, dt);
+        }
+    }
+}
+
+// Copies the states of pads. Pressures of cells that no site reads become 0, so that equal skins have equal states,
+// whatever pressed them.
+void Skin::Impl::save(const plan::PadList& list, const plan::StateMemory<char>& to) {
+    stream->save(list, to);
+    for (size_t i = 0; !fields && i < list.count; ++i) clear_unread(to.pressure_of(i));
+    for (size_t i = 0; to.steps && i < list.count; ++i)
+        std::memcpy(to.steps + i * sizeof(double), &last_steps[size_t(list[i])], sizeof(double));
+    for (size_t i = 0; to.fibres && i < list.count; ++i) spiking.save(list[i], to.fibres + i * spiking.state_bytes());
+    if (to.shear) shear.save(list, to.shear);
+}
+
+void Skin::Impl::load(const plan::PadList& list, const plan::StateMemory<const char>& from) {
+    stream->load(list, from);
+    if (from.shear) shear.load(list, from.shear);
+    for (size_t i = 0; i < list.count; ++i) {
+        double& step = last_steps[size_t(list[i])] = 0;
+        if (from.steps) std::memcpy(&step, from.steps + i * sizeof step, sizeof step);
+        if (from.fibres) spiking.load(list[i], from.fibres + i * spiking.state_bytes());
     }
 }
 
@@ -283,8 +342,7 @@ void Skin::Impl::refuse_pressure(const float* pressure, const plan::PadList& pad
     scene::refuse(argument, "(a number that was not finite)", "finite numbers");
 }
 
-// Sets the pressures of the cells that no site reads to 0, so that equal skins have equal states, whatever pressed
-// them.
+// Sets the pressures of a state's cells that no site reads to 0.
 void Skin::Impl::clear_unread(char* pressure) const {
     size_t next = 0;
     for (const size_t cell : read) {
@@ -410,6 +468,7 @@ void Skin::press_cells(const float* pressure, size_t numbers, double dt, const P
     s.need_press(numbers, steps, list, s.read.size());
     if (!s.stream->take_cells(list, s.to_take(pressure, numbers), s.read, s.cells()))
         s.refuse_pressure(pressure, list, 1, s.read);
+    const Impl::Press pressed(s);
     s.step(list, steps);
 }
 OR_OUT_OF_MEMORY(impl_->needs)
@@ -432,32 +491,18 @@ size_t Skin::state_bytes(const Pads& pads) const try { return impl_->saved_state
 OR_OUT_OF_MEMORY(impl_->needs)
 
 void Skin::save(void* state, size_t bytes, const Pads& pads) const try {
-    Impl& s = *impl_;
-    const plan::PadList list = s.list_of(pads);
-    const plan::StateMemory<char> to = s.saved_state.write(state, bytes, list.count);
-    s.stream->save(list, to);
-    for (size_t i = 0; !s.fields && i < list.count; ++i) s.clear_unread(to.pressure_of(i));
-    for (size_t i = 0; to.steps && i < list.count; ++i)
-        std::memcpy(to.steps + i * sizeof(double), &s.last_steps[size_t(list[i])], sizeof(double));
-    for (size_t i = 0; to.fibres && i < list.count; ++i)
-        s.spiking.save(list[i], to.fibres + i * s.spiking.state_bytes());
-    if (to.shear) s.shear.save(list, to.shear);
+    const plan::PadList list = impl_->list_of(pads);
+    impl_->save(list, impl_->saved_state.write(state, bytes, list.count));
 }
 OR_OUT_OF_MEMORY(impl_->needs)
 
 void Skin::load(const void* state, size_t bytes, const Pads& pads) try {
-    Impl& s = *impl_;
-    const plan::PadList list = s.list_of(pads);
+    const plan::PadList list = impl_->list_of(pads);
     const char* const given = static_cast<const char*>(state);
     const std::vector<char> own(given, given + (given ? bytes : 0)); // the caller's memory may change
-    const plan::StateMemory<const char> from = s.saved_state.read(given ? own.data() : nullptr, bytes, list.count);
-    s.stream->load(list, from);
-    if (from.shear) s.shear.load(list, from.shear);
-    for (size_t i = 0; i < list.count; ++i) {
-        double& step = s.last_steps[size_t(list[i])] = 0;
-        if (from.steps) std::memcpy(&step, from.steps + i * sizeof step, sizeof step);
-        if (from.fibres) s.spiking.load(list[i], from.fibres + i * s.spiking.state_bytes());
-    }
+    const plan::StateMemory<const char> from = impl_->saved_state.read(given ? own.data() : nullptr, bytes, list.count);
+    impl_->spiking.need_possible(from.fibres, list.count);
+    impl_->load(list, from);
 }
 OR_OUT_OF_MEMORY(impl_->needs)
 

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "host/core/press/spiking.hpp"
 
+#include "host/core/base/refusal.hpp"
+
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 namespace dermis {
 namespace {
@@ -14,22 +17,39 @@ double modulus_at_rest(const std::vector<plan::Element>& elements) {
     return 1 / compliance;
 }
 
+constexpr float greatest_input = 1e12f; // of a fibre; what is beyond counts as this
+
+// What a number of an ending's state may be, by its plane: presses make no number beyond.
+std::pair<double, double> range_of(const AfferentModel& m, size_t plane) {
+    constexpr double most = 1e30, most_output = 1e24, rounding = 1 + 1e-5;
+    if (plane == FIBRE_INPUT) return {-greatest_input, greatest_input};
+    if (plane == FIBRE_MEMBRANE) return {-most, rounding};
+    if (plane == FIBRE_REST) return {0, rounding * m.refractory_time};
+    if (plane < FIBRE_MEMBRANE) {
+        double fastest = m.frequency ? 7 * *m.frequency * std::max(1.0, 1 / *m.quality) : 0; // rate of the filter, 1/s
+        for (const double time : m.time_constants) fastest = std::max(fastest, 1 / time);
+        const double y = most_output * std::pow(fastest, double(plane));
+        return {-y, y};
+    }
+    const double current = rounding * m.after[plane - FIBRE_AFTER0].amplitude;
+    return {std::min(current, 0.0), std::max(current, 0.0)};
+}
+
 } // namespace
 
 Spiking::Spiking(const plan::StreamedSkin& s, plan::Backend& backend) : felt_(s), layout_(state_layout_of(s)) {
     if (s.afferents.empty()) return;
-    std::vector<plan::FibreKind> kinds;
-    std::ranges::transform(s.afferents, std::back_inserter(kinds), plan::kind_of);
-    fibres_ = backend.fibres(kinds, size_t(s.pads));
+    std::ranges::transform(s.afferents, std::back_inserter(kinds_), plan::kind_of);
+    fibres_ = backend.fibres(kinds_, size_t(s.pads));
     const std::vector<Site>& sites = s.skin.description.sites;
     std::vector<size_t> held;
     if (!sites.empty()) held = plan::SiteCells(s.skin, {s.skin.whole()}, plan::cells_of(sites)).cells;
-    for (size_t kind = 0; kind < kinds.size(); ++kind)
-        for (size_t ending = 0; ending < kinds[kind].endings; ++ending) {
+    for (size_t kind = 0; kind < kinds_.size(); ++kind)
+        for (size_t ending = 0; ending < kinds_[kind].endings; ++ending) {
             const Afferents& a = s.afferents[kind];
             Source& source = sources_.emplace_back(
                 Source{.kind = kind, .ending = ending, .stress = a.follow == Signal::stress, .cells = {}});
-            for (size_t i = ending; i < a.cells.size(); i += kinds[kind].endings) {
+            for (size_t i = ending; i < a.cells.size(); i += kinds_[kind].endings) {
                 const size_t cell = size_t(a.cells[i].y) * size_t(s.skin.width()) + size_t(a.cells[i].x);
                 const size_t among = size_t(std::ranges::lower_bound(held, cell) - held.begin());
                 source.cells.push_back(uint32_t(source.stress || sites.empty() ? cell : among));
@@ -56,14 +76,18 @@ void Spiking::set_elements(const plan::PadList& pads, const std::vector<plan::El
     }
 }
 
-const double* Spiking::prepare(const plan::PadList& pads, const plan::StepLengths& dt, size_t presses) {
-    if (!any()) return nullptr;
+bool Spiking::prepare(const plan::PadList& pads, const plan::StepLengths& dt, size_t presses, const double** refused) {
+    *refused = nullptr;
+    if (!any()) return false;
     double longest = 0;
+    size_t work = 0;
     for (size_t i = 0; i < (dt.each ? pads.count : 1); ++i) {
-        if (!fibres_->prepare(dt[i])) return &dt[i];
+        if (!fibres_->prepare(dt[i])) return *refused = &dt[i], false;
         longest = std::max(longest, dt[i]);
+        work += fibres_->work_of_pad() * (dt.each ? 1 : pads.count);
     }
     spikes_.reserve(fibres_->most_spikes(longest, presses));
+    return work > plan::FibrePopulation<f32>::work_of_block;
     return nullptr;
 }
 
@@ -81,10 +105,12 @@ void Spiking::read_inputs(const plan::PadList& pads, plan::Stream& stream) {
         const float modulus = float(moduli_[pad]);
         for (const Source& s : sources_) {
             float* to = fibres_->inputs(pad, s.kind, s.ending);
-            for (const uint32_t cell : s.cells)
-                *to++ = s.stress ? pressure[cell] / modulus
-                        : plane  ? planes[cell]
-                                 : felt_.strain_at(cell, planes, pressure, springs_[pad]);
+            for (const uint32_t cell : s.cells) {
+                const float q = s.stress ? pressure[cell] / modulus
+                                : plane  ? planes[cell]
+                                         : felt_.strain_at(cell, planes, pressure, springs_[pad]);
+                *to++ = std::clamp(q, -greatest_input, greatest_input);
+            }
         }
     }
 }
@@ -110,6 +136,25 @@ void Spiking::reset(const plan::PadList& pads) {
 void Spiking::save(int pad, char* state) const {
     fibres_->save(size_t(pad), state_.data());
     std::copy_n(reinterpret_cast<const char*>(state_.data()), state_bytes(), state);
+}
+
+void Spiking::need_possible(const char* states, size_t pads) const {
+    static constexpr const char* names[FIBRE_PLANES] = {"y",     "y'",    "y''", "V", "refractory time",
+                                                        "after", "after", "q"};
+    for (size_t pad = 0, fibre = 0; pad < pads; ++pad, fibre = 0)
+        for (const plan::FibreKind& k : kinds_)
+            for (size_t end = fibre + k.count; fibre < end; ++fibre)
+                for (size_t n = 0; n < k.endings * FIBRE_PLANES; ++n, states += sizeof(float)) {
+                    float x = 0;
+                    std::memcpy(&x, states, sizeof x);
+                    const size_t plane = n % FIBRE_PLANES;
+                    const auto [least, greatest] = range_of(k.model, plane);
+                    if (!(least <= double(x) && double(x) <= greatest))
+                        scene::refuse("state",
+                                      "(" + std::string(names[plane]) + " = " + shortest(double(x)) +
+                                          " of nerve fibre " + std::to_string(fibre) + ")",
+                                      shortest(least) + " .. " + shortest(greatest));
+                }
 }
 
 void Spiking::load(int pad, const char* state) {

@@ -13,11 +13,12 @@ class Spiking {
     Spiking(const plan::StreamedSkin&, plan::Backend&);
 
     bool any() const { return fibres_ != nullptr; }
-    // Makes room for the spikes of so many presses of these steps. Returns null, or a pointer to a step that fibres
-    // cannot take. Changes no state.
-    const double* prepare(const plan::PadList&, const plan::StepLengths&, size_t presses = 1);
+    // Makes room for the spikes of so many presses of these steps. Sets `refused` to null, or to a step that fibres
+    // cannot take. Returns whether such a press takes several blocks of substeps, so that it looks. Changes no state.
+    bool prepare(const plan::PadList&, const plan::StepLengths&, size_t presses, const double** refused);
     // Takes the pressures that were pressed last as the inputs at the end of the step, and steps the fibres of these
-    // pads. frame: counts the frames of a call; the first one forgets the spikes of the call before.
+    // pads. frame: counts the frames of a call; the first one forgets the spikes of the call before. Calls look(); if
+    // that throws, the fibres' states are of no time, and spikes() has those of the frames before.
     void press(const plan::PadList&, const plan::StepLengths&, plan::Stream&, size_t frame = 0);
     const std::vector<Spike>& spikes() const { return spikes_; }
 
@@ -27,6 +28,8 @@ class Spiking {
 
     size_t state_bytes() const { return any() ? fibres_->state_size() * sizeof(float) : 0; } // of a pad
     void save(int pad, char* state) const;
+    // Throws Error::bad_input for a number that no press makes, in the states of so many pads.
+    void need_possible(const char* states, size_t pads) const;
     void load(int pad, const char* state);
 
   private:
@@ -40,6 +43,7 @@ class Spiking {
         std::vector<uint32_t> cells;
     };
     plan::Felt felt_;
+    std::vector<plan::FibreKind> kinds_;
     plan::StateLayout layout_;
     std::vector<Source> sources_;
     std::vector<double> springs_;                        // the modulus of each pad's spring in series, Pa; 0: none

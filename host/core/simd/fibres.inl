@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // A press of nerve fibres, in registers of neighbouring fibres. blocks.inl precedes this in its namespace. Each substep
-// is taken twice: all endings in a straight step, and the endings to which something may happen again, gathered into full
-// registers, from event to event.
+// is taken twice: all endings in a straight step, and the endings to which something may happen again, gathered into
+// full registers, from event to event.
 
 namespace fibres {
 
@@ -45,7 +45,8 @@ inline unsigned lanes_set(mask m) {
 inline scalar* plane(const Arguments& a, int p) { return a.state + size_t(p) * a.plane; }
 
 // Calls one(plane, number) for each number of a fibre's state that is not always 0.
-template <class F, class One> __attribute__((always_inline)) inline void each_number(F& f, const FibreConstants& k, One one) {
+template <class F, class One>
+__attribute__((always_inline)) inline void each_number(F& f, const FibreConstants& k, One one) {
     one(FIBRE_Y0, f.y0);
     if (k.poles > 1) one(FIBRE_Y1, f.y1);
     if (k.poles > 2) one(FIBRE_Y2, f.y2);
@@ -128,24 +129,14 @@ inline int first_of_fibres(const Arguments& a, int begin, FibreEntry* spikes, in
     for (int n = 0; n < kept; ++n) {
         const int fires = spikes[n].fibre, fibre = fires % a.of_pad;
         for (int e = 0; e < a.endings; ++e)
-            for (int p = FIBRE_MEMBRANE; p <= FIBRE_AFTER1; ++p)
-                plane(a, p)[fibre + e * a.of_pad] = plane(a, p)[fires];
+            for (int p = FIBRE_MEMBRANE; p <= FIBRE_AFTER1; ++p) plane(a, p)[fibre + e * a.of_pad] = plane(a, p)[fires];
         spikes[n].fibre = fibre;
     }
     return kept;
 }
 
-// Brings spikes into the order of their fibres, and of each fibre in that of time, in which they come.
-inline void order(FibreEntry* spikes, int count) {
-    for (int i = 1; i < count; ++i) {
-        const FibreEntry s = spikes[i];
-        int j = i;
-        for (; j > 0 && s.fibre < spikes[j - 1].fibre; --j) spikes[j] = spikes[j - 1];
-        spikes[j] = s;
-    }
-}
-
-// Presses fibres begin .. begin + count - 1, of at most `together` endings. Returns the number of spikes.
+// Presses fibres begin .. begin + count - 1, of at most `together` endings. Returns the number of spikes, which come by
+// substep.
 inline int press_some(const Arguments& a, int begin, int count, FibreEntry* spikes) {
     scalar change[together];
     int list[together + lanes], fired = 0;
@@ -155,7 +146,7 @@ inline int press_some(const Arguments& a, int begin, int count, FibreEntry* spik
             blocks::store(change + e * count + i, change_of(blocks::loaded(plane(a, FIBRE_INPUT) + at),
                                                             blocks::loaded(a.input + at), *a.constants));
         }
-    for (int part = 0; part < a.constants->substeps; ++part) {
+    for (int part = a.part; part < a.end; ++part) {
         int now = 0; // spikes of the substep
         for (int e = 0; e < a.endings; ++e) {
             const int first = begin + e * a.of_pad;
@@ -164,10 +155,6 @@ inline int press_some(const Arguments& a, int begin, int count, FibreEntry* spik
         }
         fired += a.endings > 1 ? first_of_fibres(a, begin, spikes + fired, now) : now;
     }
-    for (int e = 0; e < a.endings; ++e)
-        for (int i = begin + e * a.of_pad; i < begin + e * a.of_pad + count; ++i)
-            plane(a, FIBRE_INPUT)[i] = a.input[i];
-    order(spikes, fired);
     return fired;
 }
 

@@ -150,11 +150,12 @@ template <class K> struct FibreArguments {
     using real = typename K::real;
     const typename K::FibreConstants* constants;
     int first, last;
+    int part, end;                  // the substeps of the press that are taken: from `part` on, before `end`
     int endings, of_pad;            // of each fibre; numbers from an ending of a fibre to its next
     real* state;                    // FIBRE_PLANES planes
     size_t plane;                   // numbers from plane to plane
     const real* input;              // of each ending at the end of the press
-    typename K::FibreEntry* spikes; // room for one in each substep of each ending
+    typename K::FibreEntry* spikes; // room for one in each of these substeps of each ending
 };
 
 template <class K> struct Loops {

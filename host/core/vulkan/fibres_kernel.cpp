@@ -11,8 +11,6 @@ namespace {
 
 constexpr size_t spikes_offset = 2 * sizeof(uint32_t), line = 64; // numbers at whose multiples a device may bind
 
-VkDeviceSize at_least_some(size_t bytes) { return std::max<VkDeviceSize>(bytes, 4); }
-
 } // namespace
 
 Fibres::Fibres(std::shared_ptr<Context> context, const std::vector<plan::FibreKind>& kinds, size_t pads)
@@ -22,19 +20,18 @@ Fibres::Fibres(std::shared_ptr<Context> context, const std::vector<plan::FibreKi
                .constants_bytes = sizeof(f32::FibreDispatch),
                .specialization = {},
                .max_sets = 1}),
-      constants_(*context_, at_least_some(kinds.size() * sizeof(f32::FibreConstants)), Buffer::Location::host),
-      memory_(*context_, at_least_some((FIBRE_PLANES + 1) * plane_ * sizeof(float)), Buffer::Location::host),
+      constants_(*context_, kinds.size() * sizeof(f32::FibreConstants), Buffer::Location::host),
+      memory_(*context_, (FIBRE_DISPATCH_PLANES + 1) * plane_ * sizeof(float), Buffer::Location::host),
       recording_(*context_) {
     std::memset(memory_.data(), 0, memory_.bytes());
     state_ = static_cast<float*>(memory_.data());
-    input_ = state_ + FIBRE_PLANES * plane_;
+    input_ = state_ + FIBRE_DISPATCH_PLANES * plane_;
 }
 
 void Fibres::grow(size_t most) {
     recording_.wait();
     spikes_.emplace(*context_, spikes_offset + plane_ * most * sizeof(f32::FibreEntry), Buffer::Location::host);
-    sorted_.reserve(plane_ * most);
-    const VkDeviceSize inputs = FIBRE_PLANES * plane_ * sizeof(float);
+    const VkDeviceSize inputs = FIBRE_DISPATCH_PLANES * plane_ * sizeof(float);
     kernel_.bind(0, {{FIBRES_CONSTANTS, constants_.all()},
                      {FIBRES_STATE, {memory_.handle(), 0, inputs}},
                      {FIBRES_INPUT, {memory_.handle(), inputs, plane_ * sizeof(float)}},
@@ -47,31 +44,47 @@ void Fibres::take_constants() {
                     sizeof(f32::FibreConstants));
 }
 
-void Fibres::step(size_t first_pad, size_t pads) {
-    const DefaultFloats guard; // a software driver's threads inherit the floating-point environment
-    constexpr uint32_t most_groups = 65535;
-    std::memset(spikes_->data(), 0, spikes_offset);
-    const VkCommandBuffer commands = recording_.begin();
-    for (size_t k = 0; k < kinds_.size(); ++k) {
-        const f32::FibreDispatch dispatch{.fibres = int(pads * kinds_[k].padded),
-                                          .first = int(at(first_pad, kinds_[k], 0)),
-                                          .of_pad = int(kinds_[k].padded),
-                                          .pad = int(padded_),
-                                          .endings = int(kinds_[k].endings),
-                                          .plane = int(plane_),
-                                          .kind = int(k)};
-        const uint32_t groups = uint32_t(dispatch.fibres + FIBRES_X - 1) / FIBRES_X, x = std::min(groups, most_groups);
-        if (groups > 0) kernel_.record(commands, 0, &dispatch, x, (groups + x - 1) / x);
+// Records substeps of the fibres of a kind, in dispatches of a limited length and work.
+void Fibres::record(size_t number, size_t first_pad, size_t pads, int part, int parts) {
+    constexpr double work_of_substep = 60; // of an ending, see DeviceTable::most_work
+    constexpr int most_groups = 65535;
+    const Kind& kind = kinds_[number];
+    const int fibres = int(pads * kind.padded), endings = int(kind.endings),
+              last = std::min(part + parts, kind.constants.substeps) * endings,
+              length = std::max(FIBRE_PASSES / plan::passes_of_substep(kind.constants), 1),
+              most = int(std::clamp(context_->pipelines().device().most_work / (work_of_substep * length), 1.0,
+                                    double(fibres)));
+    for (int begin = part * endings, end = 0; begin < last; begin = end, recording_.barrier()) {
+        end = std::min(begin + length, last);
+        for (int from = 0, to = 0; from < fibres; from = to) {
+            to = from + std::min(most, fibres - from);
+            const f32::FibreDispatch d{.from = from,
+                                       .to = to,
+                                       .first = int(at(first_pad, kind, 0)),
+                                       .of_pad = int(kind.padded),
+                                       .pad = int(padded_),
+                                       .endings = endings,
+                                       .plane = int(plane_),
+                                       .kind = int(number),
+                                       .begin = begin,
+                                       .end = end};
+            recording_.add(work_of_substep * (to - from) * (end - begin));
+            const int groups = (to - from + FIBRES_X - 1) / FIBRES_X, x = std::min(groups, most_groups);
+            kernel_.record(recording_.commands(), 0, &d, uint32_t(x), uint32_t((groups + x - 1) / x));
+        }
     }
+}
+
+void Fibres::step(size_t first_pad, size_t pads, int part, int parts) {
+    const DefaultFloats guard; // a software driver's threads inherit the floating-point environment
+    std::memset(spikes_->data(), 0, spikes_offset);
+    recording_.begin();
+    for (size_t k = 0; k < kinds_.size(); ++k) record(k, first_pad, pads, part, parts);
     recording_.submit();
     uint32_t fired = 0;
     std::memcpy(&fired, spikes_->data(), sizeof fired);
     const auto* entries = reinterpret_cast<const f32::FibreEntry*>(static_cast<char*>(spikes_->data()) + spikes_offset);
-    sorted_.assign(entries, entries + fired);
-    std::ranges::sort(sorted_, [](const f32::FibreEntry& a, const f32::FibreEntry& b) {
-        return a.fibre != b.fibre ? a.fibre < b.fibre : a.share < b.share;
-    });
-    for (const f32::FibreEntry& e : sorted_) {
+    for (const f32::FibreEntry& e : std::span(entries, fired)) {
         const size_t pad = size_t(e.fibre) / padded_, in_pad = size_t(e.fibre) % padded_;
         const auto kind = std::ranges::upper_bound(kinds_, in_pad, {}, &Kind::offset) - 1;
         fire(pad, *kind, in_pad - kind->offset, e.share);

@@ -17,13 +17,13 @@ class Fibres : public plan::FibrePopulation<f32> {
   private:
     void grow(size_t most) override;
     void take_constants() override;
-    void step(size_t first_pad, size_t pads) override;
+    void step(size_t first_pad, size_t pads, int part, int parts) override;
+    void record(size_t kind, size_t first_pad, size_t pads, int part, int parts);
 
     std::shared_ptr<Context> context_;
     Kernel kernel_;
-    Buffer constants_, memory_;    // planes, then inputs
+    Buffer constants_, memory_;    // planes, those of dispatches, then inputs
     std::optional<Buffer> spikes_; // their number, then entries
-    std::vector<f32::FibreEntry> sorted_;
     Recording recording_;
 };
 

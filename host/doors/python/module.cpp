@@ -120,6 +120,8 @@ void refuse(string_view parameter, nb::handle value, string_view allowed) {
     scene::refuse(std::string(parameter), described, std::string(allowed));
 }
 
+unsigned long main_thread = 0; // of the interpreter
+
 } // namespace
 
 // Up to Python 3.13 an interpreter that ends unwinds threads that come back to it, and no destructor may be unwound. So
@@ -149,6 +151,16 @@ std::function<void(double)> Computing::progress(nb::handle progress) {
         if (!progress.is_none()) progress(done);
         last = Clock::now();
     };
+}
+
+void let_signals_act(double) {
+    using Clock = std::chrono::steady_clock;
+    static Clock::time_point last;                          // of the main thread
+    if (PyThread_get_thread_ident() != main_thread) return; // which another may wait for at the end of the process
+    if (Clock::now() - last < std::chrono::milliseconds(50)) return;
+    const nb::gil_scoped_acquire lock;
+    if (PyErr_CheckSignals() != 0) nb::raise_python_error();
+    last = Clock::now();
 }
 
 bool is_row(nb::handle h) {
@@ -217,6 +229,8 @@ NB_MODULE(_core, m) {
     m.attr("commit") = dermis::commit();
     nanobind::set_leak_warnings(false); // a daemon thread keeps what it holds when the interpreter ends
     nanobind::register_exception_translator(translate);
+    main_thread =
+        nanobind::cast<unsigned long>(nanobind::module_::import_("threading").attr("main_thread")().attr("ident"));
     bind_device(m);
     bind_report(m);
     bind_afferents(m);

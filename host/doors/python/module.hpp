@@ -57,7 +57,7 @@ void bind_touch(nb::module_&);
 struct OpenDevice {
     explicit OpenDevice(Device opened) : device(std::move(opened)) {}
     Device device;
-    std::mutex in_use;
+    std::recursive_mutex in_use;
 };
 // which: the text by which Device.open opened it, which a copy in another process opens too; "cpu" with `threads` for
 // Device.cpu.
@@ -67,7 +67,7 @@ struct SharedDevice {
     int threads = 0;
 
     const Device& device() const { return open->device; }
-    std::mutex* in_use() const { return device().info().vulkan ? &open->in_use : nullptr; }
+    std::recursive_mutex* in_use() const { return device().info().vulkan ? &open->in_use : nullptr; }
 };
 // The device of an argument: a Device, the text that Device.open takes, or None for the CPU path.
 SharedDevice device_of(nb::handle);
@@ -81,10 +81,11 @@ void need_memory(const Scene&, const SkinOptions&);
 
 // Releases the interpreter's lock while it lives, so that other Python threads run, keeps the caller's rounding mode
 // from what is computed, and holds `in_use`, unless that is null. It unlocks `in_use` before it takes the interpreter's
-// lock again, so that two threads never wait for each other.
+// lock again, so that two threads never wait for each other. `in_use` is recursive for the handlers of signals, which
+// run in a press.
 class Computing {
   public:
-    explicit Computing(std::mutex* in_use) : state_(PyEval_SaveThread()) {
+    explicit Computing(std::recursive_mutex* in_use) : state_(PyEval_SaveThread()) {
         if (in_use) lock_ = std::unique_lock(*in_use);
     }
     ~Computing() { come_back(); }
@@ -100,8 +101,12 @@ class Computing {
 
     DefaultFloats floats_;
     PyThreadState* state_;
-    std::unique_lock<std::mutex> lock_;
+    std::unique_lock<std::recursive_mutex> lock_;
 };
+
+// What a skin calls in a press: on the main thread it lets Ctrl-C and other signals act, by an exception that ends the
+// press. `in_use` stays locked: no other thread may use the skin in the middle of a press.
+void let_signals_act(double done);
 
 // An array of numbers that belong to `owner`, which lives as long as the array. It cannot be written to.
 template <class Number> using View = nb::ndarray<nb::numpy, const Number>;

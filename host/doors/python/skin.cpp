@@ -14,7 +14,7 @@ namespace {
 // A skin, and what it was made of: the shapes of its arrays follow from it, and a copy is made of it. Materials are
 // those that the pads have now.
 struct SkinWithShapes {
-    std::shared_ptr<std::mutex> in_use; // one thread at a time may use a skin
+    std::shared_ptr<std::recursive_mutex> in_use; // one thread at a time may use a skin
     SharedDevice device;
     std::vector<int> leading; // lengths of the axes of pads; empty: arrays have none
     Scene scene;
@@ -388,10 +388,13 @@ Report report_of(const SkinWithShapes& s, nb::handle pad) {
 void make_on(SkinWithShapes* self, const SharedDevice& on, const std::vector<int>& leading, const Scene& scene,
              const SkinOptions& options, const std::string& state = {}) {
     need_memory(scene, options);
-    const std::shared_ptr<std::mutex> in_use =
-        on.in_use() ? std::shared_ptr<std::mutex>(on.open, on.in_use()) : std::make_shared<std::mutex>();
+    const std::shared_ptr<std::recursive_mutex> in_use =
+        on.in_use() ? std::shared_ptr<std::recursive_mutex>(on.open, on.in_use())
+                    : std::make_shared<std::recursive_mutex>();
     const Computing computing(in_use.get());
-    Skin skin(on.device(), scene, options);
+    SkinOptions stoppable = options;
+    stoppable.progress = let_signals_act;
+    Skin skin(on.device(), scene, stoppable);
     if (!state.empty()) skin.load(state.data(), state.size());
     new (self) SkinWithShapes{// last: what is thrown after it would leave an object that nobody destroys
                               .in_use = in_use, .device = on,       .leading = leading,
@@ -492,7 +495,10 @@ void bind_skin(nb::module_& m) {
             "steps of their own, then have the shape of a[pads] and the axes of maps: (P, height, width) for e.\n"
             "out: float32 arrays by response, as in {\"sa1\": array} of the shape of skin[\"sa1\"], to be filled.\n"
             "traction: Pa, of a skin with shear: pressures along x and along y, of shape (2, n, height, width).\n"
-            "Other Python threads run meanwhile. Arrays of responses show the new values at once.")
+            "Other Python threads run meanwhile. Arrays of responses show the new values at once.\n"
+            "What a signal's handler raises, as Ctrl-C does, ends a press within a second: of many frames, or of many\n"
+            "steps of nerve fibres. The skin then has the state after the last whole frame, and spikes up to it; no\n"
+            "handler may press, change or save a skin in its press.")
         .def("press_frames", press_frames, nb::arg("pressure").none(), nb::arg("dt"),
              nb::arg("pads").none() = nb::none(), nb::arg("out").none() = nb::none(),
              "Press the skin with several frames, pressure[0], pressure[1] .., of dt seconds each.\n\n"
@@ -518,7 +524,8 @@ void bind_skin(nb::module_& m) {
         .def("save", save, nb::arg("pads").none() = nb::none(),
              "Return the state of pads as bytes, the same on every device. pads: as in press.")
         .def("load", load, nb::arg("state").none(), nb::arg("pads").none() = nb::none(),
-             "Take a state for the same number of pads of such a skin. state: bytes that save has returned.\n"
+             "Take a state for the same number of pads of such a skin. state: bytes that save has returned. A number of a\n"
+             "nerve fibre that no press makes is refused.\n"
              "pads: as in press.")
         .def("take_material", set_material, nb::arg("scene"), nb::arg("rows"), nb::arg("pads").none(),
              "As set_material, with the material of a scene, and a number for each pad by name.")

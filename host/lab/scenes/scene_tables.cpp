@@ -389,13 +389,17 @@ void read_up_to(Section& table, const char* key, std::array<T, n>& values, const
     std::ranges::copy(given, values.begin());
 }
 
-// Keys of the model replace the numbers of the class.
-Afferents afferents_in(Section table, const Grid& grid) {
+// Keys of the model replace the numbers of the class. drawn: the sites are drawn by density.
+Afferents afferents_in(Section table, const Grid& grid, bool drawn) {
     Afferents a;
     table.choice("class", a.type);
     table.cells("cells", grid, a.cells);
     table.choice("follow", a.follow);
     table.whole_number("endings", a.endings);
+    if (a.endings != 1 && drawn && !table.has("cells"))
+        refuse(table.parameter("endings"), std::to_string(a.endings),
+               "1 with sites.density, which draws receptors anywhere on the pad; or give the receptors that belong "
+               "together by cells or sites.path");
     AfferentModel m;
     if (a.type == Quantity::sa1 || a.type == Quantity::fa1 || a.type == Quantity::fa2) m = afferent_model(a.type);
     table.list("time_constants", m.time_constants, number_in);
@@ -467,7 +471,8 @@ Scene read_all(Section top, const PathBase& folder) {
     read_receptors(receptors, scene.receptors);
     scene.sites = sites_in(sites, scene.grid, folder);
     read_output(output, scene.grid, scene.output);
-    for (Section& table : afferents) scene.afferents.push_back(afferents_in(std::move(table), scene.grid));
+    const bool drawn = sites.has("density") || sites.has("seed");
+    for (Section& table : afferents) scene.afferents.push_back(afferents_in(std::move(table), scene.grid, drawn));
     if (!fibres) scene.afferents.clear(); // of no table
     return scene;
 }

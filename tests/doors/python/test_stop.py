@@ -99,3 +99,78 @@ pressed.wait()
 def test_daemon_threads_that_press_do_not_disturb_the_end_of_the_interpreter(device):
     run = subprocess.run([sys.executable, "-c", PRESSED_AT_THE_END, device], capture_output=True, text=True, timeout=100)
     assert (run.returncode, run.stderr) == (0, "")
+
+
+# Each would take many minutes: frames, frames of nerve fibres, and a step of many substeps of them.
+STOPPED_PRESS = """
+import signal, sys
+import dermis
+import numpy as np
+
+signal.signal(signal.SIGINT, signal.default_int_handler)
+side = 64
+scene = {"preset": "fingertip", "grid": {"width": side, "height": side, "spacing": 5e-4}}
+cells = [(i % side, i // side) for i in range(side * side)]
+fibres = None if sys.argv[2] == "frames" else [dermis.Afferents(cells=cells)]
+skin = dermis.Skin(scene, device=sys.argv[1], afferents=fibres)
+pressure = np.full((1, side, side), 2e4, np.float32)
+skin.press(pressure[0], 0.01)
+many = np.broadcast_to(pressure, (3000, side, side)).copy()
+print("running", flush=True)
+try:
+    while True:
+        before = skin.save()
+        if sys.argv[2] == "step": skin.press(pressure[0] * 2, 400.0)
+        else: skin.press_frames(many, 0.001)
+except KeyboardInterrupt:
+    whole = skin.save() == before or sys.argv[2] != "step"
+    skin.load(skin.save())
+    skin.press(pressure[0], 0.01)
+    print("stopped after a whole frame" if whole else "of no frame")
+"""
+
+
+@pytest.mark.parametrize("device", ["cpu", "vulkan"])
+@pytest.mark.parametrize("press", ["frames", "frames of fibres", "step"])
+def test_ctrl_c_ends_a_press_after_a_whole_frame(device, press):
+    child = subprocess.Popen([sys.executable, "-c", STOPPED_PRESS, device, press], stdout=subprocess.PIPE, text=True)
+    assert child.stdout.readline() == "running\n"
+    with pytest.raises(subprocess.TimeoutExpired):
+        child.wait(1)
+    child.send_signal(signal.SIGINT)
+    assert child.communicate(timeout=100)[0] == "stopped after a whole frame\n"
+
+
+HANDLED = """
+import signal, threading, time
+import dermis
+import numpy as np
+
+scene = {"preset": "fingertip", "grid": {"width": 64, "height": 64, "spacing": 5e-4}}
+cells = [(i % 64, i // 64) for i in range(4096)]
+skin, other = (dermis.Skin(scene, device="%s", afferents=[dermis.Afferents(cells=cells)]) for _ in range(2))
+pressure, heard = np.full((64, 64), 2e4, np.float32), []
+
+def handle(number, frame):
+    other.press(pressure, 0.001)
+    try:
+        skin.save()
+    except dermis.Error as e:
+        heard.append(str(e))
+    if len(heard) > 2: raise LookupError
+
+signal.signal(signal.SIGUSR1, handle)
+main = threading.get_ident()
+threading.Thread(target=lambda: [(time.sleep(0.2), signal.pthread_kill(main, signal.SIGUSR1)) for _ in range(100)],
+                 daemon=True).start()
+try:
+    skin.press(pressure, 400.0)
+except LookupError:
+    print(set(heard))
+"""
+
+
+@pytest.mark.parametrize("device", ["cpu", "vulkan"])
+def test_a_signals_handler_may_use_other_skins_in_a_press(device):
+    child = subprocess.run([sys.executable, "-c", HANDLED % device], capture_output=True, text=True, timeout=200)
+    assert child.stdout == "{'skin = (in a press, which calls progress); allowed: another skin'}\n", child.stderr
