@@ -270,7 +270,7 @@ TEST_CASE("what gratings, windows, taxels and textures cannot be is refused word
          {frames + "interval = 0.1\nintensity = 2\n[load.taxels]\nspacing = 1\nunit = 1",
           "8: load.intensity = 2; allowed: 1, or not given, beside load.taxels.unit"},
          {texture + "spacing = 0", "6: load.texture.spacing = 0" + positive},
-         {texture + "spacing = 1e-9", "6: load.texture.spacing = 1e-09; allowed: at least 9.765625e-04, the spacing of "
+         {texture + "spacing = 1e-9", "6: load.texture.spacing = 1e-09; allowed: at least 0.0009765625, the spacing of "
                                       "the grid over 1024"},
          {texture + "velocity = [1e300, 0]", "6: load.texture.velocity = 1e+300; allowed: at most 1e9 times "
                                              "load.texture.spacing within time.duration"},

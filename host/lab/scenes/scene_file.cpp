@@ -145,7 +145,7 @@ scene::SceneWithFiles scene::read_scene(const SceneText& source, const std::vect
     const DefaultFloats guard; // the numbers of a text depend on it too
     const auto& [text, name, folder] = source;
     toml::table file;
-    if (text.starts_with("\xff\xfe") || text.starts_with("\xfe\xff") || text.find('\0') < 4)
+    if (text.starts_with("\xff\xfe") || text.starts_with("\xfe\xff") || text.find('\0') < 2)
         throw Error(Error::Code::bad_input, "", name + ": is text in UTF-16; allowed: UTF-8, so save it as UTF-8");
     if (const Unreadable found = unreadable(text); found.line)
         throw Error(Error::Code::bad_input, "", name + ":" + std::to_string(found.line) + ": " + found.why);
