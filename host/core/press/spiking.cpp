@@ -88,7 +88,6 @@ bool Spiking::prepare(const plan::PadList& pads, const plan::StepLengths& dt, si
     }
     spikes_.reserve(fibres_->most_spikes(longest, presses));
     return work > plan::FibrePopulation<f32>::work_of_block;
-    return nullptr;
 }
 
 // The inputs of these pads: of the strain as a state holds it, or of the pressure of the last press.
