@@ -44,7 +44,10 @@ template <class Archive> void members(Archive& each, Scene& s) { // has a base, 
     each(s.model, s.precision, s.tolerance, s.method, s.allow_unstable, s.load, s.time, s.output, s.more_loads,
          s.afferents);
 }
-DERMIS_MEMBERS(SkinOptions, responses, precision, count, materials, hold, control, afferents, shear, sa2_stretch)
+template <class Archive> void members(Archive& each, SkinOptions& s) { // progress is the same of every skin
+    auto& [responses, precision, count, materials, hold, control, afferents, shear, sa2_stretch, progress] = s;
+    each(responses, precision, count, materials, hold, control, afferents, shear, sa2_stretch);
+}
 DERMIS_MEMBERS(Trace, quantity, mean, min, max, probes)
 DERMIS_MEMBERS(Impulse, time, quantity, mean, min, max, probes)
 DERMIS_MEMBERS(Field, at, quantity, values)
