@@ -71,10 +71,10 @@ std::vector<float> frame(const SkinDescription& d, int n) {
     return map;
 }
 
-Bytes saved(const Skin& skin) {
-    Bytes state(skin.state_bytes());
-    skin.save(state.data(), state.size());
-    return state;
+Bytes saved(const Skin& skin, const Pads& pads) {
+    Bytes bytes(skin.state_bytes(pads));
+    skin.save(bytes.data(), bytes.size(), pads);
+    return bytes;
 }
 
 Validated::Validated() : Validated(vulkan::system_loader()) {}

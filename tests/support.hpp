@@ -47,7 +47,7 @@ std::vector<float> frame(const SkinDescription&, int n);
 
 // The state of all pads as bytes.
 using Bytes = std::vector<unsigned char>;
-Bytes saved(const Skin&);
+Bytes saved(const Skin&, const Pads& = {});
 
 // A Vulkan device with synchronization validation on; when it goes out of scope every message it gave is a failure.
 // Fails, never skips, where there is no device. The variable DERMIS_TEST_DEVICE names another one than "vulkan".

@@ -4,16 +4,13 @@
 
 #include "dermis/touch.hpp"
 #include "tests/drawn_skin.hpp"
-
-#include <doctest/doctest.h>
+#include "tests/support.hpp"
 
 #include <algorithm>
 #include <functional>
 #include <utility>
 
 namespace test {
-
-using Bytes = std::vector<char>;
 
 // A call of all ways, with the numbers that it hands over.
 struct Call {
@@ -45,12 +42,6 @@ struct Part {
     Pads pads;
     size_t first, count; // places in the call's list
 };
-
-inline Bytes saved(const Skin& skin, const Pads& pads = {}) {
-    Bytes bytes(skin.state_bytes(pads));
-    skin.save(bytes.data(), bytes.size(), pads);
-    return bytes;
-}
 
 class Way {
   public:
@@ -84,11 +75,6 @@ class Way {
     Bytes state(int pad) const { return alone_ ? saved(skins_[size_t(pad)]) : saved(skins_[0], Pads(&pad, 1)); }
     double greatest_strain(int pad) const {
         return (alone_ ? skins_[size_t(pad)].report() : skins_[0].report(pad)).strain.value;
-    }
-    std::vector<Bytes> states() const {
-        std::vector<Bytes> all;
-        for (const Skin& skin : skins_) all.push_back(saved(skin));
-        return all;
     }
 
     // Returns the spikes of the call, as press_frames() of a batch gives them.

@@ -3,7 +3,6 @@
 // One property: however a skin is pressed, its numbers have the bits of the plain way, one pad on one thread, one frame
 // a call. Skins, options and lists of calls are drawn at random; every way takes the same calls.
 // DERMIS_WAYS=SEED repeats one list, DERMIS_WAYS=SEED:COUNT takes COUNT of them from that seed on.
-#include "tests/support.hpp"
 #include "tests/way.hpp"
 
 #include <cstdlib>
