@@ -10,7 +10,6 @@
 #include <algorithm>
 #include <climits>
 #include <cmath>
-#include <cstdio>
 #include <optional>
 #include <sstream>
 
@@ -30,12 +29,12 @@ inline int counted(const char* key, double count) {
 }
 
 // A key that is not given, or empty, has its default.
-class Keys {
-  public:
-    Keys(const mjModel* m, int instance) : m_(m), instance_(instance) {}
+struct Keys {
+    const mjModel* m;
+    int instance;
 
     std::string text(const char* key, const char* otherwise = "") const {
-        const char* value = mj_getPluginConfig(m_, instance_, key);
+        const char* value = mj_getPluginConfig(m, instance, key);
         return value && *value ? value : otherwise;
     }
     // From `fewest` to as many numbers as `otherwise` has, each from `least` to `most`.
@@ -61,23 +60,17 @@ class Keys {
         if (number != std::floor(number)) refuse(key, contact::detail::text(number), "whole numbers");
         return int(number);
     }
-
-  private:
-    const mjModel* m_;
-    int instance_;
 };
 
-class Config {
-  public:
+struct Config {
     Config(const mjModel* m, int instance) {
-        const Keys given(m, instance);
-        constexpr double longest = 1e6; // m, as in contact.hpp
+        const Keys given{m, instance};
         options.count = given.whole("pads", given.number("pads", 1, 1, 1048576));
-        radii = given.numbers("radius", 1, {0, 0}, 0, longest);
+        radii = given.numbers("radius", 1, {0, 0}, 0, 1e6);
         if (radii.size() == 1) radii.push_back(radii[0]);
-        reach = given.number("reach", 1e-3, 0, longest);
-        patch = given.number("patch", 0, 0, longest);
-        ball = given.number("ball", radii[0], 0, longest);
+        reach = given.number("reach", 1e-3, 0, 1e6);
+        patch = given.number("patch", 0, 0, 1e6);
+        ball = given.number("ball", radii[0], 0, 1e6);
         modulus = given.number("modulus", 1e5, 1e-6, 1e30);
         if (patch == 0 && ball == 0) refuse("ball", "0", "above 0 m where patch and radius are 0");
         read_scene(given);
@@ -91,9 +84,7 @@ class Config {
     }
 
     contact::Pad shape() const {
-        contact::Pad pad{scene.grid.width, scene.grid.height, *scene.grid.spacing};
-        pad.radius_x = radii[0], pad.radius_y = radii[1];
-        return pad;
+        return {scene.grid.width, scene.grid.height, *scene.grid.spacing, nullptr, 0, false, radii[0], radii[1]};
     }
     Skin skin() const { return {Device::cpu(1), scene, options}; }
     size_t cells() const { return size_t(scene.grid.width) * size_t(scene.grid.height); }

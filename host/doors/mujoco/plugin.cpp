@@ -61,10 +61,8 @@ class Instance {
     void compute(const mjModel* m, mjData* d, const mjtNum* state) {
         const bool holds = !ahead_ && std::memcmp(held_.data(), state, held_.size() * sizeof(mjtNum)) == 0;
         ahead_ = true;
-        if (!holds) {
-            if (state[0] == 0) skin_.reset();
-            else skin_.load(state + 1, skin_.state_bytes());
-        }
+        if (!holds && state[0] == 0) skin_.reset();
+        else if (!holds) skin_.load(state + 1, skin_.state_bytes());
         touch_.add(poses(d), contacts(m, d));
         skin_.press(touch_, m->opt.timestep);
         write(d);
@@ -144,13 +142,9 @@ class Instance {
         for (const std::optional<Quantity>& output : config_.read) {
             for (size_t p = 0; p < pads_.size(); ++p) {
                 mjtNum* out = d->sensordata + size_t(pads_[p].out) + first;
-                if (!output) {
-                    const contact::Report& report = touch_.report(int(p));
-                    out[0] = report.placed, out[1] = report.outside;
-                    continue;
-                }
-                const float* values = skin_.response(*output).data + p * cells;
-                if (config_.fields) std::copy_n(values, cells, out);
+                const float* values = output ? skin_.response(*output).data + p * cells : nullptr;
+                if (!output) out[0] = touch_.report(int(p)).placed, out[1] = touch_.report(int(p)).outside;
+                else if (config_.fields) std::copy_n(values, cells, out);
                 else
                     *out = std::transform_reduce(values, values + cells, 0.0, std::plus(), [](double x) { return x; }) /
                            double(cells);
@@ -186,26 +180,25 @@ class Instance {
     std::set<std::pair<std::string, int>> said_;
 };
 
-// The instances of all mjData. A pointer in mjData may be that of another process, which has pickled it.
-class Living {
-  public:
-    Instance& of(const mjModel* m, const mjData* d, int i) {
-        const std::lock_guard lock(in_use_);
-        std::unique_ptr<Instance>& found = all_[{d, i}];
-        if (!found) found = std::make_unique<Instance>(m, i);
-        return *found;
-    }
-    void remove(const mjData* d, int i) {
-        const std::lock_guard lock(in_use_);
-        all_.erase({d, i});
-    }
-
-  private:
-    std::mutex in_use_;
-    std::map<std::pair<const mjData*, int>, std::unique_ptr<Instance>> all_;
+// The instances of all mjData, which has no pointer to them: another process may have pickled it. Never destroyed: a
+// program may free mjData when it ends.
+struct Living {
+    std::mutex in_use;
+    std::map<std::pair<const mjData*, int>, std::unique_ptr<Instance>> all;
 };
-// Never destroyed: a program may free mjData when it ends.
 Living& living = *new Living;
+
+Instance& instance_of(const mjModel* m, const mjData* d, int i) {
+    const std::lock_guard lock(living.in_use);
+    std::unique_ptr<Instance>& found = living.all[{d, i}];
+    if (!found) found = std::make_unique<Instance>(m, i);
+    return *found;
+}
+
+void destroy(mjData* d, int instance) {
+    const std::lock_guard lock(living.in_use);
+    living.all.erase({d, instance});
+}
 
 // Calls; MuJoCo's C takes no exception, so a refusal is MuJoCo's error, once the exception is gone.
 template <class Call> int guarded(Call call) {
@@ -230,13 +223,11 @@ int nsensordata(const mjModel* m, int instance, int) {
 
 int init(const mjModel* m, mjData* d, int instance) {
     return guarded([&] {
-        living.remove(d, instance); // of an mjData that had this address
-        living.of(m, d, instance);
+        destroy(d, instance); // that of an mjData that had this address
+        instance_of(m, d, instance);
         return 0;
     });
 }
-
-void destroy(mjData* d, int instance) { living.remove(d, instance); }
 
 void reset(const mjModel* m, mjtNum* state, void*, int instance) {
     std::fill_n(state, m->plugin_statenum[instance], 0);
@@ -244,14 +235,14 @@ void reset(const mjModel* m, mjtNum* state, void*, int instance) {
 
 void compute(const mjModel* m, mjData* d, int instance, int) {
     guarded([&] {
-        living.of(m, d, instance).compute(m, d, d->plugin_state + m->plugin_stateadr[instance]);
+        instance_of(m, d, instance).compute(m, d, d->plugin_state + m->plugin_stateadr[instance]);
         return 0;
     });
 }
 
 void advance(const mjModel* m, mjData* d, int instance) {
     guarded([&] {
-        living.of(m, d, instance).advance(d->plugin_state + m->plugin_stateadr[instance]);
+        instance_of(m, d, instance).advance(d->plugin_state + m->plugin_stateadr[instance]);
         return 0;
     });
 }

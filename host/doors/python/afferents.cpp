@@ -115,7 +115,7 @@ void bind_afferents(nb::module_& m) {
             "__init__",
             [](Afferents* self, string_view type, const AfferentModel* model, const CellRows& cells, string_view follow,
                int endings) {
-                Afferents made{.type = class_named("type", type),
+                Afferents made{.type = value_named<Quantity>("type", type),
                                .model = {},
                                .cells = {},
                                .follow = value_named<Signal>("follow", follow),
@@ -151,7 +151,8 @@ void bind_afferents(nb::module_& m) {
                 "Receptors of each fibre, 1 to 64, taken in their order. The first ending whose V reaches 1 fires the "
                 "fibre.");
     m.def(
-        "afferent_model", [](string_view type) { return afferent_model(class_named("type", type)); }, nb::arg("type"),
+        "afferent_model", [](string_view type) { return afferent_model(value_named<Quantity>("type", type)); },
+        nb::arg("type"),
         "Return the parameters of a class, fitted to published thresholds and rates. type: \"sa1\", \"fa1\" or "
         "\"fa2\".");
 }

@@ -129,16 +129,13 @@ std::optional<AnyArray> array_in(nb::handle);
 std::string description_of(nb::handle);
 std::string shape_text(const std::vector<size_t>& shape); // "(25, 20)"
 
-// allowed: what the message says is allowed.
-template <class Enum>
-Enum value_named(const char* parameter, string_view name, const std::string& allowed = scene::quoted_names<Enum>()) {
+// allowed: what the message says; empty: any name, and of quantities the classes of receptors.
+template <class Enum> Enum value_named(const char* parameter, string_view name, std::string allowed = {}) {
     const std::optional<Enum> value = scene::value_of<Enum>(name);
-    if (!value) scene::refuse(parameter, "\"" + std::string(name) + "\"", allowed);
-    return *value;
-}
-
-inline Quantity class_named(const char* parameter, string_view name) {
-    return value_named<Quantity>(parameter, name, scene::receptor_class_names());
+    if (value) return *value;
+    if (allowed.empty())
+        allowed = std::is_same_v<Enum, Quantity> ? scene::receptor_class_names() : scene::quoted_names<Enum>();
+    scene::refuse(parameter, "\"" + std::string(name) + "\"", allowed);
 }
 
 // The items of a sequence. Throws Error::bad_input if an item is no Item. allowed: what the message says is allowed.

@@ -31,7 +31,7 @@ std::vector<Site> sites_named(const NamedSites& named, const Grid& grid) {
     std::vector<Site> sites;
     const char* allowed = "a list of (type, x, y), as in [(\"sa1\", 12, 40)]";
     for (const auto& [type, x, y] : items_of<std::tuple<string_view, Place, Place>>(named, "sites", allowed))
-        sites.push_back({class_named("sites", type), {cell_of(x, grid), cell_of(y, grid)}});
+        sites.push_back({value_named<Quantity>("sites", type), {cell_of(x, grid), cell_of(y, grid)}});
     return sites;
 }
 

@@ -423,7 +423,7 @@ void make_skin(SkinWithShapes* self, const Scene& scene, nb::handle n, nb::handl
     if (responses) {
         options.responses.clear();
         for (string_view name : items_of<string_view>(*responses, "responses", "texts"))
-            options.responses.push_back(class_named("responses", name));
+            options.responses.push_back(value_named<Quantity>("responses", name));
     }
     if (precision) options.precision = value_named<Precision>("precision", *precision, "\"f32\", \"f32-compensated\"");
     for (const Scene* s : items_of<const Scene*>(materials, "materials", "scenes"))
