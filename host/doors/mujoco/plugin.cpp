@@ -32,9 +32,7 @@ std::vector<Pad> pads_of(const mjModel* m, int instance, int length) {
         if (m->sensor_objtype[s] != mjOBJ_SITE) refuse("objtype", "(another)", "site: a pad is on a site");
         const int site = m->sensor_objid[s], body = m->site_bodyid[site];
         if (m->body_geomnum[body] == 0)
-            refuse(
-                "objname", name_of(m, mjOBJ_SITE, site),
-                "a site on a body with a geom: contacts of other bodies, even of those fixed to it, do not press it");
+            refuse("objname", name_of(m, mjOBJ_SITE, site), "a site on a body that has a geom itself");
         const double first = m->sensor_adr[s];
         if (m->sensor_dim[s] != length || first < 0 || first + length > double(m->nsensordata))
             refuse("sensor", name_of(m, mjOBJ_SENSOR, s) + " with " + std::to_string(m->sensor_dim[s]) + " numbers",

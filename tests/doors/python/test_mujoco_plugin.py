@@ -202,7 +202,7 @@ def test_a_body_that_lies_on_a_pad_goes_on_pressing_where_bodies_may_sleep(capfd
 
 
 def test_a_site_on_a_body_without_geom_is_refused_when_the_model_is_read():
-    with pytest.raises(ValueError, match='objname = "skin"; allowed: a site on a body with a geom'):
+    with pytest.raises(ValueError, match='objname = "skin"; allowed: a site on a body that has a geom itself'):
         plate(on="<site name='skin'/><body>{box}</body>")
 
 
