@@ -188,7 +188,7 @@ ANSWERS = [
     (lambda: dermis.AfferentModel(refractory_time=1), "membrane_time = (not given); allowed: a number (s, > 0)"),
     (lambda: setattr(copy.copy(MODEL), "reset", "a"), "reset = 'a'; allowed: a number < 1"),
     (lambda: setattr(copy.copy(MODEL), "frequency", "a"), "frequency = 'a'; allowed: Hz, > 0"),
-    (lambda: dermis.Afferents(type="sa3"), 'type = "sa3"; allowed: "curvature"'),
+    (lambda: dermis.Afferents(type="sa3"), 'type = "sa3"; allowed: sa1, sa2, fa1, fa2'),
     (lambda: dermis.Afferents(type=3), "type = 3; allowed: a text"),
     (lambda: dermis.Afferents(model={}), "model = {}; allowed: an AfferentModel or None"),
     (lambda: dermis.Afferents(cells=[(1, 2, 3)]), "cells = (1, 2, 3); allowed: a list of cells"),

@@ -257,6 +257,7 @@ def plot(what: Result | Sequence[Mapping[str, Any]] | str | os.PathLike[str],
         drawing = importlib.import_module("dermis._plot")
     except ModuleNotFoundError as missing:
         raise ModuleNotFoundError(f"plot needs {missing.name}: pip install dermis[plot]", name=missing.name) from None
+    given: Any = what
     if isinstance(what, Result):
         source = drawing.run_of(what)
     elif isinstance(what, (str, os.PathLike)):
@@ -264,8 +265,8 @@ def plot(what: Result | Sequence[Mapping[str, Any]] | str | os.PathLike[str],
             source = drawing.read(pathlib.Path(what), _core.unit_of_key)
         except (OSError, ValueError) as unreadable:
             raise Error("io", "what", f"what = {unreadable}") from None
-    elif not (isinstance(what, Sequence) and what and
-              all(isinstance(row, Mapping) and "result" in row for row in what)):
+    elif not (isinstance(given, Sequence) and given and
+              all(isinstance(row, Mapping) and "result" in row for row in given)):
         refuse("what", what, "a Result, the rows of sweep(), or a folder of the command")
     else:
         rows = [{name: str(value) for name, value in row.items() if name != "result"} for row in what]
