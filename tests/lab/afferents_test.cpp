@@ -385,10 +385,11 @@ TEST_CASE("a scene file has fibres in its sites, and keys that replace the class
 }
 
 TEST_CASE("endings join receptors that are listed, not receptors that are drawn anywhere on the pad") {
-    const std::string drawn = "grid.spacing = 1e-4\nsites.seed = 2\n[sites.density]\nsa1 = 500\n[[afferents]]\n",
+    const std::string drawn = "preset = \"fingertip\"\nsites.seed = 2\n[sites.density]\nsa1 = 500\n[[afferents]]\n",
                       cells = "cells = [[3, 4], [5, 6]]\n";
     CHECK(refusal(Error::Code::bad_input, [&] { Scene::from_string(drawn + "endings = 2"); }) ==
-          "afferents[0].endings = 2; allowed: 1 with sites.density, which draws receptors anywhere on the pad; or give "
+          "scene:5: afferents[0].endings = 2; allowed: 1 with sites.density, which draws receptors anywhere on the "
+          "pad; or give "
           "the receptors that belong together by cells or sites.path");
     CHECK(Scene::from_string(drawn + "endings = 1").afferents[0].endings == 1);
     CHECK(Scene::from_string(drawn + cells + "endings = 2").afferents[0].endings == 2);

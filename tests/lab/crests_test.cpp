@@ -117,7 +117,7 @@ TEST_CASE("a contact that cannot be on crests is refused by name") {
         CHECK_MESSAGE(why.find(says) != std::string::npos, why);
     };
     refused([](Scene& s) { s.surface = {.kind = Surface::Kind::flat, .relief = 1e-5}; },
-            "load.contact = \"crests\"; allowed: \"even\" on a surface of which");
+            "load.contact = \"crests\"; allowed: \"even\" on a flat surface");
     refused([](Scene& s) { s.load.map.edit()[121] = -1; }, "\"even\" where a cell is pulled, as [1, 1] is");
     refused([](Scene& s) { s.load.intensity = -1; }, "where a cell is pulled");
     refused([](Scene& s) { s.load.contact_share = 0; }, "load.contact_share = 0; allowed: > 0, at most 1");

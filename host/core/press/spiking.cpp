@@ -17,7 +17,7 @@ double modulus_at_rest(const std::vector<plan::Element>& elements) {
     return 1 / compliance;
 }
 
-constexpr float greatest_input = 1e12f; // of a fibre; what is beyond counts as this
+constexpr double greatest_input = 1e12; // of a fibre; a greater one counts as this
 
 // What a number of an ending's state may be, by its plane: presses make no number beyond.
 std::pair<double, double> range_of(const AfferentModel& m, size_t plane) {
@@ -108,7 +108,7 @@ void Spiking::read_inputs(const plan::PadList& pads, plan::Stream& stream) {
                 const float q = s.stress ? pressure[cell] / modulus
                                 : plane  ? planes[cell]
                                          : felt_.strain_at(cell, planes, pressure, springs_[pad]);
-                *to++ = std::clamp(q, -greatest_input, greatest_input);
+                *to++ = std::clamp(q, -float(greatest_input), float(greatest_input));
             }
         }
     }
