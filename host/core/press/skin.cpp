@@ -104,6 +104,7 @@ struct Skin::Impl {
     const bool bent;                             // under parabolic hold
     const bool depth;                            // presses take depths
     std::vector<float> taken;                    // copies of the frames of a call
+    std::vector<char> before;                    // the state before a frame that progress may end
     std::vector<double> last_steps;              // of each pad, s; 0: none, or not known
     std::vector<uint64_t> pressed;               // of each pad: the number of the last list that names it
     uint64_t lists = 0;
@@ -239,23 +240,23 @@ void Skin::Impl::press(const contact::Touch::Impl& touch, const plan::StepLength
     dt.taken(all);
 }
 
-// Does all of a press of so many frames that can fail, before a state changes. Returns whether fibres take several
-// blocks of substeps in a frame. Throws Error::bad_input for a step that no press takes.
+// Does all of a press of so many frames that can fail, before a state changes. Returns whether progress may end a
+// frame, because fibres take several blocks of substeps. Throws Error::bad_input for a step that no press takes.
 bool Skin::Impl::prepare(const plan::PadList& pads, const plan::StepLengths& dt, size_t frames) {
     const double* refused_by_fibres = nullptr;
-    const bool in_blocks = spiking.prepare(pads, dt, frames, &refused_by_fibres);
+    const bool in_blocks = spiking.prepare(pads, dt, frames, &refused_by_fibres) && progress;
     if (refused_by_fibres) refuse_step_of_fibres(*refused_by_fibres);
     // Shear has the greater coefficients: it refuses each step that the pressure refuses.
     if (const double* refused = shear.prepare(pads, dt)) refuse_step(*refused);
     if (const double* refused = stream->prepare(pads, dt)) refuse_step(*refused);
+    if (in_blocks) before.resize(saved_state.bytes(pads.count));
     return in_blocks;
 }
 
 // Steps pads to the pressures that they have taken, and their fibres. frame: counts the call's. last: also responses.
 // What progress ends leaves the state that was before.
 void Skin::Impl::step(const plan::PadList& pads, const plan::StepLengths& dt, size_t frame, bool last) {
-    const bool in_blocks = prepare(pads, dt) && progress;
-    std::vector<char> before(in_blocks ? saved_state.bytes(pads.count) : 0);
+    const bool in_blocks = prepare(pads, dt);
     plan::StateMemory<char> undo{};
     if (in_blocks) save(pads, undo = saved_state.write(before.data(), before.size(), pads.count));
     shear.press(pads, dt);
