@@ -3,7 +3,7 @@
 // load, but loads a storage buffer cell by cell and checks each for its bounds. Texels are integers, so that the bits of
 // every float arrive. FOUR is the vec4 i of a map, ONE its cell i.
 #ifdef TEXELS
-#define MAP(number, block, name) layout(binding = number) uniform usamplerBuffer name
+#define MAP(number, block, name) layout(binding = number) uniform utextureBuffer name
 #define FOUR(map, i) uintBitsToFloat(texelFetch(map, i))
 #define ONE(map, i) FOUR(map, (i) >> 2)[(i) & 3]
 #else

@@ -5,6 +5,7 @@
 // An invocation takes four cells of a row, because a software driver moves vec4s faster than floats. It computes the new
 // strain of neighbours again from their old state, so one dispatch is enough; hence two copies of the state.
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_samplerless_texture_functions : require // maps.glsl
 #define real vec4
 #include "prelude.h"
 #include "layout.h"

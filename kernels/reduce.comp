@@ -4,6 +4,7 @@
 // of each slot the values of the probes. An invocation takes one tile (x: row, y: tile), four cells at a time and without
 // shared memory: on a software driver barriers and single loads are slow.
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_samplerless_texture_functions : require // maps.glsl
 #define real vec4
 #include "prelude.h"
 #include "layout.h"

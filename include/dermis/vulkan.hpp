@@ -37,6 +37,8 @@
 
 #include <dermis/skin.hpp>
 
+#include <cstdint>
+
 #include <vulkan/vulkan_core.h>
 
 namespace dermis::vulkan {

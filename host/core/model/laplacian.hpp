@@ -36,12 +36,12 @@ std::vector<real> padded_rows(const PreparedSkin& skin, const char* parameter, R
     using Limits = std::numeric_limits<real>;
     const int width = skin.width(), height = skin.height();
     if (out.empty()) out = simd::map_of(skin.padded_cells(), real(0));
-    const auto fits = [](double v) { return (v <= double(Limits::max())) & (v >= double(Limits::lowest())); };
+    const auto fits = [](double v) { return int(v <= double(Limits::max())) & int(v >= double(Limits::lowest())); };
     for (int y = 0; y < height; ++y) {
         const double* values = row(y);
         real* to = out.data() + size_t(y) * size_t(skin.pitch);
         int all = 1; // no early exit, so that the loop vectorises
-        for (int x = 0; x < width; ++x) all &= int(fits(values[x])), to[x] = real(values[x]);
+        for (int x = 0; x < width; ++x) all &= fits(values[x]), to[x] = real(values[x]);
         if (all) continue;
         const auto x = std::find_if_not(values, values + width, fits) - values;
         throw Error(Error::Code::bad_input, parameter,

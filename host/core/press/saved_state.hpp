@@ -5,6 +5,8 @@
 
 #include "host/core/model/streamed_skin.hpp"
 
+#include <cstdint>
+
 namespace dermis {
 
 class SavedState {

@@ -21,8 +21,8 @@ constexpr double spiral_period = 2 * std::numbers::pi * 150 / 25; // cells betwe
 
 double percent(double value, double reference) { return 100 * (value / reference - 1); }
 
-const std::vector<double>& mean(const StudyRuns& runs, const std::string& folder, Quantity q) {
-    return runs.at(folder).result.trace(q).mean;
+const std::vector<double>& mean(const StudyRuns& runs, std::string_view folder, Quantity q) {
+    return runs.at(std::string(folder)).result.trace(q).mean;
 }
 
 void displacement(const StudyRuns& runs, Fields& fields) {
