@@ -14,12 +14,12 @@ class VulkanBackend : public plan::Backend {
     std::string name() const override { return context_->physical().info.name; }
     int threads() const override { return 0; }
     std::unique_ptr<plan::Stream> stream(const plan::StreamedSkin& skin) override {
-        context_->need_working();
+        const Use use = context_->need_working();
         return std::make_unique<SkinRunner>(context_, skin);
     }
     std::unique_ptr<plan::FibrePopulation<f32>> fibres(const std::vector<plan::FibreKind>& kinds,
                                                        size_t pads) override {
-        context_->need_working();
+        const Use use = context_->need_working();
         need_exact_fibres(context_);
         return std::make_unique<Fibres>(context_, kinds, pads);
     }

@@ -86,6 +86,7 @@ void SkinRunner::fill(Buffer& buffer, const Memory& m) {
 }
 
 bool SkinRunner::exact() {
+    const Use use = context_->need_working();
     auto& known = context_->exact_variants();
     if (!known.contains(variant_)) known.emplace(variant_, passes_check());
     return known.at(variant_);
@@ -150,6 +151,7 @@ const double* SkinRunner::prepare(const plan::PadList& pads, const plan::StepLen
 }
 
 void SkinRunner::press(const plan::PadList& all, const plan::StepLengths& dt, bool answers) {
+    const Use use = context_->need_working();
     const DefaultFloats guard; // a software driver's threads inherit the floating-point environment
     sort(all, dt);
     const plan::PadList pads{.ids = numbers_.data(), .count = listed_.size()};
@@ -212,7 +214,7 @@ void SkinRunner::spread(const plan::PadList& pads, const plan::Wanted& which) {
 }
 
 const float* SkinRunner::response(Quantity q) {
-    context_->need_working(); // a press that failed may have written half of a response
+    const Use use = context_->need_working(); // a press that failed may have written half of a response
     if (plan::Wanted first{}; !read_[size_t(q)]) {
         first[size_t(q)] = true;
         download(recording().begin(), {.count = pads_}, first);
@@ -225,6 +227,7 @@ const float* SkinRunner::response(Quantity q) {
 }
 
 void SkinRunner::reset(const plan::PadList& pads) {
+    const Use use = context_->need_working();
     const VkCommandBuffer commands = recording().begin();
     const auto clear = [&](const Buffer& b, VkDeviceSize first, VkDeviceSize bytes) {
         if (bytes > 0) context_->calls().vkCmdFillBuffer(commands, b.handle(), first, bytes, 0);
@@ -249,7 +252,7 @@ void SkinRunner::set_elements(const plan::PadList& pads, const std::vector<plan:
 
 template <class Byte> void SkinRunner::transfer(const plan::PadList& pads, const plan::StateMemory<Byte>& saved) {
     constexpr bool saves = !std::is_const_v<Byte>;
-    context_->need_working();
+    const Use use = context_->need_working();
     const VkDeviceSize of_state = program_.memory().state.bytes / pads_, of_pressure = frame_bytes() / pads_;
     std::optional<Buffer> own;
     if (!staging_) own.emplace(on_host(state_bytes(pads.count)));

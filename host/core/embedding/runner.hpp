@@ -22,7 +22,10 @@ class SkinRunner : public plan::Stream {
     void reset(const plan::PadList&) override;
     void save(const plan::PadList&, const plan::StateMemory<char>&) override;
     void load(const plan::PadList&, const plan::StateMemory<const char>&) override;
-    void reserve_states() override { staging_.emplace(on_host(state_bytes(pads_))); }
+    void reserve_states() override {
+        const Use use = context_->need_working();
+        staging_.emplace(on_host(state_bytes(pads_)));
+    }
     void set_elements(const plan::PadList&, const std::vector<plan::Element>&) override;
     bool exact() override;
 

@@ -35,13 +35,15 @@ Buffer::Buffer(Buffer&& other) noexcept
       memory_(std::exchange(other.memory_, VK_NULL_HANDLE)), bytes_(other.bytes_), data_(other.data_) {}
 
 Buffer::~Buffer() {
-    if (context_->pipelines().abandoned()) return;
+    const Use use = context_->pipelines().use();
+    if (!use) return;
     context_->calls().vkDestroyBuffer(context_->device(), handle_, nullptr);
     context_->calls().vkFreeMemory(context_->device(), memory_, nullptr);
 }
 
 Context::Context(std::shared_ptr<const Instance> instance, const PhysicalDevice& physical)
     : instance_(std::move(instance)), physical_(physical) {
+    const Use use(physical_.info.name);
     instance_->open(physical_, device_);
     const VkDevice device = device_.device;
     const VolkDeviceTable& vk = device_.calls;
@@ -55,6 +57,8 @@ Context::Context(std::shared_ptr<const Instance> instance, const PhysicalDevice&
         check_made(vk.vkCreatePipelineCache(device, &cache, nullptr, &device_.cache), "vkCreatePipelineCache",
                    device_.cache);
         pipelines_ = std::make_unique<Pipelines>(device_);
+        if (!end_before_drivers()) throw std::bad_alloc();
+        add_open(this);
     } catch (...) {
         vk.vkDestroyPipelineCache(device, device_.cache, nullptr);
         vk.vkDestroyCommandPool(device, pool_, nullptr);
@@ -67,7 +71,9 @@ Context::~Context() {
     const VolkDeviceTable& vk = device_.calls;
     const VkDevice device = device_.device;
     // The driver may still use every object, the instance too: they are left to it.
-    if (pipelines_->abandoned()) {
+    const Use use = pipelines_->use();
+    remove_open(this);
+    if (!use) {
         simd::leave(instance_);
         return;
     }
@@ -108,11 +114,16 @@ uint32_t Context::memory_type(uint32_t allowed, Buffer::Location location) const
     throw Error(Error::Code::device, "", physical_.info.name + " has no memory type for these buffers");
 }
 
-void Context::need_working() const {
+Use Context::need_working() const {
     if (!pipelines_->process().calls()) pipelines_->process().refuse(physical_.info.name + " was");
     if (lost())
         throw Error(Error::Code::device, "",
                     physical_.info.name + " is lost since " + failure(lost_.result, lost_.call) + "; open it again");
+    return Use(physical_.info.name);
+}
+
+void Context::wait_idle() const {
+    if (pipelines_->process().calls() && !lost()) device_.calls.vkDeviceWaitIdle(device_.device);
 }
 
 void Context::check_submitted(VkResult result, const char* call) {

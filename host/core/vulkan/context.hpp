@@ -63,8 +63,10 @@ class Context {
     // True for ever once a submission, or the wait for it, has failed in any way. The driver may then still use every
     // object, so none is destroyed; nothing more is submitted, and nothing that the device has written is read.
     bool lost() const { return lost_.call != nullptr; }
-    // Throws Error::device, naming the call that failed, if the device is lost, or if another process has opened it.
-    void need_working() const;
+    // Returns a use of the driver, within which no function of a caller's is called: that may wait for exit(). Throws
+    // Error::device, naming the call that failed, if the device is lost, or if another process has opened it.
+    [[nodiscard]] Use need_working() const;
+    void wait_idle() const; // for all that was submitted
 
   private:
     void check_submitted(VkResult, const char* call);

@@ -29,6 +29,7 @@ Fibres::Fibres(std::shared_ptr<Context> context, const std::vector<plan::FibreKi
 }
 
 void Fibres::grow(size_t most) {
+    const Use use = context_->need_working();
     recording_.wait();
     spikes_.emplace(*context_, spikes_offset + plane_ * most * sizeof(f32::FibreEntry), Buffer::Location::host);
     const VkDeviceSize inputs = FIBRE_DISPATCH_PLANES * plane_ * sizeof(float);
@@ -77,6 +78,7 @@ void Fibres::record(size_t number, size_t first_pad, size_t pads, int part, int 
 
 void Fibres::step(size_t first_pad, size_t pads, int part, int parts) {
     const DefaultFloats guard; // a software driver's threads inherit the floating-point environment
+    const Use use = context_->need_working();
     std::memset(spikes_->data(), 0, spikes_offset);
     recording_.begin();
     for (size_t k = 0; k < kinds_.size(); ++k) record(k, first_pad, pads, part, parts);

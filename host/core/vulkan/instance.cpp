@@ -85,6 +85,7 @@ Instance::Instance(const InstanceOptions& options, PFN_vkGetInstanceProcAddr get
 Instance::Instance(const Loader& loader, const InstanceOptions& options) : Instance(options, loader.get) {
     if (!loader.get) no_device(loader.missing);
     const DefaultFloats guard; // a software driver's threads inherit the floating-point environment
+    const Use use("a Vulkan driver");
     const std::lock_guard lock(volk_mutex());
     volkInitializeCustom(loader.get);
     if (!vkCreateInstance || !vkEnumerateInstanceExtensionProperties)
@@ -130,9 +131,12 @@ Instance::Instance(const Loader& loader, const InstanceOptions& options) : Insta
         check_made(vkCreateDebugUtilsMessengerEXT(handle_, &messenger, nullptr, &messenger_),
                    "vkCreateDebugUtilsMessengerEXT", messenger_);
     find_devices();
+    if (!end_before_drivers()) throw std::bad_alloc();
 }
 
 Instance::~Instance() {
+    const Use use;
+    if (!use) return;
     if (messenger_) destroy_messenger_(handle_, messenger_, nullptr);
     if (destroy_) destroy_(handle_, nullptr);
 }

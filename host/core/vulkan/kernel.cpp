@@ -31,7 +31,8 @@ void check(VkResult result, const char* call) {
 }
 
 Pipelines::~Pipelines() {
-    if (abandoned()) return;
+    const Use use = this->use();
+    if (!use) return;
     for (const auto& [key, pipeline] : pipelines_) destroy(pipeline);
 }
 
@@ -95,6 +96,7 @@ const Pipeline& Pipelines::get(const Module& source, uint32_t bindings, uint32_t
         throw;
     }
     vk.vkDestroyShaderModule(device, module, device_.allocator);
+    fresh_ = true;
     return made;
 }
 
@@ -115,7 +117,8 @@ Kernel::Kernel(Pipelines& pipelines, const Module& module, const KernelOptions& 
 
 Kernel::~Kernel() {
     const DeviceTable& table = pipelines_.device();
-    if (pipelines_.abandoned()) return;
+    const Use use = pipelines_.use();
+    if (!use) return;
     table.calls.vkDestroyDescriptorPool(table.device, pool_, table.allocator);
     for (std::vector<VkBufferView>& views : views_) destroy_views(views);
 }

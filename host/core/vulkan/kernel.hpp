@@ -3,6 +3,7 @@
 #pragma once
 
 #include "host/core/base/process.hpp"
+#include "host/core/vulkan/ending.hpp"
 #include "host/core/vulkan/modules.hpp"
 #include "host/core/vulkan/volk.hpp"
 
@@ -65,9 +66,11 @@ class Pipelines {
     const DeviceTable& device() const { return device_; }
     // Keeps every pipeline from being destroyed, after its device is lost.
     void abandon() { abandoned_ = true; }
-    // Whether all objects of the device are left to the driver: it is lost, or was opened by another process.
-    bool abandoned() const { return abandoned_ || !process_.calls(); }
+    // A use of the driver that destroys objects; false if all objects of the device are left to the driver: it is lost,
+    // or was opened by another process, or the process is ending.
+    Use use() const { return Use(!abandoned_ && process_.calls()); }
     const simd::Process& process() const { return process_; }
+    bool take_fresh() { return std::exchange(fresh_, false); } // whether pipelines have been made since the last call
 
   private:
     void destroy(const Pipeline&) const;
@@ -75,7 +78,7 @@ class Pipelines {
     const DeviceTable& device_;
     std::map<std::pair<const uint32_t*, std::vector<uint32_t>>, Pipeline> pipelines_;
     const simd::Process process_;
-    bool abandoned_ = false;
+    bool abandoned_ = false, fresh_ = false;
 };
 
 struct BufferRange {

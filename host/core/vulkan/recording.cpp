@@ -4,7 +4,8 @@
 namespace dermis::vulkan {
 
 Recording::~Recording() {
-    if (!commands_ || context_.pipelines().abandoned()) return;
+    const Use use = context_.pipelines().use();
+    if (!commands_ || !use) return;
     try {
         wait();
     } catch (const Error&) { // the device is lost
@@ -15,6 +16,7 @@ Recording::~Recording() {
 }
 
 VkCommandBuffer Recording::begin() {
+    const Use use = context_.need_working();
     wait();
     const VolkDeviceTable& vk = context_.calls();
     if (!commands_) {
@@ -38,7 +40,7 @@ VkCommandBuffer Recording::begin() {
 
 VkCommandBuffer Recording::commands() {
     if (!open_) return begin();
-    context_.need_working();
+    const Use use = context_.need_working();
     return commands_;
 }
 
@@ -51,6 +53,7 @@ void Recording::add(double work) {
 }
 
 void Recording::start() {
+    const Use use = context_.need_working();
     barrier();
     check(context_.calls().vkEndCommandBuffer(commands_), "vkEndCommandBuffer");
     context_.submit(commands_, fence_);
@@ -59,10 +62,11 @@ void Recording::start() {
 }
 
 void Recording::wait() {
-    context_.need_working();
+    const Use use = context_.need_working();
     if (!started_) return;
     context_.wait(fence_);
     started_ = false;
+    if (context_.pipelines().take_fresh()) end_before_drivers();
 }
 
 } // namespace dermis::vulkan

@@ -37,7 +37,7 @@ std::unique_ptr<Stepper> march(Backend& backend, const PreparedSkin& skin, const
                                Precision precision, Stepper::Sink sink) {
 #ifdef DERMIS_VULKAN
     if (const auto* vulkan = dynamic_cast<vulkan::VulkanBackend*>(&backend)) {
-        vulkan->context()->need_working();
+        const vulkan::Use use = vulkan->context()->need_working();
         return vulkan::stepper(skin, schedule, precision, vulkan->context(), std::move(sink));
     }
 #endif

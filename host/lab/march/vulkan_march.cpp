@@ -108,11 +108,13 @@ class March : public plan::Stepper {
     }
 
     void frame(const std::vector<double>& map) override {
+        const Use use = context_->need_working();
         to_ = 1 - to_;
         stage(plan::padded<float>(map, skin_, "load.intensity"), MarchMemory::pressure0 + to_);
     }
 
     void press(const plan::Step& step) override {
+        const Use use = context_->need_working();
         if (variant_.tabled() && !step.same_coefficients(table_of_)) {
             table_of_ = step;
             std::vector<f32::Coefficients> table;
@@ -152,6 +154,7 @@ class March : public plan::Stepper {
     }
 
     std::vector<const float*> view(const std::vector<Quantity>& what) override {
+        const Use use = context_->need_working();
         if (std::ranges::any_of(what, [](Quantity q) { return q >= Quantity::curvature; })) {
             fields_->record(recording_, visible_, plan::constants_of<f32>(skin_, schedule_.pressed));
             ++dispatches_;

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: MIT
+// Ends as its argument says, with a Vulkan skin that nobody has destroyed before: the suite `ending` looks at how.
+#include "dermis/dermis.hpp"
+
+#include <atomic>
+#include <cstdio>
+#include <cstdlib>
+#include <memory>
+#include <optional>
+#include <string>
+#include <sys/wait.h>
+#include <thread>
+#include <unistd.h>
+#include <vector>
+
+using namespace dermis;
+
+namespace {
+
+constexpr int width = 64, height = 64;
+
+struct World {
+    std::optional<Device> device;
+    std::optional<Skin> skin;
+
+    void open() {
+        if (!device) device = Device::open("vulkan");
+        SkinDescription d;
+        d.grid.width = width;
+        d.grid.height = height;
+        skin.emplace(*device, d);
+    }
+    void press() { skin->press(std::vector<float>(width * height, 2), 0.01); }
+    void read() { (void)skin->response(Quantity::fa1); }
+};
+
+World global;
+World& local() { // made before its device
+    static World world;
+    return world;
+}
+World& late() { // and after
+    static const Device device = Device::open("vulkan");
+    static World world{device, {}};
+    return world;
+}
+
+std::atomic<int> stage{0};
+
+// Opens, presses and reads for ever in a thread that nobody joins; returns when it has come to a stage.
+void wait_for_thread(int wanted) {
+    std::thread([] {
+        try {
+            World own;
+            stage = 1;
+            own.device = Device::open("vulkan");
+            stage = 2;
+            own.open();
+            stage = 3;
+            for (;; stage = 4) own.press(), own.read();
+        } catch (const Error&) { // the process is ending
+            for (;;) pause();
+        }
+    }).detach();
+    while (stage < wanted) std::this_thread::yield();
+}
+
+void run_until(double done) {
+    Scene scene;
+    scene.grid.width = scene.grid.height = 64;
+    scene.model = Model::march;
+    scene.precision = Precision::f32;
+    RunOptions options;
+    options.progress = [done](double fraction) {
+        if (fraction >= done) std::exit(0);
+    };
+    run(scene, Device::open("vulkan"), options);
+}
+
+} // namespace
+
+int main(int, char** arguments) {
+    const std::string way = arguments[1];
+    World& world = way == "local" ? local() : way == "late" ? late() : global;
+    if (way.starts_with("thread")) {
+        const int wanted = way.back() - '0';
+        wait_for_thread(std::min(wanted, 4));
+        if (wanted == 5) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+        return 0;
+    }
+    if (way == "progress") run_until(0.3);
+    world.open();
+    if (way != "unpressed") world.press();
+    if (way == "late" || way == "twice") world.read();
+    if (way == "twice") global.device.reset(), global.open(), world.press(); // the first device is held by nothing
+    if (way == "forked") {
+        const pid_t child = fork();
+        if (child == 0) return 0; // with the parent's skin
+        int status = -1;
+        waitpid(child, &status, 0);
+        return status != 0;
+    }
+    if (way == "own") { // a child with a device of its own, beside a thread of the parent's
+        wait_for_thread(4);
+        const pid_t child = fork();
+        if (child == 0) {
+            static World own;
+            own.open(), own.press();
+            return 0;
+        }
+        int status = -1;
+        waitpid(child, &status, 0);
+        return status != 0;
+    }
+    if (way == "exit") std::exit(0);
+    return 0;
+}
