@@ -56,7 +56,7 @@ Measurement Bench::on(const Device& device, const std::string& workload, long lo
     r.device = info.name;
     r.driver = info.driver.substr(0, info.driver.find(' '));
     r.driver_version = info.driver.substr(std::min(info.driver.find(' ') + 1, info.driver.size()));
-    r.device_uuid = physical.uuid;
+    r.device_uuid = physical.info.uuid;
     r.exact = info.exact;
     r.model = "march";
     r.precision = "f32";

@@ -15,7 +15,8 @@ Shim shim;
 namespace {
 
 const PFN_vkGetInstanceProcAddr real_get = vulkan::system_loader().get;
-PFN_vkVoidFunction real_queues, real_properties, real_memory, real_extensions, real_module, real_device_address;
+PFN_vkVoidFunction real_queues, real_properties, real_ids, real_devices, real_memory, real_extensions, real_module,
+    real_device_address;
 
 VKAPI_ATTR VkResult VKAPI_CALL no_instance(const VkInstanceCreateInfo*, const VkAllocationCallbacks*, VkInstance*) {
     return VK_ERROR_INCOMPATIBLE_DRIVER;
@@ -42,6 +43,24 @@ VKAPI_ATTR void VKAPI_CALL properties(VkPhysicalDevice p, VkPhysicalDeviceProper
         for (uint32_t& size : out->limits.maxComputeWorkGroupSize) size = 64;
     }
     if (shim.range) out->limits.maxStorageBufferRange = shim.range;
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL devices(VkInstance instance, uint32_t* count, VkPhysicalDevice* list) {
+    const auto real = reinterpret_cast<PFN_vkEnumeratePhysicalDevices>(real_devices);
+    if (!shim.twins) return real(instance, count, list);
+    uint32_t one = 1;
+    if (list) (void)real(instance, &one, list), list[1] = list[0];
+    *count = 2;
+    return VK_SUCCESS;
+}
+
+VKAPI_ATTR void VKAPI_CALL ids(VkPhysicalDevice p, VkPhysicalDeviceProperties2* out) {
+    const InDriver driver;
+    static uint8_t twin = 0;
+    reinterpret_cast<PFN_vkGetPhysicalDeviceProperties2>(real_ids)(p, out);
+    auto* id = static_cast<VkPhysicalDeviceIDProperties*>(out->pNext);
+    if (!shim.twins || !id || id->sType != VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ID_PROPERTIES) return;
+    id->deviceUUID[15] = twin = uint8_t(1 + twin % 2);
 }
 
 VKAPI_ATTR void VKAPI_CALL memory(VkPhysicalDevice p, VkPhysicalDeviceMemoryProperties* out) {
@@ -252,6 +271,8 @@ VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL instance_address(VkInstance instance, c
         return reinterpret_cast<PFN_vkVoidFunction>(no_instance);
     instead("vkGetPhysicalDeviceQueueFamilyProperties", real_queues, queues);
     instead("vkGetPhysicalDeviceProperties", real_properties, properties);
+    instead("vkGetPhysicalDeviceProperties2", real_ids, ids);
+    instead("vkEnumeratePhysicalDevices", real_devices, devices);
     instead("vkGetPhysicalDeviceMemoryProperties", real_memory, memory);
     instead("vkEnumerateDeviceExtensionProperties", real_extensions, extensions);
     instead("vkGetDeviceProcAddr", real_device_address, device_address);

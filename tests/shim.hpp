@@ -41,6 +41,7 @@ struct Shim {
     VkDeviceSize heap = 0;       // the size of each memory heap; 0: the device's own
     bool least = false;          // limits are the least that Vulkan 1.1 allows, but for 12 storage buffers
     bool portability = false;    // VK_KHR_portability_subset is offered
+    bool twins = false;          // the first device is there twice, with a uuid that ends in 01 and in 02
     Fault fault;
     int sets_left = -1;                           // the descriptor sets that can be allocated; -1: all
     const char* absent = "";                      // a function that is not there

@@ -83,7 +83,8 @@ DERMIS_API const char* dermis_last_error(void);
 
 // ---- Devices. Where a function takes a device, NULL is the CPU path with one thread per core.
 
-// which: "auto", "cpu", "vulkan", a number, or a part of a Vulkan device's name; see Device::open in dermis.hpp.
+// which: "auto", "cpu", "vulkan", a number, or a part of a Vulkan device's name or uuid; see Device::open in
+// dermis.hpp.
 DERMIS_API dermis_status dermis_device_open(const char* which, dermis_device** device);
 // The CPU path. threads: 0 (one per core that the process may use), 1 (only the calling thread) .. 1024.
 DERMIS_API dermis_status dermis_device_open_cpu(int32_t threads, dermis_device** device);
@@ -97,6 +98,7 @@ typedef struct dermis_device_info {
     const char* refused; // the reason why no Vulkan device is used, if "auto" found none; else ""
     int32_t vulkan;      // 1 for a Vulkan device, 0 for the CPU path
     int32_t exact;       // 1 if a self-test gave the bits of the CPU path, and for the CPU path, else 0
+    const char* uuid;    // by which devices of one name differ; "" for the CPU path and for Vulkan 1.0
 } dermis_device_info;
 // The texts are valid until the device is closed.
 DERMIS_API dermis_status dermis_device_get_info(const dermis_device* device, dermis_device_info* info);

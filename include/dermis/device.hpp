@@ -10,6 +10,9 @@ struct DeviceInfo {
     std::string name;   // "cpu", or what the driver calls the device
     std::string kind;   // "cpu path", "discrete GPU", "integrated GPU", "virtual GPU", "software", "other"
     std::string driver; // name and version; empty for the CPU path
+    // 32 hexadecimal digits in groups, as `vulkaninfo` and `nvidia-smi -L` print them, by which devices of one name
+    // differ; empty for the CPU path and for Vulkan 1.0.
+    std::string uuid;
     bool vulkan = false;
     bool exact = true;   // whether a self-test gave the bits of the CPU path; false in list(), which tests nothing
     std::string refused; // why the device cannot be used; of a CPU path from "auto" why no Vulkan device is used
@@ -19,6 +22,8 @@ struct DeviceInfo {
 // copies and of skins on it throws Error::device, which names the call that failed. Objects that the driver may still
 // be using are then never destroyed. Device::open() makes a new one. Waits for submitted work, a second or less on most
 // devices, have no timeout: no clock can tell a device that hangs from a slow or a stopped one.
+// exit() waits for the calls of other threads that use a Vulkan device, and for submitted work, before it destroys
+// static objects; each later use throws Error::device, and destructors leave the device alone.
 // After a fork the child process can use neither the Vulkan devices nor the threads of the parent's devices: a press or
 // a run that needs them throws Error::device and never waits, and destructors leave them alone. Devices and skins that
 // the child makes itself work.
@@ -33,14 +38,15 @@ class DERMIS_API Device {
     //   "cpu"         the CPU path
     //   "vulkan"      the best Vulkan device, software devices included
     //   a number      an index of list()
-    //   other text    a part of a Vulkan device's name
+    //   other text    a part of a Vulkan device's name, or of its uuid, 8 characters or more: the first device that has
+    //                 it
     // A build without Vulkan (-DDERMIS_VULKAN=OFF) has "auto" and "cpu" alone.
-    // Throws Error::bad_input for a number or a name that no device of list() has; Error::no_device where there is no
+    // Throws Error::bad_input for a number or a text that no device of list() has; Error::no_device where there is no
     // loader or driver, and where the device is refused. A device that gives other bits than the CPU path in a
-    // self-test is refused, unless it was asked for by number or name. Opening a device tests the basic kernels of
-    // presses. The first run by Model::march tests the kernels of marches, and the first run with another stencil, edge
-    // rule or precision, with frames or with several materials tests every variant; a device that has other bits there
-    // is refused then.
+    // self-test is refused, unless it was asked for by number, name or uuid. Opening a device tests the basic kernels
+    // of presses. The first run by Model::march tests the kernels of marches, and the first run with another stencil,
+    // edge rule or precision, with frames or with several materials tests every variant; a device that has other bits
+    // there is refused then.
     static Device open(const std::string& which);
     // Lists every Vulkan device, usable or not. Throws Error::no_device if there is no loader or no driver.
     static std::vector<DeviceInfo> list();

@@ -69,6 +69,26 @@ TEST_CASE("a device whose bits differ is named and refused, unless asked for by 
     }
 }
 
+TEST_CASE("two devices of one name are told apart by their rows and their uuids") {
+    const Loader twins = faulty(&Shim::twins);
+    const DeviceInfo first = open_device("0", twins).info(), second = open_device("1", twins).info();
+    CHECK(first.name == second.name);
+    CHECK(first.uuid.size() == 36);
+    CHECK(first.uuid.substr(0, 34) == second.uuid.substr(0, 34));
+    CHECK(first.uuid.substr(34) == "01");
+    CHECK(second.uuid.substr(34) == "02");
+    std::string capitals = second.uuid;
+    for (char& c : capitals) c = char(std::toupper(c));
+    for (const std::string& by : {second.uuid, "GPU-" + second.uuid, capitals, second.uuid.substr(24)})
+        CHECK(open_device(by, twins).info().uuid == second.uuid);
+    const std::string message = refusal(Error::Code::bad_input, [&] { open_device(second.uuid.substr(29), twins); });
+    for (const std::string& allowed : {"0 or part of", "1 or part of"})
+        CHECK(message.find(allowed) != std::string::npos);
+    CHECK(message.find(second.uuid) != std::string::npos);
+    CHECK(refusal(Error::Code::bad_input, [&] { open_device("gpu", twins); }).find("vulkan (the best Vulkan device") !=
+          std::string::npos);
+}
+
 TEST_CASE("a device that fails in one variant alone is refused when a scene needs that one") {
     const Loader wrong = faulty(&Shim::miscompile_far);
     Scene s = small_scene(20, 12);

@@ -302,6 +302,11 @@ TEST_CASE("a Vulkan device in C presses with the bits of the CPU path, and one t
     info.size = sizeof info;
     CHECK(dermis_device_get_info(device.get(), &info) == DERMIS_OK);
     CHECK(info.vulkan == 1);
+    CHECK(info.uuid == Device::open("vulkan").info().uuid);
+    info = {.size = offsetof(dermis_device_info, uuid)}; // of a program that was compiled before the uuid
+    CHECK(dermis_device_get_info(device.get(), &info) == DERMIS_OK);
+    CHECK(info.vulkan == 1);
+    CHECK(info.uuid == nullptr);
     const Scene scene = Scene::from_string(pad);
     const auto answer = [&](const dermis_device* on) {
         const auto skin =

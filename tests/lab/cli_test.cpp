@@ -115,6 +115,26 @@ TEST_CASE("bad input: one line that says what, exit status 2, no output left beh
     }
 }
 
+TEST_CASE(
+    "a driver's file that is not JSON is named as the cause, and auto uses the CPU; devices and runs tell the uuid") {
+    const Folder folder;
+    const std::string scene = folder.write("scene.toml", small), broken = folder.write("icd.json", "no JSON"),
+                      icds = "VK_ADD_DRIVER_FILES=" + broken + " VK_DRIVER_FILES= VK_ICD_FILENAMES=" + broken;
+    const std::string cause = "a driver or layer is not JSON; VK_LOADER_DEBUG=error names it";
+    const Outcome devices = command(folder, "devices", icds);
+    CHECK(devices.status == 0);
+    CHECK(devices.out.find(cause) != std::string::npos);
+    const Outcome automatic =
+        command(folder, "run " + scene + " --precision f32 --out " + (folder / "a").string(), icds);
+    CHECK(automatic.status == 0);
+    CHECK(automatic.out.find(cause) != std::string::npos);
+    const std::string uuid = Device::open("vulkan").info().uuid;
+    REQUIRE(uuid.size() == 36);
+    CHECK(command(folder, "devices").out.find(", " + uuid) != std::string::npos);
+    CHECK(command(folder, "run " + scene + " --device " + uuid + " --out " + (folder / "b").string()).status == 0);
+    CHECK(slurp(folder / "b" / "summary.json").find("\"uuid\": \"" + uuid + "\"") != std::string::npos);
+}
+
 TEST_CASE("without a driver auto says so in one line and uses the CPU; vulkan names what is missing") {
     const Folder folder;
     const std::string scene = folder.write("scene.toml", small),
@@ -479,7 +499,8 @@ TEST_CASE("--json is all that plan, devices, check and run then print, and says 
     const auto has = [](const std::string& text, const std::string& part) { return text.find(part) != text.npos; };
     const auto [devices, of_devices] = answer("devices");
     CHECK(devices != "1\n");
-    CHECK(has(of_devices, "[\n{\"name\": \"cpu\", \"kind\": \"cpu path\", \"driver\": null, \"vulkan\": false,"));
+    CHECK(has(of_devices,
+              "[\n{\"name\": \"cpu\", \"kind\": \"cpu path\", \"driver\": null, \"uuid\": null, \"vulkan\": false,"));
     const auto [plans, of_plans] = answer("plan --device cpu " + scene + " --set material.modulus=1,2");
     CHECK(plans == "2\n");
     CHECK(has(of_plans, "{\"set\": [\"material.modulus=2\"], \"width\": 20, \"height\": 12, \"method\": \"exact\","));

@@ -58,12 +58,17 @@ const PhysicalDevice& named(const std::vector<PhysicalDevice>& devices, const st
                         std::all_of(which.begin(), which.end(), [](unsigned char c) { return std::isdigit(c); });
     for (size_t i = 0; i < devices.size(); ++i) {
         const std::string& name = devices[i].info.name;
-        if (number ? size_t(std::stoi(which)) == i : lower(name).find(lower(which)) != std::string::npos)
+        const auto in = [part = lower(which)](const std::string& text) { return text.find(part) != text.npos; };
+        if (number ? size_t(std::stoi(which)) == i
+                   : in(lower(name)) || (which.size() >= 8 && in("gpu-" + devices[i].info.uuid)))
             return devices[i];
-        names += ", " + std::to_string(i) + " or part of \"" + name + "\"";
+        names += ", " + std::to_string(i) + " or part of \"" + name + "\" or of " + devices[i].info.uuid;
     }
     throw Error(Error::Code::bad_input, "device",
-                "device = \"" + which + "\": no such device; allowed: auto, cpu, vulkan" + names);
+                "device = \"" + which +
+                    "\": no such device; allowed: auto (a GPU if there is one, else the CPU path), cpu, "
+                    "vulkan (the best Vulkan device, a GPU if there is one)" +
+                    names);
 }
 
 } // namespace

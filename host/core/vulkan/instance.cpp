@@ -164,8 +164,10 @@ void Instance::describe(PhysicalDevice& p) const {
         properties.pNext = &id;
         if (p.properties.apiVersion >= VK_API_VERSION_1_2) id.pNext = &driver;
         vkGetPhysicalDeviceProperties2(p.handle, &properties);
-        for (uint8_t byte : id.deviceUUID)
-            for (int digit : {byte >> 4, byte & 15}) p.uuid += "0123456789abcdef"[digit];
+        for (uint8_t byte : id.deviceUUID) {
+            if (const size_t n = p.info.uuid.size(); n == 8 || n == 13 || n == 18 || n == 23) p.info.uuid += '-';
+            for (int digit : {byte >> 4, byte & 15}) p.info.uuid += "0123456789abcdef"[digit];
+        }
     }
     vkGetPhysicalDeviceMemoryProperties(p.handle, &p.memory);
     p.info.name = p.properties.deviceName;

@@ -34,7 +34,6 @@ struct PhysicalDevice {
     uint32_t family = 0;                 // index of a queue family with compute
     std::vector<std::string> extensions; // the extensions that Instance::open enables
     bool rounds = false;                 // see DeviceTable
-    std::string uuid;                    // hexadecimal
     DeviceInfo info;
 };
 

@@ -4,6 +4,7 @@
 #include "dermis/description.hpp"
 
 #include <bit>
+#include <cstring>
 
 namespace dermis::vulkan {
 namespace {
@@ -23,7 +24,12 @@ std::string failure(VkResult result, const char* call) {
     case VK_ERROR_DEVICE_LOST: name = " (device lost)"; break;
     default: break;
     }
-    return std::string(call) + " failed with VkResult " + std::to_string(result) + name;
+    // Only the loader makes instances.
+    const bool loader = result == VK_ERROR_OUT_OF_HOST_MEMORY && std::strstr(call, "Instance");
+    return std::string(call) + " failed with VkResult " + std::to_string(result) + name +
+           (loader ? ", as loaders also say where the file of a driver or layer is not JSON; VK_LOADER_DEBUG=error "
+                     "names it"
+                   : "");
 }
 
 void check(VkResult result, const char* call) {

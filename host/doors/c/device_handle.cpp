@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "host/doors/c/handles.hpp"
 
+#include <cstring>
+
 using namespace dermis::c;
 
 dermis_status dermis_device_open(const char* which, dermis_device** device) {
@@ -23,14 +25,16 @@ void dermis_device_close(dermis_device* device) { delete device; }
 dermis_status dermis_device_get_info(const dermis_device* device, dermis_device_info* info) {
     return guarded([&] {
         need_pointer(device, "device");
-        need_size(info, "info");
+        need_size(info, "info", offsetof(dermis_device_info, uuid));
         const dermis::DeviceInfo& from = device->device.info();
-        *info = {.size = sizeof *info,
-                 .name = from.name.c_str(),
-                 .kind = from.kind.c_str(),
-                 .driver = from.driver.c_str(),
-                 .refused = from.refused.c_str(),
-                 .vulkan = from.vulkan,
-                 .exact = from.exact};
+        const dermis_device_info all{.size = info->size,
+                                     .name = from.name.c_str(),
+                                     .kind = from.kind.c_str(),
+                                     .driver = from.driver.c_str(),
+                                     .refused = from.refused.c_str(),
+                                     .vulkan = from.vulkan,
+                                     .exact = from.exact,
+                                     .uuid = from.uuid.c_str()};
+        std::memcpy(info, &all, info->size);
     });
 }

@@ -60,6 +60,7 @@ void bind_device(nb::module_& m) {
         .def_ro("name", &DeviceInfo::name, "\"cpu\", or what the driver calls the device.")
         .def_ro("kind", &DeviceInfo::kind, "\"cpu path\", \"discrete GPU\", \"software\" ..")
         .def_ro("driver", &DeviceInfo::driver, "Name and version; empty for the CPU path.")
+        .def_ro("uuid", &DeviceInfo::uuid, "By which devices of one name differ; empty for the CPU path.")
         .def_ro("vulkan", &DeviceInfo::vulkan)
         .def_ro("exact", &DeviceInfo::exact, "Whether a self-test gave the bits of the CPU path.")
         .def_ro("refused", &DeviceInfo::refused, "The reason why the device cannot be used; empty if it can.")
@@ -72,7 +73,7 @@ void bind_device(nb::module_& m) {
         .def_static(
             "open", open, nb::arg("which") = "auto",
             "Open a device: \"auto\" (a GPU if there is one, else the CPU path), \"cpu\", \"vulkan\", a number\n"
-            "of list(), or a part of a Vulkan device's name.")
+            "of list(), or a part of a Vulkan device's name or, from 8 characters on, of its uuid.")
         .def_static("list", list, "Return every Vulkan device, usable or not.")
         .def_prop_ro("info", [](const SharedDevice& d) { return d.device().info(); })
         .def("__repr__", [](const SharedDevice& d) { return "<Device " + d.device().info().name + ">"; });

@@ -51,7 +51,7 @@ template <class Archive> void members(Archive& each, SkinOptions& s) { // progre
 DERMIS_MEMBERS(Trace, quantity, mean, min, max, probes)
 DERMIS_MEMBERS(Impulse, time, quantity, mean, min, max, probes)
 DERMIS_MEMBERS(Field, at, quantity, values)
-DERMIS_MEMBERS(DeviceInfo, name, kind, driver, vulkan, exact, refused)
+DERMIS_MEMBERS(DeviceInfo, name, kind, driver, uuid, vulkan, exact, refused)
 DERMIS_MEMBERS(FiredSpike, time, afferent)
 DERMIS_MEMBERS(Result, time, traces, responses, impulses, fields, device, model, precision, steps, left_out, dispatches,
                seconds, tau_min, tau_max, predicted_error, measured_error, reduced, cells_per_ridge, stencil_estimate,

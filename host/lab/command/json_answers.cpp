@@ -49,8 +49,9 @@ std::string json_of(const Scene& scene, const std::vector<std::string>& override
 }
 
 std::string json_of(const DeviceInfo& d) {
-    return fmt::format("{{\"name\": {}, \"kind\": {}, \"driver\": {}, \"vulkan\": {}, \"refused\": {}}}",
-                       json_text(d.name), json_text(d.kind), text_or_null(d.driver), d.vulkan, text_or_null(d.refused));
+    return fmt::format("{{\"name\": {}, \"kind\": {}, \"driver\": {}, \"uuid\": {}, \"vulkan\": {}, \"refused\": {}}}",
+                       json_text(d.name), json_text(d.kind), text_or_null(d.driver), text_or_null(d.uuid), d.vulkan,
+                       text_or_null(d.refused));
 }
 
 std::string json_of(const DeviceInfo& d, const std::vector<SelfTest::Kernel>& kernels) {
@@ -61,8 +62,9 @@ std::string json_of(const DeviceInfo& d, const std::vector<SelfTest::Kernel>& ke
                                   k.name, k.hash, k.values, k.different));
         exact &= k.different == 0;
     }
-    return fmt::format("{{\"name\": {}, \"driver\": {}, \"exact\": {}, \"kernels\": [\n    {}]}}", json_text(d.name),
-                       text_or_null(d.driver), exact, fmt::join(all, ",\n    "));
+    return fmt::format("{{\"name\": {}, \"driver\": {}, \"uuid\": {}, \"exact\": {}, \"kernels\": [\n    {}]}}",
+                       json_text(d.name), text_or_null(d.driver), text_or_null(d.uuid), exact,
+                       fmt::join(all, ",\n    "));
 }
 
 } // namespace dermis::cli

@@ -282,10 +282,10 @@ int list_devices(bool json) {
     try {
         int row = 0;
         for (const DeviceInfo& d : Device::list())
-            fmt::print("{}: {}, {}, {}{}\n", row++, d.name, d.kind, d.driver,
+            fmt::print("{}: {}, {}, {}{}{}\n", row++, d.name, d.kind, d.driver, d.uuid.empty() ? "" : ", " + d.uuid,
                        d.refused.empty() ? "" : "; not usable: " + d.refused);
     } catch (const Error& e) {
-        if (e.code() != Error::Code::no_device) throw;
+        if (e.code() == Error::Code::no_memory) throw;
         fmt::print("no Vulkan device: {}\n", e.what());
     }
     return 0;
@@ -323,7 +323,8 @@ void add_scene(CLI::App& command, Arguments& a) {
 void add_json(CLI::App& command, Arguments& a, const char* what) { command.add_flag("--json", a.json, what); }
 
 CLI::Option* add_device(CLI::App& command, std::string& device) {
-    return command.add_option("--device", device, "auto, cpu, vulkan, a row of `dermis devices`, or part of a name");
+    return command.add_option("--device", device,
+                              "auto, cpu, vulkan, a row of `dermis devices`, or part of a name or uuid");
 }
 
 void add_backend(CLI::App& command, Arguments& a) {

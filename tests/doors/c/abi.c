@@ -43,6 +43,7 @@ int main(void) {
     OFFSET(dermis_device_info, refused);
     OFFSET(dermis_device_info, vulkan);
     OFFSET(dermis_device_info, exact);
+    OFFSET(dermis_device_info, uuid);
     FIRST_SIZE(dermis_report, sign_changed);
     OFFSET(dermis_report, strain);
     OFFSET(dermis_report, indentation);
