@@ -54,11 +54,15 @@ struct Result {
     double seconds = 0;              // time of stepping, without set-up; with RunOptions::check also of the comparison
     double tau_min = 0, tau_max = 0; // s: range of viscosity/modulus of the materials; infinite if a modulus is 0
     double predicted_error = std::nan(""); // Candidate::error of this run; NaN if no error was needed to choose it
-    // Where Scene::tolerance is given: the greatest error found in 4 to 32 cells and at most 32 sites, by computing
-    // these cells and sites once more in long double. Relative, as predicted_error is. If it is above predicted_error,
-    // a driver, a compiler or dermis is at fault. NaN without a tolerance, with Method::published, with more_loads, and
-    // where another method than exact takes frames.
+    // Where Scene::tolerance is given: the greatest error found, relative as predicted_error is, by computing up to 32
+    // cells and up to 32 sites once more in long double, and the mean and extremes of each trace once more from the
+    // run's own cells. If it is above predicted_error, a driver, a compiler or dermis is at fault. 0: all numbers that
+    // were compared are exact. NaN: nothing was measured, for want of a tolerance or of a cell that the load presses.
     double measured_error = std::nan("");
+    long long measured_cells = 0; // those of these cells and sites that the load presses
+    // Names of what was asked for and not computed once more in cells: under an envelope, FA2 as a mean over a step and
+    // responses that follow the stress; everything, with more_loads; impulses. Spikes never are.
+    std::string unmeasured;
     std::vector<KelvinVoigt> reduced;  // Candidate::reduced of this run
     double cells_per_ridge = HUGE_VAL; // infinite as Report::cells_per_ridge is; below 8 the curvature is coarse
     // The next five describe the whole skin; with Model::sites they are not known: NaN or -1. C5 and C4 are the
@@ -67,7 +71,7 @@ struct Result {
     double greatest_curvature = std::nan(""); // 1/m: greatest |C|, at rest, at the end and at the greatest strain
     double greatest_gain = std::nan("");      // greatest |l*C|, at the same times; above 1 responses change sign
     long long kinks = -1;                     // cells where |C5 - C4| > |C5|/2: the curvature does not converge there
-    long long pressed_cells = -1;             // cells that the load's map presses; -1 for a sequence
+    long long pressed_cells = -1;             // cells that the load presses, of a sequence in any of its frames
     // Counted with RunOptions::check. Any NaN counts as equal to any other, whatever its sign and payload.
     long long cells_compared = 0, cells_different = 0;
     // Of Scene::afferents, until Time::duration; by time, then by fibre.

@@ -102,6 +102,16 @@ TEST_CASE("an accepted tolerance is kept in random scenes") {
 
 TEST_CASE("predicted_error is never exceeded in random scenes") { none(surveyed().exceeded); }
 
+TEST_CASE("where little is pressed, frames begin at rest or a method is not exact, bounds hold and no witness is wrong") {
+    const oracle::Survey s = oracle::survey(first_seed, night() ? 10000 : 300, &oracle::Family::next_sparse);
+    none(s.broken);
+    none(s.exceeded);
+    none(s.failed);
+    CHECK(s.accepted >= s.scenes / 2);
+    CHECK(s.unmeasured <= s.accepted / 10); // sites that nothing presses, and pressures of 0
+    CHECK(s.wrongly_refused.size() <= size_t(s.free) / 100);
+}
+
 TEST_CASE("no scene that once broke a bound, or was refused wrongly, does so again") {
     const oracle::Survey s = oracle::survey(DERMIS_FOUND);
     CHECK(s.scenes >= 16);

@@ -104,6 +104,39 @@ Case Family::next_wide_chain(bool sites) {
     return c;
 }
 
+Case Family::next_sparse() {
+    Case c;
+    Scene& s = c.scene;
+    do {
+        do s = scene();
+        while (s.grid.width > 12 || s.grid.height > 12 || kind_ == std::string_view("late"));
+        s.time.duration = std::min(s.time.duration, s.time.step * (5 + below(10)));
+        s.output.fields.clear();
+        c.frames.clear();
+        if (!one_in(3)) take_surroundings(s);
+        if (s.method == Method::exact && s.sites.empty() && one_in(3)) {
+            c.frames = frames(s);
+            const int still = 1 + below(std::min(3, int(c.frames.size())));
+            for (int i = 0; i < still; ++i) std::ranges::fill(c.frames[size_t(i)], 0);
+            s.time.duration = std::max(s.time.duration, *s.load.interval * (still + 1));
+            write_frames(path_, s.grid, c.frames);
+        } else if (one_in(4)) {
+            take_baseline(s);
+        }
+        const int rows = int(std::ceil(s.time.duration / s.time.step - 1e-9));
+        const bool sites_alone = !s.sites.empty() && s.output.traces.empty();
+        if (!sites_alone)
+            s.output.fields.push_back({s.time.step * below(rows), {Quantity::curvature, Quantity::deformation}});
+        if (!sites_alone && one_in(2))
+            s.output.fields.push_back({s.time.step * below(rows), {Quantity::strain, Quantity::fa1}});
+    } while (undecided(s) || crowded(s));
+    const std::string_view kind = kind_;
+    if (one_in(3)) take_depths(s);
+    if (one_in(3)) take_more_loads(c);
+    if (kind == kind_) kind_ = c.frames.empty() ? "sparse" : "sparse frames";
+    return c;
+}
+
 Scene Family::scene() {
     Scene s;
     const int draw = below(1000);
@@ -302,6 +335,28 @@ void Family::take_patch(Scene& s) {
             s.material.modulus_map.edit().push_back(*s.material.modulus * E);
             s.material.viscosity_map.edit().push_back(*s.material.viscosity * E * near);
         }
+}
+
+// Puts the load in one place of a larger grid, whose other cells nothing presses. All other maps repeat.
+void Family::take_surroundings(Scene& s) {
+    const Grid before = s.grid;
+    s.grid.width = one_in(2) ? 64 << below(3) : before.width + below(40);
+    s.grid.height += below(8);
+    const int left = below(s.grid.width - before.width + 1), top = below(s.grid.height - before.height + 1);
+    const auto enlarge = [&](Map& map, bool repeats) {
+        if (map.empty()) return;
+        std::vector<double> large;
+        for (int y = 0; y < s.grid.height; ++y)
+            for (int x = 0; x < s.grid.width; ++x) {
+                const bool inside = x >= left && x < left + before.width && y >= top && y < top + before.height;
+                const size_t row = size_t((y - top + s.grid.height * before.height) % before.height),
+                             column = size_t((x - left + s.grid.width * before.width) % before.width);
+                large.push_back(inside || repeats ? map[row * size_t(before.width) + column] : 0);
+            }
+        map = large;
+    };
+    enlarge(s.load.map, false);
+    for (Map* map : {&s.surface.map, &s.material.modulus_map, &s.material.viscosity_map}) enlarge(*map, true);
 }
 
 void Family::take_output(Scene& s) {

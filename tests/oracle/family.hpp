@@ -19,6 +19,9 @@ class Family : private Draw {
     Case next();
     // Elements in series under a map and an envelope, or of sites alone. Some are more than a scene can tell apart.
     Case next_wide_chain(bool sites);
+    // Few steps, with a field of curvature and deformation: most cells are not pressed, a recording begins at rest, a
+    // method is not the exact one, or the load is a sum.
+    Case next_sparse();
     const char* kind() const { return kind_; } // of the last scene
 
   private:
@@ -32,6 +35,7 @@ class Family : private Draw {
     void take_material(dermis::Scene&, double z);
     void take_material_maps(dermis::Scene&);
     void take_patch(dermis::Scene&);
+    void take_surroundings(dermis::Scene&);
     void take_load(dermis::Scene&);
     void take_envelope(dermis::Scene&);
     void take_table(dermis::Scene&);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // dermis-oracle N SEED: the survey of the planner's promises on the scenes of found/, and on N of other seeds than the
-// tests'. dermis-oracle --search SECONDS SEED FOLDER: climbs towards scenes that break them; what it finds is in
-// FOLDER.
+// tests' in each of two families. dermis-oracle --search SECONDS SEED FOLDER: climbs towards scenes that break them;
+// what it finds is in FOLDER.
 #include "tests/oracle/scene_files.hpp"
 #include "tests/oracle/search.hpp"
 
@@ -26,7 +26,9 @@ bool told(const oracle::Survey& s, const std::string& scenes) {
 int surveyed(int count, unsigned first) {
     const bool found = told(oracle::survey(DERMIS_FOUND), "found before");
     const bool drawn = told(oracle::survey(first, count), "seed " + std::to_string(first));
-    return found && drawn ? 0 : 1;
+    const bool sparse =
+        told(oracle::survey(first, count, &oracle::Family::next_sparse), "sparse, seed " + std::to_string(first));
+    return found && drawn && sparse ? 0 : 1;
 }
 
 // Prints how near each bound came to its error, and writes what is beyond it into a folder.
@@ -48,9 +50,9 @@ int searched(double seconds, unsigned seed, const std::filesystem::path& folder)
     return status;
 }
 
-int written(unsigned seed, const char* folder) {
+int written(unsigned seed, const char* folder, oracle::Case (oracle::Family::*next)()) {
     oracle::Family family(seed);
-    oracle::write_case(family.next(), folder);
+    oracle::write_case((family.*next)(), folder);
     return 0;
 }
 
@@ -58,12 +60,17 @@ int written(unsigned seed, const char* folder) {
 
 int main(int argc, char** argv) {
     if (argc == 3) return surveyed(std::atoi(argv[1]), number(argv[2]));
-    if (argc == 4 && argv[1] == std::string_view("--write")) return written(number(argv[2]), argv[3]);
+    if (argc == 4 && argv[1] == std::string_view("--write"))
+        return written(number(argv[2]), argv[3], &oracle::Family::next);
+    if (argc == 4 && argv[1] == std::string_view("--write-sparse"))
+        return written(number(argv[2]), argv[3], &oracle::Family::next_sparse);
     if (argc == 5 && argv[1] == std::string_view("--search"))
         return searched(std::atof(argv[2]), number(argv[3]), argv[4]);
     std::fprintf(stderr,
                  "dermis-oracle N SEED: judges the scenes of the seeds SEED .. SEED + N - 1\n"
                  "dermis-oracle --search SECONDS SEED FOLDER: looks for scenes whose bound is below their error\n"
-                 "dermis-oracle --write SEED FOLDER: writes the scene of a seed as dermis run reads it\n");
+                 "dermis-oracle --write SEED FOLDER: writes the scene of a seed as dermis run reads it; --write-sparse "
+                 "of the other "
+                 "family\n");
     return 2;
 }

@@ -27,6 +27,7 @@ Verdict judge(const Case& c) {
         v.accepted = true;
         v.predicted = result.predicted_error;
         v.reduced = result.reduced.size();
+        v.unmeasured = std::isnan(result.measured_error);
         if (result.measured_error > result.predicted_error)
             v.failure = "the witnesses are off by more than the prediction";
     } catch (const Error& e) {
@@ -83,6 +84,7 @@ std::string text(const Verdict& v, const Scene& s) {
 void Survey::take(const Verdict& v, const std::string& line) {
     ++scenes;
     free += v.free;
+    unmeasured += v.unmeasured;
     if (!v.failure.empty()) {
         failed.push_back(line);
         return;
@@ -133,7 +135,8 @@ std::string Survey::summary() const {
         << exceeded.size() << " exceed their prediction; prediction over measurement " << median_ratio()
         << " in the median: " << median_ratios() << "; " << shortened << " of fewer elements in series; " << refused
         << " refused; of " << free << " free ones with a tolerance from 1e-9 on " << refused_free << " refused, "
-        << wrongly_refused.size() << " wrongly; " << failed.size() << " failed otherwise";
+        << wrongly_refused.size() << " wrongly; in " << unmeasured << " nothing was measured; " << failed.size()
+        << " failed otherwise";
     return out.str();
 }
 
@@ -149,14 +152,14 @@ Survey survey(const std::filesystem::path& found) {
     return s;
 }
 
-Survey survey(unsigned first, int count) {
+Survey survey(unsigned first, int count, Case (Family::*next_of)()) {
     std::vector<std::pair<Verdict, std::string>> judged(static_cast<size_t>(count));
     std::atomic<int> next = 0;
     const auto work = [&] {
         for (int i; (i = next++) < count;) {
             const unsigned seed = first + unsigned(i);
             Family family(seed);
-            const Case c = family.next();
+            const Case c = (family.*next_of)();
             const Verdict v = judge(c);
             judged[size_t(i)] = {v, "seed " + std::to_string(seed) + " (" + family.kind() + "): " + text(v, c.scene)};
         }

@@ -17,8 +17,9 @@ struct Verdict {
     Distance measured; // of the run, or where it was refused of a run in f64 without a tolerance
     dermis::Model model{};
     dermis::Precision precision{};
-    size_t reduced = 0;  // elements in series of the run, where they are fewer than the scene's
-    std::string failure; // an error that is not about the tolerance, or a run that is not what was asked for
+    bool unmeasured = false; // it is accepted, and Result::measured_error is NaN
+    size_t reduced = 0;      // elements in series of the run, where they are fewer than the scene's
+    std::string failure;     // an error that is not about the tolerance, or a run that is not what was asked for
 
     bool kept() const { return measured.value <= tolerance; }
     bool below_prediction() const { return measured.value <= predicted; }
@@ -31,7 +32,7 @@ std::string text(const Verdict&, const dermis::Scene&);
 struct Survey {
     int scenes = 0, accepted = 0, kept = 0, below_prediction = 0;
     int shortened = 0; // accepted runs of fewer elements in series than the scene's
-    int refused = 0, free = 0, refused_free = 0;
+    int refused = 0, free = 0, refused_free = 0, unmeasured = 0;
     std::vector<std::string> broken, exceeded, wrongly_refused, failed;
     std::map<std::string, std::vector<double>> ratios; // of prediction to measurement, where it is not 0, by arithmetic
 
@@ -43,6 +44,6 @@ struct Survey {
 // Scenes that once broke a promise: those in a folder, each with its maps in a folder of its own.
 Survey survey(const std::filesystem::path& found);
 // The scenes of the seeds first .. first + count - 1.
-Survey survey(unsigned first, int count);
+Survey survey(unsigned first, int count, Case (Family::*next)() = &Family::next);
 
 } // namespace oracle

@@ -144,7 +144,10 @@ void add_figures(nb::class_<RunOfScene>& type) {
     add("seconds", &Result::seconds, "Time of stepping in s, without set-up.");
     add("predicted_error", &Result::predicted_error, "Bound of the error that tolerance limits; NaN: not needed.");
     add("measured_error", &Result::measured_error,
-        "Greatest error in some cells that are computed once more in long double; NaN: no tolerance given.");
+        "Greatest error in some cells that are computed once more in long double, and in means and extremes; NaN:\n"
+        "nothing was measured, for want of a tolerance or of a cell that the load presses.");
+    add("measured_cells", &Result::measured_cells, "How many of these cells the load presses; 0: none.");
+    add("unmeasured", &Result::unmeasured, "Names of what was asked for and not computed once more.");
     add("greatest_curvature", &Result::greatest_curvature, "Greatest |C| in 1/m, at rest and at the end.");
     add("greatest_gain", &Result::greatest_gain, "Greatest |l*C|; above 1 responses change sign.");
     add("kinks", &Result::kinks, "Cells where the curvature does not converge; -1: not known.");

@@ -204,7 +204,10 @@ void print_result(const Arguments& a, const Scene& scene, const Result& r) {
     print_scene(scene, r);
     print_reduced("", scene, r.reduced);
     if (!std::isnan(r.predicted_error)) fmt::print("predicted error at most {:.2g}", r.predicted_error);
-    if (!std::isnan(r.measured_error)) fmt::print(", measured in some cells {:.2g}", r.measured_error);
+    if (!std::isnan(r.measured_error))
+        fmt::print(", measured {:.2g} (in pressed cells: {})", r.measured_error, r.measured_cells);
+    else if (scene.tolerance) fmt::print(", nothing measured");
+    if (!r.unmeasured.empty()) fmt::print("; not measured: {}", r.unmeasured);
     if (!std::isnan(r.predicted_error)) fmt::print("\n");
     if (a.check) fmt::print("{} cells compared, {} different\n", r.cells_compared, r.cells_different);
     for (const std::string& line : output::greatest_responses(scene, r)) fmt::print("{}\n", line);

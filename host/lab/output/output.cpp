@@ -107,10 +107,9 @@ std::string summary_json(const Scene& s, const Result& r, const std::string& beg
         outcome.push_back(fmt::format("\"{}\": {}", name, json_number(value)));
     std::vector<std::string> sentences = warnings(s, r);
     for (std::string& sentence : sentences) sentence = "\n    " + json_text(sentence);
-    return sealed(begin +
-                  fmt::format(R"(
+    return sealed(begin + fmt::format(R"(
   "device": {{"name": {}, "kind": {}, "driver": {}, "uuid": {}, "exact": {}}},
-  "plan": {{"model": "{}", "method": "{}", "precision": "{}", "predicted_error": {}, "measured_error": {}{}}},
+  "plan": {{"model": "{}", "method": "{}", "precision": "{}", "predicted_error": {}, "measured_error": {}, "measured_cells": {}, "unmeasured": {}{}}},
   "grid": {{"width": {}, "height": {}, "spacing": {}}},
   "steps": {}, "left_out": {}, "outputs": {}, "dispatches": {}, "seconds": {},
   "cross_check": {},
@@ -119,16 +118,18 @@ std::string summary_json(const Scene& s, const Result& r, const std::string& beg
   "outcomes": {{{}}},
   "report": {},
   "warnings": [{}])",
-                              json_text(r.device.name), json_text(r.device.kind), json_text(r.device.driver),
-                              json_text(r.device.uuid), r.device.exact, name(r.model), name(s.method),
-                              name(r.precision), json_number(r.predicted_error), json_number(r.measured_error), reduced,
-                              s.grid.width, s.grid.height, s.grid.spacing ? shortest(*s.grid.spacing) : "null", r.steps,
-                              r.left_out, r.time.size(), r.dispatches, shortest(r.seconds), check,
-                              json_number(r.tau_min), json_number(r.tau_max), json_number(s.time.step / r.tau_max),
-                              json_number(s.time.step / r.tau_min), json_number(r.greatest_gain),
-                              json_number(r.greatest_curvature), json_number(r.stencil_estimate), count(r.kinks),
-                              count(r.pressed_cells), s.afferents.empty() ? "null" : std::to_string(r.spikes.size()),
-                              fmt::join(outcome, ", "), json_of(report(s, r)), fmt::join(sentences, ",")));
+                                      json_text(r.device.name), json_text(r.device.kind), json_text(r.device.driver),
+                                      json_text(r.device.uuid), r.device.exact, name(r.model), name(s.method),
+                                      name(r.precision), json_number(r.predicted_error), json_number(r.measured_error),
+                                      r.measured_cells, json_text(r.unmeasured), reduced, s.grid.width, s.grid.height,
+                                      s.grid.spacing ? shortest(*s.grid.spacing) : "null", r.steps, r.left_out,
+                                      r.time.size(), r.dispatches, shortest(r.seconds), check, json_number(r.tau_min),
+                                      json_number(r.tau_max), json_number(s.time.step / r.tau_max),
+                                      json_number(s.time.step / r.tau_min), json_number(r.greatest_gain),
+                                      json_number(r.greatest_curvature), json_number(r.stencil_estimate),
+                                      count(r.kinks), count(r.pressed_cells),
+                                      s.afferents.empty() ? "null" : std::to_string(r.spikes.size()),
+                                      fmt::join(outcome, ", "), json_of(report(s, r)), fmt::join(sentences, ",")));
 }
 
 } // namespace

@@ -18,25 +18,6 @@ using plan::Element;
 using plan::PreparedSkin;
 using plan::Schedule;
 
-constexpr size_t some = 64; // cells looked at for the greatest values, at most
-
-// Adds up to `some` sites of each class: half of them the most pressed, half spread over all sites.
-void add_telling_sites(const PreparedSkin& skin, const Schedule& schedule, std::vector<Cell>& cells,
-                       std::vector<int>& classes) {
-    for (int q = QUANTITY_SA1; q < REDUCED_MAPS; ++q) {
-        std::vector<std::pair<double, const Site*>> all;
-        for (const Site& site : skin.description.sites)
-            if (int(site.type) == q)
-                all.push_back({std::abs(schedule.map_of(size_t(q))[skin.number_of(site.cell)]), &site});
-        std::ranges::stable_sort(all, [](auto& a, auto& b) { return a.first > b.first; });
-        for (size_t i = 0; i < std::min(some, all.size()); ++i) {
-            const auto& [pressure, site] = all[i < some / 2 ? i : i * (all.size() - 1) / std::max<size_t>(some - 1, 1)];
-            cells.push_back(site->cell);
-            classes.push_back(q);
-        }
-    }
-}
-
 // The roundings of a mean over all cells, in units of the greatest value: one for each level of a tile's tree that
 // joins columns, by the mean of the values' magnitudes. In models of products: the roundings of a sum and of its
 // division.
@@ -354,9 +335,14 @@ void solve(const PreparedSkin& skin, const Schedule& schedule, const std::vector
     const std::vector<Element> elements = schedule.modes.empty() ? needed.materials : elements_of(skin, schedule);
     plan::FrameFeed feed(schedule, skin.width());
     plan::Timeline timeline(schedule, elements, skin.rule, Method::exact);
+    const long long telling = products && schedule.derives ? telling_outputs(skin, schedule)[QUANTITY_STRAIN] : -1;
+    std::vector<std::vector<double>> maps;
     for (plan::Step step; timeline.next(step);) {
         feed.before(step, [&](const std::vector<double>& frame) { stepper->frame(frame); });
         stepper->press(step);
+        if (telling < 0 || (step.trace != telling && step.trace + 1 != schedule.outputs)) continue;
+        stepper->read({Quantity::curvature}, maps); // products have it in no point
+        take(size_t(Quantity::curvature), 0, largest_of(maps[0]));
     }
 }
 
@@ -370,52 +356,16 @@ Arithmetic arithmetic_of(Precision precision, bool separable) {
             .stored = least};
 }
 
-namespace {
-
-// Those of one product.
-std::vector<Cell> telling_cells_of(const PreparedSkin& skin, const Schedule& schedule) {
-    const std::vector<double>& p = schedule.pressure;
-    const size_t width = size_t(skin.width());
-    const auto element = [&](size_t i) -> const Element& { return skin.materials[skin.material_at(i)]; };
-    std::vector<size_t> chosen;
-    const auto choose = [&](size_t count, auto measure) {
-        std::vector<std::pair<double, size_t>> best; // the greatest ones, the least of them first
-        const auto later = std::greater<std::pair<double, size_t>>();
-        for (size_t i = 0; i < p.size(); ++i) {
-            const double m = measure(i);
-            if (!(m > 0) || (best.size() == count && m <= best.front().first)) continue;
-            if (best.size() == count) std::pop_heap(best.begin(), best.end(), later), best.pop_back();
-            best.push_back({m, i});
-            std::push_heap(best.begin(), best.end(), later);
-        }
-        for (const auto& [m, i] : best) chosen.push_back(i);
-    };
-    const size_t count = skin.uniform() ? 4 : some / 2;
-    choose(count, [&](size_t i) { return final_strain(element(i), std::abs(p[i])); });
-    choose(count, [&](size_t i) { return strain_rate(element(i), std::abs(p[i])); });
-    const size_t more = std::min(some, p.size());
-    for (size_t i = 0; i < more; ++i) chosen.push_back((2 * i + 1) * p.size() / (2 * more));
-    std::vector<Cell> cells;
-    for (size_t i : chosen) cells.push_back({int(i % width), int(i / width)});
-    return cells;
-}
-
-} // namespace
-
-std::vector<Cell> telling_cells(const PreparedSkin& skin, const Schedule& schedule) {
-    std::vector<Cell> cells = telling_cells_of(skin, schedule);
-    for (const Schedule& other : schedule.others)
-        for (const Cell& c : telling_cells_of(skin, other)) cells.push_back(c);
-    return cells;
-}
-
 Peaks measured_peaks(const PreparedSkin& skin, const Schedule& schedule) {
     const bool whole = !schedule.output.traces.empty() || !schedule.output.fields.empty();
     std::vector<Cell> points;
     if (whole) points = telling_cells(skin, schedule);
     const size_t cells = points.size();
     std::vector<int> classes(cells, reduced::every_quantity);
-    add_telling_sites(skin, schedule, points, classes);
+    for (size_t i : telling_sites(skin, schedule)) {
+        points.push_back(skin.description.sites[i].cell);
+        classes.push_back(int(skin.description.sites[i].type));
+    }
     Peaks peaks{};
     if (points.empty()) return peaks;
     solve(skin, schedule, points, classes, [&](size_t q, size_t point, double x) {

@@ -24,10 +24,6 @@ struct Arithmetic {
 };
 Arithmetic arithmetic_of(Precision, bool separable);
 
-// Cells where outputs are likely to be greatest: the softest and the most fluid ones under pressure come first, then
-// some from all over.
-std::vector<Cell> telling_cells(const plan::PreparedSkin&, const plan::Schedule&);
-
 // Lower bounds of the largest |X_exact|, from the exact solution in some cells.
 struct Peaks {
     Errors all;   // over all cells: of traces and fields

@@ -3,6 +3,8 @@
 
 #include "host/core/model/laplacian.hpp"
 #include "host/core/model/site_cells.hpp"
+#include "host/lab/schedule/cell.hpp"
+#include "host/lab/schedule/timeline.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -115,6 +117,119 @@ void take_gains(const PreparedSkin& skin, const Schedule& schedule, const Read& 
         rest_curvature_row(skin, int(y), 0, int(width), rest.data());
         for (size_t x = 0; x < width; ++x) take(y * width + x, rest[x]);
     }
+}
+
+namespace {
+
+using Numbers = std::vector<size_t>;
+
+// The numbers below `count` with the greatest measures above 0, up to `most`, the greatest first.
+template <class Measure> Numbers greatest(size_t most, size_t count, Measure measure) {
+    std::vector<std::pair<double, size_t>> best; // the least of them first
+    const auto later = std::greater<std::pair<double, size_t>>();
+    for (size_t i = 0; i < count; ++i) {
+        const double m = measure(i);
+        if (!(m > 0) || (best.size() == most && m <= best.front().first)) continue;
+        if (best.size() == most) std::pop_heap(best.begin(), best.end(), later), best.pop_back();
+        best.push_back({m, i});
+        std::push_heap(best.begin(), best.end(), later);
+    }
+    std::sort_heap(best.begin(), best.end(), later);
+    Numbers numbers;
+    for (const auto& [m, i] : best) numbers.push_back(i);
+    return numbers;
+}
+
+// Above 0, up to 1. The cells where it is greatest lie evenly over any part of a skin: its factors are two powers of
+// the plastic number, so that no width makes columns of these cells.
+double turn(size_t cell, size_t width) {
+    const double way = 0.7548776662466927 * double(cell % width) + 0.5698402909980532 * double(cell / width);
+    return 1 - (way - std::floor(way));
+}
+
+// The first of each list, then the second of each, and so on; each number once.
+Numbers in_turn(const std::vector<Numbers>& lists) {
+    Numbers all;
+    for (size_t i = 0, longest = std::ranges::max(lists, {}, [](auto&list) { return list.size(); }).size(); i < longest;
+         ++i)
+        for (const Numbers& list : lists)
+            if (i < list.size() && std::ranges::find(all, list[i]) == all.end()) all.push_back(list[i]);
+    return all;
+}
+
+} // namespace
+
+std::vector<Cell> telling_cells(const PreparedSkin& skin, const Schedule& schedule) {
+    const size_t width = size_t(skin.width()), count = skin.cells(), few = skin.uniform() ? 4 : 32;
+    const auto element = [&](size_t i) -> const plan::Element& { return skin.materials[skin.material_at(i)]; };
+    std::vector<Numbers> lists;
+    for (size_t k = 0; k < schedule.products(); ++k) {
+        const std::vector<double>& p = schedule.product(k).pressure;
+        const std::vector<double> bent =
+            plan::laplacian(p, plan::without_spacing(skin.description.grid), skin.stencil, skin.edges);
+        lists.push_back(greatest(few, count, [&](size_t i) { return final_strain(element(i), std::abs(p[i])); }));
+        lists.push_back(greatest(few, count, [&](size_t i) { return strain_rate(element(i), std::abs(p[i])); }));
+        lists.push_back(greatest(4, count, [&](size_t i) { return std::abs(bent[i]); }));
+        lists.push_back(greatest(48, count, [&](size_t i) { return p[i] != 0 ? turn(i, width) : 0; }));
+    }
+    if (schedule.framed) lists.push_back({schedule.changed_most});
+    lists.push_back(greatest(16, count, [&](size_t i) { return turn(i, width); }));
+    std::vector<Cell> cells;
+    for (size_t i : in_turn(lists)) cells.push_back({int(i % width), int(i / width)});
+    return cells;
+}
+
+std::vector<size_t> telling_sites(const PreparedSkin& skin, const Schedule& schedule) {
+    const std::vector<Site>& sites = skin.description.sites;
+    const auto turn_of = [&](size_t i) { return turn(skin.number_of(sites[i].cell), size_t(skin.width())); };
+    std::vector<Numbers> lists;
+    for (size_t q = QUANTITY_SA1; q < REDUCED_MAPS; ++q) {
+        const auto is_of = [&](size_t i) { return size_t(sites[i].type) == q; };
+        const auto pressure = [&](size_t i) {
+            double sum = 0;
+            for (size_t k = 0; is_of(i) && k < schedule.products(); ++k)
+                sum += std::abs(schedule.product(k).map_of(q)[skin.number_of(sites[i].cell)]);
+            return sum;
+        };
+        lists.push_back(greatest(32, sites.size(), pressure));
+        lists.push_back(greatest(24, sites.size(), [&](size_t i) { return pressure(i) > 0 ? turn_of(i) : 0; }));
+        lists.push_back(greatest(8, sites.size(), [&](size_t i) { return is_of(i) ? turn_of(i) : 0; }));
+    }
+    return in_turn(lists);
+}
+
+std::array<long long, REDUCED_MAPS> telling_outputs(const PreparedSkin& skin, const Schedule& schedule) {
+    std::array<long long, REDUCED_MAPS> outputs{};
+    if (schedule.framed) {
+        const auto after = [&](const std::vector<double>& of_frames, long long frames) {
+            const double frame = double(std::ranges::max_element(of_frames) - of_frames.begin() + frames);
+            const double output = std::ceil(frame * *schedule.load.interval / schedule.time.step);
+            return std::min(static_cast<long long>(std::min(output, 1e18)), schedule.outputs - 1);
+        };
+        outputs.fill(after(schedule.frame_peaks, 0));
+        if (!schedule.frame_changes.empty())
+            outputs[QUANTITY_FA1] = outputs[QUANTITY_FA2] = after(schedule.frame_changes, 1);
+        return outputs;
+    }
+    const Schedule few = with_fewer_outputs(schedule, 512);
+    const size_t most = greatest_cell(schedule.pressure);
+    const auto first = skin.materials.begin() + std::ptrdiff_t(skin.material_at(most));
+    const std::vector<plan::Element> elements(first, first + std::ptrdiff_t(skin.chain.length));
+    plan::ProductCell<f64> cell(skin.chain, elements.data(), schedule.time.duration);
+    std::vector<f64::Coefficients> table;
+    plan::Timeline timeline(few, elements, skin.rule, few.every == 1 ? schedule.method : Method::exact);
+    std::array<double, REDUCED_MAPS> largest{};
+    for (plan::Step step; timeline.next(step);) {
+        if (!step.keep) continue;
+        plan::fill_table<f64>(step, elements, skin.chain, skin.rule, table);
+        cell.press(f64::load(step.start, step.rise, step.jump), table.data());
+        cell.keep();
+        for (size_t q = 0; q < REDUCED_MAPS; ++q) {
+            const double signal = std::abs(cell.signal(int(q)));
+            if (signal > largest[q] && step.trace >= 0) largest[q] = signal, outputs[q] = step.trace * few.every;
+        }
+    }
+    return outputs;
 }
 
 } // namespace dermis::planner

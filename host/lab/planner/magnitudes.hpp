@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The greatest pressures, curvatures and differences of what a run reads.
+// The greatest pressures, curvatures and differences of what a run reads, and where its outputs are likely to be
+// greatest.
 #pragma once
 
 #include "host/lab/schedule/schedule.hpp"
@@ -51,5 +52,14 @@ std::vector<PressedMaterial> pressed_materials(const plan::PreparedSkin&, const 
 // of a smaller value is up to twice as much of it.
 void take_gains(const plan::PreparedSkin&, const plan::Schedule&, const Read&, bool separable,
                 std::vector<PressedMaterial>&);
+
+// Where the planner looks for the greatest |X_exact|, and a witness for errors. Cells: in turn those that are strained
+// most, strained fastest and bent most, pressed ones from all over, and a few that need not be pressed.
+std::vector<Cell> telling_cells(const plan::PreparedSkin&, const plan::Schedule&);
+// The same of sites, as indices, up to 64 of each class: in turn those pressed most, pressed ones, and any.
+std::vector<size_t> telling_sites(const plan::PreparedSkin&, const plan::Schedule&);
+// The outputs at which strain and each response are likely to be greatest: under an envelope, in the cell pressed most
+// and among some hundreds of outputs; under frames, after the greatest pressure or change of it.
+std::array<long long, REDUCED_MAPS> telling_outputs(const plan::PreparedSkin&, const plan::Schedule&);
 
 } // namespace dermis::planner

@@ -9,6 +9,7 @@
 #include "host/lab/march/capabilities.hpp"
 #include "host/lab/march/march.hpp"
 #include "host/lab/planner/choice.hpp"
+#include "host/lab/planner/magnitudes.hpp"
 #include "host/lab/reduced/moments.hpp"
 #include "host/lab/reduced/sites.hpp"
 #include "host/lab/run/collector.hpp"
@@ -190,13 +191,14 @@ class Run {
             ++result_.steps;
             if (check_) check_->press(step, *stepper_);
             if (step.field >= 0) read_fields(step);
+            if (d_.witness) d_.witness->read(step, *stepper_);
             if (step.trace >= 0 && step.trace == most_strained_ && step.trace + 1 < schedule_.outputs)
                 most_curved_ = stepper_->estimate(skin_).curvature;
             if (step.trace >= 0) scene::reach(double(step.trace + 1) / double(schedule_.outputs), step.trace % 16 == 0);
         }
         stepper_->finish();
         if (check_) check_->finish();
-        if (d_.witness) result_.measured_error = d_.witness->measured_error();
+        if (d_.witness) d_.witness->tell(result_);
         result_.seconds = std::chrono::duration<double>(Clock::now() - start).count();
         if (!d_.sites_alone()) describe_end(like);
         result_.dispatches = stepper_->dispatches();
@@ -212,7 +214,7 @@ class Run {
             if (d_.witness) d_.witness->compare(step, sample);
         };
         if (d_.decision.model == Model::march) {
-            most_strained_ = most_strained_output(skin_, schedule_);
+            most_strained_ = planner::telling_outputs(skin_, schedule_)[QUANTITY_STRAIN];
             stepper_ = march(d_.device, skin_, schedule_, d_.decision.precision, sink);
         } else if (d_.moments) {
             stepper_ = reduced::separable(skin_, schedule_, d_.moments, d_.sites_alone(), sink);
@@ -251,7 +253,6 @@ class Run {
         result_.kinks = estimate.kinks;
         result_.greatest_curvature = std::max(estimate.curvature, most_curved_);
         result_.greatest_gain = std::abs(skin_.constants.curvature_length) * result_.greatest_curvature;
-        if (schedule_.framed) return; // its pressure is only the first frame
         std::vector<const double*> maps;
         for (size_t k = 0; k < schedule_.products(); ++k) maps.push_back(schedule_.product(k).pressure.data());
         long long count = 0;
@@ -275,15 +276,9 @@ class Run {
 
 // Presses the cell with the greatest pressure along lines and along parabolas between the frames of a sequence.
 void compare_holds(const plan::PreparedRun& run, Explanation& e) try {
-    scene::Frames& frames = *run.schedule.sequence;
-    std::vector<double> frame;
-    size_t cell = 0;
-    double peak = 1e-300; // no quotient by 0
-    for (long long k = 0; k < frames.maps(); ++k) {
-        frames.read(k, frame);
-        for (size_t i = 0; i < frame.size(); ++i)
-            if (std::abs(frame[i]) > peak) peak = std::abs(frame[cell = i]);
-    }
+    plan::FrameFeed frames(run.schedule, run.skin.width());
+    const size_t cell = planner::greatest_cell(run.schedule.pressure);
+    const double peak = std::max(run.schedule.pressure[cell], 1e-300); // no quotient by 0
     SkinDescription one;
     one.grid = {1, 1, {}}; // without curvature, so that responses are strain and rate
     std::vector<KelvinVoigt> elements;
@@ -295,10 +290,9 @@ void compare_holds(const plan::PreparedRun& run, Explanation& e) try {
     options.hold = Hold::parabolic;
     Skin bow(Device::cpu(1), one, options);
     double differ[2] = {}, greatest[2] = {1e-300, 1e-300};
-    for (long long k = 0; k < frames.maps(); ++k) {
-        frames.read(k, frame);
+    for (long long k = 0; k < run.schedule.sequence->maps(); ++k) {
         for (Skin* skin : {&line, &bow}) // a jump at the first frame
-            skin->press({float(frame[cell] / peak)}, k ? *run.schedule.load.interval : 0);
+            skin->press({float(frames.frame(k)[cell] / peak)}, k ? *run.schedule.load.interval : 0);
         for (size_t i = 0; i < 2; ++i) {
             const double x = line.response(options.responses[i])[0], y = bow.response(options.responses[i])[0];
             differ[i] = std::max(differ[i], std::abs(x - y));
@@ -323,6 +317,7 @@ SceneMaps maps(const Scene& scene) try {
         plan::rest_curvature_row(run.skin, y, 0, run.skin.width(), rest.data() + size_t(y) * width);
     }
     Map pressure = run.schedule.pressure;
+    if (run.schedule.framed) pressure = plan::FrameFeed(run.schedule, run.skin.width()).frame(0);
     if (scene::is_sum(scene)) pressure = scene::sum_of_maps(scene::validate(scene).scene);
     return {.surface = std::move(surface), .rest_curvature = std::move(rest), .pressure = pressure};
 }

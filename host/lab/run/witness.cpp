@@ -2,32 +2,19 @@
 #include "host/lab/run/witness.hpp"
 
 #include "host/lab/planner/magnitudes.hpp"
-#include "host/lab/schedule/cell.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <ranges>
 
 namespace dermis {
 namespace {
 
-constexpr long long most_outputs = 64; // under an envelope
-
-std::vector<Cell> places_of(const std::vector<WitnessCell>& cells) {
-    std::vector<Cell> places;
-    for (const WitnessCell& c : cells) places.push_back(c.cell);
-    return places;
-}
-
-std::vector<int> quantities_of(const std::vector<WitnessCell>& cells) {
-    std::vector<int> quantities;
-    for (const WitnessCell& c : cells) quantities.push_back(c.quantity);
-    return quantities;
-}
-
-// Under frames a witness takes every output.
-plan::Schedule outputs_of(const plan::Schedule& schedule) {
-    if (schedule.framed) return schedule;
-    return with_fewer_outputs(schedule, most_outputs);
+template <class T> std::vector<T> each(const std::vector<WitnessCell>& cells, T WitnessCell::*of) {
+    std::vector<T> all;
+    for (const WitnessCell& c : cells) all.push_back(c.*of);
+    return all;
 }
 
 // Cells that show most of a run's error, as many as a fiftieth of the run's time allows, 4 to 32. The last of the
@@ -38,18 +25,15 @@ std::vector<WitnessCell> witness_cells(const plan::PreparedSkin& skin, plan::Sch
     const double steps = schedule.framed ? double(taken.steps) : 64, cost = step_of_cell * double(skin.chain.length);
     const size_t count = size_t(std::clamp(share * taken.seconds / (steps * cost), 4.0, 32.0));
     std::vector<WitnessCell> chosen;
+    if (!schedule.others.empty()) return chosen; // no cell of a sum is stepped
     const std::vector<Site>& sites = skin.description.sites;
-    const size_t probes = schedule.output.probes.size(), of_sites = std::min(sites.size(), count);
-    for (size_t i = 0; i < of_sites; ++i) {
-        const size_t k = i * sites.size() / of_sites;
-        chosen.push_back({.cell = sites[k].cell, .quantity = int(sites[k].type), .column = probes + k});
-    }
+    for (size_t k : planner::telling_sites(skin, schedule) | std::views::take(count))
+        chosen.push_back({sites[k].cell, int(sites[k].type), schedule.output.probes.size() + k});
     if (schedule.output.traces.empty() && schedule.output.fields.empty()) return chosen;
-    const std::vector<Cell> cells = planner::telling_cells(skin, schedule);
-    for (size_t i = 0; i < std::min(cells.size(), count); ++i) { // half of them from all over
-        const size_t k = i % 2 == 0 ? i / 2 : (i + 1) * (cells.size() - 1) / count;
-        chosen.push_back({.cell = cells[k], .quantity = WitnessCell::traced, .column = schedule.points.size()});
-        schedule.points.push_back(cells[k]);
+    schedule.keeps_maps = true; // for means and extremes
+    for (const Cell& cell : planner::telling_cells(skin, schedule) | std::views::take(count)) {
+        chosen.push_back({cell, WitnessCell::traced, schedule.points.size()});
+        schedule.points.push_back(cell);
     }
     return chosen;
 }
@@ -58,25 +42,25 @@ std::vector<WitnessCell> witness_cells(const plan::PreparedSkin& skin, plan::Sch
 
 Witness::Witness(const plan::PreparedSkin& skin, const plan::Schedule& schedule, const std::vector<WitnessCell>& cells,
                  const planner::Peaks& scale, double stored)
-    : whole_(schedule), schedule_(outputs_of(schedule)), cells_(skin, pressed_cells(whole_), places_of(cells)),
+    : whole_(schedule), schedule_(schedule.framed ? schedule : with_fewer_outputs(schedule, 64)),
+      cells_(skin, {.box = {0, skin.height(), 0, skin.tiles}}, each(cells, &WitnessCell::cell)), // those around too
       materials_(schedule.framed && !schedule.modes.empty() ? elements_of(skin, schedule) : cells_.materials),
-      rule_(skin.rule), scale_(scale), stored_(stored),
+      rule_(skin.rule), scale_(scale), stored_(stored), telling_(planner::telling_outputs(skin, schedule)),
       constants_(plan::constants_of<extended>(skin, schedule.pressed)),
-      deep_(skin, schedule_, cells_, quantities_of(cells)), stepper_(skin, schedule_, cells_, deep_.places),
-      timeline_(schedule_, materials_, rule_, Method::exact), references_(schedule_, materials_, rule_),
-      lanes_(materials_.size() * (1 + schedule.bent())) {
-    const plan::PressedCells pressed = pressed_cells(whole_);
+      deep_(skin, schedule_, cells_, each(cells, &WitnessCell::quantity)),
+      stepper_(skin, schedule_, cells_, deep_.places), timeline_(schedule_, materials_, rule_, Method::exact),
+      references_(schedule_, materials_, rule_), lanes_(materials_.size() * (1 + schedule.bent())) {
     for (const WitnessCell& c : cells)
         points_.push_back({.of = c,
                            .number = skin.number_of(c.cell),
                            .at = {skin, cells_, c.cell},
-                           .pressed = ever_pressed(pressed, skin.number_of(c.cell), skin.width()),
+                           .surface = (long double)skin.heights[skin.number_of(c.cell)] * skin.relief,
                            .deep = deep_.of_point[points_.size()]});
     field_.resize(points_.size());
 }
 
 void Witness::advance(scene::Instant end) {
-    for (bool first = true;; first = false) {
+    for (bool first = true; !points_.empty(); first = false) {
         if (!next_ && !timeline_.next(next_.emplace())) return next_.reset();
         const bool impulse = next_->impulse >= 0; // these come before the fields that precede them
         if (!impulse && (end < next_->end || (next_->leads() && !first))) return; // before its frames are given
@@ -130,7 +114,7 @@ void Witness::press(const plan::Step& step) {
 // Under an envelope FA2 as a mean over a step is left out: steps here are longer, and far beyond the retardation time a
 // mean is the small difference of two large rates, in long double too.
 bool Witness::knows(Quantity q) const {
-    return q <= Quantity::curvature &&
+    return schedule_.others.empty() &&
            !(!schedule_.framed && q < Quantity::curvature && schedule_.follows[size_t(q)]) &&
            !(q == Quantity::fa2 && rule_.step_mean && !schedule_.framed);
 }
@@ -143,16 +127,18 @@ bool Witness::compares(const Point& p, Quantity q) const {
 }
 
 long double Witness::value(const Point& p, Quantity q) const {
-    if (p.pressed || p.deep[size_t(q)]) return stepper_.value(p.at, q, p.deep[size_t(q)], constants_, lanes_.data());
-    return q == Quantity::curvature ? p.at.rest_curvature : 0;
+    const auto at = [&](Quantity of, size_t deep) { return stepper_.value(p.at, of, deep, constants_, lanes_.data()); };
+    if (q == Quantity::deformation) return p.surface - constants_.thickness * at(Quantity::strain, 0);
+    return at(q, p.deep[size_t(q)]);
 }
 
 void Witness::compare(const plan::Step& step, const plan::Sample& sample) {
+    if (step.trace >= 0) totals_ = sample.totals;
     if (step.trace < 0 || outputs_.empty() || outputs_.front().row != step.trace) return;
     const std::vector<long double> values = std::move(outputs_.front().values);
     outputs_.pop_front();
     auto exact = values.begin();
-    for (const Point& p : points_)
+    for (Point& p : points_)
         for (size_t q = 0; q < REDUCED_MAPS; ++q)
             if (compares(p, Quantity(q)))
                 take(sample.points[q * whole_.points.size() + p.of.column], *exact++, p, Quantity(q));
@@ -165,50 +151,51 @@ void Witness::compare(Quantity q, const std::vector<double>& map) {
             take(map[points_[i].number], field_[i][size_t(q)], points_[i], q);
 }
 
-void Witness::take(double x, long double exact, const Point& p, Quantity q) {
-    const double off = double(std::abs((long double)x - exact));
+// Where totals differ from those of the run's map, they or a value of the map are off by half of it or more.
+void Witness::read(const plan::Step& step, plan::Stepper& run) {
+    std::vector<std::vector<double>> map;
+    for (Quantity q : whole_.output.traces) {
+        if (step.trace < 0 || step.trace != telling_[size_t(q)]) continue;
+        run.read({q}, map);
+        const auto [least, greatest] = std::ranges::minmax(map[0]);
+        const long double mean = std::accumulate(map[0].begin(), map[0].end(), 0.0L) / (long double)map[0].size();
+        const plan::Totals& given = totals_[size_t(q)];
+        take(std::abs(given.mean - double(mean)) / 2, q, scale_.all);
+        if (!whole_.output.extremes) continue;
+        take(std::max(std::abs(given.min - least), std::abs(given.max - greatest)) / 2, q, scale_.all);
+    }
+}
+
+void Witness::take(double x, long double exact, Point& p, Quantity q) {
+    p.compared = true;
+    take(double(std::abs((long double)x - exact)), q, p.of.quantity == WitnessCell::traced ? scale_.all : scale_.sites);
+}
+
+void Witness::take(double off, Quantity q, const planner::Errors& scale) {
     const double gain = double(std::max(std::abs(constants_.gain_plus), std::abs(constants_.gain_minus)));
-    const planner::Errors& scale = p.of.quantity == WitnessCell::traced ? scale_.all : scale_.sites;
     const double greatest = scale[size_t(q)] * (q == Quantity::fa2 ? gain : 1);
     if (off <= 5 * stored_ && greatest <= stored_) return; // an output that is 0 throughout
     const double error = off / std::max(greatest, stored_);
     error_ = std::isnan(error) ? INFINITY : std::max(error_, error);
 }
 
+void Witness::tell(Result& result) const {
+    for (const Point& p : points_)
+        result.measured_cells += p.compared && (whole_.pressure[p.number] != 0 || std::ranges::max(p.deep) > 0);
+    if (result.measured_cells > 0 || error_ > 0) result.measured_error = error_;
+    const auto add = [&](const std::string& name) {
+        (result.unmeasured += result.unmeasured.empty() ? "" : ", ") += name;
+    };
+    for (size_t q = 0; q < REDUCED_MAPS; ++q)
+        if (whole_.wanted[q] && !knows(Quantity(q))) add(name(Quantity(q)) + std::string(" in cells"));
+    if (!result.impulses.empty()) add("impulses");
+}
+
 std::unique_ptr<Witness> witness_of(plan::PreparedRun& run, const Candidate& taken, const planner::Peaks& peaks) {
-    const bool frames_of_baseline = run.schedule.framed && run.schedule.method != Method::exact;
-    if (run.schedule.method == Method::published || frames_of_baseline || !run.schedule.others.empty()) return nullptr;
     const std::vector<WitnessCell> cells = witness_cells(run.skin, run.schedule, taken);
     const Precision precision = taken.model == Model::march ? taken.precision : Precision::f64;
     return std::make_unique<Witness>(run.skin, run.schedule, cells, peaks,
                                      planner::arithmetic_of(precision, false).stored);
-}
-
-long long most_strained_output(const plan::PreparedSkin& skin, const plan::Schedule& schedule) {
-    if (schedule.framed) {
-        const std::vector<double>& peaks = schedule.frame_peaks;
-        const double frame = double(std::ranges::max_element(peaks) - peaks.begin());
-        const double output = std::ceil(frame * *schedule.load.interval / schedule.time.step);
-        return std::min(static_cast<long long>(std::min(output, 1e18)), schedule.outputs - 1);
-    }
-    const plan::Schedule few = with_fewer_outputs(schedule, 512);
-    const size_t most = planner::greatest_cell(schedule.pressure);
-    const auto first = skin.materials.begin() + std::ptrdiff_t(skin.material_at(most));
-    const std::vector<plan::Element> elements(first, first + std::ptrdiff_t(skin.chain.length));
-    plan::ProductCell<f64> cell(skin.chain, elements.data(), schedule.time.duration);
-    std::vector<f64::Coefficients> table;
-    plan::Timeline timeline(few, elements, skin.rule, few.every == 1 ? schedule.method : Method::exact);
-    double greatest = 0;
-    long long output = 0;
-    for (plan::Step step; timeline.next(step);) {
-        if (!step.keep) continue;
-        plan::fill_table<f64>(step, elements, skin.chain, skin.rule, table);
-        cell.press(f64::load(step.start, step.rise, step.jump), table.data());
-        cell.keep();
-        const double strain = std::abs(cell.signal(QUANTITY_STRAIN));
-        if (strain > greatest && step.trace >= 0) greatest = strain, output = step.trace * few.every;
-    }
-    return output;
 }
 
 } // namespace dermis

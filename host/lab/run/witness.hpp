@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Cells that are computed beside a run in long double, by steps of their own: the run's error there is measured, not
 // bounded.
+// So is that of means and extremes, by those of the run's own maps.
 #pragma once
 
 #include "dermis/run.hpp"
@@ -35,8 +36,10 @@ class Witness {
     void compare(const plan::Step&, const plan::Sample&);
     // Compares a field of the run at its last instant, width*height.
     void compare(Quantity, const std::vector<double>& map);
-    // The greatest |X - X_exact| so far, by the greatest |X_exact| of its quantity.
-    double measured_error() const { return error_; }
+    // Compares means and extremes at the outputs where a trace is greatest. To be called after each step of the run.
+    void read(const plan::Step&, plan::Stepper&);
+    // Sets measured_error, measured_cells and unmeasured, after the last output.
+    void tell(Result&) const;
 
   private:
     using Extended = plan::SiteStepper<extended>;
@@ -44,8 +47,9 @@ class Witness {
         WitnessCell of;
         size_t number; // of the cell, y*width + x
         plan::SitePlace<extended> at;
-        bool pressed;                                             // ever
+        long double surface;                                      // m, at rest
         std::array<size_t, size_t(Quantity::curvature) + 1> deep; // DeepCells::of_point
+        bool compared = false;                                    // ever
     };
     // The values at an output: of each cell and quantity that is compared.
     struct Output {
@@ -57,7 +61,8 @@ class Witness {
     long double value(const Point&, Quantity) const;
     bool knows(Quantity) const;
     bool compares(const Point&, Quantity) const;
-    void take(double x, long double exact, const Point&, Quantity);
+    void take(double x, long double exact, Point&, Quantity);
+    void take(double off, Quantity, const planner::Errors& scale);
 
     const plan::Schedule whole_;
     const plan::Schedule schedule_;
@@ -66,6 +71,7 @@ class Witness {
     const plan::ResponseRule rule_;
     const planner::Peaks scale_;
     const double stored_;
+    const std::array<long long, REDUCED_MAPS> telling_; // planner::telling_outputs
     extended::Constants constants_;
     const plan::DeepCells deep_;
     Extended stepper_;
@@ -73,19 +79,15 @@ class Witness {
     plan::References references_;
     std::vector<Point> points_;
     std::vector<extended::LaneCoefficients> lanes_;
-    std::vector<std::array<long double, size_t(Quantity::curvature) + 1>> field_; // of each point, at the last field
-    std::optional<plan::Step> next_; // the step that advance() has not come to
-    std::deque<Output> outputs_;     // outputs that the run has not delivered yet
-    double error_ = 0;
+    std::vector<std::array<long double, size_t(Quantity::deformation) + 1>> field_; // of each point, at the last field
+    std::optional<plan::Step> next_;                  // the step that advance() has not come to
+    std::deque<Output> outputs_;                      // outputs that the run has not delivered yet
+    std::array<plan::Totals, REDUCED_MAPS> totals_{}; // at the last output that the run has delivered
+    double error_ = 0; // the greatest |X - X_exact| so far, by the greatest |X_exact| of its quantity
 };
 
 // The witness of a run by a candidate, in some 4 to 32 cells or sites. Cells become the last of the schedule's points.
-// Null where X_exact is not what the exact method computes (Method::published), where a baseline takes frames, and
-// where the load is a sum of products.
+// Of a sum of loads only means and extremes are compared.
 std::unique_ptr<Witness> witness_of(plan::PreparedRun&, const Candidate&, const planner::Peaks&);
-
-// The output at which strain is likely to be greatest: under an envelope, in the cell pressed most and among some
-// hundreds of outputs; under frames, the output that follows the greatest pressure.
-long long most_strained_output(const plan::PreparedSkin&, const plan::Schedule&);
 
 } // namespace dermis

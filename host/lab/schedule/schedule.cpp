@@ -44,19 +44,25 @@ void take_sequence(Schedule& s, const PreparedSkin& skin) {
     const double scale = std::abs(s.load.intensity);
     s.material_peaks.assign(skin.materials.size(), 0);
     std::vector<double> frame, before, rest(skin.cells());
+    s.pressure = rest;
+    std::vector<double>& greatest = s.pressure.edit();
+    double most = 0; // change
     for (long long k = 0; k < s.sequence->maps(); ++k) {
         before.swap(frame);
         s.sequence->read(k, frame);
         if (!s.crests.empty()) scene::press_crests(s.load, s.crests, skin.width(), s.load.intensity, frame);
-        widen(s.pressed, frame, skin.width(), skin.height());
         s.frame_peaks.push_back(greatest_change(rest, frame) * scale);
         if (k > 0) s.frame_changes.push_back(greatest_change(before, frame) * scale);
-        for (size_t i = 0; !skin.uniform() && i < frame.size(); ++i) {
-            double& greatest = s.material_peaks[skin.material_at(i)];
-            greatest = std::max(greatest, std::abs(frame[i]) * scale);
+        for (size_t i = 0; i < frame.size(); ++i) {
+            greatest[i] = std::max(greatest[i], std::abs(frame[i]) * scale);
+            if (k > 0 && std::abs(frame[i] - before[i]) > most)
+                most = std::abs(frame[i] - before[i]), s.changed_most = i;
         }
     }
-    if (skin.uniform()) s.material_peaks[0] = *std::ranges::max_element(s.frame_peaks);
+    for (size_t i = 0; i < greatest.size(); ++i) {
+        double& peak = s.material_peaks[skin.material_at(i)];
+        peak = std::max(peak, greatest[i]);
+    }
 }
 
 // Sets the half-spaces, and makes the maps below them.
@@ -155,13 +161,12 @@ static Schedule make_one(const scene::ValidatedScene& validated, const PreparedS
     s.sequence = validated.frames;
     s.framed = s.sequence != nullptr;
     s.pressed = {.first_row = skin.height(), .last_row = 0, .first_tile = skin.tiles, .last_tile = 0}; // empty
-    s.pressure = scene::pressure_map(validated);
-    if (scene.load.contact == Load::Contact::crests) {
-        s.crests = scene::crest_factors(scene, skin.heights);
-        scene::press_crests(s.load, s.crests, skin.width(), 1, s.pressure.edit());
-    }
+    const bool crests = scene.load.contact == Load::Contact::crests;
+    if (crests) s.crests = scene::crest_factors(scene, skin.heights);
     if (s.framed) take_sequence(s, skin);
-    else widen(s.pressed, s.pressure, skin.width(), skin.height());
+    else s.pressure = scene::pressure_map(validated);
+    if (crests && !s.framed) scene::press_crests(s.load, s.crests, skin.width(), 1, s.pressure.edit());
+    widen(s.pressed, s.pressure, skin.width(), skin.height());
     if (s.pressed.last_row == 0) s.pressed = {};
     return s;
 }
@@ -207,7 +212,7 @@ Schedule with_fewer_outputs(const Schedule& schedule, long long most) {
 }
 
 PressedCells pressed_cells(const Schedule& schedule) {
-    return {schedule.pressed, schedule.framed ? nullptr : schedule.pressure.data(), schedule.spreads()};
+    return {schedule.pressed, schedule.pressure.data(), schedule.spreads()};
 }
 
 Variant variant_of(const PreparedSkin& skin, const Schedule& schedule, Precision precision) {

@@ -17,7 +17,7 @@ struct Schedule {
     Load load; // validated
     Time time;
     Output output;
-    Map pressure;    // Pa, width*height; the first frame of a sequence
+    Map pressure;    // Pa, width*height; of a sequence the greatest |pressure| of each cell over all frames
     double unit = 1; // Pa: the maps are in this unit, a power of two (in_units)
     // Above the receptors of each class; null: they answer to their cell alone. Classes of equal depth share one.
     std::array<std::shared_ptr<const HalfSpace>, REDUCED_MAPS> half_space;
@@ -32,6 +32,7 @@ struct Schedule {
     std::shared_ptr<scene::Frames> sequence;  // null if the load is not known by frames
     std::vector<double> frame_peaks;          // greatest |pressure| of each frame of a sequence, Pa
     std::vector<double> frame_changes;        // greatest |change| of a cell's pressure from each frame to the next, Pa
+    size_t changed_most = 0;                  // the cell of the greatest of these changes
     std::vector<double> material_peaks;       // greatest |pressure| on each material over all frames, Pa
     PressedBox pressed;
     long long outputs = 0;                   // number of output times

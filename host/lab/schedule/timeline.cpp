@@ -181,7 +181,9 @@ void Timeline::lead(Instant from, Instant to) {
 Step Timeline::held_step(long long n) {
     Step s;
     s.coefficients = regular_;
-    s.time = output_time(n).t;
+    s.begin = output_time(n - 1);
+    s.end = output_time(n);
+    s.time = s.end.t;
     s.length = schedule_.time.step;
     s.start = load_.after(output_time(n - 1));
     s.jump = s.start - (n > 1 ? load_.after(output_time(n - 2)) : 0);

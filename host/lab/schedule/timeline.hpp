@@ -122,9 +122,9 @@ class FrameFeed {
   public:
     FrameFeed(const Schedule& schedule, int width) : schedule_(schedule), width_(width) {}
     void before(const Step&, const std::function<void(const std::vector<double>&)>& give);
+    const std::vector<double>& frame(long long k); // Pa; after the last frame the last one; until the next call
 
   private:
-    const std::vector<double>& frame(long long k);
     const std::vector<double>& pressure(const FramePlace&);
 
     const Schedule& schedule_;
