@@ -2,6 +2,7 @@
 // labels: device threads
 // What is pressed to a depth beside a round punch: elliptic punches, balls, and cells by themselves.
 #include "host/lab/output/warnings.hpp"
+#include "tests/oracle/real.hpp"
 #include "tests/support.hpp"
 
 #include <filesystem>
@@ -66,7 +67,116 @@ std::string depth_frames(const Grid& g, const std::vector<std::vector<double>>& 
     return path.string();
 }
 
+using oracle::Real;
+
+// The integral of (1 - x^2 - y^2)^(-1/2), or of (1 - x^2 - y^2)^(1/2), over what the rectangle from [0, 0] to [u, v]
+// and the unit circle have in common.
+Real to_corner(Real u, Real v, bool flat) {
+    const Real one = 1.0, s2 = one - u * u - v * v, s = sqrt(s2 < Real(0.0) ? Real(0.0) : s2), across = atan2(v, s),
+               down = atan2(u, s), both = atan2(u * v, s);
+    if (flat) return u * across + v * down - both;
+    return (Real(2.0) * (u * v * s - both) + u * (Real(3.0) - u * u) * across + v * (Real(3.0) - v * v) * down) /
+           Real(6.0);
+}
+
+// The same over the cell x columns and y rows from the middle, in an ellipse of the half-axes a and b in cells.
+Real in_cell(int x, int y, const Real& a, const Real& b, bool flat) {
+    const auto corner = [&](double i, double j) {
+        const Real u = Real(std::abs(i)) / a, v = Real(std::abs(j)) / b, one = 1.0;
+        const Real at = to_corner(u < one ? u : one, v < one ? v : one, flat);
+        return i * j < 0 ? -at : at;
+    };
+    return corner(x + 0.5, y + 0.5) - corner(x - 0.5, y + 0.5) - corner(x + 0.5, y - 0.5) + corner(x - 0.5, y - 0.5);
+}
+
+// Units of double's last place by which some cells of a map are off `factor` times the integrals, at most: the cells
+// beside the middle, those around some points of the rim, and some others.
+double units_off(const Scene& s, const Map& map, const Real& factor, const Real& a, const Real& b, bool flat) {
+    const int width = s.grid.width, height = s.grid.height, x0 = s.load.center ? s.load.center->x : width / 2,
+              y0 = s.load.center ? s.load.center->y : height / 2;
+    double worst = 0;
+    const auto look = [&](int x, int y) {
+        if (x < 0 || y < 0 || x >= width || y >= height) return;
+        const Real exact = factor * in_cell(x - x0, y - y0, a, b, flat);
+        const double is = map[size_t(y) * size_t(width) + size_t(x)], rounded = double(exact.rounded());
+        const double off = double(abs(Real(is) - exact).rounded());
+        const double of =
+            flat ? std::abs(rounded) : *std::ranges::max_element(map); // the rim of a ball's contact moves
+        if (off > 1e-60) worst = std::max(worst, off / (of * 0x1p-52));
+    };
+    const double A = double(a.rounded()), B = double(b.rounded());
+    for (int i = 0; i < 40; ++i) {
+        const double angle = std::numbers::pi / 2 * std::pow(i / 39.0, 1 + i % 3);
+        for (int k = 0; k < 16; ++k)
+            look(x0 + int(A * std::cos(angle)) + k / 4 - 2, y0 + int(B * std::sin(angle)) + k % 4 - 2);
+        look(int(1e9 * angle) % width, int(7e8 * angle) % height);
+    }
+    for (int k = 0; k < 9; ++k) look(x0 + k / 3 - 1, y0 + k % 3 - 1);
+    return worst;
+}
+
 } // namespace
+
+TEST_CASE("every cell of a punch's map is right to two units of double's last place") {
+    double worst = 0;
+    for (auto [a, b] : {std::pair{1, 1},
+                        {1, 2},
+                        {2, 3},
+                        {3, 3},
+                        {5, 4},
+                        {7, 30},
+                        {20, 20},
+                        {100, 99},
+                        {220, 220},
+                        {300, 1},
+                        {1, 65536},
+                        {997, 1000},
+                        {1000, 20},
+                        {4096, 4096},
+                        {65536, 65536}}) {
+        CAPTURE(a);
+        CAPTURE(b);
+        Scene s = flat_skin(3, 1e-4);
+        const auto beyond = [](int n) { return std::clamp(n + 3, 8, n > 5000 ? 8 : 1010); };
+        s.grid.width = beyond(a), s.grid.height = beyond(b);
+        s.load.kind = Load::Kind::punch;
+        s.load.radius = a, s.load.radius_y = b;
+        s.load.intensity = 0x1p-10;
+        const Real A = double(a), B = double(b);
+        Real mean = A, other = B;
+        for (int i = 0; i < 20; ++i) {
+            const Real product = mean * other;
+            mean = (mean + other) / Real(2.0);
+            other = sqrt(product);
+        }
+        for (Cell center : {Cell{1, 2}, Cell{s.grid.width - 1, s.grid.height - 1}}) {
+            s.load.center = center;
+            s.output.probes = {center};
+            const Real factor = mean * Real(0x1p-10) / (Real::pi() * (Real(1.0) - Real(nu) * Real(nu)) * Real(1e-4));
+            const double off = units_off(s, maps(s).pressure, factor, A, B, true);
+            CHECK(off <= 2);
+            worst = std::max(worst, off);
+        }
+    }
+    CHECK(worst > 0.5); // so that the reference is not the map itself
+}
+
+TEST_CASE("every cell below a ball has its strain to two units of the last place of the greatest strain") {
+    double worst = 0;
+    for (double depth : {0x1p-40, 0x1p-24, 0x1p-16, 0x1p-12, 0x1p-9}) // contacts of 0.0007 cells to 31 cells
+        for (double spacing : {1e-4, 1e-5}) {
+            CAPTURE(depth);
+            CAPTURE(spacing);
+            Scene s = ball(spacing < 1e-4 ? 700 : 70, spacing, depth);
+            const Real R = 5e-3, a = sqrt(R * Real(depth)) / Real(spacing);
+            const Real factor =
+                Real(2.0) * sqrt(R * Real(depth)) * a * a / (Real::pi() * (Real(1.0) - Real(nu) * Real(nu)) * R);
+            const double off = units_off(s, maps(s).pressure, factor, a, a, false);
+            CHECK(off <= 2);
+            worst = std::max(worst, off);
+        }
+    CHECK(worst > 0.5);
+}
 
 TEST_CASE("an elliptic punch has Johnson's force and pressure, and with equal half-axes it is the round one") {
     for (auto [a, b] : {std::pair{20, 8}, {5, 25}, {12, 12}}) {

@@ -59,6 +59,8 @@ class Real {
 
     friend Real exp(const Real& a) { return unary(mpfr_exp, a); }
     friend Real abs(const Real& a) { return unary(mpfr_abs, a); }
+    friend Real sqrt(const Real& a) { return unary(mpfr_sqrt, a); }
+    friend Real atan2(const Real& y, const Real& x) { return binary(mpfr_atan2, y, x); }
     friend std::pair<Real, Real> sine_and_cosine(const Real& a) {
         std::pair<Real, Real> r;
         mpfr_sin_cos(r.first.x_, r.second.x_, a.x_, MPFR_RNDN);
