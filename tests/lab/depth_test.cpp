@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // labels: threads
 // Receptors below the surface: they answer to the stress, or to the strain, that all cells cause at their depth.
-#include "host/core/base/arc_tangent.hpp"
 #include "host/lab/planner/materials.hpp"
 #include "tests/oracle/exact.hpp"
 #include "tests/support.hpp"
@@ -9,8 +8,7 @@
 #include <filesystem>
 #include <fstream>
 #include <numbers>
-
-#include <mpfr.h>
+#include <random>
 
 using namespace test;
 
@@ -39,6 +37,16 @@ template <class Of> std::vector<double> round_map(int cells, Of of) {
     for (int y = 0; y < cells; ++y)
         for (int x = 0; x < cells; ++x) map.push_back(of(std::hypot(x - cells / 2, y - cells / 2)));
     return map;
+}
+
+// The least number >= n without prime factors above 5.
+int smooth_number(int n) {
+    for (;; ++n) {
+        int rest = n;
+        for (int factor : {2, 3, 5})
+            while (rest % factor == 0) rest /= factor;
+        if (rest == 1) return n;
+    }
 }
 
 double at_end(const Scene& s) { return run(s).traces[0].probes[0].back() * *s.material.modulus; }
@@ -138,38 +146,85 @@ TEST_CASE("every cell has the sum over all cells, of a stress and of a strain") 
     }
 }
 
-// Two depths travel as real and imaginary part of one transform, whose rounding errors reach both maps. At depths of
-// receptors each map is within 1e-3 of the bound that it would have alone. A map far smaller than the other one is not.
-TEST_CASE("a deep and a shallow class that share a transform are each within the planner's bound") {
-    const int width = 48, height = 40, cells = width * height; // above 1,024 cells, where transforms are used
-    Scene s = ridged(width, height);
-    s.load = {.kind = Load::Kind::map};
-    for (int i = 0; i < cells; ++i) s.load.map.edit().push_back(1e4 * std::abs(std::sin(3.0 * i)) * (i % 5));
-    for (const auto& [shallow, deep, beyond] : {std::tuple{3e-4, 2e-3, false}, {1e-4, 1.0, true}}) {
-        s.receptors.depth = {.sa1 = shallow, .fa2 = deep};
-        const plan::PreparedRun run = plan::prepare_run(s);
-        const planner::DeepMaterials materials = planner::deep_materials(
-            run.skin, run.schedule, planner::arithmetic_of(Precision::f64, true), {.everything = true, .quantity = 0});
-        for (const auto& [q, depth] : {std::pair{size_t(QUANTITY_SA1), shallow}, {size_t(QUANTITY_FA2), deep}}) {
+TEST_CASE("what a cell adds is right to its last place, however near, deep or far away it is") {
+    for (double depth : {0.05, 0.9, 1.9, 2.1, 3.9, 4.1, 30.0, 44.0, 46.0, 1000.0, 2e4}) // cells
+        for (std::optional<double> poisson : {std::optional<double>(), {0.3}}) {
             CAPTURE(depth);
-            std::vector<long double> weights;
-            for (int i = 0; i < cells; ++i)
-                weights.push_back(oracle::below_cell(5e-5L * (i % width), 5e-5L * (i / width), 5e-5L, depth, {}));
-            double error = 0;
-            for (int i = 0; i < cells; ++i) {
-                long double sum = 0;
-                for (int j = 0; j < cells; ++j)
-                    sum += run.schedule.pressure[size_t(j)] *
-                           weights[size_t(std::abs(i / width - j / width) * width + std::abs(i % width - j % width))];
-                error = std::max(error, double(std::abs(run.schedule.stress[q][size_t(i)] - sum)));
-            }
-            CHECK(error > 0);
-            CHECK(error <= materials[q]->off * materials[q]->pressed.peak);
-            const plan::HalfSpace& space = *run.schedule.half_space[q];
-            const double alone = plan::error_of_stresses(run.schedule.pressure, s.grid, space) * space.norm() / 1.5;
-            CHECK((error > alone) == (beyond && depth == deep));
+            const double h = 0x1p-14;
+            const plan::HalfSpace space(
+                {.width = 60, .height = 50, .spacing = h},
+                {depth * h, poisson ? Receptors::Kernel::strain : Receptors::Kernel::stress, poisson.value_or(0)});
+            double norm = 0, squares = 0, most = 0, worst = 0;
+            for (int y = 0; y < 50; ++y)
+                for (int x = 0; x < 60; ++x) {
+                    const double w = space.weight(-x, y), of = (x > 0 ? 2 : 1) * (y > 0 ? 2 : 1);
+                    norm += of * std::abs(w), squares += of * w * w, most = std::max(most, std::abs(w));
+                    if ((x * y) % 7 > 1 || (x + y > 3 && depth < 1)) continue; // the reference takes its time
+                    const long double exact = oracle::below_cell(x * h, y * h, h, depth * h, poisson);
+                    worst = std::max(worst, double(std::abs(w - exact)) / std::max(std::abs(w), space.most() / 8));
+                }
+            CHECK(worst <= 1.1 * 0x1p-53);
+            CHECK(space.norm() == doctest::Approx(norm).epsilon(1e-12));
+            CHECK(space.squares() == doctest::Approx(squares).epsilon(1e-12));
+            CHECK(space.most() == most);
         }
-    }
+}
+
+TEST_CASE("stresses at a depth are within their bound, which is at most 100 times their error") {
+    std::mt19937 random(4);
+    std::uniform_real_distribution<double> number(-1, 1);
+    simd::Pool pool(1);
+    for (auto [width, height] : {std::pair{20, 30}, {33, 32}, {48, 40}, {64, 75}}) // above 1,024 cells by transforms
+        for (double depth : {1.0, 3.0, 10.0, 40.0})
+            for (int kind = 0; kind < 4; ++kind) {
+                CAPTURE(width);
+                CAPTURE(depth);
+                CAPTURE(kind);
+                const double h = 0x1p-14, nu = 0.25;
+                const Grid grid{.width = width, .height = height, .spacing = h};
+                const int cells = width * height;
+                std::vector<double> map;
+                for (int i = 0; i < cells; ++i) {
+                    const double r = std::hypot(i % width - width / 3, i / width - height / 2) / 9;
+                    map.push_back(kind == 0   ? 1e4 * number(random)
+                                  : kind == 1 ? 3e3 * std::abs(number(random))
+                                  : kind == 2 ? std::sqrt(std::max(0.0, 1 - r * r))
+                                              : i == cells / 2);
+                }
+                const bool strain = kind == 3;
+                const plan::HalfSpace first(grid, {depth * h, Receptors::Kernel::stress, 0}),
+                    space(grid, {depth * h, strain ? Receptors::Kernel::strain : Receptors::Kernel::stress, nu});
+                const auto stress = plan::stresses_of(map, grid, {&first, &space}, pool)[1];
+                std::vector<long double> weights;
+                for (int i = 0; i < cells; ++i)
+                    weights.push_back(oracle::below_cell(h * (i % width), h * (i / width), h, depth * h,
+                                                         strain ? std::optional<long double>(nu) : std::nullopt));
+                double error = 0, peak = 0;
+                for (int i = 0; i < cells; ++i) {
+                    long double sum = 0;
+                    for (int j = 0; j < cells; ++j)
+                        sum +=
+                            map[size_t(j)] *
+                            weights[size_t(std::abs(i / width - j / width) * width + std::abs(i % width - j % width))];
+                    error = std::max(error, double(std::abs(stress[size_t(i)] - sum)));
+                    peak = std::max(peak, std::abs(stress[size_t(i)]));
+                }
+                const double bound = plan::error_of_stresses(map, grid, space);
+                CHECK(error > 0);
+                CHECK(error <= 0x1p-53 * peak + bound); // a stress is rounded to double
+                CHECK(0x1p-53 * peak + bound <= 100 * error);
+                // The bound is what its comment says.
+                double sum = 0, squares = 0, most = 0;
+                for (double p : map) sum += std::abs(p), squares += p * p, most = std::max(most, std::abs(p));
+                const double both = std::sqrt(squares * space.squares()),
+                             magnitudes = std::min({most * space.norm(), both, sum * space.most()});
+                const double units =
+                    cells <= 1024
+                        ? (0.25 * width + height + 4) * magnitudes
+                        : (90 * std::log2(double(smooth_number(2 * width - 1) * smooth_number(2 * height - 1))) + 4) *
+                              both;
+                CHECK(bound == doctest::Approx(1.1 * 0x1p-53 * magnitudes + 0x1p-64 * units).epsilon(1e-6));
+            }
 }
 
 TEST_CASE("a response at a depth is the signal there times the gain at the surface") {
@@ -320,21 +375,4 @@ TEST_CASE("where a depth would be wrong it is refused by name") {
              "receptors.depth.sa3");
     CHECK(*Scene::from_string("preset = \"fingertip\"\n[receptors]\ndepth = { sa1 = \"0.3 mm\" }\n")
                .receptors.depth.sa1 == 3e-4);
-}
-
-TEST_CASE("the arc tangent of which depths are made is right to four units of the last bit of 64") {
-    mpfr_t exact, of;
-    mpfr_init2(exact, 160), mpfr_init2(of, 160);
-    double worst = 0;
-    for (int i = -4000; i <= 4000; ++i) {
-        const long double t = i % 2 ? i / 997.0L : std::pow(10.0L, i / 400.0L) * (i % 4 ? 1 : -1);
-        mpfr_set_ld(exact, t, MPFR_RNDN);
-        mpfr_atan(exact, exact, MPFR_RNDN);
-        mpfr_set_ld(of, arc_tangent(t), MPFR_RNDN);
-        mpfr_sub(of, of, exact, MPFR_RNDN), mpfr_div(of, of, exact, MPFR_RNDN);
-        worst = std::max(worst, std::abs(mpfr_get_d(of, MPFR_RNDN)));
-    }
-    mpfr_clear(exact), mpfr_clear(of);
-    CHECK(worst <= 4 * 0x1p-64);
-    CHECK(arc_tangent(0) == 0);
 }

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "host/lab/schedule/half_space.hpp"
 
-#include "host/core/base/arc_tangent.hpp"
+#include "host/lab/scenes/quadrature.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <complex>
 #include <numbers>
@@ -13,15 +14,29 @@
 namespace dermis::plan {
 namespace {
 
-using Complex = std::complex<double>;
+using Complex = std::complex<long double>;
 
-// The share of an evenly pressed rectangle of which a corner lies above the point, a and b meters along its sides; odd
-// in both. In long double, because four of them cancel.
-long double corner(long double a, long double b, const Depth& d) {
-    const long double z = d.depth, nu = d.poisson, R = std::sqrt(a * a + b * b + z * z);
-    const long double A = arc_tangent(a * b / (z * R)), B = a * b * z / R * (1 / (a * a + z * z) + 1 / (b * b + z * z));
-    const long double sum = d.kernel == Receptors::Kernel::stress ? A + B : (1 + nu) * ((1 - 2 * nu) * A + B);
-    return sum / (2 * std::numbers::pi_v<long double>);
+// What acts at a point, a and b meters beside a point force, per unit of the force, 1/m^2.
+long double below_point(long double a, long double b, const Depth& d) {
+    const long double z = d.depth, square = a * a + b * b + z * z, cube = square * std::sqrt(square),
+                      stress = 3 * z * z * z / (square * cube), nu = d.poisson;
+    return (d.kernel == Receptors::Kernel::stress ? stress : (1 + nu) * (stress - 2 * nu * z / cube)) /
+           (2 * std::numbers::pi_v<long double>);
+}
+
+// What a square of side h, whose middle is x and y meters away, adds per unit of its pressure. What acts varies over
+// lengths of the distance, so that a rule is exact for a square that is not near; one that is near is four.
+long double of_square(long double x, long double y, long double h, const Depth& d) {
+    const long double away = std::sqrt(x * x + y * y + static_cast<long double>(d.depth) * d.depth) / h, q = h / 4;
+    if (away < 2)
+        return of_square(x - q, y - q, h / 2, d) + of_square(x + q, y - q, h / 2, d) +
+               of_square(x - q, y + q, h / 2, d) + of_square(x + q, y + q, h / 2, d);
+    const Rule<long double> rule = away < 4    ? Rule<long double>(sixteen_points<long double>)
+                                   : away < 80 ? Rule<long double>(eight_points<long double>)
+                                               : Rule<long double>(four_points<long double>);
+    return integral(rule, y - h / 2, h, [&](long double b) {
+        return integral(rule, x - h / 2, h, [&](long double a) { return below_point(a, b, d); });
+    });
 }
 
 // The least number >= n without prime factors above 5.
@@ -56,7 +71,7 @@ class Plane {
   private:
     void along_x(bool inverse, size_t rows, simd::Pool& pool) {
         pool.share(int(rows), [&](int first, int last) {
-            kissfft<double> transform(width, inverse);
+            kissfft<long double> transform(width, inverse);
             std::vector<Complex> row(width);
             for (size_t y = size_t(first); y < size_t(last); ++y) {
                 Complex* here = values_.data() + y * width;
@@ -68,7 +83,7 @@ class Plane {
     void along_y(bool inverse, simd::Pool& pool) {
         constexpr size_t beside = 4; // columns at a time: a cache line
         pool.share(int((width + beside - 1) / beside), [&](int first, int last) {
-            kissfft<double> transform(height, inverse);
+            kissfft<long double> transform(height, inverse);
             std::vector<Complex> columns(beside * height), turned(columns);
             for (size_t x = size_t(first) * beside; x < std::min(size_t(last) * beside, width); x += beside) {
                 const size_t count = std::min(beside, width - x);
@@ -90,20 +105,14 @@ class Plane {
 HalfSpace::HalfSpace(const Grid& grid, const Depth& depth)
     : depth_(depth), width_(grid.width), height_(grid.height), weights_(size_t(grid.width) * size_t(grid.height)) {
     const long double h = *grid.spacing;
-    std::vector<long double> below(size_t(width_) + 1), above(below); // corners of a row of cells
-    const auto corners = [&](int y, std::vector<long double>& of) {
-        for (size_t x = 0; x < of.size(); ++x)
-            of[x] = corner((static_cast<long double>(x) - 0.5L) * h, (static_cast<long double>(y) - 0.5L) * h, depth_);
-    };
-    corners(0, above);
-    for (int y = 0; y < height_; ++y) {
-        below.swap(above);
-        corners(y + 1, above);
-        for (size_t x = 0; x < size_t(width_); ++x)
-            weights_[size_t(y) * size_t(width_) + x] = double((above[x + 1] - above[x]) - (below[x + 1] - below[x]));
-    }
-    for (int y = 1 - height_; y < height_; ++y)
-        for (int x = 1 - width_; x < width_; ++x) norm_ += std::abs(weight(x, y));
+    for (int y = 0; y < height_; ++y)
+        for (int x = 0; x < width_; ++x) {
+            const double w = double(of_square(x * h, y * h, h, depth_)), of = (x == 0 ? 1 : 2) * (y == 0 ? 1 : 2);
+            weights_[size_t(y) * size_t(width_) + size_t(x)] = w;
+            norm_ += of * std::abs(w);
+            squares_ += of * w * w;
+            most_ = std::max(most_, std::abs(w));
+        }
 }
 
 template <class T> T HalfSpace::at(const std::vector<double>& map, Cell c) const {
@@ -122,14 +131,6 @@ template <class T> T HalfSpace::at(const std::vector<double>& map, Cell c) const
     return sum;
 }
 
-double HalfSpace::magnitudes_at(const std::vector<double>& map, Cell c) const {
-    double sum = 0;
-    for (int y = 0; y < height_; ++y)
-        for (int x = 0; x < width_; ++x)
-            sum += std::abs(weight(x - c.x, y - c.y) * map[size_t(y) * size_t(width_) + size_t(x)]);
-    return (1 + 1e-9) * sum;
-}
-
 template double HalfSpace::at(const std::vector<double>&, Cell) const;
 template long double HalfSpace::at(const std::vector<double>&, Cell) const;
 
@@ -143,52 +144,42 @@ std::vector<std::vector<double>> stresses_of(const std::vector<double>& map, con
                 map, {int(i % map.size() % width), int(i % map.size() / width)}));
         return stresses;
     }
-    Plane pressure(grid), both(grid);
+    Plane pressure(grid), spread(grid);
     for (size_t y = 0; y < height; ++y)
         for (size_t x = 0; x < width; ++x) pressure(x, y) = map[y * width + x];
     pressure.forward(height, pool);
-    // The transform of a map of weights, which is even, is real: two of them make one, as real and imaginary part.
-    for (size_t i = 0; i < spaces.size(); i += 2) {
-        const HalfSpace &first = *spaces[i], &second = *spaces[std::min(i + 1, spaces.size() - 1)];
-        std::fill(both.values().begin(), both.values().end(), Complex());
+    for (size_t i = 0; i < spaces.size(); ++i) {
+        std::fill(spread.values().begin(), spread.values().end(), Complex());
         for (int y = 1 - int(height); y < int(height); ++y)
             for (int x = 1 - int(width); x < int(width); ++x)
-                both(x < 0 ? both.width - size_t(-x) : size_t(x),
-                     y < 0 ? both.height - size_t(-y) : size_t(y)) = {first.weight(x, y), second.weight(x, y)};
-        both.forward(both.height, pool);
-        for (size_t k = 0; k < both.values().size(); ++k) {
-            const Complex p = pressure.values()[k], w = both.values()[k];
-            both.values()[k] = {p.real() * w.real() - p.imag() * w.imag(), p.real() * w.imag() + p.imag() * w.real()};
-        }
-        both.backward(height, pool);
-        const double scale = 1 / double(both.values().size());
+                spread(x < 0 ? spread.width - size_t(-x) : size_t(x), y < 0 ? spread.height - size_t(-y) : size_t(y)) =
+                    spaces[i]->weight(x, y);
+        spread.forward(spread.height, pool);
+        for (size_t k = 0; k < spread.values().size(); ++k) // the transform of a map that is even is real
+            spread.values()[k] = pressure.values()[k] * spread.values()[k].real();
+        spread.backward(height, pool);
+        const long double scale = 1 / static_cast<long double>(spread.values().size());
         for (size_t y = 0; y < height; ++y)
-            for (size_t x = 0; x < width; ++x) {
-                stresses[i][y * width + x] = both(x, y).real() * scale;
-                if (i + 1 < spaces.size()) stresses[i + 1][y * width + x] = both(x, y).imag() * scale;
-            }
+            for (size_t x = 0; x < width; ++x) stresses[i][y * width + x] = double(spread(x, y).real() * scale);
     }
     return stresses;
 }
 
-// Two half-spaces of one kernel share a transform, so that each is off by what the larger one allows: 1.5 times the
-// integral of |kernel| over the plane, or a bound of it. A transform of n numbers is off by a few log2(n) units of the
-// root of its sum of squares; the twiddle factors of a line are off by a few units.
+// A transform of n numbers is off by at most 30 log2(n) units of the root of its sum of squares, and each of its
+// numbers by as much of the sum of magnitudes that it transforms: 20 are of the twiddle factors' angles (units of half
+// a last place). The products of two transforms have magnitudes of at most |map| |weights| n in sum, |.| the root of a
+// sum of squares, so that all three transforms are off by parts of |map| |weights|.
 double error_of_stresses(const std::vector<double>& map, const Grid& grid, const HalfSpace& space) {
-    constexpr double units = 32; // for each level of two transforms forward and one backward
-    double squares = 0, most = 0;
+    constexpr double unit = double(std::numeric_limits<long double>::epsilon()) / 2;
+    double most = 0, sum = 0, squares = 0;
     for (double p : map) most = std::max(most, std::abs(p));
-    if (is_small(grid)) {
-        double magnitudes = 0;
-        for (int y = 0; y < grid.height; ++y)
-            for (int x = 0; x < grid.width; ++x) magnitudes = std::max(magnitudes, space.magnitudes_at(map, {x, y}));
-        return (0x1p-53 + space.roundings<long double>()) * magnitudes; // 0x1p-53: of weights
-    }
-    for (double p : map) squares += most == 0 ? 0 : (p / most) * (p / most);
-    const auto& [depth, kernel, nu] = space.depth();
-    const double both = 1.5 * (kernel == Receptors::Kernel::stress ? 1 : (1 + nu) * (3 - 2 * nu));
-    const double levels = std::log2(4.0 * double(grid.width)) + std::log2(double(grid.height));
-    return units * levels * 0x1p-53 * both * std::sqrt(squares) * most;
+    for (double p : map) sum += most == 0 ? 0 : std::abs(p) / most, squares += most == 0 ? 0 : (p / most) * (p / most);
+    const double both = std::sqrt(squares * space.squares()),
+                 magnitudes = std::min({space.norm(), both, sum * space.most()}); // no stress has more
+    const double rounded = 1.1 * 0x1p-53 * magnitudes; // the weights, and what they are off before
+    if (is_small(grid)) return (1 + 1e-9) * most * (rounded + space.roundings<long double>() * magnitudes);
+    const double levels = std::log2(double(smooth(size_t(2 * grid.width - 1)) * smooth(size_t(2 * grid.height - 1))));
+    return (1 + 1e-9) * most * (rounded + unit * (3 * 30 * levels + 4) * both);
 }
 
 } // namespace dermis::plan

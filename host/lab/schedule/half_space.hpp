@@ -18,7 +18,7 @@ struct Depth {
     bool operator==(const Depth&) const = default;
 };
 
-// The pressures at a depth that evenly pressed cells cause, cell by cell: sums of the corners of squares (Love 1929).
+// The pressures at a depth that evenly pressed cells cause, cell by cell: integrals over squares (Love 1929).
 class HalfSpace {
   public:
     HalfSpace(const Grid&, const Depth&); // a grid with spacing
@@ -31,16 +31,17 @@ class HalfSpace {
     template <class T> double roundings() const {
         return double(std::numeric_limits<T>::epsilon()) / 2 * (0.25 * width_ + height_ + 4);
     }
-    // The sum of magnitudes that at() has at a cell, at most, with a part in 1e9 for its own rounding.
-    double magnitudes_at(const std::vector<double>& map, Cell) const;
-    // The sum of all |weights|: no stress exceeds it times the greatest |pressure|.
+    // The sum of all |weights|: no stress exceeds it times the greatest |pressure|. Also the sum of their squares, and
+    // the greatest one.
     double norm() const { return norm_; }
+    double squares() const { return squares_; }
+    double most() const { return most_; }
 
   private:
     Depth depth_;
     int width_, height_;
     std::vector<double> weights_; // of a quarter of the plane, row 0 first
-    double norm_ = 0;
+    double norm_ = 0, squares_ = 0, most_ = 0;
 };
 
 // What all cells of a map add at every cell, below each half-space, by fast Fourier transforms where cells are many.
