@@ -230,6 +230,36 @@ TEST_CASE("fibres of a large population, shared by threads, fire as each of them
     }
 }
 
+TEST_CASE("substeps are as many as the fastest of filter, membrane, current and refractory time needs, and no more") {
+    const auto substeps = [](const AfferentModel& m, double dt) {
+        f32::FibreConstants single{};
+        f64::FibreConstants twice{};
+        const bool both =
+            plan::fill_fibre_constants<f32>(m, dt, single) && plan::fill_fibre_constants<f64>(m, dt, twice);
+        return both ? std::pair{int(single.substeps), int(twice.substeps)} : std::pair{0, 0};
+    };
+    AfferentModel slow;
+    slow.time_constants = {1};
+    slow.membrane_time = 1;
+    slow.refractory_time = 10;
+    CHECK(substeps(slow, 0.2) == std::pair{1, 1});
+    CHECK(substeps(slow, 0.3) == std::pair{1, 2}); // a quarter of 1 s in double
+    CHECK(substeps(slow, 1.7) == std::pair{2, 8}); // 1.6 s in float
+    const auto with = [&](auto change) {
+        AfferentModel m = slow;
+        change(m);
+        return substeps(m, 0.1);
+    };
+    // A hundredth of it: 0.1 s is 6.25 times 16 ms, and 40 times 2.5 ms.
+    CHECK(with([](AfferentModel& m) { m.membrane_time = 0.01; }) == std::pair{8, 64});
+    CHECK(with([](AfferentModel& m) { m.time_constants = {1, 0.01}; }) == std::pair{8, 64});
+    CHECK(with([](AfferentModel& m) { m.after = {{{-1, 1}, {-1, 0.01}}}; }) == std::pair{8, 64});
+    CHECK(with([](AfferentModel& m) { m.after[0] = {0, 0.01}; }) == std::pair{1, 1}); // no current
+    CHECK(with([](AfferentModel& m) { m.refractory_time = 0.01; }) == std::pair{16, 16});
+    CHECK(with([](AfferentModel& m) { m.refractory_time = 0.1 / 16; }) == std::pair{16, 16}); // just as long
+    CHECK(with([](AfferentModel& m) { m.refractory_time = 1e-9; }) == std::pair{0, 0});       // too many
+}
+
 TEST_CASE("a membrane that grazes its threshold fires just where its peak exceeds it") {
     // One pole and a pulse of the input: the peak of V is proportional to the gain.
     AfferentModel m = held_model();

@@ -7,8 +7,12 @@
 #include "host/lab/march/cpu_march.hpp"
 #include "tests/support.hpp"
 
+#include <algorithm>
+#include <array>
+#include <bit>
 #include <cstring>
 #include <random>
+#include <set>
 
 using namespace test;
 
@@ -221,7 +225,170 @@ std::pair<SkinDescription, SkinOptions> kind_of_skin(int n, int width, int heigh
     return {d, options};
 }
 
+// A variant of a loop: what templates of host/core/simd are instantiated by.
+struct LoopVariant {
+    simd::Path path = simd::Path::linear;
+    bool materials = false, compensated = false;
+    int elements = 1; // and a spring, if there are more than 2
+    int stencil = STENCIL_FIVE_POINT;
+    bool passed = false, tiles = false, all = true; // FA2 without gains; sums; all responses or one
+
+    std::string name() const {
+        const char* paths[] = {"held", "linear", "bent"};
+        return std::string(paths[int(path)]) + (materials ? ", materials" : "") + (compensated ? ", compensated" : "") +
+               ", " + std::to_string(elements) + " in series, stencil " + std::to_string(stencil) +
+               (passed ? ", passed" : "") + (tiles ? ", sums" : "") + (all ? "" : ", one response");
+    }
+};
+
+// The arguments of a step and an answer in one memory, of which every number can be compared.
+template <class K> struct LoopMemory {
+    using real = typename K::real;
+    static constexpr int width = 150, pitch = 160, far = 2, most_maps = 40;
+
+    LoopMemory(const LoopVariant& v, unsigned seed) : numbers(size_t(most_maps * pitch)) {
+        std::mt19937 random(seed);
+        std::uniform_real_distribution<double> number(-1, 1);
+        for (real& x : numbers) x = real(number(random));
+        for (auto& k : table)
+            for (size_t i = 0; i < sizeof k / sizeof(real); ++i) (&k.E)[i] = real(number(random));
+        real* const members = &c.coefficients.E;
+        for (size_t i = 0; i < (sizeof c.coefficients + 7 * sizeof(real)) / sizeof(real); ++i)
+            members[i] = real(number(random));
+        c.gain_plus = real(v.passed ? 1 : 0.5), c.gain_minus = real(v.passed ? -1 : 2);
+        const bool spring = v.elements > 2, bent = v.path == simd::Path::bent;
+        for (int i = 0; i < pitch; ++i) material[size_t(i)] = i / 5 % 3 * (v.elements + spring);
+        for (size_t i = 0; i < line_material.size(); ++i) line_material[i] = i % 2 ? -1 : material[16 * i];
+        simd::StateRow<real> state{.value = {map(0), map(8)},
+                                   .lost = {v.compensated ? map(9) : nullptr, v.compensated ? map(17) : nullptr},
+                                   .element = size_t(pitch),
+                                   .strain = v.elements > 1 ? map(18) : map(0),
+                                   .rate = spring ? map(19) : nullptr,
+                                   .previous = bent ? map(20) : nullptr};
+        a = {.count = width,
+             .elements = v.elements,
+             .spring = spring,
+             .pressure = map(21),
+             .pressure_to = v.path == simd::Path::held ? nullptr : map(22),
+             .material = v.materials ? material.data() : nullptr,
+             .line_material = v.materials ? line_material.data() : nullptr,
+             .table = table,
+             .from = state,
+             .to = state,
+             .signal = {map(23), map(24)}};
+        r = {.first = 0,
+             .last = width,
+             .strain =
+                 simd::neighbours<real>(far, width, 5, v.stencil, EDGES_MIRROR, [&](int i) { return map(25 + i); }),
+             .signal = {map(25 + far), map(30), map(31), map(32)},
+             .rest_curvature = map(33),
+             .response = {},
+             .streams = false,
+             .tiles = {}};
+        for (int i = 0; i < RESPONSE_MAPS; ++i) r.response[i] = v.all || i == 2 ? map(34 + i) : nullptr;
+        for (int q = 0; v.tiles && q < REDUCED_MAPS; ++q) r.tiles[q] = tiles[q];
+    }
+    real* map(int i) { return numbers.data() + i * pitch; }
+    // Whether all is the same, but for the cells beyond a row's end.
+    bool same(LoopMemory& other) {
+        for (int i = 0; i < most_maps; ++i)
+            if (std::memcmp(map(i), other.map(i), width * sizeof(real)) != 0) return false;
+        return std::memcmp(tiles, other.tiles, sizeof tiles) == 0;
+    }
+
+    std::vector<real> numbers;
+    std::array<int, pitch> material;
+    std::array<int, pitch / PITCH_CELLS> line_material;
+    typename K::Coefficients table[3 * 8];
+    typename K::Constants c{};
+    typename K::Summary tiles[REDUCED_MAPS][3] = {};
+    simd::AdvanceArguments<K> a;
+    simd::RespondArguments<K> r;
+};
+
+// Compares a loop with the plain one, and notes the variant.
+template <class K, class Call>
+void compare_loop(std::set<std::string>& ran, const simd::Isa& isa, const char* loop, const LoopVariant& v, Call call) {
+    LoopMemory<K> plain(v, 3), other(v, 3);
+    CAPTURE(isa.name);
+    CAPTURE(loop);
+    CAPTURE(v.name());
+    CHECK(call(isa, other) == call(simd::plain, plain));
+    CHECK(other.same(plain));
+    CHECK(ran.insert(std::string(loop) + (std::is_same_v<K, f32> ? " f32, " : " f64, ") + v.name()).second);
+}
+
+// Returns the variants of each loop that an instruction set ran.
+template <class K> std::set<std::string> compared_variants(const simd::Isa& isa) {
+    std::set<std::string> ran;
+    for (simd::Path path : {simd::Path::held, simd::Path::linear, simd::Path::bent})
+        for (bool materials : {false, true})
+            for (bool compensated : {false, true})
+                for (int elements : {1, 3})
+                    compare_loop<K>(ran, isa, "advance", {path, materials, compensated, elements},
+                                    [](const simd::Isa& of, LoopMemory<K>& m) { return of.of<K>().advance(m.a, m.c); });
+    for (int stencil : {STENCIL_FIVE_POINT, STENCIL_FOURTH_ORDER, STENCIL_PUBLISHED}) {
+        for (bool passed : {false, true})
+            for (bool tiles : {false, true})
+                for (bool all : {false, true})
+                    compare_loop<K>(ran, isa, "respond",
+                                    {.stencil = stencil, .passed = passed, .tiles = tiles, .all = all},
+                                    [](const simd::Isa& of, LoopMemory<K>& m) {
+                                        of.of<K>().respond(m.r, m.c);
+                                        return 0;
+                                    });
+        for (bool compensated : {false, true})
+            for (const LoopVariant& v : {LoopVariant{simd::Path::bent, false, compensated, 3, stencil},
+                                         {simd::Path::linear, true, compensated, 1, stencil},
+                                         {simd::Path::linear, false, compensated, 1, stencil},
+                                         {simd::Path::linear, false, compensated, 2, stencil},
+                                         {simd::Path::linear, false, compensated, 3, stencil}})
+                compare_loop<K>(ran, isa, "step_rows", v, [](const simd::Isa& of, LoopMemory<K>& m) {
+                    of.of<K>().step_rows({.advance = m.a, .respond = m.r}, m.c);
+                    return 0;
+                });
+    }
+    for (int count : {1, 15, 16, 17, 63, 64})
+        compare_loop<K>(ran, isa, "join_tiles", {.elements = count}, [&](const simd::Isa& of, LoopMemory<K>& m) {
+            std::vector<typename K::Summary> tiles;
+            long double sum = 0;
+            for (int i = 0; i < count; ++i) {
+                tiles.push_back({m.map(0)[i], m.map(1)[i], m.map(2)[i]});
+                sum += tiles.back().sum;
+            }
+            simd::JoinedTiles<K> joined;
+            of.of<K>().join_tiles(tiles.data(), count, joined);
+            const double total = 0x1p28 * (double(joined.sum.sum) + double(joined.sum.rest));
+            CHECK(total == absolute(double(sum), 64 * 0x1p-44));
+            CHECK(joined.low == std::ranges::min(tiles, {}, &K::Summary::low).low);
+            CHECK(joined.high == std::ranges::max(tiles, {}, &K::Summary::high).high);
+            return std::bit_cast<std::array<uint64_t, 2>>(std::array{total, double(joined.low)});
+        });
+    return ran;
+}
+
 } // namespace
+
+TEST_CASE("every variant of the loops of each instruction set here has the bits of the plain one") {
+    std::vector<std::string> here, expected = {"plain"};
+    for (const simd::Isa* isa : simd::isas()) here.push_back(isa->name);
+#ifdef __x86_64__
+    if (__builtin_cpu_supports("avx2")) expected.push_back("avx2");
+    else MESSAGE("without AVX2 none of its variants runs here");
+    if (__builtin_cpu_supports("avx512f")) expected.push_back("avx512");
+    else MESSAGE("without AVX-512 none of its variants runs here");
+#endif
+    std::ranges::sort(here), std::ranges::sort(expected);
+    CHECK(here == expected);
+    for (const simd::Isa* isa : simd::isas()) {
+        std::string names;
+        for (const std::set<std::string>& ran : {compared_variants<f32>(*isa), compared_variants<f64>(*isa)}) {
+            CHECK(ran.size() == 24 + 24 + 30 + 6); // of advance, respond, step_rows and join_tiles
+            for (const std::string& name : ran) names += "\n  " + name;
+        }
+        MESSAGE(isa->name, names);
+    }
+}
 
 TEST_CASE("a row stepped and another answered at once have the bits of two plain loops, whatever their width") {
     std::mt19937 random(7);

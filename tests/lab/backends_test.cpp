@@ -2,6 +2,7 @@
 // labels: device threads long
 // One body over every backend: the CPU in float, Vulkan, against the CPU in double and closed forms.
 #include "dermis/fit.hpp"
+#include "host/core/cpu/backend.hpp"
 #include "host/core/embedding/check.hpp"
 #include "host/core/press/device.hpp"
 #include "host/lab/march/march.hpp"
@@ -472,4 +473,47 @@ TEST_CASE("a caller's rounding mode changes nothing") {
             CHECK(r->trace(t.quantity).mean == t.mean);
             CHECK(r->trace(t.quantity).max == t.max);
         }
+}
+
+// What `dermis check` prints: the loops of a run that are wrong alone, each in one of its uses.
+TEST_CASE("a device's test finds wrong means, wrong double precision and a wrong FA2 without gains") {
+    const auto exact = [](auto change) {
+        simd::Isa isa = simd::best();
+        change(isa);
+        cpu::CpuBackend backend(1, isa);
+        return self_test(backend).exact();
+    };
+    CHECK(exact([](simd::Isa&) {}));
+    CHECK_FALSE(exact([](simd::Isa& isa) {
+        isa.in_f32.join_tiles = [](const f32::Summary* tiles, int count, simd::JoinedTiles<f32>& joined) {
+            simd::plain.in_f32.join_tiles(tiles, count, joined);
+            joined.sum.sum -= joined.sum.sum / 1024;
+        };
+    }));
+    CHECK_FALSE(exact([](simd::Isa& isa) {
+        isa.in_f32.join_tiles = [](const f32::Summary* tiles, int count, simd::JoinedTiles<f32>& joined) {
+            simd::plain.in_f32.join_tiles(tiles, count, joined);
+            joined.high = joined.low;
+        };
+    }));
+    CHECK_FALSE(exact([](simd::Isa& isa) {
+        isa.in_f64.join_tiles = [](const f64::Summary* tiles, int count, simd::JoinedTiles<f64>& joined) {
+            simd::plain.in_f64.join_tiles(tiles, count, joined);
+            joined.sum.sum *= 1 + 1e-9;
+        };
+    }));
+    CHECK_FALSE(exact([](simd::Isa& isa) {
+        isa.in_f64.advance = [](const simd::AdvanceArguments<f64>& a, const f64::Constants& c) {
+            const int changed = simd::plain.in_f64.advance(a, c);
+            a.to.value[simd::sum_strain][0] *= 1 + 0x1p-50;
+            return changed;
+        };
+    }));
+    CHECK_FALSE(exact([](simd::Isa& isa) {
+        isa.in_f32.respond = [](const simd::RespondArguments<f32>& r, const f32::Constants& c) {
+            f32::Constants wrong = c;
+            if (c.gain_plus == 1 && c.gain_minus == -1) wrong.bend *= 2;
+            simd::plain.in_f32.respond(r, wrong);
+        };
+    }));
 }

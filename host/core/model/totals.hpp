@@ -67,8 +67,9 @@ template <class K> class JoinedSums {
     std::array<Level, 4> levels_; // 64^5 is more than the tiles of any grid
 };
 
-template <class K> Totals total_of(const typename K::Summary* tiles, size_t count, size_t cells) {
-    const simd::Loops<K>& loops = simd::best().template of<K>();
+template <class K>
+Totals total_of(const typename K::Summary* tiles, size_t count, size_t cells, const simd::Isa& isa = simd::best()) {
+    const simd::Loops<K>& loops = isa.template of<K>();
     JoinedSums<K> sums;
     typename K::real low = tiles[0].low, high = tiles[0].high;
     for (size_t i = 0; i < count; i += simd::tiles_joined) {

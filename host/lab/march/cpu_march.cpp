@@ -151,7 +151,8 @@ template <class K> class March : public plan::Stepper {
     void total(Slot& slot) const {
         for (size_t q = 0; sampled(slot.step) && q < REDUCED_MAPS; ++q)
             if (schedule_.wanted[q])
-                slot.sample.totals[q] = plan::total_of<K>(slot.tiles[q].data(), slot.tiles[q].size(), skin_.cells());
+                slot.sample.totals[q] =
+                    plan::total_of<K>(slot.tiles[q].data(), slot.tiles[q].size(), skin_.cells(), isa_);
     }
 
     void hand_over(const plan::Step& step, const Slot& slot) { sink_(step, slot.sample); }
