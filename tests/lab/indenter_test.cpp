@@ -259,6 +259,23 @@ TEST_CASE("a ball that sinks as Lee and Radok say bears a constant force") {
     CHECK(at_once == relative(F, 5e-3));
 }
 
+TEST_CASE("the indentation of a punch and of a ball is the depth that they are pressed to") {
+    Scene s = flat_skin(60, 1e-4);
+    s.load.kind = Load::Kind::punch;
+    s.load.radius = 10;
+    s.load.intensity = 8e-4;
+    s.material.thickness = 1e-3;
+    s.load.envelope = {.kind = Envelope::Kind::ramp, .rise = 0.1};
+    s.time = {.step = 0.01, .duration = 0.2};
+    CHECK(report(s, run(s)).indentation.value == relative(8e-4, 1e-12));
+    s.load.intensity = 1.2e-3;
+    const std::vector<std::string> all = output::warnings(s, run(s));
+    REQUIRE(!all.empty());
+    CHECK(all.back() == "the indentation reaches 0.0012 m, beyond material.thickness = 0.001 m: lower load.intensity");
+    Scene round = ball(31, 1e-4, 2e-4);
+    CHECK(report(round, run(round)).indentation.value == relative(2e-4, 1e-12));
+}
+
 TEST_CASE("a map of depths strains each cell by depth over thickness, and nowhere pulls") {
     Scene s = flat_skin(4, 1e-3);
     s.material.thickness = 2e-3;

@@ -173,6 +173,28 @@ TEST_CASE("a warning names the figure and what to do, once") {
     CHECK(only().find("4 cells per ridge") == 0);
 }
 
+TEST_CASE("of a curvature that no response has nothing is said, and of a measured surface what its border adds") {
+    Scene s = Scene::from_file(DERMIS_TEST_DATA "/../../host/examples/held_depth.toml");
+    s.time = {.step = 0.1, .duration = 2};
+    CHECK(output::warnings(s, run(s)).empty());
+    s.output.fields = {{1, {Quantity::curvature}}};
+    CHECK_FALSE(output::warnings(s, run(s)).empty());
+    s = {};
+    s.grid = {20, 20, 1e-4};
+    s.surface.kind = Surface::Kind::map;
+    s.surface.relief = 2;
+    s.surface.map = std::vector<double>(400, 0.0);
+    s.surface.curvature = std::vector<double>(400, 10.0);
+    s.surface.curvature.edit()[20 * 7 + 18] = -35;
+    Result r;
+    r.tau_min = r.tau_max = 0.5;
+    const std::vector<std::string> all = output::warnings(s, r);
+    REQUIRE(all.size() == 1);
+    CHECK(all[0].find("the surface is curved by 70/m within two cells of the border and by 20/m further in: ") == 0);
+    s.surface.curvature.edit()[20 * 7 + 17] = -35;
+    CHECK(output::warnings(s, r).empty());
+}
+
 TEST_CASE("units that cannot be meant are said in a sentence") {
     Scene s;
     s.grid = {2, 1, 1e-4};

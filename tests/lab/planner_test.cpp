@@ -6,6 +6,8 @@
 #include "tests/support.hpp"
 
 #include <algorithm>
+#include <filesystem>
+#include <fstream>
 
 using namespace test;
 
@@ -460,6 +462,43 @@ TEST_CASE("what is nowhere above the least that is stored, or rectified to nothi
     accepted(oracle::with_maps(unloaded));
     unloaded.output = {{}, {}, {}, true};
     accepted(oracle::with_maps(unloaded)); // by sites alone
+}
+
+TEST_CASE("a rate of springs under equal frames and the curvature of an even strain are 0, and not refused") {
+    const auto frames = temporary("equal_frames.npy");
+    {
+        std::ofstream out(frames, std::ios::binary);
+        out << npy_header("<f8", "(3, 20, 20)");
+        for (int i = 0; i < 1200; ++i) {
+            const double p = 1 + 0.1 * (i % 400);
+            out.write(reinterpret_cast<const char*>(&p), 8);
+        }
+    }
+    for (Hold hold : {Hold::linear, Hold::parabolic}) {
+        Scene springs = square(20, 1e-6, {Quantity::strain, Quantity::fa1});
+        springs.material = {2, 0, {}, {}, {}, {}};
+        springs.load = {.kind = Load::Kind::sequence, .path = frames.string(), .interval = 0.02, .hold = hold};
+        springs.time = {.step = 0.01, .duration = 0.1};
+        const Result r = run(springs);
+        CHECK(r.predicted_error < 1e-6);
+        for (double v : r.traces[1].max) CHECK(v == 0);
+        for (double v : r.traces[1].min) CHECK(v == 0);
+    }
+    std::filesystem::remove(frames);
+    for (int size : {1, 20}) {
+        Scene even = square(size, 1e-6, {Quantity::strain});
+        even.surface.kind = Surface::Kind::flat;
+        even.load = {.kind = Load::Kind::map, .map = std::vector<double>(size_t(size * size), 0.7)};
+        even.time = {.step = 0.01, .duration = 0.1};
+        even.output.fields = {{0.05, {Quantity::curvature}}};
+        for (std::optional<Model> model : {std::optional<Model>(), {Model::march}}) {
+            even.model = model;
+            const Result r = run(even);
+            for (double v : r.fields[0].values) CHECK(v == 0);
+        }
+        even.load.map.edit()[0] = 0.8; // no longer even
+        if (size > 1) CHECK(run(even).fields[0].values[0] != 0);
+    }
 }
 
 TEST_CASE("FA2 that stays below what is stored, the small difference of two large terms, is exact where one cell is "

@@ -2,6 +2,7 @@
 #include "host/lab/output/warnings.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -10,7 +11,28 @@ namespace {
 
 using Sentences = std::vector<std::string>;
 
+// The greatest |curvature| of a measured surface in the two outermost cells and further in, 1/m.
+std::pair<double, double> curvature_at_border(const Scene& s) {
+    double at_border = 0, within = 0;
+    for (int i = 0; i < int(s.surface.curvature.size()); ++i) {
+        const int x = i % s.grid.width, y = i / s.grid.width;
+        const bool border = std::min({x, y, s.grid.width - 1 - x, s.grid.height - 1 - y}) < 2;
+        double& greatest = border ? at_border : within;
+        greatest = std::max(greatest, std::abs(s.surface.curvature[size_t(i)] * s.surface.relief.value_or(1)));
+    }
+    return {at_border, within};
+}
+
 void add_curvature(Sentences& all, const Scene& s, const Result& r, const Report& report) {
+    if (s.material.curvature_length == 0.0 && std::ranges::none_of(s.output.fields, [](auto& f) {
+            return std::ranges::find(f.what, Quantity::curvature) != f.what.end();
+        }))
+        return; // nothing is made of it
+    if (const auto [at_border, within] = curvature_at_border(s); within > 0 && at_border > 1.2 * within)
+        all.push_back(fmt::format("the surface is curved by {:.3g}/m within two cells of the border and by {:.3g}/m "
+                                  "further in: a measured surface goes on as its reflection, which bends it there; "
+                                  "measure beyond the grid, or read no receptors there",
+                                  at_border, within));
     if (report.gain.outside())
         all.push_back(fmt::format("|l*C| reaches {:.3g}: above {} responses change sign; {}", report.gain.value,
                                   report.gain.greatest,
@@ -55,11 +77,28 @@ void add_units(Sentences& all, const Scene& s, const Report& report) {
         }
 }
 
-void add_indentation(Sentences& all, const Report& report) {
+void add_indentation(Sentences& all, const Load& l, const Report& report) {
     if (report.indentation.outside())
         all.push_back(fmt::format("the indentation reaches {:.3g} m, beyond material.thickness = {:.3g} m: lower "
-                                  "load.intensity or raise material.modulus",
-                                  report.indentation.value, report.indentation.greatest));
+                                  "load.intensity{}",
+                                  report.indentation.value, report.indentation.greatest,
+                                  l.control == Control::depth ? "" : " or raise material.modulus"));
+}
+
+// A cubic spline passes a step by 11 % of it on either side.
+void add_texture(Sentences& all, const Load& l) {
+    if (!l.texture || l.texture->map.empty()) return;
+    const Texture& t = *l.texture;
+    const auto [least, greatest] = std::ranges::minmax(t.map);
+    double step = 0;
+    for (size_t i = 0, width = size_t(t.width); i < t.map.size(); ++i)
+        for (size_t next : {i - i % width + (i + 1) % width, (i + width) % t.map.size()})
+            step = std::max(step, std::abs(t.map[next] - t.map[i]));
+    if (step > 0.5 * (greatest - least))
+        all.push_back(fmt::format("neighbouring numbers of load.texture differ by up to {:.3g}, and the spline through "
+                                  "them passes such a step by about {:.2g} on either side, from {:.3g} to {:.3g}: let "
+                                  "steps take several numbers",
+                                  step, 0.11 * step, least - 0.11 * step, greatest + 0.11 * step));
 }
 
 void add_depths(Sentences& all, const Load& l) {
@@ -91,7 +130,8 @@ std::vector<std::string> warnings(const Scene& scene, const Result& result) {
     const Report judged = report(scene, result);
     add_curvature(all, scene, result, judged);
     add_units(all, scene, judged);
-    add_indentation(all, judged);
+    add_indentation(all, scene.load, judged);
+    add_texture(all, scene.load);
     add_depths(all, scene.load);
     add_interval(all, scene);
     return all;

@@ -96,10 +96,9 @@ class Analysis {
     Analysis(const PreparedSkin& skin, const Schedule& schedule, const Arithmetic& kind, const Read& read)
         : skin_(skin), schedule_(schedule), kind_(kind), u_(kind.unit()),
           last_(kind.compensated ? counted_unit(kind) : 0), l_(std::abs(skin.constants.curvature_length)),
-          weight_(skin.constants.bend * weight_of(skin.stencil)), rest_(rest_peak(skin, schedule, !read.everything)),
-          d_rest_(error_at_rest(skin, kind, rest_)), surface_(greatest_surface(skin)),
-          units_of_mean_(units_of_mean(skin, schedule, kind)), units_of_gains_(units_of_gains(skin, kind)),
-          written_(schedule, read) {
+          rest_(rest_peak(skin, schedule, !read.everything)), d_rest_(error_at_rest(skin, kind, rest_)),
+          surface_(greatest_surface(skin)), units_of_mean_(units_of_mean(skin, schedule, kind)),
+          units_of_gains_(units_of_gains(skin, kind)), written_(schedule, read) {
         for (size_t i = 0; i < schedule.products(); ++i)
             products_.push_back(std::make_unique<AnalysedProduct>(skin, schedule.product(i), kind, read));
         const AnalysedMaterials& materials = products_.front()->materials;
@@ -223,7 +222,7 @@ class Analysis {
             strain += eps;
             d_strain += off;
             curved += product->rough.laplacian * eps;
-            d_C += weight_ * off + u_ * (product->rough.laplacian + product->rough.roundings) * eps;
+            d_C += product->rough.of_error * off + u_ * (product->rough.laplacian + product->rough.roundings) * eps;
         }
         const double bent = l_ * curved, gain = 1 + l_ * rest_ + bent;
         for (int q = 0; q < REDUCED_MAPS; ++q)
@@ -298,8 +297,8 @@ class Analysis {
     const Schedule& schedule_;
     const Arithmetic kind_;
     const double u_;
-    const double last_; // of a value: the last rounding, where earlier ones are compensated
-    const double l_, weight_, rest_, d_rest_, surface_; // d_rest_: what L(S) is off by; surface_: greatest |S|
+    const double last_;                        // of a value: the last rounding, where earlier ones are compensated
+    const double l_, rest_, d_rest_, surface_; // d_rest_: what L(S) is off by; surface_: greatest |S|
     const double units_of_mean_, units_of_gains_;
     const Written written_;
     std::vector<std::unique_ptr<AnalysedProduct>> products_; // of Schedule::product

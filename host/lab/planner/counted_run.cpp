@@ -55,11 +55,11 @@ CountedLoad load_of_parabola(const Schedule& schedule, const plan::Step& step, d
     const double start = step.start, end = start + step.rise, led = start - step.before / h,
                  stored = as.single ? double(f32::least_stored()) : f64::least_stored(),
                  flushed = peak > 0 ? stored / peak : 0; // the earlier pressure, where the state holds it
-    return {.s0 = {value(start), off(start)},
-            .ds = {run(start, end), off(start) + off(end) + as.u * run(start, end)},
-            .sj = {step.jump * from, step.jump * off(0)},
-            .end = value(end),
-            .past = {run(led, start), off(led) + off(start) + as.u * run(led, start) + flushed}};
+    CountedLoad load{.s0 = {value(start), off(start)}, .sj = {step.jump * from, step.jump * off(0)}, .end = value(end)};
+    if (change == 0 && bow == 0) return load; // equal frames are rounded alike, and differ by 0
+    load.ds = {run(start, end), off(start) + off(end) + as.u * run(start, end)};
+    load.past = {run(led, start), off(led) + off(start) + as.u * run(led, start) + flushed};
+    return load;
 }
 
 // The load between frames of a cell with the greatest |pressure| `peak`, per unit of it. Only magnitudes of the frames
@@ -84,8 +84,10 @@ CountedLoad load_of_frames(const Schedule& schedule, const plan::Step& step, dou
     };
     return {
         .s0 = {s0, least + u * s0 + (start == 0 ? 0 : rounded(start, share_off(start, begin, step.begin)) + u * s0)},
-        .ds = {step.rise * change, 2 * least + u * step.rise * (from + to) +
-                                       rounded(step.rise, share_off(step.rise, step.begin, step.end))},
+        .ds = change == 0
+                  ? Counted{} // equal frames are rounded alike
+                  : Counted{step.rise * change, 2 * least + u * step.rise * (from + to) +
+                                                    rounded(step.rise, share_off(step.rise, step.begin, step.end))},
         .sj = {step.jump * from, step.jump * (least + u * from)},
         .end = std::abs(1 - end) * from + end * to};
 }

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 namespace dermis::planner {
 
@@ -52,7 +53,9 @@ double roundings_of(const PreparedSkin& skin, const std::vector<double>& map) {
 
 Roughness roughness_of(const PreparedSkin& skin, const Schedule& schedule, double peak) {
     const double weight = skin.constants.bend * weight_of(skin.stencil);
-    Roughness r{weight, 6 * weight};
+    Roughness r{weight, 6 * weight, weight};
+    const bool even = std::ranges::adjacent_find(schedule.pressure, std::not_equal_to()) == schedule.pressure.end();
+    if (skin.cells() == 1 || (skin.uniform() && !schedule.framed && even)) return {};
     if (!skin.uniform() || schedule.framed || peak == 0) return r;
     const Grid unit = plan::without_spacing(skin.description.grid);
     const std::vector<double>& map = schedule.pressure;

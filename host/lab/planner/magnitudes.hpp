@@ -24,9 +24,10 @@ double rest_peak(const plan::PreparedSkin&, const plan::Schedule&, bool points_o
 double roundings_of(const plan::PreparedSkin&, const std::vector<double>& map);
 
 // Greatest Laplacian of a strain with maximum 1, and roundings_of it. A uniform skin's strain has the load's shape,
-// which gives a tighter bound. peak: the load's greatest |pressure|.
+// which gives a tighter bound. peak: the load's greatest |pressure|. of_error: the greatest Laplacian of the strain's
+// error of 1; 0 where all cells are pressed alike and so are off alike.
 struct Roughness {
-    double laplacian, roundings;
+    double laplacian, roundings, of_error;
 };
 Roughness roughness_of(const plan::PreparedSkin&, const plan::Schedule&, double peak);
 

@@ -5,6 +5,7 @@
 #include "host/core/base/memory.hpp"
 #include "host/core/press/report.hpp"
 #include "host/lab/scenes/scene.hpp"
+#include "host/lab/scenes/waveform.hpp"
 
 #include <cmath>
 
@@ -68,6 +69,15 @@ std::vector<Quantity> sign_changed(const Scene& s, const Result& r) {
     return changed;
 }
 
+// Of a punch or a ball, m: the strain at its rim is not the depth over the thickness.
+double greatest_depth(const Scene& s, const Result& r) {
+    const scene::Waveform envelope(s.load.envelope, s.time);
+    double greatest = 0;
+    for (size_t n = 0; n < r.time.size(); ++n)
+        greatest = std::max(greatest, std::abs(envelope.before(scene::Instant::multiple(double(n), s.time.step))));
+    return std::abs(s.load.intensity) * greatest;
+}
+
 } // namespace
 
 const Trace& Result::trace(Quantity q) const try {
@@ -87,6 +97,7 @@ Report report(const Scene& s, const Result& r) try {
         report.strain.value = extremes_of(*strain).size();
         if (s.grid.spacing) report.indentation.value = report.strain.value * s.material.thickness.value_or(0);
     }
+    if (scene::is_indenter(s.load)) report.indentation.value = greatest_depth(s, r);
     report.sign_changed = sign_changed(s, r);
     if (s.load.interval) report.vibration.value = vibration_between(*s.load.interval);
     return report;
