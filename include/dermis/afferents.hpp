@@ -9,9 +9,9 @@
 // A fibre with several endings has such a q, y and V for each of them. It fires when the first V reaches 1, and a spike
 // sets the V of all endings back. In a Skin a q beyond 1e12 counts as 1e12.
 //
-// Between frames q runs along a straight line. For such a q the filter is exact at the end of each step, and a spike's
-// time is the time at which V of this continuous model reaches 1: to some 1 us in a Skin, to 1e-10 s in a scene
-// (kernels/NUMERICS.md, "Spikes").
+// Between frames q runs along a line, for which the filter is exact at the end of a step. A spike's time is the time at
+// which V of this continuous model reaches 1: to about 1 us in a Skin; in a scene to 1e-10 s where q runs along lines,
+// as at viscosity 0, else to about 1e-5 s, because lines stand in for q (kernels/NUMERICS.md, "Spikes").
 #pragma once
 
 #include <dermis/description.hpp>

@@ -160,6 +160,29 @@ TEST_CASE(
     for (float e : read(along_x, Quantity::stretch_y)) REQUIRE(e == 0);
 }
 
+TEST_CASE("The stretch along a row sums up to the shear of its last cell less that of its first, or to 0 if edges are "
+          "periodic") {
+    for (Edges edges : {Edges::mirror, Edges::periodic}) {
+        SkinDescription d = sheared_skin();
+        d.edges = edges;
+        SkinOptions options = with_shear();
+        Skin skin(Device::cpu(1), d, options);
+        std::vector<float> slanted(cells_of_pad), none(cells_of_pad);
+        for (int i = 0; i < cells_of_pad; ++i) slanted[size_t(i)] = float(100 + 10 * (i % columns));
+        skin.press(none.data(), joined(slanted, none).data(), cells_of_pad, 0.01);
+        const std::vector<float> shear = read(skin, Quantity::shear_x), stretch = read(skin, Quantity::stretch_x);
+        for (int y = 0; y < rows; ++y) {
+            double sum = 0, magnitudes = 0;
+            for (int x = 0; x < columns; ++x)
+                sum += stretch[size_t(y * columns + x)], magnitudes += std::abs(stretch[size_t(y * columns + x)]);
+            const double ends = double(shear[size_t((y + 1) * columns - 1)]) - shear[size_t(y * columns)],
+                         expected = edges == Edges::mirror ? ends * 1e-3 / 5e-4 : 0;
+            CHECK(sum == absolute(expected, 1e-5 * magnitudes));
+            if (edges == Edges::mirror) CHECK(sum > 0.9 * magnitudes); // far from 0
+        }
+    }
+}
+
 TEST_CASE("A Touch with shear presses tractions whose sum over the modulus is the force along the surface to 1e-6") {
     contact::Pad shape;
     shape.width = columns, shape.height = rows, shape.spacing = 5e-4;

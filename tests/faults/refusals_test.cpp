@@ -73,7 +73,8 @@ TEST_CASE("what a sequence, an envelope and a time cannot be is refused word for
          {two + "[load]\nkind = \"file\"\npath = \"shape.npy\"",
           "6: load.path = \"{}shape.npy\": has a damaged header; allowed: a .npy file of numbers, "
           "shape (2, 2)"},
-         {sine + "phase = nan", "3: load.phase = nan" + any_finite},
+         {sine + "phase = nan", "3: load.phase = nan; allowed: -1e9..1e9"},
+         {sine + "phase = 1e17", "3: load.phase = 1e+17; allowed: -1e9..1e9"},
          {sine + "mean = nan", "3: load.mean = nan" + any_finite},
          {sine + "amplitude = inf", "3: load.amplitude = inf" + any_finite},
          {"[load]\nenvelope = \"pulse\"\nlength = 0", "3: load.length = 0" + positive},

@@ -194,6 +194,21 @@ TEST_CASE("fibres fire as if they were stepped through the responses of the run 
         }
 }
 
+TEST_CASE("a spike of a scene is right to 1e-10 s where the strain runs along lines, and else to some 1e-5 s") {
+    Scene s = pressed_skin();
+    s.time.duration = 0.08;
+    s.load.envelope = {.kind = Envelope::Kind::table, .times = {0, 0.02, 0.05}, .values = {0, 0.5, 1.5}};
+    Scene elastic = s;
+    make_elastic(elastic);
+    const std::vector<FiredSpike> along_lines = first_fibre(elastic), curved = first_fibre(s);
+    CHECK(along_lines.size() > 3);
+    CHECK(curved.size() > 3);
+    CHECK(apart(along_lines, fed_with_sa1(elastic, 1e-3)) < 1e-10);
+    const double off = apart(curved, fed_with_sa1(s, 5e-6)); // its lines are off by a hundredth of a run's
+    CHECK(off < 2e-5);
+    CHECK(off > 1e-10);
+}
+
 TEST_CASE("of several endings the most strained one fires a fibre, and fibres are counted, not endings") {
     for (Scene s : {pressed_skin(), vibrating_skin()}) {
         const std::vector<FiredSpike> alone = first_fibre(s);

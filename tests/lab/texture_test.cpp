@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
 // labels: device threads
 // Textures that slide over the skin.
+#include "host/lab/output/warnings.hpp"
 #include "tests/support.hpp"
+
+#include <algorithm>
 
 #include <complex>
 #include <filesystem>
@@ -90,6 +93,28 @@ TEST_CASE("CPU and Vulkan press a sliding texture with equal bits") {
     CHECK(r.cells_different == 0);
 }
 
+TEST_CASE("a texture that has steps is said to press beyond its numbers, by as much as its spline does") {
+    Scene s = grating(0.01, 0.03);
+    Texture t{.map = {}, .width = 40, .height = 1, .spacing = 1e-4, .velocity = {0.005, 0}}; // half a cell a step
+    for (int i = 0; i < 40; ++i) t.map.edit().push_back(i % 40 < 20 ? 0.0 : 1.0);
+    s.load.texture = t;
+    s.output.traces = {Quantity::sa1};
+    s.output.fields = {{0.01, {Quantity::strain}}};
+    s.material = {.modulus = 1e3, .viscosity = 0, .thickness = 1e-3, .curvature_length = 0};
+    const Result r = run(s);
+    const auto [least, greatest] = std::ranges::minmax(r.fields[0].values); // pressure over the modulus
+    const std::vector<std::string> all = output::warnings(s, r);
+    REQUIRE(all.size() == 1);
+    CHECK_MESSAGE(
+        all[0].find("differ by up to 1, and the spline through them passes such a step by about 0.11 on either "
+                    "side, from -0.11 to 1.11") != std::string::npos,
+        all[0]);
+    CHECK(least == doctest::Approx(-0.11).epsilon(0.2));
+    CHECK(greatest == doctest::Approx(1.11).epsilon(0.02));
+    s.load.texture = grating(0.01, 0.03).load.texture;
+    CHECK(output::warnings(s, run(s)).empty());
+}
+
 TEST_CASE("a scene file names a texture and its velocity, and mistakes are refused by name") {
     const std::string path = written("texture", "(2, 3)", {1, 2, 3, 4, 5, 6});
     const std::string grid = "preset = \"fingertip\"\n[load.texture]\n";
@@ -114,6 +139,9 @@ TEST_CASE("a scene file names a texture and its velocity, and mistakes are refus
         CHECK_MESSAGE(why.find(says) != std::string::npos, why);
     };
     scene_refused([](Scene& b) { b.load.texture->velocity[1] = INFINITY; }, "load.texture.velocity = inf");
+    scene_refused([](Scene& b) { b.load.texture->velocity[0] = 1e300; },
+                  "load.texture.velocity = 1e+300; allowed: at most");
+    scene_refused([](Scene& b) { b.load.texture->velocity[0] = -2.26e10; }, "a thousandth of load.texture.spacing");
     scene_refused([](Scene& b) { b.load.texture->spacing = 0; }, "load.texture.spacing = 0");
     scene_refused([](Scene& b) { b.load.texture->map.edit()[3] = NAN; }, "load.texture.path = nan in cell [3, 0]");
     scene_refused([](Scene& b) { b.load.envelope.start = 0.1; }, "load.envelope = (given)");

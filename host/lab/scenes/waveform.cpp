@@ -2,6 +2,7 @@
 #include "host/lab/scenes/waveform.hpp"
 
 #include "host/core/base/refusal.hpp"
+#include "host/lab/scenes/checks.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -185,7 +186,7 @@ void check_envelope(const Envelope& e, const Time& time) {
     if (e.kind == Envelope::Kind::ramp) need_positive("load.rise", e.rise);
     if (e.kind == Envelope::Kind::sine) {
         need_positive("load.frequency", e.frequency);
-        need_finite("load.phase", e.phase);
+        need(std::abs(e.phase) <= 1e9, "load.phase", e.phase, "-1e9..1e9");
         need_finite("load.mean", e.mean);
         need_finite("load.amplitude", e.amplitude);
     }
