@@ -188,7 +188,7 @@ struct ReduceConstants {
 #define FIBRE_INPUT 7
 #define FIBRE_PLANES 8
 // Two more planes of dispatches that end between two endings of a substep: the share at which a fibre has fired first,
-// and by which ending.
+// and the ending that did.
 #define FIBRE_FIRST 8
 #define FIBRE_FIRES 9
 #define FIBRE_DISPATCH_PLANES 10

@@ -50,7 +50,7 @@ struct DrawnSkin {
         return all;
     }
 
-    // What the skin is made of once pads have got this material.
+    // The material of the skin after pads have got this one.
     void give(const Material& material, const std::vector<int>& pads) {
         for (int pad : pads)
             if (!options.materials.empty()) options.materials[size_t(pad)] = material;

@@ -59,7 +59,7 @@ struct Result {
     // run's own cells. If it is above predicted_error, a driver, a compiler or dermis is at fault. 0: all numbers that
     // were compared are exact. NaN: nothing was measured, for want of a tolerance or of a cell that the load presses.
     double measured_error = std::nan("");
-    long long measured_cells = 0; // those of these cells and sites that the load presses
+    long long measured_cells = 0; // the number of these cells and sites that the load presses
     // Names of what was asked for and not computed once more in cells: under an envelope, FA2 as a mean over a step and
     // responses that follow the stress; everything, with more_loads; impulses. Spikes never are.
     std::string unmeasured;

@@ -82,8 +82,7 @@ TEST_CASE("two devices of one name are told apart by their rows and their uuids"
     for (const std::string& by : {second.uuid, "GPU-" + second.uuid, capitals, second.uuid.substr(24)})
         CHECK(open_device(by, twins).info().uuid == second.uuid);
     const std::string message = refusal(Error::Code::bad_input, [&] { open_device(second.uuid.substr(29), twins); });
-    for (const char* allowed : {"0 or part of", "1 or part of"})
-        CHECK(message.find(allowed) != std::string::npos);
+    for (const char* allowed : {"0 or part of", "1 or part of"}) CHECK(message.find(allowed) != std::string::npos);
     CHECK(message.find(second.uuid) != std::string::npos);
     CHECK(refusal(Error::Code::bad_input, [&] { open_device("gpu", twins); }).find("vulkan (the best Vulkan device") !=
           std::string::npos);

@@ -237,7 +237,7 @@ bool same(const std::vector<Spike>& a, const std::vector<Spike>& b) {
     return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(Spike)) == 0);
 }
 
-// What a way has other than the plain one, or "".
+// The first difference between a way and the plain one, or "".
 std::string difference(const Way& plain, const Way& way, const DrawnSkin& drawn) {
     const bool fields = way.has_fields() && !plain.has_fields();
     std::vector<Quantity> asked = {Quantity::strain};

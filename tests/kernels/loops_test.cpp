@@ -289,7 +289,7 @@ template <class K> struct LoopMemory {
         for (int q = 0; v.tiles && q < REDUCED_MAPS; ++q) r.tiles[q] = tiles[q];
     }
     real* map(int i) { return numbers.data() + i * pitch; }
-    // Whether all is the same, but for the cells beyond a row's end.
+    // Whether all is the same, except the cells beyond a row's end.
     bool same(LoopMemory& other) {
         for (int i = 0; i < most_maps; ++i)
             if (std::memcmp(map(i), other.map(i), width * sizeof(real)) != 0) return false;

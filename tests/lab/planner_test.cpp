@@ -104,7 +104,8 @@ TEST_CASE("an accepted tolerance is kept in random scenes") {
 
 TEST_CASE("predicted_error is never exceeded in random scenes") { none(surveyed().exceeded); }
 
-TEST_CASE("where little is pressed, frames begin at rest or a method is not exact, bounds hold and no witness is wrong") {
+TEST_CASE(
+    "where little is pressed, frames begin at rest or a method is not exact, bounds hold and no witness is wrong") {
     const oracle::Survey s = oracle::survey(first_seed, night() ? 10000 : 300, &oracle::Family::next_sparse);
     none(s.broken);
     none(s.exceeded);

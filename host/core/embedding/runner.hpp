@@ -34,7 +34,7 @@ class SkinRunner : public plan::Stream {
     size_t frames_together() const;
     VkDeviceSize frame_bytes() const { return program_.memory().pressure.bytes; }
     Buffer on_device(const Memory&);
-    Buffer on_host(VkDeviceSize bytes); // zeros
+    Buffer on_host(VkDeviceSize bytes);           // zeros
     VkDeviceSize state_bytes(size_t pads) const { // of their states on the device, with the pressures
         return pads * ((program_.memory().state.bytes + frame_bytes()) / pads_);
     }
@@ -65,7 +65,7 @@ class SkinRunner : public plan::Stream {
     // A press whose responses nobody reads is not waited for: the next one takes the other upload and recording. They
     // end before what they use.
     Recording recordings_[2];
-    std::optional<Buffer> staging_; // for the states of all pads, if it is kept
+    std::optional<Buffer> staging_;                       // for the states of all pads, if it is kept
     int slot_ = 0;                                        // the upload and the recording that come next
     size_t recorded_ = 0;                                 // the frames of the upload whose presses are recorded
     std::array<std::vector<float>, RESPONSE_MAPS> dense_; // fields of width*height, where the pitch is greater

@@ -254,7 +254,7 @@ bool Skin::Impl::prepare(const plan::PadList& pads, const plan::StepLengths& dt,
 }
 
 // Steps pads to the pressures that they have taken, and their fibres. frame: counts the call's. last: also responses.
-// What progress ends leaves the state that was before.
+// If progress ends the press, the pads keep the state before it.
 void Skin::Impl::step(const plan::PadList& pads, const plan::StepLengths& dt, size_t frame, bool last) {
     const bool in_blocks = prepare(pads, dt);
     plan::StateMemory<char> undo{};

@@ -19,7 +19,7 @@ double modulus_at_rest(const std::vector<plan::Element>& elements) {
 
 constexpr double greatest_input = 1e12; // of a fibre; a greater one counts as this
 
-// What a number of an ending's state may be, by its plane: presses make no number beyond.
+// The range of a number of an ending's state, by its plane: presses make no number beyond it.
 std::pair<double, double> range_of(const AfferentModel& m, size_t plane) {
     constexpr double most = 1e30, most_output = 1e24, rounding = 1 + 1e-5;
     if (plane == FIBRE_INPUT) return {-greatest_input, greatest_input};

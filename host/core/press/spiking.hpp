@@ -18,7 +18,7 @@ class Spiking {
     bool prepare(const plan::PadList&, const plan::StepLengths&, size_t presses, const double** refused);
     // Takes the pressures that were pressed last as the inputs at the end of the step, and steps the fibres of these
     // pads. frame: counts the frames of a call; the first one forgets the spikes of the call before. Calls look(); if
-    // that throws, the fibres' states are of no time, and spikes() has those of the frames before.
+    // that throws, the fibres' states are of no time, and spikes() has the spikes of the frames before.
     void press(const plan::PadList&, const plan::StepLengths&, plan::Stream&, size_t frame = 0);
     const std::vector<Spike>& spikes() const { return spikes_; }
 

@@ -28,7 +28,7 @@ class Use {
 // when they first run what they have compiled: then this is called again. Returns false if memory runs out.
 bool end_before_drivers() noexcept;
 
-// The contexts whose submissions exit() waits for.
+// The contexts with submissions that exit() waits for.
 void add_open(const Context*);
 void remove_open(const Context*);
 

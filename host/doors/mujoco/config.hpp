@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the keys of an instance of the plugin say. Each is checked here, when a model is read.
+// The keys of an instance of the plugin. Each is checked here, when a model is read.
 #pragma once
 
 #include "dermis/dermis.hpp"

@@ -104,7 +104,7 @@ class Computing {
     std::unique_lock<std::recursive_mutex> lock_;
 };
 
-// What a skin calls in a press: on the main thread it lets Ctrl-C and other signals act, by an exception that ends the
+// A skin calls this in a press: on the main thread it lets Ctrl-C and other signals act, by an exception that ends the
 // press. `in_use` stays locked: no other thread may use the skin in the middle of a press.
 void let_signals_act(double done);
 

@@ -524,7 +524,8 @@ void bind_skin(nb::module_& m) {
         .def("save", save, nb::arg("pads").none() = nb::none(),
              "Return the state of pads as bytes, the same on every device. pads: as in press.")
         .def("load", load, nb::arg("state").none(), nb::arg("pads").none() = nb::none(),
-             "Take a state for the same number of pads of such a skin. state: bytes that save has returned. A number of a\n"
+             "Take a state for the same number of pads of such a skin. state: bytes that save has returned. A number "
+             "of a\n"
              "nerve fibre that no press makes is refused.\n"
              "pads: as in press.")
         .def("take_material", set_material, nb::arg("scene"), nb::arg("rows"), nb::arg("pads").none(),

@@ -69,7 +69,7 @@ std::vector<Quantity> sign_changed(const Scene& s, const Result& r) {
     return changed;
 }
 
-// Of a punch or a ball, m: the strain at its rim is not the depth over the thickness.
+// The depth of a punch or a ball, m: the strain at its rim is not the depth over the thickness.
 double greatest_depth(const Scene& s, const Result& r) {
     const scene::Waveform envelope(s.load.envelope, s.time);
     double greatest = 0;

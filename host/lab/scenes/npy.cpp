@@ -145,7 +145,7 @@ NpyFile::NpyFile(const std::string& path, int width, int height, bool sequence, 
     if (bytes > expected) throw error("goes on after its last cell" + allowed_);
 }
 
-// Reads the bytes of a map, or once those of all maps in the order of Fortran, in which each map is all over the file.
+// Reads the bytes of a map. In the order of Fortran each map is spread over the file: all maps are read once.
 void NpyFile::read_bytes_of(long long map) {
     const size_t each = type_->bytes, bytes = cells_ * each * (by_columns_ ? size_t(maps_) : 1);
     if (by_columns_ && raw_.size() == bytes) return;
