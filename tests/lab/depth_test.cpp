@@ -221,8 +221,8 @@ TEST_CASE("stresses at a depth are within their bound, which is at most 100 time
                 const double units =
                     cells <= 1024
                         ? (0.25 * width + height + 4) * magnitudes
-                        : (90 * std::log2(double(smooth_number(2 * width - 1) * smooth_number(2 * height - 1))) + 4) *
-                              both;
+                        : (66 * std::log2(double(smooth_number(2 * width - 1) * smooth_number(2 * height - 1))) + 4) *
+                              1.8 * both;
                 CHECK(bound == doctest::Approx(1.1 * 0x1p-53 * magnitudes + 0x1p-64 * units).epsilon(1e-6));
             }
 }
