@@ -7,8 +7,8 @@ set(code "c|comp|cpp|glsl|h|hpp|inl") # endings
 set(broken "")
 
 # Lines of code at most. Only an issue that names its lines raises a number; the commit says which issue and point.
-set(most_core 12171)
-set(most_lab 16632)
+set(most_core 12515)
+set(most_lab 17120)
 
 # Members of Coefficients are named in kernels and in these files. Those with one letter are not looked for: b and f are
 # names of other members too, and whoever reads all of them also reads a longer one.
