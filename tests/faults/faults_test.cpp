@@ -383,6 +383,7 @@ TEST_CASE("the list of calls to fail has every Vulkan function that the library 
     ENDING_INSTANCE_CALLS(TELLS_NOTHING)
     RECORDING_CALLS(TELLS_NOTHING)
     TELLING_CALLS(TELLS_NOTHING)
+    known.insert("vkDeviceWaitIdle"); // as a process ends, when nobody is left to be told
     const std::regex function("\\b(PFN_)?(vk[A-Z]\\w*)\\b");
     for (const auto& file : std::filesystem::recursive_directory_iterator(DERMIS_TEST_DATA "/../../host")) {
         const std::string ending = file.path().extension();

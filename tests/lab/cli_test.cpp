@@ -119,7 +119,7 @@ TEST_CASE(
     "a driver's file that is not JSON is named as the cause, and auto uses the CPU; devices and runs tell the uuid") {
     const Folder folder;
     const std::string scene = folder.write("scene.toml", small), broken = folder.write("icd.json", "no JSON"),
-                      icds = "VK_ADD_DRIVER_FILES=" + broken + " VK_DRIVER_FILES= VK_ICD_FILENAMES=" + broken;
+                      icds = "VK_DRIVER_FILES=" + broken + " VK_ICD_FILENAMES=" + broken;
     const std::string cause = "a driver or layer is not JSON; VK_LOADER_DEBUG=error names it";
     const Outcome devices = command(folder, "devices", icds);
     CHECK(devices.status == 0);
@@ -507,8 +507,8 @@ TEST_CASE("--json is all that plan, devices, check and run then print, and says 
     CHECK(has(of_plans, "{\"model\": \"maps\", \"precision\": \"f64\", \"device\": \"cpu\","));
     const auto [checks, of_checks] = answer("check --device cpu");
     CHECK(checks == "1\n");
-    CHECK(has(of_checks,
-              "{\"name\": \"cpu\", \"driver\": null, \"exact\": true, \"kernels\": [\n    {\"name\": \"press\", "));
+    CHECK(has(of_checks, "{\"name\": \"cpu\", \"driver\": null, \"uuid\": null, \"exact\": true, \"kernels\": [\n    "
+                         "{\"name\": \"press\", "));
     const auto [one, of_one] = answer("run --device cpu " + scene + " --out " + out);
     CHECK(one == "1\n");
     CHECK(of_one == "[\n" + slurp(folder / "o/summary.json") + "]\n");
