@@ -141,7 +141,7 @@ TEST_CASE("a scene file names a texture and its velocity, and mistakes are refus
     scene_refused([](Scene& b) { b.load.texture->velocity[1] = INFINITY; }, "load.texture.velocity = inf");
     scene_refused([](Scene& b) { b.load.texture->velocity[0] = 1e300; },
                   "load.texture.velocity = 1e+300; allowed: at most");
-    scene_refused([](Scene& b) { b.load.texture->velocity[0] = -2.26e10; }, "a thousandth of load.texture.spacing");
+    scene_refused([](Scene& b) { b.load.texture->velocity[0] = -2.26e10; }, "within time.duration");
     scene_refused([](Scene& b) { b.load.texture->spacing = 0; }, "load.texture.spacing = 0");
     scene_refused([](Scene& b) { b.load.texture->map.edit()[3] = NAN; }, "load.texture.path = nan in cell [3, 0]");
     scene_refused([](Scene& b) { b.load.envelope.start = 0.1; }, "load.envelope = (given)");
