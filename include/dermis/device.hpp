@@ -23,7 +23,8 @@ struct DeviceInfo {
 // be using are then never destroyed. Device::open() makes a new one. Waits for submitted work, a second or less on most
 // devices, have no timeout: no clock can tell a device that hangs from a slow or a stopped one.
 // exit() waits for the calls of other threads that use a Vulkan device, and for submitted work, before it destroys
-// static objects; each later use throws Error::device, and destructors leave the device alone.
+// static objects; each later use throws Error::device, and destructors leave the device alone. While another thread is
+// in open() or list(), exit() must not be called; Python's waits.
 // After a fork the child process can use neither the Vulkan devices nor the threads of the parent's devices: a press or
 // a run that needs them throws Error::device and never waits, and destructors leave them alone. Devices and skins that
 // the child makes itself work.

@@ -2,6 +2,7 @@
 #include "host/core/press/vulkan_device.hpp"
 
 #include "host/core/base/memory.hpp"
+#include "host/core/base/opening.hpp"
 #include "host/core/embedding/backend.hpp"
 #include "host/core/embedding/check.hpp"
 
@@ -74,6 +75,7 @@ const PhysicalDevice& named(const std::vector<PhysicalDevice>& devices, const st
 } // namespace
 
 Device open_device(const std::string& which, const vulkan::Loader& loader, const vulkan::InstanceOptions& options) try {
+    const Opening opening;
     std::string why;
     try {
         const auto instance = std::make_shared<const vulkan::Instance>(loader, options);
@@ -105,6 +107,7 @@ Device Device::open(const std::string& which) {
 }
 
 std::vector<DeviceInfo> Device::list() try {
+    const Opening opening;
     const vulkan::Instance instance(vulkan::system_loader());
     std::vector<DeviceInfo> list;
     for (const PhysicalDevice& p : instance.devices()) list.push_back(p.info);

@@ -2,6 +2,8 @@
 // The module dermis._core. The package around it is in host/doors/python/dermis.
 #include "host/doors/python/module.hpp"
 
+#include "host/core/base/opening.hpp"
+
 #include <chrono>
 #include <thread>
 
@@ -231,6 +233,10 @@ NB_MODULE(_core, m) {
     nanobind::register_exception_translator(translate);
     main_thread =
         nanobind::cast<unsigned long>(nanobind::module_::import_("threading").attr("main_thread")().attr("ident"));
+    nanobind::module_::import_("atexit").attr("register")(nanobind::cpp_function([] {
+        const nanobind::gil_scoped_release others_go_on;
+        dermis::Opening::end();
+    }));
     bind_device(m);
     bind_report(m);
     bind_afferents(m);

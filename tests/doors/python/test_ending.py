@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A process ends well while a thread that nobody joins makes a skin on a Vulkan device, presses or keeps it."""
+"""A process ends well while a thread that nobody joins opens a Vulkan device, makes a skin, presses or keeps it."""
 
 import os
 import subprocess
@@ -17,6 +17,8 @@ begun = threading.Event()
 
 
 def work():
+    if way == "open":
+        begun.set()
     device = dermis.Device.open("vulkan")
     if way == "make":
         begun.set()
@@ -42,7 +44,7 @@ time.sleep(delay)
 """
 
 
-@pytest.mark.parametrize("way", ["make", "first", "press", "run", "keep"])
+@pytest.mark.parametrize("way", ["open", "make", "first", "press", "run", "keep"])
 def test_daemon_thread_with_a_vulkan_skin_never_crashes_the_end(way):
     # The driver compiles anew: a warm cache hides what its compiler does without its static objects.
     variables = os.environ | {"MESA_SHADER_CACHE_DISABLE": "true"}
