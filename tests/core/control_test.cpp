@@ -89,6 +89,16 @@ TEST_CASE("a skin that is pressed by depth refuses materials and depths that hav
     refused([&] { skin.set_material(d.material); }, "none with control = depth");
     refused([&] { skin.press(std::vector<float>(12, -INFINITY), 0.01); }, "pressure = -inf in cell [0, 0]");
     refused([&] { skin.press(std::vector<float>(12, NAN), 0.01); }, "pressure = nan in cell [0, 0]");
+    std::vector<float> deep(24, 0.0f);
+    deep[17] = 1e37f; // a finite depth, and over 1 mm no finite strain
+    std::vector<char> before(skin.state_bytes()), after(before);
+    skin.save(before.data(), before.size());
+    refused([&] { skin.press(deep.data() + 12, 12, 0.01); },
+            "pressure = 1e+37 in cell [1, 1]; allowed: depths below 3.4e38 times the thickness");
+    refused([&] { skin.press_frames(deep.data(), 2, 12, 0.01); },
+            "pressure = 1e+37 in cell [1, 1] of frame 1; allowed: depths below 3.4e38 times the thickness");
+    skin.save(after.data(), after.size());
+    CHECK(after == before);
     refused(
         [&] {
             Skin(Device::cpu(1), d, {.count = 2, .materials = {d.material, d.material}, .control = Control::depth});

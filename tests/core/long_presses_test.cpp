@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // labels: device threads
 // Presses of many substeps of nerve fibres, or of many frames: how they are cut, and how progress ends them.
+#include "dermis/touch.hpp"
 #include "host/core/model/fibres.hpp"
 #include "tests/shim.hpp"
 #include "tests/support.hpp"
@@ -137,6 +138,7 @@ TEST_CASE("progress ends a press of fibres between blocks of substeps, which is 
             CHECK(heard == std::vector<double>{0, 0});
             CHECK(state_of(skin) == before);
             CHECK(skin.spikes().size == 0);
+            CHECK(std::isnan(skin.report().vibration.value) == (hold == Hold::parabolic));
             for (Skin* s : {&skin, &untouched}) s->press(pressure(side, 2), 0.02);
             CHECK(same_spikes(skin, untouched));
             CHECK(state_of(skin) == state_of(untouched));
@@ -181,11 +183,13 @@ TEST_CASE("in a press its skin cannot be pressed, changed or saved, and others c
     std::vector<std::string> refused;
     Skin* self = nullptr;
     const std::vector<float> p = pressure(side, 1);
+    const contact::Touch touch({.width = side, .height = side, .spacing = 1e-4}, 1, 1e-3);
     options.progress = [&](double) {
         other.press(p, 0.01);
         char byte = 0;
         for (const std::function<void()>& call : std::vector<std::function<void()>>{
-                 [&] { self->press(p, 0.01); }, [&] { self->press_frames(p.data(), 1, p.size(), 0.01); },
+                 [&] { self->press(p, 0.01); }, [&] { self->press(touch, 0.01); },
+                 [&] { self->press_frames(p.data(), 1, p.size(), 0.01); },
                  [&] { self->press_cells(p.data(), p.size(), 0.01); }, [&] { self->reset(); },
                  [&] { self->save(&byte, 1); }, [&] { self->load(&byte, 1); }, [&] { self->set_material({}); }})
             refused.push_back(refusal(Error::Code::bad_input, call));
@@ -193,7 +197,7 @@ TEST_CASE("in a press its skin cannot be pressed, changed or saved, and others c
     Skin skin(Device::cpu(1), pad(side), options);
     self = &skin;
     skin.press(p, 4.0);
-    REQUIRE(refused.size() >= 7);
+    REQUIRE(refused.size() >= 8);
     for (const std::string& message : refused)
         CHECK(message == "skin = (in a press, which calls progress); allowed: another skin");
     skin.press(p, 0.01);

@@ -161,6 +161,8 @@ TEST_CASE("every bad scene file is refused with file, line, key, value and allow
         {"[time]\nstep = \"1e999 ms\"", "time.step"},
         {"[time]\nstep = \"1e5 e3 s\"", "time.step"},
         {"[time]\nstep = \"- 5 ms\"", "time.step"},
+        {"[time]\nstep = \"++5 ms\"", "time.step"},
+        {"[time]\nstep = \"+-5 ms\"", "time.step"},
         {"[time]\nstep = \"ms\"", "time.step"},
         {"[surface]\nkind = \"wave\"\nnoise = \"3 m\"", "surface.noise = '3 m'; allowed: a number"},
         {"[load]\nradius = \"3 mm\"", "load.radius = '3 mm'; allowed: whole cells: the grid has no spacing"},

@@ -120,13 +120,12 @@ class SkinStream : public plan::Stream {
         if (sites_ && answers) sites_->read(std::to_array(field_), response_);
     }
 
+    bool joins_frames() const override { return width_ == pitch_; } // rows are read where they stand, up to the pitch
+
     void press_frames(const plan::PadList& pads, const float* frames, size_t count, size_t numbers,
                       const plan::StepLengths& dt) override {
-        // rows are read where they stand, and up to the pitch
-        if (pads.count == 0 || width_ != pitch_) return Stream::press_frames(pads, frames, count, numbers, dt);
         (void)press_.press_frames(dt.of(pads, 0), pressure(), frames, count, true, field_, width_);
         take(frames + (count - 1) * numbers, pressure());
-        dt.taken(pads);
         if (sites_) sites_->read(std::to_array(field_), response_);
     }
 

@@ -22,6 +22,12 @@ inline bool is_elastic(const Element& m) { return m.viscosity == 0; }
 inline double z_of(const Element& m, double dt) { return is_elastic(m) ? INFINITY : m.modulus * dt / m.viscosity; }
 // Returns the strain that a constant stress leads to in the end; infinity without a spring.
 inline double final_strain(const Element& m, double stress) { return stress / m.modulus; }
+// The modulus at which elements in series come to rest; 0 with a dashpot.
+template <class Elements> double modulus_at_rest(const Elements& in_series) {
+    double compliance = 0;
+    for (const Element& e : in_series) compliance += final_strain(e, 1);
+    return 1 / compliance;
+}
 // Returns the rate of the strain at a stress and a strain; the element has a dashpot.
 inline double strain_rate(const Element& m, double stress, double strain = 0) {
     return (stress - m.modulus * strain) / m.viscosity;

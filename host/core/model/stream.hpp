@@ -41,17 +41,12 @@ class Stream {
     virtual bool copy(const float* numbers, size_t count, float* to) {
         return copy_rows({.from = numbers, .stride = count, .width = count, .to = to, .pitch = count}, 0, 1);
     }
-    // Does take(), prepare() and press() with each of `count` frames, whose first step is prepared. Only the last press
-    // answers. frames: the library's memory, one after another, each of `numbers` finite numbers.
-    virtual void press_frames(const PadList& pads, const float* frames, size_t count, size_t numbers,
-                              const StepLengths& dt) {
-        for (size_t i = 0; i < count; ++i) {
-            take(pads, frames + i * numbers);
-            (void)prepare(pads, dt); // null: the steps behind the first one were checked with it
-            press(pads, dt, i + 1 == count);
-            dt.taken(pads);
-        }
-    }
+    // Whether press_frames() does take(), prepare() and press() with each of `count` frames at once, whose first step
+    // is prepared. Only the last press answers. frames: the library's memory, one after another, each of `numbers`
+    // finite numbers.
+    virtual bool joins_frames() const { return false; }
+    virtual void press_frames(const PadList&, const float* /*frames*/, size_t /*count*/, size_t /*numbers*/,
+                              const StepLengths&) {}
     // The responses of the last press of each pad, fields of width*height or sites in the order given, pad by pad; the
     // same memory, which every press fills again once a response has been asked for.
     virtual const float* response(Quantity) = 0;

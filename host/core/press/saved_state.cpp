@@ -77,6 +77,16 @@ SavedState::SavedState(const plan::StreamedSkin& skin, size_t fibres, size_t she
     of_pad_[shear_part] = shear;
 }
 
+template <class Byte> plan::StateMemory<Byte> SavedState::memory_of(Byte* const (&parts)[part_count]) const {
+    return {.strains = parts[strains_part],
+            .pressure = parts[pressure_part],
+            .strains_step = of_pad_[strains_part],
+            .pressure_step = of_pad_[pressure_part],
+            .steps = parts[steps_part],
+            .fibres = parts[fibres_part],
+            .shear = parts[shear_part]};
+}
+
 size_t SavedState::bytes_of(Part part, size_t pads) const {
     return part == shape_part ? sizeof shape_ : pads * of_pad_[part];
 }
@@ -105,13 +115,7 @@ plan::StateMemory<char> SavedState::write(void* state, size_t given, size_t pads
         to = parts[part] + head.bytes;
     }
     std::memcpy(parts[shape_part], &shape_, sizeof shape_);
-    return {.strains = parts[strains_part],
-            .pressure = parts[pressure_part],
-            .strains_step = of_pad_[strains_part],
-            .pressure_step = of_pad_[pressure_part],
-            .steps = parts[steps_part],
-            .fibres = parts[fibres_part],
-            .shear = parts[shear_part]};
+    return memory_of(parts);
 }
 
 // Throws Error::bad_input naming the first thing in which the shape of a saved state differs from the skin's.
@@ -196,13 +200,7 @@ plan::StateMemory<const char> SavedState::read(const void* state, size_t given, 
             scene::refuse("state", "(a step of " + std::to_string(step) + " s)", "finite numbers >= 0");
     for (const Part part : {strains_part, pressure_part, fibres_part, shear_part})
         if (has(part)) need_finite(parts[part], bytes_of(part, pads));
-    return {.strains = parts[strains_part],
-            .pressure = parts[pressure_part],
-            .strains_step = of_pad_[strains_part],
-            .pressure_step = of_pad_[pressure_part],
-            .steps = parts[steps_part],
-            .fibres = parts[fibres_part],
-            .shear = parts[shear_part]};
+    return memory_of(parts);
 }
 
 } // namespace dermis

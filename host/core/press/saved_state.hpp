@@ -32,6 +32,7 @@ class SavedState {
     // are any.
     enum Part { shape_part, steps_part, strains_part, pressure_part, fibres_part, shear_part, part_count };
 
+    template <class Byte> plan::StateMemory<Byte> memory_of(Byte* const (&parts)[part_count]) const;
     size_t bytes_of(Part, size_t pads) const;
     bool find_parts(const char* at, size_t left, size_t pads, const char* (&parts)[part_count]) const;
     std::string part_list() const;

@@ -135,7 +135,12 @@ struct Skin::Impl {
     void need_shear(bool given) const;
     void need_touch(const contact::Touch::Impl&) const;
     void press(const contact::Touch::Impl&, const plan::StepLengths&);
-    const float* to_take(const float* numbers, size_t count);
+    void to_strains(const float* depths, size_t count, float* to) const;
+    // Returns what the stream takes: the numbers, or the strains of depths.
+    const float* to_take(const float* numbers, size_t count) {
+        if (depth) to_strains(numbers, count, strains.data());
+        return depth ? strains.data() : numbers;
+    }
     bool prepare(const plan::PadList&, const plan::StepLengths&, size_t frames = 1);
     void step(const plan::PadList&, const plan::StepLengths&, size_t frame = 0, bool last = true);
     void save(const plan::PadList&, const plan::StateMemory<char>&);
@@ -151,16 +156,6 @@ struct Skin::Impl {
         return materials.empty() ? description.material : materials[size_t(pad)];
     }
 };
-
-[[noreturn]] void refuse_step(double dt) {
-    scene::refuse("dt", shortest(dt), "seconds over which the coefficients of a step stay below 3.4e38");
-}
-
-[[noreturn]] void refuse_step_of_fibres(double dt) {
-    scene::refuse("dt", shortest(dt),
-                  "at most 65536 refractory times or shortest time constants of the nerve fibres, and coefficients of "
-                  "their steps below 3.4e38");
-}
 
 // Throws Error::bad_input if a number is no pad's or occurs twice, or where progress calls in a press.
 plan::PadList Skin::Impl::list_of(const Pads& pads) {
@@ -224,7 +219,7 @@ void Skin::Impl::need_touch(const contact::Touch::Impl& touch) const {
 
 // Presses the pads that a Touch moves; fibres step in all pads.
 void Skin::Impl::press(const contact::Touch::Impl& touch, const plan::StepLengths& dt) {
-    const plan::PadList all{.count = count};
+    const plan::PadList all = list_of({});
     need_press(count * cells(), dt, all, cells());
     if (spiking.any()) moving.resize(count), std::iota(moving.begin(), moving.end(), 0);
     else {
@@ -245,10 +240,15 @@ void Skin::Impl::press(const contact::Touch::Impl& touch, const plan::StepLength
 bool Skin::Impl::prepare(const plan::PadList& pads, const plan::StepLengths& dt, size_t frames) {
     const double* refused_by_fibres = nullptr;
     const bool in_blocks = spiking.prepare(pads, dt, frames, &refused_by_fibres) && progress;
-    if (refused_by_fibres) refuse_step_of_fibres(*refused_by_fibres);
+    if (refused_by_fibres)
+        scene::refuse("dt", shortest(*refused_by_fibres),
+                      "at most 65536 refractory times or shortest time constants of the nerve fibres, and coefficients "
+                      "of their steps below 3.4e38");
     // Shear has the greater coefficients: it refuses each step that the pressure refuses.
-    if (const double* refused = shear.prepare(pads, dt)) refuse_step(*refused);
-    if (const double* refused = stream->prepare(pads, dt)) refuse_step(*refused);
+    const double* refused = shear.prepare(pads, dt);
+    if (!refused) refused = stream->prepare(pads, dt);
+    if (refused)
+        scene::refuse("dt", shortest(*refused), "seconds over which the coefficients of a step stay below 3.4e38");
     if (in_blocks) before.resize(saved_state.bytes(pads.count));
     return in_blocks;
 }
@@ -270,38 +270,40 @@ void Skin::Impl::step(const plan::PadList& pads, const plan::StepLengths& dt, si
     dt.taken(pads);
 }
 
-// Returns what the stream takes: the numbers, or the strains of depths. What is not finite stays so.
-const float* Skin::Impl::to_take(const float* numbers, size_t n) {
-    if (!depth) return numbers;
+// Copies depths as strains. A depth that is not finite, or too great, becomes a strain that is not finite.
+void Skin::Impl::to_strains(const float* depths, size_t n, float* to) const {
     const DefaultFloats guard;
     const float thickness = float(*description.material.thickness);
-    for (size_t i = 0; i < n; ++i)
-        strains[i] = numbers[i] < 0 && finite(double(numbers[i])) ? 0.0f : numbers[i] / thickness;
-    return strains.data();
+    for (size_t i = 0; i < n; ++i) {
+        const float deep = depths[i]; // once: another thread may change it
+        to[i] = deep < 0 && finite(double(deep)) ? 0.0f : deep / thickness;
+    }
 }
 
-// Does what Stream::press_frames does, with a copy of the frames. Depths, and skins with nerve fibres, are pressed one
-// frame after another.
+// Presses a copy of the frames, one after another where the stream does not take them together.
 void Skin::Impl::press_frames(const plan::PadList& pads, const float* frames, size_t n, size_t numbers,
                               const plan::StepLengths& dt) {
     if (numbers == 0) return step(pads, dt); // of no pad
     scene::need(n <= taken.max_size() / numbers, "count", double(n), "as many frames as memory holds");
     if (taken.size() < n * numbers) taken = simd::map_of(n * numbers, 0.0f);
-    if (!stream->copy(frames, n * numbers, taken.data())) refuse_pressure(frames, pads, n);
+    if (depth) to_strains(frames, n * numbers, taken.data());
+    if (!(depth ? plan::all_finite(taken.data(), n * numbers) : stream->copy(frames, n * numbers, taken.data())))
+        refuse_pressure(frames, pads, n);
     prepare(pads, dt, n);
     constexpr size_t most_numbers = 1 << 26, most_frames = 1024; // about 100 ms
-    const bool alone = depth || spiking.any();
+    const bool alone = spiking.any() || !stream->joins_frames();
     const size_t together = alone ? 1 : progress ? std::clamp(most_numbers / numbers, size_t(1), most_frames) : n;
     const Press pressed(*this);
     const float* at = taken.data();
     for (size_t i = 0; i < n; i += together, at += together * numbers) {
         if (i > 0) scene::reach(double(i) / double(n), true);
         if (alone) {
-            stream->take(pads, to_take(at, numbers));
+            stream->take(pads, at);
             step(pads, dt, i, spiking.any() || i + 1 == n); // fibres read the state after each step
         } else {
             (void)stream->prepare(pads, dt); // null: the steps behind the first one were checked with it
             stream->press_frames(pads, at, std::min(together, n - i), numbers, dt);
+            dt.taken(pads);
         }
     }
 }
@@ -321,8 +323,7 @@ void Skin::Impl::load(const plan::PadList& list, const plan::StateMemory<const c
     stream->load(list, from);
     if (from.shear) shear.load(list, from.shear);
     for (size_t i = 0; i < list.count; ++i) {
-        double& step = last_steps[size_t(list[i])] = 0;
-        if (from.steps) std::memcpy(&step, from.steps + i * sizeof step, sizeof step);
+        if (from.steps) std::memcpy(&last_steps[size_t(list[i])], from.steps + i * sizeof(double), sizeof(double));
         if (from.fibres) spiking.load(list[i], from.fibres + i * spiking.state_bytes());
     }
 }
@@ -331,15 +332,16 @@ void Skin::Impl::load(const plan::PadList& list, const plan::StateMemory<const c
 void Skin::Impl::refuse_pressure(const float* pressure, const plan::PadList& pads, size_t frames,
                                  const std::vector<size_t>& listed, const char* argument) const {
     const std::string of = argument == std::string_view("traction") ? " of axis " : " of frame ";
+    const float thickness = depth ? float(*description.material.thickness) : 1.0f;
     for (size_t k = 0; k < frames * pads.count; ++k)
         for (size_t i = 0, n = listed.empty() ? cells() : listed.size(); i < n; ++i, ++pressure)
-            if (!finite(double(*pressure)))
+            if (!finite(double(*pressure / thickness)))
                 scene::refuse(argument,
                               shortest(double(*pressure)) + " in cell " +
                                   scene::cell_text(listed.empty() ? i : listed[i], int(width)) +
                                   (count > 1 ? " of pad " + std::to_string(pads[k % pads.count]) : "") +
                                   (frames > 1 ? of + std::to_string(k / pads.count) : ""),
-                              "finite numbers");
+                              finite(double(*pressure)) ? "depths below 3.4e38 times the thickness" : "finite numbers");
     scene::refuse(argument, "(a number that was not finite)", "finite numbers");
 }
 
@@ -503,6 +505,7 @@ void Skin::load(const void* state, size_t bytes, const Pads& pads) try {
     const std::vector<char> own(given, given + (given ? bytes : 0)); // the caller's memory may change
     const plan::StateMemory<const char> from = impl_->saved_state.read(given ? own.data() : nullptr, bytes, list.count);
     impl_->spiking.need_possible(from.fibres, list.count);
+    for (size_t i = 0; i < list.count; ++i) impl_->last_steps[size_t(list[i])] = 0; // where the state has none
     impl_->load(list, from);
 }
 OR_OUT_OF_MEMORY(impl_->needs)

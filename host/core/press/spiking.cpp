@@ -10,13 +10,6 @@
 namespace dermis {
 namespace {
 
-// The modulus at which elements in series come to rest; 0 with a dashpot.
-double modulus_at_rest(const std::vector<plan::Element>& elements) {
-    double compliance = 0;
-    for (const plan::Element& e : elements) compliance += scene::final_strain(e, 1);
-    return 1 / compliance;
-}
-
 constexpr double greatest_input = 1e12; // of a fibre; a greater one counts as this
 
 // The range of a number of an ending's state, by its plane: presses make no number beyond it.
@@ -72,7 +65,7 @@ void Spiking::set_elements(const plan::PadList& pads, const std::vector<plan::El
     if (!any()) return;
     for (size_t i = 0; i < pads.count; ++i) {
         springs_[size_t(pads[i])] = plan::spring_behind(elements);
-        moduli_[size_t(pads[i])] = modulus_at_rest(elements);
+        moduli_[size_t(pads[i])] = scene::modulus_at_rest(elements);
     }
 }
 

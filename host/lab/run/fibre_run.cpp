@@ -57,7 +57,7 @@ scene::ValidatedScene felt_by(const Group& group, const std::vector<Afferents>& 
     if (group.stress && s.load.control == Control::depth) s.receptors.follow.sa1 = Signal::stress;
     else if (group.stress) {
         Material spring;
-        spring.modulus = scene::modulus_at_rest(s.material);
+        spring.modulus = scene::modulus_at_rest(scene::chain_of(s.material));
         spring.viscosity = 0;
         scene::take_elements(s.material, spring);
     }

@@ -333,19 +333,6 @@ Explanation explain(const Scene& scene, const Device& device, const RunOptions& 
 }
 OR_OUT_OF_MEMORY(needs_of(scene))
 
-Result run(const Scene& scene, const Device& device, const RunOptions& options) try {
-    const DefaultFloats guard;
-    const scene::Watch watch(options.progress);
-    Prepared p = prepared(scene, device, options.check);
-    const Decision d = decided(p, device, options);
-    const Realised r = realised(std::move(p), d);
-    std::vector<FiredSpike> spikes = spikes_of(scene, r.scene.afferents, threads_of(r.device));
-    Result result = Run(r, options).take(nullptr);
-    result.spikes = std::move(spikes);
-    return result;
-}
-OR_OUT_OF_MEMORY(needs_of(scene))
-
 std::vector<Result> run(const Scene& scene, const std::vector<Material>& materials, const Device& device,
                         const RunOptions& options) try {
     const DefaultFloats guard;
@@ -372,6 +359,11 @@ std::vector<Result> run(const Scene& scene, const std::vector<Material>& materia
     }
     return results;
 }
-OR_OUT_OF_MEMORY(std::to_string(materials.size()) + " times " + needs_of(scene))
+OR_OUT_OF_MEMORY((materials.size() > 1 ? std::to_string(materials.size()) + " times " : "") + needs_of(scene))
+
+Result run(const Scene& scene, const Device& device, const RunOptions& options) try {
+    return std::move(run(scene, std::vector{scene.material}, device, options).front());
+}
+OR_OUT_OF_MEMORY(needs_of(scene))
 
 } // namespace dermis

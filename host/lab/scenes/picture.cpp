@@ -20,7 +20,7 @@ namespace {
 constexpr int most_pixels = 16384;                                       // along a side
 constexpr double most_bytes = double(most_pixels) * double(most_pixels); // of all pixels: one for each
 
-// Returns the kind of a picture by the first bytes of its file, as "PNG"; empty: no picture.
+// Returns the kind of a file by its first bytes, as "PNG"; empty: it has none.
 std::string kind_of(const std::string& path) {
     char start[4] = {};
     if (!why_no_file(path).empty() || !std::ifstream(path, std::ios::binary).read(start, sizeof start)) return "";
@@ -30,9 +30,33 @@ std::string kind_of(const std::string& path) {
                                {Bytes("\xff\xd8\xff"), "JPEG"},
                                {Bytes("II*\0", 4), "TIFF"},
                                {Bytes("MM\0*", 4), "TIFF"},
-                               {Bytes("GIF8"), "GIF"}})
+                               {Bytes("GIF8"), "GIF"},
+                               {Bytes("\x93NUM"), "npy"}})
         if (Bytes(start, sizeof start).starts_with(bytes)) return kind;
-    return "";
+    return "file of another kind";
+}
+
+// Returns how a PNG is damaged, which its reader does not look for; empty: its chunks, each with a checksum, are whole.
+std::string damage_of(std::string_view png) {
+    const auto number_at = [&](size_t at) {
+        uint32_t n = 0;
+        for (size_t i = 0; i < 4; ++i) n = n << 8 | uint8_t(png[at + i]);
+        return n;
+    };
+    for (size_t at = 8; at + 12 <= png.size();) {
+        const size_t length = number_at(at);
+        const std::string_view kind = png.substr(at + 4, 4);
+        if (length > png.size() - at - 12) break;
+        uint32_t sum = ~0u; // CRC-32
+        for (const char byte : png.substr(at + 4, 4 + length)) {
+            sum ^= uint8_t(byte);
+            for (int bit = 0; bit < 8; ++bit) sum = sum >> 1 ^ (sum & 1 ? 0xedb88320 : 0);
+        }
+        if (~sum != number_at(at + 8 + length)) return "is damaged in its chunk " + std::string(kind);
+        if (kind == "IEND") return "";
+        at += 12 + length;
+    }
+    return "ends before its last chunk";
 }
 
 // Writes the grey values of pixels with their channels: grey or colours, and the opacity behind them where there are
@@ -69,6 +93,7 @@ FileMap read_picture(const std::string& path, int asked_width, int asked_height,
     const double in_memory = double(width) * height * channels * (deep ? 2 : 1);
     if (in_memory > most_bytes)
         throw fail("has " + size_text(width, height) + " pixels of " + bytes_text(in_memory) + " in all");
+    if (const std::string why = damage_of(content); !why.empty()) throw fail(why);
     const std::unique_ptr<void, void (*)(void*)> pixels(
         deep ? static_cast<void*>(stbi_load_16_from_memory(bytes, size, &width, &height, &channels, 0))
              : stbi_load_from_memory(bytes, size, &width, &height, &channels, 0),
@@ -89,7 +114,7 @@ FileMap read_picture(const std::string& path, int asked_width, int asked_height,
 FileMap read_map(const std::string& path, int width, int height, const std::string& parameter) {
     const std::string kind = kind_of(path);
     if (kind == "PNG") return read_picture(path, width, height, parameter);
-    if (!kind.empty())
+    if (!kind.empty() && kind != "npy")
         refuse(parameter, "\"" + path + "\", a " + kind,
                "a .npy file of numbers, or a PNG: save the picture as one, as Pillow's Image.open(..).save(\"..png\") "
                "does");

@@ -158,8 +158,6 @@ std::shared_ptr<Frames> pressed_frames(const Scene&, std::shared_ptr<Frames> dep
 
 // Whether fibres answer to the stress, by their own choice or their class's.
 bool follows_stress(const Receptors&, const Afferents&);
-// The modulus at which a uniform material comes to rest, Pa; 0 with a dashpot.
-double modulus_at_rest(const Material&);
 
 // Returns a line that a Gaussian of `sigma` cells has smoothed. The Gaussian is cut off at `reach` standard deviations,
 // and the line reflected at both ends (d c b a | a b c d | d c b a).

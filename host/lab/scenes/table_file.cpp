@@ -11,8 +11,7 @@
 namespace dermis::scene {
 namespace {
 
-std::string_view stripped(std::string_view text) {
-    constexpr std::string_view around = " \t\r\"";
+std::string_view stripped(std::string_view text, std::string_view around = " \t\r\"") {
     const size_t first = text.find_first_not_of(around);
     return first == text.npos ? std::string_view() : text.substr(first, text.find_last_not_of(around) + 1 - first);
 }
@@ -24,8 +23,6 @@ std::string quoted(std::string_view text) {
         shown, [](char c) { return c < ' ' || c > '~'; }, '?');
     return "\"" + shown + "\"";
 }
-
-std::string_view without_plus(std::string_view word) { return word.substr(word.starts_with('+')); }
 
 } // namespace
 
@@ -48,12 +45,15 @@ bool TableFile::next() {
         std::string_view rest = line_;
         if (++number_ == 1 && rest.starts_with("\xef\xbb\xbf")) rest.remove_prefix(3); // byte order mark
         if (rest.find('\0') != rest.npos) refuse_line("text in UTF-8: UTF-16 and binary files have bytes of 0");
-        rest = stripped(rest);
+        rest = stripped(rest, " \t\r");
         if (rest.empty() || rest[0] == '#') continue;
+        if (rest.find('\r') != rest.npos) refuse_line("lines that end in LF or CR LF, not in CR alone");
         words_.clear();
         for (size_t comma = 0; comma != rest.npos; rest.remove_prefix(comma == rest.npos ? 0 : comma + 1)) {
             comma = rest.find(',');
             words_.push_back(stripped(rest.substr(0, comma)));
+            if (std::ranges::count(rest.substr(0, comma), '"') % 2)
+                refuse_line("no comma within quotes: commas between columns, and decimals with a point");
         }
         return true;
     }
@@ -68,9 +68,11 @@ void TableFile::need_columns(size_t count, const std::string& hint) const {
 double TableFile::number(size_t column, std::string_view what, const char* allowed) const {
     double x = 0;
     if (read_number(without_plus(words_[column]), x)) return x;
+    const bool out_of_range =
+        is_number(words_[column]) && words_[column].find_first_of("0123456789") != words_[column].npos;
     const char* names = std::ranges::none_of(words_, is_number) ? "; names take one line, and units none" : "";
     refuse(what.empty() ? "column " + std::to_string(column + 1) : std::string(what), words_[column],
-           allowed + std::string(names));
+           (out_of_range ? "0, or a number from 5e-324 to 1.7e308" : allowed) + std::string(names));
 }
 
 void TableFile::refuse(std::string_view what, std::string_view value, const std::string& allowed) const {

@@ -82,8 +82,7 @@ std::optional<double> number_with_unit(const std::string& parameter, const std::
     const std::optional<int> power = exponent_of(with_blanks(text.substr(unit)), key->unit);
     if (!power) return {};
     // The prefix joins the decimal exponent, so that the number is rounded once.
-    std::string number = text.substr(0, unit);
-    number.erase(0, number.find_first_not_of(" +"));
+    const std::string number(without_plus(trimmed(text.substr(0, unit))));
     const size_t e = number.find_first_of("eE");
     const long written = e == number.npos ? 0 : std::strtol(number.c_str() + e + 1, nullptr, 10);
     const std::string shifted = number.substr(0, e) + "e" + std::to_string(written + *power);

@@ -16,6 +16,11 @@ inline std::string trimmed(const std::string& text, const char* blanks = " ") {
     return first == text.npos ? "" : text.substr(first, text.find_last_not_of(blanks) + 1 - first);
 }
 
+// Returns a number's text without the + before it.
+inline std::string_view without_plus(std::string_view text) {
+    return text.substr(text.starts_with('+') && !text.starts_with("+-"));
+}
+
 // Reads a finite number, without blanks around it. Returns false where the text is something else.
 bool read_number(std::string_view text, double& value);
 

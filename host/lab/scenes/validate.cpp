@@ -32,9 +32,12 @@ void check_taxels(const Scene& s) {
     if (s.load.kind != Load::Kind::sequence) refuse("load.taxels", "(given)", "only with load.kind = \"sequence\"");
     need_positive("load.taxels.spacing", t.spacing);
     for (double at : t.origin) need_finite("load.taxels.origin", at);
+    std::string end = s.load.path.substr(s.load.path.size() - std::min<size_t>(s.load.path.size(), 4));
+    std::ranges::transform(end, end.begin(), [](unsigned char c) { return char(std::tolower(c)); });
+    const bool is_table = end == ".csv" || end == ".txt";
     for (auto [key, n] : {std::pair{"load.taxels.columns", t.columns}, {"load.taxels.rows", t.rows}}) {
         need(!n || (*n >= 1 && *n <= 16384), key, n.value_or(0), "1..16384");
-        if (!n && (t.columns || t.rows || s.load.path.ends_with(".csv")))
+        if (!n && (t.columns || t.rows || is_table))
             refuse(key, "(not given)", "a number of taxels, as rows = 4 and columns = 4, required with a CSV file");
     }
     need(t.skip >= 0 && t.skip <= 16384 && (t.columns || !t.skip), "load.taxels.skip", t.skip,
@@ -290,7 +293,7 @@ void check_afferents(Scene& s) {
     SkinDescription without_sites;
     without_sites.grid = s.grid;
     s.afferents = validated_afferents(without_sites, std::move(s.afferents));
-    const bool rests = is_uniform(s.material) && modulus_at_rest(s.material) > 0 &&
+    const bool rests = is_uniform(s.material) && modulus_at_rest(chain_of(s.material)) > 0 &&
                        (s.load.control == Control::pressure || has_spring(s.material));
     for (size_t i = 0; !rests && i < s.afferents.size(); ++i)
         if (follows_stress(s.receptors, s.afferents[i]))
@@ -315,12 +318,6 @@ std::shared_ptr<Frames> open_frames(const Scene& s) {
 bool follows_stress(const Receptors& r, const Afferents& a) {
     return a.follow == Signal::stress || (a.type == Quantity::sa1 && r.follow.sa1 == Signal::stress) ||
            (a.type == Quantity::sa2 && r.follow.sa2 == Signal::stress);
-}
-
-double modulus_at_rest(const Material& m) {
-    double compliance = 0;
-    for (const Element& e : chain_of(m)) compliance += final_strain(e, 1);
-    return 1 / compliance;
 }
 
 bool wants(const Scene& s, Quantity q) {

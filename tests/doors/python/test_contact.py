@@ -3,6 +3,7 @@
 import ctypes
 import ctypes.util
 import platform
+import threading
 
 import dermis
 import numpy as np
@@ -208,3 +209,26 @@ def test_the_callers_rounding_mode_changes_no_bit_and_is_kept():
         finally:
             library.fesetround(0)
         assert given == expected and kept == mode
+
+
+def test_taxels_that_another_thread_changes_press_only_what_was_checked():
+    pressure, values, ended = np.zeros((400, 400), np.float32), np.ones((400, 400), np.float32), threading.Event()
+
+    def change():
+        while not ended.wait(0.0007):
+            values[200:, 5] = np.nan
+            ended.wait(0.0007)
+            values[200:, 5] = 1
+
+    thread = threading.Thread(target=change)
+    thread.start()
+    try:
+        for _ in range(60):
+            try:
+                contact.add_taxels(contact.Pad(pressure, 1e-3), values, width=1e-3, height=1e-3)
+            except dermis.Error as error:
+                assert "nan; allowed: a finite number >= 0" in str(error)
+            assert np.isfinite(pressure).all()
+    finally:
+        ended.set()
+        thread.join()

@@ -230,15 +230,29 @@ def test_a_transparent_pixel_is_refused_by_its_place(tmp_path, mode):
         flat(tmp_path / "print.png", high="white")
 
 
-@pytest.mark.parametrize("kind", ["BMP", "TIFF", "JPEG", "GIF"])
+@pytest.mark.parametrize("kind", ["BMP", "TIFF", "JPEG", "GIF", "PPM", "WEBP"])
 def test_pictures_of_other_kinds_are_named_and_a_png_is_asked_for(tmp_path, kind):
     Image.fromarray(GREY).save(tmp_path / "print", format=kind)
-    with pytest.raises(dermis.Error, match=f'surface.path = .*print", a {kind}; allowed: a .npy file of numbers, or a PNG:'):
+    name = "file of another kind" if kind in ("PPM", "WEBP") else kind
+    with pytest.raises(dermis.Error, match=f'surface.path = .*print", a {name}; allowed: a .npy file of numbers, or a PNG:'):
         flat(tmp_path / "print", high="white")
 
 
 def chunk(name, data):
     return len(data).to_bytes(4, "big") + name + data + zlib.crc32(name + data).to_bytes(4, "big")
+
+
+@pytest.mark.parametrize("damage, says", [("pixel", "is damaged in its chunk IDAT"), ("end", "ends before its last chunk")])
+def test_a_damaged_picture_is_refused_by_how_it_is_damaged(tmp_path, damage, says):
+    Image.fromarray(GREY).save(tmp_path / "print.png")
+    png = bytearray((tmp_path / "print.png").read_bytes())
+    if damage == "pixel":
+        png[png.index(b"IDAT") + 6] ^= 1
+    else:
+        del png[-12:]
+    (tmp_path / "print.png").write_bytes(png)
+    with pytest.raises(dermis.Error, match=says):
+        flat(tmp_path / "print.png", high="white")
 
 
 def test_a_picture_of_more_than_268_mb_is_refused_by_its_header(tmp_path):

@@ -187,10 +187,15 @@ def test_what_a_recording_cannot_be_is_refused_by_name(tmp_path, recording):
                        ("1,2,3,4\na,b,c,d\n", f":2: column 1 = \"a\"; .*{unnamed}"),
                        ("1,5;2,5;3,5;4,5\n", ":1: line = \"1,5;2,5;3,5;4,5\"; allowed: 4 columns with commas between them"),
                        ("1\t2\t3\t4\n", ":1: line = \"1.2.3.4\"; allowed: 4 columns with commas"),
+                       ('"0,0","1,5"\n', ":1: line = .*; allowed: no comma within quotes"),
+                       ("1,2,3,4\r5,6,7,8\n", ":1: line = .*; allowed: lines that end in LF or CR LF, not in CR alone"),
+                       ("1,+-2,3,4\n", ":1: column 2 = \"\\+-2\"; allowed: a finite number"),
+                       ("1,1e-400,3,4\n", ":1: column 2 = 1e-400; allowed: 0, or a number from 5e-324 to 1.7e308"),
                        ("a,b,c,d\n", "holds no line of numbers"), ("", "holds no line of numbers"),
                        ("1,,3,4\n", ":1: column 2 = \"\"; allowed: a finite number")]:
-        (tmp_path / "bad.csv").write_text(text)
+        (tmp_path / "bad.csv").write_bytes(text.encode())
         with pytest.raises(dermis.Error, match=f"load.path = .*bad.csv\":? ?{says}"):
             scene(tmp_path / "bad.csv", rows=2, columns=2)
-    with pytest.raises(dermis.Error, match="load.taxels.columns = .not given.; allowed: a number of taxels, as rows = 4"):
-        scene(tmp_path / "bad.csv")
+    for name in ("bad.csv", "bad.CSV", "bad.txt"):
+        with pytest.raises(dermis.Error, match="load.taxels.columns = .not given.; allowed: a number of taxels, as rows = 4"):
+            scene(tmp_path / name)
