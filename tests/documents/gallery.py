@@ -22,7 +22,7 @@ def programs_of(call, dermis, bench, top):
     if words[0] == "dermis":
         return [[dermis, *words[1:]]]
     if call == "./run study":
-        return [[dermis, "study", "--out", "out/study"]]
+        return [[PYTHON, "-B", top / "host/study/study.py", dermis]]
     if call == "./run bench":
         drawn = [[PYTHON, top / f"bench/{name}.py", dermis, f"out/{name}.png"] for name in ("spectrum", "tolerance")]
         return [[bench, "--quick", "--out", "results.csv"], [PYTHON, top / "bench/report.py", "results.csv", "out"], *drawn]

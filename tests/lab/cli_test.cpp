@@ -84,7 +84,7 @@ TEST_CASE("bad input: one line that says what, exit status 2, no output left beh
         {"run " + good + " --tolerence 1e-3", "did you mean --set tolerance=VALUE?"},
         {"run " + good + " --material.modulus=2", "did you mean --set material.modulus=VALUE?"},
         {"--versoin", "\"--versoin\" is no option of dermis; allowed: --help, --version; did you mean --version?"},
-        {"walk", "\"walk\" is no subcommand; allowed: run, plot, plan, bench, fit, study, devices, check, man\n"},
+        {"walk", "\"walk\" is no subcommand; allowed: run, plot, plan, bench, fit, devices, check, man\n"},
         {"rnu", "did you mean run?"},
         {"run " + good + " --set load.radius=3 --set load.radius=4", "--set load.radius=4; allowed: load.radius once"},
         {"run " + good + " --set load.radius=3 time.step=0.1 load.radius=4", "load.radius once"},
@@ -330,7 +330,7 @@ TEST_CASE("one --set takes several keys, ranges, lists and texts, before the sce
     CHECK(plans.out.find("material.modulus=1\n") == 0);
     CHECK(plans.out.find("\nmaterial.modulus=2\n") != std::string::npos);
     CHECK(command(folder, "").err ==
-          "dermis: a subcommand is required; allowed: run, plot, plan, bench, fit, study, devices, check, man\n");
+          "dermis: a subcommand is required; allowed: run, plot, plan, bench, fit, devices, check, man\n");
 }
 
 TEST_CASE("a standard output that cannot be written is an error") {

@@ -133,7 +133,6 @@ TEST_CASE("of two commands that write into one folder the second is refused, unt
         const output::Folder first(out);
         refused(call, out);
         refused(call + " --set material.modulus=1,2", out);
-        refused("study --out " + out.string(), out);
         refused("fit " DERMIS_TEST_DATA "/../../host/examples/fingerpad_relaxation.csv --elements 2 --out " +
                     out.string(),
                 out);
@@ -299,58 +298,4 @@ TEST_CASE("of runs and sweeps killed at random times each file under its own nam
     CHECK(kills == 3 * each);
     CHECK(while_it_ran > each);
     CHECK(torn == 0);
-}
-
-namespace {
-
-// The study's scenes and claims. The pictures are other programs' work, and longer than all the rest.
-std::map<std::string, std::string> scenes_and_claims(const fs::path& study) {
-    std::map<std::string, std::string> all;
-    for (const char* part : {"published", "exact", "sweep_modulus", "sweep_viscosity"})
-        for (auto& [path, content] : contents(study / part)) all[fs::path(part) / path] = content;
-    all["claims.md"] = slurp(study / "claims.md");
-    return all;
-}
-
-// Starts a study on the CPU path, and kills it as soon as `until` holds, or when it has written its claims.
-double study_until(const std::string& options, const fs::path& out, const std::function<bool(double)>& until) {
-    const auto start = std::chrono::steady_clock::now();
-    const pid_t pid =
-        started("/usr/bin/env VK_DRIVER_FILES=/dev/null VK_ICD_FILENAMES=/dev/null " DERMIS_CLI " study --out " +
-                out.string() + options);
-    double seconds = 0;
-    int status = 0;
-    while (waitpid(pid, &status, WNOHANG) == 0 && !until(seconds)) {
-        usleep(10000);
-        seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    }
-    ::kill(pid, SIGKILL);
-    waitpid(pid, &status, 0);
-    return seconds;
-}
-
-} // namespace
-
-TEST_CASE("a study that is killed five times, and loses a part of a file, ends under --resume with the files of one "
-          "that is not") {
-    const Folder folder;
-    const fs::path whole = folder / "whole", out = folder / "killed";
-    const double seconds = study_until("", whole, [&](double) { return fs::exists(whole / "claims.md"); });
-    std::minstd_rand random{1};
-    int torn = 0;
-    const auto right = scenes_and_claims(whole);
-    CHECK(right.size() == 38 * 6 + 1);
-    for (int i = 0; i < 5; ++i) {
-        const double at = seconds * double(random()) / double(random.max());
-        study_until(" --resume", out, [&](double now) { return now > at || fs::exists(out / "claims.md"); });
-        const fs::path cut = out / "exact/flat_circular/traces.csv";
-        if (fs::exists(cut)) fs::resize_file(cut, 100);
-        for (const auto& [path, content] : scenes_and_claims(out))
-            if (!is_part(path) && content != unfinished && path != "claims.md" && out / path != cut)
-                torn += content != right.at(path);
-    }
-    fs::remove(out / "claims.md"); // of a study that was not killed in time
-    study_until(" --resume", out, [&](double) { return fs::exists(out / "claims.md"); });
-    CHECK(torn == 0);
-    CHECK(scenes_and_claims(out) == right);
 }

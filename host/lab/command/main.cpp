@@ -22,7 +22,6 @@
 #include "host/lab/scenes/scene.hpp"
 #include "host/lab/scenes/scene_names.hpp"
 #include "host/lab/scenes/units.hpp"
-#include "host/lab/study/study.hpp"
 #include "plot_script.h"
 
 #include <algorithm>
@@ -349,11 +348,6 @@ void add_overrides(CLI::App& command, Arguments& a) {
         ->type_name("KEY=VALUE[,VALUE ..] ..");
 }
 
-void add_resume(CLI::App& command, Arguments& a) {
-    command.add_flag("--resume", a.resume,
-                     "Keep runs in --out that are finished, of the same scene, version and commit, and do the rest");
-}
-
 void add_fit(CLI::App& command, FitArguments& a) {
     command
         .add_option(
@@ -380,7 +374,7 @@ void add_fit(CLI::App& command, FitArguments& a) {
 }
 
 struct Commands {
-    CLI::App *run, *plot, *plan, *bench, *fit, *study, *devices, *check, *man;
+    CLI::App *run, *plot, *plan, *bench, *fit, *devices, *check, *man;
 };
 
 Commands add_commands(CLI::App& app, Arguments& a) {
@@ -390,7 +384,6 @@ Commands add_commands(CLI::App& app, Arguments& a) {
         .plan = app.add_subcommand("plan", "Say how a scene would be run, why, and why not otherwise"),
         .bench = app.add_subcommand("bench", "Say how long a press of a scene's skin takes on this machine"),
         .fit = app.add_subcommand("fit", "Fit a material to measured creep or relaxation"),
-        .study = app.add_subcommand("study", "Reproduce the published study, with figures and claims"),
         .devices = app.add_subcommand("devices", "List devices"),
         .check = app.add_subcommand("check", "Compare every kernel's bits on every device with the CPU path"),
         .man = app.add_subcommand("man", "Print the manual page, for man -l")};
@@ -398,7 +391,8 @@ Commands add_commands(CLI::App& app, Arguments& a) {
     all.run->add_option("--out", a.out, "Folder for the results")->required();
     add_backend(*all.run, a);
     all.run->add_flag("--check", a.check, "Also run the other backend and compare every cell's bits");
-    add_resume(*all.run, a);
+    all.run->add_flag("--resume", a.resume,
+                      "Keep runs in --out that are finished, of the same scene, version and commit, and do the rest");
     add_json(*all.run, a, "Print the summary.json of each run, and nothing else");
     add_overrides(*all.run, a);
     all.plot->add_option("folder", a.folder, "The --out of a run")->required();
@@ -414,8 +408,6 @@ Commands add_commands(CLI::App& app, Arguments& a) {
     errors->needs(
         all.bench->add_option("--out", a.out, "Folder for errors.csv and its chart, with --errors")->needs(errors));
     add_fit(*all.fit, a.fit);
-    all.study->add_option("--out", a.out, "Folder for the results")->required();
-    add_resume(*all.study, a);
     add_json(*all.devices, a, "Print the devices as JSON");
     add_device(*all.check, a.checked_device);
     add_json(*all.check, a, "Print the hashes as JSON");
@@ -433,7 +425,6 @@ int execute(const CLI::App& app, const Commands& commands, const Arguments& a) {
     if (*commands.bench && a.errors) return bench_errors(a.scene, a.out, a.device) ? 0 : 1;
     if (*commands.bench) return bench_scene(a.scene, a.pads, a.device);
     if (*commands.fit) return fit_data(a.fit);
-    if (*commands.study) return study::reproduce(a.out, a.resume);
     if (*commands.devices) return list_devices(a.json);
     return check_devices(a.checked_device, a.json);
 }

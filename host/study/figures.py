@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""Draws figures 3 to 12 of the published study, error against cost and stability from a results folder into its figures/."""
-import os
-import sys
+"""Draws figures 3 to 12 of the published study, error against cost and stability into the folder figures."""
+import io
 from collections import namedtuple
 from concurrent.futures import ProcessPoolExecutor
-from pathlib import Path
+from itertools import repeat
 
 import matplotlib
 matplotlib.use("Agg")
@@ -12,29 +11,20 @@ import matplotlib.pyplot as plt
 import numpy as np
 from PIL import Image  # matplotlib's own requirement
 
+from results import LOADS, METHODS, PLOTTED_WEIGHTS, PROBES, SURFACES, SWEEPS, Results
+
+plt.rcdefaults()  # none of the user's settings changes a picture
+plt.rcParams.update({"figure.dpi": 150, "figure.constrained_layout.use": True, "font.size": 9, "axes.titlesize": 9.5,
+                     "legend.fontsize": 8})
 BLUE, VERMILLION, GREEN, ORANGE, PURPLE = "#0072B2", "#D55E00", "#009E73", "#E69F00", "#CC79A7"
 EXACT_LINE = dict(color="black", linestyle=(0, (4, 3)), linewidth=0.8)
-SURFACES = ["flat", "wave", "spiral"]
-LOADS = ["circular", "point", "linear"]
-METHODS = ["published", "exact"]
 RESPONSES = {"sa1": "SA1", "sa2": "SA2 (s)", "fa1": "FA1 (1/s)", "fa2": "FA2 (1/s²)"}
 SHOWN_SECONDS = {"sa1": 10, "sa2": 10, "fa1": 4, "fa2": 4}
-PROBES = [(75, 75), (85, 85), (60, 80), (37, 37), (112, 112)]
 SPIKE_SAMPLES = 2  # the published central difference sees the jump of the load in these
 RIDGES = "ridge heights"  # the unit of heights and displacements: the surfaces' relief is 1
 ZERO = 1e-18  # where an error of 0 stands on a logarithmic axis
 
 Curve = namedtuple("Curve", "label colour published exact")
-
-
-def read_trace(folder):
-    with open(folder / "traces.csv") as file:
-        names = file.readline().strip().split(",")
-        return dict(zip(names, np.loadtxt(file, delimiter=",", unpack=True)))
-
-
-def read_deformation(study, method, scene):
-    return np.load(study / method / scene / "deformation_t9.99.npy")
 
 
 def cell_mean(trace):
@@ -46,23 +36,17 @@ def probe_sum(trace, weights):
                                       for q in RESPONSES}
 
 
-# The study divides by the number of points inside its loop over them, so point k ends with the weight 5^(k - 5).
 def plotted_average(trace):
-    return probe_sum(trace, [5.0 ** (k - 5) for k in range(5)])
+    return probe_sum(trace, PLOTTED_WEIGHTS)
 
 
 # A palette takes a third of the bytes of full colour.
 def save(figure, study, name):
     figure.canvas.draw()
     image = Image.fromarray(np.asarray(figure.canvas.buffer_rgba())[..., :3])
-    place = study / "figures" / f"{name}.png"
-    part = place.with_name(f"{place.name}.dermis-{os.getpid()}.part")
-    try:
-        with open(part, "xb") as file:
-            image.quantize(256, Image.Quantize.MAXCOVERAGE).save(file, format="png", optimize=True)
-        part.rename(place)
-    finally:
-        part.unlink(missing_ok=True)
+    png = io.BytesIO()
+    image.quantize(256, Image.Quantize.MAXCOVERAGE).save(png, format="png", optimize=True)
+    study.write(f"figures/{name}.png", png.getvalue())
     plt.close(figure)
 
 
@@ -73,8 +57,8 @@ def draw_map(axes, values, title, cmap="cividis", **options):
 
 # Both figures of the surfaces have one range of colours, so that before and after can be compared.
 def read_surfaces(study):
-    before = [np.load(study / f"maps/surface_{surface}.npy") for surface in SURFACES]
-    return before, [read_deformation(study, "published", f"{surface}_circular") for surface in SURFACES]
+    before = [study.surface(surface) for surface in SURFACES]
+    return before, [study.field(f"published/{surface}_circular", "deformation") for surface in SURFACES]
 
 
 def draw_surfaces(study, name, title, maps, low, high):
@@ -116,25 +100,25 @@ def draw_response(axes, quantity, curves, symlog=None):
               transform=axes.transAxes, va="top", fontsize=8)
 
 
-def figure_3(study):
+def figure_03(study):
     before, after = read_surfaces(study)
     draw_surfaces(study, "figure_03", "Figure 3: the three surfaces before any load", before,
                   np.min(after), np.max(before))
 
 
-def figure_4(study):
+def figure_04(study):
     figure, panels = plt.subplots(1, 3, figsize=(10, 3.1))
     for axes, load in zip(panels, LOADS):
-        pressure = np.load(study / f"maps/pressure_{load}.npy")
+        pressure = study.pressure(load)
         image = draw_map(axes, pressure, f"{load}, peak {pressure.max():.2g} Pa")
         figure.colorbar(image, ax=axes, label="pressure (Pa)", fraction=0.046)
     figure.suptitle("Figure 4: the three pressure maps, each with its own scale")
     save(figure, study, "figure_04")
 
 
-def figure_5(study):
-    before = np.load(study / "maps/surface_spiral.npy")
-    after, exact = (read_deformation(study, method, "spiral_circular") for method in METHODS)
+def figure_05(study):
+    before = study.surface("spiral")
+    after, exact = (study.field(f"{method}/spiral_circular", "deformation") for method in METHODS)
     figure = plt.figure(figsize=(9, 7))
     y, x = np.indices(before.shape)
     for place, values, title in ((221, before, "before"), (222, after, "after 9.99 s under the load")):
@@ -157,17 +141,17 @@ def figure_5(study):
     save(figure, study, "figure_05")
 
 
-def figure_6(study):
+def figure_06(study):
     before, after = read_surfaces(study)
     draw_surfaces(study, "figure_06", "Figure 6: the surfaces after 9.99 s under the circular load (colours as in figure 3)",
                   after, np.min(after), np.max(before))
 
 
-def figure_7(study):
+def figure_07(study):
     styles = [dict(color=BLUE, linewidth=3.5), dict(color=GREEN, linewidth=2), dict(color=ORANGE, linestyle="--")]
     figure, (greatest, mean, excess) = plt.subplots(1, 3, figsize=(10, 3.6))
     for load, style in zip(LOADS, styles):
-        published, exact = (read_trace(study / method / f"flat_{load}") for method in METHODS)
+        published, exact = (study.traces(f"{method}/flat_{load}") for method in METHODS)
         greatest.semilogy(published["time"][1:], published["strain_max"][1:], **style)
         mean.semilogy(published["time"][1:], published["strain_mean"][1:], **style)
         difference = published["strain_max"] - exact["strain_max"]
@@ -182,7 +166,7 @@ def figure_7(study):
 
 
 def draw_averages(study, name, title, colours):
-    traces = {s: [read_trace(study / method / f"{s}_circular") for method in METHODS] for s in colours}
+    traces = {s: [study.traces(f"{method}/{s}_circular") for method in METHODS] for s in colours}
     figure, rows = plt.subplots(4, 2, figsize=(8.5, 9.6))
     averages = {"the study's average:\nfive points weighted 1/3125 to 1/5": plotted_average,
                 "mean over all cells": cell_mean}
@@ -199,25 +183,25 @@ def draw_averages(study, name, title, colours):
     save(figure, study, name)
 
 
-def figure_8(study):
+def figure_08(study):
     draw_averages(study, "figure_08", "Figure 8: average responses of wave and spiral ridges",
                   {"wave": BLUE, "spiral": ORANGE})
 
 
-def figure_9(study):
+def figure_09(study):
     draw_averages(study, "figure_09", "Figure 9: average responses of flat skin and spiral ridges",
                   {"flat": GREEN, "spiral": ORANGE})
 
 
 def figure_10(study):
-    traces = [read_trace(study / method / "wave_circular") for method in METHODS]
+    traces = [study.traces(f"{method}/wave_circular") for method in METHODS]
     colours = [BLUE, VERMILLION, GREEN, ORANGE, PURPLE]
     curves = [Curve(f"x = {x}, y = {y}", colour, *(probe_sum(trace, weights) for trace in traces))
               for (x, y), colour, weights in zip(PROBES, colours, np.eye(5))]
     figure, panels = plt.subplot_mosaic([["map", "sa1", "sa2"], ["key", "fa1", "fa2"]], figsize=(11, 6.2))
-    draw_map(panels["map"], np.load(study / "maps/surface_wave.npy"), "the five points; dotted: edge of the load",
+    draw_map(panels["map"], study.surface("wave"), "the five points; dotted: edge of the load",
              cmap="gray", alpha=0.5)
-    panels["map"].contour(np.load(study / "maps/pressure_circular.npy"), levels=[1e-6], colors="black", linestyles=":")
+    panels["map"].contour(study.pressure("circular"), levels=[1e-6], colors="black", linestyles=":")
     panels["map"].scatter(*zip(*PROBES), c=colours, s=60, edgecolors="black", zorder=3)
     for quantity in RESPONSES:
         draw_response(panels[quantity], quantity, curves)
@@ -228,10 +212,10 @@ def figure_10(study):
 
 
 def draw_sweep(study, name, title, sweep, label, symlog=None):
-    folders = sorted((study / sweep).iterdir(), key=lambda folder: float(folder.name))
-    colours = plt.cm.viridis(np.linspace(0.2, 0.9, len(folders)))
-    curves = [Curve(label.format(folder.name), colour, *(cell_mean(read_trace(folder / method)) for method in METHODS))
-              for folder, colour in zip(folders, colours)]
+    colours = plt.cm.viridis(np.linspace(0.2, 0.9, len(SWEEPS[sweep])))
+    curves = [Curve(label.format(value), colour,
+                    *(cell_mean(study.traces(f"sweep_{sweep}/{value}/{method}")) for method in METHODS))
+              for value, colour in zip(SWEEPS[sweep], colours)]
     figure, panels = plt.subplots(2, 2, figsize=(9.5, 6.6))
     for axes, quantity in zip(panels.flat, RESPONSES):
         draw_response(axes, quantity, curves, symlog)
@@ -242,12 +226,12 @@ def draw_sweep(study, name, title, sweep, label, symlog=None):
 
 def figure_11(study):
     draw_sweep(study, "figure_11", "Figure 11: the stiffer the skin, the lower SA1 and SA2",
-               "sweep_modulus", "E = {} Pa")
+               "modulus", "E = {} Pa")
 
 
 def figure_12(study):
     draw_sweep(study, "figure_12", "Figure 12: the less viscous the skin, the faster SA1 and the sharper FA1 and FA2",
-               "sweep_viscosity", "η = {} Pa·s", symlog=0.01)
+               "viscosity", "η = {} Pa·s", symlog=0.01)
 
 
 # A logarithmic axis of errors that ends in 0.
@@ -262,9 +246,8 @@ def error_axes(axes, top):
 
 @plt.rc_context({"font.size": 11, "legend.fontsize": 11})
 def error_vs_time(study):
-    rows = np.genfromtxt(study / "chart.csv", delimiter=",", names=True, dtype=None, encoding="utf-8")
+    rows = np.genfromtxt(study.out / "chart.csv", delimiter=",", names=True, dtype=None, encoding="utf-8")
     rows.sort(order="step")
-    note = study / "chart_device.txt"
     machines = np.unique(rows[["precision", "device"]])
     styles = {"exact": dict(marker="s"), "euler": dict(marker="o", fillstyle="none")}
     figure, panels = plt.subplot_mosaic([["step", "second"], ["key", "key"]], figsize=(9, 5.6), height_ratios=[5, 1])
@@ -288,7 +271,11 @@ def error_vs_time(study):
     panels["step"].set_ylabel("greatest strain error / final strain")
     panels["key"].axis("off")
     panels["key"].legend(*axes.get_legend_handles_labels(), loc="center", ncol=2)
-    caveat = "\n" + note.read_text().strip() if note.exists() else ""
+    caveat = ""
+    if "vulkan" in rows["device"]:
+        device = study.summary("chart/vulkan_f32/1")["device"]
+        software = ", a software driver on the CPU's own cores" if device["kind"] == "software" else ""
+        caveat = f"\nVulkan: {device['name']}{software}"
     figure.suptitle(f"Error against cost; each line joins time steps from {rows['step'][-1]:.2g} to "
                     f"{rows['step'][0]:.2g} s, the least of three runs each{caveat}", fontsize=10.5)
     save(figure, study, "error_vs_time")
@@ -328,8 +315,8 @@ def draw_stability(axes, rows):
 
 @plt.rc_context({"font.size": 10, "legend.fontsize": 9})
 def stability(study):
-    rows = np.genfromtxt(study / "stability.csv", delimiter=",", names=True, dtype=None, encoding="utf-8")
-    courses = np.genfromtxt(study / "failures.csv", delimiter=",", names=True, dtype=None, encoding="utf-8")
+    rows = np.genfromtxt(study.out / "stability.csv", delimiter=",", names=True, dtype=None, encoding="utf-8")
+    courses = np.genfromtxt(study.out / "failures.csv", delimiter=",", names=True, dtype=None, encoding="utf-8")
     figure, (errors, failures) = plt.subplots(1, 2, figsize=(10, 4.6), width_ratios=[3, 2])
     draw_stability(errors, rows)
     for method in dict.fromkeys(courses["method"]):
@@ -343,19 +330,14 @@ def stability(study):
     save(figure, study, "stability")
 
 
-if len(sys.argv) != 2:
-    sys.exit("usage: figures.py DIR")
-folder = Path(sys.argv[1])
-(folder / "figures").mkdir(exist_ok=True)
-plt.rcParams.update({"figure.dpi": 150, "figure.constrained_layout.use": True, "font.size": 9, "axes.titlesize": 9.5,
-                     "legend.fontsize": 8})
-FIGURES = (figure_3, figure_4, figure_5, figure_6, figure_7, figure_8, figure_9, figure_10, figure_11, figure_12,
-           error_vs_time, stability)
+FIGURES = {figure.__name__: figure for figure in (figure_03, figure_04, figure_05, figure_06, figure_07, figure_08, figure_09,
+                                                  figure_10, figure_11, figure_12, error_vs_time, stability)}
 
 
-def draw(i):
-    FIGURES[i](folder)
+def draw(name, out):
+    FIGURES[name](Results(None, out, False))
 
 
-with ProcessPoolExecutor() as pool:
-    list(pool.map(draw, range(len(FIGURES))))  # raises what a figure raises
+def draw_all(out):
+    with ProcessPoolExecutor() as pool:
+        list(pool.map(draw, FIGURES, repeat(out)))  # raises what a figure raises
