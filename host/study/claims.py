@@ -212,7 +212,8 @@ def cited_ranges(r):
 def printed_units(r):
     r.run("double/printed", "scene.toml", ["material.modulus=1.54e6"])
     refused = r.call("plan", HERE / "scene.toml", "--set", "method=euler", "material.modulus=1.54e6").stderr
-    return {"printed_tau": 1 / 1.54e6, "printed_z": 0.01 * 1.54e6, "printed_euler_refusal": refused.partition(".toml: ")[2].strip(),
+    return {"printed_tau": 1 / 1.54e6, "printed_z": 0.01 * 1.54e6,
+            "printed_euler_refusal": refused.partition(".toml: ")[2].strip(),
             "printed_exact_strain": r.traces("double/printed")["strain_max"][1] * 1.54e6}
 
 
