@@ -13,7 +13,6 @@
 #include <cstring>
 #include <functional>
 #include <stdexcept>
-#include <vector>
 
 namespace dermis::contact {
 
@@ -554,12 +553,9 @@ inline Report add_taxels(const Pad& pad, const Taxels& t) {
     detail::need_apart("taxels.values", pad, t.values, detail::place_of(t, t.columns - 1, t.rows - 1) + 1);
     const double to_force = t.unit == Taxels::Unit::newton ? 1 : t.width * t.height;
     double asked = 0;
-    std::vector<float> values; // the caller's memory may change
-    values.reserve(size_t(t.rows) * size_t(t.columns));
     for (int j = 0; j < t.rows; ++j)
         for (int i = 0; i < t.columns; ++i) {
             const float value = t.values[detail::place_of(t, i, j)];
-            values.push_back(value);
             if (!detail::finite(value) || value < 0)
                 detail::refuse(("taxels.values[" + std::to_string(detail::place_of(t, i, j)) + "]"),
                                detail::text(double(value)), "a finite number >= 0");
@@ -579,8 +575,8 @@ inline Report add_taxels(const Pad& pad, const Taxels& t) {
         for (int j = along_y.first; j <= along_y.last; ++j) {
             const detail::Interval rows = interval(t.y, t.height, j, pad.height);
             for (int i = along_x.first; i <= along_x.last; ++i) {
-                const double value = double(values[size_t(j) * size_t(t.columns) + size_t(i)]);
-                if (value == 0) continue;
+                const double value = double(t.values[detail::place_of(t, i, j)]);
+                if (!(value > 0 && value * to_force <= asked)) continue; // the caller's memory may change
                 const detail::Interval columns = interval(t.x, t.width, i, pad.width);
                 const double part = detail::press_area(pad, columns, rows, value * to_pressure, tile, press);
                 const double own = pad.tiled ? part : 1; // the rest is the neighbours', as in add()

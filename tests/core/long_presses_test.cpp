@@ -183,7 +183,7 @@ TEST_CASE("in a press its skin cannot be pressed, changed or saved, and others c
     std::vector<std::string> refused;
     Skin* self = nullptr;
     const std::vector<float> p = pressure(side, 1);
-    const contact::Touch touch({.width = side, .height = side, .spacing = 1e-4}, 1, 1e-3);
+    const contact::Touch touch({.width = side, .height = side, .spacing = 5e-4}, 1, 1e-3);
     options.progress = [&](double) {
         other.press(p, 0.01);
         char byte = 0;

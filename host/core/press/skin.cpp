@@ -291,19 +291,22 @@ void Skin::Impl::press_frames(const plan::PadList& pads, const float* frames, si
         refuse_pressure(frames, pads, n);
     prepare(pads, dt, n);
     constexpr size_t most_numbers = 1 << 26, most_frames = 1024; // about 100 ms
-    const bool alone = spiking.any() || !stream->joins_frames();
-    const size_t together = alone ? 1 : progress ? std::clamp(most_numbers / numbers, size_t(1), most_frames) : n;
+    const bool fires = spiking.any(),
+               joined = !fires && stream->joins_frames(); // fibres read the state after each step
+    const size_t together = fires ? 1 : progress ? std::clamp(most_numbers / numbers, size_t(1), most_frames) : n;
     const Press pressed(*this);
-    const float* at = taken.data();
-    for (size_t i = 0; i < n; i += together, at += together * numbers) {
+    for (size_t i = 0, end; i < n; i = end) {
+        end = std::min(i + together, n);
         if (i > 0) scene::reach(double(i) / double(n), true);
-        if (alone) {
-            stream->take(pads, at);
-            step(pads, dt, i, spiking.any() || i + 1 == n); // fibres read the state after each step
-        } else {
+        const float* at = taken.data() + i * numbers;
+        if (joined) {
             (void)stream->prepare(pads, dt); // null: the steps behind the first one were checked with it
-            stream->press_frames(pads, at, std::min(together, n - i), numbers, dt);
+            stream->press_frames(pads, at, end - i, numbers, dt);
             dt.taken(pads);
+        }
+        for (size_t k = joined ? end : i; k < end; ++k, at += numbers) {
+            stream->take(pads, at);
+            step(pads, dt, k, fires || k + 1 == end);
         }
     }
 }

@@ -33,7 +33,7 @@ std::string kind_of(const std::string& path) {
                                {Bytes("GIF8"), "GIF"},
                                {Bytes("\x93NUM"), "npy"}})
         if (Bytes(start, sizeof start).starts_with(bytes)) return kind;
-    return "file of another kind";
+    return path.ends_with(".npy") ? "" : "file of another kind";
 }
 
 // Returns how a PNG is damaged, which its reader does not look for; empty: its chunks, each with a checksum, are whole.
