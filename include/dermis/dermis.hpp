@@ -3,8 +3,8 @@
 //
 //     dermis::Result r = dermis::run(dermis::Scene::from_file("scene.toml"));
 //
-// This header is the whole library except Vulkan recording (vulkan.hpp), contacts (contact.hpp, touch.hpp) and fits
-// (fit.hpp). A simulator that presses skins without scenes needs skin.hpp alone, and the library dermis::core.
+// This header is the whole library except Vulkan recording (vulkan.hpp) and contacts (contact.hpp, touch.hpp). A
+// simulator that presses skins without scenes needs skin.hpp alone, and the library dermis::core.
 #pragma once
 
 #include <dermis/description.hpp>

@@ -196,4 +196,20 @@ struct Scene : SkinDescription {
 // to the caller; receptors are population(scene.grid).
 DERMIS_API Scene fingertip();
 
+// The generalized Maxwell model, which papers call a Prony series: the stress per strain after a step of strain,
+//
+//     E(t) = equilibrium + sum moduli_k*e^(-t/times_k)
+//
+// A chain of elements describes the same material; its retardation times viscosity_k/modulus_k are longer.
+struct Relaxation {
+    std::vector<double> moduli, times; // Pa, s; > 0; equally many, 0..7; moduli of equal times are added up
+    double equilibrium = 0;            // Pa, >= 0; > 0 if there are no times
+};
+// Returns the chain with this relaxation: a spring, then elements by ascending retardation time, then, if the
+// equilibrium is 0, a dashpot. The numbers are exact up to a few roundings of the last digit. Throws Error::bad_input.
+DERMIS_API std::vector<KelvinVoigt> chain_of(const Relaxation&);
+// Returns the relaxation of a chain of 1 to 8 elements, times ascending. Throws Error::bad_input, also for a chain
+// without a spring: a step of strain takes an infinite stress.
+DERMIS_API Relaxation relaxation_of(const std::vector<KelvinVoigt>&);
+
 } // namespace dermis

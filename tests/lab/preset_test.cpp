@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 // The fingertip of the preset, and what a scene in metres has to say of its material.
-#include "dermis/fit.hpp"
 #include "host/core/description/names.hpp"
 #include "tests/command.hpp"
 #include "tests/support.hpp"

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // labels: threads
 // A punch that is pressed to a depth, and receptors that follow the stress.
-#include "dermis/fit.hpp"
 #include "tests/support.hpp"
 
 #include <numbers>

@@ -4,7 +4,6 @@
 #pragma once
 
 #include "dermis/contact.hpp"
-#include "dermis/fit.hpp"
 #include "host/doors/python/module.hpp"
 
 #include <cstring>
@@ -60,7 +59,6 @@ DERMIS_MEMBERS(Result, time, traces, responses, impulses, fields, device, model,
 DERMIS_MEMBERS(Figure, value, least, greatest)
 DERMIS_MEMBERS(Report, strain, indentation, gain, cells_per_ridge, retardation_times, sign_changed, vibration)
 DERMIS_MEMBERS(Relaxation, moduli, times, equilibrium)
-DERMIS_MEMBERS(Fit, elements, errors, residual, model, choice, undetermined)
 DERMIS_MEMBERS(Candidate, model, precision, device, steps, dispatches, bytes, traffic, flops, seconds, error, refused,
                reduced)
 DERMIS_MEMBERS(Explanation, candidates, chosen, estimate, curvature, retardation_times, strain_between, fa1_between,

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 # The page in the browser, where emscripten compiles; elsewhere the program that replays recordings of the page.
-add_executable(dermis-page host/doors/web/session.cpp host/lab/fit/chain.cpp host/lab/scenes/fingertip.cpp)
+add_executable(dermis-page host/doors/web/session.cpp host/lab/scenes/fingertip.cpp host/lab/scenes/relaxation.cpp)
 target_link_libraries(dermis-page PRIVATE dermis_core_objects dermis_options)
 if(NOT EMSCRIPTEN)
     target_sources(dermis-page PRIVATE host/doors/web/replay.cpp)

@@ -4,8 +4,8 @@
 #include "dermis/dermis.hpp"
 #include "host/core/base/hash.hpp"
 #include "host/lab/command/bench.hpp"
-#include "host/lab/output/drawing.hpp"
 #include "host/lab/output/json.hpp"
+#include "host/lab/output/python.hpp"
 #include "host/lab/scenes/scene_names.hpp"
 #include "plot_script.h"
 

@@ -2,20 +2,19 @@
 // dermis fit: a chain of elements from measured curves.
 #pragma once
 
-#include <optional>
-#include <string>
-#include <vector>
+#include "host/lab/scenes/curve_file.hpp"
 
 namespace dermis::cli {
 
 struct FitArguments {
     std::vector<std::string> data;
-    std::string kind, residual, out; // residual: empty: absolute of histories, else relative
-    int elements = 0;                // 0: as few as describe the data
-    std::optional<double> stress;
+    scene::CurveOptions options;
+    std::string out;
+    int elements = 0; // 0: as few as describe the data
 };
 
-// Prints the chain as a table of a scene, what the data leave open, and with `out` writes fit.csv and fit.png there.
+// Prints the chain as a table of a scene, and what the data leave open, by fit.py; with `out` writes material.toml,
+// fit.csv and fit.png there. Returns the command's status.
 int fit_data(const FitArguments&);
 
 } // namespace dermis::cli

@@ -13,9 +13,9 @@
 #include "host/lab/command/sweep.hpp"
 #include "host/lab/command/touch.hpp"
 #include "host/lab/march/self_test.hpp"
-#include "host/lab/output/drawing.hpp"
 #include "host/lab/output/earlier.hpp"
 #include "host/lab/output/greatest.hpp"
+#include "host/lab/output/python.hpp"
 #include "host/lab/output/spikes.hpp"
 #include "host/lab/output/warnings.hpp"
 #include "host/lab/scenes/nearest.hpp"
@@ -361,16 +361,17 @@ void add_fit(CLI::App& command, FitArguments& a) {
         ->check(CLI::Range(1, 8));
     command
         .add_option(
-            "--kind", a.kind,
+            "--kind", a.options.kind,
             "creep (strain per stress) or relaxation (stress per strain); told by the name of the second column\n"
-            "if that is compliance, strain or modulus")
+            "if that is compliance, strain, modulus or stress")
         ->check(CLI::IsMember({"creep", "relaxation"}));
-    command.add_option("--stress", a.stress, "The stress in Pa, if the second column is the strain under it");
+    command.add_option("--stress", a.options.stress, "The stress in Pa, if the second column is the strain under it");
+    command.add_option("--strain", a.options.strain, "The strain, if the second column is the stress in Pa under it");
     command
-        .add_option("--residual", a.residual,
+        .add_option("--residual", a.options.residual,
                     "relative to each value, or absolute; by default relative, of histories absolute")
         ->check(CLI::IsMember({"relative", "absolute"}));
-    command.add_option("--out", a.out, "Folder for fit.csv and fit.png");
+    command.add_option("--out", a.out, "Folder for material.toml, fit.csv and fit.png");
 }
 
 struct Commands {

@@ -1,82 +1,95 @@
 // SPDX-License-Identifier: MIT
 #include "host/lab/scenes/curve_file.hpp"
+#include "host/core/base/refusal.hpp"
 #include "host/lab/scenes/table_file.hpp"
 
-#include <tuple>
+#include <algorithm>
 
 namespace dermis::scene {
 namespace {
 
-using Kind = Curve::Kind;
+using Names = std::vector<std::string>;
 
-// Reads the names of the columns; returns the kind and the names.
-std::pair<Kind, std::vector<std::string>> read_names(const TableFile& line, const CurveOptions& options) {
+Names read_names(const TableFile& line) {
+    for (std::string_view name : line.words())
+        if (name.find_first_of("([") != name.npos)
+            line.refuse_line("names without units, as time,modulus: times in s, moduli and stresses in Pa, compliances "
+                             "in 1/Pa, strains without a unit");
     if (line.words().size() != 3) line.need_columns(2);
-    const std::vector<std::string> names(line.words().begin(), line.words().end());
+    return {line.words().begin(), line.words().end()};
+}
+
+// Returns the kind of a curve by the names of its columns.
+std::string kind_of(const TableFile& line, const Names& names, const CurveOptions& options) {
     const std::string& name = names[1];
-    const auto refuse_second = [&](const char* allowed) { line.refuse("second column", name, allowed); };
+    const auto need = [&](bool right, const char* allowed) {
+        if (!right) line.refuse("second column", name, allowed);
+    };
     if (names[0] != "time") line.refuse("first column", names[0], "a line of names that begins with time");
     if (names.size() == 3) {
         if (name != "strain" || names[2] != "stress") line.refuse_line("time,strain,stress in three columns");
-        if (options.stress || options.kind) refuse_second("two columns with --stress or --kind");
-        return {Kind::history, names};
+        need(!options.stress && !options.strain && options.kind.empty(),
+             "two columns with --stress, --strain or --kind");
+        return "history";
     }
-    std::optional<Kind> named;
-    if (name == "modulus") named = Kind::relaxation;
-    else if (name == "compliance" || name == "strain") named = Kind::creep;
-    if (!named && !options.kind)
-        refuse_second("modulus (relaxation), compliance or strain (creep); any other name with --kind");
-    const Kind kind = options.kind.value_or(named.value_or(Kind::creep));
-    if (named.value_or(kind) != kind)
-        refuse_second(kind == Kind::creep ? "compliance or strain with --kind creep"
-                                          : "modulus with --kind relaxation");
-    if (name == "strain" && !options.stress) refuse_second("strain with --stress, the stress in Pa");
-    if (options.stress && (kind == Kind::relaxation || name == "compliance")) refuse_second("strain with --stress");
-    return {kind, names};
+    need(name != "force" && name != "load", "stress, which is force over area, in Pa, with --strain");
+    const bool creeps = name == "compliance" || name == "strain", relaxes = name == "modulus" || name == "stress";
+    const std::string kind = creeps ? "creep" : relaxes ? "relaxation" : options.kind;
+    need(!kind.empty(), "modulus or stress (relaxation), compliance or strain (creep); any other name with --kind");
+    need(options.kind.empty() || options.kind == kind,
+         creeps ? "modulus or stress with --kind relaxation" : "compliance or strain with --kind creep");
+    need(name != "strain" || options.stress, "strain with --stress, the stress in Pa");
+    need(name != "stress" || options.strain, "stress with --strain, the strain that causes it");
+    need(!options.stress || (kind == "creep" && name != "compliance"), "strain with --stress");
+    need(!options.strain || (kind == "relaxation" && name != "modulus"), "stress with --strain");
+    return kind;
 }
 
-void read_point(const TableFile& line, const std::vector<std::string>& names, const CurveOptions& options,
-                Curve& curve) {
-    const bool relative = residual_of(curve.kind, options) == Residual::relative;
+void read_point(const TableFile& line, const Names& names, const Curves& all, double divisor, Curve& curve) {
+    const bool relative = all.residual == "relative", history = all.kind == "history";
     const char* allowed =
         relative ? "a finite number > 0; any finite number with --residual absolute" : "a finite number";
     line.need_columns(names.size());
-    const bool history = curve.kind == Kind::history;
     const char* of_time = history ? "a finite number" : "a finite number >= 0";
     curve.times.push_back(line.number(0, "time", of_time));
-    if (history) curve.strains.push_back(line.number(1, "strain"));
-    curve.values.push_back(line.number(names.size() - 1, names.back(), allowed));
+    curve.strains.push_back(history ? line.number(1, "strain") : 0);
+    const double value = line.number(names.size() - 1, names.back(), allowed);
     if (!history && curve.times.back() < 0) line.refuse("time", line.words()[0], of_time);
-    if (relative && curve.values.back() <= 0) line.refuse(names.back(), line.words().back(), allowed);
-    if (options.stress) curve.values.back() /= *options.stress;
+    if (relative && value <= 0) line.refuse(names.back(), line.words().back(), allowed);
+    curve.values.push_back(value / divisor);
 }
 
 } // namespace
 
-Curve read_curve(const std::string& path, const CurveOptions& options) {
-    TableFile file(path, "", 64 << 20);
-    Curve curve;
-    std::vector<std::string> names;
-    if (file.next()) std::tie(curve.kind, names) = read_names(file, options);
-    while (file.next()) read_point(file, names, options, curve);
-    if (curve.times.empty())
-        file.refuse_file("holds no numbers; allowed: a line of names, as time,modulus, then two numbers in each line");
-    return curve;
-}
-
-Fit fit_curves(const std::vector<Curve>& curves, int n, Residual residual) {
-    const Kind kind = curves[0].kind;
-    if (kind == Kind::history) {
-        std::vector<History> histories;
-        for (const Curve& c : curves) histories.push_back({c.times, c.strains, c.values});
-        return fit_histories(histories, n, residual);
+Curves read_curves(const std::vector<std::string>& paths, const CurveOptions& options) {
+    if (options.stress) need_positive("stress", *options.stress);
+    if (options.strain) need_positive("strain", *options.strain);
+    if (paths.empty()) refuse("data", "no file", "at least one");
+    const std::string kinds[] = {"", "creep", "relaxation"}, residuals[] = {"", "relative", "absolute"};
+    if (!std::ranges::count(kinds, options.kind))
+        refuse("kind", "\"" + options.kind + "\"", "\"creep\", \"relaxation\"");
+    if (!std::ranges::count(residuals, options.residual))
+        refuse("residual", "\"" + options.residual + "\"", "\"absolute\", \"relative\"");
+    Curves all;
+    for (const std::string& path : paths) {
+        TableFile file(path, "", 64 << 20);
+        Curve& curve = all.list.emplace_back();
+        Names names;
+        if (file.next()) {
+            names = read_names(file);
+            const std::string kind = kind_of(file, names, options);
+            if (all.list.size() > 1 && kind != all.kind)
+                file.refuse_file("is a curve of " + kind + "; allowed: curves of one kind, and " + paths[0] +
+                                 " is of " + all.kind);
+            all.kind = kind;
+            all.residual = !options.residual.empty() ? options.residual : kind == "history" ? "absolute" : "relative";
+        }
+        while (file.next()) read_point(file, names, all, options.stress.value_or(options.strain.value_or(1)), curve);
+        if (curve.times.empty())
+            file.refuse_file(
+                "holds no numbers; allowed: a line of names, as time,modulus, then two numbers in each line");
     }
-    Curve all = curves[0];
-    for (size_t i = 1; i < curves.size(); ++i) {
-        all.times.insert(all.times.end(), curves[i].times.begin(), curves[i].times.end());
-        all.values.insert(all.values.end(), curves[i].values.begin(), curves[i].values.end());
-    }
-    return (kind == Kind::creep ? fit_creep : fit_relaxation)(all.times, all.values, n, residual);
+    return all;
 }
 
 } // namespace dermis::scene

@@ -1,35 +1,33 @@
 // SPDX-License-Identifier: MIT
-// Measured curves of a material, from CSV files, and the chain of elements that describes them.
+// Measured curves of a material, from CSV files.
 #pragma once
 
-#include "dermis/fit.hpp"
-
 #include <optional>
+#include <string>
+#include <vector>
 
 namespace dermis::scene {
 
-struct Curve {
-    enum class Kind { creep, relaxation, history } kind = Kind::creep;
-    std::vector<double> times, values; // s; 1/Pa, Pa, or of a history the stress in Pa
-    std::vector<double> strains;       // of a history
-};
-
+// Each member may be empty: kind, "creep" or "relaxation", is then told by the names of the columns; residual,
+// "relative" or "absolute", is relative, of histories absolute.
 struct CurveOptions {
-    std::optional<Curve::Kind> kind;  // default: told by the names of the columns
-    std::optional<double> stress;     // Pa: the second column is the strain under this stress
-    std::optional<Residual> residual; // default: relative, of a history absolute
+    std::string kind, residual;
+    std::optional<double> stress; // Pa, > 0: the second column is the strain under this stress
+    std::optional<double> strain; // > 0: the second column is the stress, in Pa, under this strain
 };
 
-inline Residual residual_of(Curve::Kind kind, const CurveOptions& options) {
-    return options.residual.value_or(kind == Curve::Kind::history ? Residual::absolute : Residual::relative);
-}
+struct Curve {
+    std::vector<double> times, strains, values; // s; 0 unless it is a history; 1/Pa, Pa, or of a history the stress
+};
+struct Curves {
+    std::string kind, residual; // kind: "creep", "relaxation" or "history"
+    std::vector<Curve> list;
+};
 
-// The file: a line of names, time and one of modulus (relaxation), compliance or strain (creep), or time, strain and
-// stress (a history); then a number for each in each line. Empty lines and lines that begin with # are skipped. Throws
-// Error::bad_input, naming file, line and value.
-Curve read_curve(const std::string& path, const CurveOptions&);
-
-// Fits a chain to curves of one kind. n, residual: as of the functions of dermis/fit.hpp.
-Fit fit_curves(const std::vector<Curve>&, int n, Residual);
+// Reads files of one kind, at least one. A file has a line of names: time and one of modulus (relaxation), stress
+// (relaxation, with `strain`), compliance (creep) or strain (creep, with `stress`), or with `kind` another name; or
+// time, strain and stress (a history). Then follows a number for each in each line. Empty lines and lines that begin
+// with # are skipped. Throws Error::bad_input, naming file, line and value.
+Curves read_curves(const std::vector<std::string>& paths, const CurveOptions&);
 
 } // namespace dermis::scene

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 // The fingertip of a preset. Its numbers stand with their sources in fingertip.md; a test compares both.
-#include "dermis/fit.hpp"
 #include "dermis/scene.hpp"
 #include "host/core/base/memory.hpp"
 

@@ -1,8 +1,5 @@
 // SPDX-License-Identifier: MIT
 #include "host/lab/scenes/scene_tables.hpp"
-#include "dermis/fit.hpp"
-
-#include "host/lab/scenes/curve_file.hpp"
 #include "host/lab/scenes/named_maps.hpp"
 
 namespace dermis::scene {
@@ -96,27 +93,11 @@ KelvinVoigt element_in(const toml::node& node, const std::string& parameter, con
     return element;
 }
 
-// Returns as few elements as describe a measured curve.
-std::vector<KelvinVoigt> elements_of_file(const std::string& path, const std::string& parameter) {
-    constexpr double most = 0.1; // of the residual
-    Fit fit;
-    try {
-        const Curve curve = read_curve(path, {});
-        fit = fit_curves({curve}, 0, residual_of(curve.kind, {}));
-    } catch (const Error& e) {
-        throw Error(e.code(), parameter, parameter + " = \"" + path + "\": " + e.what());
-    }
-    if (!(fit.residual <= most))
-        refuse(parameter, "\"" + path + "\"",
-               "a curve that a chain of elements comes near: " + std::to_string(fit.elements.size()) +
-                   " leave a residual of " + shortest(fit.residual) + ", which may be " + shortest(most));
-    return fit.elements;
-}
-
 void read_material(Section table, const Grid& grid, const PathBase& folder, Material& material) {
-    const bool measured_file = table.has("relaxation_file");
-    if (table.has("modulus") || table.has("viscosity") || table.has("elements") || table.has("relaxation") ||
-        measured_file) {
+    if (const auto file = table.text("relaxation_file"))
+        refuse(table.parameter("relaxation_file"), "\"" + *file + "\"",
+               "none; dermis fit " + *file + " prints the table [material] of this curve, to stand here");
+    if (table.has("modulus") || table.has("viscosity") || table.has("elements") || table.has("relaxation")) {
         material.elements.clear(); // a preset's
         material.spring.reset();
         material.dashpot.reset();
@@ -138,16 +119,11 @@ void read_material(Section table, const Grid& grid, const PathBase& folder, Mate
     relaxation.finish();
     table.number("spring", material.spring);
     table.number("dashpot", material.dashpot);
-    const auto file = table.text("relaxation_file");
     for (const char* key : {"modulus", "viscosity"})
-        table.permit(key, !is_chain(material) && !relaxes && !file,
-                     "not beside material.elements, material.relaxation or material.relaxation_file");
+        table.permit(key, !is_chain(material) && !relaxes, "not beside material.elements or material.relaxation");
     for (const char* key : {"elements", "spring", "dashpot"})
-        table.permit(key, !relaxes && !file,
-                     "not beside material.relaxation or material.relaxation_file, which give the elements");
-    table.permit("relaxation", !file, "not beside material.relaxation_file");
+        table.permit(key, !relaxes, "not beside material.relaxation, which gives the elements");
     if (relaxes) material.elements = dermis::chain_of(measured);
-    if (file) material.elements = elements_of_file(folder.file(*file), table.parameter("relaxation_file"));
     read_length(table, "thickness", grid, material.thickness);
     read_length(table, "curvature_length", grid, material.curvature_length);
     table.finish();

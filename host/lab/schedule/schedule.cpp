@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "host/lab/schedule/schedule.hpp"
 
-#include "dermis/fit.hpp"
 #include "host/core/base/refusal.hpp"
 #include "host/lab/scenes/waveform.hpp"
 

@@ -33,7 +33,7 @@ def a_sweep_of_25_runs(folder):
 
 
 def a_relaxation_curve(folder):
-    scene = dermis.Scene(material={"relaxation_file": folder / "curve.csv"}, time={"duration": 1})
+    scene = dermis.Scene(material={"elements": dermis.fit(folder / "curve.csv").elements}, time={"duration": 1})
     return dermis.plot(dermis.run(scene), folder / "out"), scene
 
 

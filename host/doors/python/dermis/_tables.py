@@ -54,8 +54,7 @@ class Surface:
 class Material:
     """modulus: Pa; viscosity: Pa s; numbers, or maps of shape (height, width). thickness, curvature_length: m.
 
-    In place of modulus and viscosity: elements in series, with a spring (Pa) and a dashpot (Pa s), or a relaxation, or
-    relaxation_file, a CSV file with a measured curve, which as few elements as possible describe.
+    In place of modulus and viscosity: elements in series, with a spring (Pa) and a dashpot (Pa s), or a relaxation.
     """
 
     modulus: NumberOrMap | None = None
@@ -64,7 +63,6 @@ class Material:
     spring: NumberWithUnit | None = None
     dashpot: NumberWithUnit | None = None
     relaxation: Relaxation | Mapping[str, Any] | None = None
-    relaxation_file: str | os.PathLike[str] | None = None
     thickness: NumberWithUnit | None = None
     curvature_length: NumberWithUnit | None = None
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Relaxation and retardation spectra, one from the other. The zeros of a compliance lie between its poles, one in each
 // gap, and the zeros of a modulus between the modulus's: both are the roots of one secular equation.
-#include "dermis/fit.hpp"
+#include "dermis/scene.hpp"
 #include "host/core/base/float_environment.hpp"
 #include "host/core/base/memory.hpp"
 #include "host/core/base/refusal.hpp"
@@ -10,7 +10,7 @@
 #include <cmath>
 
 namespace dermis {
-namespace fit {
+namespace relaxing {
 namespace {
 
 using Real = long double;
@@ -125,50 +125,52 @@ double representable(const char* result, Real x) {
 }
 
 } // namespace
-} // namespace fit
+} // namespace relaxing
 
 std::vector<KelvinVoigt> chain_of(const Relaxation& r) try {
     const DefaultFloats guard;
-    fit::check(r);
-    std::vector<fit::Pole> poles;
-    fit::Real instantaneous = r.equilibrium, viscosity = 0;
+    relaxing::check(r);
+    std::vector<relaxing::Pole> poles;
+    relaxing::Real instantaneous = r.equilibrium, viscosity = 0;
     for (size_t k = 0; k < r.times.size(); ++k) {
-        poles.push_back({.place = r.times[k], .weight = fit::Real(r.moduli[k]) * r.times[k]});
+        poles.push_back({.place = r.times[k], .weight = relaxing::Real(r.moduli[k]) * r.times[k]});
         instantaneous += r.moduli[k];
         viscosity += poles.back().weight;
     }
-    std::vector<KelvinVoigt> chain = {{fit::representable("modulus of the spring", instantaneous), 0}};
-    for (const fit::Root& root : fit::secular_roots(fit::merged(std::move(poles)), r.equilibrium)) {
-        const fit::Real modulus = root.place * root.slope;
-        chain.push_back({fit::representable("modulus of an element", modulus),
-                         fit::representable("viscosity of an element", root.place * modulus)});
+    std::vector<KelvinVoigt> chain = {{relaxing::representable("modulus of the spring", instantaneous), 0}};
+    for (const relaxing::Root& root : relaxing::secular_roots(relaxing::merged(std::move(poles)), r.equilibrium)) {
+        const relaxing::Real modulus = root.place * root.slope;
+        chain.push_back({relaxing::representable("modulus of an element", modulus),
+                         relaxing::representable("viscosity of an element", root.place * modulus)});
     }
-    if (r.equilibrium == 0) chain.push_back({0, fit::representable("viscosity of the dashpot", viscosity)});
+    if (r.equilibrium == 0) chain.push_back({0, relaxing::representable("viscosity of the dashpot", viscosity)});
     return chain;
 }
 OR_OUT_OF_MEMORY("a chain of elements")
 
 Relaxation relaxation_of(const std::vector<KelvinVoigt>& chain) try {
     const DefaultFloats guard;
-    fit::check(chain);
-    fit::Real spring = 0, dashpot = 0, compliance = 0; // compliance, fluidity, compliance after any time
-    std::vector<fit::Pole> poles;
+    relaxing::check(chain);
+    relaxing::Real spring = 0, dashpot = 0, compliance = 0; // compliance, fluidity, compliance after any time
+    std::vector<relaxing::Pole> poles;
     for (const KelvinVoigt& e : chain) {
-        if (e.modulus == 0) dashpot += 1 / fit::Real(e.viscosity);
-        else if (e.viscosity == 0) spring += 1 / fit::Real(e.modulus);
-        else poles.push_back({.place = fit::Real(e.viscosity) / e.modulus, .weight = 1 / fit::Real(e.modulus)});
-        if (e.modulus > 0) compliance += 1 / fit::Real(e.modulus);
+        if (e.modulus == 0) dashpot += 1 / relaxing::Real(e.viscosity);
+        else if (e.viscosity == 0) spring += 1 / relaxing::Real(e.modulus);
+        else
+            poles.push_back(
+                {.place = relaxing::Real(e.viscosity) / e.modulus, .weight = 1 / relaxing::Real(e.modulus)});
+        if (e.modulus > 0) compliance += 1 / relaxing::Real(e.modulus);
     }
     if (spring == 0)
         scene::refuse("elements", "a chain without a spring",
                       "at least one element of viscosity 0: without it a step of strain takes an infinite stress");
     poles.push_back({.place = 0, .weight = spring});
     Relaxation r;
-    for (const fit::Root& root : fit::secular_roots(fit::merged(std::move(poles)), dashpot)) {
-        r.times.push_back(fit::representable("relaxation time", root.place));
-        r.moduli.push_back(fit::representable("relaxation modulus", 1 / (root.place * root.place * root.slope)));
+    for (const relaxing::Root& root : relaxing::secular_roots(relaxing::merged(std::move(poles)), dashpot)) {
+        r.times.push_back(relaxing::representable("relaxation time", root.place));
+        r.moduli.push_back(relaxing::representable("relaxation modulus", 1 / (root.place * root.place * root.slope)));
     }
-    if (dashpot == 0) r.equilibrium = fit::representable("equilibrium modulus", 1 / compliance);
+    if (dashpot == 0) r.equilibrium = relaxing::representable("equilibrium modulus", 1 / compliance);
     return r;
 }
 OR_OUT_OF_MEMORY("a relaxation spectrum")
