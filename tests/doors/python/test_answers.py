@@ -163,7 +163,7 @@ ANSWERS = [
     (lambda: dermis.fit_creep(5, [1], 2), "times = 5; allowed: a list of numbers or an array (s, >= 0)"),
     (lambda: dermis.fit_creep(np.ma.array([1.0, 2.0]), [1], 2), "times = masked array"),
     (lambda: dermis.fit_creep([1], "abc", 2), "compliances = 'abc'; allowed: a list of numbers or an array (1/Pa)"),
-    (lambda: dermis.fit_relaxation([1], [None], 2), "moduli = None; allowed: numbers"),
+    (lambda: dermis.fit_relaxation([1], [None], 2), "moduli[0] = nan; allowed: a finite number"),
     (lambda: dermis.fit_relaxation([1], [1], 2.5), "n = 2.5; allowed: a whole number"),
     (lambda: dermis.fit_relaxation([1], [1], 2, residuals="a"), "residuals = 'a'; allowed: the arguments times, moduli, n, residual"),
     (lambda: dermis.chain_of(None), "relaxation = None; allowed: a Relaxation"),
