@@ -128,7 +128,9 @@ def _condensed(data: Data) -> Data:
     time, value = (x[first] + summed(x - x[first][own]) / weight for x in (logs, data.values))
     t, v = logs - time[own], data.values - value[own]
     along = np.divide(summed(t * v)**2, summed(t * t), out=np.zeros_like(weight), where=summed(t * t) > 0)
-    scatter = float(np.maximum(summed(v * v) - along, 0).sum())  # around a line in the logarithm of the time
+    # Around a line in the logarithm of the time, which hides the scatter of one point of each two or more.
+    scatter, together = float(np.maximum(summed(v * v) - along, 0).sum()), np.bincount(own)
+    scatter *= (together - 1).sum() / max(np.maximum(together - 2, 0).sum(), 1)
     times = np.where(data.times[first] > 0, np.exp(time), 0)
     return Data(data.kind, times, value, np.sqrt(weight), np.ones_like(time), data.first[first], data.points, scatter)
 

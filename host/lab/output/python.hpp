@@ -22,6 +22,6 @@ int run(const Python&, std::string_view script, const std::vector<std::string>& 
 
 // Runs a script that draws pictures of a folder's files. Its arguments are the folder and then `more`. Returns why
 // there can be no pictures, as Python says it; empty: they are drawn. Throws Error::io if the script fails.
-std::string draw(std::string_view script, const Path& folder, std::vector<std::string> more = {});
+std::string draw(std::string_view script, const Path& folder, std::vector<std::string> more);
 
 } // namespace dermis::output
